@@ -1,0 +1,2 @@
+//! The `cittert` program.
+fn main() {}
