@@ -1,1 +1,6 @@
-//! Placeholder.
+//! Aperture synthesis: from an array layout and a scene to visibilities, images and calibrations.
+
+pub mod error;
+pub mod progress;
+
+pub use error::{ChainError, Result};

@@ -1,1 +1,48 @@
-//! Placeholder.
+//! The shared vocabulary of cittert: antenna arrays, and the labelled data arrays measured with them.
+//!
+//! Nothing here transforms, grids or touches a disk. Constructors hold the invariants
+//! (`VisibilityBlock::new` checks every shape), so the algorithms that use these types do not.
+//!
+//! | type | holds | shapes and units |
+//! |---|---|---|
+//! | [`ArrayLayout`] | antennas, site or boresight frame | m |
+//! | [`SpectralWindow`] | channel centres and widths | Hz \[chan\] |
+//! | [`UvCoverage`] | uvw, antenna pairs, times | m \[blt, 3\], s |
+//! | [`VisibilityHeader`] | layout, channels, polarisations, phase centres, unit, history | |
+//! | [`VisibilityBlock`] | a run of rows | `Complex<f32>` \[blt, chan, pol\] |
+//! | [`VisibilitySet`] | header and one block in memory | |
+//! | [`GainTable`] | antenna gains | `Complex<f64>` \[solint, ant, chan, feed\] |
+//! | [`SkyGrid`], [`Image`] | brightness on a grid of direction cosines | \[chan, pol, m, l\] |
+
+mod beam;
+mod coverage;
+mod error;
+mod gains;
+mod geodesy;
+mod image;
+mod layout;
+mod phase_center;
+mod polarization;
+pub mod quantity;
+mod sources;
+mod spectrum;
+mod stream;
+mod visibility;
+
+pub use beam::RestoringBeam;
+pub use coverage::UvCoverage;
+pub use error::{ArrayError, Result};
+pub use gains::GainTable;
+pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};
+pub use layout::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
+pub use phase_center::{PhaseCenter, PhaseCenterKind};
+pub use polarization::Polarization;
+pub use sources::{Source, SourcePosition, SourceShape};
+pub use spectrum::SpectralWindow;
+pub use stream::{BoxError, VisibilitySink, VisibilitySource, for_each_block};
+pub use visibility::{VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet};
+
+/// Speed of light in vacuum, m/s (exact).
+pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
+/// Boltzmann constant, J/K (exact).
+pub const BOLTZMANN_J_K: f64 = 1.380_649e-23;

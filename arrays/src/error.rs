@@ -1,0 +1,64 @@
+//! What can be wrong with an array, a set or an image.
+
+use thiserror::Error;
+
+/// Result of this crate.
+pub type Result<T, E = ArrayError> = std::result::Result<T, E>;
+
+/// A broken invariant of one of the types of this crate.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ArrayError {
+    /// An array has another shape than its neighbours demand.
+    #[error("{what} has shape {found:?}, expected {expected:?}")]
+    ShapeMismatch {
+        /// Name of the array.
+        what: &'static str,
+        /// Shape demanded by the other arrays.
+        expected: Vec<usize>,
+        /// Shape that was given.
+        found: Vec<usize>,
+    },
+    /// An index points past the end of what it indexes.
+    #[error("{what} {index} is out of range: there are {len}")]
+    OutOfRange {
+        /// What is indexed.
+        what: &'static str,
+        /// The index.
+        index: usize,
+        /// How many there are.
+        len: usize,
+    },
+    /// A number is NaN, infinite, negative or otherwise outside its range.
+    #[error("{what} is {value}, expected {expected}")]
+    BadValue {
+        /// Name of the quantity.
+        what: String,
+        /// What was given, as text.
+        value: String,
+        /// What is accepted.
+        expected: &'static str,
+    },
+    /// Two antennas stand at one place.
+    #[error("antennas {first:?} and {second:?} are at the same place ({distance_m:.1e} m apart)")]
+    CoincidentAntennas {
+        /// Name of the first.
+        first: String,
+        /// Name of the second.
+        second: String,
+        /// Their separation in metres.
+        distance_m: f64,
+    },
+    /// A name is used twice or is unknown.
+    #[error("{0}")]
+    Name(String),
+    /// A text could not be understood.
+    #[error("{0}")]
+    Parse(String),
+    /// A quantity could not be understood.
+    #[error(transparent)]
+    Quantity(#[from] crate::quantity::QuantityError),
+    /// A source or sink of visibilities failed.
+    #[error(transparent)]
+    Stream(crate::BoxError),
+}

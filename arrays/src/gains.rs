@@ -1,0 +1,95 @@
+//! Antenna gains.
+
+use crate::{ArrayError, ArrayLayout, Result, SpectralWindow};
+use ndarray::{Array3, Array4};
+use num_complex::Complex64;
+
+/// Complex gains of the antennas in the convention V_corrupt = g1 conj(g2) V, for uvw = r2 - r1.
+///
+/// `gains` and `flags` are \[solint, ant, chan, feed\]; the channel axis has length 1 where one gain serves the whole band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GainTable {
+    /// The array; the antenna axis follows its order.
+    pub layout: ArrayLayout,
+    /// Channels of the chan axis; one channel as wide as the band where a gain serves all of it.
+    pub spectrum: SpectralWindow,
+    /// Names of the feeds: `R`, `L`, `X`, `Y`, or one entry for joined polarisations \[feed\].
+    pub feeds: Vec<String>,
+    /// Middle of each solution interval, Julian date UTC \[solint\].
+    pub time_jd: Vec<f64>,
+    /// Length of each solution interval, s \[solint\].
+    pub interval_s: Vec<f64>,
+    /// Gains \[solint, ant, chan, feed\].
+    pub gains: Array4<Complex64>,
+    /// True where no gain is known \[solint, ant, chan, feed\].
+    pub flags: Array4<bool>,
+    /// Signal to noise (or other quality) of each gain \[solint, ant, chan, feed\], where known.
+    pub quality: Option<Array4<f64>>,
+    /// Reduced chi^2 of each interval \[solint, chan, feed\], where known.
+    pub total_quality: Option<Array3<f64>>,
+    /// Index of the reference antenna, whose phase is 0.
+    pub refant: Option<usize>,
+    /// Phase only, amplitude and phase, delay, or injected truth, in words.
+    pub mode: String,
+    /// How the table came to be, oldest first.
+    pub history: Vec<String>,
+}
+
+impl GainTable {
+    /// Unflagged unit gains.
+    ///
+    /// # Errors
+    /// No interval, no feed, or times and intervals of different lengths.
+    pub fn unity(
+        layout: ArrayLayout,
+        spectrum: SpectralWindow,
+        feeds: Vec<String>,
+        time_jd: Vec<f64>,
+        interval_s: Vec<f64>,
+    ) -> Result<Self> {
+        if time_jd.is_empty() || time_jd.len() != interval_s.len() || feeds.is_empty() || feeds.len() > 2 {
+            return Err(ArrayError::ShapeMismatch {
+                what: "solution intervals and feeds",
+                expected: vec![time_jd.len().max(1), 1],
+                found: vec![interval_s.len(), feeds.len()],
+            });
+        }
+        let shape = (time_jd.len(), layout.n_ant(), spectrum.n_chan(), feeds.len());
+        Ok(Self {
+            layout,
+            spectrum,
+            feeds,
+            time_jd,
+            interval_s,
+            gains: Array4::from_elem(shape, Complex64::new(1.0, 0.0)),
+            flags: Array4::from_elem(shape, false),
+            quality: None,
+            total_quality: None,
+            refant: None,
+            mode: "unity".into(),
+            history: Vec::new(),
+        })
+    }
+
+    /// Check that all arrays are \[solint, ant, chan, feed\].
+    ///
+    /// # Errors
+    /// The first array of another shape.
+    pub fn check(&self) -> Result<()> {
+        let expected = [self.time_jd.len(), self.layout.n_ant(), self.spectrum.n_chan(), self.feeds.len()];
+        let quality = self.quality.as_ref().map_or(expected.as_slice(), |q| q.shape());
+        for (what, shape) in [("gains", self.gains.shape()), ("gain flags", self.flags.shape()), ("gain quality", quality)] {
+            if shape != expected {
+                return Err(ArrayError::ShapeMismatch { what, expected: expected.to_vec(), found: shape.to_vec() });
+            }
+        }
+        Ok(())
+    }
+
+    /// Index of the solution interval that holds a time, or the nearest one.
+    #[must_use]
+    pub fn interval_at(&self, time_jd: f64) -> usize {
+        let distance = |i: &usize| (self.time_jd[*i] - time_jd).abs();
+        (0..self.time_jd.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+    }
+}

@@ -1,0 +1,220 @@
+//! An array of antennas.
+
+use crate::{ArrayError, Result};
+use serde::{Deserialize, Serialize};
+
+/// How sensitive an antenna is.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Sensitivity {
+    /// System equivalent flux density, Jy.
+    SefdJy(f64),
+    /// System temperature, K.
+    TsysK(f64),
+}
+
+/// One antenna or receiving element.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Antenna {
+    /// Unique name.
+    pub name: String,
+    /// Unique number, as in `antenna_numbers` of UVH5.
+    pub number: u32,
+    /// Position in the frame of its layout, m: x, y, z of the aperture plane, or east, north, up.
+    pub position_m: [f64; 3],
+    /// Diameter of the aperture, m.
+    pub diameter_m: Option<f64>,
+    /// Noise of the receiver.
+    pub sensitivity: Option<Sensitivity>,
+    /// One-sigma uncertainty of each coordinate, m.
+    pub position_error_m: Option<[f64; 3]>,
+}
+
+impl Antenna {
+    /// An antenna of which only the place is known.
+    #[must_use]
+    pub fn new(name: impl Into<String>, number: u32, position_m: [f64; 3]) -> Self {
+        Self { name: name.into(), number, position_m, diameter_m: None, sensitivity: None, position_error_m: None }
+    }
+}
+
+/// A place on the Earth, geodetic on WGS84.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Site {
+    /// Geodetic latitude, rad, north positive.
+    pub latitude_rad: f64,
+    /// Longitude, rad, east positive.
+    pub longitude_rad: f64,
+    /// Height above the ellipsoid, m.
+    pub altitude_m: f64,
+}
+
+/// What the coordinates of a layout mean.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LayoutFrame {
+    /// Aperture plane: x to the right as seen looking along the boresight, y up, z along the boresight.
+    Boresight,
+    /// East, north, up at a site.
+    EastNorthUp(Site),
+}
+
+/// Antennas and the frame in which their positions are given.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArrayLayout {
+    /// Name of the array or telescope.
+    pub name: String,
+    /// Meaning of the coordinates.
+    pub frame: LayoutFrame,
+    /// Where the positions come from.
+    pub source: Option<String>,
+    antennas: Vec<Antenna>,
+}
+
+/// Antennas closer than this are taken for one antenna listed twice.
+const COINCIDENT_M: f64 = 1e-6;
+
+impl ArrayLayout {
+    /// Antennas in the frame of the layout.
+    ///
+    /// # Errors
+    /// No antenna, more than 65,535, names or numbers used twice, coordinates that are not finite, a diameter or noise that is
+    /// not positive, two antennas at the same place, a site beyond the poles.
+    pub fn new(name: impl Into<String>, frame: LayoutFrame, antennas: Vec<Antenna>) -> Result<Self> {
+        let layout = Self { name: name.into(), frame, source: None, antennas };
+        layout.check()?;
+        Ok(layout)
+    }
+
+    /// As [`ArrayLayout::new`], for antenna tables read from measured data: several antennas may stand at one place
+    /// (shared pads, placeholders in real files).
+    ///
+    /// # Errors
+    /// As [`ArrayLayout::new`], except for antennas at the same place.
+    pub fn from_data(name: impl Into<String>, frame: LayoutFrame, antennas: Vec<Antenna>) -> Result<Self> {
+        let layout = Self { name: name.into(), frame, source: None, antennas };
+        layout.check_values()?;
+        Ok(layout)
+    }
+
+    fn check(&self) -> Result<()> {
+        self.check_values()?;
+        let mut by_x: Vec<usize> = (0..self.antennas.len()).collect();
+        by_x.sort_by(|a, b| self.antennas[*a].position_m[0].total_cmp(&self.antennas[*b].position_m[0]));
+        for (i, &a) in by_x.iter().enumerate() {
+            for &b in &by_x[i + 1..] {
+                let (a, b) = (&self.antennas[a], &self.antennas[b]);
+                if b.position_m[0] - a.position_m[0] > COINCIDENT_M {
+                    break;
+                }
+                let distance_m = (0..3).map(|k| (a.position_m[k] - b.position_m[k]).powi(2)).sum::<f64>().sqrt();
+                if distance_m < COINCIDENT_M {
+                    return Err(ArrayError::CoincidentAntennas { first: a.name.clone(), second: b.name.clone(), distance_m });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check_values(&self) -> Result<()> {
+        let n = self.antennas.len();
+        if n == 0 || n > 65_535 {
+            return Err(ArrayError::BadValue { what: "number of antennas".into(), value: n.to_string(), expected: "1 to 65535" });
+        }
+        if let LayoutFrame::EastNorthUp(site) = self.frame {
+            let finite = site.latitude_rad.is_finite() && site.longitude_rad.is_finite() && site.altitude_m.is_finite();
+            if !finite || site.latitude_rad.abs() > std::f64::consts::FRAC_PI_2 + 1e-12 {
+                return Err(ArrayError::BadValue {
+                    what: "site latitude, longitude, altitude".into(),
+                    value: format!(
+                        "{} deg, {} deg, {} m",
+                        site.latitude_rad.to_degrees(),
+                        site.longitude_rad.to_degrees(),
+                        site.altitude_m
+                    ),
+                    expected: "finite numbers with the latitude between -90 and 90 deg",
+                });
+            }
+        }
+        let mut names = std::collections::HashSet::new();
+        let mut numbers = std::collections::HashSet::new();
+        for a in &self.antennas {
+            if !names.insert(a.name.as_str()) {
+                return Err(ArrayError::Name(format!("antenna name {:?} is used twice", a.name)));
+            }
+            if !numbers.insert(a.number) {
+                return Err(ArrayError::Name(format!("antenna number {} is used twice", a.number)));
+            }
+            if a.position_m.iter().any(|p| !p.is_finite()) {
+                return Err(ArrayError::BadValue {
+                    what: format!("position of antenna {:?}", a.name),
+                    value: format!("{:?}", a.position_m),
+                    expected: "three finite numbers in metres",
+                });
+            }
+            let noise = match a.sensitivity {
+                Some(Sensitivity::SefdJy(v) | Sensitivity::TsysK(v)) => Some(v),
+                None => None,
+            };
+            for (what, value) in [("diameter", a.diameter_m), ("SEFD or Tsys", noise)] {
+                if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+                    return Err(ArrayError::BadValue {
+                        what: format!("{what} of antenna {:?}", a.name),
+                        value: v.to_string(),
+                        expected: "a positive, finite number",
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The antennas, in the order in which rows number them.
+    #[must_use]
+    pub fn antennas(&self) -> &[Antenna] {
+        &self.antennas
+    }
+
+    /// Number of antennas.
+    #[must_use]
+    pub fn n_ant(&self) -> usize {
+        self.antennas.len()
+    }
+
+    /// Number of pairs of different antennas, N (N - 1) / 2.
+    #[must_use]
+    pub fn n_baselines(&self) -> usize {
+        self.n_ant() * (self.n_ant() - 1) / 2
+    }
+
+    /// The site, unless the layout is in the boresight frame.
+    #[must_use]
+    pub fn site(&self) -> Option<Site> {
+        match self.frame {
+            LayoutFrame::EastNorthUp(site) => Some(site),
+            LayoutFrame::Boresight => None,
+        }
+    }
+
+    /// Index of the antenna of that name.
+    #[must_use]
+    pub fn index_of(&self, name: &str) -> Option<usize> {
+        self.antennas.iter().position(|a| a.name == name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_antennas_at_one_place_are_refused_by_name() {
+        let a = |n: &str, i, x| Antenna::new(n, i, [x, 0.0, 0.0]);
+        let e = ArrayLayout::new("t", LayoutFrame::Boresight, vec![a("A", 0, 0.0), a("B", 1, 1.0), a("C", 2, 0.0)]).unwrap_err();
+        assert!(e.to_string().contains("\"A\"") && e.to_string().contains("\"C\""), "{e}");
+    }
+
+    #[test]
+    fn a_position_that_is_not_a_number_is_refused() {
+        let e = ArrayLayout::new("t", LayoutFrame::Boresight, vec![Antenna::new("A", 0, [f64::NAN, 0.0, 0.0])]).unwrap_err();
+        assert!(e.to_string().contains("position of antenna"), "{e}");
+    }
+}

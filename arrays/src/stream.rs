@@ -1,0 +1,87 @@
+//! Sets larger than memory: read and written in runs of rows.
+
+use crate::visibility::check_block;
+use crate::{ArrayError, Result, VisibilityBlock, VisibilityHeader, VisibilitySet};
+use std::ops::Range;
+
+/// Any error, as a format or an algorithm hands it on.
+pub type BoxError = Box<dyn std::error::Error + Send + Sync + 'static>;
+
+/// Something visibilities can be read from, again and again, in runs of rows.
+pub trait VisibilitySource: Send {
+    /// What all rows share.
+    fn header(&self) -> &VisibilityHeader;
+
+    /// Number of rows.
+    fn n_rows(&self) -> usize;
+
+    /// Read the rows of `range`.
+    ///
+    /// # Errors
+    /// A range past the last row, or whatever the file says.
+    fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock>;
+}
+
+/// Something visibilities can be written to, in order.
+pub trait VisibilitySink: Send {
+    /// Append a block.
+    ///
+    /// # Errors
+    /// A block of another shape than the header's, or whatever the disk says.
+    fn write_block(&mut self, block: &VisibilityBlock) -> Result<()>;
+
+    /// Complete the output and give it its final name.
+    ///
+    /// # Errors
+    /// Whatever the disk says; the old output is then still in place.
+    fn finish(self: Box<Self>) -> Result<()>;
+}
+
+impl VisibilitySource for VisibilitySet {
+    fn header(&self) -> &VisibilityHeader {
+        &self.header
+    }
+
+    fn n_rows(&self) -> usize {
+        self.data.n_rows()
+    }
+
+    fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        self.data.rows(range)
+    }
+}
+
+/// A set in memory takes what is written to it; build it with an empty block.
+impl VisibilitySink for VisibilitySet {
+    fn write_block(&mut self, block: &VisibilityBlock) -> Result<()> {
+        check_block(&self.header, block)?;
+        self.data.append(block)
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// Read a source from the first row to the last in blocks of about `target_bytes` and hand each to `work`
+/// with the index of its first row.
+///
+/// # Errors
+/// The first error of the source or of `work`.
+pub fn for_each_block<E: From<ArrayError>>(
+    source: &mut dyn VisibilitySource,
+    target_bytes: usize,
+    mut work: impl FnMut(usize, VisibilityBlock) -> std::result::Result<(), E>,
+) -> std::result::Result<(), E> {
+    // 8 bytes of visibility, 4 of weight, 4 of nsamples, 1 of flag.
+    let row_bytes = 17 * source.header().spectrum.n_chan() * source.header().polarizations.len() + 60;
+    let step = (target_bytes / row_bytes).max(1);
+    let n = source.n_rows();
+    let mut start = 0;
+    while start < n {
+        let end = (start + step).min(n);
+        work(start, source.read_rows(start..end)?)?;
+        start = end;
+    }
+    Ok(())
+}

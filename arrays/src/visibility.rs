@@ -1,0 +1,220 @@
+//! Visibilities with everything that gives them meaning.
+
+use crate::{ArrayError, ArrayLayout, PhaseCenter, Polarization, Result, SpectralWindow, UvCoverage};
+use ndarray::{Array3, Axis, s};
+use num_complex::Complex;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Unit of a visibility.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum VisUnit {
+    /// Jansky.
+    Jy,
+    /// Kelvin steradian (`K str`): the integral of brightness temperature over solid angle.
+    KelvinSr,
+    /// Correlator units.
+    Uncalibrated,
+}
+
+impl VisUnit {
+    /// Name as in UVH5: `Jy`, `K str`, `uncalib`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Jy => "Jy",
+            Self::KelvinSr => "K str",
+            Self::Uncalibrated => "uncalib",
+        }
+    }
+
+    /// From its name in UVH5; anything unknown is uncalibrated.
+    #[must_use]
+    pub fn from_name(name: &str) -> Self {
+        match name.trim().to_ascii_lowercase().as_str() {
+            "jy" => Self::Jy,
+            "k str" | "k sr" => Self::KelvinSr,
+            _ => Self::Uncalibrated,
+        }
+    }
+}
+
+/// What all rows of a set share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VisibilityHeader {
+    /// The array. Rows index its antennas.
+    pub layout: ArrayLayout,
+    /// Channels.
+    pub spectrum: SpectralWindow,
+    /// Polarisation products \[pol\].
+    pub polarizations: Vec<Polarization>,
+    /// Phase centres; rows index them. At least one.
+    pub phase_centers: Vec<PhaseCenter>,
+    /// Unit of the visibilities.
+    pub unit: VisUnit,
+    /// Telescope name as other programs should see it.
+    pub telescope: String,
+    /// Instrument name.
+    pub instrument: String,
+    /// Constant brightness temperature removed from the scene before the transform, K; images add it back.
+    pub pedestal_k: Option<f64>,
+    /// How the data came to be, oldest first, one entry a line.
+    pub history: Vec<String>,
+}
+
+impl VisibilityHeader {
+    /// Shape of the data of `rows` rows: \[blt, chan, pol\].
+    #[must_use]
+    pub fn shape(&self, rows: usize) -> (usize, usize, usize) {
+        (rows, self.spectrum.n_chan(), self.polarizations.len())
+    }
+
+    /// True where the uvw are baselines of an aperture plane and not phased to the sky.
+    #[must_use]
+    pub fn is_boresight(&self) -> bool {
+        matches!(self.layout.frame, crate::LayoutFrame::Boresight)
+    }
+}
+
+/// A run of rows: coverage, visibilities, weights and flags.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VisibilityBlock {
+    /// Which baselines and when.
+    pub coverage: UvCoverage,
+    /// Visibilities \[blt, chan, pol\] in the unit of the header. A point source S at (l, m) gives
+    /// S exp(+2 pi i (u l + v m + w (n - 1))).
+    pub vis: Array3<Complex<f32>>,
+    /// Weights 1/sigma^2 of the real part \[blt, chan, pol\]; non-positive or non-finite ones count as flagged.
+    pub weights: Array3<f32>,
+    /// True where the datum must not be used \[blt, chan, pol\].
+    pub flags: Array3<bool>,
+    /// Number of samples that went into the datum \[blt, chan, pol\].
+    pub nsamples: Array3<f32>,
+}
+
+impl VisibilityBlock {
+    /// A block from its parts.
+    ///
+    /// # Errors
+    /// Any array that is not \[blt, chan, pol\] with the rows of `coverage`.
+    pub fn new(
+        coverage: UvCoverage,
+        vis: Array3<Complex<f32>>,
+        weights: Array3<f32>,
+        flags: Array3<bool>,
+        nsamples: Array3<f32>,
+    ) -> Result<Self> {
+        let expected = vec![coverage.n_rows(), vis.shape()[1], vis.shape()[2]];
+        for (what, shape) in
+            [("visibilities", vis.shape()), ("weights", weights.shape()), ("flags", flags.shape()), ("nsamples", nsamples.shape())]
+        {
+            if shape != expected.as_slice() {
+                return Err(ArrayError::ShapeMismatch { what, expected, found: shape.to_vec() });
+            }
+        }
+        Ok(Self { coverage, vis, weights, flags, nsamples })
+    }
+
+    /// Unflagged zeros of unit weight for the rows of `coverage`.
+    #[must_use]
+    pub fn zeros(coverage: UvCoverage, n_chan: usize, n_pol: usize) -> Self {
+        let shape = (coverage.n_rows(), n_chan, n_pol);
+        Self {
+            coverage,
+            vis: Array3::zeros(shape),
+            weights: Array3::ones(shape),
+            flags: Array3::from_elem(shape, false),
+            nsamples: Array3::ones(shape),
+        }
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn n_rows(&self) -> usize {
+        self.coverage.n_rows()
+    }
+
+    /// The weight with which a datum may be used: 0 where it is flagged, its weight is not positive, or anything is not finite.
+    #[must_use]
+    pub fn usable_weight(&self, row: usize, chan: usize, pol: usize) -> f32 {
+        let i = (row, chan, pol);
+        let w = self.weights[i];
+        let v = self.vis[i];
+        if !self.flags[i] && w > 0.0 && w.is_finite() && v.re.is_finite() && v.im.is_finite() { w } else { 0.0 }
+    }
+
+    /// Append the rows of `other`.
+    ///
+    /// # Errors
+    /// Another number of channels or polarisations.
+    pub fn append(&mut self, other: &Self) -> Result<()> {
+        append("visibilities", &mut self.vis, &other.vis)?;
+        append("weights", &mut self.weights, &other.weights)?;
+        append("flags", &mut self.flags, &other.flags)?;
+        append("nsamples", &mut self.nsamples, &other.nsamples)?;
+        self.coverage.append(&other.coverage)
+    }
+
+    /// A run of rows, copied.
+    ///
+    /// # Errors
+    /// A range past the last row.
+    pub fn rows(&self, range: Range<usize>) -> Result<Self> {
+        let coverage = self.coverage.rows(range.clone())?;
+        Ok(Self {
+            coverage,
+            vis: self.vis.slice(s![range.clone(), .., ..]).to_owned(),
+            weights: self.weights.slice(s![range.clone(), .., ..]).to_owned(),
+            flags: self.flags.slice(s![range.clone(), .., ..]).to_owned(),
+            nsamples: self.nsamples.slice(s![range, .., ..]).to_owned(),
+        })
+    }
+}
+
+/// Append along the rows, saying which array did not fit.
+fn append<T: Clone>(what: &'static str, to: &mut Array3<T>, from: &Array3<T>) -> Result<()> {
+    let expected = to.shape().to_vec();
+    to.append(Axis(0), from.view()).map_err(|_| ArrayError::ShapeMismatch { what, expected, found: from.shape().to_vec() })
+}
+
+/// A whole set in memory: the one-block case of a stream.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VisibilitySet {
+    /// What all rows share.
+    pub header: VisibilityHeader,
+    /// All rows.
+    pub data: VisibilityBlock,
+}
+
+impl VisibilitySet {
+    /// A set whose block fits its header.
+    ///
+    /// # Errors
+    /// Channel or polarisation counts that differ from the header's, antennas or phase centres that the header does not have.
+    pub fn new(header: VisibilityHeader, data: VisibilityBlock) -> Result<Self> {
+        check_block(&header, &data)?;
+        Ok(Self { header, data })
+    }
+}
+
+/// Check that a block belongs to a header.
+///
+/// # Errors
+/// See [`VisibilitySet::new`].
+pub(crate) fn check_block(header: &VisibilityHeader, data: &VisibilityBlock) -> Result<()> {
+    let (rows, chan, pol) = header.shape(data.n_rows());
+    if data.vis.shape() != [rows, chan, pol] {
+        return Err(ArrayError::ShapeMismatch { what: "visibilities", expected: vec![rows, chan, pol], found: data.vis.shape().to_vec() });
+    }
+    let n_ant = header.layout.n_ant();
+    for ant in [&data.coverage.ant1, &data.coverage.ant2] {
+        if let Some(a) = ant.iter().find(|a| **a as usize >= n_ant) {
+            return Err(ArrayError::OutOfRange { what: "antenna", index: *a as usize, len: n_ant });
+        }
+    }
+    let n_pc = header.phase_centers.len();
+    if let Some(p) = data.coverage.phase_center.iter().find(|p| usize::from(**p) >= n_pc) {
+        return Err(ArrayError::OutOfRange { what: "phase centre", index: usize::from(*p), len: n_pc });
+    }
+    Ok(())
+}
