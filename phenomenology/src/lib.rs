@@ -1,1 +1,11 @@
-//! Placeholder.
+//! Scene description to brightness temperature.
+//!
+//! [`Scene`] is the public face: read one from TOML, render it on a [`cittert_arrays::SkyGrid`].
+
+mod analytic;
+mod error;
+mod scene;
+
+pub use analytic::{AnalyticScene, Shape};
+pub use error::{Result, SceneError};
+pub use scene::Scene;
