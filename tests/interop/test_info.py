@@ -1,0 +1,40 @@
+"""`info --json` agrees with pyuvdata, field by field, on real files."""
+import os
+import warnings
+
+import numpy as np
+import pytest
+from pyuvdata import UVData
+from pyuvdata.utils import polnum2str
+
+FILES = ["eht_m87_2017_096_lo.uvfits", "eht_m87_2017_100_lo.uvfits", "hera_zen.2458432.34569.uvh5", "paper_redundant.uvfits", "pyuvsim_ref_1.1_uniform.uvfits"]
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_info_agrees_with_pyuvdata(cittert, shared, name):
+    path = os.path.join(shared, "data", "visibilities", name)
+    ours = cittert.json("info", path)
+    uv = UVData()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        uv.read(path, run_check=False)
+    assert ours["telescope"] == uv.telescope.name
+    assert ours["n_blts"] == uv.Nblts
+    assert ours["n_bls"] == uv.Nbls
+    assert ours["n_times"] == uv.Ntimes
+    assert ours["n_freqs"] == uv.Nfreqs
+    assert ours["n_pols"] == uv.Npols
+    assert sorted(ours["antenna_names"]) == sorted(map(str, uv.telescope.antenna_names))
+    np.testing.assert_allclose(ours["freq_hz"], uv.freq_array.ravel(), rtol=1e-12)
+    np.testing.assert_allclose(np.broadcast_to(ours["channel_width_hz"], uv.Nfreqs), np.abs(np.ravel(uv.channel_width)), rtol=1e-6)
+    names = [{"pI": "I", "pQ": "Q", "pU": "U", "pV": "V"}.get(p, p.upper()) for p in map(polnum2str, uv.polarization_array)]
+    names = [{"EE": "XX", "NN": "YY", "EN": "XY", "NE": "YX"}.get(n, n) for n in names]
+    assert ours["polarizations"] == names
+    flags = uv.flag_array | ~np.isfinite(uv.data_array)
+    assert abs(ours["flagged_fraction"] - flags.mean()) < 1e-9
+    for i, p in enumerate(names):
+        good = ~flags[..., i]
+        assert ours["n_unflagged"][p] == good.sum()
+        if good.any():
+            mean = np.abs(uv.data_array[..., i][good].astype(complex)).mean()
+            assert abs(ours["mean_abs_unflagged"][p] - mean) <= 1e-6 * mean
