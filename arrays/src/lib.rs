@@ -32,7 +32,7 @@ mod visibility;
 
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
 pub use beam::RestoringBeam;
-pub use coverage::UvCoverage;
+pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, Result};
 pub use gains::GainTable;
 pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};
