@@ -14,6 +14,7 @@
 //! | [`GainTable`] | antenna gains | `Complex<f64>` \[solint, ant, chan, feed\] |
 //! | [`SkyGrid`], [`Image`] | brightness on a grid of direction cosines | \[chan, pol, m, l\] |
 
+pub mod astrometry;
 mod beam;
 mod coverage;
 mod error;
@@ -29,6 +30,7 @@ mod spectrum;
 mod stream;
 mod visibility;
 
+pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
 pub use beam::RestoringBeam;
 pub use coverage::UvCoverage;
 pub use error::{ArrayError, Result};
