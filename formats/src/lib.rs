@@ -1,7 +1,8 @@
 //! Everything on disk, and every sign flip.
 
 pub mod atomic;
+pub mod fits;
 mod error;
-pub mod time;
+mod time;
 
 pub use error::{FormatError, Result};
