@@ -1,0 +1,203 @@
+//! Images written: four axes (RA---SIN, DEC--SIN, FREQ, STOKES), or linear L and M for a boresight.
+
+use super::table::{Form, TableWriter};
+use super::{HeaderWriter, LinearAxis, padding};
+use crate::atomic::AtomicFile;
+use crate::{FormatError, Result};
+use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyFrame};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+/// How an image is written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ImageOptions {
+    /// Replace an existing file.
+    pub overwrite: bool,
+    /// 64-bit floats (BITPIX -64) instead of 32-bit ones.
+    pub double: bool,
+}
+
+/// Write an image or cube.
+///
+/// One beam goes into BMAJ, BMIN, BPA of the header; beams that differ between channels go into a BEAMS table too, and channels that
+/// are not evenly spaced into a CHANNELS table.
+///
+/// # Errors
+/// As [`AtomicFile::create`]; a full disk; polarisations that make no regular STOKES axis.
+pub fn write_image(path: &Path, image: &Image, options: ImageOptions) -> Result<()> {
+    let header = header(path, image, options)?;
+    let out = AtomicFile::create(path, options.overwrite)?;
+    let io = |e| FormatError::io(path, "write", e);
+    let mut file = BufWriter::with_capacity(1 << 16, out.open()?);
+    file.write_all(&header.finish()).map_err(io)?;
+    // In FITS order the channel axis runs before the STOKES axis, so the planes of one polarisation follow each other.
+    for pol in 0..image.polarizations.len() {
+        for chan in 0..image.spectrum.n_chan() {
+            for value in image.plane(chan, pol) {
+                let written = if options.double { file.write_all(&value.to_be_bytes()) } else { file.write_all(&(*value as f32).to_be_bytes()) };
+                written.map_err(io)?;
+            }
+        }
+    }
+    let len = image.data.len() as u64 * if options.double { 8 } else { 4 };
+    file.write_all(&vec![0; padding(len) as usize]).map_err(io)?;
+    if several_beams(image) {
+        file.write_all(&beams_table(&image.beams, image.polarizations.len())).map_err(io)?;
+    }
+    if !even_channels(image) {
+        file.write_all(&channels_table(image)).map_err(io)?;
+    }
+    file.flush().map_err(io)?;
+    drop(file);
+    out.commit()
+}
+
+/// True where one beam does not serve all channels.
+fn several_beams(image: &Image) -> bool {
+    image.beams.windows(2).any(|b| b[0] != b[1])
+}
+
+/// Step of the channels in Hz: their spacing, or the width of a single one.
+fn channel_step(image: &Image) -> f64 {
+    match image.spectrum.freq_hz() {
+        [first, second, ..] => second - first,
+        _ => image.spectrum.width_hz()[0],
+    }
+}
+
+/// True where first frequency and step tell all channels and their widths.
+fn even_channels(image: &Image) -> bool {
+    let (step, first) = (channel_step(image), image.spectrum.freq_hz()[0]);
+    let even = |(c, f): (usize, &f64)| (f - first - c as f64 * step).abs() <= 1e-6 * step.abs();
+    step != 0.0
+        && image.spectrum.freq_hz().iter().enumerate().all(even)
+        && image.spectrum.width_hz().iter().all(|w| (w - step.abs()).abs() <= 1e-6 * step.abs())
+}
+
+fn header(path: &Path, image: &Image, options: ImageOptions) -> Result<HeaderWriter> {
+    let grid = &image.grid;
+    let mut h = HeaderWriter::default();
+    h.logical("SIMPLE", true, "conforms to FITS standard");
+    h.integer("BITPIX", if options.double { -64 } else { -32 }, "floating point");
+    let lengths = [grid.n_l, grid.n_m, image.spectrum.n_chan(), image.polarizations.len()];
+    h.integer("NAXIS", 4, "");
+    for (k, n) in lengths.iter().enumerate() {
+        h.integer(&format!("NAXIS{}", k + 1), *n as i64, "");
+    }
+    h.logical("EXTEND", true, "");
+    for (k, axis) in axes(path, image)?.iter().enumerate() {
+        axis.write(&mut h, k + 1);
+    }
+    match &grid.frame {
+        SkyFrame::Sky { frame, .. } => {
+            h.real("LONPOLE", 180.0, "");
+            h.real("EQUINOX", if frame.eq_ignore_ascii_case("fk4") { 1950.0 } else { 2000.0 }, "");
+            h.text("RADESYS", &frame.to_ascii_uppercase(), "");
+        }
+        SkyFrame::Boresight => h.text("CITFRAME", "BORESIGHT", "L to the right as seen along the boresight"),
+    }
+    h.text("SPECSYS", "TOPOCENT", "");
+    h.real("RESTFRQ", image.spectrum.mean_hz(), "Hz");
+    h.text("BUNIT", image.unit.bunit(), "");
+    let (btype, comment) = match image.unit {
+        BrightnessUnit::Kelvin => ("Brightness temperature", ""),
+        BrightnessUnit::JyPerBeam | BrightnessUnit::JyPerPixel => ("Intensity", ""),
+        BrightnessUnit::One => ("Ratio", ""),
+        BrightnessUnit::Metre => ("Range", ""),
+        BrightnessUnit::Other => ("Unknown", ""),
+    };
+    h.text("BTYPE", btype, comment);
+    if let Some(beam) = image.beams.first() {
+        let note = if several_beams(image) { "deg, first channel; see the BEAMS table" } else { "deg" };
+        h.real("BMAJ", beam.bmaj_rad.to_degrees(), note);
+        h.real("BMIN", beam.bmin_rad.to_degrees(), note);
+        h.real("BPA", beam.bpa_rad.to_degrees(), note);
+        if several_beams(image) {
+            h.logical("CASAMBM", true, "a BEAMS table follows");
+        }
+    }
+    if let Some(iso) = image.time_jd.and_then(crate::time::fits_date) {
+        h.text("DATE-OBS", &iso, "");
+        h.text("TIMESYS", "UTC", "");
+    }
+    if !image.object.is_empty() {
+        h.text("OBJECT", &image.object, "");
+    }
+    if !image.telescope.is_empty() {
+        h.text("TELESCOP", &image.telescope, "");
+    }
+    if let Some(pedestal) = image.pedestal_k {
+        h.real("CITPEDST", pedestal, "K, removed before imaging and added back");
+    }
+    h.text("ORIGIN", "cittert", "");
+    h.history(&image.history);
+    Ok(h)
+}
+
+fn axes(path: &Path, image: &Image) -> Result<[LinearAxis; 4]> {
+    let grid = &image.grid;
+    let cell_deg = grid.cell_rad.to_degrees();
+    let axis = |ctype: &str, cunit: &str, crpix: f64, crval: f64, cdelt: f64| LinearAxis {
+        ctype: ctype.into(),
+        cunit: cunit.into(),
+        crpix,
+        crval,
+        cdelt,
+    };
+    let (mid_l, mid_m) = ((grid.n_l / 2 + 1) as f64, (grid.n_m / 2 + 1) as f64);
+    let [x, y] = match &grid.frame {
+        SkyFrame::Sky { ra_rad, dec_rad, .. } => [
+            axis("RA---SIN", "deg", mid_l, ra_rad.to_degrees(), -cell_deg),
+            axis("DEC--SIN", "deg", mid_m, dec_rad.to_degrees(), cell_deg),
+        ],
+        SkyFrame::Boresight => [axis("L", "deg", mid_l, 0.0, cell_deg), axis("M", "deg", mid_m, 0.0, cell_deg)],
+    };
+    let numbers: Vec<i32> = image.polarizations.iter().map(|p| p.aips()).collect();
+    let step = match numbers[..] {
+        [first, second, ..] => second - first,
+        _ => 1,
+    };
+    if numbers.windows(2).any(|w| w[1] - w[0] != step) || step == 0 {
+        return Err(FormatError::unsupported(
+            path,
+            format!("polarisations {:?} make no regular STOKES axis: write them one by one", image.polarizations),
+        ));
+    }
+    let first = numbers.first().copied().unwrap_or(1);
+    Ok([
+        x,
+        y,
+        axis("FREQ", "Hz", 1.0, image.spectrum.freq_hz()[0], channel_step(image)),
+        axis("STOKES", "", 1.0, f64::from(first), f64::from(step)),
+    ])
+}
+
+fn beams_table(beams: &[RestoringBeam], n_pol: usize) -> Vec<u8> {
+    let columns = vec![
+        ("BMAJ", Form::Float(1), "arcsec"),
+        ("BMIN", Form::Float(1), "arcsec"),
+        ("BPA", Form::Float(1), "deg"),
+        ("CHAN", Form::Int(1), ""),
+        ("POL", Form::Int(1), ""),
+    ];
+    let mut table = TableWriter::new("BEAMS", columns);
+    for pol in 0..n_pol {
+        for (chan, b) in beams.iter().enumerate() {
+            let row = [b.bmaj_rad.to_degrees() * 3600.0, b.bmin_rad.to_degrees() * 3600.0, b.bpa_rad.to_degrees(), chan as f64, pol as f64];
+            row.iter().for_each(|v| table.numbers(&[*v]));
+        }
+    }
+    table.finish(|h| {
+        h.integer("NCHAN", beams.len() as i64, "");
+        h.integer("NPOL", n_pol as i64, "");
+    })
+}
+
+fn channels_table(image: &Image) -> Vec<u8> {
+    let mut table = TableWriter::new("CHANNELS", vec![("FREQ", Form::Double(1), "Hz"), ("WIDTH", Form::Double(1), "Hz")]);
+    for (freq, width) in image.spectrum.freq_hz().iter().zip(image.spectrum.width_hz()) {
+        table.numbers(&[*freq]);
+        table.numbers(&[*width]);
+    }
+    table.finish(|_| {})
+}

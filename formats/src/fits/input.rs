@@ -1,0 +1,128 @@
+//! A FITS file as a stream of bytes: plain, or compressed with gzip.
+
+use crate::{FormatError, Result};
+use flate2::read::MultiGzDecoder;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// Deflate cannot shrink anything by more than this factor, so a compressed file cannot hold more than this many times its size.
+const LARGEST_DEFLATE_RATIO: u64 = 1032;
+
+/// Bytes that fill up the last block of `len` bytes.
+pub(crate) fn padding(len: u64) -> u64 {
+    (super::BLOCK as u64 - len % super::BLOCK as u64) % super::BLOCK as u64
+}
+
+/// An open file that knows where it is and how much it can hold at most.
+pub(crate) struct Input {
+    reader: Box<dyn Read + Send>,
+    path: PathBuf,
+    position: u64,
+    limit: u64,
+    plain: bool,
+}
+
+impl Input {
+    /// Open a file, looking through gzip.
+    pub(crate) fn open(path: &Path) -> Result<Self> {
+        let mut file = open_file(path)?;
+        let io = |e| FormatError::io(path, "read", e);
+        let len = file.metadata().map_err(io)?.len();
+        let mut magic = [0u8; 2];
+        let got = read_up_to(&mut file, &mut magic).map_err(io)?;
+        file.seek(SeekFrom::Start(0)).map_err(io)?;
+        let plain = got < 2 || magic != [0x1f, 0x8b];
+        let reader: Box<dyn Read + Send> = if plain {
+            Box::new(BufReader::with_capacity(1 << 16, file))
+        } else {
+            Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(BufReader::new(file))))
+        };
+        let limit = if plain { len } else { len.saturating_mul(LARGEST_DEFLATE_RATIO) };
+        Ok(Self { reader, path: path.into(), position: 0, limit, plain })
+    }
+
+    /// The file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Bytes read so far.
+    pub(crate) fn position(&self) -> u64 {
+        self.position
+    }
+
+    /// Refuse `len` more bytes where the file cannot hold them: before anything is allocated for them.
+    pub(crate) fn demand(&self, place: &str, len: u64) -> Result<()> {
+        let left = self.limit.saturating_sub(self.position);
+        if len > left {
+            let more = if self.plain { "" } else { " at most, compressed as it is" };
+            return Err(FormatError::malformed(
+                &self.path,
+                place,
+                format!("{len} bytes"),
+                format!("{left} bytes to the end of the file{more} (truncated, or the header is wrong)"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Fill the buffer.
+    pub(crate) fn read_exact(&mut self, place: &str, buffer: &mut [u8]) -> Result<()> {
+        let got = self.read_some(buffer)?;
+        if got < buffer.len() {
+            return Err(FormatError::malformed(
+                &self.path,
+                place,
+                format!("{} bytes from byte {}", buffer.len(), self.position - got as u64),
+                format!("{got} bytes to the end of the file (truncated)"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Read until the buffer is full or the file ends; how many bytes there were.
+    pub(crate) fn read_some(&mut self, buffer: &mut [u8]) -> Result<usize> {
+        let got = read_up_to(&mut self.reader, buffer).map_err(|e| FormatError::io(&self.path, "read", e))?;
+        self.position += got as u64;
+        Ok(got)
+    }
+
+    /// Read past `len` bytes.
+    pub(crate) fn skip(&mut self, place: &str, mut len: u64) -> Result<()> {
+        self.demand(place, len)?;
+        let mut buffer = [0u8; 1 << 14];
+        while len > 0 {
+            let n = (len.min(buffer.len() as u64)) as usize;
+            self.read_exact(place, &mut buffer[..n])?;
+            len -= n as u64;
+        }
+        Ok(())
+    }
+}
+
+/// Open a regular file to read; a directory or an empty file is refused by name.
+pub(crate) fn open_file(path: &Path) -> Result<File> {
+    let meta = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
+    if meta.is_dir() {
+        return Err(FormatError::NotA { path: path.into(), expected: "a file".into(), found: "it is a directory".into() });
+    }
+    if meta.is_file() && meta.len() == 0 {
+        return Err(FormatError::NotA { path: path.into(), expected: "a file with content".into(), found: "the file is empty".into() });
+    }
+    File::open(path).map_err(|e| FormatError::io(path, "open", e))
+}
+
+/// Read until the buffer is full or the input ends.
+pub(crate) fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
+    let mut got = 0;
+    while got < buffer.len() {
+        match reader.read(&mut buffer[got..]) {
+            Ok(0) => break,
+            Ok(n) => got += n,
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(got)
+}

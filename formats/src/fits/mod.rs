@@ -1,0 +1,23 @@
+//! FITS: headers, images and binary tables, read and written without an outside library.
+//!
+//! # Reference
+//! Pence et al. 2010, A&A 524, A42 (FITS 3.0); Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, A&A 395, 1077.
+
+mod celestial;
+mod header;
+mod image_axes;
+mod image_read;
+mod image_write;
+mod input;
+mod linear;
+pub(crate) mod table;
+
+pub use image_read::read_image;
+pub use image_write::{ImageOptions, write_image};
+pub use linear::{LinearAxis, write_plane};
+
+pub(crate) use header::{Header, HeaderWriter, Value};
+pub(crate) use input::{Input, padding};
+
+/// FITS files are made of blocks of this many bytes.
+pub(crate) const BLOCK: usize = 2880;
