@@ -1,0 +1,437 @@
+//! The simulation of a set, block by block.
+
+use super::analytic::{Seen, seen_from, sources_dft};
+use super::degrid::DegridPlane;
+use super::dft::{image_dft, n_minus_1};
+use super::mask::MaskPlane;
+use super::noise::NoiseModel;
+use super::sky::{SkyModel, apparent_plane, check_image, from_jy, nearest_channels, stokes_coefficient, unit_factor};
+use super::{Method, SimulateOptions, pedestal};
+use crate::progress::{Event, Observer};
+use crate::{ChainError, Result};
+use cittert_arrays::{
+    Polarization, SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySink,
+};
+use ndarray::{Array2, Array3, ArrayView2, Axis, s};
+use num_complex::{Complex, Complex64};
+
+/// Working memory of one pass over a block, bytes.
+const PASS_BYTES: usize = 64 << 20;
+/// Transforms of scenes are kept from block to block up to this size, bytes.
+const KEEP_BYTES: usize = 1 << 30;
+
+/// One image plane that serves some channels of the set.
+struct Plane {
+    image: usize,
+    image_chan: usize,
+    pol: usize,
+    /// Channels of the set that see this plane.
+    chans: Vec<usize>,
+    /// Its transform, once made, where there is memory to keep it.
+    ready: Option<Transform>,
+}
+
+/// A plane ready to be sampled.
+enum Transform {
+    Exact {
+        plane: Array2<f64>,
+    },
+    Degrid(Box<DegridPlane>),
+    Mask(MaskPlane),
+    /// Nothing to see.
+    Empty,
+}
+
+impl Transform {
+    fn bytes(&self) -> usize {
+        match self {
+            Self::Exact { plane } => 8 * plane.len(),
+            Self::Degrid(d) => d.bytes(),
+            Self::Mask(m) => m.bytes(),
+            Self::Empty => 0,
+        }
+    }
+}
+
+/// What a simulation made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Summary {
+    /// Rows written.
+    pub rows: u64,
+    /// Visibilities written.
+    pub visibilities: u64,
+    /// Of these, flagged because they lie outside the mask's grid.
+    pub flagged: u64,
+}
+
+/// Turns rows of coverage into visibilities of one scene.
+pub struct Simulator<'a> {
+    header: VisibilityHeader,
+    sky: &'a SkyModel,
+    options: SimulateOptions,
+    pedestal_k: f64,
+    /// Sources as seen from each phase centre \[phase centre\]\[source\].
+    sources: Vec<Vec<Seen>>,
+    planes: Vec<Plane>,
+    kept_bytes: usize,
+    noise: Option<NoiseModel>,
+    /// Frequencies within each channel, Hz \[chan\]\[sub-channel\].
+    freq_hz: Vec<Vec<f64>>,
+    warned_coarse: bool,
+}
+
+impl<'a> Simulator<'a> {
+    /// Check everything that can be checked before the first row. [`Simulator::header`] then is the header of the output:
+    /// the given one with the pedestal and a line of history.
+    ///
+    /// # Errors
+    /// An empty scene, an image in another frame than the set or with NaN or of an unknown unit, a source behind the horizon,
+    /// options outside their range, noise of antennas without SEFD or Tsys.
+    pub fn new(header: VisibilityHeader, sky: &'a SkyModel, options: &SimulateOptions, observer: &dyn Observer) -> Result<Self> {
+        check_options(options)?;
+        if sky.images.is_empty() && sky.sources.is_empty() {
+            return Err(ChainError::NoData("the scene holds neither an image nor a source".into()));
+        }
+        if header.unit == VisUnit::Uncalibrated {
+            return Err(ChainError::Incompatible("visibilities can be simulated in Jy or K sr, not in correlator units".into()));
+        }
+        if options.method == Method::Mask && sky.images.is_empty() {
+            return Err(ChainError::Incompatible(
+                "method mask samples the FFT of an image, but the scene has only sources: use dft".into(),
+            ));
+        }
+        for image in &sky.images {
+            check_image(image, &header.phase_centers)?;
+            warn_beyond_horizon(image, observer);
+        }
+        let sources = header
+            .phase_centers
+            .iter()
+            .map(|c| sky.sources.iter().enumerate().map(|(k, s)| seen_from(s, k + 1, c)).collect())
+            .collect::<Result<Vec<Vec<Seen>>>>()?;
+        let pedestal_k = pedestal::choose(options.pedestal, sky, header.unit, &options.pattern, header.spectrum.mean_hz())?;
+        if let Some(t) = pedestal_k {
+            observer.event(Event::Note(&format!("removed a pedestal of {t:.3} K from the scene; images add it back")));
+        }
+        let noise = options.noise.as_ref().map(|n| NoiseModel::new(&header, n, &options.pattern)).transpose()?;
+        let mut simulator = Self {
+            planes: list_planes(&header, sky, options),
+            freq_hz: frequencies(&header, options.subchannels),
+            header,
+            sky,
+            options: options.clone(),
+            pedestal_k: pedestal_k.unwrap_or(0.0),
+            sources,
+            kept_bytes: 0,
+            noise,
+            warned_coarse: false,
+        };
+        simulator.header.pedestal_k = pedestal_k;
+        let line = simulator.history();
+        simulator.header.history.push(line);
+        Ok(simulator)
+    }
+
+    /// Header of the output.
+    #[must_use]
+    pub fn header(&self) -> &VisibilityHeader {
+        &self.header
+    }
+
+    fn history(&self) -> String {
+        let o = &self.options;
+        let mut line = format!("simulate: method {}", o.method.name());
+        if o.method == Method::Degrid {
+            line += &format!(", epsilon {:e}", o.epsilon);
+        }
+        line += &format!(", w term {}, pattern {:?}, {} sub-channels", o.w_term && o.method != Method::Mask, o.pattern, o.subchannels);
+        line += &self.header.pedestal_k.map_or(", no pedestal".to_owned(), |t| format!(", pedestal {t} K"));
+        line += &o.noise.map_or(", no noise".to_owned(), |n| format!(", noise seed {}", n.seed));
+        line
+    }
+
+    /// Simulate all rows of an iterator into a sink, which the caller opens with [`Simulator::header`] and finishes.
+    ///
+    /// # Errors
+    /// As [`Simulator::block`]; an error of the iterator or of the sink; a request to stop.
+    pub fn run(
+        &mut self,
+        rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
+        sink: &mut dyn VisibilitySink,
+        observer: &dyn Observer,
+    ) -> Result<Summary> {
+        observer.event(Event::Phase { name: "simulating", total: None, unit: "vis" });
+        let mut summary = Summary::default();
+        for coverage in rows {
+            let coverage = coverage?;
+            let step = self.rows_in_a_pass();
+            let mut start = 0;
+            while start < coverage.n_rows() {
+                if observer.cancelled() {
+                    return Err(ChainError::Cancelled);
+                }
+                let end = (start + step).min(coverage.n_rows());
+                let block = self.block(coverage.rows(start..end)?, summary.rows, observer)?;
+                sink.write_block(&block)?;
+                summary.rows += (end - start) as u64;
+                summary.visibilities += block.vis.len() as u64;
+                summary.flagged += block.flags.iter().filter(|f| **f).count() as u64;
+                observer.event(Event::Advance(block.vis.len() as u64));
+                start = end;
+            }
+        }
+        observer.event(Event::Done);
+        if summary.flagged > 0 {
+            observer.event(Event::Warning(&format!(
+                "{} of {} visibilities lie outside the Fourier grid of the scene and are flagged: use smaller cells",
+                summary.flagged, summary.visibilities
+            )));
+        }
+        Ok(summary)
+    }
+
+    fn rows_in_a_pass(&self) -> usize {
+        let values: usize =
+            self.freq_hz.iter().map(Vec::len).sum::<usize>() + 2 * self.header.spectrum.n_chan() * self.header.polarizations.len();
+        (PASS_BYTES / (16 * values)).max(1)
+    }
+
+    /// Simulate the rows of one block, of which `first_row` rows of the set come before.
+    ///
+    /// # Errors
+    /// A row with an antenna or phase centre that the header does not have, or an integration time without length where noise
+    /// is asked for.
+    pub fn block(&mut self, coverage: UvCoverage, first_row: u64, observer: &dyn Observer) -> Result<VisibilityBlock> {
+        self.check_rows(&coverage, observer)?;
+        let (n_rows, n_chan, n_pol) = self.header.shape(coverage.n_rows());
+        let mut sum = Array3::<Complex64>::zeros((n_rows, n_chan, n_pol));
+        let mut outside = Array2::from_elem((n_rows, n_chan), false);
+        for k in 0..self.planes.len() {
+            self.add_plane(k, coverage.uvw_m.view(), &mut sum, &mut outside)?;
+        }
+        if !self.sky.sources.is_empty() {
+            self.add_sources(&coverage, &mut sum);
+        }
+        let mut block = VisibilityBlock::zeros(coverage, n_chan, n_pol);
+        block.vis.assign(&sum.mapv(|v| Complex::new(v.re as f32, v.im as f32)));
+        if let Some(noise) = &self.noise {
+            noise.apply(&mut block, first_row)?;
+        }
+        for ((row, chan), _) in outside.indexed_iter().filter(|(_, o)| **o) {
+            block.flags.slice_mut(s![row, chan, ..]).fill(true);
+            block.weights.slice_mut(s![row, chan, ..]).fill(0.0);
+            block.vis.slice_mut(s![row, chan, ..]).fill(Complex::new(0.0, 0.0));
+        }
+        Ok(block)
+    }
+
+    fn check_rows(&mut self, coverage: &UvCoverage, observer: &dyn Observer) -> Result<()> {
+        let (n_ant, n_centers) = (self.header.layout.n_ant(), self.header.phase_centers.len());
+        let antenna = coverage.ant1.iter().chain(&coverage.ant2).map(|a| *a as usize).find(|a| *a >= n_ant);
+        let center = coverage.phase_center.iter().map(|p| usize::from(*p)).find(|p| *p >= n_centers);
+        for (what, index, len) in [("antenna", antenna, n_ant), ("phase centre", center, n_centers)] {
+            if let Some(index) = index {
+                return Err(cittert_arrays::ArrayError::OutOfRange { what, index, len }.into());
+            }
+        }
+        if let Some(bad) = coverage.uvw_m.iter().find(|x| !x.is_finite()) {
+            return Err(ChainError::Incompatible(format!("the coverage holds a baseline of {bad} m")));
+        }
+        let longest = coverage.longest_uv_m() * self.header.spectrum.range_hz().1 / SPEED_OF_LIGHT_M_S;
+        for image in &self.sky.images {
+            let limit = 0.5 / image.grid.cell_rad;
+            if longest > limit && !self.warned_coarse && self.options.method != Method::Mask {
+                self.warned_coarse = true;
+                observer.event(Event::Warning(&format!(
+                    "the longest baseline is {longest:.4e} wavelengths, but cells of {:.4} arcsec hold structure only up to {limit:.4e}: visibilities beyond are an alias of the scene; use cells below {:.4} arcsec",
+                    image.grid.cell_rad.to_degrees() * 3600.0,
+                    (0.5 / longest).to_degrees() * 3600.0
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn add_plane(&mut self, k: usize, uvw: ArrayView2<'_, f64>, sum: &mut Array3<Complex64>, outside: &mut Array2<bool>) -> Result<()> {
+        let mut transform = match self.planes[k].ready.take() {
+            Some(t) => t,
+            None => {
+                let t = self.transform(k)?;
+                self.kept_bytes += t.bytes();
+                t
+            }
+        };
+        let plane = &self.planes[k];
+        let image = &self.sky.images[plane.image];
+        let freqs: Vec<f64> = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().copied()).collect();
+        let sub = self.options.subchannels;
+        let vis = match &mut transform {
+            Transform::Exact { plane } => Some(image_dft(&image.grid, plane.view(), uvw, &freqs, self.options.w_term)?),
+            Transform::Degrid(degridder) => Some(degridder.predict(uvw, &freqs)?),
+            Transform::Mask(mask) => Some(mask.predict(uvw, &freqs, |row, f| outside[[row, plane.chans[f / sub]]] = true)),
+            Transform::Empty => None,
+        };
+        if let Some(vis) = vis {
+            let terms = products(image.polarizations[plane.pol], &self.header.polarizations);
+            for (i, chan) in plane.chans.iter().enumerate() {
+                let factor: Vec<f64> =
+                    self.freq_hz[*chan].iter().map(|f| unit_factor(image.unit, self.header.unit, *f) / sub as f64).collect();
+                for (mut out, vis) in sum.slice_mut(s![.., *chan, ..]).axis_iter_mut(Axis(0)).zip(vis.axis_iter(Axis(0))) {
+                    let mean: Complex64 = factor.iter().enumerate().map(|(j, f)| vis[i * sub + j] * *f).sum();
+                    for (pol, coefficient) in &terms {
+                        out[*pol] += mean * coefficient;
+                    }
+                }
+            }
+        }
+        // What does not fit into memory is made anew for every block.
+        if self.kept_bytes <= KEEP_BYTES {
+            self.planes[k].ready = Some(transform);
+        } else {
+            self.kept_bytes -= transform.bytes();
+        }
+        Ok(())
+    }
+
+    fn transform(&self, k: usize) -> Result<Transform> {
+        let plane = &self.planes[k];
+        let image = &self.sky.images[plane.image];
+        let freq = self.header.spectrum.freq_hz()[plane.chans[0]];
+        let pedestal =
+            if self.header.pedestal_k.is_some() && image.unit == cittert_arrays::BrightnessUnit::Kelvin { self.pedestal_k } else { 0.0 };
+        let seen = apparent_plane(image, (plane.image_chan, plane.pol), &self.options.pattern, freq, pedestal, self.options.one_over_n);
+        if seen.iter().all(|v| *v == 0.0) && self.options.method != Method::Mask {
+            return Ok(Transform::Empty);
+        }
+        Ok(match self.options.method {
+            Method::Dft => Transform::Exact { plane: seen },
+            Method::Degrid => Transform::Degrid(Box::new(DegridPlane::new(&image.grid, seen, self.options.epsilon, self.options.w_term)?)),
+            Method::Mask => Transform::Mask(MaskPlane::new(&image.grid, &seen)?),
+        })
+    }
+
+    fn add_sources(&self, coverage: &UvCoverage, sum: &mut Array3<Complex64>) {
+        let (unit, pattern, sub) = (self.header.unit, self.options.pattern, self.options.subchannels);
+        let freqs: Vec<f64> = self.freq_hz.iter().flatten().copied().collect();
+        let terms = products(Polarization::I, &self.header.polarizations);
+        // In method mask the sources are seen where the image is: at the centre of the cell, without w.
+        let snap = (self.options.method == Method::Mask).then(|| &self.sky.images[0].grid);
+        for (center, sources) in self.sources.iter().enumerate() {
+            let rows: Vec<usize> = (0..coverage.n_rows()).filter(|r| usize::from(coverage.phase_center[*r]) == center).collect();
+            let uvw = coverage.uvw_m.select(Axis(0), &rows);
+            let amplitude = |s: &Seen, f: f64| s.source.flux_at(f) * from_jy(unit, f) * pattern.power(s.l, s.m, f);
+            let vis = match snap {
+                None => sources_dft(sources, uvw.view(), &freqs, self.options.w_term, amplitude),
+                Some(grid) => snapped_sources(grid, sources, uvw.view(), &freqs, amplitude),
+            };
+            for (row, vis) in rows.iter().zip(vis.axis_iter(Axis(0))) {
+                for chan in 0..self.freq_hz.len() {
+                    let mean = vis.slice(s![chan * sub..(chan + 1) * sub]).sum() / sub as f64;
+                    for (pol, coefficient) in &terms {
+                        sum[[*row, chan, *pol]] += mean * coefficient;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Sources at the centres of the cells of the Fourier grid, which differ from channel to channel.
+fn snapped_sources(
+    grid: &SkyGrid,
+    sources: &[Seen],
+    uvw: ArrayView2<'_, f64>,
+    freqs: &[f64],
+    amplitude: impl Fn(&Seen, f64) -> f64 + Sync,
+) -> Array2<Complex64> {
+    let mut vis = Array2::zeros((uvw.nrows(), freqs.len()));
+    for (c, freq) in freqs.iter().enumerate() {
+        let cells = [1.0 / (grid.n_l as f64 * grid.cell_rad), 1.0 / (grid.n_m as f64 * grid.cell_rad)];
+        let per_metre = freq / SPEED_OF_LIGHT_M_S;
+        let snapped = Array2::from_shape_fn((uvw.nrows(), 3), |(row, axis)| match axis {
+            2 => 0.0,
+            axis => (uvw[[row, axis]] * per_metre / cells[axis]).round() * cells[axis] / per_metre,
+        });
+        vis.slice_mut(s![.., c..=c]).assign(&sources_dft(sources, snapped.view(), &[*freq], false, &amplitude));
+    }
+    vis
+}
+
+fn check_options(options: &SimulateOptions) -> Result<()> {
+    if !(1..=1024).contains(&options.subchannels) {
+        return Err(ChainError::BadOption { option: "subchannels", value: options.subchannels.to_string(), expected: "1 to 1024".into() });
+    }
+    if !(1e-12..=0.1).contains(&options.epsilon) {
+        return Err(ChainError::BadOption { option: "epsilon", value: options.epsilon.to_string(), expected: "1e-12 to 0.1".into() });
+    }
+    options.pattern.check()
+}
+
+fn warn_beyond_horizon(image: &cittert_arrays::Image, observer: &dyn Observer) {
+    let grid = &image.grid;
+    let hidden =
+        image.data.indexed_iter().filter(|((_, _, r, c), v)| **v != 0.0 && n_minus_1(grid.l_at(*c as f64), grid.m_at(*r as f64)).is_none());
+    let count = hidden.count();
+    if count > 0 {
+        observer.event(Event::Warning(&format!(
+            "{count} pixels of scene {:?} lie beyond the horizon (l^2 + m^2 > 1) and are not seen",
+            image.object
+        )));
+    }
+}
+
+/// Products of the set that a Stokes plane contributes to, with their coefficients.
+fn products(scene: Polarization, set: &[Polarization]) -> Vec<(usize, Complex64)> {
+    set.iter().enumerate().map(|(k, p)| (k, stokes_coefficient(scene, *p))).filter(|(_, c)| *c != Complex64::ZERO).collect()
+}
+
+/// Which planes of which images serve which channels: one for each pattern that differs.
+fn list_planes(header: &VisibilityHeader, sky: &SkyModel, options: &SimulateOptions) -> Vec<Plane> {
+    let mut planes = Vec::new();
+    for (index, image) in sky.images.iter().enumerate() {
+        let nearest = nearest_channels(&image.spectrum, &header.spectrum);
+        for (pol, name) in image.polarizations.iter().enumerate() {
+            if products(*name, &header.polarizations).is_empty() {
+                continue;
+            }
+            let plane = |image_chan, chans| Plane { image: index, image_chan, pol, chans, ready: None };
+            if options.pattern.varies_with_frequency() {
+                planes.extend(nearest.iter().enumerate().map(|(chan, image_chan)| plane(*image_chan, vec![chan])));
+            } else {
+                for image_chan in 0..image.spectrum.n_chan() {
+                    let chans: Vec<usize> = (0..nearest.len()).filter(|c| nearest[*c] == image_chan).collect();
+                    if !chans.is_empty() {
+                        planes.push(plane(image_chan, chans));
+                    }
+                }
+            }
+        }
+    }
+    planes
+}
+
+/// Centres of equal sub-channels in each channel, Hz.
+fn frequencies(header: &VisibilityHeader, subchannels: usize) -> Vec<Vec<f64>> {
+    let spectrum = &header.spectrum;
+    let offset = |k: usize| (k as f64 + 0.5) / subchannels as f64 - 0.5;
+    spectrum.freq_hz().iter().zip(spectrum.width_hz()).map(|(f, w)| (0..subchannels).map(|k| f + w * offset(k)).collect()).collect()
+}
+
+/// Simulate a whole set in memory.
+///
+/// # Errors
+/// As [`Simulator::new`] and [`Simulator::run`].
+pub fn simulate_set(
+    header: VisibilityHeader,
+    coverage: &UvCoverage,
+    sky: &SkyModel,
+    options: &SimulateOptions,
+    observer: &dyn Observer,
+) -> Result<VisibilitySet> {
+    let mut simulator = Simulator::new(header, sky, options, observer)?;
+    let header = simulator.header().clone();
+    let empty = VisibilityBlock::zeros(UvCoverage::empty(), header.spectrum.n_chan(), header.polarizations.len());
+    let mut set = VisibilitySet::new(header, empty)?;
+    simulator.run(&mut std::iter::once(Ok(coverage.clone())), &mut set, observer)?;
+    Ok(set)
+}

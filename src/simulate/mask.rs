@@ -1,0 +1,266 @@
+//! The u-v mask of an array on the grid of the FFT, and visibilities sampled through it.
+//!
+//! A scene of N cells of size d transforms into N cells of 1 / (N d) wavelengths. Method `mask` gives each visibility the value
+//! of the cell nearest to it, as aperture-plane imagers have traditionally been simulated. The uvw of the set stay what they are:
+//! with several channels no single baseline in metres could stand at the centre of a cell in each. What the shift to the centre of
+//! the cell costs is the error of the method, and grows with the distance from the phase centre: sinc(l / width of the frame) for
+//! shifts spread evenly over the cell.
+
+use crate::fourier;
+use crate::{ChainError, Result};
+use cittert_arrays::{BrightnessUnit, Image, Polarization, SPEED_OF_LIGHT_M_S, SkyFrame, SkyGrid, SpectralWindow, UvCoverage};
+use ndarray::{Array2, ArrayView2, Axis};
+use num_complex::Complex64;
+
+/// Cell (column, row) of the Fourier grid nearest to (u, v) in wavelengths, with u = 0 at n / 2; `None` off the grid.
+fn nearest_cell(n_u: usize, n_v: usize, cell_rad: f64, u: f64, v: f64) -> Option<(usize, usize)> {
+    let index = |n: usize, x: f64| {
+        let k = (x * n as f64 * cell_rad).round() + (n / 2) as f64;
+        (k >= 0.0 && k < n as f64).then_some(k as usize)
+    };
+    Some((index(n_u, u)?, index(n_v, v)?))
+}
+
+/// The FFT of a plane, sampled at the nearest cell.
+pub(crate) struct MaskPlane {
+    cell_rad: f64,
+    /// Visibilities \[v, u\], zero at the middle.
+    cells: Array2<Complex64>,
+}
+
+impl MaskPlane {
+    /// Transform a plane \[m, l\].
+    pub(crate) fn new(grid: &SkyGrid, plane: &Array2<f64>) -> Result<Self> {
+        Ok(Self { cell_rad: grid.cell_rad, cells: fourier::image_to_uv_grid(grid, plane.view())? })
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        16 * self.cells.len()
+    }
+
+    /// Values \[row, freq\]; `outside(row, freq)` is told of those off the grid, which get 0.
+    pub(crate) fn predict(&self, uvw_m: ArrayView2<'_, f64>, freq_hz: &[f64], mut outside: impl FnMut(usize, usize)) -> Array2<Complex64> {
+        let (n_v, n_u) = self.cells.dim();
+        let mut out = Array2::zeros((uvw_m.nrows(), freq_hz.len()));
+        for ((row, f), value) in out.indexed_iter_mut() {
+            let k = freq_hz[f] / SPEED_OF_LIGHT_M_S;
+            match nearest_cell(n_u, n_v, self.cell_rad, uvw_m[[row, 0]] * k, uvw_m[[row, 1]] * k) {
+                Some((u, v)) => *value = self.cells[[v, u]],
+                None => outside(row, f),
+            }
+        }
+        out
+    }
+}
+
+/// Which cells of the Fourier grid an array fills in a band, and how often. Each visibility counts at (u, v) and, as the
+/// scene is real, at (-u, -v).
+#[derive(Debug, Clone, PartialEq)]
+pub struct UvMask {
+    /// Hits of each cell \[v, u\]; u = 0 is column n / 2, u grows to the right, v up.
+    pub counts: Array2<u32>,
+    /// Width of a cell along u, wavelengths.
+    pub cell_u: f64,
+    /// Height of a cell along v, wavelengths.
+    pub cell_v: f64,
+    /// Size of the image cell, rad.
+    pub image_cell_rad: f64,
+    /// Visibilities counted, each with its conjugate as one.
+    pub samples: u64,
+    /// Of these, off the grid.
+    pub outside: u64,
+    /// Longest baseline in the band, wavelengths.
+    pub longest_wavelengths: f64,
+    /// The band.
+    pub spectrum: SpectralWindow,
+}
+
+/// Collects a [`UvMask`] from blocks of coverage.
+#[derive(Debug, Clone)]
+pub struct UvMaskBuilder {
+    mask: UvMask,
+}
+
+impl UvMaskBuilder {
+    /// An empty mask for images on `grid` in the channels of `spectrum`.
+    #[must_use]
+    pub fn new(grid: &SkyGrid, spectrum: SpectralWindow) -> Self {
+        let cell = |n: usize| 1.0 / (n as f64 * grid.cell_rad);
+        Self {
+            mask: UvMask {
+                counts: Array2::zeros((grid.n_m, grid.n_l)),
+                cell_u: cell(grid.n_l),
+                cell_v: cell(grid.n_m),
+                image_cell_rad: grid.cell_rad,
+                samples: 0,
+                outside: 0,
+                longest_wavelengths: 0.0,
+                spectrum,
+            },
+        }
+    }
+
+    /// Count the rows of a block in every channel. Autocorrelations are left out.
+    pub fn add(&mut self, coverage: &UvCoverage) {
+        let m = &mut self.mask;
+        let (n_v, n_u) = m.counts.dim();
+        let pairs = coverage.ant1.iter().zip(&coverage.ant2);
+        for (uvw, _) in coverage.uvw_m.axis_iter(Axis(0)).zip(pairs).filter(|(_, (a, b))| a != b) {
+            for freq in m.spectrum.freq_hz() {
+                let k = freq / SPEED_OF_LIGHT_M_S;
+                let (u, v) = (uvw[0] * k, uvw[1] * k);
+                m.longest_wavelengths = m.longest_wavelengths.max(u.hypot(v));
+                m.samples += 1;
+                let cells = [nearest_cell(n_u, n_v, m.image_cell_rad, u, v), nearest_cell(n_u, n_v, m.image_cell_rad, -u, -v)];
+                if cells == [None, None] {
+                    m.outside += 1;
+                }
+                for (u, v) in cells.into_iter().flatten() {
+                    let count = &mut m.counts[[v, u]];
+                    *count = count.saturating_add(1);
+                }
+            }
+        }
+    }
+
+    /// The finished mask.
+    #[must_use]
+    pub fn build(self) -> UvMask {
+        self.mask
+    }
+}
+
+impl UvMask {
+    /// Cells hit at least once.
+    #[must_use]
+    pub fn cells_hit(&self) -> usize {
+        self.counts.iter().filter(|c| **c > 0).count()
+    }
+
+    /// Cells hit over the cells whose centres lie within the longest baseline (and on the grid); 0 without samples.
+    #[must_use]
+    pub fn fill_fraction(&self) -> f64 {
+        let (n_v, n_u) = self.counts.dim();
+        // Half a cell more, as a sample at the end of the longest baseline lies in a cell whose centre may be beyond it.
+        let (a, b) = (self.longest_wavelengths / self.cell_u + 0.5, self.longest_wavelengths / self.cell_v + 0.5);
+        let within = |((v, u), _): &((usize, usize), &u32)| {
+            let (x, y) = (*u as f64 - (n_u / 2) as f64, *v as f64 - (n_v / 2) as f64);
+            (x / a).powi(2) + (y / b).powi(2) <= 1.0
+        };
+        let (cells, hit) =
+            self.counts.indexed_iter().filter(within).fold((0_u64, 0_u64), |(n, hit), (_, c)| (n + 1, hit + u64::from(*c > 0)));
+        if self.samples == 0 || cells == 0 { 0.0 } else { hit as f64 / cells as f64 }
+    }
+
+    /// Cells hit over all cells of the grid.
+    #[must_use]
+    pub fn grid_fraction(&self) -> f64 {
+        self.cells_hit() as f64 / self.counts.len() as f64
+    }
+
+    /// Mean number of hits of a cell that is hit; 1 where no two visibilities share a cell, 0 without any.
+    #[must_use]
+    pub fn redundancy(&self) -> f64 {
+        let hits: f64 = self.counts.iter().map(|c| f64::from(*c)).sum();
+        let cells = self.cells_hit();
+        if cells == 0 { 0.0 } else { hits / cells as f64 }
+    }
+
+    /// The counts as an image (unit one) for pictures and files. The grid carries the image cell; the size of a u-v cell in
+    /// wavelengths is `cell_u` by `cell_v`, and is written in the history.
+    ///
+    /// # Errors
+    /// Never for a mask made by [`UvMaskBuilder`] with a valid grid.
+    pub fn to_image(&self) -> Result<Image> {
+        let (n_v, n_u) = self.counts.dim();
+        let grid = SkyGrid::new(n_u, n_v, self.image_cell_rad, SkyFrame::Boresight)?;
+        let (mean, extent) = (self.spectrum.mean_hz(), self.spectrum.extent_hz());
+        let spectrum = SpectralWindow::new(vec![mean], vec![extent])?;
+        let data = self.counts.mapv(f64::from).insert_axis(Axis(0)).insert_axis(Axis(0));
+        let mut image = Image::new(grid, spectrum, vec![Polarization::I], data, BrightnessUnit::One)?;
+        image.object = "u-v mask".into();
+        image.history.push(format!(
+            "u-v mask: hits of each cell of the Fourier grid, u along x and v along y, cells of {} x {} wavelengths, u = v = 0 at column {}, row {} (from 0)",
+            self.cell_u,
+            self.cell_v,
+            n_u / 2,
+            n_v / 2
+        ));
+        Ok(image)
+    }
+}
+
+/// Cover a grid by rows from an iterator.
+///
+/// # Errors
+/// The first error of the iterator; no rows at all.
+pub fn uv_mask(
+    grid: &SkyGrid,
+    spectrum: &SpectralWindow,
+    rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
+) -> Result<UvMask> {
+    let mut builder = UvMaskBuilder::new(grid, spectrum.clone());
+    for coverage in rows {
+        builder.add(&coverage?);
+    }
+    let mask = builder.build();
+    if mask.samples == 0 {
+        return Err(ChainError::NoData("the coverage holds no baseline between two antennas".into()));
+    }
+    Ok(mask)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::dft::image_dft;
+
+    fn coverage(uv: &[(f64, f64)]) -> UvCoverage {
+        let n = uv.len();
+        let uvw = Array2::from_shape_fn((n, 3), |(r, k)| [uv[r].0, uv[r].1, 0.0][k]);
+        UvCoverage::new(uvw, vec![0; n], vec![1; n], vec![0.0; n], vec![1.0; n], vec![0; n]).unwrap()
+    }
+
+    #[test]
+    fn hits_fill_and_redundancy_of_a_known_pattern() {
+        // At 299.792458 MHz a metre is a wavelength; 16 cells of 1/64 rad make u-v cells of 4 wavelengths.
+        let grid = SkyGrid::new(16, 16, 1.0 / 64.0, SkyFrame::Boresight).unwrap();
+        let spectrum = SpectralWindow::new(vec![299_792_458.0], vec![1e6]).unwrap();
+        let rows = coverage(&[(4.0, 0.0), (4.5, 0.5), (0.0, 8.0), (500.0, 0.0)]);
+        let mut mask = uv_mask(&grid, &spectrum, &mut std::iter::once(Ok(rows))).unwrap();
+        assert_eq!((mask.cell_u, mask.cell_v, mask.samples, mask.outside), (4.0, 4.0, 4, 1));
+        assert_eq!(mask.counts[[8, 9]], 2);
+        assert_eq!(mask.counts[[8, 7]], 2, "the conjugate");
+        assert_eq!((mask.counts[[10, 8]], mask.counts[[6, 8]]), (1, 1));
+        assert_eq!(mask.cells_hit(), 4);
+        assert!((mask.redundancy() - 1.5).abs() < 1e-15);
+        assert!((mask.grid_fraction() - 4.0 / 256.0).abs() < 1e-15);
+        // Within 8 wavelengths (two cells and a half): 21 cells.
+        mask.longest_wavelengths = 8.0;
+        assert!((mask.fill_fraction() - 4.0 / 21.0).abs() < 1e-15, "{}", mask.fill_fraction());
+        assert_eq!(mask.to_image().unwrap().data[[0, 0, 8, 9]], 2.0);
+    }
+
+    #[test]
+    fn sampled_values_are_the_exact_sums_at_the_cell_centres() {
+        for (frame, n_l, n_m) in [
+            (SkyFrame::Boresight, 12, 9),
+            (SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.0, frame: "icrs".into() }, 12, 10),
+            (SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.0, frame: "icrs".into() }, 7, 8),
+        ] {
+            let grid = SkyGrid::new(n_l, n_m, 1.0 / 64.0, frame).unwrap();
+            let plane = Array2::from_shape_fn((n_m, n_l), |(r, c)| ((3 * r + 5 * c) % 7) as f64);
+            let mask = MaskPlane::new(&grid, &plane).unwrap();
+            let (du, dv) = (64.0 / n_l as f64, 64.0 / n_m as f64);
+            let centres = coverage(&[(0.0, 0.0), (3.0 * du, -2.0 * dv), (-2.0 * du, 3.0 * dv), (-3.0 * du, -4.0 * dv)]);
+            let near = coverage(&[(0.4 * du, 0.4 * dv), (2.6 * du, -2.4 * dv), (-1.6 * du, 3.4 * dv), (-3.3 * du, -4.0 * dv)]);
+            let truth = image_dft(&grid, plane.view(), centres.uvw_m.view(), &[299_792_458.0], false).unwrap();
+            let mut outside = 0;
+            let vis = mask.predict(near.uvw_m.view(), &[299_792_458.0], |_, _| outside += 1);
+            assert_eq!(outside, 0);
+            for (a, b) in vis.iter().zip(&truth) {
+                assert!((a - b).norm() < 1e-11, "{a} {b}");
+            }
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! A constant brightness temperature that is taken off the scene before the transform.
+//!
+//! An interferometer does not measure the zero spacing, so a warm background only adds the side lobes of a bright square.
+//! The constant is recorded in the header and added back to the images.
+
+use super::dft::n_minus_1;
+use super::element::ElementPattern;
+use super::sky::{SkyModel, holds_intensity};
+use crate::{ChainError, Result};
+use cittert_arrays::{BrightnessUnit, Image, VisUnit};
+use serde::{Deserialize, Serialize};
+
+/// What is removed from a scene in kelvin.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub enum Pedestal {
+    /// The mean seen through the element pattern, where the background is warm; otherwise nothing.
+    #[default]
+    Auto,
+    /// Nothing.
+    None,
+    /// This temperature, K.
+    Kelvin(f64),
+}
+
+/// A background counts as warm where nine tenths of the frame are above this part of the mean.
+const WARM: f64 = 0.1;
+
+/// The constant to remove, K, or `None` where nothing is removed.
+///
+/// # Errors
+/// A temperature that is not finite, or one for a scene or a set that is not in kelvin.
+pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &ElementPattern, freq_hz: f64) -> Result<Option<f64>> {
+    let warm: Vec<&Image> = sky.images.iter().filter(|i| i.unit == BrightnessUnit::Kelvin).collect();
+    let fits = unit == VisUnit::KelvinSr && warm.len() == 1;
+    match choice {
+        Pedestal::None => Ok(None),
+        Pedestal::Kelvin(t) if !t.is_finite() => {
+            Err(ChainError::BadOption { option: "pedestal", value: t.to_string(), expected: "a finite temperature, auto or none".into() })
+        }
+        Pedestal::Kelvin(t) if fits => Ok(Some(t)),
+        Pedestal::Kelvin(t) => Err(ChainError::BadOption {
+            option: "pedestal",
+            value: format!("{t} K"),
+            expected: "none, unless one scene image in K is observed in K sr".into(),
+        }),
+        Pedestal::Auto => Ok(warm.first().filter(|_| fits).and_then(|image| mean_if_warm(image, pattern, freq_hz))),
+    }
+}
+
+/// Mean over the frame weighted with pattern / n, so that the zero spacing of the rest is 0.
+fn mean_if_warm(image: &Image, pattern: &ElementPattern, freq_hz: f64) -> Option<f64> {
+    let pol = image.polarizations.iter().position(|p| holds_intensity(*p))?;
+    let (mut sum, mut weight, mut values) = (0.0, 0.0, Vec::with_capacity(image.grid.n_l * image.grid.n_m));
+    for chan in 0..image.spectrum.n_chan() {
+        values.clear();
+        for ((row, column), t) in image.plane(chan, pol).indexed_iter() {
+            let (l, m) = (image.grid.l_at(column as f64), image.grid.m_at(row as f64));
+            if let Some(n) = n_minus_1(l, m).map(|x| x + 1.0).filter(|n| *n > 0.0) {
+                let w = pattern.power(l, m, freq_hz) / n;
+                sum += w * t;
+                weight += w;
+                values.push(*t);
+            }
+        }
+    }
+    let mean = sum / weight;
+    let tenth = values.len() / 10;
+    let (_, low, _) = (tenth < values.len()).then(|| values.select_nth_unstable_by(tenth, f64::total_cmp))?;
+    (mean > 0.0 && *low > WARM * mean).then_some(mean)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cittert_arrays::{Polarization, SkyFrame, SkyGrid, SpectralWindow};
+    use ndarray::Array4;
+
+    fn scene(background: f64) -> SkyModel {
+        let grid = SkyGrid::new(8, 8, 1e-3, SkyFrame::Boresight).unwrap();
+        let mut data = Array4::from_elem((1, 1, 8, 8), background);
+        data[[0, 0, 3, 3]] = background + 64.0;
+        let spectrum = SpectralWindow::band(94e9, 1e9, 1).unwrap();
+        SkyModel::of_image(Image::new(grid, spectrum, vec![Polarization::I], data, BrightnessUnit::Kelvin).unwrap())
+    }
+
+    #[test]
+    fn a_warm_background_gives_its_mean_and_a_cold_one_nothing() {
+        let go = |choice, sky: &SkyModel, unit| choose(choice, sky, unit, &ElementPattern::None, 94e9);
+        let t = go(Pedestal::Auto, &scene(250.0), VisUnit::KelvinSr).unwrap().unwrap();
+        assert!((t - 251.0).abs() < 1e-3, "{t}");
+        assert_eq!(go(Pedestal::Auto, &scene(0.0), VisUnit::KelvinSr).unwrap(), None);
+        assert_eq!(go(Pedestal::Auto, &scene(250.0), VisUnit::Jy).unwrap(), None);
+        assert_eq!(go(Pedestal::None, &scene(250.0), VisUnit::KelvinSr).unwrap(), None);
+        assert_eq!(go(Pedestal::Kelvin(200.0), &scene(250.0), VisUnit::KelvinSr).unwrap(), Some(200.0));
+        assert!(go(Pedestal::Kelvin(200.0), &scene(250.0), VisUnit::Jy).is_err());
+        assert!(go(Pedestal::Kelvin(f64::NAN), &scene(250.0), VisUnit::KelvinSr).is_err());
+    }
+}

@@ -1,0 +1,236 @@
+//! The scene, checked and brought into the unit of the visibilities.
+
+use super::dft::n_minus_1;
+use super::element::ElementPattern;
+use crate::{ChainError, Result};
+use cittert_arrays::{
+    BOLTZMANN_J_K, BrightnessUnit, Image, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SkyFrame, SkyGrid, Source, SpectralWindow, VisUnit,
+};
+use ndarray::Array2;
+use num_complex::Complex64;
+
+/// What the array looks at: images and analytic sources, all added together.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SkyModel {
+    /// Images in K, Jy/pixel or Jy/beam. An image of one channel serves the whole band; of several, each channel of the
+    /// set takes the nearest.
+    pub images: Vec<Image>,
+    /// Points and Gaussians, unpolarised.
+    pub sources: Vec<Source>,
+}
+
+impl SkyModel {
+    /// One image alone.
+    #[must_use]
+    pub fn of_image(image: Image) -> Self {
+        Self { images: vec![image], sources: Vec::new() }
+    }
+
+    /// Sources alone.
+    #[must_use]
+    pub fn of_sources(sources: Vec<Source>) -> Self {
+        Self { images: Vec::new(), sources }
+    }
+}
+
+/// Jy for each K sr at a frequency: the Rayleigh-Jeans law 2 k f^2 / c^2.
+#[must_use]
+pub fn jy_per_kelvin_sr(freq_hz: f64) -> f64 {
+    2.0 * BOLTZMANN_J_K * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * 1e26
+}
+
+/// Factor from flux densities in Jy to the unit of the visibilities.
+pub(crate) fn from_jy(unit: VisUnit, freq_hz: f64) -> f64 {
+    if unit == VisUnit::KelvinSr { 1.0 / jy_per_kelvin_sr(freq_hz) } else { 1.0 }
+}
+
+/// Factor from the apparent plane of an image to the unit of the visibilities.
+pub(crate) fn unit_factor(image: BrightnessUnit, unit: VisUnit, freq_hz: f64) -> f64 {
+    match (image, unit) {
+        (BrightnessUnit::Kelvin, VisUnit::KelvinSr) => 1.0,
+        (BrightnessUnit::Kelvin, _) => jy_per_kelvin_sr(freq_hz),
+        (_, unit) => from_jy(unit, freq_hz),
+    }
+}
+
+/// What a Stokes parameter (or a correlation) of the scene adds to a product of the set.
+///
+/// # Reference
+/// Hamaker & Bregman 1996, A&AS 117, 161, with I = (XX + YY) / 2 = (RR + LL) / 2: an unpolarised source has XX = I.
+pub(crate) fn stokes_coefficient(scene: Polarization, product: Polarization) -> Complex64 {
+    use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
+    let (re, im) = match (scene, product) {
+        (a, b) if a == b => (1.0, 0.0),
+        (I, RR | LL | XX | YY) | (Q, XX | RL | LR) | (U, XY | YX) | (V, RR) => (1.0, 0.0),
+        (Q, YY) | (V, LL) => (-1.0, 0.0),
+        (U, RL) | (V, XY) => (0.0, 1.0),
+        (U, LR) | (V, YX) => (0.0, -1.0),
+        _ => (0.0, 0.0),
+    };
+    Complex64::new(re, im)
+}
+
+/// Check an image against the phase centres of a set and the numbers in it.
+///
+/// # Errors
+/// Another frame or centre than the set's, NaN or infinity in a pixel, a unit that is no brightness, Jy/beam without a beam.
+pub(crate) fn check_image(image: &Image, centers: &[PhaseCenter]) -> Result<()> {
+    for center in centers {
+        check_frame(&image.grid, center)?;
+    }
+    if let Some((at, value)) = image.data.indexed_iter().find(|(_, v)| !v.is_finite()) {
+        return Err(ChainError::Incompatible(format!(
+            "scene {:?} is {value} at column {}, row {} (channel {}, polarisation {}): replace blank pixels by a number first",
+            image.object, at.3, at.2, at.0, at.1
+        )));
+    }
+    match image.unit {
+        BrightnessUnit::Kelvin | BrightnessUnit::JyPerPixel => Ok(()),
+        BrightnessUnit::JyPerBeam if !image.beams.is_empty() => Ok(()),
+        BrightnessUnit::JyPerBeam => Err(ChainError::Incompatible(format!(
+            "scene {:?} is in Jy/beam but has no beam (BMAJ, BMIN, BPA): its flux density is unknown",
+            image.object
+        ))),
+        other => Err(ChainError::Incompatible(format!("scene {:?} has unit {other:?}: K, Jy/pixel or Jy/beam is needed", image.object))),
+    }
+}
+
+fn check_frame(grid: &SkyGrid, center: &PhaseCenter) -> Result<()> {
+    match (&grid.frame, SkyGrid::frame_of(center)) {
+        (SkyFrame::Boresight, SkyFrame::Boresight) => Ok(()),
+        (SkyFrame::Sky { ra_rad, dec_rad, .. }, SkyFrame::Sky { ra_rad: ra, dec_rad: dec, .. }) => {
+            let d_ra = (ra_rad - ra + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
+            let offset = (d_ra * dec.cos()).hypot(dec_rad - dec);
+            // A FITS header in degrees keeps a centre to far better than this.
+            if offset <= (1e-3 * grid.cell_rad).max(1e-9) {
+                return Ok(());
+            }
+            Err(ChainError::Incompatible(format!(
+                "the scene is centred on RA {:.6} deg, Dec {:.6} deg but the set is phased to RA {:.6} deg, Dec {:.6} deg ({:.1} arcsec away): use the centre of the scene as the phase centre",
+                ra_rad.to_degrees(),
+                dec_rad.to_degrees(),
+                ra.to_degrees(),
+                dec.to_degrees(),
+                offset.to_degrees() * 3600.0
+            )))
+        }
+        (SkyFrame::Boresight, SkyFrame::Sky { .. }) => Err(ChainError::Incompatible(format!(
+            "the scene is drawn around a boresight but phase centre {:?} is a point of the sky: give the scene a celestial frame (l grows to the left there)",
+            center.name
+        ))),
+        (SkyFrame::Sky { .. }, SkyFrame::Boresight) => Err(ChainError::Incompatible(format!(
+            "the scene is drawn on the sky but phase centre {:?} is a direction fixed to the array: use a sidereal phase centre",
+            center.name
+        ))),
+    }
+}
+
+/// True for the products that total intensity, and so the pedestal, goes into.
+pub(crate) fn holds_intensity(pol: Polarization) -> bool {
+    stokes_coefficient(Polarization::I, pol).re != 0.0
+}
+
+/// One plane as the array sees it \[m, l\]: the integral of the brightness over each cell, times the element pattern.
+///
+/// K gives K sr: T cell^2 / n, as dOmega = dl dm / n. Jy/pixel is that integral already. In Jy/beam both the cell and the
+/// beam shrink with n, so the ratio of their areas at the centre serves everywhere.
+pub(crate) fn apparent_plane(
+    image: &Image,
+    (chan, pol): (usize, usize),
+    pattern: &ElementPattern,
+    freq_hz: f64,
+    pedestal_k: f64,
+    one_over_n: bool,
+) -> Array2<f64> {
+    let grid = &image.grid;
+    let beam_cells = image.beams.get(chan).or(image.beams.first()).map_or(1.0, |b| b.solid_angle_sr() / grid.cell_sr());
+    let pedestal = if holds_intensity(image.polarizations[pol]) { pedestal_k } else { 0.0 };
+    let plane = image.plane(chan, pol);
+    Array2::from_shape_fn((grid.n_m, grid.n_l), |(row, column)| {
+        let (l, m) = (grid.l_at(column as f64), grid.m_at(row as f64));
+        let value = plane[[row, column]];
+        let cell = match image.unit {
+            BrightnessUnit::Kelvin => {
+                let n = n_minus_1(l, m).map_or(0.0, |x| x + 1.0);
+                if n <= 0.0 {
+                    return 0.0;
+                }
+                (value - pedestal) * grid.cell_sr() / if one_over_n { n } else { 1.0 }
+            }
+            BrightnessUnit::JyPerBeam => value / beam_cells,
+            _ => value,
+        };
+        if cell == 0.0 { 0.0 } else { cell * pattern.power(l, m, freq_hz) }
+    })
+}
+
+/// For each channel of the set the channel of the image that is nearest in frequency \[chan\].
+pub(crate) fn nearest_channels(image: &SpectralWindow, set: &SpectralWindow) -> Vec<usize> {
+    let distance = |c: &usize, f: f64| (image.freq_hz()[*c] - f).abs();
+    set.freq_hz().iter().map(|f| (0..image.n_chan()).min_by(|a, b| distance(a, *f).total_cmp(&distance(b, *f))).unwrap_or(0)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cittert_arrays::RestoringBeam;
+    use ndarray::Array4;
+
+    fn image(unit: BrightnessUnit, value: f64) -> Image {
+        let grid = SkyGrid::new(16, 16, 0.02, SkyFrame::Boresight).unwrap();
+        let spectrum = SpectralWindow::band(1e9, 1e6, 1).unwrap();
+        Image::new(grid, spectrum, vec![Polarization::I], Array4::from_elem((1, 1, 16, 16), value), unit).unwrap()
+    }
+
+    #[test]
+    fn kelvin_and_jansky_agree_by_the_rayleigh_jeans_law() {
+        // 1 K over 1 sr at 300 MHz: 2 k / lambda^2.
+        assert!((jy_per_kelvin_sr(299_792_458.0) - 2.0 * 1.380_649e-23 * 1e26).abs() < 1e-9);
+        let f = 94e9;
+        assert!((unit_factor(BrightnessUnit::Kelvin, VisUnit::Jy, f) * from_jy(VisUnit::KelvinSr, f) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn each_unit_integrates_over_its_cell() {
+        let seen = |im: &Image, one_over_n| apparent_plane(im, (0, 0), &ElementPattern::None, 1e9, 0.0, one_over_n);
+        let k = image(BrightnessUnit::Kelvin, 2.0);
+        let (l, m) = (k.grid.l_at(3.0), k.grid.m_at(12.0));
+        let n = (1.0 - l * l - m * m).sqrt();
+        assert!((seen(&k, true)[[12, 3]] - 2.0 * 4e-4 / n).abs() < 1e-18);
+        assert!((seen(&k, false)[[12, 3]] - 2.0 * 4e-4).abs() < 1e-18);
+        assert_eq!(seen(&image(BrightnessUnit::JyPerPixel, 2.0), true)[[12, 3]], 2.0);
+        let mut beam = image(BrightnessUnit::JyPerBeam, 2.0);
+        assert!(check_image(&beam, &[PhaseCenter::unprojected("b")]).is_err());
+        beam.beams.push(RestoringBeam { bmaj_rad: 0.06, bmin_rad: 0.04, bpa_rad: 0.0 });
+        let cells = 1.133_090_035_456_798 * 3.0 * 2.0;
+        assert!((seen(&beam, true)[[12, 3]] - 2.0 / cells).abs() < 1e-14);
+    }
+
+    #[test]
+    fn frames_that_do_not_match_and_blank_pixels_are_refused() {
+        let mut k = image(BrightnessUnit::Kelvin, 2.0);
+        let sky = PhaseCenter::sidereal("s", 1.0, 0.5).unwrap();
+        assert!(check_image(&k, std::slice::from_ref(&sky)).unwrap_err().to_string().contains("boresight"));
+        k.grid.frame = SkyFrame::Sky { ra_rad: 1.0 + std::f64::consts::TAU, dec_rad: 0.5, frame: "icrs".into() };
+        check_image(&k, std::slice::from_ref(&sky)).unwrap();
+        k.grid.frame = SkyFrame::Sky { ra_rad: 1.001, dec_rad: 0.5, frame: "icrs".into() };
+        assert!(check_image(&k, std::slice::from_ref(&sky)).unwrap_err().to_string().contains("arcsec away"));
+        let mut k = image(BrightnessUnit::Kelvin, 2.0);
+        k.data[[0, 0, 4, 7]] = f64::NAN;
+        let e = check_image(&k, &[PhaseCenter::unprojected("b")]).unwrap_err().to_string();
+        assert!(e.contains("column 7, row 4"), "{e}");
+    }
+
+    #[test]
+    fn polarisation_products_are_those_of_a_coherency_matrix() {
+        use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
+        // The determinant of the coherency matrix is I^2 - Q^2 - U^2 - V^2 in either basis.
+        let stokes = [(I, 2.0), (Q, 0.5), (U, -0.7), (V, 0.3)];
+        let product = |p| stokes.iter().map(|(s, x)| stokes_coefficient(*s, p) * *x).sum::<Complex64>();
+        let truth = 4.0 - 0.25 - 0.49 - 0.09;
+        for [a, b, c, d] in [[XX, YY, XY, YX], [RR, LL, RL, LR]] {
+            assert!((product(a) * product(b) - product(c) * product(d) - truth).norm() < 1e-14);
+            assert!((product(c) - product(d).conj()).norm() < 1e-15);
+        }
+    }
+}
