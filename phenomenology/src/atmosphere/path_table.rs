@@ -12,6 +12,9 @@ use super::model::{Atmosphere, check_frequencies};
 use super::path::{LEVEL_PATH_KM, PathEnds, PathExtent};
 use super::transfer::PathRadiation;
 
+/// Width of the bins that begin a search, km.
+const BIN_KM: f64 = 0.05;
+
 /// Depth below the profile to which its lowest air is taken to reach, km.
 const BELOW_BOTTOM_KM: f64 = 0.5;
 
@@ -20,6 +23,8 @@ const BELOW_BOTTOM_KM: f64 = 0.5;
 pub struct PathTable {
     freqs_ghz: Vec<f64>,
     levels: Arc<Levels>,
+    /// Segment of the lower edge of every 50 m of height: where a search begins.
+    bins: Vec<u32>,
     channels: Vec<Vec<Segment>>,
     max_rise_km: f64,
 }
@@ -33,6 +38,10 @@ struct Segment {
     low: f64,
     /// Absorption at its upper end, Np/km.
     high: f64,
+    /// Black-body radiance at its lower end.
+    low_radiance: f64,
+    /// Black-body radiance at its upper end.
+    high_radiance: f64,
 }
 
 /// A height as segment and fraction.
@@ -57,6 +66,7 @@ impl PathTable {
         Ok(Self {
             freqs_ghz: freqs_ghz.to_vec(),
             levels: Arc::clone(grid.levels()),
+            bins: bins(&grid.levels().z_km),
             channels,
             max_rise_km: f64::INFINITY,
         })
@@ -64,8 +74,9 @@ impl PathTable {
 
     /// The same table, cutting paths into equal pieces that rise at most `max_rise_km`.
     ///
-    /// Without it a path is one piece. With 0.2 km the error stays below 0.8 K however
-    /// high the path reaches, at a cost that grows with the number of pieces.
+    /// Without it a path is one piece. With 0.2 km the error in the reference atmospheres
+    /// stays below 0.8 K however high the path reaches, at a cost that grows with the
+    /// number of pieces.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] outside 0.01-30 km.
@@ -133,20 +144,20 @@ impl PathTable {
         let rise = ends.height_km();
         if rise < LEVEL_PATH_KM {
             let tau = segments[near.segment].absorption(near.fraction) * ends.length_km();
-            return Ok(PathRadiation::isothermal(
+            return Ok(constant_radiance(
                 freq_ghz,
                 tau,
-                self.temperature(near),
+                segments[near.segment].radiance(near.fraction),
             ));
         }
         let stretch = ends.length_km() / rise;
         if rise <= self.max_rise_km {
             let tau = (depth(segments, near) - depth(segments, far)).abs() * stretch;
             let middle = self.locate(0.5 * (observer + target))?;
-            return Ok(PathRadiation::isothermal(
+            return Ok(constant_radiance(
                 freq_ghz,
                 tau,
-                self.temperature(middle),
+                segments[middle.segment].radiance(middle.fraction),
             ));
         }
         let pieces = (rise / self.max_rise_km).ceil().max(1.0);
@@ -162,7 +173,11 @@ impl PathTable {
             let end_depth = depth(segments, self.locate(at(i + 1.0))?);
             let middle = self.locate(at(i + 0.5))?;
             let tau = (end_depth - start_depth).abs() * stretch;
-            let piece = PathRadiation::isothermal(freq_ghz, tau, self.temperature(middle));
+            let piece = constant_radiance(
+                freq_ghz,
+                tau,
+                segments[middle.segment].radiance(middle.fraction),
+            );
             path = path.then(&piece);
             start_depth = end_depth;
             i += 1.0;
@@ -174,7 +189,11 @@ impl PathTable {
         let z = &self.levels.z_km;
         let last = z.len() - 1;
         check_range("path height", z_km, "km", z[0] - BELOW_BOTTOM_KM, z[last])?;
-        let segment = z.partition_point(|level| *level <= z_km).clamp(1, last) - 1;
+        let bin = ((z_km - z[0]) / BIN_KM).max(0.0) as usize;
+        let mut segment = self.bins[bin.min(self.bins.len() - 1)] as usize;
+        while segment + 1 < last && z[segment + 1] <= z_km {
+            segment += 1;
+        }
         let dz_km = z[segment + 1] - z[segment];
         Ok(Place {
             segment,
@@ -182,19 +201,25 @@ impl PathTable {
             dz_km,
         })
     }
-
-    fn temperature(&self, place: Place) -> f64 {
-        let (low, high) = (
-            self.levels.t_k[place.segment],
-            self.levels.t_k[place.segment + 1],
-        );
-        low + place.fraction.max(0.0) * (high - low)
-    }
 }
 
 impl Segment {
     fn absorption(&self, fraction: f64) -> f64 {
         self.low + fraction.max(0.0) * (self.high - self.low)
+    }
+
+    /// Black-body radiance, linear over a step of the grid.
+    fn radiance(&self, fraction: f64) -> f64 {
+        self.low_radiance + fraction.max(0.0) * (self.high_radiance - self.low_radiance)
+    }
+}
+
+/// A path of constant temperature, given its black-body radiance.
+fn constant_radiance(freq_ghz: f64, tau_np: f64, radiance: f64) -> PathRadiation {
+    PathRadiation {
+        freq_ghz,
+        tau_np,
+        emission: -(-tau_np).exp_m1() * radiance,
     }
 }
 
@@ -203,6 +228,19 @@ fn depth(segments: &[Segment], place: Place) -> f64 {
     let segment = &segments[place.segment];
     // The mean absorption up to the place is the absorption half way there.
     segment.tau + place.dz_km * place.fraction * segment.absorption(0.5 * place.fraction)
+}
+
+/// The segment at the lower edge of every bin of height.
+fn bins(z_km: &[f64]) -> Vec<u32> {
+    let last = z_km.len() - 1;
+    let count = ((z_km[last] - z_km[0]) / BIN_KM).ceil() as usize;
+    (0..=count)
+        .map(|bin| {
+            // A little low, so that rounding of the edge never starts a search too high.
+            let edge = z_km[0] + (bin as f64 - 1e-6) * BIN_KM;
+            z_km.partition_point(|level| *level <= edge).clamp(1, last) as u32 - 1
+        })
+        .collect()
 }
 
 fn segments(column: &Column) -> Vec<Segment> {
@@ -219,6 +257,8 @@ fn segments(column: &Column) -> Vec<Segment> {
                 tau,
                 low: low * scale,
                 high: high * scale,
+                low_radiance: column.radiance[i],
+                high_radiance: column.radiance[i + 1],
             };
             tau += column.mean[i] * (z[i + 1] - z[i]);
             segment
@@ -300,6 +340,32 @@ mod tests {
         };
         assert_eq!(radiation(-0.3).unwrap(), radiation(0.0).unwrap());
         assert!(radiation(-0.6).is_err());
+    }
+
+    #[test]
+    fn frequency_and_channel_name_the_same_path() {
+        let (_, table) = table(&[35.0, 94.0]);
+        let extent = PathExtent::ZenithDeg(45.0);
+        let by_freq = table
+            .path_emission_and_transmission(1.0, 0.0, extent, 94.0)
+            .unwrap();
+        let ends = PathEnds::new(1.0, 0.0, extent).unwrap();
+        assert_eq!(by_freq, table.radiation(1, &ends).unwrap());
+    }
+
+    #[test]
+    fn bins_find_the_segment_of_every_height() {
+        let (_, table) = table(&[94.0]);
+        let z = &table.levels.z_km;
+        for i in 0..3001 {
+            let height = 0.01 * f64::from(i);
+            let place = table.locate(height.min(30.0)).unwrap();
+            let low = z[place.segment];
+            assert!(
+                low <= height + 1e-12 && height <= z[place.segment + 1] + 1e-12,
+                "{height}"
+            );
+        }
     }
 
     #[test]

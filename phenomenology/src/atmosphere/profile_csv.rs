@@ -2,7 +2,7 @@
 
 use super::air::{AirState, Humidity};
 use super::error::PhysicsError;
-use super::profile::Level;
+use super::profile::{Level, TOP_OF_ATMOSPHERE_KM};
 
 /// Largest number of levels accepted.
 const MAX_LEVELS: usize = 100_000;
@@ -59,7 +59,10 @@ pub(super) fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsE
             )
         })?;
 
-    let mut levels = Vec::new();
+    let mut levels: Vec<Level> = Vec::new();
+    // Nothing above the top of the atmosphere is used: such lines need only be in order,
+    // so that profiles to 100 km can be read although the models end at 3 hPa.
+    let mut last_above: Option<f64> = None;
     for record in reader.records() {
         let record = record.map_err(|e| fault(0, e.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line);
@@ -72,13 +75,24 @@ pub(super) fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsE
                 .parse()
                 .map_err(|_| fault(line, format!("'{field}' is not a number")))
         };
+        let z_km = number(z)?;
+        if let Some(previous) = last_above {
+            if z_km.is_nan() || z_km <= previous {
+                return Err(fault(
+                    line,
+                    format!("height {z_km} km follows {previous} km"),
+                ));
+            }
+            last_above = Some(z_km);
+            continue;
+        }
+        if z_km >= TOP_OF_ATMOSPHERE_KM {
+            last_above = Some(z_km);
+        }
         let air =
             AirState::with_humidity(number(p)?, number(t)?, humidity(number(humidity_column)?))
                 .map_err(|e| fault(line, e.to_string()))?;
-        levels.push(Level {
-            z_km: number(z)?,
-            air,
-        });
+        levels.push(Level { z_km, air });
     }
     Ok(levels)
 }
@@ -105,6 +119,19 @@ mod tests {
             let levels = read_levels("x", &text).unwrap();
             assert!((levels[0].air.vapour_pressure_hpa() - 10.0).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn levels_above_the_top_need_only_be_in_order() {
+        let text = "z_km,p_hpa,t_k,e_hpa\n0,1000,290,1\n35,6,240,0\n50,0.8,270,0\n";
+        assert_eq!(read_levels("x", text).unwrap().len(), 2);
+        let message = read_levels("x", &format!("{text}40,3,250,0\n"))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains("line 5: height 40 km follows 50 km"),
+            "{message}"
+        );
     }
 
     #[test]
