@@ -140,66 +140,69 @@ impl PathTable {
         };
         let freq_ghz = self.freqs_ghz[channel];
         let (observer, target) = (ends.observer_km(), ends.target_km());
-        let (near, far) = (self.locate(observer)?, self.locate(target)?);
+        let z = &self.levels.z_km;
+        let (lowest, highest) = (z[0] - BELOW_BOTTOM_KM, z[z.len() - 1]);
+        check_range("path height", observer, "km", lowest, highest)?;
+        check_range("path height", target, "km", lowest, highest)?;
+
         let rise = ends.height_km();
         if rise < LEVEL_PATH_KM {
-            let tau = segments[near.segment].absorption(near.fraction) * ends.length_km();
+            let place = self.locate(observer);
+            let segment = &segments[place.segment];
+            let tau = segment.absorption(place.fraction) * ends.length_km();
             return Ok(constant_radiance(
                 freq_ghz,
                 tau,
-                segments[near.segment].radiance(near.fraction),
+                segment.radiance(place.fraction),
             ));
         }
         let stretch = ends.length_km() / rise;
-        if rise <= self.max_rise_km {
-            let tau = (depth(segments, near) - depth(segments, far)).abs() * stretch;
-            let middle = self.locate(0.5 * (observer + target))?;
-            return Ok(constant_radiance(
+        let depth_at = |z_km: f64| depth(segments, self.locate(z_km));
+        let piece = |tau: f64, middle_km: f64| {
+            let place = self.locate(middle_km);
+            constant_radiance(
                 freq_ghz,
                 tau,
-                segments[middle.segment].radiance(middle.fraction),
-            ));
+                segments[place.segment].radiance(place.fraction),
+            )
+        };
+        if rise <= self.max_rise_km {
+            let tau = (depth_at(observer) - depth_at(target)).abs() * stretch;
+            return Ok(piece(tau, 0.5 * (observer + target)));
         }
-        let pieces = (rise / self.max_rise_km).ceil().max(1.0);
+        // At most 30.5 km in pieces of at least 0.01 km.
+        let pieces = (rise / self.max_rise_km).ceil() as u32;
+        let at = |steps: f64| observer + (target - observer) * (steps / f64::from(pieces));
         let mut path = PathRadiation {
             freq_ghz,
             tau_np: 0.0,
             emission: 0.0,
         };
-        let mut start_depth = depth(segments, near);
-        let mut i = 0.0;
-        while i < pieces {
-            let at = |steps: f64| observer + (target - observer) * (steps / pieces);
-            let end_depth = depth(segments, self.locate(at(i + 1.0))?);
-            let middle = self.locate(at(i + 0.5))?;
+        let mut start_depth = depth_at(observer);
+        for i in 0..pieces {
+            let end_depth = depth_at(at(f64::from(i + 1)));
             let tau = (end_depth - start_depth).abs() * stretch;
-            let piece = constant_radiance(
-                freq_ghz,
-                tau,
-                segments[middle.segment].radiance(middle.fraction),
-            );
-            path = path.then(&piece);
+            path = path.then(&piece(tau, at(f64::from(i) + 0.5)));
             start_depth = end_depth;
-            i += 1.0;
         }
         Ok(path)
     }
 
-    fn locate(&self, z_km: f64) -> Result<Place, PhysicsError> {
+    /// The place of a height that lies in the table.
+    fn locate(&self, z_km: f64) -> Place {
         let z = &self.levels.z_km;
         let last = z.len() - 1;
-        check_range("path height", z_km, "km", z[0] - BELOW_BOTTOM_KM, z[last])?;
         let bin = ((z_km - z[0]) / BIN_KM).max(0.0) as usize;
         let mut segment = self.bins[bin.min(self.bins.len() - 1)] as usize;
         while segment + 1 < last && z[segment + 1] <= z_km {
             segment += 1;
         }
         let dz_km = z[segment + 1] - z[segment];
-        Ok(Place {
+        Place {
             segment,
             fraction: (z_km - z[segment]) / dz_km,
             dz_km,
-        })
+        }
     }
 }
 
@@ -359,7 +362,7 @@ mod tests {
         let z = &table.levels.z_km;
         for i in 0..3001 {
             let height = 0.01 * f64::from(i);
-            let place = table.locate(height.min(30.0)).unwrap();
+            let place = table.locate(height.min(30.0));
             let low = z[place.segment];
             assert!(
                 low <= height + 1e-12 && height <= z[place.segment + 1] + 1e-12,
