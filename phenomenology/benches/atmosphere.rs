@@ -1,12 +1,11 @@
 //! Speed of the sky profile, the sky table and the constant-temperature path.
-#![allow(missing_docs)] // criterion's macros generate undocumented functions
 
 use std::hint::black_box;
 
 use cittert_phenomenology::atmosphere::{
     Atmosphere, Geometry, PathEnds, PathExtent, PathTable, SkyTable, SkyTableOptions,
 };
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::Criterion;
 
 const FREQS: [f64; 10] = [
     10.0, 19.0, 35.0, 37.0, 89.0, 94.0, 140.0, 183.0, 220.0, 340.0,
@@ -64,12 +63,13 @@ fn path(c: &mut Criterion) {
     }
 }
 
-criterion_group! {
-    name = benches;
-    config = Criterion::default()
+fn main() {
+    let mut criterion = Criterion::default()
         .sample_size(20)
         .warm_up_time(std::time::Duration::from_millis(300))
-        .measurement_time(std::time::Duration::from_secs(1));
-    targets = sky, path
+        .measurement_time(std::time::Duration::from_secs(1))
+        .configure_from_args();
+    sky(&mut criterion);
+    path(&mut criterion);
+    criterion.final_summary();
 }
-criterion_main!(benches);

@@ -110,6 +110,30 @@ fn below_the_horizon_the_ground_is_seen_through_the_air() {
 }
 
 #[test]
+fn tables_can_be_built_at_every_height() {
+    let air = Atmosphere::reference("trl", "mpm89").unwrap();
+    let freqs = [10.0, 60.3, 183.31, 340.0];
+    for height in [0.0, 0.002, 0.5, 7.03, 20.0, 29.99, 30.0] {
+        let options = SkyTableOptions {
+            observer_km: Some(height),
+            ..SkyTableOptions::default()
+        };
+        let table = SkyTable::for_frequencies(&air, &freqs, &options).unwrap();
+        println!("{height} km: {:.3} K", table.interpolation_error_k());
+        assert!(table.interpolation_error_k() <= 0.1, "{height}");
+        for freq in freqs {
+            for i in 0..=1800 {
+                let t = table
+                    .temperature(f64::from(i) * 0.1, freq)
+                    .unwrap()
+                    .planck_k;
+                assert!((2.7..301.0).contains(&t), "{height} {freq} {i} {t}");
+            }
+        }
+    }
+}
+
+#[test]
 fn isothermal_world_is_isothermal_in_every_direction_of_the_table() {
     let profile = Profile::isothermal(280.0, 1013.0, 60.0).unwrap();
     let air = Atmosphere::new(profile, gas_model("mpm89").unwrap())
