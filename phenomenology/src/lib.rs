@@ -3,6 +3,8 @@
 //! [`Scene`] is the public face: read one from TOML, render it on a [`cittert_arrays::SkyGrid`].
 
 mod analytic;
+pub mod atmosphere;
+pub mod constants;
 mod error;
 mod scene;
 

@@ -1,0 +1,392 @@
+//! Paths of constant temperature with depths from a table: the fast form for ray tracing.
+//!
+//! `T_up = T_m (1 - exp(-tau))` in radiance, `tau = (L/dz) |tau(0, z1) - tau(0, z2)|`,
+//! `T_m` the temperature at the middle height. The error is at most half the temperature
+//! difference over the path when it is opaque, and far less when it is thin.
+
+use std::sync::Arc;
+
+use super::air_grid::{Column, Levels};
+use super::error::{PhysicsError, check_range};
+use super::model::{Atmosphere, check_frequencies};
+use super::path::{LEVEL_PATH_KM, PathEnds, PathExtent};
+use super::transfer::PathRadiation;
+
+/// Width of the bins that begin a search, km.
+const BIN_KM: f64 = 0.05;
+
+/// Depth below the profile to which its lowest air is taken to reach, km.
+const BELOW_BOTTOM_KM: f64 = 0.5;
+
+/// Optical depths from the lowest level up, for a list of frequencies.
+#[derive(Debug, Clone)]
+pub struct PathTable {
+    freqs_ghz: Vec<f64>,
+    levels: Arc<Levels>,
+    /// Segment of the lower edge of every 50 m of height: where a search begins.
+    bins: Vec<u32>,
+    channels: Vec<Vec<Segment>>,
+    max_rise_km: f64,
+}
+
+/// Optical depth between two levels: absorption linear in height, scaled to the exact mean.
+#[derive(Debug, Clone, Copy)]
+struct Segment {
+    /// Depth below this segment, Np.
+    tau: f64,
+    /// Absorption at its lower end, Np/km.
+    low: f64,
+    /// Absorption at its upper end, Np/km.
+    high: f64,
+    /// Black-body radiance at its lower end.
+    low_radiance: f64,
+    /// Black-body radiance at its upper end.
+    high_radiance: f64,
+}
+
+/// A height as segment and fraction.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    segment: usize,
+    fraction: f64,
+    dz_km: f64,
+}
+
+impl PathTable {
+    /// Builds the table for `freqs_ghz`: index in this list is the channel.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Empty`] or [`PhysicsError::OutOfRange`] for the frequencies, or
+    /// layers that cannot exist at their temperature.
+    pub fn new(atmosphere: &Atmosphere, freqs_ghz: &[f64]) -> Result<Self, PhysicsError> {
+        check_frequencies(freqs_ghz)?;
+        let profile = atmosphere.profile();
+        let grid = atmosphere.air_grid(profile.bottom_km(), profile.top_km(), &[])?;
+        let channels = grid.columns(freqs_ghz)?.iter().map(segments).collect();
+        Ok(Self {
+            freqs_ghz: freqs_ghz.to_vec(),
+            levels: Arc::clone(grid.levels()),
+            bins: bins(&grid.levels().z_km),
+            channels,
+            max_rise_km: f64::INFINITY,
+        })
+    }
+
+    /// The same table, cutting paths into equal pieces that rise at most `max_rise_km`.
+    ///
+    /// Without it a path is one piece. With 0.2 km the error in the reference atmospheres
+    /// stays below 0.8 K however high the path reaches, at a cost that grows with the
+    /// number of pieces.
+    ///
+    /// # Errors
+    /// [`PhysicsError::OutOfRange`] outside 0.01-30 km.
+    pub fn with_max_rise(mut self, max_rise_km: f64) -> Result<Self, PhysicsError> {
+        self.max_rise_km = check_range("rise of a path piece", max_rise_km, "km", 0.01, 30.0)?;
+        Ok(self)
+    }
+
+    /// The frequencies, GHz; the index is the channel.
+    #[must_use]
+    pub fn freqs_ghz(&self) -> &[f64] {
+        &self.freqs_ghz
+    }
+
+    /// The channel of a frequency.
+    ///
+    /// # Errors
+    /// [`PhysicsError::FrequencyNotInTable`] with the frequencies held.
+    pub fn channel(&self, freq_ghz: f64) -> Result<usize, PhysicsError> {
+        find_channel(&self.freqs_ghz, freq_ghz)
+    }
+
+    /// Emission and transmission of a path at one frequency.
+    ///
+    /// # Errors
+    /// As [`PathEnds::new`], [`PathTable::channel`] and [`PathTable::radiation`].
+    pub fn path_emission_and_transmission(
+        &self,
+        observer_km: f64,
+        target_km: f64,
+        extent: PathExtent,
+        freq_ghz: f64,
+    ) -> Result<PathRadiation, PhysicsError> {
+        self.radiation(
+            self.channel(freq_ghz)?,
+            &PathEnds::new(observer_km, target_km, extent)?,
+        )
+    }
+
+    /// Emission and transmission of a path in a channel.
+    ///
+    /// Heights down to 0.5 km below the profile are taken to hold its lowest air, so that
+    /// uneven ground does not break a trace.
+    ///
+    /// # Errors
+    /// [`PhysicsError::OutOfRange`] for an unknown channel or an end outside the table.
+    pub fn radiation(
+        &self,
+        channel: usize,
+        ends: &PathEnds,
+    ) -> Result<PathRadiation, PhysicsError> {
+        let Some(segments) = self.channels.get(channel) else {
+            let last = self.channels.len() as f64 - 1.0;
+            return Err(PhysicsError::OutOfRange {
+                quantity: "channel",
+                value: channel as f64,
+                min: 0.0,
+                max: last,
+                unit: "(index)",
+            });
+        };
+        let freq_ghz = self.freqs_ghz[channel];
+        let (observer, target) = (ends.observer_km(), ends.target_km());
+        let z = &self.levels.z_km;
+        let (lowest, highest) = (z[0] - BELOW_BOTTOM_KM, z[z.len() - 1]);
+        check_range("path height", observer, "km", lowest, highest)?;
+        check_range("path height", target, "km", lowest, highest)?;
+
+        let rise = ends.height_km();
+        if rise < LEVEL_PATH_KM {
+            let place = self.locate(observer);
+            let segment = &segments[place.segment];
+            let tau = segment.absorption(place.fraction) * ends.length_km();
+            return Ok(constant_radiance(
+                freq_ghz,
+                tau,
+                segment.radiance(place.fraction),
+            ));
+        }
+        let stretch = ends.length_km() / rise;
+        let depth_at = |z_km: f64| depth(segments, self.locate(z_km));
+        let piece = |tau: f64, middle_km: f64| {
+            let place = self.locate(middle_km);
+            constant_radiance(
+                freq_ghz,
+                tau,
+                segments[place.segment].radiance(place.fraction),
+            )
+        };
+        if rise <= self.max_rise_km {
+            let tau = (depth_at(observer) - depth_at(target)).abs() * stretch;
+            return Ok(piece(tau, 0.5 * (observer + target)));
+        }
+        // At most 30.5 km in pieces of at least 0.01 km.
+        let pieces = (rise / self.max_rise_km).ceil() as u32;
+        let at = |steps: f64| observer + (target - observer) * (steps / f64::from(pieces));
+        let mut path = PathRadiation {
+            freq_ghz,
+            tau_np: 0.0,
+            emission: 0.0,
+        };
+        let mut start_depth = depth_at(observer);
+        for i in 0..pieces {
+            let end_depth = depth_at(at(f64::from(i + 1)));
+            let tau = (end_depth - start_depth).abs() * stretch;
+            path = path.then(&piece(tau, at(f64::from(i) + 0.5)));
+            start_depth = end_depth;
+        }
+        Ok(path)
+    }
+
+    /// The place of a height that lies in the table.
+    fn locate(&self, z_km: f64) -> Place {
+        let z = &self.levels.z_km;
+        let last = z.len() - 1;
+        let bin = ((z_km - z[0]) / BIN_KM).max(0.0) as usize;
+        let mut segment = self.bins[bin.min(self.bins.len() - 1)] as usize;
+        while segment + 1 < last && z[segment + 1] <= z_km {
+            segment += 1;
+        }
+        let dz_km = z[segment + 1] - z[segment];
+        Place {
+            segment,
+            fraction: (z_km - z[segment]) / dz_km,
+            dz_km,
+        }
+    }
+}
+
+impl Segment {
+    fn absorption(&self, fraction: f64) -> f64 {
+        self.low + fraction.max(0.0) * (self.high - self.low)
+    }
+
+    /// Black-body radiance, linear over a step of the grid.
+    fn radiance(&self, fraction: f64) -> f64 {
+        self.low_radiance + fraction.max(0.0) * (self.high_radiance - self.low_radiance)
+    }
+}
+
+/// A path of constant temperature, given its black-body radiance.
+fn constant_radiance(freq_ghz: f64, tau_np: f64, radiance: f64) -> PathRadiation {
+    PathRadiation {
+        freq_ghz,
+        tau_np,
+        emission: -(-tau_np).exp_m1() * radiance,
+    }
+}
+
+/// Depth from the lowest level to a place, negative below it.
+fn depth(segments: &[Segment], place: Place) -> f64 {
+    let segment = &segments[place.segment];
+    // The mean absorption up to the place is the absorption half way there.
+    segment.tau + place.dz_km * place.fraction * segment.absorption(0.5 * place.fraction)
+}
+
+/// The segment at the lower edge of every bin of height.
+fn bins(z_km: &[f64]) -> Vec<u32> {
+    let last = z_km.len() - 1;
+    let count = ((z_km[last] - z_km[0]) / BIN_KM).ceil() as usize;
+    (0..=count)
+        .map(|bin| {
+            // A little low, so that rounding of the edge never starts a search too high.
+            let edge = z_km[0] + (bin as f64 - 1e-6) * BIN_KM;
+            z_km.partition_point(|level| *level <= edge).clamp(1, last) as u32 - 1
+        })
+        .collect()
+}
+
+fn segments(column: &Column) -> Vec<Segment> {
+    let mut tau = 0.0;
+    let z = &column.levels.z_km;
+    (0..column.mean.len())
+        .map(|i| {
+            let (low, high) = (
+                column.gas[i] + column.hydrosol[i],
+                column.gas[i + 1] + column.hydrosol[i],
+            );
+            let scale = column.mean[i] / (0.5 * (low + high));
+            let segment = Segment {
+                tau,
+                low: low * scale,
+                high: high * scale,
+                low_radiance: column.radiance[i],
+                high_radiance: column.radiance[i + 1],
+            };
+            tau += column.mean[i] * (z[i + 1] - z[i]);
+            segment
+        })
+        .collect()
+}
+
+/// Index of a frequency in a list, to one part in 1e9.
+pub(super) fn find_channel(freqs_ghz: &[f64], freq_ghz: f64) -> Result<usize, PhysicsError> {
+    freqs_ghz
+        .iter()
+        .position(|f| (f - freq_ghz).abs() <= 1e-9 * f)
+        .ok_or_else(|| {
+            let mut held: Vec<String> = freqs_ghz
+                .iter()
+                .take(20)
+                .map(|f| format!("{f} GHz"))
+                .collect();
+            if freqs_ghz.len() > held.len() {
+                held.push("...".to_owned());
+            }
+            PhysicsError::FrequencyNotInTable {
+                freq_ghz,
+                held: held.join(", "),
+            }
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(freqs: &[f64]) -> (Atmosphere, PathTable) {
+        let atmosphere = Atmosphere::reference("mls", "mpm89").unwrap();
+        let table = PathTable::new(&atmosphere, freqs).unwrap();
+        (atmosphere, table)
+    }
+
+    #[test]
+    fn depth_is_that_of_the_integral_at_any_height() {
+        let (atmosphere, table) = table(&[22.235, 94.0, 183.0]);
+        for (z1, z2) in [(0.0, 5.0), (0.013, 0.027), (1.23, 4.56), (0.0, 30.0)] {
+            let ends = PathEnds::new(z1, z2, PathExtent::ZenithDeg(30.0)).unwrap();
+            let exact = atmosphere.path(table.freqs_ghz(), &ends).unwrap();
+            for (channel, path) in exact.iter().enumerate() {
+                let fast = table.radiation(channel, &ends).unwrap();
+                assert!(
+                    (fast.tau_np / path.tau_np - 1.0).abs() < 2e-4,
+                    "{z1} {z2} {channel}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn pieces_bound_the_error_of_long_paths() {
+        let (atmosphere, table) = table(&[60.0, 94.0]);
+        let table = table.with_max_rise(0.2).unwrap();
+        let ends = PathEnds::new(5.0, 0.0, PathExtent::ZenithDeg(60.0)).unwrap();
+        for (channel, path) in atmosphere
+            .path(&[60.0, 94.0], &ends)
+            .unwrap()
+            .iter()
+            .enumerate()
+        {
+            let fast = table.radiation(channel, &ends).unwrap();
+            // Half the temperature difference over 0.2 km.
+            let off = (fast.emission_rj_k() - path.emission_rj_k()).abs();
+            assert!(off < 0.65, "{channel} {off}");
+        }
+    }
+
+    #[test]
+    fn ground_below_the_profile_holds_its_lowest_air() {
+        let (_, table) = table(&[94.0]);
+        let radiation = |z: f64| {
+            let ends = PathEnds::new(z, z, PathExtent::LengthKm(1.0)).unwrap();
+            table.radiation(0, &ends)
+        };
+        assert_eq!(radiation(-0.3).unwrap(), radiation(0.0).unwrap());
+        assert!(radiation(-0.6).is_err());
+    }
+
+    #[test]
+    fn frequency_and_channel_name_the_same_path() {
+        let (_, table) = table(&[35.0, 94.0]);
+        let extent = PathExtent::ZenithDeg(45.0);
+        let by_freq = table
+            .path_emission_and_transmission(1.0, 0.0, extent, 94.0)
+            .unwrap();
+        let ends = PathEnds::new(1.0, 0.0, extent).unwrap();
+        assert_eq!(by_freq, table.radiation(1, &ends).unwrap());
+    }
+
+    #[test]
+    fn bins_find_the_segment_of_every_height() {
+        let (_, table) = table(&[94.0]);
+        let z = &table.levels.z_km;
+        for i in 0..3001 {
+            let height = 0.01 * f64::from(i);
+            let place = table.locate(height.min(30.0));
+            let low = z[place.segment];
+            assert!(
+                low <= height + 1e-12 && height <= z[place.segment + 1] + 1e-12,
+                "{height}"
+            );
+        }
+    }
+
+    #[test]
+    fn unknown_frequencies_and_channels_are_named() {
+        let (_, table) = table(&[94.0, 140.0]);
+        let message = table.channel(95.0).unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "frequency 95 GHz is not in the table, which holds 94 GHz, 140 GHz"
+        );
+        let ends = PathEnds::new(0.0, 1.0, PathExtent::LengthKm(1.0)).unwrap();
+        assert!(
+            table
+                .radiation(2, &ends)
+                .unwrap_err()
+                .to_string()
+                .starts_with("channel 2")
+        );
+        assert!(table.clone().with_max_rise(0.0).is_err());
+    }
+}
