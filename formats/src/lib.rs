@@ -1,8 +1,12 @@
 //! Everything on disk, and every sign flip.
 
 pub mod atomic;
-pub mod fits;
 mod error;
+mod files;
+pub mod fits;
+mod h5;
 mod time;
+pub mod uvh5;
 
 pub use error::{FormatError, Result};
+pub use h5::Compression;
