@@ -1,6 +1,7 @@
 //! Aperture synthesis: from an array layout and a scene to visibilities, images and calibrations.
 
 pub mod error;
+pub mod fourier;
 pub mod progress;
 
 pub use error::{ChainError, Result};
