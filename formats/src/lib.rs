@@ -1,1 +1,3 @@
-//! Placeholder.
+//! Everything cittert keeps on disk.
+
+pub mod layouts;
