@@ -5,6 +5,7 @@ mod error;
 mod files;
 pub mod fits;
 mod h5;
+pub mod layouts;
 mod time;
 pub mod uvh5;
 
