@@ -20,6 +20,7 @@ mod series;
 mod sort;
 #[cfg(test)]
 mod tests;
+mod uv_grid;
 mod wplanes;
 
 pub use degridder::Degridder;
@@ -27,6 +28,7 @@ pub use gridder::Gridder;
 pub use kernel::Kernel;
 pub use plan::UvwExtent;
 pub use real::Real;
+pub use uv_grid::image_to_uv_grid;
 
 use crate::Result;
 use cittert_arrays::SkyGrid;

@@ -50,7 +50,7 @@ impl VisPlot {
                         continue;
                     }
                     self.seen += 1;
-                    if self.seen % self.step == 0 {
+                    if self.seen.is_multiple_of(self.step) {
                         let v = block.vis[[row, chan, pol]];
                         self.points.push((length * f / SPEED_OF_LIGHT_M_S, f64::from(v.norm()), f64::from(v.arg()), pol));
                     }
