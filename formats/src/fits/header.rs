@@ -102,11 +102,6 @@ impl Header {
         self.cards.iter().find(|c| c.0 == key).map(|c| &c.1)
     }
 
-    /// All keywords and values in order.
-    pub(crate) fn cards(&self) -> &[(String, Value)] {
-        &self.cards
-    }
-
     /// A number, where there is one. Numbers written as texts are accepted, as real files have them.
     pub(crate) fn real(&self, key: &str) -> Option<f64> {
         match self.get(key)? {

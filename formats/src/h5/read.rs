@@ -19,7 +19,7 @@ const MOST_WHOLE: usize = 1 << 24;
 const BITSHUFFLE: i32 = 32008;
 
 /// Shape of a dataset.
-pub(crate) type Shape = Vec<usize>;
+type Shape = Vec<usize>;
 
 /// An open HDF5 file.
 pub(crate) struct H5In {
