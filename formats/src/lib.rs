@@ -16,14 +16,18 @@ mod files;
 pub mod fits;
 mod h5;
 pub mod info;
+mod picture;
 mod registry;
+mod sources;
 mod time;
 pub mod uvfits;
 pub mod uvh5;
 
 pub use error::{FormatError, Result};
 pub use h5::Compression;
+pub use picture::read_grey_png;
 pub use registry::{
     Created, IMAGE_FORMATS, ImageFormat, VISIBILITY_FORMATS, VisibilityFormat, create_visibilities, image_format, open_image,
     open_visibilities, visibility_format,
 };
+pub use sources::{read_sources, write_sources};

@@ -51,13 +51,19 @@ impl GroupAxes {
             let n = usize::try_from(*len).ok().filter(|n| (1..=1 << 24).contains(n));
             let n = n.ok_or_else(|| bad(&format!("NAXIS{k}"), "1 to 16777216", len.to_string()))?;
             let stride = axes.numbers;
-            axes.numbers = stride.checked_mul(n).filter(|n| *n <= 1 << 28).ok_or_else(|| bad("NAXISn", "at most 2^28 numbers in a group", "more".into()))?;
+            axes.numbers = stride
+                .checked_mul(n)
+                .filter(|n| *n <= 1 << 28)
+                .ok_or_else(|| bad("NAXISn", "at most 2^28 numbers in a group", "more".into()))?;
             match ctype.as_str() {
                 "COMPLEX" => {
                     complex_seen = true;
                     axes.complex = stride;
                     if n == 1 {
-                        return Err(FormatError::unsupported(path, "the data are AIPS-compressed (COMPLEX axis of length 1): write them uncompressed"));
+                        return Err(FormatError::unsupported(
+                            path,
+                            "the data are AIPS-compressed (COMPLEX axis of length 1): write them uncompressed",
+                        ));
                     }
                     if n != 3 {
                         return Err(bad(&format!("NAXIS{k} (COMPLEX)"), "3: real, imaginary, weight", n.to_string()));
@@ -69,7 +75,13 @@ impl GroupAxes {
                 _ if ctype.starts_with("RA") && n == 1 => axes.ra_axis = Some(k),
                 _ if ctype.starts_with("DEC") && n == 1 => axes.dec_axis = Some(k),
                 _ if n == 1 => {}
-                _ => return Err(bad(&format!("CTYPE{k}"), "COMPLEX, STOKES, FREQ, IF, RA or DEC on an axis longer than 1", format!("{ctype:?}"))),
+                _ => {
+                    return Err(bad(
+                        &format!("CTYPE{k}"),
+                        "COMPLEX, STOKES, FREQ, IF, RA or DEC on an axis longer than 1",
+                        format!("{ctype:?}"),
+                    ));
+                }
             }
         }
         if !complex_seen {

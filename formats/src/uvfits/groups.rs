@@ -121,11 +121,7 @@ impl Parameters {
             FormatError::malformed(path, "PTYPEn", what, format!("the parameters {found}"))
         };
         // UU, UU--, UU---SIN, UU---NCP, UU-L-SIN (wavelengths): the three must have the same end.
-        let suffix = named
-            .iter()
-            .find_map(|p| p.0.strip_prefix("UU"))
-            .ok_or_else(|| missing("UU, VV and WW with one suffix"))?
-            .to_string();
+        let suffix = named.iter().find_map(|p| p.0.strip_prefix("UU")).ok_or_else(|| missing("UU, VV and WW with one suffix"))?.to_string();
         let mut uvw = Vec::new();
         for name in ["UU", "VV", "WW"] {
             uvw.push(find(&format!("{name}{suffix}")).ok_or_else(|| missing("UU, VV and WW with one suffix"))?);

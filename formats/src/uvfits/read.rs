@@ -202,12 +202,16 @@ impl UvfitsReader {
     /// Take the parameters of one group into row `r` of the block, row `row` of the file.
     fn row(&mut self, coverage: &mut UvCoverage, r: usize, row: usize, group: &[u8]) -> Result<()> {
         let (p, number) = (&self.parameters, self.number);
-        let bad = |place: &str, expected: &str, found: String| FormatError::malformed(&self.path, format!("group {row}, {place}"), expected, found);
+        let bad = |place: &str, expected: &str, found: String| {
+            FormatError::malformed(&self.path, format!("group {row}, {place}"), expected, found)
+        };
         let pair = p.pair(number, group);
         if pair.subarray != 1 {
             return Err(bad("SUBARRAY", "1 (split files with several subarrays first)", pair.subarray.to_string()));
         }
-        let antenna = |n: i64| self.index_of_number.get(&n).copied().ok_or_else(|| bad("antenna", "a number (NOSTA) of the AIPS AN table", n.to_string()));
+        let antenna = |n: i64| {
+            self.index_of_number.get(&n).copied().ok_or_else(|| bad("antenna", "a number (NOSTA) of the AIPS AN table", n.to_string()))
+        };
         let (first, second) = (antenna(pair.first)?, antenna(pair.second)?);
         if let Some(id) = p.freq_id.map(|f| f.get(number, group)).filter(|id| *id > 1.0) {
             return Err(bad("FREQSEL", "1 (split files with several frequency set-ups first)", id.to_string()));
@@ -225,7 +229,8 @@ impl UvfitsReader {
         }
         let mut uvw = p.uvw_m(number, group);
         if p.kind == UvwKind::Ncp {
-            let place = self.sky.at(time, &self.header.phase_centers, usize::from(center)).map_err(|e| FormatError::values(&self.path, e))?.1;
+            let place =
+                self.sky.at(time, &self.header.phase_centers, usize::from(center)).map_err(|e| FormatError::values(&self.path, e))?.1;
             uvw = from_ncp(uvw, place.dec_rad);
         }
         coverage.uvw_m.row_mut(r).assign(&ndarray::arr1(&uvw));
