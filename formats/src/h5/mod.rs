@@ -6,7 +6,7 @@ mod read;
 mod strings;
 mod write;
 
-pub(crate) use read::{H5In, Shape};
+pub(crate) use read::H5In;
 pub use write::Compression;
 pub(crate) use write::{H5Out, Rows};
 
@@ -20,4 +20,9 @@ pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 fn failed(path: &Path, place: &str, error: &hdf5::Error) -> FormatError {
     // The library's texts name its functions and the hidden temporary file; the last part says what is wrong.
     FormatError::Hdf5 { path: path.into(), place: place.into(), message: error.to_string() }
+}
+
+/// True where the file is HDF5 and has a dataset of that name.
+pub(crate) fn has(path: &Path, dataset: &str) -> bool {
+    H5In::open(path, "").is_ok_and(|f| f.has(dataset))
 }

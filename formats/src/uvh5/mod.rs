@@ -12,6 +12,9 @@ mod write;
 pub use read::Uvh5Reader;
 pub use write::{Uvh5Options, Uvh5Writer};
 
+pub(crate) use layout::{site_of, unique_names};
+pub(crate) use phase::Sky;
+
 use cittert_arrays::Site;
 
 /// Where the array of a boresight layout is placed for programs that know only the Earth: on the equator at longitude 0, where

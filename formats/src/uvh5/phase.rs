@@ -91,18 +91,18 @@ fn from_json(file: &H5In, entry: &str, name: &str) -> Result<PhaseCenter> {
     })
 }
 
-fn kind(
-    file: &H5In,
-    entry: &str,
-    cat_type: &str,
-    lon: impl Fn() -> Result<f64>,
-    lat: impl Fn() -> Result<f64>,
-) -> Result<PhaseCenterKind> {
+fn kind(file: &H5In, entry: &str, cat_type: &str, lon: impl Fn() -> Result<f64>, lat: impl Fn() -> Result<f64>) -> Result<PhaseCenterKind> {
     Ok(match cat_type {
         "unprojected" => PhaseCenterKind::Unprojected,
         "driftscan" => PhaseCenterKind::Driftscan { az_rad: lon()?, el_rad: lat()? },
         "sidereal" | "ephem" | "near_field" => PhaseCenterKind::Sidereal { ra_rad: lon()?, dec_rad: lat()? },
-        other => return Err(file.wrong(&format!("{entry}/cat_type"), "sidereal, unprojected, driftscan, ephem or near_field", format!("{other:?}"))),
+        other => {
+            return Err(file.wrong(
+                &format!("{entry}/cat_type"),
+                "sidereal, unprojected, driftscan, ephem or near_field",
+                format!("{other:?}"),
+            ));
+        }
     })
 }
 
@@ -121,7 +121,7 @@ fn from_phase_type(file: &H5In) -> Result<PhaseCenter> {
 
 /// The sky over the array at the time of a row, kept while the time stays the same.
 #[derive(Debug)]
-pub(super) struct Sky {
+pub(crate) struct Sky {
     site: Site,
     time_jd: f64,
     sky: Option<LocalSky>,
@@ -130,12 +130,12 @@ pub(super) struct Sky {
 
 impl Sky {
     /// The sky over a site.
-    pub(super) fn over(site: Site) -> Self {
+    pub(crate) fn over(site: Site) -> Self {
         Self { site, time_jd: f64::NAN, sky: None, places: Vec::new() }
     }
 
     /// Sidereal time at `time_jd`, and the apparent place of phase centre `index`.
-    pub(super) fn at(&mut self, time_jd: f64, centers: &[PhaseCenter], index: usize) -> Result<(f64, ApparentPlace), ArrayError> {
+    pub(crate) fn at(&mut self, time_jd: f64, centers: &[PhaseCenter], index: usize) -> Result<(f64, ApparentPlace), ArrayError> {
         if time_jd != self.time_jd || self.sky.is_none() {
             self.sky = Some(LocalSky::at(time_jd, &self.site)?);
             self.time_jd = time_jd;
