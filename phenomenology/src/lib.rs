@@ -1,1 +1,4 @@
-//! Placeholder.
+//! Radiometric scene simulation at millimetre wavelengths.
+
+pub mod dielectrics;
+pub mod surfaces;
