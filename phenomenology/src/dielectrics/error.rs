@@ -1,6 +1,7 @@
 //! What can go wrong in the dielectric data base.
 
 use super::state::Parameter;
+use num_complex::Complex64;
 use thiserror::Error;
 
 /// An error of the dielectric data base.
@@ -138,6 +139,14 @@ pub enum DielectricError {
         bands: String,
         /// What the documented extension does.
         extension: &'static str,
+    },
+    /// A formula gave no possible permittivity, far outside its range.
+    #[error("model `{model}` gives eps = {eps} for this state, which is no lossy permittivity")]
+    Unphysical {
+        /// The model.
+        model: &'static str,
+        /// What it gave, `eps' - j eps''`.
+        eps: Complex64,
     },
     /// The mixing iteration did not settle.
     #[error("the mixing formula did not converge after {iterations} iterations")]

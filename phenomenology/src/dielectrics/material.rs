@@ -258,8 +258,18 @@ impl Material {
             }
             Err(error) => return Err(error),
         };
+        let mut eps = (model.formula)(&query)?;
+        if eps.im > 0.0 && eps.im < 1e-9 * eps.norm() {
+            eps.im = 0.0; // a lossless limit, missed by rounding
+        }
+        if !(eps.re.is_finite() && eps.im.is_finite() && eps.im <= 0.0) {
+            return Err(DielectricError::Unphysical {
+                model: model.name,
+                eps,
+            });
+        }
         Ok(Permittivity {
-            eps: (model.formula)(&query)?,
+            eps,
             model,
             extended,
         })

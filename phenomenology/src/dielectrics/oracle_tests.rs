@@ -227,3 +227,33 @@ fn bad_input_is_named() {
         .to_string();
     assert!(error.contains("no parameter `moisture`") && error.contains("salinity"));
 }
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig::with_cases(400))]
+
+    // Whatever is asked: a lossy permittivity or an error, never a panic or a NaN.
+    #[test]
+    fn any_state_gives_a_permittivity_or_an_error(
+        material in 0..Material::all().len(),
+        log_f in 6.0..13.0f64,
+        values in proptest::array::uniform6(0.0..1.0f64),
+        documented in proptest::prelude::any::<bool>(),
+    ) {
+        let material = &Material::all()[material];
+        let mut state = material.state();
+        for (parameter, x) in Parameter::ALL.into_iter().zip(values) {
+            if let Some(spec) = material.spec(parameter) {
+                // Beyond the bounds as well as between them.
+                state.set(parameter, spec.min + (1.2 * x - 0.1) * (spec.max - spec.min).min(400.0));
+            }
+        }
+        let extrapolation = if documented { Extrapolation::Documented } else { Extrapolation::Refuse };
+        for name in material.model_names() {
+            let model = material.model(name).unwrap();
+            if let Ok(p) = material.evaluate(Some(model), &state, 10f64.powf(log_f), extrapolation) {
+                proptest::prop_assert!(p.eps.re.is_finite() && p.eps.im <= 0.0, "{name} {state:?}");
+                proptest::prop_assert!(documented || !p.extended);
+            }
+        }
+    }
+}

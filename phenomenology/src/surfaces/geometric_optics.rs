@@ -1,5 +1,6 @@
 //! Geometric optics of a rough surface: what becomes of the power after the first bounce.
 
+use super::quadrature::legendre_12;
 use super::second_bounce::second_bounce;
 use super::shadowing::Shadowing;
 use super::slopes::Slopes;
@@ -11,7 +12,8 @@ use super::wagner_lynch::{FacetIntegrals, FacetSurface, Rules, Sky, View, facet_
 pub enum Closure {
     /// Nothing: it is lost, and emissivity and reflectivity add up to less than 1.
     Single,
-    /// It is taken to be absorbed, so that it comes back as emission of the surface.
+    /// It is taken to be absorbed, so that it comes back as emission of the surface. A
+    /// reflectivity above 1, which Wagner shadowing can give, is brought back to 1.
     #[default]
     ReEmit,
     /// A second bounce is followed; what is still left is taken to be absorbed.
@@ -109,10 +111,23 @@ impl GeometricOptics {
             };
         }
         if self.closure == Closure::SecondBounce {
-            let twice = second_bounce(self.surface(stack), &view, sky, once.escaping);
+            let twice = second_bounce(
+                self.surface(stack),
+                &view,
+                sky,
+                once.escaping,
+                legendre_12(),
+            );
             for p in 0..2 {
                 reflectivity[p] += twice.reflectivity[p];
                 scattered_sky_k[p] += twice.scattered_sky_k[p];
+            }
+        }
+        // The Wagner form can give back more than it gets near grazing angles.
+        for p in 0..2 {
+            if reflectivity[p] > 1.0 {
+                scattered_sky_k[p] /= reflectivity[p];
+                reflectivity[p] = 1.0;
             }
         }
         let emissivity = reflectivity.map(|r| 1.0 - r);

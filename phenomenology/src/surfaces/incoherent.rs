@@ -76,7 +76,7 @@ pub(super) fn incoherent_reflection(layers: &[Layer], k0: f64, cos_theta: f64) -
         }
     };
     let largest = (power[0] * power[1]).sqrt();
-    if !(cross.norm() <= largest) {
+    if cross.norm() > largest || cross.is_nan() {
         cross = phase(top[1] * top[0].conj()) * largest;
     }
     Reflection {

@@ -1,8 +1,5 @@
-//! Laws every surface obeys: energy, reciprocity, isothermal enclosures; and how well the
-//! integrals converge.
+//! Laws every surface obeys: energy, reciprocity, isothermal enclosures.
 
-use super::quadrature::legendre_fine;
-use super::wagner_lynch::{FacetSurface, Rules, View, facet_integrals};
 use super::*;
 use num_complex::Complex64;
 use proptest::prelude::*;
@@ -189,91 +186,6 @@ fn visible_facets_of_a_black_surface_have_emissivity_one() {
 }
 
 #[test]
-fn integrals_have_converged() {
-    let fine = Rules {
-        inner: legendre_fine(),
-        outer: legendre_fine(),
-    };
-    let sky = |zenith: f64| 280.0 * (1.0 - (-0.08 / zenith.cos().max(1e-9)).exp());
-    let mut worst = [0.0f64; 3];
-    for (stack, metal) in [
-        (half_space(8.2, 13.9, 290.0), false),
-        (half_space(3.0, 0.06, 290.0), false),
-        (half_space(1.0, 5e6, 290.0), true),
-    ] {
-        for slope in [0.02, 0.1, 0.32] {
-            let slopes = Slopes::new(slope, 0.7 * slope).unwrap();
-            let surface = FacetSurface {
-                stack: &stack,
-                slopes: &slopes,
-                shadowing: Shadowing::Smith,
-            };
-            for degrees in [0.0f64, 50.0, 75.0, 85.0, 89.0, 89.8] {
-                let view = View::new(&slopes, degrees.to_radians(), 0.5, Sky::Symmetric(&sky));
-                let a = facet_integrals(surface, &view, Sky::Symmetric(&sky), Rules::default());
-                let b = facet_integrals(surface, &view, Sky::Symmetric(&sky), fine);
-                for p in 0..2 {
-                    let e = (a.emissivity[p] - b.emissivity[p]).abs();
-                    let r = (a.reflectivity[p] - b.reflectivity[p]).abs();
-                    let t = (a.scattered_sky_k[p] - b.scattered_sky_k[p]).abs();
-                    if e > 1e-5 || r > 1e-5 {
-                        println!("{slope} {degrees} metal {metal} p{p}: {e:e} {r:e} {t:e}");
-                    }
-                    worst = [worst[0].max(e), worst[1].max(r), worst[2].max(t)];
-                }
-            }
-        }
-    }
-    println!(
-        "emissivity {:e}, reflectivity {:e}, sky {:e} K",
-        worst[0], worst[1], worst[2]
-    );
-    assert!(worst[0] < 2e-4 && worst[1] < 2e-4 && worst[2] < 0.05);
-}
-
-// The hemispherical reflectivity from the facet integral and from the bistatic coefficient are
-// two routes to one number: slopes and directions as variables.
-#[test]
-fn bistatic_sum_is_the_reflectivity() {
-    let stack = half_space(8.2, 13.9, 290.0);
-    let sky = |_: f64| 0.0;
-    let rule = legendre_fine();
-    for (su, sc, degrees, azimuth) in [(0.2, 0.2, 40.0f64, 0.0), (0.3, 0.15, 65.0, 0.7)] {
-        let go = GeometricOptics::new(Slopes::new(su, sc).unwrap());
-        let theta = degrees.to_radians();
-        let facets = go
-            .integrals(&stack, theta, azimuth, Sky::Symmetric(&sky))
-            .reflectivity;
-        let mut sum = [0.0; 2];
-        let turns = 240;
-        for (mu, w) in rule.on(0.0, 1.0) {
-            for k in 0..turns {
-                // The observer's wave is incident; its azimuth of travel is away from the observer.
-                let g = bistatic_coefficient(
-                    &stack,
-                    &go.slopes,
-                    Shadowing::Smith,
-                    &BistaticGeometry {
-                        incident_zenith_rad: theta,
-                        incident_azimuth_rad: azimuth + PI,
-                        scattered_zenith_rad: mu.acos(),
-                        scattered_azimuth_rad: TAU * f64::from(k) / f64::from(turns),
-                    },
-                )
-                .unwrap();
-                let solid = w * TAU / f64::from(turns) / (4.0 * PI);
-                sum[0] += solid * (g.hh + g.vh);
-                sum[1] += solid * (g.vv + g.hv);
-            }
-        }
-        println!("{facets:?} {sum:?}");
-        for p in 0..2 {
-            assert!((facets[p] - sum[p]).abs() < 1e-4, "{facets:?} {sum:?}");
-        }
-    }
-}
-
-#[test]
 fn gentle_slopes_tend_to_the_smooth_surface() {
     let stack = half_space(8.2, 13.9, 290.0);
     let sky = |_: f64| 0.0;
@@ -317,60 +229,6 @@ fn turning_the_surface_turns_the_answer() {
     let facing = go.response(&stack, 0.9, PI, Sky::Full(&warm_south));
     let away = go.response(&stack, 0.9, 0.0, Sky::Full(&warm_south));
     assert!(facing.scattered_sky_k[0] > away.scattered_sky_k[0] + 10.0);
-}
-
-// Over many thicknesses the interference averages out, which is what the incoherent stack says
-// at once: for its reflectivity and for what each layer absorbs.
-#[test]
-fn incoherent_stack_is_the_mean_of_coherent_ones() {
-    let at = |depth: f64, coherent: bool| {
-        Stack::new(
-            vec![
-                Layer {
-                    eps: Complex64::new(3.17, -0.01),
-                    thickness_m: depth,
-                    temperature_k: 250.0,
-                },
-                Layer {
-                    eps: Complex64::new(8.2, -13.9),
-                    thickness_m: f64::INFINITY,
-                    temperature_k: 280.0,
-                },
-            ],
-            coherent,
-            FREQ_HZ,
-        )
-        .unwrap()
-    };
-    let theta = 0.7f64;
-    let depth = 0.02;
-    let wave = 299_792_458.0 / FREQ_HZ / (2.0 * (3.17 - theta.sin().powi(2)).sqrt());
-    let count = 400;
-    let mut mean = [[0.0; 2]; 3];
-    for i in 0..count {
-        let d = depth + wave * (f64::from(i) / f64::from(count) - 0.5);
-        let stack = at(d, true);
-        let (r, w) = (
-            stack.reflection(theta).unwrap().powers(),
-            stack.absorption(theta).unwrap(),
-        );
-        for p in 0..2 {
-            mean[0][p] += r[p] / f64::from(count);
-            mean[1][p] += w[0][p] / f64::from(count);
-            mean[2][p] += w[1][p] / f64::from(count);
-        }
-    }
-    let stack = at(depth, false);
-    let (r, w) = (
-        stack.reflection(theta).unwrap().powers(),
-        stack.absorption(theta).unwrap(),
-    );
-    println!("{mean:?} {r:?} {w:?}");
-    for p in 0..2 {
-        assert!((mean[0][p] - r[p]).abs() < 5e-4);
-        assert!((mean[1][p] - w[0][p]).abs() < 1.5e-3);
-        assert!((mean[2][p] - w[1][p]).abs() < 1.5e-3);
-    }
 }
 
 #[test]

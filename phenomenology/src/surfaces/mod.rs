@@ -20,6 +20,8 @@
 mod bistatic;
 mod choudhury79;
 mod coherent;
+#[cfg(test)]
+mod convergence_tests;
 mod error;
 mod fresnel;
 mod geometric_optics;

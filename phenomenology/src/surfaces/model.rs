@@ -103,6 +103,16 @@ impl SurfaceModel {
         Ok(response)
     }
 
+    /// Brightness `[h, v]` the surface emits, K, its layers each at their own temperature.
+    ///
+    /// # Errors
+    /// As [`SurfaceModel::response`].
+    pub fn emission_k(&self, theta_rad: f64, azimuth_rad: f64) -> Result<[f64; 2], SurfaceError> {
+        let cold = |_: f64| 0.0;
+        let response = self.response(theta_rad, azimuth_rad, Sky::Symmetric(&cold))?;
+        Ok(response.emitted_k)
+    }
+
     /// Brightness `[h, v]` of surface and sky, K.
     ///
     /// # Errors

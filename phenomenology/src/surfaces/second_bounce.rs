@@ -83,18 +83,19 @@ pub(super) struct SecondBounce {
 
 /// Reflectivity and scattered sky by two bounces.
 ///
-/// `escaping` is what a first bounce lets out if every facet is a perfect mirror.
+/// `escaping` is what a first bounce lets out if every facet is a perfect mirror; `rule` is that
+/// of the first facets.
 pub(super) fn second_bounce(
     surface: FacetSurface<'_>,
     view: &View,
     sky: Sky<'_>,
     escaping: f64,
+    rule: &'static Rule,
 ) -> SecondBounce {
     let FacetSurface {
         slopes, shadowing, ..
     } = surface;
     let mut sums = SecondBounce::default();
-    let rule = legendre_12();
     let seen = shadowing.single(view.lambda);
     let reach = REACH * view.frame.sigma_a;
     let top = reach.min(view.facing_limit());

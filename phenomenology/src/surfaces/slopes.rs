@@ -67,7 +67,6 @@ impl Slopes {
         let (c, s) = (cos_azimuth, sin_azimuth);
         let (u2, c2) = (self.along.powi(2), self.across.powi(2));
         let variance_a = u2 * c * c + c2 * s * s;
-        let variance_b = u2 * s * s + c2 * c * c;
         let covariance = if self.is_isotropic() {
             0.0
         } else {
@@ -75,7 +74,6 @@ impl Slopes {
         };
         SlopeFrame {
             sigma_a: variance_a.sqrt(),
-            sigma_b: variance_b.sqrt(),
             covariance,
             area: self.along * self.across,
         }
@@ -87,8 +85,6 @@ impl Slopes {
 pub(super) struct SlopeFrame {
     /// Standard deviation along.
     pub sigma_a: f64,
-    /// Standard deviation across.
-    pub sigma_b: f64,
     /// Covariance.
     pub covariance: f64,
     /// Square root of the determinant, the same in every frame.
@@ -113,9 +109,10 @@ mod tests {
         for degrees in [0.0f64, 20.0, 45.0, 90.0, 135.0] {
             let (s, c) = degrees.to_radians().sin_cos();
             let f = slopes.in_frame(c, s);
-            let trace = f.sigma_a.powi(2) + f.sigma_b.powi(2);
-            let det = (f.sigma_a * f.sigma_b).powi(2) - f.covariance.powi(2);
-            assert!((trace - 0.1).abs() < 1e-15 && (det - 9e-4).abs() < 1e-15);
+            let across = slopes.in_frame(-s, c);
+            let trace = f.sigma_a.powi(2) + across.sigma_a.powi(2);
+            let det = (f.sigma_a * across.sigma_a).powi(2) - f.covariance.powi(2);
+            assert!((trace - 0.1).abs() < 1e-15 && (det - f.area * f.area).abs() < 1e-15);
             assert!((f.sigma_a.powi(2) - slopes.variance(c, s)).abs() < 1e-15);
         }
     }

@@ -8,6 +8,11 @@ use crate::dielectrics::constants::SPEED_OF_LIGHT_M_S;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
+/// Largest permittivity taken; any metal lies far below.
+const MAX_PERMITTIVITY: f64 = 1e15;
+/// Thickest layer taken; anything thicker is a half-space.
+const MAX_THICKNESS_M: f64 = 1e6;
+
 /// One layer of a stack.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layer {
@@ -180,8 +185,10 @@ fn check_layer(layer: &Layer, last: bool) -> Result<(), String> {
             -eps.im
         ));
     }
-    if eps.norm() < 1e-6 {
-        return Err(format!("permittivity {eps} is zero"));
+    if !(1e-6..=MAX_PERMITTIVITY).contains(&eps.norm()) {
+        return Err(format!(
+            "permittivity {eps} must have a size between 1e-6 and {MAX_PERMITTIVITY:e}"
+        ));
     }
     if !(layer.temperature_k.is_finite() && layer.temperature_k > 0.0) {
         return Err(format!(
@@ -197,9 +204,9 @@ fn check_layer(layer: &Layer, last: bool) -> Result<(), String> {
                 layer.thickness_m
             ));
         }
-    } else if !(layer.thickness_m.is_finite() && layer.thickness_m >= 0.0) {
+    } else if !(0.0..=MAX_THICKNESS_M).contains(&layer.thickness_m) {
         return Err(format!(
-            "thickness is {} m; every layer but the last needs a finite thickness of 0 or more",
+            "thickness is {} m; every layer but the last needs one of 0 to {MAX_THICKNESS_M:e} m",
             layer.thickness_m
         ));
     }

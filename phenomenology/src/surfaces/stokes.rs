@@ -90,7 +90,7 @@ impl PolarisedRay {
         let along = dot(reference_h, direction) / dot(direction, direction);
         let across: Vector = std::array::from_fn(|i| reference_h[i] - along * direction[i]);
         let size = dot(across, across).sqrt();
-        if !(size > 1e-9) {
+        if size.is_nan() || size <= 1e-9 {
             return None;
         }
         let q = match polarisation {

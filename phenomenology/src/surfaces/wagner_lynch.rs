@@ -95,7 +95,7 @@ impl View {
     }
 
     /// A direction of the turned frame in the frame of the slope axes.
-    pub(super) fn to_surface(&self, d: [f64; 3]) -> [f64; 3] {
+    pub(super) fn to_surface(self, d: [f64; 3]) -> [f64; 3] {
         let (c, s) = (self.cos_azimuth, self.sin_azimuth);
         [c * d[0] - s * d[1], s * d[0] + c * d[1], d[2]]
     }
@@ -271,9 +271,9 @@ fn single_scatter(
             };
             let weight = f.weight * seen * view.multiplicity();
             sums.escaping += weight;
-            for p in 0..2 {
-                sums.reflectivity[p] += weight * gamma[p];
-                sums.scattered_sky_k[p] += weight * gamma[p] * sky_k;
+            for (p, g) in gamma.iter().enumerate() {
+                sums.reflectivity[p] += weight * g;
+                sums.scattered_sky_k[p] += weight * g * sky_k;
             }
         }
     }
