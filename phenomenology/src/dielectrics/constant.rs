@@ -12,7 +12,7 @@ const HELD: &str = "the same constant is held";
 pub(super) const PAINT: Model = Model {
     name: "paint-constant",
     describes: "dried paint film, 3 - j0.05; lay 50-300 um of it over metal as a stack",
-    reference: "typical of measured alkyd and epoxy films at millimetre waves",
+    reference: "stand-in value for dried paint at millimetre waves",
     bands: Bands::fixed(1.0, 1000.0),
     ranges: &[],
     extension: HELD,
@@ -23,7 +23,7 @@ pub(super) const PAINT: Model = Model {
 pub(super) const FROZEN_SOIL: Model = Model {
     name: "frozen-soil-constant",
     describes: "frozen soil, 5 - j0.5, the usual stand-in",
-    reference: "Hallikainen et al. 1985, IEEE Trans. Geosci. Remote Sens. 23, 25 (frozen samples)",
+    reference: "stand-in value for frozen ground",
     bands: Bands::fixed(1.0, 100.0),
     ranges: &[Range::new(Parameter::Temperature, 200.0, 273.15)],
     extension: HELD,

@@ -72,7 +72,7 @@ mod tests {
                 let fresh = sea_water_permittivity_meissner_wentz04(f, t, 0.0);
                 let turner = water_permittivity_turner16(f, t);
                 let relative = (fresh - turner).norm() / turner.norm();
-                // At 0 C the two part by up to 6.6 % at 89 GHz, as the authors found of all fits.
+                // At 0 C the two part by up to 6.6 %, at 89 GHz.
                 let allowed = if t < 280.0 { 0.07 } else { 0.03 };
                 assert!(relative < allowed, "{f} GHz {t} K: {fresh} {turner}");
                 for s in [20.0, 35.0] {

@@ -141,6 +141,19 @@ fn names_are_unique_and_every_model_is_used() {
 }
 
 #[test]
+fn the_book_lists_every_material_and_model() {
+    let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/algorithms/dielectrics.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    for name in MODELS
+        .iter()
+        .map(|m| m.name)
+        .chain(Material::all().iter().map(|m| m.name))
+    {
+        assert!(page.contains(name), "{name} is missing in the book");
+    }
+}
+
+#[test]
 fn every_material_is_lossy_and_its_defaults_are_in_range() {
     for material in Material::all() {
         let state = material.state();

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 pub(super) const MODEL: Model = Model {
     name: "stogryn95",
     describes: "sea water, two relaxations and ionic conduction",
-    reference: "Stogryn, Bull, Rubayi & Iravanchy 1995, Aerojet report (as in MPM-class codes)",
+    reference: "Stogryn, Bull, Rubayi & Iravanchy 1995, GenCorp Aerojet report",
     bands: Bands::fixed(1.0, 1000.0),
     ranges: &[
         Range::new(Parameter::Temperature, 271.15, 308.15),
