@@ -83,11 +83,10 @@ impl FromStr for Roughness {
             message,
         };
         let (kind, rest) = text.trim().split_once(':').unwrap_or((text.trim(), ""));
-        let words: Vec<&str> = rest
-            .split(',')
-            .map(str::trim)
-            .filter(|w| !w.is_empty())
-            .collect();
+        let words: Vec<&str> = match rest {
+            "" => Vec::new(),
+            _ => rest.split(',').map(str::trim).collect(),
+        };
         let number = |i: usize, what: &str| -> Result<f64, SurfaceError> {
             let word = words
                 .get(i)
@@ -220,6 +219,7 @@ mod tests {
             ("qh:2,0.5,2", "Q of the roughness is 2"),
             ("go:0.1", "slope sc is missing"),
             ("go:0.1,steep", "`steep`, not a finite number"),
+            ("go:0.1,,0.1", "``, not a finite number"),
             ("go:-0.1,0.1", "must lie in"),
             ("go:nan,0.1", "not a finite number"),
             ("go:0.1,0.1,triple", "`triple` is none of"),
