@@ -5,8 +5,10 @@
 mod analytic;
 pub mod atmosphere;
 pub mod constants;
+pub mod dielectrics;
 mod error;
 mod scene;
+pub mod surfaces;
 
 pub use analytic::{AnalyticScene, Shape};
 pub use error::{Result, SceneError};
