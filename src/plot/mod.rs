@@ -17,6 +17,7 @@ mod colors;
 mod curves;
 mod heat;
 mod uv;
+pub mod report;
 mod visibilities;
 
 pub use antennas::layout;
