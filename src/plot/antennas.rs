@@ -25,7 +25,7 @@ pub fn layout(layout: &ArrayLayout, heading: &str, width: usize, height: usize) 
     let ((x_lo, x_hi), (y_lo, y_hi)) = (bounds(0), bounds(1));
     let largest = antennas.iter().filter_map(|a| a.diameter_m).fold(0.0, f64::max);
     let half = 0.5 * (x_hi - x_lo).max(y_hi - y_lo).max(largest).max(1e-3) * 1.14 + 0.6 * largest;
-    let (unit, name) = [(1e3, "km"), (1.0, "m"), (1e-3, "mm")].into_iter().find(|u| half >= 2.0 * u.0).unwrap_or((1e-3, "mm"));
+    let (unit, name) = [(1e3, "km"), (1.0, "m"), (1e-3, "mm")].into_iter().find(|u| half >= 0.3 * u.0).unwrap_or((1e-3, "mm"));
     let (cx, cy) = (f64::midpoint(x_lo, x_hi), f64::midpoint(y_lo, y_hi));
     let (x_name, y_name) = match layout.frame {
         LayoutFrame::Boresight => ("x", "y"),
@@ -38,7 +38,7 @@ pub fn layout(layout: &ArrayLayout, heading: &str, width: usize, height: usize) 
     let left = Panel::left_room(&y, &canvas, height as f64);
     let side = (width as f64 - left - 24.0).min(height as f64 - top - BOTTOM_ROOM).round();
     let x0 = (left + (width as f64 - left - 24.0 - side) / 2.0).round();
-    let panel = Panel { area: Rect { x0, y0: top, x1: x0 + side, y1: top + side }, x, y };
+    let panel = Panel { area: Rect { x0, y0: top, x1: x0 + side, y1: top + side }, x, y, label_room: None };
     panel.grid(&mut canvas);
     let per_metre = side / (2.0 * half);
     let mut taken = Vec::new();

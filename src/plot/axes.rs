@@ -14,12 +14,14 @@ pub(crate) struct Axis {
     pub(crate) from: f64,
     pub(crate) to: f64,
     pub(crate) log: bool,
+    /// Distance of ticks, where it is given.
+    pub(crate) step: Option<f64>,
     pub(crate) label: String,
 }
 
 impl Axis {
     pub(crate) fn linear(from: f64, to: f64, label: impl Into<String>) -> Self {
-        Self { from, to, log: false, label: label.into() }
+        Self { from, to, log: false, step: None, label: label.into() }
     }
 
     /// Place along the axis: 0 at `from`, 1 at `to`.
@@ -30,7 +32,11 @@ impl Axis {
     /// Ticks with their labels, about `count` of them.
     pub(crate) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         let (lo, hi) = (self.from.min(self.to), self.from.max(self.to));
-        if self.log { log_ticks(lo, hi, count) } else { linear_ticks(lo, hi, count) }
+        match self.step {
+            Some(step) => ticks_of_step(lo, hi, step),
+            None if self.log => log_ticks(lo, hi, count),
+            None => linear_ticks(lo, hi, count),
+        }
     }
 }
 
@@ -42,7 +48,12 @@ pub(crate) fn linear_ticks(lo: f64, hi: f64, count: usize) -> Vec<(f64, String)>
     }
     let rough = span / count.max(1) as f64;
     let decade = 10_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|k| k * decade).find(|s| *s >= 0.999 * rough).unwrap_or(10.0 * decade);
+    let off = |s: &f64| (s / rough).ln().abs();
+    let step = [1.0, 2.0, 5.0, 10.0].map(|k| k * decade).into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(decade);
+    ticks_of_step(lo, hi, step)
+}
+
+fn ticks_of_step(lo: f64, hi: f64, step: f64) -> Vec<(f64, String)> {
     let decimals = (-(step * 1.0001).log10().floor()).max(0.0) as usize;
     let (first, last) = ((lo / step - 1e-6).ceil() as i64, (hi / step + 1e-6).floor() as i64);
     let largest = lo.abs().max(hi.abs());
@@ -60,7 +71,7 @@ fn log_ticks(lo: f64, hi: f64, count: usize) -> Vec<(f64, String)> {
     let decades = (hi / lo).log10();
     let (first, last) = ((lo.log10() - 1e-9).floor() as i32, (hi.log10() + 1e-9).ceil() as i32);
     let every = ((decades / count.max(1) as f64).ceil() as i32).max(1);
-    let multiples: &[f64] = if decades < 2.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let multiples: &[f64] = if 3.0 * decades <= count as f64 + 1.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let mut ticks = Vec::new();
     for exponent in (first..=last).filter(|e| e % every == 0) {
         for m in multiples {
@@ -116,6 +127,8 @@ pub(crate) struct Panel {
     pub(crate) area: Rect,
     pub(crate) x: Axis,
     pub(crate) y: Axis,
+    /// Width kept for the tick labels of y where panels share it, so that their axis labels line up.
+    pub(crate) label_room: Option<f64>,
 }
 
 impl Panel {
@@ -153,11 +166,15 @@ impl Panel {
         self.y.ticks((self.area.height() / 70.0).max(2.0) as usize)
     }
 
+    /// Width of the widest tick label of a y axis, pixels.
+    pub(crate) fn tick_width(y: &Axis, canvas: &Canvas, height: f64) -> f64 {
+        let ticks = y.ticks((height / 70.0).max(2.0) as usize);
+        ticks.iter().map(|t| canvas.text_width(&t.1, TICK_EM)).fold(0.0, f64::max)
+    }
+
     /// Room that tick labels and the label of the y axis take at the left, pixels.
     pub(crate) fn left_room(y: &Axis, canvas: &Canvas, height: f64) -> f64 {
-        let ticks = y.ticks((height / 70.0).max(2.0) as usize);
-        let widest = ticks.iter().map(|t| canvas.text_width(&t.1, TICK_EM)).fold(0.0, f64::max);
-        12.0 + LABEL_EM + 14.0 + widest + 10.0
+        12.0 + LABEL_EM + 14.0 + Self::tick_width(y, canvas, height) + 10.0
     }
 
     /// Frame, ticks and labels, to be drawn over the data.
@@ -185,7 +202,7 @@ impl Panel {
             let y = a.y1 + 9.0 + TICK_EM + 12.0 + 0.73 * LABEL_EM;
             canvas.text((f64::midpoint(a.x0, a.x1), y), &self.x.label, LABEL_EM, Align::Center, INK)?;
         }
-        let x = a.x0 - 9.0 - widest - 13.0;
+        let x = a.x0 - 9.0 - self.label_room.unwrap_or(widest) - 13.0;
         canvas.text_up((x, f64::midpoint(a.y0, a.y1)), &self.y.label, LABEL_EM, Align::Center, INK)
     }
 }
@@ -203,14 +220,19 @@ pub(crate) fn title(canvas: &mut Canvas, area: Rect, text: &str, limit: f64) -> 
     canvas.text((f64::midpoint(area.x0, area.x1), area.y0 - 12.0), &shown, TITLE_EM, Align::Center, INK)
 }
 
-/// A power of 1000 and its prefix that bring a value of this size to 1 to 1000.
+/// A power of 1000 and its prefix that bring a value of this size to 0.3 to 300.
 pub(crate) fn prefix(largest: f64) -> (f64, &'static str) {
     const PREFIXES: [(f64, &str); 9] =
         [(1e-12, "p"), (1e-9, "n"), (1e-6, "\u{b5}"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"), (1e9, "G"), (1e12, "T")];
     if !(largest > 0.0 && largest.is_finite()) {
         return (1.0, "");
     }
-    PREFIXES.into_iter().rev().find(|p| largest >= 0.9999 * p.0).unwrap_or(PREFIXES[0])
+    PREFIXES.into_iter().rev().find(|p| largest >= 0.3 * p.0).unwrap_or(PREFIXES[0])
+}
+
+/// As [`prefix`], for 1 to 1000.
+pub(crate) fn whole_prefix(largest: f64) -> (f64, &'static str) {
+    prefix(0.3 * largest)
 }
 
 /// The angular unit in which a field of this half width reads best: radians of the unit, and its name.
@@ -232,9 +254,9 @@ mod tests {
     fn ticks_are_round_and_inside() {
         let show = |lo, hi, n| linear_ticks(lo, hi, n).into_iter().map(|t| t.1).collect::<Vec<_>>();
         assert_eq!(show(0.0, 1.0, 5), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
-        assert_eq!(show(-7.3, 7.3, 6), ["\u{2212}5", "0", "5"]);
+        assert_eq!(show(-7.3, 7.3, 6), ["\u{2212}6", "\u{2212}4", "\u{2212}2", "0", "2", "4", "6"]);
         assert_eq!(show(0.0, 0.05, 5), ["0.00", "0.01", "0.02", "0.03", "0.04", "0.05"]);
-        let log = Axis { from: 1e-6, to: 10.0, log: true, label: String::new() };
+        let log = Axis { from: 1e-6, to: 10.0, log: true, step: None, label: String::new() };
         assert_eq!(log.ticks(8).len(), 8);
         assert_eq!(log.ticks(8)[0].1, "10\u{207b}\u{2076}");
         assert!((log.place(1e-6)).abs() < 1e-12 && (log.place(10.0) - 1.0).abs() < 1e-12);

@@ -1,6 +1,6 @@
 //! Colour maps, and the bar that explains them.
 
-use super::axes::{Axis, LABEL_EM, TICK_EM, linear_ticks};
+use super::axes::{LABEL_EM, TICK_EM, linear_ticks, short};
 use super::canvas::{Align, Canvas, INK, Rect, Rgb};
 use crate::Result;
 
@@ -21,10 +21,12 @@ pub(crate) struct ColorScale {
     pub(crate) high: f64,
     /// 0 for a linear scale; otherwise the softening of asinh as a fraction of the range.
     pub(crate) soften: f64,
+    /// Colour of cells without a value.
+    pub(crate) blank: Rgb,
 }
 
-/// Cells without a value.
-const BLANK: Rgb = [200, 200, 204];
+/// Cells without a value, unless the scale says otherwise.
+pub(crate) const BLANK: Rgb = [200, 200, 204];
 
 impl ColorScale {
     /// Place of a value on the scale, 0 to 1.
@@ -35,7 +37,7 @@ impl ColorScale {
     }
 
     pub(crate) fn color(&self, v: f64) -> Rgb {
-        if v.is_nan() { BLANK } else { self.color_at(self.place(v)) }
+        if v.is_nan() { self.blank } else { self.color_at(self.place(v)) }
     }
 
     pub(crate) fn color_at(&self, place: f64) -> Rgb {
@@ -47,19 +49,17 @@ impl ColorScale {
     pub(crate) fn bar(&self, canvas: &mut Canvas, area: Rect, unit: f64, label: &str) -> Result<()> {
         canvas.shade(area, |_, y| self.color_at(1.0 - y));
         canvas.frame(area, INK, 1.0);
-        let axis = Axis::linear(self.low / unit, self.high / unit, "");
-        let mut count = (area.height() / 70.0) as usize;
-        if self.soften > 0.0 {
-            count *= 3;
-        }
+        let (lo, hi) = (self.low / unit, self.high / unit);
+        let count = ((area.height() / 70.0) as usize).max(2);
+        let ticks = if self.soften > 0.0 { stretched_ticks(lo, hi) } else { linear_ticks(lo, hi, count) };
         let mut widest = 0.0_f64;
-        let mut last = f64::INFINITY;
-        for (v, text) in linear_ticks(axis.from, axis.to, count.max(2)) {
+        let mut taken: Vec<f64> = Vec::new();
+        for (v, text) in ticks {
             let y = area.y1 - self.place(v * unit) * area.height();
-            if (last - y).abs() < 1.6 * TICK_EM {
+            if taken.iter().any(|t| (t - y).abs() < 1.8 * TICK_EM) {
                 continue;
             }
-            last = y;
+            taken.push(y);
             canvas.fill(Rect { x0: area.x1, x1: area.x1 + 5.0, y0: y - 0.5, y1: y + 0.5 }, INK);
             canvas.text((area.x1 + 9.0, y + 0.365 * TICK_EM), &text, TICK_EM, Align::Left, INK)?;
             widest = widest.max(canvas.text_width(&text, TICK_EM));
@@ -67,6 +67,21 @@ impl ColorScale {
         let x = area.x1 + 9.0 + widest + 10.0 + 0.75 * LABEL_EM;
         canvas.text_up((x, f64::midpoint(area.y0, area.y1)), label, LABEL_EM, Align::Center, INK)
     }
+}
+
+/// Values 1, 2 and 5 times powers of ten on both sides of zero, the roundest first; too many, so that the caller can keep those
+/// that do not touch.
+fn stretched_ticks(lo: f64, hi: f64) -> Vec<(f64, String)> {
+    let largest = lo.abs().max(hi.abs());
+    let top = largest.log10().ceil() as i32;
+    let mut values = vec![0.0];
+    for m in [1.0, 5.0, 2.0] {
+        for exponent in (top - 3..=top).rev() {
+            let v = m * 10_f64.powi(exponent);
+            values.extend([v, -v]);
+        }
+    }
+    values.into_iter().filter(|v| (lo..=hi).contains(v)).map(|v| (v, short(v))).collect()
 }
 
 /// Room that a colour bar takes to the right of a panel, pixels.

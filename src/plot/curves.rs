@@ -88,7 +88,16 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
     let top = if options.title.is_empty() { 18.0 } else { 44.0 };
     let left = Panel::left_room(&y, &canvas, options.height as f64 - top - BOTTOM_ROOM);
     let area = Rect { x0: left.round(), y0: top, x1: options.width as f64 - 28.0, y1: options.height as f64 - BOTTOM_ROOM };
-    let panel = Panel { area, x, y };
+    let mut panel = Panel { area, x, y, label_room: None };
+    let named: Vec<&str> = series.iter().map(|s| s.name.as_str()).collect();
+    let legend = named.iter().any(|n| !n.is_empty());
+    let mut corner = (true, false);
+    if legend {
+        match emptiest_corner(&canvas, series, &panel, &usable) {
+            Some(free) => corner = free,
+            None => make_room(&mut panel, legend_frame(&canvas, area, &named, corner).height() + 16.0),
+        }
+    }
     panel.grid(&mut canvas);
     for (k, s) in series.iter().enumerate() {
         let color = LINES[k % LINES.len()];
@@ -116,9 +125,7 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
         }
     }
     panel.axes(&mut canvas, true)?;
-    let named: Vec<&str> = series.iter().map(|s| s.name.as_str()).collect();
-    if named.iter().any(|n| !n.is_empty()) {
-        let corner = emptiest_corner(series, &panel, &usable);
+    if legend {
         legend_at(&mut canvas, panel.area, &named, corner)?;
     }
     if !options.title.is_empty() {
@@ -136,22 +143,56 @@ fn axis((lo, hi): (f64, f64), log: bool, label: &str, from_zero: bool) -> Axis {
         let margin = if hi > lo { 0.05 * (hi - lo) } else { 0.5 * hi.abs().max(1.0) };
         (if from_zero && lo >= 0.0 && lo < 0.4 * hi { 0.0 } else { lo - margin }, hi + margin)
     };
-    Axis { from, to, log, label: label.to_owned() }
+    Axis { from, to, log, step: None, label: label.to_owned() }
 }
 
-/// Corner of the panel (right, bottom) with the fewest points in it.
-fn emptiest_corner(series: &[Series], panel: &Panel, usable: &dyn Fn((f64, f64)) -> bool) -> (bool, bool) {
-    let mut counts = [0_u32; 4];
-    for p in series.iter().flat_map(|s| &s.points).filter(|p| usable(**p)) {
-        let (x, y) = (panel.x.place(p.0), panel.y.place(p.1));
-        if !(0.45..=0.55).contains(&x) && !(0.35..=0.65).contains(&y) {
-            counts[usize::from(x > 0.5) + 2 * usize::from(y < 0.5)] += 1;
+/// Lengthen the y axis upwards by so many pixels.
+fn make_room(panel: &mut Panel, pixels: f64) {
+    let share = pixels / (panel.area.height() - pixels).max(1.0);
+    let y = &mut panel.y;
+    y.to = if y.log { y.to * (y.to / y.from).powf(share) } else { y.to + share * (y.to - y.from) };
+}
+
+/// Corner of the panel (right, bottom) where a legend covers none of the lines and error bars.
+fn emptiest_corner(canvas: &Canvas, series: &[Series], panel: &Panel, usable: &dyn Fn((f64, f64)) -> bool) -> Option<(bool, bool)> {
+    let names: Vec<&str> = series.iter().map(|s| s.name.as_str()).collect();
+    let corners = [(true, false), (false, false), (true, true), (false, true)];
+    let mut covered = [0_u32; 4];
+    let frames = corners.map(|c| legend_frame(canvas, panel.area, &names, c));
+    let mut meet = |p: (f64, f64)| {
+        for (n, f) in covered.iter_mut().zip(&frames) {
+            *n += u32::from(f.x0 - 5.0 < p.0 && p.0 < f.x1 + 5.0 && f.y0 - 5.0 < p.1 && p.1 < f.y1 + 5.0);
+        }
+    };
+    for s in series {
+        let mut last: Option<(f64, f64)> = None;
+        for (k, p) in s.points.iter().enumerate().filter(|(_, p)| usable(**p)) {
+            let at = panel.at(p.0, p.1);
+            let (below, above) = s.errors.get(k).copied().unwrap_or((0.0, 0.0));
+            let (_, high) = panel.at(p.0, p.1 + above);
+            let low = p.1 - below;
+            let (_, low) = if usable((p.0, low)) { panel.at(p.0, low) } else { (at.0, panel.area.y1) };
+            for t in 0..=10 {
+                let t = f64::from(t) / 10.0;
+                meet((at.0, high + t * (low - high)));
+                if let Some(from) = last {
+                    meet((from.0 + t * (at.0 - from.0), from.1 + t * (at.1 - from.1)));
+                }
+            }
+            last = Some(at);
         }
     }
-    // Upper right first, where readers look.
-    let order = [1, 0, 3, 2];
-    let best = order.into_iter().min_by_key(|k| counts[*k]).unwrap_or(1);
-    (best % 2 == 1, best >= 2)
+    // min_by_key keeps the first of equals: the upper right, where readers look.
+    (0..4).min_by_key(|k| covered[*k]).filter(|k| covered[*k] == 0).map(|k| corners[k])
+}
+
+/// Where a legend goes in a corner.
+fn legend_frame(canvas: &Canvas, area: Rect, names: &[&str], (right, bottom): (bool, bool)) -> Rect {
+    let widest = names.iter().map(|n| canvas.text_width(n, TICK_EM)).fold(0.0, f64::max);
+    let (w, h) = (widest + 46.0, names.len() as f64 * 20.0 + 10.0);
+    let x0 = if right { area.x1 - 12.0 - w } else { area.x0 + 12.0 };
+    let y0 = if bottom { area.y1 - 12.0 - h } else { area.y0 + 12.0 };
+    Rect { x0, y0, x1: x0 + w, y1: y0 + h }
 }
 
 /// A legend in the upper right corner, a dot a name.
@@ -159,12 +200,9 @@ pub(crate) fn legend(canvas: &mut Canvas, area: Rect, names: &[&str]) -> Result<
     legend_at(canvas, area, names, (true, false))
 }
 
-fn legend_at(canvas: &mut Canvas, area: Rect, names: &[&str], (right, bottom): (bool, bool)) -> Result<()> {
-    let widest = names.iter().map(|n| canvas.text_width(n, TICK_EM)).fold(0.0, f64::max);
-    let (w, h) = (widest + 46.0, names.len() as f64 * 20.0 + 10.0);
-    let x0 = if right { area.x1 - 12.0 - w } else { area.x0 + 12.0 };
-    let y0 = if bottom { area.y1 - 12.0 - h } else { area.y0 + 12.0 };
-    let frame = Rect { x0, y0, x1: x0 + w, y1: y0 + h };
+fn legend_at(canvas: &mut Canvas, area: Rect, names: &[&str], corner: (bool, bool)) -> Result<()> {
+    let frame = legend_frame(canvas, area, names, corner);
+    let (x0, y0) = (frame.x0, frame.y0);
     canvas.fill(frame, WHITE);
     canvas.frame(frame, [190, 190, 195], 1.0);
     for (k, name) in names.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! A plane of an image as colours.
 
-use super::axes::{Axis, BOTTOM_ROOM, Panel, angle_unit, prefix, superscript, title};
+use super::axes::{Axis, BOTTOM_ROOM, Panel, angle_unit, prefix, superscript, title, whole_prefix};
 use super::canvas::{Canvas, INK, Rect, WHITE};
-use super::colors::{BAR_ROOM, ColorScale, bar_area};
+use super::colors::{BAR_ROOM, BLANK, ColorScale, bar_area};
 use super::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 use crate::simulate::UvMask;
 use crate::{ChainError, Result};
@@ -48,7 +48,7 @@ pub struct ImagePlot {
     pub stretch: Stretch,
     /// Width of the picture, pixels.
     pub width: usize,
-    /// Height of the picture, pixels.
+    /// Height of the picture, pixels; less where the image is wide, as its cells are square.
     pub height: usize,
 }
 
@@ -140,7 +140,7 @@ pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Resul
     if high == 0.0 {
         return Err(ChainError::NoData("no cell of the mask is hit".into()));
     }
-    let (unit, name) = prefix(mask.longest_wavelengths);
+    let (unit, name) = whole_prefix(mask.longest_wavelengths);
     let edge = |k: usize, n: usize, cell: f64| (k as f64 - 0.5 - (n / 2) as f64) * cell / unit;
     Heat {
         plane: shown.view(),
@@ -149,9 +149,10 @@ pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Resul
         scale: ColorScale {
             gradient: colorous::VIRIDIS,
             reversed: true,
-            low: 0.0,
+            low: 1.0,
             high: high.max(2.0),
-            soften: if high > 20.0 { 0.02 } else { 0.0 },
+            soften: if high > 20.0 { 0.05 } else { 0.0 },
+            blank: WHITE,
         },
         unit: 1.0,
         bar_label: "Visibilities in a cell".into(),
@@ -164,19 +165,20 @@ pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Resul
 
 impl Heat<'_> {
     fn draw(self) -> Result<Vec<u8>> {
-        let mut canvas = Canvas::new(self.size.0, self.size.1)?;
         let (w, h) = (self.size.0 as f64, self.size.1 as f64);
         let top = if self.title.is_empty() { 18.0 } else { 44.0 };
-        let left = Panel::left_room(&self.y, &canvas, h - top - BOTTOM_ROOM);
-        // The largest panel with square cells, the whole centred.
+        let left = Panel::left_room(&self.y, &Canvas::new(self.size.0, self.size.1)?, h - top - BOTTOM_ROOM);
+        // The largest panel with square cells; what it leaves free is cut off.
         let room = (w - left - BAR_ROOM, h - top - BOTTOM_ROOM);
         let (span_x, span_y) = ((self.x.to - self.x.from).abs(), (self.y.to - self.y.from).abs());
         let k = (room.0 / span_x).min(room.1 / span_y);
-        let (pw, ph) = ((k * span_x).round(), (k * span_y).round());
-        let (x0, y0) = ((left + (room.0 - pw) / 2.0).round(), (top + (room.1 - ph) / 2.0).round());
+        let (pw, ph) = ((k * span_x).round().max(2.0), (k * span_y).round().max(2.0));
+        let height = (top + ph + BOTTOM_ROOM).min(h).max(260.0_f64.min(h));
+        let (x0, y0) = ((left + (room.0 - pw) / 2.0).round(), (top + (height - top - BOTTOM_ROOM - ph) / 2.0).round());
         let area = Rect { x0, y0, x1: x0 + pw, y1: y0 + ph };
+        let mut canvas = Canvas::new(self.size.0, height as usize)?;
         self.cells(&mut canvas, area);
-        let panel = Panel { area, x: self.x.clone(), y: self.y.clone() };
+        let panel = Panel { area, x: self.x.clone(), y: self.y.clone(), label_room: None };
         if let Some(beam) = self.beam {
             draw_beam(&mut canvas, area, k, beam, self.x.to > self.x.from)?;
         }
@@ -215,7 +217,6 @@ impl Heat<'_> {
                 }
             }
             match n {
-                0 if self.scale.reversed && self.scale.low == 0.0 => WHITE,
                 0 => self.scale.color(f64::NAN),
                 n => self.scale.color(sum / f64::from(n)),
             }
@@ -285,7 +286,14 @@ fn scale_of(plane: ArrayView2<'_, f64>, range: Range, stretch: Stretch) -> Resul
     let (low, high) = if high > low { (low, high) } else { (low - 0.5 * low.abs().max(1.0), low + 0.5 * low.abs().max(1.0)) };
     let soften = if stretch == Stretch::Asinh && !matches!(range, Range::Symmetric(_)) { 0.1 } else { 0.0 };
     let two_sided = matches!(range, Range::Symmetric(_));
-    Ok(ColorScale { gradient: if two_sided { colorous::RED_BLUE } else { colorous::INFERNO }, reversed: two_sided, low, high, soften })
+    Ok(ColorScale {
+        gradient: if two_sided { colorous::RED_BLUE } else { colorous::INFERNO },
+        reversed: two_sided,
+        low,
+        high,
+        soften,
+        blank: BLANK,
+    })
 }
 
 fn quantile(values: &mut [f64], p: f64) -> f64 {
@@ -304,7 +312,7 @@ fn value_unit(unit: BrightnessUnit, largest: f64) -> (f64, String) {
         }
         BrightnessUnit::JyPerPixel | BrightnessUnit::JyPerBeam => {
             let (f, name) = prefixed(unit.bunit());
-            (f, name)
+            (f, format!("Brightness ({name})"))
         }
         BrightnessUnit::Metre => {
             let (f, name) = prefixed("m");

@@ -1,8 +1,8 @@
 //! u-v coverage.
 
-use super::axes::{Axis, BOTTOM_ROOM, Panel, prefix, title};
+use super::axes::{Axis, BOTTOM_ROOM, Panel, title, whole_prefix};
 use super::canvas::{Canvas, Rect};
-use super::colors::{BAR_ROOM, ColorScale, bar_area};
+use super::colors::{BAR_ROOM, BLANK, ColorScale, bar_area};
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage};
 
@@ -21,7 +21,7 @@ pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &s
         return Err(ChainError::NoData("there is no baseline to draw".into()));
     }
     let mut canvas = Canvas::new(width, height)?;
-    let (unit, name) = prefix(longest);
+    let (unit, name) = whole_prefix(longest);
     let reach = 1.06 * longest / unit;
     let x = Axis::linear(-reach, reach, format!("u ({name}\u{3bb})"));
     let y = Axis::linear(-reach, reach, format!("v ({name}\u{3bb})"));
@@ -31,15 +31,22 @@ pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &s
     let right = if many { BAR_ROOM } else { 24.0 };
     let side = (width as f64 - left - right).min(height as f64 - top - BOTTOM_ROOM).round();
     let x0 = (left + (width as f64 - left - right - side) / 2.0).round();
-    let panel = Panel { area: Rect { x0, y0: top, x1: x0 + side, y1: top + side }, x, y };
+    let panel = Panel { area: Rect { x0, y0: top, x1: x0 + side, y1: top + side }, x, y, label_room: None };
     panel.grid(&mut canvas);
     let (lo, hi) = spectrum.range_hz();
-    let scale = ColorScale { gradient: colorous::VIRIDIS, reversed: false, low: lo, high: if many { hi } else { lo + 1.0 }, soften: 0.0 };
+    let scale = ColorScale {
+        gradient: colorous::VIRIDIS,
+        reversed: false,
+        low: lo,
+        high: if many { hi } else { lo + 1.0 },
+        soften: 0.0,
+        blank: BLANK,
+    };
     let total = 2 * coverage.n_rows() * spectrum.n_chan();
     let step = total.div_ceil(MOST_POINTS).max(1);
     // Few points are drawn large and solid, many small and light.
-    let radius = (60.0 / (total as f64).sqrt()).clamp(0.55, 2.2);
-    let alpha = if total < 20_000 { 0.9 } else { 0.55 };
+    let radius = (60.0 / (total as f64).sqrt()).clamp(0.8, 2.2);
+    let alpha = if total < 20_000 { 0.9 } else { 0.7 };
     for (i, uvw) in coverage.uvw_m.rows().into_iter().enumerate() {
         for (c, f) in spectrum.freq_hz().iter().enumerate() {
             // A prime times the row keeps the thinning from picking the same channels of every row.
@@ -55,7 +62,7 @@ pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &s
     }
     panel.axes(&mut canvas, true)?;
     if many {
-        let (unit, letter) = prefix(hi);
+        let (unit, letter) = whole_prefix(hi);
         scale.bar(&mut canvas, bar_area(panel.area), unit, &format!("Frequency ({letter}Hz)"))?;
     }
     if !heading.is_empty() {

@@ -1,6 +1,6 @@
 //! Amplitude and phase against the length of the baseline.
 
-use super::axes::{Axis, BOTTOM_ROOM, Panel, prefix, title};
+use super::axes::{Axis, BOTTOM_ROOM, Panel, prefix, title, whole_prefix};
 use super::canvas::{Canvas, Rect};
 use super::colors::LINES;
 use super::curves::legend;
@@ -78,7 +78,7 @@ impl VisPlot {
             return Err(ChainError::NoData("the set holds no unflagged visibility to draw".into()));
         }
         let mut canvas = Canvas::new(width, height)?;
-        let (unit, letter) = prefix(longest);
+        let (unit, letter) = whole_prefix(longest);
         let (vis_unit, vis_letter) = prefix(largest);
         let x = Axis::linear(0.0, 1.03 * longest.max(1e-9) / unit, format!("Baseline ({letter}\u{3bb})"));
         let amplitude = match self.unit {
@@ -88,20 +88,20 @@ impl VisPlot {
         };
         let vis_unit = if self.unit == VisUnit::Uncalibrated { 1.0 } else { vis_unit };
         let amplitude = Axis::linear(0.0, 1.05 * largest.max(1e-300) / vis_unit, amplitude);
-        let phase = Axis::linear(-180.0, 180.0, "Phase (deg)");
+        let phase = Axis { step: Some(90.0), ..Axis::linear(-180.0, 180.0, "Phase (deg)") };
         let top = if heading.is_empty() { 18.0 } else { 44.0 };
-        let (x0, x1) = (
-            Panel::left_room(&phase, &canvas, height as f64).max(Panel::left_room(&amplitude, &canvas, height as f64)),
-            width as f64 - 24.0,
-        );
+        let widest = [&phase, &amplitude].map(|y| Panel::tick_width(y, &canvas, height as f64)).into_iter().fold(0.0, f64::max);
+        let label_room = Some(widest);
+        let x0 = Panel::left_room(&phase, &canvas, height as f64).max(Panel::left_room(&amplitude, &canvas, height as f64)).round();
+        let x1 = width as f64 - 24.0;
         let split = (top + (height as f64 - top - BOTTOM_ROOM) * 0.54).round();
-        let upper = Panel { area: Rect { x0, y0: top, x1, y1: split - 9.0 }, x: x.clone(), y: amplitude };
-        let lower = Panel { area: Rect { x0, y0: split + 9.0, x1, y1: height as f64 - BOTTOM_ROOM }, x, y: phase };
+        let upper = Panel { area: Rect { x0, y0: top, x1, y1: split - 9.0 }, x: x.clone(), y: amplitude, label_room };
+        let lower = Panel { area: Rect { x0, y0: split + 9.0, x1, y1: height as f64 - BOTTOM_ROOM }, x, y: phase, label_room };
         upper.grid(&mut canvas);
         lower.grid(&mut canvas);
         let n = self.points.len() as f64;
-        let radius = (90.0 / n.sqrt()).clamp(0.6, 2.0);
-        let alpha = if n < 5e3 { 0.8 } else { 0.35 };
+        let radius = (90.0 / n.sqrt()).clamp(0.8, 2.0);
+        let alpha = if n < 5e3 { 0.8 } else { 0.45 };
         for (uv, amplitude, phase, pol) in &self.points {
             let color = LINES[pol % LINES.len()];
             canvas.dot(upper.at(uv / unit, amplitude / vis_unit), radius, color, alpha, upper.area);
