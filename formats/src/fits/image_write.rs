@@ -119,6 +119,7 @@ fn header(path: &Path, image: &Image, options: ImageOptions) -> Result<HeaderWri
     }
     if let Some(iso) = image.time_jd.and_then(crate::time::fits_date) {
         h.text("DATE-OBS", &iso, "");
+        h.real("MJD-OBS", image.time_jd.unwrap_or(0.0) - 2_400_000.5, "");
         h.text("TIMESYS", "UTC", "");
     }
     if !image.object.is_empty() {
