@@ -184,11 +184,11 @@ impl TableWriter {
         form
     }
 
-    /// A text, cut or padded with blanks to the width of its column.
+    /// A text, cut or padded with NUL to the width of its column: readers keep blanks as part of a name.
     pub(crate) fn text(&mut self, value: &str) {
         let width = self.form().bytes();
         let mut bytes: Vec<u8> = value.chars().map(|c| if (' '..='~').contains(&c) { c as u8 } else { b'?' }).collect();
-        bytes.resize(width, b' ');
+        bytes.resize(width, 0);
         self.data.extend(bytes);
     }
 

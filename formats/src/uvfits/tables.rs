@@ -34,12 +34,17 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
     let linear =
         header.polarizations.iter().any(|p| matches!(p, Polarization::XX | Polarization::YY | Polarization::XY | Polarization::YX));
     let (feed_a, feed_b) = if linear { ("X", "Y") } else { ("R", "L") };
-    let (sin, cos) = place.longitude_rad.sin_cos();
+    // The mean of antennas all over the Earth lies deep inside it; then positions are given from the centre of the Earth.
+    let mut centre = place.to_ecef_m();
+    let radius = centre.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let local = (6.3e6..6.5e6).contains(&radius);
+    let (sin, cos) = if local { place.longitude_rad.sin_cos() } else { (0.0, 1.0) };
+    let offset = if local { [0.0; 3] } else { std::mem::take(&mut centre) };
     for (antenna, number) in all.iter().zip(&export.numbers) {
         let [x, y, z] = place.enu_to_ecef_offset(antenna.position_m);
         table.text(&antenna.name);
         // The x axis of the table points to the array's own meridian.
-        table.numbers(&[x * cos + y * sin, y * cos - x * sin, z]);
+        table.numbers(&[x * cos + y * sin + offset[0], y * cos - x * sin + offset[1], z + offset[2]]);
         table.numbers(&[]);
         table.numbers(&[f64::from(*number)]);
         table.numbers(&[0.0]);
@@ -55,7 +60,6 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
     let greenwich = Site { longitude_rad: 0.0, latitude_rad: 0.0, altitude_m: 0.0 };
     let sidereal = LocalSky::at(midnight_jd, &greenwich)?.lst_rad().to_degrees();
     let orientation = eop::at(midnight_jd);
-    let centre = place.to_ecef_m();
     let date = crate::time::fits_date(midnight_jd).unwrap_or_default();
     let name = telescope(header);
     Ok(table.finish(|h| {

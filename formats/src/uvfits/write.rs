@@ -5,7 +5,7 @@ use super::tables;
 use crate::atomic::AtomicFile;
 use crate::fits::{HeaderWriter, padding};
 use crate::{FormatError, Result};
-use cittert_arrays::{ArrayError, PhaseCenter, SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySink};
+use cittert_arrays::{ArrayError, PhaseCenter, SPEED_OF_LIGHT_M_S, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySink};
 use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -131,6 +131,10 @@ impl UvfitsWriter {
             h.real(&format!("PZERO{}", k + 1), *zero, "");
         }
         h.text("BUNIT", self.export.unit, "");
+        if self.header.unit != VisUnit::Uncalibrated {
+            // Stokes I is half the sum of the parallel hands.
+            h.text("POLCONV", "avg", "");
+        }
         h.real("BSCALE", 1.0, "");
         h.real("BZERO", 0.0, "");
         h.text("OBJECT", if several { "MULTI" } else { &center.name }, "");
@@ -146,7 +150,6 @@ impl UvfitsWriter {
             h.real("OBSRA", ra, "deg");
             h.real("OBSDEC", dec, "deg");
         }
-        h.real("ALTRPIX", 1.0, "");
         h.text("ORIGIN", "cittert", "");
         if let Some(pedestal) = self.header.pedestal_k {
             h.real("CITPEDST", pedestal, "K, removed from the scene before the transform");
