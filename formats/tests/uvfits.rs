@@ -61,7 +61,9 @@ fn a_set_keeps_everything_to_the_promised_digits() {
 fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("b.uvfits");
-    let set = common::boresight();
+    let mut set = common::boresight();
+    // Weights that are not the numbers of samples are 1/sigma^2.
+    set.data.weights.mapv_inplace(|w| w * 1e18);
     let notes = save(&path, &set, UvfitsOptions::default()).join("\n");
     for word in ["zenith", "K str became Jy", "RR and LL", "280 K"] {
         assert!(notes.contains(word), "{notes}");
@@ -83,6 +85,18 @@ fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     }
     let (uvw, time, place) = differences(&set, &block, &header.layout);
     assert!(uvw < 1e-7 && time < 1e-4 && place < 1e-9, "uvw {uvw} time {time} place {place}");
+}
+
+#[test]
+fn weights_without_noise_stay_near_one_after_kelvin_became_jansky() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("b.uvfits");
+    let set = common::boresight();
+    save(&path, &set, UvfitsOptions::default());
+    let block = UvfitsReader::open(&path).unwrap().read(0..5).unwrap();
+    let expected = 0.5 * set.data.weights[(1, 0, 0)];
+    assert!((block.weights[(1, 0, 0)] / expected - 1.0).abs() < 0.2, "{} {expected}", block.weights[(1, 0, 0)]);
+    assert!(block.weights[(1, 0, 0)] > block.weights[(1, 3, 0)]);
 }
 
 #[test]

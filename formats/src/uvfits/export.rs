@@ -167,7 +167,8 @@ fn units(header: &VisibilityHeader, notes: &mut Vec<String>) -> (Vec<f64>, &'sta
         VisUnit::Jy => (vec![1.0; n], "Jy"),
         VisUnit::Uncalibrated => (vec![1.0; n], "uncalib"),
         VisUnit::KelvinSr => {
-            notes.push("K str became Jy: multiplied by 2 k f^2 / c^2 in each channel".into());
+            let text = "K str became Jy: multiplied by 2 k f^2 / c^2 in each channel; weights became 1/Jy^2, or stayed near 1 where no noise is known";
+            notes.push(text.into());
             let factor = |f: &f64| 2.0 * BOLTZMANN_J_K * (f / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
             (header.spectrum.freq_hz().iter().map(factor).collect(), "Jy")
         }

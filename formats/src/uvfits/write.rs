@@ -34,6 +34,8 @@ struct Start {
     /// 0 h UTC of the day of the first row.
     midnight_jd: f64,
     centers: Vec<PhaseCenter>,
+    /// Factor on the weights of each channel.
+    weights: Vec<f32>,
 }
 
 impl UvfitsWriter {
@@ -171,7 +173,7 @@ impl UvfitsWriter {
             Some(start) => start,
             None => {
                 let centers = phase_centers(&self.header, *first).map_err(self.values())?;
-                let start = Start { midnight_jd: (first - 0.5).floor() + 0.5, centers };
+                let start = Start { midnight_jd: (first - 0.5).floor() + 0.5, centers, weights: self.weights(block) };
                 let primary = self.primary(&start, 0);
                 self.file.write_all(&primary).map_err(&io)?;
                 start
@@ -181,12 +183,20 @@ impl UvfitsWriter {
         for row in 0..block.n_rows() {
             group.clear();
             self.parameters_of(block, row, start.midnight_jd, &mut group);
-            self.data_of(block, row, &mut group);
+            self.data_of(block, row, &start.weights, &mut group);
             self.file.write_all(bytemuck::cast_slice(&group)).map_err(&io)?;
         }
         self.rows += block.n_rows() as u64;
         self.start = Some(start);
         Ok(())
+    }
+
+    /// Factors on the weights, 1/Jy^2 for Jy. Weights that are only numbers of samples say nothing of the noise; they keep their size, as
+    /// importers take weights near the smallest 32-bit float for none.
+    fn weights(&self, block: &VisibilityBlock) -> Vec<f32> {
+        let jy = &self.export.jy;
+        let unit = if block.weights == block.nsamples { jy.iter().map(|f| f * f).sum::<f64>() / jy.len() as f64 } else { 1.0 };
+        jy.iter().map(|f| (unit / (f * f)) as f32).collect()
     }
 
     /// The parameters of a row, big-endian.
@@ -214,14 +224,14 @@ impl UvfitsWriter {
     }
 
     /// Conjugated visibilities and weights of a row, big-endian; flagged ones have negative weights.
-    fn data_of(&self, block: &VisibilityBlock, row: usize, group: &mut Vec<[u8; 4]>) {
+    fn data_of(&self, block: &VisibilityBlock, row: usize, weights: &[f32], group: &mut Vec<[u8; 4]>) {
         for (chan, jy) in self.export.jy.iter().enumerate() {
             for pol in &self.export.pols {
                 let [re, im, weight] = match pol.from {
                     None => [0.0; 3],
                     Some(p) => {
                         let at = (row, chan, p);
-                        let w = block.weights[at] * pol.weight / (jy * jy) as f32;
+                        let w = block.weights[at] * pol.weight * weights[chan];
                         let weight = if block.flags[at] { -w.abs() } else { w };
                         let v = block.vis[at];
                         if *jy == 1.0 {
