@@ -3,7 +3,11 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+use cittert_arrays::{BrightnessUnit, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, SpectralWindow};
+use cittert_formats::fits::{ImageOptions, write_image};
+use cittert_formats::uvfits::{UvfitsOptions, UvfitsWriter};
 use cittert_formats::uvh5::{Uvh5Options, Uvh5Writer};
+use ndarray::{Array4, s};
 use std::path::Path;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -17,6 +21,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             writer.write(&set.data.rows(start..(start + 37).min(n))?)?;
         }
         writer.complete()?;
+        let options = UvfitsOptions { overwrite: true, ..Default::default() };
+        let mut writer = UvfitsWriter::create(&folder.join(format!("{name}.uvfits")), &set.header, options)?;
+        writer.write(&set.data)?;
+        writer.complete()?;
+    }
+    images(folder)
+}
+
+/// A picture of one bright cell, on the sky and along a boresight.
+fn images(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let sky = SkyFrame::Sky { ra_rad: 1.0, dec_rad: 0.5, frame: "icrs".into() };
+    for (name, frame, channels) in [("sky", sky.clone(), 1), ("cube", sky, 3), ("bore", SkyFrame::Boresight, 2)] {
+        let grid = SkyGrid::new(64, 48, 5e-4, frame)?;
+        let spectrum = SpectralWindow::band(94e9, 8e9, channels)?;
+        let mut data = Array4::zeros((channels, 1, 48, 64));
+        let (row, column) = (grid.row_of(0.005).round() as usize, grid.column_of(0.012).round() as usize);
+        data.slice_mut(s![.., 0, row, column]).fill(1.0);
+        let mut image = Image::new(grid, spectrum, vec![Polarization::I], data, BrightnessUnit::JyPerBeam)?;
+        image.beams = (0..channels).map(|c| RestoringBeam { bmaj_rad: 2e-3 + 1e-4 * c as f64, bmin_rad: 1e-3, bpa_rad: 0.3 }).collect();
+        image.object = "test".into();
+        image.telescope = "SPIRAL".into();
+        image.time_jd = Some(2_460_000.75);
+        write_image(&folder.join(format!("{name}.fits")), &image, ImageOptions { overwrite: true, double: false })?;
     }
     Ok(())
 }

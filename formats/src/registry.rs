@@ -2,7 +2,7 @@
 
 use crate::files::{open_file, read_up_to};
 use crate::fits::{ImageOptions, read_image, write_image};
-use crate::uvfits::UvfitsReader;
+use crate::uvfits::{UvfitsOptions, UvfitsReader, UvfitsWriter};
 use crate::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};
 use crate::{Compression, FormatError, Result};
 use cittert_arrays::{Image, VisibilityHeader, VisibilitySink, VisibilitySource};
@@ -134,8 +134,10 @@ impl VisibilityFormat for Uvfits {
         Ok(Box::new(UvfitsReader::open(path)?))
     }
 
-    fn create(&self, _: &Path, _: &VisibilityHeader, _: bool) -> Result<Option<Created>> {
-        Ok(None)
+    fn create(&self, path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Option<Created>> {
+        let writer = UvfitsWriter::create(path, header, UvfitsOptions { overwrite, stokes_i: false })?;
+        let notes = writer.notes().to_vec();
+        Ok(Some(Created { sink: Box::new(writer), notes }))
     }
 }
 

@@ -184,10 +184,9 @@ fn parse_value(text: &str) -> Value {
         let mut out = String::new();
         let mut chars = quoted.chars().peekable();
         while let Some(c) = chars.next() {
-            if c == '\'' {
-                if chars.next_if_eq(&'\'').is_none() {
-                    break;
-                }
+            // Two quotes stand for one; a single one ends the text.
+            if c == '\'' && chars.next_if_eq(&'\'').is_none() {
+                break;
             }
             out.push(c);
         }

@@ -93,11 +93,6 @@ impl GroupAxes {
         Ok(axes)
     }
 
-    /// Channels of all IFs, one after the other.
-    pub(super) fn n_chan(&self) -> usize {
-        self.n_if * self.n_freq
-    }
-
     /// Index of the real part of a channel (over all IFs) and polarisation in the numbers of a group.
     pub(super) fn offset(&self, chan: usize, pol: usize) -> usize {
         chan / self.n_freq * self.intermediate + chan % self.n_freq * self.freq + pol * self.pol

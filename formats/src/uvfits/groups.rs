@@ -51,9 +51,14 @@ impl Number {
     }
 }
 
-/// One parameter: value = number x scale + zero.
-#[derive(Debug, Clone, Copy)]
+/// A parameter: the sum over its parts of number x scale + zero. Two parameters of one name are two halves of one value.
+#[derive(Debug, Clone)]
 pub(super) struct Parameter {
+    parts: Vec<Part>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Part {
     index: usize,
     scale: f64,
     zero: f64,
@@ -62,8 +67,12 @@ pub(super) struct Parameter {
 impl Parameter {
     /// Value in a group.
     pub(super) fn get(&self, number: Number, group: &[u8]) -> f64 {
-        let raw = number.get(group, self.index);
-        if self.scale == 1.0 && self.zero == 0.0 { raw } else { raw * self.scale + self.zero }
+        let part = |p: &Part| {
+            let raw = number.get(group, p.index);
+            if p.scale == 1.0 && p.zero == 0.0 { raw } else { raw * p.scale + p.zero }
+        };
+        // A sum begun with 0.0 would turn -0.0 into 0.0.
+        self.parts.iter().map(part).reduce(|a, b| a + b).unwrap_or(f64::NAN)
     }
 }
 
@@ -85,10 +94,10 @@ pub(super) struct Parameters {
     /// Factor from the file's unit to metres.
     metres: f64,
     pub(super) kind: UvwKind,
-    dates: Vec<Parameter>,
+    date: Parameter,
     baseline: Option<Parameter>,
     antennas: Option<[Parameter; 2]>,
-    pub(super) subarray: Option<Parameter>,
+    subarray: Option<Parameter>,
     pub(super) integration: Option<Parameter>,
     pub(super) source: Option<Parameter>,
     pub(super) freq_id: Option<Parameter>,
@@ -107,15 +116,18 @@ impl Parameters {
     pub(super) fn of(header: &Header, frequency_hz: f64) -> Result<Self> {
         let path = header.path();
         let count = header.require("PCOUNT", 0..=999)? as usize;
-        let named: Vec<(String, Parameter)> = (0..count)
+        let named: Vec<(String, Part)> = (0..count)
             .map(|index| {
                 let key = |k: &str| format!("{k}{}", index + 1);
                 let name = header.text(&key("PTYPE")).unwrap_or("").trim().to_ascii_uppercase();
                 let (scale, zero) = (header.real(&key("PSCAL")).unwrap_or(1.0), header.real(&key("PZERO")).unwrap_or(0.0));
-                (name, Parameter { index, scale, zero })
+                (name, Part { index, scale, zero })
             })
             .collect();
-        let find = |name: &str| named.iter().find(|p| p.0 == name).map(|p| p.1);
+        let find = |name: &str| {
+            let parts: Vec<Part> = named.iter().filter(|p| p.0.trim_start_matches('_') == name).map(|p| p.1).collect();
+            if parts.is_empty() { None } else { Some(Parameter { parts }) }
+        };
         let missing = |what: &str| {
             let found = named.iter().map(|p| p.0.as_str()).collect::<Vec<_>>().join(" ");
             FormatError::malformed(path, "PTYPEn", what, format!("the parameters {found}"))
@@ -126,16 +138,14 @@ impl Parameters {
         for name in ["UU", "VV", "WW"] {
             uvw.push(find(&format!("{name}{suffix}")).ok_or_else(|| missing("UU, VV and WW with one suffix"))?);
         }
+        let [u, v, w] = <[Parameter; 3]>::try_from(uvw).map_err(|_| missing("UU, VV and WW"))?;
         let kind = match suffix.trim_matches('-').trim_start_matches("L-") {
             "" | "SIN" | "L" => UvwKind::Sin,
             "NCP" => UvwKind::Ncp,
             _ => return Err(missing("UU, VV and WW without a suffix, or with ---SIN or ---NCP")),
         };
         let wavelengths = suffix.trim_start_matches('-').starts_with('L');
-        let dates: Vec<Parameter> = named.iter().filter(|p| p.0 == "DATE" || p.0 == "_DATE").map(|p| p.1).collect();
-        if dates.is_empty() {
-            return Err(missing("DATE"));
-        }
+        let date = find("DATE").ok_or_else(|| missing("DATE"))?;
         let antennas = find("ANTENNA1").zip(find("ANTENNA2")).map(|(a, b)| [a, b]);
         let baseline = find("BASELINE");
         if antennas.is_none() && baseline.is_none() {
@@ -143,10 +153,10 @@ impl Parameters {
         }
         Ok(Self {
             count,
-            uvw: [uvw[0], uvw[1], uvw[2]],
+            uvw: [u, v, w],
             metres: if wavelengths { SPEED_OF_LIGHT_M_S / frequency_hz } else { SPEED_OF_LIGHT_M_S },
             kind,
-            dates,
+            date,
             baseline,
             antennas,
             subarray: find("SUBARRAY"),
@@ -158,22 +168,22 @@ impl Parameters {
 
     /// Baseline in metres, second antenna minus first.
     pub(super) fn uvw_m(&self, number: Number, group: &[u8]) -> [f64; 3] {
-        self.uvw.map(|p| -p.get(number, group) * self.metres)
+        [0, 1, 2].map(|k| -self.uvw[k].get(number, group) * self.metres)
     }
 
     /// Time, Julian date: the sum of all DATE parameters.
     pub(super) fn time_jd(&self, number: Number, group: &[u8]) -> f64 {
-        self.dates.iter().map(|p| p.get(number, group)).sum()
+        self.date.get(number, group)
     }
 
     /// Antenna numbers of the group.
     pub(super) fn pair(&self, number: Number, group: &[u8]) -> Pair {
         if let Some(antennas) = &self.antennas {
-            let [first, second] = antennas.map(|p| p.get(number, group).round() as i64);
-            let subarray = self.subarray.map_or(1, |p| p.get(number, group).round() as i64);
+            let [first, second] = [0, 1].map(|k| antennas[k].get(number, group).round() as i64);
+            let subarray = self.subarray.as_ref().map_or(1, |p| p.get(number, group).round() as i64);
             return Pair { first, second, subarray };
         }
-        decode_baseline(self.baseline.map_or(0.0, |p| p.get(number, group)))
+        decode_baseline(self.baseline.as_ref().map_or(0.0, |p| p.get(number, group)))
     }
 }
 

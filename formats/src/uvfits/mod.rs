@@ -8,8 +8,12 @@
 
 mod antennas;
 mod axes;
+mod export;
 mod groups;
 mod phase;
 mod read;
+mod tables;
+mod write;
 
 pub use read::UvfitsReader;
+pub use write::{UvfitsOptions, UvfitsWriter};

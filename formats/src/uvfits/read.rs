@@ -213,10 +213,10 @@ impl UvfitsReader {
             self.index_of_number.get(&n).copied().ok_or_else(|| bad("antenna", "a number (NOSTA) of the AIPS AN table", n.to_string()))
         };
         let (first, second) = (antenna(pair.first)?, antenna(pair.second)?);
-        if let Some(id) = p.freq_id.map(|f| f.get(number, group)).filter(|id| *id > 1.0) {
+        if let Some(id) = p.freq_id.as_ref().map(|f| f.get(number, group)).filter(|id| *id > 1.0) {
             return Err(bad("FREQSEL", "1 (split files with several frequency set-ups first)", id.to_string()));
         }
-        let center = match p.source {
+        let center = match &p.source {
             Some(source) if self.header.phase_centers.len() > 1 || self.header.phase_centers[0].id != 0 => {
                 let id = source.get(number, group).round() as i64;
                 *self.index_of_source.get(&id).ok_or_else(|| bad("SOURCE", "a number of the AIPS SU table", id.to_string()))?
@@ -237,7 +237,7 @@ impl UvfitsReader {
         coverage.ant1.push(first);
         coverage.ant2.push(second);
         coverage.time_jd.push(time);
-        coverage.integration_s.push(self.parameters.integration.map_or(self.integration_s, |p| p.get(number, group)));
+        coverage.integration_s.push(self.parameters.integration.as_ref().map_or(self.integration_s, |p| p.get(number, group)));
         coverage.phase_center.push(center);
         Ok(())
     }

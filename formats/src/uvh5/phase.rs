@@ -32,7 +32,7 @@ pub(super) fn write_catalog(out: &H5Out, centers: &[PhaseCenter]) -> Result<()> 
             Some(epoch) => out.scalar(&key("cat_epoch"), epoch)?,
             None => out.none(&key("cat_epoch"))?,
         }
-        out.text(&key("info_source"), "cittert")?;
+        out.text(&key("info_source"), "user")?;
         for name in ["cat_times", "cat_pm_ra", "cat_pm_dec", "cat_dist", "cat_vrad"] {
             out.none(&key(name))?;
         }
