@@ -31,6 +31,7 @@ pub mod quantity;
 mod sources;
 mod spectrum;
 mod stream;
+mod uv_grid;
 mod visibility;
 
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
@@ -47,6 +48,7 @@ pub use polarization::Polarization;
 pub use sources::{Source, SourcePosition, SourceShape};
 pub use spectrum::SpectralWindow;
 pub use stream::{BoxError, VisibilitySink, VisibilitySource, for_each_block};
+pub use uv_grid::UvGrid;
 pub use visibility::{VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet};
 
 /// Speed of light in vacuum, m/s (exact).

@@ -15,6 +15,7 @@ pub mod atomic;
 mod error;
 mod files;
 pub mod fits;
+mod grid;
 mod h5;
 pub mod info;
 pub mod layouts;
@@ -26,6 +27,7 @@ pub mod uvfits;
 pub mod uvh5;
 
 pub use error::{FormatError, Result};
+pub use grid::write_grid;
 pub use h5::Compression;
 pub use picture::read_grey_png;
 pub use registry::{

@@ -51,8 +51,11 @@ pub fn run(args: &CompareArgs, context: &Context) -> Result<Outcome> {
         ));
     }
     let region = args.disc.map_or(Region::All, |radius| Region::Disc { radius });
-    let f = compare(&image, &truth, &CompareOptions { region, beam })
-        .context(format!("comparing {} with {}", args.image.display(), args.truth.display()))?;
+    let f = compare(&image, &truth, &CompareOptions { region, beam }).context(format!(
+        "comparing {} with {}",
+        args.image.display(),
+        args.truth.display()
+    ))?;
     let unit = image.unit.bunit();
     let text = format!(
         "rms difference {:.4e} {unit}\nNRMSE          {:.5}\ndynamic range  {:.1}\nfidelity index {:.2}\nSSIM           {:.5}\npeak ratio     {:.5}\nflux ratio     {:.5}",

@@ -118,7 +118,8 @@ impl Console {
         let Some(started) = s.started.take() else { return };
         let seconds = started.elapsed().as_secs_f64();
         if self.loudness == Loudness::Verbose {
-            let rate = if s.done > 0 && !s.unit.is_empty() { format!(", {:.3e} {}/s", s.done as f64 / seconds, s.unit) } else { String::new() };
+            let rate =
+                if s.done > 0 && !s.unit.is_empty() { format!(", {:.3e} {}/s", s.done as f64 / seconds, s.unit) } else { String::new() };
             let _ = writeln!(std::io::stderr(), "{}: {seconds:.2} s{rate}", s.phase);
         }
         let name = std::mem::take(&mut s.phase);

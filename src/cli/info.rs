@@ -31,7 +31,8 @@ pub fn run(args: &InfoArgs, _context: &Context) -> Result<Outcome> {
         let layout = load_layout(&name)?;
         let e = layout.extent();
         let names: Vec<&str> = layout.antennas().iter().map(|a| a.name.as_str()).collect();
-        let text = format!("layout {}: {} antennas, baselines {} to {}", layout.name, e.n_antennas, Length(e.shortest_m), Length(e.longest_m));
+        let text =
+            format!("layout {}: {} antennas, baselines {} to {}", layout.name, e.n_antennas, Length(e.shortest_m), Length(e.longest_m));
         let json = json!({
             "kind": "layout", "name": layout.name, "n_antennas": e.n_antennas, "antenna_names": names,
             "shortest_m": e.shortest_m, "longest_m": e.longest_m, "source": layout.source,
@@ -82,7 +83,11 @@ fn visibilities(i: &VisibilityInfo) -> Result<Outcome> {
         format!("rows          {} ({} baselines, {} times of {})", i.n_blts, i.n_bls, i.n_times, Duration(i.integration_s)),
         format!("time          {} to {}", time(i.time_jd[0]), time(i.time_jd[1])),
         format!("channels      {}, {} to {}", i.n_freqs, Frequency(low), Frequency(high)),
-        format!("baselines     {} to {}", Length(super::text::round(i.shortest_baseline_m)), Length(super::text::round(i.longest_baseline_m))),
+        format!(
+            "baselines     {} to {}",
+            Length(super::text::round(i.shortest_baseline_m)),
+            Length(super::text::round(i.longest_baseline_m))
+        ),
         format!("unit          {}", i.unit),
         format!("flagged       {:.3} %", 100.0 * i.flagged_fraction),
     ];

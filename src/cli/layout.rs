@@ -66,11 +66,10 @@ pub fn run(command: &LayoutCommand, context: &Context) -> Result<Outcome> {
 }
 
 fn list() -> Outcome {
-    let rows: Vec<_> = BUILTIN_LAYOUTS
-        .iter()
-        .map(|b| json!({ "name": b.name, "description": b.description, "freq_hz": b.freq_hz }))
-        .collect();
-    let text: Vec<String> = BUILTIN_LAYOUTS.iter().map(|b| format!("{:14} {:>8}  {}", b.name, Frequency(b.freq_hz), b.description)).collect();
+    let rows: Vec<_> =
+        BUILTIN_LAYOUTS.iter().map(|b| json!({ "name": b.name, "description": b.description, "freq_hz": b.freq_hz })).collect();
+    let text: Vec<String> =
+        BUILTIN_LAYOUTS.iter().map(|b| format!("{:14} {:>8}  {}", b.name, Frequency(b.freq_hz), b.description)).collect();
     Outcome::new(json!({ "layouts": rows }), text.join("\n"))
 }
 
@@ -127,7 +126,12 @@ fn figures(layout: &ArrayLayout, freq: Frequency, json: &mut serde_json::Value, 
     lines.push(format!("resolution   {} x {}, position angle {:.1} deg", angle(f.bmaj_rad), angle(f.bmin_rad), f.bpa_rad.to_degrees()));
     lines.push(format!("largest      {}", angle(f.largest_scale_rad)));
     lines.push(format!("side lobes   peak {:.1} dB, rms {:.4}", f.psl_db, f.rms_sidelobe));
-    lines.push(format!("u-v plane    {:.2} % filled, redundancy {:.2}, {} unique baselines", 100.0 * f.uv_fill, f.redundancy, f.unique_baselines));
+    lines.push(format!(
+        "u-v plane    {:.2} % filled, redundancy {:.2}, {} unique baselines",
+        100.0 * f.uv_fill,
+        f.redundancy,
+        f.unique_baselines
+    ));
     Ok(())
 }
 

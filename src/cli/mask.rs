@@ -82,7 +82,14 @@ fn write(args: &MaskArgs, mask: &UvMask, spectrum: &SpectralWindow, context: &Co
         context.history(),
         format!("u-v mask at {} Hz, {} channels over {} Hz", spectrum.mean_hz(), spectrum.n_chan(), spectrum.extent_hz()),
     ];
-    write_plane(&args.out.output, counts.view(), &[axis("UU", mask.cell_u), axis("VV", mask.cell_v)], "hits", &history, args.out.overwrite)?;
+    write_plane(
+        &args.out.output,
+        counts.view(),
+        &[axis("UU", mask.cell_u), axis("VV", mask.cell_v)],
+        "hits",
+        &history,
+        args.out.overwrite,
+    )?;
     Ok(())
 }
 

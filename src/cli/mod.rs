@@ -67,14 +67,14 @@ enum Command {
     Scene(scene::SceneCommand),
     /// Visibilities of a scene seen by an array.
     Simulate(simulate::SimulateArgs),
-//PENDING    /// Gridded visibilities.
-//PENDING    Grid(grid::GridArgs),
-//PENDING    /// The dirty beam (point spread function).
-//PENDING    Beam(beam::BeamArgs),
-//PENDING    /// The dirty image.
-//PENDING    Dirty(dirty::DirtyArgs),
-//PENDING    /// Deconvolve by CLEAN.
-//PENDING    Clean(clean::CleanCommandArgs),
+    //PENDING    /// Gridded visibilities.
+    //PENDING    Grid(grid::GridArgs),
+    //PENDING    /// The dirty beam (point spread function).
+    //PENDING    Beam(beam::BeamArgs),
+    //PENDING    /// The dirty image.
+    //PENDING    Dirty(dirty::DirtyArgs),
+    //PENDING    /// Deconvolve by CLEAN.
+    //PENDING    Clean(clean::CleanCommandArgs),
     /// What is in a file.
     Info(info::InfoArgs),
     /// A picture of any file.
@@ -93,10 +93,10 @@ impl Command {
             Self::Mask(a) => mask::run(a, context),
             Self::Scene(a) => scene::run(a, context),
             Self::Simulate(a) => simulate::run(a, context),
-//PENDING            Self::Grid(a) => grid::run(a, context),
-//PENDING            Self::Beam(a) => beam::run(a, context),
-//PENDING            Self::Dirty(a) => dirty::run(a, context),
-//PENDING            Self::Clean(a) => clean::run(a, context),
+            //PENDING            Self::Grid(a) => grid::run(a, context),
+            //PENDING            Self::Beam(a) => beam::run(a, context),
+            //PENDING            Self::Dirty(a) => dirty::run(a, context),
+            //PENDING            Self::Clean(a) => clean::run(a, context),
             Self::Info(a) => info::run(a, context),
             Self::Plot(a) => plot::run(a, context),
             Self::Compare(a) => compare::run(a, context),

@@ -106,8 +106,7 @@ fn image(args: &PlotArgs) -> Result<Vec<u8>> {
     };
     let stretch = if args.asinh { Stretch::Asinh } else { Stretch::Linear };
     let title = title(args, &image.object);
-    let options =
-        ImagePlot { chan: args.channel, pol: args.pol_index, title, range, stretch, width: args.width, height: args.height };
+    let options = ImagePlot { chan: args.channel, pol: args.pol_index, title, range, stretch, width: args.width, height: args.height };
     picture::image(&image, &options).context(format!("drawing {}", args.file.display()))
 }
 

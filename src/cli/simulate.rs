@@ -134,9 +134,9 @@ impl MethodArgs {
         Ok(match self.pedestal.as_str() {
             "auto" => Pedestal::Auto,
             "none" => Pedestal::None,
-            text => {
-                Pedestal::Kelvin(text.parse::<Temperature>().map_err(|e| Failure::usage(format!("--pedestal: {e} (or auto, or none)")))?.si())
-            }
+            text => Pedestal::Kelvin(
+                text.parse::<Temperature>().map_err(|e| Failure::usage(format!("--pedestal: {e} (or auto, or none)")))?.si(),
+            ),
         })
     }
 

@@ -16,8 +16,8 @@ mod canvas;
 mod colors;
 mod curves;
 mod heat;
-mod uv;
 pub mod report;
+mod uv;
 mod visibilities;
 
 pub use antennas::layout;

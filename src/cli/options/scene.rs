@@ -92,7 +92,8 @@ impl SceneArgs {
     /// A file that is no scene, or a missing size.
     pub fn render(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {
         let path = &self.scene;
-        let text = std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the scene: {e}", path.display())))?;
+        let text =
+            std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the scene: {e}", path.display())))?;
         let scene = Scene::from_toml(&text).context(format!("{}", path.display()))?;
         let (Some(size), Some(cell)) = (self.scene_size, self.scene_cell) else {
             return Err(Failure::usage(format!("{}: a scene description needs --scene-size and --scene-cell", path.display())));

@@ -85,7 +85,9 @@ impl TrackArgs {
                 Track::hour_angles(center, site, near, hour_angles(text)?, integration_s)?
             }
             (None, Some(start)) => Track::new(start, self.duration.map_or(integration_s, |d| d.si()), integration_s),
-            (None, None) => return Err(Failure::usage("a track needs --start (such as 2025-06-01T01:30:00) or --hour-angle (such as -2h,2h)")),
+            (None, None) => {
+                return Err(Failure::usage("a track needs --start (such as 2025-06-01T01:30:00) or --hour-angle (such as -2h,2h)"));
+            }
         };
         track.elevation_limit_rad = self.elevation_limit.map(|a| a.si());
         Ok(track)

@@ -55,7 +55,8 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
         return Ok(Outcome::new(schema, text));
     }
     let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
-    let text = std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
+    let text =
+        std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
     let config: Config = toml::from_str(&text).context(format!("{}", path.display()))?;
     let steps = steps(&config, path.parent().unwrap_or(Path::new("")))?;
     let Some(target) = args.output.as_ref().filter(|_| !args.check) else {

@@ -88,7 +88,13 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     sim.extend([seed, "-o".into(), format!("{DIR}/vis.uvh5")]);
     all.push(Step::new("Visibilities", "simulate", "simulate", sim));
     all.push(plot("Visibilities", "vis.uvh5", "uv.png", &["--what=uv"], "u-v coverage; each channel adds its own ring."));
-    all.push(plot("Visibilities", "vis.uvh5", "visibilities.png", &["--what=visibilities"], "Amplitude and phase against baseline length."));
+    all.push(plot(
+        "Visibilities",
+        "vis.uvh5",
+        "visibilities.png",
+        &["--what=visibilities"],
+        "Amplitude and phase against baseline length.",
+    ));
 
     let image = words(&config.image);
     let with_image = |mut w: Vec<String>| {

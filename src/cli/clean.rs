@@ -1,0 +1,138 @@
+//! `clean`: deconvolution by CLEAN.
+
+use super::context::{Context, Outcome};
+use super::failure::{Context as _, Failure, Result};
+use super::options::{CleanArgs, ImagingArgs, OutputArgs};
+use super::text::{angle, number};
+use crate::imaging::{CleanComponent, CleanProducts, Imager, clean};
+use cittert_arrays::{Image, VisUnit};
+use cittert_formats::fits::{ImageOptions, write_image};
+use clap::Args;
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Options of `clean`.
+#[derive(Debug, Args)]
+pub struct CleanCommandArgs {
+    /// Visibilities.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    #[command(flatten)]
+    imaging: ImagingArgs,
+    #[command(flatten)]
+    clean: CleanArgs,
+    /// Write each major cycle as one line of JSON to this file.
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
+const COMPONENTS: &str = "-components.csv";
+
+/// Deconvolve and write PREFIX-psf, -dirty, -model, -residual, -image .fits and -components.csv.
+///
+/// # Errors
+/// Anything wrong with the file, the options or the disk.
+pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
+    args.out.check_all(&IMAGES)?;
+    args.out.check(&args.out.suffixed(COMPONENTS))?;
+    if let Some(path) = &args.log {
+        args.out.check(path)?;
+        let file = std::fs::File::create(path).map_err(|e| Failure::message(format!("{}: cannot write the log: {e}", path.display())))?;
+        context.console.log_cycles(file);
+    }
+    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let what = format!("imaging {}", args.input.display());
+    let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
+    let options = args.clean.options(imager.grid())?;
+    let unit = imager.header().unit;
+    let products = clean(&mut imager, &options, &context.console).context(&what)?;
+    let algorithm = options.algorithm.name;
+    save(args, products, algorithm, unit, context)
+}
+
+fn save(args: &CleanCommandArgs, products: CleanProducts, algorithm: &str, unit: VisUnit, context: &Context) -> Result<Outcome> {
+    let json = statistics(&products, args, algorithm);
+    let text = describe(&products, &json);
+    let components = components(&products.components, unit);
+    let mut outcome = Outcome::new(json, text);
+    let images: [Image; 5] = [products.psf, products.dirty, products.model, products.residual, products.restored];
+    for (suffix, mut image) in IMAGES.iter().zip(images) {
+        let path = args.out.suffixed(suffix);
+        image.history.push(context.history());
+        write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
+        outcome = outcome.wrote(path);
+    }
+    let path = args.out.suffixed(COMPONENTS);
+    args.out.write(&path, components.as_bytes())?;
+    Ok(outcome.wrote(path))
+}
+
+/// Component list: a source list, as `simulate --scene` reads it, where all are points in Jy.
+fn components(list: &[CleanComponent], unit: VisUnit) -> String {
+    let scales = list.iter().any(|c| c.scale_rad > 0.0);
+    let channels = list.iter().any(|c| c.channel > 0);
+    let flux = if unit == VisUnit::KelvinSr { "flux_ksr" } else { "flux_jy" };
+    let mut text = format!("l_rad,m_rad,{flux}");
+    text += if scales { ",scale_rad" } else { "" };
+    text += if channels { ",channel\n" } else { "\n" };
+    for c in list {
+        // Writing to a String does not fail.
+        let _ = write!(text, "{:.12e},{:.12e},{:.9e}", c.l, c.m, c.flux);
+        if scales {
+            let _ = write!(text, ",{:.6e}", c.scale_rad);
+        }
+        if channels {
+            let _ = write!(text, ",{}", c.channel);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn statistics(p: &CleanProducts, args: &CleanCommandArgs, algorithm: &str) -> Value {
+    let s = &p.statistics;
+    let stops: Vec<&str> = s.stop.iter().map(|r| r.name()).collect();
+    let reason = match stops.as_slice() {
+        [] => "nothing left".to_owned(),
+        [first, rest @ ..] if rest.iter().all(|r| r == first) => (*first).to_owned(),
+        all => all.join(", "),
+    };
+    let mut json = json!({
+        "output": args.out.output, "algorithm": algorithm, "stop_reason": reason, "iterations": s.iterations,
+        "major_cycles": s.major_cycles, "residual_rms": s.residual_rms, "residual_peak": s.residual_peak,
+        "model_flux": s.model_flux, "dynamic_range": s.dynamic_range, "chi2_per_datum": s.chi2_per_datum,
+        "n_components": p.components.len(), "seconds": s.seconds, "unit": p.restored.unit.bunit(),
+        "size": [p.restored.grid.n_l, p.restored.grid.n_m], "cell_rad": p.restored.grid.cell_rad,
+    });
+    if let Some(b) = p.beams.first() {
+        json["bmaj_rad"] = b.bmaj_rad.into();
+        json["bmin_rad"] = b.bmin_rad.into();
+        json["bpa_rad"] = b.bpa_rad.into();
+    }
+    json
+}
+
+fn describe(p: &CleanProducts, json: &Value) -> String {
+    let s = &p.statistics;
+    let unit = p.restored.unit.bunit();
+    let mut lines = vec![
+        format!(
+            "{} iterations in {} major cycles; stopped: {}",
+            s.iterations,
+            s.major_cycles,
+            json["stop_reason"].as_str().unwrap_or_default()
+        ),
+        format!("residual      rms {} {unit}, peak {} {unit}", number(s.residual_rms), number(s.residual_peak)),
+        format!("model flux    {}", number(s.model_flux)),
+        format!("dynamic range {:.0}", s.dynamic_range),
+        format!("chi2/datum    {:.4}", s.chi2_per_datum),
+    ];
+    if let Some(b) = p.beams.first() {
+        lines.push(format!("beam          {} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees()));
+    }
+    lines.join("\n")
+}

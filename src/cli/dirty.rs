@@ -1,0 +1,60 @@
+//! `dirty`: the dirty image.
+
+use super::context::{Context, Outcome};
+use super::failure::{Context as _, Result};
+use super::options::{ImagingArgs, OutputArgs};
+use super::text::{angle, number};
+use crate::fidelity::robust_rms;
+use crate::imaging::{Imager, dirty_image};
+use cittert_formats::fits::{ImageOptions, write_image};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Options of `dirty`.
+#[derive(Debug, Args)]
+pub struct DirtyArgs {
+    /// Visibilities.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    #[command(flatten)]
+    imaging: ImagingArgs,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+/// Make the dirty image and write it as FITS.
+///
+/// # Errors
+/// Anything wrong with the file, the options or the disk.
+pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
+    let path = &args.out.output;
+    args.out.check(path)?;
+    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let what = format!("imaging {}", args.input.display());
+    let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
+    let mut image = dirty_image(&mut imager, true, &context.console).context(&what)?;
+    let counts = imager.survey().counts;
+    image.history.push(context.history());
+    write_image(path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
+    let peak = image.data.iter().fold(0.0_f64, |p, v| if v.abs() > p.abs() { *v } else { p });
+    let (g, plane) = (&image.grid, image.plane(0, 0));
+    let rms = (plane.iter().map(|v| v * v).sum::<f64>() / plane.len() as f64).sqrt();
+    let json = json!({
+        "output": path, "size": [g.n_l, g.n_m], "cell_rad": g.cell_rad, "unit": image.unit.bunit(),
+        "peak": peak, "rms": rms, "robust_rms": robust_rms(plane),
+        "n_visibilities": counts.total, "n_used": counts.used, "n_flagged": counts.flagged,
+        "n_bad_weight": counts.bad_weight, "n_not_finite": counts.not_finite,
+    });
+    let text = format!(
+        "{}: {} x {} pixels of {}, peak {} {}, rms {}",
+        path.display(),
+        g.n_l,
+        g.n_m,
+        angle(g.cell_rad),
+        number(peak),
+        image.unit.bunit(),
+        number(rms)
+    );
+    Ok(Outcome::new(json, text).wrote(path))
+}
