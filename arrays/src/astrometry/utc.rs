@@ -94,6 +94,20 @@ mod tests {
     }
 
     #[test]
+    fn julian_dates_are_those_of_astropy() {
+        for (text, jd) in [
+            ("1975-03-04T05:06:07", 2_442_475.712_581_018_5),
+            ("1999-12-31T23:59:59.999", 2_451_544.499_999_988_4),
+            ("2016-12-31T12:00:00", 2_457_753.999_994_213),
+            ("2016-12-31T23:59:60.5", 2_457_754.499_994_213),
+            ("2025-06-01T12:00:00.25", 2_460_828.000_002_893_6),
+        ] {
+            // One step of a Julian date in f64 is 4.7e-10.
+            assert!((parse_utc(text).unwrap() - jd).abs() < 5e-10, "{text}");
+        }
+    }
+
+    #[test]
     fn a_leap_second_is_a_time_on_its_day_only() {
         // The day has 86,401 s, so its last second begins at 86400/86401 of it.
         let jd = parse_utc("2016-12-31T23:59:60").unwrap();
