@@ -39,8 +39,8 @@ pub fn parse_utc(text: &str) -> Result<f64> {
     }
     let second: f64 = second.parse().map_err(|_| bad(EXPECTED))?;
 
-    if !(1900..=2199).contains(&year) {
-        return Err(bad("a year between 1900 and 2199"));
+    if !(1901..=2098).contains(&year) {
+        return Err(bad("a year between 1901 and 2098"));
     }
     if hour > 23 || minute > 59 {
         return Err(bad("an hour up to 23 and a minute up to 59"));
@@ -67,14 +67,14 @@ fn leap_second(day_jd: f64) -> Result<f64> {
 /// A Julian date in UTC as `2025-06-01T12:00:00.000`, rounded to milliseconds.
 ///
 /// # Errors
-/// A date that is not finite or not between 1900 and 2200.
+/// A date that is not finite or not between 1901 and 2099.
 pub fn format_utc(time_jd_utc: f64) -> Result<String> {
     let bad = || ArrayError::BadValue {
         what: "time".into(),
         value: format!("JD {time_jd_utc}"),
-        expected: "a Julian date between 1900 and 2200",
+        expected: "a Julian date between 1901 and 2099",
     };
-    if !(2_415_020.5..=2_524_593.5).contains(&time_jd_utc) {
+    if !(2_415_385.5..=2_487_704.5).contains(&time_jd_utc) {
         return Err(bad());
     }
     let (y, m, d, [h, min, s, ms]) = d2dtf("UTC", 3, time_jd_utc, 0.0).map_err(|_| bad())?;

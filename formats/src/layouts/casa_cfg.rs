@@ -29,7 +29,7 @@ impl LayoutFormat for CasaCfg {
     }
 
     fn sniff(&self, text: &str, _: &str) -> bool {
-        let columns = |l: &Line<'_>| (4..=6).contains(&l.fields.len()) && l.fields[..4].iter().all(|f| f.parse::<f64>().is_ok());
+        let columns = |l: &Line<'_>| l.fields.len() > 3 && l.fields[..4].iter().all(|f| f.parse::<f64>().is_ok());
         let named = |l: &Line<'_>| l.fields.len() > 4 && l.fields[4].parse::<f64>().is_err();
         text::comment(text, "coordsys").is_some() || text::lines(text).next().is_some_and(|l| columns(&l) && named(&l))
     }
@@ -90,7 +90,7 @@ impl LayoutFormat for CasaCfg {
 }
 
 fn antenna(l: &Line<'_>, index: usize) -> Result<Antenna> {
-    if !(4..=6).contains(&l.fields.len()) {
+    if l.fields.len() < 4 {
         return Err(l.expected(COLUMNS));
     }
     let position_m = [l.number(0, "x")?, l.number(1, "y")?, l.number(2, "z")?];
