@@ -15,6 +15,7 @@
 
 use crate::{Antenna, ArrayError, ArrayLayout, LayoutFrame, Result, Sensitivity, Site};
 use serde::Deserialize;
+use std::collections::HashMap;
 use std::fmt::Write;
 use std::ops::Range;
 use toml::Spanned;
@@ -45,9 +46,9 @@ struct AntennaToml {
     name: Spanned<String>,
     number: Option<u32>,
     position_m: Spanned<[f64; 3]>,
-    diameter_m: Option<f64>,
-    sefd_jy: Option<f64>,
-    tsys_k: Option<f64>,
+    diameter_m: Option<Spanned<f64>>,
+    sefd_jy: Option<Spanned<f64>>,
+    tsys_k: Option<Spanned<f64>>,
     position_error_m: Option<Spanned<[f64; 3]>>,
 }
 
@@ -68,8 +69,16 @@ impl ArrayLayout {
             let s = s.get_ref();
             Site { latitude_rad: s.latitude_deg.to_radians(), longitude_rad: s.longitude_deg.to_radians(), altitude_m: s.altitude_m }
         });
+        if let Some(s) = raw.site.as_ref().filter(|s| !(s.get_ref().latitude_deg.abs() <= 90.0)) {
+            return Err(at(text, s.span(), &format!("latitude_deg is {}, expected -90 to 90", s.get_ref().latitude_deg)));
+        }
         let mut antennas = Vec::with_capacity(raw.antenna.len());
+        let mut lines = HashMap::new();
         for (i, a) in raw.antenna.into_iter().enumerate() {
+            let span = a.name.span();
+            if lines.insert(a.name.get_ref().clone(), span.clone()).is_some() {
+                return Err(at(text, span, &format!("antenna name {:?} is used twice", a.name.get_ref())));
+            }
             antennas.push(antenna(text, i, a)?);
         }
         let mut layout = match (raw.frame.get_ref().as_str(), site) {
@@ -82,7 +91,14 @@ impl ArrayLayout {
             ("enu", None) => Err(at(text, raw.frame.span(), "frame \"enu\" needs a [site] with latitude_deg, longitude_deg, altitude_m")),
             ("ecef", site) => Self::from_ecef(raw.name, site, antennas),
             (other, _) => Err(at(text, raw.frame.span(), &format!("frame is {other:?}, expected \"boresight\", \"enu\" or \"ecef\""))),
-        }?;
+        }
+        .map_err(|e| match &e {
+            ArrayError::CoincidentAntennas { second, .. } => match lines.remove(second) {
+                Some(span) => at(text, span, &e.to_string()),
+                None => e,
+            },
+            _ => e,
+        })?;
         layout.source = raw.source;
         Ok(layout)
     }
@@ -136,7 +152,14 @@ fn antenna(text: &str, index: usize, a: AntennaToml) -> Result<Antenna> {
         let message = format!("position_error_m of antenna {name:?} is {:?}, expected three numbers of at least 0", e.get_ref());
         return Err(at(text, e.span(), &message));
     }
-    let sensitivity = match (a.sefd_jy, a.tsys_k) {
+    let positive = |key: &str, value: Option<Spanned<f64>>| match value {
+        Some(v) if !(v.get_ref().is_finite() && *v.get_ref() > 0.0) => {
+            Err(at(text, v.span(), &format!("{key} of antenna {name:?} is {}, expected a positive number", v.get_ref())))
+        }
+        v => Ok(v.map(Spanned::into_inner)),
+    };
+    let diameter_m = positive("diameter_m", a.diameter_m)?;
+    let sensitivity = match (positive("sefd_jy", a.sefd_jy)?, positive("tsys_k", a.tsys_k)?) {
         (Some(_), Some(_)) => {
             return Err(at(text, a.name.span(), &format!("antenna {name:?} has both sefd_jy and tsys_k: give one")));
         }
@@ -147,7 +170,7 @@ fn antenna(text: &str, index: usize, a: AntennaToml) -> Result<Antenna> {
     Ok(Antenna {
         number: a.number.unwrap_or(index as u32),
         position_m: a.position_m.into_inner(),
-        diameter_m: a.diameter_m,
+        diameter_m,
         sensitivity,
         position_error_m: a.position_error_m.map(Spanned::into_inner),
         name: a.name.into_inner(),
@@ -224,7 +247,12 @@ position_error_m = [0.001, 0.001, 0.002]
         let e = error(&ENU.replace("\"enu\"", "\"xyz\""));
         assert!(e.contains("line 2, column 9") && e.contains("boresight"), "{e}");
         assert!(error(&ENU.replace("sefd_jy = 300.0", "sefd_jy = 300.0\ntsys_k = 3.0")).contains("both"));
-        assert!(error(&ENU.replace("25.0", "-25.0")).contains("diameter"));
+        let e = error(&ENU.replace("25.0", "-25.0"));
+        assert!(e.contains("line 13, column 14") && e.contains("diameter_m"), "{e}");
+        let e = error(&ENU.replace("\"b\"", "'a\"1'"));
+        assert!(e.contains("line 17") && e.contains("used twice"), "{e}");
+        let e = error(&ENU.replace("34.0", "-134.0"));
+        assert!(e.contains("line 5") && e.contains("-90 to 90"), "{e}");
         assert!(error("name = ").contains("line 1"));
         assert!(error("").contains("name"));
         assert!(error("name = \"x\"\nframe = \"boresight\"").contains("number of antennas"));
@@ -237,6 +265,7 @@ position_error_m = [0.001, 0.001, 0.002]
         let e = error(&ENU.replace("\"enu\"", "\"boresight\""));
         assert!(e.contains("line 5") && e.contains("no [site]"), "{e}");
         assert!(error(&ENU.replace("\"enu\"", "\"ecef\"")).contains("geocentric"));
-        assert!(error(&ENU.replace("[100.0, 0.0, 0.0]", "[0.1, 1e-7, 3.0]")).contains("same place"));
+        let e = error(&ENU.replace("[100.0, 0.0, 0.0]", "[0.1, 1e-7, 3.0]"));
+        assert!(e.contains("line 17, column 8") && e.contains("same place"), "{e}");
     }
 }

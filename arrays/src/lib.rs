@@ -6,8 +6,11 @@
 //! | type | holds | shapes and units |
 //! |---|---|---|
 //! | [`ArrayLayout`] | antennas, site or boresight frame | m |
+//! | [`LayoutFigures`] | beam, side lobes, coverage of a layout at a frequency | rad, dB |
+//! | [`LocalSky`] | sidereal time and apparent places at one moment and site | rad |
 //! | [`SpectralWindow`] | channel centres and widths | Hz \[chan\] |
 //! | [`UvCoverage`] | uvw, antenna pairs, times | m \[blt, 3\], s |
+//! | [`CoveragePlan`] | the rows of a snapshot or track, made when asked for | |
 //! | [`VisibilityHeader`] | layout, channels, polarisations, phase centres, unit, history | |
 //! | [`VisibilityBlock`] | a run of rows | `Complex<f32>` \[blt, chan, pol\] |
 //! | [`VisibilitySet`] | header and one block in memory | |

@@ -4,17 +4,20 @@ use super::Plane;
 use crate::ArrayLayout;
 use std::collections::{HashMap, HashSet};
 
+/// Cells of twice the tolerance, with the baselines in them.
+type Cells = HashMap<[i64; 3], Vec<[f64; 3]>>;
+
 /// Number of baselines (either direction) that differ by more than `tolerance_m`.
 pub(super) fn unique_baselines(layout: &ArrayLayout, tolerance_m: f64) -> usize {
     let antennas = layout.antennas();
-    let key = |b: [f64; 3]| b.map(|v| (v / tolerance_m).floor() as i64);
-    let mut seen: HashMap<[i64; 3], Vec<[f64; 3]>> = HashMap::new();
+    let mut seen = Cells::new();
     let mut unique = 0;
     for (i, a) in antennas.iter().enumerate() {
         for b in &antennas[i + 1..] {
             let baseline = [0, 1, 2].map(|k| b.position_m[k] - a.position_m[k]);
-            if !near(&seen, key, baseline, tolerance_m) && !near(&seen, key, baseline.map(|v| -v), tolerance_m) {
-                seen.entry(key(baseline)).or_default().push(baseline);
+            if !near(&seen, baseline, tolerance_m) && !near(&seen, baseline.map(|v| -v), tolerance_m) {
+                let key = baseline.map(|v| (v / (2.0 * tolerance_m)).floor() as i64);
+                seen.entry(key).or_default().push(baseline);
                 unique += 1;
             }
         }
@@ -22,17 +25,17 @@ pub(super) fn unique_baselines(layout: &ArrayLayout, tolerance_m: f64) -> usize 
     unique
 }
 
-/// Whether a baseline within the tolerance is in the same cell or one beside it.
-fn near(seen: &HashMap<[i64; 3], Vec<[f64; 3]>>, key: impl Fn([f64; 3]) -> [i64; 3], b: [f64; 3], tolerance: f64) -> bool {
-    let [x, y, z] = key(b);
-    (-1..=1).any(|i| {
-        (-1..=1).any(|j| {
-            (-1..=1).any(|k| {
-                let cell = [x.saturating_add(i), y.saturating_add(j), z.saturating_add(k)];
-                let within = |o: &[f64; 3]| (0..3).map(|n| (o[n] - b[n]).powi(2)).sum::<f64>() <= tolerance * tolerance;
-                seen.get(&cell).is_some_and(|v| v.iter().any(within))
-            })
-        })
+/// Whether a baseline within the tolerance is known: it is in the same cell or, along each axis, in the one on the nearer side.
+fn near(seen: &Cells, b: [f64; 3], tolerance: f64) -> bool {
+    let scaled = b.map(|v| v / (2.0 * tolerance));
+    let sides = scaled.map(|v| {
+        let cell = v.floor();
+        [cell as i64, if v - cell < 0.5 { (cell as i64).saturating_sub(1) } else { (cell as i64).saturating_add(1) }]
+    });
+    (0..8_usize).any(|n| {
+        let key = [0, 1, 2].map(|k| sides[k][n >> k & 1]);
+        let within = |o: &[f64; 3]| (0..3).map(|k| (o[k] - b[k]).powi(2)).sum::<f64>() <= tolerance * tolerance;
+        seen.get(&key).is_some_and(|v| v.iter().any(within))
     })
 }
 

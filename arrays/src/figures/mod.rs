@@ -6,7 +6,7 @@ mod psf;
 use crate::{ArrayError, ArrayLayout, Result, SPEED_OF_LIGHT_M_S};
 
 /// Most antennas for which figures are made: the pairs are held in memory.
-const MOST_ANTENNAS: usize = 5000;
+const MOST_ANTENNAS: usize = 3000;
 
 /// Baselines of an array.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +68,7 @@ impl ArrayLayout {
     /// Figures of merit at a frequency.
     ///
     /// # Errors
-    /// A frequency that is not positive; fewer than two antennas or more than 5,000; antennas that all lie along the line of sight.
+    /// A frequency that is not positive; fewer than two antennas or more than 3,000; antennas that all lie along the line of sight.
     pub fn figures(&self, freq_hz: f64) -> Result<LayoutFigures> {
         if !(freq_hz.is_finite() && freq_hz > 0.0) {
             return Err(ArrayError::BadValue {
@@ -81,7 +81,7 @@ impl ArrayLayout {
             return Err(ArrayError::BadValue {
                 what: "number of antennas".into(),
                 value: self.n_ant().to_string(),
-                expected: "2 to 5000 for figures of merit",
+                expected: "2 to 3000 for figures of merit",
             });
         }
         let wavelength_m = SPEED_OF_LIGHT_M_S / freq_hz;

@@ -4,7 +4,8 @@
 //! easting, northing and height with `# zone=`, `# datum=WGS84` and `# hemisphere=N|S`.
 
 use super::text::{self, Keeps, Line};
-use super::{LayoutError, LayoutFormat, ReadContext, Result, known_site, utm};
+use super::utm::Datum;
+use super::{LayoutError, LayoutFormat, ReadContext, Result, known_site};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Site};
 use std::fmt::Write;
 
@@ -28,7 +29,7 @@ impl LayoutFormat for CasaCfg {
     }
 
     fn sniff(&self, text: &str, _: &str) -> bool {
-        let columns = |l: &Line<'_>| (4..=6).contains(&l.fields.len()) && l.fields[..4].iter().all(|f| f.parse::<f64>().is_ok());
+        let columns = |l: &Line<'_>| l.fields.len() > 3 && l.fields[..4].iter().all(|f| f.parse::<f64>().is_ok());
         let named = |l: &Line<'_>| l.fields.len() > 4 && l.fields[4].parse::<f64>().is_err();
         text::comment(text, "coordsys").is_some() || text::lines(text).next().is_some_and(|l| columns(&l) && named(&l))
     }
@@ -45,8 +46,7 @@ impl LayoutFormat for CasaCfg {
         let name = observatory.unwrap_or(&context.name);
         let system = system.to_uppercase();
         let layout = if system.starts_with("XYZ") {
-            let near = observatory.and_then(known_site).filter(|s| antennas.iter().all(|a| distance_m(s, a.position_m) < NEAR_M));
-            ArrayLayout::from_ecef(name, context.site.or(near), antennas)?
+            geocentric(name, observatory, context, antennas)?
         } else if system.starts_with("LOC") {
             let site = match (context.site, cofa(text)?) {
                 (Some(site), _) | (None, Some(site)) => site,
@@ -59,13 +59,11 @@ impl LayoutFormat for CasaCfg {
             };
             ArrayLayout::new(name, LayoutFrame::EastNorthUp(site), antennas)?
         } else if system.starts_with("UTM") {
-            let (zone, south) = utm_zone(text)?;
+            let (zone, south, datum) = utm_zone(text)?;
             for a in &mut antennas {
-                let [easting, northing, altitude_m] = a.position_m;
-                let (latitude_rad, longitude_rad) = utm::utm_to_geodetic_rad(easting, northing, zone, south);
-                a.position_m = Site { latitude_rad, longitude_rad, altitude_m }.to_ecef_m();
+                a.position_m = datum.utm_to_ecef_m(a.position_m, zone, south);
             }
-            ArrayLayout::from_ecef(name, context.site, antennas)?
+            geocentric(name, observatory, context, antennas)?
         } else {
             return Err(LayoutError::Line { line, expected: "coordsys XYZ, LOC or UTM".into(), found: system });
         };
@@ -92,7 +90,7 @@ impl LayoutFormat for CasaCfg {
 }
 
 fn antenna(l: &Line<'_>, index: usize) -> Result<Antenna> {
-    if !(4..=6).contains(&l.fields.len()) {
+    if l.fields.len() < 4 {
         return Err(l.expected(COLUMNS));
     }
     let position_m = [l.number(0, "x")?, l.number(1, "y")?, l.number(2, "z")?];
@@ -114,11 +112,18 @@ fn cofa(text: &str) -> Result<Option<Site>> {
     Ok(Some(Site { latitude_rad: lat.to_radians(), longitude_rad: lon.to_radians(), altitude_m: 0.0 }))
 }
 
-/// Zone and whether it is south of the equator.
-fn utm_zone(text: &str) -> Result<(u32, bool)> {
+/// A layout about the named observatory where the antennas are there, else about their own middle.
+fn geocentric(name: &str, observatory: Option<&str>, context: &ReadContext, antennas: Vec<Antenna>) -> Result<ArrayLayout> {
+    let near = observatory.and_then(known_site).filter(|s| antennas.iter().all(|a| distance_m(s, a.position_m) < NEAR_M));
+    Ok(ArrayLayout::from_ecef(name, context.site.or(near), antennas)?)
+}
+
+/// Zone, whether it is south of the equator, and the datum.
+fn utm_zone(text: &str) -> Result<(u32, bool, &'static Datum)> {
     let need = |key: &str| {
-        text::comment(text, key)
-            .ok_or_else(|| LayoutError::Missing(format!("coordsys UTM needs '# {key}=': zone 1 to 60, hemisphere N or S, datum WGS84")))
+        text::comment(text, key).ok_or_else(|| {
+            LayoutError::Missing(format!("coordsys UTM needs '# {key}=': zone 1 to 60, hemisphere N or S, datum such as WGS84"))
+        })
     };
     let (line, zone) = need("zone")?;
     let zone = zone.parse::<u32>().ok().filter(|z| (1..=60).contains(z)).ok_or_else(|| LayoutError::Line {
@@ -133,11 +138,12 @@ fn utm_zone(text: &str) -> Result<(u32, bool)> {
         _ => return Err(LayoutError::Line { line, expected: "hemisphere N or S".into(), found: hemisphere.into() }),
     };
     let (line, datum) = need("datum")?;
-    // These share the ellipsoid and centre of WGS84 to a metre; older datums are shifted by hundreds.
-    if !["WGS84", "GRS80", "NAD83", "ITRF"].contains(&datum.to_uppercase().as_str()) {
-        return Err(LayoutError::Line { line, expected: "datum WGS84, GRS80, NAD83 or ITRF".into(), found: datum.into() });
-    }
-    Ok((zone, south))
+    let found = Datum::find(datum).ok_or_else(|| LayoutError::Line {
+        line,
+        expected: format!("one of the datums {}", Datum::names()),
+        found: datum.into(),
+    })?;
+    Ok((zone, south, found))
 }
 
 fn distance_m(site: &Site, p: [f64; 3]) -> f64 {

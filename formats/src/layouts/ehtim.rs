@@ -1,4 +1,5 @@
-//! Station tables of eht-imaging: `NAME X Y Z SEFDR SEFDL [FR_PAR FR_EL FR_OFF DR_RE DR_IM DL_RE DL_IM]`, geocentric metres and Jy.
+//! Station tables of eht-imaging: `NAME X Y Z SEFD` or `NAME X Y Z SEFDR SEFDL FR_PAR FR_EL FR_OFF DR_RE DR_IM DL_RE DL_IM`,
+//! geocentric metres and Jy.
 
 use super::text::{self, Keeps, Line};
 use super::{LayoutError, LayoutFormat, ReadContext, Result};
@@ -7,7 +8,7 @@ use std::fmt::Write;
 
 pub(super) struct EhtimText;
 
-const COLUMNS: &str = "NAME X Y Z SEFDR SEFDL, then up to seven feed columns";
+const COLUMNS: &str = "NAME X Y Z SEFD, or NAME X Y Z SEFDR SEFDL and up to seven feed columns";
 
 impl LayoutFormat for EhtimText {
     fn name(&self) -> &'static str {
@@ -24,17 +25,21 @@ impl LayoutFormat for EhtimText {
 
     fn sniff(&self, text: &str, _: &str) -> bool {
         let named = |l: &Line<'_>| l.fields.len() >= 4 && l.fields[0].parse::<f64>().is_err() && l.fields[1].parse::<f64>().is_ok();
-        text::lines(text).next().is_some_and(|l| named(&l))
+        text::lines(text).find(|l| !is_head(l)).is_some_and(|l| named(&l))
     }
 
     fn read(&self, text: &str, context: &ReadContext) -> Result<ArrayLayout> {
         let mut antennas = Vec::new();
-        for l in text::lines(text) {
-            if !(6..=13).contains(&l.fields.len()) {
+        for l in text::lines(text).filter(|l| !is_head(l)) {
+            if !(5..=13).contains(&l.fields.len()) {
                 return Err(l.expected(COLUMNS));
             }
             let position_m = [l.number(1, "X")?, l.number(2, "Y")?, l.number(3, "Z")?];
-            let (right, left) = (l.number(4, "SEFDR")?, l.number(5, "SEFDL")?);
+            if position_m == [0.0; 3] {
+                return Err(l.expected("a station on the ground (0, 0, 0 stands for a spacecraft, whose orbit is not read)"));
+            }
+            let right = l.number(4, "SEFDR")?;
+            let left = if l.fields.len() > 5 { l.number(5, "SEFDL")? } else { right };
             if right < 0.0 || left < 0.0 {
                 return Err(l.expected("SEFDs that are not negative (0 where unknown)"));
             }
@@ -69,6 +74,11 @@ impl LayoutFormat for EhtimText {
         }
         lost
     }
+}
+
+/// The optional head line without a `#`.
+fn is_head(l: &Line<'_>) -> bool {
+    l.number == 1 && (l.fields[0].eq_ignore_ascii_case("site") || l.fields[0].eq_ignore_ascii_case("name"))
 }
 
 /// SEFD as given, or of a Tsys on a circular aperture of the antenna's diameter.

@@ -149,8 +149,8 @@ fn utm_coordinates_become_places() {
     // The grid's scale here is 0.9998, and 5 km of height add 8e-4.
     let d = layout.extent().longest_m;
     assert!((d / 1000.0 - (1.0 + 0.000_2 + 5050.0 / 6.37e6)).abs() < 1e-4, "{d}");
-    let e = sniff_layout(text, "").unwrap().read(&text.replace("WGS84", "PSAD56"), &context("x")).unwrap_err().to_string();
-    assert!(e.contains("line 4") && e.contains("PSAD56"), "{e}");
+    let e = sniff_layout(text, "").unwrap().read(&text.replace("WGS84", "MARS1"), &context("x")).unwrap_err().to_string();
+    assert!(e.contains("line 4") && e.contains("MARS1") && e.contains("SAM56"), "{e}");
 }
 
 #[test]
@@ -183,6 +183,15 @@ fn an_oskar_model_finds_its_position_file() {
     assert!((layout.site().unwrap().latitude_rad.to_degrees() + 26.824_722_08).abs() < 1e-12);
 }
 
+#[test]
+fn station_tables_with_one_sefd_and_a_head_line_are_read() {
+    let text = "site X Y Z SEFD\nPV 5088967.9 -301681.6 3825015.8 1400 # Spain\nALMA 2225061.164 -5440057.37 -2481681.15 0\n";
+    let layout = sniff_layout(text, "txt").unwrap().read(text, &context("e")).unwrap();
+    let sefd: Vec<_> = layout.antennas().iter().map(|a| a.sensitivity).collect();
+    assert_eq!(sefd, [Some(Sensitivity::SefdJy(1400.0)), None]);
+    assert!(layout.site().unwrap().altitude_m > 0.0, "on the ground, although the middle of the two is deep in the Earth");
+}
+
 /// Each bad text with what its message must say.
 #[test]
 fn bad_texts_are_refused_with_line_expected_and_found() {
@@ -201,7 +210,8 @@ fn bad_texts_are_refused_with_line_expected_and_found() {
         (good.to_owned(), "coordsys"),
         ("# coordsys=UTM\n1 2 3 4 A\n".to_owned(), "zone"),
         ("# coordsys=UTM\n# zone=99\n1 2 3 4 A\n".to_owned(), "line 2"),
-        ("#NAME X Y Z SEFDR SEFDL\nPV 5088967.9 -301681.6 3825015.8 1400\n".to_owned(), "line 2"),
+        ("#NAME X Y Z SEFDR SEFDL\nPV 5088967.9 -301681.6 3825015.8\n".to_owned(), "line 2"),
+        ("PV 5088967.9 -301681.6 3825015.8 1400\nISS 0 0 0 1400\n".to_owned(), "spacecraft"),
         ("PV 5088967.9 -301681.6 3825015.8 1400 -1\n".to_owned(), "line 1"),
         ("Name Number BeamID E N U\nA 0 0 1 2\n".to_owned(), "line 2"),
         ("Name Number BeamID E N U\nA x 0 1 2 3\n".to_owned(), "line 2"),
