@@ -42,12 +42,7 @@ pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
         json["bmaj_rad"] = b.bmaj_rad.into();
         json["bmin_rad"] = b.bmin_rad.into();
         json["bpa_rad"] = b.bpa_rad.into();
-        text += &format!(
-            "\nmain lobe {} x {}, position angle {:.1} deg",
-            angle(b.bmaj_rad),
-            angle(b.bmin_rad),
-            b.bpa_rad.to_degrees()
-        );
+        text += &format!("\nmain lobe {} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees());
     }
     Ok(Outcome::new(json, text).wrote(path))
 }

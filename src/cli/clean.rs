@@ -4,7 +4,8 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{CleanArgs, ImagingArgs, OutputArgs};
 use super::text::{angle, number};
-use crate::imaging::{CleanComponent, CleanProducts, Imager, clean};
+use crate::imaging::major::CleanComponent;
+use crate::imaging::{CleanProducts, Imager, clean};
 use cittert_arrays::{Image, VisUnit};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
@@ -132,7 +133,12 @@ fn describe(p: &CleanProducts, json: &Value) -> String {
         format!("chi2/datum    {:.4}", s.chi2_per_datum),
     ];
     if let Some(b) = p.beams.first() {
-        lines.push(format!("beam          {} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees()));
+        lines.push(format!(
+            "beam          {} x {}, position angle {:.1} deg",
+            angle(b.bmaj_rad),
+            angle(b.bmin_rad),
+            b.bpa_rad.to_degrees()
+        ));
     }
     lines.join("\n")
 }

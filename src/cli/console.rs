@@ -52,12 +52,6 @@ impl Console {
         }
     }
 
-    /// Seconds spent in each phase so far, by name; phases of one name are added up.
-    #[must_use]
-    pub fn take_timings(&self) -> Vec<(String, f64)> {
-        self.state.lock().map(|mut s| std::mem::take(&mut s.timings)).unwrap_or_default()
-    }
-
     /// Warnings so far.
     #[must_use]
     pub fn take_warnings(&self) -> Vec<String> {

@@ -3,15 +3,15 @@
 //! A subcommand is an args struct and `run(args, context)`. Only this module prints, and only it joins the chain with
 //! the formats and the scene simulator.
 
-//PENDING mod beam;
-//PENDING mod clean;
+mod beam;
+mod clean;
 mod compare;
 mod console;
 mod context;
 mod convert;
-//PENDING mod dirty;
+mod dirty;
 mod failure;
-//PENDING mod grid;
+mod grid;
 mod info;
 mod kind;
 mod layout;
@@ -67,14 +67,14 @@ enum Command {
     Scene(scene::SceneCommand),
     /// Visibilities of a scene seen by an array.
     Simulate(simulate::SimulateArgs),
-    //PENDING    /// Gridded visibilities.
-    //PENDING    Grid(grid::GridArgs),
-    //PENDING    /// The dirty beam (point spread function).
-    //PENDING    Beam(beam::BeamArgs),
-    //PENDING    /// The dirty image.
-    //PENDING    Dirty(dirty::DirtyArgs),
-    //PENDING    /// Deconvolve by CLEAN.
-    //PENDING    Clean(clean::CleanCommandArgs),
+    /// Gridded visibilities.
+    Grid(grid::GridArgs),
+    /// The dirty beam (point spread function).
+    Beam(beam::BeamArgs),
+    /// The dirty image.
+    Dirty(dirty::DirtyArgs),
+    /// Deconvolve by CLEAN.
+    Clean(clean::CleanCommandArgs),
     /// What is in a file.
     Info(info::InfoArgs),
     /// A picture of any file.
@@ -93,10 +93,10 @@ impl Command {
             Self::Mask(a) => mask::run(a, context),
             Self::Scene(a) => scene::run(a, context),
             Self::Simulate(a) => simulate::run(a, context),
-            //PENDING            Self::Grid(a) => grid::run(a, context),
-            //PENDING            Self::Beam(a) => beam::run(a, context),
-            //PENDING            Self::Dirty(a) => dirty::run(a, context),
-            //PENDING            Self::Clean(a) => clean::run(a, context),
+            Self::Grid(a) => grid::run(a, context),
+            Self::Beam(a) => beam::run(a, context),
+            Self::Dirty(a) => dirty::run(a, context),
+            Self::Clean(a) => clean::run(a, context),
             Self::Info(a) => info::run(a, context),
             Self::Plot(a) => plot::run(a, context),
             Self::Compare(a) => compare::run(a, context),
@@ -152,15 +152,6 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
 fn parse(words: &[OsString]) -> Result<Cli> {
     let matches = Cli::command().try_get_matches_from(words)?;
     Ok(Cli::from_arg_matches(&matches)?)
-}
-
-/// Run one command line inside another one: what `run` and its report are made of.
-fn run_words(words: &[String], shown: &str, console: Console) -> Result<(Outcome, Console)> {
-    let all: Vec<OsString> = std::iter::once("cittert".into()).chain(words.iter().map(OsString::from)).collect();
-    let cli = parse(&all)?;
-    let context = Context { command_line: shown.to_owned(), console };
-    let outcome = cli.command.run(&context)?;
-    Ok((outcome, context.console))
 }
 
 /// A panic is a fault of ours; the user gets one sentence, not a stack.

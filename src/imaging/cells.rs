@@ -1,0 +1,101 @@
+//! Visibilities put into the cells of the image's Fourier grid, without a convolution.
+
+use super::Imager;
+use crate::progress::{Event, Observer};
+use crate::{ChainError, Result};
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, SpectralWindow, UvGrid};
+use ndarray::Array3;
+use num_complex::Complex64;
+
+/// Cells of all channels at most: 2^28 of them take 6 GiB.
+const MOST_CELLS: usize = 1 << 28;
+
+impl Imager<'_> {
+    /// Sum the visibilities of each output channel in the nearest cell of the Fourier grid, with the weights of the image. The w term is
+    /// left out.
+    ///
+    /// # Errors
+    /// A grid beyond what memory should hold; whatever the source says.
+    pub fn cells(&mut self, observer: &dyn Observer) -> Result<UvGrid> {
+        let (n_u, n_v, channels) = (self.grid().n_l, self.grid().n_m, self.channels().to_vec());
+        if channels.len().saturating_mul(n_u * n_v) > MOST_CELLS {
+            return Err(ChainError::BadOption {
+                option: "--size",
+                value: format!("{n_u} x {n_v} with {} output channels", channels.len()),
+                expected: format!("at most {MOST_CELLS} cells in all"),
+            });
+        }
+        let cell_wl = [1.0 / (n_u as f64 * self.grid().cell_rad), 1.0 / (n_v as f64 * self.grid().cell_rad)];
+        let shape = (channels.len(), n_v, n_u);
+        let freq_hz = self.header().spectrum.freq_hz().to_vec();
+        let mut grid = UvGrid {
+            sum: Array3::zeros(shape),
+            weights: Array3::zeros(shape),
+            counts: Array3::zeros(shape),
+            cell_wl,
+            spectrum: of_output(&self.header().spectrum, &channels)?,
+            polarization: self.options().polarization,
+            unit: self.header().unit,
+            n_outside: 0,
+            history: self.header().history.clone(),
+        };
+        observer.event(Event::Phase { name: "gridding", total: Some(self.survey().counts.total), unit: "vis" });
+        self.for_each_weighed(observer, |block| {
+            for (k, range) in channels.iter().enumerate() {
+                for ((row, chan), w) in block.imaging.indexed_iter().filter(|((_, c), w)| range.contains(c) && **w > 0.0) {
+                    let scale = freq_hz[chan] / SPEED_OF_LIGHT_M_S;
+                    let (u, v) = (block.uvw_m[(row, 0)] * scale, block.uvw_m[(row, 1)] * scale);
+                    let fold = v < 0.0 || (v == 0.0 && u < 0.0);
+                    let (u, v) = if fold { (-u, -v) } else { (u, v) };
+                    let column = (u / cell_wl[0]).round() + (n_u / 2) as f64;
+                    let line = (v / cell_wl[1]).round() + (n_v / 2) as f64;
+                    if !(column >= 0.0 && column < n_u as f64 && line >= 0.0 && line < n_v as f64) {
+                        grid.n_outside += 1;
+                        continue;
+                    }
+                    let vis = block.vis[(row, chan)];
+                    let vis = Complex64::new(f64::from(vis.re), f64::from(if fold { -vis.im } else { vis.im }));
+                    let at = (k, line as usize, column as usize);
+                    grid.sum[at] += vis * f64::from(*w);
+                    grid.weights[at] += f64::from(*w);
+                    grid.counts[at] += 1;
+                }
+            }
+            Ok(())
+        })?;
+        observer.event(Event::Done);
+        Ok(grid)
+    }
+}
+
+/// One channel for each output channel.
+fn of_output(all: &SpectralWindow, channels: &[std::ops::Range<usize>]) -> Result<SpectralWindow> {
+    let mean = |r: &std::ops::Range<usize>| all.freq_hz()[r.clone()].iter().sum::<f64>() / r.len() as f64;
+    let width = |r: &std::ops::Range<usize>| all.width_hz()[r.clone()].iter().sum::<f64>();
+    Ok(SpectralWindow::new(channels.iter().map(mean).collect(), channels.iter().map(width).collect())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures;
+    use super::*;
+    use crate::imaging::ImagingOptions;
+    use crate::progress::Silent;
+    use cittert_arrays::{Polarization, VisUnit};
+
+    /// All weight arrives in the grid, and a point at the centre gives its flux in every cell that is hit.
+    #[test]
+    fn a_point_at_the_centre_fills_every_cell_with_its_flux() {
+        let antennas = fixtures::positions(12, 100.0, 0.0, 3);
+        let mut set = fixtures::snapshot(&antennas, &[1.0e9, 1.1e9], &[Polarization::I], &[(0.0, 0.0, 2.0)], (0.0, VisUnit::Jy));
+        let total: f64 = set.data.weights.iter().map(|w| f64::from(*w)).sum();
+        let options = ImagingOptions { size: Some((256, 256)), ..ImagingOptions::default() };
+        let mut imager = Imager::new(&mut set, options, &Silent).unwrap();
+        let grid = imager.cells(&Silent).unwrap();
+        grid.check().unwrap();
+        assert!((grid.weights.sum() / total - 1.0).abs() < 1e-6 && grid.n_outside == 0);
+        for (sum, w) in grid.sum.iter().zip(&grid.weights).filter(|(_, w)| **w > 0.0) {
+            assert!((sum / w - 2.0).norm() < 1e-5);
+        }
+    }
+}
