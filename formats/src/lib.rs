@@ -5,12 +5,14 @@
 //! | [`uvh5`] | UVH5, the native format of visibilities |
 //! | [`uvfits`] | UVFITS random groups |
 //! | [`fits`] | FITS images, cubes and planes |
+//! | [`calh5`] | CalH5 gain tables |
 //! | [`info`] | what is in a file |
 //! | [`atomic`] | outputs that appear only when complete |
 //!
 //! Formats are found by content through the tables [`VISIBILITY_FORMATS`] and [`IMAGE_FORMATS`]; a new format is a folder and a row.
 
 pub mod atomic;
+pub mod calh5;
 mod error;
 mod files;
 pub mod fits;
