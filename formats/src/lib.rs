@@ -6,6 +6,7 @@
 //! | [`uvfits`] | UVFITS random groups |
 //! | [`fits`] | FITS images, cubes and planes |
 //! | [`calh5`] | CalH5 gain tables |
+//! | [`layouts`] | antenna layouts |
 //! | [`info`] | what is in a file |
 //! | [`atomic`] | outputs that appear only when complete |
 //!
@@ -13,11 +14,13 @@
 
 pub mod atomic;
 pub mod calh5;
+mod contents;
 mod error;
 mod files;
 pub mod fits;
 mod h5;
 pub mod info;
+pub mod layouts;
 mod picture;
 mod registry;
 mod sources;
@@ -25,6 +28,7 @@ mod time;
 pub mod uvfits;
 pub mod uvh5;
 
+pub use contents::{Contents, LayoutInfo, SourceListInfo};
 pub use error::{FormatError, Result};
 pub use h5::Compression;
 pub use picture::read_grey_png;
