@@ -2,6 +2,7 @@
 
 use cittert_arrays::for_each_block;
 use cittert_formats::{create_visibilities, open_visibilities};
+use std::io::Write;
 use std::path::Path;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -9,7 +10,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [from, to] = &names[..] else { return Err("give an input and an output".into()) };
     let mut source = open_visibilities(Path::new(from))?;
     let mut created = create_visibilities(Path::new(to), source.header(), true)?;
-    created.notes.iter().for_each(|n| eprintln!("note: {n}"));
+    for note in &created.notes {
+        writeln!(std::io::stderr(), "note: {note}")?;
+    }
     for_each_block::<cittert_arrays::ArrayError>(source.as_mut(), 1 << 24, |_, block| created.sink.write_block(&block))?;
     created.sink.finish()?;
     Ok(())

@@ -1,13 +1,16 @@
 //! Write a small set of every kind into a folder, for other programs to read: `cargo run --example samples -- FOLDER`.
 
+#[allow(clippy::unwrap_used)] // shared with the tests, where a panic is a failure
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use cittert_arrays::{BrightnessUnit, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, SpectralWindow};
+use cittert_arrays::{BrightnessUnit, GainTable, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, SpectralWindow};
+use cittert_formats::calh5::write_gains;
 use cittert_formats::fits::{ImageOptions, write_image};
 use cittert_formats::uvfits::{UvfitsOptions, UvfitsWriter};
 use cittert_formats::uvh5::{Uvh5Options, Uvh5Writer};
 use ndarray::{Array4, s};
+use num_complex::Complex64;
 use std::path::Path;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -26,7 +29,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         writer.write(&set.data)?;
         writer.complete()?;
     }
+    gains(folder)?;
     images(folder)
+}
+
+/// Gains of the array on the Earth with a reference antenna.
+fn gains(folder: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let header = common::earth().header;
+    let mut table = GainTable::unity(header.layout, header.spectrum, vec!["X".into(), "Y".into()], vec![2_460_000.75], vec![60.0])?;
+    table.gains.indexed_iter_mut().for_each(|((_, a, c, _), g)| *g = Complex64::from_polar(1.0 + 0.01 * a as f64, 0.1 * c as f64));
+    table.refant = Some(0);
+    write_gains(&folder.join("gains.calh5"), &table, true)?;
+    table.refant = None;
+    table.feeds = vec!["R".into(), "L".into()];
+    write_gains(&folder.join("truth.calh5"), &table, true)?;
+    let mut joined = GainTable::unity(table.layout, table.spectrum, vec!["I".into()], table.time_jd, table.interval_s)?;
+    joined.gains.fill(Complex64::new(0.0, 1.0));
+    write_gains(&folder.join("joined.calh5"), &joined, true)?;
+    Ok(())
 }
 
 /// A picture of one bright cell, on the sky and along a boresight.

@@ -5,6 +5,7 @@
 //! | [`uvh5`] | UVH5, the native format of visibilities |
 //! | [`uvfits`] | UVFITS random groups |
 //! | [`fits`] | FITS images, cubes and planes |
+//! | [`calh5`] | CalH5 gain tables |
 //! | [`layouts`] | antenna layouts of several programs |
 //! | [`info`] | what is in a file |
 //! | [`atomic`] | outputs that appear only when complete |
@@ -12,6 +13,8 @@
 //! Formats are found by content through the tables [`VISIBILITY_FORMATS`] and [`IMAGE_FORMATS`]; a new format is a folder and a row.
 
 pub mod atomic;
+pub mod calh5;
+mod contents;
 mod error;
 mod files;
 pub mod fits;
@@ -26,6 +29,7 @@ mod time;
 pub mod uvfits;
 pub mod uvh5;
 
+pub use contents::{Contents, LayoutInfo, SourceListInfo};
 pub use error::{FormatError, Result};
 pub use grid::write_grid;
 pub use h5::Compression;

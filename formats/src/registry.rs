@@ -204,8 +204,12 @@ fn names<'a>(all: impl Iterator<Item = (&'a str, &'a [&'a str])>) -> String {
     all.map(|(name, ends)| format!("{name} (.{})", ends[0])).collect::<Vec<_>>().join(", ")
 }
 
-fn visibility_names() -> String {
+pub(crate) fn visibility_names() -> String {
     names(VISIBILITY_FORMATS.iter().map(|f| (f.name(), f.extensions())))
+}
+
+pub(crate) fn image_names() -> String {
+    names(IMAGE_FORMATS.iter().map(|f| (f.name(), f.extensions())))
 }
 
 /// The format of a file of visibilities, by its content.
@@ -258,7 +262,7 @@ pub fn image_format(path: &Path) -> Result<&'static dyn ImageFormat> {
     let start = start_of(path)?;
     IMAGE_FORMATS.iter().find(|f| f.sniff(path, &start)).copied().ok_or_else(|| FormatError::NotA {
         path: path.into(),
-        expected: format!("an image: {}", names(IMAGE_FORMATS.iter().map(|f| (f.name(), f.extensions())))),
+        expected: format!("an image: {}", image_names()),
         found: format!("it is {}", if Uvfits.sniff(path, &start) { "UVFITS (visibilities)".into() } else { describe(&start) }),
     })
 }

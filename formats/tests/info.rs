@@ -1,9 +1,8 @@
 //! Real files against what pyuvdata says of them (tests/golden/make_info.py), and the refusals of the tables of formats.
 
-mod common;
-
+use super::common;
 use cittert_formats::info::VisibilityInfo;
-use cittert_formats::{create_visibilities, open_image, open_visibilities};
+use cittert_formats::{Contents, create_visibilities, open_image, open_visibilities};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -98,7 +97,7 @@ fn weights_that_are_not_finite_are_counted_and_never_usable() {
     let info = VisibilityInfo::of(source.as_mut()).unwrap();
     assert_eq!(info.n_not_finite, 6514 * 2);
     let block = source.read_rows(0..10).unwrap();
-    assert_eq!((block.usable_weight(0, 0, 2), block.usable_weight(0, 0, 0)), (0.0, 34_237.828));
+    assert_eq!((block.usable_weight(0, 0, 2), block.usable_weight(0, 0, 0)), (0.0, 34_237.83));
 }
 
 #[test]
@@ -137,4 +136,26 @@ fn truncated_uvfits_says_how_much_is_missing() {
         let text = open_visibilities(&path).map(|_| ()).unwrap_err().to_string();
         assert!(text.contains(word) && text.contains("t.uvfits"), "{len}: {text}");
     }
+}
+
+#[test]
+fn every_kind_of_file_is_told_apart_by_content() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let path = dir.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let kind = |path: &Path| serde_json::to_value(Contents::of(path).unwrap()).unwrap()["kind"].as_str().unwrap().to_string();
+    assert_eq!(kind(&shared().join("paper_redundant.uvfits")), "visibilities");
+    assert_eq!(kind(&shared().join("hera_zen.2458432.34569.uvh5")), "visibilities");
+    assert_eq!(kind(&shared().join("../layouts/vla.d.cfg")), "layout");
+    assert_eq!(kind(&file("a.txt", "l_rad,m_rad,flux_jy\n0,0,1\n")), "sources");
+    let gains = dir.path().join("g.h5");
+    let header = common::earth().header;
+    let table = cittert_arrays::GainTable::unity(header.layout, header.spectrum, vec!["X".into()], vec![2_460_000.5], vec![1.0]).unwrap();
+    cittert_formats::calh5::write_gains(&gains, &table, false).unwrap();
+    assert_eq!(kind(&gains), "gains");
+    let text = Contents::of(&file("b.txt", "nothing to see\n")).unwrap_err().to_string();
+    assert!(text.contains("b.txt") && text.contains("a text"), "{text}");
 }

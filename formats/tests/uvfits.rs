@@ -1,7 +1,6 @@
 //! UVFITS: what we write comes back, conversions are said, odd files are read.
 
-mod common;
-
+use super::common;
 use cittert_arrays::*;
 use cittert_formats::uvfits::{UvfitsOptions, UvfitsReader, UvfitsWriter};
 use std::path::Path;

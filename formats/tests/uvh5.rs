@@ -1,7 +1,6 @@
 //! UVH5: what we write comes back, old and odd files are understood, broken ones are refused.
 
-mod common;
-
+use super::common;
 use cittert_arrays::*;
 use cittert_formats::Compression;
 use cittert_formats::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};

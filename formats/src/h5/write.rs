@@ -76,13 +76,13 @@ impl H5Out {
     /// A text of exactly its length.
     pub(crate) fn text(&self, name: &str, text: &str) -> Result<()> {
         let (group, leaf) = self.group_of(name)?;
-        strings::write(&group, leaf, &[text], true).map_err(|e| self.fail(name, &e))
+        strings::write(&group, leaf, &[text], &[]).map_err(|e| self.fail(name, &e))
     }
 
-    /// A list of texts.
-    pub(crate) fn texts(&self, name: &str, texts: &[&str]) -> Result<()> {
+    /// Texts in an array of the given shape.
+    pub(crate) fn texts(&self, name: &str, texts: &[&str], shape: &[usize]) -> Result<()> {
         let (group, leaf) = self.group_of(name)?;
-        strings::write(&group, leaf, texts, false).map_err(|e| self.fail(name, &e))
+        strings::write(&group, leaf, texts, shape).map_err(|e| self.fail(name, &e))
     }
 
     /// An array, whole.

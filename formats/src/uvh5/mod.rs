@@ -12,7 +12,8 @@ mod write;
 pub use read::Uvh5Reader;
 pub use write::{Uvh5Options, Uvh5Writer};
 
-pub(crate) use layout::{site_of, unique_names};
+pub(crate) use header::{read_spectrum, write_spectrum};
+pub(crate) use layout::{read_telescope, site_of, unique_names, write_telescope};
 pub(crate) use phase::Sky;
 
 use cittert_arrays::Site;
