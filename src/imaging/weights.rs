@@ -1,12 +1,15 @@
 //! Weights of the visibilities in an image.
 //!
-//! The density of weights is summed on the cells of the image's own u-v grid, 1 / (n cell) wide, with all visibilities folded to
-//! v >= 0. With W the sum of the cell of a visibility of weight w:
+//! The density of weights is summed on cells of the u-v plane 1 / (2 n cell) wide, n the side of the image in cells (the cells of an
+//! image with twice the field), with all visibilities folded to v >= 0. With W the sum of the cell of a visibility of weight w:
 //! natural w; uniform w / W; Briggs w / (1 + W f^2) with f^2 = (5 10^-R)^2 / (sum of W^2 over cells / sum of w).
+//! Uniform factors 1 / W are limited to three times their mean over the occupied cells of the 16 x 16 around them, so that a lone
+//! visibility in a crowd does not dominate.
 //!
 //! # Reference
-//! Briggs 1995, PhD thesis, New Mexico Tech, ch. 3. The cells and the fold are those of WSClean (Offringa et al. 2014, MNRAS 444, 606);
-//! CASA counts each visibility at (u, v) and at (-u, -v), so its W near v = 0 and its sums differ.
+//! Briggs 1995, PhD thesis, New Mexico Tech, ch. 3. Cells, fold and limit are those of WSClean with a padding of 2 (Offringa et al. 2014,
+//! MNRAS 444, 606), found from the weights that it stores. CASA counts each visibility at (u, v) and at (-u, -v) on cells of the image
+//! itself, without a limit, so its weights differ.
 
 use super::ReducedBlock;
 use crate::{ChainError, Result};
@@ -14,6 +17,12 @@ use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::{Axis, Zip};
 use rayon::prelude::*;
 use std::ops::Range;
+
+/// The density grid is that of an image so many times larger.
+const PADDING: f64 = 2.0;
+/// Limit of a uniform factor over the mean around it, and half the side of the window of that mean.
+const LIMIT: f64 = 3.0;
+const WINDOW: usize = 8;
 
 /// Scheme of the weights.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -35,7 +44,7 @@ pub enum Weighting {
 pub struct WeightOptions {
     /// Scheme.
     pub weighting: Weighting,
-    /// Cells of the density grid are so many times wider than the image's own: above 1 is super-uniform.
+    /// Cells of the density grid are so many times wider than they would be: above 1 is super-uniform.
     pub super_uniform: f64,
     /// Gaussian taper that acts on the image like a smoothing to this FWHM, rad.
     pub taper_rad: Option<f64>,
@@ -93,14 +102,14 @@ impl ImageWeights {
     /// An empty density for an image.
     #[must_use]
     pub fn new(grid: &SkyGrid, options: WeightOptions) -> Self {
-        let side = |n: usize| ((n as f64 / options.super_uniform).round() as usize).max(1);
+        let side = |n: usize| ((PADDING * n as f64 / options.super_uniform).round() as usize).max(1);
         let (width, height) = (side(grid.n_l), side(grid.n_m));
         let natural = options.weighting == Weighting::Natural;
         Self {
             options,
             width,
             height,
-            scale: (grid.l_sign() * grid.cell_rad * width as f64, grid.cell_rad * height as f64),
+            scale: (grid.cell_rad * width as f64, grid.cell_rad * height as f64),
             cells: if natural { Vec::new() } else { vec![0.0; width * (height / 2 + 1)] },
             sum_of_weights: 0.0,
         }
@@ -115,10 +124,11 @@ impl ImageWeights {
     /// Index of the cell of (u, v) in wavelengths, folded to v >= 0; what lies outside the grid wraps, as it does in the image.
     fn cell(&self, u: f64, v: f64) -> usize {
         let (u, v) = if v < 0.0 { (-u, -v) } else { (u, v) };
-        let wrap = |x: f64, n: usize| (x.round() as i64).rem_euclid(n as i64) as usize;
-        let (mut x, mut y) = (wrap(u * self.scale.0, self.width), wrap(v * self.scale.1, self.height));
+        let wrap = |x: f64, n: usize| (x.floor() as i64).rem_euclid(n as i64) as usize;
+        // Column width / 2 is u = 0.
+        let (mut x, mut y) = (wrap(u * self.scale.0 + (self.width / 2) as f64, self.width), wrap(v * self.scale.1, self.height));
         if y > self.height / 2 {
-            (x, y) = ((self.width - x) % self.width, self.height - y);
+            (x, y) = (self.width - 1 - x, self.height - 1 - y);
         }
         y * self.width + x
     }
@@ -142,11 +152,43 @@ impl ImageWeights {
     pub fn finish(&mut self) {
         match self.options.weighting {
             Weighting::Natural => {}
-            Weighting::Uniform => self.cells.iter_mut().filter(|w| **w > 0.0).for_each(|w| *w = 1.0 / *w),
+            Weighting::Uniform => {
+                self.cells.iter_mut().filter(|w| **w > 0.0).for_each(|w| *w = 1.0 / *w);
+                self.limit();
+            }
             Weighting::Briggs { robust } => {
                 let squares: f64 = self.cells.iter().map(|w| w * w).sum();
                 let f2 = (5.0 * 10f64.powf(-robust)).powi(2) / (squares / self.sum_of_weights);
                 self.cells.iter_mut().for_each(|w| *w = 1.0 / (1.0 + *w * f2));
+            }
+        }
+    }
+
+    /// Limit each factor to [`LIMIT`] times the mean of the occupied cells around it.
+    fn limit(&mut self) {
+        let (width, rows) = (self.width, self.cells.len() / self.width);
+        // Sums over all cells above and to the left.
+        let mut table = vec![(0.0, 0.0); (width + 1) * (rows + 1)];
+        for y in 0..rows {
+            let mut line = (0.0, 0.0);
+            for x in 0..width {
+                let w = self.cells[y * width + x];
+                line = (line.0 + w, line.1 + f64::from(u8::from(w > 0.0)));
+                let above = table[y * (width + 1) + x + 1];
+                table[(y + 1) * (width + 1) + x + 1] = (above.0 + line.0, above.1 + line.1);
+            }
+        }
+        for y in 0..rows {
+            for x in 0..width {
+                let (x0, x1) = (x.saturating_sub(WINDOW), (x + WINDOW).min(width));
+                let (y0, y1) = (y.saturating_sub(WINDOW), (y + WINDOW).min(rows));
+                let at = |x: usize, y: usize| table[y * (width + 1) + x];
+                let sum = at(x1, y1).0 - at(x0, y1).0 - at(x1, y0).0 + at(x0, y0).0;
+                let count = at(x1, y1).1 - at(x0, y1).1 - at(x1, y0).1 + at(x0, y0).1;
+                let w = &mut self.cells[y * width + x];
+                if *w > 0.0 {
+                    *w = w.min(LIMIT * sum / count);
+                }
             }
         }
     }
@@ -192,7 +234,7 @@ mod tests {
         let weight = array![[1.0_f32], [3.0], [2.0]];
         ReducedBlock {
             first_row: 0,
-            uvw_m: array![[100.0, 40.0, 0.0], [-100.2, -40.1, 0.0], [30.0, 0.0, 0.0]] * wavelength,
+            uvw_m: array![[100.0, 40.0, 0.0], [-100.2, -40.1, 0.0], [30.0, 0.1, 0.0]] * wavelength,
             vis: Array2::from_elem((3, 1), Complex32::new(1.0, 0.0)),
             imaging: weight.clone(),
             weight,
@@ -221,14 +263,14 @@ mod tests {
         for (got, expected) in briggs.iter().zip([1.0 / 31.0, 3.0 / 31.0, 2.0 / 16.0]) {
             assert!((got - expected).abs() < 1e-7, "{got} {expected}");
         }
-        let wide = weigh(WeightOptions { super_uniform: 32.0, ..with(Weighting::Uniform) });
+        let wide = weigh(WeightOptions { super_uniform: 64.0, ..with(Weighting::Uniform) });
         assert!((wide.iter().sum::<f32>() - 1.0).abs() < 0.3, "{wide:?}");
     }
 
     #[test]
     fn tapers_halve_where_they_should() {
         // exp(-(pi theta u)^2 / (4 ln 2)) = 1/2 at u = 2 ln 2 / (pi theta).
-        let theta = 2.0 * std::f64::consts::LN_2 / (std::f64::consts::PI * 30.0);
+        let theta = 2.0 * std::f64::consts::LN_2 / (std::f64::consts::PI * 30.0_f64.hypot(0.1));
         let tapered = weigh(WeightOptions { taper_rad: Some(theta), ..WeightOptions::default() });
         assert!((tapered[2] - 1.0).abs() < 1e-6 && tapered[0] < 1e-3, "{tapered:?}");
         let inner = weigh(WeightOptions { inner_taper_rad: Some(theta), ..WeightOptions::default() });
