@@ -188,7 +188,7 @@ impl<'a> GainApplier<'a> {
 }
 
 /// Interval that holds a time (the shortest of several), or the one with the nearest middle.
-fn interval_of(table: &GainTable, time_jd: f64) -> usize {
+pub(crate) fn interval_of(table: &GainTable, time_jd: f64) -> usize {
     let holds = |i: &usize| (table.time_jd[*i] - time_jd).abs() * 86_400.0 <= table.interval_s[*i] / 2.0 + 1e-3;
     (0..table.time_jd.len())
         .filter(holds)
@@ -196,12 +196,12 @@ fn interval_of(table: &GainTable, time_jd: f64) -> usize {
         .unwrap_or_else(|| table.interval_at(time_jd))
 }
 
-fn known(table: &GainTable, at: (usize, usize, usize, usize)) -> Option<Complex64> {
+pub(crate) fn known(table: &GainTable, at: (usize, usize, usize, usize)) -> Option<Complex64> {
     let g = table.gains[at];
     (!table.flags[at] && g.norm_sqr() > 0.0 && g.norm_sqr().is_finite()).then_some(g)
 }
 
-fn nearest_channel(table: &GainTable, freq_hz: f64) -> usize {
+pub(crate) fn nearest_channel(table: &GainTable, freq_hz: f64) -> usize {
     let s = &table.spectrum;
     // Distance beyond the channel's edge first, so that a wide channel that holds the frequency wins over a near centre.
     let distance = |c: &usize| {

@@ -10,10 +10,21 @@
 //! | `reference` | the reference antenna and its substitutes |
 //! | `solve` | the whole set |
 //! | `apply` | gains onto or out of the data |
+//! | `closure`, `closure_sets` | closure phases and amplitudes, and on which antennas |
+//! | `degeneracy` | gain tables compared modulo what cannot be known |
+//! | `support` | do the closure phases support the model? |
+//! | `selfcal` | the loop of solving and imaging |
+//! | `identify` | what can be known |
 
 mod apply;
+mod closure;
+mod closure_sets;
 mod core;
+mod degeneracy;
 mod delay;
+mod identify;
+#[cfg(test)]
+mod identify_tests;
 mod interval;
 mod intervals;
 mod linalg;
@@ -21,15 +32,26 @@ mod model;
 mod normal;
 mod options;
 mod reference;
+mod selfcal;
+#[cfg(test)]
+mod selfcal_tests;
 mod solve;
 #[cfg(test)]
 mod solve_tests;
+mod support;
 #[cfg(test)]
 mod testdata;
 
 pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply};
+pub use closure::{
+    ClosureAmplitude, ClosureChannels, ClosureKey, ClosureOptions, ClosurePhase, ClosureSet, closure_amplitudes, closure_phases,
+};
+pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
+pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
 pub use interval::FlagReason;
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, SolutionInterval, SolveOptions, refant_from_names};
+pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, Start, StopReason, schedule, selfcal};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
+pub use support::ClosureSupport;
