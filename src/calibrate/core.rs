@@ -398,6 +398,33 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn noisy_gains_are_at_the_bottom_of_chi2() {
+        let mut rng = ChaCha8Rng::seed_from_u64(6);
+        let truth = random_gains(9, true, &mut rng);
+        let mut pairs = corrupted(&truth, |p, q| (p + q) % 4 != 1, &mut rng);
+        for p in 0..9 {
+            for q in p + 1..9 {
+                if pairs.mm(p, q) > 0.0 {
+                    pairs.add(p, q, Complex64::new(rng.random_range(-0.3..0.3), rng.random_range(-0.3..0.3)), 0.0);
+                }
+            }
+        }
+        let fit = solve_pairs(&pairs, true, 100, 1e-9).unwrap();
+        assert!(fit.converged);
+        let bottom = pairs.cost(&fit.gains);
+        for p in 0..9 {
+            for nudge in
+                [Complex64::new(1.0 + 1e-4, 0.0), Complex64::new(1.0 - 1e-4, 0.0), Complex64::new(1.0, 1e-4), Complex64::new(1.0, -1e-4)]
+            {
+                let mut g = fit.gains.clone();
+                g[p] *= nudge;
+                // The rise is quadratic, so a slope of even 1e-5 of the curvature would show.
+                assert!(pairs.cost(&g) > bottom, "{p} {nudge}");
+            }
+        }
+    }
+
+    #[test]
     fn noise_alone_is_solved_without_running_away() {
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         for _ in 0..30 {

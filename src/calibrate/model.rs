@@ -40,6 +40,12 @@ impl ModelVisibilities for PointModel {
         let w_factor = -(self.l * self.l + self.m * self.m) / (1.0 + n2.sqrt());
         let total: Vec<bool> = header.polarizations.iter().map(|p| p.is_parallel_hand() || *p == cittert_arrays::Polarization::I).collect();
         let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
+        if self.l == 0.0 && self.m == 0.0 {
+            for p in (0..total.len()).filter(|p| total[*p]) {
+                vis.index_axis_mut(ndarray::Axis(2), p).fill(Complex::new(self.flux as f32, 0.0));
+            }
+            return Ok(vis);
+        }
         for (row, uvw) in coverage.uvw_m.rows().into_iter().enumerate() {
             let path_m = uvw[0] * self.l + uvw[1] * self.m + uvw[2] * w_factor;
             for (c, freq_hz) in header.spectrum.freq_hz().iter().enumerate() {

@@ -134,6 +134,15 @@ impl NormalEquations {
         let n_ant = self.header.layout.n_ant();
         let n_feed = self.feeds.names.len();
         let n_cells = self.channels.n_groups() * n_feed * n_pairs(n_ant);
+        let n_pol = self.header.polarizations.len();
+        let samples = expected.1 * n_pol;
+        let (vis, weights) = (block.vis.as_standard_layout(), block.weights.as_standard_layout());
+        let (flags, model) = (block.flags.as_standard_layout(), model.as_standard_layout());
+        let (vis, weights, flags, model) = (vis.as_slice(), weights.as_slice(), flags.as_slice(), model.as_slice());
+        let (Some(vis), Some(weights), Some(flags), Some(model)) = (vis, weights, flags, model) else {
+            return Err(ChainError::Incompatible("a block whose arrays are not contiguous".into()));
+        };
+        let mut row_cells: Vec<(u32, Cell)> = Vec::new();
         for row in 0..block.n_rows() {
             let (a1, a2) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
             if a1.max(a2) >= n_ant {
@@ -156,39 +165,42 @@ impl NormalEquations {
                 rows: Vec::new(),
             });
             let pair = pair_index(n_ant, a1.min(a2), a1.max(a2));
-            let mut used = false;
-            let mut row_cells: BTreeMap<u32, Cell> = BTreeMap::new();
-            for (chan, group) in self.channels.group_of.iter().enumerate() {
-                for (pol, feed) in self.feeds.of_pol.iter().enumerate() {
-                    let Some(feed) = feed else { continue };
-                    let at = (row, chan, pol);
-                    let w = f64::from(block.usable_weight(row, chan, pol));
-                    if !(w > 0.0) {
-                        if block.flags[at] || block.weights[at] <= 0.0 {
-                            self.counts.flagged += 1;
-                        } else {
-                            self.counts.not_finite += 1;
+            let used_before = self.counts.used;
+            row_cells.clear();
+            let here = row * samples..(row + 1) * samples;
+            let (vis, weights, flags, model) = (&vis[here.clone()], &weights[here.clone()], &flags[here.clone()], &model[here]);
+            for (i, (((v, w), flag), m)) in vis.iter().zip(weights).zip(flags).zip(model).enumerate() {
+                let Some(feed) = self.feeds.of_pol[i % n_pol] else { continue };
+                if *flag || *w <= 0.0 {
+                    self.counts.flagged += 1;
+                    continue;
+                }
+                let (v, m, w) = (wide(*v), wide(*m), f64::from(*w));
+                if !(w.is_finite() && v.re.is_finite() && v.im.is_finite()) {
+                    self.counts.not_finite += 1;
+                    continue;
+                }
+                if !(m.re.is_finite() && m.im.is_finite()) {
+                    self.counts.bad_model += 1;
+                    continue;
+                }
+                let (v, m) = if a1 < a2 { (v, m) } else { (v.conj(), m.conj()) };
+                let index = (self.channels.group_of[i / n_pol] * n_feed + feed) * n_pairs(n_ant) + pair;
+                sums.cells[index].add(w, v, m);
+                self.counts.used += 1;
+                if self.options.robust.is_some() {
+                    match row_cells.iter_mut().find(|(at, _)| *at == index as u32) {
+                        Some((_, cell)) => cell.add(w, v, m),
+                        None => {
+                            let mut cell = Cell::default();
+                            cell.add(w, v, m);
+                            row_cells.push((index as u32, cell));
                         }
-                        continue;
                     }
-                    let m = wide(model[at]);
-                    if !(m.re.is_finite() && m.im.is_finite()) {
-                        self.counts.bad_model += 1;
-                        continue;
-                    }
-                    let v = wide(block.vis[at]);
-                    let (v, m) = if a1 < a2 { (v, m) } else { (v.conj(), m.conj()) };
-                    let index = (group * n_feed + feed) * n_pairs(n_ant) + pair;
-                    sums.cells[index].add(w, v, m);
-                    if self.options.robust.is_some() {
-                        row_cells.entry(index as u32).or_default().add(w, v, m);
-                    }
-                    used = true;
-                    self.counts.used += 1;
                 }
             }
-            sums.rows.extend(row_cells);
-            if used {
+            sums.rows.extend(row_cells.iter().copied());
+            if self.counts.used > used_before {
                 sums.span.add(coverage.time_jd[row], coverage.integration_s[row]);
                 self.present[a1] = true;
                 self.present[a2] = true;
