@@ -11,7 +11,7 @@
 //! MNRAS 408, 1029 (redundant baselines).
 
 use super::intervals::pairs_of;
-use super::linalg::{Matrix, dot, numerical_rank, singular_values};
+use super::linalg::{Matrix, dot, numerical_rank, singular_values, triangularise};
 use super::options::GainMode;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayLayout, SPEED_OF_LIGHT_M_S};
@@ -98,11 +98,11 @@ struct Half {
 /// Count unknowns, observables and null space of calibrating an array in one integration.
 ///
 /// # Errors
-/// Fewer than 2 antennas, more than 512 (the matrices are dense), or a frequency or bandwidth that is not positive.
+/// Fewer than 2 antennas, more than 256 (the matrices are dense), or a frequency or bandwidth that is not positive.
 pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Identifiability> {
     let n = layout.n_ant();
-    if !(2..=512).contains(&n) {
-        return Err(ChainError::BadOption { option: "antennas", value: n.to_string(), expected: "2 to 512".into() });
+    if !(2..=256).contains(&n) {
+        return Err(ChainError::BadOption { option: "antennas", value: n.to_string(), expected: "2 to 256".into() });
     }
     for (option, value) in [("freq", options.freq_hz), ("bandwidth", options.bandwidth_hz)] {
         if !(value.is_finite() && value > 0.0) {
@@ -124,25 +124,23 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     let turns = |x: f64, k: usize, p: usize| TAU * (options.freq_hz + x * options.bandwidth_hz / 2.0) / SPEED_OF_LIGHT_M_S * position[p][k];
     let scale = scale_of(&position, options.freq_hz);
     let columns = per_antenna * n + if point { 2 } else { 0 };
-    let mut rows = Vec::new();
-    for (c, x) in channels.iter().enumerate() {
-        for ((p, q), (g, sign)) in pairs_of(n).zip(&group) {
-            let mut row = vec![0.0; columns];
-            for (i, power) in [1.0, *x].iter().take(per_antenna).enumerate() {
-                row[i * n + p] = *power;
-                row[i * n + q] = -power;
-            }
-            if point {
-                for k in 0..2 {
-                    row[per_antenna * n + k] = (turns(*x, k, q) - turns(*x, k, p)) / scale;
-                }
-            }
-            // A reversed baseline measures the conjugate.
-            row.iter_mut().for_each(|r| *r *= sign);
-            rows.push((c * unique + g, row));
+    // The part of antenna p in the rows of its baselines, at offset x.
+    let phase_part = |x: f64, p: usize| {
+        let mut part = vec![0.0; columns];
+        for (i, power) in [1.0, x].iter().take(per_antenna).enumerate() {
+            part[i * n + p] = *power;
         }
+        if point {
+            (0..2).for_each(|k| part[per_antenna * n + k] = -turns(x, k, p) / scale);
+        }
+        part
+    };
+    let mut stack = RowStack::new(columns);
+    for x in &channels {
+        let parts: Vec<Vec<f64>> = (0..n).map(|p| phase_part(*x, p)).collect();
+        if free { stack.add_groups(&parts, &group, -1.0) } else { stack.add_differences(&parts) }
     }
-    let phase = half(rows, columns, free);
+    let phase = stack.decompose();
     let mut named = Vec::new();
     let mut candidates = phase_candidates(n, &channels, &turns, scale, point);
     if !point && !free {
@@ -157,18 +155,24 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     // Amplitudes: columns are log amplitudes, where they are solved, then the log flux of the point.
     let gains = options.mode == GainMode::AmpPhase;
     let columns = if gains { n } else { 0 } + usize::from(point);
-    let rows = pairs_of(n).zip(&group).map(|((p, q), (g, _))| {
-        let mut row = vec![0.0; columns];
+    let amplitude_part = |p: usize| {
+        let mut part = vec![0.0; columns];
         if gains {
-            row[p] = 1.0;
-            row[q] = 1.0;
+            part[p] = 1.0;
         }
         if point {
-            row[columns - 1] = 1.0;
+            part[columns - 1] = 0.5;
         }
-        (*g, row)
-    });
-    let amplitude = half(rows.collect(), columns, free);
+        part
+    };
+    let parts: Vec<Vec<f64>> = (0..n).map(amplitude_part).collect();
+    let mut stack = RowStack::new(columns);
+    if free {
+        stack.add_groups(&parts, &group, 1.0)
+    } else {
+        stack.add_sums(&parts)
+    }
+    let amplitude = stack.decompose();
     if columns > 0 {
         let mut flux = vec![1.0; columns];
         if point && gains {
@@ -190,15 +194,10 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     let sky_unknowns = 2 * sky_visibilities + if point { 3 } else { 0 };
     let amplitude_data = if gains || point || free { baselines * channels.len() } else { 0 };
     let rank = phase.rank + amplitude.rank + 2 * sky_visibilities;
-    let antenna_half = |sign: f64| {
-        let row = |(p, q): (usize, usize)| {
-            let mut row = vec![0.0; n];
-            row[p] = 1.0;
-            row[q] = sign;
-            (0, row)
-        };
-        half(pairs_of(n).map(row).collect(), n, false).rank
-    };
+    let units: Vec<Vec<f64>> = (0..n).map(|p| (0..n).map(|q| if p == q { 1.0 } else { 0.0 }).collect()).collect();
+    let (mut differences, mut sums) = (RowStack::new(n), RowStack::new(n));
+    differences.add_differences(&units);
+    sums.add_sums(&units);
     let (largest, smallest) = (phase.largest.max(amplitude.largest), phase.smallest.min(amplitude.smallest));
     Ok(Identifiability {
         antennas: n,
@@ -210,8 +209,8 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
         rank,
         null_dimensions: unknowns - rank,
         modes: named,
-        closure_phases: baselines - antenna_half(-1.0),
-        closure_amplitudes: baselines - antenna_half(1.0),
+        closure_phases: baselines - differences.decompose().rank,
+        closure_amplitudes: baselines - sums.decompose().rank,
         condition: if smallest.is_finite() && smallest > 0.0 { largest / smallest } else { 1.0 },
     })
 }
@@ -246,32 +245,95 @@ fn scale_of(position: &[[f64; 3]], freq_hz: f64) -> f64 {
     (TAU * freq_hz / SPEED_OF_LIGHT_M_S * spread.sqrt()).max(f64::MIN_POSITIVE)
 }
 
-/// Rank and null space of rows labelled by their group; with a free image each group loses its mean, which is the image's.
-fn half(rows: Vec<(usize, Vec<f64>)>, columns: usize, free: bool) -> Half {
-    if columns == 0 {
-        return Half { rank: 0, null: Vec::new(), largest: 0.0, smallest: f64::INFINITY };
-    }
-    let rows: Vec<Vec<f64>> = if free { without_group_means(rows, columns) } else { rows.into_iter().map(|r| r.1).collect() };
-    let mut m = Matrix::zeros(rows.len().max(1), columns);
-    rows.iter().enumerate().for_each(|(i, r)| m.row_mut(i).copy_from_slice(r));
-    let (sigma, vectors) = singular_values(m);
-    let rank = numerical_rank(&sigma, rows.len());
-    Half {
-        rank,
-        null: (rank..columns).map(|i| vectors.row(i).to_vec()).collect(),
-        largest: sigma.first().copied().unwrap_or(0.0),
-        smallest: if rank > 0 { sigma[rank - 1] } else { f64::INFINITY },
-    }
+/// Rows of a Jacobian. All pairs of n antennas make n (n - 1) / 2 of them, which are not kept: rows that give the same
+/// normal matrix, and so the same singular values and null space, are.
+pub(super) struct RowStack {
+    columns: usize,
+    rows: Vec<Vec<f64>>,
+    /// Rows that went through here.
+    seen: usize,
 }
 
-fn without_group_means(mut rows: Vec<(usize, Vec<f64>)>, columns: usize) -> Vec<Vec<f64>> {
-    rows.sort_by_key(|r| r.0);
-    let mut out = Vec::new();
-    for group in rows.chunk_by(|a, b| a.0 == b.0).filter(|g| g.len() > 1) {
-        let mean: Vec<f64> = (0..columns).map(|c| group.iter().map(|r| r.1[c]).sum::<f64>() / group.len() as f64).collect();
-        out.extend(group.iter().map(|r| r.1.iter().zip(&mean).map(|(x, m)| x - m).collect::<Vec<f64>>()));
+impl RowStack {
+    pub(super) fn new(columns: usize) -> Self {
+        Self { columns, rows: Vec::new(), seen: 0 }
     }
-    out
+
+    fn push(&mut self, row: Vec<f64>) {
+        self.seen += 1;
+        self.rows.push(row);
+        // A triangle says as much as all the rows above it.
+        if self.rows.len() >= 4 * self.columns.max(16) {
+            let mut m = self.matrix();
+            triangularise(&mut m);
+            self.rows = (0..self.columns).map(|r| (0..self.columns).map(|c| if c < r { 0.0 } else { m[(r, c)] }).collect()).collect();
+        }
+    }
+
+    fn matrix(&self) -> Matrix {
+        let mut m = Matrix::zeros(self.rows.len().max(1), self.columns);
+        self.rows.iter().enumerate().for_each(|(i, r)| m.row_mut(i).copy_from_slice(r));
+        m
+    }
+
+    /// The rows a_p - a_q of all pairs: their normal matrix is n sum (a_p - mean)(a_p - mean)^T.
+    pub(super) fn add_differences(&mut self, parts: &[Vec<f64>]) {
+        let n = parts.len() as f64;
+        let mean: Vec<f64> = (0..self.columns).map(|c| parts.iter().map(|a| a[c]).sum::<f64>() / n).collect();
+        for a in parts {
+            self.push(a.iter().zip(&mean).map(|(a, m)| (a - m) * n.sqrt()).collect());
+        }
+    }
+
+    /// The rows a_p + a_q of all pairs: their normal matrix is (n - 2) sum a_p a_p^T + (sum a_p)(sum a_p)^T.
+    pub(super) fn add_sums(&mut self, parts: &[Vec<f64>]) {
+        let factor = (parts.len() as f64 - 2.0).max(0.0).sqrt();
+        for a in parts {
+            self.push(a.iter().map(|a| a * factor).collect());
+        }
+        self.push((0..self.columns).map(|c| parts.iter().map(|a| a[c]).sum()).collect());
+    }
+
+    /// The rows a_p + sign a_q less the mean of their group of equal baselines, which a free image takes up. Phases (sign -1)
+    /// of reversed baselines are turned.
+    fn add_groups(&mut self, parts: &[Vec<f64>], group: &[(usize, f64)], sign: f64) {
+        let mut members: Vec<(usize, f64, usize, usize)> =
+            pairs_of(parts.len()).zip(group).map(|((p, q), (g, turn))| (*g, *turn, p, q)).collect();
+        members.sort_by_key(|m| m.0);
+        for group in members.chunk_by(|a, b| a.0 == b.0).filter(|g| g.len() > 1) {
+            let row = |(_, turn, p, q): &(usize, f64, usize, usize)| {
+                let turn = if sign < 0.0 { *turn } else { 1.0 };
+                parts[*p].iter().zip(&parts[*q]).map(|(a, b)| turn * (a + sign * b)).collect::<Vec<f64>>()
+            };
+            let mut mean = vec![0.0; self.columns];
+            for m in group {
+                mean.iter_mut().zip(row(m)).for_each(|(s, r)| *s += r / group.len() as f64);
+            }
+            for m in group {
+                self.push(row(m).iter().zip(&mean).map(|(r, m)| r - m).collect());
+            }
+        }
+    }
+
+    /// Rank, null space and extreme singular values.
+    fn decompose(&self) -> Half {
+        if self.columns == 0 {
+            return Half { rank: 0, null: Vec::new(), largest: 0.0, smallest: f64::INFINITY };
+        }
+        let (sigma, vectors) = singular_values(self.matrix());
+        let rank = numerical_rank(&sigma, self.seen);
+        Half {
+            rank,
+            null: (rank..self.columns).map(|i| vectors.row(i).to_vec()).collect(),
+            largest: sigma.first().copied().unwrap_or(0.0),
+            smallest: if rank > 0 { sigma[rank - 1] } else { f64::INFINITY },
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn singular_values(&self) -> Vec<f64> {
+        singular_values(self.matrix()).0
+    }
 }
 
 /// Directions that are known to be degenerate, by name.

@@ -1,5 +1,8 @@
 //! Tests of the counts of unknowns and degeneracies.
 
+use super::identify::RowStack;
+use super::intervals::pairs_of;
+use super::linalg::{Matrix, singular_values};
 use super::*;
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
 use rand::{RngExt, SeedableRng};
@@ -84,6 +87,27 @@ fn a_regular_line_has_one_shift_whatever_the_order_of_its_antennas() {
         let i = run(&layout(&line), GainMode::AmpPhase, ModelKnowledge::FreeImage);
         assert_eq!(names(&i), [("common phase", 1), ("image shift along l", 1), ("flux scale", 1)], "{order:?}");
         assert_eq!(i.unique_baselines, 5);
+    }
+}
+
+#[test]
+fn short_rows_have_the_singular_values_of_all_pairs() {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let (n, columns) = (7, 5);
+    let parts: Vec<Vec<f64>> = (0..n).map(|_| (0..columns).map(|_| rng.random_range(-1.0..1.0)).collect()).collect();
+    for sign in [-1.0, 1.0] {
+        let mut full = Matrix::zeros(n * (n - 1) / 2, columns);
+        for (i, (p, q)) in pairs_of(n).enumerate() {
+            (0..columns).for_each(|c| full[(i, c)] = parts[p][c] + sign * parts[q][c]);
+        }
+        let mut short = RowStack::new(columns);
+        if sign < 0.0 {
+            short.add_differences(&parts)
+        } else {
+            short.add_sums(&parts)
+        }
+        let (a, b) = (singular_values(full).0, short.singular_values());
+        assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12), "{a:?} {b:?}");
     }
 }
 

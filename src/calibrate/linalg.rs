@@ -199,7 +199,7 @@ fn rotate(m: &mut Matrix, p: usize, q: usize, c: f64, s: f64) {
 }
 
 /// Replace a tall matrix by its triangle R of the QR decomposition; rows below are left as they fall.
-fn triangularise(a: &mut Matrix) {
+pub(crate) fn triangularise(a: &mut Matrix) {
     let (rows, cols) = (a.rows, a.cols);
     for k in 0..cols.min(rows) {
         let length = (k..rows).map(|r| a[(r, k)].powi(2)).sum::<f64>().sqrt();
