@@ -291,18 +291,21 @@ fn round(
 ) -> Result<RoundRecord> {
     let solve = SolveOptions { mode: plan.mode, solint: plan.solint, normalize: plan.mode == GainMode::AmpPhase, ..options.solve.clone() };
     let first = start.is_some();
-    let mut sums = match start {
-        Some(Start::Point { flux, l, m }) => {
-            let mut sums = NormalEquations::of(data, &mut PointModel { flux: flux.unwrap_or(1.0), l, m }, &solve, observer)?;
-            if flux.is_none() {
-                sums.scale_model(sums.flux_estimate());
+    let (mut sums, independent_model) = match start {
+        Some(Start::Point { flux, l, m }) => (point_sums(data, flux, (l, m), &solve, observer)?, true),
+        Some(Start::Model(model)) => (NormalEquations::of(data, model, &solve, observer)?, true),
+        Some(Start::Data) => {
+            let sums = NormalEquations::of(data, maker, &solve, observer)?;
+            if sums.counts.used > 0 && sums.check_usable().is_err() {
+                observer.event(Event::Note("nothing in the first image stands out: starting from a point at the phase centre"));
+                (point_sums(data, None, (0.0, 0.0), &solve, observer)?, true)
+            } else {
+                (sums, false)
             }
-            sums
         }
-        Some(Start::Model(model)) => NormalEquations::of(data, model, &solve, observer)?,
-        Some(Start::Data) | None => NormalEquations::of(data, maker, &solve, observer)?,
+        None => (NormalEquations::of(data, maker, &solve, observer)?, false),
     };
-    let support = sums.closure_support();
+    let support = ClosureSupport { independent_model, ..sums.closure_support() };
     let solved = match sums.solve(observer) {
         // Noise rarely reaches the least signal to noise. The user is told that it is noise, with an image that shows it.
         Err(ChainError::NoData(_)) if first && !support.is_signal() && solve.min_snr > 0.0 => {
@@ -315,6 +318,21 @@ fn round(
     drop(sums);
     let metrics = maker.update(&mut CalibratedSource::new(data, &gains, options.apply)?, plan, observer)?;
     Ok(RoundRecord { plan: *plan, gains, report, metrics, support })
+}
+
+/// Sums against a point, of a flux that explains the data where none is given.
+fn point_sums(
+    data: &mut dyn VisibilitySource,
+    flux: Option<f64>,
+    (l, m): (f64, f64),
+    solve: &SolveOptions,
+    observer: &dyn Observer,
+) -> Result<NormalEquations> {
+    let mut sums = NormalEquations::of(data, &mut PointModel { flux: flux.unwrap_or(1.0), l, m }, solve, observer)?;
+    if flux.is_none() {
+        sums.scale_model(sums.flux_estimate());
+    }
+    Ok(sums)
 }
 
 impl NormalEquations {

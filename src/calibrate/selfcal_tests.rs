@@ -159,6 +159,26 @@ fn noise_on_a_point_model_draws_the_warning_and_a_source_does_not() {
 }
 
 #[test]
+fn noise_is_told_when_the_first_model_comes_from_the_data_too() {
+    let mut o = options(GainMode::Phase, 2);
+    o.schedule.iter_mut().for_each(|p| p.solint = SolutionInterval::Infinite);
+    let (mut warned, mut false_alarms) = (0, 0);
+    for seed in 0..40 {
+        let noise = Scene { sigma: 1.0, seed, sources: Vec::new(), ..Scene::point(10, 6) };
+        // A low threshold lets noise peaks into the model.
+        o.schedule[0].nsigma = if seed % 2 == 0 { 1.5 } else { 30.0 };
+        let run = |scene: &Scene| {
+            let phase = random_phases(10, 0.5, seed);
+            let mut data = scene.set(|_, a, _, _| cis(phase[a]));
+            !selfcal(&mut data, &mut TinyClean::default(), Start::Data, &o, &Silent).unwrap().warnings.is_empty()
+        };
+        warned += usize::from(run(&noise));
+        false_alarms += usize::from(run(&Scene { sources: vec![(0.0, 0.0, 3.0)], ..noise }));
+    }
+    assert!(warned >= 38 && false_alarms < 2, "{warned} warned of 40 of noise, {false_alarms} of 40 of a source");
+}
+
+#[test]
 fn the_best_round_is_kept_and_the_reason_to_stop_is_told() {
     let phase = random_phases(12, 0.5, 6);
     let mut data = double(0.02).set(|_, a, _, _| cis(phase[a]));

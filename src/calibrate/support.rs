@@ -7,7 +7,8 @@
 //! if they share a baseline, so their sum over its standard deviation is a significance.
 //!
 //! A model that was made from the data cannot be tested against the same noise. The second test needs none: samples are
-//! dealt alternately into two halves, and the triangle products of one half are correlated with those of the other.
+//! dealt alternately into two halves, and the triangle products of one half are correlated with those of the other; the
+//! model's phases drop out.
 
 use super::intervals::{n_pairs, pair_index};
 use super::normal::{Cell, NormalEquations};
@@ -15,9 +16,9 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 /// Significance below which the data do not support the model, in standard deviations of noise. Sums over few triangles have
-/// wide tails, and so have the products of two halves: hence more than the usual 3.
+/// wide tails, and products of two halves wider ones: hence more than the usual 3.
 const MODEL_LIMIT: f64 = 4.0;
-const HALVES_LIMIT: f64 = 5.0;
+const HALVES_LIMIT: f64 = 10.0;
 /// Triangles looked at in all; beyond, intervals are sampled evenly.
 const MOST_TRIANGLES: usize = 20_000_000;
 /// Closure phases less certain than this say too little about the model's shape, rad.
@@ -26,8 +27,10 @@ const CERTAIN_RAD: f64 = 0.5;
 /// What the closure phases of a set say about a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosureSupport {
-    /// Significance of the model in the closure phases, in standard deviations of pure noise. Meaningless for a model that was
-    /// made from the same data.
+    /// True where the model was not made from these data, so that it does not share their noise.
+    pub independent_model: bool,
+    /// Significance of the model in the closure phases, in standard deviations of pure noise. Too large for a model that is
+    /// not independent.
     pub model_sigmas: f64,
     /// Significance of any signal in the closure phases, from two halves of the data; `None` where intervals hold single samples.
     pub halves_sigmas: Option<f64>,
@@ -40,10 +43,12 @@ pub struct ClosureSupport {
 }
 
 impl ClosureSupport {
-    /// False where the closure phases are those of noise.
+    /// False where the closure phases are those of noise. A model that was made from the data counts only where there are no
+    /// two halves to compare.
     #[must_use]
     pub fn is_signal(&self) -> bool {
-        self.model_sigmas >= MODEL_LIMIT || self.halves_sigmas.is_some_and(|z| z >= HALVES_LIMIT)
+        let model = self.model_sigmas >= MODEL_LIMIT && (self.independent_model || self.halves_sigmas.is_none());
+        model || self.halves_sigmas.is_some_and(|z| z >= HALVES_LIMIT)
     }
 
     /// A sentence for the user where the closure phases are those of noise.
@@ -97,7 +102,7 @@ impl Sums {
 }
 
 impl NormalEquations {
-    /// Compare the closure phases of the data with those of the model.
+    /// Compare the closure phases of the data with those of the model, which is taken to be independent of them.
     #[must_use]
     pub fn closure_support(&self) -> ClosureSupport {
         let n = self.header.layout.n_ant();
@@ -110,6 +115,7 @@ impl NormalEquations {
         let s = parts.into_iter().fold(Sums::default(), Sums::plus);
         let ratio = |x: f64, var: f64, power: f64| if var > 0.0 { x / (var.sqrt() * scale2.powf(power)) } else { 0.0 };
         ClosureSupport {
+            independent_model: true,
             model_sigmas: ratio(s.model, s.model_var, 1.5),
             halves_sigmas: (s.halves_var > 0.0).then(|| ratio(s.halves, s.halves_var, 3.0)),
             misfit_rad: (s.bend_weight > 0.0).then(|| (2.0 * (s.bend - s.bend_noise).max(0.0) / s.bend_weight).sqrt()),
