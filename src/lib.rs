@@ -2,6 +2,7 @@
 
 pub mod calibrate;
 pub mod error;
+pub mod fourier;
 pub mod progress;
 
 pub use error::{ChainError, Result};
