@@ -8,6 +8,7 @@
 //! add the tiles to the planes of the w term, transform, and divide by the transform of the kernel.
 
 mod channels;
+mod convolve;
 mod degridder;
 pub mod dft;
 mod fft;
@@ -22,6 +23,7 @@ mod sort;
 mod tests;
 mod wplanes;
 
+pub use convolve::{Convolver, Spectrum};
 pub use degridder::Degridder;
 pub use gridder::Gridder;
 pub use kernel::Kernel;
