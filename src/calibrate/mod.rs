@@ -14,9 +14,13 @@
 //! | `degeneracy` | gain tables compared modulo what cannot be known |
 //! | `support` | do the closure phases support the model? |
 //! | `selfcal` | the loop of solving and imaging |
+//! | `clean_maker` | CLEAN as the model maker of the loop |
 //! | `identify` | what can be known |
 
 mod apply;
+mod clean_maker;
+#[cfg(test)]
+mod clean_maker_tests;
 mod closure;
 mod closure_sets;
 mod core;
@@ -43,6 +47,7 @@ mod support;
 mod testdata;
 
 pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply};
+pub use clean_maker::CleanMaker;
 pub use closure::{
     ClosureAmplitude, ClosureChannels, ClosureKey, ClosureOptions, ClosurePhase, ClosureSet, closure_amplitudes, closure_phases,
 };

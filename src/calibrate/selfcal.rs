@@ -60,8 +60,8 @@ pub struct RoundPlan {
     pub mode: GainMode,
     /// How long a solution holds.
     pub solint: SolutionInterval,
-    /// The model takes only what stands so many times above the noise: high at first, so that errors of the uncalibrated
-    /// image do not enter the model, lower as it gets better. Makers use it for their threshold or their growing mask.
+    /// The model takes only what stands so many times above the noise of the residual: more at first, so that errors of the
+    /// uncalibrated image do not enter the model, less as it gets better. Makers use it for their threshold or growing mask.
     pub nsigma: f64,
     /// True in the last planned round, in which the model may go to its final depth.
     pub last: bool,
@@ -85,8 +85,9 @@ pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize) -> Vec<
                 SolutionInterval::Seconds(s) => SolutionInterval::Seconds(s * longer),
                 other => other,
             };
-            let left = (rounds - 1 - i) as f64;
-            RoundPlan { mode: if amp { mode } else { first }, solint, nsigma: (4.0 * 1.8_f64.powf(left)).min(30.0), last: i + 1 == rounds }
+            // The noise is that of the residual, which holds the errors of calibration: 6 sigma of it keep out most of them.
+            let left = (rounds - 1 - i) as f64 / (rounds - 1).max(1) as f64;
+            RoundPlan { mode: if amp { mode } else { first }, solint, nsigma: 3.0 * 2.0_f64.powf(left), last: i + 1 == rounds }
         })
         .collect()
 }
@@ -178,10 +179,12 @@ impl std::fmt::Display for StopReason {
 pub struct Selfcal {
     /// Every round, in order.
     pub rounds: Vec<RoundRecord>,
-    /// Index of the best round, whose images the maker holds.
+    /// Index of the best round, from whose gains the images of the maker are.
     pub best: usize,
     /// Metrics of the image before any calibration, where one was made.
     pub before: Option<ModelMetrics>,
+    /// Metrics of the last image, where the best round's was made again to the full depth.
+    pub deepened: Option<ModelMetrics>,
     /// Why it ended.
     pub stop: StopReason,
     /// What makes the result doubtful, in sentences; they went to the observer too.
@@ -189,6 +192,12 @@ pub struct Selfcal {
 }
 
 impl Selfcal {
+    /// Metrics of the image that the maker holds at the end.
+    #[must_use]
+    pub fn final_metrics(&self) -> ModelMetrics {
+        self.deepened.unwrap_or(self.best().metrics)
+    }
+
     /// The record of the best round.
     #[must_use]
     pub fn best(&self) -> &RoundRecord {
@@ -210,7 +219,7 @@ pub fn selfcal(
     let Some(first) = options.schedule.first() else {
         return Err(ChainError::BadOption { option: "rounds", value: "0".into(), expected: "at least 1".into() });
     };
-    let mut out = Selfcal { rounds: Vec::new(), best: 0, before: None, stop: StopReason::Completed, warnings: Vec::new() };
+    let mut out = Selfcal { rounds: Vec::new(), best: 0, before: None, deepened: None, stop: StopReason::Completed, warnings: Vec::new() };
     let mut start = Some(start);
     if matches!(start, Some(Start::Data)) {
         out.before = Some(maker.update(data, &RoundPlan { last: false, ..*first }, observer)?);
@@ -241,7 +250,7 @@ pub fn selfcal(
         let so_far = out.rounds.get(out.best).map_or(0.0, |b| b.metrics.dynamic_range());
         idle = if range > so_far * (1.0 + options.improvement) { 0 } else { idle + 1 };
         if out.rounds.is_empty() {
-            warn_of_noise(&record.support, &mut out.warnings, observer);
+            judge_start(&record.support, &mut out.warnings, observer);
         }
         out.rounds.push(record);
         if range > so_far || out.rounds.len() == 1 {
@@ -263,8 +272,17 @@ pub fn selfcal(
             }
         }
     }
-    if out.best + 1 != out.rounds.len() {
+    if out.best().plan.last {
         maker.recall();
+    } else {
+        // The best gains deserve an image of full depth, which the plan of their round did not allow.
+        let best = &out.rounds[out.best];
+        let plan = RoundPlan { last: true, ..best.plan };
+        match maker.update(&mut CalibratedSource::new(data, &best.gains, options.apply)?, &plan, observer) {
+            Ok(metrics) => out.deepened = Some(metrics),
+            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(_) => maker.recall(),
+        }
     }
     if let Some(warning) = out.rounds.last().and_then(|r| r.support.misfit_warning()) {
         observer.event(Event::Warning(&warning));
@@ -273,7 +291,12 @@ pub fn selfcal(
     Ok(out)
 }
 
-fn warn_of_noise(support: &ClosureSupport, warnings: &mut Vec<String>, observer: &dyn Observer) {
+fn judge_start(support: &ClosureSupport, warnings: &mut Vec<String>, observer: &dyn Observer) {
+    if let Some(misfit) = support.misfit_rad.filter(|m| *m > 0.5) {
+        observer.event(Event::Note(&format!(
+            "the closure phases of the starting model are off by {misfit:.2} rad rms: if the rounds do not converge, start from the data or a better model"
+        )));
+    }
     if let Some(warning) = support.noise_warning() {
         observer.event(Event::Warning(&warning));
         warnings.push(warning);
