@@ -19,7 +19,7 @@ fn scene() -> Scene {
         sources: vec![(4.0 * CELL, -6.0 * CELL, 1.0), (-9.0 * CELL, 3.0 * CELL, 0.3), (12.0 * CELL, 11.0 * CELL, 0.05)],
         sigma: 0.05,
         integration_s: 300.0,
-        ..Scene::point(18, 10)
+        ..Scene::point(18, 6)
     }
 }
 
@@ -31,16 +31,12 @@ fn maker() -> CleanMaker {
 
 #[test]
 fn half_a_radian_of_phase_is_calibrated_away() {
-    let phase = random_phases(180, 0.5 * 3.0_f64.sqrt(), 11);
+    let phase = random_phases(108, 0.5 * 3.0_f64.sqrt(), 11);
     let mut data = scene().set(|t, a, _, _| cis(phase[t * 18 + a]));
     let mut o = SelfcalOptions::new(GainMode::Phase, SolutionInterval::Integration, 5);
     o.solve.feeds = FeedGroups::Joined;
     let mut m = maker();
     let out = selfcal(&mut data, &mut m, Start::Data, &o, &Silent).unwrap();
-    for r in &out.rounds { let mut truth = r.gains.clone();
-    truth.gains.indexed_iter_mut().for_each(|((t, a, _, _), g)| *g = cis(phase[t * 18 + a]));
-    let c = compare_gains(&r.gains, &truth, CompareOptions { gradient: true, flux_scale: false }).unwrap();
-eprintln!("R dr {:.0} rms {:.2e} it {} flux {:.3} ph {:.4} chi2 {:.3} flagged {:?} {:?} ns {} stop {}", r.metrics.dynamic_range(), r.metrics.residual_rms, r.metrics.iterations, r.metrics.model_flux, c.rms_phase_rad, r.report.reduced_chi2(), r.report.flagged, r.support, r.plan.nsigma, out.stop); }
     let plan = RoundPlan { last: true, ..o.schedule[4] };
     let (before, best) = (out.before.unwrap(), out.final_metrics());
     let ideal = maker().update(&mut scene().set(|_, _, _, _| cis(0.0)), &plan, &Silent).unwrap();
