@@ -1,5 +1,6 @@
 //! Aperture synthesis: from an array layout and a scene to visibilities, images and calibrations.
 
+pub mod calibrate;
 pub mod cli;
 pub mod deconvolve;
 pub mod error;

@@ -1,0 +1,393 @@
+//! Applying gains: V = V_corrupt / (g1 conj(g2)), or its inverse, block by block.
+//!
+//! The weights follow: dividing by a product of gains divides the noise by it, so the weight is multiplied by its square.
+
+use super::intervals::JOINED;
+use crate::progress::{Event, Observer};
+use crate::{ChainError, Result};
+use cittert_arrays::{GainTable, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
+use num_complex::{Complex, Complex64};
+
+const BLOCK_BYTES: usize = 32 << 20;
+
+/// Whether gains are taken out of the data or put on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Direction {
+    /// Divide by g1 conj(g2): corrupted data become calibrated.
+    Calibrate,
+    /// Multiply by g1 conj(g2): true visibilities become corrupted.
+    Corrupt,
+}
+
+/// The gain between the middles of solution intervals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// That of the interval that holds the time, or of the nearest one.
+    Nearest,
+    /// Amplitude and phase linear in time, the phase along the shorter way round; constant before the first and after the last.
+    Linear,
+}
+
+/// How gains are applied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ApplyOptions {
+    /// Calibrate or corrupt.
+    pub direction: Direction,
+    /// Between solution intervals.
+    pub interpolation: Interpolation,
+    /// Flag data without a gain; otherwise they pass unchanged.
+    pub flag_unsolved: bool,
+}
+
+impl Default for ApplyOptions {
+    fn default() -> Self {
+        Self { direction: Direction::Calibrate, interpolation: Interpolation::Nearest, flag_unsolved: true }
+    }
+}
+
+/// What became of the samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ApplyCounts {
+    /// Samples multiplied or divided by gains.
+    pub applied: u64,
+    /// Samples flagged because a gain is missing, flagged or zero.
+    pub flagged: u64,
+}
+
+/// A gain table made ready for the rows of one set.
+#[derive(Debug, Clone)]
+pub struct GainApplier<'a> {
+    table: &'a GainTable,
+    options: ApplyOptions,
+    /// Antenna of the table for each antenna of the set.
+    antenna: Vec<Option<usize>>,
+    /// Channel of the table for each channel of the set.
+    channel: Vec<usize>,
+    /// Feeds of the table for each polarisation of the set.
+    feeds: Vec<(usize, usize)>,
+    /// Intervals in order of time.
+    order: Vec<usize>,
+    /// Time for which `now` holds.
+    time_jd: f64,
+    /// \[ant of the set, chan of the table, feed\]; `None` where there is no gain.
+    now: Vec<Option<Complex64>>,
+}
+
+impl<'a> GainApplier<'a> {
+    /// Match a table to a set: antennas by name, channels by frequency, feeds by name.
+    ///
+    /// # Errors
+    /// A table of broken shape, without a common antenna, for feeds of another kind than the set's polarisations, or with a
+    /// gain for each feed while the set has Stokes parameters.
+    pub fn new(table: &'a GainTable, header: &VisibilityHeader, options: ApplyOptions) -> Result<Self> {
+        table.check()?;
+        let antenna: Vec<Option<usize>> = header.layout.antennas().iter().map(|a| table.layout.index_of(&a.name)).collect();
+        if antenna.iter().all(Option::is_none) {
+            return Err(ChainError::Incompatible(format!(
+                "no antenna of the set ({}, ...) is in the gain table ({}, ...)",
+                header.layout.antennas()[0].name,
+                table.layout.antennas()[0].name
+            )));
+        }
+        let channel = header.spectrum.freq_hz().iter().map(|f| nearest_channel(table, *f)).collect();
+        let mut order: Vec<usize> = (0..table.time_jd.len()).collect();
+        order.sort_by(|a, b| table.time_jd[*a].total_cmp(&table.time_jd[*b]));
+        Ok(Self { table, options, antenna, channel, feeds: match_feeds(table, header)?, order, time_jd: f64::NAN, now: Vec::new() })
+    }
+
+    /// Apply the gains to a block in place.
+    ///
+    /// # Errors
+    /// A block of another shape than the set's, or an antenna that the set does not have.
+    pub fn apply(&mut self, block: &mut VisibilityBlock) -> Result<ApplyCounts> {
+        let (_, n_chan, n_pol) = block.vis.dim();
+        if (n_chan, n_pol) != (self.channel.len(), self.feeds.len()) {
+            return Err(ChainError::Incompatible(format!(
+                "a block of {n_chan} channels and {n_pol} polarisations, the gains were matched to {} and {}",
+                self.channel.len(),
+                self.feeds.len()
+            )));
+        }
+        let mut counts = ApplyCounts::default();
+        for row in 0..block.n_rows() {
+            let (a1, a2) = (block.coverage.ant1[row] as usize, block.coverage.ant2[row] as usize);
+            if a1.max(a2) >= self.antenna.len() {
+                return Err(ChainError::Incompatible(format!("a row names antenna {}, the array has {}", a1.max(a2), self.antenna.len())));
+            }
+            self.move_to(block.coverage.time_jd[row]);
+            for chan in 0..n_chan {
+                for pol in 0..n_pol {
+                    let (f1, f2) = self.feeds[pol];
+                    let product = match (self.gain(a1, chan, f1), self.gain(a2, chan, f2)) {
+                        (Some(g1), Some(g2)) => g1 * g2.conj(),
+                        _ => {
+                            if self.options.flag_unsolved {
+                                block.flags[(row, chan, pol)] = true;
+                                counts.flagged += 1;
+                            }
+                            continue;
+                        }
+                    };
+                    let factor = if self.options.direction == Direction::Calibrate { product.inv() } else { product };
+                    let at = (row, chan, pol);
+                    let v = block.vis[at];
+                    let new = Complex64::new(f64::from(v.re), f64::from(v.im)) * factor;
+                    block.vis[at] = Complex::new(new.re as f32, new.im as f32);
+                    block.weights[at] = (f64::from(block.weights[at]) / factor.norm_sqr()) as f32;
+                    counts.applied += 1;
+                }
+            }
+        }
+        Ok(counts)
+    }
+
+    fn gain(&self, ant: usize, chan: usize, feed: usize) -> Option<Complex64> {
+        let (_, _, n_chan, n_feed) = self.table.gains.dim();
+        self.now[(ant * n_chan + self.channel[chan]) * n_feed + feed]
+    }
+
+    /// Make `now` hold the gains of a time.
+    fn move_to(&mut self, time_jd: f64) {
+        if time_jd == self.time_jd && !self.now.is_empty() {
+            return;
+        }
+        self.time_jd = time_jd;
+        let (_, _, n_chan, n_feed) = self.table.gains.dim();
+        let mut now = vec![None; self.antenna.len() * n_chan * n_feed];
+        let nearest = interval_of(self.table, time_jd);
+        for (ant, place) in self.antenna.iter().enumerate() {
+            let Some(a) = place else { continue };
+            for c in 0..n_chan {
+                for f in 0..n_feed {
+                    now[(ant * n_chan + c) * n_feed + f] = match self.options.interpolation {
+                        Interpolation::Nearest => known(self.table, (nearest, *a, c, f)),
+                        Interpolation::Linear => self.between(time_jd, *a, c, f),
+                    };
+                }
+            }
+        }
+        self.now = now;
+    }
+
+    /// Linear between the nearest unflagged gains before and after.
+    fn between(&self, time_jd: f64, a: usize, c: usize, f: usize) -> Option<Complex64> {
+        let times = &self.table.time_jd;
+        let split = self.order.partition_point(|t| times[*t] <= time_jd);
+        let pick = |t: &usize| known(self.table, (*t, a, c, f)).map(|g| (times[*t], g));
+        let before = self.order[..split].iter().rev().find_map(pick);
+        let after = self.order[split..].iter().find_map(pick);
+        match (before, after) {
+            (Some((t0, g0)), Some((t1, g1))) => {
+                let x = (time_jd - t0) / (t1 - t0);
+                let amplitude = g0.norm() + x * (g1.norm() - g0.norm());
+                Some(Complex64::from_polar(amplitude, g0.arg() + x * (g1 * g0.conj()).arg()))
+            }
+            (one, other) => one.or(other).map(|(_, g)| g),
+        }
+    }
+}
+
+/// Interval that holds a time (the shortest of several), or the one with the nearest middle.
+pub(crate) fn interval_of(table: &GainTable, time_jd: f64) -> usize {
+    let holds = |i: &usize| (table.time_jd[*i] - time_jd).abs() * 86_400.0 <= table.interval_s[*i] / 2.0 + 1e-3;
+    (0..table.time_jd.len())
+        .filter(holds)
+        .min_by(|a, b| table.interval_s[*a].total_cmp(&table.interval_s[*b]))
+        .unwrap_or_else(|| table.interval_at(time_jd))
+}
+
+pub(crate) fn known(table: &GainTable, at: (usize, usize, usize, usize)) -> Option<Complex64> {
+    let g = table.gains[at];
+    (!table.flags[at] && g.norm_sqr() > 0.0 && g.norm_sqr().is_finite()).then_some(g)
+}
+
+pub(crate) fn nearest_channel(table: &GainTable, freq_hz: f64) -> usize {
+    let s = &table.spectrum;
+    // Distance beyond the channel's edge first, so that a wide channel that holds the frequency wins over a near centre.
+    let distance = |c: &usize| {
+        let d = (s.freq_hz()[*c] - freq_hz).abs();
+        ((d - s.width_hz()[*c] / 2.0).max(0.0), d)
+    };
+    (0..s.n_chan()).min_by(|a, b| distance(a).partial_cmp(&distance(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(0)
+}
+
+/// Feeds of the table for each polarisation of the set.
+fn match_feeds(table: &GainTable, header: &VisibilityHeader) -> Result<Vec<(usize, usize)>> {
+    if table.feeds.len() == 1 && (table.feeds[0] == JOINED || !is_hand(&table.feeds[0])) {
+        return Ok(vec![(0, 0); header.polarizations.len()]);
+    }
+    let find = |letter: char| table.feeds.iter().position(|f| f.eq_ignore_ascii_case(&letter.to_string()));
+    header
+        .polarizations
+        .iter()
+        .map(|p| {
+            let mut letters = p.name().chars();
+            let pair = letters.next().zip(letters.next()).and_then(|(a, b)| find(a).zip(find(b)));
+            pair.ok_or_else(|| {
+                ChainError::Incompatible(format!(
+                    "polarisation {p} needs gains of its feeds, the table has gains of {}: solve with joined feeds, or convert the set",
+                    table.feeds.join(", ")
+                ))
+            })
+        })
+        .collect()
+}
+
+fn is_hand(name: &str) -> bool {
+    matches!(name.to_ascii_uppercase().as_str(), "R" | "L" | "X" | "Y")
+}
+
+/// Read a set, apply gains, write it. The sink is not finished.
+///
+/// # Errors
+/// As [`GainApplier::new`], errors of source and sink, or [`ChainError::Cancelled`].
+pub fn apply(
+    source: &mut dyn VisibilitySource,
+    table: &GainTable,
+    options: ApplyOptions,
+    sink: &mut dyn VisibilitySink,
+    observer: &dyn Observer,
+) -> Result<ApplyCounts> {
+    let header = source.header().clone();
+    let mut applier = GainApplier::new(table, &header, options)?;
+    let mut total = ApplyCounts::default();
+    observer.event(Event::Phase { name: "applying gains", total: Some(source.n_rows() as u64), unit: "rows" });
+    for_each_block(source, BLOCK_BYTES, |_, mut block| {
+        if observer.cancelled() {
+            return Err(ChainError::Cancelled);
+        }
+        let counts = applier.apply(&mut block)?;
+        total.applied += counts.applied;
+        total.flagged += counts.flagged;
+        sink.write_block(&block)?;
+        observer.event(Event::Advance(block.n_rows() as u64));
+        Ok(())
+    })?;
+    observer.event(Event::Done);
+    Ok(total)
+}
+
+/// A set seen through its gains: rows come out calibrated (or corrupted), nothing is stored.
+pub struct CalibratedSource<'a> {
+    source: &'a mut dyn VisibilitySource,
+    applier: GainApplier<'a>,
+}
+
+impl<'a> CalibratedSource<'a> {
+    /// See `source` through `table`.
+    ///
+    /// # Errors
+    /// As [`GainApplier::new`].
+    pub fn new(source: &'a mut dyn VisibilitySource, table: &'a GainTable, options: ApplyOptions) -> Result<Self> {
+        let applier = GainApplier::new(table, source.header(), options)?;
+        Ok(Self { source, applier })
+    }
+}
+
+impl VisibilitySource for CalibratedSource<'_> {
+    fn header(&self) -> &VisibilityHeader {
+        self.source.header()
+    }
+
+    fn n_rows(&self) -> usize {
+        self.source.n_rows()
+    }
+
+    fn read_rows(&mut self, range: std::ops::Range<usize>) -> cittert_arrays::Result<VisibilityBlock> {
+        let mut block = self.source.read_rows(range)?;
+        self.applier.apply(&mut block).map_err(|e| cittert_arrays::ArrayError::Stream(Box::new(e)))?;
+        Ok(block)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testdata::{Scene, T0_JD, cis, random_phases};
+    use super::*;
+    use crate::progress::Silent;
+    use cittert_arrays::{Polarization, VisibilitySet};
+
+    fn table(scene: &Scene, feeds: &[&str], intervals: usize, step_s: f64) -> GainTable {
+        let h = scene.header();
+        let times = (0..intervals).map(|i| T0_JD + i as f64 * step_s / 86_400.0).collect();
+        GainTable::unity(h.layout, h.spectrum, feeds.iter().map(|f| (*f).into()).collect(), times, vec![step_s; intervals]).unwrap()
+    }
+
+    fn run(set: &VisibilitySet, table: &GainTable, options: ApplyOptions) -> (VisibilitySet, ApplyCounts) {
+        let mut out = VisibilitySet::new(set.header.clone(), set.data.rows(0..0).unwrap()).unwrap();
+        let counts = apply(&mut set.clone(), table, options, &mut out, &Silent).unwrap();
+        (out, counts)
+    }
+
+    #[test]
+    fn data_of_four_times_the_model_are_brought_to_it_by_gains_of_two() {
+        let scene = Scene { pols: vec![Polarization::XX, Polarization::YY, Polarization::XY], ..Scene::point(4, 2) };
+        let set = scene.set(|_, _, _, _| Complex64::new(2.0, 0.0));
+        let mut gains = table(&scene, &["X", "Y"], 1, 20.0);
+        gains.gains.fill(Complex64::new(2.0, 0.0));
+        let (out, counts) = run(&set, &gains, ApplyOptions::default());
+        assert_eq!(counts, ApplyCounts { applied: 36, flagged: 0 });
+        assert!((out.data.vis[(0, 0, 0)].re - 1.0).abs() < 1e-7 && out.data.weights[(0, 0, 0)] == 16.0);
+    }
+
+    #[test]
+    fn corrupting_and_calibrating_undo_each_other() {
+        let scene = Scene { n_chan: 2, pols: vec![Polarization::RR, Polarization::LL, Polarization::LR], ..Scene::point(5, 3) };
+        let set = scene.set(|_, a, _, f| cis(0.3 * a as f64 + f as f64));
+        let mut gains = table(&scene, &["R", "L"], 3, 10.0);
+        let phase = random_phases(gains.gains.len(), 3.0, 1);
+        gains.gains.iter_mut().zip(&phase).for_each(|(g, p)| *g = Complex64::from_polar(1.0 + 0.5 * p.sin(), *p));
+        let corrupt = ApplyOptions { direction: Direction::Corrupt, ..ApplyOptions::default() };
+        let (there, _) = run(&set, &gains, corrupt);
+        let (back, _) = run(&there, &gains, ApplyOptions::default());
+        let expected = gains.gains[(1, 0, 1, 1)] * gains.gains[(1, 3, 1, 0)].conj();
+        let row = 12; // antennas 0-3 at the second time
+        assert_eq!((set.data.coverage.ant1[row], set.data.coverage.ant2[row]), (0, 3));
+        let ratio = there.data.weights[(row, 1, 2)] * expected.norm_sqr() as f32;
+        assert!((ratio - 1.0).abs() < 1e-6, "cross hand LR takes feed L of the first and R of the second antenna");
+        assert!(back.data.vis.iter().zip(&set.data.vis).all(|(b, s)| (b - s).norm() < 1e-6));
+        assert!(back.data.weights.iter().all(|w| (w - 1.0).abs() < 1e-6));
+    }
+
+    #[test]
+    fn linear_interpolation_goes_the_shorter_way_round_and_over_gaps() {
+        let scene = Scene::point(4, 5);
+        let mut gains = table(&scene, &[JOINED], 3, 20.0);
+        for (t, phase) in [3.0, 0.0, -3.0].into_iter().enumerate() {
+            gains.gains[(t, 1, 0, 0)] = cis(phase);
+        }
+        gains.flags[(1, 1, 0, 0)] = true;
+        let linear = ApplyOptions { interpolation: Interpolation::Linear, ..ApplyOptions::default() };
+        let mut applier = GainApplier::new(&gains, &scene.header(), linear).unwrap();
+        applier.move_to(T0_JD + 20.0 / 86_400.0);
+        let phase = applier.gain(1, 0, 0).unwrap().arg();
+        assert!((phase.abs() - std::f64::consts::PI).abs() < 1e-4, "halfway from 3 to -3 rad lies at pi: {phase}");
+        applier.move_to(T0_JD + 300.0 / 86_400.0);
+        assert!((applier.gain(1, 0, 0).unwrap().arg() + 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn missing_gains_flag_the_data() {
+        let scene = Scene::point(5, 2);
+        let set = scene.set(|_, _, _, _| cis(0.0));
+        let mut gains = table(&scene, &[JOINED], 2, 10.0);
+        gains.flags[(0, 1, 0, 0)] = true;
+        gains.gains[(1, 2, 0, 0)] = Complex64::new(0.0, 0.0);
+        let (out, counts) = run(&set, &gains, ApplyOptions::default());
+        assert_eq!(counts, ApplyCounts { applied: 12, flagged: 8 });
+        assert_eq!(out.data.flags.iter().filter(|f| **f).count(), 8);
+        assert!(out.data.vis.iter().all(|v| v.re.is_finite()));
+    }
+
+    #[test]
+    fn tables_that_do_not_belong_are_refused() {
+        let scene = Scene { pols: vec![Polarization::RR], ..Scene::point(4, 1) };
+        let e = GainApplier::new(&table(&scene, &["X", "Y"], 1, 10.0), &scene.header(), ApplyOptions::default()).unwrap_err();
+        assert!(e.to_string().contains("polarisation RR"), "{e}");
+        let mut other = scene.header();
+        let renamed = other.layout.antennas().iter().map(|a| cittert_arrays::Antenna { name: format!("Z{}", a.name), ..a.clone() });
+        other.layout = cittert_arrays::ArrayLayout::new("z", other.layout.frame, renamed.collect()).unwrap();
+        let e = GainApplier::new(&table(&scene, &[JOINED], 1, 10.0), &other, ApplyOptions::default()).unwrap_err();
+        assert!(e.to_string().contains("no antenna"), "{e}");
+    }
+}

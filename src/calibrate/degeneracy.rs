@@ -1,0 +1,269 @@
+//! Comparing gain tables modulo what calibration cannot know.
+//!
+//! A common phase of all antennas is never observable. Where the model is free, a phase gradient over the aperture is not
+//! either: it shifts the image. Where amplitudes are solved together with the model, their scale is the flux scale. Each
+//! is removed where asked for, and what is left is the error.
+//!
+//! The gradient is found on the complex ratio of the gains, which knows no turns: a search over slopes finds the
+//! strongest coherent sum, then least squares on the phase of the residual is repeated until it settles.
+
+use super::linalg::{Cholesky, Matrix};
+use crate::{ChainError, Result};
+use cittert_arrays::GainTable;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// What is removed before the comparison, beyond the common phase.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CompareOptions {
+    /// A phase gradient over the aperture plane, for each interval, channel and feed: image shift.
+    pub gradient: bool,
+    /// One amplitude scale for the whole table: flux scale.
+    pub flux_scale: bool,
+}
+
+/// What is left between two gain tables.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GainComparison {
+    /// Largest phase difference, rad.
+    pub max_abs_phase_rad: f64,
+    /// Root mean square phase difference, rad.
+    pub rms_phase_rad: f64,
+    /// Root mean square relative amplitude difference.
+    pub rms_amplitude: f64,
+    /// Amplitude scale of the first table over the second; removed where asked for.
+    pub amplitude_scale: f64,
+    /// Mean image shift (l, m) of the first table against the second, rad, where gradients were removed: for a layout in
+    /// the aperture plane the shift of the image, for others that at the moment when its plane is seen face on.
+    pub shift_rad: Option<(f64, f64)>,
+    /// Gains compared.
+    pub compared: usize,
+    /// Gains flagged in either table or without a partner.
+    pub flagged: usize,
+}
+
+/// Ratios of one solution with the antennas' places.
+struct Ratios {
+    ratio: Vec<Complex64>,
+    place_m: Vec<[f64; 2]>,
+}
+
+/// Compare `found` with `truth`: antennas by name, intervals by time, channels by frequency, feeds by name (a joined feed
+/// serves all).
+///
+/// # Errors
+/// Tables of broken shape, or with no unflagged gain of the same antenna in common.
+pub fn compare_gains(found: &GainTable, truth: &GainTable, options: CompareOptions) -> Result<GainComparison> {
+    found.check()?;
+    truth.check()?;
+    let partner: Vec<Option<usize>> = found.layout.antennas().iter().map(|a| truth.layout.index_of(&a.name)).collect();
+    let channel: Vec<usize> = found.spectrum.freq_hz().iter().map(|f| super::apply::nearest_channel(truth, *f)).collect();
+    let feed: Vec<usize> = (0..found.feeds.len()).map(|f| partner_feed(found, truth, f)).collect::<Result<_>>()?;
+    let mut flagged = 0;
+    let mut all = Vec::new();
+    for (t, time_jd) in found.time_jd.iter().enumerate() {
+        let other = super::apply::interval_of(truth, *time_jd);
+        for (c, &channel) in channel.iter().enumerate() {
+            for (f, &feed) in feed.iter().enumerate() {
+                let mut r = Ratios { ratio: Vec::new(), place_m: Vec::new() };
+                for (a, antenna) in found.layout.antennas().iter().enumerate() {
+                    let one = super::apply::known(found, (t, a, c, f));
+                    let two = partner[a].and_then(|p| super::apply::known(truth, (other, p, channel, feed)));
+                    match one.zip(two) {
+                        Some((g, h)) => {
+                            r.ratio.push(g / h);
+                            r.place_m.push([antenna.position_m[0], antenna.position_m[1]]);
+                        }
+                        None => flagged += 1,
+                    }
+                }
+                if !r.ratio.is_empty() {
+                    all.push((r, found.spectrum.freq_hz()[c]));
+                }
+            }
+        }
+    }
+    let compared: usize = all.iter().map(|(r, _)| r.ratio.len()).sum();
+    if compared == 0 {
+        return Err(ChainError::Incompatible("the gain tables have no unflagged gain of the same antenna in common".into()));
+    }
+    let log_scale = all.iter().flat_map(|(r, _)| &r.ratio).map(|z| z.norm().ln()).sum::<f64>() / compared as f64;
+    let scale = log_scale.exp();
+    let amplitude = |z: &Complex64| (z.norm() / if options.flux_scale { scale } else { 1.0 } - 1.0).powi(2);
+    let amplitude2: f64 = all.iter().flat_map(|(r, _)| &r.ratio).map(amplitude).sum();
+    let (mut phase2, mut largest) = (0.0, 0.0_f64);
+    let mut shift = [0.0; 2];
+    let mut slope = [0.0; 2];
+    for (r, freq_hz) in &all {
+        let mut residual: Vec<Complex64> = r.ratio.iter().map(|z| z / z.norm()).collect();
+        if options.gradient {
+            slope = remove_gradient(&mut residual, &r.place_m, slope);
+            for k in 0..2 {
+                // A source at l puts the phase 2 pi u l on a baseline u = x2 - x1, so -2 pi x l / lambda on an antenna.
+                shift[k] -= slope[k] * cittert_arrays::SPEED_OF_LIGHT_M_S / (TAU * freq_hz) / all.len() as f64;
+            }
+        }
+        for p in center(&residual) {
+            phase2 += p * p;
+            largest = largest.max(p.abs());
+        }
+    }
+    Ok(GainComparison {
+        max_abs_phase_rad: largest,
+        rms_phase_rad: (phase2 / compared as f64).sqrt(),
+        rms_amplitude: (amplitude2 / compared as f64).sqrt(),
+        amplitude_scale: scale,
+        shift_rad: options.gradient.then_some((shift[0], shift[1])),
+        compared,
+        flagged,
+    })
+}
+
+fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) -> Result<usize> {
+    let name = &found.feeds[feed];
+    if let Some(f) = truth.feeds.iter().position(|f| f.eq_ignore_ascii_case(name)) {
+        return Ok(f);
+    }
+    if found.feeds.len() == 1 || truth.feeds.len() == 1 {
+        return Ok(0);
+    }
+    Err(ChainError::Incompatible(format!("feed {name} is not in the other gain table, which has {}", truth.feeds.join(", "))))
+}
+
+/// Phases after the common one is gone: first the direction of the sum, then the mean of what is left.
+fn center(residual: &[Complex64]) -> Vec<f64> {
+    let mut turn = unit(residual.iter().sum());
+    let mut phases = Vec::new();
+    for _ in 0..3 {
+        phases = residual.iter().map(|z| (z * turn.conj()).arg()).collect();
+        turn *= Complex64::from_polar(1.0, phases.iter().sum::<f64>() / phases.len() as f64);
+    }
+    phases
+}
+
+fn unit(z: Complex64) -> Complex64 {
+    if z.norm() > 0.0 { z / z.norm() } else { Complex64::new(1.0, 0.0) }
+}
+
+fn tilted(residual: &[Complex64], place_m: &[[f64; 2]], slope: [f64; 2]) -> Vec<Complex64> {
+    let back = |(z, x): (&Complex64, &[f64; 2])| z * Complex64::from_polar(1.0, -slope[0] * x[0] - slope[1] * x[1]);
+    residual.iter().zip(place_m).map(back).collect()
+}
+
+/// Take the best phase gradient out of unit numbers; returns it in rad/m. `guess` is tried before the search.
+fn remove_gradient(residual: &mut Vec<Complex64>, place_m: &[[f64; 2]], guess: [f64; 2]) -> [f64; 2] {
+    let n = residual.len() as f64;
+    let coherence = |slope: [f64; 2]| tilted(residual, place_m, slope).iter().sum::<Complex64>().norm() / n;
+    let mut slope = guess;
+    if coherence(slope) < 0.9 {
+        let span = |k: usize| {
+            let (low, high) = place_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
+            high - low
+        };
+        // Steps of a quarter turn over the aperture, up to eight turns.
+        let step = [0, 1].map(|k| if span(k) > 0.0 { TAU / 4.0 / span(k) } else { 0.0 });
+        let mut best = coherence(slope);
+        for i in -32..=32 {
+            for j in -32..=32 {
+                let trial = [f64::from(i) * step[0], f64::from(j) * step[1]];
+                let c = coherence(trial);
+                if c > best * (1.0 + 1e-12) {
+                    (best, slope) = (c, trial);
+                }
+            }
+        }
+    }
+    for _ in 0..20 {
+        let phases = center(&tilted(residual, place_m, slope));
+        let change = plane_fit(&phases, place_m);
+        slope = [slope[0] + change[0], slope[1] + change[1]];
+        let reach = place_m.iter().map(|p| (p[0] * change[0]).abs() + (p[1] * change[1]).abs()).fold(0.0, f64::max);
+        if reach < 1e-12 {
+            break;
+        }
+    }
+    *residual = tilted(residual, place_m, slope);
+    slope
+}
+
+/// Least squares slopes of phases over places; zero along a direction in which the places do not extend.
+fn plane_fit(phases: &[f64], place_m: &[[f64; 2]]) -> [f64; 2] {
+    let n = phases.len() as f64;
+    let mean = [0, 1].map(|k| place_m.iter().map(|p| p[k]).sum::<f64>() / n);
+    let mut a = Matrix::zeros(2, 2);
+    let mut b = [0.0; 2];
+    for (phase, p) in phases.iter().zip(place_m) {
+        let d = [p[0] - mean[0], p[1] - mean[1]];
+        for i in 0..2 {
+            b[i] += d[i] * phase;
+            for j in 0..2 {
+                a[(i, j)] += d[i] * d[j];
+            }
+        }
+    }
+    // A whisper of damping picks the shortest slope for antennas on a line.
+    let trace = a[(0, 0)] + a[(1, 1)];
+    (0..2).for_each(|i| a[(i, i)] += 1e-12 * trace);
+    Cholesky::new(&a).map_or([0.0; 2], |c| {
+        let x = c.solve(&b);
+        [x[0], x[1]]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testdata::{Scene, T0_JD, cis, random_phases};
+    use super::*;
+
+    fn table(n: usize, times: usize) -> GainTable {
+        let h = Scene::point(n, 1).header();
+        let time_jd = (0..times).map(|t| T0_JD + t as f64 * 1e-3).collect();
+        GainTable::unity(h.layout, h.spectrum, vec!["joined".into()], time_jd, vec![80.0; times]).unwrap()
+    }
+
+    fn fill(t: &mut GainTable, gain: impl Fn(usize, usize, [f64; 3]) -> Complex64) {
+        let places: Vec<[f64; 3]> = t.layout.antennas().iter().map(|a| a.position_m).collect();
+        for ((time, a, _, _), g) in t.gains.indexed_iter_mut() {
+            *g = gain(time, a, places[a]);
+        }
+    }
+
+    const NONE: CompareOptions = CompareOptions { gradient: false, flux_scale: false };
+    const ALL: CompareOptions = CompareOptions { gradient: true, flux_scale: true };
+
+    #[test]
+    fn a_common_phase_of_each_interval_is_no_difference() {
+        let (mut a, mut b) = (table(9, 4), table(9, 4));
+        let phase = random_phases(36, 3.0, 1);
+        fill(&mut a, |t, p, _| cis(phase[t * 9 + p] + 2.5 * t as f64));
+        fill(&mut b, |t, p, _| cis(phase[t * 9 + p]));
+        let c = compare_gains(&a, &b, NONE).unwrap();
+        assert!(c.max_abs_phase_rad < 1e-12 && c.rms_amplitude < 1e-12 && c.compared == 36, "{c:?}");
+    }
+
+    #[test]
+    fn steep_gradients_are_unwrapped_and_the_shift_is_told() {
+        let (l, m) = (1.1e-3, -0.7e-3);
+        let wave = cittert_arrays::SPEED_OF_LIGHT_M_S / 1.4e9;
+        let (mut a, b) = (table(20, 2), table(20, 2));
+        let error = random_phases(20, 0.2, 7);
+        fill(&mut a, |_, p, x| cis(-TAU * (x[0] * l + x[1] * m) / wave + error[p] + 1.0) * 1.3);
+        let c = compare_gains(&a, &b, ALL).unwrap();
+        assert!(c.rms_phase_rad < 0.12 && c.max_abs_phase_rad < 0.4, "{c:?}");
+        let shift = c.shift_rad.unwrap();
+        assert!((shift.0 - l).abs() < 3e-5 && (shift.1 - m).abs() < 3e-5, "{shift:?}");
+        assert!((c.amplitude_scale - 1.3).abs() < 1e-12 && c.rms_amplitude < 1e-12);
+        let c = compare_gains(&a, &b, NONE).unwrap();
+        assert!(c.rms_phase_rad > 1.0 && (c.rms_amplitude - 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn flagged_and_foreign_antennas_are_counted() {
+        let (mut a, b) = (table(6, 1), table(6, 1));
+        a.flags[(0, 2, 0, 0)] = true;
+        let c = compare_gains(&a, &b, NONE).unwrap();
+        assert_eq!((c.compared, c.flagged), (5, 1));
+        a.flags.fill(true);
+        assert!(compare_gains(&a, &b, NONE).is_err());
+    }
+}

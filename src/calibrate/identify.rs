@@ -1,0 +1,400 @@
+//! What a calibration can know: unknowns, independent observables, and the modes that nothing measures.
+//!
+//! The logarithm of a visibility is linear in the logarithms of the gains, so one Jacobian tells all, whatever the
+//! values. Phases and amplitudes separate. The visibilities of a free image are unknowns too, one for each different
+//! baseline; they are eliminated first: a baseline that occurs once says nothing about gains, baselines that repeat say
+//! how their gains differ. The rank is that of the singular values; each known degeneracy is then projected on the null
+//! space, and named if it lies in it.
+//!
+//! # Reference
+//! Pearson & Readhead 1984, ARA&A 22, 97 (closure and its counts); Wieringa 1992, Exp. Astron. 2, 203 and Liu et al. 2010,
+//! MNRAS 408, 1029 (redundant baselines).
+
+use super::intervals::pairs_of;
+use super::linalg::{Matrix, dot, numerical_rank, singular_values, triangularise};
+use super::options::GainMode;
+use crate::{ChainError, Result};
+use cittert_arrays::{ArrayLayout, SPEED_OF_LIGHT_M_S};
+use std::f64::consts::TAU;
+
+/// What is known of the sky.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModelKnowledge {
+    /// Everything.
+    Known,
+    /// It is one point, of unknown place and flux.
+    UnknownPoint,
+    /// Nothing: every different baseline has a visibility of its own.
+    FreeImage,
+}
+
+/// Options of [`identify`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IdentifyOptions {
+    /// What of the gains is solved for.
+    pub mode: GainMode,
+    /// What is known of the sky.
+    pub model: ModelKnowledge,
+    /// Frequency, Hz.
+    pub freq_hz: f64,
+    /// Bandwidth over which a delay is measured, Hz.
+    pub bandwidth_hz: f64,
+    /// Baselines whose difference is shorter than this count as the same, m.
+    pub redundancy_m: f64,
+}
+
+impl Default for IdentifyOptions {
+    fn default() -> Self {
+        Self { mode: GainMode::AmpPhase, model: ModelKnowledge::FreeImage, freq_hz: 1e9, bandwidth_hz: 1e8, redundancy_m: 1e-4 }
+    }
+}
+
+/// A direction in the space of unknowns that no observable sees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DegenerateMode {
+    /// Its name, such as "common phase" or "image shift along l".
+    pub name: String,
+    /// How many dimensions of the null space go by this name.
+    pub dimensions: usize,
+}
+
+/// Counts of a calibration problem. All numbers are of real quantities, for one integration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Identifiability {
+    /// Antennas.
+    pub antennas: usize,
+    /// Pairs of antennas.
+    pub baselines: usize,
+    /// Different baselines.
+    pub unique_baselines: usize,
+    /// Unknowns of the antennas.
+    pub gain_unknowns: usize,
+    /// Unknowns of the sky.
+    pub sky_unknowns: usize,
+    /// Measured phases and amplitudes that bear on the unknowns.
+    pub observables: usize,
+    /// Rank of the Jacobian: independent combinations of unknowns that are measured.
+    pub rank: usize,
+    /// Dimensions of the null space: unknowns less rank.
+    pub null_dimensions: usize,
+    /// The null space by name; the dimensions add up to `null_dimensions`.
+    pub modes: Vec<DegenerateMode>,
+    /// Independent closure phases: baselines less the rank of the antenna phases in them.
+    pub closure_phases: usize,
+    /// Independent closure amplitudes.
+    pub closure_amplitudes: usize,
+    /// Largest over smallest singular value that counts.
+    pub condition: f64,
+}
+
+/// One half of the problem, phases or amplitudes, with the sky of a free image eliminated.
+struct Half {
+    rank: usize,
+    null: Vec<Vec<f64>>,
+    largest: f64,
+    smallest: f64,
+}
+
+/// Count unknowns, observables and null space of calibrating an array in one integration.
+///
+/// # Errors
+/// Fewer than 2 antennas, more than 256 (the matrices are dense), or a frequency or bandwidth that is not positive.
+pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Identifiability> {
+    let n = layout.n_ant();
+    if !(2..=256).contains(&n) {
+        return Err(ChainError::BadOption { option: "antennas", value: n.to_string(), expected: "2 to 256".into() });
+    }
+    for (option, value) in [("freq", options.freq_hz), ("bandwidth", options.bandwidth_hz)] {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(ChainError::BadOption { option, value: value.to_string(), expected: "a positive frequency".into() });
+        }
+    }
+    let position: Vec<[f64; 3]> = layout.antennas().iter().map(|a| a.position_m).collect();
+    let group = redundant_groups(&position, options.redundancy_m);
+    let unique = group.iter().map(|g| g.0 + 1).max().unwrap_or(0);
+    let baselines = layout.n_baselines();
+    let delay = options.mode == GainMode::Delay;
+    // Two frequencies measure a phase and a delay; x is the offset from the middle of the band in half bandwidths.
+    let channels: Vec<f64> = if delay { vec![-1.0, 1.0] } else { vec![0.0] };
+    let point = options.model == ModelKnowledge::UnknownPoint;
+    let free = options.model == ModelKnowledge::FreeImage;
+
+    // Phases: columns are antenna phases, then delays, then the place of the point.
+    let per_antenna = channels.len();
+    let turns = |x: f64, k: usize, p: usize| TAU * (options.freq_hz + x * options.bandwidth_hz / 2.0) / SPEED_OF_LIGHT_M_S * position[p][k];
+    let scale = scale_of(&position, options.freq_hz);
+    let columns = per_antenna * n + if point { 2 } else { 0 };
+    // The part of antenna p in the rows of its baselines, at offset x.
+    let phase_part = |x: f64, p: usize| {
+        let mut part = vec![0.0; columns];
+        for (i, power) in [1.0, x].iter().take(per_antenna).enumerate() {
+            part[i * n + p] = *power;
+        }
+        if point {
+            (0..2).for_each(|k| part[per_antenna * n + k] = -turns(x, k, p) / scale);
+        }
+        part
+    };
+    let mut stack = RowStack::new(columns);
+    for x in &channels {
+        let parts: Vec<Vec<f64>> = (0..n).map(|p| phase_part(*x, p)).collect();
+        if free { stack.add_groups(&parts, &group, -1.0) } else { stack.add_differences(&parts) }
+    }
+    let phase = stack.decompose();
+    let mut named = Vec::new();
+    let mut candidates = phase_candidates(n, &channels, &turns, scale, point);
+    if !point && !free {
+        candidates.retain(|(name, _)| name.starts_with("common"));
+    }
+    let left = name_modes(&phase.null, candidates, &mut named);
+    if left > 0 {
+        let name = if free { "antenna phases that the free image absorbs" } else { "phases between separate groups of antennas" };
+        named.push(DegenerateMode { name: name.into(), dimensions: left });
+    }
+
+    // Amplitudes: columns are log amplitudes, where they are solved, then the log flux of the point.
+    let gains = options.mode == GainMode::AmpPhase;
+    let columns = if gains { n } else { 0 } + usize::from(point);
+    let amplitude_part = |p: usize| {
+        let mut part = vec![0.0; columns];
+        if gains {
+            part[p] = 1.0;
+        }
+        if point {
+            part[columns - 1] = 0.5;
+        }
+        part
+    };
+    let parts: Vec<Vec<f64>> = (0..n).map(amplitude_part).collect();
+    let mut stack = RowStack::new(columns);
+    if free {
+        stack.add_groups(&parts, &group, 1.0)
+    } else {
+        stack.add_sums(&parts)
+    }
+    let amplitude = stack.decompose();
+    if columns > 0 {
+        let mut flux = vec![1.0; columns];
+        if point && gains {
+            flux[columns - 1] = -2.0;
+        }
+        let candidates = if point || free { vec![("flux scale".to_owned(), flux)] } else { Vec::new() };
+        let left = name_modes(&amplitude.null, candidates, &mut named);
+        if left > 0 {
+            let name = if free { "antenna amplitudes that the free image absorbs" } else { "amplitudes traded between antennas" };
+            named.push(DegenerateMode { name: name.into(), dimensions: left });
+        }
+    }
+
+    let sky_visibilities = if free { unique * channels.len() } else { 0 };
+    // A free image's amplitudes are unknowns, and measured one for one, in every mode.
+    let amplitude_unknowns = columns + if free { unique * channels.len() } else { 0 };
+    let phase_unknowns = per_antenna * n + if point { 2 } else { 0 } + sky_visibilities;
+    let unknowns = phase_unknowns + amplitude_unknowns;
+    let sky_unknowns = 2 * sky_visibilities + if point { 3 } else { 0 };
+    let amplitude_data = if gains || point || free { baselines * channels.len() } else { 0 };
+    let rank = phase.rank + amplitude.rank + 2 * sky_visibilities;
+    let units: Vec<Vec<f64>> = (0..n).map(|p| (0..n).map(|q| if p == q { 1.0 } else { 0.0 }).collect()).collect();
+    let (mut differences, mut sums) = (RowStack::new(n), RowStack::new(n));
+    differences.add_differences(&units);
+    sums.add_sums(&units);
+    let (largest, smallest) = (phase.largest.max(amplitude.largest), phase.smallest.min(amplitude.smallest));
+    Ok(Identifiability {
+        antennas: n,
+        baselines,
+        unique_baselines: unique,
+        gain_unknowns: unknowns - sky_unknowns,
+        sky_unknowns,
+        observables: baselines * channels.len() + amplitude_data,
+        rank,
+        null_dimensions: unknowns - rank,
+        modes: named,
+        closure_phases: baselines - differences.decompose().rank,
+        closure_amplitudes: baselines - sums.decompose().rank,
+        condition: if smallest.is_finite() && smallest > 0.0 { largest / smallest } else { 1.0 },
+    })
+}
+
+/// Number of the group of equal baselines of each pair p < q, and -1 where the pair measures the group's baseline reversed.
+fn redundant_groups(position: &[[f64; 3]], tolerance_m: f64) -> Vec<(usize, f64)> {
+    let mut seen: Vec<[f64; 3]> = Vec::new();
+    // Groups by the length of their baseline, so that only those of the same length are looked at.
+    let mut by_length: Vec<(f64, usize)> = Vec::new();
+    pairs_of(position.len())
+        .map(|(p, q)| {
+            let d = [0, 1, 2].map(|k| position[q][k] - position[p][k]);
+            let length = dot(&d, &d).sqrt();
+            let from = by_length.partition_point(|(l, _)| *l < length - tolerance_m);
+            let near = by_length[from..].iter().take_while(|(l, _)| *l <= length + tolerance_m);
+            let off = |g: usize, sign: f64| (0..3).map(|k| (seen[g][k] - sign * d[k]).powi(2)).sum::<f64>().sqrt();
+            let same = near.flat_map(|(_, g)| [(*g, 1.0), (*g, -1.0)]).find(|(g, sign)| off(*g, *sign) < tolerance_m);
+            same.unwrap_or_else(|| {
+                seen.push(d);
+                let at = by_length.partition_point(|(l, _)| *l < length);
+                by_length.insert(at, (length, seen.len() - 1));
+                (seen.len() - 1, 1.0)
+            })
+        })
+        .collect()
+}
+
+/// A typical number of radians across the array, so that columns have similar sizes.
+fn scale_of(position: &[[f64; 3]], freq_hz: f64) -> f64 {
+    let mean = [0, 1, 2].map(|k| position.iter().map(|p| p[k]).sum::<f64>() / position.len() as f64);
+    let spread = position.iter().map(|p| (0..3).map(|k| (p[k] - mean[k]).powi(2)).sum::<f64>()).sum::<f64>() / position.len() as f64;
+    (TAU * freq_hz / SPEED_OF_LIGHT_M_S * spread.sqrt()).max(f64::MIN_POSITIVE)
+}
+
+/// Rows of a Jacobian. All pairs of n antennas make n (n - 1) / 2 of them, which are not kept: rows that give the same
+/// normal matrix, and so the same singular values and null space, are.
+pub(super) struct RowStack {
+    columns: usize,
+    rows: Vec<Vec<f64>>,
+    /// Rows that went through here.
+    seen: usize,
+}
+
+impl RowStack {
+    pub(super) fn new(columns: usize) -> Self {
+        Self { columns, rows: Vec::new(), seen: 0 }
+    }
+
+    fn push(&mut self, row: Vec<f64>) {
+        self.seen += 1;
+        self.rows.push(row);
+        // A triangle says as much as all the rows above it.
+        if self.rows.len() >= 4 * self.columns.max(16) {
+            let mut m = self.matrix();
+            triangularise(&mut m);
+            self.rows = (0..self.columns).map(|r| (0..self.columns).map(|c| if c < r { 0.0 } else { m[(r, c)] }).collect()).collect();
+        }
+    }
+
+    fn matrix(&self) -> Matrix {
+        let mut m = Matrix::zeros(self.rows.len().max(1), self.columns);
+        self.rows.iter().enumerate().for_each(|(i, r)| m.row_mut(i).copy_from_slice(r));
+        m
+    }
+
+    /// The rows a_p - a_q of all pairs: their normal matrix is n sum (a_p - mean)(a_p - mean)^T.
+    pub(super) fn add_differences(&mut self, parts: &[Vec<f64>]) {
+        let n = parts.len() as f64;
+        let mean: Vec<f64> = (0..self.columns).map(|c| parts.iter().map(|a| a[c]).sum::<f64>() / n).collect();
+        for a in parts {
+            self.push(a.iter().zip(&mean).map(|(a, m)| (a - m) * n.sqrt()).collect());
+        }
+    }
+
+    /// The rows a_p + a_q of all pairs: their normal matrix is (n - 2) sum a_p a_p^T + (sum a_p)(sum a_p)^T.
+    pub(super) fn add_sums(&mut self, parts: &[Vec<f64>]) {
+        let factor = (parts.len() as f64 - 2.0).max(0.0).sqrt();
+        for a in parts {
+            self.push(a.iter().map(|a| a * factor).collect());
+        }
+        self.push((0..self.columns).map(|c| parts.iter().map(|a| a[c]).sum()).collect());
+    }
+
+    /// The rows a_p + sign a_q less the mean of their group of equal baselines, which a free image takes up. Phases (sign -1)
+    /// of reversed baselines are turned.
+    fn add_groups(&mut self, parts: &[Vec<f64>], group: &[(usize, f64)], sign: f64) {
+        let mut members: Vec<(usize, f64, usize, usize)> =
+            pairs_of(parts.len()).zip(group).map(|((p, q), (g, turn))| (*g, *turn, p, q)).collect();
+        members.sort_by_key(|m| m.0);
+        for group in members.chunk_by(|a, b| a.0 == b.0).filter(|g| g.len() > 1) {
+            let row = |(_, turn, p, q): &(usize, f64, usize, usize)| {
+                let turn = if sign < 0.0 { *turn } else { 1.0 };
+                parts[*p].iter().zip(&parts[*q]).map(|(a, b)| turn * (a + sign * b)).collect::<Vec<f64>>()
+            };
+            let mut mean = vec![0.0; self.columns];
+            for m in group {
+                mean.iter_mut().zip(row(m)).for_each(|(s, r)| *s += r / group.len() as f64);
+            }
+            for m in group {
+                self.push(row(m).iter().zip(&mean).map(|(r, m)| r - m).collect());
+            }
+        }
+    }
+
+    /// Rank, null space and extreme singular values.
+    fn decompose(&self) -> Half {
+        if self.columns == 0 {
+            return Half { rank: 0, null: Vec::new(), largest: 0.0, smallest: f64::INFINITY };
+        }
+        let (sigma, vectors) = singular_values(self.matrix());
+        let rank = numerical_rank(&sigma, self.seen);
+        Half {
+            rank,
+            null: (rank..self.columns).map(|i| vectors.row(i).to_vec()).collect(),
+            largest: sigma.first().copied().unwrap_or(0.0),
+            smallest: if rank > 0 { sigma[rank - 1] } else { f64::INFINITY },
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn singular_values(&self) -> Vec<f64> {
+        singular_values(self.matrix()).0
+    }
+}
+
+/// Directions that are known to be degenerate, by name.
+fn phase_candidates(
+    n: usize,
+    channels: &[f64],
+    turns: &dyn Fn(f64, usize, usize) -> f64,
+    scale: f64,
+    point: bool,
+) -> Vec<(String, Vec<f64>)> {
+    let blocks = channels.len();
+    let columns = blocks * n + if point { 2 } else { 0 };
+    let mut out = Vec::new();
+    for (i, name) in ["common phase", "common delay"].iter().take(blocks).enumerate() {
+        let mut v = vec![0.0; columns];
+        v[i * n..(i + 1) * n].fill(1.0);
+        out.push(((*name).to_owned(), v));
+    }
+    let axes = ["image shift along l", "image shift along m", "phase gradient along the line of sight"];
+    for (k, name) in axes.iter().enumerate().take(if point { 2 } else { 3 }) {
+        let mut v = vec![0.0; columns];
+        for p in 0..n {
+            // Split into the value at the middle of the band and the change over half of it.
+            let (low, high) = (turns(-1.0, k, p), turns(1.0, k, p));
+            v[p] = if blocks == 2 { (low + high) / 2.0 } else { turns(0.0, k, p) };
+            if blocks == 2 {
+                v[n + p] = (high - low) / 2.0;
+            }
+        }
+        if point {
+            v[blocks * n + k] = scale;
+        }
+        out.push(((*name).to_owned(), v));
+    }
+    out
+}
+
+/// Name the candidates that lie in the null space (to 1e-6 of their length) and are independent of those named before;
+/// returns how many dimensions are left.
+fn name_modes(null: &[Vec<f64>], candidates: Vec<(String, Vec<f64>)>, named: &mut Vec<DegenerateMode>) -> usize {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for (name, v) in candidates {
+        let length = dot(&v, &v).sqrt();
+        let inside: f64 = null.iter().map(|u| dot(u, &v).powi(2)).sum();
+        if length == 0.0 || (length * length - inside).abs() > 1e-6 * length * length {
+            continue;
+        }
+        let mut rest = v.clone();
+        for _ in 0..2 {
+            for b in &basis {
+                let along = dot(b, &rest);
+                rest.iter_mut().zip(b).for_each(|(r, b)| *r -= along * b);
+            }
+        }
+        let size = dot(&rest, &rest).sqrt();
+        // A gradient along an axis in which the array has no extent is no mode of its own.
+        if size > 1e-6 * length && basis.len() < null.len() {
+            rest.iter_mut().for_each(|r| *r /= size);
+            basis.push(rest);
+            named.push(DegenerateMode { name, dimensions: 1 });
+        }
+    }
+    null.len() - basis.len()
+}

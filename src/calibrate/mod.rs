@@ -1,0 +1,62 @@
+//! Antenna gains: solving, applying and comparing them, and what can be known without them.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `options` | what a solution is asked for |
+//! | `model` | the visibilities that gains are solved against |
+//! | `normal` | one pass over the data: sums for each baseline and interval |
+//! | `core`, `delay` | the least squares problems of one interval |
+//! | `interval` | which antennas can be solved in an interval |
+//! | `reference` | the reference antenna and its substitutes |
+//! | `solve` | the whole set |
+//! | `apply` | gains onto or out of the data |
+//! | `closure`, `closure_sets` | closure phases and amplitudes, and on which antennas |
+//! | `degeneracy` | gain tables compared modulo what cannot be known |
+//! | `support` | do the closure phases support the model? |
+//! | `selfcal` | the loop of solving and imaging |
+//! | `clean_maker` | CLEAN as the model maker of the loop |
+//! | `identify` | what can be known |
+
+mod apply;
+mod clean_maker;
+#[cfg(test)]
+mod clean_maker_tests;
+mod closure;
+mod closure_sets;
+mod core;
+mod degeneracy;
+mod delay;
+mod identify;
+#[cfg(test)]
+mod identify_tests;
+mod interval;
+mod intervals;
+mod linalg;
+mod model;
+mod normal;
+mod options;
+mod reference;
+mod selfcal;
+#[cfg(test)]
+mod selfcal_tests;
+mod solve;
+#[cfg(test)]
+mod solve_tests;
+mod support;
+#[cfg(test)]
+mod testdata;
+
+pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply};
+pub use clean_maker::CleanMaker;
+pub use closure::{
+    ClosureAmplitude, ClosureChannels, ClosureKey, ClosureOptions, ClosurePhase, ClosureSet, closure_amplitudes, closure_phases,
+};
+pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
+pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
+pub use interval::FlagReason;
+pub use model::{ModelVisibilities, PointModel, SetModel};
+pub use normal::{NormalEquations, SampleCounts};
+pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, SolutionInterval, SolveOptions, refant_from_names};
+pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, Start, StopReason, schedule, selfcal};
+pub use solve::{IntervalReport, Solution, SolveReport, solve};
+pub use support::ClosureSupport;

@@ -1,0 +1,265 @@
+//! Normal equations of the gains: one pass over the visibilities, one sum for each baseline of each interval.
+//!
+//! A sum serves any number of solutions (phase, amplitude, other thresholds), the test against closure phases, and chi^2.
+
+use super::intervals::{ChannelPlan, FeedPlan, TimeBins, TimeSpan, n_pairs, pair_index};
+use super::model::ModelVisibilities;
+use super::options::{ChannelGroups, GainMode, SolveOptions};
+use crate::progress::{Event, Observer};
+use crate::{ChainError, Result};
+use cittert_arrays::{VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
+use ndarray::Array3;
+use num_complex::{Complex, Complex64};
+use std::collections::BTreeMap;
+
+/// Memory that the sums may take, bytes.
+const BUDGET: usize = 4 << 30;
+/// Visibilities read at once, bytes.
+const BLOCK_BYTES: usize = 32 << 20;
+
+/// Sums over the samples of a baseline (or of one row of it) in an interval. V is taken as antenna p to q with p < q.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Cell {
+    /// sum w V conj(M).
+    pub(crate) vm: Complex64,
+    /// sum w |M|^2.
+    pub(crate) mm: f64,
+    /// sum w |V|^2.
+    pub(crate) vv: f64,
+    /// Samples.
+    pub(crate) n: u32,
+    /// Every second sample's part of `vm` and `mm`.
+    pub(crate) half_vm: Complex64,
+    pub(crate) half_mm: f64,
+}
+
+impl Cell {
+    fn add(&mut self, w: f64, v: Complex64, m: Complex64) {
+        let (vm, mm) = (w * v * m.conj(), w * m.norm_sqr());
+        self.vm += vm;
+        self.mm += mm;
+        self.vv += w * v.norm_sqr();
+        if self.n % 2 == 1 {
+            self.half_vm += vm;
+            self.half_mm += mm;
+        }
+        self.n += 1;
+    }
+
+    /// sum w |V - G M|^2 for a gain product G.
+    pub(crate) fn chi2(&self, product: Complex64) -> f64 {
+        (self.vv - 2.0 * (product.conj() * self.vm).re + product.norm_sqr() * self.mm).max(0.0)
+    }
+}
+
+/// The sums of one interval.
+#[derive(Debug, Clone)]
+pub(crate) struct IntervalSums {
+    pub(crate) span: TimeSpan,
+    /// \[group, feed, pair\].
+    pub(crate) cells: Vec<Cell>,
+    /// With robust weights: index into `cells` and the sums of one row.
+    pub(crate) rows: Vec<(u32, Cell)>,
+}
+
+/// What became of the samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SampleCounts {
+    /// Samples that entered the solution.
+    pub used: u64,
+    /// Flagged, or of a weight that is not positive.
+    pub flagged: u64,
+    /// Not flagged, but NaN or infinite in value or weight.
+    pub not_finite: u64,
+    /// Where the model is NaN or infinite.
+    pub bad_model: u64,
+}
+
+/// Normal equations of a whole set.
+#[derive(Debug, Clone)]
+pub struct NormalEquations {
+    pub(crate) header: VisibilityHeader,
+    pub(crate) options: SolveOptions,
+    pub(crate) channels: ChannelPlan,
+    pub(crate) feeds: FeedPlan,
+    pub(crate) intervals: BTreeMap<i64, IntervalSums>,
+    pub(crate) counts: SampleCounts,
+    /// Antennas with at least one usable cross-correlation.
+    pub(crate) present: Vec<bool>,
+    bins: TimeBins,
+}
+
+impl NormalEquations {
+    /// Empty sums for sets of this header.
+    ///
+    /// # Errors
+    /// Options out of range (see [`SolveOptions::check`]), no polarisation to solve on, delay mode with a single channel.
+    pub fn new(header: &VisibilityHeader, options: &SolveOptions) -> Result<Self> {
+        options.check(header.layout.n_ant())?;
+        if options.mode == GainMode::Delay && header.spectrum.n_chan() < 2 {
+            return Err(ChainError::BadOption {
+                option: "mode",
+                value: "delay".into(),
+                expected: "phase or amp-phase: a delay needs at least 2 channels, the set has 1".into(),
+            });
+        }
+        let groups = if options.mode == GainMode::Delay { ChannelGroups::Channel } else { options.channels };
+        Ok(Self {
+            channels: ChannelPlan::new(&header.spectrum, groups)?,
+            feeds: FeedPlan::new(header, options.feeds)?,
+            header: header.clone(),
+            options: options.clone(),
+            intervals: BTreeMap::new(),
+            counts: SampleCounts::default(),
+            present: vec![false; header.layout.n_ant()],
+            bins: TimeBins::new(options.solint),
+        })
+    }
+
+    /// Add the rows of a block with the visibilities of the model, \[blt, chan, pol\]. Autocorrelations are passed over.
+    ///
+    /// # Errors
+    /// A model of another shape, an antenna that the header does not have, a solution interval shorter than an integration,
+    /// more intervals than memory should hold.
+    pub fn add(&mut self, block: &VisibilityBlock, model: &Array3<Complex<f32>>) -> Result<()> {
+        let expected = self.header.shape(block.n_rows());
+        if model.dim() != expected || block.vis.dim() != expected {
+            return Err(ChainError::Incompatible(format!(
+                "data of shape {:?} and a model of shape {:?}, both should be {expected:?} [row, channel, polarisation]",
+                block.vis.dim(),
+                model.dim()
+            )));
+        }
+        let coverage = &block.coverage;
+        let n_ant = self.header.layout.n_ant();
+        let n_feed = self.feeds.names.len();
+        let n_cells = self.channels.n_groups() * n_feed * n_pairs(n_ant);
+        let n_pol = self.header.polarizations.len();
+        let samples = expected.1 * n_pol;
+        let (vis, weights) = (block.vis.as_standard_layout(), block.weights.as_standard_layout());
+        let (flags, model) = (block.flags.as_standard_layout(), model.as_standard_layout());
+        let (vis, weights, flags, model) = (vis.as_slice(), weights.as_slice(), flags.as_slice(), model.as_slice());
+        let (Some(vis), Some(weights), Some(flags), Some(model)) = (vis, weights, flags, model) else {
+            return Err(ChainError::Incompatible("a block whose arrays are not contiguous".into()));
+        };
+        let mut row_cells: Vec<(u32, Cell)> = Vec::new();
+        for row in 0..block.n_rows() {
+            let (a1, a2) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
+            if a1.max(a2) >= n_ant {
+                return Err(ChainError::Incompatible(format!("a row names antenna {}, the array has {n_ant}", a1.max(a2))));
+            }
+            if a1 == a2 {
+                continue;
+            }
+            let key = self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?;
+            if !self.intervals.contains_key(&key) && (self.intervals.len() + 1) * n_cells * size_of::<Cell>() > BUDGET {
+                return Err(ChainError::BadOption {
+                    option: "solint",
+                    value: format!("more than {} intervals of {n_cells} solutions", self.intervals.len()),
+                    expected: "a longer interval, or fewer channels (average them first), so that the sums fit into 4 GiB".into(),
+                });
+            }
+            let sums = self.intervals.entry(key).or_insert_with(|| IntervalSums {
+                span: TimeSpan::empty(),
+                cells: vec![Cell::default(); n_cells],
+                rows: Vec::new(),
+            });
+            let pair = pair_index(n_ant, a1.min(a2), a1.max(a2));
+            let used_before = self.counts.used;
+            row_cells.clear();
+            let here = row * samples..(row + 1) * samples;
+            let (vis, weights, flags, model) = (&vis[here.clone()], &weights[here.clone()], &flags[here.clone()], &model[here]);
+            for (i, (((v, w), flag), m)) in vis.iter().zip(weights).zip(flags).zip(model).enumerate() {
+                let Some(feed) = self.feeds.of_pol[i % n_pol] else { continue };
+                if *flag || *w <= 0.0 {
+                    self.counts.flagged += 1;
+                    continue;
+                }
+                let (v, m, w) = (wide(*v), wide(*m), f64::from(*w));
+                if !(w.is_finite() && v.re.is_finite() && v.im.is_finite()) {
+                    self.counts.not_finite += 1;
+                    continue;
+                }
+                if !(m.re.is_finite() && m.im.is_finite()) {
+                    self.counts.bad_model += 1;
+                    continue;
+                }
+                let (v, m) = if a1 < a2 { (v, m) } else { (v.conj(), m.conj()) };
+                let index = (self.channels.group_of[i / n_pol] * n_feed + feed) * n_pairs(n_ant) + pair;
+                sums.cells[index].add(w, v, m);
+                self.counts.used += 1;
+                if self.options.robust.is_some() {
+                    match row_cells.iter_mut().find(|(at, _)| *at == index as u32) {
+                        Some((_, cell)) => cell.add(w, v, m),
+                        None => {
+                            let mut cell = Cell::default();
+                            cell.add(w, v, m);
+                            row_cells.push((index as u32, cell));
+                        }
+                    }
+                }
+            }
+            sums.rows.extend(row_cells.iter().copied());
+            if self.counts.used > used_before {
+                sums.span.add(coverage.time_jd[row], coverage.integration_s[row]);
+                self.present[a1] = true;
+                self.present[a2] = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// One pass over a set.
+    ///
+    /// # Errors
+    /// As [`NormalEquations::add`], errors of the source or the model, or [`ChainError::Cancelled`].
+    pub fn of(
+        source: &mut dyn VisibilitySource,
+        model: &mut dyn ModelVisibilities,
+        options: &SolveOptions,
+        observer: &dyn Observer,
+    ) -> Result<Self> {
+        let header = source.header().clone();
+        let mut sums = Self::new(&header, options)?;
+        observer.event(Event::Phase { name: "normal equations", total: Some(source.n_rows() as u64), unit: "rows" });
+        for_each_block(source, BLOCK_BYTES, |first_row, block| {
+            if observer.cancelled() {
+                return Err(ChainError::Cancelled);
+            }
+            let predicted = model.predict(&header, first_row, &block.coverage)?;
+            sums.add(&block, &predicted)?;
+            observer.event(Event::Advance(block.n_rows() as u64));
+            Ok(())
+        })?;
+        observer.event(Event::Done);
+        Ok(sums)
+    }
+
+    /// Refuse sums from which nothing can be solved.
+    pub(crate) fn check_usable(&self) -> Result<()> {
+        let c = &self.counts;
+        if c.used == 0 {
+            return Err(ChainError::NoData(format!(
+                "no usable cross-correlation to solve on: {} samples are flagged, {} not finite, {} without a finite model",
+                c.flagged, c.not_finite, c.bad_model
+            )));
+        }
+        if !self.intervals.values().any(|i| i.cells.iter().any(|c| c.mm > 0.0)) {
+            return Err(ChainError::NoData(
+                "the model is zero on every baseline: gains cannot be solved against it; give a model with flux".into(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// The sums of one group and feed of an interval, \[pair\].
+    pub(crate) fn cells<'a>(&self, sums: &'a IntervalSums, group: usize, feed: usize) -> &'a [Cell] {
+        let n = n_pairs(self.header.layout.n_ant());
+        let start = (group * self.feeds.names.len() + feed) * n;
+        &sums.cells[start..start + n]
+    }
+}
+
+fn wide(z: Complex<f32>) -> Complex64 {
+    Complex64::new(f64::from(z.re), f64::from(z.im))
+}

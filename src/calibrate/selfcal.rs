@@ -1,0 +1,389 @@
+//! Self-calibration: gains from a model, a better model from the calibrated data, and round again.
+//!
+//! The loop owns the gains; the sky is owned by a [`ModelMaker`], which any deconvolver can be. Each round solves the total
+//! gains from the raw data (never increments on increments), hands the maker the data as seen through them, and asks it for
+//! the next model. Rounds follow a schedule; those that bring nothing end their stage, and the best round wins.
+//!
+//! # Reference
+//! Cornwell & Wilkinson 1981, MNRAS 196, 1067; Pearson & Readhead 1984, ARA&A 22, 97.
+
+use super::apply::{ApplyOptions, CalibratedSource};
+use super::model::{ModelVisibilities, PointModel};
+use super::normal::NormalEquations;
+use super::options::{GainMode, SolutionInterval, SolveOptions};
+use super::solve::{Solution, SolveReport};
+use super::support::ClosureSupport;
+use crate::progress::{Event, Observer};
+use crate::{ChainError, Result};
+use cittert_arrays::{GainTable, VisibilitySource};
+
+/// What an image of a round is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelMetrics {
+    /// Peak of the image.
+    pub peak: f64,
+    /// Rms of the residual image.
+    pub residual_rms: f64,
+    /// Flux in the model.
+    pub model_flux: f64,
+    /// Components or iterations that made the model.
+    pub iterations: usize,
+}
+
+impl ModelMetrics {
+    /// Peak over residual rms, by which rounds are judged.
+    #[must_use]
+    pub fn dynamic_range(&self) -> f64 {
+        if self.residual_rms > 0.0 { self.peak / self.residual_rms } else { 0.0 }
+    }
+}
+
+/// Makes a model of the sky from calibrated data, and predicts its visibilities.
+pub trait ModelMaker: ModelVisibilities {
+    /// Image and deconvolve; the model then is what [`ModelVisibilities::predict`] uses.
+    ///
+    /// # Errors
+    /// Whatever keeps an image from being made.
+    fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics>;
+
+    /// The present images are the best so far: keep them.
+    fn remember(&mut self) {}
+
+    /// Go back to the images last remembered.
+    fn recall(&mut self) {}
+}
+
+/// What one round does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RoundPlan {
+    /// What is solved for.
+    pub mode: GainMode,
+    /// How long a solution holds.
+    pub solint: SolutionInterval,
+    /// The model takes only what stands so many times above the noise of the residual: more at first, so that errors of the
+    /// uncalibrated image do not enter the model, less as it gets better. Makers use it for their threshold or growing mask.
+    pub nsigma: f64,
+    /// True in the last planned round, in which the model may go to its final depth.
+    pub last: bool,
+}
+
+/// Rounds of a mode at an interval: phases first, with intervals that shrink to `solint`; with amplitudes, a last third (at
+/// least one round) of amplitude and phase.
+#[must_use]
+pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize) -> Vec<RoundPlan> {
+    let rounds = rounds.max(1);
+    let amplitude = if mode == GainMode::AmpPhase && rounds > 1 { (rounds / 3).max(1) } else { 0 };
+    let first = if mode == GainMode::AmpPhase && rounds > 1 { GainMode::Phase } else { mode };
+    let phase = rounds - amplitude;
+    (0..rounds)
+        .map(|i| {
+            let amp = i >= phase;
+            let (at, of) = if amp { (i - phase, amplitude) } else { (i, phase) };
+            // Only long schedules can afford to start coarse; a start as coarse as phases drift would lose coherence.
+            let longer = if of >= 4 && !amp { [4.0, 2.0][..].get(at).copied().unwrap_or(1.0) } else { 1.0 };
+            let solint = match solint {
+                SolutionInterval::Seconds(s) => SolutionInterval::Seconds(s * longer),
+                other => other,
+            };
+            // The noise is that of the residual, which holds the errors of calibration: 6 sigma of it keep out most of them.
+            let left = (rounds - 1 - i) as f64 / (rounds - 1).max(1) as f64;
+            RoundPlan { mode: if amp { mode } else { first }, solint, nsigma: 3.0 * 2.0_f64.powf(left), last: i + 1 == rounds }
+        })
+        .collect()
+}
+
+/// What the first gains are solved against.
+pub enum Start<'a> {
+    /// A point at the phase centre (or at l, m); its flux is estimated from the data where it is not given.
+    Point {
+        /// Flux in the unit of the visibilities.
+        flux: Option<f64>,
+        /// Direction cosine l.
+        l: f64,
+        /// Direction cosine m.
+        m: f64,
+    },
+    /// A given model.
+    Model(&'a mut dyn ModelVisibilities),
+    /// The first image of the data as they are.
+    Data,
+}
+
+/// Options of [`selfcal`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct SelfcalOptions {
+    /// Everything about the solutions that the schedule does not say.
+    pub solve: SolveOptions,
+    /// The rounds.
+    pub schedule: Vec<RoundPlan>,
+    /// How gains are applied to the data before imaging.
+    pub apply: ApplyOptions,
+    /// A round counts as an improvement when the dynamic range grows by this fraction.
+    pub improvement: f64,
+    /// Rounds without improvement after which a stage (a mode and interval) ends.
+    pub patience: usize,
+}
+
+impl SelfcalOptions {
+    /// Usual options for a mode, interval and number of rounds.
+    #[must_use]
+    pub fn new(mode: GainMode, solint: SolutionInterval, rounds: usize) -> Self {
+        Self {
+            solve: SolveOptions { mode, solint, ..SolveOptions::default() },
+            schedule: schedule(mode, solint, rounds),
+            apply: ApplyOptions::default(),
+            improvement: 0.01,
+            patience: 1,
+        }
+    }
+}
+
+/// What one round did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoundRecord {
+    /// What it was to do.
+    pub plan: RoundPlan,
+    /// Its gains.
+    pub gains: GainTable,
+    /// How they were solved.
+    pub report: SolveReport,
+    /// The image made with them.
+    pub metrics: ModelMetrics,
+    /// How closure phases see the model that the gains were solved against.
+    pub support: ClosureSupport,
+}
+
+/// Why the loop ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StopReason {
+    /// All rounds are done.
+    Completed,
+    /// Further rounds brought no better image.
+    NoImprovement,
+    /// A later round could not be solved or imaged; the reason.
+    Failed(String),
+}
+
+impl std::fmt::Display for StopReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Completed => f.write_str("all rounds done"),
+            Self::NoImprovement => f.write_str("the image no longer improved"),
+            Self::Failed(why) => write!(f, "a later round failed: {why}"),
+        }
+    }
+}
+
+/// The end of a self-calibration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Selfcal {
+    /// Every round, in order.
+    pub rounds: Vec<RoundRecord>,
+    /// Index of the best round, from whose gains the images of the maker are.
+    pub best: usize,
+    /// Metrics of the image before any calibration, where one was made.
+    pub before: Option<ModelMetrics>,
+    /// Metrics of the last image, where the best round's was made again to the full depth.
+    pub deepened: Option<ModelMetrics>,
+    /// Why it ended.
+    pub stop: StopReason,
+    /// What makes the result doubtful, in sentences; they went to the observer too.
+    pub warnings: Vec<String>,
+}
+
+impl Selfcal {
+    /// Metrics of the image that the maker holds at the end.
+    #[must_use]
+    pub fn final_metrics(&self) -> ModelMetrics {
+        self.deepened.unwrap_or(self.best().metrics)
+    }
+
+    /// The record of the best round.
+    #[must_use]
+    pub fn best(&self) -> &RoundRecord {
+        &self.rounds[self.best]
+    }
+}
+
+/// Self-calibrate a set. The data are not changed: apply the gains of [`Selfcal::best`] with [`super::apply()`].
+///
+/// # Errors
+/// An empty schedule, a first round that cannot be solved or imaged (see [`super::solve()`]), or [`ChainError::Cancelled`].
+pub fn selfcal(
+    data: &mut dyn VisibilitySource,
+    maker: &mut dyn ModelMaker,
+    start: Start<'_>,
+    options: &SelfcalOptions,
+    observer: &dyn Observer,
+) -> Result<Selfcal> {
+    let Some(first) = options.schedule.first() else {
+        return Err(ChainError::BadOption { option: "rounds", value: "0".into(), expected: "at least 1".into() });
+    };
+    let mut out = Selfcal { rounds: Vec::new(), best: 0, before: None, deepened: None, stop: StopReason::Completed, warnings: Vec::new() };
+    let mut start = Some(start);
+    if matches!(start, Some(Start::Data)) {
+        out.before = Some(maker.update(data, &RoundPlan { last: false, ..*first }, observer)?);
+    }
+    let mut idle = 0;
+    let mut next = 0;
+    while let Some(plan) = options.schedule.get(next) {
+        if observer.cancelled() {
+            return Err(ChainError::Cancelled);
+        }
+        let record = match round(data, maker, start.take(), plan, options, observer) {
+            Ok(record) => record,
+            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(e) if out.rounds.is_empty() => return Err(e),
+            Err(e) => {
+                out.stop = StopReason::Failed(e.to_string());
+                break;
+            }
+        };
+        observer.event(Event::Cycle {
+            number: next + 1,
+            iterations: record.metrics.iterations,
+            peak: record.metrics.peak,
+            flux: record.metrics.model_flux,
+            rms: record.metrics.residual_rms,
+        });
+        let range = record.metrics.dynamic_range();
+        let so_far = out.rounds.get(out.best).map_or(0.0, |b| b.metrics.dynamic_range());
+        idle = if range > so_far * (1.0 + options.improvement) { 0 } else { idle + 1 };
+        if out.rounds.is_empty() {
+            judge_start(&record.support, &mut out.warnings, observer);
+        }
+        out.rounds.push(record);
+        if range > so_far || out.rounds.len() == 1 {
+            out.best = out.rounds.len() - 1;
+            maker.remember();
+        }
+        next += 1;
+        if idle >= options.patience {
+            idle = 0;
+            let stage = |p: &RoundPlan| (p.mode, p.solint);
+            let later = options.schedule.iter().skip(next).position(|p| stage(p) != stage(plan));
+            match later {
+                Some(skip) => next += skip,
+                None if next < options.schedule.len() => {
+                    out.stop = StopReason::NoImprovement;
+                    break;
+                }
+                None => {}
+            }
+        }
+    }
+    if out.best().plan.last {
+        maker.recall();
+    } else {
+        // The best gains deserve an image of full depth, which the plan of their round did not allow.
+        let best = &out.rounds[out.best];
+        let plan = RoundPlan { last: true, ..best.plan };
+        match maker.update(&mut CalibratedSource::new(data, &best.gains, options.apply)?, &plan, observer) {
+            Ok(metrics) => out.deepened = Some(metrics),
+            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(_) => maker.recall(),
+        }
+    }
+    if let Some(warning) = out.rounds.last().and_then(|r| r.support.misfit_warning()) {
+        observer.event(Event::Warning(&warning));
+        out.warnings.push(warning);
+    }
+    Ok(out)
+}
+
+fn judge_start(support: &ClosureSupport, warnings: &mut Vec<String>, observer: &dyn Observer) {
+    if let Some(misfit) = support.misfit_rad.filter(|m| *m > 0.5) {
+        observer.event(Event::Note(&format!(
+            "the closure phases of the starting model are off by {misfit:.2} rad rms: if the rounds do not converge, start from the data or a better model"
+        )));
+    }
+    if let Some(warning) = support.noise_warning() {
+        observer.event(Event::Warning(&warning));
+        warnings.push(warning);
+    }
+}
+
+/// Solve against the present model, image what the gains make of the data.
+fn round(
+    data: &mut dyn VisibilitySource,
+    maker: &mut dyn ModelMaker,
+    start: Option<Start<'_>>,
+    plan: &RoundPlan,
+    options: &SelfcalOptions,
+    observer: &dyn Observer,
+) -> Result<RoundRecord> {
+    let solve = SolveOptions { mode: plan.mode, solint: plan.solint, normalize: plan.mode == GainMode::AmpPhase, ..options.solve.clone() };
+    let first = start.is_some();
+    let (mut sums, independent_model) = match start {
+        Some(Start::Point { flux, l, m }) => (point_sums(data, flux, (l, m), &solve, observer)?, true),
+        Some(Start::Model(model)) => (NormalEquations::of(data, model, &solve, observer)?, true),
+        Some(Start::Data) => {
+            let sums = NormalEquations::of(data, maker, &solve, observer)?;
+            if sums.counts.used > 0 && sums.check_usable().is_err() {
+                observer.event(Event::Note("nothing in the first image stands out: starting from a point at the phase centre"));
+                (point_sums(data, None, (0.0, 0.0), &solve, observer)?, true)
+            } else {
+                (sums, false)
+            }
+        }
+        None => (NormalEquations::of(data, maker, &solve, observer)?, false),
+    };
+    let support = ClosureSupport { independent_model, ..sums.closure_support() };
+    let solved = match sums.solve(observer) {
+        // Noise rarely reaches the least signal to noise. The user is told that it is noise, with an image that shows it.
+        Err(ChainError::NoData(_)) if first && !support.is_signal() && solve.min_snr > 0.0 => {
+            sums.options.min_snr = 0.0;
+            sums.solve(observer)
+        }
+        other => other,
+    };
+    let Solution { gains, report } = solved?;
+    drop(sums);
+    let metrics = maker.update(&mut CalibratedSource::new(data, &gains, options.apply)?, plan, observer)?;
+    Ok(RoundRecord { plan: *plan, gains, report, metrics, support })
+}
+
+/// Sums against a point, of a flux that explains the data where none is given.
+fn point_sums(
+    data: &mut dyn VisibilitySource,
+    flux: Option<f64>,
+    (l, m): (f64, f64),
+    solve: &SolveOptions,
+    observer: &dyn Observer,
+) -> Result<NormalEquations> {
+    let mut sums = NormalEquations::of(data, &mut PointModel { flux: flux.unwrap_or(1.0), l, m }, solve, observer)?;
+    if flux.is_none() {
+        sums.scale_model(sums.flux_estimate());
+    }
+    Ok(sums)
+}
+
+impl NormalEquations {
+    /// Flux of a source shaped like the model, in units of it, that explains the power of the cells beyond noise.
+    fn flux_estimate(&self) -> f64 {
+        let scale2 = self.noise_scale2();
+        let (mut power, mut noise, mut unit) = (0.0, 0.0, 0.0);
+        for c in self.intervals.values().flat_map(|i| &i.cells) {
+            power += c.vm.norm_sqr();
+            noise += 2.0 * scale2 * c.mm;
+            unit += c.mm * c.mm;
+        }
+        // Where nothing rises above the noise, any flux will do: the noise's own.
+        let signal = if power > noise { power - noise } else { noise };
+        if unit > 0.0 && signal > 0.0 { (signal / unit).sqrt() } else { 1.0 }
+    }
+
+    /// Multiply the model by a number, after the fact.
+    fn scale_model(&mut self, factor: f64) {
+        let scale = |c: &mut super::normal::Cell| {
+            c.vm *= factor;
+            c.mm *= factor * factor;
+            c.half_vm *= factor;
+            c.half_mm *= factor * factor;
+        };
+        for i in self.intervals.values_mut() {
+            i.cells.iter_mut().for_each(scale);
+            i.rows.iter_mut().for_each(|(_, c)| scale(c));
+        }
+    }
+}
