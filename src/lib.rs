@@ -1,5 +1,6 @@
 //! Aperture synthesis: from an array layout and a scene to visibilities, images and calibrations.
 
+pub mod corrupt;
 pub mod error;
 pub mod fidelity;
 pub mod fourier;
