@@ -1,9 +1,11 @@
 //! Aperture synthesis: from an array layout and a scene to visibilities, images and calibrations.
 
 pub mod corrupt;
+pub mod deconvolve;
 pub mod error;
 pub mod fidelity;
 pub mod fourier;
+pub mod imaging;
 pub mod plot;
 pub mod progress;
 pub mod simulate;

@@ -8,6 +8,7 @@
 //! add the tiles to the planes of the w term, transform, and divide by the transform of the kernel.
 
 mod channels;
+mod convolve;
 mod degridder;
 pub mod dft;
 mod fft;
@@ -23,6 +24,7 @@ mod tests;
 mod uv_grid;
 mod wplanes;
 
+pub use convolve::{Convolver, Spectrum};
 pub use degridder::Degridder;
 pub use gridder::Gridder;
 pub use kernel::Kernel;

@@ -1,0 +1,188 @@
+//! CLEAN after Clark: components among the brightest pixels only, then one exact convolution for all of them.
+//!
+//! A histogram of the residual sets the cut above which pixels are active. Components are found among these, and only they are brought up
+//! to date, those near the component with the inner patch of the beam. What the patch leaves out is at most its largest value outside
+//! times the component, so the cut is never below that part of the peak; the convolution by FFT then puts everything right.
+//!
+//! # Reference
+//! Clark 1980, A&A 89, 377.
+
+use super::tiles::{TiledBeam, point};
+use super::{
+    Component, DIVERGED, DeconvolveOptions, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of,
+};
+use crate::Result;
+use ndarray::{Array2, ArrayView2};
+
+/// Pixels that are active at most.
+const MOST_ACTIVE: usize = 20_000;
+/// Bins of the histogram, even steps of the logarithm over four decades below the peak.
+const BINS: usize = 400;
+const DECADES: f64 = 4.0;
+
+struct Clark {
+    beam: TiledBeam,
+    psf: Vec<f32>,
+    n_l: usize,
+    /// Half width of the patch and the largest |beam| outside.
+    patch: usize,
+    outside: f64,
+}
+
+pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &DeconvolveOptions) -> Result<Box<dyn Deconvolver>> {
+    check_beam(psf)?;
+    let (n_m, n_l) = psf.dim();
+    // A quarter of the image holds all but the far side lobes.
+    let patch = (n_m.max(n_l) / 8).max(48).min(n_m.max(n_l));
+    let far = |at: usize, n: usize| at.abs_diff(n / 2) > patch;
+    let outside = psf.indexed_iter().filter(|((i, j), _)| far(*i, n_m) || far(*j, n_l)).map(|(_, v)| v.abs()).fold(0.0, f64::max);
+    #[allow(clippy::cast_possible_truncation)]
+    let single = psf.iter().map(|v| *v as f32).collect();
+    Ok(Box::new(Clark { beam: TiledBeam::new(psf), psf: single, n_l, patch, outside }))
+}
+
+impl Deconvolver for Clark {
+    fn minor(&mut self, cycle: Minor<'_>) -> Result<MinorReport> {
+        check_cycle(&cycle, self.beam.shape())?;
+        let Minor { residual, model, mask, limits } = cycle;
+        let mut taken: Vec<Component> = Vec::new();
+        let mut peak = peak_of(residual.view(), mask, limits.negative).map_or(0.0, |p| p.0.abs());
+        let stop = loop {
+            if peak == 0.0 {
+                break MinorStop::Nothing;
+            }
+            if peak <= limits.level {
+                break MinorStop::Level;
+            }
+            if taken.len() >= limits.iterations {
+                break MinorStop::Iterations;
+            }
+            let cut = self.cut(residual, mask, peak, &limits);
+            let mut active = Active::new(residual, mask, cut, limits.negative);
+            let found = self.among(&mut active, cut, &limits, limits.iterations - taken.len());
+            let mut flux = Array2::zeros(residual.dim());
+            found.iter().for_each(|c| flux[(c.row, c.column)] += c.flux);
+            let next = &*residual - &self.beam.convolve(flux.view());
+            let after = peak_of(next.view(), mask, limits.negative).map_or(0.0, |p| p.0.abs());
+            if !(after <= DIVERGED * peak) {
+                break MinorStop::Diverged;
+            }
+            *residual = next;
+            *model += &flux;
+            taken.extend(found);
+            peak = after;
+        };
+        Ok(MinorReport { iterations: taken.len(), peak, stop, components: taken })
+    }
+}
+
+impl Clark {
+    /// The level above which pixels are active.
+    fn cut(&self, residual: &Array2<f64>, mask: Option<&Array2<bool>>, peak: f64, limits: &MinorLimits) -> f64 {
+        let mut histogram = vec![0_usize; BINS];
+        for (at, v) in residual.indexed_iter() {
+            let size = if limits.negative { v.abs() } else { *v };
+            if size > peak * 10f64.powf(-DECADES) && mask.is_none_or(|m| m[at]) {
+                let below = -(size / peak).log10() / DECADES * BINS as f64;
+                histogram[(below as usize).min(BINS - 1)] += 1;
+            }
+        }
+        let mut sum = 0;
+        let bins = histogram.iter().take_while(|n| {
+            sum += **n;
+            sum <= MOST_ACTIVE
+        });
+        let crowded = peak * 10f64.powf(-DECADES * bins.count() as f64 / BINS as f64);
+        // Never all the way to the peak: a component must be possible.
+        crowded.max(limits.level).max(peak * self.outside.min(0.9)).min(0.95 * peak)
+    }
+
+    /// Components among the active pixels until their peak is down to the cut.
+    fn among(&self, active: &mut Active, cut: f64, limits: &MinorLimits, most: usize) -> Vec<Component> {
+        let mut out = Vec::new();
+        while out.len() < most {
+            let Some((k, row)) = active.peak() else { break };
+            let value = active.values[k];
+            if value.abs() <= cut {
+                break;
+            }
+            let flux = limits.gain * value;
+            let (row, column) = (active.rows[row].row, active.columns[k] as usize);
+            self.subtract(active, row, column, flux);
+            out.push(point(row, column, flux));
+        }
+        out
+    }
+
+    fn subtract(&self, active: &mut Active, row: usize, column: usize, flux: f64) {
+        let (n_m, _) = self.beam.shape();
+        let n_l = self.n_l;
+        let first = active.rows.partition_point(|r| r.row + self.patch < row);
+        // Column of the beam for column 0 of the image; wraps below 0 and is then too large for any column.
+        let shift = (n_l / 2).wrapping_sub(column);
+        for r in active.rows[first..].iter_mut().take_while(|r| r.row <= row + self.patch) {
+            let Some(line) = (r.row + n_m / 2).checked_sub(row).filter(|b| *b < n_m) else { continue };
+            let line = &self.psf[line * n_l..(line + 1) * n_l];
+            let mut best = (0.0, r.lo);
+            for (k, (c, v)) in (r.lo..r.hi).zip(active.columns[r.lo..r.hi].iter().zip(&mut active.values[r.lo..r.hi])) {
+                *v -= flux * f64::from(line.get((*c as usize).wrapping_add(shift)).copied().unwrap_or(0.0));
+                let size = if active.negative { v.abs() } else { *v };
+                if size > best.0 {
+                    best = (size, k);
+                }
+            }
+            (r.peak, r.peak_at) = best;
+        }
+    }
+}
+
+/// Active pixels, row by row.
+struct Active {
+    columns: Vec<u32>,
+    values: Vec<f64>,
+    rows: Vec<ActiveRow>,
+    negative: bool,
+}
+
+struct ActiveRow {
+    row: usize,
+    lo: usize,
+    hi: usize,
+    peak: f64,
+    peak_at: usize,
+}
+
+impl Active {
+    fn new(residual: &Array2<f64>, mask: Option<&Array2<bool>>, cut: f64, negative: bool) -> Self {
+        let mut active = Self { columns: Vec::new(), values: Vec::new(), rows: Vec::new(), negative };
+        for (i, line) in residual.rows().into_iter().enumerate() {
+            let lo = active.values.len();
+            let mut best = (0.0, lo);
+            for (j, v) in line.iter().enumerate() {
+                let size = if negative { v.abs() } else { *v };
+                if size > cut && mask.is_none_or(|m| m[(i, j)]) {
+                    if size > best.0 {
+                        best = (size, active.values.len());
+                    }
+                    active.columns.push(j as u32);
+                    active.values.push(*v);
+                }
+            }
+            if active.values.len() > lo {
+                active.rows.push(ActiveRow { row: i, lo, hi: active.values.len(), peak: best.0, peak_at: best.1 });
+            }
+        }
+        active
+    }
+
+    /// Index of the peak and of its row.
+    fn peak(&self) -> Option<(usize, usize)> {
+        let mut best = (0.0, None);
+        for (k, r) in self.rows.iter().enumerate() {
+            if r.peak > best.0 {
+                best = (r.peak, Some((r.peak_at, k)));
+            }
+        }
+        best.1
+    }
+}

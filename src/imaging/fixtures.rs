@@ -1,0 +1,86 @@
+//! Small sets for tests: a random array seen once, point sources, and noise.
+
+use cittert_arrays::{
+    Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage, VisUnit, VisibilityBlock,
+    VisibilityHeader, VisibilitySet,
+};
+use ndarray::Array2;
+use num_complex::{Complex, Complex64};
+
+/// Numbers in [-1, 1), the same in every run.
+pub(crate) struct Noise(pub(crate) u64);
+
+impl Noise {
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Antennas spread evenly over a disc of this radius in m, with small heights.
+pub(crate) fn positions(n: usize, radius_m: f64, height_m: f64, seed: u64) -> Vec<[f64; 3]> {
+    let mut noise = Noise(seed);
+    let place = |k: usize| {
+        let r = radius_m * ((k as f64 + 0.5) / n as f64).sqrt();
+        let a = 2.399_963 * k as f64 + 0.2 * noise.next();
+        [r * a.cos(), r * a.sin(), height_m * noise.next()]
+    };
+    (0..n).map(place).collect()
+}
+
+/// One integration of all baselines at a boresight, with sources (l, m, flux) and noise of this standard deviation a real part.
+pub(crate) fn snapshot(
+    positions: &[[f64; 3]],
+    freq_hz: &[f64],
+    pols: &[Polarization],
+    sources: &[(f64, f64, f64)],
+    (sigma, unit): (f64, VisUnit),
+) -> VisibilitySet {
+    let antennas = positions.iter().enumerate().map(|(k, p)| Antenna::new(format!("a{k}"), k as u32, *p)).collect();
+    let layout = ArrayLayout::new("test", LayoutFrame::Boresight, antennas).unwrap();
+    let header = VisibilityHeader {
+        layout,
+        spectrum: SpectralWindow::new(freq_hz.to_vec(), vec![1e6; freq_hz.len()]).unwrap(),
+        polarizations: pols.to_vec(),
+        phase_centers: vec![PhaseCenter::unprojected("boresight")],
+        unit,
+        telescope: "test".into(),
+        instrument: "test".into(),
+        pedestal_k: None,
+        history: Vec::new(),
+    };
+    let pairs: Vec<(usize, usize)> = (0..positions.len()).flat_map(|a| (a + 1..positions.len()).map(move |b| (a, b))).collect();
+    let uvw = Array2::from_shape_fn((pairs.len(), 3), |(r, k)| positions[pairs[r].1][k] - positions[pairs[r].0][k]);
+    let n = pairs.len();
+    let coverage = UvCoverage::new(
+        uvw.clone(),
+        pairs.iter().map(|p| p.0 as u32).collect(),
+        pairs.iter().map(|p| p.1 as u32).collect(),
+        vec![2_460_000.5; n],
+        vec![1.0; n],
+        vec![0; n],
+    )
+    .unwrap();
+    let mut data = VisibilityBlock::zeros(coverage, freq_hz.len(), pols.len());
+    let mut noise = Noise(99);
+    // The sum of three even deviates on [-1, 1) has unit variance.
+    let mut gauss = || noise.next() + noise.next() + noise.next();
+    for r in 0..n {
+        for (c, f) in freq_hz.iter().enumerate() {
+            let mut v = Complex64::default();
+            for (l, m, s) in sources {
+                let depth = (1.0 - l * l - m * m).sqrt() - 1.0;
+                let turns = (uvw[(r, 0)] * l + uvw[(r, 1)] * m + uvw[(r, 2)] * depth) * f / SPEED_OF_LIGHT_M_S;
+                v += Complex64::from_polar(*s, std::f64::consts::TAU * turns);
+            }
+            for p in 0..pols.len() {
+                let z = v + Complex64::new(sigma * gauss(), sigma * gauss());
+                data.vis[(r, c, p)] = Complex::new(z.re as f32, z.im as f32);
+                if sigma > 0.0 {
+                    data.weights[(r, c, p)] = (1.0 / (sigma * sigma)) as f32;
+                }
+            }
+        }
+    }
+    VisibilitySet::new(header, data).unwrap()
+}

@@ -1,0 +1,455 @@
+//! Major cycles: minor cycles on the image, then the residual anew from the visibilities.
+//!
+//! A minor cycle stops where its approximations would begin to show: at (1 - mgain) of the peak, and not below the side lobes of the beam
+//! times `cyclefactor`, within limits. The run stops at a threshold, at a multiple of the noise, when the iterations are used up, or when the
+//! residual grows; the best state is kept, and the reason is always said.
+//!
+//! # Reference
+//! Schwab 1984, AJ 89, 1076 (Cotton-Schwab).
+
+use super::output::Kind;
+use super::restore::with_beam;
+use super::{Imager, Residual};
+use crate::deconvolve::{Component, DeconvolveOptions, Deconvolver, Entry, Minor, MinorLimits, MinorReport, MinorStop, TABLE, peak_of};
+use crate::progress::{Event, Observer};
+use crate::{ChainError, Result};
+use cittert_arrays::{Image, RestoringBeam, VisUnit};
+use ndarray::Array2;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// How to clean.
+#[derive(Debug, Clone)]
+pub struct CleanOptions {
+    /// The deconvolver.
+    pub algorithm: &'static Entry,
+    /// Its settings.
+    pub deconvolve: DeconvolveOptions,
+    /// Part of the peak that a component takes.
+    pub gain: f64,
+    /// Components at most, over all major cycles of an output channel.
+    pub niter: usize,
+    /// Stop at this peak, in the unit of the dirty image (without a constant that is added back).
+    pub threshold: f64,
+    /// Stop at this multiple of the robust noise of the residual; 0 is off.
+    pub nsigma: f64,
+    /// Part by which a minor cycle brings the peak down at most.
+    pub mgain: f64,
+    /// A minor cycle stops at this times the largest side lobe times the peak.
+    pub cyclefactor: f64,
+    /// Limits of that product as a part of the peak.
+    pub psf_fraction: (f64, f64),
+    /// Where components may be \[m, l\].
+    pub mask: Option<Array2<bool>>,
+    /// Make and grow a mask of what stands so many times above the noise.
+    pub auto_mask: Option<f64>,
+    /// Take negative components too.
+    pub negative: bool,
+    /// Major cycles at most.
+    pub max_major: usize,
+}
+
+impl Default for CleanOptions {
+    fn default() -> Self {
+        Self {
+            algorithm: &TABLE[0],
+            deconvolve: DeconvolveOptions::default(),
+            gain: 0.1,
+            niter: 1000,
+            threshold: 0.0,
+            nsigma: 0.0,
+            mgain: 0.8,
+            cyclefactor: 1.5,
+            psf_fraction: (0.05, 0.8),
+            mask: None,
+            auto_mask: None,
+            negative: true,
+            max_major: 100,
+        }
+    }
+}
+
+/// Why a run stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// The peak is at or below the threshold.
+    Threshold,
+    /// The peak is at or below the multiple of the noise.
+    Noise,
+    /// All iterations are used.
+    Iterations,
+    /// The most major cycles were made.
+    MajorCycles,
+    /// The residual grew; the best state was kept.
+    Diverged,
+    /// The residual stopped coming down.
+    Stalled,
+    /// Nothing is left that a component could take.
+    Nothing,
+}
+
+impl StopReason {
+    /// A short name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Threshold => "threshold",
+            Self::Noise => "nsigma",
+            Self::Iterations => "niter",
+            Self::MajorCycles => "major cycles",
+            Self::Diverged => "diverged",
+            Self::Stalled => "stalled",
+            Self::Nothing => "nothing left",
+        }
+    }
+}
+
+/// A component with its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CleanComponent {
+    /// Output channel.
+    pub channel: usize,
+    /// Direction cosines of its centre.
+    pub l: f64,
+    /// See `l`.
+    pub m: f64,
+    /// Flux: Jy, or K sr.
+    pub flux: f64,
+    /// Width of its scale, rad; 0 for a point.
+    pub scale_rad: f64,
+}
+
+/// What happened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CleanStatistics {
+    /// Why each output channel stopped.
+    pub stop: Vec<StopReason>,
+    /// Components in all output channels.
+    pub iterations: usize,
+    /// Major cycles in all output channels.
+    pub major_cycles: usize,
+    /// Rms of the residual, in the unit of the residual image.
+    pub residual_rms: f64,
+    /// Largest absolute residual.
+    pub residual_peak: f64,
+    /// Sum of the model over pixels and the mean over output channels: Jy, or K sr.
+    pub model_flux: f64,
+    /// Largest value of the restored image over the rms of the residual.
+    pub dynamic_range: f64,
+    /// Chi squared over the real numbers measured, mean over output channels.
+    pub chi2_per_datum: f64,
+    /// Wall-clock seconds by stage.
+    pub seconds: BTreeMap<&'static str, f64>,
+}
+
+/// Images and facts of a run.
+#[derive(Debug, Clone)]
+pub struct CleanProducts {
+    /// Dirty beam.
+    pub psf: Image,
+    /// Dirty image.
+    pub dirty: Image,
+    /// Model, flux a pixel or kelvin.
+    pub model: Image,
+    /// Residual.
+    pub residual: Image,
+    /// Model seen with the restoring beam, plus the residual.
+    pub restored: Image,
+    /// Components, merged by place and scale, brightest first.
+    pub components: Vec<CleanComponent>,
+    /// What happened.
+    pub statistics: CleanStatistics,
+    /// Restoring beam of each output channel.
+    pub beams: Vec<RestoringBeam>,
+}
+
+/// Standard deviation of the noise from the median of absolute deviations, which sources hardly move: 1.4826 MAD.
+#[must_use]
+pub fn robust_rms(image: &Array2<f64>) -> f64 {
+    let mut values: Vec<f64> = image.iter().copied().collect();
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    let median = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
+    values.iter_mut().for_each(|v| *v = (*v - median).abs());
+    1.4826 * *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Seconds by stage.
+#[derive(Default)]
+struct Clock(BTreeMap<&'static str, f64>);
+
+impl Clock {
+    fn time<R>(&mut self, stage: &'static str, work: impl FnOnce() -> R) -> R {
+        let start = Instant::now();
+        let result = work();
+        *self.0.entry(stage).or_default() += start.elapsed().as_secs_f64();
+        result
+    }
+}
+
+/// One output channel on its way.
+struct Channel {
+    psf: Array2<f64>,
+    beam: RestoringBeam,
+    dirty: Array2<f64>,
+    model: Array2<f64>,
+    residual: Residual,
+    components: Vec<Component>,
+    stop: StopReason,
+    major: usize,
+}
+
+/// Clean all output channels of an imager.
+///
+/// # Errors
+/// Options out of range, a mask of another shape, a beam that no Gaussian fits, whatever the source says.
+pub fn clean(imager: &mut Imager<'_>, opts: &CleanOptions, observer: &dyn Observer) -> Result<CleanProducts> {
+    check(imager, opts)?;
+    let mut clock = Clock::default();
+    let channels =
+        (0..imager.channels().len()).map(|k| clean_channel(imager, k, opts, (observer, &mut clock))).collect::<Result<Vec<_>>>()?;
+    products(imager, channels, clock)
+}
+
+fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
+    let bad = |option, value: String, expected: &str| Err(ChainError::BadOption { option, value, expected: expected.into() });
+    if !(o.gain > 0.0 && o.gain <= 1.0) {
+        return bad("--gain", o.gain.to_string(), "above 0, at most 1");
+    }
+    if !(o.mgain > 0.0 && o.mgain <= 1.0) {
+        return bad("--mgain", o.mgain.to_string(), "above 0, at most 1");
+    }
+    for (option, value) in [("--threshold", o.threshold), ("--nsigma", o.nsigma), ("--cyclefactor", o.cyclefactor)] {
+        if !(value >= 0.0 && value.is_finite()) {
+            return bad(option, value.to_string(), "a number of 0 or more");
+        }
+    }
+    if let Some(a) = o.auto_mask
+        && !(a > 0.0 && a.is_finite())
+    {
+        return bad("--auto-mask", a.to_string(), "a positive multiple of the noise");
+    }
+    let shape = (imager.grid().n_m, imager.grid().n_l);
+    if let Some(mask) = &o.mask
+        && mask.dim() != shape
+    {
+        return bad("--mask", format!("{:?}", mask.dim()), &format!("a mask of the shape of the image, {shape:?}"));
+    }
+    Ok(())
+}
+
+fn clean_channel(
+    imager: &mut Imager<'_>,
+    k: usize,
+    opts: &CleanOptions,
+    (observer, clock): (&dyn Observer, &mut Clock),
+) -> Result<Channel> {
+    let psf = clock.time("psf", || imager.psf(k, observer))?;
+    let beam = imager.beam_of(&psf)?;
+    let dirty = clock.time("dirty", || imager.dirty(k, observer))?;
+    let beam_px = (beam.bmaj_rad * beam.bmin_rad).sqrt() / imager.grid().cell_rad;
+    let settings = DeconvolveOptions { beam_px, ..opts.deconvolve.clone() };
+    let mut deconvolver = clock.time("minor", || (opts.algorithm.make)(psf.view(), &settings))?;
+    let kelvin = imager.header().unit == VisUnit::KelvinSr;
+    let run = Run {
+        opts,
+        side_lobe: side_lobe(imager, &psf, &beam),
+        threshold: opts.threshold * if kelvin { beam.solid_angle_sr() } else { 1.0 },
+        beam_px: beam.bmaj_rad / imager.grid().cell_rad,
+    };
+    let mut state = Channel {
+        model: Array2::zeros(dirty.dim()),
+        residual: Residual { image: dirty.clone(), chi2_per_datum: f64::NAN },
+        components: Vec::new(),
+        stop: StopReason::MajorCycles,
+        major: 0,
+        psf,
+        beam,
+        dirty,
+    };
+    run.cycles(imager, k, &mut *deconvolver, &mut state, (observer, clock))?;
+    if state.residual.chi2_per_datum.is_nan() {
+        state.residual = clock.time("major", || imager.residual(k, state.model.view(), observer))?;
+    }
+    Ok(state)
+}
+
+/// Largest absolute value of the beam outside its main lobe.
+fn side_lobe(imager: &Imager<'_>, psf: &Array2<f64>, beam: &RestoringBeam) -> f64 {
+    let grid = imager.grid();
+    let (sin, cos) = beam.bpa_rad.sin_cos();
+    let outside = |i: usize, j: usize| {
+        let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
+        // The first null of a lobe lies near one width from its centre.
+        ((l * sin + m * cos) / beam.bmaj_rad).powi(2) + ((l * cos - m * sin) / beam.bmin_rad).powi(2) > 1.2
+    };
+    psf.indexed_iter().filter(|((i, j), _)| outside(*i, *j)).map(|(_, v)| v.abs()).fold(0.0, f64::max)
+}
+
+struct Run<'a> {
+    opts: &'a CleanOptions,
+    side_lobe: f64,
+    threshold: f64,
+    beam_px: f64,
+}
+
+impl Run<'_> {
+    fn cycles(
+        &self,
+        imager: &mut Imager<'_>,
+        k: usize,
+        deconvolver: &mut dyn Deconvolver,
+        state: &mut Channel,
+        (observer, clock): (&dyn Observer, &mut Clock),
+    ) -> Result<()> {
+        let o = self.opts;
+        let mut auto = o.auto_mask.map(|_| Array2::from_elem(state.dirty.dim(), false));
+        let mut least = f64::INFINITY;
+        let mut best: Option<(Array2<f64>, Residual, usize)> = None;
+        loop {
+            let rms = robust_rms(&state.residual.image);
+            if let (Some(mask), Some(sigmas)) = (&mut auto, o.auto_mask) {
+                self.grow(mask, &state.residual.image, sigmas * rms);
+                if let Some(fixed) = &o.mask {
+                    ndarray::Zip::from(mask).and(fixed).for_each(|m, f| *m &= *f);
+                }
+            }
+            let mask = auto.as_ref().or(o.mask.as_ref());
+            let peak = peak_of(state.residual.image.view(), mask, o.negative).map_or(0.0, |p| p.0.abs());
+            let (number, iterations) = (state.major, state.components.len());
+            observer.event(Event::Cycle { number: number + 1, iterations, peak, flux: state.model.sum(), rms });
+            if observer.cancelled() {
+                return Err(ChainError::Cancelled);
+            }
+            // Grown by a factor over the best: what was done since does harm.
+            if number > 0 && !(peak <= 1.5 * least) {
+                if let Some((model, residual, n)) = best.take() {
+                    (state.model, state.residual) = (model, residual);
+                    state.components.truncate(n);
+                }
+                return self.stop(state, StopReason::Diverged, observer);
+            }
+            if peak < least {
+                least = peak;
+                best = Some((state.model.clone(), state.residual.clone(), iterations));
+            }
+            let level = self.threshold.max(o.nsigma * rms);
+            if let Some(reason) = self.reason(peak, level, state) {
+                return self.stop(state, reason, observer);
+            }
+            let part = (o.cyclefactor * self.side_lobe).clamp(o.psf_fraction.0, o.psf_fraction.1.max(o.psf_fraction.0)).max(1.0 - o.mgain);
+            let limits =
+                MinorLimits { gain: o.gain, level: level.max(part * peak), iterations: o.niter - iterations, negative: o.negative };
+            let Channel { residual, model, .. } = state;
+            let cycle = Minor { residual: &mut residual.image, model, mask, limits };
+            let report: MinorReport = clock.time("minor", || deconvolver.minor(cycle))?;
+            state.major += 1;
+            let took = report.iterations;
+            state.components.extend(report.components);
+            state.residual = clock.time("major", || imager.residual(k, state.model.view(), observer))?;
+            if took == 0 {
+                let reason = if report.stop == MinorStop::Diverged { StopReason::Diverged } else { StopReason::Nothing };
+                return self.stop(state, reason, observer);
+            }
+        }
+    }
+
+    fn reason(&self, peak: f64, level: f64, state: &Channel) -> Option<StopReason> {
+        if peak == 0.0 {
+            return Some(StopReason::Nothing);
+        }
+        if peak <= self.threshold {
+            return Some(StopReason::Threshold);
+        }
+        if peak <= level {
+            return Some(StopReason::Noise);
+        }
+        if state.components.len() >= self.opts.niter {
+            return Some(StopReason::Iterations);
+        }
+        (state.major >= self.opts.max_major).then_some(StopReason::MajorCycles)
+    }
+
+    fn stop(&self, state: &mut Channel, reason: StopReason, observer: &dyn Observer) -> Result<()> {
+        state.stop = reason;
+        let (n, m) = (state.components.len(), state.major);
+        observer.event(Event::Note(&format!("stopped after {n} components in {m} major cycles: {}", reason.name())));
+        Ok(())
+    }
+
+    /// Add to the mask what stands above the level, widened by half a main lobe.
+    fn grow(&self, mask: &mut Array2<bool>, residual: &Array2<f64>, level: f64) {
+        let reach = (0.5 * self.beam_px).ceil().max(1.0) as usize;
+        let (n_m, n_l) = residual.dim();
+        for ((i, j), v) in residual.indexed_iter() {
+            let stands = if self.opts.negative { v.abs() > level } else { *v > level };
+            if stands {
+                let rows = i.saturating_sub(reach)..(i + reach + 1).min(n_m);
+                let columns = j.saturating_sub(reach)..(j + reach + 1).min(n_l);
+                mask.slice_mut(ndarray::s![rows, columns]).fill(true);
+            }
+        }
+    }
+}
+
+fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Result<CleanProducts> {
+    let grid = imager.grid().clone();
+    let beams: Vec<RestoringBeam> = channels.iter().map(|c| c.beam).collect();
+    let restored: Vec<Array2<f64>> =
+        clock.time("restore", || channels.iter().map(|c| with_beam(&grid, c.model.view(), &c.beam) + &c.residual.image).collect());
+    let mut statistics = CleanStatistics {
+        stop: channels.iter().map(|c| c.stop).collect(),
+        iterations: channels.iter().map(|c| c.components.len()).sum(),
+        major_cycles: channels.iter().map(|c| c.major).sum(),
+        residual_rms: 0.0,
+        residual_peak: 0.0,
+        model_flux: channels.iter().map(|c| c.model.sum()).sum::<f64>() / channels.len() as f64,
+        dynamic_range: 0.0,
+        chi2_per_datum: channels.iter().map(|c| c.residual.chi2_per_datum).sum::<f64>() / channels.len() as f64,
+        seconds: clock.0,
+    };
+    let mut components = Vec::new();
+    let (mut psfs, mut dirties, mut models, mut residuals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (channel, c) in channels.into_iter().enumerate() {
+        components.extend(merged(&grid, channel, &c.components));
+        psfs.push(c.psf);
+        dirties.push(c.dirty);
+        models.push(c.model);
+        residuals.push(c.residual.image);
+    }
+    components.sort_by(|a, b| b.flux.abs().total_cmp(&a.flux.abs()));
+    let residual = imager.image(residuals, Kind::Residual, &beams)?;
+    let restored = imager.image(restored, Kind::Restored, &beams)?;
+    statistics.residual_rms = (residual.data.iter().map(|v| v * v).sum::<f64>() / residual.data.len() as f64).sqrt();
+    statistics.residual_peak = residual.data.iter().fold(0.0, |a, v| a.max(v.abs()));
+    let top = restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - restored.pedestal_k.unwrap_or(0.0);
+    statistics.dynamic_range = top / statistics.residual_rms.max(f64::MIN_POSITIVE);
+    Ok(CleanProducts {
+        psf: imager.image(psfs, Kind::Psf, &beams)?,
+        dirty: imager.image(dirties, Kind::Dirty, &beams)?,
+        model: imager.image(models, Kind::Model, &beams)?,
+        residual,
+        restored,
+        components,
+        statistics,
+        beams,
+    })
+}
+
+/// Components of one place and scale as one.
+fn merged(grid: &cittert_arrays::SkyGrid, channel: usize, components: &[Component]) -> Vec<CleanComponent> {
+    let mut sums: BTreeMap<(usize, usize, u64), f64> = BTreeMap::new();
+    for c in components {
+        *sums.entry((c.row, c.column, c.scale_px.to_bits())).or_default() += c.flux;
+    }
+    let place = |((row, column, scale), flux): ((usize, usize, u64), f64)| CleanComponent {
+        channel,
+        l: grid.l_at(column as f64),
+        m: grid.m_at(row as f64),
+        flux,
+        scale_rad: f64::from_bits(scale) * grid.cell_rad,
+    };
+    sums.into_iter().map(place).collect()
+}

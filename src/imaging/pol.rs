@@ -1,0 +1,202 @@
+//! Polarisation products of a file combined into the one that is imaged.
+
+use crate::{ChainError, Result};
+use cittert_arrays::{Polarization, VisibilityBlock};
+use num_complex::{Complex, Complex32};
+
+/// How a product is made of the products of a file: the sum of coefficient times product.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PolSelector {
+    /// The product that is imaged.
+    pub target: Polarization,
+    terms: Vec<(usize, Complex32)>,
+    /// One hand stands for Stokes I where the other is missing: true of an unpolarised source.
+    either_hand: bool,
+}
+
+/// What became of the data of a pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DataCounts {
+    /// Data of the product, used or not.
+    pub total: u64,
+    /// Used.
+    pub used: u64,
+    /// Left out: flagged in the file.
+    pub flagged: u64,
+    /// Left out: a weight that is zero, negative or not finite.
+    pub bad_weight: u64,
+    /// Left out: a visibility or uvw that is not finite.
+    pub not_finite: u64,
+    /// Used although only one of the two hands was usable.
+    pub one_hand: u64,
+}
+
+impl DataCounts {
+    /// The sum of two.
+    #[must_use]
+    pub fn plus(self, o: Self) -> Self {
+        Self {
+            total: self.total + o.total,
+            used: self.used + o.used,
+            flagged: self.flagged + o.flagged,
+            bad_weight: self.bad_weight + o.bad_weight,
+            not_finite: self.not_finite + o.not_finite,
+            one_hand: self.one_hand + o.one_hand,
+        }
+    }
+}
+
+/// Why a datum of the file may not be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fault {
+    Flag,
+    Weight,
+    Value,
+}
+
+impl PolSelector {
+    /// The way from the products `available` in a file to `target`.
+    ///
+    /// Circular hands: I = (RR + LL) / 2, V = (RR - LL) / 2, Q = (RL + LR) / 2, U = (RL - LR) / 2i. Linear: I = (XX + YY) / 2,
+    /// Q = (XX - YY) / 2, U = (XY + YX) / 2, V = (XY - YX) / 2i. A file with one parallel hand gives that hand for Stokes I.
+    ///
+    /// # Errors
+    /// A product that the file does not have the parts of.
+    ///
+    /// # Reference
+    /// Thompson, Moran & Swenson 2017, sect. 4.7.
+    pub fn new(target: Polarization, available: &[Polarization]) -> Result<Self> {
+        use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
+        let find = |p: Polarization| available.iter().position(|a| *a == p);
+        let one = Complex::new(1.0, 0.0);
+        let selector = |terms, either_hand| Ok(Self { target, terms, either_hand });
+        if let Some(index) = find(target) {
+            return selector(vec![(index, one)], false);
+        }
+        let half = Complex::new(0.5, 0.0);
+        // 1 / 2i
+        let half_i = Complex::new(0.0, -0.5);
+        let ways: &[(Polarization, Complex32, Polarization, Complex32)] = match target {
+            I => &[(RR, half, LL, half), (XX, half, YY, half)],
+            Q => &[(RL, half, LR, half), (XX, half, YY, -half)],
+            U => &[(RL, half_i, LR, -half_i), (XY, half, YX, half)],
+            V => &[(RR, half, LL, -half), (XY, half_i, YX, -half_i)],
+            _ => &[],
+        };
+        for (a, ca, b, cb) in ways {
+            if let (Some(ia), Some(ib)) = (find(*a), find(*b)) {
+                return selector(vec![(ia, *ca), (ib, *cb)], target == I);
+            }
+        }
+        if target == I
+            && let Some(index) = available.iter().position(|p| p.is_parallel_hand())
+        {
+            return selector(vec![(index, one)], false);
+        }
+        let names: Vec<&str> = available.iter().map(|p| p.name()).collect();
+        Err(ChainError::BadOption {
+            option: "--pol",
+            value: target.name().into(),
+            expected: format!("a product that can be made of what the file has: {}", names.join(", ")),
+        })
+    }
+
+    /// Combine a row of a block into visibilities and weights \[chan\]; the weight of what cannot be used is 0, its visibility 0.
+    pub(crate) fn row(&self, block: &VisibilityBlock, row: usize, unit: bool, (vis, weight): (&mut [Complex32], &mut [f32])) -> DataCounts {
+        let mut counts = DataCounts { total: vis.len() as u64, ..DataCounts::default() };
+        let finite_uvw = block.coverage.uvw_m.row(row).iter().all(|x| x.is_finite());
+        for (c, (v, w)) in vis.iter_mut().zip(weight).enumerate() {
+            let part = |pol: usize| -> std::result::Result<(Complex32, f32), Fault> {
+                let at = (row, c, pol);
+                if block.flags[at] {
+                    return Err(Fault::Flag);
+                }
+                let (v, w) = (block.vis[at], block.weights[at]);
+                if !(w > 0.0 && w.is_finite()) {
+                    return Err(Fault::Weight);
+                }
+                let finite = v.re.is_finite() && v.im.is_finite() && finite_uvw;
+                if finite { Ok((v, if unit { 1.0 } else { w })) } else { Err(Fault::Value) }
+            };
+            let combined = match self.terms.as_slice() {
+                [(a, ca)] => part(*a).map(|(v, w)| (*ca * v, w)),
+                [(a, ca), (b, cb), ..] => match (part(*a), part(*b)) {
+                    // The variance of a mean: 1/w = (1/wa + 1/wb) / 4.
+                    (Ok((va, wa)), Ok((vb, wb))) => Ok((*ca * va + *cb * vb, 4.0 * wa / (wa + wb) * wb)),
+                    (Ok(hand), Err(_)) | (Err(_), Ok(hand)) if self.either_hand => {
+                        counts.one_hand += 1;
+                        Ok(hand)
+                    }
+                    (Err(e), _) | (_, Err(e)) => Err(e),
+                },
+                [] => Err(Fault::Flag),
+            };
+            (*v, *w) = combined.unwrap_or_default();
+            match combined {
+                Ok(_) => counts.used += 1,
+                Err(Fault::Flag) => counts.flagged += 1,
+                Err(Fault::Weight) => counts.bad_weight += 1,
+                Err(Fault::Value) => counts.not_finite += 1,
+            }
+        }
+        counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cittert_arrays::UvCoverage;
+    use ndarray::array;
+
+    fn block(values: [Complex32; 4]) -> VisibilityBlock {
+        let coverage = UvCoverage::new(array![[1.0, 2.0, 3.0]], vec![0], vec![1], vec![0.0], vec![1.0], vec![0]).unwrap();
+        let mut b = VisibilityBlock::zeros(coverage, 1, 4);
+        values.iter().enumerate().for_each(|(p, v)| b.vis[(0, 0, p)] = *v);
+        b
+    }
+
+    fn combine(s: &PolSelector, b: &VisibilityBlock) -> (Complex32, f32, DataCounts) {
+        let (mut v, mut w) = ([Complex32::default()], [0.0]);
+        let counts = s.row(b, 0, false, (&mut v, &mut w));
+        (v[0], w[0], counts)
+    }
+
+    #[test]
+    fn all_stokes_parameters_come_back_from_circular_and_from_linear_hands() {
+        use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
+        let (i, q, u, v) = (10.0_f32, 1.0, 2.0, 3.0);
+        let re = |x| Complex::new(x, 0.0);
+        let circular = [re(i + v), re(i - v), Complex::new(q, u), Complex::new(q, -u)];
+        let linear = [re(i + q), re(i - q), Complex::new(u, v), Complex::new(u, -v)];
+        for (products, values) in [([RR, LL, RL, LR], circular), ([XX, YY, XY, YX], linear)] {
+            for (stokes, expected) in [(I, i), (Q, q), (U, u), (V, v)] {
+                let s = PolSelector::new(stokes, &products).unwrap();
+                let (got, w, _) = combine(&s, &block(values));
+                assert!((got - re(expected)).norm() < 1e-6 && w == 2.0, "{stokes}: {got} {w}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_used_has_no_weight_and_is_counted() {
+        use Polarization::{LL, LR, RL, RR};
+        let s = PolSelector::new(RR, &[RR, LL, RL, LR]).unwrap();
+        let good = block([Complex::new(1.0, 0.0); 4]);
+        for weight in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            let mut b = good.clone();
+            b.weights[(0, 0, 0)] = weight;
+            let (v, w, c) = combine(&s, &b);
+            assert_eq!((v, w, c.bad_weight, c.used), (Complex32::default(), 0.0, 1, 0));
+        }
+        let mut b = good.clone();
+        b.vis[(0, 0, 0)].im = f32::NAN;
+        assert_eq!(combine(&s, &b).2.not_finite, 1);
+        b.flags[(0, 0, 0)] = true;
+        assert_eq!(combine(&s, &b).2.flagged, 1);
+        let stokes = PolSelector::new(Polarization::I, &[RR, LL, RL, LR]).unwrap();
+        let (v, w, c) = combine(&stokes, &b);
+        assert_eq!((v, w, c.one_hand, c.used), (Complex::new(1.0, 0.0), 1.0, 1, 1));
+        assert!(PolSelector::new(Polarization::XX, &[RR, LL]).unwrap_err().to_string().contains("RR, LL"));
+    }
+}

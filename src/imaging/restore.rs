@@ -1,0 +1,50 @@
+//! The restored image: the model seen with the restoring beam, plus what CLEAN left.
+
+use crate::fourier::Convolver;
+use cittert_arrays::{RestoringBeam, SkyGrid};
+use ndarray::{Array2, ArrayView2};
+
+/// The restoring beam with its peak of 1 at the centre pixel \[m, l\].
+#[must_use]
+pub fn gaussian(grid: &SkyGrid, beam: &RestoringBeam) -> Array2<f64> {
+    let (sin, cos) = beam.bpa_rad.sin_cos();
+    let k = 4.0 * std::f64::consts::LN_2;
+    Array2::from_shape_fn((grid.n_m, grid.n_l), |(i, j)| {
+        let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
+        // Along and across the major axis, which points from +m towards +l.
+        let (along, across) = ((l * sin + m * cos) / beam.bmaj_rad, (l * cos - m * sin) / beam.bmin_rad);
+        (-k * (along * along + across * across)).exp()
+    })
+}
+
+/// A model \[m, l\] in flux a pixel convolved with the beam, in flux a beam.
+#[must_use]
+pub fn with_beam(grid: &SkyGrid, model: ArrayView2<'_, f64>, beam: &RestoringBeam) -> Array2<f64> {
+    // Beyond four widths a Gaussian is below 1e-19 of its peak.
+    let reach = (4.0 * beam.bmaj_rad / grid.cell_rad).ceil() as usize + 1;
+    let convolver = Convolver::<f64>::new((grid.n_m, grid.n_l), reach);
+    convolver.convolve(model, &convolver.kernel(gaussian(grid, beam).view()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cittert_arrays::SkyFrame;
+
+    #[test]
+    fn a_component_becomes_a_beam_where_it_stands() {
+        let grid = SkyGrid::new(40, 30, 1e-3, SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.0, frame: "icrs".into() }).unwrap();
+        let beam = RestoringBeam { bmaj_rad: 6e-3, bmin_rad: 3e-3, bpa_rad: 0.4 };
+        let mut model = Array2::zeros((30, 40));
+        model[(3, 37)] = 2.0;
+        let restored = with_beam(&grid, model.view(), &beam);
+        assert!((restored[(3, 37)] - 2.0).abs() < 1e-12);
+        // Half the value at half the major axis from the peak: towards +m and +l (to the left on the sky).
+        let at = |r: f64| (3.0 + r * beam.bpa_rad.cos(), 37.0 - r * beam.bpa_rad.sin());
+        let (i, j) = at(3.0);
+        let (i, j) = (i.round() as usize, j.round() as usize);
+        let g = gaussian(&grid, &beam);
+        assert!((restored[(i, j)] - 2.0 * g[(i + 12, j - 17)]).abs() < 1e-12);
+        assert!(g[(18, 19)] > g[(18, 21)], "the beam leans to the left above the centre");
+    }
+}

@@ -1,0 +1,219 @@
+//! Beams and images of small sets against the direct sum and against formulas.
+
+use super::fixtures::{positions, snapshot};
+use super::*;
+use crate::deconvolve::by_name;
+use crate::fourier::dft::vis_to_image_exact;
+use crate::progress::{Recorder, Silent};
+use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisUnit, VisibilitySet};
+use major::{CleanOptions, StopReason};
+use ndarray::{Array2, s};
+use num_complex::Complex64;
+
+const GHZ: f64 = 94e9;
+
+fn options(n: usize, cell: f64) -> ImagingOptions {
+    ImagingOptions { size: Some((n, n)), cell_rad: Some(cell), epsilon: 1e-6, ..ImagingOptions::default() }
+}
+
+fn points(set_sigma: f64) -> VisibilitySet {
+    let sources = [(0.012, 0.005, 1.0), (-0.004, 0.009, 0.4)];
+    snapshot(&positions(24, 0.5, 0.01, 3), &[GHZ, 1.01 * GHZ], &[Polarization::I], &sources, (set_sigma, VisUnit::Jy))
+}
+
+#[test]
+fn the_beam_of_a_snapshot_is_the_array_factor() {
+    let places = positions(12, 0.4, 0.0, 5);
+    let mut set = snapshot(&places, &[GHZ], &[Polarization::I], &[], (0.0, VisUnit::Jy));
+    let mut imager = Imager::new(&mut set, options(64, 1e-3), &Silent).unwrap();
+    let psf = imager.psf(0, &Silent).unwrap();
+    assert_eq!(psf[(32, 32)], 1.0);
+    let n = places.len() as f64;
+    let wavelength = SPEED_OF_LIGHT_M_S / GHZ;
+    let grid = imager.grid();
+    for ((i, j), v) in psf.indexed_iter() {
+        let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
+        let af: Complex64 =
+            places.iter().map(|p| Complex64::from_polar(1.0, std::f64::consts::TAU * (p[0] * l + p[1] * m) / wavelength)).sum();
+        assert!((v - (af.norm_sqr() - n) / (n * (n - 1.0))).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn dirty_images_agree_with_the_direct_sum_for_every_scheme_of_weights() {
+    let mut set = points(0.02);
+    set.data.flags[(3, 0, 0)] = true;
+    set.data.vis[(5, 1, 0)].re = f32::NAN;
+    set.data.weights[(7, 0, 0)] = f32::INFINITY;
+    set.data.weights.slice_mut(s![20..60, .., ..]).mapv_inplace(|w| w * 3.0);
+    let (uvw, freq) = (set.data.coverage.uvw_m.clone(), set.header.spectrum.freq_hz().to_vec());
+    for weighting in [Weighting::Natural, Weighting::Uniform, Weighting::Briggs { robust: 0.0 }] {
+        let opts = ImagingOptions { weights: WeightOptions { weighting, ..WeightOptions::default() }, ..options(48, 1.5e-3) };
+        let recorder = Recorder::default();
+        let mut imager = Imager::new(&mut set, opts, &recorder).unwrap();
+        assert!(recorder.messages()[0].contains("1 of 552 visibilities"), "{:?}", recorder.messages());
+        let dirty = imager.dirty(0, &Silent).unwrap();
+        let mut vis = Array2::from_elem((uvw.nrows(), 2), Complex64::default());
+        let mut weights = Array2::zeros(vis.dim());
+        let grid = imager.grid().clone();
+        let mut data = ImageWeights::new(&grid, imager.options().weights);
+        let usable = |r: usize, c: usize| f64::from(set.data.usable_weight(r, c, 0));
+        let block = ReducedBlock {
+            first_row: 0,
+            uvw_m: uvw.clone(),
+            vis: Array2::default(vis.dim()),
+            weight: Array2::from_shape_fn(vis.dim(), |(r, c)| usable(r, c) as f32),
+            imaging: Array2::zeros(vis.dim()),
+        };
+        if data.needs_density() {
+            data.add(&block, &(0..2), &freq);
+            data.finish();
+        }
+        for ((r, c), w) in weights.indexed_iter_mut() {
+            let per_hz = freq[c] / SPEED_OF_LIGHT_M_S;
+            *w = usable(r, c) * data.factor(uvw[(r, 0)] * per_hz, uvw[(r, 1)] * per_hz);
+            if *w > 0.0 {
+                let v = set.data.vis[(r, c, 0)];
+                vis[(r, c)] = Complex64::new(v.re.into(), v.im.into());
+            }
+        }
+        let exact = vis_to_image_exact(&grid, uvw.view(), &freq, (vis.view(), weights.view()), (true, false)) / weights.sum();
+        let peak = exact.iter().copied().fold(0.0, f64::max);
+        for (a, b) in dirty.iter().zip(&exact) {
+            assert!((a - b).abs() < 2e-6 * peak, "{weighting:?}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn sources_come_out_where_they_were_put() {
+    let mut set = points(0.0);
+    let mut imager = Imager::new(&mut set, options(64, 1e-3), &Silent).unwrap();
+    let dirty = imager.dirty(0, &Silent).unwrap();
+    let (at, top) = dirty.indexed_iter().fold(((0, 0), 0.0), |b, (i, v)| if *v > b.1 { (i, *v) } else { b });
+    assert_eq!(at, (37, 44));
+    assert!((top - 1.0).abs() < 0.1, "{top}");
+}
+
+#[test]
+fn a_stream_in_small_blocks_without_cache_gives_the_same_image() {
+    let mut set = points(0.05);
+    let weights = WeightOptions { weighting: Weighting::Briggs { robust: 0.5 }, ..WeightOptions::default() };
+    let opts = ImagingOptions { weights, channels_out: 2, ..options(32, 2e-3) };
+    let mut cached = Imager::new(&mut set, opts.clone(), &Silent).unwrap();
+    let a = (cached.dirty(1, &Silent).unwrap(), cached.psf(0, &Silent).unwrap());
+    let model = Array2::from_shape_fn((32, 32), |(i, j)| f64::from((i == 20 && j == 11) as u8));
+    let ra = cached.residual(1, model.view(), &Silent).unwrap();
+    let mut streamed = Imager::new(&mut set, ImagingOptions { cache_bytes: 0, ..opts }, &Silent).unwrap();
+    let b = (streamed.dirty(1, &Silent).unwrap(), streamed.psf(0, &Silent).unwrap());
+    let rb = streamed.residual(1, model.view(), &Silent).unwrap();
+    let close = |x: &Array2<f64>, y: &Array2<f64>| x.iter().zip(y).all(|(x, y)| (x - y).abs() < 1e-12);
+    assert!(close(&a.0, &b.0) && close(&a.1, &b.1) && close(&ra.image, &rb.image));
+    assert!((ra.chi2_per_datum - rb.chi2_per_datum).abs() < 1e-9 * ra.chi2_per_datum);
+}
+
+#[test]
+fn the_residual_of_the_true_model_is_noise_with_a_chi_squared_of_one() {
+    let sources = [(0.006, -0.009, 2.0)];
+    let mut set = snapshot(&positions(30, 0.4, 0.05, 1), &[GHZ], &[Polarization::RR, Polarization::LL], &sources, (0.1, VisUnit::Jy));
+    let mut imager = Imager::new(&mut set, options(40, 1.5e-3), &Silent).unwrap();
+    let mut model = Array2::zeros((40, 40));
+    model[(14, 24)] = 2.0;
+    let r = imager.residual(0, model.view(), &Silent).unwrap();
+    assert!((r.chi2_per_datum - 1.0).abs() < 0.1, "{}", r.chi2_per_datum);
+    // Noise of the mean of 435 visibilities of two hands: 0.1 / sqrt(870).
+    let rms = (r.image.iter().map(|v| v * v).sum::<f64>() / 1600.0).sqrt();
+    assert!((rms / (0.1 / 870f64.sqrt()) - 1.0).abs() < 0.25, "{rms}");
+}
+
+#[test]
+fn clean_finds_both_sources_and_says_why_it_stopped() {
+    for (name, major) in [("hogbom", true), ("clark", true), ("multiscale", true)] {
+        let mut set = points(0.01);
+        let mut imager = Imager::new(&mut set, options(64, 1e-3), &Silent).unwrap();
+        let opts = CleanOptions { algorithm: by_name(name).unwrap(), niter: 3000, nsigma: 4.0, ..CleanOptions::default() };
+        let out = clean(&mut imager, &opts, &Silent).unwrap();
+        let s = &out.statistics;
+        assert_eq!(s.stop, [StopReason::Noise], "{name}: {s:?}");
+        assert!((s.model_flux - 1.4).abs() < 0.02, "{name}: {s:?}");
+        assert!(s.chi2_per_datum < 1.1 && s.dynamic_range > 300.0 && (s.major_cycles > 1) == major, "{name}: {s:?}");
+        let near = |l: f64, m: f64| {
+            let inside = out.components.iter().filter(|c| (c.l - l).hypot(c.m - m) < 2.5e-3);
+            inside.map(|c| c.flux).sum::<f64>()
+        };
+        assert!((near(0.012, 0.005) - 1.0).abs() < 0.01 && (near(-0.004, 0.009) - 0.4).abs() < 0.01, "{name}");
+        assert_eq!(out.restored.beams.len(), 1);
+        let restored = out.restored.plane(0, 0);
+        assert!((restored[(37, 44)] - 1.0).abs() < 0.02, "{}", restored[(37, 44)]);
+    }
+}
+
+#[test]
+fn a_set_in_kelvin_steradian_gives_kelvin_with_the_pedestal_back() {
+    // A uniform patch of 50 K above a pedestal of 200 K, as one cell of flux.
+    let cell = 2e-3;
+    let flux = 50.0 * cell * cell;
+    let mut set = snapshot(&positions(20, 0.3, 0.0, 4), &[GHZ], &[Polarization::I], &[(0.0, 0.0, flux)], (0.0, VisUnit::KelvinSr));
+    set.header.pedestal_k = Some(200.0);
+    let mut imager = Imager::new(&mut set, options(32, cell), &Silent).unwrap();
+    let out = clean(&mut imager, &CleanOptions { gain: 1.0, niter: 1, ..CleanOptions::default() }, &Silent).unwrap();
+    assert!((out.model.plane(0, 0)[(16, 16)] - 250.0).abs() < 1e-3);
+    let seen = 50.0 * cell * cell / out.beams[0].solid_angle_sr();
+    assert!((out.restored.plane(0, 0)[(16, 16)] - 200.0 - seen).abs() < 1e-3);
+    assert!((out.dirty.plane(0, 0)[(16, 16)] - 200.0 - seen).abs() < 1e-3);
+    assert!(out.residual.plane(0, 0)[(16, 16)].abs() < 1e-3);
+    assert_eq!(out.model.unit, cittert_arrays::BrightnessUnit::Kelvin);
+    assert_eq!(out.statistics.stop, [StopReason::Iterations]);
+}
+
+#[test]
+fn size_and_cell_are_chosen_and_a_coarse_cell_is_warned_of() {
+    let mut set = points(0.0);
+    let recorder = Recorder::default();
+    let imager = Imager::new(&mut set, ImagingOptions::default(), &recorder).unwrap();
+    let g = imager.grid().clone();
+    let (_, longest) = imager.survey().uv_range_wl;
+    assert!((g.cell_rad * longest - 0.25).abs() < 1e-12 && g.n_l >= 64, "{g:?}");
+    assert!(recorder.messages()[0].contains("chosen from the coverage"));
+    let recorder = Recorder::default();
+    Imager::new(&mut set, options(16, 1e-2), &recorder).unwrap();
+    assert!(recorder.messages()[0].contains("too coarse for the longest baseline"), "{:?}", recorder.messages());
+}
+
+#[test]
+fn hostile_sets_give_errors_or_images_but_never_nan() {
+    let mut flagged = points(0.0);
+    flagged.data.flags.fill(true);
+    let e = Imager::new(&mut flagged, options(16, 1e-3), &Silent).unwrap_err();
+    assert!(e.to_string().contains("no usable visibility: 552 of 552"), "{e}");
+    let mut zero = points(0.0);
+    zero.data.weights.fill(0.0);
+    assert!(Imager::new(&mut zero, options(16, 1e-3), &Silent).is_err());
+    let mut one = points(0.0);
+    one.data.flags.slice_mut(s![1.., .., ..]).fill(true);
+    let mut imager = Imager::new(&mut one, options(16, 1e-3), &Silent).unwrap();
+    assert!(imager.psf(0, &Silent).unwrap().iter().all(|v| v.is_finite() && v.abs() <= 1.0 + 1e-5));
+    let mut lost = points(0.0);
+    lost.data.coverage.uvw_m[(2, 1)] = f64::NAN;
+    let recorder = Recorder::default();
+    let mut imager = Imager::new(&mut lost, options(16, 1e-3), &recorder).unwrap();
+    assert!(imager.dirty(0, &Silent).unwrap().iter().all(|v| v.is_finite()));
+    assert!(recorder.messages()[0].contains("2 are not finite"), "{:?}", recorder.messages());
+    for bad in [
+        ImagingOptions { channels_out: 0, ..options(16, 1e-3) },
+        ImagingOptions { channels_out: 3, ..options(16, 1e-3) },
+        ImagingOptions { polarization: Polarization::XX, ..options(16, 1e-3) },
+        ImagingOptions { size: Some((1, 64)), ..options(16, 1e-3) },
+        ImagingOptions { epsilon: 1e-20, ..options(16, 1e-3) },
+    ] {
+        let mut set = points(0.0);
+        let failed = match Imager::new(&mut set, bad.clone(), &Silent) {
+            Ok(mut imager) => imager.dirty(0, &Silent).is_err(),
+            Err(_) => true,
+        };
+        assert!(failed, "{bad:?}");
+    }
+    let cancelled = Recorder::default();
+    cancelled.cancel();
+    assert!(Imager::new(&mut points(0.0), options(16, 1e-3), &cancelled).is_err());
+}
