@@ -2,6 +2,7 @@
 
 pub mod calibrate;
 pub mod cli;
+pub mod corrupt;
 pub mod deconvolve;
 pub mod error;
 pub mod fidelity;

@@ -349,7 +349,8 @@ mod tests {
     fn the_first_column_and_last_row_are_at_the_upper_left() {
         let options = ImagePlot { title: "t".into(), width: 450, height: 400, ..ImagePlot::default() };
         let picture = decode(&image(&plane(SkyFrame::Boresight), &options).unwrap());
-        assert_eq!(picture.dimensions(), (450, 400));
+        let (width, height) = picture.dimensions();
+        assert!(width == 450 && height < 400, "a wide image leaves no empty margin: {height}");
         // The bright block lies in the upper left of the panel: look for the brightest colours left of the colour bar.
         let bright: Vec<(u32, u32)> = picture
             .enumerate_pixels()
@@ -357,7 +358,7 @@ mod tests {
             .map(|(x, y, _)| (x, y))
             .collect();
         assert!(bright.len() > 500, "{}", bright.len());
-        assert!(bright.iter().all(|(x, y)| *x < 150 && *y < 200));
+        assert!(bright.iter().all(|(x, y)| *x < 150 && *y < height / 2));
     }
 
     #[test]

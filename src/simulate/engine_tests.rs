@@ -1,6 +1,7 @@
 //! Tests of whole simulations.
 
 use super::*;
+use crate::fourier::{GridOptions, vis_to_image};
 use crate::progress::{Recorder, Silent};
 use cittert_arrays::{
     Antenna, ArrayLayout, BrightnessUnit, Image, LayoutFrame, PhaseCenter, Polarization, Sensitivity, SkyFrame, SkyGrid, Source,
@@ -214,4 +215,27 @@ fn what_cannot_be_simulated_is_refused_and_doubts_are_told() {
     simulate_set(h, &coverage(4, 30.0), &coarse, &exact(), &recorder).unwrap();
     let told: Vec<String> = recorder.messages().into_iter().filter(|m| m.contains("longest baseline")).collect();
     assert_eq!(told.len(), 1, "{told:?}");
+}
+
+#[test]
+fn the_dirty_image_of_an_empty_field_has_the_rms_of_the_formula() {
+    let h = header(VisUnit::Jy, SpectralWindow::band(1e9, 2e8, 2).unwrap(), &[Polarization::I]);
+    let rows = coverage(700, 40.0);
+    let grid = SkyGrid::new(48, 48, 2e-3, SkyFrame::Boresight).unwrap();
+    let nothing = SkyModel::of_sources(vec![Source::point(0.0, 0.0, 0.0)]);
+    let options = GridOptions { epsilon: 1e-4, w_term: true, divide_by_n: false };
+    let mut sum = 0.0;
+    let seeds = 20;
+    for seed in 0..seeds {
+        let set = simulate(&h, &rows, &nothing, &SimulateOptions { noise: Some(NoiseOptions::seeded(seed)), ..exact() });
+        let vis = Array2::from_shape_fn((700, 2), |(r, c)| wide(set.data.vis[[r, c, 0]]));
+        let weights = Array2::from_shape_fn((700, 2), |(r, c)| f64::from(set.data.weights[[r, c, 0]]));
+        let freq = h.spectrum.freq_hz();
+        let dirty = vis_to_image(&grid, rows.uvw_m.view(), freq, vis.view(), weights.view(), &options).unwrap() / weights.sum();
+        sum += dirty.iter().map(|v| v * v).sum::<f64>() / dirty.len() as f64;
+    }
+    let rms = (sum / seeds as f64).sqrt();
+    // sigma / sqrt(number of visibilities), sigma = SEFD / sqrt(2 B t) for each part.
+    let truth = 100.0 / (2.0 * 1e8 * 1.0_f64).sqrt() / 1400.0_f64.sqrt();
+    assert!((rms / truth - 1.0).abs() < 0.03, "{}", rms / truth);
 }

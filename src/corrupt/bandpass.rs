@@ -1,0 +1,50 @@
+//! Receivers whose response is not flat over the band.
+
+use super::{Context, Corruption, need, need_size};
+use crate::Result;
+use cittert_arrays::GainTable;
+use num_complex::Complex64;
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+/// g(f) = 1 + r exp(2 pi i (f / period + x)) + m(f): a standing wave of size r between reflections in the cable or the antenna, with
+/// its own phase x in each antenna, and a mismatch m that is drawn for each channel. Both are constant in time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BandpassError {
+    /// Size r of the ripple, 0 to below 1.
+    pub ripple: f64,
+    /// Period of the ripple, Hz: c / (2 length) for reflections at both ends of a length.
+    pub period_hz: f64,
+    /// Standard deviation of the real and of the imaginary part of the mismatch.
+    pub mismatch: f64,
+}
+
+impl Corruption for BandpassError {
+    fn check(&self) -> Result<()> {
+        need("ripple", self.ripple, (0.0..1.0).contains(&self.ripple), "a number from 0 to below 1")?;
+        need("ripple period in Hz", self.period_hz, self.period_hz.is_finite() && self.period_hz > 0.0, "a positive frequency")?;
+        need_size("bandpass mismatch", self.mismatch)
+    }
+
+    fn chromatic(&self) -> bool {
+        true
+    }
+
+    fn gains(&self, context: &Context<'_>, table: &mut GainTable) -> Result<()> {
+        let (_, n_ant, n_chan, n_feed) = table.gains.dim();
+        for ant in 0..n_ant {
+            for feed in 0..n_feed {
+                let mut rng = context.rng((2 * ant + feed) as u64);
+                let x: f64 = rng.random();
+                for chan in 0..n_chan {
+                    let wave = Complex64::from_polar(self.ripple, std::f64::consts::TAU * (context.freq_hz[chan] / self.period_hz + x));
+                    let (re, im): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));
+                    let g = Complex64::new(1.0 + self.mismatch * re, self.mismatch * im) + wave;
+                    table.gains.slice_mut(ndarray::s![.., ant, chan, feed]).iter_mut().for_each(|v| *v *= g);
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,41 @@
+//! Constants added to visibilities, which no antenna gain can take out.
+
+use super::{Context, Corruption, need_size};
+use crate::Result;
+use cittert_arrays::{GainTable, VisibilityBlock};
+use num_complex::Complex;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+/// V + c with a complex c of each baseline, constant in time and over the band, of its own in each product: leakage between the
+/// signal paths of the two antennas, or a correlator offset.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BaselineOffset {
+    /// Standard deviation of the real and of the imaginary part, in the unit of the set.
+    pub rms: f64,
+}
+
+impl Corruption for BaselineOffset {
+    fn check(&self) -> Result<()> {
+        need_size("baseline offset", self.rms)
+    }
+
+    fn data(&self, context: &Context<'_>, _table: &GainTable, block: &mut VisibilityBlock, _first_row: u64) -> Result<()> {
+        let n_pol = block.vis.shape()[2];
+        for row in 0..block.n_rows() {
+            let (a, b) = (block.coverage.ant1[row], block.coverage.ant2[row]);
+            if a == b {
+                continue;
+            }
+            // The same offset whichever antenna comes first, conjugated.
+            let mut rng = context.rng(u64::from(a.min(b)) << 32 | u64::from(a.max(b)));
+            for pol in 0..n_pol {
+                let (re, im): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));
+                let im = if a < b { im } else { -im };
+                let offset = Complex::new((self.rms * re) as f32, (self.rms * im) as f32);
+                block.vis.slice_mut(ndarray::s![row, .., pol]).iter_mut().for_each(|v| *v += offset);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,71 @@
+//! Antennas that fall silent for a while.
+
+use super::variation::exponential;
+use super::{Context, Corruption, need};
+use crate::Result;
+use cittert_arrays::{GainTable, VisibilityBlock};
+use num_complex::Complex64;
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+/// Each antenna is off for random spells with exponential lengths. Its gain is then 0 and flagged in the truth, its visibilities are
+/// 0 (plus noise).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Dropout {
+    /// Part of the time that an antenna is off, 0 to below 1.
+    pub fraction: f64,
+    /// Mean length of a spell, s.
+    pub mean_s: f64,
+    /// True where the array notices and flags the data; otherwise they pass as good.
+    pub noticed: bool,
+}
+
+impl Corruption for Dropout {
+    fn check(&self) -> Result<()> {
+        need("fraction of dropouts", self.fraction, (0.0..1.0).contains(&self.fraction), "a number from 0 to below 1")?;
+        need("length of dropouts in s", self.mean_s, self.mean_s.is_finite() && self.mean_s > 0.0, "a positive time")
+    }
+
+    fn gains(&self, context: &Context<'_>, table: &mut GainTable) -> Result<()> {
+        if self.fraction == 0.0 {
+            return Ok(());
+        }
+        let mean_on = self.mean_s * (1.0 - self.fraction) / self.fraction;
+        for ant in 0..table.gains.dim().1 {
+            let mut rng = context.rng(ant as u64);
+            let mut off = rng.random::<f64>() < self.fraction;
+            let mean = |off: bool| if off { self.mean_s } else { mean_on };
+            let mut until = exponential(mean(off), &mut rng);
+            for (time, t) in context.seconds.iter().enumerate() {
+                // After a long gap the state is as random as at the start.
+                if t - until > 1e4 * (self.mean_s + mean_on) {
+                    off = rng.random::<f64>() < self.fraction;
+                    until = t + exponential(mean(off), &mut rng);
+                }
+                while *t >= until {
+                    off = !off;
+                    until += exponential(mean(off), &mut rng);
+                }
+                if off {
+                    table.gains.slice_mut(ndarray::s![time, ant, .., ..]).fill(Complex64::ZERO);
+                    table.flags.slice_mut(ndarray::s![time, ant, .., ..]).fill(true);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn data(&self, context: &Context<'_>, table: &GainTable, block: &mut VisibilityBlock, _first_row: u64) -> Result<()> {
+        if !self.noticed {
+            return Ok(());
+        }
+        for row in 0..block.n_rows() {
+            let time = context.time_index(block.coverage.time_jd[row]);
+            let off = |ant: u32| table.flags[[time, ant as usize, 0, 0]];
+            if off(block.coverage.ant1[row]) || off(block.coverage.ant2[row]) {
+                block.flags.slice_mut(ndarray::s![row, .., ..]).fill(true);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,36 @@
+//! Flags where there should be none, and none where there should be.
+
+use super::{Context, Corruption, need};
+use crate::Result;
+use cittert_arrays::{GainTable, VisibilityBlock};
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+
+/// Each datum is drawn by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct WrongFlags {
+    /// Part of the good data that is flagged, 0 to 1.
+    pub good_flagged: f64,
+    /// Part of the flagged data that loses its flag, 0 to 1.
+    pub bad_unflagged: f64,
+}
+
+impl Corruption for WrongFlags {
+    fn check(&self) -> Result<()> {
+        for (option, v) in [("fraction of good data flagged", self.good_flagged), ("fraction of bad data unflagged", self.bad_unflagged)] {
+            need(option, v, (0.0..=1.0).contains(&v), "a number from 0 to 1")?;
+        }
+        Ok(())
+    }
+
+    fn data(&self, context: &Context<'_>, _table: &GainTable, block: &mut VisibilityBlock, first_row: u64) -> Result<()> {
+        for row in 0..block.n_rows() {
+            let mut rng = context.rng(first_row + row as u64);
+            for flag in block.flags.slice_mut(ndarray::s![row, .., ..]) {
+                let turn = rng.random::<f64>() < if *flag { self.bad_unflagged } else { self.good_flagged };
+                *flag ^= turn;
+            }
+        }
+        Ok(())
+    }
+}

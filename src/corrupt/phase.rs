@@ -1,0 +1,44 @@
+//! Phase errors of the antennas.
+
+use super::{Context, Corruption, Variation, need_size};
+use crate::Result;
+use cittert_arrays::GainTable;
+use ndarray::Axis;
+use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+/// g = exp(i phi) with a Gaussian phi, the same over the band.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PhaseError {
+    /// Standard deviation of the phase of an antenna, rad.
+    pub rms_rad: f64,
+    /// Its behaviour in time.
+    #[serde(default, flatten)]
+    pub variation: Variation,
+}
+
+impl Corruption for PhaseError {
+    fn check(&self) -> Result<()> {
+        need_size("phase rms in rad", self.rms_rad)?;
+        self.variation.check()
+    }
+
+    fn gains(&self, context: &Context<'_>, table: &mut GainTable) -> Result<()> {
+        multiply(context, table, &self.variation, |x| Complex64::cis(self.rms_rad * x));
+        Ok(())
+    }
+}
+
+/// Multiply a function of a unit Gaussian of each antenna and feed into all channels.
+pub(super) fn multiply(context: &Context<'_>, table: &mut GainTable, variation: &Variation, gain: impl Fn(f64) -> Complex64) {
+    let (_, n_ant, _, n_feed) = table.gains.dim();
+    for ant in 0..n_ant {
+        for feed in 0..n_feed {
+            let series = variation.series(context.seconds, &mut context.rng((2 * ant + feed) as u64));
+            for (mut row, x) in table.gains.axis_iter_mut(Axis(0)).zip(series) {
+                let g = gain(x);
+                row.slice_mut(ndarray::s![ant, .., feed]).iter_mut().for_each(|v| *v *= g);
+            }
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! Antennas that do not stand where the layout says.
+
+use super::{Context, Corruption, need_size};
+use crate::{ChainError, Result};
+use cittert_arrays::{GainTable, SPEED_OF_LIGHT_M_S};
+use num_complex::Complex64;
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+/// An antenna d away from its nominal place sees the phase centre s earlier by d . s / c, which the phase tracking does not know:
+/// g = exp(-2 pi i f d . s / c), as V_corrupt = exp(+2 pi i f (d2 - d1) . s / c) V. Away from the phase centre the error differs by
+/// (u, v) shifts of d, far below this term in a field of few degrees; a set simulated with the true layout has that part too.
+///
+/// # Reference
+/// Thompson, Moran & Swenson 2017, sect. 4.1 and eq. 4.1.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PositionError {
+    /// Standard deviation of each coordinate, m; `None` takes the uncertainties of the layout.
+    pub rms_m: Option<f64>,
+}
+
+impl PositionError {
+    /// The offsets that are injected, m, in the axes of the layout \[ant\].
+    ///
+    /// # Errors
+    /// No `rms_m` and an antenna without uncertainties in the layout.
+    pub fn offsets(&self, context: &Context<'_>) -> Result<Vec<[f64; 3]>> {
+        context
+            .header
+            .layout
+            .antennas()
+            .iter()
+            .enumerate()
+            .map(|(k, a)| {
+                let sigma = self.rms_m.map(|r| [r; 3]).or(a.position_error_m).ok_or_else(|| {
+                    ChainError::Incompatible(format!("antenna {:?} has no position uncertainty in the layout: state one for all", a.name))
+                })?;
+                let mut rng = context.rng(k as u64);
+                Ok(sigma.map(|s| {
+                    let x: f64 = StandardNormal.sample(&mut rng);
+                    s * x
+                }))
+            })
+            .collect()
+    }
+}
+
+impl Corruption for PositionError {
+    fn check(&self) -> Result<()> {
+        need_size("position rms in m", self.rms_m.unwrap_or(0.0))
+    }
+
+    fn chromatic(&self) -> bool {
+        true
+    }
+
+    fn needs_direction(&self) -> bool {
+        true
+    }
+
+    fn gains(&self, context: &Context<'_>, table: &mut GainTable) -> Result<()> {
+        let offsets = self.offsets(context)?;
+        for ((time, ant, chan, _), g) in table.gains.indexed_iter_mut() {
+            let path: f64 = offsets[ant].iter().zip(&context.toward[time]).map(|(d, s)| d * s).sum();
+            *g *= Complex64::cis(-std::f64::consts::TAU * context.freq_hz[chan] * path / SPEED_OF_LIGHT_M_S);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,158 @@
+//! How an error of an antenna changes in time.
+
+use super::need;
+use crate::Result;
+use rand::{Rng, RngExt};
+use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
+
+/// Behaviour in time of a quantity of zero mean and unit variance.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(tag = "variation", rename_all = "kebab-case")]
+pub enum Variation {
+    /// One draw for the whole set.
+    #[default]
+    Constant,
+    /// A new draw for each integration.
+    Integration,
+    /// A new draw for each interval of this length, s.
+    Interval {
+        /// Length, s.
+        length_s: f64,
+    },
+    /// Brownian motion that starts at 0; the unit variance is reached after this time.
+    RandomWalk {
+        /// Time, s.
+        time_s: f64,
+    },
+    /// Constant between jumps that come at random (Poisson) with this mean distance; a new draw at each.
+    Jumps {
+        /// Mean time between jumps, s.
+        mean_s: f64,
+    },
+    /// A stationary Gaussian process whose correlation falls as exp(-|dt| / time).
+    ///
+    /// # Reference
+    /// Uhlenbeck & Ornstein 1930, Phys. Rev. 36, 823.
+    Coherent {
+        /// Coherence time, s.
+        time_s: f64,
+    },
+}
+
+impl Variation {
+    /// Check the parameters.
+    ///
+    /// # Errors
+    /// A time that is not positive.
+    pub fn check(&self) -> Result<()> {
+        let (option, t) = match *self {
+            Self::Constant | Self::Integration => return Ok(()),
+            Self::Interval { length_s } => ("interval of the error", length_s),
+            Self::RandomWalk { time_s } => ("time of the random walk", time_s),
+            Self::Jumps { mean_s } => ("mean time between jumps", mean_s),
+            Self::Coherent { time_s } => ("coherence time", time_s),
+        };
+        need(option, t, t.is_finite() && t > 0.0, "a positive time")
+    }
+
+    /// Values at growing times in s from the first \[time\].
+    pub fn series(&self, seconds: &[f64], rng: &mut impl Rng) -> Vec<f64> {
+        let draw = |rng: &mut _| -> f64 { StandardNormal.sample(rng) };
+        let mut value = if matches!(self, Self::RandomWalk { .. }) { 0.0 } else { draw(rng) };
+        let mut last = seconds.first().copied().unwrap_or(0.0);
+        let mut next_jump = f64::INFINITY;
+        if let Self::Jumps { mean_s } = *self {
+            next_jump = last + exponential(mean_s, rng);
+        }
+        seconds
+            .iter()
+            .enumerate()
+            .map(|(k, &t)| {
+                match *self {
+                    Self::Constant => {}
+                    Self::Integration if k > 0 => value = draw(rng),
+                    Self::Integration => {}
+                    Self::Interval { length_s } => {
+                        // Every interval that passes takes its draw, so that gaps do not shift the later ones. Julian dates
+                        // are only good to 0.05 ms, hence the millisecond.
+                        let interval = |t: f64| ((t - seconds[0] + 1e-3) / length_s).floor();
+                        let passed = interval(t) - interval(last);
+                        for _ in 0..(passed as u64).min(1_000_000) {
+                            value = draw(rng);
+                        }
+                    }
+                    Self::RandomWalk { time_s } => value += ((t - last) / time_s).max(0.0).sqrt() * draw(rng),
+                    Self::Jumps { mean_s } => {
+                        while t >= next_jump {
+                            value = draw(rng);
+                            // A gap of a million mean times is as good as one jump.
+                            next_jump = next_jump.max(t - 1e6 * mean_s) + exponential(mean_s, rng);
+                        }
+                    }
+                    Self::Coherent { time_s } => {
+                        let keep = (-(t - last) / time_s).exp();
+                        value = keep * value + (1.0 - keep * keep).max(0.0).sqrt() * draw(rng);
+                    }
+                }
+                last = t;
+                value
+            })
+            .collect()
+    }
+}
+
+/// A waiting time with this mean.
+pub(crate) fn exponential(mean: f64, rng: &mut impl Rng) -> f64 {
+    -mean * (1.0 - rng.random::<f64>()).ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulate::random::stream;
+
+    fn many(variation: Variation, seconds: &[f64], n: u64) -> Vec<Vec<f64>> {
+        (0..n).map(|k| variation.series(seconds, &mut stream(11, "variation", k))).collect()
+    }
+
+    fn mean_product(series: &[Vec<f64>], i: usize, j: usize) -> f64 {
+        series.iter().map(|s| s[i] * s[j]).sum::<f64>() / series.len() as f64
+    }
+
+    #[test]
+    fn every_kind_has_unit_variance_and_its_own_correlation() {
+        // 4000 series: means of products of unit normals are good to 1.4 / sqrt(4000) = 0.022 (one sigma).
+        let seconds: Vec<f64> = (0..61).map(|k| 10.0 * f64::from(k)).collect();
+        let limit = 0.08;
+        for (variation, at_60, at_600) in [
+            (Variation::Constant, 1.0, 1.0),
+            (Variation::Integration, 0.0, 0.0),
+            (Variation::Interval { length_s: 120.0 }, 1.0, 0.0),
+            (Variation::Jumps { mean_s: 100.0 }, (-0.6_f64).exp(), (-6.0_f64).exp()),
+            (Variation::Coherent { time_s: 100.0 }, (-0.6_f64).exp(), (-6.0_f64).exp()),
+        ] {
+            let series = many(variation, &seconds, 4000);
+            for (i, j, truth) in [(0, 0, 1.0), (60, 60, 1.0), (0, 6, at_60), (0, 60, at_600)] {
+                let found = mean_product(&series, i, j);
+                assert!((found - truth).abs() < limit, "{variation:?} {i} {j}: {found} {truth}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_random_walk_spreads_with_the_square_root_of_time() {
+        let seconds = [0.0, 15.0, 60.0, 240.0];
+        let series = many(Variation::RandomWalk { time_s: 60.0 }, &seconds, 4000);
+        for (k, variance) in [(0, 0.0), (1, 0.25), (2, 1.0), (3, 4.0)] {
+            assert!((mean_product(&series, k, k) - variance).abs() < 0.08 * variance + 1e-12, "{k}");
+        }
+    }
+
+    #[test]
+    fn times_must_be_positive() {
+        assert!(Variation::Coherent { time_s: 0.0 }.check().is_err());
+        assert!(Variation::Interval { length_s: f64::NAN }.check().is_err());
+        assert!(Variation::Integration.check().is_ok());
+    }
+}
