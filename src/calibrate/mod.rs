@@ -45,6 +45,7 @@ mod solve_tests;
 mod support;
 #[cfg(test)]
 mod testdata;
+mod unresolved;
 
 pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply};
 pub use clean_maker::CleanMaker;
@@ -60,3 +61,4 @@ pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, Soluti
 pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, Start, StopReason, schedule, selfcal};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use support::ClosureSupport;
+pub use unresolved::{Unresolved, unresolved_phases};

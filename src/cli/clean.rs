@@ -4,11 +4,13 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{CleanArgs, ImagingArgs, OutputArgs};
 use super::text::{angle, number};
+use crate::calibrate::{ApplyOptions, CalibratedSource, PointModel, SolutionInterval, SolveOptions, solve, unresolved_phases};
 use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanProducts, Imager, clean};
-use cittert_arrays::{Image, VisUnit};
+use crate::progress::Silent;
+use cittert_arrays::{GainTable, Image, VisUnit, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -23,11 +25,26 @@ pub struct CleanCommandArgs {
     imaging: ImagingArgs,
     #[command(flatten)]
     clean: CleanArgs,
+    /// Solve the phases against a point at the centre first: always, never, or where the phases of baselines that resolve nothing show
+    /// that they are not calibrated.
+    #[arg(long, value_name = "WHEN", default_value = "auto")]
+    startmod: StartMod,
     /// Write each major cycle as one line of JSON to this file.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     #[command(flatten)]
     out: OutputArgs,
+}
+
+/// When to solve the phases against a point first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum StartMod {
+    /// Where the phases cannot be calibrated.
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
 }
 
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
@@ -47,16 +64,54 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     }
     let mut source = cittert_formats::open_visibilities(&args.input)?;
     let what = format!("imaging {}", args.input.display());
-    let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
+    let gains = start_gains(args, source.as_mut(), context).context(&what)?;
+    let mut calibrated;
+    let data: &mut dyn VisibilitySource = match &gains {
+        Some(table) => {
+            calibrated = CalibratedSource::new(source.as_mut(), table, ApplyOptions::default()).context(&what)?;
+            &mut calibrated
+        }
+        None => source.as_mut(),
+    };
+    let mut imager = Imager::new(data, args.imaging.options()?, &context.console).context(&what)?;
     let options = args.clean.options(imager.grid())?;
     let unit = imager.header().unit;
     let products = clean(&mut imager, &options, &context.console).context(&what)?;
-    let algorithm = options.algorithm.name;
-    save(args, products, algorithm, unit, context)
+    let mut json = statistics(&products, args, options.algorithm.name);
+    json["startmod"] = gains.is_some().into();
+    save(args, products, json, unit, context)
 }
 
-fn save(args: &CleanCommandArgs, products: CleanProducts, algorithm: &str, unit: VisUnit, context: &Context) -> Result<Outcome> {
-    let json = statistics(&products, args, algorithm);
+/// Length of a solution of the starting phases, s.
+const START_INTERVAL_S: f64 = 60.0;
+
+/// Phases against a point at the centre, where they are asked for or needed.
+fn start_gains(args: &CleanCommandArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<Option<GainTable>> {
+    if args.startmod == StartMod::Never {
+        return Ok(None);
+    }
+    if args.startmod == StartMod::Auto {
+        let half_field_rad = {
+            let imager = Imager::new(source, args.imaging.options()?, &Silent)?;
+            let g = imager.grid();
+            0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64)
+        };
+        let short = unresolved_phases(source, half_field_rad)?;
+        if !short.is_incoherent() {
+            return Ok(None);
+        }
+        context.console.warn(&format!(
+            "the phases are not calibrated: {} visibilities on baselines that resolve nothing in this field have a coherence of {:.2}. \
+             They are solved against a point at the centre first, every {START_INTERVAL_S} s (--startmod never leaves them as they are)",
+            short.count, short.coherence
+        ));
+    }
+    let mut point = PointModel { flux: 1.0, l: 0.0, m: 0.0 };
+    let options = SolveOptions { solint: SolutionInterval::Seconds(START_INTERVAL_S), ..SolveOptions::default() };
+    Ok(Some(solve(source, &mut point, &options, &context.console)?.gains))
+}
+
+fn save(args: &CleanCommandArgs, products: CleanProducts, json: Value, unit: VisUnit, context: &Context) -> Result<Outcome> {
     let text = describe(&products, &json);
     let components = components(&products.components, unit);
     let mut outcome = Outcome::new(json, text);

@@ -39,6 +39,9 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     match kind_of(&args.input)? {
         FileKind::Visibilities => visibilities(args, context),
         FileKind::Image => image(args, &out, context),
+        FileKind::Gains => {
+            Err(Failure::message(format!("{}: gain tables have one form here, CalH5; there is nothing to convert", args.input.display())))
+        }
         FileKind::Layout => Err(Failure::usage(format!("{}: it is a layout; use `cittert layout convert`", args.input.display()))),
     }
 }

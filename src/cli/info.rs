@@ -1,22 +1,21 @@
 //! `info`: what is in a file.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Result};
-use super::kind::{FileKind, kind_of};
+use super::failure::Result;
 use super::options::load_layout;
-use super::text::{angle, number};
+use super::text::{angle, number, round};
+use cittert_arrays::BuiltinLayout;
 use cittert_arrays::astrometry::format_utc;
 use cittert_arrays::quantity::{Duration, Frequency, Length};
-use cittert_arrays::{BuiltinLayout, Image};
-use cittert_formats::info::{ImageInfo, VisibilityInfo};
+use cittert_formats::info::{GainInfo, ImageInfo, VisibilityInfo};
+use cittert_formats::{Contents, LayoutInfo};
 use clap::Args;
-use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Options of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Visibility set, image or layout.
+    /// Visibility set, image, gain table, source list or layout (file or built-in name).
     #[arg(value_name = "FILE")]
     file: PathBuf,
 }
@@ -27,67 +26,65 @@ pub struct InfoArgs {
 /// A file that is nothing we read, or broken.
 pub fn run(args: &InfoArgs, _context: &Context) -> Result<Outcome> {
     let name = args.file.to_string_lossy();
-    let layout = || -> Result<Outcome> {
-        let layout = load_layout(&name)?;
-        let e = layout.extent();
-        let names: Vec<&str> = layout.antennas().iter().map(|a| a.name.as_str()).collect();
-        let text =
-            format!("layout {}: {} antennas, baselines {} to {}", layout.name, e.n_antennas, Length(e.shortest_m), Length(e.longest_m));
-        let json = json!({
-            "kind": "layout", "name": layout.name, "n_antennas": e.n_antennas, "antenna_names": names,
-            "shortest_m": e.shortest_m, "longest_m": e.longest_m, "source": layout.source,
-        });
-        Ok(Outcome::new(json, text))
+    let contents = if BuiltinLayout::find(&name).is_some() && !args.file.exists() {
+        Contents::Layout(LayoutInfo::of(&load_layout(&name)?))
+    } else {
+        Contents::of(&args.file)?
     };
-    if BuiltinLayout::find(&name).is_some() && !args.file.exists() {
-        return layout();
-    }
-    match kind_of(&args.file)? {
-        FileKind::Layout => layout(),
-        FileKind::Image => image(&cittert_formats::open_image(&args.file)?),
-        FileKind::Visibilities => {
-            let mut source = cittert_formats::open_visibilities(&args.file)?;
-            let info = VisibilityInfo::of(source.as_mut()).context(format!("reading {}", args.file.display()))?;
-            visibilities(&info)
+    let lines = match &contents {
+        Contents::Visibilities { format, info } => visibilities(format, info),
+        Contents::Image { format, info } => image(format, info),
+        Contents::Gains { format, info } => gains(format, info),
+        Contents::Layout(i) => vec![format!(
+            "layout {}: {} antennas, {} baselines of {} to {}",
+            i.name,
+            i.n_antennas,
+            i.n_baselines,
+            Length(round(i.shortest_m)),
+            Length(round(i.longest_m))
+        )],
+        Contents::Sources(i) => {
+            vec![format!("source list: {} sources ({} Gaussians), {} Jy in all", i.n_sources, i.n_gaussians, number(i.total_flux_jy))]
         }
-    }
+    };
+    Ok(Outcome::new(serde_json::to_value(&contents)?, lines.join("\n")))
 }
 
-fn with_kind(kind: &str, value: Value) -> Value {
-    let mut value = value;
-    value["kind"] = kind.into();
-    value
-}
-
-fn image(image: &Image) -> Result<Outcome> {
-    let info = ImageInfo::of(image);
-    let json = with_kind("image", serde_json::to_value(&info)?);
-    let g = &image.grid;
+fn image(format: &str, i: &ImageInfo) -> Vec<String> {
     let mut lines = vec![
-        format!("image {:?} in {}, {} x {} pixels of {}", image.object, image.unit.bunit(), g.n_l, g.n_m, angle(g.cell_rad)),
-        format!("{} channel(s), {}", image.spectrum.n_chan(), Frequency(image.spectrum.mean_hz())),
+        format!("{format} of {:?} in {}, {} x {} pixels of {}", i.object, i.unit, i.size[0], i.size[1], angle(i.cell_rad)),
+        format!("range         {} to {}, rms {}", number(i.range[0]), number(i.range[1]), number(i.rms)),
+        format!("channels      {}, first {}", i.freq_hz.len(), i.freq_hz.first().map_or(String::new(), |f| Frequency(*f).to_string())),
+        format!("polarisation  {}", i.polarizations.join(" ")),
     ];
-    if let Some(b) = image.beams.first() {
-        lines.push(format!("beam {} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees()));
+    if let Some([major, minor, pa]) = i.beam {
+        lines.push(format!("beam          {} x {}, position angle {:.1} deg", angle(major), angle(minor), pa.to_degrees()));
     }
-    Ok(Outcome::new(json, lines.join("\n")))
+    lines
 }
 
-fn visibilities(i: &VisibilityInfo) -> Result<Outcome> {
-    let json = with_kind("visibilities", serde_json::to_value(i)?);
+fn gains(format: &str, i: &GainInfo) -> Vec<String> {
+    vec![
+        format!("{format} gains of {}: {}", i.telescope, i.mode),
+        format!("antennas      {}: {}", i.antenna_names.len(), i.antenna_names.join(" ")),
+        format!("intervals     {} of {}", i.n_times, Duration(i.interval_s)),
+        format!("channels      {}, feeds {}", i.freq_hz.len(), i.feeds.join(" ")),
+        format!("reference     {}", i.refant.as_deref().unwrap_or("none")),
+        format!("flagged       {:.3} %", 100.0 * i.flagged_fraction),
+        format!("amplitude     mean {}; phase rms {:.2} deg", number(i.mean_amplitude), i.rms_phase_rad.to_degrees()),
+    ]
+}
+
+fn visibilities(format: &str, i: &VisibilityInfo) -> Vec<String> {
     let (low, high) = i.freq_hz.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(*f), b.max(*f)));
     let time = |jd: f64| format_utc(jd).unwrap_or_else(|_| format!("JD {jd}"));
     let mut lines = vec![
-        format!("{} ({})", i.telescope, i.instrument),
+        format!("{format} of {} ({})", i.telescope, i.instrument),
         format!("antennas      {} ({} with data): {}", i.n_antennas, i.n_antennas_data, i.antenna_names.join(" ")),
-        format!("rows          {} ({} baselines, {} times of {})", i.n_blts, i.n_bls, i.n_times, Duration(i.integration_s)),
+        format!("rows          {} ({} baselines, {} times of {})", i.n_blts, i.n_bls, i.n_times, Duration(round(i.integration_s))),
         format!("time          {} to {}", time(i.time_jd[0]), time(i.time_jd[1])),
         format!("channels      {}, {} to {}", i.n_freqs, Frequency(low), Frequency(high)),
-        format!(
-            "baselines     {} to {}",
-            Length(super::text::round(i.shortest_baseline_m)),
-            Length(super::text::round(i.longest_baseline_m))
-        ),
+        format!("baselines     {} to {}", Length(round(i.shortest_baseline_m)), Length(round(i.longest_baseline_m))),
         format!("unit          {}", i.unit),
         format!("flagged       {:.3} %", 100.0 * i.flagged_fraction),
     ];
@@ -108,5 +105,5 @@ fn visibilities(i: &VisibilityInfo) -> Result<Outcome> {
     if i.n_not_finite > 0 {
         lines.push(format!("not finite    {} unflagged data have no finite value or weight; imaging leaves them out", i.n_not_finite));
     }
-    Ok(Outcome::new(json, lines.join("\n")))
+    lines
 }

@@ -10,6 +10,8 @@ pub(super) enum FileKind {
     Visibilities,
     /// An image.
     Image,
+    /// A gain table.
+    Gains,
     /// An antenna layout.
     Layout,
 }
@@ -25,6 +27,9 @@ pub(super) fn kind_of(path: &Path) -> Result<FileKind> {
     };
     if cittert_formats::image_format(path).is_ok() {
         return Ok(FileKind::Image);
+    }
+    if cittert_formats::calh5::is_gains(path) {
+        return Ok(FileKind::Gains);
     }
     // A layout is text, and so is nothing else that we read here.
     let text = std::fs::read(path).ok().and_then(|b| String::from_utf8(b).ok()).filter(|t| !t.trim().is_empty());

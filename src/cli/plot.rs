@@ -5,7 +5,7 @@ use super::failure::{Context as _, Result};
 use super::kind::{FileKind, kind_of};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
-use crate::plot::{DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Range, Stretch, VisPlot, uv_coverage};
+use crate::plot::{CurveOptions, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Range, Series, Stretch, VisPlot, curves, uv_coverage};
 use cittert_arrays::{BuiltinLayout, UvCoverage, VisibilitySource, for_each_block};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -87,6 +87,7 @@ fn draw(args: &PlotArgs) -> Result<Vec<u8>> {
         FileKind::Image => image(args),
         FileKind::Visibilities => visibilities(args),
         FileKind::Layout => picture::layout(&load_layout(&name)?),
+        FileKind::Gains => gains(args),
     }
 }
 
@@ -108,6 +109,27 @@ fn image(args: &PlotArgs) -> Result<Vec<u8>> {
     let title = title(args, &image.object);
     let options = ImagePlot { chan: args.channel, pol: args.pol_index, title, range, stretch, width: args.width, height: args.height };
     picture::image(&image, &options).context(format!("drawing {}", args.file.display()))
+}
+
+/// Phases of the first feed of every antenna against time, in the middle channel.
+fn gains(args: &PlotArgs) -> Result<Vec<u8>> {
+    let table = cittert_formats::calh5::read_gains(&args.file)?;
+    let (_, n_ant, n_chan, _) = table.gains.dim();
+    let first = table.time_jd.first().copied().unwrap_or_default();
+    let series = (0..n_ant).map(|a| {
+        let points = (0..table.time_jd.len()).filter(|t| !table.flags[(*t, a, n_chan / 2, 0)]);
+        let xy = |t: usize| ((table.time_jd[t] - first) * 1440.0, table.gains[(t, a, n_chan / 2, 0)].arg().to_degrees());
+        Series { name: table.layout.antennas()[a].name.clone(), points: points.map(xy).collect(), errors: Vec::new() }
+    });
+    let options = CurveOptions {
+        title: title(args, &table.layout.name),
+        x_label: "Time (min)".into(),
+        y_label: "Phase (deg)".into(),
+        width: args.width,
+        height: args.height,
+        ..CurveOptions::default()
+    };
+    curves(&series.collect::<Vec<_>>(), &options).context(format!("drawing {}", args.file.display()))
 }
 
 fn visibilities(args: &PlotArgs) -> Result<Vec<u8>> {

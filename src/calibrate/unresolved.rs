@@ -1,0 +1,90 @@
+//! Whether the phases of a set can be those of anything inside a field.
+//!
+//! A baseline too short to see structure inside the field measures the total flux there with a phase near 0. Where strong visibilities on
+//! such baselines have other phases, the antennas' phases are not calibrated, and an image of the data as they are means nothing.
+
+use crate::Result;
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilitySource, for_each_block};
+use std::f64::consts::PI;
+
+/// Largest phase that a positive source inside the field can have on a baseline that counts as unresolved, rad.
+const SMALL_PHASE: f64 = 0.1;
+/// Visibilities below this many sigmas do not count.
+const SIGNIFICANT: f64 = 5.0;
+/// With fewer visibilities nothing is said.
+const FEWEST: u64 = 10;
+/// Bytes of visibilities read at a time.
+const BLOCK_BYTES: usize = 32 << 20;
+
+/// What the baselines tell that resolve nothing inside a field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unresolved {
+    /// Number of significant visibilities on such baselines.
+    pub count: u64,
+    /// Mean of cos(phase), weighted by amplitude: 1 for calibrated phases, 0 for arbitrary ones.
+    pub coherence: f64,
+}
+
+impl Unresolved {
+    /// True where the phases cannot be calibrated.
+    #[must_use]
+    pub fn is_incoherent(&self) -> bool {
+        self.count >= FEWEST && self.coherence < 0.5
+    }
+}
+
+/// Read a set and judge the baselines that resolve nothing within `half_field_rad` of the phase centre.
+///
+/// # Errors
+/// Whatever the source says.
+pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64) -> Result<Unresolved> {
+    let header = source.header();
+    let freq_hz = header.spectrum.freq_hz().to_vec();
+    let pols: Vec<usize> = (0..header.polarizations.len())
+        .filter(|p| header.polarizations[*p].is_parallel_hand() || header.polarizations[*p] == cittert_arrays::Polarization::I)
+        .collect();
+    let (mut count, mut real, mut amplitude) = (0, 0.0, 0.0);
+    for_each_block(source, BLOCK_BYTES, |_, block| -> Result<()> {
+        for row in 0..block.n_rows() {
+            if block.coverage.ant1[row] == block.coverage.ant2[row] {
+                continue;
+            }
+            let uv_m = block.coverage.uvw_m[(row, 0)].hypot(block.coverage.uvw_m[(row, 1)]);
+            for (chan, f) in freq_hz.iter().enumerate() {
+                if 2.0 * PI * uv_m * f / SPEED_OF_LIGHT_M_S * half_field_rad > SMALL_PHASE {
+                    continue;
+                }
+                for &pol in &pols {
+                    let w = f64::from(block.usable_weight(row, chan, pol));
+                    let v = block.vis[(row, chan, pol)];
+                    let size = f64::from(v.norm());
+                    if w > 0.0 && size * w.sqrt() > SIGNIFICANT {
+                        count += 1;
+                        real += f64::from(v.re);
+                        amplitude += size;
+                    }
+                }
+            }
+        }
+        Ok(())
+    })?;
+    Ok(Unresolved { count, coherence: if amplitude > 0.0 { real / amplitude } else { 1.0 } })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testdata::{Scene, cis};
+    use super::*;
+
+    #[test]
+    fn arbitrary_phases_on_short_baselines_are_seen() {
+        let scene = Scene::point(6, 3);
+        let mut good = scene.set(|_, _, _, _| cis(0.0));
+        assert!(!unresolved_phases(&mut good, 1e-9).unwrap().is_incoherent());
+        let mut bad = scene.set(|_, a, _, _| cis(2.1 * a as f64));
+        let seen = unresolved_phases(&mut bad, 1e-9).unwrap();
+        assert!(seen.is_incoherent(), "{seen:?}");
+        // In a field that its baselines resolve, phases may be anything.
+        assert_eq!(unresolved_phases(&mut bad, 0.9).unwrap().count, 0);
+    }
+}
