@@ -151,8 +151,8 @@ impl H5Out {
     pub(crate) fn finish(self) -> Result<()> {
         let Self { file, out } = self;
         // Closing alone may hide that the last bytes found no room.
-        file.flush().map_err(|e| failed(out.target(), "flush to disk (disk full?)", &e))?;
-        file.close().map_err(|e| failed(out.target(), "close (disk full?)", &e))?;
+        file.flush().map_err(|e| failed(out.target(), "flush to disk", &e))?;
+        file.close().map_err(|e| failed(out.target(), "close", &e))?;
         out.commit()
     }
 }
