@@ -48,6 +48,19 @@ fn a_set_comes_back_whatever_the_blocks_and_the_compression() {
 }
 
 #[test]
+fn blocks_are_appended_to_a_finished_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = common::earth();
+    let first = VisibilitySet::new(set.header.clone(), set.data.rows(0..100).unwrap()).unwrap();
+    let path = save(dir.path(), "grow.uvh5", &first, 60, Compression::None);
+    let mut writer = Uvh5Writer::append_to(&path, Compression::Lzf).unwrap();
+    writer.write(&set.data.rows(100..270).unwrap()).unwrap();
+    assert_eq!(Uvh5Reader::open(&path).unwrap().n_rows(), 100, "the old file stays until the new one is complete");
+    writer.complete().unwrap();
+    assert_same(&set, &Uvh5Reader::open(&path).unwrap(), 1e-9);
+}
+
+#[test]
 fn a_boresight_layout_keeps_its_frame_and_every_digit() {
     let dir = tempfile::tempdir().unwrap();
     let mut set = common::boresight();
