@@ -113,7 +113,7 @@ impl H5In {
     /// Shape of a dataset, after checks that the file can hold what it claims and that its filters are known.
     pub(crate) fn shape(&self, dataset: &Dataset, name: &str) -> Result<Shape> {
         let shape = dataset.get_shape().map_err(|e| self.fail(name, &e))?;
-        if shape.iter().product::<usize>() == 0 {
+        if shape.contains(&0) {
             return Ok(shape);
         }
         for filter in dataset.filters() {

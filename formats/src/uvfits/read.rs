@@ -262,3 +262,18 @@ impl VisibilitySource for UvfitsReader {
         Ok(self.read(range)?)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn w_along_the_pole_turns_to_the_phase_centre() {
+        // Values of pyuvdata 3.2.8, _rotate_one_axis about the first axis by dec - 90 deg.
+        let found = from_ncp([1.0, 2.0, 3.0], 0.3);
+        for (a, b) in found.iter().zip([1.0, 3.457_049_880_7, -1.024_112_358_3]) {
+            assert!((a - b).abs() < 1e-9, "{found:?}");
+        }
+        assert_eq!(from_ncp([1.0, 2.0, 3.0], std::f64::consts::FRAC_PI_2).map(f64::round), [1.0, 2.0, 3.0]);
+    }
+}
