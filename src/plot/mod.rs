@@ -2,7 +2,7 @@
 //!
 //! | function | shows |
 //! |---|---|
-//! | [`image`] | one plane of an image, with beam and colour bar |
+//! | [`image()`] | one plane of an image, with beam and colour bar |
 //! | [`residual`] | the same in two colours around zero |
 //! | [`uv_coverage`] | u-v points coloured by channel |
 //! | [`uv_mask`] | hits of the cells of the Fourier grid |

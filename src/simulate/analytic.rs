@@ -1,7 +1,7 @@
 //! Exact visibilities of points and elliptical Gaussians.
 
-use super::dft::n_minus_1;
-use super::phasor::cos_sin_turns;
+use super::dft::{RESTART, n_minus_1};
+use super::phasor::{cos_sin_turns, uniform_step};
 use crate::Result;
 use cittert_arrays::{ArrayError, PhaseCenter, SPEED_OF_LIGHT_M_S, Source, SourceShape};
 use ndarray::parallel::prelude::*;
@@ -67,16 +67,26 @@ pub(crate) fn sources_dft(
     amplitude: impl Fn(&Seen, f64) -> f64 + Sync,
 ) -> Array2<Complex64> {
     let flux = Array2::from_shape_fn((sources.len(), freq_hz.len()), |(s, c)| amplitude(&sources[s], freq_hz[c]));
+    let step = uniform_step(freq_hz);
+    let phasor = |turns: f64| {
+        let (cos, sin) = cos_sin_turns(turns);
+        Complex64::new(cos, sin)
+    };
     let mut out = Array2::zeros((uvw_m.nrows(), freq_hz.len()));
     out.axis_iter_mut(Axis(0)).into_par_iter().zip(uvw_m.axis_iter(Axis(0)).into_par_iter()).for_each(|(mut row, uvw)| {
         let [u, v, w] = [uvw[0], uvw[1], uvw[2]].map(|x| x / SPEED_OF_LIGHT_M_S);
         for (source, flux) in sources.iter().zip(flux.rows()) {
             let delay = u * source.l + v * source.m + if w_term { w * source.nm1 } else { 0.0 };
             let width = source.axes.map_or(0.0, |[a, b]| (u * a[0] + v * a[1]).powi(2) + (u * b[0] + v * b[1]).powi(2));
+            let turn = step.map(|s| phasor(delay * s));
+            let mut now = Complex64::ZERO;
             for (c, freq) in freq_hz.iter().enumerate() {
-                let (cos, sin) = cos_sin_turns(delay * freq);
+                now = match turn {
+                    Some(turn) if c % RESTART != 0 => now * turn,
+                    _ => phasor(delay * freq),
+                };
                 let scale = if width > 0.0 { flux[c] * (-width * freq * freq).exp() } else { flux[c] };
-                row[c] += Complex64::new(scale * cos, scale * sin);
+                row[c] += now * scale;
             }
         }
     });
@@ -112,6 +122,20 @@ mod tests {
         let vis = sources_dft(&seen, uvw.view(), &freq, true, |s, f| s.source.flux_at(f));
         for (a, b) in vis.iter().zip(&truth) {
             assert!((a - b).norm() < 1e-9, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_point_has_the_closed_form_on_every_channel() {
+        let center = PhaseCenter::unprojected("b");
+        let seen = [seen_from(&Source::point(0.02, -0.01, 1.0), 1, &center).unwrap()];
+        let freq: Vec<f64> = (0..100).map(|c| 1e9 + 5e6 * f64::from(c)).collect();
+        let uvw = array![[40.0, -25.0, 12.0]];
+        let vis = sources_dft(&seen, uvw.view(), &freq, true, |s, f| s.source.flux_at(f));
+        let path = 40.0 * 0.02 + 25.0 * 0.01 + 12.0 * ((1.0_f64 - 0.0005).sqrt() - 1.0);
+        for (v, f) in vis.iter().zip(&freq) {
+            let truth = Complex64::cis(std::f64::consts::TAU * path * f / 299_792_458.0);
+            assert!((v - truth).norm() < 1e-13, "{v} {truth}");
         }
     }
 

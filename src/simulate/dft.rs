@@ -14,7 +14,7 @@ const CHUNK: usize = 64;
 /// Independent partial sums, so that the additions need not wait for each other.
 const LANES: usize = 8;
 /// Channels after which the phase recurrence starts afresh: its error stays below 32 roundings, 1e-14.
-const RESTART: usize = 32;
+pub(crate) const RESTART: usize = 32;
 
 /// n - 1 for direction cosines, without cancellation; `None` beyond the horizon.
 pub(crate) fn n_minus_1(l: f64, m: f64) -> Option<f64> {

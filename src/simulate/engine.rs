@@ -151,16 +151,19 @@ impl<'a> Simulator<'a> {
     }
 
     /// Simulate all rows of an iterator into a sink, which the caller opens with [`Simulator::header`] and finishes.
+    /// `total_rows` is only told to the observer, for its estimate of the time left.
     ///
     /// # Errors
     /// As [`Simulator::block`]; an error of the iterator or of the sink; a request to stop.
     pub fn run(
         &mut self,
         rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
+        total_rows: Option<u64>,
         sink: &mut dyn VisibilitySink,
         observer: &dyn Observer,
     ) -> Result<Summary> {
-        observer.event(Event::Phase { name: "simulating", total: None, unit: "vis" });
+        let per_row = (self.header.spectrum.n_chan() * self.header.polarizations.len()) as u64;
+        observer.event(Event::Phase { name: "simulating", total: total_rows.map(|n| n * per_row), unit: "vis" });
         let mut summary = Summary::default();
         for coverage in rows {
             let coverage = coverage?;
@@ -438,6 +441,6 @@ pub fn simulate_set(
     let header = simulator.header().clone();
     let empty = VisibilityBlock::zeros(UvCoverage::empty(), header.spectrum.n_chan(), header.polarizations.len());
     let mut set = VisibilitySet::new(header, empty)?;
-    simulator.run(&mut std::iter::once(Ok(coverage.clone())), &mut set, observer)?;
+    simulator.run(&mut std::iter::once(Ok(coverage.clone())), Some(coverage.n_rows() as u64), &mut set, observer)?;
     Ok(set)
 }

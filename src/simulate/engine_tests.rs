@@ -192,7 +192,7 @@ fn blocks_of_any_size_give_the_same_set() {
     parts.data = parts.data.rows(0..0).unwrap();
     let mut simulator = Simulator::new(h, &sky, &options, &Silent).unwrap();
     let mut blocks = [0..10, 10..11, 11..37].into_iter().map(|r| rows.rows(r));
-    let summary = simulator.run(&mut blocks, &mut parts, &Silent).unwrap();
+    let summary = simulator.run(&mut blocks, Some(37), &mut parts, &Silent).unwrap();
     assert_eq!((summary.rows, summary.visibilities), (37, 148));
     assert_eq!(parts, whole);
 }
