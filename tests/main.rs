@@ -1,1 +1,6 @@
-//! Integration tests of the whole workspace.
+//! Integration tests of the whole workspace: one binary, a module for each kind of test.
+
+mod cli;
+mod hostile;
+mod program;
+mod tidy;

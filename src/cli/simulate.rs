@@ -190,7 +190,7 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         context.console.note(note);
     }
     let mut sink = created.sink;
-    let summary = simulator.run(&mut plan.blocks(BLOCK_ROWS), sink.as_mut(), &context.console)?;
+    let summary = simulator.run(&mut plan.blocks(BLOCK_ROWS), Some(plan.n_rows() as u64), sink.as_mut(), &context.console)?;
     sink.finish().context(format!("{}", path.display()))?;
     let header = simulator.header();
     let json = serde_json::json!({

@@ -17,7 +17,7 @@ pub struct ImagingArgs {
     #[arg(long, value_name = "ANGLE")]
     cell: Option<Angle>,
     /// natural, uniform or briggs.
-    #[arg(long, value_name = "SCHEME", default_value = "natural")]
+    #[arg(long, value_name = "SCHEME", default_value = "uniform")]
     weighting: String,
     /// Robustness of briggs, from -2 (uniform) to 2 (natural).
     #[arg(long, value_name = "R", default_value_t = 0.0, allow_negative_numbers = true)]

@@ -107,10 +107,10 @@ impl SceneArgs {
         let (Some(cell), Some(min), Some(max)) = (self.scene_cell, self.scene_min, self.scene_max) else {
             return Err(Failure::usage(format!("{}: a PNG scene needs --scene-cell, --scene-min and --scene-max", path.display())));
         };
-        let grey = cittert_formats::read_grey_png(path)?; // [row from the top, column], 0 black to 1 white
+        let grey = cittert_formats::read_grey_png(path)?; // [row from the bottom, column], 0 black to 1 white
         let (rows, columns) = grey.dim();
         let grid = SkyGrid::new(columns, rows, cell.si(), SkyGrid::frame_of(center))?;
-        let data = Array4::from_shape_fn((1, 1, rows, columns), |(_, _, m, l)| min.si() + (max.si() - min.si()) * grey[[rows - 1 - m, l]]);
+        let data = Array4::from_shape_fn((1, 1, rows, columns), |(_, _, m, l)| min.si() + (max.si() - min.si()) * grey[[m, l]]);
         let band = SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])?;
         let mut image = Image::new(grid, band, vec![Polarization::I], data, BrightnessUnit::Kelvin)?;
         image.object = stem(path);

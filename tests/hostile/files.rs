@@ -1,0 +1,75 @@
+//! Files that are not what they say.
+
+use crate::program::{Scratch, shared};
+
+const READERS: [&str; 3] = ["info", "dirty -o d.fits", "clean -o c"];
+
+fn each_reader(s: &Scratch, file: &str, words: &[&str]) {
+    let before = s.names();
+    for reader in READERS {
+        s.fails(&format!("{reader} {file}"), 1, words);
+    }
+    assert_eq!(s.names(), before, "something was left behind");
+}
+
+#[test]
+fn a_missing_file_a_directory_and_an_empty_file_are_named() {
+    let s = Scratch::new();
+    each_reader(&s, "none.uvh5", &["none.uvh5"]);
+    std::fs::create_dir(s.path("folder.uvh5")).unwrap();
+    each_reader(&s, "folder.uvh5", &["folder.uvh5"]);
+    s.write("empty.uvfits", "");
+    each_reader(&s, "empty.uvfits", &["empty.uvfits", "empty"]);
+}
+
+#[test]
+fn a_picture_with_the_name_of_a_uvfits_is_found_out() {
+    let s = Scratch::new();
+    let mut png = Vec::new();
+    let pixels = vec![7_u8; 64 * 64];
+    image::ImageEncoder::write_image(image::codecs::png::PngEncoder::new(&mut png), &pixels, 64, 64, image::ExtendedColorType::L8).unwrap();
+    s.write("x.uvfits", png);
+    for reader in ["dirty -o d.fits", "clean -o c"] {
+        s.fails(&format!("{reader} x.uvfits"), 1, &["x.uvfits", "PNG"]);
+    }
+}
+
+#[test]
+fn truncated_sets_are_refused() {
+    let s = Scratch::new();
+    let visibilities = shared().join("data/visibilities");
+    for name in ["eht_m87_2017_100_lo.uvfits", "hera_zen.2458432.34569.uvh5"] {
+        let bytes = std::fs::read(visibilities.join(name)).unwrap();
+        for part in [100, bytes.len() / 3, bytes.len() / 2] {
+            s.write(name, &bytes[..part]);
+            s.fails(&format!("dirty {name} -o d.fits"), 1, &[name]);
+        }
+    }
+}
+
+#[test]
+fn scenes_that_are_no_scenes_are_refused() {
+    let s = Scratch::new();
+    let simulate = "simulate --layout mm-y --freq 94GHz --bandwidth 1GHz -o v.uvh5 --scene";
+    s.write("column.csv", "l_rad,m_rad,flux_jy,colour\n0,0,1,red\n");
+    s.fails(&format!("{simulate} column.csv"), 1, &["column.csv", "colour"]);
+    s.write("nan.csv", "l_rad,m_rad,flux_jy\n0,nan,1\n");
+    s.fails(&format!("{simulate} nan.csv"), 1, &["nan.csv"]);
+    s.write("key.toml", "kind = \"analytic\"\nname = \"x\"\nbackgrund = 3\n");
+    s.fails(&format!("{simulate} key.toml --scene-size 64 --scene-cell 1mrad"), 1, &["key.toml", "backgrund", "line 3"]);
+}
+
+#[test]
+fn layouts_that_cannot_be_are_refused() {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0,0,1\n");
+    let antenna = |name: &str, position: &str| format!("[[antenna]]\nname = \"{name}\"\nposition_m = {position}\n");
+    let head = "name = \"x\"\nframe = \"boresight\"\n";
+    let simulate = |file: &str| format!("simulate --layout {file} --scene s.csv --freq 94GHz --bandwidth 1GHz -o v.uvh5");
+    s.write("nan.toml", format!("{head}{}{}", antenna("A", "[0.0, nan, 0.0]"), antenna("B", "[1.0, 0.0, 0.0]")));
+    s.fails(&simulate("nan.toml"), 1, &["nan.toml", "\"A\""]);
+    s.write("same.toml", format!("{head}{}{}", antenna("A", "[0.0, 1.0, 0.0]"), antenna("B", "[0.0, 1.0, 0.0]")));
+    s.fails(&simulate("same.toml"), 1, &["same.toml", "\"A\"", "\"B\""]);
+    s.write("key.toml", format!("{head}{}diametre_m = 3.0\n", antenna("A", "[0.0, 1.0, 0.0]")));
+    s.fails(&simulate("key.toml"), 1, &["key.toml", "diametre_m", "line 6"]);
+}

@@ -1,0 +1,4 @@
+//! Bad input gets one clear message, exit code 1 or 2, and loses nothing.
+
+mod files;
+mod options;
