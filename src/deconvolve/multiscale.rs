@@ -3,8 +3,9 @@
 //! The residual is smoothed with each scale. A component of scale s at its peak R takes R^2 / B from chi squared, where B is the peak of
 //! the beam smoothed twice with s; the scale for which R / sqrt(B), weighed by the bias, is largest takes components. (Cornwell compares
 //! R / B, the flux of the component, which favours wide scales for points too.) These are found by the exact algorithm of [`super::hogbom`] in the residual smoothed with the scale, with the beam smoothed
-//! twice, until that peak has come down by a fixed part. Then the residual is brought up to date by convolution and the scales compete
-//! again.
+//! twice, until that peak has come down by a fixed part. The pattern of wide components found so is then given the amplitude that leaves
+//! the least residual (a line search, which the gain would take many rounds to reach), the residual is brought up to date by
+//! convolution, and the scales compete again.
 //!
 //! # Reference
 //! Cornwell 2008, IEEE JSTSP 2, 793 (scales, their shape, the bias); Offringa & Smirnov 2017, MNRAS 471, 301 (the inner loop at one scale).
@@ -51,13 +52,17 @@ fn kernel((n_m, n_l): (usize, usize), width_px: f64) -> Array2<f64> {
     k
 }
 
-/// Points, then twice the main lobe and on by factors of two while the scale fits into the image several times.
+/// Points, then twice the main lobe and on by factors of two up to nearly half of the image.
 fn chosen(opts: &DeconvolveOptions, smallest_side: usize) -> Vec<f64> {
     let mut scales = vec![0.0];
     let mut width = 2.0 * opts.beam_px.max(1.0);
-    while width <= smallest_side as f64 / 5.0 {
+    let largest = 0.43 * smallest_side as f64;
+    while width < largest {
         scales.push(width);
         width *= 2.0;
+    }
+    if largest > 1.0 {
+        scales.push(largest);
     }
     scales
 }
@@ -94,6 +99,15 @@ pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &DeconvolveOptions) -> Result
         return bad("--scales", f64::NAN, "at least one scale that the baselines see; 0 always is".into());
     }
     Ok(Box::new(Multiscale { beam: TiledBeam::new(psf), convolver, scales }))
+}
+
+/// The length of the step along `added` that leaves the smallest chi squared, where `seen` is `added` seen with the beam: at least 1, and at
+/// most what a gain of 1 would have taken. The gain keeps wide components from taking what belongs to others; once the pattern of
+/// them is found, its amplitude is no longer in doubt.
+fn stretch(residual: &Array2<f64>, added: &Array2<f64>, seen: &Array2<f64>, gain: f64) -> f64 {
+    let along: f64 = added.iter().zip(residual).map(|(a, r)| a * r).sum();
+    let across: f64 = added.iter().zip(seen).map(|(a, s)| a * s).sum();
+    if across > 0.0 && along > 0.0 { (along / across).clamp(1.0, 1.0 / gain) } else { 1.0 }
 }
 
 impl Multiscale {
@@ -150,8 +164,15 @@ impl Deconvolver for Multiscale {
                 c.scale_px = scale.width_px;
                 flux[(c.row, c.column)] += c.flux;
             }
-            let added = self.smoothed(&flux, scale);
-            let next = &*residual - &self.beam.convolve(added.view());
+            let mut added = self.smoothed(&flux, scale);
+            let mut seen = self.beam.convolve(added.view());
+            if scale.kernel.is_some() {
+                let stretch = stretch(residual, &added, &seen, limits.gain);
+                added *= stretch;
+                seen *= stretch;
+                found.iter_mut().for_each(|c| c.flux *= stretch);
+            }
+            let next = &*residual - &seen;
             let after = size_of(&next);
             if !(after <= DIVERGED * peak) {
                 break MinorStop::Diverged;
