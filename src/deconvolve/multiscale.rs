@@ -116,10 +116,15 @@ impl Multiscale {
     }
 
     /// The scale that takes the next components: its index, the smoothed residual and its peak.
-    fn strongest(&self, residual: &Array2<f64>, mask: Option<&Array2<bool>>, negative: bool) -> Option<(usize, Array2<f64>, f64)> {
+    fn strongest(
+        &self,
+        residual: &Array2<f64>,
+        mask: Option<&Array2<bool>>,
+        (negative, alive): (bool, &[bool]),
+    ) -> Option<(usize, Array2<f64>, f64)> {
         let mut best = None;
         let mut most = 0.0;
-        for (k, scale) in self.scales.iter().enumerate() {
+        for (k, scale) in self.scales.iter().enumerate().filter(|(k, _)| alive[*k]) {
             let smoothed = self.smoothed(residual, scale);
             if let Some((value, _)) = peak_of(smoothed.view(), mask, negative) {
                 let size = value.abs();
@@ -140,6 +145,8 @@ impl Deconvolver for Multiscale {
         let Minor { residual, model, mask, limits } = cycle;
         let size_of = |r: &Array2<f64>| peak_of(r.view(), mask, limits.negative).map_or(0.0, |p| p.0.abs());
         let mut taken: Vec<Component> = Vec::new();
+        // Scales that have not made things worse in this cycle.
+        let mut alive = vec![true; self.scales.len()];
         let mut peak = size_of(residual);
         let stop = loop {
             if peak == 0.0 {
@@ -151,12 +158,13 @@ impl Deconvolver for Multiscale {
             if taken.len() >= limits.iterations {
                 break MinorStop::Iterations;
             }
-            let Some((k, mut smoothed, top)) = self.strongest(residual, mask, limits.negative) else { break MinorStop::Nothing };
+            let Some((k, mut smoothed, top)) = self.strongest(residual, mask, (limits.negative, &alive)) else { break MinorStop::Diverged };
             let scale = &self.scales[k];
             let inner = MinorLimits { level: HAND_OVER * top, iterations: limits.iterations - taken.len(), ..limits };
             let mut found = components(&scale.beam, &mut smoothed, mask, &inner).components;
             if found.is_empty() {
-                break MinorStop::Diverged;
+                alive[k] = false;
+                continue;
             }
             let mut flux = Array2::zeros(residual.dim());
             for c in &mut found {
@@ -165,17 +173,21 @@ impl Deconvolver for Multiscale {
                 flux[(c.row, c.column)] += c.flux;
             }
             let mut added = self.smoothed(&flux, scale);
-            let mut seen = self.beam.convolve(added.view());
-            if scale.kernel.is_some() {
-                let stretch = stretch(residual, &added, &seen, limits.gain);
+            let seen = self.beam.convolve(added.view());
+            let mut next = &*residual - &seen;
+            let mut after = size_of(&next);
+            let stretch = if scale.kernel.is_some() { stretch(residual, &added, &seen, limits.gain) } else { 1.0 };
+            let longer = &*residual - &(&seen * stretch);
+            let peak_longer = size_of(&longer);
+            // The least chi squared may still leave a higher peak: then the gain had better be kept.
+            if peak_longer <= after.max(peak) {
+                (next, after) = (longer, peak_longer);
                 added *= stretch;
-                seen *= stretch;
                 found.iter_mut().for_each(|c| c.flux *= stretch);
             }
-            let next = &*residual - &seen;
-            let after = size_of(&next);
             if !(after <= DIVERGED * peak) {
-                break MinorStop::Diverged;
+                alive[k] = false;
+                continue;
             }
             *residual = next;
             *model += &added;
