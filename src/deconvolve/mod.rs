@@ -101,7 +101,7 @@ pub struct DeconvolveOptions {
 
 impl Default for DeconvolveOptions {
     fn default() -> Self {
-        Self { scales_px: Vec::new(), scale_bias: 0.6, beam_px: 4.0 }
+        Self { scales_px: Vec::new(), scale_bias: 0.3, beam_px: 4.0 }
     }
 }
 

@@ -3,8 +3,9 @@
 //! The residual is smoothed with each scale. A component of scale s at its peak R takes R^2 / B from chi squared, where B is the peak of
 //! the beam smoothed twice with s; the scale for which R / sqrt(B), weighed by the bias, is largest takes components. (Cornwell compares
 //! R / B, the flux of the component, which favours wide scales for points too.) These are found by the exact algorithm of [`super::hogbom`] in the residual smoothed with the scale, with the beam smoothed
-//! twice, until that peak has come down by a fixed part. Then the residual is brought up to date by convolution and the scales compete
-//! again.
+//! twice, until that peak has come down by a fixed part. The pattern of wide components found so is then given the amplitude that leaves
+//! the least residual (a line search, which the gain would take many rounds to reach), the residual is brought up to date by
+//! convolution, and the scales compete again.
 //!
 //! # Reference
 //! Cornwell 2008, IEEE JSTSP 2, 793 (scales, their shape, the bias); Offringa & Smirnov 2017, MNRAS 471, 301 (the inner loop at one scale).
@@ -51,13 +52,17 @@ fn kernel((n_m, n_l): (usize, usize), width_px: f64) -> Array2<f64> {
     k
 }
 
-/// Points, then twice the main lobe and on by factors of two while the scale fits into the image several times.
+/// Points, then twice the main lobe and on by factors of two up to nearly half of the image.
 fn chosen(opts: &DeconvolveOptions, smallest_side: usize) -> Vec<f64> {
     let mut scales = vec![0.0];
     let mut width = 2.0 * opts.beam_px.max(1.0);
-    while width <= smallest_side as f64 / 5.0 {
+    let largest = 0.43 * smallest_side as f64;
+    while width < largest {
         scales.push(width);
         width *= 2.0;
+    }
+    if largest > 1.0 {
+        scales.push(largest);
     }
     scales
 }
@@ -96,16 +101,30 @@ pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &DeconvolveOptions) -> Result
     Ok(Box::new(Multiscale { beam: TiledBeam::new(psf), convolver, scales }))
 }
 
+/// The length of the step along `added` that leaves the smallest chi squared, where `seen` is `added` seen with the beam: at least 1, and at
+/// most what a gain of 1 would have taken. The gain keeps wide components from taking what belongs to others; once the pattern of
+/// them is found, its amplitude is no longer in doubt.
+fn stretch(residual: &Array2<f64>, added: &Array2<f64>, seen: &Array2<f64>, gain: f64) -> f64 {
+    let along: f64 = added.iter().zip(residual).map(|(a, r)| a * r).sum();
+    let across: f64 = added.iter().zip(seen).map(|(a, s)| a * s).sum();
+    if across > 0.0 && along > 0.0 { (along / across).clamp(1.0, 1.0 / gain) } else { 1.0 }
+}
+
 impl Multiscale {
     fn smoothed(&self, residual: &Array2<f64>, scale: &Scale) -> Array2<f64> {
         scale.kernel.as_ref().map_or_else(|| residual.clone(), |k| self.convolver.convolve(residual.view(), k))
     }
 
     /// The scale that takes the next components: its index, the smoothed residual and its peak.
-    fn strongest(&self, residual: &Array2<f64>, mask: Option<&Array2<bool>>, negative: bool) -> Option<(usize, Array2<f64>, f64)> {
+    fn strongest(
+        &self,
+        residual: &Array2<f64>,
+        mask: Option<&Array2<bool>>,
+        (negative, alive): (bool, &[bool]),
+    ) -> Option<(usize, Array2<f64>, f64)> {
         let mut best = None;
         let mut most = 0.0;
-        for (k, scale) in self.scales.iter().enumerate() {
+        for (k, scale) in self.scales.iter().enumerate().filter(|(k, _)| alive[*k]) {
             let smoothed = self.smoothed(residual, scale);
             if let Some((value, _)) = peak_of(smoothed.view(), mask, negative) {
                 let size = value.abs();
@@ -126,6 +145,8 @@ impl Deconvolver for Multiscale {
         let Minor { residual, model, mask, limits } = cycle;
         let size_of = |r: &Array2<f64>| peak_of(r.view(), mask, limits.negative).map_or(0.0, |p| p.0.abs());
         let mut taken: Vec<Component> = Vec::new();
+        // Scales that have not made things worse in this cycle.
+        let mut alive = vec![true; self.scales.len()];
         let mut peak = size_of(residual);
         let stop = loop {
             if peak == 0.0 {
@@ -137,12 +158,13 @@ impl Deconvolver for Multiscale {
             if taken.len() >= limits.iterations {
                 break MinorStop::Iterations;
             }
-            let Some((k, mut smoothed, top)) = self.strongest(residual, mask, limits.negative) else { break MinorStop::Nothing };
+            let Some((k, mut smoothed, top)) = self.strongest(residual, mask, (limits.negative, &alive)) else { break MinorStop::Diverged };
             let scale = &self.scales[k];
             let inner = MinorLimits { level: HAND_OVER * top, iterations: limits.iterations - taken.len(), ..limits };
             let mut found = components(&scale.beam, &mut smoothed, mask, &inner).components;
             if found.is_empty() {
-                break MinorStop::Diverged;
+                alive[k] = false;
+                continue;
             }
             let mut flux = Array2::zeros(residual.dim());
             for c in &mut found {
@@ -150,11 +172,22 @@ impl Deconvolver for Multiscale {
                 c.scale_px = scale.width_px;
                 flux[(c.row, c.column)] += c.flux;
             }
-            let added = self.smoothed(&flux, scale);
-            let next = &*residual - &self.beam.convolve(added.view());
-            let after = size_of(&next);
+            let mut added = self.smoothed(&flux, scale);
+            let seen = self.beam.convolve(added.view());
+            let mut next = &*residual - &seen;
+            let mut after = size_of(&next);
+            let stretch = if scale.kernel.is_some() { stretch(residual, &added, &seen, limits.gain) } else { 1.0 };
+            let longer = &*residual - &(&seen * stretch);
+            let peak_longer = size_of(&longer);
+            // The least chi squared may still leave a higher peak: then the gain had better be kept.
+            if peak_longer <= after.max(peak) {
+                (next, after) = (longer, peak_longer);
+                added *= stretch;
+                found.iter_mut().for_each(|c| c.flux *= stretch);
+            }
             if !(after <= DIVERGED * peak) {
-                break MinorStop::Diverged;
+                alive[k] = false;
+                continue;
             }
             *residual = next;
             *model += &added;

@@ -1,0 +1,69 @@
+//! Minor cycles: components a second on a crowded field, and the transforms under them.
+// A bench that cannot be set up should stop at once; criterion generates undocumented items.
+#![allow(missing_docs, clippy::expect_used)]
+
+mod tracks;
+
+use cittert::deconvolve::{DeconvolveOptions, Minor, MinorLimits, TABLE};
+use cittert::fourier::{Convolver, GridOptions, Gridder, UvwExtent};
+use cittert_arrays::{SkyFrame, SkyGrid};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use ndarray::{Array2, s};
+use num_complex::Complex32;
+use tracks::tracks;
+
+/// The beam of a short observation and a field of points seen with it.
+fn beam_and_field(n: usize) -> (Array2<f64>, Array2<f64>) {
+    let t = tracks(12, 8);
+    let frame = SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.5, frame: "icrs".into() };
+    let grid = SkyGrid::new(n, n, 0.25 / 206_264.806, frame).expect("a small field");
+    let mut g = Gridder::<f32>::new(&grid, &t.freq_hz, UvwExtent::of(t.uvw_m.view()), &GridOptions::default()).expect("options");
+    g.add(t.uvw_m.view(), Array2::from_elem(t.vis.dim(), Complex32::new(1.0, 0.0)).view()).expect("rows");
+    let mut psf = g.finish();
+    let peak = psf[(n / 2, n / 2)];
+    psf /= peak;
+    psf[(n / 2, n / 2)] = 1.0;
+    let mut points = Array2::zeros((n, n));
+    for k in 0..60 {
+        points[(n / 8 + k * 7919 % (3 * n / 4), n / 8 + k * 104_729 % (3 * n / 4))] = 1.0 / (1.0 + k as f64);
+    }
+    let engine = Convolver::<f64>::new((n, n), n / 2 + 1);
+    let field = engine.convolve(points.view(), &engine.kernel(psf.view()));
+    (psf, field)
+}
+
+fn minor_cycles(c: &mut Criterion) {
+    let mut group = c.benchmark_group("1000 components");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(1000));
+    for n in [512, 2048] {
+        let (psf, field) = beam_and_field(n);
+        for entry in TABLE.iter().filter(|e| n == 512 || e.name != "multiscale") {
+            let mut d = (entry.make)(psf.view(), &DeconvolveOptions::default()).expect("a beam");
+            group.bench_with_input(BenchmarkId::new(entry.name, n), &field, |b, field| {
+                b.iter(|| {
+                    let (mut residual, mut model) = (field.clone(), Array2::zeros(field.dim()));
+                    let limits = MinorLimits { gain: 0.1, level: 0.0, iterations: 1000, negative: true };
+                    d.minor(Minor { residual: &mut residual, model: &mut model, mask: None, limits }).expect("a cycle")
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+fn convolutions(c: &mut Criterion) {
+    let mut group = c.benchmark_group("convolution");
+    group.sample_size(10);
+    for n in [512, 2048] {
+        let (psf, field) = beam_and_field(n);
+        let engine = Convolver::<f64>::new((n, n), n / 2 + 1);
+        let spectrum = engine.kernel(psf.view());
+        group.throughput(Throughput::Elements((n * n) as u64));
+        group.bench_with_input(BenchmarkId::new("f64", n), &field, |b, f| b.iter(|| engine.convolve(f.slice(s![.., ..]), &spectrum)));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, minor_cycles, convolutions);
+criterion_main!(benches);
