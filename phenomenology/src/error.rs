@@ -1,8 +1,5 @@
-//! What can be wrong with a scene. Each kind of physics has its own enum; they all meet here.
+//! What can be wrong with a scene.
 
-use crate::atmosphere::PhysicsError;
-use crate::dielectrics::DielectricError;
-use crate::surfaces::SurfaceError;
 use thiserror::Error;
 
 /// Result of this crate.
@@ -25,15 +22,6 @@ pub enum SceneError {
         /// What is accepted.
         expected: &'static str,
     },
-    /// The air or the sky.
-    #[error(transparent)]
-    Atmosphere(#[from] PhysicsError),
-    /// A permittivity.
-    #[error(transparent)]
-    Dielectric(#[from] DielectricError),
-    /// A surface.
-    #[error(transparent)]
-    Surface(#[from] SurfaceError),
     /// The image could not be made.
     #[error(transparent)]
     Array(#[from] cittert_arrays::ArrayError),
