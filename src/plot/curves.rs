@@ -9,7 +9,7 @@ use crate::{ChainError, Result};
 /// One line.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
-    /// Name in the legend.
+    /// Name in the legend; without one the line is not in it.
     pub name: String,
     /// Points (x, y).
     pub points: Vec<(f64, f64)>,
@@ -109,8 +109,8 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
     let left = Panel::left_room(&y, &canvas, options.height as f64 - top - BOTTOM_ROOM);
     let area = Rect { x0: left.round(), y0: top, x1: options.width as f64 - 28.0, y1: options.height as f64 - BOTTOM_ROOM };
     let mut panel = Panel { area, x, y, label_room: None };
-    let named: Vec<&str> = series.iter().map(|s| s.name.as_str()).collect();
-    let legend = named.iter().any(|n| !n.is_empty());
+    let (keys, named) = legend_names(series);
+    let legend = !named.is_empty();
     let mut corner = (true, false);
     if legend {
         match emptiest_corner(&canvas, series, &panel, &usable) {
@@ -147,7 +147,7 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
     }
     panel.axes(&mut canvas, true)?;
     if legend {
-        legend_at(&mut canvas, panel.area, &named, corner, &|k| options.style(k))?;
+        legend_at(&mut canvas, panel.area, &named, corner, &|k| options.style(keys[k]))?;
     }
     if !options.title.is_empty() {
         title(&mut canvas, panel.area, &options.title, options.width as f64 - 20.0)?;
@@ -174,9 +174,14 @@ fn make_room(panel: &mut Panel, pixels: f64) {
     y.to = if y.log { y.to * (y.to / y.from).powf(share) } else { y.to + share * (y.to - y.from) };
 }
 
+/// Lines with a name, by index, and their names.
+fn legend_names(series: &[Series]) -> (Vec<usize>, Vec<&str>) {
+    series.iter().enumerate().filter(|(_, s)| !s.name.is_empty()).map(|(k, s)| (k, s.name.as_str())).unzip()
+}
+
 /// Corner of the panel (right, bottom) where a legend covers none of the lines and error bars.
 fn emptiest_corner(canvas: &Canvas, series: &[Series], panel: &Panel, usable: &dyn Fn((f64, f64)) -> bool) -> Option<(bool, bool)> {
-    let names: Vec<&str> = series.iter().map(|s| s.name.as_str()).collect();
+    let (_, names) = legend_names(series);
     let corners = [(true, false), (false, false), (true, true), (false, true)];
     let mut covered = [0_u32; 4];
     let frames = corners.map(|c| legend_frame(canvas, panel.area, &names, c));
