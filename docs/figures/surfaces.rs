@@ -141,7 +141,7 @@ fn facets(closure: &str, words: &str, suffix: &str) -> Drawn {
         let stack = Stack::half_space(permittivity_of(8.2, 13.9), 290.0, 37e9)?;
         let surface = SurfaceModel::new(stack, format!("go:{s},{s},{closure}").parse()?);
         for (p, pol) in ["h", "v"].into_iter().enumerate() {
-            let ours = linear(0.0, 84.0, 43).into_iter().map(|a| Ok((a, surface.reflection(a.to_radians())?.powers()[p])));
+            let ours = linear(0.0, 85.0, 52).into_iter().map(|a| Ok((a, surface.reflection(a.to_radians())?.powers()[p])));
             figure.ours(&format!("slope {slope}, {pol}"), ours.collect::<Drawn<Points>>()?);
             figure.theirs(pick(&rows, &wanted, "theta_deg", &format!("r_{pol}_{suffix}")));
         }

@@ -28,16 +28,16 @@ pub(super) struct AirArgs {
     #[arg(long, value_name = "KIND:BASE-TOP:AMOUNT", value_delimiter = ',')]
     layer: Vec<Layer>,
     /// Pressure at the surface: the profile is multiplied to meet it.
-    #[arg(long, alias = "pressure", value_name = "PRESSURE", allow_hyphen_values = true)]
+    #[arg(long, visible_alias = "pressure", value_name = "PRESSURE", allow_hyphen_values = true)]
     surface_pressure: Option<Pressure>,
     /// Temperature at the surface: the difference fades out 10 km up.
-    #[arg(long, alias = "temperature", value_name = "TEMP", allow_hyphen_values = true)]
+    #[arg(long, visible_alias = "temperature", value_name = "TEMP", allow_hyphen_values = true)]
     surface_temperature: Option<Temperature>,
     /// Relative humidity at the surface: that of the profile is multiplied to meet it.
-    #[arg(long, alias = "humidity", value_name = "PERCENT", allow_hyphen_values = true)]
+    #[arg(long, visible_alias = "humidity", value_name = "PERCENT", allow_hyphen_values = true)]
     surface_humidity: Option<Percent>,
     /// Vapour density at the surface, in place of the relative humidity.
-    #[arg(long, alias = "vapour", value_name = "DENSITY", allow_hyphen_values = true, conflicts_with = "surface_humidity")]
+    #[arg(long, visible_alias = "vapour", value_name = "DENSITY", allow_hyphen_values = true, conflicts_with = "surface_humidity")]
     surface_vapour: Option<Density>,
 }
 

@@ -12,7 +12,7 @@ use clap::Args;
 
 /// Options of `scene attenuation`.
 #[derive(Debug, Args)]
-pub(super) struct AttenuationArgs {
+pub(crate) struct AttenuationArgs {
     /// Gas model: mpm89 or mpm93.
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "mpm89")]
     model: Vec<String>,

@@ -23,7 +23,7 @@ pub(super) enum Shadow {
 
 /// Options of `scene bistatic`.
 #[derive(Debug, Args)]
-pub(super) struct BistaticArgs {
+pub(crate) struct BistaticArgs {
     #[command(flatten)]
     surface: SurfaceArgs,
     /// Frequencies.

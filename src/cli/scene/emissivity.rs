@@ -12,7 +12,7 @@ use clap::Args;
 
 /// Options of `scene emissivity`.
 #[derive(Debug, Args)]
-pub(super) struct EmissivityArgs {
+pub(crate) struct EmissivityArgs {
     #[command(flatten)]
     surface: SurfaceArgs,
     /// Frequencies.

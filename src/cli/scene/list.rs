@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 /// Options of `scene list`.
 #[derive(Debug, Args)]
-pub(super) struct ListArgs {
+pub(crate) struct ListArgs {
     /// What to list [default: everything].
     #[arg(value_enum)]
     kind: Option<Kind>,

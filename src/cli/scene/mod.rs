@@ -20,7 +20,7 @@ use clap::Subcommand;
 
 /// What to do with a scene: one row each, one file each beside this one.
 #[derive(Debug, Subcommand)]
-pub(super) enum SceneCommand {
+pub(crate) enum SceneCommand {
     /// Render a scene description (or read a PNG or FITS scene) into a FITS image in K.
     Render(render::RenderArgs),
     /// Sky temperatures against zenith angle, as CSV.

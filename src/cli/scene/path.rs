@@ -20,7 +20,7 @@ pub(super) enum Method {
 
 /// Options of `scene path`.
 #[derive(Debug, Args)]
-pub(super) struct PathArgs {
+pub(crate) struct PathArgs {
     #[command(flatten)]
     air: AirArgs,
     /// Frequencies, 1-1000 GHz.

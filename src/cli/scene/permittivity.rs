@@ -11,7 +11,7 @@ use clap::Args;
 
 /// Options of `scene permittivity`.
 #[derive(Debug, Args)]
-pub(super) struct PermittivityArgs {
+pub(crate) struct PermittivityArgs {
     #[command(flatten)]
     material: MaterialArgs,
     /// Frequencies.

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 /// Options of `scene render`.
 #[derive(Debug, Args)]
-pub(super) struct RenderArgs {
+pub(crate) struct RenderArgs {
     /// Scene description (TOML), PNG or FITS image.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,

@@ -11,7 +11,7 @@ use clap::Args;
 
 /// Options of `scene sky`.
 #[derive(Debug, Args)]
-pub(super) struct SkyArgs {
+pub(crate) struct SkyArgs {
     #[command(flatten)]
     air: AirArgs,
     /// Frequencies, 1-1000 GHz.
