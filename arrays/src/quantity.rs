@@ -167,6 +167,22 @@ quantity!(
     /// A flux density in Jy.
     FluxDensity, "Jy", "flux density", "1Jy", &[("Jy", 1.0), ("mJy", 1e-3), ("uJy", 1e-6), ("kJy", 1e3)]
 );
+quantity!(
+    /// A pressure in Pa.
+    Pressure, "Pa", "pressure", "1013hPa", &[("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("mbar", 1e2), ("bar", 1e5)]
+);
+quantity!(
+    /// A density in kg/m3, of a solid as of water in air.
+    Density, "kg/m3", "density", "7.5g/m3", &[("kg/m3", 1.0), ("g/m3", 1e-3), ("mg/m3", 1e-6), ("g/cm3", 1e3)]
+);
+quantity!(
+    /// A rain rate in m/s, as a depth of water in a time.
+    RainRate, "m/s", "rain rate", "5mm/h", &[("m/s", 1.0), ("mm/h", 1e-3 / 3600.0)]
+);
+quantity!(
+    /// A share of a whole, in percent.
+    Percent, "%", "share", "50%", &[("%", 1.0)]
+);
 
 #[cfg(test)]
 mod tests {
@@ -188,6 +204,18 @@ mod tests {
         assert!("94Gz".parse::<Frequency>().is_err());
         assert!("nanGHz".parse::<Frequency>().is_err());
         assert!("1e999Hz".parse::<Frequency>().is_err());
+    }
+
+    #[test]
+    fn weather_has_its_units() {
+        assert_eq!("1013hPa".parse::<Pressure>().unwrap().si(), 101_300.0);
+        assert_eq!("101.3kPa".parse::<Pressure>().unwrap().si(), 101_300.0);
+        assert_eq!("7.5g/m3".parse::<Density>().unwrap().si(), 7.5e-3);
+        assert!((0.25 - "0.25g/cm3".parse::<Density>().unwrap().si() / 1e3).abs() < 1e-15);
+        assert!(("5mm/h".parse::<RainRate>().unwrap().si() * 3.6e6 - 5.0).abs() < 1e-14);
+        assert_eq!("46%".parse::<Percent>().unwrap().si(), 46.0);
+        let e = "7.5".parse::<Density>().unwrap_err().to_string();
+        assert!(e.contains("g/m3"), "{e}");
     }
 
     #[test]

@@ -1,15 +1,14 @@
 //! Speed of the sky profile, the sky table and the constant-temperature path.
+//!
+//! With `PYRTLIB_PYTHON` naming a Python that has pyrtlib, its time for the same profile is told too.
 
 use std::hint::black_box;
+use std::io::Write;
 
-use cittert_phenomenology::atmosphere::{
-    Atmosphere, Geometry, PathEnds, PathExtent, PathTable, SkyTable, SkyTableOptions,
-};
+use cittert_phenomenology::atmosphere::{Atmosphere, Geometry, PathEnds, PathExtent, PathTable, SkyTable, SkyTableOptions};
 use criterion::Criterion;
 
-const FREQS: [f64; 10] = [
-    10.0, 19.0, 35.0, 37.0, 89.0, 94.0, 140.0, 183.0, 220.0, 340.0,
-];
+const FREQS: [f64; 10] = [10.0, 19.0, 35.0, 37.0, 89.0, 94.0, 140.0, 183.0, 220.0, 340.0];
 const ZENITHS: [f64; 8] = [0.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0];
 
 fn sky(c: &mut Criterion) {
@@ -30,14 +29,7 @@ fn sky(c: &mut Criterion) {
     // Bar: under 0.1 s.
     c.bench_function("60000 sky temperatures from the table", |b| {
         b.iter(|| {
-            (0..60_000)
-                .filter_map(|i| {
-                    table
-                        .temperature(f64::from(black_box(i)) * 1.5e-3, 94.0)
-                        .ok()
-                })
-                .map(|t| t.planck_k)
-                .sum::<f64>()
+            (0..60_000).filter_map(|i| table.temperature(f64::from(black_box(i)) * 1.5e-3, 94.0).ok()).map(|t| t.planck_k).sum::<f64>()
         });
     });
 }
@@ -63,12 +55,28 @@ fn path(c: &mut Criterion) {
     }
 }
 
+/// The time of pyrtlib for the same frequencies and angles, if it is there.
+fn pyrtlib() {
+    let Some(python) = std::env::var_os("PYRTLIB_PYTHON") else {
+        return;
+    };
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/pyrtlib_sky.py");
+    let told = match std::process::Command::new(python).arg(script).output() {
+        Ok(output) if output.status.success() => format!("{} s", String::from_utf8_lossy(&output.stdout).trim()),
+        Ok(output) => format!("failed: {}", String::from_utf8_lossy(&output.stderr).trim()),
+        Err(e) => format!("cannot be run: {e}"),
+    };
+    // A reader that went away is no error.
+    let _ = writeln!(std::io::stdout(), "sky profile, 10 frequencies x 8 angles, by pyrtlib: {told}");
+}
+
 fn main() {
     let mut criterion = Criterion::default()
         .sample_size(20)
         .warm_up_time(std::time::Duration::from_millis(300))
         .measurement_time(std::time::Duration::from_secs(1))
         .configure_from_args();
+    pyrtlib();
     sky(&mut criterion);
     path(&mut criterion);
     criterion.final_summary();

@@ -37,18 +37,12 @@ fn main() -> Result<(), SurfaceError> {
         ("sea, smooth", &sea, "smooth"),
         ("sea, facets, one bounce", &sea, "go:0.15,0.15"),
         ("sea, facets of unequal slopes", &sea, "go:0.2,0.1"),
-        (
-            "sea, facets, second bounce",
-            &sea,
-            "go:0.15,0.15,second-bounce",
-        ),
+        ("sea, facets, second bounce", &sea, "go:0.15,0.15,second-bounce"),
         ("three layers, smooth", &painted, "smooth"),
         ("three layers, facets", &painted, "go:0.15,0.15"),
     ] {
         let model = surface(stack, roughness)?;
-        criterion.bench_function(name, |b| {
-            b.iter(|| model.brightness_k(black_box(0.9), 0.3, Sky::Symmetric(&sky)))
-        });
+        criterion.bench_function(name, |b| b.iter(|| model.brightness_k(black_box(0.9), 0.3, Sky::Symmetric(&sky))));
     }
     criterion.final_summary();
     Ok(())

@@ -1,4 +1,4 @@
-//! Physical constants of the 2019 SI, shared by every physics module.
+//! Physical constants, of the 2019 SI where it defines them, shared by every physics module.
 
 /// Speed of light in vacuum, m/s.
 pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
@@ -8,3 +8,7 @@ pub const PLANCK_J_S: f64 = 6.626_070_15e-34;
 pub const BOLTZMANN_J_K: f64 = 1.380_649e-23;
 /// Vacuum permittivity, F/m.
 pub const VACUUM_PERMITTIVITY_F_M: f64 = 8.854_187_8e-12;
+/// Zero Celsius in kelvin.
+pub const ZERO_CELSIUS_K: f64 = 273.15;
+/// Density of pure ice that the snow models divide by, kg/m3.
+pub const ICE_DENSITY_KG_M3: f64 = 916.7;

@@ -64,6 +64,13 @@ pub(crate) struct Canvas {
     pixels: Vec<u8>,
 }
 
+/// Whether a line that comes from `a` to `b` goes on to `c` by turning more than a right angle.
+fn turns_back(a: (i32, i32), b: (i32, i32), c: (i32, i32)) -> bool {
+    let step = |from: (i32, i32), to: (i32, i32)| (i64::from(to.0) - i64::from(from.0), i64::from(to.1) - i64::from(from.1));
+    let (one, two) = (step(a, b), step(b, c));
+    one.0 * two.0 + one.1 * two.1 < 0
+}
+
 fn plot_error(e: impl std::fmt::Display) -> ChainError {
     ChainError::Other(format!("drawing failed: {e}").into())
 }
@@ -108,7 +115,18 @@ impl Canvas {
     pub(crate) fn line(&mut self, points: &[(f64, f64)], c: Rgb, width: f64) -> Result<()> {
         let stroke = (width * OVER as f64).round().max(1.0) as u32;
         let style = ShapeStyle { color: color(c, 1.0), filled: false, stroke_width: stroke };
-        self.area().draw(&PathElement::new(Self::scaled(points), style)).map_err(plot_error)
+        let points = Self::scaled(points);
+        let area = self.area();
+        // The mitre of a sharp turn would stick far out of the panel: the line ends there and begins anew.
+        let mut from = 0;
+        for at in 1..points.len() {
+            let last = at + 1 == points.len();
+            if last || turns_back(points[at - 1], points[at], points[at + 1]) {
+                area.draw(&PathElement::new(points[from..=at].to_vec(), style)).map_err(plot_error)?;
+                from = at;
+            }
+        }
+        Ok(())
     }
 
     /// A filled polygon.

@@ -9,12 +9,23 @@ use crate::{ChainError, Result};
 /// One line.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
-    /// Name in the legend.
+    /// Name in the legend; without one the line is not in it.
     pub name: String,
     /// Points (x, y).
     pub points: Vec<(f64, f64)>,
     /// Half lengths of the error bars, below and above; empty for none \[point\].
     pub errors: Vec<(f64, f64)>,
+}
+
+/// How to draw one line, where the default does not do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Style {
+    /// Index of its colour.
+    pub color: usize,
+    /// Join the points.
+    pub line: bool,
+    /// Draw markers at the points.
+    pub dots: bool,
 }
 
 /// How to draw the lines.
@@ -32,10 +43,18 @@ pub struct CurveOptions {
     pub log_y: bool,
     /// Draw markers at the points.
     pub markers: bool,
+    /// Styles of the first lines \[line\]; the others have their own colour each, and dots if `markers` is set.
+    pub styles: Vec<Style>,
     /// Width of the picture, pixels.
     pub width: usize,
     /// Height of the picture, pixels.
     pub height: usize,
+}
+
+impl CurveOptions {
+    fn style(&self, index: usize) -> Style {
+        self.styles.get(index).copied().unwrap_or(Style { color: index, line: true, dots: self.markers })
+    }
 }
 
 impl Default for CurveOptions {
@@ -47,6 +66,7 @@ impl Default for CurveOptions {
             log_x: false,
             log_y: false,
             markers: true,
+            styles: Vec::new(),
             width: DEFAULT_WIDTH,
             height: DEFAULT_HEIGHT * 3 / 4,
         }
@@ -89,8 +109,8 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
     let left = Panel::left_room(&y, &canvas, options.height as f64 - top - BOTTOM_ROOM);
     let area = Rect { x0: left.round(), y0: top, x1: options.width as f64 - 28.0, y1: options.height as f64 - BOTTOM_ROOM };
     let mut panel = Panel { area, x, y, label_room: None };
-    let named: Vec<&str> = series.iter().map(|s| s.name.as_str()).collect();
-    let legend = named.iter().any(|n| !n.is_empty());
+    let (keys, named) = legend_names(series);
+    let legend = !named.is_empty();
     let mut corner = (true, false);
     if legend {
         match emptiest_corner(&canvas, series, &panel, &usable) {
@@ -100,9 +120,10 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
     }
     panel.grid(&mut canvas);
     for (k, s) in series.iter().enumerate() {
-        let color = LINES[k % LINES.len()];
+        let style = options.style(k);
+        let color = LINES[style.color % LINES.len()];
         let points: Vec<(f64, f64)> = s.points.iter().copied().filter(|p| usable(*p)).map(|(x, y)| panel.at(x, y)).collect();
-        if points.len() > 1 {
+        if style.line && points.len() > 1 {
             canvas.line(&points, color, 1.8)?;
         }
         for (i, (below, above)) in s.errors.iter().enumerate().filter(|(i, _)| usable(s.points[*i])) {
@@ -118,7 +139,7 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
                 canvas.fill(Rect { x0: at - 3.5, x1: at + 3.5, y0: y - 0.6, y1: y + 0.6 }, color);
             }
         }
-        if options.markers {
+        if style.dots {
             for p in points {
                 canvas.dot(p, 3.6, color, 1.0, panel.area);
             }
@@ -126,7 +147,7 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
     }
     panel.axes(&mut canvas, true)?;
     if legend {
-        legend_at(&mut canvas, panel.area, &named, corner)?;
+        legend_at(&mut canvas, panel.area, &named, corner, &|k| options.style(keys[k]))?;
     }
     if !options.title.is_empty() {
         title(&mut canvas, panel.area, &options.title, options.width as f64 - 20.0)?;
@@ -153,9 +174,14 @@ fn make_room(panel: &mut Panel, pixels: f64) {
     y.to = if y.log { y.to * (y.to / y.from).powf(share) } else { y.to + share * (y.to - y.from) };
 }
 
+/// Lines with a name, by index, and their names.
+fn legend_names(series: &[Series]) -> (Vec<usize>, Vec<&str>) {
+    series.iter().enumerate().filter(|(_, s)| !s.name.is_empty()).map(|(k, s)| (k, s.name.as_str())).unzip()
+}
+
 /// Corner of the panel (right, bottom) where a legend covers none of the lines and error bars.
 fn emptiest_corner(canvas: &Canvas, series: &[Series], panel: &Panel, usable: &dyn Fn((f64, f64)) -> bool) -> Option<(bool, bool)> {
-    let names: Vec<&str> = series.iter().map(|s| s.name.as_str()).collect();
+    let (_, names) = legend_names(series);
     let corners = [(true, false), (false, false), (true, true), (false, true)];
     let mut covered = [0_u32; 4];
     let frames = corners.map(|c| legend_frame(canvas, panel.area, &names, c));
@@ -197,19 +223,24 @@ fn legend_frame(canvas: &Canvas, area: Rect, names: &[&str], (right, bottom): (b
 
 /// A legend in the upper right corner, a dot a name.
 pub(crate) fn legend(canvas: &mut Canvas, area: Rect, names: &[&str]) -> Result<()> {
-    legend_at(canvas, area, names, (true, false))
+    legend_at(canvas, area, names, (true, false), &|color| Style { color, line: true, dots: true })
 }
 
-fn legend_at(canvas: &mut Canvas, area: Rect, names: &[&str], corner: (bool, bool)) -> Result<()> {
+fn legend_at(canvas: &mut Canvas, area: Rect, names: &[&str], corner: (bool, bool), style: &dyn Fn(usize) -> Style) -> Result<()> {
     let frame = legend_frame(canvas, area, names, corner);
     let (x0, y0) = (frame.x0, frame.y0);
     canvas.fill(frame, WHITE);
     canvas.frame(frame, [190, 190, 195], 1.0);
     for (k, name) in names.iter().enumerate() {
         let y = y0 + 15.0 + 20.0 * k as f64;
-        let color = LINES[k % LINES.len()];
-        canvas.fill(Rect { x0: x0 + 8.0, x1: x0 + 32.0, y0: y - 0.9, y1: y + 0.9 }, color);
-        canvas.dot((x0 + 20.0, y), 3.6, color, 1.0, frame);
+        let style = style(k);
+        let color = LINES[style.color % LINES.len()];
+        if style.line {
+            canvas.fill(Rect { x0: x0 + 8.0, x1: x0 + 32.0, y0: y - 0.9, y1: y + 0.9 }, color);
+        }
+        if style.dots {
+            canvas.dot((x0 + 20.0, y), 3.6, color, 1.0, frame);
+        }
         canvas.text((x0 + 38.0, y + 0.365 * TICK_EM), name, TICK_EM, Align::Left, INK)?;
     }
     Ok(())
@@ -230,6 +261,11 @@ mod tests {
         let png = curves(std::slice::from_ref(&s), &options).unwrap();
         let picture = ::image::load_from_memory(&png).unwrap().to_rgb8();
         assert!(picture.pixels().filter(|p| p.0 == LINES[0]).count() > 300);
+        let dots = Style { color: 3, line: false, dots: true };
+        let png = curves(&[Series { errors: Vec::new(), ..s.clone() }], &CurveOptions { styles: vec![dots], ..options.clone() }).unwrap();
+        let picture = ::image::load_from_memory(&png).unwrap().to_rgb8();
+        let colored = |c: usize| picture.pixels().filter(|p| p.0 == LINES[c]).count();
+        assert!(colored(0) == 0 && (20..200).contains(&colored(3)), "{} {}", colored(0), colored(3));
         let e = curves(&[Series { points: vec![(-1.0, 1.0)], ..Series::default() }], &options).unwrap_err().to_string();
         assert!(e.contains("no line"), "{e}");
         assert!(curves(&[Series { errors: vec![(1.0, 1.0)], ..s }], &options).is_err());

@@ -21,7 +21,7 @@ mod uv;
 mod visibilities;
 
 pub use antennas::layout;
-pub use curves::{CurveOptions, Series, curves};
+pub use curves::{CurveOptions, Series, Style, curves};
 pub use heat::{ImagePlot, Range, Stretch, image, residual, uv_mask};
 pub use uv::uv_coverage;
 pub use visibilities::VisPlot;

@@ -35,11 +35,7 @@ pub(super) fn refine(
     mut evaluate: impl FnMut(f64) -> Result<Vec<f64>, PhysicsError>,
     error_k: impl Fn(f64, &[f64], &[f64]) -> f64,
 ) -> Result<Refined, PhysicsError> {
-    let mut refined = Refined {
-        nodes: Vec::new(),
-        values: Vec::new(),
-        worst_k: 0.0,
-    };
+    let mut refined = Refined { nodes: Vec::new(), values: Vec::new(), worst_k: 0.0 };
     let Some((first, rest)) = start.split_first() else {
         return Ok(refined);
     };
@@ -55,11 +51,7 @@ pub(super) fn refine(
             let left = refined.nodes[last];
             let middle = 0.5 * (left + right);
             let at_middle = evaluate(middle)?;
-            let between: Vec<f64> = refined.values[last]
-                .iter()
-                .zip(&exact)
-                .map(|(a, b)| 0.5 * (a + b))
-                .collect();
+            let between: Vec<f64> = refined.values[last].iter().zip(&exact).map(|(a, b)| 0.5 * (a + b)).collect();
             let error = error_k(middle, &between, &at_middle);
             if error <= target.tolerance_k || right - left <= target.min_width {
                 refined.worst_k = refined.worst_k.max(error);
@@ -70,11 +62,7 @@ pub(super) fn refine(
                 pending.push((middle, at_middle));
             }
             if refined.nodes.len() + pending.len() > target.limit {
-                return Err(PhysicsError::TableTooLarge {
-                    axis: target.axis,
-                    limit: target.limit,
-                    tolerance_k: target.tolerance_k,
-                });
+                return Err(PhysicsError::TableTooLarge { axis: target.axis, limit: target.limit, tolerance_k: target.tolerance_k });
             }
         }
     }
@@ -84,34 +72,20 @@ pub(super) fn refine(
 /// Interval of `x` between rising nodes as (index, fraction); outside, the nearest end.
 pub(super) fn bracket(nodes: &[f64], x: f64) -> (usize, f64) {
     let last = nodes.len() - 1;
-    let right = nodes
-        .partition_point(|node| *node <= x)
-        .clamp(1, last.max(1));
+    let right = nodes.partition_point(|node| *node <= x).clamp(1, last.max(1));
     let (left, right) = (right - 1, right.min(last));
     let width = nodes[right] - nodes[left];
-    if width > 0.0 {
-        (left, ((x - nodes[left]) / width).clamp(0.0, 1.0))
-    } else {
-        (left, 0.0)
-    }
+    if width > 0.0 { (left, ((x - nodes[left]) / width).clamp(0.0, 1.0)) } else { (left, 0.0) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const TARGET: Target = Target {
-        axis: "test",
-        tolerance_k: 1e-4,
-        min_width: 1e-9,
-        limit: 1000,
-    };
+    const TARGET: Target = Target { axis: "test", tolerance_k: 1e-4, min_width: 1e-9, limit: 1000 };
 
     fn worst(_: f64, a: &[f64], b: &[f64]) -> f64 {
-        a.iter()
-            .zip(b)
-            .map(|(x, y)| (x - y).abs())
-            .fold(0.0, f64::max)
+        a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
     }
 
     #[test]
@@ -131,15 +105,10 @@ mod tests {
     #[test]
     fn a_step_stops_at_the_smallest_width_or_the_limit() {
         let step = |x: f64| Ok(vec![if x < 0.3 { 0.0 } else { 1.0 }]);
-        let coarse = Target {
-            min_width: 0.01,
-            ..TARGET
-        };
+        let coarse = Target { min_width: 0.01, ..TARGET };
         assert!(refine(&[0.0, 1.0], coarse, step, worst).unwrap().worst_k >= 0.49);
         let tiny = Target { limit: 8, ..TARGET };
-        let message = refine(&[0.0, 1.0], tiny, step, worst)
-            .unwrap_err()
-            .to_string();
+        let message = refine(&[0.0, 1.0], tiny, step, worst).unwrap_err().to_string();
         assert!(message.contains("more than 8 test nodes"), "{message}");
     }
 }

@@ -37,36 +37,13 @@ impl AirState {
     /// # Errors
     /// [`PhysicsError::OutOfRange`] outside 3-1200 hPa or 150-350 K, or for a negative
     /// vapour pressure; [`PhysicsError::VapourAbovePressure`] when vapour exceeds the total.
-    pub fn new(
-        pressure_hpa: f64,
-        temperature_k: f64,
-        vapour_pressure_hpa: f64,
-    ) -> Result<Self, PhysicsError> {
-        check_range(
-            "pressure",
-            pressure_hpa,
-            "hPa",
-            MIN_PRESSURE_HPA,
-            MAX_PRESSURE_HPA,
-        )?;
-        check_range(
-            "temperature",
-            temperature_k,
-            "K",
-            MIN_TEMPERATURE_K,
-            MAX_TEMPERATURE_K,
-        )?;
+    pub fn new(pressure_hpa: f64, temperature_k: f64, vapour_pressure_hpa: f64) -> Result<Self, PhysicsError> {
+        check_range("pressure", pressure_hpa, "hPa", MIN_PRESSURE_HPA, MAX_PRESSURE_HPA)?;
+        check_range("temperature", temperature_k, "K", MIN_TEMPERATURE_K, MAX_TEMPERATURE_K)?;
         if !(0.0..=pressure_hpa).contains(&vapour_pressure_hpa) {
-            return Err(PhysicsError::VapourAbovePressure {
-                vapour_pressure_hpa,
-                pressure_hpa,
-            });
+            return Err(PhysicsError::VapourAbovePressure { vapour_pressure_hpa, pressure_hpa });
         }
-        Ok(Self {
-            pressure_hpa,
-            temperature_k,
-            vapour_pressure_hpa,
-        })
+        Ok(Self { pressure_hpa, temperature_k, vapour_pressure_hpa })
     }
 
     /// Builds a state from any measure of humidity.
@@ -74,18 +51,10 @@ impl AirState {
     /// # Errors
     /// As [`AirState::new`]; also [`PhysicsError::OutOfRange`] for a negative humidity
     /// or a relative humidity above 100 %.
-    pub fn with_humidity(
-        pressure_hpa: f64,
-        temperature_k: f64,
-        humidity: Humidity,
-    ) -> Result<Self, PhysicsError> {
+    pub fn with_humidity(pressure_hpa: f64, temperature_k: f64, humidity: Humidity) -> Result<Self, PhysicsError> {
         // Check pressure and temperature before they enter a humidity conversion.
         Self::new(pressure_hpa, temperature_k, 0.0)?;
-        Self::new(
-            pressure_hpa,
-            temperature_k,
-            humidity.vapour_pressure_hpa(temperature_k)?,
-        )
+        Self::new(pressure_hpa, temperature_k, humidity.vapour_pressure_hpa(temperature_k)?)
     }
 
     /// Total pressure, hPa.
@@ -147,9 +116,7 @@ impl Humidity {
                 check_range("vapour density", rho, "g/m3", 0.0, 500.0)?;
                 Ok(rho * temperature_k / VAPOUR_CONSTANT)
             }
-            Self::VapourPressure(e) => {
-                check_range("vapour pressure", e, "hPa", 0.0, MAX_PRESSURE_HPA)
-            }
+            Self::VapourPressure(e) => check_range("vapour pressure", e, "hPa", 0.0, MAX_PRESSURE_HPA),
         }
     }
 }
@@ -170,8 +137,7 @@ pub fn vapour_density_g_m3(vapour_pressure_hpa: f64, temperature_k: f64) -> f64 
 #[must_use]
 pub fn saturation_pressure_hpa_goff46(temperature_k: f64) -> f64 {
     let y = 373.16 / temperature_k;
-    let log10_e = -7.90298 * (y - 1.0) + 5.02808 * y.log10()
-        - 1.3816e-7 * (10f64.powf(11.344 * (1.0 - 1.0 / y)) - 1.0)
+    let log10_e = -7.90298 * (y - 1.0) + 5.02808 * y.log10() - 1.3816e-7 * (10f64.powf(11.344 * (1.0 - 1.0 / y)) - 1.0)
         + 8.1328e-3 * (10f64.powf(-3.49149 * (y - 1.0)) - 1.0)
         + 1013.246f64.log10();
     10f64.powf(log10_e)
@@ -189,8 +155,7 @@ mod tests {
 
     #[test]
     fn humidities_agree_with_each_other() {
-        let by_density =
-            AirState::with_humidity(1013.0, 290.0, Humidity::VapourDensity(7.5)).unwrap();
+        let by_density = AirState::with_humidity(1013.0, 290.0, Humidity::VapourDensity(7.5)).unwrap();
         let rh = by_density.relative_humidity_percent();
         let by_rh = AirState::with_humidity(1013.0, 290.0, Humidity::RelativePercent(rh)).unwrap();
         assert!((by_rh.vapour_pressure_hpa() - by_density.vapour_pressure_hpa()).abs() < 1e-12);
@@ -200,35 +165,14 @@ mod tests {
     #[test]
     fn bad_states_name_value_and_range() {
         let cases = [
-            (
-                AirState::new(1013.0, 0.0, 5.0),
-                "temperature 0 K is outside",
-            ),
-            (
-                AirState::new(-1.0, 290.0, 0.0),
-                "pressure -1 hPa is outside",
-            ),
-            (
-                AirState::new(1013.0, 290.0, -2.0),
-                "vapour pressure -2 hPa is outside",
-            ),
+            (AirState::new(1013.0, 0.0, 5.0), "temperature 0 K is outside"),
+            (AirState::new(-1.0, 290.0, 0.0), "pressure -1 hPa is outside"),
+            (AirState::new(1013.0, 290.0, -2.0), "vapour pressure -2 hPa is outside"),
             (AirState::new(500.0, 290.0, 501.0), "0 to 500 hPa"),
-            (
-                AirState::new(f64::NAN, 290.0, 1.0),
-                "pressure NaN hPa is outside",
-            ),
-            (
-                AirState::with_humidity(1013.0, 290.0, Humidity::RelativePercent(-3.0)),
-                "relative humidity -3 %",
-            ),
-            (
-                AirState::with_humidity(1013.0, 290.0, Humidity::VapourDensity(-7.5)),
-                "vapour density -7.5 g/m3",
-            ),
-            (
-                AirState::with_humidity(1013.0, 0.0, Humidity::RelativePercent(50.0)),
-                "temperature 0 K is outside",
-            ),
+            (AirState::new(f64::NAN, 290.0, 1.0), "pressure NaN hPa is outside"),
+            (AirState::with_humidity(1013.0, 290.0, Humidity::RelativePercent(-3.0)), "relative humidity -3 %"),
+            (AirState::with_humidity(1013.0, 290.0, Humidity::VapourDensity(-7.5)), "vapour density -7.5 g/m3"),
+            (AirState::with_humidity(1013.0, 0.0, Humidity::RelativePercent(50.0)), "temperature 0 K is outside"),
         ];
         for (result, text) in cases {
             let message = result.unwrap_err().to_string();

@@ -55,14 +55,8 @@ pub(super) struct Column {
 
 impl AirGrid {
     pub(super) fn new(atmosphere: &Atmosphere, z_km: Vec<f64>) -> Result<Self, PhysicsError> {
-        let air: Vec<AirState> = z_km
-            .iter()
-            .map(|z| atmosphere.profile().air_at(*z))
-            .collect::<Result<_, _>>()?;
-        let spectra = air
-            .iter()
-            .map(|state| atmosphere.gas().spectrum(state))
-            .collect();
+        let air: Vec<AirState> = z_km.iter().map(|z| atmosphere.profile().air_at(*z)).collect::<Result<_, _>>()?;
+        let spectra = air.iter().map(|state| atmosphere.gas().spectrum(state)).collect();
         let layers = z_km
             .windows(2)
             .map(|pair| {
@@ -71,17 +65,9 @@ impl AirGrid {
                 atmosphere.layers().iter().filter(inside).copied().collect()
             })
             .collect();
-        let levels = Levels {
-            t_k: air.iter().map(AirState::temperature_k).collect(),
-            index: air.iter().map(refractive_index).collect(),
-            z_km,
-        };
-        Ok(Self {
-            levels: Arc::new(levels),
-            spectra,
-            layers,
-            rain: atmosphere.shared_rain(),
-        })
+        let levels =
+            Levels { t_k: air.iter().map(AirState::temperature_k).collect(), index: air.iter().map(refractive_index).collect(), z_km };
+        Ok(Self { levels: Arc::new(levels), spectra, layers, rain: atmosphere.shared_rain() })
     }
 
     pub(super) fn levels(&self) -> &Arc<Levels> {
@@ -90,22 +76,13 @@ impl AirGrid {
 
     /// Centres of all lines of the gas model, GHz.
     pub(super) fn line_centres_ghz(&self) -> impl Iterator<Item = f64> + '_ {
-        self.spectra.iter().take(1).flat_map(|s| {
-            s.water_lines
-                .iter()
-                .chain(&s.oxygen_lines)
-                .map(|line| line.centre_ghz)
-        })
+        self.spectra.iter().take(1).flat_map(|s| s.water_lines.iter().chain(&s.oxygen_lines).map(|line| line.centre_ghz))
     }
 
     /// Absorption and source at one frequency.
     pub(super) fn column(&self, freq_ghz: f64) -> Result<Column, PhysicsError> {
         check_frequency(freq_ghz)?;
-        let gas: Vec<f64> = self
-            .spectra
-            .iter()
-            .map(|s| s.absorption(freq_ghz).total_np_per_km())
-            .collect();
+        let gas: Vec<f64> = self.spectra.iter().map(|s| s.absorption(freq_ghz).total_np_per_km()).collect();
         let mut hydrosol = Vec::with_capacity(self.layers.len());
         for (i, layers) in self.layers.iter().enumerate() {
             let mut sum = 0.0;
@@ -117,25 +94,9 @@ impl AirGrid {
             }
             hydrosol.push(sum);
         }
-        let mean = gas
-            .windows(2)
-            .zip(&hydrosol)
-            .map(|(pair, layer)| logarithmic_mean(pair[0], pair[1]) + layer)
-            .collect();
-        let radiance = self
-            .levels
-            .t_k
-            .iter()
-            .map(|t| black_body_radiance(freq_ghz, *t))
-            .collect();
-        Ok(Column {
-            freq_ghz,
-            levels: Arc::clone(&self.levels),
-            gas,
-            hydrosol,
-            mean,
-            radiance,
-        })
+        let mean = gas.windows(2).zip(&hydrosol).map(|(pair, layer)| logarithmic_mean(pair[0], pair[1]) + layer).collect();
+        let radiance = self.levels.t_k.iter().map(|t| black_body_radiance(freq_ghz, *t)).collect();
+        Ok(Column { freq_ghz, levels: Arc::clone(&self.levels), gas, hydrosol, mean, radiance })
     }
 
     /// Columns of several frequencies.
@@ -165,11 +126,7 @@ pub(super) fn logarithmic_mean(a: f64, b: f64) -> f64 {
     if a > 0.0 && b > 0.0 {
         let u = b / a - 1.0;
         // Near equality the quotient loses digits; the series does not.
-        if u.abs() < 1e-4 {
-            a * (1.0 + u * (0.5 - u / 12.0))
-        } else {
-            (b - a) / u.ln_1p()
-        }
+        if u.abs() < 1e-4 { a * (1.0 + u * (0.5 - u / 12.0)) } else { (b - a) / u.ln_1p() }
     } else {
         0.5 * (a + b)
     }
@@ -181,16 +138,10 @@ mod tests {
 
     #[test]
     fn logarithmic_mean_of_an_exponential() {
-        assert!(
-            (logarithmic_mean(1.0, std::f64::consts::E) - (std::f64::consts::E - 1.0)).abs()
-                < 1e-12
-        );
+        assert!((logarithmic_mean(1.0, std::f64::consts::E) - (std::f64::consts::E - 1.0)).abs() < 1e-12);
         assert_eq!(logarithmic_mean(2.0, 2.0), 2.0);
         assert_eq!(logarithmic_mean(0.0, 2.0), 1.0);
-        let (below, above) = (
-            logarithmic_mean(1.0, 1.000_099_9),
-            logarithmic_mean(1.0, 1.000_100_1),
-        );
+        let (below, above) = (logarithmic_mean(1.0, 1.000_099_9), logarithmic_mean(1.0, 1.000_100_1));
         assert!((above - below - 1e-7).abs() < 1e-11);
     }
 }

@@ -24,12 +24,7 @@ impl Parcel {
     /// Air without water in suspension and without rain.
     #[must_use]
     pub fn clear(air: AirState) -> Self {
-        Self {
-            air,
-            liquid_g_m3: 0.0,
-            ice_g_m3: 0.0,
-            rain_mm_h: 0.0,
-        }
+        Self { air, liquid_g_m3: 0.0, ice_g_m3: 0.0, rain_mm_h: 0.0 }
     }
 }
 
@@ -118,10 +113,7 @@ pub fn attenuation(
             let rain = rain_attenuation(rain, freq_ghz, parcel.rain_mm_h)?;
             Ok(AttenuationRow {
                 freq_ghz,
-                attenuation_db_per_km: gases.total_db_per_km()
-                    + droplets
-                    + ice
-                    + rain.mean_db_per_km(),
+                attenuation_db_per_km: gases.total_db_per_km() + droplets + ice + rain.mean_db_per_km(),
                 oxygen_db_per_km: gases.oxygen_db_per_km,
                 water_vapour_db_per_km: gases.water_db_per_km,
                 nitrogen_db_per_km: gases.nitrogen_db_per_km,
@@ -147,12 +139,7 @@ mod tests {
     #[test]
     fn total_is_the_sum_of_its_parts() {
         let air = AirState::new(1000.0, 270.0, 4.0).unwrap();
-        let parcel = Parcel {
-            air,
-            liquid_g_m3: 0.1,
-            ice_g_m3: 0.02,
-            rain_mm_h: 5.0,
-        };
+        let parcel = Parcel { air, liquid_g_m3: 0.1, ice_g_m3: 0.02, rain_mm_h: 5.0 };
         let row = run(parcel, &[94.0]).unwrap()[0];
         let values = row.values();
         let parts: f64 = values[2..7].iter().sum::<f64>() + 0.5 * (values[7] + values[8]);
@@ -165,27 +152,9 @@ mod tests {
         let air = AirState::new(1000.0, 290.0, 4.0).unwrap();
         let message = |parcel| run(parcel, &[94.0]).unwrap_err().to_string();
         let clear = Parcel::clear(air);
-        assert!(
-            message(Parcel {
-                liquid_g_m3: -0.1,
-                ..clear
-            })
-            .contains("liquid water density -0.1")
-        );
-        assert!(
-            message(Parcel {
-                ice_g_m3: 0.1,
-                ..clear
-            })
-            .contains("temperature of ice crystals 290")
-        );
-        assert!(
-            message(Parcel {
-                rain_mm_h: f64::NAN,
-                ..clear
-            })
-            .contains("rain rate NaN")
-        );
+        assert!(message(Parcel { liquid_g_m3: -0.1, ..clear }).contains("liquid water density -0.1"));
+        assert!(message(Parcel { ice_g_m3: 0.1, ..clear }).contains("temperature of ice crystals 290"));
+        assert!(message(Parcel { rain_mm_h: f64::NAN, ..clear }).contains("rain rate NaN"));
         assert!(run(clear, &[]).is_err());
     }
 }

@@ -27,9 +27,7 @@ pub enum PhysicsError {
         zenith_deg: f64,
     },
     /// The vapour pressure exceeds the total pressure.
-    #[error(
-        "vapour pressure {vapour_pressure_hpa} hPa is outside the valid range 0 to {pressure_hpa} hPa (the total pressure)"
-    )]
+    #[error("vapour pressure {vapour_pressure_hpa} hPa is outside the valid range 0 to {pressure_hpa} hPa (the total pressure)")]
     VapourAbovePressure {
         /// Vapour pressure given, hPa.
         vapour_pressure_hpa: f64,
@@ -57,9 +55,7 @@ pub enum PhysicsError {
         problem: String,
     },
     /// Two neighbouring profile levels are in the wrong order.
-    #[error(
-        "profile {profile}: {quantity} {value} {unit} at level {level} follows {previous} {unit}; {rule}"
-    )]
+    #[error("profile {profile}: {quantity} {value} {unit} at level {level} follows {previous} {unit}; {rule}")]
     ProfileOrder {
         /// Name of the profile.
         profile: String,
@@ -77,9 +73,7 @@ pub enum PhysicsError {
         rule: &'static str,
     },
     /// A text could not be read as a layer.
-    #[error(
-        "layer '{text}': {problem}; expected KIND:BASE-TOP:AMOUNT such as cloud:0.5km-1.5km:0.2g/m3 or rain:0km-2km:5mm/h"
-    )]
+    #[error("layer '{text}': {problem}; expected KIND:BASE-TOP:AMOUNT such as cloud:0.5km-1.5km:0.2g/m3 or rain:0km-2km:5mm/h")]
     LayerText {
         /// The text given.
         text: String,
@@ -117,9 +111,7 @@ pub enum PhysicsError {
         zenith_deg: f64,
     },
     /// The length of a path is shorter than the height it spans.
-    #[error(
-        "path length {length_km} km is shorter than the height difference {height_km} km between its ends"
-    )]
+    #[error("path length {length_km} km is shorter than the height difference {height_km} km between its ends")]
     PathTooShort {
         /// Length given, km.
         length_km: f64,
@@ -170,24 +162,8 @@ pub enum PhysicsError {
 ///
 /// # Errors
 /// [`PhysicsError::OutOfRange`] with the value and the range.
-pub fn check_range(
-    quantity: &'static str,
-    value: f64,
-    unit: &'static str,
-    min: f64,
-    max: f64,
-) -> Result<f64, PhysicsError> {
-    if (min..=max).contains(&value) {
-        Ok(value)
-    } else {
-        Err(PhysicsError::OutOfRange {
-            quantity,
-            value,
-            min,
-            max,
-            unit,
-        })
-    }
+pub fn check_range(quantity: &'static str, value: f64, unit: &'static str, min: f64, max: f64) -> Result<f64, PhysicsError> {
+    if (min..=max).contains(&value) { Ok(value) } else { Err(PhysicsError::OutOfRange { quantity, value, min, max, unit }) }
 }
 
 /// Lowest frequency of the absorption models, GHz.
@@ -210,10 +186,7 @@ mod tests {
     #[test]
     fn message_has_value_and_range() {
         let message = check_frequency(0.5).unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "frequency 0.5 GHz is outside the valid range 1 to 1000 GHz"
-        );
+        assert_eq!(message, "frequency 0.5 GHz is outside the valid range 1 to 1000 GHz");
     }
 
     #[test]

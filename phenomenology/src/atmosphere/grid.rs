@@ -12,12 +12,7 @@ const SAME_LEVEL_KM: f64 = 1e-7;
 /// every height in `extra_km` that lies between.
 pub(super) fn grid_levels(from_km: f64, to_km: f64, extra_km: &[f64]) -> Vec<f64> {
     let mut levels = vec![from_km, to_km];
-    levels.extend(
-        extra_km
-            .iter()
-            .copied()
-            .filter(|z| (from_km..to_km).contains(z)),
-    );
+    levels.extend(extra_km.iter().copied().filter(|z| (from_km..to_km).contains(z)));
     // Multiples of the step, counted from zero height, so that two grids share levels.
     let mut start = from_km;
     for (limit, step) in STEPS {
@@ -55,11 +50,7 @@ mod tests {
         let levels = grid_levels(0.0, 30.0, &[]);
         assert_eq!(levels.len(), 261);
         assert_eq!((levels[0], levels[260]), (0.0, 30.0));
-        assert!(
-            levels
-                .windows(2)
-                .all(|w| w[1] - w[0] > 0.049 && w[1] - w[0] < 0.2501)
-        );
+        assert!(levels.windows(2).all(|w| w[1] - w[0] > 0.049 && w[1] - w[0] < 0.2501));
     }
 
     #[test]

@@ -30,8 +30,7 @@ pub fn droplet_permittivity_liebe93(freq_ghz: f64, temperature_k: f64) -> Comple
     let e2 = 3.52;
     let g1 = 20.20 - 146.4 * excess + 316.0 * excess * excess;
     let g2 = 39.8 * g1;
-    e0 - freq_ghz
-        * ((e0 - e1) / Complex64::new(freq_ghz, -g1) + (e1 - e2) / Complex64::new(freq_ghz, -g2))
+    e0 - freq_ghz * ((e0 - e1) / Complex64::new(freq_ghz, -g1) + (e1 - e2) / Complex64::new(freq_ghz, -g2))
 }
 
 /// Permittivity `eps' - j eps''` of ice as used for crystals.
@@ -53,33 +52,12 @@ pub fn crystal_permittivity_liebe93(freq_ghz: f64, temperature_k: f64) -> Comple
 ///
 /// # Reference
 /// Liebe, Hufford & Cotton 1993: `0.1820 f 1.5 w Im[(eps-1)/(eps+2)]`.
-pub fn droplet_attenuation_liebe93(
-    freq_ghz: f64,
-    temperature_k: f64,
-    density_g_m3: f64,
-) -> Result<f64, PhysicsError> {
+pub fn droplet_attenuation_liebe93(freq_ghz: f64, temperature_k: f64, density_g_m3: f64) -> Result<f64, PhysicsError> {
     check_frequency(freq_ghz)?;
-    check_range(
-        "liquid water density",
-        density_g_m3,
-        "g/m3",
-        0.0,
-        MAX_DENSITY_G_M3,
-    )?;
-    check_range(
-        "temperature of liquid droplets",
-        temperature_k,
-        "K",
-        MIN_DROPLET_K,
-        MAX_DROPLET_K,
-    )?;
+    check_range("liquid water density", density_g_m3, "g/m3", 0.0, MAX_DENSITY_G_M3)?;
+    check_range("temperature of liquid droplets", temperature_k, "K", MIN_DROPLET_K, MAX_DROPLET_K)?;
     let eps = droplet_permittivity_liebe93(freq_ghz, temperature_k);
-    Ok(rayleigh_attenuation_db_per_km(
-        freq_ghz,
-        eps,
-        density_g_m3,
-        1.0,
-    ))
+    Ok(rayleigh_attenuation_db_per_km(freq_ghz, eps, density_g_m3, 1.0))
 }
 
 /// Specific attenuation in dB/km of `density_g_m3` of ice crystals.
@@ -89,35 +67,15 @@ pub fn droplet_attenuation_liebe93(
 ///
 /// # Reference
 /// Liebe, Hufford & Cotton 1993, with ice of 0.916 g/cm3.
-pub fn crystal_attenuation_liebe93(
-    freq_ghz: f64,
-    temperature_k: f64,
-    density_g_m3: f64,
-) -> Result<f64, PhysicsError> {
+pub fn crystal_attenuation_liebe93(freq_ghz: f64, temperature_k: f64, density_g_m3: f64) -> Result<f64, PhysicsError> {
     check_frequency(freq_ghz)?;
     check_range("ice density", density_g_m3, "g/m3", 0.0, MAX_DENSITY_G_M3)?;
-    check_range(
-        "temperature of ice crystals",
-        temperature_k,
-        "K",
-        MIN_ICE_K,
-        MAX_ICE_K,
-    )?;
+    check_range("temperature of ice crystals", temperature_k, "K", MIN_ICE_K, MAX_ICE_K)?;
     let eps = crystal_permittivity_liebe93(freq_ghz, temperature_k);
-    Ok(rayleigh_attenuation_db_per_km(
-        freq_ghz,
-        eps,
-        density_g_m3,
-        0.916,
-    ))
+    Ok(rayleigh_attenuation_db_per_km(freq_ghz, eps, density_g_m3, 0.916))
 }
 
-fn rayleigh_attenuation_db_per_km(
-    freq_ghz: f64,
-    eps: Complex64,
-    density_g_m3: f64,
-    bulk_density: f64,
-) -> f64 {
+fn rayleigh_attenuation_db_per_km(freq_ghz: f64, eps: Complex64, density_g_m3: f64, bulk_density: f64) -> f64 {
     let loss = -eps.im;
     let imaginary = 3.0 * loss / ((eps.re + 2.0).powi(2) + loss * loss);
     0.1820 * freq_ghz * 1.5 * (density_g_m3 / bulk_density) * imaginary

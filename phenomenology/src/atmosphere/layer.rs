@@ -56,27 +56,9 @@ pub const LAYER_KINDS: &[LayerKindEntry] = &[
         unit: "g/m3",
         summary: "liquid cloud; stratus 0.1-0.4 g/m3, cumulus 0.3-1.0 g/m3",
     },
-    LayerKindEntry {
-        name: "fog",
-        kind: LayerKind::Fog,
-        phase: Phase::Droplets,
-        unit: "g/m3",
-        summary: "fog; 0.02-0.5 g/m3",
-    },
-    LayerKindEntry {
-        name: "haze",
-        kind: LayerKind::Haze,
-        phase: Phase::Droplets,
-        unit: "g/m3",
-        summary: "haze; 0.001-0.02 g/m3",
-    },
-    LayerKindEntry {
-        name: "ice",
-        kind: LayerKind::Ice,
-        phase: Phase::Crystals,
-        unit: "g/m3",
-        summary: "ice cloud; 0.001-0.5 g/m3",
-    },
+    LayerKindEntry { name: "fog", kind: LayerKind::Fog, phase: Phase::Droplets, unit: "g/m3", summary: "fog; 0.02-0.5 g/m3" },
+    LayerKindEntry { name: "haze", kind: LayerKind::Haze, phase: Phase::Droplets, unit: "g/m3", summary: "haze; 0.001-0.02 g/m3" },
+    LayerKindEntry { name: "ice", kind: LayerKind::Ice, phase: Phase::Crystals, unit: "g/m3", summary: "ice cloud; 0.001-0.5 g/m3" },
     LayerKindEntry {
         name: "rain",
         kind: LayerKind::Rain,
@@ -115,18 +97,8 @@ impl Layer {
     /// # Errors
     /// [`PhysicsError::LayerExtent`] unless -1 km <= base < top <= 30 km;
     /// [`PhysicsError::OutOfRange`] for a negative or absurd amount.
-    pub fn new(
-        kind: LayerKind,
-        base_km: f64,
-        top_km: f64,
-        amount: f64,
-    ) -> Result<Self, PhysicsError> {
-        let layer = Self {
-            kind,
-            base_km,
-            top_km,
-            amount,
-        };
+    pub fn new(kind: LayerKind, base_km: f64, top_km: f64, amount: f64) -> Result<Self, PhysicsError> {
+        let layer = Self { kind, base_km, top_km, amount };
         if !(base_km >= -1.0 && base_km < top_km && top_km <= MAX_TOP_KM) {
             return Err(layer.extent_error(-1.0, MAX_TOP_KM));
         }
@@ -138,11 +110,7 @@ impl Layer {
     }
 
     pub(super) fn extent_error(&self, min_km: f64, max_km: f64) -> PhysicsError {
-        PhysicsError::LayerExtent {
-            layer: self.to_string(),
-            min_km,
-            max_km,
-        }
+        PhysicsError::LayerExtent { layer: self.to_string(), min_km, max_km }
     }
 
     /// What the layer holds.
@@ -170,9 +138,7 @@ impl Layer {
     }
 
     fn overlaps(&self, other: &Self) -> bool {
-        self.kind.entry().phase == other.kind.entry().phase
-            && self.base_km < other.top_km
-            && other.base_km < self.top_km
+        self.kind.entry().phase == other.kind.entry().phase && self.base_km < other.top_km && other.base_km < self.top_km
     }
 }
 
@@ -184,10 +150,7 @@ pub fn check_layers(layers: &[Layer]) -> Result<(), PhysicsError> {
     for (index, first) in layers.iter().enumerate() {
         for second in &layers[index + 1..] {
             if first.overlaps(second) {
-                return Err(PhysicsError::LayersOverlap {
-                    first: first.to_string(),
-                    second: second.to_string(),
-                });
+                return Err(PhysicsError::LayersOverlap { first: first.to_string(), second: second.to_string() });
             }
         }
     }
@@ -197,11 +160,7 @@ pub fn check_layers(layers: &[Layer]) -> Result<(), PhysicsError> {
 impl fmt::Display for Layer {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let row = self.kind.entry();
-        write!(
-            f,
-            "{}:{}km-{}km:{}{}",
-            row.name, self.base_km, self.top_km, self.amount, row.unit
-        )
+        write!(f, "{}:{}km-{}km:{}{}", row.name, self.base_km, self.top_km, self.amount, row.unit)
     }
 }
 
@@ -209,44 +168,27 @@ impl FromStr for Layer {
     type Err = PhysicsError;
 
     fn from_str(text: &str) -> Result<Self, PhysicsError> {
-        let fault = |problem: String| PhysicsError::LayerText {
-            text: text.to_owned(),
-            problem,
-        };
+        let fault = |problem: String| PhysicsError::LayerText { text: text.to_owned(), problem };
         let parts: Vec<&str> = text.split(':').map(str::trim).collect();
         let [kind, heights, amount] = parts[..] else {
             return Err(fault(format!("{} parts where 3 are due", parts.len())));
         };
         let entry = LAYER_KINDS.iter().find(|e| e.name == kind).ok_or_else(|| {
             let known: Vec<_> = LAYER_KINDS.iter().map(|e| e.name).collect();
-            fault(format!(
-                "unknown kind '{kind}', known are {}",
-                known.join(", ")
-            ))
+            fault(format!("unknown kind '{kind}', known are {}", known.join(", ")))
         })?;
-        let (base, top) = split_heights(heights)
-            .ok_or_else(|| fault(format!("'{heights}' is not BASE-TOP with units km or m")))?;
-        let amount = quantity(amount, &[(entry.unit, 1.0)]).ok_or_else(|| {
-            fault(format!(
-                "amount '{amount}' is not a number with {}",
-                entry.unit
-            ))
-        })?;
+        let (base, top) = split_heights(heights).ok_or_else(|| fault(format!("'{heights}' is not BASE-TOP with units km or m")))?;
+        let amount = quantity(amount, &[(entry.unit, 1.0)])
+            .ok_or_else(|| fault(format!("amount '{amount}' is not a number with {}", entry.unit)))?;
         Self::new(entry.kind, base, top, amount)
     }
 }
 
 /// `BASE-TOP` in km; the dash that separates is one that follows a unit.
 fn split_heights(text: &str) -> Option<(f64, f64)> {
-    let dash = text
-        .match_indices('-')
-        .map(|(at, _)| at)
-        .find(|at| text[..*at].ends_with('m'))?;
+    let dash = text.match_indices('-').map(|(at, _)| at).find(|at| text[..*at].ends_with('m'))?;
     let units = [("km", 1.0), ("m", 1e-3)];
-    Some((
-        quantity(&text[..dash], &units)?,
-        quantity(&text[dash + 1..], &units)?,
-    ))
+    Some((quantity(&text[..dash], &units)?, quantity(&text[dash + 1..], &units)?))
 }
 
 /// A number followed by one of the units; a number alone is refused.
@@ -270,11 +212,7 @@ mod tests {
 
     #[test]
     fn text_round_trips() {
-        for text in [
-            "cloud:0.5km-1.5km:0.2g/m3",
-            "rain:0km-2km:5mm/h",
-            "ice:8km-9km:0.01g/m3",
-        ] {
+        for text in ["cloud:0.5km-1.5km:0.2g/m3", "rain:0km-2km:5mm/h", "ice:8km-9km:0.01g/m3"] {
             assert_eq!(text.parse::<Layer>().unwrap().to_string(), text);
         }
         let fog: Layer = "fog:0m-200m:0.2g/m3".parse().unwrap();
@@ -305,8 +243,7 @@ mod tests {
 
     #[test]
     fn one_phase_must_not_overlap() {
-        let parse =
-            |texts: &[&str]| -> Vec<Layer> { texts.iter().map(|t| t.parse().unwrap()).collect() };
+        let parse = |texts: &[&str]| -> Vec<Layer> { texts.iter().map(|t| t.parse().unwrap()).collect() };
         let touching = parse(&["cloud:0km-1km:0.1g/m3", "fog:1km-2km:0.1g/m3"]);
         assert!(check_layers(&touching).is_ok());
         let in_rain = parse(&["rain:0km-4km:25mm/h", "cloud:1km-4km:0.3g/m3"]);

@@ -45,8 +45,8 @@ mod tests;
 mod transfer;
 
 pub use air::{
-    AirState, Humidity, MAX_PRESSURE_HPA, MAX_TEMPERATURE_K, MIN_PRESSURE_HPA, MIN_TEMPERATURE_K,
-    saturation_pressure_hpa_goff46, vapour_density_g_m3,
+    AirState, Humidity, MAX_PRESSURE_HPA, MAX_TEMPERATURE_K, MIN_PRESSURE_HPA, MIN_TEMPERATURE_K, saturation_pressure_hpa_goff46,
+    vapour_density_g_m3,
 };
 pub use attenuation::{AttenuationRow, Parcel, attenuation};
 pub use error::{MAX_FREQ_GHZ, MIN_FREQ_GHZ, PhysicsError, check_frequency, check_range};
@@ -57,10 +57,7 @@ pub use model::Atmosphere;
 pub use path::{PathEnds, PathExtent};
 pub use path_table::PathTable;
 pub use profile::{Level, Profile, TOP_OF_ATMOSPHERE_KM};
-pub use rain::{
-    ItuP838, PowerLaw, RAIN_MODELS, RainAttenuation, RainModel, RainModelEntry, rain_attenuation,
-    rain_model,
-};
+pub use rain::{ItuP838, PowerLaw, RAIN_MODELS, RainAttenuation, RainModel, RainModelEntry, rain_attenuation, rain_model};
 pub use ray::EARTH_RADIUS_KM;
 pub use reference::{ATMOSPHERES, ReferenceAtmosphere, reference_profile};
 pub use refractivity::{refractive_index, refractivity_thayer74};

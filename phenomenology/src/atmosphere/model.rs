@@ -29,13 +29,7 @@ impl Atmosphere {
     /// # Errors
     /// [`PhysicsError::Table`] if the rain table is damaged.
     pub fn new(profile: Profile, gas: Arc<dyn GasModel>) -> Result<Self, PhysicsError> {
-        Ok(Self {
-            profile,
-            layers: Vec::new(),
-            gas,
-            rain: rain_model("p838")?,
-            background_k: COSMIC_BACKGROUND_K,
-        })
+        Ok(Self { profile, layers: Vec::new(), gas, rain: rain_model("p838")?, background_k: COSMIC_BACKGROUND_K })
     }
 
     /// A reference atmosphere and a gas model by name.
@@ -123,31 +117,17 @@ impl Atmosphere {
     pub fn absorption_np_per_km(&self, freq_ghz: f64, z_km: f64) -> Result<f64, PhysicsError> {
         check_frequency(freq_ghz)?;
         let air = self.profile.air_at(z_km)?;
-        let gas = self
-            .gas
-            .spectrum(&air)
-            .absorption(freq_ghz)
-            .total_np_per_km();
+        let gas = self.gas.spectrum(&air).absorption(freq_ghz).total_np_per_km();
         let inside = |layer: &&Layer| (layer.base_km()..=layer.top_km()).contains(&z_km);
         let mut sum = gas;
         for layer in self.layers.iter().filter(inside) {
-            sum += super::air_grid::layer_absorption_np_per_km(
-                layer,
-                self.rain.as_ref(),
-                freq_ghz,
-                air.temperature_k(),
-            )?;
+            sum += super::air_grid::layer_absorption_np_per_km(layer, self.rain.as_ref(), freq_ghz, air.temperature_k())?;
         }
         Ok(sum)
     }
 
     /// The grid of air between two heights, with layer edges and `extra_km` as levels.
-    pub(super) fn air_grid(
-        &self,
-        from_km: f64,
-        to_km: f64,
-        extra_km: &[f64],
-    ) -> Result<AirGrid, PhysicsError> {
+    pub(super) fn air_grid(&self, from_km: f64, to_km: f64, extra_km: &[f64]) -> Result<AirGrid, PhysicsError> {
         let (bottom, top) = (self.profile.bottom_km(), self.profile.top_km());
         check_range("height", from_km, "km", bottom, top)?;
         check_range("height", to_km, "km", bottom, top)?;
@@ -163,9 +143,7 @@ pub(super) fn check_frequencies(freqs_ghz: &[f64]) -> Result<(), PhysicsError> {
     if freqs_ghz.is_empty() {
         return Err(PhysicsError::Empty { what: "frequency" });
     }
-    freqs_ghz
-        .iter()
-        .try_for_each(|f| check_frequency(*f).map(drop))
+    freqs_ghz.iter().try_for_each(|f| check_frequency(*f).map(drop))
 }
 
 #[cfg(test)]
@@ -183,35 +161,19 @@ mod tests {
     #[test]
     fn layer_adds_its_attenuation() {
         let clear = Atmosphere::reference("mls", "mpm89").unwrap();
-        let cloudy = clear
-            .clone()
-            .with_layers(vec!["cloud:1km-2km:0.3g/m3".parse().unwrap()])
-            .unwrap();
+        let cloudy = clear.clone().with_layers(vec!["cloud:1km-2km:0.3g/m3".parse().unwrap()]).unwrap();
         let t = clear.profile().air_at(1.5).unwrap().temperature_k();
-        let droplets = crate::atmosphere::droplet_attenuation_liebe93(94.0, t, 0.3).unwrap()
-            * crate::atmosphere::NEPER_PER_DECIBEL;
-        let gain = cloudy.absorption_np_per_km(94.0, 1.5).unwrap()
-            - clear.absorption_np_per_km(94.0, 1.5).unwrap();
+        let droplets = crate::atmosphere::droplet_attenuation_liebe93(94.0, t, 0.3).unwrap() * crate::atmosphere::NEPER_PER_DECIBEL;
+        let gain = cloudy.absorption_np_per_km(94.0, 1.5).unwrap() - clear.absorption_np_per_km(94.0, 1.5).unwrap();
         assert!((gain / droplets - 1.0).abs() < 1e-9);
-        assert_eq!(
-            cloudy.absorption_np_per_km(94.0, 2.5).unwrap(),
-            clear.absorption_np_per_km(94.0, 2.5).unwrap()
-        );
+        assert_eq!(cloudy.absorption_np_per_km(94.0, 2.5).unwrap(), clear.absorption_np_per_km(94.0, 2.5).unwrap());
     }
 
     #[test]
     fn cold_liquid_cloud_is_refused() {
         let saw = Atmosphere::reference("saw", "mpm89").unwrap();
-        let cold = saw
-            .with_layers(vec!["cloud:8km-9km:0.1g/m3".parse().unwrap()])
-            .unwrap();
-        let message = cold
-            .absorption_np_per_km(94.0, 8.5)
-            .unwrap_err()
-            .to_string();
-        assert!(
-            message.contains("temperature of liquid droplets"),
-            "{message}"
-        );
+        let cold = saw.with_layers(vec!["cloud:8km-9km:0.1g/m3".parse().unwrap()]).unwrap();
+        let message = cold.absorption_np_per_km(94.0, 8.5).unwrap_err().to_string();
+        assert!(message.contains("temperature of liquid droplets"), "{message}");
     }
 }

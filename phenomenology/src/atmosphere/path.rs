@@ -44,29 +44,18 @@ impl PathEnds {
                 check_range("path length", length_km, "km", 0.0, 2000.0)?;
                 // Lengths computed from coordinates may round below the height difference.
                 if length_km < height_km * (1.0 - 1e-9) {
-                    return Err(PhysicsError::PathTooShort {
-                        length_km,
-                        height_km,
-                    });
+                    return Err(PhysicsError::PathTooShort { length_km, height_km });
                 }
                 length_km.max(height_km)
             }
             PathExtent::ZenithDeg(zenith_deg) => {
                 if !(0.0..90.0).contains(&zenith_deg) {
-                    return Err(PhysicsError::PathDirection {
-                        zenith_deg,
-                        from_km: observer_km,
-                        to_km: target_km,
-                    });
+                    return Err(PhysicsError::PathDirection { zenith_deg, from_km: observer_km, to_km: target_km });
                 }
                 height_km / zenith_deg.to_radians().cos()
             }
         };
-        Ok(Self {
-            observer_km,
-            target_km,
-            length_km,
-        })
+        Ok(Self { observer_km, target_km, length_km })
     }
 
     /// Height of the observer, km.
@@ -100,11 +89,7 @@ impl Atmosphere {
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for a frequency outside 1-1000 GHz or an end outside
     /// the profile; [`PhysicsError::Empty`] without a frequency.
-    pub fn path(
-        &self,
-        freqs_ghz: &[f64],
-        ends: &PathEnds,
-    ) -> Result<Vec<PathRadiation>, PhysicsError> {
+    pub fn path(&self, freqs_ghz: &[f64], ends: &PathEnds) -> Result<Vec<PathRadiation>, PhysicsError> {
         check_frequencies(freqs_ghz)?;
         let (observer, target) = (ends.observer_km, ends.target_km);
         if ends.height_km() < LEVEL_PATH_KM {
@@ -119,17 +104,9 @@ impl Atmosphere {
         }
         let grid = self.air_grid(observer.min(target), observer.max(target), &[])?;
         let last = grid.levels().z_km.len() - 1;
-        let (from, to) = if observer < target {
-            (0, last)
-        } else {
-            (last, 0)
-        };
+        let (from, to) = if observer < target { (0, last) } else { (last, 0) };
         let ray = Ray::straight(grid.levels(), from, to, ends.length_km / ends.height_km());
-        Ok(grid
-            .columns(freqs_ghz)?
-            .iter()
-            .map(|column| column.along(&ray))
-            .collect())
+        Ok(grid.columns(freqs_ghz)?.iter().map(|column| column.along(&ray)).collect())
     }
 }
 
@@ -145,10 +122,7 @@ mod tests {
     fn horizontal_path_is_the_limit_of_a_slant_one() {
         let level = PathEnds::new(1.0, 1.0, PathExtent::LengthKm(20.0)).unwrap();
         let tilted = PathEnds::new(1.0, 1.000_1, PathExtent::LengthKm(20.0)).unwrap();
-        let (a, b) = (
-            ussa().path(&[94.0], &level).unwrap()[0],
-            ussa().path(&[94.0], &tilted).unwrap()[0],
-        );
+        let (a, b) = (ussa().path(&[94.0], &level).unwrap()[0], ussa().path(&[94.0], &tilted).unwrap()[0]);
         assert!((a.tau_np / b.tau_np - 1.0).abs() < 1e-4);
         assert!((a.emission / b.emission - 1.0).abs() < 1e-4);
     }
@@ -163,38 +137,21 @@ mod tests {
     #[test]
     fn depth_is_the_same_both_ways_and_emission_is_not() {
         let extent = PathExtent::ZenithDeg(30.0);
-        let up = ussa()
-            .path(&[60.0], &PathEnds::new(0.0, 5.0, extent).unwrap())
-            .unwrap()[0];
-        let down = ussa()
-            .path(&[60.0], &PathEnds::new(5.0, 0.0, extent).unwrap())
-            .unwrap()[0];
+        let up = ussa().path(&[60.0], &PathEnds::new(0.0, 5.0, extent).unwrap()).unwrap()[0];
+        let down = ussa().path(&[60.0], &PathEnds::new(5.0, 0.0, extent).unwrap()).unwrap()[0];
         assert!((up.tau_np / down.tau_np - 1.0).abs() < 1e-12);
         // At 60 GHz the air is opaque: each end sees the air within some 0.3 km of it, and
         // 6.5 K/km makes that up to 2 K colder below and warmer above.
-        let (low, high) = (
-            288.2 - up.emission_planck_k(),
-            down.emission_planck_k() - 255.7,
-        );
-        assert!(
-            (0.5..3.0).contains(&low) && (0.5..3.0).contains(&high),
-            "{low} {high}"
-        );
+        let (low, high) = (288.2 - up.emission_planck_k(), down.emission_planck_k() - 255.7);
+        assert!((0.5..3.0).contains(&low) && (0.5..3.0).contains(&high), "{low} {high}");
     }
 
     #[test]
     fn impossible_paths_are_named() {
-        let short = PathEnds::new(0.0, 5.0, PathExtent::LengthKm(4.0))
-            .unwrap_err()
-            .to_string();
+        let short = PathEnds::new(0.0, 5.0, PathExtent::LengthKm(4.0)).unwrap_err().to_string();
         assert!(short.contains("path length 4 km is shorter than the height difference 5 km"));
-        let flat = PathEnds::new(0.0, 5.0, PathExtent::ZenithDeg(90.0))
-            .unwrap_err()
-            .to_string();
-        assert!(
-            flat.contains("zenith angle 90 deg cannot join heights"),
-            "{flat}"
-        );
+        let flat = PathEnds::new(0.0, 5.0, PathExtent::ZenithDeg(90.0)).unwrap_err().to_string();
+        assert!(flat.contains("zenith angle 90 deg cannot join heights"), "{flat}");
         assert!(PathEnds::new(f64::NAN, 5.0, PathExtent::LengthKm(4.0)).is_err());
         assert!(PathEnds::new(0.0, 0.0, PathExtent::LengthKm(-4.0)).is_err());
         let outside = PathEnds::new(0.0, 40.0, PathExtent::LengthKm(50.0)).unwrap();

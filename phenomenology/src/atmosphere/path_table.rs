@@ -110,10 +110,7 @@ impl PathTable {
         extent: PathExtent,
         freq_ghz: f64,
     ) -> Result<PathRadiation, PhysicsError> {
-        self.radiation(
-            self.channel(freq_ghz)?,
-            &PathEnds::new(observer_km, target_km, extent)?,
-        )
+        self.radiation(self.channel(freq_ghz)?, &PathEnds::new(observer_km, target_km, extent)?)
     }
 
     /// Emission and transmission of a path in a channel.
@@ -123,20 +120,10 @@ impl PathTable {
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for an unknown channel or an end outside the table.
-    pub fn radiation(
-        &self,
-        channel: usize,
-        ends: &PathEnds,
-    ) -> Result<PathRadiation, PhysicsError> {
+    pub fn radiation(&self, channel: usize, ends: &PathEnds) -> Result<PathRadiation, PhysicsError> {
         let Some(segments) = self.channels.get(channel) else {
             let last = self.channels.len() as f64 - 1.0;
-            return Err(PhysicsError::OutOfRange {
-                quantity: "channel",
-                value: channel as f64,
-                min: 0.0,
-                max: last,
-                unit: "(index)",
-            });
+            return Err(PhysicsError::OutOfRange { quantity: "channel", value: channel as f64, min: 0.0, max: last, unit: "(index)" });
         };
         let freq_ghz = self.freqs_ghz[channel];
         let (observer, target) = (ends.observer_km(), ends.target_km());
@@ -150,21 +137,13 @@ impl PathTable {
             let place = self.locate(observer);
             let segment = &segments[place.segment];
             let tau = segment.absorption(place.fraction) * ends.length_km();
-            return Ok(constant_radiance(
-                freq_ghz,
-                tau,
-                segment.radiance(place.fraction),
-            ));
+            return Ok(constant_radiance(freq_ghz, tau, segment.radiance(place.fraction)));
         }
         let stretch = ends.length_km() / rise;
         let depth_at = |z_km: f64| depth(segments, self.locate(z_km));
         let piece = |tau: f64, middle_km: f64| {
             let place = self.locate(middle_km);
-            constant_radiance(
-                freq_ghz,
-                tau,
-                segments[place.segment].radiance(place.fraction),
-            )
+            constant_radiance(freq_ghz, tau, segments[place.segment].radiance(place.fraction))
         };
         if rise <= self.max_rise_km {
             let tau = (depth_at(observer) - depth_at(target)).abs() * stretch;
@@ -173,11 +152,7 @@ impl PathTable {
         // At most 30.5 km in pieces of at least 0.01 km.
         let pieces = (rise / self.max_rise_km).ceil() as u32;
         let at = |steps: f64| observer + (target - observer) * (steps / f64::from(pieces));
-        let mut path = PathRadiation {
-            freq_ghz,
-            tau_np: 0.0,
-            emission: 0.0,
-        };
+        let mut path = PathRadiation { freq_ghz, tau_np: 0.0, emission: 0.0 };
         let mut start_depth = depth_at(observer);
         for i in 0..pieces {
             let end_depth = depth_at(at(f64::from(i + 1)));
@@ -198,11 +173,7 @@ impl PathTable {
             segment += 1;
         }
         let dz_km = z[segment + 1] - z[segment];
-        Place {
-            segment,
-            fraction: (z_km - z[segment]) / dz_km,
-            dz_km,
-        }
+        Place { segment, fraction: (z_km - z[segment]) / dz_km, dz_km }
     }
 }
 
@@ -219,11 +190,7 @@ impl Segment {
 
 /// A path of constant temperature, given its black-body radiance.
 fn constant_radiance(freq_ghz: f64, tau_np: f64, radiance: f64) -> PathRadiation {
-    PathRadiation {
-        freq_ghz,
-        tau_np,
-        emission: -(-tau_np).exp_m1() * radiance,
-    }
+    PathRadiation { freq_ghz, tau_np, emission: -(-tau_np).exp_m1() * radiance }
 }
 
 /// Depth from the lowest level to a place, negative below it.
@@ -251,10 +218,7 @@ fn segments(column: &Column) -> Vec<Segment> {
     let z = &column.levels.z_km;
     (0..column.mean.len())
         .map(|i| {
-            let (low, high) = (
-                column.gas[i] + column.hydrosol[i],
-                column.gas[i + 1] + column.hydrosol[i],
-            );
+            let (low, high) = (column.gas[i] + column.hydrosol[i], column.gas[i + 1] + column.hydrosol[i]);
             let scale = column.mean[i] / (0.5 * (low + high));
             let segment = Segment {
                 tau,
@@ -271,23 +235,13 @@ fn segments(column: &Column) -> Vec<Segment> {
 
 /// Index of a frequency in a list, to one part in 1e9.
 pub(super) fn find_channel(freqs_ghz: &[f64], freq_ghz: f64) -> Result<usize, PhysicsError> {
-    freqs_ghz
-        .iter()
-        .position(|f| (f - freq_ghz).abs() <= 1e-9 * f)
-        .ok_or_else(|| {
-            let mut held: Vec<String> = freqs_ghz
-                .iter()
-                .take(20)
-                .map(|f| format!("{f} GHz"))
-                .collect();
-            if freqs_ghz.len() > held.len() {
-                held.push("...".to_owned());
-            }
-            PhysicsError::FrequencyNotInTable {
-                freq_ghz,
-                held: held.join(", "),
-            }
-        })
+    freqs_ghz.iter().position(|f| (f - freq_ghz).abs() <= 1e-9 * f).ok_or_else(|| {
+        let mut held: Vec<String> = freqs_ghz.iter().take(20).map(|f| format!("{f} GHz")).collect();
+        if freqs_ghz.len() > held.len() {
+            held.push("...".to_owned());
+        }
+        PhysicsError::FrequencyNotInTable { freq_ghz, held: held.join(", ") }
+    })
 }
 
 #[cfg(test)]
@@ -308,10 +262,7 @@ mod tests {
             let exact = atmosphere.path(table.freqs_ghz(), &ends).unwrap();
             for (channel, path) in exact.iter().enumerate() {
                 let fast = table.radiation(channel, &ends).unwrap();
-                assert!(
-                    (fast.tau_np / path.tau_np - 1.0).abs() < 2e-4,
-                    "{z1} {z2} {channel}"
-                );
+                assert!((fast.tau_np / path.tau_np - 1.0).abs() < 2e-4, "{z1} {z2} {channel}");
             }
         }
     }
@@ -321,12 +272,7 @@ mod tests {
         let (atmosphere, table) = table(&[60.0, 94.0]);
         let table = table.with_max_rise(0.2).unwrap();
         let ends = PathEnds::new(5.0, 0.0, PathExtent::ZenithDeg(60.0)).unwrap();
-        for (channel, path) in atmosphere
-            .path(&[60.0, 94.0], &ends)
-            .unwrap()
-            .iter()
-            .enumerate()
-        {
+        for (channel, path) in atmosphere.path(&[60.0, 94.0], &ends).unwrap().iter().enumerate() {
             let fast = table.radiation(channel, &ends).unwrap();
             // Half the temperature difference over 0.2 km.
             let off = (fast.emission_rj_k() - path.emission_rj_k()).abs();
@@ -349,9 +295,7 @@ mod tests {
     fn frequency_and_channel_name_the_same_path() {
         let (_, table) = table(&[35.0, 94.0]);
         let extent = PathExtent::ZenithDeg(45.0);
-        let by_freq = table
-            .path_emission_and_transmission(1.0, 0.0, extent, 94.0)
-            .unwrap();
+        let by_freq = table.path_emission_and_transmission(1.0, 0.0, extent, 94.0).unwrap();
         let ends = PathEnds::new(1.0, 0.0, extent).unwrap();
         assert_eq!(by_freq, table.radiation(1, &ends).unwrap());
     }
@@ -364,10 +308,7 @@ mod tests {
             let height = 0.01 * f64::from(i);
             let place = table.locate(height.min(30.0));
             let low = z[place.segment];
-            assert!(
-                low <= height + 1e-12 && height <= z[place.segment + 1] + 1e-12,
-                "{height}"
-            );
+            assert!(low <= height + 1e-12 && height <= z[place.segment + 1] + 1e-12, "{height}");
         }
     }
 
@@ -375,18 +316,9 @@ mod tests {
     fn unknown_frequencies_and_channels_are_named() {
         let (_, table) = table(&[94.0, 140.0]);
         let message = table.channel(95.0).unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "frequency 95 GHz is not in the table, which holds 94 GHz, 140 GHz"
-        );
+        assert_eq!(message, "frequency 95 GHz is not in the table, which holds 94 GHz, 140 GHz");
         let ends = PathEnds::new(0.0, 1.0, PathExtent::LengthKm(1.0)).unwrap();
-        assert!(
-            table
-                .radiation(2, &ends)
-                .unwrap_err()
-                .to_string()
-                .starts_with("channel 2")
-        );
+        assert!(table.radiation(2, &ends).unwrap_err().to_string().starts_with("channel 2"));
         assert!(table.clone().with_max_rise(0.0).is_err());
     }
 }

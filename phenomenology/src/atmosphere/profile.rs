@@ -36,9 +36,7 @@ impl Profile {
     pub fn new(name: impl Into<String>, levels: Vec<Level>) -> Result<Self, PhysicsError> {
         let name = name.into();
         if levels.len() < 2 {
-            return Err(PhysicsError::Empty {
-                what: "pair of profile levels",
-            });
+            return Err(PhysicsError::Empty { what: "pair of profile levels" });
         }
         for (index, level) in levels.iter().enumerate() {
             check_range("level height", level.z_km, "km", -1.0, 100.0)?;
@@ -86,26 +84,14 @@ impl Profile {
     ///
     /// # Errors
     /// As [`AirState::with_humidity`].
-    pub fn isothermal(
-        temperature_k: f64,
-        surface_pressure_hpa: f64,
-        relative_percent: f64,
-    ) -> Result<Self, PhysicsError> {
+    pub fn isothermal(temperature_k: f64, surface_pressure_hpa: f64, relative_percent: f64) -> Result<Self, PhysicsError> {
         // R T / (M g) of dry air.
         let scale_height_km = 0.029_27 * temperature_k;
-        let surface = AirState::with_humidity(
-            surface_pressure_hpa,
-            temperature_k,
-            Humidity::RelativePercent(relative_percent),
-        )?;
+        let surface = AirState::with_humidity(surface_pressure_hpa, temperature_k, Humidity::RelativePercent(relative_percent))?;
         let levels = (0..=12).map(|i| {
             let z_km = 2.5 * f64::from(i);
             let fall = (-z_km / scale_height_km).exp();
-            let air = AirState::new(
-                surface_pressure_hpa * fall,
-                temperature_k,
-                surface.vapour_pressure_hpa() * fall,
-            )?;
+            let air = AirState::new(surface_pressure_hpa * fall, temperature_k, surface.vapour_pressure_hpa() * fall)?;
             Ok(Level { z_km, air })
         });
         Self::new("isothermal", levels.collect::<Result<_, PhysicsError>>()?)
@@ -132,9 +118,7 @@ impl Profile {
     /// Height where the atmosphere ends for us, km: 30 or the last level, if lower.
     #[must_use]
     pub fn top_km(&self) -> f64 {
-        self.levels[self.levels.len() - 1]
-            .z_km
-            .min(TOP_OF_ATMOSPHERE_KM)
+        self.levels[self.levels.len() - 1].z_km.min(TOP_OF_ATMOSPHERE_KM)
     }
 
     /// Air at the lowest level.
@@ -149,17 +133,8 @@ impl Profile {
     /// [`PhysicsError::OutOfRange`] outside the profile.
     pub fn air_at(&self, z_km: f64) -> Result<AirState, PhysicsError> {
         let last = self.levels.len() - 1;
-        check_range(
-            "height",
-            z_km,
-            "km",
-            self.bottom_km(),
-            self.levels[last].z_km,
-        )?;
-        let upper = self
-            .levels
-            .partition_point(|level| level.z_km <= z_km)
-            .clamp(1, last);
+        check_range("height", z_km, "km", self.bottom_km(), self.levels[last].z_km)?;
+        let upper = self.levels.partition_point(|level| level.z_km <= z_km).clamp(1, last);
         let (a, b) = (&self.levels[upper - 1], &self.levels[upper]);
         let w = (z_km - a.z_km) / (b.z_km - a.z_km);
         let linear = |x: f64, y: f64| x + w * (y - x);
@@ -206,22 +181,12 @@ mod tests {
     use super::*;
 
     fn level(z_km: f64, p: f64, t: f64, e: f64) -> Level {
-        Level {
-            z_km,
-            air: AirState::new(p, t, e).unwrap(),
-        }
+        Level { z_km, air: AirState::new(p, t, e).unwrap() }
     }
 
     #[test]
     fn interpolation_is_linear_in_t_and_exponential_in_p_and_e() {
-        let profile = Profile::new(
-            "x",
-            vec![
-                level(0.0, 1000.0, 290.0, 16.0),
-                level(2.0, 810.0, 280.0, 4.0),
-            ],
-        )
-        .unwrap();
+        let profile = Profile::new("x", vec![level(0.0, 1000.0, 290.0, 16.0), level(2.0, 810.0, 280.0, 4.0)]).unwrap();
         let air = profile.air_at(1.0).unwrap();
         assert!((air.pressure_hpa() - 900.0).abs() < 1e-9);
         assert!((air.temperature_k() - 285.0).abs() < 1e-12);
@@ -233,17 +198,9 @@ mod tests {
         let a = level(0.0, 1000.0, 290.0, 1.0);
         let b = level(1.0, 900.0, 285.0, 1.0);
         let swapped = Profile::new("mine", vec![b, a]).unwrap_err().to_string();
-        assert!(
-            swapped.contains("profile mine: height 0 km at level 2 follows 1 km"),
-            "{swapped}"
-        );
+        assert!(swapped.contains("profile mine: height 0 km at level 2 follows 1 km"), "{swapped}");
         let heavy = Profile::new("mine", vec![a, level(1.0, 1001.0, 285.0, 1.0)]);
-        assert!(
-            heavy
-                .unwrap_err()
-                .to_string()
-                .contains("pressure must fall with height")
-        );
+        assert!(heavy.unwrap_err().to_string().contains("pressure must fall with height"));
         assert!(Profile::new("mine", vec![a]).is_err());
     }
 

@@ -11,30 +11,17 @@ const MAX_LEVELS: usize = 100_000;
 type ToHumidity = fn(f64) -> Humidity;
 
 /// The columns of humidity accepted, in order of preference.
-const HUMIDITY_COLUMNS: [(&str, ToHumidity); 3] = [
-    ("e_hpa", Humidity::VapourPressure),
-    ("rho_v_g_m3", Humidity::VapourDensity),
-    ("rh_liquid_pct", Humidity::RelativePercent),
-];
+const HUMIDITY_COLUMNS: [(&str, ToHumidity); 3] =
+    [("e_hpa", Humidity::VapourPressure), ("rho_v_g_m3", Humidity::VapourDensity), ("rh_liquid_pct", Humidity::RelativePercent)];
 
 /// Reads the levels below a header line.
 ///
 /// # Errors
 /// [`PhysicsError::Table`] with the line at fault.
 pub(super) fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsError> {
-    let fault = |line: u64, problem: String| PhysicsError::Table {
-        table: name.to_owned(),
-        line,
-        problem,
-    };
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let header = reader
-        .headers()
-        .map_err(|e| fault(0, e.to_string()))?
-        .clone();
+    let fault = |line: u64, problem: String| PhysicsError::Table { table: name.to_owned(), line, problem };
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|e| fault(0, e.to_string()))?.clone();
     let header_line = header.position().map_or(1, csv::Position::line);
     let find = |column: &str| header.iter().position(|h| h == column);
     let need = |column: &'static str| {
@@ -52,12 +39,7 @@ pub(super) fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsE
     let (humidity_column, humidity) = HUMIDITY_COLUMNS
         .iter()
         .find_map(|(column, kind)| find(column).map(|at| (at, *kind)))
-        .ok_or_else(|| {
-            fault(
-                header_line,
-                "no humidity; give one of the columns e_hpa, rho_v_g_m3, rh_liquid_pct".to_owned(),
-            )
-        })?;
+        .ok_or_else(|| fault(header_line, "no humidity; give one of the columns e_hpa, rho_v_g_m3, rh_liquid_pct".to_owned()))?;
 
     let mut levels: Vec<Level> = Vec::new();
     // Nothing above the top of the atmosphere is used: such lines need only be in order,
@@ -71,17 +53,12 @@ pub(super) fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsE
         }
         let number = |column: usize| -> Result<f64, PhysicsError> {
             let field = record.get(column).unwrap_or_default();
-            field
-                .parse()
-                .map_err(|_| fault(line, format!("'{field}' is not a number")))
+            field.parse().map_err(|_| fault(line, format!("'{field}' is not a number")))
         };
         let z_km = number(z)?;
         if let Some(previous) = last_above {
             if z_km.is_nan() || z_km <= previous {
-                return Err(fault(
-                    line,
-                    format!("height {z_km} km follows {previous} km"),
-                ));
+                return Err(fault(line, format!("height {z_km} km follows {previous} km")));
             }
             last_above = Some(z_km);
             continue;
@@ -90,8 +67,7 @@ pub(super) fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsE
             last_above = Some(z_km);
         }
         let air =
-            AirState::with_humidity(number(p)?, number(t)?, humidity(number(humidity_column)?))
-                .map_err(|e| fault(line, e.to_string()))?;
+            AirState::with_humidity(number(p)?, number(t)?, humidity(number(humidity_column)?)).map_err(|e| fault(line, e.to_string()))?;
         levels.push(Level { z_km, air });
     }
     Ok(levels)
@@ -106,14 +82,8 @@ mod tests {
         let air = AirState::new(1000.0, 290.0, 10.0).unwrap();
         let texts = [
             "t_k,z_km,p_hpa,e_hpa\n290,0,1000,10\n".to_owned(),
-            format!(
-                "z_km,p_hpa,t_k,rho_v_g_m3\n0,1000,290,{}\n",
-                air.vapour_density_g_m3()
-            ),
-            format!(
-                "z_km,p_hpa,t_k,rh_liquid_pct\n0,1000,290,{}\n",
-                air.relative_humidity_percent()
-            ),
+            format!("z_km,p_hpa,t_k,rho_v_g_m3\n0,1000,290,{}\n", air.vapour_density_g_m3()),
+            format!("z_km,p_hpa,t_k,rh_liquid_pct\n0,1000,290,{}\n", air.relative_humidity_percent()),
         ];
         for text in texts {
             let levels = read_levels("x", &text).unwrap();
@@ -125,13 +95,8 @@ mod tests {
     fn levels_above_the_top_need_only_be_in_order() {
         let text = "z_km,p_hpa,t_k,e_hpa\n0,1000,290,1\n35,6,240,0\n50,0.8,270,0\n";
         assert_eq!(read_levels("x", text).unwrap().len(), 2);
-        let message = read_levels("x", &format!("{text}40,3,250,0\n"))
-            .unwrap_err()
-            .to_string();
-        assert!(
-            message.contains("line 5: height 40 km follows 50 km"),
-            "{message}"
-        );
+        let message = read_levels("x", &format!("{text}40,3,250,0\n")).unwrap_err().to_string();
+        assert!(message.contains("line 5: height 40 km follows 50 km"), "{message}");
     }
 
     #[test]
@@ -139,27 +104,15 @@ mod tests {
         let cases = [
             ("z_km,p_hpa,t_k\n0,1000,290\n", "line 1: no humidity"),
             ("z_km,t_k,e_hpa\n0,290,1\n", "no column p_hpa"),
-            (
-                "# c\nz_km,p_hpa,t_k,e_hpa\n0,1000,warm,1\n",
-                "line 3: 'warm' is not a number",
-            ),
-            (
-                "z_km,p_hpa,t_k,e_hpa\n0,1000,0,1\n",
-                "line 2: temperature 0 K",
-            ),
-            (
-                "z_km,p_hpa,t_k,rh_liquid_pct\n0,1000,290,-5\n",
-                "relative humidity -5 %",
-            ),
+            ("# c\nz_km,p_hpa,t_k,e_hpa\n0,1000,warm,1\n", "line 3: 'warm' is not a number"),
+            ("z_km,p_hpa,t_k,e_hpa\n0,1000,0,1\n", "line 2: temperature 0 K"),
+            ("z_km,p_hpa,t_k,rh_liquid_pct\n0,1000,290,-5\n", "relative humidity -5 %"),
             ("z_km,p_hpa,t_k,e_hpa\n0,1000,290\n", "line"),
             ("", "no column z_km"),
         ];
         for (text, expected) in cases {
             let message = read_levels("mine.csv", text).unwrap_err().to_string();
-            assert!(
-                message.contains(expected) && message.contains("mine.csv"),
-                "{message}"
-            );
+            assert!(message.contains(expected) && message.contains("mine.csv"), "{message}");
         }
     }
 }

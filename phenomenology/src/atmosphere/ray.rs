@@ -30,21 +30,11 @@ pub(super) struct Step {
 
 impl Step {
     fn up(segment: usize, length_km: f64) -> Self {
-        Self {
-            segment,
-            length_km,
-            near: 0.0,
-            far: 1.0,
-        }
+        Self { segment, length_km, near: 0.0, far: 1.0 }
     }
 
     fn down(segment: usize, length_km: f64) -> Self {
-        Self {
-            segment,
-            length_km,
-            near: 1.0,
-            far: 0.0,
-        }
+        Self { segment, length_km, near: 1.0, far: 0.0 }
     }
 }
 
@@ -65,15 +55,9 @@ impl Ray {
     pub(super) fn straight(levels: &Levels, from: usize, to: usize, stretch: f64) -> Self {
         let length = |i: usize| (levels.z_km[i + 1] - levels.z_km[i]) * stretch;
         let (steps, end) = if to >= from {
-            (
-                (from..to).map(|i| Step::up(i, length(i))).collect(),
-                RayEnd::Space,
-            )
+            ((from..to).map(|i| Step::up(i, length(i))).collect(), RayEnd::Space)
         } else {
-            (
-                (to..from).rev().map(|i| Step::down(i, length(i))).collect(),
-                RayEnd::Ground,
-            )
+            ((to..from).rev().map(|i| Step::down(i, length(i))).collect(), RayEnd::Ground)
         };
         Self { steps, end }
     }
@@ -86,19 +70,11 @@ impl Ray {
     ///
     /// # Errors
     /// [`PhysicsError::Ducting`] for a rising ray that is turned back.
-    pub(super) fn refracted(
-        levels: &Levels,
-        from: usize,
-        zenith_deg: f64,
-    ) -> Result<Self, PhysicsError> {
+    pub(super) fn refracted(levels: &Levels, from: usize, zenith_deg: f64) -> Result<Self, PhysicsError> {
         let radius = |i: usize| EARTH_RADIUS_KM + levels.z_km[i];
         let q = |i: usize| levels.index[i] * radius(i);
         let last = levels.z_km.len() - 1;
-        let cosine = if zenith_deg == 90.0 {
-            0.0
-        } else {
-            zenith_deg.to_radians().cos()
-        };
+        let cosine = if zenith_deg == 90.0 { 0.0 } else { zenith_deg.to_radians().cos() };
         // s^2 is carried along by differences, so that nothing cancels near 90 degrees.
         let mut s = q(from) * cosine.abs();
         let mut level = from;
@@ -107,10 +83,7 @@ impl Ray {
         if cosine < 0.0 {
             loop {
                 let Some(below) = level.checked_sub(1) else {
-                    return Ok(Self {
-                        steps,
-                        end: RayEnd::Ground,
-                    });
+                    return Ok(Self { steps, end: RayEnd::Ground });
                 };
                 let (q_high, q_low) = (q(level), q(below));
                 let dr = radius(level) - radius(below);
@@ -126,18 +99,8 @@ impl Ray {
                     let drop = s * s / (q_high + q_tangent) / (q_high - q_low);
                     let length_km = ray_length(dr * drop, q_high + q_tangent, s);
                     let at = 1.0 - drop;
-                    steps.push(Step {
-                        segment: below,
-                        length_km,
-                        near: 1.0,
-                        far: at,
-                    });
-                    steps.push(Step {
-                        segment: below,
-                        length_km,
-                        near: at,
-                        far: 1.0,
-                    });
+                    steps.push(Step { segment: below, length_km, near: 1.0, far: at });
+                    steps.push(Step { segment: below, length_km, near: at, far: 1.0 });
                     break;
                 }
             }
@@ -146,10 +109,7 @@ impl Ray {
             let (q_low, q_high) = (q(level), q(level + 1));
             let s2_high = s * s + (q_high - q_low) * (q_high + q_low);
             if s2_high <= 0.0 {
-                return Err(PhysicsError::Ducting {
-                    height_km: levels.z_km[level],
-                    zenith_deg,
-                });
+                return Err(PhysicsError::Ducting { height_km: levels.z_km[level], zenith_deg });
             }
             let s_high = s2_high.sqrt();
             let dr = radius(level + 1) - radius(level);
@@ -157,10 +117,7 @@ impl Ray {
             s = s_high;
             level += 1;
         }
-        Ok(Self {
-            steps,
-            end: RayEnd::Space,
-        })
+        Ok(Self { steps, end: RayEnd::Space })
     }
 
     /// The zenith angle in degrees below which rays from a level meet the ground.
@@ -181,11 +138,7 @@ mod tests {
 
     fn vacuum() -> Levels {
         let z_km: Vec<f64> = (0..=60).map(|i| f64::from(i) * 0.5).collect();
-        Levels {
-            t_k: vec![250.0; 61],
-            index: vec![1.0; 61],
-            z_km,
-        }
+        Levels { t_k: vec![250.0; 61], index: vec![1.0; 61], z_km }
     }
 
     /// In vacuum rays are straight: the chord of a sphere is known.
@@ -220,18 +173,10 @@ mod tests {
     fn steep_rays_meet_the_ground() {
         let levels = vacuum();
         let horizon = Ray::horizon_deg(&levels, 10);
-        let dip = (EARTH_RADIUS_KM / (EARTH_RADIUS_KM + 5.0))
-            .acos()
-            .to_degrees();
+        let dip = (EARTH_RADIUS_KM / (EARTH_RADIUS_KM + 5.0)).acos().to_degrees();
         assert!((horizon - 90.0 - dip).abs() < 1e-9);
-        assert_eq!(
-            Ray::refracted(&levels, 10, horizon - 1e-6).unwrap().end,
-            RayEnd::Space
-        );
-        assert_eq!(
-            Ray::refracted(&levels, 10, horizon + 1e-6).unwrap().end,
-            RayEnd::Ground
-        );
+        assert_eq!(Ray::refracted(&levels, 10, horizon - 1e-6).unwrap().end, RayEnd::Space);
+        assert_eq!(Ray::refracted(&levels, 10, horizon + 1e-6).unwrap().end, RayEnd::Ground);
         let nadir = Ray::refracted(&levels, 10, 180.0).unwrap();
         assert!((nadir.length_km() - 5.0).abs() < 1e-9);
     }

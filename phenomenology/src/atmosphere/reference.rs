@@ -53,11 +53,7 @@ pub fn reference_profile(name: &str) -> Result<Profile, PhysicsError> {
         None => Err(PhysicsError::UnknownName {
             kind: "atmosphere",
             name: name.to_owned(),
-            known: ATMOSPHERES
-                .iter()
-                .map(|e| e.name)
-                .collect::<Vec<_>>()
-                .join(", "),
+            known: ATMOSPHERES.iter().map(|e| e.name).collect::<Vec<_>>().join(", "),
         }),
     }
 }
@@ -83,14 +79,8 @@ mod tests {
         ];
         assert_eq!(published.len(), ATMOSPHERES.len());
         for (name, expected) in published {
-            let water = reference_profile(name)
-                .unwrap()
-                .precipitable_water_kg_m2()
-                .unwrap();
-            assert!(
-                (water - expected).abs() < 0.06,
-                "{name}: {water} against {expected}"
-            );
+            let water = reference_profile(name).unwrap().precipitable_water_kg_m2().unwrap();
+            assert!((water - expected).abs() < 0.06, "{name}: {water} against {expected}");
         }
     }
 
@@ -106,9 +96,6 @@ mod tests {
     #[test]
     fn unknown_atmosphere_lists_the_known() {
         let message = reference_profile("mars").unwrap_err().to_string();
-        assert!(
-            message.contains("unknown atmosphere 'mars'; known: ussa, trl"),
-            "{message}"
-        );
+        assert!(message.contains("unknown atmosphere 'mars'; known: ussa, trl"), "{message}");
     }
 }

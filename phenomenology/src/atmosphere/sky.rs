@@ -20,35 +20,19 @@ pub enum Geometry {
 
 /// Every geometry with its name and a summary for help texts and the book.
 pub const GEOMETRIES: &[(&str, Geometry, &str)] = &[
-    (
-        "plane",
-        Geometry::Plane,
-        "plane-parallel air (default); good to 85 degrees from zenith",
-    ),
-    (
-        "spherical",
-        Geometry::Spherical,
-        "spherical Earth with refraction; to the horizon",
-    ),
+    ("plane", Geometry::Plane, "plane-parallel air (default); good to 85 degrees from zenith"),
+    ("spherical", Geometry::Spherical, "spherical Earth with refraction; to the horizon"),
 ];
 
 impl FromStr for Geometry {
     type Err = PhysicsError;
 
     fn from_str(name: &str) -> Result<Self, PhysicsError> {
-        GEOMETRIES
-            .iter()
-            .find(|(known, _, _)| *known == name)
-            .map(|(_, g, _)| *g)
-            .ok_or_else(|| PhysicsError::UnknownName {
-                kind: "geometry",
-                name: name.to_owned(),
-                known: GEOMETRIES
-                    .iter()
-                    .map(|(n, _, _)| *n)
-                    .collect::<Vec<_>>()
-                    .join(", "),
-            })
+        GEOMETRIES.iter().find(|(known, _, _)| *known == name).map(|(_, g, _)| *g).ok_or_else(|| PhysicsError::UnknownName {
+            kind: "geometry",
+            name: name.to_owned(),
+            known: GEOMETRIES.iter().map(|(n, _, _)| *n).collect::<Vec<_>>().join(", "),
+        })
     }
 }
 
@@ -82,28 +66,12 @@ pub struct SkyRow {
 
 impl SkyRow {
     /// Column names of [`SkyRow::values`], units included.
-    pub const COLUMNS: [&'static str; 7] = [
-        "freq_ghz",
-        "zenith_deg",
-        "tb_planck_k",
-        "tb_rj_k",
-        "tau_np",
-        "mean_radiating_k",
-        "path_km",
-    ];
+    pub const COLUMNS: [&'static str; 7] = ["freq_ghz", "zenith_deg", "tb_planck_k", "tb_rj_k", "tau_np", "mean_radiating_k", "path_km"];
 
     /// The row as numbers, in the order of [`SkyRow::COLUMNS`].
     #[must_use]
     pub fn values(&self) -> [f64; 7] {
-        [
-            self.freq_ghz,
-            self.zenith_deg,
-            self.tb_planck_k,
-            self.tb_rj_k,
-            self.tau_np,
-            self.mean_radiating_k,
-            self.path_km,
-        ]
+        [self.freq_ghz, self.zenith_deg, self.tb_planck_k, self.tb_rj_k, self.tau_np, self.mean_radiating_k, self.path_km]
     }
 }
 
@@ -115,12 +83,7 @@ impl Atmosphere {
     /// [`PhysicsError::ZenithAngle`] at 90 degrees or beyond; [`PhysicsError::OutOfRange`]
     /// for a frequency outside 1-1000 GHz; [`PhysicsError::Empty`] for an empty list;
     /// [`PhysicsError::Ducting`] for a trapped ray.
-    pub fn sky(
-        &self,
-        freqs_ghz: &[f64],
-        zeniths_deg: &[f64],
-        geometry: Geometry,
-    ) -> Result<Vec<SkyRow>, PhysicsError> {
+    pub fn sky(&self, freqs_ghz: &[f64], zeniths_deg: &[f64], geometry: Geometry) -> Result<Vec<SkyRow>, PhysicsError> {
         self.sky_from(self.profile().bottom_km(), freqs_ghz, zeniths_deg, geometry)
     }
 
@@ -137,9 +100,7 @@ impl Atmosphere {
     ) -> Result<Vec<SkyRow>, PhysicsError> {
         check_frequencies(freqs_ghz)?;
         if zeniths_deg.is_empty() {
-            return Err(PhysicsError::Empty {
-                what: "zenith angle",
-            });
+            return Err(PhysicsError::Empty { what: "zenith angle" });
         }
         for &zenith_deg in zeniths_deg {
             if !(0.0..90.0).contains(&zenith_deg) {
@@ -147,24 +108,13 @@ impl Atmosphere {
             }
         }
         let top_km = self.profile().top_km();
-        check_range(
-            "observer height",
-            observer_km,
-            "km",
-            self.profile().bottom_km(),
-            top_km,
-        )?;
+        check_range("observer height", observer_km, "km", self.profile().bottom_km(), top_km)?;
         let grid = self.air_grid(observer_km, top_km, &[])?;
         let last = grid.levels().z_km.len() - 1;
         let rays = zeniths_deg
             .iter()
             .map(|zenith| match geometry {
-                Geometry::Plane => Ok(Ray::straight(
-                    grid.levels(),
-                    0,
-                    last,
-                    1.0 / zenith.to_radians().cos(),
-                )),
+                Geometry::Plane => Ok(Ray::straight(grid.levels(), 0, last, 1.0 / zenith.to_radians().cos())),
                 Geometry::Spherical => Ray::refracted(grid.levels(), 0, *zenith),
             })
             .collect::<Result<Vec<_>, PhysicsError>>()?;
@@ -206,10 +156,7 @@ mod tests {
         assert!(sky(&[f64::NAN], &[0.0]).starts_with("frequency NaN GHz"));
         assert!(sky(&[], &[0.0]).starts_with("no frequency given"));
         assert!(sky(&[94.0], &[]).starts_with("no zenith angle given"));
-        let high = ussa
-            .sky_from(31.0, &[94.0], &[0.0], Geometry::Plane)
-            .unwrap_err()
-            .to_string();
+        let high = ussa.sky_from(31.0, &[94.0], &[0.0], Geometry::Plane).unwrap_err().to_string();
         assert!(high.starts_with("observer height 31 km"), "{high}");
     }
 
@@ -225,22 +172,15 @@ mod tests {
     #[test]
     fn above_all_air_only_the_background_is_left() {
         let ussa = Atmosphere::reference("ussa", "mpm89").unwrap();
-        let rows = ussa
-            .sky_from(29.99, &[94.0], &[0.0], Geometry::Plane)
-            .unwrap();
+        let rows = ussa.sky_from(29.99, &[94.0], &[0.0], Geometry::Plane).unwrap();
         assert!((rows[0].tb_planck_k - ussa.background_k()).abs() < 0.01);
     }
 
     #[test]
     fn rows_run_over_angles_first() {
         let ussa = Atmosphere::reference("ussa", "mpm89").unwrap();
-        let rows = ussa
-            .sky(&[10.0, 94.0], &[0.0, 60.0], Geometry::Spherical)
-            .unwrap();
+        let rows = ussa.sky(&[10.0, 94.0], &[0.0, 60.0], Geometry::Spherical).unwrap();
         let order: Vec<_> = rows.iter().map(|r| (r.freq_ghz, r.zenith_deg)).collect();
-        assert_eq!(
-            order,
-            vec![(10.0, 0.0), (10.0, 60.0), (94.0, 0.0), (94.0, 60.0)]
-        );
+        assert_eq!(order, vec![(10.0, 0.0), (10.0, 60.0), (94.0, 0.0), (94.0, 60.0)]);
     }
 }

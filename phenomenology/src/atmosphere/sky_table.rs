@@ -10,9 +10,7 @@ use super::air_grid::{AirGrid, Column};
 use super::error::{PhysicsError, check_frequency, check_range};
 use super::model::{Atmosphere, check_frequencies};
 use super::path_table::find_channel;
-use super::planck::{
-    black_body_radiance, planck_of_rayleigh_jeans_k, rayleigh_jeans_temperature_k,
-};
+use super::planck::{black_body_radiance, planck_of_rayleigh_jeans_k, rayleigh_jeans_temperature_k};
 use super::ray::{Ray, RayEnd};
 
 /// Distance kept from the exact horizon, degrees.
@@ -34,11 +32,7 @@ pub struct SkyTableOptions {
 
 impl Default for SkyTableOptions {
     fn default() -> Self {
-        Self {
-            observer_km: None,
-            ground_k: None,
-            tolerance_k: 0.05,
-        }
+        Self { observer_km: None, ground_k: None, tolerance_k: 0.05 }
     }
 }
 
@@ -77,11 +71,7 @@ impl SkyTable {
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for a frequency, height, tolerance (1e-3 to 10 K) or
     /// ground temperature; [`PhysicsError::TableTooLarge`]; [`PhysicsError::Ducting`].
-    pub fn for_frequencies(
-        atmosphere: &Atmosphere,
-        freqs_ghz: &[f64],
-        options: &SkyTableOptions,
-    ) -> Result<Self, PhysicsError> {
+    pub fn for_frequencies(atmosphere: &Atmosphere, freqs_ghz: &[f64], options: &SkyTableOptions) -> Result<Self, PhysicsError> {
         check_frequencies(freqs_ghz)?;
         let builder = Builder::new(atmosphere, options)?;
         builder.build(freqs_ghz, false, 0.0)
@@ -91,20 +81,9 @@ impl SkyTable {
     ///
     /// # Errors
     /// As [`SkyTable::for_frequencies`].
-    pub fn for_band(
-        atmosphere: &Atmosphere,
-        low_ghz: f64,
-        high_ghz: f64,
-        options: &SkyTableOptions,
-    ) -> Result<Self, PhysicsError> {
+    pub fn for_band(atmosphere: &Atmosphere, low_ghz: f64, high_ghz: f64, options: &SkyTableOptions) -> Result<Self, PhysicsError> {
         check_frequency(low_ghz)?;
-        check_range(
-            "upper band edge",
-            high_ghz,
-            "GHz",
-            low_ghz,
-            super::error::MAX_FREQ_GHZ,
-        )?;
+        check_range("upper band edge", high_ghz, "GHz", low_ghz, super::error::MAX_FREQ_GHZ)?;
         let builder = Builder::new(atmosphere, options)?;
         let refined = builder.band_nodes(low_ghz, high_ghz)?;
         builder.build(&refined.nodes, true, refined.worst_k)
@@ -143,11 +122,7 @@ impl SkyTable {
     /// [`PhysicsError::OutOfRange`] for a channel or zenith angle not in the table.
     pub fn rayleigh_jeans_k(&self, channel: usize, zenith_deg: f64) -> Result<f64, PhysicsError> {
         check_range("zenith angle", zenith_deg, "deg", 0.0, 180.0)?;
-        let axis = if zenith_deg <= self.horizon_deg {
-            &self.sky
-        } else {
-            &self.ground
-        };
+        let axis = if zenith_deg <= self.horizon_deg { &self.sky } else { &self.ground };
         let Some(values) = axis.rj_k.get(channel) else {
             return Err(PhysicsError::OutOfRange {
                 quantity: "channel",
@@ -165,11 +140,7 @@ impl SkyTable {
     ///
     /// # Errors
     /// As [`SkyTable::rayleigh_jeans_k`]; [`PhysicsError::FrequencyNotInTable`].
-    pub fn temperature(
-        &self,
-        zenith_deg: f64,
-        freq_ghz: f64,
-    ) -> Result<SkyTemperature, PhysicsError> {
+    pub fn temperature(&self, zenith_deg: f64, freq_ghz: f64) -> Result<SkyTemperature, PhysicsError> {
         let rj_k = if self.is_band {
             let (low, high) = (self.freqs_ghz[0], self.freqs_ghz[self.freqs_ghz.len() - 1]);
             if !(low..=high).contains(&freq_ghz) {
@@ -178,18 +149,11 @@ impl SkyTable {
             }
             let (left, w) = bracket(&self.freqs_ghz, freq_ghz);
             let a = self.rayleigh_jeans_k(left, zenith_deg)?;
-            if w == 0.0 {
-                a
-            } else {
-                a + w * (self.rayleigh_jeans_k(left + 1, zenith_deg)? - a)
-            }
+            if w == 0.0 { a } else { a + w * (self.rayleigh_jeans_k(left + 1, zenith_deg)? - a) }
         } else {
             self.rayleigh_jeans_k(self.channel(freq_ghz)?, zenith_deg)?
         };
-        Ok(SkyTemperature {
-            planck_k: planck_of_rayleigh_jeans_k(freq_ghz, rj_k),
-            rj_k,
-        })
+        Ok(SkyTemperature { planck_k: planck_of_rayleigh_jeans_k(freq_ghz, rj_k), rj_k })
     }
 }
 
@@ -207,33 +171,16 @@ impl Builder {
     fn new(atmosphere: &Atmosphere, options: &SkyTableOptions) -> Result<Self, PhysicsError> {
         let profile = atmosphere.profile();
         let (bottom, top) = (profile.bottom_km(), profile.top_km());
-        check_range(
-            "tolerance of the sky table",
-            options.tolerance_k,
-            "K",
-            1e-3,
-            10.0,
-        )?;
+        check_range("tolerance of the sky table", options.tolerance_k, "K", 1e-3, 10.0)?;
         let observer_km = options.observer_km.unwrap_or(bottom);
         check_range("observer height", observer_km, "km", bottom, top)?;
-        let ground_k = options
-            .ground_k
-            .unwrap_or_else(|| profile.surface().temperature_k());
+        let ground_k = options.ground_k.unwrap_or_else(|| profile.surface().temperature_k());
         check_range("ground temperature", ground_k, "K", 0.1, 2000.0)?;
         let grid = atmosphere.air_grid(bottom, top, &[observer_km])?;
         let distance = |i: &usize| (grid.levels().z_km[*i] - observer_km).abs();
-        let observer = (0..grid.levels().z_km.len())
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
-            .unwrap_or(0);
+        let observer = (0..grid.levels().z_km.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
         let horizon_deg = Ray::horizon_deg(grid.levels(), observer);
-        Ok(Self {
-            grid,
-            observer,
-            horizon_deg,
-            background_k: atmosphere.background_k(),
-            ground_k,
-            tolerance_k: options.tolerance_k,
-        })
+        Ok(Self { grid, observer, horizon_deg, background_k: atmosphere.background_k(), ground_k, tolerance_k: options.tolerance_k })
     }
 
     fn ray(&self, zenith_deg: f64) -> Result<Ray, PhysicsError> {
@@ -251,71 +198,34 @@ impl Builder {
 
     /// Last zenith angle of the sky: the surface sees the horizon itself.
     fn lowest_sky_deg(&self) -> f64 {
-        if self.observer == 0 {
-            90.0
-        } else {
-            self.horizon_deg - HORIZON_GAP_DEG
-        }
+        if self.observer == 0 { 90.0 } else { self.horizon_deg - HORIZON_GAP_DEG }
     }
 
     /// Frequencies for a band: half-gigahertz steps and line centres, then halved.
     fn band_nodes(&self, low_ghz: f64, high_ghz: f64) -> Result<Refined, PhysicsError> {
-        let rays = PROBES_DEG
-            .iter()
-            .map(|z| self.ray(*z))
-            .collect::<Result<Vec<_>, _>>()?;
+        let rays = PROBES_DEG.iter().map(|z| self.ray(*z)).collect::<Result<Vec<_>, _>>()?;
         let mut start = vec![low_ghz, high_ghz];
         let count = ((high_ghz - low_ghz) / 0.5).ceil() as usize;
         start.extend((1..count).map(|i| low_ghz + 0.5 * i as f64));
-        start.extend(
-            self.grid
-                .line_centres_ghz()
-                .filter(|f| (low_ghz..high_ghz).contains(f)),
-        );
+        start.extend(self.grid.line_centres_ghz().filter(|f| (low_ghz..high_ghz).contains(f)));
         start.sort_by(f64::total_cmp);
         start.dedup_by(|b, a| *b - *a < 1e-6);
-        let target = Target {
-            axis: "frequency",
-            tolerance_k: self.tolerance_k,
-            min_width: 1e-4,
-            limit: 8192,
-        };
+        let target = Target { axis: "frequency", tolerance_k: self.tolerance_k, min_width: 1e-4, limit: 8192 };
         let evaluate = |freq: f64| {
             let column = self.grid.column(freq)?;
-            Ok(rays
-                .iter()
-                .map(|ray| self.seen_rj_k(&column, ray))
-                .collect())
+            Ok(rays.iter().map(|ray| self.seen_rj_k(&column, ray)).collect())
         };
-        refine(&start, target, evaluate, |freq, a, b| {
-            a.iter()
-                .zip(b)
-                .map(|(x, y)| planck_distance_k(freq, *x, *y))
-                .fold(0.0, f64::max)
-        })
+        refine(&start, target, evaluate, |freq, a, b| a.iter().zip(b).map(|(x, y)| planck_distance_k(freq, *x, *y)).fold(0.0, f64::max))
     }
 
-    fn build(
-        &self,
-        freqs_ghz: &[f64],
-        is_band: bool,
-        frequency_error_k: f64,
-    ) -> Result<SkyTable, PhysicsError> {
+    fn build(&self, freqs_ghz: &[f64], is_band: bool, frequency_error_k: f64) -> Result<SkyTable, PhysicsError> {
         let columns = self.grid.columns(freqs_ghz)?;
         let lowest = self.lowest_sky_deg();
-        let up: Vec<f64> = [0.0, 30.0, 60.0, 80.0, 88.0, 89.9, 90.0]
-            .into_iter()
-            .filter(|z| *z < lowest)
-            .chain([lowest])
-            .collect();
+        let up: Vec<f64> = [0.0, 30.0, 60.0, 80.0, 88.0, 89.9, 90.0].into_iter().filter(|z| *z < lowest).chain([lowest]).collect();
         let below = self.horizon_deg + HORIZON_GAP_DEG;
         let down: Vec<f64> = [below, below + 0.1, below + 1.0]
             .into_iter()
-            .chain(
-                [100.0, 120.0, 150.0, 180.0]
-                    .into_iter()
-                    .filter(|z| *z > below + 2.0),
-            )
+            .chain([100.0, 120.0, 150.0, 180.0].into_iter().filter(|z| *z > below + 2.0))
             .collect();
         let (sky, sky_error) = self.axis(&columns, &up)?;
         let (ground, ground_error) = self.axis(&columns, &down)?;
@@ -331,36 +241,16 @@ impl Builder {
     }
 
     fn axis(&self, columns: &[Column], start: &[f64]) -> Result<(Axis, f64), PhysicsError> {
-        let target = Target {
-            axis: "zenith angle",
-            tolerance_k: self.tolerance_k,
-            min_width: 1e-4,
-            limit: 8192,
-        };
+        let target = Target { axis: "zenith angle", tolerance_k: self.tolerance_k, min_width: 1e-4, limit: 8192 };
         let evaluate = |zenith: f64| {
             let ray = self.ray(zenith)?;
-            Ok(columns
-                .iter()
-                .map(|column| self.seen_rj_k(column, &ray))
-                .collect())
+            Ok(columns.iter().map(|column| self.seen_rj_k(column, &ray)).collect())
         };
         let refined = refine(start, target, evaluate, |_, a, b| {
-            columns
-                .iter()
-                .zip(a.iter().zip(b))
-                .map(|(column, (x, y))| planck_distance_k(column.freq_ghz, *x, *y))
-                .fold(0.0, f64::max)
+            columns.iter().zip(a.iter().zip(b)).map(|(column, (x, y))| planck_distance_k(column.freq_ghz, *x, *y)).fold(0.0, f64::max)
         })?;
-        let rj_k = (0..columns.len())
-            .map(|channel| refined.values.iter().map(|node| node[channel]).collect())
-            .collect();
-        Ok((
-            Axis {
-                zenith_deg: refined.nodes,
-                rj_k,
-            },
-            refined.worst_k,
-        ))
+        let rj_k = (0..columns.len()).map(|channel| refined.values.iter().map(|node| node[channel]).collect()).collect();
+        Ok((Axis { zenith_deg: refined.nodes, rj_k }, refined.worst_k))
     }
 }
 

@@ -67,22 +67,14 @@ impl PathRadiation {
     #[must_use]
     pub fn mean_radiating_k(&self) -> f64 {
         let absorbed = -(-self.tau_np).exp_m1();
-        if absorbed > 0.0 {
-            planck_temperature_k(self.freq_ghz, self.emission / absorbed)
-        } else {
-            0.0
-        }
+        if absorbed > 0.0 { planck_temperature_k(self.freq_ghz, self.emission / absorbed) } else { 0.0 }
     }
 
     /// A path of constant temperature: `T_m (1 - exp(-tau))` in radiance.
     #[must_use]
     pub fn isothermal(freq_ghz: f64, tau_np: f64, temperature_k: f64) -> Self {
         let emission = black_body_radiance(freq_ghz, temperature_k) * -(-tau_np).exp_m1();
-        Self {
-            freq_ghz,
-            tau_np,
-            emission,
-        }
+        Self { freq_ghz, tau_np, emission }
     }
 }
 
@@ -93,28 +85,17 @@ impl Column {
         for step in &ray.steps {
             let i = step.segment;
             let whole = (step.near - step.far).abs() == 1.0;
-            let mean = if whole {
-                self.mean[i]
-            } else {
-                logarithmic_mean(self.gas_at(i, step.near), self.gas_at(i, step.far))
-                    + self.hydrosol[i]
-            };
+            let mean =
+                if whole { self.mean[i] } else { logarithmic_mean(self.gas_at(i, step.near), self.gas_at(i, step.far)) + self.hydrosol[i] };
             let depth = mean * step.length_km;
-            let (near, far) = (
-                self.radiance_at(i, step.near),
-                self.radiance_at(i, step.far),
-            );
+            let (near, far) = (self.radiance_at(i, step.near), self.radiance_at(i, step.far));
             let lost = (-depth).exp_m1();
             let passed = 1.0 + lost;
             emission -= transmission * lost * (near + far * passed) / (1.0 + passed);
             transmission *= passed;
             tau_np += depth;
         }
-        PathRadiation {
-            freq_ghz: self.freq_ghz,
-            tau_np,
-            emission,
-        }
+        PathRadiation { freq_ghz: self.freq_ghz, tau_np, emission }
     }
 
     /// Black-body radiance at a fraction of the height between levels i and i + 1.
@@ -130,11 +111,7 @@ impl Column {
 
     fn gas_at(&self, i: usize, fraction: f64) -> f64 {
         let (low, high) = (self.gas[i], self.gas[i + 1]);
-        if low > 0.0 && high > 0.0 {
-            low * (high / low).powf(fraction)
-        } else {
-            low + fraction * (high - low)
-        }
+        if low > 0.0 && high > 0.0 { low * (high / low).powf(fraction) } else { low + fraction * (high - low) }
     }
 }
 
@@ -155,11 +132,7 @@ mod tests {
 
     #[test]
     fn clear_path_shows_the_background() {
-        let clear = PathRadiation {
-            freq_ghz: 35.0,
-            tau_np: 0.0,
-            emission: 0.0,
-        };
+        let clear = PathRadiation { freq_ghz: 35.0, tau_np: 0.0, emission: 0.0 };
         assert_eq!(clear.seen_before_rj_k(123.0), 123.0);
         assert_eq!(clear.mean_radiating_k(), 0.0);
     }

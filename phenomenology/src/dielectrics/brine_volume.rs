@@ -1,22 +1,13 @@
 //! How much of sea ice is brine.
 
-use super::constants::ZERO_CELSIUS_K;
+use crate::constants::ZERO_CELSIUS_K;
 
 /// Coefficients of F and G for -30 to -22.9 C, where hydrohalite has come out of the brine.
-const COLDEST: ([f64; 4], [f64; 4]) = (
-    [9899.0, 1309.0, 55.27, 0.7160],
-    [8.547, 1.089, 0.045_18, 5.819e-4],
-);
+const COLDEST: ([f64; 4], [f64; 4]) = ([9899.0, 1309.0, 55.27, 0.7160], [8.547, 1.089, 0.045_18, 5.819e-4]);
 /// Coefficients of F and G for -22.9 to -2 C.
-const COLD: ([f64; 4], [f64; 4]) = (
-    [-4.732, -22.45, -0.6397, -0.010_74],
-    [0.089_03, -0.017_63, -5.33e-4, -8.801e-6],
-);
+const COLD: ([f64; 4], [f64; 4]) = ([-4.732, -22.45, -0.6397, -0.010_74], [0.089_03, -0.017_63, -5.33e-4, -8.801e-6]);
 /// Coefficients of F and G above -2 C.
-const WARM: ([f64; 4], [f64; 4]) = (
-    [-0.041_221, -18.407, 0.584_02, 0.214_54],
-    [0.090_312, -0.016_111, 1.2291e-4, 1.3603e-4],
-);
+const WARM: ([f64; 4], [f64; 4]) = ([-0.041_221, -18.407, 0.584_02, 0.214_54], [0.090_312, -0.016_111, 1.2291e-4, 1.3603e-4]);
 
 fn cubic(c: &[f64; 4], t: f64) -> f64 {
     c[0] + t * (c[1] + t * (c[2] + t * c[3]))
@@ -42,9 +33,5 @@ pub fn brine_volume_cox_weeks83(temperature_k: f64, salinity_psu: f64) -> f64 {
     let ice = 0.9167 - 1.403e-4 * t;
     let bulk = ice * f / (f - ice * salinity_psu * g);
     let volume = bulk * salinity_psu / f;
-    if salinity_psu > 0.0 && !(0.0..=1.0).contains(&volume) {
-        1.0
-    } else {
-        volume
-    }
+    if salinity_psu > 0.0 && !(0.0..=1.0).contains(&volume) { 1.0 } else { volume }
 }

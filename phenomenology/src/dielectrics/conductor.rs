@@ -1,9 +1,9 @@
 //! Metals: conduction alone.
 
-use super::constants::VACUUM_PERMITTIVITY_F_M;
 use super::error::DielectricError;
 use super::material::Constants;
 use super::model::{Bands, Model, SAME_FORMULA};
+use crate::constants::VACUUM_PERMITTIVITY_F_M;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -28,8 +28,5 @@ pub(super) const MODEL: Model = Model {
 /// Permittivity of a conductor: frequency in Hz, conductivity in S/m.
 #[must_use]
 pub fn conductor_permittivity(freq_hz: f64, conductivity_s_m: f64) -> Complex64 {
-    Complex64::new(
-        1.0,
-        -conductivity_s_m / (TAU * freq_hz * VACUUM_PERMITTIVITY_F_M),
-    )
+    Complex64::new(1.0, -conductivity_s_m / (TAU * freq_hz * VACUUM_PERMITTIVITY_F_M))
 }

@@ -33,9 +33,6 @@ pub(super) const FROZEN_SOIL: Model = Model {
 fn fixed(q: &Query<'_>) -> Result<Complex64, DielectricError> {
     match q.material.constants {
         Constants::Fixed(real, loss) => Ok(permittivity_of(real, loss)),
-        _ => Err(DielectricError::Table {
-            table: "materials",
-            message: format!("`{}` has no fixed permittivity", q.material.name),
-        }),
+        _ => Err(DielectricError::Table { table: "materials", message: format!("`{}` has no fixed permittivity", q.material.name) }),
     }
 }

@@ -1,11 +1,11 @@
 //! Soil, 1.4-18 GHz: the semi-empirical mixture of Dobson with Peplinski's conductivity.
 
-use super::constants::VACUUM_PERMITTIVITY_F_M;
-use super::constants::ZERO_CELSIUS_K;
 use super::klein_swift77::static_permittivity;
 use super::model::{Bands, Model, Range, SAME_FORMULA, permittivity_of};
 use super::soil_water::{ALPHA, SOIL_PARTICLE_DENSITY_KG_M3, SOLID_PERMITTIVITY, debye_water};
 use super::state::{MaterialState, Parameter};
+use crate::constants::VACUUM_PERMITTIVITY_F_M;
+use crate::constants::ZERO_CELSIUS_K;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -41,8 +41,7 @@ pub fn soil_permittivity_dobson85(freq_ghz: f64, soil: &MaterialState) -> Comple
     }
     let water = debye_water(freq_ghz, t, static_permittivity(t));
     let conductivity = (0.0467 + 0.2204 * rho_b - 0.4111 * s + 0.6614 * c).max(0.0);
-    let conduction = conductivity * (rho_s - rho_b)
-        / (TAU * freq_ghz * 1e9 * VACUUM_PERMITTIVITY_F_M * rho_s * mv);
+    let conduction = conductivity * (rho_s - rho_b) / (TAU * freq_ghz * 1e9 * VACUUM_PERMITTIVITY_F_M * rho_s * mv);
     let real = dry + mv.powf(beta_real) * water.re.powf(ALPHA) - mv;
     let loss = mv.powf(beta_loss) * (-water.im + conduction).powf(ALPHA);
     permittivity_of(real.powf(1.0 / ALPHA), loss.powf(1.0 / ALPHA))

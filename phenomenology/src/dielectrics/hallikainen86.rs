@@ -18,13 +18,7 @@ pub(super) const MODEL: Model = Model {
         Range::new(Parameter::Density, 90.0, 380.0),
     ],
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(wet_snow_permittivity_hallikainen86(
-            q.freq_ghz(),
-            q.state.density_kg_m3,
-            q.state.moisture,
-        ))
-    },
+    formula: |q| Ok(wet_snow_permittivity_hallikainen86(q.freq_ghz(), q.state.density_kg_m3, q.state.moisture)),
 };
 
 /// Effective relaxation frequency of the water in snow, GHz.
@@ -35,11 +29,7 @@ const RELAXATION_GHZ: f64 = 9.07;
 /// # Reference
 /// Hallikainen et al. 1986; 3-37 GHz, water 1-12 %, dry density 0.09-0.38 g/cm3.
 #[must_use]
-pub fn wet_snow_permittivity_hallikainen86(
-    freq_ghz: f64,
-    dry_density_kg_m3: f64,
-    moisture: f64,
-) -> Complex64 {
+pub fn wet_snow_permittivity_hallikainen86(freq_ghz: f64, dry_density_kg_m3: f64, moisture: f64) -> Complex64 {
     let f = freq_ghz;
     let rho = dry_density_kg_m3 * 1e-3;
     let mv = 100.0 * moisture;
@@ -48,8 +38,5 @@ pub fn wet_snow_permittivity_hallikainen86(
     let b1 = 0.31 - 0.05 * f + 8.7e-4 * f * f;
     let ratio = f / RELAXATION_GHZ;
     let y = mv.powf(1.31) / (1.0 + ratio * ratio);
-    permittivity_of(
-        a1 * (1.0 + 1.83 * rho + 0.02 * mv.powf(1.015)) + b1 + 0.073 * a1 * y,
-        0.073 * a2 * y * ratio,
-    )
+    permittivity_of(a1 * (1.0 + 1.83 * rho + 0.02 * mv.powf(1.015)) + b1 + 0.073 * a1 * y, 0.073 * a2 * y * ratio)
 }

@@ -13,12 +13,7 @@ pub(super) const MODEL: Model = Model {
     bands: Bands::fixed(0.01, 1000.0),
     ranges: &[Range::new(Parameter::Temperature, 200.0, 273.15)],
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(ice_permittivity_hufford91(
-            q.freq_ghz(),
-            q.state.temperature_k,
-        ))
-    },
+    formula: |q| Ok(ice_permittivity_hufford91(q.freq_ghz(), q.state.temperature_k)),
 };
 
 /// Permittivity of pure ice, frequency in GHz, temperature in K.

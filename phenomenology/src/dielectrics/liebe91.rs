@@ -12,12 +12,7 @@ pub(super) const MODEL: Model = Model {
     bands: Bands::fixed(1.0, 1000.0),
     ranges: &[Range::new(Parameter::Temperature, 273.15, 303.15)],
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(water_permittivity_liebe91(
-            q.freq_ghz(),
-            q.state.temperature_k,
-        ))
-    },
+    formula: |q| Ok(water_permittivity_liebe91(q.freq_ghz(), q.state.temperature_k)),
 };
 
 /// Permittivity of fresh water, frequency in GHz, temperature in K.
@@ -32,6 +27,5 @@ pub fn water_permittivity_liebe91(freq_ghz: f64, temperature_k: f64) -> Complex6
     let e2 = 3.52 + 7.52 * q;
     let f1 = 20.2 + 146.4 * q + 316.0 * q * q;
     let f2 = 39.8 * f1;
-    e2 + (e1 - e2) / Complex64::new(1.0, freq_ghz / f2)
-        + (e0 - e1) / Complex64::new(1.0, freq_ghz / f1)
+    e2 + (e1 - e2) / Complex64::new(1.0, freq_ghz / f2) + (e0 - e1) / Complex64::new(1.0, freq_ghz / f1)
 }

@@ -1,11 +1,11 @@
 //! Dry snow: Polder and van Santen mixing with the depolarisation factors of Maetzler.
 
-use super::constants::ICE_DENSITY_KG_M3;
 use super::error::DielectricError;
 use super::maetzler06::ice_permittivity_maetzler06;
 use super::mixing::polder_van_santen46;
 use super::model::{Bands, Model, Range, SAME_FORMULA};
 use super::state::Parameter;
+use crate::constants::ICE_DENSITY_KG_M3;
 use num_complex::Complex64;
 
 /// Table row.
@@ -14,14 +14,9 @@ pub(super) const MODEL: Model = Model {
     describes: "dry snow (absorption only: grain scattering, which matters above 30 GHz, is not in it)",
     reference: "Maetzler 1996, IEEE Trans. Geosci. Remote Sens. 34, 573",
     bands: Bands::fixed(0.01, 1000.0),
-    ranges: &[
-        Range::new(Parameter::Temperature, 200.0, 273.15),
-        Range::new(Parameter::Density, 0.0, 916.7),
-    ],
+    ranges: &[Range::new(Parameter::Temperature, 200.0, 273.15), Range::new(Parameter::Density, 0.0, 916.7)],
     extension: SAME_FORMULA,
-    formula: |q| {
-        dry_snow_permittivity_maetzler96(q.freq_ghz(), q.state.temperature_k, q.state.density_kg_m3)
-    },
+    formula: |q| dry_snow_permittivity_maetzler96(q.freq_ghz(), q.state.temperature_k, q.state.density_kg_m3),
 };
 
 /// Depolarisation factors of the ice grains at ice volume fraction `v`.
@@ -47,18 +42,9 @@ pub fn grain_factors_maetzler96(v: f64) -> [f64; 3] {
 ///
 /// # Reference
 /// Maetzler 1996 for the grain shape; the ice is Maetzler 2006.
-pub fn dry_snow_permittivity_maetzler96(
-    freq_ghz: f64,
-    temperature_k: f64,
-    density_kg_m3: f64,
-) -> Result<Complex64, DielectricError> {
+pub fn dry_snow_permittivity_maetzler96(freq_ghz: f64, temperature_k: f64, density_kg_m3: f64) -> Result<Complex64, DielectricError> {
     let v = density_kg_m3 / ICE_DENSITY_KG_M3;
-    polder_van_santen46(
-        Complex64::new(1.0, 0.0),
-        ice_permittivity_maetzler06(freq_ghz, temperature_k),
-        v,
-        grain_factors_maetzler96(v),
-    )
+    polder_van_santen46(Complex64::new(1.0, 0.0), ice_permittivity_maetzler06(freq_ghz, temperature_k), v, grain_factors_maetzler96(v))
 }
 
 #[cfg(test)]

@@ -86,10 +86,7 @@ impl Material {
         MATERIALS
             .iter()
             .find(|m| m.name == wanted || m.aliases.contains(&wanted.as_str()))
-            .ok_or_else(|| DielectricError::UnknownMaterial {
-                name: name.to_owned(),
-                known: join(MATERIALS.iter().map(|m| m.name)),
-            })
+            .ok_or_else(|| DielectricError::UnknownMaterial { name: name.to_owned(), known: join(MATERIALS.iter().map(|m| m.name)) })
     }
 
     /// Every material, in table order.
@@ -101,14 +98,7 @@ impl Material {
     /// The state with every parameter at its default.
     #[must_use]
     pub fn state(&self) -> MaterialState {
-        let mut state = MaterialState {
-            temperature_k: 290.0,
-            salinity_psu: 0.0,
-            moisture: 0.0,
-            density_kg_m3: 0.0,
-            sand: 0.0,
-            clay: 0.0,
-        };
+        let mut state = MaterialState { temperature_k: 290.0, salinity_psu: 0.0, moisture: 0.0, density_kg_m3: 0.0, sand: 0.0, clay: 0.0 };
         for spec in self.parameters {
             state.set(spec.parameter, spec.default);
         }
@@ -121,12 +111,7 @@ impl Material {
     ///
     /// # Errors
     /// [`DielectricError::NotAParameter`] if this material has no such parameter.
-    pub fn set(
-        &self,
-        state: &mut MaterialState,
-        name: &str,
-        value: f64,
-    ) -> Result<(), DielectricError> {
+    pub fn set(&self, state: &mut MaterialState, name: &str, value: f64) -> Result<(), DielectricError> {
         match Parameter::by_name(name) {
             Some(p) if p == Parameter::Temperature || self.spec(p).is_some() => {
                 state.set(p, value);
@@ -145,11 +130,7 @@ impl Material {
     /// # Errors
     /// [`DielectricError::UnknownTexture`], or [`DielectricError::NotAParameter`] if this
     /// material is no soil.
-    pub fn set_texture(
-        &self,
-        state: &mut MaterialState,
-        texture: &str,
-    ) -> Result<(), DielectricError> {
+    pub fn set_texture(&self, state: &mut MaterialState, texture: &str) -> Result<(), DielectricError> {
         let texture = SoilTexture::by_name(texture)?;
         self.set(state, "sand", texture.sand)?;
         self.set(state, "clay", texture.clay)
@@ -163,10 +144,7 @@ impl Material {
 
     /// Names of its models, defaults first.
     pub fn model_names(&self) -> impl Iterator<Item = &'static str> {
-        self.defaults
-            .iter()
-            .map(|d| d.0)
-            .chain(self.others.iter().copied())
+        self.defaults.iter().map(|d| d.0).chain(self.others.iter().copied())
     }
 
     /// The model of this name, if it describes this material.
@@ -178,11 +156,7 @@ impl Material {
         if self.model_names().any(|n| n == model.name) {
             Ok(model)
         } else {
-            Err(DielectricError::ModelNotForMaterial {
-                model: name.to_owned(),
-                material: self.name,
-                known: join(self.model_names()),
-            })
+            Err(DielectricError::ModelNotForMaterial { model: name.to_owned(), material: self.name, known: join(self.model_names()) })
         }
     }
 
@@ -206,23 +180,16 @@ impl Material {
                 }
             }
         }
-        best.map(|(_, model)| model).ok_or(DielectricError::Table {
-            table: "materials",
-            message: format!("`{}` has no default model", self.name),
-        })
+        best.map(|(_, model)| model)
+            .ok_or(DielectricError::Table { table: "materials", message: format!("`{}` has no default model", self.name) })
     }
 
     /// Permittivity `eps' - j eps''` of the default model, inside its range only.
     ///
     /// # Errors
     /// A state or frequency that cannot be, or one outside the range of the model.
-    pub fn permittivity(
-        &self,
-        state: &MaterialState,
-        freq_hz: f64,
-    ) -> Result<Complex64, DielectricError> {
-        self.evaluate(None, state, freq_hz, Extrapolation::Refuse)
-            .map(|p| p.eps)
+    pub fn permittivity(&self, state: &MaterialState, freq_hz: f64) -> Result<Complex64, DielectricError> {
+        self.evaluate(None, state, freq_hz, Extrapolation::Refuse).map(|p| p.eps)
     }
 
     /// Permittivity of a chosen model (`None`: the default), with the extension if asked for.
@@ -244,16 +211,10 @@ impl Material {
             Some(model) => model,
             None => self.default_model(freq_hz)?,
         };
-        let query = Query {
-            material: self,
-            state,
-            freq_hz,
-        };
+        let query = Query { material: self, state, freq_hz };
         let extended = match model.check_range(&query) {
             Ok(()) => false,
-            Err(DielectricError::OutOfBand { .. } | DielectricError::OutOfRange { .. })
-                if extrapolation == Extrapolation::Documented =>
-            {
+            Err(DielectricError::OutOfBand { .. } | DielectricError::OutOfRange { .. }) if extrapolation == Extrapolation::Documented => {
                 true
             }
             Err(error) => return Err(error),
@@ -263,16 +224,9 @@ impl Material {
             eps.im = 0.0; // a lossless limit, missed by rounding
         }
         if !(eps.re.is_finite() && eps.im.is_finite() && eps.im <= 0.0) {
-            return Err(DielectricError::Unphysical {
-                model: model.name,
-                eps,
-            });
+            return Err(DielectricError::Unphysical { model: model.name, eps });
         }
-        Ok(Permittivity {
-            eps,
-            model,
-            extended,
-        })
+        Ok(Permittivity { eps, model, extended })
     }
 
     /// Whether the state can exist at all, whatever the model.
@@ -281,9 +235,7 @@ impl Material {
     /// Temperatures at or below 0 K, values out of bounds or not numbers, moisture above porosity.
     pub fn check_state(&self, state: &MaterialState) -> Result<(), DielectricError> {
         if !(state.temperature_k.is_finite() && state.temperature_k > 0.0) {
-            return Err(DielectricError::Temperature {
-                value: state.temperature_k,
-            });
+            return Err(DielectricError::Temperature { value: state.temperature_k });
         }
         for spec in self.parameters {
             let value = state.get(spec.parameter);
@@ -299,10 +251,7 @@ impl Material {
             }
         }
         if self.spec(Parameter::Sand).is_some() && state.sand + state.clay > 1.0 + 1e-9 {
-            return Err(DielectricError::TextureSum {
-                sand: state.sand,
-                clay: state.clay,
-            });
+            return Err(DielectricError::TextureSum { sand: state.sand, clay: state.clay });
         }
         if let Pores::Grains(solid) = self.pores {
             let porosity = 1.0 - state.density_kg_m3 / solid;
@@ -329,10 +278,7 @@ pub fn material_of_model(name: &str) -> Result<&'static Material, DielectricErro
         .iter()
         .find(|m| m.defaults.iter().any(|d| d.0 == model.name))
         .or_else(|| MATERIALS.iter().find(|m| m.others.contains(&model.name)))
-        .ok_or_else(|| DielectricError::UnknownModel {
-            name: name.to_owned(),
-            known: join(MODELS.iter().map(|m| m.name)),
-        })
+        .ok_or_else(|| DielectricError::UnknownModel { name: name.to_owned(), known: join(MODELS.iter().map(|m| m.name)) })
 }
 
 /// Names separated by commas, for messages.

@@ -1,8 +1,8 @@
 //! Soil, 0.3-26 GHz: the generalised refractive mixture of Mironov, by clay content.
 
-use super::constants::VACUUM_PERMITTIVITY_F_M;
 use super::model::{Bands, Model, Range, SAME_FORMULA};
 use super::state::Parameter;
+use crate::constants::VACUUM_PERMITTIVITY_F_M;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -13,18 +13,9 @@ pub(super) const MODEL: Model = Model {
     reference: "Mironov, Kosolapova & Fomin 2009, IEEE Trans. Geosci. Remote Sens. 47, 2059",
     bands: Bands::fixed(0.3, 26.0),
     // The fit was made at room temperature and has no temperature in it.
-    ranges: &[
-        Range::new(Parameter::Temperature, 283.15, 303.15),
-        Range::new(Parameter::Clay, 0.0, 0.76),
-    ],
+    ranges: &[Range::new(Parameter::Temperature, 283.15, 303.15), Range::new(Parameter::Clay, 0.0, 0.76)],
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(soil_permittivity_mironov09(
-            q.freq_ghz(),
-            q.state.moisture,
-            q.state.clay,
-        ))
-    },
+    formula: |q| Ok(soil_permittivity_mironov09(q.freq_ghz(), q.state.moisture, q.state.clay)),
 };
 
 /// High-frequency permittivity of soil water.
@@ -33,8 +24,7 @@ const E_INF: f64 = 4.9;
 /// Refractive index `n - j k` of one kind of soil water.
 fn water_index(freq_ghz: f64, eps0: f64, tau_s: f64, conductivity: f64) -> Complex64 {
     let w = TAU * freq_ghz * 1e9;
-    let eps = E_INF + (eps0 - E_INF) / Complex64::new(1.0, w * tau_s)
-        - Complex64::new(0.0, conductivity / (w * VACUUM_PERMITTIVITY_F_M));
+    let eps = E_INF + (eps0 - E_INF) / Complex64::new(1.0, w * tau_s) - Complex64::new(0.0, conductivity / (w * VACUUM_PERMITTIVITY_F_M));
     eps.sqrt()
 }
 
@@ -45,21 +35,11 @@ fn water_index(freq_ghz: f64, eps0: f64, tau_s: f64, conductivity: f64) -> Compl
 #[must_use]
 pub fn soil_permittivity_mironov09(freq_ghz: f64, moisture: f64, clay: f64) -> Complex64 {
     let c = 100.0 * clay;
-    let dry = Complex64::new(
-        1.634 - 5.39e-3 * c + 2.748e-5 * c * c,
-        -(0.039_52 - 4.038e-4 * c),
-    );
+    let dry = Complex64::new(1.634 - 5.39e-3 * c + 2.748e-5 * c * c, -(0.039_52 - 4.038e-4 * c));
     let bound_limit = 0.028_63 + 3.0673e-3 * c;
-    let bound = water_index(
-        freq_ghz,
-        79.8 - 0.854 * c + 3.27e-3 * c * c,
-        1.062e-11 + 3.45e-14 * c,
-        0.3112 + 4.67e-3 * c,
-    );
+    let bound = water_index(freq_ghz, 79.8 - 0.854 * c + 3.27e-3 * c * c, 1.062e-11 + 3.45e-14 * c, 0.3112 + 4.67e-3 * c);
     let free = water_index(freq_ghz, 100.0, 8.5e-12, 0.3631 + 0.012_17 * c);
-    let index = dry
-        + (bound - 1.0) * moisture.min(bound_limit)
-        + (free - 1.0) * (moisture - bound_limit).max(0.0);
+    let index = dry + (bound - 1.0) * moisture.min(bound_limit) + (free - 1.0) * (moisture - bound_limit).max(0.0);
     index * index
 }
 

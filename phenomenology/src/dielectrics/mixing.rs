@@ -24,19 +24,11 @@ pub const NEEDLE: [f64; 3] = [0.5, 0.5, 0.0];
 /// # Reference
 /// Polder & van Santen 1946, Physica 12, 257:
 /// `eps = host + v/3 (inc - host) sum eps/(eps + a (inc - eps))`.
-pub fn polder_van_santen46(
-    host: Complex64,
-    inclusion: Complex64,
-    fraction: f64,
-    factors: [f64; 3],
-) -> Result<Complex64, DielectricError> {
+pub fn polder_van_santen46(host: Complex64, inclusion: Complex64, fraction: f64, factors: [f64; 3]) -> Result<Complex64, DielectricError> {
     let contrast = inclusion - host;
     let mut eps = host + contrast * fraction / 3.0;
     for iteration in 0..MAX_ITERATIONS {
-        let sum: Complex64 = factors
-            .iter()
-            .map(|&a| eps / (eps + (inclusion - eps) * a))
-            .sum();
+        let sum: Complex64 = factors.iter().map(|&a| eps / (eps + (inclusion - eps) * a)).sum();
         let mut next = host + contrast * sum * (fraction / 3.0);
         // The plain iteration can hop around the root at high contrast; averaging settles it.
         if iteration > 50 {
@@ -48,9 +40,7 @@ pub fn polder_van_santen46(
             return Ok(eps);
         }
     }
-    Err(DielectricError::NoConvergence {
-        iterations: MAX_ITERATIONS,
-    })
+    Err(DielectricError::NoConvergence { iterations: MAX_ITERATIONS })
 }
 
 /// Effective permittivity of spheres in a host by Maxwell Garnett.

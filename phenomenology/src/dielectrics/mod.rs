@@ -16,7 +16,6 @@
 mod brine_volume;
 mod conductor;
 mod constant;
-pub mod constants;
 mod dobson85;
 mod error;
 mod fresh_ice;
@@ -110,8 +109,5 @@ pub fn model_by_name(name: &str) -> Result<&'static Model, DielectricError> {
     MODELS
         .iter()
         .find(|m| m.name == wanted)
-        .ok_or_else(|| DielectricError::UnknownModel {
-            name: name.to_owned(),
-            known: material::join(MODELS.iter().map(|m| m.name)),
-        })
+        .ok_or_else(|| DielectricError::UnknownModel { name: name.to_owned(), known: material::join(MODELS.iter().map(|m| m.name)) })
 }

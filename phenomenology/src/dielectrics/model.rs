@@ -1,9 +1,9 @@
 //! A permittivity model: one row of the table in `mod.rs`.
 
-use super::constants::ZERO_CELSIUS_K;
 use super::error::DielectricError;
 use super::material::Material;
 use super::state::{MaterialState, Parameter};
+use crate::constants::ZERO_CELSIUS_K;
 use num_complex::Complex64;
 
 /// What to do outside the range a model was made for.
@@ -79,11 +79,7 @@ impl Range {
     /// A range of one parameter.
     #[must_use]
     pub const fn new(parameter: Parameter, min: f64, max: f64) -> Self {
-        Self {
-            parameter,
-            min,
-            max,
-        }
+        Self { parameter, min, max }
     }
 }
 
@@ -161,11 +157,7 @@ impl Model {
                 model: self.name,
                 material: query.material.name,
                 freq_ghz,
-                bands: bands
-                    .iter()
-                    .map(|b| format!("{}-{}", b.min_ghz, b.max_ghz))
-                    .collect::<Vec<_>>()
-                    .join(", "),
+                bands: bands.iter().map(|b| format!("{}-{}", b.min_ghz, b.max_ghz)).collect::<Vec<_>>().join(", "),
                 extension: self.extension,
             });
         }

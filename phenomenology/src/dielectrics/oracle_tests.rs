@@ -6,22 +6,12 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 fn oracle(name: &str) -> Vec<csv::StringRecord> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../shared/oracle")
-        .join(name);
-    csv::Reader::from_path(&path)
-        .unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-        .records()
-        .map(Result::unwrap)
-        .collect()
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/oracle").join(name);
+    csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).records().map(Result::unwrap).collect()
 }
 
 /// Material, model and state of an oracle row, through the public names.
-fn named(
-    label: &str,
-    params: &str,
-    temperature_k: f64,
-) -> Option<(&'static str, &'static str, MaterialState)> {
+fn named(label: &str, params: &str, temperature_k: f64) -> Option<(&'static str, &'static str, MaterialState)> {
     let (material, model) = match label.split('(').next().unwrap() {
         "water_turner_cadeddu_2016" => ("fresh-water", "turner16"),
         "water_liebe91_double_debye" => ("fresh-water", "liebe91"),
@@ -65,26 +55,14 @@ fn every_model_meets_its_oracle() {
         };
         let material = Material::by_name(material).unwrap();
         let model = material.model(model).unwrap();
-        let eps = material
-            .evaluate(
-                Some(model),
-                &state,
-                number(1) * 1e9,
-                Extrapolation::Documented,
-            )
-            .unwrap()
-            .eps;
+        let eps = material.evaluate(Some(model), &state, number(1) * 1e9, Extrapolation::Documented).unwrap().eps;
         let want = Complex64::new(number(4), -number(5));
         let deviation = (eps - want).norm() / want.norm();
         assert!(deviation < 1e-6, "{row:?}: {eps} deviates {deviation}");
         // A small loss must be right on its own. The oracle ends its mixing iteration for dry
         // snow early, which leaves 1.2e-6 of the loss there.
         let loss = (eps.im - want.im).abs() / want.im.abs();
-        let allowed = if model.name == "maetzler96" {
-            1.5e-6
-        } else {
-            1e-6
-        };
+        let allowed = if model.name == "maetzler96" { 1.5e-6 } else { 1e-6 };
         assert!(loss < allowed, "{row:?}: {eps} loss deviates {loss}");
         let entry = worst.entry(model.name).or_default();
         *entry = (entry.0.max(deviation), entry.1.max(loss), entry.2 + 1);
@@ -121,10 +99,7 @@ fn brine_volume_meets_its_oracle() {
 
 #[test]
 fn names_are_unique_and_every_model_is_used() {
-    let mut names: Vec<&str> = Material::all()
-        .iter()
-        .flat_map(|m| std::iter::once(m.name).chain(m.aliases.iter().copied()))
-        .collect();
+    let mut names: Vec<&str> = Material::all().iter().flat_map(|m| std::iter::once(m.name).chain(m.aliases.iter().copied())).collect();
     names.sort_unstable();
     let count = names.len();
     names.dedup();
@@ -144,11 +119,7 @@ fn names_are_unique_and_every_model_is_used() {
 fn the_book_lists_every_material_and_model() {
     let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/algorithms/dielectrics.md");
     let page = std::fs::read_to_string(page).unwrap();
-    for name in MODELS
-        .iter()
-        .map(|m| m.name)
-        .chain(Material::all().iter().map(|m| m.name))
-    {
+    for name in MODELS.iter().map(|m| m.name).chain(Material::all().iter().map(|m| m.name)) {
         assert!(page.contains(name), "{name} is missing in the book");
     }
 }
@@ -157,28 +128,13 @@ fn the_book_lists_every_material_and_model() {
 fn every_material_is_lossy_and_its_defaults_are_in_range() {
     for material in Material::all() {
         let state = material.state();
-        let bands = material
-            .default_model(10e9)
-            .unwrap()
-            .bands_of(material)
-            .unwrap();
-        let inside = if bands.iter().any(|b| b.contains(10.0)) {
-            10e9
-        } else {
-            bands[0].min_ghz * 1e9
-        };
+        let bands = material.default_model(10e9).unwrap().bands_of(material).unwrap();
+        let inside = if bands.iter().any(|b| b.contains(10.0)) { 10e9 } else { bands[0].min_ghz * 1e9 };
         let eps = material.permittivity(&state, inside).unwrap();
         assert!(eps.im <= 0.0 && eps.re >= 1.0, "{}: {eps}", material.name);
         for f in [1.0, 10.0, 94.0, 340.0, 1000.0] {
-            let eps = material
-                .evaluate(None, &state, f * 1e9, Extrapolation::Documented)
-                .unwrap()
-                .eps;
-            assert!(
-                eps.im <= 0.0 && eps.re >= 0.9,
-                "{} {f} GHz: {eps}",
-                material.name
-            );
+            let eps = material.evaluate(None, &state, f * 1e9, Extrapolation::Documented).unwrap().eps;
+            assert!(eps.im <= 0.0 && eps.re >= 0.9, "{} {f} GHz: {eps}", material.name);
         }
     }
 }
@@ -187,10 +143,7 @@ fn every_material_is_lossy_and_its_defaults_are_in_range() {
 fn defaults_change_with_frequency_where_the_first_ends() {
     let snow = Material::by_name("wet-snow").unwrap();
     assert_eq!(snow.default_model(37e9).unwrap().name, "hallikainen86");
-    assert_eq!(
-        snow.default_model(94e9).unwrap().name,
-        "polder-van-santen46"
-    );
+    assert_eq!(snow.default_model(94e9).unwrap().name, "polder-van-santen46");
     let soil = Material::by_name("soil").unwrap();
     assert_eq!(soil.default_model(10e9).unwrap().name, "dobson85");
     assert_eq!(soil.default_model(35e9).unwrap().name, "ulaby86");
@@ -215,29 +168,14 @@ fn bad_input_is_named() {
     assert!(message("soil", 10e9, &|s| s.moisture = 0.6).contains("porosity 0.5120"));
     assert!(message("soil", 10e9, &|s| s.sand = 0.95).contains("more than 1"));
     assert!(message("wet-snow", 10e9, &|s| s.moisture = 0.9).contains("porosity"));
-    assert!(
-        message("fresh-water", 10e9, &|s| s.temperature_k = 260.0).contains("273.15 to 303.15")
-    );
+    assert!(message("fresh-water", 10e9, &|s| s.temperature_k = 260.0).contains("273.15 to 303.15"));
     assert!(message("fresh-water", 2e12, &|_| ()).contains("1-1000 GHz"));
     let error = Material::by_name("unobtainium").unwrap_err().to_string();
     assert!(error.contains("unobtainium") && error.contains("sea-water"));
     let sea = Material::by_name("Sea_Water").unwrap();
-    assert!(
-        sea.model("dobson85")
-            .unwrap_err()
-            .to_string()
-            .contains("stogryn95")
-    );
-    assert!(
-        sea.model("debye29")
-            .unwrap_err()
-            .to_string()
-            .contains("unknown")
-    );
-    let error = sea
-        .set(&mut sea.state(), "moisture", 0.1)
-        .unwrap_err()
-        .to_string();
+    assert!(sea.model("dobson85").unwrap_err().to_string().contains("stogryn95"));
+    assert!(sea.model("debye29").unwrap_err().to_string().contains("unknown"));
+    let error = sea.set(&mut sea.state(), "moisture", 0.1).unwrap_err().to_string();
     assert!(error.contains("no parameter `moisture`") && error.contains("salinity"));
 }
 

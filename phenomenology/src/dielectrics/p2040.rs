@@ -55,17 +55,11 @@ pub struct BuildingRow {
 
 impl BuildingRow {
     fn band(&self) -> Band {
-        Band {
-            min_ghz: self.f_min_ghz,
-            max_ghz: self.f_max_ghz,
-        }
+        Band { min_ghz: self.f_min_ghz, max_ghz: self.f_max_ghz }
     }
 
     fn at(&self, freq_ghz: f64) -> Complex64 {
-        permittivity_of(
-            self.a * freq_ghz.powf(self.b),
-            LOSS_PER_CONDUCTIVITY * self.c * freq_ghz.powf(self.d) / freq_ghz,
-        )
+        permittivity_of(self.a * freq_ghz.powf(self.b), LOSS_PER_CONDUCTIVITY * self.c * freq_ghz.powf(self.d) / freq_ghz)
     }
 }
 
@@ -79,15 +73,9 @@ pub fn building_table() -> Result<&'static [BuildingRow], DielectricError> {
 }
 
 fn rows(key: &str) -> Result<Vec<&'static BuildingRow>, DielectricError> {
-    let rows: Vec<_> = building_table()?
-        .iter()
-        .filter(|r| r.material == key)
-        .collect();
+    let rows: Vec<_> = building_table()?.iter().filter(|r| r.material == key).collect();
     if rows.is_empty() {
-        return Err(DielectricError::Table {
-            table: TABLE_NAME,
-            message: format!("no row for `{key}`"),
-        });
+        return Err(DielectricError::Table { table: TABLE_NAME, message: format!("no row for `{key}`") });
     }
     Ok(rows)
 }
@@ -125,11 +113,7 @@ pub fn building_permittivity_p2040(key: &str, freq_ghz: f64) -> Result<Complex64
             nearest = row;
         }
     }
-    let held = if nearest.band().contains(freq_ghz) {
-        freq_ghz
-    } else {
-        freq_ghz.clamp(nearest.f_min_ghz, nearest.f_max_ghz)
-    };
+    let held = if nearest.band().contains(freq_ghz) { freq_ghz } else { freq_ghz.clamp(nearest.f_min_ghz, nearest.f_max_ghz) };
     Ok(nearest.at(held))
 }
 
@@ -153,9 +137,7 @@ mod tests {
         let edge = asphalt.permittivity(&state, 40e9).unwrap();
         let error = asphalt.permittivity(&state, 94e9).unwrap_err().to_string();
         assert!(error.contains("1-40 GHz"), "{error}");
-        let held = asphalt
-            .evaluate(None, &state, 94e9, Extrapolation::Documented)
-            .unwrap();
+        let held = asphalt.evaluate(None, &state, 94e9, Extrapolation::Documented).unwrap();
         assert!(held.extended);
         assert!((held.eps - edge).norm() < 1e-12);
         // In the gap of concrete, 100-110 GHz, the nearer edge counts.
@@ -167,9 +149,7 @@ mod tests {
     #[test]
     fn every_row_of_the_table_is_a_material() {
         for row in building_table().unwrap() {
-            let found = Material::all()
-                .iter()
-                .any(|m| m.constants == Constants::P2040(row.material.as_str()));
+            let found = Material::all().iter().any(|m| m.constants == Constants::P2040(row.material.as_str()));
             assert!(found, "{}", row.material);
         }
     }

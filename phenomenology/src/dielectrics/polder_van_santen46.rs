@@ -1,12 +1,12 @@
 //! Wet snow above 37 GHz: water mixed into dry snow.
 
-use super::constants::ZERO_CELSIUS_K;
 use super::error::DielectricError;
 use super::liebe91::water_permittivity_liebe91;
 use super::maetzler96::dry_snow_permittivity_maetzler96;
 use super::mixing::{SPHERE, polder_van_santen46};
 use super::model::{Bands, Model, Range, SAME_FORMULA};
 use super::state::Parameter;
+use crate::constants::ZERO_CELSIUS_K;
 use num_complex::Complex64;
 
 /// Table row.
@@ -15,18 +15,9 @@ pub(super) const MODEL: Model = Model {
     describes: "wet snow at 0 C, spheres of water in dry snow",
     reference: "Polder & van Santen 1946, Physica 12, 257; water Liebe 1991, snow Maetzler 1996",
     bands: Bands::fixed(1.0, 1000.0),
-    ranges: &[
-        Range::new(Parameter::Moisture, 0.0, 0.2),
-        Range::new(Parameter::Density, 0.0, 916.7),
-    ],
+    ranges: &[Range::new(Parameter::Moisture, 0.0, 0.2), Range::new(Parameter::Density, 0.0, 916.7)],
     extension: SAME_FORMULA,
-    formula: |q| {
-        wet_snow_permittivity_polder_van_santen46(
-            q.freq_ghz(),
-            q.state.density_kg_m3,
-            q.state.moisture,
-        )
-    },
+    formula: |q| wet_snow_permittivity_polder_van_santen46(q.freq_ghz(), q.state.density_kg_m3, q.state.moisture),
 };
 
 /// Permittivity of wet snow: frequency in GHz, dry density in kg/m3, water volume fraction.

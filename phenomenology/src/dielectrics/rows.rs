@@ -49,7 +49,7 @@ pub fn permittivity_rows(
             rows.push(PermittivityRow {
                 material: material.name,
                 model: p.model.name,
-                freq_ghz: freq_hz * 1e-9,
+                freq_ghz: freq_hz / 1e9,
                 temperature_k: state.temperature_k,
                 salinity_psu: state.salinity_psu,
                 moisture: state.moisture,

@@ -10,10 +10,7 @@ use super::stogryn_desargant85::brine_permittivity_stogryn_desargant85;
 use num_complex::Complex64;
 
 const BANDS: Bands = Bands::fixed(1.0, 1000.0);
-const RANGES: &[Range] = &[
-    Range::new(Parameter::Temperature, 243.15, 273.15),
-    Range::new(Parameter::Salinity, 0.0, 40.0),
-];
+const RANGES: &[Range] = &[Range::new(Parameter::Temperature, 243.15, 273.15), Range::new(Parameter::Salinity, 0.0, 40.0)];
 const REFERENCE: &str = "host Maetzler 2006, brine Stogryn & Desargant 1985, brine volume \
      Cox & Weeks 1983 and Lepparanta & Manninen 1988";
 
@@ -25,14 +22,7 @@ pub(super) const SPHERES: Model = Model {
     bands: BANDS,
     ranges: RANGES,
     extension: SAME_FORMULA,
-    formula: |q| {
-        sea_ice_permittivity(
-            q.freq_ghz(),
-            q.state.temperature_k,
-            q.state.salinity_psu,
-            BrinePockets::Spheres,
-        )
-    },
+    formula: |q| sea_ice_permittivity(q.freq_ghz(), q.state.temperature_k, q.state.salinity_psu, BrinePockets::Spheres),
 };
 
 /// Table row: spherical pockets far apart.
@@ -43,14 +33,7 @@ pub(super) const MAXWELL_GARNETT: Model = Model {
     bands: BANDS,
     ranges: RANGES,
     extension: SAME_FORMULA,
-    formula: |q| {
-        sea_ice_permittivity(
-            q.freq_ghz(),
-            q.state.temperature_k,
-            q.state.salinity_psu,
-            BrinePockets::SpheresApart,
-        )
-    },
+    formula: |q| sea_ice_permittivity(q.freq_ghz(), q.state.temperature_k, q.state.salinity_psu, BrinePockets::SpheresApart),
 };
 
 /// Table row: random needles.
@@ -61,14 +44,7 @@ pub(super) const NEEDLES: Model = Model {
     bands: BANDS,
     ranges: RANGES,
     extension: SAME_FORMULA,
-    formula: |q| {
-        sea_ice_permittivity(
-            q.freq_ghz(),
-            q.state.temperature_k,
-            q.state.salinity_psu,
-            BrinePockets::Needles,
-        )
-    },
+    formula: |q| sea_ice_permittivity(q.freq_ghz(), q.state.temperature_k, q.state.salinity_psu, BrinePockets::Needles),
 };
 
 /// Shape and mixing of the brine pockets.

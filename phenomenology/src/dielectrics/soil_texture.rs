@@ -39,10 +39,7 @@ impl SoilTexture {
         textures
             .iter()
             .find(|t| t.name == wanted)
-            .ok_or_else(|| DielectricError::UnknownTexture {
-                name: name.to_owned(),
-                known: join(textures.iter().map(|t| t.name.as_str())),
-            })
+            .ok_or_else(|| DielectricError::UnknownTexture { name: name.to_owned(), known: join(textures.iter().map(|t| t.name.as_str())) })
     }
 
     /// Every texture of the table.
@@ -70,10 +67,7 @@ pub(super) fn read_table<T: for<'de> Deserialize<'de>>(
             .map_err(|e| e.to_string())
     })
     .as_deref()
-    .map_err(|message| DielectricError::Table {
-        table,
-        message: message.clone(),
-    })
+    .map_err(|message| DielectricError::Table { table, message: message.clone() })
 }
 
 #[cfg(test)]

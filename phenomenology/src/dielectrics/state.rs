@@ -23,14 +23,7 @@ pub enum Parameter {
 
 impl Parameter {
     /// Every parameter, in the order tables list them.
-    pub const ALL: [Self; 6] = [
-        Self::Temperature,
-        Self::Salinity,
-        Self::Moisture,
-        Self::Density,
-        Self::Sand,
-        Self::Clay,
-    ];
+    pub const ALL: [Self; 6] = [Self::Temperature, Self::Salinity, Self::Moisture, Self::Density, Self::Sand, Self::Clay];
 
     /// The word used for options, such as `salinity`.
     #[must_use]
@@ -70,9 +63,7 @@ impl Parameter {
     /// The parameter whose option name or file key this is.
     #[must_use]
     pub fn by_name(name: &str) -> Option<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|p| p.name() == name || p.key() == name)
+        Self::ALL.into_iter().find(|p| p.name() == name || p.key() == name)
     }
 }
 

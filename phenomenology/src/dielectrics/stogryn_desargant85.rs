@@ -1,8 +1,8 @@
 //! Brine in sea ice: the Debye model of Stogryn and Desargant.
 
-use super::constants::{VACUUM_PERMITTIVITY_F_M, ZERO_CELSIUS_K};
 use super::model::{Bands, Model, Range, SAME_FORMULA};
 use super::state::Parameter;
+use crate::constants::{VACUUM_PERMITTIVITY_F_M, ZERO_CELSIUS_K};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -14,12 +14,7 @@ pub(super) const MODEL: Model = Model {
     bands: Bands::fixed(1.0, 1000.0),
     ranges: &[Range::new(Parameter::Temperature, 223.15, 273.15)],
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(brine_permittivity_stogryn_desargant85(
-            q.freq_ghz(),
-            q.state.temperature_k,
-        ))
-    },
+    formula: |q| Ok(brine_permittivity_stogryn_desargant85(q.freq_ghz(), q.state.temperature_k)),
 };
 
 /// Permittivity of brine at its freezing point, frequency in GHz, temperature in K.
@@ -32,14 +27,7 @@ pub fn brine_permittivity_stogryn_desargant85(freq_ghz: f64, temperature_k: f64)
     let es = (939.66 - 19.068 * t) / (10.737 - t);
     let two_pi_tau_ns = 0.1099 + 1.3603e-3 * t + 2.0894e-4 * t * t + 2.8167e-6 * t * t * t;
     let e_inf = (82.79 + 8.19 * t * t) / (15.68 + t * t);
-    let conductivity = if t >= -22.9 {
-        -t * (0.5193 + 0.087_55 * t).exp()
-    } else {
-        -t * (1.0334 + 0.11 * t).exp()
-    };
+    let conductivity = if t >= -22.9 { -t * (0.5193 + 0.087_55 * t).exp() } else { -t * (1.0334 + 0.11 * t).exp() };
     e_inf + (es - e_inf) / Complex64::new(1.0, two_pi_tau_ns * freq_ghz)
-        - Complex64::new(
-            0.0,
-            conductivity / (TAU * freq_ghz * 1e9 * VACUUM_PERMITTIVITY_F_M),
-        )
+        - Complex64::new(0.0, conductivity / (TAU * freq_ghz * 1e9 * VACUUM_PERMITTIVITY_F_M))
 }

@@ -1,8 +1,8 @@
 //! Fresh water, also supercooled: Turner, Kneifel and Cadeddu.
 
-use super::constants::ZERO_CELSIUS_K;
 use super::model::{Bands, Model, Range, SAME_FORMULA, permittivity_of};
 use super::state::Parameter;
+use crate::constants::ZERO_CELSIUS_K;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -14,19 +14,11 @@ pub(super) const MODEL: Model = Model {
     bands: Bands::fixed(0.5, 500.0),
     ranges: &[Range::new(Parameter::Temperature, 240.15, 323.15)],
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(water_permittivity_turner16(
-            q.freq_ghz(),
-            q.state.temperature_k,
-        ))
-    },
+    formula: |q| Ok(water_permittivity_turner16(q.freq_ghz(), q.state.temperature_k)),
 };
 
 /// `a` (amplitude), `b` (1/K), `c` (s), `d` (K) of the two relaxations.
-const RELAXATIONS: [[f64; 4]; 2] = [
-    [81.11, 4.434e-3, 1.302e-13, 662.7],
-    [2.025, 1.073e-2, 1.012e-14, 608.9],
-];
+const RELAXATIONS: [[f64; 4]; 2] = [[81.11, 4.434e-3, 1.302e-13, 662.7], [2.025, 1.073e-2, 1.012e-14, 608.9]];
 /// Critical temperature of the relaxation times, K below zero Celsius.
 const CRITICAL_K: f64 = 134.2;
 

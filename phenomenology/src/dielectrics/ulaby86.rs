@@ -17,12 +17,7 @@ pub(super) const MODEL: Model = Model {
     bands: Bands::fixed(1.0, 100.0),
     ranges: RANGES,
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(soil_permittivity_ulaby86(
-            q.state,
-            soil_water_ulaby86(q.freq_ghz(), q.celsius()),
-        ))
-    },
+    formula: |q| Ok(soil_permittivity_ulaby86(q.state, soil_water_ulaby86(q.freq_ghz(), q.celsius()))),
 };
 
 /// Table row: with the double Debye water that millimetre waves need.
@@ -33,23 +28,14 @@ pub(super) const DOUBLE_DEBYE: Model = Model {
     bands: Bands::fixed(1.0, 1000.0),
     ranges: RANGES,
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(soil_permittivity_ulaby86(
-            q.state,
-            water_permittivity_liebe91(q.freq_ghz(), q.state.temperature_k),
-        ))
-    },
+    formula: |q| Ok(soil_permittivity_ulaby86(q.state, water_permittivity_liebe91(q.freq_ghz(), q.state.temperature_k))),
 };
 
 /// Single Debye water of the model, frequency in GHz, temperature in Celsius.
 #[must_use]
 pub fn soil_water_ulaby86(freq_ghz: f64, celsius: f64) -> Complex64 {
     let t = celsius;
-    debye_water(
-        freq_ghz,
-        t,
-        87.74 - 0.400_08 * t + 9.398e-4 * t * t + 1.41e-6 * t * t * t,
-    )
+    debye_water(freq_ghz, t, 87.74 - 0.400_08 * t + 9.398e-4 * t * t + 1.41e-6 * t * t * t)
 }
 
 /// Permittivity of moist soil that holds the given water.

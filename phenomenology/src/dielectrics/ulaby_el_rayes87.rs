@@ -11,17 +11,9 @@ pub(super) const MODEL: Model = Model {
     reference: "Ulaby & El-Rayes 1987, IEEE Trans. Geosci. Remote Sens. 25, 550",
     bands: Bands::fixed(0.2, 20.0),
     // The water constants are those of room temperature.
-    ranges: &[
-        Range::new(Parameter::Temperature, 273.15, 313.15),
-        Range::new(Parameter::Moisture, 0.0, 0.7),
-    ],
+    ranges: &[Range::new(Parameter::Temperature, 273.15, 313.15), Range::new(Parameter::Moisture, 0.0, 0.7)],
     extension: SAME_FORMULA,
-    formula: |q| {
-        Ok(leaf_permittivity_ulaby_el_rayes87(
-            q.freq_ghz(),
-            q.state.moisture,
-        ))
-    },
+    formula: |q| Ok(leaf_permittivity_ulaby_el_rayes87(q.freq_ghz(), q.state.moisture)),
 };
 
 /// Ionic conductivity of the free water in leaves, S/m.
@@ -38,8 +30,7 @@ pub fn leaf_permittivity_ulaby_el_rayes87(freq_ghz: f64, moisture: f64) -> Compl
     // Below 14 % moisture the fit leaves no free water.
     let free_fraction = (m * (0.55 * m - 0.076)).max(0.0);
     let bound_fraction = 4.64 * m * m / (1.0 + 7.36 * m * m);
-    let free = 4.9 + 75.0 / Complex64::new(1.0, freq_ghz / 18.0)
-        - Complex64::new(0.0, 18.0 * CONDUCTIVITY_S_M / freq_ghz);
+    let free = 4.9 + 75.0 / Complex64::new(1.0, freq_ghz / 18.0) - Complex64::new(0.0, 18.0 * CONDUCTIVITY_S_M / freq_ghz);
     let bound = 2.9 + 55.0 / (1.0 + Complex64::new(0.0, freq_ghz / 0.18).sqrt());
     residual + free * free_fraction + bound * bound_fraction
 }
@@ -67,9 +58,7 @@ mod tests {
     #[test]
     fn eighteen_gigahertz_by_hand() {
         let bound = 2.9 + 55.0 / (1.0 + Complex64::new(0.0, 100.0).sqrt());
-        let hand = 3.4736
-            + Complex64::new(4.9 + 37.5, -37.5 - 1.27) * 0.1524
-            + bound * (4.64 * 0.36 / 3.6496);
+        let hand = 3.4736 + Complex64::new(4.9 + 37.5, -37.5 - 1.27) * 0.1524 + bound * (4.64 * 0.36 / 3.6496);
         let eps = leaf_permittivity_ulaby_el_rayes87(18.0, 0.6);
         assert!((eps - hand).norm() < 1e-10, "{eps} {hand}");
     }

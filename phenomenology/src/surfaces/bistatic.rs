@@ -41,11 +41,7 @@ fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Azimuths this close count as one, radians.
@@ -72,9 +68,7 @@ pub fn bistatic_coefficient(
     let cos_s = cos_incidence(g.scattered_zenith_rad)?;
     for azimuth in [g.incident_azimuth_rad, g.scattered_azimuth_rad] {
         if bounded("azimuth", azimuth, -1e6, 1e6).is_err() {
-            return Err(SurfaceError::Azimuth {
-                degrees: azimuth.to_degrees(),
-            });
+            return Err(SurfaceError::Azimuth { degrees: azimuth.to_degrees() });
         }
     }
     let (sin_i, sin_s) = (g.incident_zenith_rad.sin(), g.scattered_zenith_rad.sin());
@@ -106,21 +100,11 @@ pub fn bistatic_coefficient(
     let across = cross(k_i, n);
     let across_size = dot(across, across).sqrt();
     // At normal incidence on the facet any direction across will do.
-    let t_h = if across_size > 1e-12 {
-        across.map(|x| x / across_size)
-    } else {
-        h_i
-    };
+    let t_h = if across_size > 1e-12 { across.map(|x| x / across_size) } else { h_i };
     let (t_vi, t_vs) = (cross(t_h, k_i), cross(t_h, k_s));
-    let amplitude = |q: [f64; 3], p: [f64; 3]| -> Complex64 {
-        local.r_h * (dot(q, t_h) * dot(p, t_h)) + local.r_v * (dot(q, t_vs) * dot(p, t_vi))
-    };
+    let amplitude =
+        |q: [f64; 3], p: [f64; 3]| -> Complex64 { local.r_h * (dot(q, t_h) * dot(p, t_h)) + local.r_v * (dot(q, t_vs) * dot(p, t_vi)) };
     let scale = PI * density * seen / (n[2].powi(4) * cos_i);
     let gamma = |q, p| scale * amplitude(q, p).norm_sqr();
-    Ok(Bistatic {
-        vv: gamma(v_s, v_i),
-        vh: gamma(v_s, h_i),
-        hv: gamma(h_s, v_i),
-        hh: gamma(h_s, h_i),
-    })
+    Ok(Bistatic { vv: gamma(v_s, v_i), vh: gamma(v_s, h_i), hv: gamma(h_s, v_i), hh: gamma(h_s, h_i) })
 }

@@ -35,11 +35,7 @@ impl QhRoughness {
     #[must_use]
     pub fn choudhury79(k0_rad_m: f64, rms_height_m: f64) -> Self {
         let h = 2.0 * k0_rad_m * rms_height_m;
-        Self {
-            q: 0.0,
-            h: h * h,
-            n: 2.0,
-        }
+        Self { q: 0.0, h: h * h, n: 2.0 }
     }
 
     /// The mixing Q that Wang 1983 guessed from the rms height: `0.35 (1 - exp(-0.6 s^2 f))`
@@ -61,19 +57,13 @@ impl QhRoughness {
         let [h, v] = self.mix(smooth.powers());
         let rough = smooth.with_powers(h * damping, v * damping);
         // Only the unmixed part keeps its phase relation.
-        Reflection {
-            cross: smooth.cross * ((1.0 - self.q) * damping),
-            ..rough
-        }
+        Reflection { cross: smooth.cross * ((1.0 - self.q) * damping), ..rough }
     }
 
     /// Mix a pair `[h, v]`.
     #[must_use]
     pub(super) fn mix(&self, pair: [f64; 2]) -> [f64; 2] {
         let [h, v] = pair;
-        [
-            (1.0 - self.q) * h + self.q * v,
-            (1.0 - self.q) * v + self.q * h,
-        ]
+        [(1.0 - self.q) * h + self.q * v, (1.0 - self.q) * v + self.q * h]
     }
 }

@@ -25,19 +25,11 @@ pub(super) fn coherent_reflection(layers: &[Layer], k0: f64, cos_theta: f64) -> 
 }
 
 /// Run the recursion; `visit` sees every interface (from the last up) with its amplitudes.
-fn generalised(
-    layers: &[Layer],
-    k0: f64,
-    cos_theta: f64,
-    mut visit: impl FnMut(usize, [Complex64; 2]),
-) -> [Complex64; 2] {
+fn generalised(layers: &[Layer], k0: f64, cos_theta: f64, mut visit: impl FnMut(usize, [Complex64; 2])) -> [Complex64; 2] {
     let sin2 = 1.0 - cos_theta * cos_theta;
     let medium = |n: usize| match n {
         0 => (AIR, Complex64::new(cos_theta, 0.0)),
-        n => (
-            layers[n - 1].eps,
-            normal_wavenumber(layers[n - 1].eps, sin2),
-        ),
+        n => (layers[n - 1].eps, normal_wavenumber(layers[n - 1].eps, sin2)),
     };
     let last = layers.len() - 1;
     let (mut eps2, mut q2) = medium(last + 1);
@@ -84,11 +76,7 @@ pub(super) fn coherent_absorption(layers: &[Layer], k0: f64, cos_theta: f64) -> 
             let x = gamma[n + 1][p] * round_trip(q, layer, k0);
             let down = field / (1.0 + x) * (-J * q * (k0 * layer.thickness_m)).exp();
             let g = gamma[n + 1][p];
-            let flux = if p == 0 {
-                ((1.0 + g) * (q * (1.0 - g)).conj()).re
-            } else {
-                ((q / layer.eps) * (1.0 - g) * (1.0 + g).conj()).re
-            };
+            let flux = if p == 0 { ((1.0 + g) * (q * (1.0 - g)).conj()).re } else { ((q / layer.eps) * (1.0 - g) * (1.0 + g).conj()).re };
             let flux_out = down.norm_sqr() * flux / cos_theta;
             absorbed[n][p] = flux_in - flux_out;
             flux_in = flux_out;

@@ -15,24 +15,13 @@ fn half_space(re: f64, loss: f64, temperature_k: f64) -> Stack {
 
 #[test]
 fn integrals_have_converged() {
-    let fine = Rules {
-        inner: legendre_fine(),
-        outer: legendre_fine(),
-    };
+    let fine = Rules { inner: legendre_fine(), outer: legendre_fine() };
     let sky = |zenith: f64| 280.0 * (1.0 - (-0.08 / zenith.cos().max(1e-9)).exp());
     let mut worst = [0.0f64; 3];
-    for stack in [
-        half_space(8.2, 13.9, 290.0),
-        half_space(3.0, 0.06, 290.0),
-        half_space(1.0, 5e6, 290.0),
-    ] {
+    for stack in [half_space(8.2, 13.9, 290.0), half_space(3.0, 0.06, 290.0), half_space(1.0, 5e6, 290.0)] {
         for slope in [0.02, 0.1, 0.32] {
             let slopes = Slopes::new(slope, 0.7 * slope).unwrap();
-            let surface = FacetSurface {
-                stack: &stack,
-                slopes: &slopes,
-                shadowing: Shadowing::Smith,
-            };
+            let surface = FacetSurface { stack: &stack, slopes: &slopes, shadowing: Shadowing::Smith };
             for degrees in [0.0f64, 50.0, 75.0, 85.0, 89.0, 89.8] {
                 let view = View::new(&slopes, degrees.to_radians(), 0.5, Sky::Symmetric(&sky));
                 let a = facet_integrals(surface, &view, Sky::Symmetric(&sky), Rules::default());
@@ -46,10 +35,7 @@ fn integrals_have_converged() {
             }
         }
     }
-    println!(
-        "emissivity {:e}, reflectivity {:e}, sky {:e} K",
-        worst[0], worst[1], worst[2]
-    );
+    println!("emissivity {:e}, reflectivity {:e}, sky {:e} K", worst[0], worst[1], worst[2]);
     // The emission of a metal at grazing angles, with its narrow Brewster dip, is the hardest.
     assert!(worst[0] < 2e-5 && worst[1] < 1e-6 && worst[2] < 1e-4);
 }
@@ -61,11 +47,7 @@ fn second_bounce_has_converged() {
     let mut worst = 0.0f64;
     for (su, sc) in [(0.1, 0.1), (0.32, 0.32), (0.05, 0.35)] {
         let slopes = Slopes::new(su, sc).unwrap();
-        let surface = FacetSurface {
-            stack: &stack,
-            slopes: &slopes,
-            shadowing: Shadowing::Smith,
-        };
+        let surface = FacetSurface { stack: &stack, slopes: &slopes, shadowing: Shadowing::Smith };
         for degrees in [0.0f64, 45.0, 70.0, 85.0, 89.0] {
             let sky = Sky::Symmetric(&sky);
             let view = View::new(&slopes, degrees.to_radians(), 0.5, sky);
@@ -91,9 +73,7 @@ fn bistatic_sum_is_the_reflectivity() {
     for (su, sc, degrees, azimuth) in [(0.2, 0.2, 40.0f64, 0.0), (0.3, 0.15, 65.0, 0.7)] {
         let go = GeometricOptics::new(Slopes::new(su, sc).unwrap());
         let theta = degrees.to_radians();
-        let facets = go
-            .integrals(&stack, theta, azimuth, Sky::Symmetric(&sky))
-            .reflectivity;
+        let facets = go.integrals(&stack, theta, azimuth, Sky::Symmetric(&sky)).reflectivity;
         let mut sum = [0.0; 2];
         let turns = 240;
         for (mu, w) in rule.on(0.0, 1.0) {
@@ -130,16 +110,8 @@ fn incoherent_stack_is_the_mean_of_coherent_ones() {
     let at = |depth: f64, coherent: bool| {
         Stack::new(
             vec![
-                Layer {
-                    eps: Complex64::new(3.17, -0.01),
-                    thickness_m: depth,
-                    temperature_k: 250.0,
-                },
-                Layer {
-                    eps: Complex64::new(8.2, -13.9),
-                    thickness_m: f64::INFINITY,
-                    temperature_k: 280.0,
-                },
+                Layer { eps: Complex64::new(3.17, -0.01), thickness_m: depth, temperature_k: 250.0 },
+                Layer { eps: Complex64::new(8.2, -13.9), thickness_m: f64::INFINITY, temperature_k: 280.0 },
             ],
             coherent,
             FREQ_HZ,
@@ -154,10 +126,7 @@ fn incoherent_stack_is_the_mean_of_coherent_ones() {
     for i in 0..count {
         let d = depth + wave * (f64::from(i) / f64::from(count) - 0.5);
         let stack = at(d, true);
-        let (r, w) = (
-            stack.reflection(theta).unwrap().powers(),
-            stack.absorption(theta).unwrap(),
-        );
+        let (r, w) = (stack.reflection(theta).unwrap().powers(), stack.absorption(theta).unwrap());
         for p in 0..2 {
             mean[0][p] += r[p] / f64::from(count);
             mean[1][p] += w[0][p] / f64::from(count);
@@ -165,10 +134,7 @@ fn incoherent_stack_is_the_mean_of_coherent_ones() {
         }
     }
     let stack = at(depth, false);
-    let (r, w) = (
-        stack.reflection(theta).unwrap().powers(),
-        stack.absorption(theta).unwrap(),
-    );
+    let (r, w) = (stack.reflection(theta).unwrap().powers(), stack.absorption(theta).unwrap());
     println!("{mean:?} {r:?} {w:?}");
     for p in 0..2 {
         assert!((mean[0][p] - r[p]).abs() < 5e-4);

@@ -84,27 +84,11 @@ pub(crate) fn cos_incidence(theta_rad: f64) -> Result<f64, SurfaceError> {
     if theta_rad >= 0.0 && theta_rad < limit * (1.0 - 1e-12) {
         Ok(theta_rad.cos())
     } else {
-        Err(SurfaceError::Angle {
-            degrees: theta_rad.to_degrees(),
-        })
+        Err(SurfaceError::Angle { degrees: theta_rad.to_degrees() })
     }
 }
 
 /// A number inside its bounds, or an error.
-pub(crate) fn bounded(
-    what: &'static str,
-    value: f64,
-    min: f64,
-    max: f64,
-) -> Result<f64, SurfaceError> {
-    if value >= min && value <= max {
-        Ok(value)
-    } else {
-        Err(SurfaceError::Value {
-            what,
-            value,
-            min,
-            max,
-        })
-    }
+pub(crate) fn bounded(what: &'static str, value: f64, min: f64, max: f64) -> Result<f64, SurfaceError> {
+    if value >= min && value <= max { Ok(value) } else { Err(SurfaceError::Value { what, value, min, max }) }
 }

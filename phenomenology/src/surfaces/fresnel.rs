@@ -26,13 +26,7 @@ impl Reflection {
     /// Reflection with the given amplitudes, fully coherent.
     #[must_use]
     pub fn from_amplitudes(r_h: Complex64, r_v: Complex64) -> Self {
-        Self {
-            r_h,
-            r_v,
-            power_h: r_h.norm_sqr(),
-            power_v: r_v.norm_sqr(),
-            cross: r_v * r_h.conj(),
-        }
+        Self { r_h, r_v, power_h: r_h.norm_sqr(), power_v: r_v.norm_sqr(), cross: r_v * r_h.conj() }
     }
 
     /// Power reflectivities `[h, v]`.
@@ -52,13 +46,7 @@ impl Reflection {
     pub fn with_powers(&self, power_h: f64, power_v: f64) -> Self {
         let scale = |from: f64, to: f64| if from > 0.0 { (to / from).sqrt() } else { 0.0 };
         let (h, v) = (scale(self.power_h, power_h), scale(self.power_v, power_v));
-        Self {
-            r_h: self.r_h * h,
-            r_v: self.r_v * v,
-            power_h,
-            power_v,
-            cross: self.cross * (h * v),
-        }
+        Self { r_h: self.r_h * h, r_v: self.r_v * v, power_h, power_v, cross: self.cross * (h * v) }
     }
 }
 
@@ -72,12 +60,7 @@ pub(super) fn normal_wavenumber(eps: Complex64, sin2: f64) -> Complex64 {
 
 /// Amplitudes `[h, v]` of the interface from medium 1 to medium 2.
 #[must_use]
-pub(super) fn interface(
-    eps1: Complex64,
-    q1: Complex64,
-    eps2: Complex64,
-    q2: Complex64,
-) -> [Complex64; 2] {
+pub(super) fn interface(eps1: Complex64, q1: Complex64, eps2: Complex64, q2: Complex64) -> [Complex64; 2] {
     let (a, b) = (eps2 * q1, eps1 * q2);
     [(q1 - q2) / (q1 + q2), (a - b) / (a + b)]
 }
@@ -107,11 +90,7 @@ pub fn fresnel(eps: Complex64, theta_rad: f64) -> Result<Reflection, SurfaceErro
 ///
 /// # Errors
 /// [`SurfaceError::Angle`]; [`SurfaceError::Value`] if `eps1` is not positive.
-pub fn fresnel_between(
-    eps1: f64,
-    eps2: Complex64,
-    theta_rad: f64,
-) -> Result<Reflection, SurfaceError> {
+pub fn fresnel_between(eps1: f64, eps2: Complex64, theta_rad: f64) -> Result<Reflection, SurfaceError> {
     let cos = cos_incidence(theta_rad)?;
     let eps1 = super::error::bounded("permittivity above the surface", eps1, 1e-6, 1e12)?;
     let q1 = Complex64::new(eps1.sqrt() * cos, 0.0);

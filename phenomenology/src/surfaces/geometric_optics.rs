@@ -56,19 +56,11 @@ impl GeometricOptics {
     /// Facets with Smith shadowing and the default closure.
     #[must_use]
     pub fn new(slopes: Slopes) -> Self {
-        Self {
-            slopes,
-            shadowing: Shadowing::default(),
-            closure: Closure::default(),
-        }
+        Self { slopes, shadowing: Shadowing::default(), closure: Closure::default() }
     }
 
     fn surface<'a>(&'a self, stack: &'a Stack) -> FacetSurface<'a> {
-        FacetSurface {
-            stack,
-            slopes: &self.slopes,
-            shadowing: self.shadowing,
-        }
+        FacetSurface { stack, slopes: &self.slopes, shadowing: self.shadowing }
     }
 
     /// The plain integrals: emission of visible facets and one bounce, before any closure.
@@ -76,13 +68,7 @@ impl GeometricOptics {
     /// Angles in radians, checked by the caller: zenith 0 to below 90 degrees; azimuth of the
     /// observer from the first slope axis.
     #[must_use]
-    pub fn integrals(
-        &self,
-        stack: &Stack,
-        theta_rad: f64,
-        azimuth_rad: f64,
-        sky: Sky<'_>,
-    ) -> FacetIntegrals {
+    pub fn integrals(&self, stack: &Stack, theta_rad: f64, azimuth_rad: f64, sky: Sky<'_>) -> FacetIntegrals {
         let view = View::new(&self.slopes, theta_rad, azimuth_rad, sky);
         facet_integrals(self.surface(stack), &view, sky, Rules::default())
     }
@@ -91,33 +77,16 @@ impl GeometricOptics {
     ///
     /// Angles as in [`GeometricOptics::integrals`].
     #[must_use]
-    pub fn response(
-        &self,
-        stack: &Stack,
-        theta_rad: f64,
-        azimuth_rad: f64,
-        sky: Sky<'_>,
-    ) -> SurfaceResponse {
+    pub fn response(&self, stack: &Stack, theta_rad: f64, azimuth_rad: f64, sky: Sky<'_>) -> SurfaceResponse {
         let view = View::new(&self.slopes, theta_rad, azimuth_rad, sky);
         let once = facet_integrals(self.surface(stack), &view, sky, Rules::default());
         let mut reflectivity = once.reflectivity;
         let mut scattered_sky_k = once.scattered_sky_k;
         if self.closure == Closure::Single {
-            return SurfaceResponse {
-                emissivity: once.emissivity,
-                reflectivity,
-                emitted_k: once.emitted_k,
-                scattered_sky_k,
-            };
+            return SurfaceResponse { emissivity: once.emissivity, reflectivity, emitted_k: once.emitted_k, scattered_sky_k };
         }
         if self.closure == Closure::SecondBounce {
-            let twice = second_bounce(
-                self.surface(stack),
-                &view,
-                sky,
-                once.escaping,
-                legendre_12(),
-            );
+            let twice = second_bounce(self.surface(stack), &view, sky, once.escaping, legendre_12());
             for p in 0..2 {
                 reflectivity[p] += twice.reflectivity[p];
                 scattered_sky_k[p] += twice.scattered_sky_k[p];
@@ -134,18 +103,9 @@ impl GeometricOptics {
         // Layers may differ in temperature: multiply scattered power is absorbed where the
         // visible facets emit.
         let emitted_k = [0, 1].map(|p| {
-            let mean_k = if once.emissivity[p] > 1e-9 {
-                once.emitted_k[p] / once.emissivity[p]
-            } else {
-                stack.top_temperature_k()
-            };
+            let mean_k = if once.emissivity[p] > 1e-9 { once.emitted_k[p] / once.emissivity[p] } else { stack.top_temperature_k() };
             emissivity[p] * mean_k
         });
-        SurfaceResponse {
-            emissivity,
-            reflectivity,
-            emitted_k,
-            scattered_sky_k,
-        }
+        SurfaceResponse { emissivity, reflectivity, emitted_k, scattered_sky_k }
     }
 }

@@ -18,22 +18,12 @@ fn step(layers: &[Layer], n: usize, k0: f64, cos_theta: f64) -> Step {
     let sin2 = 1.0 - cos_theta * cos_theta;
     let (eps1, q1) = match n {
         0 => (AIR, Complex64::new(cos_theta, 0.0)),
-        n => (
-            layers[n - 1].eps,
-            normal_wavenumber(layers[n - 1].eps, sin2),
-        ),
+        n => (layers[n - 1].eps, normal_wavenumber(layers[n - 1].eps, sin2)),
     };
     let below = &layers[n];
     let q2 = normal_wavenumber(below.eps, sin2);
-    let transmission = if n + 1 == layers.len() {
-        0.0
-    } else {
-        (2.0 * k0 * q2.im * below.thickness_m).exp()
-    };
-    Step {
-        r: interface(eps1, q1, below.eps, q2),
-        transmission,
-    }
+    let transmission = if n + 1 == layers.len() { 0.0 } else { (2.0 * k0 * q2.im * below.thickness_m).exp() };
+    Step { r: interface(eps1, q1, below.eps, q2), transmission }
 }
 
 /// Reflection of the stack, all orders of the echoes summed in closed form.
@@ -55,11 +45,7 @@ pub(super) fn incoherent_reflection(layers: &[Layer], k0: f64, cos_theta: f64) -
             let g = r[p].norm_sqr();
             let x = power[p] * two_way;
             let rest = 1.0 - g * x;
-            power[p] = if rest > 0.0 {
-                g + (1.0 - g) * (1.0 - g) * x / rest
-            } else {
-                1.0
-            };
+            power[p] = if rest > 0.0 { g + (1.0 - g) * (1.0 - g) * x / rest } else { 1.0 };
         }
         let c = r[1] * r[0].conj();
         let x = cross * two_way;
@@ -69,23 +55,13 @@ pub(super) fn incoherent_reflection(layers: &[Layer], k0: f64, cos_theta: f64) -
     }
     let phase = |r: Complex64| {
         let size = r.norm();
-        if size > 0.0 {
-            r / size
-        } else {
-            Complex64::new(1.0, 0.0)
-        }
+        if size > 0.0 { r / size } else { Complex64::new(1.0, 0.0) }
     };
     let largest = (power[0] * power[1]).sqrt();
     if cross.norm() > largest || cross.is_nan() {
         cross = phase(top[1] * top[0].conj()) * largest;
     }
-    Reflection {
-        r_h: phase(top[0]) * power[0].sqrt(),
-        r_v: phase(top[1]) * power[1].sqrt(),
-        power_h: power[0],
-        power_v: power[1],
-        cross,
-    }
+    Reflection { r_h: phase(top[0]) * power[0].sqrt(), r_v: phase(top[1]) * power[1].sqrt(), power_h: power[0], power_v: power[1], cross }
 }
 
 /// Weight of the temperature of each layer in the emission, `[h, v]` from the top.
@@ -107,11 +83,7 @@ pub(super) fn incoherent_absorption(layers: &[Layer], k0: f64, cos_theta: f64) -
             for w in &mut weights[n + 1..] {
                 w[p] *= l * out;
             }
-            below[p] = if rest > 0.0 {
-                g + (1.0 - g) * (1.0 - g) * x / rest
-            } else {
-                1.0
-            };
+            below[p] = if rest > 0.0 { g + (1.0 - g) * (1.0 - g) * x / rest } else { 1.0 };
         }
     }
     weights

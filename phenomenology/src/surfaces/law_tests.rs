@@ -12,11 +12,7 @@ fn half_space(re: f64, loss: f64, temperature_k: f64) -> Stack {
 }
 
 fn layered(temperature_k: [f64; 3], coherent: bool) -> Stack {
-    let layer = |re: f64, loss: f64, d: f64, t: f64| Layer {
-        eps: Complex64::new(re, -loss),
-        thickness_m: d,
-        temperature_k: t,
-    };
+    let layer = |re: f64, loss: f64, d: f64, t: f64| Layer { eps: Complex64::new(re, -loss), thickness_m: d, temperature_k: t };
     Stack::new(
         vec![
             layer(1.5, 0.001, 5e-3, temperature_k[0]),
@@ -49,11 +45,7 @@ fn any_roughness() -> impl Strategy<Value = Roughness> {
 
 fn any_stack(temperature_k: f64) -> impl Strategy<Value = Stack> {
     prop_oneof![
-        (1.0..80.0f64, 0.0..80.0f64).prop_map(move |(re, loss)| half_space(
-            re,
-            loss,
-            temperature_k
-        )),
+        (1.0..80.0f64, 0.0..80.0f64).prop_map(move |(re, loss)| half_space(re, loss, temperature_k)),
         Just(half_space(1.0, 5e6, temperature_k)),
         any::<bool>().prop_map(move |coherent| layered([temperature_k; 3], coherent)),
     ]
@@ -168,19 +160,11 @@ fn visible_facets_of_a_black_surface_have_emissivity_one() {
     let black = half_space(1.0, 0.0, 290.0);
     let sky = |_: f64| 0.0;
     let mut worst = 0.0f64;
-    for (su, sc) in [
-        (0.01, 0.01),
-        (0.1, 0.1),
-        (0.3, 0.3),
-        (0.3, 0.05),
-        (0.1, 0.6),
-    ] {
+    for (su, sc) in [(0.01, 0.01), (0.1, 0.1), (0.3, 0.3), (0.3, 0.05), (0.1, 0.6)] {
         let go = GeometricOptics::new(Slopes::new(su, sc).unwrap());
         for degrees in [0.0f64, 30.0, 60.0, 80.0, 85.0, 88.0, 89.0, 89.9] {
             for azimuth in [0.0, 0.4, 1.2, 2.0] {
-                let e = go
-                    .integrals(&black, degrees.to_radians(), azimuth, Sky::Symmetric(&sky))
-                    .emissivity;
+                let e = go.integrals(&black, degrees.to_radians(), azimuth, Sky::Symmetric(&sky)).emissivity;
                 worst = worst.max((e[0] - 1.0).abs()).max((e[1] - 1.0).abs());
                 assert!(worst < 1e-4, "{su} {sc} {degrees} {azimuth}: {e:?}");
             }
@@ -197,14 +181,9 @@ fn gentle_slopes_tend_to_the_smooth_surface() {
     for degrees in [0.0f64, 30.0, 60.0, 80.0] {
         let theta = degrees.to_radians();
         let smooth = stack.reflection(theta).unwrap().powers();
-        let rough = go
-            .integrals(&stack, theta, 0.0, Sky::Symmetric(&sky))
-            .reflectivity;
+        let rough = go.integrals(&stack, theta, 0.0, Sky::Symmetric(&sky)).reflectivity;
         for p in 0..2 {
-            assert!(
-                (smooth[p] - rough[p]).abs() < 1e-4,
-                "{degrees}: {smooth:?} {rough:?}"
-            );
+            assert!((smooth[p] - rough[p]).abs() < 1e-4, "{degrees}: {smooth:?} {rough:?}");
         }
     }
 }
@@ -213,8 +192,7 @@ fn gentle_slopes_tend_to_the_smooth_surface() {
 fn turning_the_surface_turns_the_answer() {
     let stack = half_space(8.2, 13.9, 290.0);
     let warm_south = |zenith: f64, azimuth: f64| 50.0 + 30.0 * azimuth.cos() * zenith.sin();
-    let warm_east =
-        |zenith: f64, azimuth: f64| 50.0 + 30.0 * (azimuth - 0.5 * PI).cos() * zenith.sin();
+    let warm_east = |zenith: f64, azimuth: f64| 50.0 + 30.0 * (azimuth - 0.5 * PI).cos() * zenith.sin();
     for closure in [Closure::ReEmit, Closure::SecondBounce] {
         let mut a = GeometricOptics::new(Slopes::new(0.25, 0.1).unwrap());
         let mut b = GeometricOptics::new(Slopes::new(0.1, 0.25).unwrap());
@@ -222,10 +200,7 @@ fn turning_the_surface_turns_the_answer() {
         let x = a.response(&stack, 0.9, 0.3, Sky::Full(&warm_south));
         let y = b.response(&stack, 0.9, 0.3 + 0.5 * PI, Sky::Full(&warm_east));
         for p in 0..2 {
-            assert!(
-                (x.brightness_k()[p] - y.brightness_k()[p]).abs() < 1e-6,
-                "{x:?} {y:?}"
-            );
+            assert!((x.brightness_k()[p] - y.brightness_k()[p]).abs() < 1e-6, "{x:?} {y:?}");
         }
     }
     // An isotropic surface mirrors a one-sided sky towards the other side.
@@ -238,22 +213,11 @@ fn turning_the_surface_turns_the_answer() {
 #[test]
 fn a_thick_top_layer_hides_what_is_below() {
     for coherent in [true, false] {
-        let layer = |d| Layer {
-            eps: Complex64::new(6.0, -2.0),
-            thickness_m: d,
-            temperature_k: 260.0,
-        };
-        let bottom = Layer {
-            eps: Complex64::new(2.0, -0.1),
-            thickness_m: f64::INFINITY,
-            temperature_k: 300.0,
-        };
+        let layer = |d| Layer { eps: Complex64::new(6.0, -2.0), thickness_m: d, temperature_k: 260.0 };
+        let bottom = Layer { eps: Complex64::new(2.0, -0.1), thickness_m: f64::INFINITY, temperature_k: 300.0 };
         let stack = Stack::new(vec![layer(1.0), bottom], coherent, FREQ_HZ).unwrap();
         let bare = half_space(6.0, 2.0, 260.0);
-        let (a, b) = (
-            stack.emission_k(0.8).unwrap(),
-            bare.emission_k(0.8).unwrap(),
-        );
+        let (a, b) = (stack.emission_k(0.8).unwrap(), bare.emission_k(0.8).unwrap());
         for p in 0..2 {
             assert!((a[p] - b[p]).abs() < 1e-9, "{a:?} {b:?}");
         }
@@ -264,17 +228,10 @@ fn a_thick_top_layer_hides_what_is_below() {
 fn layered_rough_surfaces_lie_between_their_temperatures() {
     let stack = layered([250.0, 270.0, 300.0], true);
     let sky = |_: f64| 0.0;
-    for text in [
-        "smooth",
-        "qh:0.2,0.5,1",
-        "go:0.1,0.2",
-        "go:0.1,0.2,second-bounce",
-    ] {
+    for text in ["smooth", "qh:0.2,0.5,1", "go:0.1,0.2", "go:0.1,0.2,second-bounce"] {
         let surface = SurfaceModel::new(stack.clone(), text.parse().unwrap());
         for degrees in [0.0f64, 50.0, 80.0] {
-            let r = surface
-                .response(degrees.to_radians(), 0.1, Sky::Symmetric(&sky))
-                .unwrap();
+            let r = surface.response(degrees.to_radians(), 0.1, Sky::Symmetric(&sky)).unwrap();
             for p in 0..2 {
                 let mean = r.emitted_k[p] / r.emissivity[p];
                 assert!((250.0..300.0).contains(&mean), "{text} {degrees}: {mean}");
@@ -291,26 +248,12 @@ fn bad_angles_and_azimuths_are_refused() {
         assert!(surface.response(theta, 0.0, Sky::Symmetric(&sky)).is_err());
         assert!(surface.reflection(theta).is_err());
     }
-    let error = surface
-        .response(0.5, f64::NAN, Sky::Symmetric(&sky))
-        .unwrap_err();
+    let error = surface.response(0.5, f64::NAN, Sky::Symmetric(&sky)).unwrap_err();
     assert!(error.to_string().contains("azimuth"));
-    let steep = SurfaceModel::new(
-        half_space(4.0, 1.0, 290.0),
-        "wegmuller:1mm".parse().unwrap(),
-    );
-    assert!(
-        steep
-            .reflection(1.3)
-            .unwrap_err()
-            .to_string()
-            .contains("70")
-    );
+    let steep = SurfaceModel::new(half_space(4.0, 1.0, 290.0), "wegmuller:1mm".parse().unwrap());
+    assert!(steep.reflection(1.3).unwrap_err().to_string().contains("70"));
     assert!(Stack::half_space(Complex64::new(4.0, 1.0), 290.0, 1e9).is_err());
     assert!(Stack::half_space(Complex64::new(4.0, -1.0), 0.0, 1e9).is_err());
     assert!(Stack::half_space(Complex64::new(4.0, -1.0), 290.0, -1.0).is_err());
-    assert_eq!(
-        Stack::new(vec![], true, 1e9).unwrap_err(),
-        SurfaceError::NoLayers
-    );
+    assert_eq!(Stack::new(vec![], true, 1e9).unwrap_err(), SurfaceError::NoLayers);
 }

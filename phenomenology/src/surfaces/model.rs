@@ -9,7 +9,7 @@ use super::stack::Stack;
 use super::tau_omega::Canopy;
 use super::wagner_lynch::Sky;
 use super::wegmuller_matzler99::wegmuller_matzler99;
-use crate::dielectrics::constants::SPEED_OF_LIGHT_M_S;
+use crate::constants::SPEED_OF_LIGHT_M_S;
 use std::f64::consts::TAU;
 
 /// A surface at one frequency.
@@ -27,11 +27,7 @@ impl SurfaceModel {
     /// A surface without canopy.
     #[must_use]
     pub fn new(stack: Stack, roughness: Roughness) -> Self {
-        Self {
-            stack,
-            roughness,
-            canopy: None,
-        }
+        Self { stack, roughness, canopy: None }
     }
 
     /// Whether it mirrors the sky in one direction, so that one reflected ray is enough.
@@ -56,12 +52,8 @@ impl SurfaceModel {
         match self.roughness {
             Roughness::Smooth => Ok(smooth),
             Roughness::Qh(qh) => Ok(qh.apply(&smooth, cos)),
-            Roughness::Choudhury { rms_height_m } => {
-                Ok(QhRoughness::choudhury79(self.k0(), rms_height_m).apply(&smooth, cos))
-            }
-            Roughness::WegmullerMatzler { rms_height_m } => {
-                wegmuller_matzler99(&smooth, theta_rad, self.k0() * rms_height_m)
-            }
+            Roughness::Choudhury { rms_height_m } => Ok(QhRoughness::choudhury79(self.k0(), rms_height_m).apply(&smooth, cos)),
+            Roughness::WegmullerMatzler { rms_height_m } => wegmuller_matzler99(&smooth, theta_rad, self.k0() * rms_height_m),
             Roughness::GeometricOptics(go) => {
                 let cold = |_: f64| 0.0;
                 let r = go.response(&self.stack, theta_rad, 0.0, Sky::Symmetric(&cold));
@@ -78,23 +70,14 @@ impl SurfaceModel {
     /// # Errors
     /// [`SurfaceError::Angle`], [`SurfaceError::Azimuth`], or an angle beyond the fit of the
     /// roughness.
-    pub fn response(
-        &self,
-        theta_rad: f64,
-        azimuth_rad: f64,
-        sky: Sky<'_>,
-    ) -> Result<SurfaceResponse, SurfaceError> {
+    pub fn response(&self, theta_rad: f64, azimuth_rad: f64, sky: Sky<'_>) -> Result<SurfaceResponse, SurfaceError> {
         let cos = cos_incidence(theta_rad)?;
         if bounded("azimuth", azimuth_rad, -1e6, 1e6).is_err() {
-            return Err(SurfaceError::Azimuth {
-                degrees: azimuth_rad.to_degrees(),
-            });
+            return Err(SurfaceError::Azimuth { degrees: azimuth_rad.to_degrees() });
         }
         let mut response = match self.roughness {
             Roughness::GeometricOptics(go) => go.response(&self.stack, theta_rad, azimuth_rad, sky),
-            _ => {
-                self.specular_response(theta_rad, cos, sky_at_mirror(sky, theta_rad, azimuth_rad))?
-            }
+            _ => self.specular_response(theta_rad, cos, sky_at_mirror(sky, theta_rad, azimuth_rad))?,
         };
         if let Some(canopy) = self.canopy {
             let sky_k = sky_at_mirror(sky, theta_rad, azimuth_rad);
@@ -117,12 +100,7 @@ impl SurfaceModel {
     ///
     /// # Errors
     /// As [`SurfaceModel::response`].
-    pub fn brightness_k(
-        &self,
-        theta_rad: f64,
-        azimuth_rad: f64,
-        sky: Sky<'_>,
-    ) -> Result<[f64; 2], SurfaceError> {
+    pub fn brightness_k(&self, theta_rad: f64, azimuth_rad: f64, sky: Sky<'_>) -> Result<[f64; 2], SurfaceError> {
         Ok(self.response(theta_rad, azimuth_rad, sky)?.brightness_k())
     }
 
@@ -130,12 +108,7 @@ impl SurfaceModel {
         TAU * self.stack.freq_hz() / SPEED_OF_LIGHT_M_S
     }
 
-    fn specular_response(
-        &self,
-        theta_rad: f64,
-        cos: f64,
-        sky_k: f64,
-    ) -> Result<SurfaceResponse, SurfaceError> {
+    fn specular_response(&self, theta_rad: f64, cos: f64, sky_k: f64) -> Result<SurfaceResponse, SurfaceError> {
         let reflection = self.reflection(theta_rad)?;
         let reflectivity = reflection.powers();
         let emissivity = reflection.emissivities();
@@ -147,19 +120,10 @@ impl SurfaceModel {
         }
         // What roughness adds to the emission comes from the layers as the smooth emission does.
         let emitted_k = [0, 1].map(|p| {
-            let mean_k = if absorbed[p] > 1e-9 {
-                emitted[p] / absorbed[p]
-            } else {
-                self.stack.top_temperature_k()
-            };
+            let mean_k = if absorbed[p] > 1e-9 { emitted[p] / absorbed[p] } else { self.stack.top_temperature_k() };
             emissivity[p] * mean_k
         });
-        Ok(SurfaceResponse {
-            emissivity,
-            reflectivity,
-            emitted_k,
-            scattered_sky_k: reflectivity.map(|r| r * sky_k),
-        })
+        Ok(SurfaceResponse { emissivity, reflectivity, emitted_k, scattered_sky_k: reflectivity.map(|r| r * sky_k) })
     }
 }
 
@@ -175,20 +139,14 @@ fn sky_at_mirror(sky: Sky<'_>, theta_rad: f64, azimuth_rad: f64) -> f64 {
 }
 
 /// The response seen through a canopy; sky scattered by leaves is taken from the mirror angle.
-fn under_canopy(
-    canopy: &Canopy,
-    ground: &SurfaceResponse,
-    cos: f64,
-    sky_k: f64,
-) -> SurfaceResponse {
+fn under_canopy(canopy: &Canopy, ground: &SurfaceResponse, cos: f64, sky_k: f64) -> SurfaceResponse {
     let mut out = *ground;
     for p in 0..2 {
         let b = canopy.budget(ground.reflectivity[p], cos);
         out.emissivity[p] = b.canopy + ground.emissivity[p] * b.ground;
         out.emitted_k[p] = b.canopy * canopy.temperature_k + ground.emitted_k[p] * b.ground;
         out.reflectivity[p] = b.mirrored_sky + b.scattered_sky;
-        out.scattered_sky_k[p] =
-            ground.scattered_sky_k[p] * b.ground * b.ground + b.scattered_sky * sky_k;
+        out.scattered_sky_k[p] = ground.scattered_sky_k[p] * b.ground * b.ground + b.scattered_sky * sky_k;
     }
     out
 }

@@ -11,27 +11,15 @@ struct Table {
 
 impl Table {
     fn open(name: &str) -> Self {
-        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-            .join("../../shared/oracle")
-            .join(name);
-        let mut reader =
-            csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        let names = reader
-            .headers()
-            .unwrap()
-            .iter()
-            .map(str::to_owned)
-            .collect();
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/oracle").join(name);
+        let mut reader = csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let names = reader.headers().unwrap().iter().map(str::to_owned).collect();
         let rows = reader.records().map(Result::unwrap).collect();
         Self { names, rows }
     }
 
     fn text<'a>(&self, row: &'a csv::StringRecord, name: &str) -> &'a str {
-        let i = self
-            .names
-            .iter()
-            .position(|n| n == name)
-            .unwrap_or_else(|| panic!("{name}"));
+        let i = self.names.iter().position(|n| n == name).unwrap_or_else(|| panic!("{name}"));
         &row[i]
     }
 
@@ -67,11 +55,7 @@ fn layers(text: &str) -> Vec<Layer> {
     text.split('|')
         .map(|layer| {
             let n: Vec<f64> = layer.split(';').map(|x| x.parse().unwrap()).collect();
-            Layer {
-                eps: Complex64::new(n[0], -n[1]),
-                thickness_m: n[2] * 1e-3,
-                temperature_k: 290.0,
-            }
+            Layer { eps: Complex64::new(n[0], -n[1]), thickness_m: n[2] * 1e-3, temperature_k: 290.0 }
         })
         .collect()
 }
@@ -84,23 +68,11 @@ fn stacks_coherent_and_incoherent() {
         let list = layers(t.text(row, "layers(eps_re;eps_loss;thickness_mm|...)"));
         let freq_hz = t.number(row, "f_ghz") * 1e9;
         let theta = t.number(row, "theta_deg").to_radians();
-        let low_loss = list[..list.len() - 1]
-            .iter()
-            .all(|l| -l.eps.im / l.eps.re < 0.06);
-        let r = Stack::new(list.clone(), true, freq_hz)
-            .unwrap()
-            .reflection(theta)
-            .unwrap();
-        coherent = coherent
-            .max((r.power_h - t.number(row, "r_h_coherent")).abs())
-            .max((r.power_v - t.number(row, "r_v_coherent")).abs());
-        let r = Stack::new(list, false, freq_hz)
-            .unwrap()
-            .reflection(theta)
-            .unwrap();
-        let deviation = (r.power_h - t.number(row, "r_h_incoherent"))
-            .abs()
-            .max((r.power_v - t.number(row, "r_v_incoherent")).abs());
+        let low_loss = list[..list.len() - 1].iter().all(|l| -l.eps.im / l.eps.re < 0.06);
+        let r = Stack::new(list.clone(), true, freq_hz).unwrap().reflection(theta).unwrap();
+        coherent = coherent.max((r.power_h - t.number(row, "r_h_coherent")).abs()).max((r.power_v - t.number(row, "r_v_coherent")).abs());
+        let r = Stack::new(list, false, freq_hz).unwrap().reflection(theta).unwrap();
+        let deviation = (r.power_h - t.number(row, "r_h_incoherent")).abs().max((r.power_v - t.number(row, "r_v_incoherent")).abs());
         if low_loss {
             incoherent = incoherent.max(deviation);
         } else {
@@ -133,17 +105,10 @@ fn small_scale_roughness() {
             other => panic!("{other}"),
         };
         let surface = SurfaceModel::new(stack, text.parse().unwrap());
-        let r = surface
-            .reflection(t.number(row, "theta_deg").to_radians())
-            .unwrap();
-        worst = worst
-            .max((r.power_h - t.number(row, "r_h")).abs())
-            .max((r.power_v - t.number(row, "r_v")).abs());
+        let r = surface.reflection(t.number(row, "theta_deg").to_radians()).unwrap();
+        worst = worst.max((r.power_h - t.number(row, "r_h")).abs()).max((r.power_v - t.number(row, "r_v")).abs());
     }
-    println!(
-        "Q/H, Choudhury, Wegmueller: {worst:e} over {}",
-        t.rows.len()
-    );
+    println!("Q/H, Choudhury, Wegmueller: {worst:e} over {}", t.rows.len());
     assert_eq!(t.rows.len(), 136);
     assert!(worst < 1e-5);
 }
@@ -162,10 +127,7 @@ fn shadow_lambda_values() {
             relative = relative.max((lambda / want - 1.0).abs());
         }
     }
-    println!(
-        "lambda: {worst:e} absolute, {relative:e} relative over {}",
-        t.rows.len()
-    );
+    println!("lambda: {worst:e} absolute, {relative:e} relative over {}", t.rows.len());
     assert_eq!(t.rows.len(), 45);
     assert!(worst < 1e-8 && relative < 1e-8);
 }
@@ -197,11 +159,7 @@ fn bistatic_values() {
         let largest = want.iter().fold(0.0f64, |a, b| a.max(*b));
         for (a, b) in [got.vv, got.vh, got.hv, got.hh].iter().zip(want) {
             // Far off the mirror direction the density of slopes underflows and all four are 0.
-            let deviation = if a == &b {
-                0.0
-            } else {
-                (a - b).abs() / largest
-            };
+            let deviation = if a == &b { 0.0 } else { (a - b).abs() / largest };
             assert!(deviation < 1e-6, "{row:?} {got:?}");
             worst = worst.max(deviation);
         }
@@ -216,25 +174,14 @@ fn facets_against_ray_traced_height_fields() {
     let (mut single, mut total) = (0.0f64, 0.0f64);
     for row in &t.rows {
         let stack = Stack::half_space(t.eps(row, "eps_re", "eps_loss"), 290.0, 37e9).unwrap();
-        let mut go =
-            GeometricOptics::new(Slopes::isotropic(t.number(row, "mss_per_axis").sqrt()).unwrap());
+        let mut go = GeometricOptics::new(Slopes::isotropic(t.number(row, "mss_per_axis").sqrt()).unwrap());
         let theta = t.number(row, "theta_deg").to_radians();
         let cold = |_: f64| 0.0;
-        let once = go
-            .response(&stack, theta, 0.0, Sky::Symmetric(&cold))
-            .reflectivity;
+        let once = go.response(&stack, theta, 0.0, Sky::Symmetric(&cold)).reflectivity;
         go.closure = Closure::SecondBounce;
-        let twice = go
-            .response(&stack, theta, 0.0, Sky::Symmetric(&cold))
-            .reflectivity;
-        let d1 = [
-            once[0] - t.number(row, "r_h_single_bounce_escape"),
-            once[1] - t.number(row, "r_v_single_bounce_escape"),
-        ];
-        let d2 = [
-            twice[0] - t.number(row, "r_h_total"),
-            twice[1] - t.number(row, "r_v_total"),
-        ];
+        let twice = go.response(&stack, theta, 0.0, Sky::Symmetric(&cold)).reflectivity;
+        let d1 = [once[0] - t.number(row, "r_h_single_bounce_escape"), once[1] - t.number(row, "r_v_single_bounce_escape")];
+        let d2 = [twice[0] - t.number(row, "r_h_total"), twice[1] - t.number(row, "r_v_total")];
         println!(
             "slope {} eps {} theta {}: single {:+.4} {:+.4} total {:+.4} {:+.4}",
             &row[0], &row[2], &row[4], d1[0], d1[1], d2[0], d2[1]
@@ -242,10 +189,7 @@ fn facets_against_ray_traced_height_fields() {
         single = single.max(d1[0].abs()).max(d1[1].abs());
         total = total.max(d2[0].abs()).max(d2[1].abs());
     }
-    println!(
-        "single {single:.4}, second bounce {total:.4} over {}",
-        t.rows.len()
-    );
+    println!("single {single:.4}, second bounce {total:.4} over {}", t.rows.len());
     assert_eq!(t.rows.len(), 42);
     assert!(single < 0.01 && total < 0.02);
 }

@@ -13,9 +13,7 @@ impl Rule {
     /// Nodes and weights moved to the interval `lo` to `hi` (Gauss-Legendre only).
     pub(super) fn on(&self, lo: f64, hi: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         let (mid, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
-        self.points
-            .iter()
-            .map(move |&(x, w)| (mid + half * x, half * w))
+        self.points.iter().map(move |&(x, w)| (mid + half * x, half * w))
     }
 
     /// Nodes and weights as they are.

@@ -42,16 +42,8 @@ pub struct RoughnessKind {
 
 /// Every kind of roughness.
 pub const ROUGHNESS_KINDS: &[RoughnessKind] = &[
-    RoughnessKind {
-        name: "smooth",
-        syntax: "smooth",
-        describes: "plane surface (Fresnel, or the stack)",
-    },
-    RoughnessKind {
-        name: "qh",
-        syntax: "qh:Q,H,N",
-        describes: "Wang & Choudhury 1981: ((1-Q) R_p + Q R_q) exp(-H cos^N)",
-    },
+    RoughnessKind { name: "smooth", syntax: "smooth", describes: "plane surface (Fresnel, or the stack)" },
+    RoughnessKind { name: "qh", syntax: "qh:Q,H,N", describes: "Wang & Choudhury 1981: ((1-Q) R_p + Q R_q) exp(-H cos^N)" },
     RoughnessKind {
         name: "choudhury",
         syntax: "choudhury:0.5mm",
@@ -78,41 +70,23 @@ impl FromStr for Roughness {
     type Err = SurfaceError;
 
     fn from_str(text: &str) -> Result<Self, SurfaceError> {
-        let fault = |message: String| SurfaceError::Roughness {
-            text: text.to_owned(),
-            message,
-        };
+        let fault = |message: String| SurfaceError::Roughness { text: text.to_owned(), message };
         let (kind, rest) = text.trim().split_once(':').unwrap_or((text.trim(), ""));
         let words: Vec<&str> = match rest {
             "" => Vec::new(),
             _ => rest.split(',').map(str::trim).collect(),
         };
         let number = |i: usize, what: &str| -> Result<f64, SurfaceError> {
-            let word = words
-                .get(i)
-                .ok_or_else(|| fault(format!("{what} is missing")))?;
-            word.parse::<f64>()
-                .ok()
-                .filter(|x| x.is_finite())
-                .ok_or_else(|| fault(format!("{what} is `{word}`, not a finite number")))
+            let word = words.get(i).ok_or_else(|| fault(format!("{what} is missing")))?;
+            word.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| fault(format!("{what} is `{word}`, not a finite number")))
         };
         let exactly = |count: usize| {
-            if words.len() > count {
-                Err(fault(format!("`{}` is one value too many", words[count])))
-            } else {
-                Ok(())
-            }
+            if words.len() > count { Err(fault(format!("`{}` is one value too many", words[count]))) } else { Ok(()) }
         };
         let height = || -> Result<f64, SurfaceError> {
             exactly(1)?;
-            let word = words
-                .first()
-                .ok_or_else(|| fault("the rms height is missing".to_owned()))?;
-            let metres = length_m(word).ok_or_else(|| {
-                fault(format!(
-                    "`{word}` is not a length such as 0.5mm, 1cm or 0.001m"
-                ))
-            })?;
+            let word = words.first().ok_or_else(|| fault("the rms height is missing".to_owned()))?;
+            let metres = length_m(word).ok_or_else(|| fault(format!("`{word}` is not a length such as 0.5mm, 1cm or 0.001m")))?;
             bounded("rms height in m", metres, 0.0, 10.0).map_err(|e| fault(e.to_string()))
         };
         let facets = |slopes: Slopes, words: &[&str]| -> Result<Self, SurfaceError> {
@@ -125,9 +99,7 @@ impl FromStr for Roughness {
                     "smith" => go.shadowing = Shadowing::Smith,
                     "wagner" => go.shadowing = Shadowing::Wagner,
                     other => {
-                        return Err(fault(format!(
-                            "`{other}` is none of single, reemit, second-bounce, smith, wagner"
-                        )));
+                        return Err(fault(format!("`{other}` is none of single, reemit, second-bounce, smith, wagner")));
                     }
                 }
             }
@@ -138,16 +110,10 @@ impl FromStr for Roughness {
             "smooth" => exactly(0).map(|()| Self::Smooth),
             "qh" => {
                 exactly(3)?;
-                QhRoughness::new(number(0, "Q")?, number(1, "H")?, number(2, "N")?)
-                    .map(Self::Qh)
-                    .map_err(explain)
+                QhRoughness::new(number(0, "Q")?, number(1, "H")?, number(2, "N")?).map(Self::Qh).map_err(explain)
             }
-            "choudhury" => Ok(Self::Choudhury {
-                rms_height_m: height()?,
-            }),
-            "wegmuller" => Ok(Self::WegmullerMatzler {
-                rms_height_m: height()?,
-            }),
+            "choudhury" => Ok(Self::Choudhury { rms_height_m: height()? }),
+            "wegmuller" => Ok(Self::WegmullerMatzler { rms_height_m: height()? }),
             "go" => {
                 let slopes = Slopes::new(number(0, "slope su")?, number(1, "slope sc")?);
                 facets(slopes.map_err(explain)?, &words[2..])
@@ -158,11 +124,7 @@ impl FromStr for Roughness {
             }
             _ => Err(fault(format!(
                 "unknown kind `{kind}`; give one of {}",
-                ROUGHNESS_KINDS
-                    .iter()
-                    .map(|k| k.syntax)
-                    .collect::<Vec<_>>()
-                    .join("  ")
+                ROUGHNESS_KINDS.iter().map(|k| k.syntax).collect::<Vec<_>>().join("  ")
             ))),
         }
     }
@@ -189,24 +151,14 @@ mod tests {
     #[test]
     fn reads_every_kind() {
         assert_eq!("smooth".parse::<Roughness>().unwrap(), Roughness::Smooth);
-        let Roughness::Qh(qh) = "qh:0.1,0.5,2".parse().unwrap() else {
-            panic!("qh")
-        };
+        let Roughness::Qh(qh) = "qh:0.1,0.5,2".parse().unwrap() else { panic!("qh") };
         assert_eq!((qh.q, qh.h, qh.n), (0.1, 0.5, 2.0));
         let height = Roughness::Choudhury { rms_height_m: 5e-4 };
         assert_eq!("choudhury:0.5mm".parse::<Roughness>().unwrap(), height);
-        let Roughness::GeometricOptics(go) = "go:0.2,0.1,second-bounce,wagner".parse().unwrap()
-        else {
-            panic!("go")
-        };
+        let Roughness::GeometricOptics(go) = "go:0.2,0.1,second-bounce,wagner".parse().unwrap() else { panic!("go") };
         assert_eq!((go.slopes.along, go.slopes.across), (0.2, 0.1));
-        assert_eq!(
-            (go.closure, go.shadowing),
-            (Closure::SecondBounce, Shadowing::Wagner)
-        );
-        let Roughness::GeometricOptics(sea) = "sea:7".parse().unwrap() else {
-            panic!("sea")
-        };
+        assert_eq!((go.closure, go.shadowing), (Closure::SecondBounce, Shadowing::Wagner));
+        let Roughness::GeometricOptics(sea) = "sea:7".parse().unwrap() else { panic!("sea") };
         assert_eq!(sea.slopes, Slopes::cox_munk54(7.0).unwrap());
     }
 

@@ -27,11 +27,15 @@ pub struct EmissivityRow {
     pub emitted_h_k: f64,
     /// Emitted brightness, v, K.
     pub emitted_v_k: f64,
+    /// Brightness of surface and reflected sky, h, K.
+    pub brightness_h_k: f64,
+    /// Brightness of surface and reflected sky, v, K.
+    pub brightness_v_k: f64,
 }
 
 /// Emissivities for every combination of frequencies (outer) and angles (inner, radians).
 ///
-/// `azimuth_rad` matters for facets of unequal slopes only.
+/// `azimuth_rad` matters for facets of unequal slopes only, `sky` for the brightness only.
 ///
 /// # Errors
 /// The first combination that cannot be evaluated.
@@ -41,16 +45,17 @@ pub fn emissivity_rows(
     freqs_hz: &[f64],
     angles_rad: &[f64],
     azimuth_rad: f64,
+    sky: Sky<'_>,
     extrapolation: Extrapolation,
 ) -> Result<Vec<EmissivityRow>, SurfaceError> {
-    let cold = |_: f64| 0.0;
     let mut rows = Vec::with_capacity(freqs_hz.len() * angles_rad.len());
     for &freq_hz in freqs_hz {
         let model = SurfaceModel::new(surface.resolve(freq_hz, extrapolation)?, roughness);
         for &angle_rad in angles_rad {
-            let r = model.response(angle_rad, azimuth_rad, Sky::Symmetric(&cold))?;
+            let r = model.response(angle_rad, azimuth_rad, sky)?;
+            let [brightness_h_k, brightness_v_k] = r.brightness_k();
             rows.push(EmissivityRow {
-                freq_ghz: freq_hz * 1e-9,
+                freq_ghz: freq_hz / 1e9,
                 angle_deg: angle_rad.to_degrees(),
                 emissivity_h: r.emissivity[0],
                 emissivity_v: r.emissivity[1],
@@ -58,6 +63,8 @@ pub fn emissivity_rows(
                 reflectivity_v: r.reflectivity[1],
                 emitted_h_k: r.emitted_k[0],
                 emitted_v_k: r.emitted_k[1],
+                brightness_h_k,
+                brightness_v_k,
             });
         }
     }

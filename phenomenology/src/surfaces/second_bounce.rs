@@ -20,29 +20,14 @@ fn dot(a: Vector, b: Vector) -> f64 {
 }
 
 fn cross(a: Vector, b: Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Unit vector across both, or any across `k` where they are parallel.
 fn normal_to(n: Vector, k: Vector) -> Vector {
     let c = cross(n, k);
     let size = dot(c, c).sqrt();
-    if size > 1e-12 {
-        c.map(|x| x / size)
-    } else {
-        normal_to(
-            if k[0].abs() < 0.9 {
-                [1.0, 0.0, 0.0]
-            } else {
-                [0.0, 1.0, 0.0]
-            },
-            k,
-        )
-    }
+    if size > 1e-12 { c.map(|x| x / size) } else { normal_to(if k[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] }, k) }
 }
 
 /// The field of a ray, as real vectors: `E = x + y`, and the powers and correlation of the two.
@@ -85,16 +70,8 @@ pub(super) struct SecondBounce {
 ///
 /// `escaping` is what a first bounce lets out if every facet is a perfect mirror; `rule` is that
 /// of the first facets.
-pub(super) fn second_bounce(
-    surface: FacetSurface<'_>,
-    view: &View,
-    sky: Sky<'_>,
-    escaping: f64,
-    rule: &'static Rule,
-) -> SecondBounce {
-    let FacetSurface {
-        slopes, shadowing, ..
-    } = surface;
+pub(super) fn second_bounce(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, escaping: f64, rule: &'static Rule) -> SecondBounce {
+    let FacetSurface { slopes, shadowing, .. } = surface;
     let mut sums = SecondBounce::default();
     let seen = shadowing.single(view.lambda);
     let reach = REACH * view.frame.sigma_a;
@@ -132,38 +109,15 @@ pub(super) fn second_bounce(
 }
 
 /// Nodes of a rule on an interval cut at points that may lie outside it.
-fn pieces(
-    rule: &'static Rule,
-    lo: f64,
-    hi: f64,
-    cuts: [f64; 3],
-) -> impl Iterator<Item = (f64, f64)> {
-    let mut edges = [
-        lo,
-        cuts[0].clamp(lo, hi),
-        cuts[1].clamp(lo, hi),
-        cuts[2].clamp(lo, hi),
-        hi,
-    ];
+fn pieces(rule: &'static Rule, lo: f64, hi: f64, cuts: [f64; 3]) -> impl Iterator<Item = (f64, f64)> {
+    let mut edges = [lo, cuts[0].clamp(lo, hi), cuts[1].clamp(lo, hi), cuts[2].clamp(lo, hi), hi];
     edges.sort_by(f64::total_cmp);
-    (0..4)
-        .filter(move |&i| edges[i + 1] - edges[i] > 1e-12 * (hi - lo))
-        .flat_map(move |i| rule.on(edges[i], edges[i + 1]))
+    (0..4).filter(move |&i| edges[i + 1] - edges[i] > 1e-12 * (hi - lo)).flat_map(move |i| rule.on(edges[i], edges[i + 1]))
 }
 
 /// Follow the blocked ray of one facet to its second facets.
-fn add_path(
-    surface: FacetSurface<'_>,
-    view: &View,
-    sky: Sky<'_>,
-    (first, blocked): (&Facet, f64),
-    sums: &mut SecondBounce,
-) {
-    let FacetSurface {
-        stack,
-        slopes,
-        shadowing,
-    } = surface;
+fn add_path(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, (first, blocked): (&Facet, f64), sums: &mut SecondBounce) {
+    let FacetSurface { stack, slopes, shadowing } = surface;
     let s = [view.sin, 0.0, view.cos];
     let n = [-first.a / first.d, -first.b / first.d, 1.0 / first.d];
     let r = view.mirrored(first);
@@ -173,36 +127,19 @@ fn add_path(
     let v_in = cross(h, r.map(|x| -x));
     let v_out = cross(h, s);
     let global_h = [0.0, 1.0, 0.0];
-    let fields =
-        [global_h, cross(global_h, s)].map(|e| RayField::after(e, h, v_out, v_in, &reflection));
+    let fields = [global_h, cross(global_h, s)].map(|e| RayField::after(e, h, v_out, v_in, &reflection));
     let r = view.to_surface(r);
-    let fields = fields.map(|f| RayField {
-        h: view.to_surface(f.h),
-        v: view.to_surface(f.v),
-        ..f
-    });
+    let fields = fields.map(|f| RayField { h: view.to_surface(f.h), v: view.to_surface(f.v), ..f });
 
     let horizontal = r[0].hypot(r[1]);
-    let (cx, cy) = if horizontal > 1e-9 {
-        (r[0] / horizontal, r[1] / horizontal)
-    } else {
-        (1.0, 0.0)
-    };
+    let (cx, cy) = if horizontal > 1e-9 { (r[0] / horizontal, r[1] / horizontal) } else { (1.0, 0.0) };
     let frame = slopes.in_frame(cx, cy);
-    let least = if horizontal > 1e-9 {
-        r[2] / horizontal
-    } else {
-        -f64::INFINITY * -r[2].signum()
-    };
+    let least = if horizontal > 1e-9 { r[2] / horizontal } else { -f64::INFINITY * -r[2].signum() };
     if least == f64::INFINITY {
         return; // straight up: nothing is in the way
     }
     let span = REACH * frame.sigma_a;
-    let (lo, hi) = if least > 0.0 {
-        (least, least.hypot(span))
-    } else {
-        (least.max(-span), span)
-    };
+    let (lo, hi) = if least > 0.0 { (least, least.hypot(span)) } else { (least.max(-span), span) };
     let reference = if least > 0.0 { least * least } else { 0.0 };
 
     let mut norm = 0.0;
@@ -234,8 +171,7 @@ fn add_path(
                 Sky::Full(t) => t(zenith, r2[1].atan2(r2[0])),
             };
             for p in 0..2 {
-                let gamma = fields[p].along(h2) * reflected.power_h
-                    + fields[p].along(v2) * reflected.power_v;
+                let gamma = fields[p].along(h2) * reflected.power_h + fields[p].along(v2) * reflected.power_v;
                 power[p] += leaves * gamma;
                 brightness[p] += leaves * gamma * sky_k;
             }

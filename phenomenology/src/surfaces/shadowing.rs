@@ -47,11 +47,7 @@ pub fn shadow_lambda(slopes: &Slopes, zenith_rad: f64, azimuth_rad: f64) -> f64 
 #[must_use]
 pub(super) fn lambda_of_direction(slopes: &Slopes, d: [f64; 3]) -> f64 {
     let v = d[2] / (SQRT_2 * slopes.variance(d[0], d[1]).sqrt());
-    if v > NEGLIGIBLE_V {
-        0.0
-    } else {
-        shadow_lambda_v(v)
-    }
+    if v > NEGLIGIBLE_V { 0.0 } else { shadow_lambda_v(v) }
 }
 
 impl Shadowing {
@@ -72,11 +68,7 @@ impl Shadowing {
     /// With `same_azimuth` what hides one hides the other, and only the larger counts.
     #[must_use]
     pub fn bistatic(self, lambda_a: f64, lambda_b: f64, same_azimuth: bool) -> f64 {
-        self.single(if same_azimuth {
-            lambda_a.max(lambda_b)
-        } else {
-            lambda_a + lambda_b
-        })
+        self.single(if same_azimuth { lambda_a.max(lambda_b) } else { lambda_a + lambda_b })
     }
 
     /// Probability that any point, facing or not, is seen from a direction with argument `v`
@@ -92,9 +84,7 @@ impl Shadowing {
     /// The same for two opposite directions: the conditional form times `(erf v1 + erf v2)/2`.
     #[must_use]
     pub fn bistatic_unconditional(self, v_a: f64, v_b: f64) -> f64 {
-        self.bistatic(shadow_lambda_v(v_a), shadow_lambda_v(v_b), false)
-            * 0.5
-            * (libm::erf(v_a) + libm::erf(v_b))
+        self.bistatic(shadow_lambda_v(v_a), shadow_lambda_v(v_b), false) * 0.5 * (libm::erf(v_a) + libm::erf(v_b))
     }
 }
 
@@ -113,10 +103,7 @@ mod tests {
     #[test]
     fn wagner_is_larger_than_smith_and_both_are_probabilities() {
         for lambda in [0.0, 1e-10, 1e-3, 0.5, 3.0, 1e3] {
-            let (s, w) = (
-                Shadowing::Smith.single(lambda),
-                Shadowing::Wagner.single(lambda),
-            );
+            let (s, w) = (Shadowing::Smith.single(lambda), Shadowing::Wagner.single(lambda));
             assert!(w >= s && w <= 1.0 && s > 0.0, "{lambda}: {s} {w}");
         }
         assert_eq!(Shadowing::Wagner.single(f64::INFINITY), 0.0);

@@ -67,16 +67,8 @@ impl Slopes {
         let (c, s) = (cos_azimuth, sin_azimuth);
         let (u2, c2) = (self.along.powi(2), self.across.powi(2));
         let variance_a = u2 * c * c + c2 * s * s;
-        let covariance = if self.is_isotropic() {
-            0.0
-        } else {
-            (c2 - u2) * s * c
-        };
-        SlopeFrame {
-            sigma_a: variance_a.sqrt(),
-            covariance,
-            area: self.along * self.across,
-        }
+        let covariance = if self.is_isotropic() { 0.0 } else { (c2 - u2) * s * c };
+        SlopeFrame { sigma_a: variance_a.sqrt(), covariance, area: self.along * self.across }
     }
 }
 

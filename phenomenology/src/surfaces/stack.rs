@@ -4,7 +4,7 @@ use super::coherent::{coherent_absorption, coherent_reflection};
 use super::error::{SurfaceError, cos_incidence};
 use super::fresnel::{Reflection, fresnel_cos};
 use super::incoherent::{incoherent_absorption, incoherent_reflection};
-use crate::dielectrics::constants::SPEED_OF_LIGHT_M_S;
+use crate::constants::SPEED_OF_LIGHT_M_S;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -55,33 +55,16 @@ impl Stack {
                 message,
             })?;
         }
-        let isothermal_k = layers
-            .iter()
-            .all(|l| l.temperature_k == bottom.temperature_k)
-            .then_some(bottom.temperature_k);
-        Ok(Self {
-            layers,
-            coherent,
-            isothermal_k,
-            k0: TAU * freq_hz / SPEED_OF_LIGHT_M_S,
-            freq_hz,
-        })
+        let isothermal_k = layers.iter().all(|l| l.temperature_k == bottom.temperature_k).then_some(bottom.temperature_k);
+        Ok(Self { layers, coherent, isothermal_k, k0: TAU * freq_hz / SPEED_OF_LIGHT_M_S, freq_hz })
     }
 
     /// A bare half-space.
     ///
     /// # Errors
     /// As [`Stack::new`].
-    pub fn half_space(
-        eps: Complex64,
-        temperature_k: f64,
-        freq_hz: f64,
-    ) -> Result<Self, SurfaceError> {
-        let layer = Layer {
-            eps,
-            thickness_m: f64::INFINITY,
-            temperature_k,
-        };
+    pub fn half_space(eps: Complex64, temperature_k: f64, freq_hz: f64) -> Result<Self, SurfaceError> {
+        let layer = Layer { eps, thickness_m: f64::INFINITY, temperature_k };
         Self::new(vec![layer], true, freq_hz)
     }
 
@@ -180,21 +163,13 @@ fn check_layer(layer: &Layer, last: bool) -> Result<(), String> {
         return Err(format!("permittivity {eps} is not a finite number"));
     }
     if eps.im > 0.0 {
-        return Err(format!(
-            "loss {} is negative; loss is given as a positive number",
-            -eps.im
-        ));
+        return Err(format!("loss {} is negative; loss is given as a positive number", -eps.im));
     }
     if !(1e-6..=MAX_PERMITTIVITY).contains(&eps.norm()) {
-        return Err(format!(
-            "permittivity {eps} must have a size between 1e-6 and {MAX_PERMITTIVITY:e}"
-        ));
+        return Err(format!("permittivity {eps} must have a size between 1e-6 and {MAX_PERMITTIVITY:e}"));
     }
     if !(layer.temperature_k.is_finite() && layer.temperature_k > 0.0) {
-        return Err(format!(
-            "temperature is {} K; it must be a finite number above 0 K",
-            layer.temperature_k
-        ));
+        return Err(format!("temperature is {} K; it must be a finite number above 0 K", layer.temperature_k));
     }
     if last {
         if layer.thickness_m != f64::INFINITY {
@@ -205,10 +180,7 @@ fn check_layer(layer: &Layer, last: bool) -> Result<(), String> {
             ));
         }
     } else if !(0.0..=MAX_THICKNESS_M).contains(&layer.thickness_m) {
-        return Err(format!(
-            "thickness is {} m; every layer but the last needs one of 0 to {MAX_THICKNESS_M:e} m",
-            layer.thickness_m
-        ));
+        return Err(format!("thickness is {} m; every layer but the last needs one of 0 to {MAX_THICKNESS_M:e} m", layer.thickness_m));
     }
     Ok(())
 }

@@ -18,11 +18,7 @@ fn dot(a: Vector, b: Vector) -> f64 {
 }
 
 fn cross(a: Vector, b: Vector) -> Vector {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Mueller matrix of a reflection, in the basis of its own plane of incidence.
@@ -31,24 +27,14 @@ pub fn reflection_mueller(r: &Reflection) -> Mueller {
     let a = 0.5 * (r.power_v + r.power_h);
     let b = 0.5 * (r.power_v - r.power_h);
     let (re, im) = (r.cross.re, r.cross.im);
-    [
-        [a, b, 0.0, 0.0],
-        [b, a, 0.0, 0.0],
-        [0.0, 0.0, re, im],
-        [0.0, 0.0, -im, re],
-    ]
+    [[a, b, 0.0, 0.0], [b, a, 0.0, 0.0], [0.0, 0.0, re, im], [0.0, 0.0, -im, re]]
 }
 
 /// Mueller matrix of a turn of the reference by `psi`: `h' = h cos + v sin`.
 #[must_use]
 pub fn rotation_mueller(psi_rad: f64) -> Mueller {
     let (s, c) = (2.0 * psi_rad).sin_cos();
-    [
-        [1.0, 0.0, 0.0, 0.0],
-        [0.0, c, -s, 0.0],
-        [0.0, s, c, 0.0],
-        [0.0, 0.0, 0.0, 1.0],
-    ]
+    [[1.0, 0.0, 0.0, 0.0], [0.0, c, -s, 0.0], [0.0, s, c, 0.0], [0.0, 0.0, 0.0, 1.0]]
 }
 
 /// `row` times `matrix`.
@@ -82,11 +68,7 @@ impl PolarisedRay {
     /// A ray leaving an antenna. The reference is made perpendicular to the direction; `None` if
     /// the two are parallel.
     #[must_use]
-    pub fn from_antenna(
-        direction: Vector,
-        reference_h: Vector,
-        polarisation: AntennaPolarisation,
-    ) -> Option<Self> {
+    pub fn from_antenna(direction: Vector, reference_h: Vector, polarisation: AntennaPolarisation) -> Option<Self> {
         let along = dot(reference_h, direction) / dot(direction, direction);
         let across: Vector = std::array::from_fn(|i| reference_h[i] - along * direction[i]);
         let size = dot(across, across).sqrt();
@@ -98,11 +80,7 @@ impl PolarisedRay {
             AntennaPolarisation::V => 0.5,
             AntennaPolarisation::Mean => 0.0,
         };
-        Some(Self {
-            direction,
-            reference_h: across.map(|x| x / size),
-            weight: [0.5, q, 0.0, 0.0],
-        })
+        Some(Self { direction, reference_h: across.map(|x| x / size), weight: [0.5, q, 0.0, 0.0] })
     }
 
     /// Antenna temperature of unpolarised radiation of brightness `t_k` at this end of the ray.
@@ -165,19 +143,13 @@ mod tests {
     #[test]
     fn dihedral_at_45_degrees_swaps_h_and_v() {
         let half = 0.5f64.sqrt();
-        for (crease_degrees, swaps) in [(45.0f64, true), (135.0, true), (0.0, false), (90.0, false)]
-        {
+        for (crease_degrees, swaps) in [(45.0f64, true), (135.0, true), (0.0, false), (90.0, false)] {
             let (s, c) = crease_degrees.to_radians().sin_cos();
             // The ray goes along -z, h along x; the crease lies in the x-y plane.
             let across = [-s, c, 0.0];
             let n1 = [half * across[0], half * across[1], half];
             let n2 = [-half * across[0], -half * across[1], half];
-            let mut ray = PolarisedRay::from_antenna(
-                [0.0, 0.0, -1.0],
-                [1.0, 0.0, 0.0],
-                AntennaPolarisation::H,
-            )
-            .unwrap();
+            let mut ray = PolarisedRay::from_antenna([0.0, 0.0, -1.0], [1.0, 0.0, 0.0], AntennaPolarisation::H).unwrap();
             ray.reflect(n1, &conductor());
             ray.reflect(n2, &conductor());
             assert!((ray.direction[2] - 1.0).abs() < 1e-12);
@@ -190,10 +162,7 @@ mod tests {
             back.reference_h = [1.0, 0.0, 0.0];
             let (along_x, along_y) = (back.polarised_k([1.0, 0.0]), back.polarised_k([0.0, 1.0]));
             let want = if swaps { (0.0, 1.0) } else { (1.0, 0.0) };
-            assert!(
-                (along_x - want.0).abs() < 1e-12 && (along_y - want.1).abs() < 1e-12,
-                "{crease_degrees}: {along_x} {along_y}"
-            );
+            assert!((along_x - want.0).abs() < 1e-12 && (along_y - want.1).abs() < 1e-12, "{crease_degrees}: {along_x} {along_y}");
         }
     }
 

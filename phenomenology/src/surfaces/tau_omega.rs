@@ -45,12 +45,7 @@ impl Canopy {
     ///
     /// # Errors
     /// As [`Canopy::new`].
-    pub fn from_water(
-        b_m2_kg: f64,
-        water_kg_m2: f64,
-        omega: f64,
-        temperature_k: f64,
-    ) -> Result<Self, SurfaceError> {
+    pub fn from_water(b_m2_kg: f64, water_kg_m2: f64, omega: f64, temperature_k: f64) -> Result<Self, SurfaceError> {
         Self::new(b_m2_kg * water_kg_m2, omega, temperature_k)
     }
 
@@ -63,12 +58,7 @@ impl Canopy {
     pub fn budget(&self, r: f64, cos_theta: f64) -> CanopyBudget {
         let g = (-self.tau_np / cos_theta).exp();
         let absorbed = (1.0 - g) * (1.0 + g * r);
-        CanopyBudget {
-            canopy: (1.0 - self.omega) * absorbed,
-            ground: g,
-            mirrored_sky: r * g * g,
-            scattered_sky: self.omega * absorbed,
-        }
+        CanopyBudget { canopy: (1.0 - self.omega) * absorbed, ground: g, mirrored_sky: r * g * g, scattered_sky: self.omega * absorbed }
     }
 
     /// Brightness of the published formula, K.
@@ -93,11 +83,7 @@ mod tests {
 
     #[test]
     fn shares_add_up_to_one() {
-        for (tau, omega, r, cos) in [
-            (0.1, 0.05, 0.4, 0.9),
-            (1.0, 0.12, 0.2, 0.5),
-            (3.0, 0.0, 0.9, 0.2),
-        ] {
+        for (tau, omega, r, cos) in [(0.1, 0.05, 0.4, 0.9), (1.0, 0.12, 0.2, 0.5), (3.0, 0.0, 0.9, 0.2)] {
             let c = Canopy::new(tau, omega, 300.0).unwrap();
             let b = c.budget(r, cos);
             let sum = b.canopy + b.ground * (1.0 - r) + b.mirrored_sky + b.scattered_sky;

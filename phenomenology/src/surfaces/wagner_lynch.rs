@@ -107,13 +107,7 @@ impl View {
         let density = (-0.5 * (x * x + y * y)).exp() / (2.0 * PI * sigma * self.frame.sigma_a);
         let d = (1.0 + a * a + b * b).sqrt();
         let facing = (self.cos - a * self.sin).max(0.0);
-        Facet {
-            a,
-            b,
-            d,
-            weight: area * density * facing / self.cos,
-            cos_chi: (facing / d).min(1.0),
-        }
+        Facet { a, b, d, weight: area * density * facing / self.cos, cos_chi: (facing / d).min(1.0) }
     }
 
     /// The direction a ray to the observer comes from by the mirror of the facet.
@@ -126,11 +120,7 @@ impl View {
     fn cos2_psi(&self, f: &Facet) -> f64 {
         let along = self.sin + f.a * self.cos;
         let size = along * along + f.b * f.b;
-        if size > 0.0 {
-            along * along / size
-        } else {
-            1.0
-        }
+        if size > 0.0 { along * along / size } else { 1.0 }
     }
 
     /// Slopes `b` from which the mirror ray goes up lie within this of zero, for a given `a`;
@@ -150,11 +140,7 @@ impl View {
     /// Slopes `b` that occur at a given `a`, the lower half left out if both signs are alike.
     pub(super) fn occurring_interval(&self, a: f64) -> (f64, f64) {
         let (mean, sigma) = self.frame.b_given_a(a);
-        if self.mirrored {
-            (0.0, REACH * sigma)
-        } else {
-            (mean - REACH * sigma, mean + REACH * sigma)
-        }
+        if self.mirrored { (0.0, REACH * sigma) } else { (mean - REACH * sigma, mean + REACH * sigma) }
     }
 
     /// What counts a facet of one sign of `b` for both, where they are alike.
@@ -164,11 +150,7 @@ impl View {
 
     /// Steepest slope towards the observer that is still seen from its front.
     pub(super) fn facing_limit(&self) -> f64 {
-        if self.sin > 0.0 {
-            self.cos / self.sin
-        } else {
-            f64::INFINITY
-        }
+        if self.sin > 0.0 { self.cos / self.sin } else { f64::INFINITY }
     }
 }
 
@@ -181,22 +163,14 @@ pub(super) struct Rules {
 
 impl Default for Rules {
     fn default() -> Self {
-        Self {
-            inner: legendre_24(),
-            outer: legendre_32(),
-        }
+        Self { inner: legendre_24(), outer: legendre_32() }
     }
 }
 
 /// Integrals over the facets of a surface seen from a direction.
 ///
 /// `sky` is asked for the direction every mirror ray comes from.
-pub(super) fn facet_integrals(
-    surface: FacetSurface<'_>,
-    view: &View,
-    sky: Sky<'_>,
-    rules: Rules,
-) -> FacetIntegrals {
+pub(super) fn facet_integrals(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, rules: Rules) -> FacetIntegrals {
     let mut sums = FacetIntegrals::default();
     emission(surface, view, rules, &mut sums);
     single_scatter(surface, view, sky, rules, &mut sums);
@@ -228,13 +202,7 @@ fn emission(surface: FacetSurface<'_>, view: &View, rules: Rules, sums: &mut Fac
 }
 
 /// `r = int W S12 Gamma` over the facets whose mirror ray goes up, and the same with the sky.
-fn single_scatter(
-    surface: FacetSurface<'_>,
-    view: &View,
-    sky: Sky<'_>,
-    rules: Rules,
-    sums: &mut FacetIntegrals,
-) {
+fn single_scatter(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, rules: Rules, sums: &mut FacetIntegrals) {
     // Mirror rays go up inside a circle of slopes of radius sec about (-tan, 0). With
     // a = hi - 2 sec sin^2 w its borders are smooth in w, and nodes gather at the upper border,
     // where mirror rays graze.
@@ -282,8 +250,5 @@ fn single_scatter(
 /// A local pair `[h, v]` as the observer's h and v see it.
 fn turn(cos2_psi: f64, local: [f64; 2]) -> [f64; 2] {
     let sin2 = 1.0 - cos2_psi;
-    [
-        cos2_psi * local[0] + sin2 * local[1],
-        cos2_psi * local[1] + sin2 * local[0],
-    ]
+    [cos2_psi * local[0] + sin2 * local[1], cos2_psi * local[1] + sin2 * local[0]]
 }

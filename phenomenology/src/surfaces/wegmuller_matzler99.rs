@@ -16,11 +16,7 @@ const MAX_DEGREES: f64 = 70.0;
 ///
 /// # Reference
 /// Wegmueller & Maetzler 1999, IEEE Trans. Geosci. Remote Sens. 37, 1391.
-pub fn wegmuller_matzler99(
-    smooth: &Reflection,
-    theta_rad: f64,
-    ks: f64,
-) -> Result<Reflection, SurfaceError> {
+pub fn wegmuller_matzler99(smooth: &Reflection, theta_rad: f64, ks: f64) -> Result<Reflection, SurfaceError> {
     let degrees = theta_rad.to_degrees();
     if degrees > MAX_DEGREES + 1e-9 {
         return Err(SurfaceError::Value {
@@ -32,10 +28,6 @@ pub fn wegmuller_matzler99(
     }
     let cos = theta_rad.cos();
     let h = smooth.power_h * (-ks.powf((0.1 * cos).sqrt())).exp();
-    let v = if degrees <= 60.0 {
-        h * cos.powf(0.655)
-    } else {
-        h * (0.635 - 0.0014 * (degrees - 60.0))
-    };
+    let v = if degrees <= 60.0 { h * cos.powf(0.655) } else { h * (0.635 - 0.0014 * (degrees - 60.0)) };
     Ok(smooth.with_powers(h, v))
 }

@@ -27,9 +27,7 @@ impl SpectralLine {
         let (f, f0, g, d) = (freq_ghz, self.centre_ghz, self.width_ghz, self.mixing);
         let (below, above) = (f0 - f, f0 + f);
         let g2 = g * g;
-        self.strength
-            * (f / f0)
-            * ((g - d * below) / (below * below + g2) + (g - d * above) / (above * above + g2))
+        self.strength * (f / f0) * ((g - d * below) / (below * below + g2) + (g - d * above) / (above * above + g2))
     }
 }
 
@@ -46,8 +44,7 @@ impl DebyeOxygen {
     /// Imaginary refractivity in ppm: `S f G / (f^2 + G^2)`.
     #[must_use]
     pub fn refractivity_ppm(&self, freq_ghz: f64) -> f64 {
-        self.strength * freq_ghz * self.width_ghz
-            / (freq_ghz * freq_ghz + self.width_ghz * self.width_ghz)
+        self.strength * freq_ghz * self.width_ghz / (freq_ghz * freq_ghz + self.width_ghz * self.width_ghz)
     }
 }
 
@@ -106,24 +103,14 @@ impl GasSpectrum {
     /// The frequency is not checked here: this is the inner loop.
     #[must_use]
     pub fn absorption(&self, freq_ghz: f64) -> GasAbsorption {
-        let sum = |lines: &[SpectralLine]| -> f64 {
-            lines
-                .iter()
-                .map(|line| line.refractivity_ppm(freq_ghz))
-                .sum()
-        };
+        let sum = |lines: &[SpectralLine]| -> f64 { lines.iter().map(|line| line.refractivity_ppm(freq_ghz)).sum() };
         let water = sum(&self.water_lines) + self.water_continuum.slope_ppm_per_ghz * freq_ghz;
         // First-order mixing can push the far wing of the band below zero.
         let oxygen_lines = sum(&self.oxygen_lines).max(0.0);
         let oxygen = oxygen_lines + self.oxygen_debye.refractivity_ppm(freq_ghz);
-        let nitrogen =
-            super::nitrogen_refractivity_ppm(freq_ghz, self.dry_pressure_hpa, self.theta);
+        let nitrogen = super::nitrogen_refractivity_ppm(freq_ghz, self.dry_pressure_hpa, self.theta);
         let to_db = 0.1820 * freq_ghz;
-        GasAbsorption {
-            water_db_per_km: to_db * water,
-            oxygen_db_per_km: to_db * oxygen,
-            nitrogen_db_per_km: to_db * nitrogen,
-        }
+        GasAbsorption { water_db_per_km: to_db * water, oxygen_db_per_km: to_db * oxygen, nitrogen_db_per_km: to_db * nitrogen }
     }
 }
 
@@ -133,12 +120,7 @@ mod tests {
 
     #[test]
     fn line_peaks_at_strength_over_width() {
-        let line = SpectralLine {
-            centre_ghz: 183.31,
-            strength: 2.0,
-            width_ghz: 3.0,
-            mixing: 0.0,
-        };
+        let line = SpectralLine { centre_ghz: 183.31, strength: 2.0, width_ghz: 3.0, mixing: 0.0 };
         let peak = line.refractivity_ppm(183.31);
         let far_wing = 3.0 / ((2.0 * 183.31f64).powi(2) + 9.0);
         assert!((peak - 2.0 * (1.0 / 3.0 + far_wing)).abs() < 1e-12);
@@ -146,21 +128,13 @@ mod tests {
 
     #[test]
     fn mixing_moves_strength_across_the_line() {
-        let line = SpectralLine {
-            centre_ghz: 60.0,
-            strength: 1.0,
-            width_ghz: 1.0,
-            mixing: 0.1,
-        };
+        let line = SpectralLine { centre_ghz: 60.0, strength: 1.0, width_ghz: 1.0, mixing: 0.1 };
         assert!(line.refractivity_ppm(61.0) > line.refractivity_ppm(59.0));
     }
 
     #[test]
     fn debye_peaks_at_its_width() {
-        let debye = DebyeOxygen {
-            strength: 4.0,
-            width_ghz: 0.5,
-        };
+        let debye = DebyeOxygen { strength: 4.0, width_ghz: 0.5 };
         assert!((debye.refractivity_ppm(0.5) - 2.0).abs() < 1e-12);
     }
 }

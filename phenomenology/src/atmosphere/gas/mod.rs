@@ -70,11 +70,7 @@ pub fn gas_model(name: &str) -> Result<Arc<dyn GasModel>, PhysicsError> {
         None => Err(PhysicsError::UnknownName {
             kind: "gas absorption model",
             name: name.to_owned(),
-            known: GAS_MODELS
-                .iter()
-                .map(|e| e.name)
-                .collect::<Vec<_>>()
-                .join(", "),
+            known: GAS_MODELS.iter().map(|e| e.name).collect::<Vec<_>>().join(", "),
         }),
     }
 }
@@ -93,9 +89,6 @@ mod tests {
     #[test]
     fn unknown_model_lists_the_known() {
         let message = gas_model("mpm99").unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "unknown gas absorption model 'mpm99'; known: mpm89, mpm93"
-        );
+        assert_eq!(message, "unknown gas absorption model 'mpm99'; known: mpm89, mpm93");
     }
 }

@@ -31,10 +31,7 @@ impl Mpm89 {
     /// # Errors
     /// [`PhysicsError::Table`] if a catalogue is damaged.
     pub fn new() -> Result<Self, PhysicsError> {
-        Ok(Self {
-            water: read_rows("mpm89_h2o", WATER)?,
-            oxygen: read_rows("mpm89_o2", OXYGEN)?,
-        })
+        Ok(Self { water: read_rows("mpm89_h2o", WATER)?, oxygen: read_rows("mpm89_o2", OXYGEN)? })
     }
 }
 
@@ -78,14 +75,9 @@ impl GasModel for Mpm89 {
 
         GasSpectrum {
             water_lines,
-            water_continuum: WaterContinuum {
-                slope_ppm_per_ghz: e * theta.powi(3) * 1e-5 * (0.113 * p_d + 3.57 * e * power(7.5)),
-            },
+            water_continuum: WaterContinuum { slope_ppm_per_ghz: e * theta.powi(3) * 1e-5 * (0.113 * p_d + 3.57 * e * power(7.5)) },
             oxygen_lines,
-            oxygen_debye: DebyeOxygen {
-                strength: 6.14e-4 * p_d * theta * theta,
-                width_ghz: 5.6e-3 * (p_d + e) * theta_0_8,
-            },
+            oxygen_debye: DebyeOxygen { strength: 6.14e-4 * p_d * theta * theta, width_ghz: 5.6e-3 * (p_d + e) * theta_0_8 },
             dry_pressure_hpa: air.dry_pressure_hpa(),
             theta,
         }

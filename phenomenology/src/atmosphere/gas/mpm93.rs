@@ -32,10 +32,7 @@ impl Mpm93 {
     /// # Errors
     /// [`PhysicsError::Table`] if a catalogue is damaged.
     pub fn new() -> Result<Self, PhysicsError> {
-        Ok(Self {
-            water: read_rows("mpm93_h2o", WATER)?,
-            oxygen: read_rows("mpm93_o2", OXYGEN)?,
-        })
+        Ok(Self { water: read_rows("mpm93_h2o", WATER)?, oxygen: read_rows("mpm93_o2", OXYGEN)? })
     }
 }
 
@@ -80,10 +77,7 @@ impl GasModel for Mpm93 {
             water_lines,
             water_continuum: WaterContinuum::default(),
             oxygen_lines,
-            oxygen_debye: DebyeOxygen {
-                strength: 6.14e-5 * p_d * theta * theta,
-                width_ghz: 0.56e-3 * (p_d + e) * theta_0_8,
-            },
+            oxygen_debye: DebyeOxygen { strength: 6.14e-5 * p_d * theta * theta, width_ghz: 0.56e-3 * (p_d + e) * theta_0_8 },
             dry_pressure_hpa: p_d,
             theta,
         }

@@ -8,8 +8,7 @@
 #[must_use]
 pub fn nitrogen_refractivity_ppm(freq_ghz: f64, dry_pressure_hpa: f64, theta: f64) -> f64 {
     let theta_3_5 = theta * theta * theta * theta.sqrt();
-    1.40e-12 * dry_pressure_hpa * dry_pressure_hpa * theta_3_5 * freq_ghz
-        / (1.0 + 1.93e-5 * freq_ghz * freq_ghz.sqrt())
+    1.40e-12 * dry_pressure_hpa * dry_pressure_hpa * theta_3_5 * freq_ghz / (1.0 + 1.93e-5 * freq_ghz * freq_ghz.sqrt())
 }
 
 #[cfg(test)]

@@ -37,11 +37,7 @@ struct Curve {
 
 impl Curve {
     fn at(&self, log10_f: f64) -> f64 {
-        let bumps: f64 = self
-            .gaussians
-            .iter()
-            .map(|&[a, b, c]| a * (-((log10_f - b) / c).powi(2)).exp())
-            .sum();
+        let bumps: f64 = self.gaussians.iter().map(|&[a, b, c]| a * (-((log10_f - b) / c).powi(2)).exp()).sum();
         bumps + self.slope * log10_f + self.constant
     }
 }
@@ -59,10 +55,7 @@ impl ItuP838 {
     /// # Errors
     /// [`PhysicsError::Table`] if the table is damaged.
     pub fn new() -> Result<Self, PhysicsError> {
-        Ok(Self {
-            log_k: [read_curve("kH", 4)?, read_curve("kV", 4)?],
-            alpha: [read_curve("alphaH", 5)?, read_curve("alphaV", 5)?],
-        })
+        Ok(Self { log_k: [read_curve("kH", 4)?, read_curve("kV", 4)?], alpha: [read_curve("alphaH", 5)?, read_curve("alphaV", 5)?] })
     }
 
     /// Power law for a path of any elevation and any linear polarisation.
@@ -75,12 +68,7 @@ impl ItuP838 {
     ///
     /// # Reference
     /// ITU-R P.838-3, equations (4) and (5).
-    pub fn power_law(
-        &self,
-        freq_ghz: f64,
-        elevation_deg: f64,
-        tilt_deg: f64,
-    ) -> Result<PowerLaw, PhysicsError> {
+    pub fn power_law(&self, freq_ghz: f64, elevation_deg: f64, tilt_deg: f64) -> Result<PowerLaw, PhysicsError> {
         check_frequency(freq_ghz)?;
         check_range("path elevation", elevation_deg, "deg", 0.0, 90.0)?;
         check_range("polarisation tilt", tilt_deg, "deg", 0.0, 180.0)?;
@@ -88,10 +76,7 @@ impl ItuP838 {
         let turn = elevation_deg.to_radians().cos().powi(2) * (2.0 * tilt_deg.to_radians()).cos();
         let k = 0.5 * (h.k + v.k + (h.k - v.k) * turn);
         let (kah, kav) = (h.k * h.alpha, v.k * v.alpha);
-        Ok(PowerLaw {
-            k,
-            alpha: (kah + kav + (kah - kav) * turn) / (2.0 * k),
-        })
+        Ok(PowerLaw { k, alpha: (kah + kav + (kah - kav) * turn) / (2.0 * k) })
     }
 }
 
@@ -106,23 +91,13 @@ impl RainModel for ItuP838 {
 
     fn power_laws(&self, freq_ghz: f64) -> [PowerLaw; 2] {
         let log10_f = freq_ghz.log10();
-        [0, 1].map(|pol| PowerLaw {
-            k: 10f64.powf(self.log_k[pol].at(log10_f)),
-            alpha: self.alpha[pol].at(log10_f),
-        })
+        [0, 1].map(|pol| PowerLaw { k: 10f64.powf(self.log_k[pol].at(log10_f)), alpha: self.alpha[pol].at(log10_f) })
     }
 }
 
 fn read_curve(name: &str, gaussians: usize) -> Result<Curve, PhysicsError> {
-    let fault = |line: u64, problem: String| PhysicsError::Table {
-        table: "itu_p838_3".to_owned(),
-        line,
-        problem,
-    };
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(COEFFICIENTS.as_bytes());
+    let fault = |line: u64, problem: String| PhysicsError::Table { table: "itu_p838_3".to_owned(), line, problem };
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(COEFFICIENTS.as_bytes());
     let mut curve = Curve::default();
     let mut has_line = false;
     for record in reader.records() {
@@ -133,9 +108,7 @@ fn read_curve(name: &str, gaussians: usize) -> Result<Curve, PhysicsError> {
         }
         let number = |column: usize| -> Result<f64, PhysicsError> {
             let field = record.get(column).unwrap_or_default();
-            field
-                .parse()
-                .map_err(|_| fault(line, format!("'{field}' is not a number")))
+            field.parse().map_err(|_| fault(line, format!("'{field}' is not a number")))
         };
         if record.get(1) == Some("m_and_c") {
             (curve.slope, curve.constant) = (number(2)?, number(3)?);

@@ -45,11 +45,7 @@ impl RainAttenuation {
 ///
 /// # Errors
 /// [`PhysicsError::OutOfRange`] outside 1-1000 GHz or the rain rates of the model.
-pub fn rain_attenuation(
-    model: &dyn RainModel,
-    freq_ghz: f64,
-    rate_mm_h: f64,
-) -> Result<RainAttenuation, PhysicsError> {
+pub fn rain_attenuation(model: &dyn RainModel, freq_ghz: f64, rate_mm_h: f64) -> Result<RainAttenuation, PhysicsError> {
     check_frequency(freq_ghz)?;
     check_range("rain rate", rate_mm_h, "mm/h", 0.0, model.max_rate_mm_h())?;
     let [horizontal, vertical] = model.power_laws(freq_ghz);
@@ -98,11 +94,7 @@ pub fn rain_model(name: &str) -> Result<Arc<dyn RainModel>, PhysicsError> {
         None => Err(PhysicsError::UnknownName {
             kind: "rain model",
             name: name.to_owned(),
-            known: RAIN_MODELS
-                .iter()
-                .map(|e| e.name)
-                .collect::<Vec<_>>()
-                .join(", "),
+            known: RAIN_MODELS.iter().map(|e| e.name).collect::<Vec<_>>().join(", "),
         }),
     }
 }
@@ -116,12 +108,7 @@ mod tests {
         for entry in RAIN_MODELS {
             assert_eq!(rain_model(entry.name).unwrap().name(), entry.name);
         }
-        assert!(
-            rain_model("p837")
-                .unwrap_err()
-                .to_string()
-                .contains("p838, olsen78")
-        );
+        assert!(rain_model("p837").unwrap_err().to_string().contains("p838, olsen78"));
     }
 
     #[test]
@@ -130,13 +117,8 @@ mod tests {
             let model = (entry.build)().unwrap();
             let none = rain_attenuation(model.as_ref(), 35.0, 0.0).unwrap();
             assert_eq!(none.mean_db_per_km(), 0.0);
-            let message = rain_attenuation(model.as_ref(), 35.0, -1.0)
-                .unwrap_err()
-                .to_string();
-            assert!(
-                message.starts_with("rain rate -1 mm/h is outside"),
-                "{message}"
-            );
+            let message = rain_attenuation(model.as_ref(), 35.0, -1.0).unwrap_err().to_string();
+            assert!(message.starts_with("rain rate -1 mm/h is outside"), "{message}");
         }
     }
 }

@@ -10,8 +10,7 @@ fn gas_totals_match_arts() {
     };
     for name in ["mpm89", "mpm93"] {
         let model = gas_model(name).unwrap();
-        let (mut total, mut water, mut oxygen) =
-            (Worst::default(), Worst::default(), Worst::default());
+        let (mut total, mut water, mut oxygen) = (Worst::default(), Worst::default(), Worst::default());
         for row in rows.iter().filter(|r| r[0].to_lowercase() == name) {
             let v = |i| number(row, i);
             let air = AirState::new(v(2), v(3), v(4)).unwrap();
@@ -47,10 +46,7 @@ fn median_ratio_to_p676_is_near_one_in_every_band() {
             ratios.push(ours / (v(4) + v(5)));
         }
         let ratio = median(&mut ratios);
-        println!(
-            "{band:?} GHz: median ratio {ratio:.4} of {} rows",
-            ratios.len()
-        );
+        println!("{band:?} GHz: median ratio {ratio:.4} of {} rows", ratios.len());
         assert!((ratio - 1.0).abs() <= 0.04, "{band:?}: {ratio}");
     }
 }
@@ -72,10 +68,7 @@ fn hydrosols_and_olsen_rain_match_arts() {
                 liquid.see(off(ours), what);
             }
             "ice_mpm93" => {
-                ice.see(
-                    off(crystal_attenuation_liebe93(v(1), v(2), v(3)).unwrap()),
-                    what,
-                );
+                ice.see(off(crystal_attenuation_liebe93(v(1), v(2), v(3)).unwrap()), what);
             }
             "rain_olsen1978_arts" if v(3) <= 25.0 => {
                 let ours = rain_attenuation(olsen.as_ref(), v(1), v(3)).unwrap();
@@ -103,24 +96,12 @@ fn rain_matches_p838() {
         let v = |i| number(row, i);
         let what = || row.join(",");
         let [h, vert] = model.power_laws(v(0));
-        for (ours, theirs) in [
-            (h.k, v(1)),
-            (h.alpha, v(2)),
-            (vert.k, v(3)),
-            (vert.alpha, v(4)),
-        ] {
+        for (ours, theirs) in [(h.k, v(1)), (h.alpha, v(2)), (vert.k, v(3)), (vert.alpha, v(4))] {
             coefficients.see((ours / theirs - 1.0).abs(), what);
         }
         let ours = rain_attenuation(&model, v(0), v(5)).unwrap();
-        let slant = model
-            .power_law(v(0), v(8), v(9))
-            .unwrap()
-            .attenuation_db_per_km(v(5));
-        for (ours, theirs) in [
-            (ours.horizontal_db_per_km, v(6)),
-            (ours.vertical_db_per_km, v(7)),
-            (slant, v(10)),
-        ] {
+        let slant = model.power_law(v(0), v(8), v(9)).unwrap().attenuation_db_per_km(v(5));
+        for (ours, theirs) in [(ours.horizontal_db_per_km, v(6)), (ours.vertical_db_per_km, v(7)), (slant, v(10))] {
             gamma.see((ours / theirs - 1.0).abs(), what);
         }
     }

@@ -13,9 +13,7 @@ fn upwelling_paths_match_and_constant_temperature_is_close() {
     let mut pieces = Worst::default();
     for name in ["ussa", "trl", "sts", "saw"] {
         let air = Atmosphere::reference(name, "mpm89").unwrap();
-        let freqs = [
-            10.0, 19.0, 35.0, 37.0, 89.0, 94.0, 140.0, 183.0, 220.0, 340.0,
-        ];
+        let freqs = [10.0, 19.0, 35.0, 37.0, 89.0, 94.0, 140.0, 183.0, 220.0, 340.0];
         let table = PathTable::new(&air, &freqs).unwrap();
         let stepped = table.clone().with_max_rise(0.2).unwrap();
         for row in oracle.iter().filter(|r| r[0] == name) {

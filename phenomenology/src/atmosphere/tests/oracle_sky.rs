@@ -5,15 +5,10 @@ use crate::atmosphere::ray::Ray;
 use crate::atmosphere::*;
 
 const ZENITHS: [f64; 8] = [0.0, 30.0, 45.0, 60.0, 70.0, 75.0, 80.0, 85.0];
-const FREQS: [f64; 10] = [
-    10.0, 19.0, 35.0, 37.0, 89.0, 94.0, 140.0, 183.0, 220.0, 340.0,
-];
+const FREQS: [f64; 10] = [10.0, 19.0, 35.0, 37.0, 89.0, 94.0, 140.0, 183.0, 220.0, 340.0];
 
 fn pick(rows: &[SkyRow], freq: f64, zenith: f64) -> SkyRow {
-    *rows
-        .iter()
-        .find(|r| r.freq_ghz == freq && r.zenith_deg == zenith)
-        .unwrap()
+    *rows.iter().find(|r| r.freq_ghz == freq && r.zenith_deg == zenith).unwrap()
 }
 
 #[test]
@@ -26,14 +21,8 @@ fn clear_skies_match_the_same_gas_model() {
     let mut count = 0;
     for entry in ATMOSPHERES {
         for name in ["mpm89", "mpm93"] {
-            let sky = Atmosphere::reference(entry.name, name)
-                .unwrap()
-                .sky(&FREQS, &ZENITHS, Geometry::Plane)
-                .unwrap();
-            for row in oracle
-                .iter()
-                .filter(|r| r[0] == entry.name && r[1].to_lowercase() == name)
-            {
+            let sky = Atmosphere::reference(entry.name, name).unwrap().sky(&FREQS, &ZENITHS, Geometry::Plane).unwrap();
+            for row in oracle.iter().filter(|r| r[0] == entry.name && r[1].to_lowercase() == name) {
                 let v = |i| number(row, i);
                 let ours = pick(&sky, v(2), v(3));
                 let what = || row.join(",");
@@ -66,10 +55,7 @@ fn mpm89_is_close_to_rosenkranz_and_mpm93_is_warmer() {
             air.sky(&FREQS, &ZENITHS, Geometry::Plane).unwrap()
         };
         let (mpm89, mpm93) = (run("mpm89"), run("mpm93"));
-        for row in oracle
-            .iter()
-            .filter(|r| r[0] == entry.name && r[1] == "R24")
-        {
+        for row in oracle.iter().filter(|r| r[0] == entry.name && r[1] == "R24") {
             let v = |i| number(row, i);
             let ours = pick(&mpm89, v(2), v(3)).tb_planck_k;
             let difference = ours - v(4);
@@ -109,11 +95,7 @@ fn refracted_skies_match() {
             let what = || row.join(",");
             let worst = if v(3) <= 85.0 { &mut high } else { &mut low };
             worst.see((ours.tb_planck_k - v(5)).abs(), what);
-            let length = if v(3) <= 85.0 {
-                &mut length
-            } else {
-                &mut low_length
-            };
+            let length = if v(3) <= 85.0 { &mut length } else { &mut low_length };
             length.see((ours.path_km / v(4) - 1.0).abs(), what);
             count += 1;
         }
@@ -139,10 +121,7 @@ fn refracted_lengths_match_brute_force_quadrature() {
         for zenith in [60.0f64, 80.0, 85.0, 87.0, 89.0] {
             // ds = q dr / sqrt(q^2 - q0^2 sin^2), midpoints of 5 m steps.
             let a = q(0.0) * zenith.to_radians().sin();
-            let brute: f64 = (0..6000)
-                .map(|i| q(0.005 * (f64::from(i) + 0.5)))
-                .map(|q| 0.005 * q / (q * q - a * a).sqrt())
-                .sum();
+            let brute: f64 = (0..6000).map(|i| q(0.005 * (f64::from(i) + 0.5))).map(|q| 0.005 * q / (q * q - a * a).sqrt()).sum();
             let row = air.sky(&[10.0], &[zenith], Geometry::Spherical).unwrap()[0];
             assert!((row.path_km / brute - 1.0).abs() < 1e-4, "{name} {zenith}");
         }
@@ -160,10 +139,7 @@ fn cloud_fog_and_rain_match() {
         ("cumulus_1.0_3.0km_0.5gm3", &["cloud:1.0km-3.0km:0.5g/m3"]),
         ("rain_5mmh_0_2km", &["rain:0km-2km:5mm/h"]),
         ("haze_0_1km_0.01gm3", &["haze:0km-1km:0.01g/m3"]),
-        (
-            "rain_25mmh_0_4km_cloud_1_4km_0.3",
-            &["rain:0km-4km:25mm/h", "cloud:1km-4km:0.3g/m3"],
-        ),
+        ("rain_25mmh_0_4km_cloud_1_4km_0.3", &["rain:0km-4km:25mm/h", "cloud:1km-4km:0.3g/m3"]),
     ];
     let (mut planck, mut hydro) = (Worst::default(), Worst::default());
     let mut count = 0;
@@ -194,12 +170,7 @@ fn halving_the_grid_changes_little() {
     for name in ["trl", "sts", "saw"] {
         let air = Atmosphere::reference(name, "mpm89").unwrap();
         let coarse = air.air_grid(0.0, 30.0, &[]).unwrap();
-        let middles: Vec<f64> = coarse
-            .levels()
-            .z_km
-            .windows(2)
-            .map(|w| 0.5 * (w[0] + w[1]))
-            .collect();
+        let middles: Vec<f64> = coarse.levels().z_km.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
         let fine = air.air_grid(0.0, 30.0, &middles).unwrap();
         assert_eq!(fine.levels().z_km.len(), 2 * coarse.levels().z_km.len() - 1);
         for zenith in [0.0, 60.0, 85.0, 89.5] {

@@ -1,24 +1,17 @@
-//! `scene`: brightness scenes.
+//! `scene render`: a FITS image in K.
 
-use super::context::{Context, Outcome};
-use super::failure::Result;
-use super::options::OutputArgs;
+use crate::cli::context::{Context, Outcome};
+use crate::cli::failure::Result;
+use crate::cli::options::OutputArgs;
 use cittert_arrays::quantity::{Angle, Frequency};
 use cittert_arrays::{Image, PhaseCenter, SpectralWindow};
 use cittert_formats::fits::{ImageOptions, write_image};
-use clap::{Args, Subcommand};
+use clap::Args;
 use std::path::PathBuf;
-
-/// What to do with a scene.
-#[derive(Debug, Subcommand)]
-pub enum SceneCommand {
-    /// Render a scene description (or read a PNG or FITS scene) into a FITS image in K.
-    Render(RenderArgs),
-}
 
 /// Options of `scene render`.
 #[derive(Debug, Args)]
-pub struct RenderArgs {
+pub(crate) struct RenderArgs {
     /// Scene description (TOML), PNG or FITS image.
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
@@ -47,24 +40,18 @@ pub struct RenderArgs {
     out: OutputArgs,
 }
 
-/// Run a subcommand of `scene`.
+/// Render a scene description, or read a picture, into a FITS image in K.
 ///
 /// # Errors
 /// Anything wrong with the scene or the disk.
-pub fn run(command: &SceneCommand, context: &Context) -> Result<Outcome> {
-    match command {
-        SceneCommand::Render(args) => render(args, context),
-    }
-}
-
-fn render(args: &RenderArgs, context: &Context) -> Result<Outcome> {
+pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     args.out.check(&args.out.output)?;
     let center = match &args.phase_center {
         Some(text) => PhaseCenter::parse(text)?,
         None => PhaseCenter::unprojected("boresight"),
     };
     let spectrum = SpectralWindow::band(args.freq.si(), args.bandwidth.si(), 1)?;
-    let scene = super::options::SceneArgs {
+    let scene = crate::cli::options::SceneArgs {
         scene: args.scene.clone(),
         scene_cell: args.scene_cell,
         scene_size: args.scene_size,
@@ -73,7 +60,7 @@ fn render(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     };
     let loaded = scene.load(&center, &spectrum, context)?;
     let Some(mut image) = loaded.sky.images.into_iter().next() else {
-        return Err(super::Failure::message(format!("{}: a source list has no pixels to render", args.scene.display())));
+        return Err(crate::cli::Failure::message(format!("{}: a source list has no pixels to render", args.scene.display())));
     };
     image.history.push(context.history());
     write_image(&args.out.output, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;

@@ -1,0 +1,133 @@
+//! `scene list`: everything that has a name.
+
+use crate::cli::context::Outcome;
+use crate::cli::failure::Result;
+use cittert_phenomenology::atmosphere::{ATMOSPHERES, GAS_MODELS, GEOMETRIES, LAYER_KINDS, RAIN_MODELS};
+use cittert_phenomenology::dielectrics::{Bands, DielectricError, MODELS, Material, SoilTexture};
+use cittert_phenomenology::surfaces::ROUGHNESS_KINDS;
+use clap::{Args, ValueEnum};
+use serde_json::{Map, Value, json};
+
+/// Options of `scene list`.
+#[derive(Debug, Args)]
+pub(crate) struct ListArgs {
+    /// What to list [default: everything].
+    #[arg(value_enum)]
+    kind: Option<Kind>,
+}
+
+/// What can be listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Kind {
+    /// Reference atmospheres.
+    Atmospheres,
+    /// Gas models.
+    Gases,
+    /// Rain models.
+    Rain,
+    /// Kinds of layer.
+    Layers,
+    /// Shapes of the air.
+    Geometries,
+    /// Materials.
+    Materials,
+    /// Permittivity models.
+    Models,
+    /// Soil textures.
+    Textures,
+    /// Kinds of roughness.
+    Surfaces,
+}
+
+/// A line of a listing.
+struct Entry {
+    name: String,
+    describes: String,
+    more: Value,
+}
+
+impl Entry {
+    fn new(name: &str, describes: impl Into<String>, more: Value) -> Self {
+        Self { name: name.to_owned(), describes: describes.into(), more }
+    }
+
+    fn json(&self) -> Value {
+        let mut all = Map::new();
+        all.insert("name".into(), self.name.clone().into());
+        all.insert("describes".into(), self.describes.clone().into());
+        if let Value::Object(more) = &self.more {
+            all.extend(more.clone());
+        }
+        Value::Object(all)
+    }
+}
+
+/// List one kind, or all.
+///
+/// # Errors
+/// Only if a built-in table is damaged.
+pub(super) fn run(args: &ListArgs) -> Result<Outcome> {
+    let mut text = Vec::new();
+    let mut json = Map::new();
+    for kind in Kind::value_variants().iter().filter(|k| args.kind.is_none_or(|only| only == **k)) {
+        let name = kind.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
+        let entries = entries(*kind)?;
+        let width = entries.iter().map(|e| e.name.len()).max().unwrap_or(0);
+        if args.kind.is_none() {
+            text.push(format!("{}{name}:", if text.is_empty() { "" } else { "\n" }));
+        }
+        text.extend(entries.iter().map(|e| format!("{:width$}  {}", e.name, e.describes)));
+        json.insert(name, entries.iter().map(Entry::json).collect());
+    }
+    Ok(Outcome::new(Value::Object(json), text.join("\n")))
+}
+
+fn entries(kind: Kind) -> Result<Vec<Entry>, DielectricError> {
+    let sourced =
+        |name: &str, summary: &str, reference: &str| Entry::new(name, format!("{summary}; {reference}"), json!({ "reference": reference }));
+    Ok(match kind {
+        Kind::Atmospheres => ATMOSPHERES.iter().map(|a| sourced(a.name, a.summary, a.reference)).collect(),
+        Kind::Gases => GAS_MODELS.iter().map(|m| sourced(m.name, m.summary, m.reference)).collect(),
+        Kind::Rain => RAIN_MODELS.iter().map(|m| sourced(m.name, m.summary, m.reference)).collect(),
+        Kind::Layers => LAYER_KINDS.iter().map(|l| Entry::new(l.name, l.summary, json!({ "unit": l.unit }))).collect(),
+        Kind::Geometries => GEOMETRIES.iter().map(|(name, _, summary)| Entry::new(name, *summary, Value::Null)).collect(),
+        Kind::Materials => Material::all().iter().map(material).collect(),
+        Kind::Models => MODELS.iter().map(model).collect(),
+        Kind::Textures => SoilTexture::all()?
+            .iter()
+            .map(|t| {
+                let describes = format!("sand {}, silt {}, clay {}", t.sand, t.silt, t.clay);
+                Entry::new(&t.name, describes, json!({ "sand": t.sand, "silt": t.silt, "clay": t.clay }))
+            })
+            .collect(),
+        Kind::Surfaces => ROUGHNESS_KINDS
+            .iter()
+            .map(|k| Entry::new(k.name, format!("{}   {}", k.syntax, k.describes), json!({ "syntax": k.syntax })))
+            .collect(),
+    })
+}
+
+fn material(m: &Material) -> Entry {
+    let parameters: Vec<String> = m.parameters.iter().map(|p| format!("{} {} {}", p.parameter, p.default, p.parameter.unit())).collect();
+    let models: Vec<&str> = m.model_names().collect();
+    let defaults: Map<String, Value> = m.parameters.iter().map(|p| (p.parameter.key().to_owned(), p.default.into())).collect();
+    Entry::new(
+        m.name,
+        format!("{}; models {}; {}", m.describes, models.join(", "), parameters.join(", ")),
+        json!({ "aliases": m.aliases, "models": models, "parameters": defaults }),
+    )
+}
+
+fn model(m: &cittert_phenomenology::dielectrics::Model) -> Entry {
+    let band = match m.bands {
+        Bands::Fixed(b) => format!("{}-{} GHz", b.min_ghz, b.max_ghz),
+        Bands::OfMaterial(_) => "bands by material".to_owned(),
+    };
+    let ranges: Vec<String> = m.ranges.iter().map(|r| format!("{} {} to {} {}", r.parameter, r.min, r.max, r.parameter.unit())).collect();
+    let range = std::iter::once(band.clone()).chain(ranges).collect::<Vec<_>>().join(", ");
+    Entry::new(
+        m.name,
+        format!("{}; {range}; {}", m.describes, m.reference),
+        json!({ "reference": m.reference, "range": range, "extension": m.extension }),
+    )
+}
