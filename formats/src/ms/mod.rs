@@ -1,0 +1,3 @@
+//! Measurement Sets.
+mod ffi;
+mod table;
