@@ -1,3 +1,4 @@
 //! Measurement Sets.
 mod ffi;
+mod keywords;
 mod table;

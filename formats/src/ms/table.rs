@@ -11,7 +11,7 @@ use std::sync::{Mutex, MutexGuard};
 /// casacore keeps one cache of open tables for the whole process and guards it against nobody: one call at a time.
 static CASACORE: Mutex<()> = Mutex::new(());
 
-fn lock() -> MutexGuard<'static, ()> {
+pub(super) fn lock() -> MutexGuard<'static, ()> {
     // A panic of another thread between two calls leaves nothing half done in casacore.
     CASACORE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
@@ -91,15 +91,16 @@ pub(super) enum Manager {
 /// An open table. Dropping one that was created and not flushed discards it.
 #[derive(Debug)]
 pub(super) struct Table {
-    handle: NonNull<CtTable>,
-    path: PathBuf,
+    pub(super) handle: NonNull<CtTable>,
+    /// What errors name: of an output its final name, not the hidden one it has while it is written.
+    pub(super) path: PathBuf,
     discard: bool,
 }
 
 // SAFETY: every use of the handle holds the lock, and casacore binds no table to a thread.
 unsafe impl Send for Table {}
 
-fn text(path: &Path, s: &str) -> Result<CString> {
+pub(super) fn text(path: &Path, s: &str) -> Result<CString> {
     CString::new(s).map_err(|_| FormatError::unsupported(path, format!("the text {s:?} holds a NUL, which no table can")))
 }
 
@@ -118,28 +119,28 @@ fn check(code: c_int, path: &Path, place: &str) -> Result<()> {
 }
 
 impl Table {
-    fn with_path(path: &Path, create: bool) -> Result<Self> {
-        let name = path.to_str().ok_or_else(|| FormatError::unsupported(path, "casacore needs a path in UTF-8"))?;
-        let name = text(path, name)?;
+    fn with_path(path: &Path, label: &Path, create: bool) -> Result<Self> {
+        let name = path.to_str().ok_or_else(|| FormatError::unsupported(label, "casacore needs a path in UTF-8"))?;
+        let name = text(label, name)?;
         let mut out = ptr::null_mut();
         let _lock = lock();
         // SAFETY: `name` is NUL-terminated and `out` is a place for the handle.
         let code = unsafe { if create { ffi::ct_create(name.as_ptr(), &mut out) } else { ffi::ct_open(name.as_ptr(), &mut out) } };
-        check(code, path, "table")?;
+        check(code, label, "table")?;
         match NonNull::new(out) {
-            Some(handle) => Ok(Self { handle, path: path.into(), discard: create }),
-            None => Err(FormatError::malformed(path, "table", "an open table", "nothing")),
+            Some(handle) => Ok(Self { handle, path: label.into(), discard: create }),
+            None => Err(FormatError::malformed(label, "table", "an open table", "nothing")),
         }
     }
 
-    /// Make a new table without columns.
-    pub(super) fn create(path: &Path) -> Result<Self> {
-        Self::with_path(path, true)
+    /// Make a new table without columns at `path`; errors name `label`.
+    pub(super) fn create(path: &Path, label: &Path) -> Result<Self> {
+        Self::with_path(path, label, true)
     }
 
     /// Open a table to read.
     pub(super) fn open(path: &Path) -> Result<Self> {
-        Self::with_path(path, false)
+        Self::with_path(path, path, false)
     }
 
     /// Where the table is.
@@ -147,7 +148,7 @@ impl Table {
         &self.path
     }
 
-    fn done(&self, code: c_int, place: &str) -> Result<()> {
+    pub(super) fn done(&self, code: c_int, place: &str) -> Result<()> {
         check(code, &self.path, place)
     }
 
@@ -366,80 +367,6 @@ impl Table {
         // SAFETY: on success the shim points at a NUL-terminated text that lives until its next call.
         Ok(unsafe { CStr::from_ptr(value) }.to_string_lossy().into_owned())
     }
-
-    fn put_keyword(&mut self, place: Place<'_>, kind: Kind, n: i32, values: *const c_void) -> Result<()> {
-        let names = place.texts(&self.path)?;
-        let _lock = lock();
-        // SAFETY: the callers below pass n values (one for n < 0) of the type that `kind` names.
-        let code = unsafe {
-            ffi::ct_put_keyword(self.handle.as_ptr(), pointer(&names.0), pointer(&names.1), names.2.as_ptr(), kind as i32, n, values)
-        };
-        self.done(code, place.key)
-    }
-
-    /// Put a keyword that is one number or truth value.
-    pub(super) fn put_keyword_value<T: Element>(&mut self, place: Place<'_>, value: T) -> Result<()> {
-        self.put_keyword(place, T::KIND, -1, ptr::from_ref(&value).cast())
-    }
-
-    /// Put a keyword that is an array of numbers.
-    pub(super) fn put_keyword_values<T: Element>(&mut self, place: Place<'_>, values: &[T]) -> Result<()> {
-        self.put_keyword(place, T::KIND, values.len() as i32, values.as_ptr().cast())
-    }
-
-    /// Put a keyword that is a text (`scalar`) or an array of texts.
-    pub(super) fn put_keyword_text(&mut self, place: Place<'_>, values: &[&str], scalar: bool) -> Result<()> {
-        let texts = values.iter().map(|v| text(&self.path, v)).collect::<Result<Vec<_>>>()?;
-        let pointers: Vec<*const c_char> = texts.iter().map(|t| t.as_ptr()).collect();
-        if scalar && pointers.is_empty() {
-            return Err(FormatError::malformed(&self.path, place.key, "one text", "none"));
-        }
-        self.put_keyword(place, Kind::String, if scalar { -1 } else { pointers.len() as i32 }, pointers.as_ptr().cast())
-    }
-
-    /// Link a subtable.
-    pub(super) fn put_table_keyword(&mut self, key: &str, subtable: &Self) -> Result<()> {
-        let name = text(&self.path, key)?;
-        let _lock = lock();
-        // SAFETY: two open handles and a NUL-terminated text.
-        let code = unsafe { ffi::ct_put_table_keyword(self.handle.as_ptr(), name.as_ptr(), subtable.handle.as_ptr()) };
-        self.done(code, key)
-    }
-
-    fn get_keyword(&self, place: Place<'_>, index: usize) -> Result<Option<(f64, String)>> {
-        let names = place.texts(&self.path)?;
-        let (mut found, mut number, mut value) = (0, 0.0, ptr::null());
-        let _lock = lock();
-        // SAFETY: open handle, NUL-terminated texts or null, places for the three results.
-        let code = unsafe {
-            ffi::ct_get_keyword(
-                self.handle.as_ptr(),
-                pointer(&names.0),
-                pointer(&names.1),
-                names.2.as_ptr(),
-                index,
-                &mut found,
-                &mut number,
-                &mut value,
-            )
-        };
-        self.done(code, place.key)?;
-        if found == 0 || value.is_null() {
-            return Ok(None);
-        }
-        // SAFETY: the shim points at a NUL-terminated text that lives until its next call.
-        Ok(Some((number, unsafe { CStr::from_ptr(value) }.to_string_lossy().into_owned())))
-    }
-
-    /// The number (or truth value, as 0 or 1) of a keyword, or element `index` of an array.
-    pub(super) fn keyword_number(&self, place: Place<'_>, index: usize) -> Result<Option<f64>> {
-        Ok(self.get_keyword(place, index)?.filter(|v| v.1.is_empty()).map(|v| v.0))
-    }
-
-    /// The text of a keyword, or element `index` of an array of texts.
-    pub(super) fn keyword_text(&self, place: Place<'_>, index: usize) -> Result<Option<String>> {
-        Ok(self.get_keyword(place, index)?.map(|v| v.1).filter(|t| !t.is_empty()))
-    }
 }
 
 impl Drop for Table {
@@ -450,40 +377,10 @@ impl Drop for Table {
     }
 }
 
-/// Where a keyword is: of the table or of a column, at the top or in a record such as MEASINFO.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place<'a> {
-    column: Option<&'a str>,
-    group: Option<&'a str>,
-    key: &'a str,
-}
-
-impl<'a> Place<'a> {
-    pub(super) fn table(key: &'a str) -> Self {
-        Self { column: None, group: None, key }
-    }
-
-    pub(super) fn column(column: &'a str, key: &'a str) -> Self {
-        Self { column: Some(column), group: None, key }
-    }
-
-    pub(super) fn measure(column: &'a str, key: &'a str) -> Self {
-        Self { column: Some(column), group: Some("MEASINFO"), key }
-    }
-
-    fn texts(&self, path: &Path) -> Result<(Option<CString>, Option<CString>, CString)> {
-        let optional = |s: Option<&str>| s.map(|s| text(path, s)).transpose();
-        Ok((optional(self.column)?, optional(self.group)?, text(path, self.key)?))
-    }
-}
-
-fn pointer(text: &Option<CString>) -> *const c_char {
-    text.as_ref().map_or(ptr::null(), |t| t.as_ptr())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ms::keywords::Place;
 
     fn temp() -> (tempfile::TempDir, PathBuf) {
         let dir = tempfile::tempdir().unwrap();
@@ -500,7 +397,7 @@ mod tests {
         let (_dir, path) = temp();
         let vis: Vec<Complex<f32>> = (0..24).map(|i| Complex::new(i as f32, -1.0)).collect();
         {
-            let mut t = Table::create(&path).unwrap();
+            let mut t = Table::create(&path, &path).unwrap();
             t.add_columns(&[T, N], &Manager::Standard, "ssm").unwrap();
             t.add_columns(&[V], &Manager::TiledShape(vec![2, 3, 8]), "tiled").unwrap();
             t.add_rows(4).unwrap();
@@ -529,7 +426,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_an_error_and_no_abort() {
         let (_dir, path) = temp();
-        let mut t = Table::create(&path).unwrap();
+        let mut t = Table::create(&path, &path).unwrap();
         t.add_columns(&[T], &Manager::Standard, "ssm").unwrap();
         t.add_columns(&[V], &Manager::TiledShape(vec![2, 3, 8]), "tiled").unwrap();
         t.add_rows(2).unwrap();
