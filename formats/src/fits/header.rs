@@ -170,7 +170,8 @@ impl Header {
         }
         let count = |key| self.get(key).map_or(Ok(None), |_| self.require(key, 0..=i64::MAX).map(|v| Some(v as u64)));
         let (pcount, gcount) = (count("PCOUNT")?.unwrap_or(0), count("GCOUNT")?.unwrap_or(1));
-        let too_much = || FormatError::malformed(&self.path, "NAXISn, PCOUNT, GCOUNT", "a size that a file can have", "more than 2^64 bytes");
+        let too_much =
+            || FormatError::malformed(&self.path, "NAXISn, PCOUNT, GCOUNT", "a size that a file can have", "more than 2^64 bytes");
         axes.iter()
             .try_fold(1u64, |n, a| n.checked_mul(*a))
             .and_then(|n| n.checked_add(pcount))

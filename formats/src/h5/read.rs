@@ -126,7 +126,11 @@ impl H5In {
         let claimed = shape.iter().try_fold(size, |n, s| n.checked_mul(*s as u64)).unwrap_or(u64::MAX);
         let held = dataset.storage_size().min(self.bytes);
         if claimed > held.saturating_mul(LARGEST_RATIO) {
-            return Err(self.wrong(name, format!("data for its shape {shape:?}"), format!("{held} bytes stored (damaged, or never written)")));
+            return Err(self.wrong(
+                name,
+                format!("data for its shape {shape:?}"),
+                format!("{held} bytes stored (damaged, or never written)"),
+            ));
         }
         let chunk = dataset.chunk().map_or(0, |c| c.iter().try_fold(size, |n, s| n.checked_mul(*s as u64)).unwrap_or(u64::MAX));
         if chunk > SMALL_CHUNK && chunk > self.bytes.saturating_mul(LARGEST_RATIO) {
@@ -212,7 +216,8 @@ impl H5In {
     pub(crate) fn rows<T: H5Type, D: Dimension>(&self, dataset: &Dataset, name: &str, rows: Range<usize>) -> Result<ndarray::Array<T, D>> {
         let mut parts = vec![SliceOrIndex::from(rows)];
         parts.extend((1..dataset.ndim()).map(|_| SliceOrIndex::from(..)));
-        let all: ArrayD<T> = dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))).map_err(|e| self.fail(name, &e))?;
+        let all: ArrayD<T> =
+            dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))).map_err(|e| self.fail(name, &e))?;
         // The old fourth axis of length 1 disappears here.
         let mut all = all;
         while D::NDIM.is_some_and(|n| all.ndim() > n) {

@@ -50,8 +50,9 @@ pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Ve
             let mut buffer = vec![0u8; bytes];
             if bytes > 0 {
                 // SAFETY: the buffer holds the dataset's own element size times its number of elements; the lock is held.
-                let status =
-                    hdf5::sync::sync(|| unsafe { H5Dread(dataset.id(), dtype.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, buffer.as_mut_ptr().cast()) });
+                let status = hdf5::sync::sync(|| unsafe {
+                    H5Dread(dataset.id(), dtype.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, buffer.as_mut_ptr().cast())
+                });
                 if status < 0 {
                     return Err("cannot read the text".into());
                 }

@@ -129,7 +129,10 @@ impl H5Out {
         let mut parts = vec![SliceOrIndex::from(rows.rows..rows.rows + n)];
         parts.extend((1..shape.len()).map(|_| SliceOrIndex::from(..)));
         let standard = values.as_standard_layout();
-        let done = rows.dataset.resize(shape.clone()).and_then(|()| rows.dataset.write_slice(standard.view(), Selection::new(Hyperslab::from(parts))));
+        let done = rows
+            .dataset
+            .resize(shape.clone())
+            .and_then(|()| rows.dataset.write_slice(standard.view(), Selection::new(Hyperslab::from(parts))));
         done.map_err(|e| self.fail(name, &e))?;
         rows.rows += n;
         Ok(())

@@ -1,7 +1,7 @@
 //! Codes by which Measurement Sets name polarisation products and celestial frames.
 
-use cittert_arrays::Polarization;
 use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
+use cittert_arrays::Polarization;
 
 /// Code of casacore's Stokes type, product. In this order CASA keeps the products of a row.
 const PRODUCTS: [(i32, Polarization); 12] =

@@ -60,13 +60,7 @@ unsafe extern "C" {
         data: *mut c_void,
     ) -> c_int;
     pub(super) fn ct_put_strings(table: *mut CtTable, column: *const c_char, row: u64, n: i32, values: *const *const c_char) -> c_int;
-    pub(super) fn ct_get_string(
-        table: *const CtTable,
-        column: *const c_char,
-        row: u64,
-        index: usize,
-        value: *mut *const c_char,
-    ) -> c_int;
+    pub(super) fn ct_get_string(table: *const CtTable, column: *const c_char, row: u64, index: usize, value: *mut *const c_char) -> c_int;
     pub(super) fn ct_put_keyword(
         table: *mut CtTable,
         column: *const c_char,

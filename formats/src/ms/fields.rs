@@ -75,8 +75,7 @@ impl Fields {
         ids.sort_unstable();
         ids.dedup();
         let ids_from_header = !moving && ids.len() == centers.len() && ids.iter().all(|i| (0..=i64::from(i32::MAX)).contains(i));
-        let mut fields =
-            Self { path: path.into(), centers, site, rows: Vec::new(), known: HashMap::new(), last: None, ids_from_header };
+        let mut fields = Self { path: path.into(), centers, site, rows: Vec::new(), known: HashMap::new(), last: None, ids_from_header };
         if !moving {
             // Also the phase centres that no row uses keep their place.
             for k in 0..fields.centers.len() {

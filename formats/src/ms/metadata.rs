@@ -47,9 +47,10 @@ pub(super) fn descriptions(ms: &Path, ids: &[i32]) -> Result<Vec<Description>> {
     let windows = dd.scalars::<i32>("SPECTRAL_WINDOW_ID", 0, n_dd)?;
     let polarizations = dd.scalars::<i32>("POLARIZATION_ID", 0, n_dd)?;
     let row = |what: &str, id: i32, n: usize, table: &str| {
-        usize::try_from(id).ok().filter(|k| *k < n).ok_or_else(|| {
-            FormatError::malformed(ms, what, format!("a row of {table}, which has {n}"), id.to_string())
-        })
+        usize::try_from(id)
+            .ok()
+            .filter(|k| *k < n)
+            .ok_or_else(|| FormatError::malformed(ms, what, format!("a row of {table}, which has {n}"), id.to_string()))
     };
     ids.iter()
         .map(|id| {
@@ -201,7 +202,10 @@ pub(super) fn phase_centers(ms: &Path, own: &Own) -> Result<Vec<PhaseCenter>> {
                 return Err(FormatError::malformed(&t.path, place, "two angles (and their rates)", format!("shape {shape:?}")));
             }
             if direction[2..].iter().any(|rate| *rate != 0.0) {
-                return Err(FormatError::unsupported(&t.path, format!("field {name:?} moves ({place} has rates): fix its phase centre first")));
+                return Err(FormatError::unsupported(
+                    &t.path,
+                    format!("field {name:?} moves ({place} has rates): fix its phase centre first"),
+                ));
             }
             let (frame, epoch) = frame(&t, row)?;
             let center = PhaseCenter::sidereal(&name, direction[0], direction[1]).map_err(|e| FormatError::values(&t.path, e))?;

@@ -11,6 +11,7 @@ const LAYOUT: &str = "cittert_layout";
 const SOURCE: &str = "cittert_layout_source";
 const INSTRUMENT: &str = "cittert_instrument";
 const PEDESTAL: &str = "pedestal_k";
+const WEIGHT_SCALE: &str = "cittert_weight_scale";
 
 /// What our keywords say.
 #[derive(Debug, Default, Clone, PartialEq)]
@@ -20,6 +21,8 @@ pub(super) struct Own {
     pub(super) source: Option<String>,
     pub(super) instrument: Option<String>,
     pub(super) pedestal_k: Option<f64>,
+    /// Weights of the file over weights of the data.
+    pub(super) weight_scale: Option<f64>,
 }
 
 /// Write the keywords that this header needs.
@@ -47,6 +50,11 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
     }
 }
 
+/// Say by what the weights were multiplied.
+pub(super) fn write_weight_scale(main: &mut Table, scale: f64) -> Result<()> {
+    if scale == 1.0 { Ok(()) } else { main.put_keyword_value(Place::table(WEIGHT_SCALE), scale) }
+}
+
 /// Read the keywords.
 pub(super) fn read(main: &Table) -> Result<Own> {
     let text = |key: &str| main.keyword_text(Place::table(key), 0);
@@ -56,5 +64,6 @@ pub(super) fn read(main: &Table) -> Result<Own> {
         source: text(SOURCE)?,
         instrument: text(INSTRUMENT)?,
         pedestal_k: main.keyword_number(Place::table(PEDESTAL), 0)?.filter(|p| p.is_finite()),
+        weight_scale: main.keyword_number(Place::table(WEIGHT_SCALE), 0)?.filter(|s| s.is_finite() && *s > 0.0),
     })
 }

@@ -49,6 +49,8 @@ pub struct MsSource {
     /// uvw and visibilities are as imagers of Measurement Sets expect them, against our convention.
     flipped: bool,
     has_spectrum: bool,
+    /// Weights of the data over weights of the file.
+    weight_factor: f32,
 }
 
 impl MsSource {
@@ -100,6 +102,7 @@ impl MsSource {
             // Old sets of pyuvdata alone were written in its own convention, which is ours.
             flipped: flag.map_or(!history.from_pyuvdata, |f| f != 0.0),
             has_spectrum: main.column_ndim("WEIGHT_SPECTRUM", Kind::Float)?.is_some(),
+            weight_factor: own.weight_scale.map_or(1.0, |s| (1.0 / s) as f32),
             index,
             main,
         };
@@ -226,7 +229,7 @@ impl MsSource {
                     let to = (at + row, window.first + chan, pol);
                     block.vis[to] = if self.flipped { vis[from].conj() } else { vis[from] };
                     block.flags[to] = flags[from] || flag_row[row];
-                    block.weights[to] = weights[if spectrum { from } else { row * n_pol + stored }];
+                    block.weights[to] = self.weight_factor * weights[if spectrum { from } else { row * n_pol + stored }];
                 }
             }
         }
@@ -291,7 +294,11 @@ fn unit(main: &Table, column: MsColumn) -> Result<VisUnit> {
 }
 
 fn open_main(path: &Path) -> Result<Table> {
-    let not = |found: &str| FormatError::NotA { path: path.into(), expected: "a Measurement Set (a directory with table.dat)".into(), found: found.into() };
+    let not = |found: &str| FormatError::NotA {
+        path: path.into(),
+        expected: "a Measurement Set (a directory with table.dat)".into(),
+        found: found.into(),
+    };
     let meta = fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
     if !meta.is_dir() {
         return Err(not("it is a file"));

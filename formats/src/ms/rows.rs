@@ -213,7 +213,8 @@ mod tests {
 
     #[test]
     fn weight_and_sigma_are_of_the_channels_in_use() {
-        let mut v = Values { weights: vec![4.0, 1.0, 8.0, 1.0, 0.0, 1.0], flags: vec![false, true, false, true, false, true], ..Values::default() };
+        let mut v =
+            Values { weights: vec![4.0, 1.0, 8.0, 1.0, 0.0, 1.0], flags: vec![false, true, false, true, false, true], ..Values::default() };
         v.summarise(0, 2);
         assert_eq!((v.weight, v.flag_row, v.weights_vary), (vec![6.0, 1.0], vec![false], true));
         assert_eq!(v.sigma, [6.0_f32.sqrt().recip(), 1.0]);

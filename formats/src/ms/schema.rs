@@ -242,10 +242,8 @@ const POLARIZATION: Subtable = Subtable {
         int("NUM_CORR"),
     ],
 };
-const PROCESSOR: Subtable = Subtable {
-    name: "PROCESSOR",
-    columns: &[flag("FLAG_ROW"), int("MODE_ID"), string("TYPE"), int("TYPE_ID"), string("SUB_TYPE")],
-};
+const PROCESSOR: Subtable =
+    Subtable { name: "PROCESSOR", columns: &[flag("FLAG_ROW"), int("MODE_ID"), string("TYPE"), int("TYPE_ID"), string("SUB_TYPE")] };
 const SPECTRAL_WINDOW: Subtable = Subtable {
     name: "SPECTRAL_WINDOW",
     columns: &[
@@ -279,20 +277,8 @@ const STATE: Subtable = Subtable {
 };
 
 /// Every required subtable.
-pub(super) const SUBTABLES: [Subtable; 12] = [
-    ANTENNA,
-    DATA_DESCRIPTION,
-    FEED,
-    FIELD,
-    FLAG_CMD,
-    HISTORY,
-    OBSERVATION,
-    POINTING,
-    POLARIZATION,
-    PROCESSOR,
-    SPECTRAL_WINDOW,
-    STATE,
-];
+pub(super) const SUBTABLES: [Subtable; 12] =
+    [ANTENNA, DATA_DESCRIPTION, FEED, FIELD, FLAG_CMD, HISTORY, OBSERVATION, POINTING, POLARIZATION, PROCESSOR, SPECTRAL_WINDOW, STATE];
 
 /// Frequency frames by code, as casacore numbers them.
 const FREQUENCY_FRAMES: [(&str, i32); 10] = [

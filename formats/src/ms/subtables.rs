@@ -65,7 +65,10 @@ fn antenna(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     let site = layout.site().unwrap_or(NOMINAL_SITE);
     let center = site.to_ecef_m();
     t.add_rows(rows)?;
-    let (mut positions, mut diameters) = (vec![0.0; 3 * rows], vec![0.0; rows]);
+    // Rows of numbers that no antenna has lie at the centre of the Earth, by which readers know them. Their dish is that of the first
+    // antenna: CASA takes dishes that differ for a mixed array.
+    let dish = layout.antennas().first().and_then(|a| a.diameter_m).unwrap_or(0.0);
+    let (mut positions, mut diameters) = (vec![0.0; 3 * rows], vec![dish; rows]);
     let mut empty = vec![true; rows];
     let mut names = vec![""; rows];
     for (a, row) in layout.antennas().iter().zip(&c.plan.antenna_rows) {
@@ -122,8 +125,7 @@ fn feed(t: &mut Table, c: &Contents<'_>) -> Result<()> {
 }
 
 /// Columns of directions, each with a column of frames where the fields differ in theirs.
-const DIRECTIONS: [(&str, &str); 3] =
-    [("DELAY_DIR", "DelayDir_Ref"), ("PHASE_DIR", "PhaseDir_Ref"), ("REFERENCE_DIR", "RefDir_Ref")];
+const DIRECTIONS: [(&str, &str); 3] = [("DELAY_DIR", "DelayDir_Ref"), ("PHASE_DIR", "PhaseDir_Ref"), ("REFERENCE_DIR", "RefDir_Ref")];
 
 fn field(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     let n = c.fields.len();
@@ -228,8 +230,7 @@ fn spectral_window(t: &mut Table, c: &Contents<'_>) -> Result<()> {
         }
         t.put("REF_FREQUENCY", row, &[], &[freq.iter().sum::<f64>() / n as f64])?;
         t.put("TOTAL_BANDWIDTH", row, &[], &[width.iter().sum::<f64>()])?;
-        for (name, value) in
-            [("MEAS_FREQ_REF", TOPO), ("FREQ_GROUP", 0), ("IF_CONV_CHAIN", 0), ("NET_SIDEBAND", 1), ("NUM_CHAN", n as i32)]
+        for (name, value) in [("MEAS_FREQ_REF", TOPO), ("FREQ_GROUP", 0), ("IF_CONV_CHAIN", 0), ("NET_SIDEBAND", 1), ("NUM_CHAN", n as i32)]
         {
             t.put(name, row, &[], &[value])?;
         }

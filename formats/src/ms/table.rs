@@ -143,11 +143,6 @@ impl Table {
         Self::with_path(path, path, false)
     }
 
-    /// Where the table is.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
     pub(super) fn done(&self, code: c_int, place: &str) -> Result<()> {
         check(code, &self.path, place)
     }
@@ -203,15 +198,7 @@ impl Table {
         let _lock = lock();
         // SAFETY: the texts and shapes behind the pointers of `specs` outlive the call; lengths are those of the slices.
         let code = unsafe {
-            ffi::ct_add_columns(
-                self.handle.as_ptr(),
-                specs.as_ptr(),
-                specs.len(),
-                code,
-                manager_name.as_ptr(),
-                tile.as_ptr(),
-                tile.len(),
-            )
+            ffi::ct_add_columns(self.handle.as_ptr(), specs.as_ptr(), specs.len(), code, manager_name.as_ptr(), tile.as_ptr(), tile.len())
         };
         self.done(code, name)
     }
@@ -256,7 +243,7 @@ impl Table {
     /// Put the cells of a run of rows, all of the shape `cell` (fastest axis first; empty: scalars).
     pub(super) fn put<T: Element>(&mut self, column: &str, start: usize, cell: &[usize], values: &[T]) -> Result<()> {
         let size: usize = cell.iter().product();
-        if size == 0 || values.len() % size != 0 {
+        if size == 0 || !values.len().is_multiple_of(size) {
             let found = format!("{} values", values.len());
             return Err(FormatError::malformed(&self.path, column, format!("whole cells of shape {cell:?}"), found));
         }
@@ -293,8 +280,13 @@ impl Table {
                 return Err(FormatError::malformed(&self.path, column, expected, "none of that kind"));
             }
         }
-        if size == 0 || out.len() % size != 0 {
-            return Err(FormatError::malformed(&self.path, column, format!("whole cells of shape {cell:?}"), format!("{} values", out.len())));
+        if size == 0 || !out.len().is_multiple_of(size) {
+            return Err(FormatError::malformed(
+                &self.path,
+                column,
+                format!("whole cells of shape {cell:?}"),
+                format!("{} values", out.len()),
+            ));
         }
         let rows = out.len() / size;
         let (name, shape) = (text(&self.path, column)?, cell.iter().map(|n| *n as i64).collect::<Vec<_>>());

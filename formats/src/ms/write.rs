@@ -5,6 +5,7 @@ use super::codes::{frame_code, mjd_seconds};
 use super::export::{Plan, Window};
 use super::fields::{Fields, Pointing};
 use super::keywords::Place;
+use super::own;
 use super::rows::{Counts, Extra, Job};
 use super::schema;
 use super::subtables::{self, Contents};
@@ -49,6 +50,7 @@ pub struct MsWriter {
     last: Option<(f64, u16)>,
     time_range: [f64; 2],
     counts: Counts,
+    weight_scale: f64,
 }
 
 impl MsWriter {
@@ -79,10 +81,12 @@ impl MsWriter {
             last: None,
             time_range: [f64::INFINITY, f64::NEG_INFINITY],
             counts: Counts::default(),
+            weight_scale: 1.0,
         })
     }
 
-    /// What is lost or changed on the way, for the user to be told; the same lines go into HISTORY.
+    /// What is lost or changed on the way as far as it is known yet, for the user to be told; [`MsWriter::complete`] returns all of it.
+    /// The same lines go into HISTORY.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.plan.notes
@@ -113,11 +117,34 @@ impl MsWriter {
         if block.n_rows() == 0 {
             return Ok(());
         }
+        if self.n_rows == 0 {
+            self.scale_weights(block);
+        }
         let base = self.columns(block)?;
         for k in 0..self.plan.windows.len() {
             self.write_window(block, &extras, k, &base)?;
         }
         Ok(())
+    }
+
+    /// Raise weights that CASA would take for none: its images stay blank where the sum of weights is below about 1e-8, and noise in Jy
+    /// is large for an imager of warm scenes. A power of two costs no digit, and the reader takes it off again.
+    fn scale_weights(&mut self, block: &VisibilityBlock) {
+        /// Mean weight below which weights are raised to about 1.
+        const SMALL: f64 = 1e-6;
+        let (mut sum, mut n) = (0.0, 0_u64);
+        for ((_, chan, _), w) in block.weights.indexed_iter().filter(|(_, w)| **w > 0.0 && w.is_finite()) {
+            sum += f64::from(*w) * self.plan.weight_factor / self.plan.factor[chan].powi(2);
+            n += 1;
+        }
+        let mean = sum / n as f64;
+        if n > 0 && mean > 0.0 && mean < SMALL {
+            let power = (-mean.log2()).round();
+            let scale = power.exp2();
+            self.weight_scale = scale;
+            self.plan.weight_factor *= scale;
+            self.plan.notes.push(format!("weights multiplied by 2^{power}, as CASA takes weights as small as {mean:.1e} for none"));
+        }
     }
 
     /// The further columns of a block, which must be those that were asked for.
@@ -128,14 +155,13 @@ impl MsWriter {
         corrected: Option<ArrayView3<'a, Complex<f32>>>,
     ) -> Result<Vec<Extra<'a>>> {
         let mut extras = Vec::new();
-        for (name, wanted, given) in
-            [("MODEL_DATA", self.options.model, model), ("CORRECTED_DATA", self.options.corrected, corrected)]
-        {
+        for (name, wanted, given) in [("MODEL_DATA", self.options.model, model), ("CORRECTED_DATA", self.options.corrected, corrected)] {
             match given {
                 Some(values) if wanted && values.shape() == block.vis.shape() => extras.push(Extra { name, values }),
                 None if !wanted => {}
                 given => {
-                    let expected = if wanted { format!("visibilities of shape {:?}", block.vis.shape()) } else { "none: not asked for".into() };
+                    let expected =
+                        if wanted { format!("visibilities of shape {:?}", block.vis.shape()) } else { "none: not asked for".into() };
                     let found = given.map_or("none".into(), |v| format!("shape {:?}", v.shape()));
                     return Err(FormatError::malformed(&self.path, name, expected, found));
                 }
@@ -244,7 +270,8 @@ impl MsWriter {
     /// A set without rows, or whatever the disk says; the old output is then still in place.
     pub fn complete(mut self) -> Result<Vec<String>> {
         if self.n_rows == 0 {
-            let none = ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" };
+            let none =
+                ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" };
             return Err(FormatError::values(&self.path, none));
         }
         let mut notes = std::mem::take(&mut self.plan.notes);
@@ -261,6 +288,7 @@ impl MsWriter {
             now: now + 40_587.0 * 86_400.0,
             frame: self.frame,
         };
+        own::write_weight_scale(&mut self.main, self.weight_scale)?;
         subtables::write(&mut self.main, self.dir.path(), &self.path, &contents)?;
         self.main.flush()?;
         let Self { main, dir, .. } = self;
@@ -290,14 +318,7 @@ fn tile(plan: &Plan, windows: &[Window]) -> Vec<i64> {
 }
 
 /// The main table without rows.
-fn main_table(
-    folder: &Path,
-    label: &Path,
-    header: &VisibilityHeader,
-    plan: &Plan,
-    options: MsOptions,
-    frame: &str,
-) -> Result<Table> {
+fn main_table(folder: &Path, label: &Path, header: &VisibilityHeader, plan: &Plan, options: MsOptions, frame: &str) -> Result<Table> {
     let mut t = Table::create(folder, label)?;
     t.set_info("Measurement Set", "Measurement Set of version 2, written by cittert")?;
     schema::add(&mut t, &schema::MAIN_STANDARD, &Manager::Standard, "SSM", frame)?;
@@ -323,6 +344,53 @@ fn main_table(
         }
     }
     t.put_keyword_value(Place::table("MS_VERSION"), 2.0_f32)?;
-    super::own::write(&mut t, header)?;
+    own::write(&mut t, header)?;
     Ok(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, Site, SpectralWindow, UvCoverage};
+    use ndarray::{Array2, Array3};
+
+    /// One row, one source: what an imager of Measurement Sets predicts there is what is on the disk.
+    #[test]
+    fn on_the_disk_uvw_are_negated_and_visibilities_conjugated() {
+        let site = Site { latitude_rad: 0.5, longitude_rad: 0.1, altitude_m: 0.0 };
+        let ants = (0..2).map(|k| Antenna::new(format!("A{k}"), k, [f64::from(k) * 100.0, 0.0, 0.0])).collect();
+        let header = VisibilityHeader {
+            layout: ArrayLayout::new("t", LayoutFrame::EastNorthUp(site), ants).unwrap(),
+            spectrum: SpectralWindow::new(vec![1e9, 2e9], vec![1e6; 2]).unwrap(),
+            polarizations: vec![Polarization::XX],
+            phase_centers: vec![PhaseCenter::sidereal("p", 1.0, 0.5).unwrap()],
+            unit: VisUnit::Jy,
+            telescope: "t".into(),
+            instrument: String::new(),
+            pedestal_k: None,
+            history: Vec::new(),
+        };
+        let (uvw, l, m) = ([90.0, -7.0, 3.0], 0.012, 0.005_f64);
+        let n1 = f64::sqrt(1.0 - l * l - m * m) - 1.0;
+        let predict = |b: [f64; 3], freq: f64| {
+            let turns = (b[0] * l + b[1] * m + b[2] * n1) * freq / cittert_arrays::SPEED_OF_LIGHT_M_S;
+            Complex::cis((std::f64::consts::TAU * turns) as f32)
+        };
+        let rows =
+            UvCoverage::new(Array2::from_shape_vec((1, 3), uvw.to_vec()).unwrap(), vec![0], vec![1], vec![2.46e6], vec![1.0], vec![0]);
+        let mut block = VisibilityBlock::zeros(rows.unwrap(), 2, 1);
+        block.vis = Array3::from_shape_fn((1, 2, 1), |(_, c, _)| predict(uvw, header.spectrum.freq_hz()[c]));
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.ms");
+        let mut writer = MsWriter::create(&path, &header, MsOptions::default()).unwrap();
+        writer.write(&block).unwrap();
+        writer.complete().unwrap();
+        let main = Table::open(&path).unwrap();
+        let (mut stored, mut vis) = ([0.0_f64; 3], [Complex::<f32>::default(); 2]);
+        main.get_into("UVW", 0, &[3], &mut stored).unwrap();
+        main.get_into("DATA", 0, &[1, 2], &mut vis).unwrap();
+        assert_eq!(stored, uvw.map(|x| -x));
+        assert_eq!(vis[1], block.vis[(0, 1, 0)].conj());
+        assert!((vis[1] - predict(stored, 2e9)).norm() < 1e-6, "the same formula holds with the uvw of the disk");
+    }
 }

@@ -101,7 +101,8 @@ pub(crate) fn read_telescope(file: &H5In) -> Result<(ArrayLayout, String)> {
         if !(0.0..=f64::from(u32::MAX)).contains(&number) {
             return Err(file.wrong("Header/antenna_numbers", "numbers from 0 to 4294967295", number.to_string()));
         }
-        let mut antenna = Antenna::new(name, number as u32, site.ecef_offset_to_enu([positions[3 * k], positions[3 * k + 1], positions[3 * k + 2]]));
+        let mut antenna =
+            Antenna::new(name, number as u32, site.ecef_offset_to_enu([positions[3 * k], positions[3 * k + 1], positions[3 * k + 2]]));
         antenna.diameter_m = diameters[k].or(diameters_too[k]);
         antenna.sensitivity = sefd[k].map(Sensitivity::SefdJy).or(tsys[k].map(Sensitivity::TsysK));
         antenna.position_error_m = match [errors[0][k], errors[1][k], errors[2][k]] {

@@ -91,18 +91,18 @@ fn from_json(file: &H5In, entry: &str, name: &str) -> Result<PhaseCenter> {
     })
 }
 
-fn kind(
-    file: &H5In,
-    entry: &str,
-    cat_type: &str,
-    lon: impl Fn() -> Result<f64>,
-    lat: impl Fn() -> Result<f64>,
-) -> Result<PhaseCenterKind> {
+fn kind(file: &H5In, entry: &str, cat_type: &str, lon: impl Fn() -> Result<f64>, lat: impl Fn() -> Result<f64>) -> Result<PhaseCenterKind> {
     Ok(match cat_type {
         "unprojected" => PhaseCenterKind::Unprojected,
         "driftscan" => PhaseCenterKind::Driftscan { az_rad: lon()?, el_rad: lat()? },
         "sidereal" | "ephem" | "near_field" => PhaseCenterKind::Sidereal { ra_rad: lon()?, dec_rad: lat()? },
-        other => return Err(file.wrong(&format!("{entry}/cat_type"), "sidereal, unprojected, driftscan, ephem or near_field", format!("{other:?}"))),
+        other => {
+            return Err(file.wrong(
+                &format!("{entry}/cat_type"),
+                "sidereal, unprojected, driftscan, ephem or near_field",
+                format!("{other:?}"),
+            ));
+        }
     })
 }
 

@@ -160,9 +160,11 @@ impl Columns {
 fn numbers(file: &H5In, dataset: &Dataset, name: &str) -> Result<()> {
     let dtype = dataset.dtype().and_then(|d| d.to_descriptor()).map_err(|e| file.wrong(name, "numbers", e.to_string()))?;
     match dtype {
-        TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) | TypeDescriptor::Boolean | TypeDescriptor::Enum(_) => {
-            Ok(())
-        }
+        TypeDescriptor::Float(_)
+        | TypeDescriptor::Integer(_)
+        | TypeDescriptor::Unsigned(_)
+        | TypeDescriptor::Boolean
+        | TypeDescriptor::Enum(_) => Ok(()),
         other => Err(file.wrong(name, "numbers", other.to_string())),
     }
 }
@@ -172,11 +174,13 @@ impl Data {
         // Until version 1.0 there was a spectral-window axis of length 1.
         let shapes: [&[usize]; 2] = [&[n, chan, pol], &[n, 1, chan, pol]];
         let vis = shaped(file, "Data/visdata", &shapes)?;
-        let dtype = vis.dtype().and_then(|d| d.to_descriptor()).map_err(|e| file.wrong("Data/visdata", "complex numbers", e.to_string()))?;
+        let dtype =
+            vis.dtype().and_then(|d| d.to_descriptor()).map_err(|e| file.wrong("Data/visdata", "complex numbers", e.to_string()))?;
         // A part that is missing in the file would be read as whatever was in memory.
         let complex = match &dtype {
             TypeDescriptor::Compound(c) => {
-                let number = |t: &TypeDescriptor| matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_));
+                let number =
+                    |t: &TypeDescriptor| matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_));
                 c.fields.len() == 2 && ["r", "i"].iter().all(|name| c.fields.iter().any(|f| f.name == *name && number(&f.ty)))
             }
             _ => false,

@@ -151,9 +151,8 @@ impl Uvh5Writer {
 
     fn write_columns(&self, growing: &mut Growing, block: &VisibilityBlock, places: &[[f64; 4]]) -> Result<()> {
         let c = &block.coverage;
-        let numbers = |ants: &[u32]| -> Array1<i64> {
-            ants.iter().map(|a| i64::from(self.header.layout.antennas()[*a as usize].number)).collect()
-        };
+        let numbers =
+            |ants: &[u32]| -> Array1<i64> { ants.iter().map(|a| i64::from(self.header.layout.antennas()[*a as usize].number)).collect() };
         let integers = [numbers(&c.ant1), numbers(&c.ant2), c.phase_center.iter().map(|p| self.ids[usize::from(*p)]).collect()];
         for (k, values) in integers.iter().enumerate() {
             self.out.append(&mut growing.columns[k], COLUMNS[k], values.view())?;
@@ -217,12 +216,9 @@ impl Uvh5Writer {
                 ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" },
             ));
         }
-        for (name, value) in [
-            ("Nblts", self.rows),
-            ("Nbls", self.baselines.len()),
-            ("Ntimes", self.times.len()),
-            ("Nants_data", self.antennas.len()),
-        ] {
+        for (name, value) in
+            [("Nblts", self.rows), ("Nbls", self.baselines.len()), ("Ntimes", self.times.len()), ("Nants_data", self.antennas.len())]
+        {
             self.out.scalar(&format!("Header/{name}"), value as i64)?;
         }
         if self.in_order {
