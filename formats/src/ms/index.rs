@@ -64,6 +64,8 @@ impl Index {
         }
         let mut rows: Vec<u64> = Vec::new();
         let mut known: HashMap<(u64, i32, i32, i32), usize> = HashMap::new();
+        // Rows of the set with the same key: the next one, and for the first one and a window the last that has a row of it.
+        let (mut next_of, mut last_of): (HashMap<usize, usize>, HashMap<(usize, usize), usize>) = Default::default();
         for start in (0..n_rows).step_by(STEP) {
             let n = STEP.min(n_rows - start);
             let (id, time) = (main.scalars::<i32>("DATA_DESC_ID", start, n)?, main.scalars::<f64>("TIME", start, n)?);
@@ -72,16 +74,14 @@ impl Index {
             for k in 0..n {
                 let window = ids.binary_search(&id[k]).unwrap_or(0);
                 let key = (time[k].to_bits(), ant1[k], ant2[k], field[k]);
-                let slot = match known.get(&key) {
-                    // The same baseline, time and window twice: another row of the set.
-                    Some(slot) if rows[slot * ids.len() + window] == NONE => *slot,
-                    _ => {
-                        let slot = rows.len() / ids.len();
-                        rows.resize(rows.len() + ids.len(), NONE);
-                        known.insert(key, slot);
-                        slot
-                    }
-                };
+                let first = *known.entry(key).or_insert_with(|| add_slot(&mut rows, ids.len()));
+                let mut slot = first;
+                if rows[first * ids.len() + window] != NONE {
+                    // The same baseline, time and window again: the next of the rows of the set that share them.
+                    let last = last_of.get(&(first, window)).copied().unwrap_or(first);
+                    slot = *next_of.entry(last).or_insert_with(|| add_slot(&mut rows, ids.len()));
+                    last_of.insert((first, window), slot);
+                }
                 rows[slot * ids.len() + window] = (start + k) as u64;
             }
         }
@@ -127,6 +127,12 @@ impl Index {
         }
         runs
     }
+}
+
+/// A further row of the set, without rows of the table.
+fn add_slot(rows: &mut Vec<u64>, windows: usize) -> usize {
+    rows.resize(rows.len() + windows, NONE);
+    rows.len() / windows - 1
 }
 
 #[cfg(test)]

@@ -82,29 +82,29 @@ impl Spec {
     }
 }
 
-/// MAIN columns that change from every row to the next.
-pub(super) const MAIN_STANDARD: [Spec; 3] = [
+/// MAIN columns that may change from every row to the next.
+pub(super) const MAIN_STANDARD: [Spec; 6] = [
     int("ANTENNA1").saying("Row in ANTENNA of the first antenna"),
     int("ANTENNA2").saying("Row in ANTENNA of the second antenna"),
+    flag("FLAG_ROW"),
+    epoch("TIME").saying("Midpoint of the integration, modified Julian day in seconds"),
+    epoch("TIME_CENTROID").saying("Midpoint of the integration, modified Julian day in seconds"),
     of("FLAG_CATEGORY", Kind::Bool, Cell::Array(3)).saying("Flags by category; not used"),
 ];
 
 /// MAIN columns that stay the same over many rows.
-pub(super) const MAIN_INCREMENTAL: [Spec; 14] = [
+pub(super) const MAIN_INCREMENTAL: [Spec; 11] = [
     int("ARRAY_ID"),
     int("DATA_DESC_ID").saying("Row in DATA_DESCRIPTION"),
     seconds("EXPOSURE"),
     int("FEED1"),
     int("FEED2"),
     int("FIELD_ID").saying("Row in FIELD"),
-    flag("FLAG_ROW"),
     seconds("INTERVAL"),
     int("OBSERVATION_ID"),
     int("PROCESSOR_ID"),
     int("SCAN_NUMBER"),
     int("STATE_ID"),
-    epoch("TIME").saying("Midpoint of the integration, modified Julian day in seconds"),
-    epoch("TIME_CENTROID").saying("Midpoint of the integration, modified Julian day in seconds"),
 ];
 
 /// Baselines.
