@@ -28,6 +28,7 @@ fn casacore() {
         .flags(includes.iter().filter(|p| p.as_os_str() != "/usr/include").map(|p| format!("-isystem{}", p.display())))
         .file(format!("{folder}/table.cc"))
         .file(format!("{folder}/keywords.cc"))
+        .file(format!("{folder}/probe.cc"))
         .compile("cittert_casacore");
     println!("cargo:rustc-link-lib=casa_tables");
     println!("cargo:rustc-link-lib=casa_casa");

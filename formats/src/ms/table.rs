@@ -125,6 +125,10 @@ impl Table {
         let mut out = ptr::null_mut();
         let _lock = lock();
         // SAFETY: `name` is NUL-terminated and `out` is a place for the handle.
+        // The lock is held through the fork of the probe, so that no other thread is inside casacore then.
+        let code = unsafe { if create { 0 } else { ffi::ct_probe(name.as_ptr()) } };
+        check(code, label, "table")?;
+        // SAFETY: as above.
         let code = unsafe { if create { ffi::ct_create(name.as_ptr(), &mut out) } else { ffi::ct_open(name.as_ptr(), &mut out) } };
         check(code, label, "table")?;
         match NonNull::new(out) {
