@@ -24,6 +24,7 @@ unsafe extern "C" {
     pub(super) fn ct_create(path: *const c_char, out: *mut *mut CtTable) -> c_int;
     pub(super) fn ct_open(path: *const c_char, out: *mut *mut CtTable) -> c_int;
     pub(super) fn ct_probe(path: *const c_char) -> c_int;
+    pub(super) fn ct_free_bytes(path: *const c_char, bytes: *mut u64) -> c_int;
     pub(super) fn ct_flush(table: *mut CtTable) -> c_int;
     pub(super) fn ct_close(table: *mut CtTable, discard: i32);
     pub(super) fn ct_set_info(table: *mut CtTable, kind: *const c_char, readme: *const c_char) -> c_int;

@@ -258,7 +258,8 @@ pub(super) fn history(ms: &Path) -> Result<History> {
     for row in 0..rows.min(MAX_HISTORY) {
         let (application, message) = (t.get_text("APPLICATION", row, 0)?, t.get_text("MESSAGE", row, 0)?);
         history.from_pyuvdata |= application.contains("pyuvdata");
-        history.from_importuvfits |= application.contains("importuvfits") || message.contains("importuvfits");
+        let origin = t.get_text("ORIGIN", row, 0)?;
+        history.from_importuvfits |= [&application, &message, &origin].iter().any(|text| text.contains("importuvfits"));
         let ours = application == APPLICATION || application.is_empty();
         history.lines.push(if ours { message } else { format!("{application}: {message}") });
     }

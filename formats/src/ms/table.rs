@@ -4,6 +4,7 @@ use super::ffi::{self, CtColumn, CtTable};
 use crate::{FormatError, Result};
 use num_complex::Complex;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::ptr::{self, NonNull};
 use std::sync::{Mutex, MutexGuard};
@@ -109,6 +110,21 @@ fn message() -> String {
     // SAFETY: the shim returns a NUL-terminated text that lives until its next call, which the lock delays.
     let text = unsafe { CStr::from_ptr(ffi::ct_error()) };
     text.to_string_lossy().into_owned()
+}
+
+/// Refuse to go on where fewer than `need` bytes can be written below `folder`. casacore writes in destructors, where a full disk ends
+/// the process; so it must not come to that.
+pub(super) fn check_space(folder: &Path, label: &Path, need: u64) -> Result<()> {
+    let name = text(label, &folder.to_string_lossy())?;
+    let mut free = 0;
+    // SAFETY: NUL-terminated text, a place for one number; casacore is not involved.
+    let code = unsafe { ffi::ct_free_bytes(name.as_ptr(), &mut free) };
+    if code != 0 || free >= need {
+        // A file system that cannot tell is no reason to stop.
+        return Ok(());
+    }
+    let what = format!("No space left on device: {need} bytes are needed, {free} are free");
+    Err(FormatError::io(label, "write", io::Error::new(io::ErrorKind::StorageFull, what)))
 }
 
 fn check(code: c_int, path: &Path, place: &str) -> Result<()> {

@@ -9,7 +9,7 @@ use super::own;
 use super::rows::{Counts, Extra, Job};
 use super::schema;
 use super::subtables::{self, Contents};
-use super::table::{Manager, Table};
+use super::table::{Manager, Table, check_space};
 use crate::atomic::AtomicDir;
 use crate::{FormatError, Result};
 use cittert_arrays::{ArrayError, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySink};
@@ -117,6 +117,10 @@ impl MsWriter {
         if block.n_rows() == 0 {
             return Ok(());
         }
+        // Visibilities, weights and flags of a datum; further columns of visibilities; then the columns of a row.
+        let datum = 13 + 8 * extras.len();
+        let bytes = block.n_rows() * (self.plan.factor.len() * self.plan.products.len() * datum + 200 * self.plan.windows.len());
+        check_space(self.dir.path(), &self.path, bytes as u64 + self.reserve())?;
         if self.n_rows == 0 {
             self.scale_weights(block);
         }
@@ -145,6 +149,12 @@ impl MsWriter {
             self.plan.weight_factor *= scale;
             self.plan.notes.push(format!("weights multiplied by 2^{power}, as CASA takes weights as small as {mean:.1e} for none"));
         }
+    }
+
+    /// What casacore may still hold in memory: a tile of each column, subtables.
+    fn reserve(&self) -> u64 {
+        let antennas = self.plan.antenna_rows.iter().max().map_or(0, |m| *m as u64);
+        (4 << 20) + 2048 * (antennas + self.fields.rows().len() as u64) + 1024 * self.header.history.len() as u64
     }
 
     /// The further columns of a block, which must be those that were asked for.
@@ -274,6 +284,7 @@ impl MsWriter {
                 ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" };
             return Err(FormatError::values(&self.path, none));
         }
+        check_space(self.dir.path(), &self.path, self.reserve())?;
         let mut notes = std::mem::take(&mut self.plan.notes);
         notes.extend(self.counts.notes());
         let history: Vec<String> = self.header.history.iter().chain(&notes).cloned().collect();

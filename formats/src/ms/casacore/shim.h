@@ -31,6 +31,8 @@ int ct_create(const char* path, CtTable** out);
 int ct_open(const char* path, CtTable** out);
 // Open and read the table in a child process; an error where that process dies.
 int ct_probe(const char* path);
+// Bytes that can still be written to the file system of a path.
+int ct_free_bytes(const char* path, uint64_t* bytes);
 int ct_flush(CtTable* table);
 // Close; with `discard` the files of the table are removed and nothing is flushed.
 void ct_close(CtTable* table, int32_t discard);

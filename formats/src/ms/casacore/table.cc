@@ -12,6 +12,7 @@
 #include <casacore/tables/Tables/SetupNewTab.h>
 #include <casacore/tables/Tables/TableInfo.h>
 
+#include <filesystem>
 #include <memory>
 
 using namespace casacore;
@@ -117,6 +118,10 @@ int ct_create(const char* path, CtTable** out) {
 
 int ct_open(const char* path, CtTable** out) {
     return guard([&] { *out = new CtTable{Table(path, NO_LOCK, Table::Old)}; });
+}
+
+int ct_free_bytes(const char* path, uint64_t* bytes) {
+    return guard([&] { *bytes = std::filesystem::space(path).available; });
 }
 
 int ct_flush(CtTable* t) {
