@@ -63,8 +63,8 @@ impl MsColumn {
     }
 }
 
-/// True for a directory that holds a casacore table with the subtables of a Measurement Set.
+/// True for a directory that holds a casacore table with subtables of a Measurement Set, whole or not.
 #[must_use]
 pub fn is_measurement_set(path: &Path) -> bool {
-    path.join("table.dat").is_file() && path.join("ANTENNA/table.dat").is_file() && path.join("SPECTRAL_WINDOW/table.dat").is_file()
+    path.join("table.dat").is_file() && ["ANTENNA", "SPECTRAL_WINDOW", "DATA_DESCRIPTION"].iter().any(|name| path.join(name).is_dir())
 }

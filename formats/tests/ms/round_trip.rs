@@ -63,6 +63,19 @@ fn several_windows_and_phase_centres_come_back() {
     assert_eq!(MsSource::open(&path, MsColumn::Data).unwrap().columns(), [MsColumn::Data]);
 }
 
+#[test]
+fn rows_that_repeat_a_baseline_and_time_stay_apart_in_several_windows() {
+    let mut set = common::earth();
+    set.header.spectrum = SpectralWindow::with_windows(vec![1.40e9, 1.41e9, 1.60e9, 1.61e9], vec![1e7; 4], vec![0, 0, 1, 1]).unwrap();
+    let mut twice = set.data.rows(0..100).unwrap();
+    twice.vis.mapv_inplace(|v| v + 3.0);
+    set.data.append(&twice).unwrap();
+    set.data.append(&twice).unwrap();
+    let (_dir, path) = temp();
+    write(&path, &set, 1000);
+    assert_same(&set, &read(&path, MsColumn::Data, 77));
+}
+
 /// Rows whose antennas stand in the wrong order are exchanged, with baseline, visibilities and cross products: the set predicts the
 /// same, and a second round changes nothing.
 #[test]
