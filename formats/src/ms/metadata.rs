@@ -2,6 +2,7 @@
 
 use super::codes::{frame_of, product_of};
 use super::keywords::Place;
+use super::observatories;
 use super::own::Own;
 use super::subtables::APPLICATION;
 use super::table::{Kind, Table};
@@ -125,7 +126,7 @@ pub(super) fn array(ms: &Path, own: &Own, from_importuvfits: bool) -> Result<Arr
     }
     let center = if own.boresight { Some(NOMINAL_SITE.to_ecef_m()) } else { location(&observation, n_obs)? };
     let mean = || [0, 1, 2].map(|k| real.iter().map(|r| place(*r)[k]).sum::<f64>() / real.len() as f64);
-    let center = center.unwrap_or_else(mean);
+    let center = center.or_else(|| observatories::center_m(&telescope)).unwrap_or_else(mean);
     let site = if own.boresight { NOMINAL_SITE } else { Site::from_ecef_m(center) };
     // The axes of importuvfits: antenna numbers as names, and the names as stations.
     let distinct = real.iter().map(|r| names[*r].as_str()).collect::<HashSet<_>>().len() == real.len();

@@ -13,6 +13,7 @@ mod fields;
 mod index;
 mod keywords;
 mod metadata;
+mod observatories;
 mod own;
 mod read;
 mod rows;
