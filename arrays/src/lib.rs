@@ -6,8 +6,11 @@
 //! | type | holds | shapes and units |
 //! |---|---|---|
 //! | [`ArrayLayout`] | antennas, site or boresight frame | m |
+//! | [`LayoutFigures`] | beam, side lobes, coverage of a layout at a frequency | rad, dB |
+//! | [`LocalSky`] | sidereal time and apparent places at one moment and site | rad |
 //! | [`SpectralWindow`] | channel centres and widths | Hz \[chan\] |
 //! | [`UvCoverage`] | uvw, antenna pairs, times | m \[blt, 3\], s |
+//! | [`CoveragePlan`] | the rows of a snapshot or track, made when asked for | |
 //! | [`VisibilityHeader`] | layout, channels, polarisations, phase centres, unit, history | |
 //! | [`VisibilityBlock`] | a run of rows | `Complex<f32>` \[blt, chan, pol\] |
 //! | [`VisibilitySet`] | header and one block in memory | |
@@ -16,12 +19,15 @@
 
 pub mod astrometry;
 mod beam;
+mod builtin;
 mod coverage;
 mod error;
+mod figures;
 mod gains;
 mod geodesy;
 mod image;
 mod layout;
+mod layout_toml;
 mod phase_center;
 mod polarization;
 pub mod quantity;
@@ -32,8 +38,10 @@ mod visibility;
 
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
 pub use beam::RestoringBeam;
-pub use coverage::UvCoverage;
+pub use builtin::{BUILTIN_LAYOUTS, BuiltinLayout};
+pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, Result};
+pub use figures::{LayoutExtent, LayoutFigures};
 pub use gains::GainTable;
 pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};
 pub use layout::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};

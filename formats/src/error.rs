@@ -65,6 +65,9 @@ pub enum FormatError {
         /// The broken invariant.
         source: ArrayError,
     },
+    /// A layout could not be read or written.
+    #[error(transparent)]
+    Layout(#[from] crate::layouts::LayoutError),
     /// The HDF5 library refused.
     #[error("{}: {place}: {message}", path.display())]
     Hdf5 {
@@ -102,7 +105,7 @@ impl FormatError {
         Self::Values { path: path.into(), source }
     }
 
-    /// The file this error is about.
+    /// The file this error is about; empty where a layout error names none.
     #[must_use]
     pub fn path(&self) -> &Path {
         match self {
@@ -112,7 +115,9 @@ impl FormatError {
             | Self::Malformed { path, .. }
             | Self::Unsupported { path, .. }
             | Self::Values { path, .. }
-            | Self::Hdf5 { path, .. } => path,
+            | Self::Hdf5 { path, .. }
+            | Self::Layout(crate::layouts::LayoutError::File { path, .. }) => path,
+            Self::Layout(_) => Path::new(""),
         }
     }
 }

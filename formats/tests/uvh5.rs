@@ -1,7 +1,6 @@
 //! UVH5: what we write comes back, old and odd files are understood, broken ones are refused.
 
-mod common;
-
+use super::common;
 use cittert_arrays::*;
 use cittert_formats::Compression;
 use cittert_formats::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};
@@ -46,6 +45,19 @@ fn a_set_comes_back_whatever_the_blocks_and_the_compression() {
         assert!(reader.read(0..100_000).is_err());
         std::fs::remove_file(path).unwrap();
     }
+}
+
+#[test]
+fn blocks_are_appended_to_a_finished_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = common::earth();
+    let first = VisibilitySet::new(set.header.clone(), set.data.rows(0..100).unwrap()).unwrap();
+    let path = save(dir.path(), "grow.uvh5", &first, 60, Compression::None);
+    let mut writer = Uvh5Writer::append_to(&path, Compression::Lzf).unwrap();
+    writer.write(&set.data.rows(100..270).unwrap()).unwrap();
+    assert_eq!(Uvh5Reader::open(&path).unwrap().n_rows(), 100, "the old file stays until the new one is complete");
+    writer.complete().unwrap();
+    assert_same(&set, &Uvh5Reader::open(&path).unwrap(), 1e-9);
 }
 
 #[test]
@@ -162,4 +174,105 @@ fn a_missing_item_and_a_wrong_shape_are_named() {
     std::fs::remove_file(dir.path().join("s.uvh5")).unwrap();
     let text = change("c.uvh5", &|f| f.dataset("Header/Nfreqs").unwrap().write_scalar(&-5_i64).unwrap());
     assert!(text.contains("Nfreqs") && text.contains("-5"), "{text}");
+}
+
+/// Write fixed texts as the telescope's own writers do: variable length.
+fn text(file: &hdf5::File, name: &str, value: &str) {
+    let value: hdf5::types::VarLenUnicode = value.parse().unwrap();
+    file.new_dataset::<hdf5::types::VarLenUnicode>().create(name).and_then(|d| d.write_scalar(&value)).unwrap();
+}
+
+#[test]
+fn files_of_the_first_versions_read_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = common::earth();
+    let path = save(dir.path(), "old.uvh5", &set, 50, Compression::None);
+    {
+        let file = hdf5::File::open_rw(&path).unwrap();
+        // An axis of spectral windows, a single channel width, one phase centre by name, texts of variable length.
+        for name in ["Data/visdata", "Data/flags", "Data/nsamples"] {
+            let (n, c, p) = (270, 4, 2);
+            if name == "Data/flags" {
+                let all: ndarray::Array3<bool> = file.dataset(name).unwrap().read().unwrap();
+                file.unlink(name).unwrap();
+                file.new_dataset_builder().with_data(all.into_shape_with_order((n, 1, c, p)).unwrap().view()).create(name).unwrap();
+            } else if name == "Data/visdata" {
+                let all: ndarray::Array3<num_complex::Complex<f64>> = file.dataset(name).unwrap().read().unwrap();
+                file.unlink(name).unwrap();
+                file.new_dataset_builder().with_data(all.into_shape_with_order((n, 1, c, p)).unwrap().view()).create(name).unwrap();
+            } else {
+                let all: ndarray::Array3<f32> = file.dataset(name).unwrap().read().unwrap();
+                file.unlink(name).unwrap();
+                file.new_dataset_builder().with_data(all.into_shape_with_order((n, 1, c, p)).unwrap().view()).create(name).unwrap();
+            }
+        }
+        let freq: Vec<f64> = file.dataset("Header/freq_array").unwrap().read_raw().unwrap();
+        for name in [
+            "freq_array",
+            "channel_width",
+            "phase_center_catalog",
+            "phase_center_id_array",
+            "telescope_name",
+            "spw_array",
+            "flex_spw_id_array",
+        ] {
+            file.unlink(&format!("Header/{name}")).unwrap();
+        }
+        let freq = ndarray::Array2::from_shape_vec((1, 4), freq).unwrap();
+        file.new_dataset_builder().with_data(freq.view()).create("Header/freq_array").unwrap();
+        file.new_dataset::<f64>().create("Header/channel_width").and_then(|d| d.write_scalar(&1e6)).unwrap();
+        text(&file, "Header/telescope_name", "SPIRAL");
+        text(&file, "Header/phase_type", "phased");
+        text(&file, "Header/object_name", "CYGA");
+        text(&file, "Header/phase_center_frame", "icrs");
+        let (ra, dec) = set.header.phase_centers[0].ra_dec_rad().unwrap();
+        for (name, value) in [("phase_center_ra", ra), ("phase_center_dec", dec), ("phase_center_epoch", 2000.0)] {
+            file.new_dataset::<f64>().create(format!("Header/{name}").as_str()).and_then(|d| d.write_scalar(&value)).unwrap();
+        }
+    }
+    assert_same(&set, &Uvh5Reader::open(&path).unwrap(), 1e-9);
+    {
+        let file = hdf5::File::open_rw(&path).unwrap();
+        file.unlink("Header/phase_type").unwrap();
+        text(&file, "Header/phase_type", "drift");
+        for name in ["latitude", "longitude", "altitude"] {
+            file.unlink(&format!("Header/{name}")).unwrap();
+        }
+        let xyz = ndarray::Array1::from_vec(common::site().to_ecef_m().to_vec());
+        file.new_dataset_builder().with_data(xyz.view()).create("Header/telescope_location").unwrap();
+    }
+    let reader = Uvh5Reader::open(&path).unwrap();
+    assert_eq!(reader.header().phase_centers[0].kind, PhaseCenterKind::Unprojected);
+    let site = reader.header().layout.site().unwrap();
+    assert!((site.latitude_rad - common::site().latitude_rad).abs() < 1e-12 && (site.altitude_m - 2124.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_catalogue_in_json_is_understood() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = save(dir.path(), "json.uvh5", &common::earth(), 50, Compression::None);
+    {
+        let file = hdf5::File::open_rw(&path).unwrap();
+        file.unlink("Header/phase_center_catalog").unwrap();
+        file.create_group("Header/phase_center_catalog").unwrap();
+        let entry = r#"{"cat_id": 0, "cat_type": "sidereal", "cat_lon": 1.5, "cat_lat": -0.5, "cat_frame": "fk5", "cat_epoch": 2000.0}"#;
+        text(&file, "Header/phase_center_catalog/3C273", entry);
+    }
+    let reader = Uvh5Reader::open(&path).unwrap();
+    let center = &reader.header().phase_centers[0];
+    assert_eq!((center.name.as_str(), center.frame.as_str(), center.ra_dec_rad()), ("3C273", "fk5", Some((1.5, -0.5))));
+    reader.read(0..3).unwrap();
+}
+
+#[test]
+fn flags_that_are_plain_integers_are_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = common::earth();
+    let path = save(dir.path(), "int.uvh5", &set, 50, Compression::None);
+    {
+        let file = hdf5::File::open_rw(&path).unwrap();
+        file.unlink("Data/flags").unwrap();
+        file.new_dataset_builder().with_data(set.data.flags.mapv(u8::from).view()).create("Data/flags").unwrap();
+    }
+    assert_eq!(Uvh5Reader::open(&path).unwrap().read(0..270).unwrap().flags, set.data.flags);
 }

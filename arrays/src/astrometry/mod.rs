@@ -8,6 +8,7 @@
 //! Capitaine, Wallace & Chapront 2003, A&A 412, 567 (precession); Mathews, Herring & Buffett 2002, JGR 107, B4 (nutation);
 //! IERS Conventions 2010, chapter 5.
 
+mod earth;
 pub mod eop;
 mod text;
 mod utc;
@@ -17,9 +18,8 @@ pub use utc::{format_utc, parse_utc};
 
 use crate::{ArrayError, Result, Site};
 use sofars::astro::{IauAstrom, apco, atciqz, aticq, atioq, atoiq};
-use sofars::eph::epv00;
-use sofars::erst::{era00, gst06};
-use sofars::pnp::{bpn2xy, eors, pnm06a, s06, sp00};
+use sofars::erst::era00;
+use sofars::pnp::sp00;
 use sofars::ts::{taitt, utctai, utcut1};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -48,7 +48,7 @@ pub struct ApparentPlace {
 /// Local apparent sidereal time, rad in 0 to 2 pi, at a Julian date in UTC.
 ///
 /// # Errors
-/// A date that is not finite or not between 1900 and 2200.
+/// A date that is not finite or not between 1901 and 2099.
 pub fn lst_rad(time_jd_utc: f64, site: &Site) -> Result<f64> {
     Ok(LocalSky::at(time_jd_utc, site)?.lst_rad())
 }
@@ -56,7 +56,7 @@ pub fn lst_rad(time_jd_utc: f64, site: &Site) -> Result<f64> {
 /// Apparent place of a catalogue direction; `frame` is `icrs` or `fk5` (J2000), in any case of letters.
 ///
 /// # Errors
-/// A date that is not between 1900 and 2200; another frame; a direction that is not finite.
+/// A date that is not between 1901 and 2099; another frame; a direction that is not finite.
 pub fn apparent_place(ra_rad: f64, dec_rad: f64, frame: &str, time_jd_utc: f64, site: &Site) -> Result<ApparentPlace> {
     LocalSky::at(time_jd_utc, site)?.apparent_place(ra_rad, dec_rad, frame)
 }
@@ -78,30 +78,28 @@ impl LocalSky {
         let bad = || ArrayError::BadValue {
             what: "time".into(),
             value: format!("JD {time_jd_utc}"),
-            expected: "a Julian date in UTC between 2415020.5 (1900) and 2524593.5 (2200)",
+            expected: "a Julian date in UTC between 2415385.5 (1901) and 2487704.5 (2099)",
         };
-        if !(2_415_020.5..=2_524_593.5).contains(&time_jd_utc) {
+        if !(2_415_385.5..=2_487_704.5).contains(&time_jd_utc) {
             return Err(bad());
         }
         let orientation = eop::at(time_jd_utc);
         let (tai1, tai2) = utctai(time_jd_utc, 0.0).map_err(|_| bad())?;
         let (tt1, tt2) = taitt(tai1, tai2).map_err(|_| bad())?;
         let (ut1, ut2) = utcut1(time_jd_utc, 0.0, orientation.ut1_utc_s).map_err(|_| bad())?;
-        let (earth_heliocentric, earth_barycentric) = epv00(tt1, tt2).ok_or_else(bad)?;
-
-        let bpn = pnm06a(tt1, tt2);
-        let (x, y) = bpn2xy(&bpn);
-        let s = s06(tt1, tt2, x, y);
+        let earth = earth::at(tt1, tt2).ok_or_else(bad)?;
+        let rotation_rad = era00(ut1, ut2);
+        let [x, y, s] = earth.pole;
         let mut astrom = IauAstrom::default();
         apco(
             tt1,
             tt2,
-            &earth_barycentric,
-            &earth_heliocentric[0],
+            &earth.barycentric,
+            &earth.heliocentric_au,
             x,
             y,
             s,
-            era00(ut1, ut2),
+            rotation_rad,
             site.longitude_rad,
             site.latitude_rad,
             site.altitude_m,
@@ -112,11 +110,11 @@ impl LocalSky {
             0.0,
             &mut astrom,
         );
-        let lst_rad = (gst06(ut1, ut2, tt1, tt2, &bpn) + site.longitude_rad).rem_euclid(TAU);
+        let lst_rad = (rotation_rad - earth.equation_of_origins_rad + site.longitude_rad).rem_euclid(TAU);
         if !(lst_rad + site.latitude_rad + site.altitude_m).is_finite() {
             return Err(ArrayError::BadValue { what: "site".into(), value: format!("{site:?}"), expected: "finite coordinates" });
         }
-        Ok(Self { astrom, equation_of_origins_rad: eors(&bpn, s), lst_rad })
+        Ok(Self { astrom, equation_of_origins_rad: earth.equation_of_origins_rad, lst_rad })
     }
 
     /// Local apparent sidereal time, rad in 0 to 2 pi.

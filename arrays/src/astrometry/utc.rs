@@ -39,8 +39,8 @@ pub fn parse_utc(text: &str) -> Result<f64> {
     }
     let second: f64 = second.parse().map_err(|_| bad(EXPECTED))?;
 
-    if !(1900..=2199).contains(&year) {
-        return Err(bad("a year between 1900 and 2199"));
+    if !(1901..=2098).contains(&year) {
+        return Err(bad("a year between 1901 and 2098"));
     }
     if hour > 23 || minute > 59 {
         return Err(bad("an hour up to 23 and a minute up to 59"));
@@ -67,14 +67,14 @@ fn leap_second(day_jd: f64) -> Result<f64> {
 /// A Julian date in UTC as `2025-06-01T12:00:00.000`, rounded to milliseconds.
 ///
 /// # Errors
-/// A date that is not finite or not between 1900 and 2200.
+/// A date that is not finite or not between 1901 and 2099.
 pub fn format_utc(time_jd_utc: f64) -> Result<String> {
     let bad = || ArrayError::BadValue {
         what: "time".into(),
         value: format!("JD {time_jd_utc}"),
-        expected: "a Julian date between 1900 and 2200",
+        expected: "a Julian date between 1901 and 2099",
     };
-    if !(2_415_020.5..=2_524_593.5).contains(&time_jd_utc) {
+    if !(2_415_385.5..=2_487_704.5).contains(&time_jd_utc) {
         return Err(bad());
     }
     let (y, m, d, [h, min, s, ms]) = d2dtf("UTC", 3, time_jd_utc, 0.0).map_err(|_| bad())?;
@@ -91,6 +91,20 @@ mod tests {
         assert_eq!(parse_utc("2025-06-01").unwrap(), 2_460_827.5);
         assert_eq!(parse_utc("2025-06-01T18:00Z").unwrap(), 2_460_828.25);
         assert!((parse_utc("2025-06-01 12:00:00.250").unwrap() - 2_460_828.0 - 0.25 / 86400.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn julian_dates_are_those_of_astropy() {
+        for (text, jd) in [
+            ("1975-03-04T05:06:07", 2_442_475.712_581_018_5),
+            ("1999-12-31T23:59:59.999", 2_451_544.499_999_988_4),
+            ("2016-12-31T12:00:00", 2_457_753.999_994_213),
+            ("2016-12-31T23:59:60.5", 2_457_754.499_994_213),
+            ("2025-06-01T12:00:00.25", 2_460_828.000_002_893_6),
+        ] {
+            // One step of a Julian date in f64 is 4.7e-10.
+            assert!((parse_utc(text).unwrap() - jd).abs() < 5e-10, "{text}");
+        }
     }
 
     #[test]

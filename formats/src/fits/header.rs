@@ -102,11 +102,6 @@ impl Header {
         self.cards.iter().find(|c| c.0 == key).map(|c| &c.1)
     }
 
-    /// All keywords and values in order.
-    pub(crate) fn cards(&self) -> &[(String, Value)] {
-        &self.cards
-    }
-
     /// A number, where there is one. Numbers written as texts are accepted, as real files have them.
     pub(crate) fn real(&self, key: &str) -> Option<f64> {
         match self.get(key)? {
@@ -189,10 +184,9 @@ fn parse_value(text: &str) -> Value {
         let mut out = String::new();
         let mut chars = quoted.chars().peekable();
         while let Some(c) = chars.next() {
-            if c == '\'' {
-                if chars.next_if_eq(&'\'').is_none() {
-                    break;
-                }
+            // Two quotes stand for one; a single one ends the text.
+            if c == '\'' && chars.next_if_eq(&'\'').is_none() {
+                break;
             }
             out.push(c);
         }

@@ -1,4 +1,4 @@
-//! Images written: four axes (RA---SIN, DEC--SIN, FREQ, STOKES), or linear L and M for a boresight.
+//! Images written: four axes (RA---SIN, DEC--SIN, FREQ, STOKES), or linear direction cosines for a boresight.
 
 use super::table::{Form, TableWriter};
 use super::{HeaderWriter, LinearAxis, padding};
@@ -95,7 +95,7 @@ fn header(path: &Path, image: &Image, options: ImageOptions) -> Result<HeaderWri
             h.real("EQUINOX", if frame.eq_ignore_ascii_case("fk4") { 1950.0 } else { 2000.0 }, "");
             h.text("RADESYS", &frame.to_ascii_uppercase(), "");
         }
-        SkyFrame::Boresight => h.text("CITFRAME", "BORESIGHT", "L to the right as seen along the boresight"),
+        SkyFrame::Boresight => h.text("CITFRAME", "BORESIGHT", "first axis to the right as seen along it"),
     }
     h.text("SPECSYS", "TOPOCENT", "");
     h.real("RESTFRQ", image.spectrum.mean_hz(), "Hz");
@@ -119,6 +119,7 @@ fn header(path: &Path, image: &Image, options: ImageOptions) -> Result<HeaderWri
     }
     if let Some(iso) = image.time_jd.and_then(crate::time::fits_date) {
         h.text("DATE-OBS", &iso, "");
+        h.real("MJD-OBS", image.time_jd.unwrap_or(0.0) - 2_400_000.5, "");
         h.text("TIMESYS", "UTC", "");
     }
     if !image.object.is_empty() {
@@ -150,7 +151,7 @@ fn axes(path: &Path, image: &Image) -> Result<[LinearAxis; 4]> {
         SkyFrame::Sky { ra_rad, dec_rad, .. } => {
             [axis("RA---SIN", "deg", mid_l, ra_rad.to_degrees(), -cell_deg), axis("DEC--SIN", "deg", mid_m, dec_rad.to_degrees(), cell_deg)]
         }
-        SkyFrame::Boresight => [axis("L", "deg", mid_l, 0.0, cell_deg), axis("M", "deg", mid_m, 0.0, cell_deg)],
+        SkyFrame::Boresight => [axis("LCOSINE", "deg", mid_l, 0.0, cell_deg), axis("MCOSINE", "deg", mid_m, 0.0, cell_deg)],
     };
     let numbers: Vec<i32> = image.polarizations.iter().map(|p| p.aips()).collect();
     let step = match numbers[..] {

@@ -85,11 +85,6 @@ impl Table {
         self.rows
     }
 
-    /// True where there is a column of that name.
-    pub(crate) fn has(&self, column: &str) -> bool {
-        self.columns.iter().any(|c| c.name == column)
-    }
-
     fn cell(&self, row: usize, column: &str) -> Option<(&Column, &[u8])> {
         let column = self.columns.iter().find(|c| c.name == column)?;
         let start = row.checked_mul(self.row_bytes)? + column.offset;
@@ -189,11 +184,11 @@ impl TableWriter {
         form
     }
 
-    /// A text, cut or padded with blanks to the width of its column.
+    /// A text, cut or padded with NUL to the width of its column: readers keep blanks as part of a name.
     pub(crate) fn text(&mut self, value: &str) {
         let width = self.form().bytes();
         let mut bytes: Vec<u8> = value.chars().map(|c| if (' '..='~').contains(&c) { c as u8 } else { b'?' }).collect();
-        bytes.resize(width, b' ');
+        bytes.resize(width, 0);
         self.data.extend(bytes);
     }
 
@@ -271,6 +266,6 @@ mod tests {
         assert_eq!(t.reals(2, "XYZ"), Some(vec![2.0, 0.1, -1e7]));
         assert_eq!(t.real(2, "N"), Some(14.0));
         assert_eq!(t.reals(0, "NONE"), Some(vec![]));
-        assert!(t.has("F") && !t.has("G") && t.real(3, "N").is_none() && t.real(0, "NAME").is_none());
+        assert!(t.real(0, "G").is_none() && t.real(3, "N").is_none() && t.real(0, "NAME").is_none());
     }
 }

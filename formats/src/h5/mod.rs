@@ -6,7 +6,7 @@ mod read;
 mod strings;
 mod write;
 
-pub(crate) use read::{H5In, Shape};
+pub(crate) use read::H5In;
 pub use write::Compression;
 pub(crate) use write::{H5Out, Rows};
 
@@ -18,6 +18,14 @@ pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// An error of the library, with its place in the file.
 fn failed(path: &Path, place: &str, error: &hdf5::Error) -> FormatError {
-    // The library's texts name its functions and the hidden temporary file; the last part says what is wrong.
-    FormatError::Hdf5 { path: path.into(), place: place.into(), message: error.to_string() }
+    let text = error.to_string();
+    // Where the system refused, the library wraps its words into file descriptors and the hidden name of the output.
+    let system = text.split("error message = '").nth(1).and_then(|t| t.split('\'').next());
+    let message = system.map_or_else(|| text.replace('\n', " "), String::from);
+    FormatError::Hdf5 { path: path.into(), place: place.into(), message }
+}
+
+/// True where the file is HDF5 and has a dataset of that name.
+pub(crate) fn has(path: &Path, dataset: &str) -> bool {
+    H5In::open(path, "").is_ok_and(|f| f.has(dataset))
 }

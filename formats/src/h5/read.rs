@@ -19,7 +19,7 @@ const MOST_WHOLE: usize = 1 << 24;
 const BITSHUFFLE: i32 = 32008;
 
 /// Shape of a dataset.
-pub(crate) type Shape = Vec<usize>;
+type Shape = Vec<usize>;
 
 /// An open HDF5 file.
 pub(crate) struct H5In {
@@ -113,7 +113,7 @@ impl H5In {
     /// Shape of a dataset, after checks that the file can hold what it claims and that its filters are known.
     pub(crate) fn shape(&self, dataset: &Dataset, name: &str) -> Result<Shape> {
         let shape = dataset.get_shape().map_err(|e| self.fail(name, &e))?;
-        if shape.iter().product::<usize>() == 0 {
+        if shape.contains(&0) {
             return Ok(shape);
         }
         for filter in dataset.filters() {
@@ -157,6 +157,34 @@ impl H5In {
             Number::Enum => dataset.read_raw::<i8>().map(|v| v.into_iter().map(f64::from).collect()),
         };
         Ok(Some((shape, values.map_err(|e| self.fail(name, &e))?)))
+    }
+
+    /// Refuse anything but numbers and booleans.
+    pub(crate) fn demand_numbers(&self, dataset: &Dataset, name: &str) -> Result<()> {
+        self.number_kind(dataset, name).map(|_| ())
+    }
+
+    /// Refuse anything but complex numbers: compounds of r and i. A part that is missing would be read as whatever was in memory.
+    pub(crate) fn demand_complex(&self, dataset: &Dataset, name: &str) -> Result<()> {
+        let dtype = dataset.dtype().and_then(|d| d.to_descriptor()).map_err(|e| self.fail(name, &e))?;
+        let number = |t: &TypeDescriptor| matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_));
+        if let TypeDescriptor::Compound(c) = &dtype
+            && c.fields.len() == 2
+            && ["r", "i"].iter().all(|name| c.fields.iter().any(|f| f.name == *name && number(&f.ty)))
+        {
+            return Ok(());
+        }
+        Err(self.wrong(name, "complex numbers (a compound of r and i)", dtype.to_string()))
+    }
+
+    /// The dataset of that name with one of the expected shapes, after the checks of [`H5In::shape`].
+    pub(crate) fn shaped(&self, name: &str, expected: &[&[usize]]) -> Result<Dataset> {
+        let dataset = self.require(name)?;
+        let shape = self.shape(&dataset, name)?;
+        if !expected.contains(&shape.as_slice()) {
+            return Err(self.wrong(name, format!("shape {:?}", expected[0]), format!("{shape:?}")));
+        }
+        Ok(dataset)
     }
 
     fn number_kind(&self, dataset: &Dataset, name: &str) -> Result<Number> {

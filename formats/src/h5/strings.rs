@@ -11,11 +11,13 @@ use hdf5_sys::h5s::H5S_ALL;
 /// Largest text that is read, bytes.
 const LARGEST_TEXT: usize = 1 << 26;
 
-/// Write texts as a dataset of fixed-length ASCII, exactly as long as the longest; a scalar where `scalar` is true.
-pub(super) fn write(group: &Group, name: &str, texts: &[&str], scalar: bool) -> hdf5::Result<()> {
+/// Write texts as a dataset of fixed-length ASCII, exactly as long as the longest; an empty shape makes a scalar of one text.
+pub(super) fn write(group: &Group, name: &str, texts: &[&str], shape: &[usize]) -> hdf5::Result<()> {
+    if shape.iter().product::<usize>() != texts.len() {
+        return Err(format!("{} texts do not fill the shape {shape:?}", texts.len()).into());
+    }
     let width = texts.iter().map(|t| t.len()).max().unwrap_or(0).max(1);
-    let builder = group.new_dataset_builder().empty_as(&TypeDescriptor::FixedAscii(width));
-    let dataset = if scalar { builder.shape(()).create(name)? } else { builder.shape(texts.len()).create(name)? };
+    let dataset = group.new_dataset_builder().empty_as(TypeDescriptor::FixedAscii(width)).shape(shape).create(name)?;
     let mut buffer = vec![0u8; width * texts.len()];
     for (slot, text) in buffer.chunks_exact_mut(width).zip(texts) {
         slot[..text.len()].copy_from_slice(text.as_bytes());
@@ -45,7 +47,7 @@ pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Ve
     };
     match dtype.to_descriptor()? {
         TypeDescriptor::FixedAscii(width) | TypeDescriptor::FixedUnicode(width) => {
-            let bytes = width.checked_mul(n).unwrap_or(usize::MAX);
+            let bytes = width.saturating_mul(n);
             guard(bytes)?;
             let mut buffer = vec![0u8; bytes];
             if bytes > 0 {

@@ -40,7 +40,9 @@ impl H5Out {
     /// Begin a file.
     pub(crate) fn create(path: &Path, overwrite: bool) -> Result<Self> {
         let out = AtomicFile::create(path, overwrite)?;
-        let file = hdf5::File::create(out.path()).map_err(|e| failed(path, "new HDF5 file", &e))?;
+        // The structures of HDF5 1.10 carry checksums, so damage is found when a file is read.
+        let file = hdf5::File::with_options().with_fapl(|p| p.libver_v110()).create(out.path());
+        let file = file.map_err(|e| failed(path, "new HDF5 file", &e))?;
         Ok(Self { file, out })
     }
 
@@ -76,13 +78,13 @@ impl H5Out {
     /// A text of exactly its length.
     pub(crate) fn text(&self, name: &str, text: &str) -> Result<()> {
         let (group, leaf) = self.group_of(name)?;
-        strings::write(&group, leaf, &[text], true).map_err(|e| self.fail(name, &e))
+        strings::write(&group, leaf, &[text], &[]).map_err(|e| self.fail(name, &e))
     }
 
-    /// A list of texts.
-    pub(crate) fn texts(&self, name: &str, texts: &[&str]) -> Result<()> {
+    /// Texts in an array of the given shape.
+    pub(crate) fn texts(&self, name: &str, texts: &[&str], shape: &[usize]) -> Result<()> {
         let (group, leaf) = self.group_of(name)?;
-        strings::write(&group, leaf, texts, false).map_err(|e| self.fail(name, &e))
+        strings::write(&group, leaf, texts, shape).map_err(|e| self.fail(name, &e))
     }
 
     /// An array, whole.
@@ -149,8 +151,8 @@ impl H5Out {
     pub(crate) fn finish(self) -> Result<()> {
         let Self { file, out } = self;
         // Closing alone may hide that the last bytes found no room.
-        file.flush().map_err(|e| failed(out.target(), "flush to disk (disk full?)", &e))?;
-        file.close().map_err(|e| failed(out.target(), "close (disk full?)", &e))?;
+        file.flush().map_err(|e| failed(out.target(), "flush to disk", &e))?;
+        file.close().map_err(|e| failed(out.target(), "close", &e))?;
         out.commit()
     }
 }

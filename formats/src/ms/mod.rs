@@ -10,6 +10,7 @@ mod codes;
 mod export;
 mod ffi;
 mod fields;
+mod format;
 mod index;
 mod keywords;
 mod metadata;
@@ -22,6 +23,7 @@ mod subtables;
 mod table;
 mod write;
 
+pub use format::MeasurementSet;
 pub use read::MsSource;
 pub use write::MsWriter;
 

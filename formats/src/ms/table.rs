@@ -131,7 +131,7 @@ fn check(code: c_int, path: &Path, place: &str) -> Result<()> {
     if code == 0 {
         return Ok(());
     }
-    Err(FormatError::malformed(path, place, "a table that casacore accepts", message()))
+    Err(FormatError::malformed(path, place, "a table that casacore accepts (a Measurement Set is made of such)", message()))
 }
 
 impl Table {

@@ -25,7 +25,7 @@ pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str
     out.scalar("Header/altitude", site.altitude_m)?;
     let antennas = layout.antennas();
     out.scalar("Header/Nants_telescope", antennas.len() as i64)?;
-    out.texts("Header/antenna_names", &antennas.iter().map(|a| a.name.as_str()).collect::<Vec<_>>())?;
+    out.texts("Header/antenna_names", &antennas.iter().map(|a| a.name.as_str()).collect::<Vec<_>>(), &[antennas.len()])?;
     out.array("Header/antenna_numbers", Array1::from_iter(antennas.iter().map(|a| i64::from(a.number))).view())?;
     let mut positions = Array2::zeros((antennas.len(), 3));
     for (mut row, a) in positions.rows_mut().into_iter().zip(antennas) {
@@ -34,7 +34,7 @@ pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str
     out.array("Header/antenna_positions", positions.view())?;
     // "fixed" is true of an aperture-plane imager; of other arrays the mounts are not known here.
     let mount = if layout.site().is_none() { "fixed" } else { "other" };
-    out.texts("Header/mount_type", &vec![mount; antennas.len()])?;
+    out.texts("Header/mount_type", &vec![mount; antennas.len()], &[antennas.len()])?;
     if let Some(diameters) = antennas.iter().map(|a| a.diameter_m).collect::<Option<Vec<f64>>>() {
         out.array("Header/antenna_diameters", Array1::from_vec(diameters).view())?;
     } else if antennas.iter().any(|a| a.diameter_m.is_some()) {

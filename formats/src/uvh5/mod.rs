@@ -12,6 +12,10 @@ mod write;
 pub use read::Uvh5Reader;
 pub use write::{Uvh5Options, Uvh5Writer};
 
+pub(crate) use header::{read_spectrum, write_spectrum};
+pub(crate) use layout::{read_telescope, site_of, unique_names, write_telescope};
+pub(crate) use phase::Sky;
+
 use cittert_arrays::Site;
 
 /// Where the array of a boresight layout is placed for programs that know only the Earth: on the equator at longitude 0, where

@@ -32,7 +32,7 @@ pub(super) fn write_catalog(out: &H5Out, centers: &[PhaseCenter]) -> Result<()> 
             Some(epoch) => out.scalar(&key("cat_epoch"), epoch)?,
             None => out.none(&key("cat_epoch"))?,
         }
-        out.text(&key("info_source"), "cittert")?;
+        out.text(&key("info_source"), "user")?;
         for name in ["cat_times", "cat_pm_ra", "cat_pm_dec", "cat_dist", "cat_vrad"] {
             out.none(&key(name))?;
         }
@@ -121,7 +121,7 @@ fn from_phase_type(file: &H5In) -> Result<PhaseCenter> {
 
 /// The sky over the array at the time of a row, kept while the time stays the same.
 #[derive(Debug)]
-pub(super) struct Sky {
+pub(crate) struct Sky {
     site: Site,
     time_jd: f64,
     sky: Option<LocalSky>,
@@ -130,12 +130,12 @@ pub(super) struct Sky {
 
 impl Sky {
     /// The sky over a site.
-    pub(super) fn over(site: Site) -> Self {
+    pub(crate) fn over(site: Site) -> Self {
         Self { site, time_jd: f64::NAN, sky: None, places: Vec::new() }
     }
 
     /// Sidereal time at `time_jd`, and the apparent place of phase centre `index`.
-    pub(super) fn at(&mut self, time_jd: f64, centers: &[PhaseCenter], index: usize) -> Result<(f64, ApparentPlace), ArrayError> {
+    pub(crate) fn at(&mut self, time_jd: f64, centers: &[PhaseCenter], index: usize) -> Result<(f64, ApparentPlace), ArrayError> {
         if time_jd != self.time_jd || self.sky.is_none() {
             self.sky = Some(LocalSky::at(time_jd, &self.site)?);
             self.time_jd = time_jd;

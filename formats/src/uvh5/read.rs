@@ -5,7 +5,6 @@ use crate::h5::H5In;
 use crate::{FormatError, Result};
 use cittert_arrays::{ArrayError, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use hdf5::Dataset;
-use hdf5::types::TypeDescriptor;
 use ndarray::{Array1, Array2, Array3, Ix1, Ix2, Ix3};
 use num_complex::Complex;
 use std::collections::HashMap;
@@ -124,21 +123,11 @@ impl Uvh5Reader {
     }
 }
 
-/// A dataset of the given name with `expected` shape, after the checks of [`H5In::shape`].
-fn shaped(file: &H5In, name: &str, expected: &[&[usize]]) -> Result<Dataset> {
-    let dataset = file.require(name)?;
-    let shape = file.shape(&dataset, name)?;
-    if !expected.contains(&shape.as_slice()) {
-        return Err(file.wrong(name, format!("shape {:?}", expected[0]), format!("{shape:?}")));
-    }
-    Ok(dataset)
-}
-
 impl Columns {
     fn open(file: &H5In, n: usize) -> Result<Self> {
         let numeric = |name: &str, shapes: &[&[usize]]| -> Result<Dataset> {
-            let dataset = shaped(file, name, shapes)?;
-            numbers(file, &dataset, name)?;
+            let dataset = file.shaped(name, shapes)?;
+            file.demand_numbers(&dataset, name)?;
             Ok(dataset)
         };
         let centers = match file.dataset("Header/phase_center_id_array")? {
@@ -156,41 +145,15 @@ impl Columns {
     }
 }
 
-/// Refuse anything but numbers and booleans.
-fn numbers(file: &H5In, dataset: &Dataset, name: &str) -> Result<()> {
-    let dtype = dataset.dtype().and_then(|d| d.to_descriptor()).map_err(|e| file.wrong(name, "numbers", e.to_string()))?;
-    match dtype {
-        TypeDescriptor::Float(_)
-        | TypeDescriptor::Integer(_)
-        | TypeDescriptor::Unsigned(_)
-        | TypeDescriptor::Boolean
-        | TypeDescriptor::Enum(_) => Ok(()),
-        other => Err(file.wrong(name, "numbers", other.to_string())),
-    }
-}
-
 impl Data {
     fn open(file: &H5In, (n, chan, pol): (usize, usize, usize)) -> Result<Self> {
         // Until version 1.0 there was a spectral-window axis of length 1.
         let shapes: [&[usize]; 2] = [&[n, chan, pol], &[n, 1, chan, pol]];
-        let vis = shaped(file, "Data/visdata", &shapes)?;
-        let dtype =
-            vis.dtype().and_then(|d| d.to_descriptor()).map_err(|e| file.wrong("Data/visdata", "complex numbers", e.to_string()))?;
-        // A part that is missing in the file would be read as whatever was in memory.
-        let complex = match &dtype {
-            TypeDescriptor::Compound(c) => {
-                let number =
-                    |t: &TypeDescriptor| matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_));
-                c.fields.len() == 2 && ["r", "i"].iter().all(|name| c.fields.iter().any(|f| f.name == *name && number(&f.ty)))
-            }
-            _ => false,
-        };
-        if !complex {
-            return Err(file.wrong("Data/visdata", "complex numbers (a compound of r and i)", dtype.to_string()));
-        }
+        let vis = file.shaped("Data/visdata", &shapes)?;
+        file.demand_complex(&vis, "Data/visdata")?;
         let numeric = |name: &str| -> Result<Dataset> {
-            let dataset = shaped(file, name, &shapes)?;
-            numbers(file, &dataset, name)?;
+            let dataset = file.shaped(name, &shapes)?;
+            file.demand_numbers(&dataset, name)?;
             Ok(dataset)
         };
         let weights = match file.dataset("Data/weights")? {

@@ -1,10 +1,10 @@
 //! UVH5 written in runs of rows, in constant memory.
 
 use super::phase::{self, Sky};
-use super::{header, layout};
+use super::{Uvh5Reader, header, layout};
 use crate::h5::{Compression, H5Out, Rows};
 use crate::{FormatError, Result};
-use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink};
+use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
 use ndarray::{Array1, ArrayView1, ArrayView3};
 use num_complex::Complex;
 use std::collections::HashSet;
@@ -18,6 +18,9 @@ pub struct Uvh5Options {
     /// Compression of the visibilities; flags and samples, which shrink well, are always compressed (LZF).
     pub compression: Compression,
 }
+
+/// Bytes that are copied at a time.
+const COPY_BYTES: usize = 1 << 24;
 
 /// Names of the arrays with one element a row, in the order of [`Columns`].
 const COLUMNS: [&str; 10] = [
@@ -84,6 +87,18 @@ impl Uvh5Writer {
             last: None,
             in_order: true,
         })
+    }
+
+    /// Begin a file with all that an existing one holds, to append to it; the old file stays until the new one is complete.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the existing file, or as [`Uvh5Writer::create`].
+    pub fn append_to(path: &Path, compression: Compression) -> Result<Self> {
+        let mut old = Uvh5Reader::open(path)?;
+        let mut writer = Self::create(path, &old.header().clone(), Uvh5Options { overwrite: true, compression })?;
+        for_each_block::<ArrayError>(&mut old, COPY_BYTES, |_, block| Ok(writer.write(&block)?))
+            .map_err(|e| FormatError::values(path, e))?;
+        Ok(writer)
     }
 
     /// Append a block.

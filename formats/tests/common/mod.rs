@@ -8,17 +8,17 @@ use num_complex::Complex;
 use std::f64::consts::TAU;
 
 /// Where the source is: direction cosines.
-pub const SOURCE: (f64, f64) = (0.012, 0.005);
+pub(crate) const SOURCE: (f64, f64) = (0.012, 0.005);
 /// Its flux density, Jy.
-pub const FLUX: f64 = 2.0;
+pub(crate) const FLUX: f64 = 2.0;
 
 /// The centre of the VLA.
-pub fn site() -> Site {
+pub(crate) fn site() -> Site {
     Site { latitude_rad: 34.0784_f64.to_radians(), longitude_rad: (-107.6177_f64).to_radians(), altitude_m: 2124.0 }
 }
 
 /// `n` antennas on a spiral of `radius_m`, numbered from 1.
-pub fn spiral(n: usize, radius_m: f64, frame: LayoutFrame) -> ArrayLayout {
+pub(crate) fn spiral(n: usize, radius_m: f64, frame: LayoutFrame) -> ArrayLayout {
     let antennas = (0..n)
         .map(|k| {
             let (t, r) = (2.4 * k as f64, radius_m * ((k + 1) as f64 / n as f64).sqrt());
@@ -31,7 +31,7 @@ pub fn spiral(n: usize, radius_m: f64, frame: LayoutFrame) -> ArrayLayout {
 }
 
 /// The header of a set that looks at RA 19h59m, Dec +40d.
-pub fn header(layout: ArrayLayout, spectrum: SpectralWindow, pols: &[Polarization]) -> VisibilityHeader {
+pub(crate) fn header(layout: ArrayLayout, spectrum: SpectralWindow, pols: &[Polarization]) -> VisibilityHeader {
     let phase_center = match layout.frame {
         LayoutFrame::Boresight => PhaseCenter::unprojected("boresight"),
         LayoutFrame::EastNorthUp(_) => PhaseCenter::sidereal("CYGA", 299.868_f64.to_radians(), 40.734_f64.to_radians()).unwrap(),
@@ -50,7 +50,7 @@ pub fn header(layout: ArrayLayout, spectrum: SpectralWindow, pols: &[Polarizatio
 }
 
 /// Baselines of every pair at `n_times` times 60 s apart, projected to the phase centre (or not).
-pub fn coverage(header: &VisibilityHeader, n_times: usize) -> UvCoverage {
+pub(crate) fn coverage(header: &VisibilityHeader, n_times: usize) -> UvCoverage {
     let ants = header.layout.antennas();
     let mut rows = UvCoverage::empty();
     for t in 0..n_times {
@@ -90,7 +90,7 @@ fn project(enu: [f64; 3], site: &Site, time: f64, ra: f64, dec: f64) -> [f64; 3]
 }
 
 /// Visibilities of the source in the parallel hands (and Stokes I), with some flags, weights and samples.
-pub fn set(header: VisibilityHeader, n_times: usize) -> VisibilitySet {
+pub(crate) fn set(header: VisibilityHeader, n_times: usize) -> VisibilitySet {
     let rows = coverage(&header, n_times);
     let (n, nc, np) = header.shape(rows.n_rows());
     let (l, m) = SOURCE;
@@ -109,13 +109,13 @@ pub fn set(header: VisibilityHeader, n_times: usize) -> VisibilitySet {
 }
 
 /// An array on the Earth with two linear hands.
-pub fn earth() -> VisibilitySet {
+pub(crate) fn earth() -> VisibilitySet {
     let layout = spiral(10, 300.0, LayoutFrame::EastNorthUp(site()));
     set(header(layout, SpectralWindow::band(1.4e9, 4e6, 4).unwrap(), &[Polarization::XX, Polarization::YY]), 6)
 }
 
 /// A millimetre-wave imager that looks along its boresight.
-pub fn boresight() -> VisibilitySet {
+pub(crate) fn boresight() -> VisibilitySet {
     let layout = spiral(12, 0.5, LayoutFrame::Boresight);
     let mut header = header(layout, SpectralWindow::band(94e9, 8e9, 4).unwrap(), &[Polarization::I]);
     header.unit = VisUnit::KelvinSr;

@@ -1,5 +1,11 @@
 //! The rows of a visibility set: which baseline looked when, and where its uvw lies.
 
+mod plan;
+mod track;
+
+pub use plan::CoveragePlan;
+pub use track::Track;
+
 use crate::{ArrayError, Result};
 use ndarray::{Array2, Axis, s};
 use std::ops::Range;

@@ -1,0 +1,267 @@
+//! CalH5: antenna gains as pyuvdata's UVCal keeps them, in HDF5.
+//!
+//! On disk gains are \[ant, chan, time, jones\] and say how they are meant: `divide` is ours, V_corrupt = g1 conj(g2) V for
+//! uvw = r2 - r1. Tables that say `multiply` are inverted on reading.
+//!
+//! # Reference
+//! Hazelton et al. 2017, JOSS 2, 140 (pyuvdata); the CalH5 memo of that project.
+
+use crate::h5::{H5In, H5Out};
+use crate::uvh5::{read_spectrum, read_telescope, site_of, write_spectrum, write_telescope};
+use crate::{FormatError, Result};
+use cittert_arrays::astrometry::lst_rad;
+use cittert_arrays::{ArrayError, GainTable, SpectralWindow};
+use ndarray::{Array1, Array2, Array3, Array4, Ix3, Ix4};
+use num_complex::Complex64;
+use std::path::Path;
+
+/// Keyword (of `extra_keywords`) that says what the gains are.
+const MODE_KEYWORD: &str = "cittert_mode";
+/// Most gains of one table.
+const MOST_GAINS: usize = 1 << 27;
+
+/// Names of feeds and their Jones numbers; one entry for joined polarisations is 0.
+const JONES: [(&str, i64); 4] = [("R", -1), ("L", -2), ("X", -5), ("Y", -6)];
+
+fn jones_of(feed: &str) -> i64 {
+    JONES.iter().find(|j| j.0 == feed).map_or(0, |j| j.1)
+}
+
+/// Write a gain table.
+///
+/// # Errors
+/// Arrays of unequal shapes, an existing output that may not be overwritten, or whatever the disk says.
+pub fn write_gains(path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
+    let failed = |e: ArrayError| FormatError::values(path, e);
+    table.check().map_err(failed)?;
+    let (n_time, n_ant) = (table.time_jd.len(), table.layout.n_ant());
+    let out = H5Out::create(path, overwrite)?;
+    out.text("Header/version", "1.0")?;
+    write_telescope(&out, &table.layout, &table.layout.name, "")?;
+    write_spectrum(&out, &table.spectrum)?;
+    out.text("Header/history", &table.history.join("\n"))?;
+    for (name, value) in [("Njones", table.feeds.len()), ("Ntimes", n_time), ("Nants_data", n_ant)] {
+        out.scalar(&format!("Header/{name}"), value as i64)?;
+    }
+    let numbers = table.layout.antennas().iter().map(|a| i64::from(a.number));
+    out.array("Header/ant_array", Array1::from_iter(numbers).view())?;
+    out.array("Header/time_array", Array1::from_vec(table.time_jd.clone()).view())?;
+    out.array("Header/integration_time", Array1::from_vec(table.interval_s.clone()).view())?;
+    let site = site_of(&table.layout);
+    let lst = table.time_jd.iter().map(|t| lst_rad(*t, &site)).collect::<std::result::Result<Vec<f64>, _>>().map_err(failed)?;
+    out.array("Header/lst_array", Array1::from_vec(lst).view())?;
+    out.array("Header/jones_array", Array1::from_iter(table.feeds.iter().map(|f| jones_of(f))).view())?;
+    write_feeds(&out, table)?;
+    out.text("Header/cal_type", "gain")?;
+    out.text("Header/gain_convention", "divide")?;
+    out.scalar("Header/wide_band", false)?;
+    match table.refant.and_then(|r| table.layout.antennas().get(r)) {
+        Some(antenna) => {
+            out.text("Header/cal_style", "sky")?;
+            out.text("Header/ref_antenna_name", &antenna.name)?;
+            out.text("Header/sky_catalog", "cittert")?;
+        }
+        // Without a reference antenna the format's other style is the only one left.
+        None => out.text("Header/cal_style", "redundant")?,
+    }
+    out.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"), &table.mode)?;
+    // Ours is [solint, ant, chan, feed], theirs [ant, chan, time, jones].
+    let order = [1, 2, 0, 3];
+    out.array("Data/gains", table.gains.view().permuted_axes(order).as_standard_layout().view())?;
+    out.array("Data/flags", table.flags.view().permuted_axes(order).as_standard_layout().view())?;
+    if let Some(quality) = &table.quality {
+        out.array("Data/qualities", quality.view().permuted_axes(order).as_standard_layout().view())?;
+    }
+    if let Some(total) = &table.total_quality {
+        out.array("Data/total_qualities", total.view().permuted_axes([1, 0, 2]).as_standard_layout().view())?;
+    }
+    out.finish()
+}
+
+/// Feeds of the antennas, which UVCal demands: circular ones unless the table names X or Y; the first points north.
+fn write_feeds(out: &H5Out, table: &GainTable) -> Result<()> {
+    let linear = table.feeds.iter().any(|f| ["X", "Y"].contains(&f.as_str()));
+    let (n, names) = (table.layout.n_ant(), if linear { ["x", "y"] } else { ["r", "l"] });
+    out.scalar("Header/Nfeeds", 2i64)?;
+    out.texts("Header/feed_array", &names.repeat(n), &[n, 2])?;
+    let angles = Array2::from_shape_fn((n, 2), |(_, feed)| feed as f64 * std::f64::consts::FRAC_PI_2);
+    out.array("Header/feed_angle", angles.view())
+}
+
+/// True where the content of a file is a gain table.
+#[must_use]
+pub fn is_gains(path: &Path) -> bool {
+    crate::h5::has(path, "Data/gains") || crate::h5::has(path, "Data/delays")
+}
+
+/// Read a gain table written by this program or by pyuvdata.
+///
+/// # Errors
+/// Not HDF5 or no gains in it, delays instead of gains, an item that is missing or of the wrong shape.
+pub fn read_gains(path: &Path) -> Result<GainTable> {
+    let file = H5In::open(path, "a CalH5 gain table")?;
+    if !file.has("Data/gains") {
+        let found = if file.has("Data/delays") { "delays, which are not read" } else { "an HDF5 file without Data/gains" };
+        return Err(FormatError::NotA { path: path.into(), expected: "a CalH5 gain table".into(), found: found.into() });
+    }
+    let (layout, _) = read_telescope(&file)?;
+    let spectrum = spectrum(&file)?;
+    let n = [file.count("Header/Nants_data")?, spectrum.n_chan(), file.count("Header/Ntimes")?, file.count("Header/Njones")?];
+    if n.iter().try_fold(1usize, |p, k| p.checked_mul(*k)).is_none_or(|p| p == 0 || p > MOST_GAINS) {
+        return Err(file.wrong("Header/Nants_data, Nfreqs, Ntimes, Njones", format!("1 to {MOST_GAINS} gains in all"), format!("{n:?}")));
+    }
+    let feeds = file.list("Header/jones_array", n[3])?.iter().map(|j| feed_name(&file, *j)).collect::<Result<Vec<_>>>()?;
+    let (time_jd, interval_s) = times(&file, n[2])?;
+    let mut table = GainTable::unity(layout, spectrum, feeds, time_jd, interval_s).map_err(|e| FormatError::values(path, e))?;
+    fill(&file, &mut table, n)?;
+    let reference = file.text("Header/ref_antenna_name")?;
+    table.refant = reference.and_then(|name| table.layout.index_of(&name));
+    table.mode = file.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"))?.unwrap_or_else(|| "gain".into());
+    table.history = file.text("Header/history")?.unwrap_or_default().lines().map(String::from).collect();
+    table.check().map_err(|e| FormatError::values(path, e))?;
+    Ok(table)
+}
+
+fn feed_name(file: &H5In, jones: f64) -> Result<String> {
+    if jones == 0.0 {
+        return Ok("I".into());
+    }
+    JONES.iter().find(|j| j.1 as f64 == jones).map(|j| j.0.to_string()).ok_or_else(|| {
+        file.wrong("Header/jones_array", "0, -1 (R), -2 (L), -5 (X) or -6 (Y); leakage terms are not read", jones.to_string())
+    })
+}
+
+/// Channels; a wide-band table has one gain for each spectral window.
+fn spectrum(file: &H5In) -> Result<SpectralWindow> {
+    if file.real("Header/wide_band")?.unwrap_or(0.0) == 0.0 {
+        return read_spectrum(file);
+    }
+    let n = file.count("Header/Nspws")?;
+    let ranges = file.list("Header/freq_range", 2 * n)?;
+    let (centre, width) = ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, r[1] - r[0])).unzip();
+    SpectralWindow::with_windows(centre, width, (0..n as u32).collect()).map_err(|e| FormatError::values(file.path(), e))
+}
+
+/// Middle (Julian date) and length (s) of the solution intervals.
+fn times(file: &H5In, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
+    if file.has("Header/time_array") {
+        let interval = match file.reals("Header/integration_time")? {
+            Some((_, v)) if v.len() == 1 => vec![v[0]; n],
+            _ => file.list("Header/integration_time", n)?,
+        };
+        return Ok((file.list("Header/time_array", n)?, interval));
+    }
+    let ranges = file.list("Header/time_range", 2 * n)?;
+    Ok(ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, (r[1] - r[0]) * 86_400.0)).unzip())
+}
+
+/// Gains, flags and qualities of the antennas that the file has; the others stay at 1 and are flagged.
+fn fill(file: &H5In, table: &mut GainTable, n: [usize; 4]) -> Result<()> {
+    let place = |number: f64| {
+        let found = table.layout.antennas().iter().position(|a| f64::from(a.number) == number);
+        found.ok_or_else(|| file.wrong("Header/ant_array", "a number of Header/antenna_numbers", number.to_string()))
+    };
+    let at = file.list("Header/ant_array", n[0])?.into_iter().map(place).collect::<Result<Vec<usize>>>()?;
+    let dataset = file.shaped("Data/gains", &[&n])?;
+    file.demand_complex(&dataset, "Data/gains")?;
+    let gains: Array4<Complex64> = file.rows::<_, Ix4>(&dataset, "Data/gains", 0..n[0])?;
+    let numbers = |name: &str, shape: &[usize]| -> Result<hdf5::Dataset> {
+        let dataset = file.shaped(name, &[shape])?;
+        file.demand_numbers(&dataset, name)?;
+        Ok(dataset)
+    };
+    let flags: Array4<i8> = file.rows::<_, Ix4>(&numbers("Data/flags", &n)?, "Data/flags", 0..n[0])?;
+    let quality = match file.has("Data/qualities") {
+        true => Some(file.rows::<f64, Ix4>(&numbers("Data/qualities", &n)?, "Data/qualities", 0..n[0])?),
+        false => None,
+    };
+    let invert = match file.text("Header/gain_convention")?.as_deref() {
+        Some("divide") | None => false,
+        Some("multiply") => true,
+        Some(other) => return Err(file.wrong("Header/gain_convention", "divide or multiply", format!("{other:?}"))),
+    };
+    table.flags.fill(true);
+    let mut own_quality = quality.as_ref().map(|_| Array4::zeros(table.gains.raw_dim()));
+    for ((a, chan, time, feed), gain) in gains.indexed_iter() {
+        let to = (time, at[a], chan, feed);
+        table.gains[to] = if invert { gain.inv() } else { *gain };
+        table.flags[to] = flags[(a, chan, time, feed)] != 0;
+        if let (Some(own), Some(q)) = (&mut own_quality, &quality) {
+            own[to] = q[(a, chan, time, feed)];
+        }
+    }
+    table.quality = own_quality;
+    if file.has("Data/total_qualities") {
+        let dataset = numbers("Data/total_qualities", &n[1..])?;
+        let total: Array3<f64> = file.rows::<_, Ix3>(&dataset, "Data/total_qualities", 0..n[1])?;
+        table.total_quality = Some(total.permuted_axes([1, 0, 2]).as_standard_layout().into_owned());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
+
+    fn table() -> GainTable {
+        let antennas = (0..4).map(|k| Antenna::new(format!("A{k}"), k + 3, [f64::from(k), 0.5, 0.0])).collect();
+        let layout = ArrayLayout::new("imager", LayoutFrame::Boresight, antennas).unwrap();
+        let spectrum = SpectralWindow::band(94e9, 8e9, 2).unwrap();
+        let mut t =
+            GainTable::unity(layout, spectrum, vec!["R".into(), "L".into()], vec![2_460_000.5, 2_460_000.6, 2_460_000.7], vec![60.0; 3])
+                .unwrap();
+        let value = |(s, a, c, f): (usize, usize, usize, usize)| {
+            Complex64::from_polar(1.0 + 0.1 * a as f64, 0.3 * s as f64 - 0.2 * c as f64 + f as f64)
+        };
+        t.gains = Array4::from_shape_fn(t.gains.raw_dim(), value);
+        t.flags[(1, 2, 0, 1)] = true;
+        t.quality = Some(t.gains.mapv(|g| g.norm()));
+        t.total_quality = Some(Array3::from_shape_fn((3, 2, 2), |(s, c, f)| (4 * s + 2 * c + f) as f64));
+        t.refant = Some(1);
+        t.mode = "phase".into();
+        t.history = vec!["a".into(), "b".into()];
+        t
+    }
+
+    #[test]
+    fn a_table_comes_back() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("g.calh5");
+        let mut t = table();
+        write_gains(&path, &t, false).unwrap();
+        assert!(is_gains(&path));
+        assert_eq!(read_gains(&path).unwrap(), t);
+        (t.quality, t.total_quality, t.refant, t.feeds[0]) = (None, None, None, "X".into());
+        write_gains(&path, &t, true).unwrap();
+        assert_eq!(read_gains(&path).unwrap(), t);
+    }
+
+    #[test]
+    fn gains_to_multiply_by_are_inverted() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("g.calh5");
+        let t = table();
+        write_gains(&path, &t, false).unwrap();
+        {
+            let file = hdf5::File::open_rw(&path).unwrap();
+            file.unlink("Header/gain_convention").unwrap();
+            file.new_dataset::<hdf5::types::FixedAscii<8>>()
+                .create("Header/gain_convention")
+                .and_then(|d| d.write_scalar(&hdf5::types::FixedAscii::<8>::from_ascii("multiply").unwrap()))
+                .unwrap();
+        }
+        let back = read_gains(&path).unwrap();
+        assert!(back.gains.iter().zip(&t.gains).all(|(a, b)| (a * b - 1.0).norm() < 1e-12));
+    }
+
+    #[test]
+    fn what_is_no_gain_table_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("g.calh5");
+        std::fs::write(&path, "text").unwrap();
+        assert!(read_gains(&path).unwrap_err().to_string().contains("CalH5"));
+        hdf5::File::create(&path).unwrap().create_group("Data").unwrap();
+        assert!(read_gains(&path).unwrap_err().to_string().contains("without Data/gains"));
+    }
+}

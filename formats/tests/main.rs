@@ -1,0 +1,14 @@
+//! Files on disk: written and read back, real ones against other programs, broken ones refused.
+
+#[cfg(test)]
+mod common;
+#[cfg(test)]
+mod fits_images;
+#[cfg(test)]
+mod hostile;
+#[cfg(test)]
+mod info;
+#[cfg(test)]
+mod uvfits;
+#[cfg(test)]
+mod uvh5;
