@@ -1,4 +1,4 @@
-//! The shim's functions as C declares them; see `casacore/shim.h`. Everything unsafe of this format is called through [`super::table`].
+//! The shim's functions as C declares them; see `casacore/shim.h`. Everything unsafe of this format is called from `table` and `keywords`.
 
 use std::ffi::{c_char, c_int, c_void};
 
