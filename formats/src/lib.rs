@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`uvh5`] | UVH5, the native format of visibilities |
 //! | [`uvfits`] | UVFITS random groups |
+//! | `ms` | Measurement Sets (feature `ms`) |
 //! | [`fits`] | FITS images, cubes and planes |
 //! | [`calh5`] | CalH5 gain tables |
 //! | [`layouts`] | antenna layouts of several programs |
@@ -22,6 +23,8 @@ mod grid;
 mod h5;
 pub mod info;
 pub mod layouts;
+#[cfg(feature = "ms")]
+pub mod ms;
 mod picture;
 mod registry;
 mod sources;

@@ -71,7 +71,12 @@ pub trait ImageFormat: Sync {
 }
 
 /// All formats of visibilities.
-pub static VISIBILITY_FORMATS: &[&dyn VisibilityFormat] = &[&Uvh5, &Uvfits];
+pub static VISIBILITY_FORMATS: &[&dyn VisibilityFormat] = &[
+    &Uvh5,
+    &Uvfits,
+    #[cfg(feature = "ms")]
+    &crate::ms::MeasurementSet,
+];
 
 /// All formats of images.
 pub static IMAGE_FORMATS: &[&dyn ImageFormat] = &[&FitsImage];
@@ -218,6 +223,9 @@ pub(crate) fn image_names() -> String {
 /// A file that is missing, empty, a directory, or of no known format; the error says what it seems to be.
 pub fn visibility_format(path: &Path) -> Result<&'static dyn VisibilityFormat> {
     if path.join("table.dat").is_file() {
+        #[cfg(feature = "ms")]
+        return Ok(&crate::ms::MeasurementSet);
+        #[cfg(not(feature = "ms"))]
         return Err(FormatError::unsupported(
             path,
             "this is a Measurement Set, which this build does not read (feature `ms`): export it as UVFITS (CASA: exportuvfits) first",

@@ -1,0 +1,69 @@
+//! Keywords of the main table for what a Measurement Set has no place for.
+
+use super::keywords::Place;
+use super::table::Table;
+use crate::Result;
+use cittert_arrays::{VisUnit, VisibilityHeader};
+
+const FRAME: &str = "cittert_frame";
+const BORESIGHT: &str = "boresight";
+const LAYOUT: &str = "cittert_layout";
+const SOURCE: &str = "cittert_layout_source";
+const INSTRUMENT: &str = "cittert_instrument";
+const PEDESTAL: &str = "pedestal_k";
+const WEIGHT_SCALE: &str = "cittert_weight_scale";
+
+/// What our keywords say.
+#[derive(Debug, Default, Clone, PartialEq)]
+pub(super) struct Own {
+    pub(super) boresight: bool,
+    pub(super) layout: Option<String>,
+    pub(super) source: Option<String>,
+    pub(super) instrument: Option<String>,
+    pub(super) pedestal_k: Option<f64>,
+    /// Weights of the file over weights of the data.
+    pub(super) weight_scale: Option<f64>,
+}
+
+/// Write the keywords that this header needs.
+pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
+    let mut text = |key: &str, value: &str| main.put_keyword_text(Place::table(key), &[value], true);
+    if header.is_boresight() {
+        text(FRAME, BORESIGHT)?;
+    }
+    if !header.layout.name.is_empty() && header.layout.name != header.telescope {
+        text(LAYOUT, &header.layout.name)?;
+    }
+    if let Some(source) = header.layout.source.as_deref().filter(|s| !s.is_empty()) {
+        text(SOURCE, source)?;
+    }
+    if !header.instrument.is_empty() && header.instrument != header.telescope {
+        text(INSTRUMENT, &header.instrument)?;
+    }
+    if header.unit != VisUnit::Uncalibrated {
+        // pyuvdata's name for the convention that Stokes I is half the sum of the parallel hands.
+        text("pyuvdata_polconv", "avg")?;
+    }
+    match header.pedestal_k {
+        Some(pedestal) => main.put_keyword_value(Place::table(PEDESTAL), pedestal),
+        None => Ok(()),
+    }
+}
+
+/// Say by what the weights were multiplied.
+pub(super) fn write_weight_scale(main: &mut Table, scale: f64) -> Result<()> {
+    if scale == 1.0 { Ok(()) } else { main.put_keyword_value(Place::table(WEIGHT_SCALE), scale) }
+}
+
+/// Read the keywords.
+pub(super) fn read(main: &Table) -> Result<Own> {
+    let text = |key: &str| main.keyword_text(Place::table(key), 0);
+    Ok(Own {
+        boresight: text(FRAME)?.as_deref() == Some(BORESIGHT),
+        layout: text(LAYOUT)?,
+        source: text(SOURCE)?,
+        instrument: text(INSTRUMENT)?,
+        pedestal_k: main.keyword_number(Place::table(PEDESTAL), 0)?.filter(|p| p.is_finite()),
+        weight_scale: main.keyword_number(Place::table(WEIGHT_SCALE), 0)?.filter(|s| s.is_finite() && *s > 0.0),
+    })
+}

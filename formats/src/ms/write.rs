@@ -1,0 +1,407 @@
+//! A Measurement Set written in runs of rows, in constant memory.
+
+use super::MsOptions;
+use super::codes::{frame_code, mjd_seconds};
+use super::export::{Plan, Window};
+use super::fields::{Fields, Pointing};
+use super::keywords::Place;
+use super::own;
+use super::rows::{Counts, Extra, Job};
+use super::schema;
+use super::subtables::{self, Contents};
+use super::table::{Manager, Table, check_space};
+use crate::atomic::AtomicDir;
+use crate::{FormatError, Result};
+use cittert_arrays::{ArrayError, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySink};
+use ndarray::ArrayView3;
+use num_complex::Complex;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// A run of rows of the main table that share a spectral window.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    start: usize,
+    rows: usize,
+    window: usize,
+}
+
+/// Where each row of a block points, and its scan.
+type Columns = (Vec<Pointing>, Vec<i32>);
+
+/// A Measurement Set being written.
+///
+/// uvw are negated and visibilities conjugated against the convention in memory, as imagers of Measurement Sets expect them.
+#[derive(Debug)]
+pub struct MsWriter {
+    // Tables close before the directory is removed or renamed.
+    main: Table,
+    dir: AtomicDir,
+    path: PathBuf,
+    header: VisibilityHeader,
+    options: MsOptions,
+    plan: Plan,
+    fields: Fields,
+    frame: &'static str,
+    n_rows: usize,
+    runs: Vec<Run>,
+    has_spectrum: bool,
+    scan: i32,
+    last: Option<(f64, u16)>,
+    time_range: [f64; 2],
+    counts: Counts,
+    weight_scale: f64,
+}
+
+impl MsWriter {
+    /// Begin a Measurement Set for sets with this header.
+    ///
+    /// # Errors
+    /// The output exists and may not be overwritten, or is no Measurement Set; its folder is missing or not writable; the header has
+    /// polarisation products or celestial frames that no Measurement Set can hold.
+    pub fn create(path: &Path, header: &VisibilityHeader, options: MsOptions) -> Result<Self> {
+        let mut plan = Plan::new(path, header, options)?;
+        let fields = Fields::new(path, header, &mut plan.notes)?;
+        let dir = AtomicDir::create(path, options.overwrite, "table.dat")?;
+        let frame = header.phase_centers.first().and_then(|c| frame_code(&c.frame, c.epoch)).unwrap_or("ICRS");
+        let main = main_table(dir.path(), path, header, &plan, options, frame)?;
+        Ok(Self {
+            main,
+            dir,
+            path: path.into(),
+            header: header.clone(),
+            options,
+            plan,
+            fields,
+            frame,
+            n_rows: 0,
+            runs: Vec::new(),
+            has_spectrum: false,
+            scan: 1,
+            last: None,
+            time_range: [f64::INFINITY, f64::NEG_INFINITY],
+            counts: Counts::default(),
+            weight_scale: 1.0,
+        })
+    }
+
+    /// What is lost or changed on the way as far as it is known yet, for the user to be told; [`MsWriter::complete`] returns all of it.
+    /// The same lines go into HISTORY.
+    #[must_use]
+    pub fn notes(&self) -> &[String] {
+        &self.plan.notes
+    }
+
+    /// Append a block, as DATA alone.
+    ///
+    /// # Errors
+    /// As [`MsWriter::write_with`].
+    pub fn write(&mut self, block: &VisibilityBlock) -> Result<()> {
+        self.write_with(block, None, None)
+    }
+
+    /// Append a block as DATA, with MODEL_DATA and CORRECTED_DATA \[blt, chan, pol\] in the unit of the header where the options
+    /// have asked for these columns.
+    ///
+    /// # Errors
+    /// A block of another shape than the header's, a column that the options ask for and that is not given or the reverse, a row whose
+    /// antennas must be exchanged in a set with one cross product but not the other, or whatever the disk says.
+    pub fn write_with(
+        &mut self,
+        block: &VisibilityBlock,
+        model: Option<ArrayView3<'_, Complex<f32>>>,
+        corrected: Option<ArrayView3<'_, Complex<f32>>>,
+    ) -> Result<()> {
+        self.header.check_block(block).map_err(|e| FormatError::values(&self.path, e))?;
+        let extras = self.extras(block, model, corrected)?;
+        if block.n_rows() == 0 {
+            return Ok(());
+        }
+        // Visibilities, weights and flags of a datum; further columns of visibilities; then the columns of a row.
+        let datum = 13 + 8 * extras.len();
+        let bytes = block.n_rows() * (self.plan.factor.len() * self.plan.products.len() * datum + 200 * self.plan.windows.len());
+        check_space(self.dir.path(), &self.path, bytes as u64 + self.reserve())?;
+        if self.n_rows == 0 {
+            self.scale_weights(block);
+        }
+        let base = self.columns(block)?;
+        for k in 0..self.plan.windows.len() {
+            self.write_window(block, &extras, k, &base)?;
+        }
+        Ok(())
+    }
+
+    /// Raise weights that CASA would take for none: its images stay blank where the sum of weights is below about 1e-8, and noise in Jy
+    /// is large for an imager of warm scenes. A power of two costs no digit, and the reader takes it off again.
+    fn scale_weights(&mut self, block: &VisibilityBlock) {
+        /// Mean weight below which weights are raised to about 1.
+        const SMALL: f64 = 1e-6;
+        let (mut sum, mut n) = (0.0, 0_u64);
+        for ((_, chan, _), w) in block.weights.indexed_iter().filter(|(_, w)| **w > 0.0 && w.is_finite()) {
+            sum += f64::from(*w) * self.plan.weight_factor / self.plan.factor[chan].powi(2);
+            n += 1;
+        }
+        let mean = sum / n as f64;
+        if n > 0 && mean > 0.0 && mean < SMALL {
+            let power = (-mean.log2()).round();
+            let scale = power.exp2();
+            self.weight_scale = scale;
+            self.plan.weight_factor *= scale;
+            self.plan.notes.push(format!("weights multiplied by 2^{power}, as CASA takes weights as small as {mean:.1e} for none"));
+        }
+    }
+
+    /// What casacore may still hold in memory: a tile of each column, subtables.
+    fn reserve(&self) -> u64 {
+        let antennas = self.plan.antenna_rows.iter().max().map_or(0, |m| *m as u64);
+        (4 << 20) + 2048 * (antennas + self.fields.rows().len() as u64) + 1024 * self.header.history.len() as u64
+    }
+
+    /// The further columns of a block, which must be those that were asked for.
+    fn extras<'a>(
+        &self,
+        block: &VisibilityBlock,
+        model: Option<ArrayView3<'a, Complex<f32>>>,
+        corrected: Option<ArrayView3<'a, Complex<f32>>>,
+    ) -> Result<Vec<Extra<'a>>> {
+        let mut extras = Vec::new();
+        for (name, wanted, given) in [("MODEL_DATA", self.options.model, model), ("CORRECTED_DATA", self.options.corrected, corrected)] {
+            match given {
+                Some(values) if wanted && values.shape() == block.vis.shape() => extras.push(Extra { name, values }),
+                None if !wanted => {}
+                given => {
+                    let expected =
+                        if wanted { format!("visibilities of shape {:?}", block.vis.shape()) } else { "none: not asked for".into() };
+                    let found = given.map_or("none".into(), |v| format!("shape {:?}", v.shape()));
+                    return Err(FormatError::malformed(&self.path, name, expected, found));
+                }
+            }
+        }
+        Ok(extras)
+    }
+
+    /// What is the same for all windows: where each row points, and its scan.
+    fn columns(&mut self, block: &VisibilityBlock) -> Result<Columns> {
+        let c = &block.coverage;
+        let (mut pointing, mut scan) = (Vec::new(), Vec::new());
+        for row in 0..block.n_rows() {
+            let (time, center) = (c.time_jd[row], c.phase_center[row]);
+            if let Some((last_time, last_center)) = self.last {
+                self.scan += i32::from(last_center != center && last_time != time);
+            }
+            self.last = Some((time, center));
+            pointing.push(self.fields.at(center, time)?);
+            scan.push(self.scan);
+            let (t, half) = (mjd_seconds(time), c.integration_s[row] / 2.0);
+            self.time_range = [self.time_range[0].min(t - half), self.time_range[1].max(t + half)];
+        }
+        Ok((pointing, scan))
+    }
+
+    fn write_window(&mut self, block: &VisibilityBlock, extras: &[Extra<'_>], k: usize, base: &Columns) -> Result<()> {
+        let (pointing, scan) = base;
+        let window = &self.plan.windows[k];
+        let n_chan = window.channels.len();
+        let freq_hz = self.header.spectrum.freq_hz();
+        let job = Job { path: &self.path, block, extras, plan: &self.plan, window, freq_hz };
+        let values = job.values(pointing, &mut self.counts)?;
+        let (start, rows) = (self.n_rows, block.n_rows());
+        let vector = [self.plan.products.len()];
+        let cell = [vector[0], n_chan];
+        if values.weights_vary && !self.has_spectrum {
+            self.add_spectrum()?;
+        }
+        let t = &mut self.main;
+        t.add_rows(rows)?;
+        for (name, numbers) in [("ANTENNA1", &values.ant1), ("ANTENNA2", &values.ant2), ("SCAN_NUMBER", scan)] {
+            t.put(name, start, &[], numbers)?;
+        }
+        t.put("FIELD_ID", start, &[], &pointing.iter().map(|p| p.field).collect::<Vec<_>>())?;
+        t.put("DATA_DESC_ID", start, &[], &vec![k as i32; rows])?;
+        for name in ["ARRAY_ID", "FEED1", "FEED2", "OBSERVATION_ID"] {
+            t.put(name, start, &[], &vec![0_i32; rows])?;
+        }
+        // Neither PROCESSOR nor STATE has rows.
+        for name in ["PROCESSOR_ID", "STATE_ID"] {
+            t.put(name, start, &[], &vec![-1_i32; rows])?;
+        }
+        let times: Vec<f64> = block.coverage.time_jd.iter().map(|t| mjd_seconds(*t)).collect();
+        let lengths = &block.coverage.integration_s;
+        for (name, numbers) in [("TIME", &times), ("TIME_CENTROID", &times), ("EXPOSURE", lengths), ("INTERVAL", lengths)] {
+            t.put(name, start, &[], numbers)?;
+        }
+        t.put("FLAG_ROW", start, &[], &values.flag_row)?;
+        t.put("UVW", start, &[3], &values.uvw)?;
+        t.put("WEIGHT", start, &vector, &values.weight)?;
+        t.put("SIGMA", start, &vector, &values.sigma)?;
+        t.put("FLAG", start, &cell, &values.flags)?;
+        t.put("DATA", start, &cell, &values.vis)?;
+        for (extra, vis) in extras.iter().zip(&values.extras) {
+            t.put(extra.name, start, &cell, vis)?;
+        }
+        if self.has_spectrum {
+            t.put("WEIGHT_SPECTRUM", start, &cell, &values.weights)?;
+        }
+        self.n_rows += rows;
+        match self.runs.last_mut() {
+            Some(run) if run.window == k => run.rows += rows,
+            _ => self.runs.push(Run { start, rows, window: k }),
+        }
+        Ok(())
+    }
+
+    /// Add WEIGHT_SPECTRUM when weights first differ between channels; in the rows before, they were those of WEIGHT.
+    fn add_spectrum(&mut self) -> Result<()> {
+        /// Rows copied at once.
+        const STEP: usize = 4096;
+        let tile = tile(&self.plan, &self.plan.windows);
+        schema::add(&mut self.main, &[schema::WEIGHT_SPECTRUM], &Manager::TiledShape(tile), "TiledWeightSpectrum", self.frame)?;
+        let n_pol = self.plan.products.len();
+        for run in &self.runs {
+            let n_chan = self.plan.windows[run.window].channels.len();
+            let mut start = run.start;
+            while start < run.start + run.rows {
+                let rows = STEP.min(run.start + run.rows - start);
+                let mut weight = vec![0.0_f32; rows * n_pol];
+                self.main.get_into("WEIGHT", start, &[n_pol], &mut weight)?;
+                let spectrum: Vec<f32> = weight.chunks(n_pol).flat_map(|w| w.repeat(n_chan)).collect();
+                self.main.put("WEIGHT_SPECTRUM", start, &[n_pol, n_chan], &spectrum)?;
+                start += rows;
+            }
+        }
+        self.has_spectrum = true;
+        Ok(())
+    }
+
+    /// Write the subtables and give the directory its final name. Returns everything that was said about the output, with what the
+    /// data showed.
+    ///
+    /// # Errors
+    /// A set without rows, or whatever the disk says; the old output is then still in place.
+    pub fn complete(mut self) -> Result<Vec<String>> {
+        if self.n_rows == 0 {
+            let none =
+                ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" };
+            return Err(FormatError::values(&self.path, none));
+        }
+        check_space(self.dir.path(), &self.path, self.reserve())?;
+        let mut notes = std::mem::take(&mut self.plan.notes);
+        notes.extend(self.counts.notes());
+        let history: Vec<String> = self.header.history.iter().chain(&notes).cloned().collect();
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+        let contents = Contents {
+            header: &self.header,
+            plan: &self.plan,
+            fields: self.fields.rows(),
+            time_range: self.time_range,
+            history: &history,
+            // The epoch of Unix is day 40587 of the modified Julian calendar.
+            now: now + 40_587.0 * 86_400.0,
+            frame: self.frame,
+        };
+        own::write_weight_scale(&mut self.main, self.weight_scale)?;
+        subtables::write(&mut self.main, self.dir.path(), &self.path, &contents)?;
+        self.main.flush()?;
+        let Self { main, dir, .. } = self;
+        drop(main);
+        dir.commit()?;
+        Ok(notes)
+    }
+}
+
+impl VisibilitySink for MsWriter {
+    fn write_block(&mut self, block: &VisibilityBlock) -> Result<(), ArrayError> {
+        Ok(self.write(block)?)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), ArrayError> {
+        self.complete()?;
+        Ok(())
+    }
+}
+
+/// Tiles of about 256 KiB of visibilities with as many rows as fit: imagers read all channels of a run of rows.
+fn tile(plan: &Plan, windows: &[Window]) -> Vec<i64> {
+    const ELEMENTS: usize = 32_768;
+    let n_pol = plan.products.len().max(1);
+    let n_chan = windows.iter().map(|w| w.channels.len()).max().unwrap_or(1).clamp(1, ELEMENTS / n_pol);
+    vec![n_pol as i64, n_chan as i64, (ELEMENTS / (n_pol * n_chan)).max(1) as i64]
+}
+
+/// The main table without rows.
+fn main_table(folder: &Path, label: &Path, header: &VisibilityHeader, plan: &Plan, options: MsOptions, frame: &str) -> Result<Table> {
+    let mut t = Table::create(folder, label)?;
+    t.set_info("Measurement Set", "Measurement Set of version 2, written by cittert")?;
+    schema::add(&mut t, &schema::MAIN_STANDARD, &Manager::Standard, "SSM", frame)?;
+    schema::add(&mut t, &schema::MAIN_INCREMENTAL, &Manager::Incremental, "ISM", frame)?;
+    t.put_keyword_text(Place::column("FLAG_CATEGORY", "CATEGORY"), &[], false)?;
+    schema::add(&mut t, &[schema::UVW], &Manager::TiledColumn(vec![3, 8192]), "TiledUVW", frame)?;
+    let vector = vec![plan.products.len() as i64, 8192];
+    for (spec, name) in schema::MAIN_VECTORS.iter().zip(["TiledWeight", "TiledSigma"]) {
+        schema::add(&mut t, &[*spec], &Manager::TiledShape(vector.clone()), name, frame)?;
+    }
+    let tile = tile(plan, &plan.windows);
+    let mut columns = vec![(schema::FLAG, "TiledFlag"), (schema::DATA, "TiledData")];
+    if options.model {
+        columns.push((schema::MODEL_DATA, "TiledModel"));
+    }
+    if options.corrected {
+        columns.push((schema::CORRECTED_DATA, "TiledCorrected"));
+    }
+    for (spec, name) in columns {
+        schema::add(&mut t, &[spec], &Manager::TiledShape(tile.clone()), name, frame)?;
+        if spec.column.name.ends_with("DATA") && plan.unit == VisUnit::Jy {
+            t.put_keyword_text(Place::column(spec.column.name, "QuantumUnits"), &["Jy"], false)?;
+        }
+    }
+    t.put_keyword_value(Place::table("MS_VERSION"), 2.0_f32)?;
+    own::write(&mut t, header)?;
+    Ok(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, Site, SpectralWindow, UvCoverage};
+    use ndarray::{Array2, Array3};
+
+    /// One row, one source: what an imager of Measurement Sets predicts there is what is on the disk.
+    #[test]
+    fn on_the_disk_uvw_are_negated_and_visibilities_conjugated() {
+        let site = Site { latitude_rad: 0.5, longitude_rad: 0.1, altitude_m: 0.0 };
+        let ants = (0..2).map(|k| Antenna::new(format!("A{k}"), k, [f64::from(k) * 100.0, 0.0, 0.0])).collect();
+        let header = VisibilityHeader {
+            layout: ArrayLayout::new("t", LayoutFrame::EastNorthUp(site), ants).unwrap(),
+            spectrum: SpectralWindow::new(vec![1e9, 2e9], vec![1e6; 2]).unwrap(),
+            polarizations: vec![Polarization::XX],
+            phase_centers: vec![PhaseCenter::sidereal("p", 1.0, 0.5).unwrap()],
+            unit: VisUnit::Jy,
+            telescope: "t".into(),
+            instrument: String::new(),
+            pedestal_k: None,
+            history: Vec::new(),
+        };
+        let (uvw, l, m) = ([90.0, -7.0, 3.0], 0.012, 0.005_f64);
+        let n1 = f64::sqrt(1.0 - l * l - m * m) - 1.0;
+        let predict = |b: [f64; 3], freq: f64| {
+            let turns = (b[0] * l + b[1] * m + b[2] * n1) * freq / cittert_arrays::SPEED_OF_LIGHT_M_S;
+            Complex::cis((std::f64::consts::TAU * turns) as f32)
+        };
+        let rows =
+            UvCoverage::new(Array2::from_shape_vec((1, 3), uvw.to_vec()).unwrap(), vec![0], vec![1], vec![2.46e6], vec![1.0], vec![0]);
+        let mut block = VisibilityBlock::zeros(rows.unwrap(), 2, 1);
+        block.vis = Array3::from_shape_fn((1, 2, 1), |(_, c, _)| predict(uvw, header.spectrum.freq_hz()[c]));
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.ms");
+        let mut writer = MsWriter::create(&path, &header, MsOptions::default()).unwrap();
+        writer.write(&block).unwrap();
+        writer.complete().unwrap();
+        let main = Table::open(&path).unwrap();
+        let (mut stored, mut vis) = ([0.0_f64; 3], [Complex::<f32>::default(); 2]);
+        main.get_into("UVW", 0, &[3], &mut stored).unwrap();
+        main.get_into("DATA", 0, &[1, 2], &mut vis).unwrap();
+        assert_eq!(stored, uvw.map(|x| -x));
+        assert_eq!(vis[1], block.vis[(0, 1, 0)].conj());
+        assert!((vis[1] - predict(stored, 2e9)).norm() < 1e-6, "the same formula holds with the uvw of the disk");
+    }
+}
