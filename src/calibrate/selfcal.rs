@@ -60,9 +60,9 @@ pub struct RoundPlan {
     pub mode: GainMode,
     /// How long a solution holds.
     pub solint: SolutionInterval,
-    /// The model takes only what stands so many times above the noise of the residual: more at first, so that errors of the
-    /// uncalibrated image do not enter the model, less as it gets better. Makers use it for their threshold or growing mask.
-    pub nsigma: f64,
+    /// The model stops at this fraction of the image's peak: high at first, so that errors of the uncalibrated image do not
+    /// enter the model, lower from round to round, so that more of the source does. 0 leaves the depth to the maker.
+    pub depth: f64,
     /// True in the last planned round, in which the model may go to its final depth.
     pub last: bool,
 }
@@ -85,9 +85,10 @@ pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize) -> Vec<
                 SolutionInterval::Seconds(s) => SolutionInterval::Seconds(s * longer),
                 other => other,
             };
-            // The noise is that of the residual, which holds the errors of calibration: 6 sigma of it keep out most of them.
-            let left = (rounds - 1 - i) as f64 / (rounds - 1).max(1) as f64;
-            RoundPlan { mode: if amp { mode } else { first }, solint, nsigma: 3.0 * 2.0_f64.powf(left), last: i + 1 == rounds }
+            let last = i + 1 == rounds;
+            // A tenth of the peak is safe with phase errors of half a radian; each round brings the errors down severalfold.
+            let depth = if last { 0.0 } else { 0.1 * 6.0_f64.powi(-(i.min(100) as i32)) };
+            RoundPlan { mode: if amp { mode } else { first }, solint, depth, last }
         })
         .collect()
 }
@@ -277,7 +278,7 @@ pub fn selfcal(
     } else {
         // The best gains deserve an image of full depth, which the plan of their round did not allow.
         let best = &out.rounds[out.best];
-        let plan = RoundPlan { last: true, ..best.plan };
+        let plan = RoundPlan { last: true, depth: 0.0, ..best.plan };
         match maker.update(&mut CalibratedSource::new(data, &best.gains, options.apply)?, &plan, observer) {
             Ok(metrics) => out.deepened = Some(metrics),
             Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
