@@ -200,10 +200,11 @@ fn the_best_round_is_kept_and_the_reason_to_stop_is_told() {
 
 #[test]
 fn schedules_start_with_phases_and_shrink_the_interval() {
-    let s = schedule(GainMode::AmpPhase, SolutionInterval::Seconds(30.0), 6);
+    let s = schedule(GainMode::AmpPhase, SolutionInterval::Seconds(30.0), 6, true);
     let modes: Vec<GainMode> = s.iter().map(|p| p.mode).collect();
     assert_eq!(modes, [GainMode::Phase, GainMode::Phase, GainMode::Phase, GainMode::Phase, GainMode::AmpPhase, GainMode::AmpPhase]);
     assert_eq!(s[0].solint, SolutionInterval::Seconds(120.0));
     assert_eq!(s[3].solint, SolutionInterval::Seconds(30.0));
+    assert_eq!(schedule(GainMode::Phase, SolutionInterval::Seconds(30.0), 6, false)[0].solint, SolutionInterval::Seconds(30.0));
     assert!(s.windows(2).all(|w| w[1].depth < w[0].depth) && s[5].last && !s[4].last && s[5].depth == 0.0);
 }
