@@ -60,4 +60,3 @@ pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, Soluti
 pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, Start, StopReason, schedule, selfcal};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use support::ClosureSupport;
-#[cfg(test)]
