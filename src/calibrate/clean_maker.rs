@@ -3,7 +3,7 @@
 use super::model::ModelVisibilities;
 use super::selfcal::{ModelMaker, ModelMetrics, RoundPlan};
 use crate::fourier::{Degridder, GridOptions, Real, UvwExtent};
-use crate::imaging::major::{CleanOptions, robust_rms};
+use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Imager, ImagingOptions, clean};
 use crate::progress::Observer;
 use crate::{ChainError, Result};
@@ -36,8 +36,8 @@ enum Predictors {
 }
 
 impl CleanMaker {
-    /// A maker with these options. In each round `clean.nsigma` is raised to the plan's, and so is the automatic mask's level
-    /// where one is asked for, so that the mask grows from round to round.
+    /// A maker with these options. In each round `clean.threshold` is raised to the plan's depth times the peak of the round
+    /// before, so that the model grows from round to round; the last round goes as deep as the options say.
     #[must_use]
     pub fn new(imaging: ImagingOptions, clean: CleanOptions) -> Self {
         Self { imaging, clean, now: None, best: None }
@@ -56,38 +56,26 @@ impl CleanMaker {
 
 impl ModelMaker for CleanMaker {
     fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
-        let mut options = self.clean.clone();
-        if !plan.last || options.nsigma == 0.0 {
-            options.nsigma = options.nsigma.max(plan.nsigma);
-        }
-        if !plan.last {
-            options.auto_mask = options.auto_mask.map(|level| level.max(plan.nsigma));
-        }
         let freq_hz = data.header().spectrum.freq_hz().to_vec();
         let mut imager = Imager::new(data, self.imaging.clone(), observer)?;
         let grid = imager.grid().clone();
         (self.imaging.size, self.imaging.cell_rad) = (Some((grid.n_l, grid.n_m)), Some(grid.cell_rad));
-        let mut products = clean(&mut imager, &options, observer)?;
-        if products.components.is_empty() {
-            // The side lobes of what is there may count as noise: half the peak is above the plan's level then. Below 3 sigma there
-            // is nothing but noise.
-            let dirty = products.dirty.data.index_axis(Axis(0), 0).index_axis(Axis(0), 0).to_owned();
-            let rms = robust_rms(&dirty);
-            let constant = products.dirty.pedestal_k.unwrap_or(0.0);
-            let half = 0.5 * (dirty.iter().copied().fold(f64::NEG_INFINITY, f64::max) - constant);
-            if rms > 0.0 && half > 3.0 * rms && half < options.nsigma * rms {
-                options.nsigma = half / rms;
-                options.auto_mask = options.auto_mask.map(|level| level.min(options.nsigma));
-                products = clean(&mut imager, &options, observer)?;
-            }
+        let mut options = self.clean.clone();
+        if plan.depth > 0.0 {
+            let peak = match &self.now {
+                Some(state) => peak(&state.products.restored),
+                // No component yet: the dirty image in its unit, and nothing else.
+                None => peak(&clean(&mut imager, &CleanOptions { niter: 0, ..options.clone() }, observer)?.dirty),
+            };
+            options.threshold = options.threshold.max(plan.depth * peak);
         }
+        let products = clean(&mut imager, &options, observer)?;
         let (channels, extent) = (imager.channels().to_vec(), imager.survey().extent);
         drop(imager);
         let predictors = std::sync::Arc::new(Predictors::new(&products.model, &channels, &freq_hz, extent, &self.grid_options())?);
         let statistics = &products.statistics;
-        let pedestal = products.restored.pedestal_k.unwrap_or(0.0);
         let metrics = ModelMetrics {
-            peak: products.restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - pedestal,
+            peak: peak(&products.restored),
             residual_rms: statistics.residual_rms,
             model_flux: statistics.model_flux,
             iterations: statistics.iterations,
@@ -163,6 +151,11 @@ fn degridders<T: Real>(
     let one =
         |(k, range): (usize, &Range<usize>)| Degridder::new(&model.grid, flux(model, k).view(), &freq_hz[range.clone()], extent, options);
     channels.iter().enumerate().map(one).collect()
+}
+
+/// Largest value above the constant that was added back.
+fn peak(image: &Image) -> f64 {
+    image.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - image.pedestal_k.unwrap_or(0.0)
 }
 
 /// Flux in each pixel of an output channel, in the unit of the visibilities.

@@ -56,7 +56,7 @@ fn the_prediction_is_the_direct_sum_of_the_model() {
     let scene = Scene { sources: vec![(4.0 * CELL, -6.0 * CELL, 1.0)], sigma: 0.0, ..scene() };
     let mut data = scene.set(|_, _, _, _| Complex64::new(1.0, 0.0));
     let mut m = maker();
-    let plan = RoundPlan { mode: GainMode::Phase, solint: SolutionInterval::Infinite, nsigma: 3.0, last: true };
+    let plan = RoundPlan { mode: GainMode::Phase, solint: SolutionInterval::Infinite, depth: 0.0, last: true };
     assert!(m.predict(&data.header, 0, &data.data.coverage).unwrap_err().to_string().contains("no model yet"));
     m.update(&mut data, &plan, &Silent).unwrap();
     let mut block = data.read_rows(0..200).unwrap();
@@ -81,11 +81,11 @@ fn the_prediction_is_the_direct_sum_of_the_model() {
 fn the_best_images_come_back() {
     let mut data = scene().set(|_, _, _, _| cis(0.0));
     let mut m = maker();
-    let plan = |nsigma, last| RoundPlan { mode: GainMode::Phase, solint: SolutionInterval::Infinite, nsigma, last };
-    m.update(&mut data, &plan(20.0, false), &Silent).unwrap();
+    let plan = |depth, last| RoundPlan { mode: GainMode::Phase, solint: SolutionInterval::Infinite, depth, last };
+    m.update(&mut data, &plan(0.2, false), &Silent).unwrap();
     let kept = m.products().unwrap().statistics.model_flux;
     m.remember();
-    m.update(&mut data, &plan(3.0, true), &Silent).unwrap();
+    m.update(&mut data, &plan(0.0, true), &Silent).unwrap();
     assert!(m.products().unwrap().statistics.model_flux > kept * 1.02);
     m.recall();
     assert_eq!(m.products().unwrap().statistics.model_flux, kept);

@@ -60,17 +60,22 @@ pub struct RoundPlan {
     pub mode: GainMode,
     /// How long a solution holds.
     pub solint: SolutionInterval,
-    /// The model takes only what stands so many times above the noise of the residual: more at first, so that errors of the
-    /// uncalibrated image do not enter the model, less as it gets better. Makers use it for their threshold or growing mask.
-    pub nsigma: f64,
+    /// The model stops at this fraction of the image's peak: high at first, so that errors of the uncalibrated image do not
+    /// enter the model, lower from round to round, so that more of the source does. 0 leaves the depth to the maker.
+    pub depth: f64,
     /// True in the last planned round, in which the model may go to its final depth.
     pub last: bool,
 }
 
-/// Rounds of a mode at an interval: phases first, with intervals that shrink to `solint`; with amplitudes, a last third (at
-/// least one round) of amplitude and phase.
+/// Depth of the first image of data that are not calibrated: errors of half a radian of phase stay below a tenth of the peak.
+const FIRST_DEPTH: f64 = 0.1;
+
+/// Rounds of a mode at an interval: phases first; with amplitudes, a last third (at least one round) of amplitude and phase.
+///
+/// With `shrink`, schedules of four phase rounds or more begin with intervals of four and two times `solint`. That helps
+/// weak sources while phases drift slowly, and harms where they change within the longer intervals.
 #[must_use]
-pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize) -> Vec<RoundPlan> {
+pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, shrink: bool) -> Vec<RoundPlan> {
     let rounds = rounds.max(1);
     let amplitude = if mode == GainMode::AmpPhase && rounds > 1 { (rounds / 3).max(1) } else { 0 };
     let first = if mode == GainMode::AmpPhase && rounds > 1 { GainMode::Phase } else { mode };
@@ -79,15 +84,15 @@ pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize) -> Vec<
         .map(|i| {
             let amp = i >= phase;
             let (at, of) = if amp { (i - phase, amplitude) } else { (i, phase) };
-            // Only long schedules can afford to start coarse; a start as coarse as phases drift would lose coherence.
-            let longer = if of >= 4 && !amp { [4.0, 2.0][..].get(at).copied().unwrap_or(1.0) } else { 1.0 };
+            let longer = if shrink && of >= 4 && !amp { [4.0, 2.0][..].get(at).copied().unwrap_or(1.0) } else { 1.0 };
             let solint = match solint {
                 SolutionInterval::Seconds(s) => SolutionInterval::Seconds(s * longer),
                 other => other,
             };
-            // The noise is that of the residual, which holds the errors of calibration: 6 sigma of it keep out most of them.
-            let left = (rounds - 1 - i) as f64 / (rounds - 1).max(1) as f64;
-            RoundPlan { mode: if amp { mode } else { first }, solint, nsigma: 3.0 * 2.0_f64.powf(left), last: i + 1 == rounds }
+            let last = i + 1 == rounds;
+            // Each round brings the errors down severalfold, and what its image can be trusted with.
+            let depth = if last { 0.0 } else { FIRST_DEPTH * 8.0_f64.powi(-(i.min(100) as i32) - 1) };
+            RoundPlan { mode: if amp { mode } else { first }, solint, depth, last }
         })
         .collect()
 }
@@ -125,12 +130,12 @@ pub struct SelfcalOptions {
 }
 
 impl SelfcalOptions {
-    /// Usual options for a mode, interval and number of rounds.
+    /// Usual options for a mode, interval and number of rounds, with the same interval in all rounds.
     #[must_use]
     pub fn new(mode: GainMode, solint: SolutionInterval, rounds: usize) -> Self {
         Self {
             solve: SolveOptions { mode, solint, ..SolveOptions::default() },
-            schedule: schedule(mode, solint, rounds),
+            schedule: schedule(mode, solint, rounds, false),
             apply: ApplyOptions::default(),
             improvement: 0.01,
             patience: 1,
@@ -222,7 +227,7 @@ pub fn selfcal(
     let mut out = Selfcal { rounds: Vec::new(), best: 0, before: None, deepened: None, stop: StopReason::Completed, warnings: Vec::new() };
     let mut start = Some(start);
     if matches!(start, Some(Start::Data)) {
-        out.before = Some(maker.update(data, &RoundPlan { last: false, ..*first }, observer)?);
+        out.before = Some(maker.update(data, &RoundPlan { last: false, depth: FIRST_DEPTH, ..*first }, observer)?);
     }
     let mut idle = 0;
     let mut next = 0;
@@ -277,7 +282,7 @@ pub fn selfcal(
     } else {
         // The best gains deserve an image of full depth, which the plan of their round did not allow.
         let best = &out.rounds[out.best];
-        let plan = RoundPlan { last: true, ..best.plan };
+        let plan = RoundPlan { last: true, depth: 0.0, ..best.plan };
         match maker.update(&mut CalibratedSource::new(data, &best.gains, options.apply)?, &plan, observer) {
             Ok(metrics) => out.deepened = Some(metrics),
             Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
