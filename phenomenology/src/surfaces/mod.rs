@@ -56,9 +56,7 @@ pub use shadowing::{Shadowing, shadow_lambda, shadow_lambda_v};
 pub use slopes::Slopes;
 pub use stack::{Layer, Stack};
 pub use stack_file::{DEFAULT_TEMPERATURE_K, LayerDescription, StackDescription, Substance};
-pub use stokes::{
-    AntennaPolarisation, Mueller, PolarisedRay, Vector, reflection_mueller, rotation_mueller,
-};
+pub use stokes::{AntennaPolarisation, Mueller, PolarisedRay, Vector, reflection_mueller, rotation_mueller};
 pub use tau_omega::{Canopy, CanopyBudget};
 pub use wagner_lynch::{FacetIntegrals, Sky};
 pub use wegmuller_matzler99::wegmuller_matzler99;

@@ -2,9 +2,7 @@
 
 use super::error::SurfaceError;
 use super::stack::{Layer, Stack};
-use crate::dielectrics::{
-    DielectricError, Extrapolation, Material, MaterialState, Model, permittivity_of,
-};
+use crate::dielectrics::{DielectricError, Extrapolation, Material, MaterialState, Model, permittivity_of};
 use num_complex::Complex64;
 use serde::Deserialize;
 use std::ops::Range;
@@ -80,19 +78,11 @@ struct RawLayer {
 impl StackDescription {
     /// A bare half-space of one material.
     #[must_use]
-    pub fn of_material(
-        material: &'static Material,
-        state: MaterialState,
-        model: Option<&'static Model>,
-    ) -> Self {
+    pub fn of_material(material: &'static Material, state: MaterialState, model: Option<&'static Model>) -> Self {
         Self {
             coherent: true,
             layers: vec![LayerDescription {
-                substance: Substance::Material {
-                    material,
-                    state,
-                    model,
-                },
+                substance: Substance::Material { material, state, model },
                 thickness_m: f64::INFINITY,
                 temperature_k: state.temperature_k,
                 place: String::new(),
@@ -111,9 +101,7 @@ impl StackDescription {
     /// [`SurfaceError::Syntax`] with line and column, [`SurfaceError::Layer`] or
     /// [`SurfaceError::LayerMaterial`] with the line of the layer.
     pub fn from_toml(text: &str) -> Result<Self, SurfaceError> {
-        let raw: RawStack = toml::from_str(text).map_err(|e| SurfaceError::Syntax {
-            message: e.to_string().trim_end().to_owned(),
-        })?;
+        let raw: RawStack = toml::from_str(text).map_err(|e| SurfaceError::Syntax { message: e.to_string().trim_end().to_owned() })?;
         let count = raw.layer.len();
         if count == 0 {
             return Err(SurfaceError::NoLayers);
@@ -121,62 +109,37 @@ impl StackDescription {
         let mut layers = Vec::with_capacity(count);
         for (i, spanned) in raw.layer.into_iter().enumerate() {
             let place = place_of(text, &spanned.span());
-            let layer = read_layer(spanned.into_inner(), i + 1 == count, place.clone())
-                .map_err(|e| e.at(i + 1, &place))?;
+            let layer = read_layer(spanned.into_inner(), i + 1 == count, place.clone()).map_err(|e| e.at(i + 1, &place))?;
             layers.push(layer);
         }
-        Ok(Self {
-            coherent: raw.coherent,
-            layers,
-        })
+        Ok(Self { coherent: raw.coherent, layers })
     }
 
     /// The stack at one frequency.
     ///
     /// # Errors
     /// A layer whose permittivity cannot be found there, or as [`Stack::new`].
-    pub fn resolve(
-        &self,
-        freq_hz: f64,
-        extrapolation: Extrapolation,
-    ) -> Result<Stack, SurfaceError> {
+    pub fn resolve(&self, freq_hz: f64, extrapolation: Extrapolation) -> Result<Stack, SurfaceError> {
         let mut layers = Vec::with_capacity(self.layers.len());
         for (i, layer) in self.layers.iter().enumerate() {
             let eps = match &layer.substance {
                 Substance::Fixed(eps) => *eps,
-                Substance::Material {
-                    material,
-                    state,
-                    model,
-                } => {
+                Substance::Material { material, state, model } => {
                     material
                         .evaluate(*model, state, freq_hz, extrapolation)
                         .map_err(|source| match self.layers.len() {
                             1 if layer.place.is_empty() => source.into(),
-                            _ => SurfaceError::LayerMaterial {
-                                layer: i + 1,
-                                place: layer.place.clone(),
-                                source,
-                            },
+                            _ => SurfaceError::LayerMaterial { layer: i + 1, place: layer.place.clone(), source },
                         })?
                         .eps
                 }
             };
-            layers.push(Layer {
-                eps,
-                thickness_m: layer.thickness_m,
-                temperature_k: layer.temperature_k,
-            });
+            layers.push(Layer { eps, thickness_m: layer.thickness_m, temperature_k: layer.temperature_k });
         }
         Stack::new(layers, self.coherent, freq_hz).map_err(|e| match e {
-            SurfaceError::Layer { layer, message, .. } => SurfaceError::Layer {
-                layer,
-                place: self
-                    .layers
-                    .get(layer - 1)
-                    .map_or_else(String::new, |l| l.place.clone()),
-                message,
-            },
+            SurfaceError::Layer { layer, message, .. } => {
+                SurfaceError::Layer { layer, place: self.layers.get(layer - 1).map_or_else(String::new, |l| l.place.clone()), message }
+            }
             other => other,
         })
     }
@@ -185,10 +148,7 @@ impl StackDescription {
 /// The line on which the keys of a layer begin.
 fn place_of(text: &str, span: &Range<usize>) -> String {
     let start = span.start.min(text.len());
-    let line = 1 + text.as_bytes()[..start]
-        .iter()
-        .filter(|b| **b == b'\n')
-        .count();
+    let line = 1 + text.as_bytes()[..start].iter().filter(|b| **b == b'\n').count();
     format!(" (line {line})")
 }
 
@@ -208,16 +168,8 @@ impl LayerFault {
     fn at(self, layer: usize, place: &str) -> SurfaceError {
         let place = place.to_owned();
         match self {
-            Self::Message(message) => SurfaceError::Layer {
-                layer,
-                place,
-                message,
-            },
-            Self::Material(source) => SurfaceError::LayerMaterial {
-                layer,
-                place,
-                source,
-            },
+            Self::Message(message) => SurfaceError::Layer { layer, place, message },
+            Self::Material(source) => SurfaceError::LayerMaterial { layer, place, source },
         }
     }
 }
@@ -235,9 +187,7 @@ fn read_layer(raw: RawLayer, last: bool, place: String) -> Result<LayerDescripti
         }
         Some(d) if d.is_finite() && d >= 0.0 => d,
         Some(d) => {
-            return fault(&format!(
-                "thickness_m is {d}; it must be a finite number, 0 or more"
-            ));
+            return fault(&format!("thickness_m is {d}; it must be a finite number, 0 or more"));
         }
     };
     let parameters = [
@@ -252,27 +202,18 @@ fn read_layer(raw: RawLayer, last: bool, place: String) -> Result<LayerDescripti
         (Some(_), Some(_)) => return fault("it has both material and eps; give one of them"),
         (None, None) => return fault("it needs material = \"...\" or eps = [real, loss]"),
         (None, Some([real, loss])) => {
-            if raw.model.is_some()
-                || raw.texture.is_some()
-                || parameters[1..].iter().any(|(_, v)| v.is_some())
-            {
+            if raw.model.is_some() || raw.texture.is_some() || parameters[1..].iter().any(|(_, v)| v.is_some()) {
                 return fault("with eps only thickness_m and temperature_k may be given");
             }
             if !(real.is_finite() && loss.is_finite() && loss >= 0.0) {
-                return fault(&format!(
-                    "eps is [{real}, {loss}]; both must be finite and the loss 0 or more"
-                ));
+                return fault(&format!("eps is [{real}, {loss}]; both must be finite and the loss 0 or more"));
             }
             let t = raw.temperature_k.unwrap_or(DEFAULT_TEMPERATURE_K);
             (Substance::Fixed(permittivity_of(real, loss)), t)
         }
         (Some(name), None) => {
             let material = Material::by_name(name)?;
-            let model = raw
-                .model
-                .as_deref()
-                .map(|m| material.model(m))
-                .transpose()?;
+            let model = raw.model.as_deref().map(|m| material.model(m)).transpose()?;
             let mut state = material.state();
             if let Some(texture) = &raw.texture {
                 material.set_texture(&mut state, texture)?;
@@ -284,27 +225,13 @@ fn read_layer(raw: RawLayer, last: bool, place: String) -> Result<LayerDescripti
             }
             material.check_state(&state)?;
             let t = state.temperature_k;
-            (
-                Substance::Material {
-                    material,
-                    state,
-                    model,
-                },
-                t,
-            )
+            (Substance::Material { material, state, model }, t)
         }
     };
     if !(temperature_k.is_finite() && temperature_k > 0.0) {
-        return fault(&format!(
-            "temperature_k is {temperature_k}; it must be a finite number above 0"
-        ));
+        return fault(&format!("temperature_k is {temperature_k}; it must be a finite number above 0"));
     }
-    Ok(LayerDescription {
-        substance,
-        thickness_m,
-        temperature_k,
-        place,
-    })
+    Ok(LayerDescription { substance, thickness_m, temperature_k, place })
 }
 
 #[cfg(test)]
@@ -336,9 +263,7 @@ eps = [5.0, 0.3]
         assert!(d.coherent);
         assert_eq!(d.layers.len(), 3);
         assert_eq!(d.layers[0].temperature_k, 300.0);
-        let Substance::Material { state, .. } = &d.layers[1].substance else {
-            panic!("layer 2 is a material")
-        };
+        let Substance::Material { state, .. } = &d.layers[1].substance else { panic!("layer 2 is a material") };
         assert_eq!((state.moisture, state.clay), (0.2, 0.474));
         let stack = d.resolve(10e9, Extrapolation::Refuse).unwrap();
         assert_eq!(stack.layers()[2].eps, Complex64::new(5.0, -0.3));
@@ -346,9 +271,7 @@ eps = [5.0, 0.3]
     }
 
     fn message(text: &str) -> String {
-        let error = StackDescription::from_toml(text)
-            .and_then(|d| d.resolve(10e9, Extrapolation::Refuse))
-            .unwrap_err();
+        let error = StackDescription::from_toml(text).and_then(|d| d.resolve(10e9, Extrapolation::Refuse)).unwrap_err();
         match error.source() {
             Some(source) => format!("{error}: {source}"),
             None => error.to_string(),
@@ -359,22 +282,13 @@ eps = [5.0, 0.3]
     fn every_fault_names_its_place() {
         let change = |from: &str, to: &str| message(&FILE.replace(from, to));
         let unknown = change("moisture = 0.2", "moistness = 0.2");
-        assert!(
-            unknown.contains("line 12") && unknown.contains("moistness"),
-            "{unknown}"
-        );
+        assert!(unknown.contains("line 12") && unknown.contains("moistness"), "{unknown}");
         let negative = change("2e-4", "-2e-4");
-        assert!(
-            negative.contains("layer 1 (line 4)") && negative.contains("-0.0002"),
-            "{negative}"
-        );
+        assert!(negative.contains("layer 1 (line 4)") && negative.contains("-0.0002"), "{negative}");
         let nan = change("2e-4", "nan");
         assert!(nan.contains("NaN"), "{nan}");
         let missing = change("thickness_m = 0.01", "");
-        assert!(
-            missing.contains("layer 2 (line 9)") && missing.contains("missing"),
-            "{missing}"
-        );
+        assert!(missing.contains("layer 2 (line 9)") && missing.contains("missing"), "{missing}");
         let last = change("eps = [5.0, 0.3]", "eps = [5.0, 0.3]\nthickness_m = 1.0");
         assert!(last.contains("half-space"), "{last}");
         let material = change("\"paint\"", "\"pain\"");
