@@ -178,9 +178,7 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let (mut center, plan) = args.track.plan(&layout)?;
     let options = SimulateOptions { noise: args.noise.options(args.seed), ..args.how.options(&layout)? };
     let scene = args.scene.load(&center, &spectrum, context)?;
-    if center.ra_dec_rad().is_some() {
-        center.name.clone_from(&scene.name);
-    }
+    center.name.clone_from(&scene.name);
     let mut head = header(layout, spectrum, &args.pols, center, args.how.unit(scene.unit)?);
     head.history.push(context.history());
     let mut simulator = Simulator::new(head, &scene.sky, &options, &context.console).context(format!("{}", args.scene.scene.display()))?;

@@ -2,4 +2,5 @@
 
 mod chain;
 mod docs;
+mod physics;
 mod run;
