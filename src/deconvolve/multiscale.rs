@@ -148,6 +148,7 @@ impl Deconvolver for Multiscale {
         // Scales that have not made things worse in this cycle.
         let mut alive = vec![true; self.scales.len()];
         let mut peak = size_of(residual);
+        let mut least = peak;
         let stop = loop {
             if peak == 0.0 {
                 break MinorStop::Nothing;
@@ -179,13 +180,13 @@ impl Deconvolver for Multiscale {
             let stretch = if scale.kernel.is_some() { stretch(residual, &added, &seen, limits.gain) } else { 1.0 };
             let longer = &*residual - &(&seen * stretch);
             let peak_longer = size_of(&longer);
-            // The least chi squared may still leave a higher peak: then the gain had better be kept.
-            if peak_longer <= after.max(peak) {
+            // The least chi squared may still leave a much higher peak: then the gain had better be kept.
+            if peak_longer <= after.max(DIVERGED * least) {
                 (next, after) = (longer, peak_longer);
                 added *= stretch;
                 found.iter_mut().for_each(|c| c.flux *= stretch);
             }
-            if !(after <= DIVERGED * peak) {
+            if !(after <= DIVERGED * least) {
                 alive[k] = false;
                 continue;
             }
@@ -193,6 +194,7 @@ impl Deconvolver for Multiscale {
             *model += &added;
             taken.extend(found);
             peak = after;
+            least = least.min(after);
         };
         Ok(MinorReport { iterations: taken.len(), peak, stop, components: taken })
     }

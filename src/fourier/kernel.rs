@@ -25,6 +25,7 @@ pub struct Kernel {
     pub oversampling: f64,
     /// Error left by the aliases at the edge of the image, relative, rms over the places between cells.
     pub error: f64,
+    /// Quadrature nodes on half of the support, in units of it, and their weights times the kernel.
     nodes: Vec<(f64, f64)>,
 }
 
@@ -33,6 +34,10 @@ impl Kernel {
         // The integrand turns up to 3.5 * support / 2 times on half the support: about pi nodes a turn and some more.
         let nodes = gauss_legendre(6 * support + 32).into_iter().filter(|(x, _)| *x > 0.0).collect();
         let mut kernel = Self { support, beta, oversampling, error: 0.0, nodes };
+        let half = support as f64 / 2.0;
+        for k in 0..kernel.nodes.len() {
+            kernel.nodes[k].1 *= kernel.at(kernel.nodes[k].0 * half);
+        }
         kernel.error = kernel.aliases();
         kernel
     }
@@ -75,7 +80,7 @@ impl Kernel {
     pub fn transform(&self, frequency: f64) -> f64 {
         let half = self.support as f64 / 2.0;
         let angle = std::f64::consts::TAU * frequency * half;
-        self.nodes.iter().map(|(x, w)| w * self.at(x * half) * (angle * x).cos()).sum::<f64>() * 2.0 * half
+        self.nodes.iter().map(|(x, w)| w * (angle * x).cos()).sum::<f64>() * 2.0 * half
     }
 
     /// Power of the aliases over the power of the signal, at its worst place in the image.
@@ -90,7 +95,11 @@ impl Kernel {
 
     /// 1 / transform for the pixels of an image side of `n` in a transform of `padded` points.
     pub(crate) fn correction(&self, n: usize, padded: usize) -> Vec<f64> {
-        (0..n).map(|i| 1.0 / self.transform((i as f64 - (n / 2) as f64) / padded as f64)).collect()
+        {
+            // The transform is even: one half gives the other.
+            let half: Vec<f64> = (0..=n / 2).map(|k| 1.0 / self.transform(k as f64 / padded as f64)).collect();
+            (0..n).map(|i| half[i.abs_diff(n / 2)]).collect()
+        }
     }
 }
 

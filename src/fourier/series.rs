@@ -51,10 +51,11 @@ pub(crate) fn horner(coefficients: &[f64], x: f64) -> f64 {
 
 /// The shortest fit of `f` on \[-1, 1\] whose error at test points stays below `tolerance`; the longest tried where none does.
 pub(crate) fn fit_to(tolerance: f64, longest: usize, f: impl Fn(f64) -> f64) -> Vec<f64> {
+    let expected: Vec<(f64, f64)> = (0..=64).map(|i| f64::from(i) / 32.0 - 1.0).map(|x| (x, f(x))).collect();
     let mut n = 1;
     loop {
         let c = fit(n, &f);
-        let worst = (0..=64).map(|i| f64::from(i) / 32.0 - 1.0).map(|x| (horner(&c, x) - f(x)).abs()).fold(0.0, f64::max);
+        let worst = expected.iter().map(|(x, y)| (horner(&c, *x) - y).abs()).fold(0.0, f64::max);
         if worst <= tolerance || n >= longest {
             return c;
         }
