@@ -6,7 +6,10 @@ mod analytic;
 pub mod atmosphere;
 pub mod constants;
 mod error;
+pub mod geometry;
+pub mod primitives;
 mod scene;
+pub mod vector;
 
 pub use analytic::{AnalyticScene, Shape};
 pub use error::{Result, SceneError};
