@@ -1,6 +1,6 @@
 //! Places on the Earth: geodetic coordinates on WGS84, geocentric ones, and the local horizon.
 
-use crate::Site;
+use crate::{Antenna, ArrayError, ArrayLayout, LayoutFrame, Result, Site};
 
 /// Semi-major axis of WGS84, m.
 const A_M: f64 = 6_378_137.0;
@@ -70,6 +70,66 @@ impl Site {
     }
 }
 
+impl ArrayLayout {
+    /// A layout from antennas whose positions (and position errors) are geocentric, m.
+    ///
+    /// Without a site, one is made: the geodetic direction of the centroid, at the mean height of the antennas, which is on the ground
+    /// also for arrays as wide as the Earth.
+    ///
+    /// # Errors
+    /// A position that is not within some hundred kilometres of the Earth's surface; everything [`ArrayLayout::new`] refuses.
+    pub fn from_ecef(name: impl Into<String>, site: Option<Site>, mut antennas: Vec<Antenna>) -> Result<Self> {
+        for a in &antennas {
+            let radius = a.position_m.iter().map(|p| p * p).sum::<f64>().sqrt();
+            if !(6.25e6..=6.6e6).contains(&radius) {
+                return Err(ArrayError::BadValue {
+                    what: format!("position of antenna {:?}", a.name),
+                    value: format!("{:?}, {radius} m from the centre of the Earth", a.position_m),
+                    expected: "geocentric x, y, z in metres near the Earth's surface",
+                });
+            }
+        }
+        let site = match (site, antennas.is_empty()) {
+            (Some(site), _) => site,
+            (None, false) => site_of(&antennas),
+            (None, true) => Site::from_ecef_m([A_M, 0.0, 0.0]),
+        };
+        let center = site.to_ecef_m();
+        let axes = site.axes();
+        for a in &mut antennas {
+            let p = a.position_m;
+            a.position_m = site.ecef_offset_to_enu([0, 1, 2].map(|k| p[k] - center[k]));
+            // Independent errors add in squares along the turned axes.
+            a.position_error_m = a.position_error_m.map(|e| axes.map(|row| (0..3).map(|k| (row[k] * e[k]).powi(2)).sum::<f64>().sqrt()));
+        }
+        Self::new(name, LayoutFrame::EastNorthUp(site), antennas)
+    }
+
+    /// Geocentric position of every antenna, m; none in the boresight frame.
+    #[must_use]
+    pub fn ecef_m(&self) -> Option<Vec<[f64; 3]>> {
+        let site = self.site()?;
+        let center = site.to_ecef_m();
+        let place = |a: &Antenna| {
+            let d = site.enu_to_ecef_offset(a.position_m);
+            [0, 1, 2].map(|k| center[k] + d[k])
+        };
+        Some(self.antennas().iter().map(place).collect())
+    }
+}
+
+/// A place on the ground amid geocentric positions.
+fn site_of(antennas: &[Antenna]) -> Site {
+    let n = antennas.len() as f64;
+    let centroid = [0, 1, 2].map(|k| antennas.iter().map(|a| a.position_m[k]).sum::<f64>() / n);
+    let radius = centroid.iter().map(|c| c * c).sum::<f64>().sqrt();
+    // Antennas on opposite sides of the Earth have no middle on its surface: the first will do.
+    let toward = if radius > 1e5 { centroid } else { antennas[0].position_m };
+    let scale = A_M / toward.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let altitude_m = antennas.iter().map(|a| Site::from_ecef_m(a.position_m).altitude_m).sum::<f64>() / n;
+    Site { altitude_m, ..Site::from_ecef_m(toward.map(|c| c * scale)) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -95,5 +155,19 @@ mod tests {
         assert!(enu[0].abs() < 1e-8 && enu[1].abs() < 1e-8 && (enu[2] - 10.0).abs() < 1e-8, "{enu:?}");
         let d = site.enu_to_ecef_offset(enu);
         assert!((0..3).all(|k| (d[k] - (b[k] - a[k])).abs() < 1e-9));
+    }
+
+    #[test]
+    fn geocentric_positions_survive_becoming_east_north_up() {
+        let xyz = [[-1_601_614.061_201, -5_042_001.676_547, 3_554_652.455_603], [-1_602_592.823_528, -5_042_055.013_423, 3_554_140.652_77]];
+        let antennas: Vec<Antenna> = xyz.iter().enumerate().map(|(i, p)| Antenna::new(format!("A{i}"), i as u32, *p)).collect();
+        let layout = ArrayLayout::from_ecef("vla", None, antennas.clone()).unwrap();
+        let back = layout.ecef_m().unwrap();
+        assert!((0..2).all(|i| (0..3).all(|k| (back[i][k] - xyz[i][k]).abs() < 1e-8)));
+        let altitude = layout.site().unwrap().altitude_m;
+        assert!((2100.0..2130.0).contains(&altitude), "{altitude}");
+        let mut low = antennas;
+        low[1].position_m = [0.0, 0.0, 100.0];
+        assert!(ArrayLayout::from_ecef("vla", None, low).is_err());
     }
 }

@@ -16,12 +16,15 @@
 
 pub mod astrometry;
 mod beam;
+mod builtin;
 mod coverage;
 mod error;
+mod figures;
 mod gains;
 mod geodesy;
 mod image;
 mod layout;
+mod layout_toml;
 mod phase_center;
 mod polarization;
 pub mod quantity;
@@ -32,8 +35,10 @@ mod visibility;
 
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
 pub use beam::RestoringBeam;
+pub use builtin::{BUILTIN_LAYOUTS, BuiltinLayout};
 pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, Result};
+pub use figures::{LayoutExtent, LayoutFigures};
 pub use gains::GainTable;
 pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};
 pub use layout::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};

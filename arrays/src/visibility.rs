@@ -69,6 +69,14 @@ impl VisibilityHeader {
         (rows, self.spectrum.n_chan(), self.polarizations.len())
     }
 
+    /// Check that a block belongs to this header.
+    ///
+    /// # Errors
+    /// Channel or polarisation counts that differ from the header's, antennas or phase centres that the header does not have.
+    pub fn check_block(&self, block: &VisibilityBlock) -> Result<()> {
+        check_block(self, block)
+    }
+
     /// True where the uvw are baselines of an aperture plane and not phased to the sky.
     #[must_use]
     pub fn is_boresight(&self) -> bool {

@@ -181,7 +181,11 @@ fn folder(target: &Path) -> &Path {
 
 fn hidden_name(target: &Path) -> Result<PathBuf> {
     let Some(name) = target.file_name() else {
-        return Err(FormatError::NotA { path: target.into(), expected: "the name of an output".into(), found: "a path without a name".into() });
+        return Err(FormatError::NotA {
+            path: target.into(),
+            expected: "the name of an output".into(),
+            found: "a path without a name".into(),
+        });
     };
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
     // Long names are cut: the hidden name must not exceed the 255 bytes of most file systems.

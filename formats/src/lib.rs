@@ -1,8 +1,35 @@
 //! Everything on disk, and every sign flip.
+//!
+//! | module | format |
+//! |---|---|
+//! | [`uvh5`] | UVH5, the native format of visibilities |
+//! | [`uvfits`] | UVFITS random groups |
+//! | [`fits`] | FITS images, cubes and planes |
+//! | [`layouts`] | antenna layouts of several programs |
+//! | [`info`] | what is in a file |
+//! | [`atomic`] | outputs that appear only when complete |
+//!
+//! Formats are found by content through the tables [`VISIBILITY_FORMATS`] and [`IMAGE_FORMATS`]; a new format is a folder and a row.
 
 pub mod atomic;
-pub mod fits;
 mod error;
+mod files;
+pub mod fits;
+mod h5;
+pub mod info;
+pub mod layouts;
+mod picture;
+mod registry;
+mod sources;
 mod time;
+pub mod uvfits;
+pub mod uvh5;
 
 pub use error::{FormatError, Result};
+pub use h5::Compression;
+pub use picture::read_grey_png;
+pub use registry::{
+    Created, IMAGE_FORMATS, ImageFormat, VISIBILITY_FORMATS, VisibilityFormat, create_visibilities, image_format, open_image,
+    open_visibilities, visibility_format,
+};
+pub use sources::{read_sources, write_sources};

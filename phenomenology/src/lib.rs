@@ -5,10 +5,12 @@
 mod analytic;
 pub mod atmosphere;
 pub mod constants;
+pub mod dielectrics;
 mod error;
 pub mod geometry;
 pub mod primitives;
 mod scene;
+pub mod surfaces;
 pub mod vector;
 
 pub use analytic::{AnalyticScene, Shape};

@@ -261,13 +261,14 @@ impl<'a> Simulator<'a> {
                 t
             }
         };
+        let before = transform.bytes();
         let plane = &self.planes[k];
         let image = &self.sky.images[plane.image];
         let freqs: Vec<f64> = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().copied()).collect();
         let sub = self.options.subchannels;
         let vis = match &mut transform {
             Transform::Exact { plane } => Some(image_dft(&image.grid, plane.view(), uvw, &freqs, self.options.w_term)?),
-            Transform::Degrid(degridder) => Some(degridder.predict(uvw, &freqs)?),
+            Transform::Degrid(degridder) => Some(degridder.predict(uvw)?),
             Transform::Mask(mask) => Some(mask.predict(uvw, &freqs, |row, f| outside[[row, plane.chans[f / sub]]] = true)),
             Transform::Empty => None,
         };
@@ -284,6 +285,8 @@ impl<'a> Simulator<'a> {
                 }
             }
         }
+        // A degridder grows with the range of w that it meets.
+        self.kept_bytes += transform.bytes() - before;
         // What does not fit into memory is made anew for every block.
         if self.kept_bytes <= KEEP_BYTES {
             self.planes[k].ready = Some(transform);
@@ -305,7 +308,10 @@ impl<'a> Simulator<'a> {
         }
         Ok(match self.options.method {
             Method::Dft => Transform::Exact { plane: seen },
-            Method::Degrid => Transform::Degrid(Box::new(DegridPlane::new(&image.grid, seen, self.options.epsilon, self.options.w_term)?)),
+            Method::Degrid => {
+                let freqs = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().copied()).collect();
+                Transform::Degrid(Box::new(DegridPlane::new(&image.grid, seen, freqs, self.options.epsilon, self.options.w_term)))
+            }
             Method::Mask => Transform::Mask(MaskPlane::new(&image.grid, &seen)?),
         })
     }

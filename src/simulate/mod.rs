@@ -9,7 +9,7 @@
 //! | [`Method::Degrid`] | FFT and interpolation by a gridding kernel | at most [`SimulateOptions::epsilon`] of the total flux |
 //! | [`Method::Mask`] | nearest cell of the FFT of the scene | that of moving each baseline by up to half a cell |
 //!
-//! Points and Gaussians are exact sums in all three.
+//! Points and Gaussians are exact sums in all three (in `mask`, at the centres of the cells).
 
 mod analytic;
 mod degrid;

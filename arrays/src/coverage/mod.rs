@@ -94,6 +94,24 @@ impl UvCoverage {
         })
     }
 
+    /// Some rows, copied in the order given.
+    ///
+    /// # Errors
+    /// A row past the last.
+    pub fn select(&self, rows: &[usize]) -> Result<Self> {
+        if let Some(&index) = rows.iter().find(|r| **r >= self.n_rows()) {
+            return Err(ArrayError::OutOfRange { what: "row", index, len: self.n_rows() });
+        }
+        Ok(Self {
+            uvw_m: self.uvw_m.select(Axis(0), rows),
+            ant1: rows.iter().map(|r| self.ant1[*r]).collect(),
+            ant2: rows.iter().map(|r| self.ant2[*r]).collect(),
+            time_jd: rows.iter().map(|r| self.time_jd[*r]).collect(),
+            integration_s: rows.iter().map(|r| self.integration_s[*r]).collect(),
+            phase_center: rows.iter().map(|r| self.phase_center[*r]).collect(),
+        })
+    }
+
     /// Append the rows of `other`.
     ///
     /// # Errors

@@ -83,11 +83,12 @@ pub(crate) fn recentre(
     reference: (f64, f64),
 ) -> Result<(f64, f64)> {
     let (mid_l, mid_m) = ((size.0 / 2) as f64, (size.1 / 2) as f64);
-    let sky = |column: f64, row: f64| {
-        projection.to_sky(-(column - reference_pixel.0) * step, (row - reference_pixel.1) * step, reference)
-    };
+    let sky = |column: f64, row: f64| projection.to_sky(-(column - reference_pixel.0) * step, (row - reference_pixel.1) * step, reference);
     let refuse = |why: String| {
-        FormatError::unsupported(path, format!("{why}: reproject the image to SIN with the reference pixel at its centre (CRPIX = N/2 + 1)"))
+        FormatError::unsupported(
+            path,
+            format!("{why}: reproject the image to SIN with the reference pixel at its centre (CRPIX = N/2 + 1)"),
+        )
     };
     if projection == Projection::Sin && reference_pixel == (mid_l, mid_m) {
         return Ok(reference);
@@ -117,8 +118,7 @@ mod tests {
     #[test]
     fn a_half_pixel_shift_moves_the_centre_by_half_a_cell() {
         let step = 1e-5;
-        let (ra, dec) =
-            recentre(Path::new("x"), Projection::Tan, (256, 256), (127.5, 127.5), step, (1.0, 0.5)).unwrap();
+        let (ra, dec) = recentre(Path::new("x"), Projection::Tan, (256, 256), (127.5, 127.5), step, (1.0, 0.5)).unwrap();
         assert!((dec - 0.5 - step / 2.0).abs() < 1e-9, "{dec}");
         assert!((ra - 1.0 + step / 2.0 / 0.5_f64.cos()).abs() < 1e-9, "{ra}");
     }

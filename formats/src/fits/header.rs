@@ -102,11 +102,6 @@ impl Header {
         self.cards.iter().find(|c| c.0 == key).map(|c| &c.1)
     }
 
-    /// All keywords and values in order.
-    pub(crate) fn cards(&self) -> &[(String, Value)] {
-        &self.cards
-    }
-
     /// A number, where there is one. Numbers written as texts are accepted, as real files have them.
     pub(crate) fn real(&self, key: &str) -> Option<f64> {
         match self.get(key)? {
@@ -170,7 +165,8 @@ impl Header {
         }
         let count = |key| self.get(key).map_or(Ok(None), |_| self.require(key, 0..=i64::MAX).map(|v| Some(v as u64)));
         let (pcount, gcount) = (count("PCOUNT")?.unwrap_or(0), count("GCOUNT")?.unwrap_or(1));
-        let too_much = || FormatError::malformed(&self.path, "NAXISn, PCOUNT, GCOUNT", "a size that a file can have", "more than 2^64 bytes");
+        let too_much =
+            || FormatError::malformed(&self.path, "NAXISn, PCOUNT, GCOUNT", "a size that a file can have", "more than 2^64 bytes");
         axes.iter()
             .try_fold(1u64, |n, a| n.checked_mul(*a))
             .and_then(|n| n.checked_add(pcount))

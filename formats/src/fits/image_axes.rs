@@ -1,7 +1,7 @@
 //! What the axes of an image mean: from keywords to grid, channels and polarisations.
 
-use super::celestial::{Projection, recentre};
 use super::Header;
+use super::celestial::{Projection, recentre};
 use crate::{FormatError, Result};
 use cittert_arrays::{BrightnessUnit, Polarization, SkyFrame, SkyGrid, SpectralWindow};
 
@@ -67,10 +67,18 @@ fn step(header: &Header, k: usize) -> Result<f64> {
         }
     };
     if !(value.is_finite() && value != 0.0) {
-        return Err(FormatError::malformed(header.path(), format!("step of axis {k}"), "a finite size of a cell other than 0", value.to_string()));
+        return Err(FormatError::malformed(
+            header.path(),
+            format!("step of axis {k}"),
+            "a finite size of a cell other than 0",
+            value.to_string(),
+        ));
     }
     if off.abs() > 1e-6 * value.abs() {
-        return Err(FormatError::unsupported(header.path(), "the axes of the image are rotated: regrid it so that rows run along declination"));
+        return Err(FormatError::unsupported(
+            header.path(),
+            "the axes of the image are rotated: regrid it so that rows run along declination",
+        ));
     }
     Ok(value)
 }
@@ -154,11 +162,19 @@ fn plane(header: &Header, (n_l, n_m): (usize, usize)) -> Result<(SkyGrid, bool, 
         };
         let value = |k: usize| header.real(&format!("CRVAL{k}")).filter(|v| v.is_finite()).map(|v| v * factor(k));
         let (Some(ra), Some(dec)) = (value(1), value(2)) else {
-            return Err(FormatError::malformed(path, "CRVAL1, CRVAL2", "right ascension and declination of the reference pixel", "no such numbers"));
+            return Err(FormatError::malformed(
+                path,
+                "CRVAL1, CRVAL2",
+                "right ascension and declination of the reference pixel",
+                "no such numbers",
+            ));
         };
         let slant = ["PV2_1", "PV2_2"].iter().any(|k| header.real(k).is_some_and(|v| v != 0.0));
         if slant {
-            return Err(FormatError::unsupported(path, "a slant projection (PV2_1 or PV2_2, as NCP) is not read: reproject the image to SIN"));
+            return Err(FormatError::unsupported(
+                path,
+                "a slant projection (PV2_1 or PV2_2, as NCP) is not read: reproject the image to SIN",
+            ));
         }
         let projection = Projection::from_ctype(path, &x)?;
         let reference = (pixel(1, n_l, flip_l), pixel(2, n_m, flip_m));

@@ -25,7 +25,11 @@ pub fn read_image(path: &Path) -> Result<Image> {
         let image = first || header.text("XTENSION").is_some_and(|t| t.trim() == "IMAGE");
         first = false;
         if header.is_true("GROUPS") && header.get("NAXIS1").is_some() && header.integer("NAXIS1") == Some(0) {
-            return Err(FormatError::NotA { path: path.into(), expected: "a FITS image".into(), found: "it holds visibilities (UVFITS)".into() });
+            return Err(FormatError::NotA {
+                path: path.into(),
+                expected: "a FITS image".into(),
+                found: "it holds visibilities (UVFITS)".into(),
+            });
         }
         let bytes = header.data_bytes()?;
         if image && bytes > 0 {
@@ -72,7 +76,8 @@ fn read_here(input: &mut Input, header: &Header) -> Result<Image> {
     let mut image = Image::new(axes.grid, axes.spectrum, axes.polarizations, data, unit).map_err(failed)?;
     image.object = header.text("OBJECT").unwrap_or("").to_string();
     image.telescope = header.text("TELESCOP").unwrap_or("").to_string();
-    image.time_jd = header.text("DATE-OBS").and_then(crate::time::jd_of_fits_date).or_else(|| header.real("MJD-OBS").map(|m| m + 2_400_000.5));
+    image.time_jd =
+        header.text("DATE-OBS").and_then(crate::time::jd_of_fits_date).or_else(|| header.real("MJD-OBS").map(|m| m + 2_400_000.5));
     image.pedestal_k = header.real("CITPEDST");
     image.history = header.history.clone();
     if let (Some(major), Some(minor)) = (header.real("BMAJ"), header.real("BMIN")) {

@@ -34,7 +34,8 @@ pub fn write_image(path: &Path, image: &Image, options: ImageOptions) -> Result<
     for pol in 0..image.polarizations.len() {
         for chan in 0..image.spectrum.n_chan() {
             for value in image.plane(chan, pol) {
-                let written = if options.double { file.write_all(&value.to_be_bytes()) } else { file.write_all(&(*value as f32).to_be_bytes()) };
+                let written =
+                    if options.double { file.write_all(&value.to_be_bytes()) } else { file.write_all(&(*value as f32).to_be_bytes()) };
                 written.map_err(io)?;
             }
         }
@@ -146,10 +147,9 @@ fn axes(path: &Path, image: &Image) -> Result<[LinearAxis; 4]> {
     };
     let (mid_l, mid_m) = ((grid.n_l / 2 + 1) as f64, (grid.n_m / 2 + 1) as f64);
     let [x, y] = match &grid.frame {
-        SkyFrame::Sky { ra_rad, dec_rad, .. } => [
-            axis("RA---SIN", "deg", mid_l, ra_rad.to_degrees(), -cell_deg),
-            axis("DEC--SIN", "deg", mid_m, dec_rad.to_degrees(), cell_deg),
-        ],
+        SkyFrame::Sky { ra_rad, dec_rad, .. } => {
+            [axis("RA---SIN", "deg", mid_l, ra_rad.to_degrees(), -cell_deg), axis("DEC--SIN", "deg", mid_m, dec_rad.to_degrees(), cell_deg)]
+        }
         SkyFrame::Boresight => [axis("L", "deg", mid_l, 0.0, cell_deg), axis("M", "deg", mid_m, 0.0, cell_deg)],
     };
     let numbers: Vec<i32> = image.polarizations.iter().map(|p| p.aips()).collect();

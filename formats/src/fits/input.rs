@@ -1,5 +1,6 @@
 //! A FITS file as a stream of bytes: plain, or compressed with gzip.
 
+use crate::files::{open_file, read_up_to};
 use crate::{FormatError, Result};
 use flate2::read::MultiGzDecoder;
 use std::fs::File;
@@ -16,11 +17,24 @@ pub(crate) fn padding(len: u64) -> u64 {
 
 /// An open file that knows where it is and how much it can hold at most.
 pub(crate) struct Input {
-    reader: Box<dyn Read + Send>,
+    source: Source,
     path: PathBuf,
     position: u64,
     limit: u64,
-    plain: bool,
+}
+
+enum Source {
+    Plain(BufReader<File>),
+    Gzip(Box<BufReader<MultiGzDecoder<BufReader<File>>>>),
+}
+
+impl Read for Source {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        match self {
+            Self::Plain(r) => r.read(buffer),
+            Self::Gzip(r) => r.read(buffer),
+        }
+    }
 }
 
 impl Input {
@@ -33,18 +47,23 @@ impl Input {
         let got = read_up_to(&mut file, &mut magic).map_err(io)?;
         file.seek(SeekFrom::Start(0)).map_err(io)?;
         let plain = got < 2 || magic != [0x1f, 0x8b];
-        let reader: Box<dyn Read + Send> = if plain {
-            Box::new(BufReader::with_capacity(1 << 16, file))
+        let source = if plain {
+            Source::Plain(BufReader::with_capacity(1 << 16, file))
         } else {
-            Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(BufReader::new(file))))
+            Source::Gzip(Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(BufReader::new(file)))))
         };
         let limit = if plain { len } else { len.saturating_mul(LARGEST_DEFLATE_RATIO) };
-        Ok(Self { reader, path: path.into(), position: 0, limit, plain })
+        Ok(Self { source, path: path.into(), position: 0, limit })
     }
 
     /// The file.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// True unless the file is compressed.
+    pub(crate) fn is_plain(&self) -> bool {
+        matches!(self.source, Source::Plain(_))
     }
 
     /// Bytes read so far.
@@ -56,7 +75,7 @@ impl Input {
     pub(crate) fn demand(&self, place: &str, len: u64) -> Result<()> {
         let left = self.limit.saturating_sub(self.position);
         if len > left {
-            let more = if self.plain { "" } else { " at most, compressed as it is" };
+            let more = if self.is_plain() { "" } else { " at most, compressed as it is" };
             return Err(FormatError::malformed(
                 &self.path,
                 place,
@@ -83,7 +102,7 @@ impl Input {
 
     /// Read until the buffer is full or the file ends; how many bytes there were.
     pub(crate) fn read_some(&mut self, buffer: &mut [u8]) -> Result<usize> {
-        let got = read_up_to(&mut self.reader, buffer).map_err(|e| FormatError::io(&self.path, "read", e))?;
+        let got = read_up_to(&mut self.source, buffer).map_err(|e| FormatError::io(&self.path, "read", e))?;
         self.position += got as u64;
         Ok(got)
     }
@@ -91,6 +110,11 @@ impl Input {
     /// Read past `len` bytes.
     pub(crate) fn skip(&mut self, place: &str, mut len: u64) -> Result<()> {
         self.demand(place, len)?;
+        if let Source::Plain(reader) = &mut self.source {
+            reader.seek_relative(len as i64).map_err(|e| FormatError::io(&self.path, "read", e))?;
+            self.position += len;
+            return Ok(());
+        }
         let mut buffer = [0u8; 1 << 14];
         while len > 0 {
             let n = (len.min(buffer.len() as u64)) as usize;
@@ -99,30 +123,4 @@ impl Input {
         }
         Ok(())
     }
-}
-
-/// Open a regular file to read; a directory or an empty file is refused by name.
-pub(crate) fn open_file(path: &Path) -> Result<File> {
-    let meta = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
-    if meta.is_dir() {
-        return Err(FormatError::NotA { path: path.into(), expected: "a file".into(), found: "it is a directory".into() });
-    }
-    if meta.is_file() && meta.len() == 0 {
-        return Err(FormatError::NotA { path: path.into(), expected: "a file with content".into(), found: "the file is empty".into() });
-    }
-    File::open(path).map_err(|e| FormatError::io(path, "open", e))
-}
-
-/// Read until the buffer is full or the input ends.
-pub(crate) fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
-    let mut got = 0;
-    while got < buffer.len() {
-        match reader.read(&mut buffer[got..]) {
-            Ok(0) => break,
-            Ok(n) => got += n,
-            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(e) => return Err(e),
-        }
-    }
-    Ok(got)
 }

@@ -16,8 +16,13 @@ pub use image_read::read_image;
 pub use image_write::{ImageOptions, write_image};
 pub use linear::{LinearAxis, write_plane};
 
-pub(crate) use header::{Header, HeaderWriter, Value};
+pub(crate) use header::{Header, HeaderWriter};
 pub(crate) use input::{Input, padding};
 
 /// FITS files are made of blocks of this many bytes.
 pub(crate) const BLOCK: usize = 2880;
+
+/// True where the file is gzip-compressed FITS.
+pub(crate) fn is_compressed_fits(path: &std::path::Path) -> bool {
+    Input::open(path).and_then(|mut input| Header::read(&mut input, true)).is_ok()
+}

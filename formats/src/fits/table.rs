@@ -54,14 +54,18 @@ impl Table {
         let mut columns = Vec::new();
         let mut offset = 0usize;
         for k in 1..=header.require("TFIELDS", 0..=999)? {
-            let form = header.text(&format!("TFORM{k}")).ok_or_else(|| bad(&format!("TFORM{k}"), "no such keyword".into()))?.trim().to_string();
+            let form =
+                header.text(&format!("TFORM{k}")).ok_or_else(|| bad(&format!("TFORM{k}"), "no such keyword".into()))?.trim().to_string();
             let digits = form.len() - form.trim_start_matches(|c: char| c.is_ascii_digit()).len();
             let repeat = if digits == 0 { Some(1) } else { form[..digits].parse::<usize>().ok() };
             let kind = form.as_bytes().get(digits).copied().unwrap_or(b'?');
             let size = element_bytes(kind).zip(repeat).and_then(|(b, r)| if kind == b'X' { Some(r.div_ceil(8)) } else { b.checked_mul(r) });
             let end = size.and_then(|s| offset.checked_add(s)).filter(|e| *e as u64 <= row_bytes);
             let (Some(repeat), Some(end)) = (repeat, end) else {
-                return Err(bad(&format!("columns that fit into rows of {row_bytes} bytes"), format!("TFORM{k} = {form:?} at byte {offset}")));
+                return Err(bad(
+                    &format!("columns that fit into rows of {row_bytes} bytes"),
+                    format!("TFORM{k} = {form:?} at byte {offset}"),
+                ));
             };
             columns.push(Column {
                 name: header.text(&format!("TTYPE{k}")).unwrap_or("").trim().to_ascii_uppercase(),
@@ -239,7 +243,16 @@ mod tests {
 
     #[test]
     fn a_table_comes_back_cell_by_cell() {
-        let mut w = TableWriter::new("T", vec![("NAME", Form::Text(8), ""), ("XYZ", Form::Double(3), "METERS"), ("N", Form::Int(1), ""), ("NONE", Form::Double(0), ""), ("F", Form::Float(1), "")]);
+        let mut w = TableWriter::new(
+            "T",
+            vec![
+                ("NAME", Form::Text(8), ""),
+                ("XYZ", Form::Double(3), "METERS"),
+                ("N", Form::Int(1), ""),
+                ("NONE", Form::Double(0), ""),
+                ("F", Form::Float(1), ""),
+            ],
+        );
         for k in 0..3 {
             w.text(["a", "bb", "a name too long"][k]);
             w.numbers(&[k as f64, 0.1, -1e7]);

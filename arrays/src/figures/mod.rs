@@ -1,0 +1,143 @@
+//! What an array can do, in numbers: its size, and at a frequency its beam, side lobes and coverage for a snapshot at the zenith.
+
+mod coverage;
+mod psf;
+
+use crate::{ArrayError, ArrayLayout, Result, SPEED_OF_LIGHT_M_S};
+
+/// Most antennas for which figures are made: the pairs are held in memory.
+const MOST_ANTENNAS: usize = 5000;
+
+/// Baselines of an array.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayoutExtent {
+    /// Number of antennas.
+    pub n_antennas: usize,
+    /// Number of pairs.
+    pub n_baselines: usize,
+    /// Shortest baseline, m; 0 for a single antenna.
+    pub shortest_m: f64,
+    /// Longest baseline, m.
+    pub longest_m: f64,
+}
+
+/// Figures at one frequency, for natural weights and one integration towards the zenith or boresight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LayoutFigures {
+    /// Full width at half maximum of the main lobe along its major axis, rad (Gaussian fit); pi where the array does not resolve at all.
+    pub bmaj_rad: f64,
+    /// Full width at half maximum along the minor axis, rad.
+    pub bmin_rad: f64,
+    /// Position angle of the major axis from +y (north) towards +x (east), rad in -pi/2 to pi/2.
+    pub bpa_rad: f64,
+    /// Wavelength over the shortest projected baseline, rad.
+    pub largest_scale_rad: f64,
+    /// Largest side lobe (of either sign) over the main lobe, dB, within 30 beams of the centre.
+    pub psl_db: f64,
+    /// Root mean square of the beam outside the main lobe over its peak, within 30 beams of the centre.
+    pub rms_sidelobe: f64,
+    /// Part of the cells of one element diameter (or of the shortest baseline) inside the longest baseline that are hit.
+    pub uv_fill: f64,
+    /// Baselines for each different one.
+    pub redundancy: f64,
+    /// Number of different baselines, those within a tenth of a wavelength counted once.
+    pub unique_baselines: usize,
+}
+
+impl ArrayLayout {
+    /// Number and lengths of the baselines.
+    #[must_use]
+    pub fn extent(&self) -> LayoutExtent {
+        let (mut shortest, mut longest) = (f64::INFINITY, 0.0_f64);
+        let antennas = self.antennas();
+        for (i, a) in antennas.iter().enumerate() {
+            for b in &antennas[i + 1..] {
+                let d2: f64 = (0..3).map(|k| (b.position_m[k] - a.position_m[k]).powi(2)).sum();
+                shortest = shortest.min(d2);
+                longest = longest.max(d2);
+            }
+        }
+        LayoutExtent {
+            n_antennas: self.n_ant(),
+            n_baselines: self.n_baselines(),
+            shortest_m: if shortest.is_finite() { shortest.sqrt() } else { 0.0 },
+            longest_m: longest.sqrt(),
+        }
+    }
+
+    /// Figures of merit at a frequency.
+    ///
+    /// # Errors
+    /// A frequency that is not positive; fewer than two antennas or more than 5,000; antennas that all lie along the line of sight.
+    pub fn figures(&self, freq_hz: f64) -> Result<LayoutFigures> {
+        if !(freq_hz.is_finite() && freq_hz > 0.0) {
+            return Err(ArrayError::BadValue {
+                what: "frequency".into(),
+                value: format!("{freq_hz} Hz"),
+                expected: "a positive frequency",
+            });
+        }
+        if !(2..=MOST_ANTENNAS).contains(&self.n_ant()) {
+            return Err(ArrayError::BadValue {
+                what: "number of antennas".into(),
+                value: self.n_ant().to_string(),
+                expected: "2 to 5000 for figures of merit",
+            });
+        }
+        let wavelength_m = SPEED_OF_LIGHT_M_S / freq_hz;
+        let plane = Plane::new(self, wavelength_m);
+        if plane.longest() == 0.0 {
+            return Err(ArrayError::BadValue {
+                what: "longest baseline in the aperture plane".into(),
+                value: "0 m".into(),
+                expected: "antennas side by side, not one behind the other",
+            });
+        }
+        let beam = psf::Beam::fit(&plane);
+        let lobes = psf::side_lobes(&plane, &beam);
+        let cell_m = self.antennas().iter().filter_map(|a| a.diameter_m).fold(f64::INFINITY, f64::min);
+        let cell = if cell_m.is_finite() { cell_m / wavelength_m } else { plane.shortest() };
+        let unique_baselines = coverage::unique_baselines(self, wavelength_m / 10.0);
+        Ok(LayoutFigures {
+            bmaj_rad: beam.major_rad.min(std::f64::consts::PI),
+            bmin_rad: beam.minor_rad.min(std::f64::consts::PI),
+            bpa_rad: beam.pa_rad,
+            largest_scale_rad: 1.0 / plane.shortest(),
+            psl_db: 10.0 * lobes.peak.log10(),
+            rms_sidelobe: lobes.rms,
+            uv_fill: coverage::uv_fill(&plane, cell),
+            redundancy: self.n_baselines() as f64 / unique_baselines as f64,
+            unique_baselines,
+        })
+    }
+}
+
+/// Antennas projected on the aperture plane, from their mean, in wavelengths.
+struct Plane {
+    xy: Vec<[f64; 2]>,
+}
+
+impl Plane {
+    fn new(layout: &ArrayLayout, wavelength_m: f64) -> Self {
+        let n = layout.n_ant() as f64;
+        let mean = [0, 1].map(|k| layout.antennas().iter().map(|a| a.position_m[k]).sum::<f64>() / n);
+        Self { xy: layout.antennas().iter().map(|a| [0, 1].map(|k| (a.position_m[k] - mean[k]) / wavelength_m)).collect() }
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        self.xy.iter().enumerate().flat_map(|(i, a)| self.xy[i + 1..].iter().map(move |b| [b[0] - a[0], b[1] - a[1]]))
+    }
+
+    /// Shortest projected baseline, wavelengths; antennas behind each other do not count.
+    fn shortest(&self) -> f64 {
+        let longest = self.longest();
+        self.pairs().map(|[u, v]| u.hypot(v)).filter(|d| *d > 1e-9 * longest).fold(longest, f64::min)
+    }
+
+    fn longest(&self) -> f64 {
+        self.pairs().map(|[u, v]| u.hypot(v)).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests;

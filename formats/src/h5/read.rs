@@ -1,0 +1,237 @@
+//! HDF5 files read: scalars, texts and small arrays by name, large arrays by runs of rows.
+
+use super::{SIGNATURE, failed, strings};
+use crate::files::{open_file, read_up_to};
+use crate::{FormatError, Result};
+use hdf5::types::TypeDescriptor;
+use hdf5::{Dataset, H5Type, Hyperslab, Selection, SliceOrIndex};
+use ndarray::{ArrayD, Dimension};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Filters as large as these shrink nothing by more than about this factor.
+const LARGEST_RATIO: u64 = 1100;
+/// A chunk below this size is read whatever the size of the file, bytes.
+const SMALL_CHUNK: u64 = 1 << 24;
+/// Most elements of an array that is read whole.
+const MOST_WHOLE: usize = 1 << 24;
+/// HDF5's number of the bitshuffle filter.
+const BITSHUFFLE: i32 = 32008;
+
+/// Shape of a dataset.
+type Shape = Vec<usize>;
+
+/// An open HDF5 file.
+pub(crate) struct H5In {
+    file: hdf5::File,
+    path: PathBuf,
+    bytes: u64,
+}
+
+impl H5In {
+    /// Open a file to read; `expected` says what it should be, for the error.
+    pub(crate) fn open(path: &Path, expected: &str) -> Result<Self> {
+        let mut file = open_file(path)?;
+        let io = |e| FormatError::io(path, "read", e);
+        let bytes = file.metadata().map_err(io)?.len();
+        let mut magic = [0u8; 8];
+        let got = read_up_to(&mut file, &mut magic).map_err(io)?;
+        if magic[..got] != *SIGNATURE {
+            let shown: String = magic[..got].iter().map(|b| b.escape_ascii().to_string()).collect();
+            return Err(FormatError::NotA {
+                path: path.into(),
+                expected: format!("{expected} (an HDF5 file, which begins with \"\\x89HDF\")"),
+                found: format!("it begins with \"{shown}\""),
+            });
+        }
+        drop(file);
+        let file = hdf5::File::open(path).map_err(|e| failed(path, "HDF5 structure (truncated or damaged?)", &e))?;
+        Ok(Self { file, path: path.into(), bytes })
+    }
+
+    /// The file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The dataset of that name, where there is one.
+    pub(crate) fn dataset(&self, name: &str) -> Result<Option<Dataset>> {
+        // A path through a missing group is an error to the library, so each part is asked for.
+        let mut at = String::new();
+        for part in name.split('/') {
+            at = if at.is_empty() { part.to_string() } else { format!("{at}/{part}") };
+            if !self.file.link_exists(&at) {
+                return Ok(None);
+            }
+        }
+        self.file.dataset(name).map(Some).map_err(|e| failed(&self.path, name, &e))
+    }
+
+    /// The dataset of that name, or an error that names it.
+    pub(crate) fn require(&self, name: &str) -> Result<Dataset> {
+        self.dataset(name)?.ok_or_else(|| self.missing(name))
+    }
+
+    /// True where there is a group or dataset of that name.
+    pub(crate) fn has(&self, name: &str) -> bool {
+        self.dataset(name).map_or(true, |d| d.is_some()) || self.group(name).is_some()
+    }
+
+    fn group(&self, name: &str) -> Option<hdf5::Group> {
+        let mut at = String::new();
+        for part in name.split('/') {
+            at = if at.is_empty() { part.to_string() } else { format!("{at}/{part}") };
+            if !self.file.link_exists(&at) {
+                return None;
+            }
+        }
+        self.file.group(name).ok()
+    }
+
+    /// Names in a group; none where there is no such group.
+    pub(crate) fn members(&self, group: &str) -> Result<Vec<String>> {
+        match self.group(group) {
+            Some(g) => g.member_names().map_err(|e| failed(&self.path, group, &e)),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// `name` is not in the file.
+    pub(crate) fn missing(&self, name: &str) -> FormatError {
+        FormatError::malformed(&self.path, name, "a dataset of this name", "none")
+    }
+
+    /// `name` is something else than was expected.
+    pub(crate) fn wrong(&self, name: &str, expected: impl Into<String>, found: impl Into<String>) -> FormatError {
+        FormatError::malformed(&self.path, name, expected, found)
+    }
+
+    fn fail(&self, name: &str, error: &hdf5::Error) -> FormatError {
+        failed(&self.path, name, error)
+    }
+
+    /// Shape of a dataset, after checks that the file can hold what it claims and that its filters are known.
+    pub(crate) fn shape(&self, dataset: &Dataset, name: &str) -> Result<Shape> {
+        let shape = dataset.get_shape().map_err(|e| self.fail(name, &e))?;
+        if shape.iter().product::<usize>() == 0 {
+            return Ok(shape);
+        }
+        for filter in dataset.filters() {
+            if !filter.is_available() {
+                let hint = if filter.id() == BITSHUFFLE { " (bitshuffle): rewrite the file with gzip, lzf or no compression" } else { "" };
+                return Err(FormatError::unsupported(&self.path, format!("{name} is compressed with HDF5 filter {}{hint}", filter.id())));
+            }
+        }
+        let size = dataset.dtype().map_err(|e| self.fail(name, &e))?.size() as u64;
+        let claimed = shape.iter().try_fold(size, |n, s| n.checked_mul(*s as u64)).unwrap_or(u64::MAX);
+        let held = dataset.storage_size().min(self.bytes);
+        if claimed > held.saturating_mul(LARGEST_RATIO) {
+            return Err(self.wrong(
+                name,
+                format!("data for its shape {shape:?}"),
+                format!("{held} bytes stored (damaged, or never written)"),
+            ));
+        }
+        let chunk = dataset.chunk().map_or(0, |c| c.iter().try_fold(size, |n, s| n.checked_mul(*s as u64)).unwrap_or(u64::MAX));
+        if chunk > SMALL_CHUNK && chunk > self.bytes.saturating_mul(LARGEST_RATIO) {
+            return Err(self.wrong(name, "chunks no larger than the file", format!("chunks of {chunk} bytes")));
+        }
+        Ok(shape)
+    }
+
+    /// All numbers of a dataset as 64-bit floats (booleans as 0 and 1), with its shape; `None` where there is no such dataset or it is empty.
+    pub(crate) fn reals(&self, name: &str) -> Result<Option<(Shape, Vec<f64>)>> {
+        let Some(dataset) = self.dataset(name)? else { return Ok(None) };
+        let space = dataset.space().map_err(|e| self.fail(name, &e))?;
+        if space.is_null() {
+            return Ok(None);
+        }
+        let shape = self.shape(&dataset, name)?;
+        if dataset.size() > MOST_WHOLE {
+            return Err(self.wrong(name, format!("at most {MOST_WHOLE} numbers"), format!("shape {shape:?}")));
+        }
+        let values = match self.number_kind(&dataset, name)? {
+            Number::Real => dataset.read_raw::<f64>(),
+            // Integers of 64 bits are exact to 2^53 here, far beyond any count or number in these files.
+            Number::Integer => dataset.read_raw::<i64>().map(|v| v.into_iter().map(|i| i as f64).collect()),
+            Number::Enum => dataset.read_raw::<i8>().map(|v| v.into_iter().map(f64::from).collect()),
+        };
+        Ok(Some((shape, values.map_err(|e| self.fail(name, &e))?)))
+    }
+
+    fn number_kind(&self, dataset: &Dataset, name: &str) -> Result<Number> {
+        let dtype = dataset.dtype().and_then(|d| d.to_descriptor()).map_err(|e| self.fail(name, &e))?;
+        match dtype {
+            TypeDescriptor::Float(_) => Ok(Number::Real),
+            TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) => Ok(Number::Integer),
+            TypeDescriptor::Boolean | TypeDescriptor::Enum(_) => Ok(Number::Enum),
+            other => Err(self.wrong(name, "numbers", other.to_string())),
+        }
+    }
+
+    /// First number of a dataset.
+    pub(crate) fn real(&self, name: &str) -> Result<Option<f64>> {
+        Ok(self.reals(name)?.and_then(|v| v.1.first().copied()))
+    }
+
+    /// First number of a dataset that must be there.
+    pub(crate) fn require_real(&self, name: &str) -> Result<f64> {
+        self.real(name)?.ok_or_else(|| self.missing(name))
+    }
+
+    /// A count that must be there and must not be negative.
+    pub(crate) fn count(&self, name: &str) -> Result<usize> {
+        let value = self.require_real(name)?;
+        if value >= 0.0 && value.fract() == 0.0 && value < 1e18 {
+            return Ok(value as usize);
+        }
+        Err(self.wrong(name, "a count", value.to_string()))
+    }
+
+    /// All numbers of a dataset that must be there, with one axis of `len`.
+    pub(crate) fn list(&self, name: &str, len: usize) -> Result<Vec<f64>> {
+        let (shape, values) = self.reals(name)?.ok_or_else(|| self.missing(name))?;
+        if values.len() != len {
+            return Err(self.wrong(name, format!("{len} numbers"), format!("shape {shape:?}")));
+        }
+        Ok(values)
+    }
+
+    /// Texts of a dataset; `None` where there is no such dataset or it holds no texts.
+    pub(crate) fn texts(&self, name: &str) -> Result<Option<Vec<String>>> {
+        let Some(dataset) = self.dataset(name)? else { return Ok(None) };
+        if dataset.space().map_err(|e| self.fail(name, &e))?.is_null() {
+            return Ok(None);
+        }
+        self.shape(&dataset, name)?;
+        strings::read(&dataset, self.bytes).map_err(|e| self.fail(name, &e))
+    }
+
+    /// First text of a dataset.
+    pub(crate) fn text(&self, name: &str) -> Result<Option<String>> {
+        Ok(self.texts(name)?.and_then(|t| t.into_iter().next()))
+    }
+
+    /// Rows of a dataset, converted by the library to `T`.
+    pub(crate) fn rows<T: H5Type, D: Dimension>(&self, dataset: &Dataset, name: &str, rows: Range<usize>) -> Result<ndarray::Array<T, D>> {
+        let mut parts = vec![SliceOrIndex::from(rows)];
+        parts.extend((1..dataset.ndim()).map(|_| SliceOrIndex::from(..)));
+        let all: ArrayD<T> =
+            dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))).map_err(|e| self.fail(name, &e))?;
+        // The old fourth axis of length 1 disappears here.
+        let mut all = all;
+        while D::NDIM.is_some_and(|n| all.ndim() > n) {
+            let Some(axis) = (1..all.ndim()).find(|a| all.shape()[*a] == 1) else { break };
+            all = all.index_axis_move(ndarray::Axis(axis), 0);
+        }
+        let shape = all.shape().to_vec();
+        all.into_dimensionality::<D>().map_err(|_| self.wrong(name, format!("{:?} axes", D::NDIM), format!("shape {shape:?}")))
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Number {
+    Real,
+    Integer,
+    Enum,
+}

@@ -1,0 +1,44 @@
+//! Our own TOML; the format itself is in `arrays`, where the built-in layouts are read.
+
+use super::{LayoutFormat, ReadContext, Result};
+use cittert_arrays::{ArrayLayout, LayoutFrame};
+
+pub(super) struct Native;
+
+impl LayoutFormat for Native {
+    fn name(&self) -> &'static str {
+        "toml"
+    }
+
+    fn extension(&self) -> &'static str {
+        "toml"
+    }
+
+    fn description(&self) -> &'static str {
+        "our own: names, positions, diameters, SEFD or Tsys, position errors, site or boresight frame"
+    }
+
+    fn sniff(&self, text: &str, extension: &str) -> bool {
+        let key = |line: &str| {
+            let line = line.trim_start();
+            line.starts_with("[[antenna]]") || line.strip_prefix("frame").is_some_and(|r| r.trim_start().starts_with('='))
+        };
+        extension == "toml" || text.lines().any(key)
+    }
+
+    fn read(&self, text: &str, context: &ReadContext) -> Result<ArrayLayout> {
+        let layout = ArrayLayout::from_toml(text)?;
+        let Some(site) = context.site.filter(|_| layout.site().is_some()) else { return Ok(layout) };
+        let mut moved = ArrayLayout::new(layout.name.clone(), LayoutFrame::EastNorthUp(site), layout.antennas().to_vec())?;
+        moved.source = layout.source;
+        Ok(moved)
+    }
+
+    fn write(&self, layout: &ArrayLayout) -> Result<String> {
+        Ok(layout.to_toml())
+    }
+
+    fn loses(&self, _: &ArrayLayout) -> Vec<String> {
+        Vec::new()
+    }
+}

@@ -1,0 +1,40 @@
+//! Reference positions of observatories, for files that name one instead of a place.
+
+use cittert_arrays::Site;
+use std::sync::LazyLock;
+
+static SITES: LazyLock<Vec<(String, Site)>> = LazyLock::new(|| {
+    let mut sites = Vec::new();
+    for line in include_str!("observatories.csv").lines().filter(|l| !l.starts_with('#') && !l.starts_with("name")) {
+        let fields: Vec<&str> = line.split(',').collect();
+        if let [name, lat, lon, alt] = fields[..]
+            && let (Ok(lat), Ok(lon), Ok(altitude_m)) = (lat.parse::<f64>(), lon.parse::<f64>(), alt.parse::<f64>())
+        {
+            sites.push((name.to_lowercase(), Site { latitude_rad: lat.to_radians(), longitude_rad: lon.to_radians(), altitude_m }));
+        }
+    }
+    sites
+});
+
+/// The site of an observatory by its name, or by the longest known name that is part of it (`ALMASD` is at ALMA), in any case of letters.
+#[must_use]
+pub fn known_site(name: &str) -> Option<Site> {
+    let name = name.trim().to_lowercase();
+    let exact = SITES.iter().find(|(n, _)| *n == name);
+    let part = || SITES.iter().filter(|(n, _)| name.contains(n.as_str())).max_by_key(|(n, _)| n.len());
+    exact.or_else(part).map(|(_, site)| *site)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_found_in_any_case_and_as_parts() {
+        let alma = known_site("alma").unwrap();
+        assert!((alma.latitude_rad.to_degrees() + 23.022_886).abs() < 1e-9 && (alma.altitude_m - 5056.8).abs() < 1e-9);
+        assert_eq!(known_site("ALMASD"), Some(alma));
+        assert!(known_site("Hogwarts").is_none() && known_site("").is_none());
+        assert_eq!(SITES.len(), 53);
+    }
+}

@@ -1,0 +1,270 @@
+//! The tables of formats: one row each, found by content and not by name.
+
+use crate::files::{open_file, read_up_to};
+use crate::fits::{ImageOptions, read_image, write_image};
+use crate::uvfits::UvfitsReader;
+use crate::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};
+use crate::{Compression, FormatError, Result};
+use cittert_arrays::{Image, VisibilityHeader, VisibilitySink, VisibilitySource};
+use std::path::Path;
+
+/// An output that was begun, and what the format could not keep of the header.
+pub struct Created {
+    /// Where to write the blocks.
+    pub sink: Box<dyn VisibilitySink>,
+    /// What was changed or lost, one sentence each, for the user and for the history.
+    pub notes: Vec<String>,
+}
+
+/// A format of visibilities on disk.
+pub trait VisibilityFormat: Sync {
+    /// Name, such as `UVH5`.
+    fn name(&self) -> &'static str;
+
+    /// Endings of file names, without the dot; the first is the usual one.
+    fn extensions(&self) -> &'static [&'static str];
+
+    /// What it is and what it holds, in one sentence.
+    fn description(&self) -> &'static str;
+
+    /// True where the content of the file is of this format; `start` holds its first bytes.
+    fn sniff(&self, path: &Path, start: &[u8]) -> bool;
+
+    /// Open a file to read.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the file, with the place in it.
+    fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>>;
+
+    /// Begin a file for sets with this header; `None` where the format is only read.
+    ///
+    /// # Errors
+    /// An existing output that may not be overwritten, a header that the format cannot hold, or whatever the disk says.
+    fn create(&self, path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Option<Created>>;
+}
+
+/// A format of images on disk.
+pub trait ImageFormat: Sync {
+    /// Name, such as `FITS image`.
+    fn name(&self) -> &'static str;
+
+    /// Endings of file names, without the dot; the first is the usual one.
+    fn extensions(&self) -> &'static [&'static str];
+
+    /// What it is and what it holds, in one sentence.
+    fn description(&self) -> &'static str;
+
+    /// True where the content of the file is of this format; `start` holds its first bytes.
+    fn sniff(&self, path: &Path, start: &[u8]) -> bool;
+
+    /// Read an image.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the file, with the place in it.
+    fn read(&self, path: &Path) -> Result<Image>;
+
+    /// Write an image.
+    ///
+    /// # Errors
+    /// An existing output that may not be overwritten, or whatever the disk says.
+    fn write(&self, path: &Path, image: &Image, overwrite: bool) -> Result<()>;
+}
+
+/// All formats of visibilities.
+pub static VISIBILITY_FORMATS: &[&dyn VisibilityFormat] = &[&Uvh5, &Uvfits];
+
+/// All formats of images.
+pub static IMAGE_FORMATS: &[&dyn ImageFormat] = &[&FitsImage];
+
+struct Uvh5;
+
+impl VisibilityFormat for Uvh5 {
+    fn name(&self) -> &'static str {
+        "UVH5"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["uvh5", "h5", "hdf5"]
+    }
+
+    fn description(&self) -> &'static str {
+        "the native format (HDF5); holds everything, boresight sets too"
+    }
+
+    fn sniff(&self, path: &Path, start: &[u8]) -> bool {
+        start.starts_with(crate::h5::SIGNATURE) && crate::h5::has(path, "Data/visdata")
+    }
+
+    fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>> {
+        Ok(Box::new(Uvh5Reader::open(path)?))
+    }
+
+    fn create(&self, path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Option<Created>> {
+        let options = Uvh5Options { overwrite, compression: Compression::None };
+        Ok(Some(Created { sink: Box::new(Uvh5Writer::create(path, header, options)?), notes: Vec::new() }))
+    }
+}
+
+struct Uvfits;
+
+impl VisibilityFormat for Uvfits {
+    fn name(&self) -> &'static str {
+        "UVFITS"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["uvfits", "uvf"]
+    }
+
+    fn description(&self) -> &'static str {
+        "FITS random groups with AIPS tables; Jy, and a phase centre on the sky"
+    }
+
+    fn sniff(&self, _: &Path, start: &[u8]) -> bool {
+        let card = |key: &str, value: &str| {
+            start.chunks_exact(80).any(|c| {
+                let text = String::from_utf8_lossy(c);
+                text.starts_with(&format!("{key:<8}=")) && text[9..].split('/').next().is_some_and(|v| v.trim() == value)
+            })
+        };
+        start.starts_with(b"SIMPLE  =") && card("GROUPS", "T") && card("NAXIS1", "0")
+    }
+
+    fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>> {
+        Ok(Box::new(UvfitsReader::open(path)?))
+    }
+
+    fn create(&self, _: &Path, _: &VisibilityHeader, _: bool) -> Result<Option<Created>> {
+        Ok(None)
+    }
+}
+
+struct FitsImage;
+
+impl ImageFormat for FitsImage {
+    fn name(&self) -> &'static str {
+        "FITS image"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["fits", "fit", "fts", "fits.gz"]
+    }
+
+    fn description(&self) -> &'static str {
+        "images and cubes in K, Jy/pixel or Jy/beam, on the sky or along a boresight"
+    }
+
+    fn sniff(&self, path: &Path, start: &[u8]) -> bool {
+        let fits = start.starts_with(b"SIMPLE  =") && !Uvfits.sniff(path, start);
+        fits || (start.starts_with(&[0x1f, 0x8b]) && crate::fits::is_compressed_fits(path))
+    }
+
+    fn read(&self, path: &Path) -> Result<Image> {
+        read_image(path)
+    }
+
+    fn write(&self, path: &Path, image: &Image, overwrite: bool) -> Result<()> {
+        write_image(path, image, ImageOptions { overwrite, double: false })
+    }
+}
+
+/// The first bytes of a file: enough for any header that is looked at.
+pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>> {
+    let mut start = vec![0; 2880 * 4];
+    let n = read_up_to(&mut open_file(path)?, &mut start).map_err(|e| FormatError::io(path, "read", e))?;
+    start.truncate(n);
+    Ok(start)
+}
+
+/// What a file seems to be, for the error that says it is not what was asked for.
+pub(crate) fn describe(start: &[u8]) -> String {
+    let known: [(&[u8], &str); 8] = [
+        (b"\x89PNG", "a PNG picture"),
+        (b"\xff\xd8\xff", "a JPEG picture"),
+        (crate::h5::SIGNATURE, "an HDF5 file without visibilities"),
+        (b"SIMPLE  =", "a FITS file"),
+        (b"\x1f\x8b", "a gzip-compressed file"),
+        (b"PK\x03\x04", "a zip archive"),
+        (b"%PDF", "a PDF document"),
+        (b"BZh", "a bzip2-compressed file"),
+    ];
+    if let Some((_, name)) = known.iter().find(|(magic, _)| start.starts_with(magic)) {
+        return (*name).into();
+    }
+    let head = &start[..start.len().min(16)];
+    let shown: String = head.iter().map(|b| b.escape_ascii().to_string()).collect();
+    let text = start.iter().take(512).all(|b| *b >= 32 || b.is_ascii_whitespace());
+    format!("{} that begins with \"{shown}\"", if text { "a text" } else { "a file of unknown kind" })
+}
+
+/// Names of formats with their usual endings, for messages.
+fn names<'a>(all: impl Iterator<Item = (&'a str, &'a [&'a str])>) -> String {
+    all.map(|(name, ends)| format!("{name} (.{})", ends[0])).collect::<Vec<_>>().join(", ")
+}
+
+fn visibility_names() -> String {
+    names(VISIBILITY_FORMATS.iter().map(|f| (f.name(), f.extensions())))
+}
+
+/// The format of a file of visibilities, by its content.
+///
+/// # Errors
+/// A file that is missing, empty, a directory, or of no known format; the error says what it seems to be.
+pub fn visibility_format(path: &Path) -> Result<&'static dyn VisibilityFormat> {
+    if path.join("table.dat").is_file() {
+        return Err(FormatError::unsupported(
+            path,
+            "this is a Measurement Set, which this build does not read (feature `ms`): export it as UVFITS (CASA: exportuvfits) first",
+        ));
+    }
+    let start = start_of(path)?;
+    VISIBILITY_FORMATS.iter().find(|f| f.sniff(path, &start)).copied().ok_or_else(|| FormatError::NotA {
+        path: path.into(),
+        expected: format!("visibilities: {}", visibility_names()),
+        found: format!("it is {}", describe(&start)),
+    })
+}
+
+/// Open visibilities of any format.
+///
+/// # Errors
+/// As [`visibility_format`], or whatever is wrong inside the file.
+pub fn open_visibilities(path: &Path) -> Result<Box<dyn VisibilitySource>> {
+    visibility_format(path)?.open(path)
+}
+
+/// Begin an output of visibilities; the ending of the name chooses the format.
+///
+/// # Errors
+/// An ending that no format has, an existing output that may not be overwritten, a header that the format cannot hold.
+pub fn create_visibilities(path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Created> {
+    let end = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let unknown = || FormatError::NotA {
+        path: path.into(),
+        expected: format!("a name that ends as one of {}", visibility_names()),
+        found: if end.is_empty() { "the name has no ending".into() } else { format!("the name ends in .{end}") },
+    };
+    let format = VISIBILITY_FORMATS.iter().find(|f| f.extensions().contains(&end.as_str())).ok_or_else(unknown)?;
+    format.create(path, header, overwrite)?.ok_or_else(unknown)
+}
+
+/// The format of an image, by its content.
+///
+/// # Errors
+/// A file that is missing, empty, a directory, or of no known format; the error says what it seems to be.
+pub fn image_format(path: &Path) -> Result<&'static dyn ImageFormat> {
+    let start = start_of(path)?;
+    IMAGE_FORMATS.iter().find(|f| f.sniff(path, &start)).copied().ok_or_else(|| FormatError::NotA {
+        path: path.into(),
+        expected: format!("an image: {}", names(IMAGE_FORMATS.iter().map(|f| (f.name(), f.extensions())))),
+        found: format!("it is {}", if Uvfits.sniff(path, &start) { "UVFITS (visibilities)".into() } else { describe(&start) }),
+    })
+}
+
+/// Read an image of any format.
+///
+/// # Errors
+/// As [`image_format`], or whatever is wrong inside the file.
+pub fn open_image(path: &Path) -> Result<Image> {
+    image_format(path)?.read(path)
+}

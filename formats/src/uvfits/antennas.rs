@@ -1,0 +1,71 @@
+//! The AIPS AN table: antennas and the place of the array.
+
+use crate::fits::{Header, table::Table};
+use crate::uvh5::{NOMINAL_SITE, unique_names};
+use crate::{FormatError, Result};
+use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
+
+/// Closer to the centre of the Earth than this, geocentric coordinates are no place of an array, m.
+const SMALLEST_RADIUS_M: f64 = 1e6;
+
+/// The layout of an AN table. `primary` may hold the place of the array where the table does not know it.
+pub(super) fn read(table: &Table, primary: &Header) -> Result<ArrayLayout> {
+    let header = &table.header;
+    let path = header.path();
+    let frame = header.text("FRAME").unwrap_or("ITRF").trim().to_ascii_uppercase();
+    let unknown = frame.chars().all(|c| c == '?');
+    if !unknown && !["ITRF", "ITRS", "GEOCENTRIC", ""].contains(&frame.as_str()) {
+        return Err(FormatError::unsupported(path, format!("AIPS AN: the antenna frame is {frame:?}; only ITRF is read")));
+    }
+    let mut positions = Vec::with_capacity(table.rows());
+    let left = header.text("XYZHAND").is_some_and(|h| h.trim().eq_ignore_ascii_case("LEFT"));
+    for row in 0..table.rows() {
+        match table.reals(row, "STABXYZ").as_deref() {
+            Some(&[x, y, z]) => positions.push([x, if left { -y } else { y }, z]),
+            _ => return Err(FormatError::malformed(path, format!("AIPS AN, row {row}, STABXYZ"), "three numbers", "something else")),
+        }
+    }
+    if positions.is_empty() {
+        return Err(FormatError::malformed(path, "AIPS AN", "at least one antenna", "no rows"));
+    }
+    let centre = ["ARRAYX", "ARRAYY", "ARRAYZ"].map(|k| header.real(k).unwrap_or(0.0));
+    let far = |p: &[f64; 3]| p.iter().map(|v| v * v).sum::<f64>().sqrt() > SMALLEST_RADIUS_M;
+    let stated = ["LAT", "LON", "ALT"].map(|k| primary.real(k));
+    let mut site = None;
+    // Where the frame is unknown, a place in the primary header is the better one.
+    if let (true, [Some(lat), Some(lon), Some(altitude_m)]) = (unknown, stated) {
+        site = Some(Site { latitude_rad: lat.to_radians(), longitude_rad: lon.to_radians(), altitude_m });
+    }
+    // Offsets from the array centre in the geocentric axes.
+    if far(&centre) {
+        let place = Site::from_ecef_m(centre);
+        // AIPS turns the axes so that x points to the array's own meridian.
+        let (sin, cos) = place.longitude_rad.sin_cos();
+        positions.iter_mut().for_each(|p| *p = [p[0] * cos - p[1] * sin, p[0] * sin + p[1] * cos, p[2]]);
+        site = site.or(Some(place));
+    } else {
+        // Positions from the centre of the Earth: the array is where its antennas are on average.
+        let n = positions.len() as f64;
+        let mean = [0, 1, 2].map(|k| positions.iter().map(|p| p[k]).sum::<f64>() / n);
+        if far(&mean) {
+            positions.iter_mut().for_each(|p| *p = [0, 1, 2].map(|k| p[k] - mean[k]));
+            site = site.or(Some(Site::from_ecef_m(mean)));
+        }
+    }
+    let site = site.unwrap_or(NOMINAL_SITE);
+    let names = (0..table.rows()).map(|row| table.text(row, "ANNAME").unwrap_or_default().replace('!', "")).collect();
+    let mut antennas = Vec::with_capacity(positions.len());
+    for (row, (name, p)) in unique_names(names).into_iter().zip(positions).enumerate() {
+        let number = table.real(row, "NOSTA").unwrap_or(row as f64 + 1.0);
+        if !(0.0..=65_535.0).contains(&number) {
+            return Err(FormatError::malformed(path, format!("AIPS AN, row {row}, NOSTA"), "0 to 65535", number.to_string()));
+        }
+        let mut antenna = Antenna::new(name, number as u32, site.ecef_offset_to_enu(p));
+        let positive = |column: &str| table.real(row, column).filter(|v| v.is_finite() && *v > 0.0);
+        antenna.diameter_m = positive("DIAMETER");
+        antenna.sensitivity = positive("SEFD").map(Sensitivity::SefdJy);
+        antennas.push(antenna);
+    }
+    let name = header.text("ARRNAM").filter(|n| !n.is_empty()).or(primary.text("TELESCOP")).unwrap_or("unknown");
+    ArrayLayout::from_data(name, LayoutFrame::EastNorthUp(site), antennas).map_err(|e| FormatError::values(path, e))
+}

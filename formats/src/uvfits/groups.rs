@@ -1,0 +1,210 @@
+//! The parameters of a group: baseline, antennas, time, source.
+
+use crate::fits::Header;
+use crate::{FormatError, Result};
+use cittert_arrays::SPEED_OF_LIGHT_M_S;
+
+/// How the numbers of a file are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Number {
+    Byte,
+    Short,
+    Int,
+    Float,
+    Double,
+}
+
+impl Number {
+    /// From BITPIX.
+    pub(super) fn of(header: &Header) -> Result<Self> {
+        Ok(match header.require("BITPIX", -64..=64)? {
+            8 => Self::Byte,
+            16 => Self::Short,
+            32 => Self::Int,
+            -32 => Self::Float,
+            -64 => Self::Double,
+            other => return Err(FormatError::malformed(header.path(), "BITPIX", "8, 16, 32, -32 or -64", other.to_string())),
+        })
+    }
+
+    /// Bytes of one number.
+    pub(super) fn bytes(self) -> usize {
+        match self {
+            Self::Byte => 1,
+            Self::Short => 2,
+            Self::Int | Self::Float => 4,
+            Self::Double => 8,
+        }
+    }
+
+    /// Number `k` of a buffer.
+    pub(super) fn get(self, buffer: &[u8], k: usize) -> f64 {
+        let at = k * self.bytes();
+        let b = &buffer[at..at + self.bytes()];
+        match (self, b) {
+            (Self::Byte, &[a]) => f64::from(a),
+            (Self::Short, &[a, b]) => f64::from(i16::from_be_bytes([a, b])),
+            (Self::Int, &[a, b, c, d]) => f64::from(i32::from_be_bytes([a, b, c, d])),
+            (Self::Float, &[a, b, c, d]) => f64::from(f32::from_be_bytes([a, b, c, d])),
+            (_, b) => b.try_into().map_or(f64::NAN, f64::from_be_bytes),
+        }
+    }
+}
+
+/// One parameter: value = number x scale + zero.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Parameter {
+    index: usize,
+    scale: f64,
+    zero: f64,
+}
+
+impl Parameter {
+    /// Value in a group.
+    pub(super) fn get(&self, number: Number, group: &[u8]) -> f64 {
+        let raw = number.get(group, self.index);
+        if self.scale == 1.0 && self.zero == 0.0 { raw } else { raw * self.scale + self.zero }
+    }
+}
+
+/// How uvw are given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum UvwKind {
+    /// Along the phase centre, as we keep them.
+    Sin,
+    /// w along the celestial pole; turned with the declination.
+    Ncp,
+}
+
+/// Where the parameters of a file are.
+#[derive(Debug, Clone)]
+pub(super) struct Parameters {
+    /// Numbers before the array of a group.
+    pub(super) count: usize,
+    uvw: [Parameter; 3],
+    /// Factor from the file's unit to metres.
+    metres: f64,
+    pub(super) kind: UvwKind,
+    dates: Vec<Parameter>,
+    baseline: Option<Parameter>,
+    antennas: Option<[Parameter; 2]>,
+    pub(super) subarray: Option<Parameter>,
+    pub(super) integration: Option<Parameter>,
+    pub(super) source: Option<Parameter>,
+    pub(super) freq_id: Option<Parameter>,
+}
+
+/// Antenna numbers and subarray of a group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Pair {
+    pub(super) first: i64,
+    pub(super) second: i64,
+    pub(super) subarray: i64,
+}
+
+impl Parameters {
+    /// Read PTYPEn, PSCALn, PZEROn; `frequency_hz` serves files with uvw in wavelengths.
+    pub(super) fn of(header: &Header, frequency_hz: f64) -> Result<Self> {
+        let path = header.path();
+        let count = header.require("PCOUNT", 0..=999)? as usize;
+        let named: Vec<(String, Parameter)> = (0..count)
+            .map(|index| {
+                let key = |k: &str| format!("{k}{}", index + 1);
+                let name = header.text(&key("PTYPE")).unwrap_or("").trim().to_ascii_uppercase();
+                let (scale, zero) = (header.real(&key("PSCAL")).unwrap_or(1.0), header.real(&key("PZERO")).unwrap_or(0.0));
+                (name, Parameter { index, scale, zero })
+            })
+            .collect();
+        let find = |name: &str| named.iter().find(|p| p.0 == name).map(|p| p.1);
+        let missing = |what: &str| {
+            let found = named.iter().map(|p| p.0.as_str()).collect::<Vec<_>>().join(" ");
+            FormatError::malformed(path, "PTYPEn", what, format!("the parameters {found}"))
+        };
+        // UU, UU--, UU---SIN, UU---NCP, UU-L-SIN (wavelengths): the three must have the same end.
+        let suffix = named.iter().find_map(|p| p.0.strip_prefix("UU")).ok_or_else(|| missing("UU, VV and WW with one suffix"))?.to_string();
+        let mut uvw = Vec::new();
+        for name in ["UU", "VV", "WW"] {
+            uvw.push(find(&format!("{name}{suffix}")).ok_or_else(|| missing("UU, VV and WW with one suffix"))?);
+        }
+        let kind = match suffix.trim_matches('-').trim_start_matches("L-") {
+            "" | "SIN" | "L" => UvwKind::Sin,
+            "NCP" => UvwKind::Ncp,
+            _ => return Err(missing("UU, VV and WW without a suffix, or with ---SIN or ---NCP")),
+        };
+        let wavelengths = suffix.trim_start_matches('-').starts_with('L');
+        let dates: Vec<Parameter> = named.iter().filter(|p| p.0 == "DATE" || p.0 == "_DATE").map(|p| p.1).collect();
+        if dates.is_empty() {
+            return Err(missing("DATE"));
+        }
+        let antennas = find("ANTENNA1").zip(find("ANTENNA2")).map(|(a, b)| [a, b]);
+        let baseline = find("BASELINE");
+        if antennas.is_none() && baseline.is_none() {
+            return Err(missing("BASELINE, or ANTENNA1 and ANTENNA2"));
+        }
+        Ok(Self {
+            count,
+            uvw: [uvw[0], uvw[1], uvw[2]],
+            metres: if wavelengths { SPEED_OF_LIGHT_M_S / frequency_hz } else { SPEED_OF_LIGHT_M_S },
+            kind,
+            dates,
+            baseline,
+            antennas,
+            subarray: find("SUBARRAY"),
+            integration: find("INTTIM"),
+            source: find("SOURCE"),
+            freq_id: find("FREQSEL"),
+        })
+    }
+
+    /// Baseline in metres, second antenna minus first.
+    pub(super) fn uvw_m(&self, number: Number, group: &[u8]) -> [f64; 3] {
+        self.uvw.map(|p| -p.get(number, group) * self.metres)
+    }
+
+    /// Time, Julian date: the sum of all DATE parameters.
+    pub(super) fn time_jd(&self, number: Number, group: &[u8]) -> f64 {
+        self.dates.iter().map(|p| p.get(number, group)).sum()
+    }
+
+    /// Antenna numbers of the group.
+    pub(super) fn pair(&self, number: Number, group: &[u8]) -> Pair {
+        if let Some(antennas) = &self.antennas {
+            let [first, second] = antennas.map(|p| p.get(number, group).round() as i64);
+            let subarray = self.subarray.map_or(1, |p| p.get(number, group).round() as i64);
+            return Pair { first, second, subarray };
+        }
+        decode_baseline(self.baseline.map_or(0.0, |p| p.get(number, group)))
+    }
+}
+
+/// Antenna numbers of a BASELINE: 256 a1 + a2, or 2048 a1 + a2 + 65536, plus (subarray - 1) / 100.
+fn decode_baseline(value: f64) -> Pair {
+    let whole = (value + 0.0005).floor();
+    let subarray = ((value - whole) * 100.0).round().max(0.0) as i64 + 1;
+    let b = whole as i64;
+    let (first, second) = if b >= 65_536 { ((b - 65_536) / 2048, (b - 65_536) % 2048) } else { (b / 256, b % 256) };
+    Pair { first, second, subarray }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_conventions_of_baseline_are_decoded() {
+        let pair = |first, second, subarray| Pair { first, second, subarray };
+        assert_eq!(decode_baseline(262.0), pair(1, 6, 1));
+        assert_eq!(decode_baseline(65_535.0), pair(255, 255, 1));
+        assert_eq!(decode_baseline(2048.0 * 256.0 + 300.0 + 65_536.0), pair(256, 300, 1));
+        assert_eq!(decode_baseline(f64::from(258.01_f32)), pair(1, 2, 2));
+    }
+
+    #[test]
+    fn numbers_of_every_kind() {
+        assert_eq!(Number::Short.get(&[0, 0, 0xff, 0xfe], 1), -2.0);
+        assert_eq!(Number::Byte.get(&[7, 200], 1), 200.0);
+        assert_eq!(Number::Int.get(&(-5i32).to_be_bytes(), 0), -5.0);
+        assert_eq!(Number::Float.get(&1.5f32.to_be_bytes(), 0), 1.5);
+        assert_eq!(Number::Double.get(&0.1f64.to_be_bytes(), 0), 0.1);
+    }
+}

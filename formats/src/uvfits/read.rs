@@ -1,0 +1,264 @@
+//! UVFITS read in runs of rows: only the rows asked for are in memory.
+
+use super::axes::GroupAxes;
+use super::groups::{Number, Parameters, UvwKind};
+use super::{antennas, phase};
+use crate::fits::{Header, Input, padding, table::Table};
+use crate::uvh5::Sky;
+use crate::{FormatError, Result};
+use cittert_arrays::{ArrayError, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use ndarray::{Array2, Array3};
+use num_complex::Complex;
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// An open UVFITS file.
+pub struct UvfitsReader {
+    file: File,
+    path: PathBuf,
+    header: VisibilityHeader,
+    axes: GroupAxes,
+    parameters: Parameters,
+    number: Number,
+    data_start: u64,
+    group_bytes: usize,
+    n_rows: usize,
+    /// Scale and zero of the array's numbers.
+    scale: (f64, f64),
+    integration_s: f64,
+    index_of_number: HashMap<i64, u32>,
+    index_of_source: HashMap<i64, u16>,
+    sky: Sky,
+}
+
+/// The AIPS tables behind the groups.
+#[derive(Default)]
+struct Tables {
+    an: Option<Table>,
+    fq: Option<Table>,
+    su: Option<Table>,
+}
+
+impl Tables {
+    fn read(input: &mut Input) -> Result<Self> {
+        let mut tables = Self::default();
+        while let Some(header) = Header::read(input, false)? {
+            let first = header.integer("EXTVER").unwrap_or(1) == 1;
+            let name = header.text("EXTNAME").unwrap_or("").trim().to_string();
+            let slot = match name.as_str() {
+                "AIPS AN" if first => &mut tables.an,
+                "AIPS FQ" => &mut tables.fq,
+                "AIPS SU" => &mut tables.su,
+                _ => {
+                    let bytes = header.data_bytes()?;
+                    input.skip(&format!("table {name}"), bytes)?;
+                    let mut gap = vec![0; padding(bytes) as usize];
+                    input.read_some(&mut gap)?;
+                    continue;
+                }
+            };
+            *slot = Some(Table::read(input, header)?);
+        }
+        Ok(tables)
+    }
+}
+
+impl UvfitsReader {
+    /// Open a UVFITS file.
+    ///
+    /// # Errors
+    /// Not FITS or without random groups, truncated, no AN table, axes or parameters that are missing.
+    pub fn open(path: &Path) -> Result<Self> {
+        let mut input = Input::open(path)?;
+        if !input.is_plain() {
+            return Err(FormatError::unsupported(path, "the file is compressed: unpack it first (gunzip)"));
+        }
+        let primary = Header::read(&mut input, true)?.ok_or_else(|| FormatError::unsupported(path, "no header"))?;
+        if !(primary.is_true("GROUPS") && primary.integer("NAXIS1") == Some(0)) {
+            return Err(FormatError::NotA {
+                path: path.into(),
+                expected: "UVFITS (random groups: NAXIS1 = 0 and GROUPS = T)".into(),
+                found: "a FITS file without random groups (an image, or tables)".into(),
+            });
+        }
+        let axes = GroupAxes::of(&primary)?;
+        let number = Number::of(&primary)?;
+        let frequency = primary.real(&format!("CRVAL{}", axes.freq_axis)).unwrap_or(0.0);
+        let parameters = Parameters::of(&primary, frequency)?;
+        let group_bytes = (parameters.count + axes.numbers) * number.bytes();
+        let n_rows = primary.require("GCOUNT", 1..=i64::MAX)? as usize;
+        let data_start = input.position();
+        let bytes = primary.data_bytes()?;
+        input.skip("visibilities (random groups)", bytes)?;
+        input.read_some(&mut vec![0; padding(bytes) as usize])?;
+        let tables = Tables::read(&mut input)?;
+        let an = tables.an.ok_or_else(|| FormatError::malformed(path, "extensions", "an AIPS AN table (antennas)", "none"))?;
+        let layout = antennas::read(&an, &primary)?;
+        let su = tables.su.as_ref().filter(|_| parameters.source.is_some());
+        let phase_centers = phase::read(&primary, &axes, su)?;
+        let text = |key: &str| primary.text(key).unwrap_or("").to_string();
+        let telescope = if text("TELESCOP").is_empty() { layout.name.clone() } else { text("TELESCOP") };
+        let header = VisibilityHeader {
+            spectrum: axes.spectrum(&primary, tables.fq.as_ref())?,
+            polarizations: axes.polarizations(&primary)?,
+            unit: VisUnit::from_name(primary.text("BUNIT").unwrap_or("")),
+            instrument: text("INSTRUME"),
+            pedestal_k: primary.real("CITPEDST"),
+            history: primary.history.clone(),
+            phase_centers,
+            telescope,
+            layout,
+        };
+        let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
+        let scale = (primary.real("BSCALE").unwrap_or(1.0), primary.real("BZERO").unwrap_or(0.0));
+        let index_of_number = header.layout.antennas().iter().enumerate().map(|(k, a)| (i64::from(a.number), k as u32)).collect();
+        let index_of_source = header.phase_centers.iter().enumerate().map(|(k, c)| (c.id, k as u16)).collect();
+        let sky = Sky::over(header.layout.site().unwrap_or(crate::uvh5::NOMINAL_SITE));
+        let mut reader = Self {
+            file,
+            path: path.into(),
+            header,
+            axes,
+            parameters,
+            number,
+            data_start,
+            group_bytes,
+            n_rows,
+            scale,
+            integration_s: 0.0,
+            index_of_number,
+            index_of_source,
+            sky,
+        };
+        if reader.parameters.integration.is_none() {
+            reader.integration_s = reader.shortest_step_s()?;
+        }
+        Ok(reader)
+    }
+
+    /// Shortest time between rows, s, for files that do not say how long an integration was; 0 with a single time.
+    fn shortest_step_s(&mut self) -> Result<f64> {
+        let mut times = Vec::new();
+        for start in (0..self.n_rows.min(200_000)).step_by(1000) {
+            let range = start..(start + 1000).min(self.n_rows);
+            let n = range.len();
+            let bytes = self.bytes(range)?;
+            times.extend((0..n).map(|r| self.parameters.time_jd(self.number, &bytes[r * self.group_bytes..(r + 1) * self.group_bytes])));
+        }
+        times.sort_by(f64::total_cmp);
+        let step = times.windows(2).map(|w| (w[1] - w[0]) * 86_400.0).filter(|d| *d > 1e-3).fold(f64::INFINITY, f64::min);
+        Ok(if step.is_finite() { step } else { 0.0 })
+    }
+
+    /// The bytes of the groups of `range`.
+    fn bytes(&mut self, range: Range<usize>) -> Result<Vec<u8>> {
+        let io = |e| FormatError::io(&self.path, "read", e);
+        let mut buffer = vec![0; range.len() * self.group_bytes];
+        self.file.seek(SeekFrom::Start(self.data_start + range.start as u64 * self.group_bytes as u64)).map_err(io)?;
+        self.file.read_exact(&mut buffer).map_err(io)?;
+        Ok(buffer)
+    }
+
+    /// Read the rows of `range`.
+    ///
+    /// # Errors
+    /// A range past the last row, an antenna or source that the tables do not have, several subarrays or frequency set-ups.
+    pub fn read(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        if range.end > self.n_rows || range.start > range.end {
+            let error = ArrayError::OutOfRange { what: "row", index: range.end, len: self.n_rows };
+            return Err(FormatError::values(&self.path, error));
+        }
+        let (start, rows) = (range.start, range.len());
+        let bytes = self.bytes(range)?;
+        let (_, n_chan, n_pol) = self.header.shape(rows);
+        let mut vis = Array3::zeros((rows, n_chan, n_pol));
+        let mut weights = Array3::zeros((rows, n_chan, n_pol));
+        let mut flags = Array3::from_elem((rows, n_chan, n_pol), false);
+        let mut coverage = UvCoverage::empty();
+        coverage.uvw_m = Array2::zeros((rows, 3));
+        let offsets: Vec<usize> = (0..n_chan * n_pol).map(|i| self.parameters.count + self.axes.offset(i / n_pol, i % n_pol)).collect();
+        let step = self.axes.complex;
+        for (r, group) in bytes.chunks_exact(self.group_bytes).enumerate() {
+            self.row(&mut coverage, r, start + r, group)?;
+            let get = |k: usize| {
+                let raw = self.number.get(group, k);
+                if self.scale == (1.0, 0.0) { raw } else { raw * self.scale.0 + self.scale.1 }
+            };
+            for (i, at) in offsets.iter().enumerate() {
+                let cell = (r, i / n_pol, i % n_pol);
+                let weight = get(at + 2 * step);
+                vis[cell] = Complex::new(get(*at) as f32, -get(at + step) as f32);
+                weights[cell] = weight.abs() as f32;
+                flags[cell] = !(weight > 0.0);
+            }
+        }
+        let nsamples = weights.clone();
+        VisibilityBlock::new(coverage, vis, weights, flags, nsamples).map_err(|e| FormatError::values(&self.path, e))
+    }
+
+    /// Take the parameters of one group into row `r` of the block, row `row` of the file.
+    fn row(&mut self, coverage: &mut UvCoverage, r: usize, row: usize, group: &[u8]) -> Result<()> {
+        let (p, number) = (&self.parameters, self.number);
+        let bad = |place: &str, expected: &str, found: String| {
+            FormatError::malformed(&self.path, format!("group {row}, {place}"), expected, found)
+        };
+        let pair = p.pair(number, group);
+        if pair.subarray != 1 {
+            return Err(bad("SUBARRAY", "1 (split files with several subarrays first)", pair.subarray.to_string()));
+        }
+        let antenna = |n: i64| {
+            self.index_of_number.get(&n).copied().ok_or_else(|| bad("antenna", "a number (NOSTA) of the AIPS AN table", n.to_string()))
+        };
+        let (first, second) = (antenna(pair.first)?, antenna(pair.second)?);
+        if let Some(id) = p.freq_id.map(|f| f.get(number, group)).filter(|id| *id > 1.0) {
+            return Err(bad("FREQSEL", "1 (split files with several frequency set-ups first)", id.to_string()));
+        }
+        let center = match p.source {
+            Some(source) if self.header.phase_centers.len() > 1 || self.header.phase_centers[0].id != 0 => {
+                let id = source.get(number, group).round() as i64;
+                *self.index_of_source.get(&id).ok_or_else(|| bad("SOURCE", "a number of the AIPS SU table", id.to_string()))?
+            }
+            _ => 0,
+        };
+        let time = p.time_jd(number, group);
+        if !time.is_finite() {
+            return Err(bad("DATE", "a finite Julian date", time.to_string()));
+        }
+        let mut uvw = p.uvw_m(number, group);
+        if p.kind == UvwKind::Ncp {
+            let place =
+                self.sky.at(time, &self.header.phase_centers, usize::from(center)).map_err(|e| FormatError::values(&self.path, e))?.1;
+            uvw = from_ncp(uvw, place.dec_rad);
+        }
+        coverage.uvw_m.row_mut(r).assign(&ndarray::arr1(&uvw));
+        coverage.ant1.push(first);
+        coverage.ant2.push(second);
+        coverage.time_jd.push(time);
+        coverage.integration_s.push(self.parameters.integration.map_or(self.integration_s, |p| p.get(number, group)));
+        coverage.phase_center.push(center);
+        Ok(())
+    }
+}
+
+/// uvw along the phase centre from uvw with w along the pole: a turn about u by 90 deg less the apparent declination.
+fn from_ncp([u, v, w]: [f64; 3], dec: f64) -> [f64; 3] {
+    let (sin, cos) = dec.sin_cos();
+    [u, v * sin + w * cos, w * sin - v * cos]
+}
+
+impl VisibilitySource for UvfitsReader {
+    fn header(&self) -> &VisibilityHeader {
+        &self.header
+    }
+
+    fn n_rows(&self) -> usize {
+        self.n_rows
+    }
+
+    fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock, ArrayError> {
+        Ok(self.read(range)?)
+    }
+}

@@ -1,0 +1,216 @@
+//! UVH5 read in runs of rows.
+
+use super::header;
+use crate::h5::H5In;
+use crate::{FormatError, Result};
+use cittert_arrays::{ArrayError, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use hdf5::Dataset;
+use hdf5::types::TypeDescriptor;
+use ndarray::{Array1, Array2, Array3, Ix1, Ix2, Ix3};
+use num_complex::Complex;
+use std::collections::HashMap;
+use std::ops::Range;
+use std::path::Path;
+
+/// An open UVH5 file.
+pub struct Uvh5Reader {
+    file: H5In,
+    header: VisibilityHeader,
+    n_rows: usize,
+    columns: Columns,
+    data: Data,
+    index_of_number: HashMap<i64, u32>,
+    index_of_center: HashMap<i64, u16>,
+}
+
+/// Arrays with one element a row.
+struct Columns {
+    uvw: Dataset,
+    ant1: Dataset,
+    ant2: Dataset,
+    time: Dataset,
+    /// One for each row, or one for all in old files.
+    integration: Dataset,
+    centers: Option<Dataset>,
+}
+
+/// Arrays \[blt, chan, pol\].
+struct Data {
+    vis: Dataset,
+    flags: Dataset,
+    nsamples: Dataset,
+    weights: Option<Dataset>,
+}
+
+impl Uvh5Reader {
+    /// Open a UVH5 file of any version.
+    ///
+    /// # Errors
+    /// Not HDF5, truncated, a header item that is missing or of the wrong shape, a filter that is not known, or shapes that the file
+    /// cannot hold.
+    pub fn open(path: &Path) -> Result<Self> {
+        let file = H5In::open(path, "a UVH5 file")?;
+        if file.members("Header")?.is_empty() || !file.has("Data/visdata") {
+            return Err(FormatError::NotA {
+                path: path.into(),
+                expected: "a UVH5 file".into(),
+                found: "an HDF5 file without Header and Data/visdata".into(),
+            });
+        }
+        let header = header::read(&file)?;
+        let n_rows = file.count("Header/Nblts")?;
+        let columns = Columns::open(&file, n_rows)?;
+        let data = Data::open(&file, header.shape(n_rows))?;
+        let index_of_number = header.layout.antennas().iter().enumerate().map(|(k, a)| (i64::from(a.number), k as u32)).collect();
+        let index_of_center = header.phase_centers.iter().enumerate().map(|(k, c)| (c.id, k as u16)).collect();
+        Ok(Self { file, header, n_rows, columns, data, index_of_number, index_of_center })
+    }
+
+    /// Read the rows of `range`.
+    ///
+    /// # Errors
+    /// A range past the last row, an antenna or phase centre that the header does not have, or damage to the file.
+    pub fn read(&self, range: Range<usize>) -> Result<VisibilityBlock> {
+        let values = |e| FormatError::values(self.file.path(), e);
+        if range.end > self.n_rows || range.start > range.end {
+            return Err(values(ArrayError::OutOfRange { what: "row", index: range.end, len: self.n_rows }));
+        }
+        let coverage = self.coverage(range.clone())?;
+        let file = &self.file;
+        let vis: Array3<Complex<f32>> = file.rows::<_, Ix3>(&self.data.vis, "Data/visdata", range.clone())?;
+        let flags: Array3<i8> = file.rows::<_, Ix3>(&self.data.flags, "Data/flags", range.clone())?;
+        let nsamples: Array3<f32> = file.rows::<_, Ix3>(&self.data.nsamples, "Data/nsamples", range.clone())?;
+        let weights = match &self.data.weights {
+            Some(w) => file.rows::<f32, Ix3>(w, "Data/weights", range)?,
+            None => nsamples.clone(),
+        };
+        VisibilityBlock::new(coverage, vis, weights, flags.mapv(|f| f != 0), nsamples).map_err(values)
+    }
+
+    fn coverage(&self, range: Range<usize>) -> Result<UvCoverage> {
+        let file = &self.file;
+        let uvw: Array2<f64> = file.rows::<_, Ix2>(&self.columns.uvw, "Header/uvw_array", range.clone())?;
+        let time: Array1<f64> = file.rows::<_, Ix1>(&self.columns.time, "Header/time_array", range.clone())?;
+        let integration = if self.columns.integration.size() == self.n_rows && self.columns.integration.ndim() == 1 {
+            file.rows::<f64, Ix1>(&self.columns.integration, "Header/integration_time", range.clone())?.to_vec()
+        } else {
+            vec![file.require_real("Header/integration_time")?; range.len()]
+        };
+        let antennas = |dataset: &Dataset, name: &str| -> Result<Vec<u32>> {
+            let numbers: Array1<i64> = file.rows::<_, Ix1>(dataset, name, range.clone())?;
+            let index = |(row, n): (usize, &i64)| {
+                self.index_of_number.get(n).copied().ok_or_else(|| {
+                    file.wrong(&format!("{name}, row {}", range.start + row), "a number of Header/antenna_numbers", n.to_string())
+                })
+            };
+            numbers.iter().enumerate().map(index).collect()
+        };
+        let centers = match &self.columns.centers {
+            Some(dataset) => {
+                let name = "Header/phase_center_id_array";
+                let ids: Array1<i64> = file.rows::<_, Ix1>(dataset, name, range.clone())?;
+                let index = |(row, id): (usize, &i64)| {
+                    self.index_of_center.get(id).copied().ok_or_else(|| {
+                        file.wrong(&format!("{name}, row {}", range.start + row), "a number of phase_center_catalog", id.to_string())
+                    })
+                };
+                ids.iter().enumerate().map(index).collect::<Result<Vec<u16>>>()?
+            }
+            None => vec![0; range.len()],
+        };
+        let ant1 = antennas(&self.columns.ant1, "Header/ant_1_array")?;
+        let ant2 = antennas(&self.columns.ant2, "Header/ant_2_array")?;
+        UvCoverage::new(uvw, ant1, ant2, time.to_vec(), integration, centers).map_err(|e| FormatError::values(file.path(), e))
+    }
+}
+
+/// A dataset of the given name with `expected` shape, after the checks of [`H5In::shape`].
+fn shaped(file: &H5In, name: &str, expected: &[&[usize]]) -> Result<Dataset> {
+    let dataset = file.require(name)?;
+    let shape = file.shape(&dataset, name)?;
+    if !expected.contains(&shape.as_slice()) {
+        return Err(file.wrong(name, format!("shape {:?}", expected[0]), format!("{shape:?}")));
+    }
+    Ok(dataset)
+}
+
+impl Columns {
+    fn open(file: &H5In, n: usize) -> Result<Self> {
+        let numeric = |name: &str, shapes: &[&[usize]]| -> Result<Dataset> {
+            let dataset = shaped(file, name, shapes)?;
+            numbers(file, &dataset, name)?;
+            Ok(dataset)
+        };
+        let centers = match file.dataset("Header/phase_center_id_array")? {
+            Some(_) => Some(numeric("Header/phase_center_id_array", &[&[n]])?),
+            None => None,
+        };
+        Ok(Self {
+            uvw: numeric("Header/uvw_array", &[&[n, 3]])?,
+            ant1: numeric("Header/ant_1_array", &[&[n]])?,
+            ant2: numeric("Header/ant_2_array", &[&[n]])?,
+            time: numeric("Header/time_array", &[&[n]])?,
+            integration: numeric("Header/integration_time", &[&[n], &[], &[1]])?,
+            centers,
+        })
+    }
+}
+
+/// Refuse anything but numbers and booleans.
+fn numbers(file: &H5In, dataset: &Dataset, name: &str) -> Result<()> {
+    let dtype = dataset.dtype().and_then(|d| d.to_descriptor()).map_err(|e| file.wrong(name, "numbers", e.to_string()))?;
+    match dtype {
+        TypeDescriptor::Float(_)
+        | TypeDescriptor::Integer(_)
+        | TypeDescriptor::Unsigned(_)
+        | TypeDescriptor::Boolean
+        | TypeDescriptor::Enum(_) => Ok(()),
+        other => Err(file.wrong(name, "numbers", other.to_string())),
+    }
+}
+
+impl Data {
+    fn open(file: &H5In, (n, chan, pol): (usize, usize, usize)) -> Result<Self> {
+        // Until version 1.0 there was a spectral-window axis of length 1.
+        let shapes: [&[usize]; 2] = [&[n, chan, pol], &[n, 1, chan, pol]];
+        let vis = shaped(file, "Data/visdata", &shapes)?;
+        let dtype =
+            vis.dtype().and_then(|d| d.to_descriptor()).map_err(|e| file.wrong("Data/visdata", "complex numbers", e.to_string()))?;
+        // A part that is missing in the file would be read as whatever was in memory.
+        let complex = match &dtype {
+            TypeDescriptor::Compound(c) => {
+                let number =
+                    |t: &TypeDescriptor| matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_));
+                c.fields.len() == 2 && ["r", "i"].iter().all(|name| c.fields.iter().any(|f| f.name == *name && number(&f.ty)))
+            }
+            _ => false,
+        };
+        if !complex {
+            return Err(file.wrong("Data/visdata", "complex numbers (a compound of r and i)", dtype.to_string()));
+        }
+        let numeric = |name: &str| -> Result<Dataset> {
+            let dataset = shaped(file, name, &shapes)?;
+            numbers(file, &dataset, name)?;
+            Ok(dataset)
+        };
+        let weights = match file.dataset("Data/weights")? {
+            Some(_) => Some(numeric("Data/weights")?),
+            None => None,
+        };
+        Ok(Self { vis, flags: numeric("Data/flags")?, nsamples: numeric("Data/nsamples")?, weights })
+    }
+}
+
+impl VisibilitySource for Uvh5Reader {
+    fn header(&self) -> &VisibilityHeader {
+        &self.header
+    }
+
+    fn n_rows(&self) -> usize {
+        self.n_rows
+    }
+
+    fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock, ArrayError> {
+        Ok(self.read(range)?)
+    }
+}

@@ -1,0 +1,239 @@
+//! UVH5 written in runs of rows, in constant memory.
+
+use super::phase::{self, Sky};
+use super::{header, layout};
+use crate::h5::{Compression, H5Out, Rows};
+use crate::{FormatError, Result};
+use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink};
+use ndarray::{Array1, ArrayView1, ArrayView3};
+use num_complex::Complex;
+use std::collections::HashSet;
+use std::path::Path;
+
+/// How a UVH5 file is written.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Uvh5Options {
+    /// Replace an existing file.
+    pub overwrite: bool,
+    /// Compression of the visibilities; flags and samples, which shrink well, are always compressed (LZF).
+    pub compression: Compression,
+}
+
+/// Names of the arrays with one element a row, in the order of [`Columns`].
+const COLUMNS: [&str; 10] = [
+    "ant_1_array",
+    "ant_2_array",
+    "phase_center_id_array",
+    "time_array",
+    "integration_time",
+    "lst_array",
+    "phase_center_app_ra",
+    "phase_center_app_dec",
+    "phase_center_frame_pa",
+    "uvw_array",
+];
+
+/// The arrays that grow.
+struct Growing {
+    columns: Vec<Rows>,
+    vis: Rows,
+    flags: Rows,
+    nsamples: Rows,
+    /// Only where weights are not simply the numbers of samples.
+    weights: Option<Rows>,
+    chunk_rows: usize,
+}
+
+/// A UVH5 file being written.
+pub struct Uvh5Writer {
+    out: H5Out,
+    header: VisibilityHeader,
+    options: Uvh5Options,
+    sky: Sky,
+    ids: Vec<i64>,
+    growing: Option<Growing>,
+    rows: usize,
+    baselines: HashSet<(u32, u32)>,
+    antennas: HashSet<u32>,
+    times: HashSet<u64>,
+    /// Time and baseline of the last row, while rows run by time, then baseline.
+    last: Option<(f64, u32, u32)>,
+    in_order: bool,
+}
+
+impl Uvh5Writer {
+    /// Begin a file for sets with this header.
+    ///
+    /// # Errors
+    /// The output exists and may not be overwritten, its folder is missing or not writable.
+    pub fn create(path: &Path, header: &VisibilityHeader, options: Uvh5Options) -> Result<Self> {
+        let out = H5Out::create(path, options.overwrite)?;
+        header::write(&out, header)?;
+        let site = layout::site_of(&header.layout);
+        Ok(Self {
+            out,
+            header: header.clone(),
+            options,
+            sky: Sky::over(site),
+            ids: phase::ids(&header.phase_centers),
+            growing: None,
+            rows: 0,
+            baselines: HashSet::new(),
+            antennas: HashSet::new(),
+            times: HashSet::new(),
+            last: None,
+            in_order: true,
+        })
+    }
+
+    /// Append a block.
+    ///
+    /// # Errors
+    /// A block of another shape than the header's, a time for which there is no sidereal time, or whatever the disk says.
+    pub fn write(&mut self, block: &VisibilityBlock) -> Result<()> {
+        let path = self.out.path().to_path_buf();
+        self.header.check_block(block).map_err(|e| FormatError::values(&path, e))?;
+        if block.n_rows() == 0 {
+            return Ok(());
+        }
+        let places = self.places(block).map_err(|e| FormatError::values(&path, e))?;
+        let mut growing = match self.growing.take() {
+            Some(g) => g,
+            None => self.begin(block.n_rows())?,
+        };
+        self.write_columns(&mut growing, block, &places)?;
+        let out = &self.out;
+        out.append(&mut growing.vis, "Data/visdata", block.vis.view())?;
+        out.append(&mut growing.flags, "Data/flags", block.flags.view())?;
+        self.write_weights(&mut growing, block)?;
+        self.out.append(&mut growing.nsamples, "Data/nsamples", block.nsamples.view())?;
+        self.growing = Some(growing);
+        self.rows += block.n_rows();
+        self.count(block);
+        Ok(())
+    }
+
+    /// Sidereal time and apparent place of each row.
+    fn places(&mut self, block: &VisibilityBlock) -> Result<Vec<[f64; 4]>, ArrayError> {
+        let c = &block.coverage;
+        c.time_jd
+            .iter()
+            .zip(&c.phase_center)
+            .map(|(time, center)| {
+                let (lst, place) = self.sky.at(*time, &self.header.phase_centers, usize::from(*center))?;
+                Ok([lst, place.ra_rad, place.dec_rad, place.frame_pa_rad])
+            })
+            .collect()
+    }
+
+    /// Make the arrays that grow, with chunks that suit the first block.
+    fn begin(&self, block_rows: usize) -> Result<Growing> {
+        let header = |name: &str| format!("Header/{name}");
+        let mut columns = Vec::new();
+        for name in &COLUMNS[..3] {
+            columns.push(self.out.rows::<i64>(&header(name), &[], block_rows, Compression::None)?);
+        }
+        for name in &COLUMNS[3..9] {
+            columns.push(self.out.rows::<f64>(&header(name), &[], block_rows, Compression::None)?);
+        }
+        columns.push(self.out.rows::<f64>(&header(COLUMNS[9]), &[3], block_rows, Compression::None)?);
+        let (_, n_chan, n_pol) = self.header.shape(0);
+        let tail = [n_chan, n_pol];
+        Ok(Growing {
+            columns,
+            vis: self.out.rows::<Complex<f32>>("Data/visdata", &tail, block_rows, self.options.compression)?,
+            flags: self.out.rows::<bool>("Data/flags", &tail, block_rows, Compression::Lzf)?,
+            nsamples: self.out.rows::<f32>("Data/nsamples", &tail, block_rows, Compression::Lzf)?,
+            weights: None,
+            chunk_rows: block_rows,
+        })
+    }
+
+    fn write_columns(&self, growing: &mut Growing, block: &VisibilityBlock, places: &[[f64; 4]]) -> Result<()> {
+        let c = &block.coverage;
+        let numbers =
+            |ants: &[u32]| -> Array1<i64> { ants.iter().map(|a| i64::from(self.header.layout.antennas()[*a as usize].number)).collect() };
+        let integers = [numbers(&c.ant1), numbers(&c.ant2), c.phase_center.iter().map(|p| self.ids[usize::from(*p)]).collect()];
+        for (k, values) in integers.iter().enumerate() {
+            self.out.append(&mut growing.columns[k], COLUMNS[k], values.view())?;
+        }
+        for (k, values) in [&c.time_jd, &c.integration_s].into_iter().enumerate() {
+            self.out.append(&mut growing.columns[3 + k], COLUMNS[3 + k], ArrayView1::from(values.as_slice()))?;
+        }
+        for k in 0..4 {
+            let values: Array1<f64> = places.iter().map(|p| p[k]).collect();
+            self.out.append(&mut growing.columns[5 + k], COLUMNS[5 + k], values.view())?;
+        }
+        self.out.append(&mut growing.columns[9], COLUMNS[9], c.uvw_m.view())
+    }
+
+    /// Weights are written only from where they first differ from the numbers of samples; the rows before are then copied.
+    fn write_weights(&self, growing: &mut Growing, block: &VisibilityBlock) -> Result<()> {
+        const NAME: &str = "Data/weights";
+        let same = |(a, b): (&f32, &f32)| a == b || (a.is_nan() && b.is_nan());
+        if growing.weights.is_none() {
+            if block.weights.iter().zip(&block.nsamples).all(same) {
+                return Ok(());
+            }
+            let (_, n_chan, n_pol) = self.header.shape(0);
+            let mut weights = self.out.rows::<f32>(NAME, &[n_chan, n_pol], growing.chunk_rows, Compression::Lzf)?;
+            let mut start = 0;
+            while start < self.rows {
+                let end = (start + growing.chunk_rows.max(1)).min(self.rows);
+                let rows = self.out.read_back::<f32>(&growing.nsamples, "Data/nsamples", start..end)?;
+                self.out.append(&mut weights, NAME, rows.view())?;
+                start = end;
+            }
+            growing.weights = Some(weights);
+        }
+        match &mut growing.weights {
+            Some(weights) => self.out.append(weights, NAME, ArrayView3::from(&block.weights)),
+            None => Ok(()),
+        }
+    }
+
+    /// Keep count of what the header states: baselines, antennas, times, order.
+    fn count(&mut self, block: &VisibilityBlock) {
+        let c = &block.coverage;
+        for ((a, b), t) in c.ant1.iter().zip(&c.ant2).zip(&c.time_jd) {
+            self.baselines.insert((*a, *b));
+            self.antennas.extend([*a, *b]);
+            self.times.insert(t.to_bits());
+            let now = (*t, *a, *b);
+            self.in_order &= self.last.is_none_or(|last| last < now);
+            self.last = Some(now);
+        }
+    }
+
+    /// Complete the header and give the file its final name.
+    ///
+    /// # Errors
+    /// A set without rows, or whatever the disk says; the old file is then still in place.
+    pub fn complete(mut self) -> Result<()> {
+        if self.growing.take().is_none() {
+            return Err(FormatError::values(
+                self.out.path(),
+                ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" },
+            ));
+        }
+        for (name, value) in
+            [("Nblts", self.rows), ("Nbls", self.baselines.len()), ("Ntimes", self.times.len()), ("Nants_data", self.antennas.len())]
+        {
+            self.out.scalar(&format!("Header/{name}"), value as i64)?;
+        }
+        if self.in_order {
+            self.out.text("Header/blt_order", "time, baseline")?;
+        }
+        self.out.finish()
+    }
+}
+
+impl VisibilitySink for Uvh5Writer {
+    fn write_block(&mut self, block: &VisibilityBlock) -> Result<(), ArrayError> {
+        Ok(self.write(block)?)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), ArrayError> {
+        Ok(self.complete()?)
+    }
+}

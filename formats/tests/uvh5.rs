@@ -1,0 +1,165 @@
+//! UVH5: what we write comes back, old and odd files are understood, broken ones are refused.
+
+mod common;
+
+use cittert_arrays::*;
+use cittert_formats::Compression;
+use cittert_formats::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};
+use std::path::{Path, PathBuf};
+
+fn save(dir: &Path, name: &str, set: &VisibilitySet, step: usize, compression: Compression) -> PathBuf {
+    let path = dir.join(name);
+    let mut writer = Uvh5Writer::create(&path, &set.header, Uvh5Options { overwrite: true, compression }).unwrap();
+    let n = set.data.n_rows();
+    for start in (0..n).step_by(step) {
+        writer.write(&set.data.rows(start..(start + step).min(n)).unwrap()).unwrap();
+    }
+    assert!(std::fs::read(&path).is_err(), "the file is there before it is complete");
+    writer.complete().unwrap();
+    path
+}
+
+/// Same header and data; positions to `tolerance_m`.
+fn assert_same(a: &VisibilitySet, b: &Uvh5Reader, tolerance_m: f64) {
+    let (ha, hb) = (&a.header, b.header());
+    for (x, y) in ha.layout.antennas().iter().zip(hb.layout.antennas()) {
+        assert_eq!((&x.name, x.number, x.diameter_m, x.sensitivity), (&y.name, y.number, y.diameter_m, y.sensitivity));
+        assert!((0..3).all(|k| (x.position_m[k] - y.position_m[k]).abs() <= tolerance_m), "{x:?} {y:?}");
+    }
+    assert_eq!(ha.layout.name, hb.layout.name);
+    assert_eq!((&ha.spectrum, &ha.polarizations, ha.unit), (&hb.spectrum, &hb.polarizations, hb.unit));
+    assert_eq!((&ha.telescope, &ha.instrument, ha.pedestal_k, &ha.history), (&hb.telescope, &hb.instrument, hb.pedestal_k, &hb.history));
+    assert_eq!(ha.phase_centers[0].kind, hb.phase_centers[0].kind);
+    assert_eq!(b.n_rows(), a.data.n_rows());
+    assert_eq!(b.read(0..a.data.n_rows()).unwrap(), a.data);
+}
+
+#[test]
+fn a_set_comes_back_whatever_the_blocks_and_the_compression() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = common::earth();
+    for (step, compression) in [(1000, Compression::None), (37, Compression::Gzip(4)), (64, Compression::Lzf)] {
+        let path = save(dir.path(), "a.uvh5", &set, step, compression);
+        let reader = Uvh5Reader::open(&path).unwrap();
+        assert_same(&set, &reader, 1e-9);
+        assert_eq!(reader.read(13..59).unwrap(), set.data.rows(13..59).unwrap());
+        assert!(reader.read(0..100_000).is_err());
+        std::fs::remove_file(path).unwrap();
+    }
+}
+
+#[test]
+fn a_boresight_layout_keeps_its_frame_and_every_digit() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut set = common::boresight();
+    let mut antennas = set.header.layout.antennas().to_vec();
+    antennas[0].sensitivity = Some(Sensitivity::TsysK(500.0));
+    antennas[1].diameter_m = None;
+    antennas[2].position_error_m = Some([1e-4, 2e-4, 3e-4]);
+    set.header.layout = ArrayLayout::new("imager", LayoutFrame::Boresight, antennas).unwrap();
+    set.header.layout.source = Some("a test".into());
+    let reader = Uvh5Reader::open(&save(dir.path(), "b.uvh5", &set, 20, Compression::None)).unwrap();
+    assert_same(&set, &reader, 0.0);
+    assert_eq!(reader.header().layout, set.header.layout);
+    assert!(reader.header().is_boresight());
+}
+
+#[test]
+fn weights_that_differ_from_samples_only_late_are_kept_for_all_rows() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut set = common::earth();
+    let last = set.data.n_rows() - 1;
+    set.data.weights[(last, 0, 0)] = 123.0;
+    set.data.weights[(last, 1, 0)] = f32::INFINITY;
+    let reader = Uvh5Reader::open(&save(dir.path(), "w.uvh5", &set, 50, Compression::None)).unwrap();
+    assert_eq!(reader.read(0..last + 1).unwrap().weights, set.data.weights);
+}
+
+#[test]
+fn several_windows_and_phase_centres_survive() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut set = common::earth();
+    set.header.spectrum = SpectralWindow::with_windows(vec![1.4e9, 1.401e9, 1.6e9, 1.7e9], vec![1e6; 4], vec![0, 0, 1, 2]).unwrap();
+    let mut second = PhaseCenter::sidereal("3C48", 0.4, 0.57).unwrap();
+    second.id = 7;
+    second.frame = "fk5".into();
+    set.header.phase_centers.push(second.clone());
+    for k in 200..set.data.n_rows() {
+        set.data.coverage.phase_center[k] = 1;
+    }
+    let reader = Uvh5Reader::open(&save(dir.path(), "m.uvh5", &set, 64, Compression::None)).unwrap();
+    assert_same(&set, &reader, 1e-9);
+    assert_eq!(reader.header().phase_centers[1], second);
+}
+
+#[test]
+fn the_hera_file_reads_with_integer_visibilities() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/visibilities/hera_zen.2458432.34569.uvh5");
+    let reader = Uvh5Reader::open(&path).unwrap();
+    let header = reader.header();
+    assert_eq!((header.telescope.as_str(), header.layout.n_ant(), reader.n_rows()), ("HERA", 6, 80));
+    assert_eq!(header.phase_centers[0].kind, PhaseCenterKind::Unprojected);
+    let block = reader.read(0..80).unwrap();
+    assert!(block.vis.iter().any(|v| v.norm() > 1.0) && block.vis.iter().all(|v| v.re.fract() == 0.0));
+}
+
+#[test]
+fn broken_files_are_refused_and_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = common::earth();
+    let good = std::fs::read(save(dir.path(), "g.uvh5", &set, 50, Compression::None)).unwrap();
+    let path = dir.path().join("bad.uvh5");
+    let refused = |bytes: &[u8], word: &str| {
+        std::fs::write(&path, bytes).unwrap();
+        let text = Uvh5Reader::open(&path).map(|_| ()).unwrap_err().to_string();
+        assert!(text.contains("bad.uvh5") && text.contains(word), "{text}");
+    };
+    refused(&good[..good.len() / 2], "truncated");
+    refused(&good[..100], "truncated");
+    refused(b"\x89PNG\r\n\x1a\n", "\\x89PNG");
+    refused(b"", "empty");
+    assert!(Uvh5Reader::open(dir.path()).map(|_| ()).unwrap_err().to_string().contains("directory"));
+}
+
+#[test]
+fn a_file_that_claims_a_trillion_rows_is_refused_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = save(dir.path(), "t.uvh5", &common::earth(), 50, Compression::None);
+    {
+        let file = hdf5::File::open_rw(&path).unwrap();
+        file.dataset("Header/Nblts").unwrap().write_scalar(&1_000_000_000_000_i64).unwrap();
+        for (name, shape) in [
+            ("Header/ant_1_array", vec![1_000_000_000_000_usize]),
+            ("Header/ant_2_array", vec![1_000_000_000_000]),
+            ("Header/time_array", vec![1_000_000_000_000]),
+            ("Header/integration_time", vec![1_000_000_000_000]),
+            ("Header/phase_center_id_array", vec![1_000_000_000_000]),
+            ("Header/uvw_array", vec![1_000_000_000_000, 3]),
+            ("Data/visdata", vec![1_000_000_000_000, 4, 2]),
+        ] {
+            file.dataset(name).unwrap().resize(shape).unwrap();
+        }
+    }
+    let text = Uvh5Reader::open(&path).map(|_| ()).unwrap_err().to_string();
+    assert!(text.contains("bytes stored"), "{text}");
+}
+
+#[test]
+fn a_missing_item_and_a_wrong_shape_are_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let change = |name: &str, work: &dyn Fn(&hdf5::File)| {
+        let path = save(dir.path(), name, &common::earth(), 50, Compression::None);
+        work(&hdf5::File::open_rw(&path).unwrap());
+        Uvh5Reader::open(&path).map(|_| ()).unwrap_err().to_string()
+    };
+    for item in ["Header/freq_array", "Header/antenna_positions", "Header/uvw_array", "Data/flags", "Header/Npols"] {
+        let text = change("m.uvh5", &|f| f.unlink(item).unwrap());
+        assert!(text.contains(item), "{item}: {text}");
+        std::fs::remove_file(dir.path().join("m.uvh5")).unwrap();
+    }
+    let text = change("s.uvh5", &|f| f.dataset("Header/time_array").unwrap().resize(3).unwrap());
+    assert!(text.contains("time_array") && text.contains("[270]") && text.contains("[3]"), "{text}");
+    std::fs::remove_file(dir.path().join("s.uvh5")).unwrap();
+    let text = change("c.uvh5", &|f| f.dataset("Header/Nfreqs").unwrap().write_scalar(&-5_i64).unwrap());
+    assert!(text.contains("Nfreqs") && text.contains("-5"), "{text}");
+}

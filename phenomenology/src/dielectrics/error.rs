@@ -1,0 +1,165 @@
+//! What can go wrong in the dielectric data base.
+
+use super::state::Parameter;
+use num_complex::Complex64;
+use thiserror::Error;
+
+/// An error of the dielectric data base.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum DielectricError {
+    /// No material has this name.
+    #[error("unknown material `{name}`; known: {known}")]
+    UnknownMaterial {
+        /// The name asked for.
+        name: String,
+        /// The known names, separated by commas.
+        known: String,
+    },
+    /// No permittivity model has this name.
+    #[error("unknown permittivity model `{name}`; known: {known}")]
+    UnknownModel {
+        /// The name asked for.
+        name: String,
+        /// The known names, separated by commas.
+        known: String,
+    },
+    /// The model exists but does not describe the material.
+    #[error("model `{model}` does not describe `{material}`; its models are: {known}")]
+    ModelNotForMaterial {
+        /// The model asked for.
+        model: String,
+        /// The material.
+        material: &'static str,
+        /// The models of the material, separated by commas.
+        known: String,
+    },
+    /// The material has no such parameter.
+    #[error("`{material}` has no parameter `{parameter}`; its parameters are: {known}")]
+    NotAParameter {
+        /// The material.
+        material: &'static str,
+        /// The parameter asked for.
+        parameter: String,
+        /// The parameters of the material, separated by commas.
+        known: String,
+    },
+    /// No soil texture has this name.
+    #[error("unknown soil texture `{name}`; known: {known}")]
+    UnknownTexture {
+        /// The name asked for.
+        name: String,
+        /// The known names, separated by commas.
+        known: String,
+    },
+    /// A value no such material can have.
+    #[error("{parameter} of `{material}` is {value} {unit}; it must lie in {min} to {max} {unit}")]
+    Impossible {
+        /// The material.
+        material: &'static str,
+        /// The parameter.
+        parameter: Parameter,
+        /// The value given.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// The least possible value.
+        min: f64,
+        /// The greatest possible value.
+        max: f64,
+    },
+    /// The temperature is zero, negative or not a number.
+    #[error("temperature is {value} K; it must be a finite number above 0 K")]
+    Temperature {
+        /// The value given, K.
+        value: f64,
+    },
+    /// The frequency is zero, negative or not a number.
+    #[error("frequency is {value} Hz; it must be a finite number above 0 Hz")]
+    Frequency {
+        /// The value given, Hz.
+        value: f64,
+    },
+    /// More water than there is room between the grains.
+    #[error(
+        "moisture {moisture} of `{material}` is above its porosity {porosity:.4} \
+         (dry density {density_kg_m3} kg/m3); give less moisture or a lower density"
+    )]
+    MoistureAbovePorosity {
+        /// The material.
+        material: &'static str,
+        /// Volume fraction of water given.
+        moisture: f64,
+        /// Volume fraction that is free.
+        porosity: f64,
+        /// Dry bulk density, kg/m3.
+        density_kg_m3: f64,
+    },
+    /// The mass fractions of sand and clay exceed one.
+    #[error("sand {sand} and clay {clay} add up to more than 1")]
+    TextureSum {
+        /// Mass fraction of sand.
+        sand: f64,
+        /// Mass fraction of clay.
+        clay: f64,
+    },
+    /// A parameter lies outside the range the model was made for.
+    #[error(
+        "model `{model}` holds for {parameter} {min} to {max} {unit}, not {value} {unit} \
+         (extension on request: {extension})"
+    )]
+    OutOfRange {
+        /// The model.
+        model: &'static str,
+        /// The parameter.
+        parameter: Parameter,
+        /// The value given.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// Lower end of the range.
+        min: f64,
+        /// Upper end of the range.
+        max: f64,
+        /// What the documented extension does.
+        extension: &'static str,
+    },
+    /// The frequency lies outside the bands the model was made for.
+    #[error(
+        "model `{model}` of `{material}` holds for {bands} GHz, not {freq_ghz} GHz \
+         (extension on request: {extension})"
+    )]
+    OutOfBand {
+        /// The model.
+        model: &'static str,
+        /// The material.
+        material: &'static str,
+        /// The frequency given, GHz.
+        freq_ghz: f64,
+        /// The bands, such as `1-100, 110-330`.
+        bands: String,
+        /// What the documented extension does.
+        extension: &'static str,
+    },
+    /// A formula gave no possible permittivity, far outside its range.
+    #[error("model `{model}` gives eps = {eps} for this state, which is no lossy permittivity")]
+    Unphysical {
+        /// The model.
+        model: &'static str,
+        /// What it gave, `eps' - j eps''`.
+        eps: Complex64,
+    },
+    /// The mixing iteration did not settle.
+    #[error("the mixing formula did not converge after {iterations} iterations")]
+    NoConvergence {
+        /// Iterations done.
+        iterations: usize,
+    },
+    /// A built-in table could not be read.
+    #[error("built-in table {table} is damaged: {message}")]
+    Table {
+        /// Which table.
+        table: &'static str,
+        /// What is wrong.
+        message: String,
+    },
+}

@@ -1,0 +1,171 @@
+//! Fresnel reflection at one plane interface.
+//!
+//! `h` has the electric field perpendicular to the plane of incidence, `v` in it. The sign of
+//! `r_v` belongs to the basis `v = h x k`: at normal incidence `r_v = -r_h`, and a perfect
+//! conductor has `r_h = -1`, `r_v = +1`.
+
+use super::error::{SurfaceError, cos_incidence};
+use num_complex::Complex64;
+
+/// How a surface reflects at one angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reflection {
+    /// Amplitude, h.
+    pub r_h: Complex64,
+    /// Amplitude, v.
+    pub r_v: Complex64,
+    /// Power reflectivity, h.
+    pub power_h: f64,
+    /// Power reflectivity, v.
+    pub power_v: f64,
+    /// Mean of `r_v` times the conjugate of `r_h`, for the third and fourth Stokes parameters.
+    pub cross: Complex64,
+}
+
+impl Reflection {
+    /// Reflection with the given amplitudes, fully coherent.
+    #[must_use]
+    pub fn from_amplitudes(r_h: Complex64, r_v: Complex64) -> Self {
+        Self {
+            r_h,
+            r_v,
+            power_h: r_h.norm_sqr(),
+            power_v: r_v.norm_sqr(),
+            cross: r_v * r_h.conj(),
+        }
+    }
+
+    /// Power reflectivities `[h, v]`.
+    #[must_use]
+    pub fn powers(&self) -> [f64; 2] {
+        [self.power_h, self.power_v]
+    }
+
+    /// Emissivities `[h, v]` of an opaque surface: one minus the reflectivities.
+    #[must_use]
+    pub fn emissivities(&self) -> [f64; 2] {
+        [1.0 - self.power_h, 1.0 - self.power_v]
+    }
+
+    /// The same phases with other powers; the cross term shrinks with them.
+    #[must_use]
+    pub fn with_powers(&self, power_h: f64, power_v: f64) -> Self {
+        let scale = |from: f64, to: f64| if from > 0.0 { (to / from).sqrt() } else { 0.0 };
+        let (h, v) = (scale(self.power_h, power_h), scale(self.power_v, power_v));
+        Self {
+            r_h: self.r_h * h,
+            r_v: self.r_v * v,
+            power_h,
+            power_v,
+            cross: self.cross * (h * v),
+        }
+    }
+}
+
+/// Normal wavenumber over that of free space, `sqrt(eps - sin^2)`, decaying into the medium.
+#[must_use]
+pub(super) fn normal_wavenumber(eps: Complex64, sin2: f64) -> Complex64 {
+    let q = (eps - sin2).sqrt();
+    // A negative real argument with a positive zero imaginary part takes the growing branch.
+    if q.im > 0.0 { -q } else { q }
+}
+
+/// Amplitudes `[h, v]` of the interface from medium 1 to medium 2.
+#[must_use]
+pub(super) fn interface(
+    eps1: Complex64,
+    q1: Complex64,
+    eps2: Complex64,
+    q2: Complex64,
+) -> [Complex64; 2] {
+    let (a, b) = (eps2 * q1, eps1 * q2);
+    [(q1 - q2) / (q1 + q2), (a - b) / (a + b)]
+}
+
+/// Reflection from air at a cosine of incidence, no checks.
+#[must_use]
+pub(super) fn fresnel_cos(eps: Complex64, cos_theta: f64) -> Reflection {
+    let q1 = Complex64::new(cos_theta, 0.0);
+    let q2 = normal_wavenumber(eps, 1.0 - cos_theta * cos_theta);
+    let [r_h, r_v] = interface(Complex64::new(1.0, 0.0), q1, eps, q2);
+    Reflection::from_amplitudes(r_h, r_v)
+}
+
+/// Reflection of a plane surface in air, angle of incidence in radians.
+///
+/// # Errors
+/// [`SurfaceError::Angle`] outside 0 to below 90 degrees.
+///
+/// # Reference
+/// Born & Wolf, section 1.5: `r_h = (q1-q2)/(q1+q2)`,
+/// `r_v = (eps2 q1 - eps1 q2)/(eps2 q1 + eps1 q2)`, `q = sqrt(eps - sin^2)`.
+pub fn fresnel(eps: Complex64, theta_rad: f64) -> Result<Reflection, SurfaceError> {
+    Ok(fresnel_cos(eps, cos_incidence(theta_rad)?))
+}
+
+/// Reflection inside a lossless medium of permittivity `eps1` at its border with `eps2`.
+///
+/// # Errors
+/// [`SurfaceError::Angle`]; [`SurfaceError::Value`] if `eps1` is not positive.
+pub fn fresnel_between(
+    eps1: f64,
+    eps2: Complex64,
+    theta_rad: f64,
+) -> Result<Reflection, SurfaceError> {
+    let cos = cos_incidence(theta_rad)?;
+    let eps1 = super::error::bounded("permittivity above the surface", eps1, 1e-6, 1e12)?;
+    let q1 = Complex64::new(eps1.sqrt() * cos, 0.0);
+    let sin2 = eps1 * theta_rad.sin().powi(2);
+    let q2 = normal_wavenumber(eps2, sin2);
+    let [r_h, r_v] = interface(Complex64::new(eps1, 0.0), q1, eps2, q2);
+    Ok(Reflection::from_amplitudes(r_h, r_v))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    #[test]
+    fn total_reflection_beyond_the_critical_angle() {
+        let critical = (1.0f64 / 2.0).asin();
+        let air = Complex64::new(1.0, 0.0);
+        let beyond = fresnel_between(4.0, air, critical + 0.05).unwrap();
+        assert!((beyond.power_h - 1.0).abs() < 1e-14 && (beyond.power_v - 1.0).abs() < 1e-14);
+        let below = fresnel_between(4.0, air, critical - 0.05).unwrap();
+        assert!(below.power_h < 1.0);
+    }
+
+    #[test]
+    fn brewster_angle_of_a_lossless_medium() {
+        let r = fresnel(Complex64::new(3.0, 0.0), 3f64.sqrt().atan()).unwrap();
+        assert!(r.power_v < 1e-30 && r.power_h > 0.2);
+    }
+
+    #[test]
+    fn signs_follow_the_basis() {
+        let r = fresnel(Complex64::new(8.2, -13.9), 0.0).unwrap();
+        assert!((r.r_h + r.r_v).norm() < 1e-15);
+        let metal = fresnel(Complex64::new(1.0, -1e12), 0.5).unwrap();
+        assert!((metal.r_h + 1.0).norm() < 1e-5 && (metal.r_v - 1.0).norm() < 1e-5);
+    }
+
+    #[test]
+    fn grazing_incidence_reflects_all() {
+        for eps in [Complex64::new(3.0, -0.1), Complex64::new(8.0, -14.0)] {
+            let r = fresnel(eps, FRAC_PI_2 - 1e-7).unwrap();
+            assert!((1.0 - r.power_h) < 1e-5 && (1.0 - r.power_v) < 1e-5);
+            assert!(r.power_h <= 1.0 && r.power_v <= 1.0);
+        }
+    }
+
+    #[test]
+    fn angles_that_cannot_be_are_refused() {
+        let eps = Complex64::new(3.0, -0.1);
+        for degrees in [90.0f64, 120.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = fresnel(eps, degrees.to_radians()).unwrap_err();
+            assert!(matches!(error, SurfaceError::Angle { .. }), "{degrees}");
+        }
+        assert!(fresnel(eps, 89.999f64.to_radians()).is_ok());
+    }
+}

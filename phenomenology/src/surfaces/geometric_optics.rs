@@ -1,0 +1,151 @@
+//! Geometric optics of a rough surface: what becomes of the power after the first bounce.
+
+use super::quadrature::legendre_12;
+use super::second_bounce::second_bounce;
+use super::shadowing::Shadowing;
+use super::slopes::Slopes;
+use super::stack::Stack;
+use super::wagner_lynch::{FacetIntegrals, FacetSurface, Rules, Sky, View, facet_integrals};
+
+/// What is done with power that a single bounce does not let out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Closure {
+    /// Nothing: it is lost, and emissivity and reflectivity add up to less than 1.
+    Single,
+    /// It is taken to be absorbed, so that it comes back as emission of the surface. A
+    /// reflectivity above 1, which Wagner shadowing can give, is brought back to 1.
+    #[default]
+    ReEmit,
+    /// A second bounce is followed; what is still left is taken to be absorbed.
+    SecondBounce,
+}
+
+/// A rough surface in the limit of geometric optics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GeometricOptics {
+    /// Slopes of the facets.
+    pub slopes: Slopes,
+    /// Shadowing function.
+    pub shadowing: Shadowing,
+    /// Treatment of multiple scatter.
+    pub closure: Closure,
+}
+
+/// Emission and reflection of a surface in one direction, `[h, v]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfaceResponse {
+    /// Emissivity.
+    pub emissivity: [f64; 2],
+    /// Reflectivity, over all directions the power comes from.
+    pub reflectivity: [f64; 2],
+    /// Brightness the surface emits, K.
+    pub emitted_k: [f64; 2],
+    /// Sky brightness it sends to the observer, K.
+    pub scattered_sky_k: [f64; 2],
+}
+
+impl SurfaceResponse {
+    /// Brightness of surface and sky together, K.
+    #[must_use]
+    pub fn brightness_k(&self) -> [f64; 2] {
+        [0, 1].map(|p| self.emitted_k[p] + self.scattered_sky_k[p])
+    }
+}
+
+impl GeometricOptics {
+    /// Facets with Smith shadowing and the default closure.
+    #[must_use]
+    pub fn new(slopes: Slopes) -> Self {
+        Self {
+            slopes,
+            shadowing: Shadowing::default(),
+            closure: Closure::default(),
+        }
+    }
+
+    fn surface<'a>(&'a self, stack: &'a Stack) -> FacetSurface<'a> {
+        FacetSurface {
+            stack,
+            slopes: &self.slopes,
+            shadowing: self.shadowing,
+        }
+    }
+
+    /// The plain integrals: emission of visible facets and one bounce, before any closure.
+    ///
+    /// Angles in radians, checked by the caller: zenith 0 to below 90 degrees; azimuth of the
+    /// observer from the first slope axis.
+    #[must_use]
+    pub fn integrals(
+        &self,
+        stack: &Stack,
+        theta_rad: f64,
+        azimuth_rad: f64,
+        sky: Sky<'_>,
+    ) -> FacetIntegrals {
+        let view = View::new(&self.slopes, theta_rad, azimuth_rad, sky);
+        facet_integrals(self.surface(stack), &view, sky, Rules::default())
+    }
+
+    /// Response with the closure of this surface.
+    ///
+    /// Angles as in [`GeometricOptics::integrals`].
+    #[must_use]
+    pub fn response(
+        &self,
+        stack: &Stack,
+        theta_rad: f64,
+        azimuth_rad: f64,
+        sky: Sky<'_>,
+    ) -> SurfaceResponse {
+        let view = View::new(&self.slopes, theta_rad, azimuth_rad, sky);
+        let once = facet_integrals(self.surface(stack), &view, sky, Rules::default());
+        let mut reflectivity = once.reflectivity;
+        let mut scattered_sky_k = once.scattered_sky_k;
+        if self.closure == Closure::Single {
+            return SurfaceResponse {
+                emissivity: once.emissivity,
+                reflectivity,
+                emitted_k: once.emitted_k,
+                scattered_sky_k,
+            };
+        }
+        if self.closure == Closure::SecondBounce {
+            let twice = second_bounce(
+                self.surface(stack),
+                &view,
+                sky,
+                once.escaping,
+                legendre_12(),
+            );
+            for p in 0..2 {
+                reflectivity[p] += twice.reflectivity[p];
+                scattered_sky_k[p] += twice.scattered_sky_k[p];
+            }
+        }
+        // The Wagner form can give back more than it gets near grazing angles.
+        for p in 0..2 {
+            if reflectivity[p] > 1.0 {
+                scattered_sky_k[p] /= reflectivity[p];
+                reflectivity[p] = 1.0;
+            }
+        }
+        let emissivity = reflectivity.map(|r| 1.0 - r);
+        // Layers may differ in temperature: multiply scattered power is absorbed where the
+        // visible facets emit.
+        let emitted_k = [0, 1].map(|p| {
+            let mean_k = if once.emissivity[p] > 1e-9 {
+                once.emitted_k[p] / once.emissivity[p]
+            } else {
+                stack.top_temperature_k()
+            };
+            emissivity[p] * mean_k
+        });
+        SurfaceResponse {
+            emissivity,
+            reflectivity,
+            emitted_k,
+            scattered_sky_k,
+        }
+    }
+}

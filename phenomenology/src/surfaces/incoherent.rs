@@ -1,0 +1,118 @@
+//! Stacks whose layers are too thick or uneven for their echoes to interfere: powers add.
+
+use super::fresnel::{Reflection, interface, normal_wavenumber};
+use super::stack::Layer;
+use num_complex::Complex64;
+
+const AIR: Complex64 = Complex64::new(1.0, 0.0);
+
+/// One interface and the layer below it.
+struct Step {
+    /// Amplitudes of the interface, `[h, v]`.
+    r: [Complex64; 2],
+    /// One-way power transmission of the layer below; 0 for the last.
+    transmission: f64,
+}
+
+fn step(layers: &[Layer], n: usize, k0: f64, cos_theta: f64) -> Step {
+    let sin2 = 1.0 - cos_theta * cos_theta;
+    let (eps1, q1) = match n {
+        0 => (AIR, Complex64::new(cos_theta, 0.0)),
+        n => (
+            layers[n - 1].eps,
+            normal_wavenumber(layers[n - 1].eps, sin2),
+        ),
+    };
+    let below = &layers[n];
+    let q2 = normal_wavenumber(below.eps, sin2);
+    let transmission = if n + 1 == layers.len() {
+        0.0
+    } else {
+        (2.0 * k0 * q2.im * below.thickness_m).exp()
+    };
+    Step {
+        r: interface(eps1, q1, below.eps, q2),
+        transmission,
+    }
+}
+
+/// Reflection of the stack, all orders of the echoes summed in closed form.
+///
+/// The amplitudes have the phase of the top interface and the power of the whole; the cross
+/// term sums the echoes as the powers do.
+///
+/// # Reference
+/// `R <- G + (1-G)^2 R L^2/(1 - G R L^2)` bottom up (Ulaby, Moore & Fung 1981, section 4-14).
+/// `1-G` as transmission is exact above lossless layers only.
+pub(super) fn incoherent_reflection(layers: &[Layer], k0: f64, cos_theta: f64) -> Reflection {
+    let mut power = [0.0; 2];
+    let mut cross = Complex64::new(0.0, 0.0);
+    let mut top = [Complex64::new(0.0, 0.0); 2];
+    for n in (0..layers.len()).rev() {
+        let Step { r, transmission } = step(layers, n, k0, cos_theta);
+        let two_way = transmission * transmission;
+        for p in 0..2 {
+            let g = r[p].norm_sqr();
+            let x = power[p] * two_way;
+            let rest = 1.0 - g * x;
+            power[p] = if rest > 0.0 {
+                g + (1.0 - g) * (1.0 - g) * x / rest
+            } else {
+                1.0
+            };
+        }
+        let c = r[1] * r[0].conj();
+        let x = cross * two_way;
+        let through = (1.0 - r[1] * r[1]) * (1.0 - r[0] * r[0]).conj();
+        cross = c + through * x / (1.0 - c * x);
+        top = r;
+    }
+    let phase = |r: Complex64| {
+        let size = r.norm();
+        if size > 0.0 {
+            r / size
+        } else {
+            Complex64::new(1.0, 0.0)
+        }
+    };
+    let largest = (power[0] * power[1]).sqrt();
+    if cross.norm() > largest || cross.is_nan() {
+        cross = phase(top[1] * top[0].conj()) * largest;
+    }
+    Reflection {
+        r_h: phase(top[0]) * power[0].sqrt(),
+        r_v: phase(top[1]) * power[1].sqrt(),
+        power_h: power[0],
+        power_v: power[1],
+        cross,
+    }
+}
+
+/// Weight of the temperature of each layer in the emission, `[h, v]` from the top.
+///
+/// Power leaving a layer upward is what it emits itself, up and (reflected below) down, and what
+/// comes through from below; the interface above lets it out after any number of echoes.
+pub(super) fn incoherent_absorption(layers: &[Layer], k0: f64, cos_theta: f64) -> Vec<[f64; 2]> {
+    let count = layers.len();
+    let mut weights = vec![[0.0; 2]; count];
+    let mut below = [0.0; 2];
+    for n in (0..count).rev() {
+        let Step { r, transmission: l } = step(layers, n, k0, cos_theta);
+        for p in 0..2 {
+            let g = r[p].norm_sqr();
+            let x = below[p] * l * l;
+            let rest = 1.0 - g * x;
+            let out = if rest > 0.0 { (1.0 - g) / rest } else { 0.0 };
+            weights[n][p] = (1.0 - l) * (1.0 + l * below[p]) * out;
+            for w in &mut weights[n + 1..] {
+                w[p] *= l * out;
+            }
+            below[p] = if rest > 0.0 {
+                g + (1.0 - g) * (1.0 - g) * x / rest
+            } else {
+                1.0
+            };
+        }
+    }
+    weights
+}

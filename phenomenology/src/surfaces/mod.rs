@@ -1,0 +1,64 @@
+//! Surfaces: how much a boundary emits, reflects and scatters.
+//!
+//! A [`Stack`] of layers is resolved from a [`StackDescription`] at one frequency; a
+//! [`SurfaceModel`] adds [`Roughness`] and a canopy. Pairs are `[h, v]`; angles are radians from
+//! the normal; `h` has its electric field across the plane of incidence.
+//!
+//! ```
+//! use cittert_phenomenology::dielectrics::{Extrapolation, Material};
+//! use cittert_phenomenology::surfaces::{Sky, StackDescription, SurfaceModel};
+//! let sea = Material::by_name("sea-water")?;
+//! let stack = StackDescription::of_material(sea, sea.state(), None)
+//!     .resolve(37e9, Extrapolation::Refuse)?;
+//! let surface = SurfaceModel::new(stack, "go:0.15,0.12".parse()?);
+//! let sky = |zenith: f64| 20.0 / zenith.cos().max(0.05);
+//! let [h, v] = surface.brightness_k(0.9, 0.0, Sky::Symmetric(&sky))?;
+//! assert!(h < v && v < 288.15);
+//! # Ok::<(), cittert_phenomenology::surfaces::SurfaceError>(())
+//! ```
+
+mod bistatic;
+mod choudhury79;
+mod coherent;
+#[cfg(test)]
+mod convergence_tests;
+mod error;
+mod fresnel;
+mod geometric_optics;
+mod incoherent;
+#[cfg(test)]
+mod law_tests;
+mod model;
+#[cfg(test)]
+mod oracle_tests;
+mod quadrature;
+mod roughness;
+mod rows;
+mod second_bounce;
+mod shadowing;
+mod slopes;
+mod stack;
+mod stack_file;
+mod stokes;
+mod tau_omega;
+mod wagner_lynch;
+mod wegmuller_matzler99;
+
+pub use bistatic::{Bistatic, BistaticGeometry, bistatic_coefficient};
+pub use choudhury79::QhRoughness;
+pub use error::SurfaceError;
+pub use fresnel::{Reflection, fresnel, fresnel_between};
+pub use geometric_optics::{Closure, GeometricOptics, SurfaceResponse};
+pub use model::SurfaceModel;
+pub use roughness::{ROUGHNESS_KINDS, Roughness, RoughnessKind};
+pub use rows::{EmissivityRow, emissivity_rows};
+pub use shadowing::{Shadowing, shadow_lambda, shadow_lambda_v};
+pub use slopes::Slopes;
+pub use stack::{Layer, Stack};
+pub use stack_file::{DEFAULT_TEMPERATURE_K, LayerDescription, StackDescription, Substance};
+pub use stokes::{
+    AntennaPolarisation, Mueller, PolarisedRay, Vector, reflection_mueller, rotation_mueller,
+};
+pub use tau_omega::{Canopy, CanopyBudget};
+pub use wagner_lynch::{FacetIntegrals, Sky};
+pub use wegmuller_matzler99::wegmuller_matzler99;

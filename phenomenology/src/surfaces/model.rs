@@ -1,0 +1,194 @@
+//! A surface as a scene uses it: layers, roughness and a canopy, at one frequency.
+
+use super::choudhury79::QhRoughness;
+use super::error::{SurfaceError, bounded, cos_incidence};
+use super::fresnel::Reflection;
+use super::geometric_optics::SurfaceResponse;
+use super::roughness::Roughness;
+use super::stack::Stack;
+use super::tau_omega::Canopy;
+use super::wagner_lynch::Sky;
+use super::wegmuller_matzler99::wegmuller_matzler99;
+use crate::dielectrics::constants::SPEED_OF_LIGHT_M_S;
+use std::f64::consts::TAU;
+
+/// A surface at one frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceModel {
+    /// What it is made of.
+    pub stack: Stack,
+    /// How rough it is.
+    pub roughness: Roughness,
+    /// What grows on it.
+    pub canopy: Option<Canopy>,
+}
+
+impl SurfaceModel {
+    /// A surface without canopy.
+    #[must_use]
+    pub fn new(stack: Stack, roughness: Roughness) -> Self {
+        Self {
+            stack,
+            roughness,
+            canopy: None,
+        }
+    }
+
+    /// Whether it mirrors the sky in one direction, so that one reflected ray is enough.
+    ///
+    /// Facets scatter the sky over many directions; for them use [`SurfaceModel::response`].
+    #[must_use]
+    pub fn is_specular(&self) -> bool {
+        !matches!(self.roughness, Roughness::GeometricOptics(_))
+    }
+
+    /// Local reflection at an angle of incidence: amplitudes and powers with roughness, before
+    /// any canopy.
+    ///
+    /// For facets the powers are those scattered to the observer from all directions, and the
+    /// phases those of a smooth surface.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Angle`], or an angle beyond the fit of the roughness.
+    pub fn reflection(&self, theta_rad: f64) -> Result<Reflection, SurfaceError> {
+        let cos = cos_incidence(theta_rad)?;
+        let smooth = self.stack.reflection_cos(cos);
+        match self.roughness {
+            Roughness::Smooth => Ok(smooth),
+            Roughness::Qh(qh) => Ok(qh.apply(&smooth, cos)),
+            Roughness::Choudhury { rms_height_m } => {
+                Ok(QhRoughness::choudhury79(self.k0(), rms_height_m).apply(&smooth, cos))
+            }
+            Roughness::WegmullerMatzler { rms_height_m } => {
+                wegmuller_matzler99(&smooth, theta_rad, self.k0() * rms_height_m)
+            }
+            Roughness::GeometricOptics(go) => {
+                let cold = |_: f64| 0.0;
+                let r = go.response(&self.stack, theta_rad, 0.0, Sky::Symmetric(&cold));
+                Ok(smooth.with_powers(r.reflectivity[0], r.reflectivity[1]))
+            }
+        }
+    }
+
+    /// Emissivity, reflectivity, emission and scattered sky towards an observer.
+    ///
+    /// `azimuth_rad` is that of the observer from the first slope axis; only facets of unequal
+    /// slopes depend on it. Specular surfaces ask the sky for the mirrored direction.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Angle`], [`SurfaceError::Azimuth`], or an angle beyond the fit of the
+    /// roughness.
+    pub fn response(
+        &self,
+        theta_rad: f64,
+        azimuth_rad: f64,
+        sky: Sky<'_>,
+    ) -> Result<SurfaceResponse, SurfaceError> {
+        let cos = cos_incidence(theta_rad)?;
+        if bounded("azimuth", azimuth_rad, -1e6, 1e6).is_err() {
+            return Err(SurfaceError::Azimuth {
+                degrees: azimuth_rad.to_degrees(),
+            });
+        }
+        let mut response = match self.roughness {
+            Roughness::GeometricOptics(go) => go.response(&self.stack, theta_rad, azimuth_rad, sky),
+            _ => {
+                self.specular_response(theta_rad, cos, sky_at_mirror(sky, theta_rad, azimuth_rad))?
+            }
+        };
+        if let Some(canopy) = self.canopy {
+            let sky_k = sky_at_mirror(sky, theta_rad, azimuth_rad);
+            response = under_canopy(&canopy, &response, cos, sky_k);
+        }
+        Ok(response)
+    }
+
+    /// Brightness `[h, v]` the surface emits, K, its layers each at their own temperature.
+    ///
+    /// # Errors
+    /// As [`SurfaceModel::response`].
+    pub fn emission_k(&self, theta_rad: f64, azimuth_rad: f64) -> Result<[f64; 2], SurfaceError> {
+        let cold = |_: f64| 0.0;
+        let response = self.response(theta_rad, azimuth_rad, Sky::Symmetric(&cold))?;
+        Ok(response.emitted_k)
+    }
+
+    /// Brightness `[h, v]` of surface and sky, K.
+    ///
+    /// # Errors
+    /// As [`SurfaceModel::response`].
+    pub fn brightness_k(
+        &self,
+        theta_rad: f64,
+        azimuth_rad: f64,
+        sky: Sky<'_>,
+    ) -> Result<[f64; 2], SurfaceError> {
+        Ok(self.response(theta_rad, azimuth_rad, sky)?.brightness_k())
+    }
+
+    fn k0(&self) -> f64 {
+        TAU * self.stack.freq_hz() / SPEED_OF_LIGHT_M_S
+    }
+
+    fn specular_response(
+        &self,
+        theta_rad: f64,
+        cos: f64,
+        sky_k: f64,
+    ) -> Result<SurfaceResponse, SurfaceError> {
+        let reflection = self.reflection(theta_rad)?;
+        let reflectivity = reflection.powers();
+        let emissivity = reflection.emissivities();
+        let (smooth, mut emitted) = self.stack.local_cos(cos);
+        let mut absorbed = smooth.emissivities();
+        if let Roughness::Qh(qh) = self.roughness {
+            emitted = qh.mix(emitted);
+            absorbed = qh.mix(absorbed);
+        }
+        // What roughness adds to the emission comes from the layers as the smooth emission does.
+        let emitted_k = [0, 1].map(|p| {
+            let mean_k = if absorbed[p] > 1e-9 {
+                emitted[p] / absorbed[p]
+            } else {
+                self.stack.top_temperature_k()
+            };
+            emissivity[p] * mean_k
+        });
+        Ok(SurfaceResponse {
+            emissivity,
+            reflectivity,
+            emitted_k,
+            scattered_sky_k: reflectivity.map(|r| r * sky_k),
+        })
+    }
+}
+
+/// Sky in the direction a plane mirror shows; the mirrored ray goes on away from the observer.
+fn sky_at_mirror(sky: Sky<'_>, theta_rad: f64, azimuth_rad: f64) -> f64 {
+    match sky {
+        Sky::Symmetric(t) => t(theta_rad),
+        Sky::Full(t) => {
+            let (s, c) = (azimuth_rad + std::f64::consts::PI).sin_cos();
+            t(theta_rad, s.atan2(c))
+        }
+    }
+}
+
+/// The response seen through a canopy; sky scattered by leaves is taken from the mirror angle.
+fn under_canopy(
+    canopy: &Canopy,
+    ground: &SurfaceResponse,
+    cos: f64,
+    sky_k: f64,
+) -> SurfaceResponse {
+    let mut out = *ground;
+    for p in 0..2 {
+        let b = canopy.budget(ground.reflectivity[p], cos);
+        out.emissivity[p] = b.canopy + ground.emissivity[p] * b.ground;
+        out.emitted_k[p] = b.canopy * canopy.temperature_k + ground.emitted_k[p] * b.ground;
+        out.reflectivity[p] = b.mirrored_sky + b.scattered_sky;
+        out.scattered_sky_k[p] =
+            ground.scattered_sky_k[p] * b.ground * b.ground + b.scattered_sky * sky_k;
+    }
+    out
+}

@@ -1,0 +1,214 @@
+//! A stack of plane layers on a half-space, resolved at one frequency.
+
+use super::coherent::{coherent_absorption, coherent_reflection};
+use super::error::{SurfaceError, cos_incidence};
+use super::fresnel::{Reflection, fresnel_cos};
+use super::incoherent::{incoherent_absorption, incoherent_reflection};
+use crate::dielectrics::constants::SPEED_OF_LIGHT_M_S;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Largest permittivity taken; any metal lies far below.
+const MAX_PERMITTIVITY: f64 = 1e15;
+/// Thickest layer taken; anything thicker is a half-space.
+const MAX_THICKNESS_M: f64 = 1e6;
+
+/// One layer of a stack.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layer {
+    /// Permittivity `eps' - j eps''`.
+    pub eps: Complex64,
+    /// Thickness, m; infinite for the last layer.
+    pub thickness_m: f64,
+    /// Physical temperature, K.
+    pub temperature_k: f64,
+}
+
+/// Layers from the top; the last is a half-space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stack {
+    layers: Vec<Layer>,
+    coherent: bool,
+    /// The temperature, if all layers share one.
+    isothermal_k: Option<f64>,
+    k0: f64,
+    freq_hz: f64,
+}
+
+impl Stack {
+    /// A stack at one frequency: layers from the top, the last of infinite thickness.
+    ///
+    /// # Errors
+    /// No layers; a permittivity with negative loss or not a number, a thickness that is
+    /// negative or infinite above the last layer, a temperature at or below 0 K, a bad frequency.
+    pub fn new(layers: Vec<Layer>, coherent: bool, freq_hz: f64) -> Result<Self, SurfaceError> {
+        if !(freq_hz.is_finite() && freq_hz > 0.0) {
+            return Err(SurfaceError::Frequency { value: freq_hz });
+        }
+        let Some(bottom) = layers.last() else {
+            return Err(SurfaceError::NoLayers);
+        };
+        for (i, layer) in layers.iter().enumerate() {
+            check_layer(layer, i + 1 == layers.len()).map_err(|message| SurfaceError::Layer {
+                layer: i + 1,
+                place: String::new(),
+                message,
+            })?;
+        }
+        let isothermal_k = layers
+            .iter()
+            .all(|l| l.temperature_k == bottom.temperature_k)
+            .then_some(bottom.temperature_k);
+        Ok(Self {
+            layers,
+            coherent,
+            isothermal_k,
+            k0: TAU * freq_hz / SPEED_OF_LIGHT_M_S,
+            freq_hz,
+        })
+    }
+
+    /// A bare half-space.
+    ///
+    /// # Errors
+    /// As [`Stack::new`].
+    pub fn half_space(
+        eps: Complex64,
+        temperature_k: f64,
+        freq_hz: f64,
+    ) -> Result<Self, SurfaceError> {
+        let layer = Layer {
+            eps,
+            thickness_m: f64::INFINITY,
+            temperature_k,
+        };
+        Self::new(vec![layer], true, freq_hz)
+    }
+
+    /// The layers, from the top.
+    #[must_use]
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// Whether echoes interfere.
+    #[must_use]
+    pub fn is_coherent(&self) -> bool {
+        self.coherent
+    }
+
+    /// Frequency, Hz.
+    #[must_use]
+    pub fn freq_hz(&self) -> f64 {
+        self.freq_hz
+    }
+
+    /// Temperature of the top layer, K.
+    #[must_use]
+    pub fn top_temperature_k(&self) -> f64 {
+        self.layers.first().map_or(0.0, |l| l.temperature_k)
+    }
+
+    /// Reflection at an angle of incidence in radians.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Angle`].
+    pub fn reflection(&self, theta_rad: f64) -> Result<Reflection, SurfaceError> {
+        Ok(self.reflection_cos(cos_incidence(theta_rad)?))
+    }
+
+    /// Fraction of incident power absorbed by each layer from the top, `[h, v]`; with the
+    /// reflectivity it adds up to 1. It is the weight of the temperature of that layer.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Angle`].
+    pub fn absorption(&self, theta_rad: f64) -> Result<Vec<[f64; 2]>, SurfaceError> {
+        Ok(self.absorption_cos(cos_incidence(theta_rad)?))
+    }
+
+    /// Emitted brightness `[h, v]`, K: the sum of weight times temperature of the layers.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Angle`].
+    pub fn emission_k(&self, theta_rad: f64) -> Result<[f64; 2], SurfaceError> {
+        Ok(self.emission_cos(cos_incidence(theta_rad)?))
+    }
+
+    pub(super) fn reflection_cos(&self, cos_theta: f64) -> Reflection {
+        match self.layers.as_slice() {
+            [only] => fresnel_cos(only.eps, cos_theta),
+            layers if self.coherent => coherent_reflection(layers, self.k0, cos_theta),
+            layers => incoherent_reflection(layers, self.k0, cos_theta),
+        }
+    }
+
+    fn absorption_cos(&self, cos_theta: f64) -> Vec<[f64; 2]> {
+        if self.coherent {
+            coherent_absorption(&self.layers, self.k0, cos_theta)
+        } else {
+            incoherent_absorption(&self.layers, self.k0, cos_theta)
+        }
+    }
+
+    pub(super) fn emission_cos(&self, cos_theta: f64) -> [f64; 2] {
+        if let Some(t) = self.isothermal_k {
+            let r = self.reflection_cos(cos_theta);
+            return [(1.0 - r.power_h) * t, (1.0 - r.power_v) * t];
+        }
+        let mut emitted = [0.0; 2];
+        for (w, layer) in self.absorption_cos(cos_theta).iter().zip(&self.layers) {
+            emitted[0] += w[0] * layer.temperature_k;
+            emitted[1] += w[1] * layer.temperature_k;
+        }
+        emitted
+    }
+
+    /// Reflection and emission together, as a facet of a rough surface needs them.
+    pub(super) fn local_cos(&self, cos_theta: f64) -> (Reflection, [f64; 2]) {
+        let reflection = self.reflection_cos(cos_theta);
+        let emission = match self.isothermal_k {
+            Some(t) => reflection.emissivities().map(|e| e * t),
+            None => self.emission_cos(cos_theta),
+        };
+        (reflection, emission)
+    }
+}
+
+fn check_layer(layer: &Layer, last: bool) -> Result<(), String> {
+    let eps = layer.eps;
+    if !(eps.re.is_finite() && eps.im.is_finite()) {
+        return Err(format!("permittivity {eps} is not a finite number"));
+    }
+    if eps.im > 0.0 {
+        return Err(format!(
+            "loss {} is negative; loss is given as a positive number",
+            -eps.im
+        ));
+    }
+    if !(1e-6..=MAX_PERMITTIVITY).contains(&eps.norm()) {
+        return Err(format!(
+            "permittivity {eps} must have a size between 1e-6 and {MAX_PERMITTIVITY:e}"
+        ));
+    }
+    if !(layer.temperature_k.is_finite() && layer.temperature_k > 0.0) {
+        return Err(format!(
+            "temperature is {} K; it must be a finite number above 0 K",
+            layer.temperature_k
+        ));
+    }
+    if last {
+        if layer.thickness_m != f64::INFINITY {
+            return Err(format!(
+                "it is the last and has thickness {} m; the last layer is a half-space, leave \
+                 thickness_m out or add a layer below",
+                layer.thickness_m
+            ));
+        }
+    } else if !(0.0..=MAX_THICKNESS_M).contains(&layer.thickness_m) {
+        return Err(format!(
+            "thickness is {} m; every layer but the last needs one of 0 to {MAX_THICKNESS_M:e} m",
+            layer.thickness_m
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,160 @@
+//! The console: progress bars on a terminal, notes and warnings on stderr, and the log of cycles.
+
+use crate::progress::{Event, Observer};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fs::File;
+use std::io::{IsTerminal, Write};
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// How much is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Loudness {
+    /// Errors only.
+    Quiet,
+    /// Notes, warnings, progress on a terminal.
+    Normal,
+    /// Also each phase and its time.
+    Verbose,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    bar: Option<ProgressBar>,
+    phase: String,
+    started: Option<Instant>,
+    done: u64,
+    unit: String,
+    timings: Vec<(String, f64)>,
+    cycle_log: Option<File>,
+    warnings: Vec<String>,
+}
+
+/// An [`Observer`] that talks to a person.
+#[derive(Debug)]
+pub struct Console {
+    pub(super) loudness: Loudness,
+    terminal: bool,
+    state: Mutex<State>,
+}
+
+impl Console {
+    /// A console of that loudness.
+    #[must_use]
+    pub fn new(loudness: Loudness) -> Self {
+        Self { loudness, terminal: std::io::stderr().is_terminal(), state: Mutex::default() }
+    }
+
+    /// Write each cycle as one line of JSON to `file`.
+    pub fn log_cycles(&self, file: File) {
+        if let Ok(mut s) = self.state.lock() {
+            s.cycle_log = Some(file);
+        }
+    }
+
+    /// Seconds spent in each phase so far, by name; phases of one name are added up.
+    #[must_use]
+    pub fn take_timings(&self) -> Vec<(String, f64)> {
+        self.state.lock().map(|mut s| std::mem::take(&mut s.timings)).unwrap_or_default()
+    }
+
+    /// Warnings so far.
+    #[must_use]
+    pub fn take_warnings(&self) -> Vec<String> {
+        self.state.lock().map(|mut s| std::mem::take(&mut s.warnings)).unwrap_or_default()
+    }
+
+    /// Tell a person something on stderr.
+    pub fn note(&self, text: &str) {
+        self.event(Event::Note(text));
+    }
+
+    /// Tell a person that something makes the result doubtful.
+    pub fn warn(&self, text: &str) {
+        self.event(Event::Warning(text));
+    }
+
+    fn say(&self, state: &State, text: &str) {
+        if self.loudness == Loudness::Quiet {
+            return;
+        }
+        match &state.bar {
+            Some(bar) => bar.suspend(|| {
+                let _ = writeln!(std::io::stderr(), "{text}");
+            }),
+            None => {
+                let _ = writeln!(std::io::stderr(), "{text}");
+            }
+        }
+    }
+
+    fn begin(&self, s: &mut State, name: &str, total: Option<u64>, unit: &str) {
+        self.end(s);
+        s.phase = name.to_owned();
+        s.unit = unit.to_owned();
+        s.started = Some(Instant::now());
+        s.done = 0;
+        if self.terminal && self.loudness >= Loudness::Normal {
+            let bar = match total {
+                Some(total) => ProgressBar::new(total),
+                None => ProgressBar::new_spinner(),
+            };
+            let template = match total {
+                Some(_) => "{msg:18} {bar:32} {percent:>3}% {per_sec} {eta}",
+                None => "{msg:18} {spinner} {elapsed}",
+            };
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+            bar.set_message(name.to_owned());
+            s.bar = Some(bar);
+        }
+    }
+
+    fn end(&self, s: &mut State) {
+        if let Some(bar) = s.bar.take() {
+            bar.finish_and_clear();
+        }
+        let Some(started) = s.started.take() else { return };
+        let seconds = started.elapsed().as_secs_f64();
+        if self.loudness == Loudness::Verbose {
+            let rate = if s.done > 0 && !s.unit.is_empty() { format!(", {:.3e} {}/s", s.done as f64 / seconds, s.unit) } else { String::new() };
+            let _ = writeln!(std::io::stderr(), "{}: {seconds:.2} s{rate}", s.phase);
+        }
+        let name = std::mem::take(&mut s.phase);
+        match s.timings.iter_mut().find(|t| t.0 == name) {
+            Some(t) => t.1 += seconds,
+            None => s.timings.push((name, seconds)),
+        }
+    }
+}
+
+impl Observer for Console {
+    fn event(&self, event: Event<'_>) {
+        let Ok(mut s) = self.state.lock() else { return };
+        match event {
+            Event::Phase { name, total, unit } => self.begin(&mut s, name, total, unit),
+            Event::Advance(n) => {
+                s.done += n;
+                if let Some(bar) = &s.bar {
+                    bar.inc(n);
+                }
+            }
+            Event::Done => self.end(&mut s),
+            Event::Cycle { number, iterations, peak, flux, rms } => {
+                if self.loudness == Loudness::Verbose || self.terminal {
+                    self.say(&s, &format!("cycle {number}: {iterations} iterations, peak {peak:.4e}, flux {flux:.4e}, rms {rms:.4e}"));
+                }
+                if let Some(log) = &mut s.cycle_log {
+                    let line = serde_json::json!({"cycle": number, "iterations": iterations, "peak": peak, "flux": flux, "rms": rms});
+                    let _ = writeln!(log, "{line}");
+                }
+            }
+            Event::Note(text) => self.say(&s, text),
+            Event::Warning(text) => {
+                self.say(&s, &format!("warning: {text}"));
+                s.warnings.push(text.to_owned());
+            }
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! What every command may use: the options that belong to the whole program, and the way results are told.
+
+use super::console::Console;
+use std::path::{Path, PathBuf};
+
+/// The result of a command: numbers for programs, text for people.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// One JSON object, numbers in SI units with the unit in the key.
+    pub json: serde_json::Value,
+    /// The same for a person.
+    pub text: String,
+    /// Files that were written, in order.
+    pub written: Vec<PathBuf>,
+    /// Set where the command has results and yet failed (exit code 1).
+    pub failed: Option<String>,
+}
+
+impl Outcome {
+    /// A result with both faces.
+    #[must_use]
+    pub fn new(json: serde_json::Value, text: impl Into<String>) -> Self {
+        Self { json, text: text.into(), written: Vec::new(), failed: None }
+    }
+
+    /// Note a file that was written.
+    #[must_use]
+    pub fn wrote(mut self, path: impl AsRef<Path>) -> Self {
+        self.written.push(path.as_ref().to_path_buf());
+        self
+    }
+}
+
+/// Options of the whole program, and the console.
+#[derive(Debug)]
+pub struct Context {
+    /// The command line as it was typed.
+    pub command_line: String,
+    /// Progress and notes on stderr.
+    pub console: Console,
+}
+
+impl Context {
+    /// The line that goes into the history of every output.
+    #[must_use]
+    pub fn history(&self) -> String {
+        format!("cittert {}: {}", env!("CARGO_PKG_VERSION"), self.command_line)
+    }
+}
+
+/// Quote a word for a shell where it needs it.
+#[must_use]
+pub fn shell_word(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+:,@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_only_where_needed() {
+        assert_eq!(shell_word("-o"), "-o");
+        assert_eq!(shell_word("a b"), "'a b'");
+        assert_eq!(shell_word("it's"), "'it'\\''s'");
+        assert_eq!(shell_word(""), "''");
+    }
+}

@@ -1,0 +1,111 @@
+//! `mask`: which cells of the FFT grid an array fills.
+
+use super::context::{Context, Outcome};
+use super::failure::{Failure, Result};
+use super::options::{BandArgs, OutputArgs, TrackArgs, load_layout};
+use super::picture;
+use crate::simulate::mask::{UvMask, uv_mask};
+use cittert_arrays::quantity::Angle;
+use cittert_arrays::{SkyGrid, SpectralWindow};
+use cittert_formats::fits::{LinearAxis, write_plane};
+use clap::Args;
+
+/// Options of `mask`.
+#[derive(Debug, Args)]
+pub struct MaskArgs {
+    /// Name of a built-in layout, or a layout file.
+    #[arg(value_name = "LAYOUT")]
+    layout: String,
+    #[command(flatten)]
+    band: BandArgs,
+    #[command(flatten)]
+    track: TrackArgs,
+    /// Pixels along each side of the image, and so cells of its Fourier grid.
+    #[arg(long, value_name = "N")]
+    size: usize,
+    /// Size of a pixel of the image; a u-v cell is 1 / (size x cell) wavelengths.
+    #[arg(long, value_name = "ANGLE")]
+    cell: Angle,
+    /// Do not write the picture beside the FITS file.
+    #[arg(long)]
+    no_png: bool,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+/// Rows made at a time.
+const BLOCK_ROWS: usize = 65_536;
+
+/// Make the mask and write it as FITS (counts on the u-v grid, in wavelengths) and PNG.
+///
+/// # Errors
+/// Anything wrong with the layout, the options or the disk.
+pub fn run(args: &MaskArgs, context: &Context) -> Result<Outcome> {
+    let fits = &args.out.output;
+    if fits.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return Err(Failure::usage(format!("-o {}: name the FITS file; the picture is written beside it as .png", fits.display())));
+    }
+    let png = fits.with_extension("png");
+    args.out.check(fits)?;
+    if !args.no_png {
+        args.out.check(&png)?;
+    }
+    let layout = load_layout(&args.layout)?;
+    let spectrum = args.band.spectrum()?;
+    let (center, plan) = args.track.plan(&layout)?;
+    let grid = SkyGrid::new(args.size, args.size, args.cell.si(), SkyGrid::frame_of(&center))?;
+    let mask = uv_mask(&grid, &spectrum, &mut plan.blocks(BLOCK_ROWS))?;
+    write(args, &mask, &spectrum, context)?;
+    if mask.outside > 0 {
+        context.console.warn(&format!(
+            "{} of {} visibilities lie outside the grid (longest baseline {:.4e} wavelengths, grid {:.4e}): use a smaller --cell",
+            mask.outside,
+            mask.samples,
+            mask.longest_wavelengths,
+            mask.cell_u * (args.size / 2) as f64
+        ));
+    }
+    let mut outcome = outcome(&mask, args).wrote(fits);
+    if !args.no_png {
+        let title = format!("u-v coverage of {}", layout.name);
+        args.out.write(&png, &picture::mask(&mask, &title)?)?;
+        outcome = outcome.wrote(png);
+    }
+    Ok(outcome)
+}
+
+fn write(args: &MaskArgs, mask: &UvMask, spectrum: &SpectralWindow, context: &Context) -> Result<()> {
+    let crpix = (args.size / 2 + 1) as f64;
+    let axis = |name: &str, cdelt| LinearAxis { ctype: name.into(), cunit: "lambda".into(), crpix, crval: 0.0, cdelt };
+    let counts = mask.counts.mapv(f64::from);
+    let history = [
+        context.history(),
+        format!("u-v mask at {} Hz, {} channels over {} Hz", spectrum.mean_hz(), spectrum.n_chan(), spectrum.extent_hz()),
+    ];
+    write_plane(&args.out.output, counts.view(), &[axis("UU", mask.cell_u), axis("VV", mask.cell_v)], "hits", &history, args.out.overwrite)?;
+    Ok(())
+}
+
+fn outcome(mask: &UvMask, args: &MaskArgs) -> Outcome {
+    let json = serde_json::json!({
+        "output": args.out.output,
+        "cells_hit": mask.cells_hit(),
+        "uv_fill": mask.fill_fraction(),
+        "grid_fraction": mask.grid_fraction(),
+        "redundancy": mask.redundancy(),
+        "n_visibilities": mask.samples,
+        "n_outside": mask.outside,
+        "uv_cell_wavelengths": mask.cell_u,
+        "longest_wavelengths": mask.longest_wavelengths,
+    });
+    let text = format!(
+        "{} cells of {} x {} hit; {:.2} % of the disc of the longest baseline ({:.4e} wavelengths) filled; {:.2} visibilities in a cell that is hit",
+        mask.cells_hit(),
+        args.size,
+        args.size,
+        100.0 * mask.fill_fraction(),
+        mask.longest_wavelengths,
+        mask.redundancy()
+    );
+    Outcome::new(json, text)
+}

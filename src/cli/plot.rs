@@ -1,0 +1,145 @@
+//! `plot`: a picture of any file.
+
+use super::context::{Context, Outcome};
+use super::failure::{Context as _, Result};
+use super::kind::{FileKind, kind_of};
+use super::options::{OutputArgs, load_layout};
+use super::picture;
+use crate::plot::{DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Range, Stretch, VisPlot, uv_coverage};
+use cittert_arrays::{BuiltinLayout, UvCoverage, VisibilitySource, for_each_block};
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
+/// What of a visibility set to show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// u-v coverage.
+    Uv,
+    /// Amplitude and phase against baseline length.
+    Visibilities,
+    /// Antenna positions.
+    Antennas,
+}
+
+/// Options of `plot`.
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// Image, visibility set, or layout (file or built-in name).
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// What of a visibility set to show.
+    #[arg(long, value_name = "WHAT", default_value = "visibilities")]
+    what: What,
+    /// Channel of an image.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    channel: usize,
+    /// Polarisation of an image (its index).
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pol_index: usize,
+    /// Lowest value of the colours.
+    #[arg(long, value_name = "X", requires = "max", allow_negative_numbers = true)]
+    min: Option<f64>,
+    /// Highest value of the colours.
+    #[arg(long, value_name = "X", requires = "min", allow_negative_numbers = true)]
+    max: Option<f64>,
+    /// Two colours around zero, as for residuals.
+    #[arg(long, conflicts_with_all = ["min", "max"])]
+    symmetric: bool,
+    /// Show faint emission beside bright (asinh stretch).
+    #[arg(long)]
+    asinh: bool,
+    /// Title [default: by the file].
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
+    /// Width of the picture in pixels.
+    #[arg(long, default_value_t = DEFAULT_WIDTH, value_name = "N")]
+    width: usize,
+    /// Height of the picture in pixels.
+    #[arg(long, default_value_t = DEFAULT_HEIGHT, value_name = "N")]
+    height: usize,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+/// Bytes of visibilities read at a time.
+const BLOCK_BYTES: usize = 64 << 20;
+/// Rows of coverage kept for a picture; more could not be told apart.
+const MOST_ROWS: usize = 400_000;
+
+/// Draw.
+///
+/// # Errors
+/// A file that is nothing we can draw, or what the disk says.
+pub fn run(args: &PlotArgs, _context: &Context) -> Result<Outcome> {
+    args.out.check(&args.out.output)?;
+    let png = draw(args)?;
+    args.out.write(&args.out.output, &png)?;
+    let json = serde_json::json!({ "output": args.out.output, "bytes": png.len() });
+    Ok(Outcome::new(json, args.out.output.display().to_string()).wrote(&args.out.output))
+}
+
+fn draw(args: &PlotArgs) -> Result<Vec<u8>> {
+    let name = args.file.to_string_lossy();
+    if BuiltinLayout::find(&name).is_some() {
+        return picture::layout(&load_layout(&name)?);
+    }
+    match kind_of(&args.file)? {
+        FileKind::Image => image(args),
+        FileKind::Visibilities => visibilities(args),
+        FileKind::Layout => picture::layout(&load_layout(&name)?),
+    }
+}
+
+fn title(args: &PlotArgs, object: &str) -> String {
+    args.title.clone().unwrap_or_else(|| {
+        let stem = args.file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        if object.is_empty() || stem == object { stem } else { format!("{object}: {stem}") }
+    })
+}
+
+fn image(args: &PlotArgs) -> Result<Vec<u8>> {
+    let image = cittert_formats::open_image(&args.file)?;
+    let range = match (args.min, args.max) {
+        (Some(min), Some(max)) => Range::Fixed(min, max),
+        _ if args.symmetric => Range::Symmetric(99.9),
+        _ => Range::Full,
+    };
+    let stretch = if args.asinh { Stretch::Asinh } else { Stretch::Linear };
+    let title = title(args, &image.object);
+    let options =
+        ImagePlot { chan: args.channel, pol: args.pol_index, title, range, stretch, width: args.width, height: args.height };
+    picture::image(&image, &options).context(format!("drawing {}", args.file.display()))
+}
+
+fn visibilities(args: &PlotArgs) -> Result<Vec<u8>> {
+    let mut source = cittert_formats::open_visibilities(&args.file)?;
+    let title = title(args, "");
+    let drawn = match args.what {
+        What::Antennas => return picture::layout(&source.header().layout),
+        What::Uv => coverage(source.as_mut(), &args.file)
+            .and_then(|c| Ok(uv_coverage(&c, &source.header().spectrum, &title, args.width, args.height)?)),
+        What::Visibilities => {
+            let mut plot = VisPlot::new(source.header());
+            for_each_block(source.as_mut(), BLOCK_BYTES, |_, block| -> Result<()> {
+                plot.add(&block);
+                Ok(())
+            })
+            .context(format!("reading {}", args.file.display()))?;
+            Ok(plot.draw(&title, args.width, args.height)?)
+        }
+    };
+    drawn.context(format!("drawing {}", args.file.display()))
+}
+
+/// The rows of a set, evenly thinned to what a picture can show.
+fn coverage(source: &mut dyn VisibilitySource, path: &Path) -> Result<UvCoverage> {
+    let every = source.n_rows().div_ceil(MOST_ROWS).max(1);
+    let mut kept = UvCoverage::empty();
+    for_each_block(source, BLOCK_BYTES, |first, block| -> Result<()> {
+        let rows: Vec<usize> = (0..block.n_rows()).filter(|r| (first + r) % every == 0).collect();
+        kept.append(&block.coverage.select(&rows)?)?;
+        Ok(())
+    })
+    .context(format!("reading {}", path.display()))?;
+    Ok(kept)
+}

@@ -1,0 +1,127 @@
+//! `run`: the whole chain from one file.
+//!
+//! Each section of the file becomes the words of a subcommand, which is then run as if it had been typed; the report shows those words.
+
+mod config;
+mod page;
+mod steps;
+
+use super::console::Console;
+use super::context::{Context, Outcome, shell_word};
+use super::failure::{Context as _, Failure, Result};
+use clap::Args;
+use config::Config;
+use serde_json::{Map, Value};
+use std::path::{Path, PathBuf};
+use steps::{Step, steps};
+
+/// Options of `run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// The run, as TOML.
+    #[arg(value_name = "CONFIG.toml", required_unless_present = "schema")]
+    config: Option<PathBuf>,
+    /// Folder for everything that the run makes.
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["schema", "check"])]
+    output: Option<PathBuf>,
+    /// Replace a folder of an earlier run.
+    #[arg(long)]
+    overwrite: bool,
+    /// Print the JSON schema of the configuration and stop.
+    #[arg(long)]
+    schema: bool,
+    /// Check the configuration, list its commands, and stop.
+    #[arg(long)]
+    check: bool,
+}
+
+/// What a step left behind.
+struct Done {
+    step: Step,
+    command: String,
+    json: Value,
+    warnings: Vec<String>,
+    seconds: f64,
+}
+
+/// Run a configuration.
+///
+/// # Errors
+/// A configuration that is wrong (with the line), or the first step that failed; nothing is then left under the name of the output.
+pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
+    if args.schema {
+        let schema = serde_json::to_value(schemars::schema_for!(Config))?;
+        let text = serde_json::to_string_pretty(&schema)?;
+        return Ok(Outcome::new(schema, text));
+    }
+    let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
+    let text = std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
+    let config: Config = toml::from_str(&text).context(format!("{}", path.display()))?;
+    let steps = steps(&config, path.parent().unwrap_or(Path::new("")))?;
+    let Some(target) = args.output.as_ref().filter(|_| !args.check) else {
+        let lines: Vec<String> = steps.iter().map(|s| s.shown("OUT")).collect();
+        for step in &steps {
+            super::parse(&step.argv("OUT")).context(step.shown("OUT"))?;
+        }
+        return Ok(Outcome::new(serde_json::json!({ "commands": lines }), lines.join("\n")));
+    };
+    let folder = cittert_formats::atomic::AtomicDir::create(target, args.overwrite, "report.html")?;
+    let (here, shown) = (folder.path().display().to_string(), target.display().to_string());
+    let mut done = Vec::new();
+    let total = steps.len();
+    for (i, step) in steps.into_iter().enumerate() {
+        context.console.note(&format!("[{}/{total}] {}", i + 1, step.title));
+        done.push(perform(step, &here, &shown, context)?);
+    }
+    let metrics = metrics(&config, &done, context);
+    std::fs::write(folder.path().join("metrics.json"), serde_json::to_vec_pretty(&metrics)?)?;
+    let page = page::page(&config, path, &done, folder.path(), context)?;
+    std::fs::write(folder.path().join("report.html"), page)?;
+    folder.commit()?;
+    let report = target.join("report.html");
+    let text = format!("{}\n{}", page::summary(&done), report.display());
+    Ok(Outcome::new(metrics, text).wrote(report))
+}
+
+fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Done> {
+    let command = step.shown(shown);
+    let started = std::time::Instant::now();
+    let words = step.argv(here);
+    let cli = super::parse(&words).context(&command)?;
+    let inner = Context { command_line: command.clone(), console: Console::new(context.console.loudness) };
+    let outcome = cli.command.run(&inner).context(&command)?;
+    if let Some(why) = outcome.failed {
+        context.console.warn(&format!("{}: {why}", step.title));
+    }
+    Ok(Done { step, command, json: outcome.json, warnings: inner.console.take_warnings(), seconds: started.elapsed().as_secs_f64() })
+}
+
+fn metrics(config: &Config, done: &[Done], context: &Context) -> Value {
+    let mut all = Map::new();
+    all.insert("title".into(), config.title.clone().into());
+    all.insert("seed".into(), config.seed.into());
+    all.insert("version".into(), env!("CARGO_PKG_VERSION").into());
+    all.insert("command".into(), context.command_line.clone().into());
+    for d in done.iter().filter(|d| !d.step.key.is_empty()) {
+        // `clean.hogbom` is the entry `hogbom` of the object `clean`.
+        let (group, name) = d.step.key.split_once('.').map_or((d.step.key.as_str(), None), |(g, n)| (g, Some(n)));
+        match name {
+            None => {
+                all.insert(group.into(), d.json.clone());
+            }
+            Some(name) => {
+                if let Value::Object(inner) = all.entry(group).or_insert_with(|| Value::Object(Map::new())) {
+                    inner.insert(name.into(), d.json.clone());
+                }
+            }
+        }
+    }
+    let seconds: Map<String, Value> = done.iter().map(|d| (d.step.title.clone(), d.seconds.into())).collect();
+    all.insert("seconds".into(), seconds.into());
+    Value::Object(all)
+}
+
+/// A command line as a person would type it.
+fn shown(words: &[String]) -> String {
+    std::iter::once("cittert".to_owned()).chain(words.iter().map(|w| shell_word(w))).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,143 @@
+//! From the sections of a configuration to the command lines of its steps.
+
+use super::config::{Config, words};
+use crate::cli::failure::Result;
+use std::ffi::OsString;
+use std::path::Path;
+
+/// Stands for the output folder in the words of a step.
+const DIR: &str = "{dir}";
+
+/// One command of the run.
+#[derive(Debug, Clone)]
+pub(super) struct Step {
+    /// Heading in the report.
+    pub title: String,
+    /// Key of its numbers in `metrics.json`; empty for pictures. `a.b` nests.
+    pub key: String,
+    /// Section of the report it belongs to.
+    pub section: &'static str,
+    /// Words after the program's name.
+    pub words: Vec<String>,
+    /// Picture that it leaves, with its caption.
+    pub picture: Option<(String, String)>,
+}
+
+impl Step {
+    fn new(section: &'static str, title: impl Into<String>, key: impl Into<String>, words: Vec<String>) -> Self {
+        Self { title: title.into(), key: key.into(), section, words, picture: None }
+    }
+
+    fn in_dir(&self, dir: &str) -> Vec<String> {
+        self.words.iter().map(|w| w.replace(DIR, dir)).collect()
+    }
+
+    /// The command as a person would type it, with the output folder `dir`.
+    pub(super) fn shown(&self, dir: &str) -> String {
+        super::shown(&self.in_dir(dir))
+    }
+
+    /// Program name and words, with the output folder `dir`.
+    pub(super) fn argv(&self, dir: &str) -> Vec<OsString> {
+        std::iter::once("cittert".into()).chain(self.in_dir(dir).into_iter().map(OsString::from)).collect()
+    }
+}
+
+fn strings(list: &[&str]) -> Vec<String> {
+    list.iter().map(|s| (*s).to_owned()).collect()
+}
+
+fn plot(section: &'static str, file: &str, png: &str, options: &[&str], caption: impl Into<String>) -> Step {
+    let mut w = vec!["plot".to_owned(), format!("{DIR}/{file}"), "-o".into(), format!("{DIR}/{png}")];
+    w.extend(strings(options));
+    let mut step = Step::new(section, format!("picture {png}"), "", w);
+    step.picture = Some((png.to_owned(), caption.into()));
+    step
+}
+
+/// A name stays; a path is meant relative to the configuration.
+fn relative(name: &str, folder: &Path) -> String {
+    let path = folder.join(name);
+    if path.exists() { path.display().to_string() } else { name.to_owned() }
+}
+
+/// All steps of a configuration whose file lies in `folder`.
+///
+/// # Errors
+/// None so far; sections that exclude each other will be refused here.
+pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
+    let mut all = Vec::new();
+    let layout = relative(&config.layout.name, folder);
+    let scene_file = relative(&config.scene.file, folder);
+    let simulate = &config.simulate;
+    let seed = format!("--seed={}", config.seed);
+
+    let mut show = strings(&["layout", "show", &layout]);
+    show.extend(words(simulate).into_iter().filter(|w| w.starts_with("--freq=")));
+    all.push(Step::new("Array", "layout", "layout", show));
+    let mut picture = Step::new("Array", "picture layout.png", "", strings(&["plot", &layout, "-o", "{dir}/layout.png"]));
+    picture.picture = Some(("layout.png".into(), "Antenna positions.".into()));
+    all.push(picture);
+
+    let mut scene = words(&config.scene);
+    scene.retain(|w| !w.starts_with("--file="));
+    scene.insert(0, format!("--scene={scene_file}"));
+    let mut sim = vec!["simulate".to_owned(), format!("--layout={layout}")];
+    sim.extend(scene);
+    sim.extend(words(simulate));
+    sim.extend([seed, "-o".into(), format!("{DIR}/vis.uvh5")]);
+    all.push(Step::new("Visibilities", "simulate", "simulate", sim));
+    all.push(plot("Visibilities", "vis.uvh5", "uv.png", &["--what=uv"], "u-v coverage; each channel adds its own ring."));
+    all.push(plot("Visibilities", "vis.uvh5", "visibilities.png", &["--what=visibilities"], "Amplitude and phase against baseline length."));
+
+    let image = words(&config.image);
+    let with_image = |mut w: Vec<String>| {
+        w.extend(image.iter().cloned());
+        w
+    };
+    let beam = with_image(strings(&["beam", "{dir}/vis.uvh5", "-o", "{dir}/psf.fits"]));
+    all.push(Step::new("Dirty beam and dirty image", "beam", "beam", beam));
+    all.push(plot("Dirty beam and dirty image", "psf.fits", "psf.png", &[], "Dirty beam."));
+    let dirty = with_image(strings(&["dirty", "{dir}/vis.uvh5", "-o", "{dir}/dirty.fits"]));
+    all.push(Step::new("Dirty beam and dirty image", "dirty", "dirty", dirty));
+    all.push(plot("Dirty beam and dirty image", "dirty.fits", "dirty.png", &[], "Dirty image."));
+
+    let truth = all_truth(config, &scene_file, &mut all);
+    for (i, clean) in config.clean.iter().enumerate() {
+        // Two runs of one algorithm get numbers.
+        let twin = config.clean[..i].iter().filter(|c| c.algorithm == clean.algorithm).count();
+        let name = if twin == 0 { clean.algorithm.clone() } else { format!("{}{}", clean.algorithm, twin + 1) };
+        let prefix = if i == 0 { "clean".to_owned() } else { format!("clean-{name}") };
+        let mut w = with_image(vec!["clean".to_owned(), format!("{DIR}/vis.uvh5")]);
+        w.extend(words(clean));
+        w.extend(["-o".into(), format!("{DIR}/{prefix}")]);
+        all.push(Step::new("Deconvolution", format!("clean by {name}"), format!("clean.{name}"), w));
+        let caption = format!("Restored image, {name}.");
+        all.push(plot("Deconvolution", &format!("{prefix}-image.fits"), &format!("{prefix}-image.png"), &[], caption));
+        let caption = format!("Residual, {name}.");
+        all.push(plot("Deconvolution", &format!("{prefix}-residual.fits"), &format!("{prefix}-residual.png"), &["--symmetric"], caption));
+        if let Some(truth) = &truth {
+            let compare = vec!["compare".to_owned(), format!("{DIR}/{prefix}-image.fits"), truth.clone(), "--convolve".into()];
+            all.push(Step::new("Comparison with the truth", format!("compare {name}"), format!("compare.{name}"), compare));
+        }
+    }
+    Ok(all)
+}
+
+/// The step that makes an image of the scene, where it has one, and the path of that image.
+fn all_truth(config: &Config, scene_file: &str, all: &mut Vec<Step>) -> Option<String> {
+    let lower = scene_file.to_ascii_lowercase();
+    if lower.ends_with(".csv") {
+        return None;
+    }
+    let mut w = vec!["scene".to_owned(), "render".into(), scene_file.to_owned()];
+    w.extend(words(&config.scene).into_iter().filter(|x| !x.starts_with("--file=")));
+    let sim = words(&config.simulate);
+    w.extend(sim.into_iter().filter(|x| ["--freq=", "--bandwidth=", "--phase-center="].iter().any(|p| x.starts_with(p))));
+    w.extend(["-o".into(), format!("{DIR}/scene.fits")]);
+    let mut picture = plot("Scene", "scene.fits", "scene.png", &[], "The scene.");
+    picture.section = "Scene";
+    all.insert(0, picture);
+    all.insert(0, Step::new("Scene", "scene", "scene", w));
+    Some(format!("{DIR}/scene.fits"))
+}

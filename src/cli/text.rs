@@ -1,0 +1,59 @@
+//! Numbers as a person reads them.
+
+/// Four significant digits.
+pub(super) fn round(x: f64) -> f64 {
+    if x == 0.0 || !x.is_finite() {
+        return x;
+    }
+    let step = 10f64.powf(x.abs().log10().floor() - 3.0);
+    (x / step).round() * step
+}
+
+/// An angle in degrees or their parts, whichever reads best, with four digits.
+pub(super) fn angle(rad: f64) -> String {
+    let deg = rad.to_degrees();
+    let (factor, name) = match deg.abs() {
+        d if d >= 0.1 || d == 0.0 => (1.0, "deg"),
+        d if d >= 0.1 / 3.6e3 => (3.6e3, "arcsec"),
+        d if d >= 0.1 / 3.6e6 => (3.6e6, "mas"),
+        _ => (3.6e9, "uas"),
+    };
+    let value = round(deg * factor);
+    let digits = if value == 0.0 { 0 } else { (3 - value.abs().log10().floor() as i32).clamp(0, 6) as usize };
+    let text = format!("{value:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text.as_str() };
+    format!("{text} {name}")
+}
+
+/// Integers as they are, others to six digits.
+pub(super) fn number(x: f64) -> String {
+    if x.fract() == 0.0 && x.abs() < 1e15 {
+        format!("{x}")
+    } else if (1e-3..1e6).contains(&x.abs()) {
+        let text = format!("{x:.6}");
+        text.trim_end_matches('0').to_owned()
+    } else {
+        format!("{x:.5e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_read_well() {
+        assert_eq!(angle(1.0_f64.to_radians()), "1 deg");
+        assert_eq!(angle((30.0 / 3600.0_f64).to_radians()), "30 arcsec");
+        assert_eq!(angle((20e-6 / 3600.0_f64).to_radians()), "20 uas");
+        assert_eq!(angle(0.0018637), "0.1068 deg");
+        assert_eq!(angle(0.0), "0 deg");
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(number(32.0), "32");
+        assert_eq!(number(0.25), "0.25");
+        assert_eq!(number(1.5e-9), "1.50000e-9");
+    }
+}

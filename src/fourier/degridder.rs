@@ -1,0 +1,181 @@
+//! Visibilities of an image, block after block of rows.
+
+use super::GridOptions;
+use super::channels::ChannelClass;
+use super::fft::{PlaneRows, image_to_planes};
+use super::gridder::{PLANES_BYTES, grid_row, plane_groups, planes_of, within};
+use super::lanes::{Work, fused, run_task, tile_len};
+use super::plan::{Plan, TILE, UvwExtent};
+use super::real::Real;
+use super::sort::{Chunk, Segment, TilePlace, shares, tasks};
+use super::wplanes::SLAB;
+use crate::Result;
+use cittert_arrays::{ArrayError, SkyGrid};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
+use num_complex::Complex;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Predicts the visibilities of one image for many blocks of rows.
+///
+/// `V = sum of I exp(+2 pi i (u l + v m + w (n - 1)))` over the pixels, to a relative error of `epsilon`. The transformed planes are kept
+/// between blocks where they fit into memory, else they are made anew for every block.
+#[derive(Debug)]
+pub struct Degridder<T: Real> {
+    plan: Plan<T>,
+    groups: Vec<Range<usize>>,
+    resident: Option<PlaneRows<T>>,
+    image: Array2<f64>,
+}
+
+impl<T: Real> Degridder<T> {
+    /// A predictor of the image `plane` \[m, l\] for channels and a range of uvw.
+    ///
+    /// # Errors
+    /// An image of another shape than the grid or with values that are not finite; see also [`super::Gridder::new`].
+    pub fn new(grid: &SkyGrid, plane: ArrayView2<'_, f64>, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions) -> Result<Self> {
+        if plane.dim() != (grid.n_m, grid.n_l) {
+            let found = plane.shape().to_vec();
+            return Err(ArrayError::ShapeMismatch { what: "image to predict", expected: vec![grid.n_m, grid.n_l], found }.into());
+        }
+        if let Some(((m, l), v)) = plane.indexed_iter().find(|(_, v)| !v.is_finite()) {
+            let what = format!("pixel (column {l}, row {m}) of the image to predict");
+            return Err(ArrayError::BadValue { what, value: v.to_string(), expected: "a finite number" }.into());
+        }
+        let plan = Plan::new(grid, freq_hz, extent, opts)?;
+        let groups = plane_groups(&plan, PLANES_BYTES);
+        let one = groups.len() == 1;
+        let resident = one.then(|| image_to_planes(&plan, plane, (0, planes_of(&plan, &groups[0]))));
+        let image = if one { Array2::zeros((0, 0)) } else { plane.to_owned() };
+        Ok(Self { plan, groups, resident, image })
+    }
+
+    /// Put the visibilities of rows with these uvw in m \[row, 3\] into `out` \[row, chan\].
+    ///
+    /// # Errors
+    /// Shapes that do not fit, uvw that are not finite or outside the announced extent.
+    pub fn predict(&self, uvw_m: ArrayView2<'_, f64>, mut out: ArrayViewMut2<'_, Complex<T>>) -> Result<()> {
+        let plan = &self.plan;
+        plan.check_rows(uvw_m, out.dim())?;
+        let ranges = shares(uvw_m.nrows());
+        let mut chunks: Vec<Chunk<T>> = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range, |_, _, _| ())).collect();
+        let tasks = tasks(&chunks);
+        let mut nodes: Vec<Vec<Complex<T>>> = chunks.iter_mut().map(|c| std::mem::take(&mut c.nodes)).collect();
+        if let Some(planes) = &self.resident {
+            degrid_tasks(plan, &chunks, &tasks, (planes, 0), &mut nodes);
+        } else {
+            for group in &self.groups {
+                let planes = image_to_planes(plan, self.image.view(), (group.start * SLAB, planes_of(plan, group)));
+                degrid_tasks(plan, &chunks, &within(plan, &tasks, group), (&planes, group.start * SLAB), &mut nodes);
+            }
+        }
+        let mut rest = out.view_mut();
+        let mut parts = Vec::with_capacity(chunks.len());
+        for chunk in &chunks {
+            let (part, after) = rest.split_at(Axis(0), chunk.range.len());
+            parts.push(part);
+            rest = after;
+        }
+        parts.into_par_iter().zip(&chunks).zip(&nodes).for_each(|((mut part, chunk), nodes)| {
+            let mut buffer = vec![Complex::default(); plan.n_chan()];
+            for (mut to, row) in part.rows_mut().into_iter().zip(&chunk.rows) {
+                let class = &plan.channels.classes[row.class];
+                let nodes = &nodes[row.offset..row.offset + class.n_nodes()];
+                if let Some(to) = to.as_slice_mut() {
+                    expand(class, nodes, to);
+                } else {
+                    expand(class, nodes, &mut buffer);
+                    to.iter_mut().zip(&buffer).for_each(|(t, b)| *t = *b);
+                }
+            }
+        });
+        Ok(())
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn expand_avx2<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+    class.expand::<true>(nodes, vis);
+}
+
+fn expand<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the machine has just been found to have AVX2 and FMA.
+        unsafe { expand_avx2(class, nodes, vis) };
+        return;
+    }
+    class.expand::<false>(nodes, vis);
+}
+
+/// Run all tasks, each with its own tile; what they predict is put into `nodes` afterwards.
+fn degrid_tasks<T: Real>(
+    plan: &Plan<T>,
+    chunks: &[Chunk<T>],
+    tasks: &[Vec<Segment>],
+    (planes, first_plane): (&PlaneRows<T>, usize),
+    nodes: &mut [Vec<Complex<T>>],
+) {
+    let targets: Vec<Target<T>> = nodes.iter_mut().map(|n| Target { first: n.as_mut_ptr(), len: n.len() }).collect();
+    tasks.par_iter().for_each_init(
+        || vec![T::default(); tile_len(plan)],
+        |tile, task| run_task(plan, chunks, task, (tile, &mut Load { plan, planes, first_plane, targets: &targets })),
+    );
+}
+
+/// The nodes of one chunk, written by several tasks at once.
+struct Target<T> {
+    first: *mut Complex<T>,
+    len: usize,
+}
+
+// SAFETY: every node belongs to exactly one run, every run to exactly one segment and every segment to exactly one task, so no two
+// threads ever write the same node, and nobody reads them before all tasks have ended.
+unsafe impl<T: Send> Sync for Target<T> {}
+
+/// Fills tiles from the planes.
+struct Load<'a, T: Real> {
+    plan: &'a Plan<T>,
+    planes: &'a PlaneRows<T>,
+    first_plane: usize,
+    targets: &'a [Target<T>],
+}
+
+impl<T: Real> Work<T> for Load<'_, T> {
+    const GRID: bool = false;
+
+    fn begin(&mut self, place: TilePlace, tile: &mut [T]) {
+        let (plan, nu) = (self.plan, self.plan.nu);
+        let stride = TILE + plan.table.lanes;
+        let depth = plan.slab_depth();
+        let first_plane = if plan.slabs() == 1 { 0 } else { place.slab * SLAB - self.first_plane };
+        for (k, line) in tile.chunks_exact_mut(depth * 2 * stride).enumerate() {
+            let Some(r) = grid_row(plan, place.v, k) else {
+                line.fill(T::default());
+                continue;
+            };
+            let rows = self.planes.stripes[r / TILE].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            for (p, plane) in line.chunks_exact_mut(2 * stride).enumerate() {
+                let at = ((r % TILE) * self.planes.planes + first_plane + p) * nu;
+                let row = &rows[at..at + nu];
+                let (re, im) = plane.split_at_mut(stride);
+                let first = place.u * TILE;
+                for (i, (re, im)) in re.iter_mut().zip(im).enumerate() {
+                    let g = row[if first + i < nu { first + i } else { (first + i) % nu }];
+                    (*re, *im) = (g.re, g.im);
+                }
+            }
+        }
+    }
+
+    fn end(&mut self, _place: TilePlace, _tile: &mut [T]) {}
+
+    fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]) {
+        let target = &self.targets[chunk];
+        if first + values.len() <= target.len {
+            // SAFETY: in bounds by the line above, and no other thread writes these nodes (see `Target`).
+            unsafe { std::slice::from_raw_parts_mut(target.first.add(first), values.len()) }.copy_from_slice(values);
+        }
+    }
+}

@@ -1,0 +1,378 @@
+//! Two-dimensional transforms between the image and the half grid of visibilities.
+//!
+//! Visibilities are folded to v >= 0, so a plane is a band of rows along u. The rows are transformed in place and only the columns
+//! of the image are kept; then blocks of columns are gathered, transformed, corrected and summed over all planes while they sit in
+//! cache. Rows that no visibility reaches are never touched. With real screens two columns share one complex transform.
+
+use super::plan::{Plan, TILE};
+use super::real::{Real, cis_turns};
+use super::series::horner;
+use super::wplanes::WBasis;
+use ndarray::{Array2, ArrayView2, Axis};
+use num_complex::Complex;
+use rayon::prelude::*;
+use rustfft::{Fft, FftDirection};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Columns that are transformed together: a few cache lines of each row.
+const BLOCK: usize = 16;
+
+/// Plans of the four one-dimensional transforms.
+pub(crate) struct Plans<T> {
+    rows: [Arc<dyn Fft<T>>; 2],
+    columns: [Arc<dyn Fft<T>>; 2],
+}
+
+impl<T> std::fmt::Debug for Plans<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Plans").finish_non_exhaustive()
+    }
+}
+
+impl<T: Real> Plans<T> {
+    pub(crate) fn new(nu: usize, nv: usize) -> Self {
+        let both = |n| [T::plan(n, FftDirection::Forward), T::plan(n, FftDirection::Inverse)];
+        Self { rows: both(nu), columns: both(nv) }
+    }
+}
+
+/// The smallest even number from `least` on with no prime factor above 5.
+pub(crate) fn good_size(least: usize) -> usize {
+    let smooth = |mut n: usize| {
+        for p in [2, 3, 5] {
+            while n.is_multiple_of(p) {
+                n /= p;
+            }
+        }
+        n == 1
+    };
+    (least..).find(|n| n.is_multiple_of(2) && smooth(*n)).unwrap_or(least)
+}
+
+/// Bands of rows of several planes, in stripes of `TILE` rows: stripe \[row, plane, u\].
+#[derive(Debug)]
+pub(crate) struct PlaneRows<T> {
+    pub(crate) stripes: Vec<Mutex<Vec<Complex<T>>>>,
+    pub(crate) planes: usize,
+}
+
+impl<T: Real> PlaneRows<T> {
+    pub(crate) fn zeros(n_rows: usize, planes: usize, nu: usize) -> Self {
+        let stripe = || Mutex::new(vec![Complex::new(T::default(), T::default()); TILE * planes * nu]);
+        Self { stripes: (0..n_rows.div_ceil(TILE)).map(|_| stripe()).collect(), planes }
+    }
+
+    /// Bytes that so many planes take.
+    pub(crate) fn bytes(n_rows: usize, planes: usize, nu: usize) -> usize {
+        n_rows.div_ceil(TILE) * TILE * planes * nu * size_of::<Complex<T>>()
+    }
+
+    fn stripes_mut(&mut self) -> Vec<&mut Vec<Complex<T>>> {
+        self.stripes.iter_mut().map(|s| s.get_mut().unwrap_or_else(PoisonError::into_inner)).collect()
+    }
+}
+
+/// Real or complex screens of one plane on a block of columns \[m, column\].
+enum Screens<T> {
+    /// Values of (n - 1 - nu_mid) / nu_half.
+    Powers(Vec<T>),
+    /// Phase of the current plane and its step to the next.
+    Planes { now: Vec<Complex<f64>>, step: Vec<Complex<f64>> },
+}
+
+/// The part of the image that one task works on.
+struct Columns<'a, T: Real> {
+    plan: &'a Plan<T>,
+    first: usize,
+    width: usize,
+    screens: Screens<T>,
+    /// Everything that multiplies a pixel whatever the plane; 0 behind the horizon \[m, column\].
+    factor: Vec<f64>,
+}
+
+impl<'a, T: Real> Columns<'a, T> {
+    fn new(plan: &'a Plan<T>, first: usize, first_plane: usize) -> Self {
+        let width = BLOCK.min(plan.grid.n_l - first);
+        let size = plan.grid.n_m * BLOCK;
+        let mut factor = vec![0.0; size];
+        let mut x = vec![0.0; size];
+        for i in 0..plan.grid.n_m {
+            for c in 0..width {
+                if let Some(depth) = plan.depth_at(i, first + c) {
+                    let n = if plan.divide_by_n { 1.0 + depth } else { 1.0 };
+                    factor[i * BLOCK + c] = plan.correct_m[i] * plan.correct_l[first + c] / n;
+                    x[i * BLOCK + c] = (depth - plan.w.nu_mid) / plan.w.nu_half;
+                }
+            }
+        }
+        let screens = match &plan.w.basis {
+            WBasis::Powers { .. } => Screens::Powers(x.iter().map(|x| T::of(*x)).collect()),
+            WBasis::Planes { first, step, correction, .. } => {
+                factor.iter_mut().zip(&x).for_each(|(f, x)| *f *= horner(correction, *x));
+                let w = first + first_plane as f64 * step;
+                // The phase of the visibility, +w (n - 1): the image direction takes the conjugate.
+                let at = |w: f64| x.iter().map(|x| cis_turns::<f64>(w * x * plan.w.nu_half)).collect();
+                Screens::Planes { now: at(w), step: at(*step) }
+            }
+        };
+        Self { plan, first, width, screens, factor }
+    }
+
+    /// Real screen of a power \[m, column\].
+    fn power_screen(&self, plane: usize, out: &mut [T]) {
+        if let (WBasis::Powers { screens, .. }, Screens::Powers(x)) = (&self.plan.w.basis, &self.screens) {
+            let coefficients: Vec<T> = screens[plane].iter().rev().map(|c| T::of(*c)).collect();
+            for (o, x) in out.chunks_exact_mut(BLOCK).zip(x.chunks_exact(BLOCK)) {
+                let mut sum = [T::default(); BLOCK];
+                for c in &coefficients {
+                    for (s, x) in sum.iter_mut().zip(x) {
+                        *s = *s * *x + *c;
+                    }
+                }
+                o.copy_from_slice(&sum);
+            }
+        }
+    }
+
+    /// Turn the phase screens to the next plane.
+    fn advance(&mut self) {
+        if let Screens::Planes { now, step } = &mut self.screens {
+            now.iter_mut().zip(step).for_each(|(n, s)| *n *= *s);
+        }
+    }
+
+    /// Index in the transform along v of a row of the image.
+    fn index_m(&self, i: usize) -> usize {
+        (i + self.plan.nv - self.plan.grid.n_m / 2) % self.plan.nv
+    }
+
+    /// Index in the transform along v of a row of the half grid, and of its mirror image.
+    fn index_v(&self, r: usize) -> (usize, usize) {
+        let nv = self.plan.nv;
+        let j = (r + nv - self.plan.below()) % nv;
+        (j, (nv - j) % nv)
+    }
+}
+
+/// i^k z.
+fn quarter_turns<T: Real>(z: Complex<T>, k: usize) -> Complex<T> {
+    match k & 3 {
+        0 => z,
+        1 => Complex::new(-z.im, z.re),
+        2 => -z,
+        _ => Complex::new(z.im, -z.re),
+    }
+}
+
+/// Add to `image` \[m, l\] what the planes from `first_plane` on hold: their transform with exp(-2 pi i ...), screens and corrections.
+/// The planes are used up.
+pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, first_plane: usize, image: &mut Array2<f64>) {
+    let (nu, n_l) = (plan.nu, plan.grid.n_l);
+    let planes = rows.planes;
+    rows.stripes_mut().into_par_iter().enumerate().for_each_init(
+        || vec![Complex::default(); plan.fft.rows[0].get_inplace_scratch_len()],
+        |scratch, (s, stripe)| {
+            let used = plan.n_rows.saturating_sub(s * TILE).min(TILE) * planes * nu;
+            for row in stripe[..used].chunks_exact_mut(nu) {
+                plan.fft.rows[0].process_with_scratch(row, scratch);
+                // Keep the pixels of the image, in order, at the front.
+                let half = n_l / 2;
+                row.copy_within(0..n_l - half, half);
+                row.copy_within(nu - half..nu, 0);
+            }
+        },
+    );
+    let stripes = rows.stripes_mut();
+    let stripes: Vec<&[Complex<T>]> = stripes.iter().map(|s| s.as_slice()).collect();
+    image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
+        let mut columns = Columns::new(plan, b * BLOCK, first_plane);
+        let mut sum = vec![T::default(); plan.grid.n_m * BLOCK];
+        let mut work = Work::new(plan, 0);
+        for p in 0..planes {
+            let row = |r: usize| {
+                let at = ((r % TILE) * planes + p) * nu + columns.first;
+                &stripes[r / TILE][at..at + columns.width]
+            };
+            work.gather(&columns, row, first_plane + p);
+            work.transform(plan, 0);
+            work.accumulate(&columns, first_plane + p, &mut sum);
+            columns.advance();
+        }
+        for (i, mut out) in block.rows_mut().into_iter().enumerate() {
+            for (c, o) in out.iter_mut().enumerate() {
+                *o += sum[i * BLOCK + c].to64() * columns.factor[i * BLOCK + c];
+            }
+        }
+    });
+}
+
+/// Rows of the planes `first_plane..first_plane + planes` for the visibilities of an image \[m, l\]: screens, corrections and the
+/// transform with exp(+2 pi i ...).
+pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64>, (first_plane, planes): (usize, usize)) -> PlaneRows<T> {
+    let (nu, n_l, n_rows) = (plan.nu, plan.grid.n_l, plan.n_rows);
+    let blocks: Vec<Vec<Complex<T>>> = (0..n_l.div_ceil(BLOCK))
+        .into_par_iter()
+        .map(|b| {
+            let mut columns = Columns::new(plan, b * BLOCK, first_plane);
+            let mut pixels = vec![T::default(); plan.grid.n_m * BLOCK];
+            for i in 0..plan.grid.n_m {
+                for c in 0..columns.width {
+                    pixels[i * BLOCK + c] = T::of(image[(i, columns.first + c)] * columns.factor[i * BLOCK + c]);
+                }
+            }
+            let mut work = Work::new(plan, 1);
+            let mut out = vec![Complex::default(); planes * n_rows * BLOCK];
+            for (p, out) in out.chunks_exact_mut(n_rows * BLOCK).enumerate() {
+                work.spread(&columns, first_plane + p, &pixels);
+                work.transform(plan, 1);
+                work.collect(&columns, first_plane + p, out);
+                columns.advance();
+            }
+            out
+        })
+        .collect();
+    let mut rows = PlaneRows::zeros(n_rows, planes, nu);
+    rows.stripes_mut().into_par_iter().enumerate().for_each_init(
+        || vec![Complex::default(); plan.fft.rows[1].get_inplace_scratch_len()],
+        |scratch, (s, stripe)| {
+            for (at, row) in stripe.chunks_exact_mut(nu).enumerate() {
+                let (r, p) = (s * TILE + at / planes, at % planes);
+                if r >= n_rows {
+                    break;
+                }
+                for (b, block) in blocks.iter().enumerate() {
+                    let from = (p * n_rows + r) * BLOCK;
+                    for (c, v) in (b * BLOCK..n_l).zip(&block[from..from + BLOCK]) {
+                        row[(c + nu - n_l / 2) % nu] = *v;
+                    }
+                }
+                plan.fft.rows[1].process_with_scratch(row, scratch);
+            }
+        },
+    );
+    rows
+}
+
+/// Buffers of one task of the pass over columns.
+struct Work<T> {
+    /// Columns along v, two to a transform with real screens \[column or pair, v\].
+    z: Vec<Complex<T>>,
+    scratch: Vec<Complex<T>>,
+    screen: Vec<T>,
+    paired: bool,
+}
+
+impl<T: Real> Work<T> {
+    fn new(plan: &Plan<T>, direction: usize) -> Self {
+        let paired = matches!(plan.w.basis, WBasis::Powers { .. });
+        Self {
+            z: vec![Complex::default(); plan.nv * if paired { BLOCK / 2 } else { BLOCK }],
+            scratch: vec![Complex::default(); plan.fft.columns[direction].get_inplace_scratch_len()],
+            screen: vec![T::default(); plan.grid.n_m * BLOCK],
+            paired,
+        }
+    }
+
+    fn transform(&mut self, plan: &Plan<T>, direction: usize) {
+        plan.fft.columns[direction].process_with_scratch(&mut self.z, &mut self.scratch);
+    }
+
+    /// Rows of the half grid into columns. Paired columns are completed by symmetry: the transform of half of each row and half of
+    /// its mirrored conjugate is the real part.
+    fn gather<'r>(&mut self, columns: &Columns<'_, T>, row: impl Fn(usize) -> &'r [Complex<T>], plane: usize)
+    where
+        T: 'r,
+    {
+        let nv = columns.plan.nv;
+        let half = T::of(0.5);
+        self.z.fill(Complex::default());
+        for r in 0..columns.plan.n_rows {
+            let (at, mirror) = columns.index_v(r);
+            let values = row(r);
+            if self.paired {
+                for (q, pair) in values.chunks(2).enumerate() {
+                    let turn = |z: Complex<T>| quarter_turns(z, 3 * plane).scale(half);
+                    let a = turn(pair[0]);
+                    let b = pair.get(1).map_or(Complex::default(), |b| turn(*b));
+                    let z = &mut self.z[q * nv..(q + 1) * nv];
+                    z[at] += Complex::new(a.re - b.im, a.im + b.re);
+                    z[mirror] += Complex::new(a.re + b.im, b.re - a.im);
+                }
+            } else {
+                for (c, v) in values.iter().enumerate() {
+                    self.z[c * nv + at] += *v;
+                }
+            }
+        }
+    }
+
+    /// Transformed columns times their screen onto the sum over planes.
+    fn accumulate(&mut self, columns: &Columns<'_, T>, plane: usize, sum: &mut [T]) {
+        let nv = columns.plan.nv;
+        columns.power_screen(plane, &mut self.screen);
+        for (i, sum) in sum.chunks_exact_mut(BLOCK).enumerate() {
+            let at = columns.index_m(i);
+            match &columns.screens {
+                Screens::Powers(_) => {
+                    let screen = &self.screen[i * BLOCK..(i + 1) * BLOCK];
+                    for (q, (s, screen)) in sum.chunks_exact_mut(2).zip(screen.chunks_exact(2)).enumerate() {
+                        let z = self.z[q * nv + at];
+                        s[0] += z.re * screen[0];
+                        s[1] += z.im * screen[1];
+                    }
+                }
+                Screens::Planes { now, .. } => {
+                    for (c, (s, phase)) in sum.iter_mut().zip(&now[i * BLOCK..]).enumerate() {
+                        let z = self.z[c * nv + at];
+                        *s += z.re * T::of(phase.re) + z.im * T::of(phase.im);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Pixels times their screen into columns.
+    fn spread(&mut self, columns: &Columns<'_, T>, plane: usize, pixels: &[T]) {
+        let nv = columns.plan.nv;
+        self.z.fill(Complex::default());
+        columns.power_screen(plane, &mut self.screen);
+        for (i, pixels) in pixels.chunks_exact(BLOCK).enumerate() {
+            let at = columns.index_m(i);
+            match &columns.screens {
+                Screens::Powers(_) => {
+                    let screen = &self.screen[i * BLOCK..(i + 1) * BLOCK];
+                    for (q, (p, screen)) in pixels.chunks_exact(2).zip(screen.chunks_exact(2)).enumerate() {
+                        self.z[q * nv + at] = Complex::new(p[0] * screen[0], p[1] * screen[1]);
+                    }
+                }
+                Screens::Planes { now, .. } => {
+                    for (c, (p, phase)) in pixels.iter().zip(&now[i * BLOCK..]).enumerate() {
+                        self.z[c * nv + at] = Complex::new(*p * T::of(phase.re), *p * T::of(phase.im));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Transformed columns into rows of the half grid \[row, column\]; pairs are told apart by their symmetry.
+    fn collect(&self, columns: &Columns<'_, T>, plane: usize, out: &mut [Complex<T>]) {
+        let nv = columns.plan.nv;
+        let half = T::of(0.5);
+        for (r, out) in out.chunks_exact_mut(BLOCK).enumerate() {
+            let (at, mirror) = columns.index_v(r);
+            if self.paired {
+                for (q, pair) in out.chunks_exact_mut(2).enumerate() {
+                    let (a, b) = (self.z[q * nv + at], self.z[q * nv + mirror]);
+                    let first = Complex::new(a.re + b.re, a.im - b.im).scale(half);
+                    let second = Complex::new(a.im + b.im, b.re - a.re).scale(half);
+                    pair[0] = quarter_turns(first, plane);
+                    pair[1] = quarter_turns(second, plane);
+                }
+            } else {
+                for (c, o) in out.iter_mut().enumerate() {
+                    *o = self.z[c * nv + at];
+                }
+            }
+        }
+    }
+}

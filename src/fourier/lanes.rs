@@ -1,0 +1,236 @@
+//! The innermost loops: one run of visibilities onto, or from, the cells of a tile that sits in cache.
+//!
+//! A tile is stored as \[row, plane, re | im, cell\] so that a visibility adds to `L` neighbouring cells of one row at once. The loops
+//! are written on small fixed arrays and compiled twice, for any machine and for AVX2 with fused multiply-add; the machine is asked
+//! once in a call.
+
+use super::kernel::KernelTable;
+use super::plan::{Plan, TILE};
+use super::real::{Real, cis_turns};
+use super::sort::{Chunk, Row, Run, Segment, TilePlace, tile_of};
+use super::wplanes::{MOST_TERMS, SLAB, WBasis};
+use num_complex::Complex;
+
+/// Numbers in a tile: rows, planes, two parts, cells.
+pub(crate) fn tile_len<T: Real>(plan: &Plan<T>) -> usize {
+    (TILE + plan.table.support) * plan.slab_depth() * 2 * (TILE + plan.table.lanes)
+}
+
+/// Values of the visibilities or what the tile predicts for them.
+pub(crate) trait Work<T: Real> {
+    /// A tile begins: clear or load the buffer.
+    fn begin(&mut self, place: TilePlace, tile: &mut [T]);
+    /// A tile ends.
+    fn end(&mut self, place: TilePlace, tile: &mut [T]);
+    /// True for gridding, false for prediction.
+    const GRID: bool;
+    /// Where predictions go: nodes of a run.
+    fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]);
+}
+
+/// The place of a visibility along one axis: its first cell in the tile and its distance above the end of the kernel.
+#[inline(always)]
+fn place<T: Real>(x: f64, origin: f64, side: usize) -> (usize, T) {
+    let a = x - origin;
+    // At an exact cell this takes the next one, where the kernel is as good: z is 1 there, not 0.
+    let i = ((a + 1.0) as i32).clamp(0, side as i32 - 1);
+    (i as usize, T::of(f64::from(i) - a))
+}
+
+/// Coefficients along w of one visibility: first plane in the tile, their number, and the phase of the middle of the range.
+#[inline(always)]
+fn along_w<T: Real, const FUSED: bool>(plan: &Plan<T>, slab: usize, w: f64, c: &mut [T; MOST_TERMS + 4]) -> (usize, usize, Complex<T>) {
+    match &plan.w.basis {
+        WBasis::Powers { inverse_w, enough, .. } => {
+            if *inverse_w == 0.0 {
+                c[0] = T::one();
+                return (0, 1, Complex::new(T::one(), T::default()));
+            }
+            let t = w * inverse_w;
+            let size = t.abs();
+            let n = 1 + enough.iter().map(|e| usize::from(size > *e)).sum::<usize>();
+            let t = T::of(t);
+            let mut power = T::one();
+            for c in &mut c[..n] {
+                *c = power;
+                power *= t;
+            }
+            (0, n, cis_turns(w * plan.w.nu_mid))
+        }
+        WBasis::Planes { first, step, table, .. } => {
+            let x = (w - first) / step - (slab * SLAB) as f64;
+            let (start, z) = place::<T>(x, table.support as f64 / 2.0, SLAB);
+            c[..16].copy_from_slice(&eval::<T, 16, FUSED>(table, z));
+            (start, table.support, cis_turns(w * plan.w.nu_mid))
+        }
+    }
+}
+
+#[inline(always)]
+fn eval<T: Real, const L: usize, const FUSED: bool>(table: &KernelTable<T>, z: T) -> [T; L] {
+    table.eval::<L, FUSED>(z)
+}
+
+/// Geometry of a run: origins of its tile in cells.
+#[inline(always)]
+fn origins<T: Real>(plan: &Plan<T>, row: &Row, f: f64) -> (f64, f64) {
+    let half = plan.table.support as f64 / 2.0;
+    let (_, u) = tile_of(row.uvw[0] * f, half, 0.0, plan.nu as f64);
+    let (_, v) = tile_of(row.uvw[1] * f, half, plan.below() as f64, plan.nv as f64);
+    (u, v)
+}
+
+#[inline(always)]
+fn grid_run<T: Real, const L: usize, const FUSED: bool>(
+    plan: &Plan<T>,
+    (row, slab): (&Row, usize),
+    (freq, nodes): (&[f64], &[Complex<T>]),
+    tile: &mut [T],
+) {
+    let stride = TILE + L;
+    let row_len = plan.slab_depth() * 2 * stride;
+    let support = plan.table.support;
+    let (origin_u, origin_v) = origins(plan, row, freq[0]);
+    let mut c = [T::default(); MOST_TERMS + 4];
+    for (f, v) in freq.iter().zip(nodes) {
+        if v.re == T::default() && v.im == T::default() {
+            continue;
+        }
+        let (i, zu) = place::<T>(row.uvw[0] * f, origin_u, TILE);
+        let (j, zv) = place::<T>(row.uvw[1] * f, origin_v, TILE);
+        let ku = eval::<T, L, FUSED>(&plan.table, zu);
+        let kv = eval::<T, L, FUSED>(&plan.table, zv);
+        let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
+        let v = if row.conjugate { v.conj() } else { *v } * phase.conj();
+        let cells = &mut tile[j * row_len..(j + support) * row_len];
+        for (line, kv) in cells.chunks_exact_mut(row_len).zip(kv) {
+            let line = &mut line[p * 2 * stride..(p + n) * 2 * stride];
+            let (re, im) = (v.re * kv, v.im * kv);
+            for (plane, c) in line.chunks_exact_mut(2 * stride).zip(&c) {
+                let (a, b) = (re * *c, im * *c);
+                let (cells_re, cells_im) = plane.split_at_mut(stride);
+                for (t, k) in cells_re[i..i + L].iter_mut().zip(&ku) {
+                    *t = k.fma::<FUSED>(a, *t);
+                }
+                for (t, k) in cells_im[i..i + L].iter_mut().zip(&ku) {
+                    *t = k.fma::<FUSED>(b, *t);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn degrid_run<T: Real, const L: usize, const FUSED: bool>(
+    plan: &Plan<T>,
+    (row, slab): (&Row, usize),
+    (freq, out): (&[f64], &mut Vec<Complex<T>>),
+    tile: &[T],
+) {
+    let stride = TILE + L;
+    let row_len = plan.slab_depth() * 2 * stride;
+    let support = plan.table.support;
+    let (origin_u, origin_v) = origins(plan, row, freq[0]);
+    let mut c = [T::default(); MOST_TERMS + 4];
+    out.clear();
+    for f in freq {
+        let (i, zu) = place::<T>(row.uvw[0] * f, origin_u, TILE);
+        let (j, zv) = place::<T>(row.uvw[1] * f, origin_v, TILE);
+        let ku = eval::<T, L, FUSED>(&plan.table, zu);
+        let kv = eval::<T, L, FUSED>(&plan.table, zv);
+        let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
+        let (mut re, mut im) = ([T::default(); L], [T::default(); L]);
+        for (p, c) in (p..p + n).zip(&c) {
+            // Sums of each plane are independent of each other, so the multiply-adds of several planes overlap.
+            let (mut a, mut b) = ([T::default(); L], [T::default(); L]);
+            for (line, kv) in tile[j * row_len..(j + support) * row_len].chunks_exact(row_len).zip(kv) {
+                let plane = &line[p * 2 * stride..(p + 1) * 2 * stride];
+                let (cells_re, cells_im) = plane.split_at(stride);
+                for (s, t) in a.iter_mut().zip(&cells_re[i..i + L]) {
+                    *s = t.fma::<FUSED>(kv, *s);
+                }
+                for (s, t) in b.iter_mut().zip(&cells_im[i..i + L]) {
+                    *s = t.fma::<FUSED>(kv, *s);
+                }
+            }
+            for k in 0..L {
+                re[k] = a[k].fma::<FUSED>(*c, re[k]);
+                im[k] = b[k].fma::<FUSED>(*c, im[k]);
+            }
+        }
+        let mut v = Complex::new(T::default(), T::default());
+        for k in 0..L {
+            v.re += re[k] * ku[k];
+            v.im += im[k] * ku[k];
+        }
+        v *= phase;
+        out.push(if row.conjugate { v.conj() } else { v });
+    }
+}
+
+#[inline(always)]
+fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
+    plan: &Plan<T>,
+    chunks: &[Chunk<T>],
+    task: &[Segment],
+    (tile, work): (&mut [T], &mut W),
+) {
+    let mut out = Vec::new();
+    for same in task.chunk_by(|a, b| a.key == b.key) {
+        let at = TilePlace::of(plan, same[0].key);
+        work.begin(at, tile);
+        for segment in same {
+            let chunk = &chunks[segment.chunk];
+            for Run { row, lo, hi, .. } in &chunk.runs[segment.runs.clone()] {
+                let row = &chunk.rows[*row as usize];
+                let (lo, hi) = (*lo as usize, *hi as usize);
+                let freq = &plan.channels.classes[row.class].freq_hz[lo..hi];
+                if W::GRID {
+                    let nodes = &chunk.nodes[row.offset + lo..row.offset + hi];
+                    grid_run::<T, L, FUSED>(plan, (row, at.slab), (freq, nodes), tile);
+                } else {
+                    degrid_run::<T, L, FUSED>(plan, (row, at.slab), (freq, &mut out), tile);
+                    work.store(segment.chunk, row.offset + lo, &out);
+                }
+            }
+        }
+        work.end(at, tile);
+    }
+}
+
+/// True where AVX2 and fused multiply-add may be used.
+pub(crate) fn fused() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        false
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn segments_avx2<T: Real, W: Work<T>, const L: usize>(plan: &Plan<T>, chunks: &[Chunk<T>], task: &[Segment], buffers: (&mut [T], &mut W)) {
+    segments::<T, W, L, true>(plan, chunks, task, buffers);
+}
+
+fn on_lanes<T: Real, W: Work<T>, const L: usize>(plan: &Plan<T>, chunks: &[Chunk<T>], task: &[Segment], buffers: (&mut [T], &mut W)) {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the machine has just been found to have AVX2 and FMA.
+        unsafe { segments_avx2::<T, W, L>(plan, chunks, task, buffers) };
+        return;
+    }
+    segments::<T, W, L, false>(plan, chunks, task, buffers);
+}
+
+/// All runs of a task, tile by tile.
+pub(crate) fn run_task<T: Real, W: Work<T>>(plan: &Plan<T>, chunks: &[Chunk<T>], task: &[Segment], buffers: (&mut [T], &mut W)) {
+    match plan.table.lanes {
+        4 => on_lanes::<T, W, 4>(plan, chunks, task, buffers),
+        8 => on_lanes::<T, W, 8>(plan, chunks, task, buffers),
+        _ => on_lanes::<T, W, 16>(plan, chunks, task, buffers),
+    }
+}

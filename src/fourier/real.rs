@@ -1,0 +1,103 @@
+//! The two floating-point types the transforms run in.
+
+use num_complex::Complex;
+use rustfft::num_traits::NumAssign;
+use rustfft::{Fft, FftDirection, FftNum, FftPlanner};
+use std::sync::{Arc, Mutex, OnceLock};
+
+/// `f32` for requested errors down to 1e-5, `f64` below.
+pub trait Real: FftNum + NumAssign + PartialOrd + Default {
+    /// From double precision.
+    fn of(x: f64) -> Self;
+    /// To double precision.
+    fn to64(self) -> f64;
+    /// `self * a + b`; fused where `FUSED` says that the machine does it in one instruction (elsewhere it is a slow call).
+    fn fma<const FUSED: bool>(self, a: Self, b: Self) -> Self;
+    /// A plan for a transform of this length, made once in a process.
+    #[doc(hidden)]
+    fn plan(len: usize, direction: FftDirection) -> Arc<dyn Fft<Self>>;
+    /// Terms of the series of sine and cosine on an eighth of a turn that reach full precision.
+    #[doc(hidden)]
+    const TRIG_TERMS: usize;
+}
+
+macro_rules! real {
+    ($t:ty, $terms:expr) => {
+        impl Real for $t {
+            const TRIG_TERMS: usize = $terms;
+
+            #[inline(always)]
+            #[allow(clippy::cast_possible_truncation)]
+            fn of(x: f64) -> Self {
+                x as $t
+            }
+
+            #[inline(always)]
+            fn to64(self) -> f64 {
+                f64::from(self)
+            }
+
+            #[inline(always)]
+            fn fma<const FUSED: bool>(self, a: Self, b: Self) -> Self {
+                if FUSED { self.mul_add(a, b) } else { self * a + b }
+            }
+
+            fn plan(len: usize, direction: FftDirection) -> Arc<dyn Fft<Self>> {
+                static PLANNER: OnceLock<Mutex<FftPlanner<$t>>> = OnceLock::new();
+                let planner = PLANNER.get_or_init(|| Mutex::new(FftPlanner::new()));
+                // A planner is only a cache: one left behind by a panic elsewhere is still a valid cache.
+                planner.lock().unwrap_or_else(std::sync::PoisonError::into_inner).plan_fft(len, direction)
+            }
+        }
+    };
+}
+real!(f32, 5);
+real!(f64, 9);
+
+/// exp(2 pi i x) of a phase in turns, to the precision of `T`.
+///
+/// The phase is reduced to an eighth of a turn in double precision, where the power series converges at once.
+#[inline(always)]
+pub(crate) fn cis_turns<T: Real>(turns: f64) -> Complex<T> {
+    // Adding and subtracting 1.5 * 2^52 rounds to an integer without a call to a library function.
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    let quarters = turns * 4.0;
+    let magic = quarters + ROUND;
+    let nearest = magic - ROUND;
+    let x = (quarters - nearest) * std::f64::consts::FRAC_PI_2;
+    let x2 = x * x;
+    let (mut s, mut c) = (1.0, 1.0);
+    let mut k = T::TRIG_TERMS;
+    while k > 0 {
+        let even = (2 * k) as f64;
+        c = 1.0 - c * x2 * (1.0 / (even * (even - 1.0)));
+        s = 1.0 - s * x2 * (1.0 / (even * (even + 1.0)));
+        k -= 1;
+    }
+    s *= x;
+    // The low bits of the mantissa of the shifted number hold the integer.
+    let (re, im) = match magic.to_bits() & 3 {
+        0 => (c, s),
+        1 => (-s, c),
+        2 => (-c, -s),
+        _ => (s, -c),
+    };
+    Complex::new(T::of(re), T::of(im))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_short_series_of_the_exponential_is_exact_to_rounding() {
+        for i in -4000..4000 {
+            let turns = f64::from(i) * 0.001_234_567;
+            let (s, c) = (turns * std::f64::consts::TAU).sin_cos();
+            let z: Complex<f64> = cis_turns(turns);
+            assert!((z.re - c).abs() < 2e-14 && (z.im - s).abs() < 2e-14, "{turns}");
+            let z: Complex<f32> = cis_turns(turns);
+            assert!((z.re.to64() - c).abs() < 1e-7 && (z.im.to64() - s).abs() < 1e-7, "{turns}");
+        }
+    }
+}

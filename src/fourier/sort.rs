@@ -1,0 +1,246 @@
+//! Rows of a block cut into runs of channels that fall into one tile of the grid, and the runs put in the order of the tiles.
+
+use super::plan::{Plan, TILE};
+use super::real::Real;
+use super::wplanes::{SLAB, WBasis};
+use ndarray::ArrayView2;
+use num_complex::Complex;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A row, folded to v >= 0.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    /// Cells along u and v and wavelengths along w, for each Hz.
+    pub(crate) uvw: [f64; 3],
+    /// Class of its channels.
+    pub(crate) class: usize,
+    /// Its first node in the chunk.
+    pub(crate) offset: usize,
+    /// True where the visibility is the conjugate of what lies on the grid.
+    pub(crate) conjugate: bool,
+}
+
+/// Nodes `lo..hi` of a row, all in one tile.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Run {
+    pub(crate) key: u64,
+    pub(crate) row: u32,
+    pub(crate) lo: u32,
+    pub(crate) hi: u32,
+}
+
+/// A share of the rows of a block.
+#[derive(Debug)]
+pub(crate) struct Chunk<T> {
+    pub(crate) range: Range<usize>,
+    pub(crate) rows: Vec<Row>,
+    pub(crate) nodes: Vec<Complex<T>>,
+    /// In the order of their keys.
+    pub(crate) runs: Vec<Run>,
+}
+
+/// Runs of one chunk in one tile.
+#[derive(Debug, Clone)]
+pub(crate) struct Segment {
+    pub(crate) key: u64,
+    pub(crate) chunk: usize,
+    pub(crate) runs: Range<usize>,
+    /// Number of nodes.
+    pub(crate) weight: usize,
+}
+
+/// Where a tile lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct TilePlace {
+    pub(crate) u: usize,
+    pub(crate) v: usize,
+    pub(crate) slab: usize,
+}
+
+impl TilePlace {
+    pub(crate) fn of<T: Real>(plan: &Plan<T>, key: u64) -> Self {
+        let (nu, nv) = (plan.tiles_u() as u64, plan.tiles_v() as u64);
+        Self { u: (key % nu) as usize, v: ((key / nu) % nv) as usize, slab: (key / nu / nv) as usize }
+    }
+}
+
+/// Tile along one axis of a place `x` in cells, and the place at which its first starting cell would begin to be covered.
+#[inline(always)]
+pub(crate) fn tile_of(x: f64, half_support: f64, below: f64, period: f64) -> (usize, f64) {
+    let start = (x - half_support).ceil() + below;
+    let wrapped = start - period * (start / period).floor();
+    let tile = (wrapped / TILE as f64).floor();
+    (tile as usize, start - below - (wrapped - tile * TILE as f64) + half_support)
+}
+
+/// True where a place lies in the tile whose origin was returned by [`tile_of`].
+#[inline(always)]
+fn inside(x: f64, origin: f64, side: usize) -> bool {
+    let a = x - origin;
+    a > -1.0 && a <= (side - 1) as f64
+}
+
+impl<T: Real> Chunk<T> {
+    /// Fold, classify and cut the rows of `range`; `fill` puts the values of a row on its nodes.
+    pub(crate) fn new(
+        plan: &Plan<T>,
+        uvw_m: ArrayView2<'_, f64>,
+        range: Range<usize>,
+        fill: impl Fn(usize, &Row, &mut [Complex<T>]),
+    ) -> Self {
+        let mut chunk = Self { range: range.clone(), rows: Vec::with_capacity(range.len()), nodes: Vec::new(), runs: Vec::new() };
+        for r in range {
+            let uvw = [uvw_m[(r, 0)], uvw_m[(r, 1)], uvw_m[(r, 2)]];
+            let conjugate = uvw[1] < 0.0;
+            let sign = if conjugate { -1.0 } else { 1.0 };
+            let row = Row {
+                uvw: [0, 1, 2].map(|k| sign * uvw[k] * plan.scale[k]),
+                class: plan.channels.class_for(plan.turns_per_hz(uvw)),
+                offset: chunk.nodes.len(),
+                conjugate,
+            };
+            let n = plan.channels.classes[row.class].n_nodes();
+            chunk.nodes.resize(row.offset + n, Complex::default());
+            fill(r, &row, &mut chunk.nodes[row.offset..]);
+            chunk.cut(plan, &row);
+            chunk.rows.push(row);
+        }
+        sort_by_key(&mut chunk.runs);
+        chunk
+    }
+
+    fn cut(&mut self, plan: &Plan<T>, row: &Row) {
+        let freq = &plan.channels.classes[row.class].freq_hz;
+        let half = plan.table.support as f64 / 2.0;
+        let (nu, nv) = (plan.nu as f64, plan.nv as f64);
+        let at = |f: f64, k: usize| row.uvw[k] * f;
+        let index = self.rows.len() as u32;
+        let mut lo = 0;
+        while lo < freq.len() {
+            let f = freq[lo];
+            let (u, origin_u) = tile_of(at(f, 0), half, 0.0, nu);
+            let (v, origin_v) = tile_of(at(f, 1), half, plan.below() as f64, nv);
+            let (slab, origin_w, step) = match &plan.w.basis {
+                WBasis::Powers { .. } => (0, 0.0, f64::INFINITY),
+                WBasis::Planes { first, step, table, .. } => {
+                    let start = ((at(f, 2) - first) / step - table.support as f64 / 2.0).ceil().max(0.0) as usize;
+                    let slab = start / SLAB;
+                    (slab, first + ((slab * SLAB) as f64 + table.support as f64 / 2.0) * step, *step)
+                }
+            };
+            let same = |f: f64| {
+                inside(at(f, 0), origin_u, TILE) && inside(at(f, 1), origin_v, TILE) && inside((at(f, 2) - origin_w) / step, 0.0, SLAB)
+            };
+            let hi = lo + 1 + freq[lo + 1..].iter().take_while(|f| same(**f)).count();
+            let key = ((slab * plan.tiles_v() + v) * plan.tiles_u() + u) as u64;
+            self.runs.push(Run { key, row: index, lo: lo as u32, hi: hi as u32 });
+            lo = hi;
+        }
+    }
+
+    fn segments(&self, chunk: usize) -> Vec<Segment> {
+        let mut out = Vec::new();
+        let mut first = 0;
+        for same in self.runs.chunk_by(|a, b| a.key == b.key) {
+            let weight = same.iter().map(|r| (r.hi - r.lo) as usize).sum();
+            out.push(Segment { key: same[0].key, chunk, runs: first..first + same.len(), weight });
+            first += same.len();
+        }
+        out
+    }
+}
+
+/// Counting sort where the keys are few enough, else by comparison.
+fn sort_by_key(runs: &mut Vec<Run>) {
+    let lo = runs.iter().map(|r| r.key).min().unwrap_or(0);
+    let hi = runs.iter().map(|r| r.key).max().unwrap_or(0);
+    let n = (hi - lo) as usize + 1;
+    if n > 4 * runs.len() + 1024 {
+        runs.sort_unstable_by_key(|r| (r.key, r.row, r.lo));
+        return;
+    }
+    let mut next = vec![0_usize; n + 1];
+    for r in runs.iter() {
+        next[(r.key - lo) as usize + 1] += 1;
+    }
+    for k in 1..=n {
+        next[k] += next[k - 1];
+    }
+    let mut sorted = vec![Run { key: 0, row: 0, lo: 0, hi: 0 }; runs.len()];
+    for r in runs.iter() {
+        let at = &mut next[(r.key - lo) as usize];
+        sorted[*at] = *r;
+        *at += 1;
+    }
+    *runs = sorted;
+}
+
+/// Shares of the rows of a block, one for about every thread.
+pub(crate) fn shares(n_rows: usize) -> Vec<Range<usize>> {
+    let parts = (2 * rayon::current_num_threads()).min(n_rows.div_ceil(256)).max(1);
+    (0..parts).map(|k| n_rows * k / parts..n_rows * (k + 1) / parts).filter(|r| !r.is_empty()).collect()
+}
+
+/// All segments of all chunks in the order of the tiles, cut into tasks of about equal weight.
+pub(crate) fn tasks<T: Real>(chunks: &[Chunk<T>]) -> Vec<Vec<Segment>> {
+    let mut all: Vec<Segment> = chunks.par_iter().enumerate().flat_map_iter(|(i, c)| c.segments(i)).collect();
+    all.par_sort_by_key(|s| (s.key, s.chunk));
+    let total: usize = all.iter().map(|s| s.weight).sum();
+    let share = (total / (16 * rayon::current_num_threads())).max(2048);
+    let (mut tasks, mut task, mut weight) = (Vec::new(), Vec::new(), 0);
+    for segment in all {
+        for piece in split(segment, share, chunks) {
+            weight += piece.weight;
+            task.push(piece);
+            if weight >= share {
+                tasks.push(std::mem::take(&mut task));
+                weight = 0;
+            }
+        }
+    }
+    if !task.is_empty() {
+        tasks.push(task);
+    }
+    tasks
+}
+
+/// A segment heavier than `share` in pieces, so that one crowded tile does not hold up the other threads.
+fn split<T>(segment: Segment, share: usize, chunks: &[Chunk<T>]) -> Vec<Segment> {
+    if segment.weight <= 2 * share {
+        return vec![segment];
+    }
+    let parts = segment.weight.div_ceil(share).min(segment.runs.len());
+    let n = segment.runs.len();
+    let piece = |k: usize| {
+        let runs = segment.runs.start + n * k / parts..segment.runs.start + n * (k + 1) / parts;
+        let weight = chunks[segment.chunk].runs[runs.clone()].iter().map(|r| (r.hi - r.lo) as usize).sum();
+        Segment { key: segment.key, chunk: segment.chunk, runs, weight }
+    };
+    (0..parts).map(piece).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_wrap_around_the_grid_on_both_sides() {
+        // A support of 6 on a period of 100: the kernel at 0.5 starts at cell -2, which is cell 98 in tile 6.
+        let (tile, origin) = tile_of(0.5, 3.0, 0.0, 100.0);
+        assert_eq!((tile, origin), (6, -4.0 + 3.0));
+        assert_eq!(tile_of(100.5, 3.0, 0.0, 100.0), (6, 96.0 + 3.0));
+        assert_eq!(tile_of(50.0, 3.0, 0.0, 100.0), (2, 32.0 + 3.0));
+        assert!(inside(0.5, origin, TILE) && !inside(20.0, origin, TILE));
+    }
+
+    #[test]
+    fn runs_come_out_in_the_order_of_their_tiles() {
+        let run = |key, row| Run { key, row, lo: 0, hi: 1 };
+        for spread in [1, 1_000_000] {
+            let mut runs: Vec<Run> = (0..200).map(|i| run((i * 7919) % 31 * spread, i as u32)).collect();
+            sort_by_key(&mut runs);
+            assert!(runs.windows(2).all(|p| (p[0].key, p[0].row) < (p[1].key, p[1].row)));
+        }
+    }
+}

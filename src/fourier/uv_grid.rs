@@ -1,0 +1,74 @@
+//! The plain FFT of an image: visibilities at the points of the conjugate grid, without kernel or padding.
+
+use crate::Result;
+use cittert_arrays::{ArrayError, SkyGrid};
+use ndarray::parallel::prelude::*;
+use ndarray::{Array2, ArrayView2, Axis};
+use num_complex::Complex64;
+use rustfft::FftPlanner;
+
+/// Visibilities \[v, u\] of an image plane \[m, l\] at u = (column - n_l / 2) / (n_l cell), v = (row - n_m / 2) / (n_m cell) wavelengths:
+/// the sum of I exp(+2 pi i (u l + v m)) over the pixels, in the unit of the plane times pixels.
+///
+/// # Errors
+/// A plane of another shape than the grid.
+pub fn image_to_uv_grid(grid: &SkyGrid, plane: ArrayView2<'_, f64>) -> Result<Array2<Complex64>> {
+    let (n_m, n_l) = (grid.n_m, grid.n_l);
+    if plane.dim() != (n_m, n_l) {
+        let found = plane.shape().to_vec();
+        return Err(ArrayError::ShapeMismatch { what: "image to transform", expected: vec![n_m, n_l], found }.into());
+    }
+    let along_l = transform_rows(plane.mapv(|v| Complex64::new(v, 0.0)), grid.l_sign() < 0.0);
+    let turned = along_l.reversed_axes().as_standard_layout().into_owned();
+    Ok(transform_rows(turned, false).reversed_axes().as_standard_layout().into_owned())
+}
+
+/// Transform every row with exp(+2 pi i j k / n), or the opposite sign where the axis is `mirrored`; both sides count from n / 2.
+fn transform_rows(mut rows: Array2<Complex64>, mirrored: bool) -> Array2<Complex64> {
+    let n = rows.ncols();
+    let mut planner = FftPlanner::new();
+    let fft = if mirrored { planner.plan_fft_forward(n) } else { planner.plan_fft_inverse(n) };
+    rows.axis_iter_mut(Axis(0)).into_par_iter().for_each_init(
+        || (vec![Complex64::default(); n], vec![Complex64::default(); fft.get_inplace_scratch_len()]),
+        |(line, scratch), mut row| {
+            // With both origins at n / 2, element k of either side stands at k - n / 2: a rotation before and after.
+            for (k, v) in row.iter().enumerate() {
+                line[(k + n - n / 2) % n] = *v;
+            }
+            fft.process_with_scratch(line, scratch);
+            for (k, v) in row.iter_mut().enumerate() {
+                *v = line[(k + n - n / 2) % n];
+            }
+        },
+    );
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cittert_arrays::SkyFrame;
+
+    #[test]
+    fn agrees_with_the_sum_on_even_and_odd_grids_and_both_frames() {
+        for (n_l, n_m) in [(8, 8), (7, 6), (9, 5)] {
+            for frame in [SkyFrame::Boresight, SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.0, frame: "icrs".into() }] {
+                let grid = SkyGrid::new(n_l, n_m, 1e-3, frame).unwrap();
+                let plane = Array2::from_shape_fn((n_m, n_l), |(r, c)| ((5 * r + 3 * c) % 7) as f64);
+                let vis = image_to_uv_grid(&grid, plane.view()).unwrap();
+                for ((row, column), v) in vis.indexed_iter() {
+                    let (u, w) = (column as f64 - (n_l / 2) as f64, row as f64 - (n_m / 2) as f64);
+                    let (du, dv) = (1.0 / (n_l as f64 * 1e-3), 1.0 / (n_m as f64 * 1e-3));
+                    let truth: Complex64 = plane
+                        .indexed_iter()
+                        .map(|((r, c), i)| {
+                            let turns = u * du * grid.l_at(c as f64) + w * dv * grid.m_at(r as f64);
+                            Complex64::from_polar(*i, std::f64::consts::TAU * turns)
+                        })
+                        .sum();
+                    assert!((v - truth).norm() < 1e-11, "{n_l} {n_m} {row} {column}: {v} {truth}");
+                }
+            }
+        }
+    }
+}

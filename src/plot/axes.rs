@@ -1,0 +1,275 @@
+//! Axes: ranges, round ticks, labels that fit, and the map from data to pixels.
+
+use super::canvas::{Align, Canvas, FAINT, INK, Rect};
+use crate::Result;
+
+/// Size of tick labels, axis labels and titles, pixels of an em.
+pub(crate) const TICK_EM: f64 = 13.0;
+pub(crate) const LABEL_EM: f64 = 14.5;
+pub(crate) const TITLE_EM: f64 = 16.0;
+
+/// One axis: the values at its two ends (the first at the left or the bottom) and its label.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Axis {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    pub(crate) log: bool,
+    /// Distance of ticks, where it is given.
+    pub(crate) step: Option<f64>,
+    pub(crate) label: String,
+}
+
+impl Axis {
+    pub(crate) fn linear(from: f64, to: f64, label: impl Into<String>) -> Self {
+        Self { from, to, log: false, step: None, label: label.into() }
+    }
+
+    /// Place along the axis: 0 at `from`, 1 at `to`.
+    pub(crate) fn place(&self, v: f64) -> f64 {
+        if self.log { (v / self.from).log10() / (self.to / self.from).log10() } else { (v - self.from) / (self.to - self.from) }
+    }
+
+    /// Ticks with their labels, about `count` of them.
+    pub(crate) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
+        let (lo, hi) = (self.from.min(self.to), self.from.max(self.to));
+        match self.step {
+            Some(step) => ticks_of_step(lo, hi, step),
+            None if self.log => log_ticks(lo, hi, count),
+            None => linear_ticks(lo, hi, count),
+        }
+    }
+}
+
+/// Round values between two limits: steps of 1, 2 or 5 times a power of ten.
+pub(crate) fn linear_ticks(lo: f64, hi: f64, count: usize) -> Vec<(f64, String)> {
+    let span = hi - lo;
+    if !(span > 0.0 && span.is_finite()) {
+        return vec![(lo, short(lo))];
+    }
+    let rough = span / count.max(1) as f64;
+    let decade = 10_f64.powf(rough.log10().floor());
+    let off = |s: &f64| (s / rough).ln().abs();
+    let step = [1.0, 2.0, 5.0, 10.0].map(|k| k * decade).into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(decade);
+    ticks_of_step(lo, hi, step)
+}
+
+fn ticks_of_step(lo: f64, hi: f64, step: f64) -> Vec<(f64, String)> {
+    let decimals = (-(step * 1.0001).log10().floor()).max(0.0) as usize;
+    let (first, last) = ((lo / step - 1e-6).ceil() as i64, (hi / step + 1e-6).floor() as i64);
+    let largest = lo.abs().max(hi.abs());
+    (first..=last)
+        .map(|k| {
+            let v = k as f64 * step;
+            let text = if largest >= 1e6 || decimals > 5 { format!("{v:.2e}") } else { format!("{v:.decimals$}") };
+            (v, text.replace('-', "\u{2212}"))
+        })
+        .collect()
+}
+
+/// Powers of ten, or 1-2-5 steps where there is less than two decades.
+fn log_ticks(lo: f64, hi: f64, count: usize) -> Vec<(f64, String)> {
+    let decades = (hi / lo).log10();
+    let (first, last) = ((lo.log10() - 1e-9).floor() as i32, (hi.log10() + 1e-9).ceil() as i32);
+    let every = ((decades / count.max(1) as f64).ceil() as i32).max(1);
+    let multiples: &[f64] = if 3.0 * decades <= count as f64 + 1.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let mut ticks = Vec::new();
+    for exponent in (first..=last).filter(|e| e % every == 0) {
+        for m in multiples {
+            let v = m * 10_f64.powi(exponent);
+            if v >= lo * (1.0 - 1e-9) && v <= hi * (1.0 + 1e-9) {
+                let text = if (-3..=4).contains(&exponent) {
+                    short(v)
+                } else if *m == 1.0 {
+                    format!("10{}", superscript(exponent))
+                } else {
+                    format!("{m}\u{b7}10{}", superscript(exponent))
+                };
+                ticks.push((v, text));
+            }
+        }
+    }
+    ticks
+}
+
+/// A number with as few digits as it needs.
+pub(crate) fn short(v: f64) -> String {
+    if v == 0.0 {
+        return "0".into();
+    }
+    let a = v.abs();
+    let text = if (1e-4..1e6).contains(&a) {
+        let decimals = (3 - a.log10().floor() as i32).clamp(0, 7) as usize;
+        let t = format!("{v:.decimals$}");
+        if t.contains('.') { t.trim_end_matches('0').trim_end_matches('.').to_owned() } else { t }
+    } else {
+        format!("{v:.2e}")
+    };
+    text.replace('-', "\u{2212}")
+}
+
+/// An exponent in superscript digits.
+pub(crate) fn superscript(n: i32) -> String {
+    n.to_string()
+        .chars()
+        .map(|c| match c {
+            '-' => '\u{207b}',
+            '1' => '\u{b9}',
+            '2' => '\u{b2}',
+            '3' => '\u{b3}',
+            c => char::from_u32(0x2070 + c.to_digit(10).unwrap_or(0)).unwrap_or(c),
+        })
+        .collect()
+}
+
+/// A panel with two axes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Panel {
+    pub(crate) area: Rect,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    /// Width kept for the tick labels of y where panels share it, so that their axis labels line up.
+    pub(crate) label_room: Option<f64>,
+}
+
+impl Panel {
+    /// Pixel of a datum.
+    pub(crate) fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        (self.area.x0 + self.x.place(x) * self.area.width(), self.area.y1 - self.y.place(y) * self.area.height())
+    }
+
+    /// Grid lines, to be drawn before the data.
+    pub(crate) fn grid(&self, canvas: &mut Canvas) {
+        for (v, _) in self.x_ticks() {
+            let (x, _) = self.at(v, self.y.from);
+            canvas.fill(Rect { x0: x - 0.5, x1: x + 0.5, ..self.area }, FAINT);
+        }
+        for (v, _) in self.y_ticks() {
+            let (_, y) = self.at(self.x.from, v);
+            canvas.fill(Rect { y0: y - 0.5, y1: y + 0.5, ..self.area }, FAINT);
+        }
+    }
+
+    /// Ticks along x: fewer where labels are long, so that they never touch.
+    fn x_ticks(&self) -> Vec<(f64, String)> {
+        let mut count = (self.area.width() / 90.0).max(2.0) as usize;
+        loop {
+            let ticks = self.x.ticks(count);
+            let widest = ticks.iter().map(|t| t.1.chars().count()).max().unwrap_or(0) as f64 * TICK_EM * 0.64 + 12.0;
+            if count <= 2 || ticks.len() as f64 * widest <= self.area.width() {
+                return ticks;
+            }
+            count -= 1;
+        }
+    }
+
+    fn y_ticks(&self) -> Vec<(f64, String)> {
+        self.y.ticks((self.area.height() / 70.0).max(2.0) as usize)
+    }
+
+    /// Width of the widest tick label of a y axis, pixels.
+    pub(crate) fn tick_width(y: &Axis, canvas: &Canvas, height: f64) -> f64 {
+        let ticks = y.ticks((height / 70.0).max(2.0) as usize);
+        ticks.iter().map(|t| canvas.text_width(&t.1, TICK_EM)).fold(0.0, f64::max)
+    }
+
+    /// Room that tick labels and the label of the y axis take at the left, pixels.
+    pub(crate) fn left_room(y: &Axis, canvas: &Canvas, height: f64) -> f64 {
+        12.0 + LABEL_EM + 14.0 + Self::tick_width(y, canvas, height) + 10.0
+    }
+
+    /// Frame, ticks and labels, to be drawn over the data.
+    ///
+    /// # Errors
+    /// A failure of the drawing library.
+    pub(crate) fn axes(&self, canvas: &mut Canvas, with_x: bool) -> Result<()> {
+        let a = self.area;
+        canvas.frame(a, INK, 1.0);
+        for (v, text) in self.x_ticks() {
+            let (x, _) = self.at(v, self.y.from);
+            canvas.fill(Rect { x0: x - 0.5, x1: x + 0.5, y0: a.y1, y1: a.y1 + 5.0 }, INK);
+            if with_x {
+                canvas.text((x, a.y1 + 9.0 + 0.73 * TICK_EM), &text, TICK_EM, Align::Center, INK)?;
+            }
+        }
+        let mut widest = 0.0_f64;
+        for (v, text) in self.y_ticks() {
+            let (_, y) = self.at(self.x.from, v);
+            canvas.fill(Rect { x0: a.x0 - 5.0, x1: a.x0, y0: y - 0.5, y1: y + 0.5 }, INK);
+            canvas.text((a.x0 - 9.0, y + 0.365 * TICK_EM), &text, TICK_EM, Align::Right, INK)?;
+            widest = widest.max(canvas.text_width(&text, TICK_EM));
+        }
+        if with_x {
+            let y = a.y1 + 9.0 + TICK_EM + 12.0 + 0.73 * LABEL_EM;
+            canvas.text((f64::midpoint(a.x0, a.x1), y), &self.x.label, LABEL_EM, Align::Center, INK)?;
+        }
+        let x = a.x0 - 9.0 - self.label_room.unwrap_or(widest) - 13.0;
+        canvas.text_up((x, f64::midpoint(a.y0, a.y1)), &self.y.label, LABEL_EM, Align::Center, INK)
+    }
+}
+
+/// Room below a panel for ticks and label, pixels.
+pub(crate) const BOTTOM_ROOM: f64 = 62.0;
+
+/// Draw a title above a panel, shortened where it does not fit.
+pub(crate) fn title(canvas: &mut Canvas, area: Rect, text: &str, limit: f64) -> Result<()> {
+    let mut shown = text.to_owned();
+    while canvas.text_width(&shown, TITLE_EM) > limit && shown.chars().count() > 4 {
+        let keep = shown.chars().count() - 2;
+        shown = shown.chars().take(keep).collect::<String>().trim_end_matches('\u{2026}').to_owned() + "\u{2026}";
+    }
+    canvas.text((f64::midpoint(area.x0, area.x1), area.y0 - 12.0), &shown, TITLE_EM, Align::Center, INK)
+}
+
+/// A power of 1000 and its prefix that bring a value of this size to 0.3 to 300.
+pub(crate) fn prefix(largest: f64) -> (f64, &'static str) {
+    const PREFIXES: [(f64, &str); 9] =
+        [(1e-12, "p"), (1e-9, "n"), (1e-6, "\u{b5}"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"), (1e9, "G"), (1e12, "T")];
+    if !(largest > 0.0 && largest.is_finite()) {
+        return (1.0, "");
+    }
+    PREFIXES.into_iter().rev().find(|p| largest >= 0.3 * p.0).unwrap_or(PREFIXES[0])
+}
+
+/// As [`prefix`], for 1 to 1000.
+pub(crate) fn whole_prefix(largest: f64) -> (f64, &'static str) {
+    prefix(0.3 * largest)
+}
+
+/// The angular unit in which a field of this half width reads best: radians of the unit, and its name.
+pub(crate) fn angle_unit(half_width_rad: f64) -> (f64, &'static str) {
+    let arcsec = std::f64::consts::PI / 648_000.0;
+    for (unit, name) in [(3600.0 * arcsec, "deg"), (60.0 * arcsec, "arcmin"), (arcsec, "arcsec"), (1e-3 * arcsec, "mas")] {
+        if half_width_rad >= 1.5 * unit {
+            return (unit, name);
+        }
+    }
+    (1e-6 * arcsec, "\u{b5}as")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let show = |lo, hi, n| linear_ticks(lo, hi, n).into_iter().map(|t| t.1).collect::<Vec<_>>();
+        assert_eq!(show(0.0, 1.0, 5), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(show(-7.3, 7.3, 6), ["\u{2212}6", "\u{2212}4", "\u{2212}2", "0", "2", "4", "6"]);
+        assert_eq!(show(0.0, 0.05, 5), ["0.00", "0.01", "0.02", "0.03", "0.04", "0.05"]);
+        let log = Axis { from: 1e-6, to: 10.0, log: true, step: None, label: String::new() };
+        assert_eq!(log.ticks(8).len(), 8);
+        assert_eq!(log.ticks(8)[0].1, "10\u{207b}\u{2076}");
+        assert!((log.place(1e-6)).abs() < 1e-12 && (log.place(10.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn units_fit_the_size() {
+        assert_eq!(angle_unit(100.0 * std::f64::consts::PI / 648e9).1, "\u{b5}as");
+        assert_eq!(angle_unit(0.01).1, "arcmin");
+        assert_eq!(angle_unit(0.1).1, "deg");
+        assert_eq!(prefix(2.5e-5), (1e-6, "\u{b5}"));
+        assert_eq!(prefix(0.0), (1.0, ""));
+        assert_eq!(short(0.25), "0.25");
+        assert_eq!(short(-1500.0), "\u{2212}1500");
+    }
+}

@@ -1,0 +1,236 @@
+//! A picture being drawn. Everything is drawn at twice the size and averaged down, which smooths lines and spaces letters evenly.
+
+use crate::{ChainError, Result};
+use plotters::backend::BitMapBackend;
+use plotters::coord::Shift;
+use plotters::drawing::{DrawingArea, IntoDrawingArea};
+use plotters::element::{PathElement, Polygon};
+use plotters::style::{FontStyle, FontTransform, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle, register_font};
+use std::sync::OnceLock;
+
+/// Pixels drawn for each pixel shown, along each side.
+const OVER: usize = 2;
+/// Name under which the embedded font is known to plotters.
+const FONT: &str = "DejaVu Sans";
+static FONT_BYTES: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
+/// Height of the font's line over its em, as plotters counts sizes in lines.
+const LINE_PER_EM: f64 = 1.164;
+
+/// A colour: red, green, blue.
+pub(crate) type Rgb = [u8; 3];
+/// Text and axes.
+pub(crate) const INK: Rgb = [30, 30, 34];
+/// Lines behind the data.
+pub(crate) const FAINT: Rgb = [224, 224, 228];
+/// Background.
+pub(crate) const WHITE: Rgb = [255, 255, 255];
+
+/// Where the given point lies along the text.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Align {
+    Left,
+    Center,
+    Right,
+}
+
+/// A rectangle in pixels, y down.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rect {
+    pub(crate) x0: f64,
+    pub(crate) y0: f64,
+    pub(crate) x1: f64,
+    pub(crate) y1: f64,
+}
+
+impl Rect {
+    pub(crate) fn width(&self) -> f64 {
+        self.x1 - self.x0
+    }
+
+    pub(crate) fn height(&self) -> f64 {
+        self.y1 - self.y0
+    }
+
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        self.x0 < other.x1 && other.x0 < self.x1 && self.y0 < other.y1 && other.y0 < self.y1
+    }
+}
+
+/// Pixels, all coordinates in the pixels that are shown.
+pub(crate) struct Canvas {
+    width: usize,
+    height: usize,
+    /// RGB of the enlarged picture.
+    pixels: Vec<u8>,
+}
+
+fn plot_error(e: impl std::fmt::Display) -> ChainError {
+    ChainError::Other(format!("drawing failed: {e}").into())
+}
+
+fn color(c: Rgb, alpha: f64) -> RGBAColor {
+    RGBAColor(c[0], c[1], c[2], alpha)
+}
+
+impl Canvas {
+    /// A white canvas.
+    ///
+    /// # Errors
+    /// A side below 100 or above 8000 pixels; a font that cannot be read.
+    pub(crate) fn new(width: usize, height: usize) -> Result<Self> {
+        static REGISTERED: OnceLock<bool> = OnceLock::new();
+        if !REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, FONT_BYTES).is_ok()) {
+            return Err(plot_error("the embedded font is damaged"));
+        }
+        for side in [width, height] {
+            if !(100..=8000).contains(&side) {
+                return Err(ChainError::BadOption {
+                    option: "picture size",
+                    value: side.to_string(),
+                    expected: "100 to 8000 pixels a side".into(),
+                });
+            }
+        }
+        Ok(Self { width, height, pixels: vec![255; width * height * OVER * OVER * 3] })
+    }
+
+    /// The enlarged picture as plotters draws on it.
+    fn area(&mut self) -> DrawingArea<BitMapBackend<'_>, Shift> {
+        let size = ((self.width * OVER) as u32, (self.height * OVER) as u32);
+        BitMapBackend::with_buffer(&mut self.pixels, size).into_drawing_area()
+    }
+
+    fn scaled(points: &[(f64, f64)]) -> Vec<(i32, i32)> {
+        points.iter().map(|(x, y)| ((x * OVER as f64).round() as i32, (y * OVER as f64).round() as i32)).collect()
+    }
+
+    /// A line through points.
+    pub(crate) fn line(&mut self, points: &[(f64, f64)], c: Rgb, width: f64) -> Result<()> {
+        let stroke = (width * OVER as f64).round().max(1.0) as u32;
+        let style = ShapeStyle { color: color(c, 1.0), filled: false, stroke_width: stroke };
+        self.area().draw(&PathElement::new(Self::scaled(points), style)).map_err(plot_error)
+    }
+
+    /// A filled polygon.
+    pub(crate) fn polygon(&mut self, points: &[(f64, f64)], c: Rgb, alpha: f64) -> Result<()> {
+        let style = ShapeStyle { color: color(c, alpha), filled: true, stroke_width: 0 };
+        self.area().draw(&Polygon::new(Self::scaled(points), style)).map_err(plot_error)
+    }
+
+    /// A filled rectangle.
+    pub(crate) fn fill(&mut self, r: Rect, c: Rgb) {
+        self.shade(r, |_, _| c);
+    }
+
+    /// The outline of a rectangle.
+    pub(crate) fn frame(&mut self, r: Rect, c: Rgb, width: f64) {
+        let h = width / 2.0;
+        for side in [
+            Rect { x0: r.x0 - h, x1: r.x1 + h, y0: r.y0 - h, y1: r.y0 + h },
+            Rect { x0: r.x0 - h, x1: r.x1 + h, y0: r.y1 - h, y1: r.y1 + h },
+            Rect { x0: r.x0 - h, x1: r.x0 + h, y0: r.y0, y1: r.y1 },
+            Rect { x0: r.x1 - h, x1: r.x1 + h, y0: r.y0, y1: r.y1 },
+        ] {
+            self.fill(side, c);
+        }
+    }
+
+    /// Colour every drawn pixel of a rectangle by its place: x from 0 at the left to 1, y from 0 at the top to 1.
+    pub(crate) fn shade(&mut self, r: Rect, mut c: impl FnMut(f64, f64) -> Rgb) {
+        let edge = |v: f64, n: usize| ((v * OVER as f64).round().max(0.0) as usize).min(n * OVER);
+        let (x0, x1) = (edge(r.x0, self.width), edge(r.x1, self.width));
+        let (y0, y1) = (edge(r.y0, self.height), edge(r.y1, self.height));
+        for y in y0..y1 {
+            for x in x0..x1 {
+                let at = 3 * (y * self.width * OVER + x);
+                let rgb = c((x as f64 + 0.5 - x0 as f64) / (x1 - x0) as f64, (y as f64 + 0.5 - y0 as f64) / (y1 - y0) as f64);
+                self.pixels[at..at + 3].copy_from_slice(&rgb);
+            }
+        }
+    }
+
+    /// A round dot with a soft edge, blended over what is there; nothing outside `clip`.
+    pub(crate) fn dot(&mut self, (x, y): (f64, f64), radius: f64, c: Rgb, alpha: f64, clip: Rect) {
+        let s = OVER as f64;
+        let (cx, cy, r) = (x * s, y * s, radius * s);
+        let low = |v: f64, limit: f64| (v - r - 1.0).max(limit * s).max(0.0) as usize;
+        let high = |v: f64, limit: f64, n: usize| ((v + r + 2.0).min(limit * s).max(0.0) as usize).min(n * OVER);
+        for py in low(cy, clip.y0)..high(cy, clip.y1, self.height) {
+            for px in low(cx, clip.x0)..high(cx, clip.x1, self.width) {
+                let d = (px as f64 + 0.5 - cx).hypot(py as f64 + 0.5 - cy);
+                let a = alpha * (r + 0.5 - d).clamp(0.0, 1.0);
+                if a > 0.0 {
+                    let at = 3 * (py * self.width * OVER + px);
+                    for (k, v) in c.iter().enumerate() {
+                        let old = f64::from(self.pixels[at + k]);
+                        self.pixels[at + k] = (old + a * (f64::from(*v) - old)).round() as u8;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Width of a text of `em` pixels, pixels.
+    pub(crate) fn text_width(&self, text: &str, em: f64) -> f64 {
+        let size = em * LINE_PER_EM * OVER as f64;
+        (FONT, size).into_font().layout_box(text).map_or(0.0, |((x0, _), (x1, _))| f64::from(x1 - x0) / OVER as f64)
+    }
+
+    /// Text of `em` pixels whose base line passes through y.
+    pub(crate) fn text(&mut self, (x, y): (f64, f64), text: &str, em: f64, align: Align, c: Rgb) -> Result<()> {
+        self.write((x - self.shift(text, em, align), y), text, em, c, FontTransform::None)
+    }
+
+    /// Text that reads upwards, whose base line is at x; `align` is along the text from below.
+    pub(crate) fn text_up(&mut self, (x, y): (f64, f64), text: &str, em: f64, align: Align, c: Rgb) -> Result<()> {
+        self.write((x, y + self.shift(text, em, align)), text, em, c, FontTransform::Rotate270)
+    }
+
+    fn shift(&self, text: &str, em: f64, align: Align) -> f64 {
+        match align {
+            Align::Left => 0.0,
+            Align::Center => self.text_width(text, em) / 2.0,
+            Align::Right => self.text_width(text, em),
+        }
+    }
+
+    fn write(&mut self, (x, y): (f64, f64), text: &str, em: f64, c: Rgb, turn: FontTransform) -> Result<()> {
+        let s = OVER as f64;
+        let size = em * LINE_PER_EM * s;
+        // plotters puts the base line half a line below the point it is given.
+        let (x, y) = match turn {
+            FontTransform::None => (x * s, y * s - size / 2.0),
+            _ => (x * s - size / 2.0, y * s),
+        };
+        let font = (FONT, size).into_font().transform(turn);
+        let ink = RGBColor(c[0], c[1], c[2]);
+        let style = TextStyle::from(font).color(&ink);
+        self.area().draw_text(text, &style, (x.round() as i32, y.round() as i32)).map_err(plot_error)
+    }
+
+    /// The picture as a PNG file.
+    ///
+    /// # Errors
+    /// Never for a canvas of valid size; the encoder's error is passed on.
+    pub(crate) fn png(self) -> Result<Vec<u8>> {
+        let (w, h) = (self.width, self.height);
+        let mut small = vec![0_u8; w * h * 3];
+        for y in 0..h {
+            for x in 0..w {
+                for k in 0..3 {
+                    let mut sum = 0_usize;
+                    for dy in 0..OVER {
+                        for dx in 0..OVER {
+                            sum += usize::from(self.pixels[3 * ((y * OVER + dy) * w * OVER + x * OVER + dx) + k]);
+                        }
+                    }
+                    small[3 * (y * w + x) + k] = ((sum + OVER * OVER / 2) / (OVER * OVER)) as u8;
+                }
+            }
+        }
+        let picture = image::RgbImage::from_raw(w as u32, h as u32, small).ok_or_else(|| plot_error("picture buffer of a wrong size"))?;
+        let mut png = std::io::Cursor::new(Vec::new());
+        picture.write_to(&mut png, image::ImageFormat::Png).map_err(plot_error)?;
+        Ok(png.into_inner())
+    }
+}

@@ -1,0 +1,93 @@
+//! Colour maps, and the bar that explains them.
+
+use super::axes::{LABEL_EM, TICK_EM, linear_ticks, short};
+use super::canvas::{Align, Canvas, INK, Rect, Rgb};
+use crate::Result;
+
+/// Colours that stay apart in print and for colour-blind eyes.
+///
+/// # Reference
+/// Okabe & Ito 2008, Color Universal Design, in an order that puts the strongest contrasts first.
+pub(crate) const LINES: [Rgb; 8] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [90, 90, 90], [180, 160, 0]];
+
+/// A colour map with the range and stretch of its values.
+#[derive(Clone, Copy)]
+pub(crate) struct ColorScale {
+    pub(crate) gradient: colorous::Gradient,
+    /// True where the gradient is run through from its end.
+    pub(crate) reversed: bool,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// 0 for a linear scale; otherwise the softening of asinh as a fraction of the range.
+    pub(crate) soften: f64,
+    /// Colour of cells without a value.
+    pub(crate) blank: Rgb,
+}
+
+/// Cells without a value, unless the scale says otherwise.
+pub(crate) const BLANK: Rgb = [200, 200, 204];
+
+impl ColorScale {
+    /// Place of a value on the scale, 0 to 1.
+    pub(crate) fn place(&self, v: f64) -> f64 {
+        let x = if self.high > self.low { (v - self.low) / (self.high - self.low) } else { 0.5 };
+        let x = if self.soften > 0.0 { (x / self.soften).asinh() / (1.0 / self.soften).asinh() } else { x };
+        x.clamp(0.0, 1.0)
+    }
+
+    pub(crate) fn color(&self, v: f64) -> Rgb {
+        if v.is_nan() { self.blank } else { self.color_at(self.place(v)) }
+    }
+
+    pub(crate) fn color_at(&self, place: f64) -> Rgb {
+        let c = self.gradient.eval_continuous(if self.reversed { 1.0 - place } else { place });
+        [c.r, c.g, c.b]
+    }
+
+    /// Draw the bar in `area` with ticks to its right; values are shown divided by `unit`.
+    pub(crate) fn bar(&self, canvas: &mut Canvas, area: Rect, unit: f64, label: &str) -> Result<()> {
+        canvas.shade(area, |_, y| self.color_at(1.0 - y));
+        canvas.frame(area, INK, 1.0);
+        let (lo, hi) = (self.low / unit, self.high / unit);
+        let count = ((area.height() / 70.0) as usize).max(2);
+        let ticks = if self.soften > 0.0 { stretched_ticks(lo, hi) } else { linear_ticks(lo, hi, count) };
+        let mut widest = 0.0_f64;
+        let mut taken: Vec<f64> = Vec::new();
+        for (v, text) in ticks {
+            let y = area.y1 - self.place(v * unit) * area.height();
+            if taken.iter().any(|t| (t - y).abs() < 1.8 * TICK_EM) {
+                continue;
+            }
+            taken.push(y);
+            canvas.fill(Rect { x0: area.x1, x1: area.x1 + 5.0, y0: y - 0.5, y1: y + 0.5 }, INK);
+            canvas.text((area.x1 + 9.0, y + 0.365 * TICK_EM), &text, TICK_EM, Align::Left, INK)?;
+            widest = widest.max(canvas.text_width(&text, TICK_EM));
+        }
+        let x = area.x1 + 9.0 + widest + 10.0 + 0.75 * LABEL_EM;
+        canvas.text_up((x, f64::midpoint(area.y0, area.y1)), label, LABEL_EM, Align::Center, INK)
+    }
+}
+
+/// Values 1, 2 and 5 times powers of ten on both sides of zero, the roundest first; too many, so that the caller can keep those
+/// that do not touch.
+fn stretched_ticks(lo: f64, hi: f64) -> Vec<(f64, String)> {
+    let largest = lo.abs().max(hi.abs());
+    let top = largest.log10().ceil() as i32;
+    let mut values = vec![0.0];
+    for m in [1.0, 5.0, 2.0] {
+        for exponent in (top - 3..=top).rev() {
+            let v = m * 10_f64.powi(exponent);
+            values.extend([v, -v]);
+        }
+    }
+    values.into_iter().filter(|v| (lo..=hi).contains(v)).map(|v| (v, short(v))).collect()
+}
+
+/// Room that a colour bar takes to the right of a panel, pixels.
+pub(crate) const BAR_ROOM: f64 = 118.0;
+
+/// The bar's rectangle next to a panel.
+pub(crate) fn bar_area(panel: Rect) -> Rect {
+    Rect { x0: panel.x1 + 16.0, x1: panel.x1 + 36.0, ..panel }
+}

@@ -1,0 +1,84 @@
+//! Visibilities of an image by FFT and interpolation, kept ready from block to block.
+
+use crate::Result;
+use crate::fourier::{Degridder, GridOptions, UvwExtent};
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
+use ndarray::{Array2, ArrayView2};
+use num_complex::{Complex, Complex64};
+
+/// One plane with the degridder that serves it, which is made anew when rows reach beyond what it was made for.
+pub(crate) struct DegridPlane {
+    grid: SkyGrid,
+    plane: Array2<f64>,
+    freq_hz: Vec<f64>,
+    options: GridOptions,
+    ready: Option<(UvwExtent, Precision)>,
+}
+
+/// Single precision is enough, and twice as fast, for errors that it can reach.
+enum Precision {
+    Single(Degridder<f32>),
+    Double(Degridder<f64>),
+}
+
+impl DegridPlane {
+    /// A plane \[m, l\] of values per cell, to be seen at some frequencies with an error of at most `epsilon` of the total flux.
+    pub(crate) fn new(grid: &SkyGrid, plane: Array2<f64>, freq_hz: Vec<f64>, epsilon: f64, w_term: bool) -> Self {
+        let options = GridOptions { epsilon, w_term, divide_by_n: false };
+        Self { grid: grid.clone(), plane, freq_hz, options, ready: None }
+    }
+
+    /// About how much memory this takes, bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let w_planes = self.ready.as_ref().map_or(0, |(extent, _)| {
+            let f_max = self.freq_hz.iter().copied().fold(0.0, f64::max);
+            let half = self.grid.cell_rad * (self.grid.n_l.max(self.grid.n_m) / 2) as f64;
+            let turns = if self.options.w_term { extent.w_m * f_max / SPEED_OF_LIGHT_M_S * half * half } else { 0.0 };
+            1 + if turns > 0.0 { 8 + (4.0 * turns) as usize } else { 0 }
+        });
+        let point = if self.options.single_precision_suffices() { 8 } else { 16 };
+        // The transform is twice as large along each side, and half of it is kept.
+        8 * self.plane.len() + 2 * point * self.plane.len() * w_planes
+    }
+
+    /// Visibilities \[row, freq\] at uvw in m \[row, 3\].
+    ///
+    /// # Errors
+    /// uvw that are not finite, an epsilon beyond the transform.
+    pub(crate) fn predict(&mut self, uvw_m: ArrayView2<'_, f64>) -> Result<Array2<Complex64>> {
+        let needed = UvwExtent::of(uvw_m);
+        let covers = |e: &UvwExtent| e.u_m >= needed.u_m && e.v_m >= needed.v_m && e.w_m >= needed.w_m;
+        let (extent, degridder) = match self.ready.take() {
+            Some(ready) if covers(&ready.0) => ready,
+            Some((made_for, _)) => self.make(needed.union(made_for))?,
+            None => self.make(needed)?,
+        };
+        let shape = (uvw_m.nrows(), self.freq_hz.len());
+        let vis = match &degridder {
+            Precision::Single(d) => {
+                let mut out = Array2::from_elem(shape, Complex::<f32>::default());
+                d.predict(uvw_m, out.view_mut())?;
+                out.mapv(|v| Complex64::new(v.re.into(), v.im.into()))
+            }
+            Precision::Double(d) => {
+                let mut out = Array2::from_elem(shape, Complex64::default());
+                d.predict(uvw_m, out.view_mut())?;
+                out
+            }
+        };
+        self.ready = Some((extent, degridder));
+        Ok(vis)
+    }
+
+    /// A degridder with a tenth more room than needed, as the next block is likely to reach a little farther.
+    fn make(&self, needed: UvwExtent) -> Result<(UvwExtent, Precision)> {
+        let room = UvwExtent { u_m: 1.1 * needed.u_m, v_m: 1.1 * needed.v_m, w_m: 1.1 * needed.w_m };
+        let plane = self.plane.view();
+        let degridder = if self.options.single_precision_suffices() {
+            Precision::Single(Degridder::new(&self.grid, plane, &self.freq_hz, room, &self.options)?)
+        } else {
+            Precision::Double(Degridder::new(&self.grid, plane, &self.freq_hz, room, &self.options)?)
+        };
+        Ok((room, degridder))
+    }
+}
