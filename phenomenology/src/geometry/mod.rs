@@ -26,10 +26,13 @@ mod oracle_tests;
 
 pub use bounds::Bounds;
 pub use bvh::Bvh;
+pub(crate) use error::some_names;
 pub use error::{At, GeometryError};
+pub(crate) use expression::is_valid_name;
 pub use expression::{Expression, Literal};
 pub use model::{Geometry, Hit, NamedBody, Region, RegionSource};
 pub use ray::{Ray, Span};
 pub use similarity::Similarity;
+pub(crate) use text_read::is_void;
 pub use text_read::{TextModel, looks_like_bodies, read_text};
 pub use text_write::write_text;
