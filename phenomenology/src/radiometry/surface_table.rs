@@ -3,6 +3,7 @@
 use super::angle_table::AngleTable;
 use crate::atmosphere::planck::{black_body_radiance, rayleigh_jeans_temperature_k};
 use crate::surfaces::{Layer, Reflection, Roughness, Sky, Stack, SurfaceError, SurfaceModel};
+use crate::vector::Vec3;
 use std::f64::consts::PI;
 
 /// Kelvins that a reflectivity of 1 stands for in the tolerance.
@@ -50,7 +51,13 @@ pub struct SurfaceTable {
 enum Kind {
     Mirror(AngleTable<6>),
     /// Facets, one table for each azimuth; with the sky scattered where the surface is level.
-    Facets { tables: Vec<AngleTable<8>>, cos_twice: f64, sin_twice: f64 },
+    Facets {
+        tables: Vec<AngleTable<8>>,
+        cos_twice: f64,
+        sin_twice: f64,
+        /// East and north part of a standard slope along and across the first axis.
+        axes: [[f64; 2]; 2],
+    },
 }
 
 /// A stack with its temperatures read as Rayleigh-Jeans temperatures.
@@ -97,7 +104,9 @@ impl SurfaceTable {
                     })
                     .collect::<Result<Vec<_>, SurfaceError>>()?;
                 let (sin_twice, cos_twice) = (2.0 * slope_azimuth_rad).sin_cos();
-                Kind::Facets { tables, cos_twice, sin_twice }
+                let (sin, cos) = slope_azimuth_rad.sin_cos();
+                let axes = [[sin, cos].map(|a| a * go.slopes.along), [cos, -sin].map(|a| a * go.slopes.across)];
+                Kind::Facets { tables, cos_twice, sin_twice, axes }
             }
             _ => {
                 let dark = |_: f64| 0.0;
@@ -134,6 +143,14 @@ impl SurfaceTable {
         matches!(self.kind, Kind::Facets { .. })
     }
 
+    /// The normal of one facet of a level rough surface, drawn by two standard normal numbers.
+    #[must_use]
+    pub fn facet(&self, draw: [f64; 2]) -> Option<Vec3> {
+        let Kind::Facets { axes, .. } = &self.kind else { return None };
+        let slope = |k: usize| draw[0] * axes[0][k] + draw[1] * axes[1][k];
+        Some(Vec3::new(-slope(0), -slope(1), 1.0).unit())
+    }
+
     /// Response at a cosine of incidence, seen along a direction with horizontal components `x` (east) and `y` (north), and
     /// the sky that a level rough surface scatters there.
     #[must_use]
@@ -141,7 +158,7 @@ impl SurfaceTable {
     pub fn at(&self, cos: f64, x: f64, y: f64) -> (Response, Option<RoughSky>) {
         match &self.kind {
             Kind::Mirror(table) => (Response::of(&table.at(cos)), None),
-            Kind::Facets { tables, cos_twice, sin_twice } => {
+            Kind::Facets { tables, cos_twice, sin_twice, .. } => {
                 let row = match tables.as_slice() {
                     [only] => only.at(cos),
                     several => {

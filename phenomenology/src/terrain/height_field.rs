@@ -76,6 +76,7 @@ impl HeightField {
         let margin = 1e-9 * self.cell + 1e-9 * (self.high - self.low);
         let limits = [(self.origin[0], far[0]), (self.origin[1], far[1]), (self.low - margin, self.high + margin)];
         let (mut near_t, mut far_t) = (t_min, t_max);
+        let mut side = Vec3::ZERO;
         for (axis, (lo, hi)) in limits.into_iter().enumerate() {
             if d[axis] == 0.0 {
                 if o[axis] < lo || o[axis] > hi {
@@ -84,13 +85,24 @@ impl HeightField {
                 continue;
             }
             let (a, b) = ((lo - o[axis]) * ray.inverse[axis], (hi - o[axis]) * ray.inverse[axis]);
-            near_t = near_t.max(a.min(b));
+            if a.min(b) > near_t {
+                near_t = a.min(b);
+                let outward = -d[axis].signum();
+                side = [Vec3::new(outward, 0.0, 0.0), Vec3::new(0.0, outward, 0.0), Vec3::ZERO][axis];
+            }
             far_t = far_t.min(a.max(b));
         }
         if near_t > far_t {
             return None;
         }
         let start = ray.at(near_t);
+        // Coming in at the rim below the surface, a ray meets the cut side of the field.
+        if side != Vec3::ZERO {
+            let inner = start - side * (1e-9 * self.cell);
+            if self.height_m(inner.x, inner.y).is_some_and(|h| h > start.z) {
+                return Some(GroundHit { t: near_t, normal: side });
+            }
+        }
         let clamp = |v: f64, n: usize| (v.max(0.0) as usize).min(n - 2);
         let mut i = clamp((start.x - self.origin[0]) / self.cell, self.columns) as isize;
         let mut j = clamp((start.y - self.origin[1]) / self.cell, self.rows) as isize;
@@ -164,7 +176,8 @@ mod tests {
             let ray = Ray::new(from, Vec3::new(tx, ty, field.height_m(tx, ty).unwrap()) - from);
             let hit = field.hit(&ray, 1e-9, 1e9).unwrap();
             let p = ray.at(hit.t);
-            prop_assert!((field.height_m(p.x, p.y).unwrap() - p.z).abs() < 1e-6);
+            let cut = hit.normal.z == 0.0;
+            prop_assert!(cut || (field.height_m(p.x, p.y).unwrap() - p.z).abs() < 1e-6);
             prop_assert!(hit.normal.dot(ray.direction) < 0.0);
             for k in 0..400 {
                 let q = ray.at(hit.t * f64::from(k) / 400.0);

@@ -66,7 +66,7 @@ impl Tracer<'_> {
             };
             let cos = (-ray.direction.dot(spot.normal)).clamp(0.0, 1.0);
             if bounce == 0 {
-                seen = Some(Seen { range_m: spot.t, cos_incidence: cos, cover: spot.cover, region: spot.region });
+                seen = Some(Seen { range_m: spot.t, cos_incidence: cos, cover: spot.cover, region: spot.region, face: spot.face });
             }
             self.add_leg(ray.origin.z, spot.point.z, spot.t, scratch)?;
             if let Some((local, by)) = local_frame(ray.direction, spot.normal, reference) {
@@ -79,10 +79,27 @@ impl Tracer<'_> {
                 self.close(spot.cover, from_rough, scratch);
                 return Ok(seen);
             }
-            let direction = ray.direction.mirrored(spot.normal).unit();
+            let direction = self.mirrored(&ray, &spot, from_rough);
             ray = Ray::from_unit(spot.point + spot.normal * self.eps, direction);
         }
         Ok(seen)
+    }
+
+    /// Where a reflected ray goes. A level rough surface sends it off one of its facets, drawn by the place of the hit: what
+    /// stands near the surface is mirrored blurred, and the same picture always comes out.
+    #[inline]
+    fn mirrored(&self, ray: &Ray, spot: &Spot, rough: bool) -> Vec3 {
+        if rough
+            && let Some(table) = self.surfaces[spot.cover as usize].first()
+            && let Some(facet) = table.facet(normal_pair(spot.point))
+            && facet.dot(ray.direction) < 0.0
+        {
+            let direction = ray.direction.mirrored(facet);
+            if direction.z > 0.0 {
+                return direction.unit();
+            }
+        }
+        ray.direction.mirrored(spot.normal).unit()
     }
 
     /// Emission of a surface, and the reflection of every row. Tells whether it is rough, and the largest weight that is left.
@@ -168,5 +185,47 @@ impl Tracer<'_> {
             scratch.sums[k] += 2.0 * row[0] * self.sky.rj_k(level, k / planes, cos.abs());
         }
         Ok(())
+    }
+}
+
+/// Two standard normal numbers that depend on a place alone.
+fn normal_pair(p: Vec3) -> [f64; 2] {
+    // splitmix64 (Steele et al. 2014) of the bits of the coordinates.
+    let mix = |mut z: u64| {
+        z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    };
+    let first = mix(mix(p.x.to_bits()) ^ p.y.to_bits().rotate_left(32));
+    let unit = |z: u64| ((z >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
+    let (radius, angle) = ((-2.0 * unit(first).ln()).sqrt(), std::f64::consts::TAU * unit(mix(first)));
+    // libm gives the same bits on every machine.
+    [radius * libm::cos(angle), radius * libm::sin(angle)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn draws_are_standard_normal_and_repeat() {
+        let at = |k: u32| normal_pair(Vec3::new(f64::from(k) * 0.01, 3.0, 0.0));
+        assert_eq!(at(7), at(7));
+        let n = 40_000;
+        let (mut mean, mut square, mut product) = ([0.0; 2], [0.0; 2], 0.0);
+        for k in 0..n {
+            let d = at(k);
+            for i in 0..2 {
+                mean[i] += d[i];
+                square[i] += d[i] * d[i];
+            }
+            product += d[0] * d[1];
+        }
+        let n = f64::from(n);
+        // Five standard errors.
+        assert!(mean.iter().all(|m| (m / n).abs() < 5.0 / n.sqrt()), "{mean:?}");
+        assert!(square.iter().all(|s| (s / n - 1.0).abs() < 5.0 * (2.0 / n).sqrt()), "{square:?}");
+        assert!((product / n).abs() < 5.0 / n.sqrt());
     }
 }

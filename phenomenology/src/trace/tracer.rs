@@ -46,6 +46,8 @@ pub struct Seen {
     pub cover: u32,
     /// Number of the region; `None` for the ground.
     pub region: Option<u32>,
+    /// Body and face.
+    pub face: (u32, u8),
 }
 
 /// A hit with what the tracer needs of it.
@@ -57,6 +59,7 @@ pub(super) struct Spot {
     pub normal: Vec3,
     pub cover: u32,
     pub region: Option<u32>,
+    pub face: (u32, u8),
 }
 
 impl<'a> Tracer<'a> {
@@ -127,12 +130,12 @@ impl<'a> Tracer<'a> {
             let n = self.scene.geometry.normal(&hit, point);
             let normal = if n.dot(ray.direction) > 0.0 { -n } else { n };
             let cover = self.scene.covers.of_face(hit.region, hit.body, hit.face)?;
-            return Some(Spot { t: hit.t, point, normal, cover, region: Some(hit.region) });
+            return Some(Spot { t: hit.t, point, normal, cover, region: Some(hit.region), face: (hit.body, hit.face) });
         }
         let g = ground?;
         let point = ray.at(g.t);
         let cover = self.scene.terrain.as_ref().map_or(0, |t| t.cover(point.x, point.y));
-        Some(Spot { t: g.t, point, normal: g.normal, cover, region: None })
+        Some(Spot { t: g.t, point, normal: g.normal, cover, region: None, face: (0, 0) })
     }
 }
 

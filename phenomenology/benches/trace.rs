@@ -1,0 +1,80 @@
+//! Speed of the tracer: primary rays a second with reflections, growth with the number of solids, the real-time mode.
+
+use cittert_arrays::SpectralWindow;
+use cittert_phenomenology::trace::MeshOptions;
+use cittert_phenomenology::{RenderOptions, SolidScene, Tracer, View};
+use criterion::{Criterion, Throughput};
+use std::fmt::Write;
+
+/// A yard of metal and concrete solids of all kinds, spread so that the picture always shows about the same share of them.
+fn yard(solids: usize, side: usize) -> Option<SolidScene> {
+    let mut text = format!(
+        "kind = \"solids\"\nname = \"yard\"\n[camera]\nposition_m = [0, -60, 30]\nlook_at_m = [0, 0, 0]\nfov_deg = 50\nsize_px = [{side}, {side}]\n\
+         [surface.metal]\nlayer = [{{ material = \"steel\" }}]\n[surface.soil]\nlayer = [{{ material = \"soil\" }}]\n\
+         [surface.concrete]\nlayer = [{{ material = \"concrete\" }}]\n[ground]\nsurface = \"soil\"\n"
+    );
+    let columns = (solids as f64).sqrt().ceil();
+    let pitch = 50.0 / columns;
+    for k in 0..solids {
+        let (x, y) = (pitch * (k as f64 % columns) - 25.0, pitch * (k as f64 / columns).floor() - 25.0);
+        let r = 0.3 * pitch;
+        let (kind, data) = match k % 5 {
+            0 => ("SPH", format!("{x}, {y}, {r}, {r}")),
+            1 => ("RPP", format!("{}, {}, {}, {}, 0, {}", x - r, x + r, y - r, y + r, 2.0 * r)),
+            2 => ("RCC", format!("{x}, {y}, 0, 0, 0, {}, {r}", 3.0 * r)),
+            3 => ("TRC", format!("{x}, {y}, 0, 0, 0, {}, {r}, {}", 2.5 * r, 0.3 * r)),
+            _ => ("ELL", format!("{x}, {y}, {r}, {x}, {y}, {}, {}", 2.0 * r, 2.5 * r)),
+        };
+        let surface = if k % 3 == 0 { "concrete" } else { "metal" };
+        let _ = writeln!(text, "[[body]]\nname = \"b{k}\"\ntype = \"{kind}\"\ndata = [{data}]\nsurface = \"{surface}\"");
+    }
+    SolidScene::from_toml(&text).ok()
+}
+
+fn bench(c: &mut Criterion) -> Option<()> {
+    let band = SpectralWindow::band(94e9, 1e9, 1).ok()?;
+    let options = RenderOptions { antialias: 1, ..RenderOptions::default() };
+    let mut group = c.benchmark_group("trace");
+    group.sample_size(10);
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().ok()?;
+    let two = rayon::ThreadPoolBuilder::new().num_threads(2).build().ok()?;
+    {
+        // Bar: 1e6 primary rays a second and core.
+        let scene = yard(50, 1024)?;
+        let tracer = Tracer::new(&scene, &[94e9], &options).ok()?;
+        let view = View::of_camera(scene.camera().ok()?).ok()?;
+        group.throughput(Throughput::Elements(1024 * 1024));
+        group.bench_function("50 solids, 1024 x 1024, 1 thread", |b| b.iter(|| one.install(|| tracer.picture(&view, &band, None))));
+        group.bench_function("50 solids, 1024 x 1024, 2 threads", |b| b.iter(|| two.install(|| tracer.picture(&view, &band, None))));
+    }
+    for solids in [10, 100, 1000, 10_000] {
+        // Bar: the time grows no faster than the logarithm of the number.
+        let scene = yard(solids, 256)?;
+        let tracer = Tracer::new(&scene, &[94e9], &options).ok()?;
+        let view = View::of_camera(scene.camera().ok()?).ok()?;
+        group.throughput(Throughput::Elements(256 * 256));
+        group.bench_function(format!("{solids} solids, 256 x 256, 1 thread"), |b| {
+            b.iter(|| one.install(|| tracer.picture(&view, &band, None)));
+        });
+    }
+    // Bar: 25 frames a second.
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/airport.toml");
+    let scene = SolidScene::from_toml(&std::fs::read_to_string(path).ok()?).ok()?;
+    let mut camera = scene.camera().ok()?.clone();
+    camera.size_px = [256, 256];
+    let scene = scene.with_camera(camera).ok()?;
+    let tracer = Tracer::new(&scene, &[94e9], &options).ok()?;
+    let view = View::of_camera(scene.camera().ok()?).ok()?;
+    let mesh = MeshOptions::default();
+    group.throughput(Throughput::Elements(256 * 256));
+    group.bench_function("real-time frame of the airport, 256 x 256, 2 threads", |b| b.iter(|| two.install(|| tracer.frame(&view, &mesh))));
+    group.finish();
+    Some(())
+}
+
+fn main() {
+    let mut criterion = Criterion::default().configure_from_args();
+    // A scene that cannot be read shows as missing results.
+    let _ = bench(&mut criterion);
+    criterion.final_summary();
+}
