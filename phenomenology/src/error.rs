@@ -38,7 +38,7 @@ pub enum SceneError {
     },
     /// Bodies or regions.
     #[error(transparent)]
-    Geometry(#[from] GeometryError),
+    Geometry(Box<GeometryError>),
     /// A surface and its layers.
     #[error("{at}surface `{name}`")]
     Surface {
@@ -47,7 +47,7 @@ pub enum SceneError {
         /// Name of the surface.
         name: String,
         /// Why.
-        source: SurfaceError,
+        source: Box<SurfaceError>,
     },
     /// The atmosphere.
     #[error("{at}atmosphere of the scene")]
@@ -55,7 +55,7 @@ pub enum SceneError {
         /// Where.
         at: At,
         /// Why.
-        source: PhysicsError,
+        source: Box<PhysicsError>,
     },
     /// A region without a surface.
     #[error("{at}region `{region}` has no material; give it surface = \"...\" ({known})")]
@@ -107,7 +107,18 @@ pub enum SceneError {
     Array(#[from] cittert_arrays::ArrayError),
 }
 
+impl From<GeometryError> for SceneError {
+    fn from(e: GeometryError) -> Self {
+        Self::Geometry(Box::new(e))
+    }
+}
+
 impl SceneError {
+    /// A fault of the air, wherever it was met.
+    pub(crate) fn air(at: At, source: PhysicsError) -> Self {
+        Self::Atmosphere { at, source: Box::new(source) }
+    }
+
     /// A fault at a line.
     pub(crate) fn at(line: usize, message: impl Into<String>) -> Self {
         Self::At { at: At(line), message: message.into() }

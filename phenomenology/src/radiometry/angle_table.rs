@@ -19,7 +19,12 @@ impl<const N: usize> AngleTable<N> {
     ///
     /// # Errors
     /// Whatever `f` fails with.
-    pub fn new<E>(tolerance: f64, scale: [f64; N], (first, most): (usize, usize), f: impl Fn(f64) -> Result<[f64; N], E>) -> Result<Self, E> {
+    pub fn new<E>(
+        tolerance: f64,
+        scale: [f64; N],
+        (first, most): (usize, usize),
+        f: impl Fn(f64) -> Result<[f64; N], E>,
+    ) -> Result<Self, E> {
         let at = |k: usize, n: usize| f(cosine(k as f64 / n as f64));
         let mut n = first.clamp(2, LIMIT);
         let mut rows = (0..=n).map(|k| at(k, n)).collect::<Result<Vec<_>, E>>()?;

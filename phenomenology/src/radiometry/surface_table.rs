@@ -163,8 +163,7 @@ impl SurfaceTable {
                     [only] => only.at(cos),
                     several => {
                         let size = x * x + y * y;
-                        let twice =
-                            if size > 1e-24 { ((y * y - x * x) * cos_twice + 2.0 * x * y * sin_twice) / size } else { 0.0 };
+                        let twice = if size > 1e-24 { ((y * y - x * x) * cos_twice + 2.0 * x * y * sin_twice) / size } else { 0.0 };
                         between_azimuths(several, cos, twice)
                     }
                 };

@@ -25,7 +25,11 @@ pub(super) fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
         .iter()
         .map(|(name, row)| {
             let line = line(row.span().start);
-            surface(name, row.get_ref(), line, text).map_err(|source| SceneError::Surface { at: At(line), name: name.clone(), source })
+            surface(name, row.get_ref(), line, text).map_err(|source| SceneError::Surface {
+                at: At(line),
+                name: name.clone(),
+                source: Box::new(source),
+            })
         })
         .collect::<Result<Vec<_>>>()?;
     let mut covers = Covers::new(surfaces.iter().map(|s| s.name.as_str()));
@@ -62,7 +66,7 @@ pub(super) fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     }
     let defaults = AtmosphereRow::default();
     let (row, at) = file.atmosphere.as_ref().map_or((&defaults, 0), |a| (a.get_ref(), line(a.span().start)));
-    let air = atmosphere(row).map_err(|source| SceneError::Atmosphere { at: At(at), source })?;
+    let air = atmosphere(row).map_err(|e| SceneError::air(At(at), e))?;
     let camera_line = file.camera.as_ref().map_or(0, |c| line(c.span().start));
     let scene = SolidScene { file, geometry, covers, surfaces, terrain, air, camera_line };
     scene.check_camera()?;
@@ -152,9 +156,9 @@ fn height_field(row: &Spanned<HeightFieldRow>, at: usize) -> Result<HeightField>
     let columns = row.rows_m.first().map_or(0, Vec::len);
     let even = row.rows_m.iter().all(|r| r.len() == columns) && columns * row.rows_m.len() <= MAX_CELLS;
     let heights = row.rows_m.iter().rev().flatten().copied().collect();
-    HeightField::new(row.origin_m, row.cell_m, columns, heights).filter(|_| even).ok_or_else(|| {
-        SceneError::at(at, "the height field needs at least 2 x 2 finite heights in rows of one length, and cell_m above 0")
-    })
+    HeightField::new(row.origin_m, row.cell_m, columns, heights)
+        .filter(|_| even)
+        .ok_or_else(|| SceneError::at(at, "the height field needs at least 2 x 2 finite heights in rows of one length, and cell_m above 0"))
 }
 
 fn atmosphere(row: &AtmosphereRow) -> Result<Air, PhysicsError> {

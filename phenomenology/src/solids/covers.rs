@@ -44,12 +44,7 @@ impl Covers {
     /// [`SceneError::UnknownSurface`], or a temperature that cannot be.
     pub(super) fn add(&mut self, line: usize, user: &str, surface: &str, temperature_k: Option<f64>) -> Result<u32, SceneError> {
         let Some(&surface) = self.by_name.get(surface) else {
-            return Err(SceneError::UnknownSurface {
-                at: At(line),
-                user: user.to_owned(),
-                name: surface.to_owned(),
-                known: self.known(),
-            });
+            return Err(SceneError::UnknownSurface { at: At(line), user: user.to_owned(), name: surface.to_owned(), known: self.known() });
         };
         if let Some(t) = temperature_k
             && !(t > 0.0 && t <= 5000.0)

@@ -17,8 +17,8 @@ mod scene_tests;
 
 pub use covers::{Cover, Covers};
 pub use file::{
-    AssemblyRow, AtmosphereRow, BodyRow, CanopyRow, FaceRow, GroundRow, HeightFieldRow, InstanceRow, MapRow, PatchRow, RegionRow, SceneFile,
-    SurfaceRow,
+    AssemblyRow, AtmosphereRow, BodyRow, CanopyRow, FaceRow, GroundRow, HeightFieldRow, InstanceRow, MapRow, PatchRow, RegionRow,
+    SceneFile, SurfaceRow,
 };
 pub use probe::{Probed, read_geometry, read_probe};
 pub use scene::{Air, SolidScene, SurfaceSource};

@@ -28,7 +28,7 @@ pub enum Probed {
     /// A scene of solids.
     Scene(Box<SolidScene>),
     /// Bodies and regions alone.
-    Bare(Geometry),
+    Bare(Box<Geometry>),
 }
 
 /// A scene of solids from its TOML, or bodies and regions from their text.
@@ -37,7 +37,7 @@ pub enum Probed {
 /// The line and the fault.
 pub fn read_probe(text: &str) -> Result<Probed> {
     if looks_like_bodies(text) {
-        read_geometry(text).map(Probed::Bare)
+        read_geometry(text).map(|g| Probed::Bare(Box::new(g)))
     } else {
         SolidScene::from_toml(text).map(|s| Probed::Scene(Box::new(s)))
     }
@@ -61,7 +61,7 @@ impl Probed {
     /// An unknown region or a point that is not finite.
     pub fn points(&self, region: Option<&str>, points: &[PointRow]) -> Result<Vec<PointAnswer>> {
         let geometry = match self {
-            Self::Bare(g) => g,
+            Self::Bare(g) => g.as_ref(),
             Self::Scene(s) => &s.geometry,
         };
         Ok(geometry.probe_points(region, points)?)

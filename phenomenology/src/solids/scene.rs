@@ -125,11 +125,8 @@ impl SolidScene {
         self.check_position(view.position)?;
         let freqs: Vec<f64> = if options.per_channel { spectrum.freq_hz().to_vec() } else { vec![spectrum.mean_hz()] };
         let tracer = Tracer::new(self, &freqs, options)?;
-        let band = if options.per_channel {
-            spectrum.clone()
-        } else {
-            SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])?
-        };
+        let band =
+            if options.per_channel { spectrum.clone() } else { SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])? };
         let mut picture = tracer.picture(view, &band, None)?;
         picture.temperature.object.clone_from(&self.file.name);
         Ok(picture)

@@ -136,3 +136,17 @@ fn maps_and_height_fields_are_read() {
     assert!(fault(&text.replace("\"w.\"", "\"x.\"")).contains("the map has `x`"));
     assert!(fault(&text.replace("[2, 2, 2]", "[2, 2]")).contains("the height field needs"));
 }
+
+#[test]
+fn the_scenes_that_ship_are_read_and_written() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let scene = SolidScene::from_toml(&std::fs::read_to_string(&path).unwrap()).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        assert!(scene.geometry().bodies().len() > 30 && scene.camera().is_ok(), "{}", path.display());
+        assert!(crate::geometry::read_text(&scene.to_text(), 1).is_ok());
+        count += 1;
+    }
+    assert!(count >= 10, "{count} scenes");
+}

@@ -42,7 +42,11 @@ impl Flight {
         let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
         let finite = |k: &KeyFrame| k.time_s.is_finite() && k.position_m.iter().chain(&k.look_at_m).all(|x| x.is_finite());
         if flight.key.len() < 2 || !flight.key.iter().all(finite) || flight.key.windows(2).any(|w| w[1].time_s <= w[0].time_s) {
-            return bad("[[key]] of the flight", format!("{} frames", flight.key.len()), "two or more with rising times and finite numbers");
+            return bad(
+                "[[key]] of the flight",
+                format!("{} frames", flight.key.len()),
+                "two or more with rising times and finite numbers",
+            );
         }
         let frames = flight.frames_per_second * flight.duration_s();
         if !(flight.frames_per_second > 0.0 && frames <= MAX_FRAMES) {

@@ -28,12 +28,7 @@ impl Tracer<'_> {
     /// Working memory for rays.
     pub(super) fn scratch(&self) -> Scratch {
         let n = self.freqs_ghz.len() * self.antenna.len();
-        Scratch {
-            rows: vec![[0.0; 4]; n],
-            sums: vec![0.0; n],
-            scattered: vec![0.0; n],
-            path: vec![(0.0, 1.0); self.freqs_ghz.len()],
-        }
+        Scratch { rows: vec![[0.0; 4]; n], sums: vec![0.0; n], scattered: vec![0.0; n], path: vec![(0.0, 1.0); self.freqs_ghz.len()] }
     }
 
     /// Follows a ray with the h direction of its antenna; the temperatures come to lie in `scratch.sums`.

@@ -236,3 +236,26 @@ fn channels_have_their_own_temperatures() {
         assert!((a - b).abs() < 0.3, "{a} {b}");
     }
 }
+
+#[test]
+fn the_mesh_of_the_real_time_mode_stays_near_the_full_model() {
+    for (name, freq) in [("airport", 94e9), ("runway-fog-4", 94e9)] {
+        let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let scene = scene(&std::fs::read_to_string(path).unwrap());
+        let mut camera = scene.camera().unwrap().clone();
+        camera.size_px = [128, 128];
+        let scene = scene.with_camera(camera).unwrap();
+        let options = RenderOptions { antialias: 1, ..RenderOptions::default() };
+        let tracer = Tracer::new(&scene, &[freq], &options).unwrap();
+        let view = View::of_camera(scene.camera().unwrap()).unwrap();
+        let full = tracer.picture(&view, &band(), None).unwrap();
+        let frame = tracer.frame(&view, &MeshOptions::default()).unwrap();
+        let (map, rms_k) = error_map(&frame, full.temperature.plane(0, 0)).unwrap();
+        assert_eq!(map.dim(), (128, 128));
+        println!("{name}: {rms_k:.3} K rms, {} rays", frame.rays);
+        assert!(rms_k < 3.0, "{name}: {rms_k} K rms");
+        assert!(frame.rays < 128 * 128 * 3 / 4, "{name}: {} rays", frame.rays);
+        let every = tracer.frame(&view, &MeshOptions { step: 1, spread_k: 0.0 }).unwrap();
+        assert!(error_map(&every, full.temperature.plane(0, 0)).unwrap().1 < 1e-9);
+    }
+}

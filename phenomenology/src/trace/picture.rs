@@ -67,19 +67,22 @@ impl Tracer<'_> {
         // First pass: one ray through the middle of every pixel. // [m, l][chan, pol]
         let mut sums = vec![0.0; rows * columns * states];
         let mut middles = vec![Middle { seen: None, first_k: 0.0 }; rows * columns];
-        sums.par_chunks_mut(columns * states).zip(middles.par_chunks_mut(columns)).enumerate().try_for_each_init(
-            || self.scratch(),
-            |scratch, (row, (sums, middles))| {
-                for (column, (out, middle)) in sums.chunks_exact_mut(states).zip(middles).enumerate() {
-                    let Some(seen) = self.shoot(view, column as f64, row as f64, scratch)? else { continue };
-                    out.copy_from_slice(&scratch.sums);
-                    *middle = Middle { seen, first_k: out[0] };
-                }
-                tell();
-                Ok::<(), PhysicsError>(())
-            },
-        )
-        .map_err(in_air)?;
+        sums.par_chunks_mut(columns * states)
+            .zip(middles.par_chunks_mut(columns))
+            .enumerate()
+            .try_for_each_init(
+                || self.scratch(),
+                |scratch, (row, (sums, middles))| {
+                    for (column, (out, middle)) in sums.chunks_exact_mut(states).zip(middles).enumerate() {
+                        let Some(seen) = self.shoot(view, column as f64, row as f64, scratch)? else { continue };
+                        out.copy_from_slice(&scratch.sums);
+                        *middle = Middle { seen, first_k: out[0] };
+                    }
+                    tell();
+                    Ok::<(), PhysicsError>(())
+                },
+            )
+            .map_err(in_air)?;
         // Second pass: pixels on an edge get a grid of rays.
         let extra = if passes == 2 { self.refine(view, &middles, &mut sums, &tell)? } else { 0 };
 
@@ -118,33 +121,35 @@ impl Tracer<'_> {
         let side = self.options.antialias;
         let offset = |k: usize| (k as f64 + 0.5) / side as f64 - 0.5;
         let shot = AtomicUsize::new(0);
-        sums.par_chunks_mut(columns * states).enumerate().try_for_each_init(
-            || (self.scratch(), vec![0.0; states]),
-            |(scratch, mean), (row, sums)| {
-                for (column, out) in sums.chunks_exact_mut(states).enumerate() {
-                    if !self.is_edge(middles, columns, rows, column, row) {
-                        continue;
-                    }
-                    mean.fill(0.0);
-                    let mut count = 0_usize;
-                    for i in 0..side {
-                        for j in 0..side {
-                            if self.shoot(view, column as f64 + offset(j), row as f64 + offset(i), scratch)?.is_some() {
-                                mean.iter_mut().zip(&scratch.sums).for_each(|(m, s)| *m += s);
-                                count += 1;
+        sums.par_chunks_mut(columns * states)
+            .enumerate()
+            .try_for_each_init(
+                || (self.scratch(), vec![0.0; states]),
+                |(scratch, mean), (row, sums)| {
+                    for (column, out) in sums.chunks_exact_mut(states).enumerate() {
+                        if !self.is_edge(middles, columns, rows, column, row) {
+                            continue;
+                        }
+                        mean.fill(0.0);
+                        let mut count = 0_usize;
+                        for i in 0..side {
+                            for j in 0..side {
+                                if self.shoot(view, column as f64 + offset(j), row as f64 + offset(i), scratch)?.is_some() {
+                                    mean.iter_mut().zip(&scratch.sums).for_each(|(m, s)| *m += s);
+                                    count += 1;
+                                }
                             }
                         }
+                        if count > 0 {
+                            out.iter_mut().zip(&*mean).for_each(|(o, m)| *o = m / count as f64);
+                        }
+                        shot.fetch_add(count, Ordering::Relaxed);
                     }
-                    if count > 0 {
-                        out.iter_mut().zip(&*mean).for_each(|(o, m)| *o = m / count as f64);
-                    }
-                    shot.fetch_add(count, Ordering::Relaxed);
-                }
-                tell();
-                Ok::<(), PhysicsError>(())
-            },
-        )
-        .map_err(in_air)?;
+                    tell();
+                    Ok::<(), PhysicsError>(())
+                },
+            )
+            .map_err(in_air)?;
         Ok(shot.into_inner())
     }
 
@@ -163,5 +168,5 @@ impl Tracer<'_> {
 }
 
 fn in_air(source: PhysicsError) -> SceneError {
-    SceneError::Atmosphere { at: At(0), source }
+    SceneError::air(At(0), source)
 }

@@ -72,8 +72,8 @@ mod tests {
             reflect(&mut row, &response);
             reference = local;
             direction = direction.mirrored(normal);
-            for i in 0..4 {
-                assert!((row[i] - plain.weight[i]).abs() < 1e-14, "{i}");
+            for (a, b) in row.iter().zip(plain.weight) {
+                assert!((a - b).abs() < 1e-14, "{a} {b}");
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Real-time mode: temperatures at the vertices of a mesh on the picture, interpolated between.
 //!
-//! Squares of the picture are split until their four corners see one face of one body at nearly one temperature; the
-//! pixels inside are interpolated, all others are traced. Tables of sky, surfaces, facets and air are those of the full
+//! Squares of the picture are split until their four corners see one face of one body at nearly one temperature. The pixels
+//! inside that show the same face by their first hit are interpolated, all others are traced. Tables of sky, surfaces, facets and air are those of the full
 //! model, and so are reflections and shadowing: a vertex is a full ray.
 
 use super::follow::Scratch;
@@ -9,7 +9,7 @@ use super::tracer::{Seen, Tracer};
 use crate::atmosphere::PhysicsError;
 use crate::camera::View;
 use crate::error::{Result, SceneError};
-use crate::geometry::At;
+use crate::geometry::{At, Ray};
 use ndarray::Array2;
 use rayon::prelude::*;
 
@@ -86,6 +86,18 @@ impl Tile<'_, '_> {
         Ok(v)
     }
 
+    /// Whether a pixel shows the face of a vertex, by the first hit alone.
+    fn shows(&self, vertex: &Vertex, column: usize, row: usize) -> bool {
+        let (x, y) = ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64);
+        let Some(direction) = self.view.direction(x, y) else { return vertex.seen.is_none() };
+        let spot = self.tracer.spot(&Ray::from_unit(self.view.position, direction));
+        match (spot, vertex.seen) {
+            (None, None) => true,
+            (Some(s), Some(v)) => s.region == v.region && s.face == v.face && s.cover == v.cover,
+            _ => false,
+        }
+    }
+
     /// Fills the square of a side from a corner; `out` holds the tile.
     fn square(&mut self, column: usize, row: usize, side: usize, spread_k: f64, out: &mut [f64]) -> Result<(), PhysicsError> {
         if side == 1 {
@@ -100,8 +112,14 @@ impl Tile<'_, '_> {
         ];
         let high = c.iter().map(|v| v.rj_k).fold(f64::NEG_INFINITY, f64::max);
         let low = c.iter().map(|v| v.rj_k).fold(f64::INFINITY, f64::min);
-        if high - low > spread_k || !c[1..].iter().all(|v| v.same_face(&c[0])) {
-            let half = side / 2;
+        let half = side / 2;
+        let mut split = high - low > spread_k || !c[1..].iter().all(|v| v.same_face(&c[0]));
+        if !split && side > 2 {
+            // What is mirrored may be smaller than a square; a look at the middle finds most of it.
+            let (middle, mean) = (self.vertex(column + half, row + half)?, 0.25 * c.iter().map(|v| v.rj_k).sum::<f64>());
+            split = !middle.same_face(&c[0]) || (middle.rj_k - mean).abs() > 0.5 * spread_k;
+        }
+        if split {
             for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
                 self.square(column + dx, row + dy, half, spread_k, out)?;
             }
@@ -111,7 +129,13 @@ impl Tile<'_, '_> {
             let v = j as f64 / side as f64;
             let (left, right) = (c[0].rj_k + v * (c[2].rj_k - c[0].rj_k), c[1].rj_k + v * (c[3].rj_k - c[1].rj_k));
             for i in 0..side {
-                out[(row + j) * TILE + column + i] = left + i as f64 / side as f64 * (right - left);
+                // What stands before the face between its corners must not be lost.
+                let own = self.vertices[(row + j) * (TILE + 1) + column + i];
+                out[(row + j) * TILE + column + i] = match own {
+                    Some(v) => v.rj_k,
+                    None if !self.shows(&c[0], column + i, row + j) => self.vertex(column + i, row + j)?.rj_k,
+                    None => left + i as f64 / side as f64 * (right - left),
+                };
             }
         }
         Ok(())
@@ -152,7 +176,7 @@ impl Tracer<'_> {
                 },
             )
             .collect::<Result<_, PhysicsError>>()
-            .map_err(|source| SceneError::Atmosphere { at: At(0), source })?;
+            .map_err(|e| SceneError::air(At(0), e))?;
         let temperature_k = Array2::from_shape_fn((rows, columns), |(row, column)| {
             let tile = &tiles[row / TILE * across + column / TILE].0;
             self.scaled(0, 0, tile[row % TILE * TILE + column % TILE])

@@ -70,7 +70,7 @@ impl<'a> Tracer<'a> {
     pub fn new(scene: &'a SolidScene, freqs_hz: &[f64], options: &RenderOptions) -> Result<Self> {
         let antenna = options.antenna_rows()?;
         let freqs_ghz: Vec<f64> = freqs_hz.iter().map(|f| f * 1e-9).collect();
-        let faulty = |source| SceneError::Atmosphere { at: At(0), source };
+        let faulty = |e| SceneError::air(At(0), e);
         let bounds = scene.geometry.bounds();
         let camera_m = scene.camera().map_or(0.0, |c| c.position_m[2]);
         let (low_m, high_m) = scene.terrain.as_ref().map_or((0.0, 0.0), crate::terrain::Terrain::range_m);
@@ -148,7 +148,7 @@ fn tables(scene: &SolidScene, freqs_hz: &[f64], sky: &SkyLookup, level: usize) -
         .map(|&(cover, channel)| {
             let cover = &scene.covers.list()[cover];
             let source = &scene.surfaces[cover.surface];
-            let named = |e| SceneError::Surface { at: At(source.line), name: source.name.clone(), source: e };
+            let named = |e| SceneError::Surface { at: At(source.line), name: source.name.clone(), source: Box::new(e) };
             let stack = at_temperature(&source.stack, cover.temperature_k).resolve(freqs_hz[channel], extrapolation).map_err(named)?;
             let mut model = SurfaceModel::new(stack, source.roughness);
             model.canopy = source.canopy;
