@@ -124,7 +124,8 @@ impl SolidScene {
     pub fn picture(&self, view: &View, spectrum: &SpectralWindow, options: &RenderOptions) -> Result<Picture> {
         self.check_position(view.position)?;
         let freqs: Vec<f64> = if options.per_channel { spectrum.freq_hz().to_vec() } else { vec![spectrum.mean_hz()] };
-        let tracer = Tracer::new(self, &freqs, options)?;
+        let options = RenderOptions { highest_m: options.highest_m.max(view.position.z), ..options.clone() };
+        let tracer = Tracer::new(self, &freqs, &options)?;
         let band =
             if options.per_channel { spectrum.clone() } else { SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])? };
         let mut picture = tracer.picture(view, &band, None)?;

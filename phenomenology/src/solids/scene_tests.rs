@@ -150,3 +150,10 @@ fn the_scenes_that_ship_are_read_and_written() {
     }
     assert!(count >= 10, "{count} scenes");
 }
+
+#[test]
+fn the_example_of_the_book_is_a_scene() {
+    let page = include_str!("../../../docs/formats/scene.md");
+    let example = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    assert_eq!(SolidScene::from_toml(example).unwrap().geometry().bodies().len(), 6);
+}

@@ -31,6 +31,8 @@ pub struct RenderOptions {
     pub max_bounces: usize,
     /// Weight below which a ray is followed no further.
     pub min_weight: f64,
+    /// Greatest height of any camera the tracer will be used with, m; that of the scene's own camera is always covered.
+    pub highest_m: f64,
 }
 
 impl Default for RenderOptions {
@@ -43,6 +45,7 @@ impl Default for RenderOptions {
             edge_k: 2.0,
             max_bounces: 8,
             min_weight: 1e-3,
+            highest_m: 0.0,
         }
     }
 }
@@ -59,6 +62,9 @@ impl RenderOptions {
         }
         if !(self.min_weight >= 0.0 && self.min_weight < 1.0) {
             return bad("min_weight", self.min_weight.to_string(), "0 to below 1");
+        }
+        if !self.highest_m.is_finite() {
+            return bad("highest_m", self.highest_m.to_string(), "a finite height in m");
         }
         if !(self.edge_k >= 0.0) {
             return bad("edge_k", self.edge_k.to_string(), "0 K or more");

@@ -189,13 +189,15 @@ fn a_flat_sea_agrees_with_emissivity_and_sky_combined_by_hand() {
     let options = RenderOptions { polarizations: vec![Polarization::XX, Polarization::YY], ..RenderOptions::default() };
     for roughness in ["smooth", "sea:7"] {
         let model = SurfaceModel::new(stack.clone(), roughness.parse().unwrap());
+        let text = format!(
+            "kind = \"solids\"\nname = \"sea\"\ncamera = {{ position_m = [0, 0, 1e-5], size_px = [2, 2], fov_deg = 0.0001 }}\n\
+             [surface.sea]\nlayer = [{{ material = \"sea-water\" }}]\nroughness = \"{roughness}\"\n[ground]\nsurface = \"sea\"\n"
+        );
+        let scene = scene(&text);
+        let tracer = Tracer::new(&scene, &[94e9], &options).unwrap();
         for zenith in [0.0_f64, 20.0, 45.0, 53.0, 70.0, 80.0, 85.0, 88.0, 89.5] {
-            let text = format!(
-                "kind = \"solids\"\nname = \"sea\"\ncamera = {{ position_m = [0, 0, 1e-5], pitch_deg = {}, size_px = [2, 2], fov_deg = 0.0001 }}\n\
-                 [surface.sea]\nlayer = [{{ material = \"sea-water\" }}]\nroughness = \"{roughness}\"\n[ground]\nsurface = \"sea\"\n",
-                zenith - 90.0
-            );
-            let p = picture(&scene(&text), &options);
+            let camera = crate::camera::Camera { pitch_deg: zenith - 90.0, ..scene.camera().unwrap().clone() };
+            let p = tracer.picture(&View::of_camera(&camera).unwrap(), &band(), None).unwrap();
             let radiance = |t: f64| black_body_radiance(94.0, t);
             let sky = |z: f64| air.sky(&[94.0], &[z.to_degrees().min(89.9999)], SkyGeometry::Plane).unwrap()[0].tb_planck_k;
             let by_hand = |plane: usize| {
@@ -258,4 +260,15 @@ fn the_mesh_of_the_real_time_mode_stays_near_the_full_model() {
         let every = tracer.frame(&view, &MeshOptions { step: 1, spread_k: 0.0 }).unwrap();
         assert!(error_map(&every, full.temperature.plane(0, 0)).unwrap().1 < 1e-9);
     }
+}
+
+#[test]
+fn a_camera_above_the_tables_of_the_sky_is_refused() {
+    let scene = scene(&EVERYTHING.replace("TEMPERATURE", "profile = \"mls\""));
+    let camera = crate::camera::Camera { position_m: [0.0, 0.0, 500.0], ..scene.camera().unwrap().clone() };
+    let view = View::of_camera(&camera).unwrap();
+    let low = Tracer::new(&scene, &[94e9], &RenderOptions::default()).unwrap();
+    assert!(low.picture(&view, &band(), None).unwrap_err().to_string().contains("height of the camera is 500 m"));
+    let options = RenderOptions { highest_m: 500.0, ..RenderOptions::default() };
+    assert!(Tracer::new(&scene, &[94e9], &options).unwrap().frame(&view, &MeshOptions::default()).is_ok());
 }

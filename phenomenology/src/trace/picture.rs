@@ -54,6 +54,7 @@ impl Tracer<'_> {
     /// # Errors
     /// A leg of a ray that leaves the tables of the air, or a band of another number of channels.
     pub fn picture(&self, view: &View, band: &SpectralWindow, progress: Option<ProgressFn<'_>>) -> Result<Picture> {
+        self.check_height(view.position)?;
         let grid = view.grid();
         let (columns, rows) = (grid.n_l, grid.n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();

@@ -155,6 +155,7 @@ impl Tracer<'_> {
                 expected: "a step of 1, 2, 4, 8, 16 or 32 pixels and a spread of 0 K or more",
             });
         }
+        self.check_height(view.position)?;
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let (across, down) = (columns.div_ceil(TILE), rows.div_ceil(TILE));
         let tiles: Vec<(Vec<f64>, usize)> = (0..across * down)

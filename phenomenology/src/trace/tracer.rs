@@ -31,6 +31,8 @@ pub struct Tracer<'a> {
     pub(super) altitude_km: f64,
     /// Black ground for rays that go down past a scene without ground, RJ, K. // [chan]
     pub(super) below_k: Vec<f64>,
+    /// Height up to which the sky is tabulated, m.
+    top_m: f64,
     /// Offset of a ray that leaves a surface, m.
     pub(super) eps: f64,
 }
@@ -76,7 +78,7 @@ impl<'a> Tracer<'a> {
         let (low_m, high_m) = scene.terrain.as_ref().map_or((0.0, 0.0), crate::terrain::Terrain::range_m);
         let roof_m = if bounds.is_empty() { 0.0 } else { bounds.max.z };
         let altitude_km = scene.air.altitude_km;
-        let top_m = high_m.max(camera_m).max(roof_m);
+        let top_m = high_m.max(camera_m).max(roof_m).max(options.highest_m);
         let ground_m = scene.terrain.as_ref().map_or(0.0, crate::terrain::Terrain::plane_m);
         let mut heights: Vec<f64> = [low_m, ground_m, top_m].map(|z| altitude_km + 1e-3 * z).to_vec();
         heights.sort_by(f64::total_cmp);
@@ -93,7 +95,19 @@ impl<'a> Tracer<'a> {
         let (level, _) = sky.level_above(altitude_km + 1e-3 * ground_m);
         let surfaces = tables(scene, freqs_hz, &sky, level)?;
         let reach = scene.geometry.eps().max(1e-9 * (top_m - low_m).abs()).max(1e-9);
-        Ok(Self { scene, freqs_ghz, options: options.clone(), antenna, surfaces, sky, air, altitude_km, below_k, eps: reach })
+        Ok(Self { scene, freqs_ghz, options: options.clone(), antenna, surfaces, sky, air, altitude_km, below_k, top_m, eps: reach })
+    }
+
+    /// A camera above the tables of the sky is refused.
+    pub(super) fn check_height(&self, position: Vec3) -> Result<()> {
+        if position.z <= self.top_m + 1e-3 {
+            return Ok(());
+        }
+        Err(SceneError::BadValue {
+            what: "height of the camera".into(),
+            value: format!("{} m", position.z),
+            expected: "at most the highest_m the tracer was made for",
+        })
     }
 
     /// Frequencies of the channels, GHz.
