@@ -195,7 +195,9 @@ fn a_flat_sea_agrees_with_emissivity_and_sky_combined_by_hand() {
         );
         let scene = scene(&text);
         let tracer = Tracer::new(&scene, &[94e9], &options).unwrap();
-        for zenith in [0.0_f64, 20.0, 45.0, 53.0, 70.0, 80.0, 85.0, 88.0, 89.5] {
+        // The integral by hand asks for thousands of skies, so the rough sea gets two angles.
+        let zeniths: &[f64] = if roughness == "smooth" { &[0.0, 20.0, 45.0, 53.0, 70.0, 80.0, 85.0, 88.0, 89.5] } else { &[47.0, 76.0] };
+        for &zenith in zeniths {
             let camera = crate::camera::Camera { pitch_deg: zenith - 90.0, ..scene.camera().unwrap().clone() };
             let p = tracer.picture(&View::of_camera(&camera).unwrap(), &band(), None).unwrap();
             let radiance = |t: f64| black_body_radiance(94.0, t);
@@ -211,9 +213,6 @@ fn a_flat_sea_agrees_with_emissivity_and_sky_combined_by_hand() {
                 let r = model.response(theta, 0.0, Sky::Symmetric(&sky_radiance)).unwrap();
                 planck_temperature_k(94.0, r.emissivity[plane] * radiance(288.15) + r.scattered_sky_k[plane] * 1e-3)
             };
-            if roughness != "smooth" && !(40.0..81.0).contains(&zenith) {
-                continue;
-            }
             let bar = if roughness == "smooth" { 0.01 } else { 0.1 };
             for plane in 0..2 {
                 let t = p.temperature.data[[0, plane, 1, 1]];
