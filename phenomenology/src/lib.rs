@@ -4,12 +4,23 @@
 
 mod analytic;
 pub mod atmosphere;
+pub mod camera;
 pub mod constants;
 pub mod dielectrics;
 mod error;
+pub mod geometry;
+pub mod primitives;
+pub mod radiometry;
 mod scene;
+pub mod solids;
 pub mod surfaces;
+pub mod terrain;
+pub mod trace;
+pub mod vector;
 
 pub use analytic::{AnalyticScene, Shape};
+pub use camera::{Camera, Projection, View};
 pub use error::{Result, SceneError};
 pub use scene::Scene;
+pub use solids::SolidScene;
+pub use trace::{Picture, RenderOptions, Scale, Tracer};

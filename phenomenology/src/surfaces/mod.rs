@@ -55,7 +55,7 @@ pub use rows::{EmissivityRow, emissivity_rows};
 pub use shadowing::{Shadowing, shadow_lambda, shadow_lambda_v};
 pub use slopes::Slopes;
 pub use stack::{Layer, Stack};
-pub use stack_file::{DEFAULT_TEMPERATURE_K, LayerDescription, StackDescription, Substance};
+pub use stack_file::{DEFAULT_TEMPERATURE_K, LayerDescription, RawLayer, StackDescription, Substance};
 pub use stokes::{AntennaPolarisation, Mueller, PolarisedRay, Vector, reflection_mueller, rotation_mueller};
 pub use tau_omega::{Canopy, CanopyBudget};
 pub use wagner_lynch::{FacetIntegrals, Sky};

@@ -4,7 +4,7 @@ use super::error::SurfaceError;
 use super::stack::{Layer, Stack};
 use crate::dielectrics::{DielectricError, Extrapolation, Material, MaterialState, Model, permittivity_of};
 use num_complex::Complex64;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use toml::Spanned;
 
@@ -57,22 +57,34 @@ struct RawStack {
     layer: Vec<Spanned<RawLayer>>,
 }
 
-#[derive(Deserialize)]
+/// One layer as it is written in a file; which keys it may have depends on its substance.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawLayer {
-    material: Option<String>,
-    model: Option<String>,
-    eps: Option<[f64; 2]>,
-    thickness_m: Option<f64>,
-    temperature_k: Option<f64>,
+pub struct RawLayer {
+    /// Name of a material.
+    pub material: Option<String>,
+    /// Name of a permittivity model.
+    pub model: Option<String>,
+    /// Permittivity `[real, loss]` instead of a material.
+    pub eps: Option<[f64; 2]>,
+    /// Thickness, m; none for the last layer.
+    pub thickness_m: Option<f64>,
+    /// Physical temperature, K.
+    pub temperature_k: Option<f64>,
+    /// Salinity, psu.
     #[serde(alias = "salinity")]
-    salinity_psu: Option<f64>,
-    moisture: Option<f64>,
+    pub salinity_psu: Option<f64>,
+    /// Volume fraction of water.
+    pub moisture: Option<f64>,
+    /// Dry density, kg/m3.
     #[serde(alias = "density")]
-    density_kg_m3: Option<f64>,
-    texture: Option<String>,
-    sand: Option<f64>,
-    clay: Option<f64>,
+    pub density_kg_m3: Option<f64>,
+    /// Soil texture by name.
+    pub texture: Option<String>,
+    /// Mass fraction of sand.
+    pub sand: Option<f64>,
+    /// Mass fraction of clay.
+    pub clay: Option<f64>,
 }
 
 impl StackDescription {
@@ -102,17 +114,25 @@ impl StackDescription {
     /// [`SurfaceError::LayerMaterial`] with the line of the layer.
     pub fn from_toml(text: &str) -> Result<Self, SurfaceError> {
         let raw: RawStack = toml::from_str(text).map_err(|e| SurfaceError::Syntax { message: e.to_string().trim_end().to_owned() })?;
-        let count = raw.layer.len();
+        Self::from_layers(text, raw.coherent, raw.layer)
+    }
+
+    /// A stack from layers that were read as part of another file, whose text gives the lines.
+    ///
+    /// # Errors
+    /// As [`StackDescription::from_toml`].
+    pub fn from_layers(text: &str, coherent: bool, raw: Vec<Spanned<RawLayer>>) -> Result<Self, SurfaceError> {
+        let count = raw.len();
         if count == 0 {
             return Err(SurfaceError::NoLayers);
         }
         let mut layers = Vec::with_capacity(count);
-        for (i, spanned) in raw.layer.into_iter().enumerate() {
+        for (i, spanned) in raw.into_iter().enumerate() {
             let place = place_of(text, &spanned.span());
             let layer = read_layer(spanned.into_inner(), i + 1 == count, place.clone()).map_err(|e| e.at(i + 1, &place))?;
             layers.push(layer);
         }
-        Ok(Self { coherent: raw.coherent, layers })
+        Ok(Self { coherent, layers })
     }
 
     /// The stack at one frequency.

@@ -1,0 +1,243 @@
+//! The camera: where it stands, where it looks, and the ray of every pixel.
+
+use crate::error::SceneError;
+use crate::vector::Vec3;
+use cittert_arrays::{SkyFrame, SkyGrid};
+use serde::{Deserialize, Serialize};
+
+/// How directions lie on the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Projection {
+    /// Direction cosines, the plane an interferometer measures on.
+    #[default]
+    Sin,
+    /// Straight lines stay straight, as in a photograph.
+    Pinhole,
+}
+
+/// `[camera]`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Where it stands, m: east, north, up.
+    pub position_m: [f64; 3],
+    /// A point in the middle of the picture, m; instead of heading and pitch.
+    pub look_at_m: Option<[f64; 3]>,
+    /// Where it looks, degrees from north over east.
+    #[serde(default)]
+    pub heading_deg: f64,
+    /// How far up it looks, degrees.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// How far it leans to the right, degrees.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// Full angle across the wider side of the picture, degrees.
+    #[serde(default = "default_fov_deg")]
+    pub fov_deg: f64,
+    /// Columns and rows.
+    #[serde(default = "default_size_px")]
+    pub size_px: [usize; 2],
+    /// Projection.
+    #[serde(default)]
+    pub projection: Projection,
+}
+
+fn default_fov_deg() -> f64 {
+    30.0
+}
+
+fn default_size_px() -> [usize; 2] {
+    [512, 512]
+}
+
+/// The three directions of a camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axes {
+    /// To the right of the picture.
+    pub right: Vec3,
+    /// To its top.
+    pub up: Vec3,
+    /// To its middle.
+    pub forward: Vec3,
+}
+
+impl Camera {
+    /// The directions of the picture.
+    ///
+    /// # Errors
+    /// Numbers that are not finite; a point to look at where the camera stands.
+    pub fn axes(&self) -> Result<Axes, SceneError> {
+        let bad = |value: String, expected| Err(SceneError::BadValue { what: "[camera]".into(), value, expected });
+        let angles = [self.heading_deg, self.pitch_deg, self.roll_deg];
+        let position = Vec3::from(self.position_m);
+        if !position.is_finite() || !angles.iter().all(|a| a.is_finite()) {
+            return bad(format!("at {:?} m with angles {angles:?} deg", self.position_m), "finite numbers");
+        }
+        let (heading, pitch) = match self.look_at_m {
+            None => (self.heading_deg.to_radians(), self.pitch_deg.to_radians()),
+            Some(target) => {
+                let d = Vec3::from(target) - position;
+                if !(d.is_finite() && d.norm() > 0.0) {
+                    return bad(format!("looking at {target:?} from there"), "a finite point away from the camera");
+                }
+                (d.x.atan2(d.y), d.z.atan2(d.x.hypot(d.y)))
+            }
+        };
+        let ((sh, ch), (sp, cp), (sr, cr)) = (heading.sin_cos(), pitch.sin_cos(), self.roll_deg.to_radians().sin_cos());
+        let forward = Vec3::new(sh * cp, ch * cp, sp);
+        let right = Vec3::new(ch, -sh, 0.0);
+        let up = Vec3::new(-sh * sp, -ch * sp, cp);
+        Ok(Axes { right: right * cr - up * sr, up: up * cr + right * sr, forward })
+    }
+
+    /// The grid of its picture: direction cosines for [`Projection::Sin`], tangents for [`Projection::Pinhole`].
+    ///
+    /// # Errors
+    /// A size or field of view out of range.
+    pub fn grid(&self) -> Result<SkyGrid, SceneError> {
+        let [columns, rows] = self.size_px;
+        let widest = columns.max(rows) as f64;
+        let limit = if self.projection == Projection::Sin { 180.0 } else { 179.0 };
+        if !(self.fov_deg > 0.0 && self.fov_deg <= limit) {
+            return Err(SceneError::BadValue {
+                what: "fov_deg of [camera]".into(),
+                value: self.fov_deg.to_string(),
+                expected: "above 0 and at most 180 deg (179 for pinhole)",
+            });
+        }
+        let half = (0.5 * self.fov_deg).to_radians();
+        let reach = if self.projection == Projection::Sin { half.sin() } else { half.tan().min(0.999) };
+        Ok(SkyGrid::new(columns, rows, 2.0 * reach / widest, SkyFrame::Boresight)?)
+    }
+
+    /// Tangent of half the field of view over its direction cosine on the grid: what stretches the grid of a pinhole.
+    fn stretch(&self) -> f64 {
+        let tan = (0.5 * self.fov_deg).to_radians().tan();
+        tan / tan.min(0.999)
+    }
+}
+
+/// Directions of the pixels of a grid.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Where all rays begin, m.
+    pub position: Vec3,
+    axes: Axes,
+    grid: SkyGrid,
+    projection: Projection,
+    scale: f64,
+}
+
+impl View {
+    /// The view of a camera on a grid of direction cosines, whatever the projection of the camera.
+    ///
+    /// # Errors
+    /// As [`Camera::axes`].
+    pub fn on_grid(camera: &Camera, grid: &SkyGrid) -> Result<Self, SceneError> {
+        let position = Vec3::from(camera.position_m);
+        Ok(Self { position, axes: camera.axes()?, grid: grid.clone(), projection: Projection::Sin, scale: 1.0 })
+    }
+
+    /// The view of a camera with its own size, field of view and projection.
+    ///
+    /// # Errors
+    /// As [`Camera::axes`] and [`Camera::grid`].
+    pub fn of_camera(camera: &Camera) -> Result<Self, SceneError> {
+        let position = Vec3::from(camera.position_m);
+        let scale = if camera.projection == Projection::Pinhole { camera.stretch() } else { 1.0 };
+        Ok(Self { position, axes: camera.axes()?, grid: camera.grid()?, projection: camera.projection, scale })
+    }
+
+    /// The grid.
+    #[must_use]
+    pub fn grid(&self) -> &SkyGrid {
+        &self.grid
+    }
+
+    /// Direction of a (fractional) pixel; `None` beyond the edge of the visible half-space.
+    #[must_use]
+    #[inline]
+    pub fn direction(&self, column: f64, row: f64) -> Option<Vec3> {
+        // On the sky l grows to the east, which is to the left as seen.
+        let (x, y) = (self.grid.l_sign() * self.grid.l_at(column) * self.scale, self.grid.m_at(row) * self.scale);
+        let across = self.axes.right * x + self.axes.up * y;
+        match self.projection {
+            Projection::Sin => {
+                let rest = 1.0 - x * x - y * y;
+                (rest > 0.0).then(|| across + self.axes.forward * rest.sqrt())
+            }
+            Projection::Pinhole => Some((across + self.axes.forward).unit()),
+        }
+    }
+
+    /// Direction of the horizontal polarisation (along l to the right) of a ray, across it.
+    #[must_use]
+    #[inline]
+    pub fn reference(&self, direction: Vec3) -> Vec3 {
+        let right = self.axes.right;
+        let across = right - direction * right.dot(direction);
+        if across.norm2() > 1e-12 { across.unit() } else { self.axes.forward }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera {
+            position_m: [0.0, 0.0, 10.0],
+            look_at_m: None,
+            heading_deg: 90.0,
+            pitch_deg: 0.0,
+            roll_deg: 0.0,
+            fov_deg: 60.0,
+            size_px: [64, 32],
+            projection: Projection::Pinhole,
+        }
+    }
+
+    fn near(a: Vec3, b: Vec3) -> bool {
+        (a - b).norm() < 1e-12
+    }
+
+    #[test]
+    fn heading_east_has_south_to_the_right() {
+        let a = camera().axes().unwrap();
+        assert!(near(a.forward, Vec3::new(1.0, 0.0, 0.0)) && near(a.right, Vec3::new(0.0, -1.0, 0.0)) && near(a.up, Vec3::UP));
+        let looking = Camera { look_at_m: Some([5.0, 0.0, 10.0]), ..camera() }.axes().unwrap();
+        assert!(near(looking.forward, a.forward) && near(looking.right, a.right));
+        let down = Camera { pitch_deg: -90.0, ..camera() }.axes().unwrap();
+        assert!(near(down.forward, -Vec3::UP) && near(down.up, Vec3::new(1.0, 0.0, 0.0)));
+        // Leaning to the right, the horizon rises on the right: right of the picture points down.
+        let leaning = Camera { roll_deg: 90.0, ..camera() }.axes().unwrap();
+        assert!(near(leaning.right, -Vec3::UP));
+    }
+
+    #[test]
+    fn the_edge_of_both_projections_is_half_the_field() {
+        for projection in [Projection::Sin, Projection::Pinhole] {
+            let c = Camera { projection, ..camera() };
+            let v = View::of_camera(&c).unwrap();
+            let d = v.direction(64.0, 16.0).unwrap();
+            assert!((d.dot(c.axes().unwrap().forward).acos().to_degrees() - 30.0).abs() < 1e-9);
+            assert!(near(v.direction(32.0, 16.0).unwrap(), c.axes().unwrap().forward));
+        }
+    }
+
+    #[test]
+    fn wide_pinholes_keep_their_field() {
+        let c = Camera { fov_deg: 120.0, ..camera() };
+        let d = View::of_camera(&c).unwrap().direction(64.0, 16.0).unwrap();
+        assert!((d.dot(c.axes().unwrap().forward).acos().to_degrees() - 60.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn impossible_cameras_are_refused() {
+        assert!(Camera { heading_deg: f64::NAN, ..camera() }.axes().is_err());
+        assert!(Camera { look_at_m: Some([0.0, 0.0, 10.0]), ..camera() }.axes().is_err());
+        assert!(Camera { fov_deg: 0.0, ..camera() }.grid().is_err());
+    }
+}

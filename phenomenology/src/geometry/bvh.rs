@@ -1,0 +1,216 @@
+//! A tree of bounding boxes.
+
+use super::bounds::Bounds;
+use super::ray::Ray;
+
+/// Most items of a leaf.
+const LEAF: usize = 2;
+/// Bins of the split search.
+const BINS: usize = 16;
+/// Deepest tree the search stack allows; splits in the middle keep far below it.
+const STACK: usize = 64;
+
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    bounds: Bounds,
+    /// First item of a leaf, or right child of a branch (the left one follows the node).
+    link: u32,
+    /// Items of a leaf; 0 for a branch.
+    count: u16,
+    /// Axis of the split.
+    axis: u16,
+}
+
+/// A bounding volume hierarchy over numbered items.
+#[derive(Debug, Clone, Default)]
+pub struct Bvh {
+    nodes: Vec<Node>,
+    items: Vec<u32>,
+    /// Items without finite bounds: they are always tried.
+    endless: Vec<u32>,
+}
+
+impl Bvh {
+    /// A tree over items with these bounds; empty ones are left out.
+    ///
+    /// Splits go by the surface area heuristic in bins.
+    #[must_use]
+    pub fn new(bounds: &[Bounds]) -> Self {
+        let mut tree = Self::default();
+        for (i, b) in bounds.iter().enumerate() {
+            if !b.is_empty() {
+                if b.is_finite() { &mut tree.items } else { &mut tree.endless }.push(i as u32);
+            }
+        }
+        if !tree.items.is_empty() {
+            let mut items = std::mem::take(&mut tree.items);
+            tree.split(bounds, &mut items, 0, 0);
+            tree.items = items;
+        }
+        tree
+    }
+
+    fn split(&mut self, bounds: &[Bounds], items: &mut [u32], first: usize, depth: usize) {
+        let of = |items: &[u32]| items.iter().fold(Bounds::EMPTY, |b, i| b.union(bounds[*i as usize]));
+        let all = of(items);
+        let at = self.nodes.len();
+        self.nodes.push(Node { bounds: all, link: first as u32, count: items.len() as u16, axis: 0 });
+        if items.len() <= LEAF {
+            return;
+        }
+        let centers = Bounds::of_points(items.iter().map(|i| bounds[*i as usize].center()));
+        let size = centers.size();
+        let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
+        let center = |i: u32| bounds[i as usize].center()[axis];
+        let middle = if size[axis] > 0.0 && depth < STACK / 2 {
+            let bin_of = |i: u32| (((center(i) - centers.min[axis]) / size[axis] * BINS as f64) as usize).min(BINS - 1);
+            let best = best_bin(bounds, items, bin_of);
+            let mut k = 0;
+            for j in 0..items.len() {
+                if bin_of(items[j]) < best {
+                    items.swap(j, k);
+                    k += 1;
+                }
+            }
+            k
+        } else {
+            // Boxes on one centre, or a tree grown lopsided: halves keep it shallow.
+            let k = items.len() / 2;
+            items.select_nth_unstable_by(k, |a, b| center(*a).total_cmp(&center(*b)));
+            k
+        };
+        let (left, right) = items.split_at_mut(middle);
+        self.split(bounds, left, first, depth + 1);
+        let link = self.nodes.len() as u32;
+        self.split(bounds, right, first + middle, depth + 1);
+        self.nodes[at] = Node { bounds: all, link, count: 0, axis: axis as u16 };
+    }
+
+    /// Visits the items whose boxes a ray meets before `t_max`, near ones first; `visit` returns the new `t_max`.
+    #[inline]
+    pub fn visit(&self, ray: &Ray, mut t_max: f64, mut visit: impl FnMut(u32, f64) -> f64) {
+        for &item in &self.endless {
+            t_max = visit(item, t_max);
+        }
+        if self.nodes.is_empty() || self.nodes[0].bounds.entry(ray, t_max).is_none() {
+            return;
+        }
+        let mut stack = [(0_u32, 0.0_f64); STACK];
+        let mut depth = 0;
+        let mut at = 0_u32;
+        loop {
+            let node = &self.nodes[at as usize];
+            if node.count > 0 {
+                for &item in &self.items[node.link as usize..node.link as usize + usize::from(node.count)] {
+                    t_max = visit(item, t_max);
+                }
+            } else {
+                let (left, right) = (at + 1, node.link);
+                let (l, r) = (self.nodes[left as usize].bounds.entry(ray, t_max), self.nodes[right as usize].bounds.entry(ray, t_max));
+                match (l, r) {
+                    (Some(a), Some(b)) => {
+                        let left_first = a < b || (a == b && ray.direction[usize::from(node.axis)] >= 0.0);
+                        let (near, far) = if left_first { (left, (right, b)) } else { (right, (left, a)) };
+                        stack[depth] = far;
+                        depth += 1;
+                        at = near;
+                        continue;
+                    }
+                    (Some(_), None) => {
+                        at = left;
+                        continue;
+                    }
+                    (None, Some(_)) => {
+                        at = right;
+                        continue;
+                    }
+                    (None, None) => {}
+                }
+            }
+            loop {
+                if depth == 0 {
+                    return;
+                }
+                depth -= 1;
+                if stack[depth].1 <= t_max {
+                    at = stack[depth].0;
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// First bin of the right part of the cheapest split; both parts hold an item.
+fn best_bin(bounds: &[Bounds], items: &[u32], bin_of: impl Fn(u32) -> usize) -> usize {
+    let mut bins = [(Bounds::EMPTY, 0_usize); BINS];
+    for &i in items {
+        let bin = &mut bins[bin_of(i)];
+        bin.0 = bin.0.union(bounds[i as usize]);
+        bin.1 += 1;
+    }
+    let mut right = [(0.0, 0_usize); BINS];
+    let mut sum = (Bounds::EMPTY, 0);
+    for k in (1..BINS).rev() {
+        sum = (sum.0.union(bins[k].0), sum.1 + bins[k].1);
+        right[k] = (sum.0.half_area(), sum.1);
+    }
+    let mut left = (Bounds::EMPTY, 0);
+    let mut best = (f64::INFINITY, 1);
+    for k in 1..BINS {
+        left = (left.0.union(bins[k - 1].0), left.1 + bins[k - 1].1);
+        if left.1 > 0 && right[k].1 > 0 {
+            let cost = left.0.half_area() * left.1 as f64 + right[k].0 * right[k].1 as f64;
+            if cost < best.0 {
+                best = (cost, k);
+            }
+        }
+    }
+    best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vector::Vec3;
+
+    fn boxes(n: usize) -> Vec<Bounds> {
+        // A spread without pattern, from an integer hash.
+        let number = |k: usize, salt: usize| ((k * 2_654_435_761 + salt * 40_503) % 100_003) as f64 / 1000.0;
+        (0..n).map(|k| Bounds::around(Vec3::new(number(k, 1), number(k, 2), number(k, 3)), Vec3::new(0.5, 0.5, 0.5))).collect()
+    }
+
+    #[test]
+    fn finds_what_a_search_of_all_finds() {
+        let all = boxes(500);
+        let tree = Bvh::new(&all);
+        for k in 0..200 {
+            let a = Vec3::new(-10.0, f64::from(k) * 0.5, 50.0);
+            let ray = Ray::new(a, Vec3::new(1.0, 0.3 - f64::from(k) * 0.003, 0.1));
+            let mut found: Vec<u32> = Vec::new();
+            tree.visit(&ray, 1e9, |i, t| {
+                if all[i as usize].entry(&ray, t).is_some() {
+                    found.push(i);
+                }
+                t
+            });
+            found.sort_unstable();
+            let direct: Vec<u32> = (0..500).filter(|i| all[*i as usize].entry(&ray, 1e9).is_some()).collect();
+            assert_eq!(found, direct);
+        }
+    }
+
+    #[test]
+    fn boxes_on_one_spot_and_endless_ones_are_held() {
+        let mut all = vec![Bounds::around(Vec3::ZERO, Vec3::new(1.0, 1.0, 1.0)); 300];
+        all.push(Bounds::ALL);
+        all.push(Bounds::EMPTY);
+        let tree = Bvh::new(&all);
+        let mut seen = 0;
+        tree.visit(&Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::new(1.0, 0.0, 0.0)), 1e9, |_, t| {
+            seen += 1;
+            t
+        });
+        assert_eq!(seen, 301);
+    }
+}

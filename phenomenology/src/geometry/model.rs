@@ -1,0 +1,253 @@
+//! Bodies and regions ready for rays.
+
+use super::bounds::Bounds;
+use super::bvh::Bvh;
+use super::error::{At, GeometryError, some_names};
+use super::expression::Expression;
+use super::ray::Ray;
+use super::term::{Crossing, Term, union};
+use crate::primitives::Body;
+use crate::vector::Vec3;
+use std::collections::HashMap;
+
+/// Most terms into which empty regions may cut a solid one.
+const MAX_TERMS: usize = 512;
+
+/// A body with its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedBody {
+    /// Name, unique in the geometry.
+    pub name: String,
+    /// The body.
+    pub body: Body,
+    /// Line of its file, 0 if there is none.
+    pub line: usize,
+}
+
+/// A region before its bodies are looked up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RegionSource {
+    /// Name, unique in the geometry.
+    pub name: String,
+    /// The bodies it is made of.
+    pub expression: Expression,
+    /// Whether it is empty space, which cuts away what is listed after it.
+    pub void: bool,
+    /// Line of its file, 0 if there is none.
+    pub line: usize,
+}
+
+/// A region.
+#[derive(Debug, Clone)]
+pub struct Region {
+    /// Its source.
+    pub source: RegionSource,
+    terms: Vec<Term>,
+}
+
+/// What a ray hits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Distance, m.
+    pub t: f64,
+    /// Index of the region.
+    pub region: u32,
+    /// Index of the body.
+    pub body: u32,
+    /// Face of the body, from 1.
+    pub face: u8,
+    /// Whether the body is cut away there.
+    pub subtracted: bool,
+}
+
+/// Everything that rays can hit.
+#[derive(Debug, Clone)]
+pub struct Geometry {
+    bodies: Vec<NamedBody>,
+    regions: Vec<Region>,
+    solids: Vec<Body>,
+    /// Terms of solid regions, empty regions before them cut away. // [leaf]
+    leaves: Vec<(Term, u32)>,
+    tree: Bvh,
+    bounds: Bounds,
+    eps: f64,
+}
+
+impl Geometry {
+    /// Looks up bodies, cuts empty regions away and builds the tree.
+    ///
+    /// The first listed region that holds a point wins.
+    ///
+    /// # Errors
+    /// Names given twice, unknown bodies, regions without bodies or without end.
+    pub fn new(bodies: Vec<NamedBody>, regions: Vec<RegionSource>) -> Result<Self, GeometryError> {
+        let names = index(bodies.iter().map(|b| (b.name.as_str(), b.line)), "body")?;
+        index(regions.iter().map(|r| (r.name.as_str(), r.line)), "region")?;
+        let solids: Vec<Body> = bodies.iter().map(|b| b.body.clone()).collect();
+        let regions = regions
+            .into_iter()
+            .map(|source| terms_of(&source, &names, &bodies).map(|terms| Region { source, terms }))
+            .collect::<Result<Vec<_>, _>>()?;
+        drop(names);
+
+        let mut leaves: Vec<(Term, u32)> = Vec::new();
+        for (at, region) in regions.iter().enumerate().filter(|(_, r)| !r.source.void) {
+            let mut terms = region.terms.clone();
+            for empty in regions[..at].iter().filter(|r| r.source.void).flat_map(|r| &r.terms) {
+                terms = terms.into_iter().flat_map(|t| without(t, empty, &solids)).collect();
+                if terms.len() > MAX_TERMS {
+                    let (at, region) = (At(region.source.line), region.source.name.clone());
+                    return Err(GeometryError::TooComplex { at, region, limit: MAX_TERMS });
+                }
+            }
+            leaves.extend(terms.into_iter().map(|t| (t, at as u32)));
+        }
+        let boxes: Vec<Bounds> = leaves.iter().map(|(t, _)| bounds_of(t, &solids)).collect();
+        let bounds = boxes.iter().filter(|b| !b.is_empty()).fold(Bounds::EMPTY, |a, b| a.union(*b));
+        let reach = if bounds.is_empty() { 1.0 } else { bounds.size().norm().max(bounds.min.norm()).max(bounds.max.norm()) };
+        let eps = 1e-9 * reach.clamp(1e-3, 1e9);
+        // A ray in the plane of a face must still meet the box of its body.
+        let tree = Bvh::new(&boxes.iter().map(|b| if b.is_empty() { *b } else { b.grown(eps) }).collect::<Vec<_>>());
+        Ok(Self { bodies, regions, solids, leaves, tree, bounds, eps })
+    }
+
+    /// The bodies.
+    #[must_use]
+    pub fn bodies(&self) -> &[NamedBody] {
+        &self.bodies
+    }
+
+    /// The regions, in order.
+    #[must_use]
+    pub fn regions(&self) -> &[Region] {
+        &self.regions
+    }
+
+    /// Box around all solid regions; empty without any.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// Distance below which two crossings are one, m: 1e-9 of the size.
+    #[must_use]
+    pub fn eps(&self) -> f64 {
+        self.eps
+    }
+
+    /// Index of a region by name.
+    ///
+    /// # Errors
+    /// [`GeometryError::UnknownRegion`] with the names there are.
+    pub fn region_index(&self, name: &str) -> Result<usize, GeometryError> {
+        self.regions.iter().position(|r| r.source.name == name).ok_or_else(|| GeometryError::UnknownRegion {
+            name: name.to_owned(),
+            known: some_names("regions", self.regions.iter().map(|r| r.source.name.as_str())),
+        })
+    }
+
+    /// The first solid region a ray from empty space enters before `t_max`; where several begin, the first listed.
+    #[must_use]
+    #[inline]
+    pub fn first_hit(&self, ray: &Ray, t_max: f64) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        self.tree.visit(ray, t_max, |leaf, limit| {
+            let (term, region) = &self.leaves[leaf as usize];
+            if let Some(c) = term.entry(&self.solids, ray, self.eps, limit)
+                && best.is_none_or(|b| c.t < b.t - self.eps || (c.t <= b.t + self.eps && *region < b.region))
+            {
+                best = Some(Hit { t: c.t, region: *region, body: c.body, face: c.face, subtracted: c.subtracted });
+            }
+            best.map_or(limit, |b| b.t + self.eps)
+        });
+        best
+    }
+
+    /// The nearest border of one region along a ray, from outside or from inside.
+    #[must_use]
+    pub fn nearest_border(&self, region: usize, ray: &Ray) -> Option<Hit> {
+        let terms = &self.regions.get(region)?.terms;
+        let stretches = terms.iter().flat_map(|t| t.stretches(&self.solids, ray, self.eps)).collect();
+        let crossing = union(stretches, self.eps).into_iter().flat_map(|(a, b)| [a, b]).find(|c| c.t > self.eps && c.t.is_finite())?;
+        let Crossing { t, body, face, subtracted } = crossing;
+        Some(Hit { t, region: region as u32, body, face, subtracted })
+    }
+
+    /// Outward unit normal of the region at a hit.
+    #[must_use]
+    #[inline]
+    pub fn normal(&self, hit: &Hit, point: Vec3) -> Vec3 {
+        let n = self.solids[hit.body as usize].solid.normal(hit.face, point);
+        if hit.subtracted { -n } else { n }
+    }
+
+    /// Whether a region holds a point, whatever is listed before it.
+    #[must_use]
+    pub fn region_contains(&self, region: usize, point: Vec3) -> bool {
+        self.regions.get(region).is_some_and(|r| r.terms.iter().any(|t| t.contains(&self.solids, point)))
+    }
+
+    /// The first listed region that holds a point.
+    #[must_use]
+    pub fn region_at(&self, point: Vec3) -> Option<usize> {
+        (0..self.regions.len()).find(|r| self.region_contains(*r, point))
+    }
+}
+
+fn index<'a>(names: impl Iterator<Item = (&'a str, usize)>, what: &'static str) -> Result<HashMap<String, u32>, GeometryError> {
+    let mut map: HashMap<String, u32> = HashMap::new();
+    let mut lines = Vec::new();
+    for (i, (name, line)) in names.enumerate() {
+        if let Some(first) = map.insert(name.to_owned(), i as u32) {
+            let first = lines[first as usize];
+            return Err(GeometryError::Duplicate { at: At(line), what, name: name.to_owned(), first });
+        }
+        lines.push(line);
+    }
+    Ok(map)
+}
+
+fn terms_of(source: &RegionSource, names: &HashMap<String, u32>, bodies: &[NamedBody]) -> Result<Vec<Term>, GeometryError> {
+    let (at, region) = (At(source.line), &source.name);
+    if source.expression.terms.is_empty() {
+        return Err(GeometryError::NoBody { at, region: region.clone() });
+    }
+    let mut terms = Vec::with_capacity(source.expression.terms.len());
+    for literals in &source.expression.terms {
+        let mut term = Term::default();
+        for l in literals {
+            let Some(&body) = names.get(&l.body) else {
+                let known = some_names("bodies", bodies.iter().map(|b| b.name.as_str()));
+                return Err(GeometryError::UnknownBody { at, region: region.clone(), body: l.body.clone(), known });
+            };
+            if l.inside { &mut term.plus } else { &mut term.minus }.push(body);
+        }
+        if term.plus.is_empty() && !source.void {
+            return Err(GeometryError::Unbounded { at, region: region.clone() });
+        }
+        terms.push(term);
+    }
+    Ok(terms)
+}
+
+fn bounds_of(term: &Term, solids: &[Body]) -> Bounds {
+    term.plus.iter().fold(Bounds::ALL, |b, i| b.intersection(solids[*i as usize].solid.bounds()))
+}
+
+/// A term with another one cut away: `T and not (a and not b)` is `T and not a, or T and b`.
+fn without(term: Term, empty: &Term, solids: &[Body]) -> Vec<Term> {
+    if bounds_of(&term, solids).intersection(bounds_of(empty, solids)).is_empty() {
+        return vec![term];
+    }
+    let cut = empty.plus.iter().map(|b| {
+        let mut t = term.clone();
+        t.minus.push(*b);
+        t
+    });
+    let kept = empty.minus.iter().map(|b| {
+        let mut t = term.clone();
+        t.plus.push(*b);
+        t
+    });
+    cut.chain(kept).filter(|t| !bounds_of(t, solids).is_empty()).collect()
+}

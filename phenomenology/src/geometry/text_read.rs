@@ -1,0 +1,161 @@
+//! Reading the text of bodies and regions.
+//!
+//! ```text
+//! # bodies: name, type, parameters (type and name may be exchanged; parameters may go on over further lines)
+//! 1 RPP -1 1 -1 1 0 2
+//! RCC 2  0 0 0  0 0 3  0.5
+//! # regions: name, expression, and if wanted the surface
+//! REGION wall ; +1 -2 ; concrete
+//! ```
+
+use super::error::{At, GeometryError};
+use super::expression::{Expression, is_valid_name};
+use super::model::{NamedBody, RegionSource};
+use crate::primitives::{Body, PrimitiveEntry};
+
+/// What a text holds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TextModel {
+    /// Bodies in order.
+    pub bodies: Vec<NamedBody>,
+    /// Regions in order.
+    pub regions: Vec<RegionSource>,
+    /// Surface of each region, where one is named. // [region]
+    pub surfaces: Vec<Option<String>>,
+}
+
+/// Surface names that mean empty space.
+const VOID: [&str; 3] = ["air", "void", "vacuum"];
+
+/// Whether a surface name means empty space.
+pub(crate) fn is_void(surface: &str) -> bool {
+    VOID.iter().any(|v| surface.eq_ignore_ascii_case(v))
+}
+
+/// Whether a text looks like bodies and regions rather than TOML: its first line with content is a body.
+#[must_use]
+pub fn looks_like_bodies(text: &str) -> bool {
+    let first = text.lines().map(without_comment).find(|l| !l.is_empty()).unwrap_or("");
+    first.split_whitespace().take(2).any(|word| PrimitiveEntry::by_code(word).is_some()) || starts_region(first)
+}
+
+/// Reads a text of bodies and regions; `first_line` is the number of its first line in its file (1 for a file of its own).
+///
+/// # Errors
+/// The line and the fault: a line that is neither body nor region, a body that cannot be, a wrong expression.
+pub fn read_text(text: &str, first_line: usize) -> Result<TextModel, GeometryError> {
+    let mut model = TextModel::default();
+    let mut open: Option<OpenBody> = None;
+    for (i, raw) in text.lines().enumerate() {
+        let (line, content) = (first_line + i, without_comment(raw));
+        if content.is_empty() || content.eq_ignore_ascii_case("END") {
+            continue;
+        }
+        let fault = |message: String| GeometryError::Syntax { at: At(line), message };
+        let continues = content.split_whitespace().all(|w| w.parse::<f64>().is_ok());
+        if continues {
+            let Some(body) = open.as_mut() else {
+                return Err(fault(format!("`{content}` is neither a body (name, type, parameters) nor a REGION")));
+            };
+            body.extend(content, line)?;
+            continue;
+        }
+        if let Some(done) = open.take() {
+            model.bodies.push(done.close()?);
+        }
+        if starts_region(content) {
+            let (source, surface) = read_region(content, line)?;
+            model.regions.push(source);
+            model.surfaces.push(surface);
+        } else {
+            open = Some(OpenBody::start(content, line)?);
+        }
+    }
+    if let Some(done) = open.take() {
+        model.bodies.push(done.close()?);
+    }
+    Ok(model)
+}
+
+fn without_comment(line: &str) -> &str {
+    line.split('#').next().unwrap_or("").trim()
+}
+
+fn starts_region(content: &str) -> bool {
+    content.split_whitespace().next().is_some_and(|w| w.eq_ignore_ascii_case("REGION"))
+}
+
+/// A body whose parameters are still being read.
+struct OpenBody {
+    name: String,
+    code: String,
+    line: usize,
+    parameters: Vec<f64>,
+}
+
+/// Most parameters of any body, with some room for a clear message about too many.
+const MAX_PARAMETERS: usize = 64;
+
+impl OpenBody {
+    fn start(content: &str, line: usize) -> Result<Self, GeometryError> {
+        let mut words = content.split_whitespace();
+        let (first, second) = (words.next().unwrap_or(""), words.next().unwrap_or(""));
+        let (name, code) = match (PrimitiveEntry::by_code(first), PrimitiveEntry::by_code(second)) {
+            (_, Some(_)) => (first, second),
+            (Some(_), None) => (second, first),
+            // The second word is taken for the type, so that the message names it.
+            (None, None) => (first, second),
+        };
+        if !is_valid_name(name) {
+            let message = format!("`{name}` cannot name a body; use letters, digits, `_` and `.`");
+            return Err(GeometryError::Syntax { at: At(line), message });
+        }
+        let mut body = Self { name: name.to_owned(), code: code.to_owned(), line, parameters: Vec::new() };
+        body.extend(&words.collect::<Vec<_>>().join(" "), line)?;
+        Ok(body)
+    }
+
+    fn extend(&mut self, content: &str, line: usize) -> Result<(), GeometryError> {
+        for word in content.split_whitespace() {
+            let value = word.parse::<f64>().ok().filter(|_| self.parameters.len() < MAX_PARAMETERS);
+            let value = value.ok_or_else(|| GeometryError::Syntax {
+                at: At(line),
+                message: format!("`{word}` is not a parameter of body `{}` ({})", self.name, self.code),
+            })?;
+            self.parameters.push(value);
+        }
+        Ok(())
+    }
+
+    fn close(self) -> Result<NamedBody, GeometryError> {
+        let body = Body::new(&self.code, &self.parameters).map_err(|fault| GeometryError::Body {
+            at: At(self.line),
+            name: self.name.clone(),
+            fault,
+        })?;
+        Ok(NamedBody { name: self.name, body, line: self.line })
+    }
+}
+
+/// `REGION name ; expression ; surface`; the first semicolon may be left out.
+fn read_region(content: &str, line: usize) -> Result<(RegionSource, Option<String>), GeometryError> {
+    let fault = |message: String| GeometryError::Syntax { at: At(line), message };
+    let rest = content["REGION".len()..].trim_start();
+    let end = rest.find(|c: char| c.is_whitespace() || matches!(c, ';' | '+')).unwrap_or(rest.len());
+    let (name, rest) = (&rest[..end], rest[end..].trim_start());
+    if !is_valid_name(name) {
+        return Err(fault(format!("`{name}` cannot name a region; write `REGION name ; +1 -2 OR +3`")));
+    }
+    let rest = rest.strip_prefix(';').unwrap_or(rest);
+    let mut parts = rest.split(';').map(str::trim);
+    let expression = Expression::parse(parts.next().unwrap_or("")).map_err(|e| fault(format!("region `{name}`: {e}")))?;
+    let surface = parts.next().filter(|s| !s.is_empty()).map(str::to_owned);
+    if let Some(extra) = parts.next() {
+        return Err(fault(format!("region `{name}`: `{extra}` is one part too many; write `REGION name ; expression ; surface`")));
+    }
+    if expression.terms.is_empty() {
+        return Err(GeometryError::NoBody { at: At(line), region: name.to_owned() });
+    }
+    let void = surface.as_deref().is_some_and(is_void);
+    Ok((RegionSource { name: name.to_owned(), expression, void, line }, surface))
+}

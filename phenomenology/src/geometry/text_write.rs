@@ -1,0 +1,28 @@
+//! Writing the text of bodies and regions.
+
+use super::model::{NamedBody, RegionSource};
+use std::fmt::Write;
+
+/// The text of bodies and regions; `surface` names what a region is covered with, where known. // [region]
+///
+/// Reading it back gives the same bodies to the last bit.
+#[must_use]
+pub fn write_text(bodies: &[NamedBody], regions: &[RegionSource], surface: &[Option<String>]) -> String {
+    let mut out = String::from("# bodies: name type parameters (MORSE/GIFT order, m)\n");
+    for b in bodies {
+        let _ = write!(out, "{} {}", b.name, b.body.entry.code);
+        for p in &b.body.parameters {
+            let _ = write!(out, " {p}");
+        }
+        out.push('\n');
+    }
+    out.push_str("# regions: REGION name ; expression ; surface\n");
+    for (i, r) in regions.iter().enumerate() {
+        let _ = write!(out, "REGION {} ; {}", r.name, r.expression);
+        if let Some(Some(s)) = surface.get(i) {
+            let _ = write!(out, " ; {s}");
+        }
+        out.push('\n');
+    }
+    out
+}

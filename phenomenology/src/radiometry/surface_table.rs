@@ -1,0 +1,253 @@
+//! What a surface reflects and emits, tabulated against the angle.
+
+use super::angle_table::AngleTable;
+use crate::atmosphere::planck::{black_body_radiance, rayleigh_jeans_temperature_k};
+use crate::surfaces::{Layer, Reflection, Roughness, Sky, Stack, SurfaceError, SurfaceModel};
+use crate::vector::Vec3;
+use std::f64::consts::PI;
+
+/// Kelvins that a reflectivity of 1 stands for in the tolerance.
+const KELVIN: f64 = 300.0;
+/// Error of interpolation, K.
+const TOLERANCE_K: f64 = 0.003;
+/// Error of interpolation of facets, K; each entry is an integral over slopes.
+const ROUGH_TOLERANCE_K: f64 = 0.05;
+/// Intervals of the first try and most of them: of a mirror, and of facets.
+const MIRROR_ANGLES: (usize, usize) = (128, 1 << 15);
+/// The same for facets.
+const ROUGH_ANGLES: (usize, usize) = (32, 256);
+/// Azimuths of unequal slopes, from along to across; the response is a polynomial in the cosine of twice the azimuth.
+const AZIMUTHS: usize = 5;
+
+/// Reflection and emission at one angle: powers `r_h`, `r_v`, the cross term of the amplitudes, emitted temperatures (RJ, K).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Response {
+    /// Power reflectivity, h and v.
+    pub power: [f64; 2],
+    /// Real and imaginary part of `r_v` times the conjugate of `r_h`.
+    pub cross: [f64; 2],
+    /// Emitted temperature, h and v, RJ, K.
+    pub emitted_k: [f64; 2],
+}
+
+impl Response {
+    fn of(row: &[f64]) -> Self {
+        Self { power: [row[0], row[1]], cross: [row[2], row[3]], emitted_k: [row[4], row[5]] }
+    }
+}
+
+/// Sky scattered by level facets, RJ, K, `[h, v]`.
+pub type RoughSky = [f64; 2];
+
+/// One surface in one channel.
+#[derive(Debug, Clone)]
+pub struct SurfaceTable {
+    kind: Kind,
+    /// Temperature of its top, RJ, K: what is taken for radiation that is followed no further.
+    top_k: f64,
+}
+
+#[derive(Debug, Clone)]
+enum Kind {
+    Mirror(AngleTable<6>),
+    /// Facets, one table for each azimuth; with the sky scattered where the surface is level.
+    Facets {
+        tables: Vec<AngleTable<8>>,
+        cos_twice: f64,
+        sin_twice: f64,
+        /// East and north part of a standard slope along and across the first axis.
+        axes: [[f64; 2]; 2],
+    },
+}
+
+/// A stack with its temperatures read as Rayleigh-Jeans temperatures.
+fn in_radiance(stack: &Stack) -> Result<Stack, SurfaceError> {
+    let freq_ghz = stack.freq_hz() * 1e-9;
+    let layers = stack
+        .layers()
+        .iter()
+        .map(|l| Layer { temperature_k: rayleigh_jeans_temperature_k(freq_ghz, black_body_radiance(freq_ghz, l.temperature_k)), ..*l })
+        .collect();
+    Stack::new(layers, stack.is_coherent(), stack.freq_hz())
+}
+
+impl SurfaceTable {
+    /// Tabulates a surface under a sky given against the cosine of the zenith angle (RJ, K); `slope_azimuth_rad` is where
+    /// its first slope axis points, from north over east.
+    ///
+    /// # Errors
+    /// As [`SurfaceModel::response`].
+    pub fn new(model: &SurfaceModel, slope_azimuth_rad: f64, sky: &dyn Fn(f64) -> f64) -> Result<Self, SurfaceError> {
+        let freq_ghz = model.stack.freq_hz() * 1e-9;
+        let mut model = model.clone();
+        model.stack = in_radiance(&model.stack)?;
+        if let Some(canopy) = &mut model.canopy {
+            canopy.temperature_k = rayleigh_jeans_temperature_k(freq_ghz, black_body_radiance(freq_ghz, canopy.temperature_k));
+        }
+        let top_k = model.canopy.map_or(model.stack.top_temperature_k(), |c| c.temperature_k);
+        let kind = match model.roughness {
+            Roughness::GeometricOptics(go) => {
+                let scale = [KELVIN, KELVIN, KELVIN, KELVIN, 1.0, 1.0, 1.0, 1.0];
+                let by_zenith = |zenith: f64| sky(zenith.cos());
+                let azimuths = if go.slopes.is_isotropic() { 1 } else { AZIMUTHS };
+                let tables = (0..azimuths)
+                    .map(|k| {
+                        let azimuth = PI / 8.0 * k as f64;
+                        AngleTable::new(ROUGH_TOLERANCE_K, scale, ROUGH_ANGLES, |cos| {
+                            // Beyond this the facets hide each other; the integrals are no longer good.
+                            let theta = cos.max(1e-4).acos();
+                            let r = model.response(theta, azimuth, Sky::Symmetric(&by_zenith))?;
+                            let smooth = model.stack.reflection(theta)?;
+                            let row = row_of(&smooth, r.reflectivity, r.emitted_k);
+                            Ok([row[0], row[1], row[2], row[3], row[4], row[5], r.scattered_sky_k[0], r.scattered_sky_k[1]])
+                        })
+                    })
+                    .collect::<Result<Vec<_>, SurfaceError>>()?;
+                let (sin_twice, cos_twice) = (2.0 * slope_azimuth_rad).sin_cos();
+                let (sin, cos) = slope_azimuth_rad.sin_cos();
+                let axes = [[sin, cos].map(|a| a * go.slopes.along), [cos, -sin].map(|a| a * go.slopes.across)];
+                Kind::Facets { tables, cos_twice, sin_twice, axes }
+            }
+            _ => {
+                let dark = |_: f64| 0.0;
+                let scale = [KELVIN, KELVIN, KELVIN, KELVIN, 1.0, 1.0];
+                Kind::Mirror(AngleTable::new(TOLERANCE_K, scale, MIRROR_ANGLES, |cos| {
+                    let theta = cos.min(1.0).acos();
+                    let r = model.response(theta, 0.0, Sky::Symmetric(&dark))?;
+                    Ok::<_, SurfaceError>(row_of(&model.reflection(theta)?, r.reflectivity, r.emitted_k))
+                })?)
+            }
+        };
+        Ok(Self { kind, top_k })
+    }
+
+    /// Temperature of the top, RJ, K.
+    #[must_use]
+    #[inline]
+    pub fn top_k(&self) -> f64 {
+        self.top_k
+    }
+
+    /// Largest error of interpolation met, K.
+    #[must_use]
+    pub fn error_k(&self) -> f64 {
+        match &self.kind {
+            Kind::Mirror(t) => t.error(),
+            Kind::Facets { tables, .. } => tables.iter().map(AngleTable::error).fold(0.0, f64::max),
+        }
+    }
+
+    /// Whether it scatters the sky from many directions.
+    #[must_use]
+    pub fn is_rough(&self) -> bool {
+        matches!(self.kind, Kind::Facets { .. })
+    }
+
+    /// The normal of one facet of a level rough surface, drawn by two standard normal numbers.
+    #[must_use]
+    pub fn facet(&self, draw: [f64; 2]) -> Option<Vec3> {
+        let Kind::Facets { axes, .. } = &self.kind else { return None };
+        let slope = |k: usize| draw[0] * axes[0][k] + draw[1] * axes[1][k];
+        Some(Vec3::new(-slope(0), -slope(1), 1.0).unit())
+    }
+
+    /// Response at a cosine of incidence, seen along a direction with horizontal components `x` (east) and `y` (north), and
+    /// the sky that a level rough surface scatters there.
+    #[must_use]
+    #[inline]
+    pub fn at(&self, cos: f64, x: f64, y: f64) -> (Response, Option<RoughSky>) {
+        match &self.kind {
+            Kind::Mirror(table) => (Response::of(&table.at(cos)), None),
+            Kind::Facets { tables, cos_twice, sin_twice, .. } => {
+                let row = match tables.as_slice() {
+                    [only] => only.at(cos),
+                    several => {
+                        let size = x * x + y * y;
+                        let twice = if size > 1e-24 { ((y * y - x * x) * cos_twice + 2.0 * x * y * sin_twice) / size } else { 0.0 };
+                        between_azimuths(several, cos, twice)
+                    }
+                };
+                (Response::of(&row), Some([row[6], row[7]]))
+            }
+        }
+    }
+}
+
+fn row_of(smooth: &Reflection, power: [f64; 2], emitted_k: [f64; 2]) -> [f64; 6] {
+    let r = smooth.with_powers(power[0], power[1]);
+    [power[0], power[1], r.cross.re, r.cross.im, emitted_k[0], emitted_k[1]]
+}
+
+/// The polynomial through the tables at `cos(k pi/4)`, in its barycentric form.
+fn between_azimuths(tables: &[AngleTable<8>], cos: f64, cos_twice: f64) -> [f64; 8] {
+    let last = tables.len() - 1;
+    let mut sum = [0.0; 8];
+    let mut weights = 0.0;
+    for (k, table) in tables.iter().enumerate() {
+        let off = cos_twice - (PI * k as f64 / last as f64).cos();
+        if off.abs() < 1e-12 {
+            return table.at(cos);
+        }
+        let end = if k == 0 || k == last { 0.5 } else { 1.0 };
+        let w = if k.is_multiple_of(2) { end } else { -end } / off;
+        weights += w;
+        for (s, v) in sum.iter_mut().zip(table.at(cos)) {
+            *s += w * v;
+        }
+    }
+    sum.map(|s| s / weights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dielectrics::{Extrapolation, Material};
+    use crate::surfaces::StackDescription;
+
+    fn sea(roughness: &str) -> SurfaceModel {
+        let m = Material::by_name("sea-water").unwrap();
+        let stack = StackDescription::of_material(m, m.state(), None).resolve(94e9, Extrapolation::Refuse).unwrap();
+        SurfaceModel::new(stack, roughness.parse().unwrap())
+    }
+
+    fn sky(cos: f64) -> f64 {
+        270.0 - 230.0 * (-0.2 / cos.max(1e-6)).exp()
+    }
+
+    #[test]
+    fn mirrors_are_tabulated_to_a_hundredth_of_a_kelvin() {
+        let model = sea("smooth");
+        let table = SurfaceTable::new(&model, 0.0, &sky).unwrap();
+        let radiant = in_radiance(&model.stack).unwrap();
+        for k in 0..900 {
+            let theta = (f64::from(k) * 0.0999).to_radians();
+            let (r, rough) = table.at(theta.cos(), 0.0, 0.0);
+            assert!(rough.is_none());
+            let direct = radiant.emission_k(theta).unwrap();
+            let powers = radiant.reflection(theta).unwrap().powers();
+            for p in 0..2 {
+                assert!((r.emitted_k[p] - direct[p]).abs() < 0.005, "{k}");
+                assert!((r.power[p] - powers[p]).abs() < 2e-5, "{k}");
+            }
+        }
+    }
+
+    #[test]
+    fn facets_are_tabulated_to_a_tenth_of_a_kelvin() {
+        let model = sea("sea:10");
+        let table = SurfaceTable::new(&model, 0.3, &sky).unwrap();
+        let mut radiant = model.clone();
+        radiant.stack = in_radiance(&model.stack).unwrap();
+        let by_zenith = |z: f64| sky(z.cos());
+        for (zenith, azimuth) in [(3.0_f64, 0.4_f64), (31.0, 1.3), (52.5, 0.9), (66.0, 2.9), (78.0, 5.1), (84.3, 0.0)] {
+            let (s, c) = azimuth.sin_cos();
+            let (r, scattered) = table.at(zenith.to_radians().cos(), s, c);
+            let direct = radiant.response(zenith.to_radians(), azimuth - 0.3, Sky::Symmetric(&by_zenith)).unwrap();
+            for p in 0..2 {
+                let seen = r.emitted_k[p] + scattered.unwrap()[p];
+                let want = direct.emitted_k[p] + direct.scattered_sky_k[p];
+                assert!((seen - want).abs() < 0.1, "{zenith} {azimuth}: {seen} {want}");
+            }
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Whether a scene can be looked at.
+
+use super::scene::SolidScene;
+use crate::error::{Result, SceneError};
+use crate::geometry::At;
+use crate::vector::Vec3;
+
+impl SolidScene {
+    /// The camera of the file stands in the open.
+    pub(super) fn check_camera(&self) -> Result<()> {
+        let Some(camera) = &self.file.camera else { return Ok(()) };
+        let camera = camera.get_ref();
+        camera.axes()?;
+        camera.grid()?;
+        self.check_position_at(Vec3::from(camera.position_m), self.camera_line)
+    }
+
+    /// A position lies in the open.
+    pub(crate) fn check_position(&self, position: Vec3) -> Result<()> {
+        self.check_position_at(position, self.camera_line)
+    }
+
+    fn check_position_at(&self, position: Vec3, line: usize) -> Result<()> {
+        let (at, position_m) = (At(line), position.to_array());
+        if let Some(ground) = &self.terrain {
+            let ground_m = ground.height_m(position.x, position.y);
+            if position.z <= ground_m {
+                return Err(SceneError::CameraUnderGround { at, position_m, ground_m });
+            }
+        }
+        if let Some(region) = self.geometry.region_at(position) {
+            let source = &self.geometry.regions()[region].source;
+            if !source.void {
+                return Err(SceneError::CameraInside { at, position_m, region: source.name.clone() });
+            }
+        }
+        Ok(())
+    }
+}

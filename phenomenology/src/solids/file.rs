@@ -1,0 +1,284 @@
+//! The TOML of a scene of solids, key by key.
+
+use crate::camera::Camera;
+use crate::surfaces::RawLayer;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use toml::Spanned;
+
+/// A scene file.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// Always `solids`.
+    pub kind: String,
+    /// Name of the scene.
+    pub name: String,
+    /// What it shows and where its dimensions come from.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// Whether dielectric models may be used beyond the range they were made for, by their documented extension.
+    #[serde(default)]
+    pub extrapolate: bool,
+    /// Where the picture is taken from.
+    pub camera: Option<Spanned<Camera>>,
+    /// The air.
+    pub atmosphere: Option<Spanned<AtmosphereRow>>,
+    /// What lies under everything.
+    pub ground: Option<Spanned<GroundRow>>,
+    /// Surfaces by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub surface: BTreeMap<String, Spanned<SurfaceRow>>,
+    /// Bodies and regions as MORSE/GIFT-style text.
+    pub bodies_and_regions: Option<Spanned<String>>,
+    /// Bodies that stand where they are described.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub body: Vec<Spanned<BodyRow>>,
+    /// Regions made of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub region: Vec<Spanned<RegionRow>>,
+    /// Assemblies by name, to be placed by instances.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub assembly: BTreeMap<String, Spanned<AssemblyRow>>,
+    /// Assemblies placed in the scene.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instance: Vec<Spanned<InstanceRow>>,
+}
+
+/// `[atmosphere]`: the air, by default clear mid-latitude summer.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AtmosphereRow {
+    /// Name of a reference atmosphere.
+    pub profile: String,
+    /// Name of a gas model.
+    pub gas: String,
+    /// Name of a rain model.
+    pub rain: String,
+    /// Layers such as `fog:0m-200m:0.2g/m3`.
+    pub layers: Vec<String>,
+    /// Height of the scene's zero above the foot of the profile, m.
+    pub altitude_m: f64,
+    /// `plane` or `spherical`: how rays to the sky run.
+    pub geometry: String,
+    /// Temperature behind the atmosphere, K.
+    pub background_k: f64,
+    /// Temperature of the air at the foot of the profile, K.
+    pub surface_temperature_k: Option<f64>,
+    /// Pressure there, hPa.
+    pub surface_pressure_hpa: Option<f64>,
+    /// Relative humidity there, percent.
+    pub relative_humidity_percent: Option<f64>,
+    /// All air, and space behind it, of this one temperature, K (for tests of the isothermal world).
+    pub isothermal_k: Option<f64>,
+    /// Without air: rays see the background.
+    pub vacuum: bool,
+}
+
+impl Default for AtmosphereRow {
+    fn default() -> Self {
+        Self {
+            profile: "mls".into(),
+            gas: "mpm89".into(),
+            rain: "p838".into(),
+            layers: Vec::new(),
+            altitude_m: 0.0,
+            geometry: "plane".into(),
+            background_k: crate::atmosphere::planck::COSMIC_BACKGROUND_K,
+            surface_temperature_k: None,
+            surface_pressure_hpa: None,
+            relative_humidity_percent: None,
+            isothermal_k: None,
+            vacuum: false,
+        }
+    }
+}
+
+/// `[surface.NAME]`: layers from the top, roughness, canopy.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceRow {
+    /// Whether echoes in the layers interfere.
+    #[serde(default = "yes")]
+    pub coherent: bool,
+    /// Layers from the top; the last has no thickness.
+    #[serde(default)]
+    pub layer: Vec<Spanned<RawLayer>>,
+    /// Roughness in its short form, such as `go:0.1,0.1`, `sea:7` or `qh:0.1,0.5,2`.
+    pub roughness: Option<String>,
+    /// Azimuth of the first slope axis, degrees from north over east.
+    #[serde(default)]
+    pub slope_azimuth_deg: f64,
+    /// What grows on it.
+    pub canopy: Option<CanopyRow>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Vegetation of a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CanopyRow {
+    /// Optical depth at nadir, Np.
+    pub tau_np: f64,
+    /// Single-scattering albedo.
+    #[serde(default)]
+    pub omega: f64,
+    /// Temperature, K.
+    pub temperature_k: f64,
+}
+
+/// `[ground]`: a plane or a height field with patches.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroundRow {
+    /// Surface where no patch lies.
+    pub surface: String,
+    /// Height of the plane, m.
+    #[serde(default)]
+    pub height_m: f64,
+    /// Temperature instead of that of the surface, K.
+    pub temperature_k: Option<f64>,
+    /// Patches, later ones on top.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub patch: Vec<Spanned<PatchRow>>,
+    /// Surfaces by a map of characters, under the patches.
+    pub map: Option<Spanned<MapRow>>,
+    /// Heights instead of the plane, inside its area.
+    pub height_field: Option<Spanned<HeightFieldRow>>,
+}
+
+/// A patch of ground: one of polygon, strip and circle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PatchRow {
+    /// Its surface.
+    pub surface: String,
+    /// Temperature instead of that of the surface, K.
+    pub temperature_k: Option<f64>,
+    /// Corners, m.
+    pub polygon_m: Option<Vec<[f64; 2]>>,
+    /// Middle line, m; every piece becomes a rectangle.
+    pub strip_m: Option<Vec<[f64; 2]>>,
+    /// Width of the strip, m.
+    pub width_m: Option<f64>,
+    /// Centre and radius, m.
+    pub circle_m: Option<[f64; 3]>,
+}
+
+/// An image map: one character a cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MapRow {
+    /// South-west corner, m.
+    pub origin_m: [f64; 2],
+    /// Side of a cell, m.
+    pub cell_m: f64,
+    /// Rows from north to south, one character a cell; blanks and dots keep the surface of the ground.
+    pub rows: Vec<String>,
+    /// Surface of each character.
+    pub legend: BTreeMap<char, String>,
+}
+
+/// Heights on a grid of nodes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeightFieldRow {
+    /// South-west node, m.
+    pub origin_m: [f64; 2],
+    /// Distance of nodes, m.
+    pub cell_m: f64,
+    /// Heights above the zero of the scene, m, rows from north to south.
+    pub rows_m: Vec<Vec<f64>>,
+}
+
+/// A body; with a surface it is also a region of the same name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyRow {
+    /// Name, unique in its assembly.
+    pub name: String,
+    /// Code such as `RPP`.
+    #[serde(rename = "type")]
+    pub code: String,
+    /// Parameters in MORSE/GIFT order, m.
+    pub data: Vec<f64>,
+    /// Surface, if the body alone is a region.
+    pub surface: Option<String>,
+    /// Temperature instead of that of the surface, K.
+    pub temperature_k: Option<f64>,
+}
+
+/// A region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionRow {
+    /// Name, unique in its assembly.
+    pub name: String,
+    /// Expression such as `+1 -7 OR +6`.
+    pub is: String,
+    /// Surface; `air` makes it empty.
+    pub surface: Option<String>,
+    /// Temperature instead of that of the surface, K.
+    pub temperature_k: Option<f64>,
+    /// Faces with another surface or temperature.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub face: Vec<FaceRow>,
+}
+
+/// A face of a body that bounds a region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FaceRow {
+    /// The body.
+    pub body: String,
+    /// Number of the face, from 1; all faces without it.
+    pub face: Option<u8>,
+    /// Its surface.
+    pub surface: Option<String>,
+    /// Its temperature, K.
+    pub temperature_k: Option<f64>,
+}
+
+/// `[assembly.NAME]`: bodies and regions written once.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AssemblyRow {
+    /// What it is.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// Its bodies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub body: Vec<Spanned<BodyRow>>,
+    /// Its regions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub region: Vec<Spanned<RegionRow>>,
+    /// Other assemblies placed in it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub instance: Vec<Spanned<InstanceRow>>,
+}
+
+/// An assembly placed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InstanceRow {
+    /// Which assembly.
+    pub assembly: String,
+    /// Name of the instance; by default that of the assembly and a number.
+    pub name: Option<String>,
+    /// Where its zero comes to lie, m.
+    #[serde(default)]
+    pub position_m: [f64; 3],
+    /// Turns about x, then y, then z, degrees, right-handed.
+    #[serde(default)]
+    pub rotate_deg: [f64; 3],
+    /// Scale.
+    #[serde(default = "one")]
+    pub scale: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}

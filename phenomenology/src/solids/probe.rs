@@ -1,0 +1,104 @@
+//! Rays and points in a whole scene, or in a bare text of bodies and regions.
+
+use super::file::SceneFile;
+use super::place::place;
+use super::scene::SolidScene;
+use crate::error::Result;
+use crate::geometry::probe::{PointAnswer, PointRow, RayAnswer, RayRow};
+use crate::geometry::{Geometry, looks_like_bodies, read_text};
+use crate::surfaces::StackDescription;
+
+/// Bodies and regions of a scene TOML or of a bare text; surfaces are not asked for.
+///
+/// # Errors
+/// The line and the fault.
+pub fn read_geometry(text: &str) -> Result<Geometry> {
+    if looks_like_bodies(text) {
+        let model = read_text(text, 1)?;
+        return Ok(Geometry::new(model.bodies, model.regions)?);
+    }
+    let file: SceneFile = toml::from_str(text)?;
+    let placed = place(&file, text)?;
+    Ok(Geometry::new(placed.bodies, placed.regions)?)
+}
+
+/// What can be probed: a scene with its ground, or bare bodies and regions.
+#[derive(Debug, Clone)]
+pub enum Probed {
+    /// A scene of solids.
+    Scene(Box<SolidScene>),
+    /// Bodies and regions alone.
+    Bare(Box<Geometry>),
+}
+
+/// A scene of solids from its TOML, or bodies and regions from their text.
+///
+/// # Errors
+/// The line and the fault.
+pub fn read_probe(text: &str) -> Result<Probed> {
+    if looks_like_bodies(text) {
+        read_geometry(text).map(|g| Probed::Bare(Box::new(g)))
+    } else {
+        SolidScene::from_toml(text).map(|s| Probed::Scene(Box::new(s)))
+    }
+}
+
+impl Probed {
+    /// What rays hit: solids, or the ground where no region is asked for.
+    ///
+    /// # Errors
+    /// An unknown region or a ray that cannot be.
+    pub fn rays(&self, region: Option<&str>, rays: &[RayRow]) -> Result<Vec<RayAnswer>> {
+        match self {
+            Self::Bare(g) => Ok(g.probe_rays(region, rays)?),
+            Self::Scene(s) => s.probe_rays(region, rays),
+        }
+    }
+
+    /// Where points lie.
+    ///
+    /// # Errors
+    /// An unknown region or a point that is not finite.
+    pub fn points(&self, region: Option<&str>, points: &[PointRow]) -> Result<Vec<PointAnswer>> {
+        let geometry = match self {
+            Self::Bare(g) => g.as_ref(),
+            Self::Scene(s) => &s.geometry,
+        };
+        Ok(geometry.probe_points(region, points)?)
+    }
+}
+
+impl SolidScene {
+    /// What rays hit: one region, or any region and the ground.
+    ///
+    /// # Errors
+    /// An unknown region or a ray that cannot be.
+    pub fn probe_rays(&self, region: Option<&str>, rays: &[RayRow]) -> Result<Vec<RayAnswer>> {
+        let mut answers = self.geometry.probe_rays(region, rays)?;
+        if let (None, Some(ground)) = (region, &self.terrain) {
+            for (i, (answer, row)) in answers.iter_mut().zip(rays).enumerate() {
+                let ray = row.ray(i + 1)?;
+                if let Some(hit) = ground.hit(&ray, self.geometry.eps(), answer.t.unwrap_or(f64::INFINITY)) {
+                    let n = hit.normal;
+                    *answer = RayAnswer {
+                        hit: 1,
+                        t: Some(hit.t),
+                        nx: Some(n.x),
+                        ny: Some(n.y),
+                        nz: Some(n.z),
+                        region: Some("ground".into()),
+                        body: None,
+                        face: None,
+                    };
+                }
+            }
+        }
+        Ok(answers)
+    }
+
+    /// The layers of a surface by name, as described.
+    #[must_use]
+    pub fn surface_stack(&self, name: &str) -> Option<&StackDescription> {
+        self.surfaces.iter().find(|s| s.name == name).map(|s| &s.stack)
+    }
+}

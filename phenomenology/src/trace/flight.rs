@@ -1,0 +1,118 @@
+//! The path of a moving camera.
+
+use crate::camera::Camera;
+use crate::error::{Result, SceneError};
+use serde::{Deserialize, Serialize};
+
+/// A place and a point to look at, at a time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeyFrame {
+    /// Time, s.
+    pub time_s: f64,
+    /// Where the camera stands, m.
+    pub position_m: [f64; 3],
+    /// The middle of the picture, m.
+    pub look_at_m: [f64; 3],
+}
+
+/// A flight: key frames in order of time, and frames a second.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Flight {
+    /// The scene, as a path beside the file of the flight.
+    pub scene: Option<String>,
+    /// Frames a second.
+    pub frames_per_second: f64,
+    /// Key frames.
+    pub key: Vec<KeyFrame>,
+}
+
+/// Most frames of a flight.
+const MAX_FRAMES: f64 = 1e5;
+
+impl Flight {
+    /// Read from TOML.
+    ///
+    /// # Errors
+    /// TOML that does not parse or has unknown keys (with the line); fewer than two key frames, times that do not rise, numbers
+    /// that are not finite, too many frames.
+    pub fn from_toml(text: &str) -> Result<Self> {
+        let flight: Self = toml::from_str(text)?;
+        let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
+        let finite = |k: &KeyFrame| k.time_s.is_finite() && k.position_m.iter().chain(&k.look_at_m).all(|x| x.is_finite());
+        if flight.key.len() < 2 || !flight.key.iter().all(finite) || flight.key.windows(2).any(|w| w[1].time_s <= w[0].time_s) {
+            return bad(
+                "[[key]] of the flight",
+                format!("{} frames", flight.key.len()),
+                "two or more with rising times and finite numbers",
+            );
+        }
+        let frames = flight.frames_per_second * flight.duration_s();
+        if !(flight.frames_per_second > 0.0 && frames <= MAX_FRAMES) {
+            return bad("frames_per_second", flight.frames_per_second.to_string(), "above 0, and at most 100000 frames in all");
+        }
+        Ok(flight)
+    }
+
+    /// From the first to the last key frame, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        match (self.key.first(), self.key.last()) {
+            (Some(a), Some(b)) => b.time_s - a.time_s,
+            _ => 0.0,
+        }
+    }
+
+    /// A camera for every frame: the given one, moved along straight lines between key frames.
+    #[must_use]
+    pub fn cameras(&self, camera: &Camera) -> Vec<Camera> {
+        let Some(first) = self.key.first() else { return Vec::new() };
+        let count = (self.duration_s() * self.frames_per_second + 1e-9).floor() as usize;
+        (0..=count)
+            .map(|k| {
+                let t = first.time_s + k as f64 / self.frames_per_second;
+                let next = self.key.iter().position(|f| f.time_s > t).unwrap_or(self.key.len() - 1).max(1);
+                let (a, b) = (&self.key[next - 1], &self.key[next]);
+                let w = ((t - a.time_s) / (b.time_s - a.time_s)).clamp(0.0, 1.0);
+                let mix = |p: [f64; 3], q: [f64; 3]| std::array::from_fn(|i| p[i] + w * (q[i] - p[i]));
+                Camera { position_m: mix(a.position_m, b.position_m), look_at_m: Some(mix(a.look_at_m, b.look_at_m)), ..camera.clone() }
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Projection;
+
+    const PATH: &str = "frames_per_second = 2\n[[key]]\ntime_s = 0\nposition_m = [0, 0, 10]\nlook_at_m = [100, 0, 0]\n\
+        [[key]]\ntime_s = 2\nposition_m = [20, 0, 10]\nlook_at_m = [100, 0, 0]\n[[key]]\ntime_s = 3\nposition_m = [20, 5, 10]\nlook_at_m = [100, 50, 0]\n";
+
+    #[test]
+    fn cameras_follow_the_key_frames() {
+        let camera = Camera {
+            position_m: [0.0; 3],
+            look_at_m: None,
+            heading_deg: 0.0,
+            pitch_deg: 0.0,
+            roll_deg: 0.0,
+            fov_deg: 30.0,
+            size_px: [8, 8],
+            projection: Projection::Sin,
+        };
+        let cameras = Flight::from_toml(PATH).unwrap().cameras(&camera);
+        assert_eq!(cameras.len(), 7);
+        assert_eq!(cameras[1].position_m, [5.0, 0.0, 10.0]);
+        assert_eq!(cameras[5].look_at_m, Some([100.0, 25.0, 0.0]));
+        assert_eq!(cameras[6].position_m, [20.0, 5.0, 10.0]);
+    }
+
+    #[test]
+    fn flights_that_cannot_be_are_refused() {
+        assert!(Flight::from_toml(&PATH.replace("time_s = 2", "time_s = 4")).is_err());
+        assert!(Flight::from_toml(&PATH.replace("second = 2", "second = 0")).is_err());
+        assert!(Flight::from_toml(&PATH.replace("look_at_m", "look")).unwrap_err().to_string().contains("line 5"));
+    }
+}

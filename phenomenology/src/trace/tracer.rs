@@ -1,0 +1,188 @@
+//! A scene made ready for rays at some frequencies.
+
+use super::options::{RenderOptions, Scale};
+use crate::atmosphere::PathTable;
+use crate::atmosphere::planck::{black_body_radiance, planck_of_rayleigh_jeans_k, rayleigh_jeans_temperature_k};
+use crate::dielectrics::Extrapolation;
+use crate::error::{Result, SceneError};
+use crate::geometry::{At, Ray};
+use crate::radiometry::{SkyLookup, SurfaceTable};
+use crate::solids::SolidScene;
+use crate::surfaces::{StackDescription, Substance, SurfaceModel};
+use crate::vector::Vec3;
+use cittert_arrays::Polarization;
+use rayon::prelude::*;
+
+/// Greatest rise of a piece of a path, km.
+const MAX_RISE_KM: f64 = 0.2;
+
+/// A scene with tables of surfaces, sky and air.
+#[derive(Debug)]
+pub struct Tracer<'a> {
+    pub(super) scene: &'a SolidScene,
+    pub(super) freqs_ghz: Vec<f64>,
+    pub(super) options: RenderOptions,
+    /// Antenna row of each plane. // [pol]
+    pub(super) antenna: Vec<[f64; 4]>,
+    /// // [cover][chan]
+    pub(super) surfaces: Vec<Vec<SurfaceTable>>,
+    pub(super) sky: SkyLookup,
+    pub(super) air: Option<PathTable>,
+    pub(super) altitude_km: f64,
+    /// Black ground for rays that go down past a scene without ground, RJ, K. // [chan]
+    pub(super) below_k: Vec<f64>,
+    /// Height up to which the sky is tabulated, m.
+    top_m: f64,
+    /// Offset of a ray that leaves a surface, m.
+    pub(super) eps: f64,
+}
+
+/// What a ray meets first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Distance, m.
+    pub range_m: f64,
+    /// Cosine of the angle of incidence.
+    pub cos_incidence: f64,
+    /// Number of the cover (surface and temperature).
+    pub cover: u32,
+    /// Number of the region; `None` for the ground.
+    pub region: Option<u32>,
+    /// Body and face.
+    pub face: (u32, u8),
+}
+
+/// A hit with what the tracer needs of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Spot {
+    pub t: f64,
+    pub point: Vec3,
+    /// Unit normal towards the ray.
+    pub normal: Vec3,
+    pub cover: u32,
+    pub region: Option<u32>,
+    pub face: (u32, u8),
+}
+
+impl<'a> Tracer<'a> {
+    /// Makes a scene ready at frequencies in Hz.
+    ///
+    /// # Errors
+    /// A frequency, surface or sky that cannot be had, or options out of range.
+    pub fn new(scene: &'a SolidScene, freqs_hz: &[f64], options: &RenderOptions) -> Result<Self> {
+        let antenna = options.antenna_rows()?;
+        let freqs_ghz: Vec<f64> = freqs_hz.iter().map(|f| f * 1e-9).collect();
+        let faulty = |e| SceneError::air(At(0), e);
+        let bounds = scene.geometry.bounds();
+        let camera_m = scene.camera().map_or(0.0, |c| c.position_m[2]);
+        let (low_m, high_m) = scene.terrain.as_ref().map_or((0.0, 0.0), crate::terrain::Terrain::range_m);
+        let roof_m = if bounds.is_empty() { 0.0 } else { bounds.max.z };
+        let altitude_km = scene.air.altitude_km;
+        let top_m = high_m.max(camera_m).max(roof_m).max(options.highest_m);
+        let ground_m = scene.terrain.as_ref().map_or(0.0, crate::terrain::Terrain::plane_m);
+        let mut heights: Vec<f64> = [low_m, ground_m, top_m].map(|z| altitude_km + 1e-3 * z).to_vec();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup_by(|b, a| *b - *a < 1e-6);
+        let (sky, air) = match &scene.air.atmosphere {
+            None => (SkyLookup::uniform(scene.air.background_k, &freqs_ghz), None),
+            Some(atmosphere) => {
+                let path = PathTable::new(atmosphere, &freqs_ghz).and_then(|p| p.with_max_rise(MAX_RISE_KM)).map_err(faulty)?;
+                (SkyLookup::new(atmosphere, scene.air.geometry, &freqs_ghz, &heights).map_err(faulty)?, Some(path))
+            }
+        };
+        let below = scene.air.atmosphere.as_ref().map_or(scene.air.background_k, |a| a.profile().surface().temperature_k());
+        let below_k = freqs_ghz.iter().map(|f| rayleigh_jeans_temperature_k(*f, black_body_radiance(*f, below))).collect();
+        let (level, _) = sky.level_above(altitude_km + 1e-3 * ground_m);
+        let surfaces = tables(scene, freqs_hz, &sky, level)?;
+        let reach = scene.geometry.eps().max(1e-9 * (top_m - low_m).abs()).max(1e-9);
+        Ok(Self { scene, freqs_ghz, options: options.clone(), antenna, surfaces, sky, air, altitude_km, below_k, top_m, eps: reach })
+    }
+
+    /// A camera above the tables of the sky is refused.
+    pub(super) fn check_height(&self, position: Vec3) -> Result<()> {
+        if position.z <= self.top_m + 1e-3 {
+            return Ok(());
+        }
+        Err(SceneError::BadValue {
+            what: "height of the camera".into(),
+            value: format!("{} m", position.z),
+            expected: "at most the highest_m the tracer was made for",
+        })
+    }
+
+    /// Frequencies of the channels, GHz.
+    #[must_use]
+    pub fn freqs_ghz(&self) -> &[f64] {
+        &self.freqs_ghz
+    }
+
+    /// Largest error of the tables of surfaces, K.
+    #[must_use]
+    pub fn table_error_k(&self) -> f64 {
+        self.surfaces.iter().flatten().map(SurfaceTable::error_k).fold(0.0, f64::max)
+    }
+
+    /// The temperature scale of the picture, from Rayleigh-Jeans temperature.
+    pub(super) fn scaled(&self, channel: usize, pol: usize, rj_k: f64) -> f64 {
+        let additive = matches!(self.options.polarizations[pol], Polarization::Q | Polarization::U | Polarization::V);
+        if additive || self.options.scale == Scale::RayleighJeans {
+            rj_k
+        } else {
+            planck_of_rayleigh_jeans_k(self.freqs_ghz[channel], rj_k)
+        }
+    }
+
+    /// What a ray meets first.
+    #[inline]
+    pub(super) fn spot(&self, ray: &Ray) -> Option<Spot> {
+        let ground = self.scene.terrain.as_ref().and_then(|t| t.hit(ray, self.eps, f64::INFINITY));
+        let limit = ground.map_or(f64::INFINITY, |g| g.t);
+        if let Some(hit) = self.scene.geometry.first_hit(ray, limit)
+            && hit.t < limit
+        {
+            let point = ray.at(hit.t);
+            let n = self.scene.geometry.normal(&hit, point);
+            let normal = if n.dot(ray.direction) > 0.0 { -n } else { n };
+            let cover = self.scene.covers.of_face(hit.region, hit.body, hit.face)?;
+            return Some(Spot { t: hit.t, point, normal, cover, region: Some(hit.region), face: (hit.body, hit.face) });
+        }
+        let g = ground?;
+        let point = ray.at(g.t);
+        let cover = self.scene.terrain.as_ref().map_or(0, |t| t.cover(point.x, point.y));
+        Some(Spot { t: g.t, point, normal: g.normal, cover, region: None, face: (0, 0) })
+    }
+}
+
+/// Tables of all covers.
+fn tables(scene: &SolidScene, freqs_hz: &[f64], sky: &SkyLookup, level: usize) -> Result<Vec<Vec<SurfaceTable>>> {
+    let extrapolation = if scene.file().extrapolate { Extrapolation::Documented } else { Extrapolation::Refuse };
+    let jobs: Vec<(usize, usize)> = (0..scene.covers.list().len()).flat_map(|c| (0..freqs_hz.len()).map(move |f| (c, f))).collect();
+    let done: Vec<SurfaceTable> = jobs
+        .par_iter()
+        .map(|&(cover, channel)| {
+            let cover = &scene.covers.list()[cover];
+            let source = &scene.surfaces[cover.surface];
+            let named = |e| SceneError::Surface { at: At(source.line), name: source.name.clone(), source: Box::new(e) };
+            let stack = at_temperature(&source.stack, cover.temperature_k).resolve(freqs_hz[channel], extrapolation).map_err(named)?;
+            let mut model = SurfaceModel::new(stack, source.roughness);
+            model.canopy = source.canopy;
+            SurfaceTable::new(&model, source.slope_azimuth_rad, &|cos| sky.rj_k(level, channel, cos)).map_err(named)
+        })
+        .collect::<Result<_>>()?;
+    let per_cover = freqs_hz.len().max(1);
+    Ok(done.chunks(per_cover).map(<[SurfaceTable]>::to_vec).collect())
+}
+
+/// A stack with all its layers at one temperature, if one is given.
+fn at_temperature(stack: &StackDescription, temperature_k: Option<f64>) -> StackDescription {
+    let mut stack = stack.clone();
+    if let Some(t) = temperature_k {
+        for layer in &mut stack.layers {
+            layer.temperature_k = t;
+            if let Substance::Material { state, .. } = &mut layer.substance {
+                state.temperature_k = t;
+            }
+        }
+    }
+    stack
+}
