@@ -62,7 +62,12 @@ impl Bvh {
         let size = centers.size();
         let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
         let center = |i: u32| bounds[i as usize].center()[axis];
-        let middle = if size[axis] > 0.0 && depth < STACK / 2 {
+        let halves = |items: &mut [u32]| {
+            let k = items.len() / 2;
+            items.select_nth_unstable_by(k, |a, b| center(*a).total_cmp(&center(*b)));
+            k
+        };
+        let middle = if size[axis] > 0.0 && size[axis].is_finite() && depth < STACK / 2 {
             let bin_of = |i: u32| (((center(i) - centers.min[axis]) / size[axis] * BINS as f64) as usize).min(BINS - 1);
             let best = best_bin(bounds, items, bin_of);
             let mut k = 0;
@@ -72,12 +77,11 @@ impl Bvh {
                     k += 1;
                 }
             }
-            k
+            // Rounding may leave one side empty.
+            if k == 0 || k == items.len() { halves(items) } else { k }
         } else {
             // Boxes on one centre, or a tree grown lopsided: halves keep it shallow.
-            let k = items.len() / 2;
-            items.select_nth_unstable_by(k, |a, b| center(*a).total_cmp(&center(*b)));
-            k
+            halves(items)
         };
         let (left, right) = items.split_at_mut(middle);
         self.split(bounds, left, first, depth + 1);

@@ -20,7 +20,7 @@ pub struct TextModel {
     pub bodies: Vec<NamedBody>,
     /// Regions in order.
     pub regions: Vec<RegionSource>,
-    /// Surface of each region, where one is named. // [region]
+    /// Surface of each region, where one is named. \[region\]
     pub surfaces: Vec<Option<String>>,
 }
 

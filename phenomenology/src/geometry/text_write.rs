@@ -3,7 +3,7 @@
 use super::model::{NamedBody, RegionSource};
 use std::fmt::Write;
 
-/// The text of bodies and regions; `surface` names what a region is covered with, where known. // [region]
+/// The text of bodies and regions; `surface` names what a region is covered with, where known. \[region\]
 ///
 /// Reading it back gives the same bodies to the last bit.
 #[must_use]

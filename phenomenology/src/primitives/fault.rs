@@ -26,8 +26,8 @@ pub enum PrimitiveFault {
         /// Their names.
         parameters: &'static str,
     },
-    /// A parameter is not a finite number.
-    #[error("parameter {number} of the {code} is {value}; it must be a finite number")]
+    /// A parameter is not a number, or too large.
+    #[error("parameter {number} of the {code} is {value}; it must be a number between -1e12 and 1e12")]
     NotFinite {
         /// The code.
         code: &'static str,

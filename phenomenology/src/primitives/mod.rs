@@ -155,6 +155,9 @@ impl Solid {
     }
 }
 
+/// Largest number a body may have, m; squares and products of such numbers are still finite.
+const FARTHEST_M: f64 = 1e12;
+
 /// A body: its code, its parameters and its shape.
 #[derive(Debug, Clone)]
 pub struct Body {
@@ -190,7 +193,7 @@ impl Body {
                 parameters: entry.parameters,
             });
         }
-        if let Some(at) = parameters.iter().position(|p| !p.is_finite()) {
+        if let Some(at) = parameters.iter().position(|p| !(p.abs() <= FARTHEST_M)) {
             return Err(PrimitiveFault::NotFinite { code: entry.code, number: at + 1, value: parameters[at] });
         }
         Ok(Self { entry, parameters: parameters.to_vec(), solid: (entry.build)(parameters)? })

@@ -9,6 +9,7 @@ use crate::error::{Result, SceneError};
 use crate::geometry::{At, Geometry, is_void};
 use crate::surfaces::{Canopy, Roughness, StackDescription, SurfaceError};
 use crate::terrain::{HeightField, Patch, Shape, SurfaceMap, Terrain, strip};
+use std::collections::HashMap;
 use toml::Spanned;
 
 /// Most nodes of a height field and cells of a map.
@@ -36,6 +37,7 @@ pub(super) fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     let Placed { bodies, regions, dresses } = place(&file, text)?;
     let sources = regions.clone();
     let geometry = Geometry::new(bodies, regions)?;
+    let numbers: HashMap<&str, usize> = geometry.bodies().iter().enumerate().map(|(i, b)| (b.name.as_str(), i)).collect();
     for (region, dress) in sources.iter().zip(&dresses) {
         let user = format!("region `{}`", region.name);
         let main = match &dress.surface {
@@ -47,7 +49,7 @@ pub(super) fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
         };
         let mut faces = Vec::with_capacity(dress.faces.len());
         for f in &dress.faces {
-            let Some(body) = geometry.bodies().iter().position(|b| b.name == f.body) else {
+            let Some(&body) = numbers.get(f.body.as_str()) else {
                 return Err(SceneError::at(region.line, format!("{user} has a face of unknown body `{}`", f.body)));
             };
             let count = geometry.bodies()[body].body.entry.faces.len();
@@ -60,6 +62,7 @@ pub(super) fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
         }
         covers.push_region(main, faces);
     }
+    drop(numbers);
     let terrain = file.ground.as_ref().map(|g| ground(g.get_ref(), line(g.span().start), &line, &mut covers)).transpose()?;
     if terrain.is_none() && !sources.iter().any(|r| !r.void) {
         return Err(SceneError::Empty);

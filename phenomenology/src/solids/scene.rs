@@ -9,7 +9,7 @@ use crate::error::{Result, SceneError};
 use crate::geometry::Geometry;
 use crate::surfaces::{Canopy, Roughness, StackDescription};
 use crate::terrain::Terrain;
-use crate::trace::{Picture, RenderOptions, Tracer};
+use crate::trace::{Picture, ProgressFn, RenderOptions, Tracer};
 use cittert_arrays::{Image, SkyGrid, SpectralWindow};
 
 /// A surface before a frequency is chosen.
@@ -122,13 +122,27 @@ impl SolidScene {
     /// # Errors
     /// As [`SolidScene::render`], and options out of range.
     pub fn picture(&self, view: &View, spectrum: &SpectralWindow, options: &RenderOptions) -> Result<Picture> {
+        self.picture_observed(view, spectrum, options, None)
+    }
+
+    /// As [`SolidScene::picture`], telling how many rows are done.
+    ///
+    /// # Errors
+    /// As [`SolidScene::picture`].
+    pub fn picture_observed(
+        &self,
+        view: &View,
+        spectrum: &SpectralWindow,
+        options: &RenderOptions,
+        progress: Option<ProgressFn<'_>>,
+    ) -> Result<Picture> {
         self.check_position(view.position)?;
         let freqs: Vec<f64> = if options.per_channel { spectrum.freq_hz().to_vec() } else { vec![spectrum.mean_hz()] };
         let options = RenderOptions { highest_m: options.highest_m.max(view.position.z), ..options.clone() };
         let tracer = Tracer::new(self, &freqs, &options)?;
         let band =
             if options.per_channel { spectrum.clone() } else { SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])? };
-        let mut picture = tracer.picture(view, &band, None)?;
+        let mut picture = tracer.picture(view, &band, progress)?;
         picture.temperature.object.clone_from(&self.file.name);
         Ok(picture)
     }

@@ -157,3 +157,54 @@ fn the_example_of_the_book_is_a_scene() {
     let example = page.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
     assert_eq!(SolidScene::from_toml(example).unwrap().geometry().bodies().len(), 6);
 }
+
+mod hostile {
+    use super::TANK;
+    use crate::solids::{SolidScene, read_probe};
+    use proptest::prelude::*;
+
+    const TEXT: &str =
+        "1 RPP 0 4 0 4 0 4\nRCC bore 2 2 -1 0 0 6 1\n3 ELL 0 0 0 1 0 0 3\nREGION body ; +1 -bore OR +3 ; steel\nREGION ball ; +3\n";
+
+    proptest! {
+        // Any damage to a file is read or refused, and never ends in a panic.
+        #[test]
+        fn damaged_files_are_read_or_refused(cuts in proptest::collection::vec((0usize..2000, "[ -~\n\u{e9}]{0,4}"), 1..4)) {
+            for original in [TANK, TEXT] {
+                let mut text = original.to_owned();
+                for (at, put) in &cuts {
+                    let at = at % text.len();
+                    if text.is_char_boundary(at) && text.is_char_boundary((at + put.len()).min(text.len())) {
+                        text.replace_range(at..(at + put.len()).min(text.len()), put);
+                    }
+                }
+                if let Err(e) = read_probe(&text) {
+                    prop_assert!(!e.to_string().is_empty());
+                }
+            }
+        }
+
+        #[test]
+        fn wild_numbers_are_read_or_refused(n in prop_oneof![Just("nan"), Just("inf"), Just("-inf"), Just("1e308"), Just("-1e308"), Just("0"), Just("-1"), Just("1e-320")],
+            which in 0usize..60) {
+            // The number with this index is replaced.
+            let mut seen = 0;
+            let mut text = String::new();
+            for word in TANK.split_inclusive([' ', ',', '[', ']', '\n', '}']) {
+                let bare = word.trim_end_matches([' ', ',', '[', ']', '\n', '}']);
+                if bare.parse::<f64>().is_ok() {
+                    text.push_str(if seen == which { n } else { bare });
+                    text.push_str(&word[bare.len()..]);
+                    seen += 1;
+                } else {
+                    text.push_str(word);
+                }
+            }
+            if let Ok(scene) = SolidScene::from_toml(&text) {
+                let ray = crate::geometry::probe::RayRow { ox: 0.0, oy: -30.0, oz: 4.0, dx: 0.1, dy: 1.0, dz: -0.1 };
+                let answer = scene.probe_rays(None, &[ray]).unwrap();
+                prop_assert!(answer[0].t.is_none_or(|t| t > 0.0));
+            }
+        }
+    }
+}

@@ -271,3 +271,20 @@ fn a_camera_above_the_tables_of_the_sky_is_refused() {
     let options = RenderOptions { highest_m: 500.0, ..RenderOptions::default() };
     assert!(Tracer::new(&scene, &[94e9], &options).unwrap().frame(&view, &MeshOptions::default()).is_ok());
 }
+
+#[test]
+fn progress_counts_every_row_of_both_passes_and_huge_pictures_are_refused() {
+    let scene = scene(&EVERYTHING.replace("TEMPERATURE", "vacuum = true"));
+    let view = View::of_camera(scene.camera().unwrap()).unwrap();
+    let most = std::sync::atomic::AtomicUsize::new(0);
+    let tell = |done: usize, all: usize| {
+        assert_eq!(all, 80);
+        most.fetch_max(done, std::sync::atomic::Ordering::Relaxed);
+    };
+    scene.picture_observed(&view, &band(), &RenderOptions::default(), Some(&tell)).unwrap();
+    assert_eq!(most.into_inner(), 80);
+    let camera = crate::camera::Camera { size_px: [60_000, 60_000], ..scene.camera().unwrap().clone() };
+    let huge = View::of_camera(&camera).unwrap();
+    let message = scene.picture(&huge, &band(), &RenderOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("60000 x 60000 pixels"), "{message}");
+}

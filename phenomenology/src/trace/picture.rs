@@ -11,6 +11,9 @@ use ndarray::{Array2, Array4};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Most values of a picture.
+const MAX_VALUES: usize = 1 << 27;
+
 /// Told how many of how many rows are done, from any thread.
 pub type ProgressFn<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
@@ -58,6 +61,13 @@ impl Tracer<'_> {
         let grid = view.grid();
         let (columns, rows) = (grid.n_l, grid.n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
+        if rows * columns > MAX_VALUES / states {
+            return Err(SceneError::BadValue {
+                what: "picture".into(),
+                value: format!("{columns} x {rows} pixels of {states} planes and channels"),
+                expected: "at most 134217728 values (1 GB); render fewer pixels or channels at a time",
+            });
+        }
         let done = AtomicUsize::new(0);
         let passes = if self.options.antialias > 1 { 2 } else { 1 };
         let tell = || {
@@ -87,11 +97,16 @@ impl Tracer<'_> {
         // Second pass: pixels on an edge get a grid of rays.
         let extra = if passes == 2 { self.refine(view, &middles, &mut sums, &tell)? } else { 0 };
 
-        let mut data = Array4::zeros((self.freqs_ghz.len(), self.antenna.len(), rows, columns));
-        for ((channel, pol, row, column), value) in data.indexed_iter_mut() {
-            let rj_k = sums[(row * columns + column) * states + channel * self.antenna.len() + pol];
-            *value = self.scaled(channel, pol, rj_k);
-        }
+        let planes = self.antenna.len();
+        sums.par_chunks_mut(columns * states).for_each(|row| {
+            for (k, value) in row.iter_mut().enumerate() {
+                let state = k % states;
+                *value = self.scaled(state / planes, state % planes, *value);
+            }
+        });
+        let data = Array4::from_shape_fn((self.freqs_ghz.len(), planes, rows, columns), |(channel, pol, row, column)| {
+            sums[(row * columns + column) * states + channel * planes + pol]
+        });
         let temperature = Image::new(grid.clone(), band.clone(), self.options.polarizations.clone(), data, BrightnessUnit::Kelvin)?;
         let map = |f: &dyn Fn(&Seen) -> f64| {
             Array2::from_shape_fn((rows, columns), |(r, c)| middles[r * columns + c].seen.as_ref().map_or(f64::NAN, f))
