@@ -73,3 +73,69 @@ fn layouts_that_cannot_be_are_refused() {
     s.write("key.toml", format!("{head}{}diametre_m = 3.0\n", antenna("A", "[0.0, 1.0, 0.0]")));
     s.fails(&simulate("key.toml"), 1, &["key.toml", "diametre_m", "line 6"]);
 }
+
+/// A FITS image of 8 x 8 pixels with these cards and values.
+fn fits(cards: &[&str], values: &[f32]) -> Vec<u8> {
+    let fixed = ["SIMPLE  =                    T", "BITPIX  =                  -32", "NAXIS   =                    2"];
+    let sides = ["NAXIS1  =                    8", "NAXIS2  =                    8"];
+    let mut bytes: Vec<u8> = Vec::new();
+    for card in fixed.iter().chain(&sides).chain(cards).chain(&["END"]) {
+        bytes.extend(format!("{card:80}").bytes());
+    }
+    bytes.resize(bytes.len().next_multiple_of(2880), b' ');
+    values.iter().for_each(|v| bytes.extend(v.to_be_bytes()));
+    bytes.resize(bytes.len().next_multiple_of(2880), 0);
+    bytes
+}
+
+#[test]
+fn fits_scenes_without_a_cell_or_with_blank_pixels_are_refused() {
+    let s = Scratch::new();
+    let simulate = "simulate --layout mm-y --freq 94GHz --bandwidth 1GHz -o v.uvh5 --scene";
+    let axes = [
+        "CTYPE1  = 'RA---SIN'",
+        "CTYPE2  = 'DEC--SIN'",
+        "CDELT1  =                -0.05",
+        "CDELT2  =                 0.05",
+        "CRPIX1  =                  5.0",
+        "CRPIX2  =                  5.0",
+        "BUNIT   = 'K'",
+    ];
+    let mut values = vec![250.0; 64];
+    s.write("good.fits", fits(&axes, &values));
+    s.ok(&format!("{simulate} good.fits"));
+    s.write("cell.fits", fits(&["BUNIT   = 'K'"], &values));
+    s.fails(&format!("{simulate} cell.fits --overwrite"), 1, &["cell.fits", "CDELT"]);
+    values[19] = f32::NAN;
+    s.write("nan.fits", fits(&axes, &values));
+    s.fails(&format!("{simulate} nan.fits --overwrite"), 1, &["nan.fits", "NaN", "column 3, row 2"]);
+    let whole = fits(&axes, &values);
+    s.write("short.fits", &whole[..2880 + 100]);
+    s.fails(&format!("{simulate} short.fits --overwrite"), 1, &["short.fits"]);
+    s.fails("dirty good.fits -o d.fits", 1, &["good.fits", "image"]);
+}
+
+/// A run that is killed leaves nothing under the name of its output, and an earlier output stays whole.
+#[test]
+fn a_killed_run_leaves_the_old_output_or_none() {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0.01,0.005,1.0\n");
+    let words = "simulate --layout mm-u --scene s.csv --freq 94GHz --bandwidth 8GHz --channels 64 --duration 400s --method dft -q -o v.uvh5";
+    let program = env!("CARGO_BIN_EXE_cittert");
+    for old in [None, Some(&b"an older file"[..])] {
+        if let Some(bytes) = old {
+            s.write("v.uvh5", bytes);
+        }
+        for wait_ms in [20, 60, 150] {
+            let mut command = std::process::Command::new(program);
+            command.current_dir(s.path("")).args(words.split_whitespace()).arg("--overwrite");
+            let mut child = command.stdout(std::process::Stdio::null()).spawn().unwrap();
+            std::thread::sleep(std::time::Duration::from_millis(wait_ms));
+            let finished = child.try_wait().unwrap().is_some();
+            child.kill().unwrap();
+            child.wait().unwrap();
+            assert!(!finished, "the run was over before it could be killed");
+            assert_eq!(std::fs::read(s.path("v.uvh5")).ok().as_deref(), old);
+        }
+    }
+}

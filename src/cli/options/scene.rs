@@ -95,10 +95,16 @@ impl SceneArgs {
         let text =
             std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the scene: {e}", path.display())))?;
         let scene = Scene::from_toml(&text).context(format!("{}", path.display()))?;
-        let (Some(size), Some(cell)) = (self.scene_size, self.scene_cell) else {
-            return Err(Failure::usage(format!("{}: a scene description needs --scene-size and --scene-cell", path.display())));
+        let grid = match (self.scene_size, self.scene_cell, scene.natural_grid()) {
+            (Some(size), Some(cell), _) => SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?,
+            (None, None, Some(grid)) => grid,
+            _ => {
+                return Err(Failure::usage(format!(
+                    "{}: a scene description needs --scene-size and --scene-cell (both or, for a scene with a camera of its own, neither)",
+                    path.display()
+                )));
+            }
         };
-        let grid = SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?;
         Ok(scene.render(&grid, spectrum)?)
     }
 

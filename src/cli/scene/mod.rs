@@ -8,6 +8,7 @@ mod list;
 mod material;
 mod path;
 mod permittivity;
+mod probe;
 mod render;
 mod sky;
 mod surface;
@@ -23,6 +24,8 @@ use clap::Subcommand;
 pub(crate) enum SceneCommand {
     /// Render a scene description (or read a PNG or FITS scene) into a FITS image in K.
     Render(render::RenderArgs),
+    /// What rays hit and where points lie in a scene of solids, as CSV.
+    Probe(probe::ProbeArgs),
     /// Sky temperatures against zenith angle, as CSV.
     Sky(sky::SkyArgs),
     /// Specific attenuation of air, cloud and rain, as CSV.
@@ -46,6 +49,7 @@ pub(crate) enum SceneCommand {
 pub(super) fn run(command: &SceneCommand, context: &Context) -> Result<Outcome> {
     match command {
         SceneCommand::Render(args) => render::run(args, context),
+        SceneCommand::Probe(args) => probe::run(args),
         SceneCommand::Sky(args) => sky::run(args),
         SceneCommand::Attenuation(args) => attenuation::run(args),
         SceneCommand::Path(args) => path::run(args),

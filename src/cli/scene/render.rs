@@ -1,12 +1,15 @@
 //! `scene render`: a FITS image in K.
 
 use crate::cli::context::{Context, Outcome};
-use crate::cli::failure::Result;
-use crate::cli::options::OutputArgs;
+use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::options::{OutputArgs, SceneArgs};
 use cittert_arrays::quantity::{Angle, Frequency};
-use cittert_arrays::{Image, PhaseCenter, SpectralWindow};
+use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyFrame, SkyGrid, SpectralWindow};
 use cittert_formats::fits::{ImageOptions, write_image};
+use cittert_phenomenology::trace::RenderOptions;
+use cittert_phenomenology::{Scene, View};
 use clap::Args;
+use ndarray::Axis;
 use std::path::PathBuf;
 
 /// Options of `scene render`.
@@ -36,6 +39,15 @@ pub(crate) struct RenderArgs {
     /// Centre of the image on the sky (default: a boresight).
     #[arg(long, value_name = "RA,DEC", allow_hyphen_values = true)]
     phase_center: Option<String>,
+    /// Also write the distance to what each pixel of a scene of solids shows, m.
+    #[arg(long, value_name = "FITS")]
+    range: Option<PathBuf>,
+    /// Also write the angle of incidence there, deg.
+    #[arg(long, value_name = "FITS")]
+    incidence: Option<PathBuf>,
+    /// Also write the number of the surface there (the names stand in the history).
+    #[arg(long, value_name = "FITS")]
+    material: Option<PathBuf>,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -46,25 +58,72 @@ pub(crate) struct RenderArgs {
 /// Anything wrong with the scene or the disk.
 pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     args.out.check(&args.out.output)?;
+    maps(args).into_iter().flatten().try_for_each(|path| args.out.check(path))?;
     let center = match &args.phase_center {
         Some(text) => PhaseCenter::parse(text)?,
         None => PhaseCenter::unprojected("boresight"),
     };
     let spectrum = SpectralWindow::band(args.freq.si(), args.bandwidth.si(), 1)?;
-    let scene = crate::cli::options::SceneArgs {
+    let scene = SceneArgs {
         scene: args.scene.clone(),
         scene_cell: args.scene_cell,
         scene_size: args.scene_size,
         scene_min: args.scene_min,
         scene_max: args.scene_max,
     };
+    if maps(args).iter().any(Option::is_some) {
+        return with_maps(args, &scene, &spectrum, context);
+    }
     let loaded = scene.load(&center, &spectrum, context)?;
     let Some(mut image) = loaded.sky.images.into_iter().next() else {
-        return Err(crate::cli::Failure::message(format!("{}: a source list has no pixels to render", args.scene.display())));
+        return Err(Failure::message(format!("{}: a source list has no pixels to render", args.scene.display())));
     };
     image.history.push(context.history());
     write_image(&args.out.output, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
     Ok(outcome(&image, &loaded.name, args))
+}
+
+/// Paths of the maps beside the temperature.
+fn maps(args: &RenderArgs) -> [Option<&PathBuf>; 3] {
+    [args.range.as_ref(), args.incidence.as_ref(), args.material.as_ref()]
+}
+
+/// A scene of solids with the maps that were asked for, on the same grid.
+fn with_maps(args: &RenderArgs, scene: &SceneArgs, spectrum: &SpectralWindow, context: &Context) -> Result<Outcome> {
+    let text = std::fs::read_to_string(&args.scene)
+        .map_err(|e| Failure::message(format!("{}: cannot read the scene: {e}", args.scene.display())))?;
+    let named = || args.scene.display().to_string();
+    let Scene::Solids(solids) = Scene::from_toml(&text).context(named())? else {
+        return Err(Failure::usage(format!("{}: only a scene of solids has range, incidence and material maps", args.scene.display())));
+    };
+    let view = match (scene.scene_size, scene.scene_cell) {
+        (Some(size), Some(cell)) => {
+            View::on_grid(solids.camera()?, &SkyGrid::new(size, size, cell.si(), SkyFrame::Boresight)?).context(named())?
+        }
+        _ => View::of_camera(solids.camera()?).context(named())?,
+    };
+    let picture = solids.picture(&view, spectrum, &RenderOptions::default()).context(named())?;
+    let options = ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() };
+    let mut image = picture.temperature;
+    image.history.push(context.history());
+    write_image(&args.out.output, &image, options)?;
+    let mut outcome = outcome(&image, solids.name(), args);
+    let planes = [
+        (picture.range_m, BrightnessUnit::Metre, String::from("distance, m; NaN is the sky")),
+        (picture.incidence_deg, BrightnessUnit::Other, "angle of incidence, deg; NaN is the sky".into()),
+        (picture.material.mapv(f64::from), BrightnessUnit::One, format!("surfaces from 1: {}; 0 is the sky", picture.material_names.join(", "))),
+    ];
+    for (path, (plane, unit, what)) in maps(args).into_iter().zip(planes) {
+        let Some(path) = path else { continue };
+        let data = plane.insert_axis(Axis(0)).insert_axis(Axis(0));
+        let band = SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])?;
+        let mut map = Image::new(image.grid.clone(), band, vec![Polarization::I], data, unit)?;
+        map.object.clone_from(&image.object);
+        map.history = vec![context.history(), what];
+        write_image(path, &map, options)?;
+        outcome = outcome.wrote(path);
+    }
+    Ok(outcome)
 }
 
 fn outcome(image: &Image, name: &str, args: &RenderArgs) -> Outcome {
