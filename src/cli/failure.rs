@@ -106,6 +106,7 @@ from_error!(
     cittert_formats::FormatError,
     cittert_formats::layouts::LayoutError,
     cittert_phenomenology::SceneError,
+    cittert_phenomenology::geometry::GeometryError,
     cittert_phenomenology::atmosphere::PhysicsError,
     cittert_phenomenology::dielectrics::DielectricError,
     cittert_phenomenology::surfaces::SurfaceError,
