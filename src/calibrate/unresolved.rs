@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn arbitrary_phases_on_short_baselines_are_seen() {
-        let scene = Scene::point(6, 3);
+        let scene = Scene { sigma: 0.05, ..Scene::point(6, 3) };
         let mut good = scene.set(|_, _, _, _| cis(0.0));
         assert!(!unresolved_phases(&mut good, 1e-9).unwrap().is_incoherent());
         let mut bad = scene.set(|_, a, _, _| cis(2.1 * a as f64));
