@@ -120,7 +120,8 @@ fn fits_scenes_without_a_cell_or_with_blank_pixels_are_refused() {
 fn a_killed_run_leaves_the_old_output_or_none() {
     let s = Scratch::new();
     s.write("s.csv", "l_rad,m_rad,flux_jy\n0.01,0.005,1.0\n");
-    let words = "simulate --layout mm-u --scene s.csv --freq 94GHz --bandwidth 8GHz --channels 64 --duration 400s --method dft -q -o v.uvh5";
+    let words =
+        "simulate --layout mm-u --scene s.csv --freq 94GHz --bandwidth 8GHz --channels 64 --duration 400s --method dft -q -o v.uvh5";
     let program = env!("CARGO_BIN_EXE_cittert");
     for old in [None, Some(&b"an older file"[..])] {
         if let Some(bytes) = old {

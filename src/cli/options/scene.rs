@@ -59,7 +59,7 @@ fn kind(path: &Path) -> Result<Kind> {
     Ok(match head.as_slice() {
         [] => return Err(Failure::message(format!("{}: the file is empty, expected a scene (FITS, PNG, CSV or TOML)", path.display()))),
         h if h.starts_with(b"SIMPLE") || h.starts_with(&[0x1f, 0x8b]) => Kind::Fits,
-        h if h.starts_with(&[0x89, b'P', b'N', b'G']) => Kind::Png,
+        [0x89, b'P', b'N', b'G', ..] => Kind::Png,
         _ if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) => Kind::Toml,
         _ => Kind::Csv,
     })

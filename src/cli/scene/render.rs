@@ -111,7 +111,11 @@ fn with_maps(args: &RenderArgs, scene: &SceneArgs, spectrum: &SpectralWindow, co
     let planes = [
         (picture.range_m, BrightnessUnit::Metre, String::from("distance, m; NaN is the sky")),
         (picture.incidence_deg, BrightnessUnit::Other, "angle of incidence, deg; NaN is the sky".into()),
-        (picture.material.mapv(f64::from), BrightnessUnit::One, format!("surfaces from 1: {}; 0 is the sky", picture.material_names.join(", "))),
+        (
+            picture.material.mapv(f64::from),
+            BrightnessUnit::One,
+            format!("surfaces from 1: {}; 0 is the sky", picture.material_names.join(", ")),
+        ),
     ];
     for (path, (plane, unit, what)) in maps(args).into_iter().zip(planes) {
         let Some(path) = path else { continue };
