@@ -1,5 +1,9 @@
 //! How good an image is, alone and against a truth.
 
+mod shift;
+
+pub use shift::{find_shift, register, shifted};
+
 use crate::{ChainError, Result};
 use cittert_arrays::{Image, RestoringBeam, SkyFrame, SkyGrid};
 use ndarray::{Array2, ArrayView2};

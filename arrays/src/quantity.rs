@@ -161,7 +161,7 @@ quantity!(
 );
 quantity!(
     /// A time span in seconds.
-    Duration, "s", "time", "10s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)]
+    Duration, "s", "time", "10s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("ps", 1e-12), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)]
 );
 quantity!(
     /// A flux density in Jy.

@@ -128,7 +128,7 @@ fn save(args: &CleanCommandArgs, products: CleanProducts, json: Value, unit: Vis
 }
 
 /// Component list: a source list, as `simulate --scene` reads it, where all are points in Jy.
-fn components(list: &[CleanComponent], unit: VisUnit) -> String {
+pub(super) fn components(list: &[CleanComponent], unit: VisUnit) -> String {
     let scales = list.iter().any(|c| c.scale_rad > 0.0);
     let channels = list.iter().any(|c| c.channel > 0);
     let flux = if unit == VisUnit::KelvinSr { "flux_ksr" } else { "flux_jy" };

@@ -3,15 +3,19 @@
 //! A subcommand is an args struct and `run(args, context)`. Only this module prints, and only it joins the chain with
 //! the formats and the scene simulator.
 
+mod applycal;
 mod beam;
 mod clean;
+mod closure;
 mod compare;
 mod console;
 mod context;
 mod convert;
+mod corrupt;
 mod dirty;
 mod failure;
 mod grid;
+mod identify;
 mod info;
 mod kind;
 mod layout;
@@ -19,8 +23,10 @@ mod mask;
 mod options;
 mod picture;
 mod plot;
+mod predict;
 mod run;
 mod scene;
+mod selfcal;
 mod simulate;
 mod text;
 
@@ -67,6 +73,8 @@ enum Command {
     Scene(scene::SceneCommand),
     /// Visibilities of a scene seen by an array.
     Simulate(simulate::SimulateArgs),
+    /// Put known antenna errors into data and keep the truth.
+    Corrupt(corrupt::CorruptArgs),
     /// Gridded visibilities.
     Grid(grid::GridArgs),
     /// The dirty beam (point spread function).
@@ -75,11 +83,21 @@ enum Command {
     Dirty(dirty::DirtyArgs),
     /// Deconvolve by CLEAN.
     Clean(clean::CleanCommandArgs),
+    /// Rounds of imaging and solving for antenna gains.
+    Selfcal(Box<selfcal::SelfcalArgs>),
+    /// Apply a gain table.
+    Applycal(applycal::ApplycalArgs),
+    /// Closure phases and amplitudes.
+    Closure(closure::ClosureArgs),
+    /// What a calibration of an array can know.
+    Identify(identify::IdentifyArgs),
+    /// Visibilities of a model on the rows of a set, or the residual.
+    Predict(predict::PredictArgs),
     /// What is in a file.
     Info(info::InfoArgs),
     /// A picture of any file.
     Plot(plot::PlotArgs),
-    /// How far an image is from the truth.
+    /// How far an image or a gain table is from the truth.
     Compare(compare::CompareArgs),
     /// From one format to another.
     Convert(convert::ConvertArgs),
@@ -93,10 +111,16 @@ impl Command {
             Self::Mask(a) => mask::run(a, context),
             Self::Scene(a) => scene::run(a, context),
             Self::Simulate(a) => simulate::run(a, context),
+            Self::Corrupt(a) => corrupt::run(a, context),
             Self::Grid(a) => grid::run(a, context),
             Self::Beam(a) => beam::run(a, context),
             Self::Dirty(a) => dirty::run(a, context),
             Self::Clean(a) => clean::run(a, context),
+            Self::Selfcal(a) => selfcal::run(a, context),
+            Self::Applycal(a) => applycal::run(a, context),
+            Self::Closure(a) => closure::run(a, context),
+            Self::Identify(a) => identify::run(a, context),
+            Self::Predict(a) => predict::run(a, context),
             Self::Info(a) => info::run(a, context),
             Self::Plot(a) => plot::run(a, context),
             Self::Compare(a) => compare::run(a, context),

@@ -1,5 +1,6 @@
 //! The command line as people and checks call it.
 
+mod calibration;
 mod chain;
 mod docs;
 mod physics;

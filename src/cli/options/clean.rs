@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 #[command(next_help_heading = "CLEAN")]
 pub struct CleanArgs {
     /// hogbom, clark or multiscale.
-    #[arg(long, value_name = "NAME", default_value = "hogbom")]
+    #[arg(long, visible_alias = "deconvolver", value_name = "NAME", default_value = "hogbom")]
     algorithm: String,
     /// Part of the peak that one component takes.
     #[arg(long, value_name = "X", default_value_t = 0.1)]

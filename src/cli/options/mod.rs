@@ -2,14 +2,18 @@
 
 mod band;
 mod clean;
+mod errors;
 mod imaging;
 mod output;
 mod scene;
+mod selfcal;
 mod track;
 
 pub use band::BandArgs;
 pub use clean::CleanArgs;
+pub use errors::ErrorArgs;
 pub use imaging::ImagingArgs;
 pub use output::OutputArgs;
 pub use scene::SceneArgs;
+pub use selfcal::{ModeName, SolveArgs, solution_interval};
 pub use track::{TrackArgs, load_layout};

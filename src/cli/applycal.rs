@@ -1,0 +1,89 @@
+//! `applycal`: gains onto or out of the data.
+
+use super::context::{Context, Outcome};
+use super::failure::{Context as _, Result};
+use super::options::OutputArgs;
+use crate::calibrate::{ApplyOptions, Direction, Interpolation, apply};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// Options of `applycal`.
+#[derive(Debug, Args)]
+pub struct ApplycalArgs {
+    /// Visibilities.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// Gain table (CalH5).
+    #[arg(value_name = "GAINS")]
+    gains: PathBuf,
+    /// Multiply by the gains instead of dividing: put the errors back.
+    #[arg(long)]
+    invert: bool,
+    /// The gain between the middles of solution intervals.
+    #[arg(long, value_enum, default_value_t = InterpName::Nearest)]
+    interp: InterpName,
+    /// Let data without a gain pass as they are instead of flagging them.
+    #[arg(long)]
+    keep_unsolved: bool,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+/// How gains hold between the middles of their intervals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum InterpName {
+    /// That of the interval that holds the time, or of the nearest one.
+    Nearest,
+    /// Amplitude and phase linear in time.
+    Linear,
+}
+
+impl From<InterpName> for Interpolation {
+    fn from(name: InterpName) -> Self {
+        match name {
+            InterpName::Nearest => Self::Nearest,
+            InterpName::Linear => Self::Linear,
+        }
+    }
+}
+
+/// Apply gains to a set.
+///
+/// # Errors
+/// Files that do not belong together, or what the disk says.
+pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
+    let path = &args.out.output;
+    args.out.check(path)?;
+    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let table = cittert_formats::calh5::read_gains(&args.gains)?;
+    let mut header = source.header().clone();
+    let missing: Vec<&str> =
+        header.layout.antennas().iter().filter(|a| table.layout.index_of(&a.name).is_none()).map(|a| a.name.as_str()).collect();
+    let options = ApplyOptions {
+        direction: if args.invert { Direction::Corrupt } else { Direction::Calibrate },
+        interpolation: args.interp.into(),
+        flag_unsolved: !args.keep_unsolved,
+    };
+    let what = format!("applying {} to {}", args.gains.display(), args.input.display());
+    // Refuse what does not match before an output is begun.
+    crate::calibrate::GainApplier::new(&table, &header, options).context(&what)?;
+    if !missing.is_empty() {
+        let fate = if args.keep_unsolved { "pass as they are" } else { "are flagged" };
+        let shown = missing.iter().take(10).copied().collect::<Vec<_>>().join(", ");
+        let more = if missing.len() > 10 { ", ..." } else { "" };
+        context.console.warn(&format!("{} antennas have no gain in the table ({shown}{more}): their data {fate}", missing.len()));
+    }
+    header.history.push(context.history());
+    let created = cittert_formats::create_visibilities(path, &header, args.out.overwrite)?;
+    created.notes.iter().for_each(|n| context.console.note(n));
+    let mut sink = created.sink;
+    let counts = apply(source.as_mut(), &table, options, sink.as_mut(), &context.console).context(&what)?;
+    sink.finish().context(format!("{}", path.display()))?;
+    let json = serde_json::json!({
+        "output": path, "n_blts": source.n_rows(), "n_applied": counts.applied, "n_without_gain": counts.flagged,
+        "n_antennas_without_gain": missing.len(), "inverted": args.invert,
+    });
+    let verb = if args.invert { "multiplied by gains" } else { "calibrated" };
+    let text = format!("{}: {} visibilities {verb}, {} flagged for want of a gain", path.display(), counts.applied, counts.flagged);
+    Ok(Outcome::new(json, text).wrote(path))
+}

@@ -1,0 +1,122 @@
+//! `corrupt`: known antenna errors, and the truth about them.
+
+use super::context::{Context, Outcome};
+use super::failure::{Context as _, Failure, Result};
+use super::options::{ErrorArgs, OutputArgs};
+use crate::corrupt::{CorruptOptions, Error, corrupt, corrupted_header};
+use cittert_arrays::{GainTable, VisUnit};
+use clap::Args;
+use serde::Deserialize;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Options of `corrupt`.
+#[derive(Debug, Args)]
+pub struct CorruptArgs {
+    /// Visibilities.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// Where the true gains go [default: the output's name with .calh5].
+    #[arg(long, value_name = "CALH5")]
+    gains: Option<PathBuf>,
+    /// Seed of every random draw [default: that of --config, or 1].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Errors from a file: a table [[error]] with a kind for each; those of the other options are added.
+    #[arg(long, value_name = "TOML")]
+    config: Option<PathBuf>,
+    #[command(flatten)]
+    errors: ErrorArgs,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+/// The file of `--config`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Config {
+    seed: Option<u64>,
+    #[serde(default)]
+    per_feed: bool,
+    #[serde(default, alias = "error")]
+    errors: Vec<Error>,
+}
+
+impl Config {
+    fn read(path: &Path) -> Result<Self> {
+        let text =
+            std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the errors: {e}", path.display())))?;
+        toml::from_str(&text).context(format!("{}: the errors of corrupt", path.display()))
+    }
+}
+
+fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
+    let config = args.config.as_deref().map_or(Ok(Config::default()), Config::read)?;
+    let mut errors = config.errors;
+    errors.extend(args.errors.list(unit)?);
+    if errors.is_empty() {
+        let kinds: Vec<&str> = Error::TABLE.iter().map(|t| t.0).collect();
+        return Err(Failure::usage(format!(
+            "no error to inject: give one such as --phase-rms 30deg, or --config with [[error]] tables of kind {}",
+            kinds.join(", ")
+        )));
+    }
+    Ok(CorruptOptions { seed: args.seed.or(config.seed).unwrap_or(1), errors, per_feed: config.per_feed || args.errors.per_feed })
+}
+
+/// Put errors into a set; write it and the true gains.
+///
+/// # Errors
+/// Anything wrong with the file, the options or the disk.
+pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
+    let path = &args.out.output;
+    let gains_path = args.gains.clone().unwrap_or_else(|| path.with_extension("calh5"));
+    args.out.check(path)?;
+    args.out.check(&gains_path)?;
+    if &gains_path == path {
+        return Err(Failure::usage(format!("{}: the data and their true gains cannot go into one file", path.display())));
+    }
+    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let options = options(args, source.header().unit)?;
+    for error in &options.errors {
+        error.model().check().context(format!("the error {}", error.name()))?;
+    }
+    let mut header = corrupted_header(source.header(), &options);
+    header.history.push(context.history());
+    let created = cittert_formats::create_visibilities(path, &header, args.out.overwrite)?;
+    created.notes.iter().for_each(|n| context.console.note(n));
+    let mut sink = created.sink;
+    let what = format!("corrupting {}", args.input.display());
+    let mut table = corrupt(source.as_mut(), sink.as_mut(), &options, &context.console).context(&what)?;
+    table.history.push(context.history());
+    // The truth first: data without it would be lost work.
+    cittert_formats::calh5::write_gains(&gains_path, &table, args.out.overwrite)?;
+    sink.finish().context(format!("{}", path.display()))?;
+    let (rms_phase, rms_amplitude, flagged) = sizes(&table);
+    let json = json!({
+        "output": path, "gains": gains_path, "seed": options.seed, "per_feed": options.per_feed, "n_blts": source.n_rows(),
+        "errors": serde_json::to_value(&options.errors)?, "n_intervals": table.time_jd.len(), "n_gains": table.gains.len(),
+        "n_gains_flagged": flagged, "rms_phase_rad": rms_phase, "rms_amplitude": rms_amplitude,
+    });
+    let names: Vec<&str> = options.errors.iter().map(Error::name).collect();
+    let text = format!(
+        "{}: {} rows with {}\n{}: {} gains, phases of {:.4} rad rms, amplitudes off by {:.4} rms",
+        path.display(),
+        source.n_rows(),
+        names.join(", "),
+        gains_path.display(),
+        table.gains.len(),
+        rms_phase,
+        rms_amplitude
+    );
+    Ok(Outcome::new(json, text).wrote(path).wrote(gains_path))
+}
+
+/// Rms phase, rms of amplitude less 1, and number of flagged gains.
+fn sizes(table: &GainTable) -> (f64, f64, usize) {
+    let good = || table.gains.iter().zip(&table.flags).filter(|(_, f)| !**f).map(|(g, _)| g);
+    let n = good().count().max(1) as f64;
+    let phase = (good().map(|g| g.arg().powi(2)).sum::<f64>() / n).sqrt();
+    let amplitude = (good().map(|g| (g.norm() - 1.0).powi(2)).sum::<f64>() / n).sqrt();
+    (phase, amplitude, table.flags.iter().filter(|f| **f).count())
+}

@@ -1,0 +1,141 @@
+//! `predict`: the visibilities of a model on the rows of a set, or what is left of the data without them.
+
+use super::context::{Context, Outcome};
+use super::failure::{Context as _, Failure, Result};
+use super::options::{OutputArgs, SceneArgs};
+use crate::ChainError;
+use crate::calibrate::ModelVisibilities;
+use crate::progress::{Event, Observer};
+use crate::simulate::{Pedestal, SimulateOptions, Simulator, SkyModel};
+use cittert_arrays::{PhaseCenter, UvCoverage, VisUnit, VisibilityHeader, for_each_block};
+use clap::Args;
+use ndarray::{Array3, s};
+use num_complex::Complex;
+use std::path::{Path, PathBuf};
+
+/// Options of `predict`.
+#[derive(Debug, Args)]
+pub struct PredictArgs {
+    /// Visibilities whose rows, weights and flags are taken.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// Model: FITS image (K, Jy/pixel or Jy/beam) or source list (CSV).
+    #[arg(long, value_name = "FITS|CSV")]
+    model: PathBuf,
+    /// Write the data less the model.
+    #[arg(long)]
+    residual: bool,
+    /// Accuracy relative to the total flux.
+    #[arg(long, default_value_t = 1e-6, value_name = "X")]
+    epsilon: f64,
+    /// Leave out the w term.
+    #[arg(long)]
+    no_w: bool,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+/// The model of a file, placed around the phase centre of a set.
+///
+/// # Errors
+/// A file that is no model, a set without a phase centre.
+pub(super) fn load_model(path: &Path, header: &VisibilityHeader, context: &Context) -> Result<SkyModel> {
+    let center: &PhaseCenter = header.phase_centers.first().ok_or_else(|| Failure::message("the set has no phase centre"))?;
+    let file = SceneArgs { scene: path.to_path_buf(), scene_cell: None, scene_size: None, scene_min: None, scene_max: None };
+    Ok(file.load(center, &header.spectrum, context)?.sky)
+}
+
+/// A model of the sky as the visibilities that a set would have of it.
+pub(super) struct SkyPrediction<'a> {
+    simulator: Simulator<'a>,
+    observer: &'a dyn Observer,
+}
+
+impl<'a> SkyPrediction<'a> {
+    /// See `sky` with the array, channels and unit of `header`; correlator units are taken for Jy.
+    ///
+    /// # Errors
+    /// As [`Simulator::new`].
+    pub(super) fn new(
+        header: &VisibilityHeader,
+        sky: &'a SkyModel,
+        (epsilon, w_term): (f64, bool),
+        observer: &'a dyn Observer,
+    ) -> Result<Self> {
+        let mut header = header.clone();
+        if header.unit == VisUnit::Uncalibrated {
+            header.unit = VisUnit::Jy;
+        }
+        // Images of such a set add the constant back; the visibilities are without it.
+        let pedestal = header.pedestal_k.map_or(Pedestal::None, Pedestal::Kelvin);
+        let options = SimulateOptions { epsilon, w_term, pedestal, ..SimulateOptions::default() };
+        Ok(Self { simulator: Simulator::new(header, sky, &options, &crate::progress::Silent)?, observer })
+    }
+}
+
+impl ModelVisibilities for SkyPrediction<'_> {
+    fn predict(&mut self, _header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> crate::Result<Array3<Complex<f32>>> {
+        let mut rows = coverage.clone();
+        // Rows without a place in the u-v plane have no model: predicted at the origin, then marked.
+        let lost: Vec<usize> = (0..rows.n_rows()).filter(|r| rows.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
+        lost.iter().for_each(|r| rows.uvw_m.row_mut(*r).fill(0.0));
+        let mut vis = self.simulator.block(rows, first_row as u64, self.observer)?.vis;
+        lost.iter().for_each(|r| vis.slice_mut(s![*r, .., ..]).fill(Complex::new(f32::NAN, f32::NAN)));
+        Ok(vis)
+    }
+}
+
+/// Bytes of rows read at a time.
+const BLOCK_BYTES: usize = 32 << 20;
+
+/// Predict a model on the rows of a set and write it, or the residual.
+///
+/// # Errors
+/// Anything wrong with the files, the options or the disk.
+pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
+    let path = &args.out.output;
+    args.out.check(path)?;
+    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let mut header = source.header().clone();
+    let sky = load_model(&args.model, &header, context)?;
+    let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());
+    let mut model = SkyPrediction::new(&header, &sky, (args.epsilon, !args.no_w), &context.console).context(&what)?;
+    header.history.push(context.history());
+    let created = cittert_formats::create_visibilities(path, &header, args.out.overwrite)?;
+    created.notes.iter().for_each(|n| context.console.note(n));
+    let (mut sink, mut lost) = (created.sink, 0_u64);
+    let (mut power, mut used) = (0.0, 0_u64);
+    let console = &context.console;
+    console.event(Event::Phase { name: "predicting", total: Some(source.n_rows() as u64), unit: "rows" });
+    for_each_block::<ChainError>(source.as_mut(), BLOCK_BYTES, |first, mut block| {
+        let predicted = model.predict(&header, first, &block.coverage)?;
+        for ((at, vis), m) in block.vis.indexed_iter_mut().zip(&predicted) {
+            if !m.is_finite() {
+                block.flags[at] = true;
+                lost += 1;
+                *vis = Complex::new(0.0, 0.0);
+                continue;
+            }
+            *vis = if args.residual { *vis - m } else { *m };
+            if !block.flags[at] && vis.is_finite() {
+                power += f64::from(vis.norm_sqr());
+                used += 1;
+            }
+        }
+        console.event(Event::Advance(block.n_rows() as u64));
+        Ok(sink.write_block(&block)?)
+    })
+    .context(&what)?;
+    console.event(Event::Done);
+    sink.finish().context(format!("{}", path.display()))?;
+    if lost > 0 {
+        console.warn(&format!("{lost} visibilities lie at coordinates that are not finite and are flagged"));
+    }
+    let rms = if used > 0 { (power / used as f64).sqrt() } else { 0.0 };
+    let (n_rows, unit) = (source.n_rows(), header.unit.name());
+    let json = serde_json::json!({
+        "output": path, "n_blts": n_rows, "residual": args.residual, "rms": rms, "unit": unit, "n_unflagged": used, "n_without_model": lost,
+    });
+    let kind = if args.residual { "residual" } else { "model" };
+    Ok(Outcome::new(json, format!("{}: {n_rows} rows, {kind} of rms {rms:.5e} {unit}", path.display())).wrote(path))
+}

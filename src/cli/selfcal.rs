@@ -1,0 +1,208 @@
+//! `selfcal`: rounds of imaging, deconvolving, predicting and solving for antenna gains.
+
+mod maker;
+mod report;
+
+use super::applycal::InterpName;
+use super::context::{Context, Outcome};
+use super::failure::{Context as _, Failure, Result};
+use super::options::{CleanArgs, ImagingArgs, OutputArgs, SolveArgs};
+use super::predict::{SkyPrediction, load_model};
+use crate::calibrate::{ApplyOptions, CleanMaker, Selfcal, SelfcalOptions, Start, apply, schedule, selfcal};
+use crate::imaging::{Imager, ImagingOptions};
+use crate::simulate::SkyModel;
+use cittert_arrays::{SkyGrid, VisibilitySource};
+use cittert_formats::fits::{ImageOptions, write_image};
+use clap::{Args, ValueEnum};
+use maker::{KeepingMaker, Seconds};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Options of `selfcal`.
+#[derive(Debug, Args)]
+pub struct SelfcalArgs {
+    /// Visibilities.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// What the first gains are solved against.
+    #[arg(long, value_enum, default_value_t = StartName::Data, conflicts_with = "model")]
+    start: StartName,
+    /// A model to solve the first gains against: FITS image (K, Jy/pixel or Jy/beam) or source list (CSV).
+    #[arg(long, value_name = "FITS|CSV")]
+    model: Option<PathBuf>,
+    /// Rounds at most; with amplitudes the last third of them, before that phases alone.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    rounds: usize,
+    /// Begin with solutions four and two times as long, for weak sources and slow errors.
+    #[arg(long)]
+    shrink: bool,
+    /// A round counts as better when the dynamic range grows by this part.
+    #[arg(long, value_name = "X", default_value_t = 0.01)]
+    improvement: f64,
+    /// Rounds that are not better after which a stage ends.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    patience: usize,
+    #[command(flatten)]
+    solve: SolveArgs,
+    /// The gain between the middles of solution intervals.
+    #[arg(long, value_enum, default_value_t = InterpName::Nearest)]
+    interp: InterpName,
+    /// Let data without a gain pass as they are instead of flagging them.
+    #[arg(long)]
+    keep_unsolved: bool,
+    #[command(flatten)]
+    imaging: ImagingArgs,
+    #[command(flatten)]
+    clean: CleanArgs,
+    #[command(flatten)]
+    out: OutputArgs,
+}
+
+/// What the first gains are solved against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum StartName {
+    /// A point at the phase centre.
+    Point,
+    /// The first image of the data as they are.
+    Data,
+}
+
+const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
+const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
+/// More rounds than these are a slip of the keyboard.
+const MOST_ROUNDS: usize = 1000;
+
+fn round_file(round: usize, ending: &str) -> String {
+    format!("-round{round}{ending}")
+}
+
+/// Self-calibrate and write PREFIX.uvh5, PREFIX.calh5, the images of the best round, and gains, image and metrics of each.
+///
+/// # Errors
+/// Anything wrong with the file, the options or the disk; data that allow no solution.
+pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
+    let begun = Instant::now();
+    check(args)?;
+    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let what = format!("self-calibrating {}", args.input.display());
+    let header = source.header().clone();
+    let options = options(args, source.as_ref()).context(&what)?;
+    let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
+    let clean = args.clean.options(&grid)?;
+    let algorithm = clean.algorithm.name;
+    let unlike = (imaging.epsilon, imaging.w_term);
+    let mut maker =
+        KeepingMaker::new(CleanMaker::new(imaging, clean), args.start == StartName::Data && args.model.is_none(), |round, image| {
+            let mut image = image.clone();
+            image.history.push(context.history());
+            let path = args.out.suffixed(&round_file(round, "-image.fits"));
+            let written = write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() });
+            written.map_err(|e| crate::ChainError::Other(Box::new(e)))
+        });
+    let sky: SkyModel;
+    let mut given;
+    let start = match (&args.model, args.start) {
+        (Some(path), _) => {
+            sky = load_model(path, &header, context)?;
+            given = SkyPrediction::new(&header, &sky, unlike, &context.console).context(format!("the model {}", path.display()))?;
+            Start::Model(&mut given)
+        }
+        (None, StartName::Point) => Start::Point { flux: None, l: 0.0, m: 0.0 },
+        (None, StartName::Data) => Start::Data,
+    };
+    let mut result = selfcal(source.as_mut(), &mut maker, start, &options, &context.console).context(&what)?;
+    let mut seconds = Seconds { imaging: maker.seconds, ..Seconds::default() };
+    seconds.solving = begun.elapsed().as_secs_f64() - seconds.imaging;
+    maker.forget_beyond(result.rounds.len(), |round| {
+        // An image made after the last round is the final one, which has its own name.
+        let _ = std::fs::remove_file(args.out.suffixed(&round_file(round, "-image.fits")));
+    });
+    let writing = Instant::now();
+    let counts = save_data(args, source.as_mut(), &mut result, &options.apply, context).context(&what)?;
+    let Some(products) = maker.into_products() else {
+        return Err(Failure::message(format!("{what}: no image was made")));
+    };
+    let rounds = report::rounds(&result);
+    let lines: Vec<String> = rounds.iter().map(ToString::to_string).collect();
+    args.out.write(&args.out.suffixed("-rounds.jsonl"), (lines.join("\n") + "\n").as_bytes())?;
+    let components = super::clean::components(&products.components, header.unit);
+    args.out.write(&args.out.suffixed("-components.csv"), components.as_bytes())?;
+    let mut json = report::json(args.out.output.as_path(), &result, &products, rounds);
+    (json["algorithm"], json["n_flagged_for_want_of_a_gain"]) = (algorithm.into(), counts.flagged.into());
+    let text = report::text(&result, &products);
+    let mut written: Vec<PathBuf> = OTHERS.iter().map(|s| args.out.suffixed(s)).collect();
+    for (suffix, mut image) in IMAGES.iter().zip([products.psf, products.dirty, products.model, products.residual, products.restored]) {
+        let path = args.out.suffixed(suffix);
+        image.history.push(context.history());
+        write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
+        written.push(path);
+    }
+    seconds.writing = writing.elapsed().as_secs_f64();
+    json["seconds"] = seconds.json(begun.elapsed().as_secs_f64());
+    Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
+}
+
+/// Refuse at once what would be refused after hours.
+fn check(args: &SelfcalArgs) -> Result<()> {
+    if !(1..=MOST_ROUNDS).contains(&args.rounds) {
+        return Err(Failure::usage(format!("--rounds is {}, expected 1 to {MOST_ROUNDS}", args.rounds)));
+    }
+    if !(args.improvement.is_finite() && args.improvement >= 0.0) {
+        return Err(Failure::usage(format!("--improvement is {}, expected a number of at least 0", args.improvement)));
+    }
+    if args.patience == 0 {
+        return Err(Failure::usage("--patience is 0, expected at least 1"));
+    }
+    args.out.check_all(&IMAGES)?;
+    args.out.check_all(&OTHERS)?;
+    (0..=args.rounds).try_for_each(|k| args.out.check_all(&[&round_file(k, ".calh5"), &round_file(k, "-image.fits")]))
+}
+
+fn options(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<SelfcalOptions> {
+    let solve = args.solve.options(&source.header().layout)?;
+    let interpolation = args.interp.into();
+    Ok(SelfcalOptions {
+        schedule: schedule(solve.mode, solve.solint, args.rounds, args.shrink),
+        solve,
+        apply: ApplyOptions { interpolation, flag_unsolved: !args.keep_unsolved, ..ApplyOptions::default() },
+        improvement: args.improvement,
+        patience: args.patience,
+    })
+}
+
+/// Imaging options with a size and cell that hold for every round, and the grid they make.
+fn imaging(args: &SelfcalArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<(ImagingOptions, SkyGrid)> {
+    let mut options = args.imaging.options()?;
+    let grid = match (options.size, options.cell_rad, source.header().phase_centers.first()) {
+        (Some((n_l, n_m)), Some(cell_rad), Some(center)) => SkyGrid::new(n_l, n_m, cell_rad, SkyGrid::frame_of(center))?,
+        // The coverage chooses, and says so once.
+        _ => Imager::new(source, options.clone(), &context.console)?.grid().clone(),
+    };
+    (options.size, options.cell_rad) = (Some((grid.n_l, grid.n_m)), Some(grid.cell_rad));
+    Ok((options, grid))
+}
+
+/// The gains of every round and of the best, and the calibrated set.
+fn save_data(
+    args: &SelfcalArgs,
+    source: &mut dyn VisibilitySource,
+    result: &mut Selfcal,
+    options: &ApplyOptions,
+    context: &Context,
+) -> Result<crate::calibrate::ApplyCounts> {
+    for (k, round) in result.rounds.iter_mut().enumerate() {
+        round.gains.history.push(context.history());
+        cittert_formats::calh5::write_gains(&args.out.suffixed(&round_file(k + 1, ".calh5")), &round.gains, args.out.overwrite)?;
+    }
+    let gains = &result.best().gains;
+    cittert_formats::calh5::write_gains(&args.out.suffixed(".calh5"), gains, args.out.overwrite)?;
+    let path = args.out.suffixed(".uvh5");
+    let mut header = source.header().clone();
+    header.history.push(context.history());
+    let created = cittert_formats::create_visibilities(&path, &header, args.out.overwrite)?;
+    created.notes.iter().for_each(|n| context.console.note(n));
+    let mut sink = created.sink;
+    let counts = apply(source, gains, *options, sink.as_mut(), &context.console)?;
+    sink.finish().context(format!("{}", path.display()))?;
+    Ok(counts)
+}

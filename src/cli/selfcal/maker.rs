@@ -1,0 +1,81 @@
+//! The model maker of the loop, with its images of each round kept and its time taken.
+
+use crate::Result;
+use crate::calibrate::{CleanMaker, ModelMaker, ModelMetrics, ModelVisibilities, RoundPlan};
+use crate::imaging::CleanProducts;
+use crate::progress::Observer;
+use cittert_arrays::{Image, UvCoverage, VisibilityHeader, VisibilitySource};
+use ndarray::Array3;
+use num_complex::Complex;
+use serde_json::{Value, json};
+use std::time::Instant;
+
+/// Wall-clock seconds by stage.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Seconds {
+    /// Images and deconvolution.
+    pub(super) imaging: f64,
+    /// Reading, predicting and solving.
+    pub(super) solving: f64,
+    /// Applying the gains and writing.
+    pub(super) writing: f64,
+}
+
+impl Seconds {
+    pub(super) fn json(&self, total: f64) -> Value {
+        json!({ "imaging": self.imaging, "solving": self.solving, "writing": self.writing, "total": total })
+    }
+}
+
+/// A [`CleanMaker`] that hands each round's image to `keep`. Round 0 is the image before any calibration.
+pub(super) struct KeepingMaker<K> {
+    inner: CleanMaker,
+    next: usize,
+    keep: K,
+    /// Seconds spent on images.
+    pub(super) seconds: f64,
+}
+
+impl<K: FnMut(usize, &Image) -> Result<()>> KeepingMaker<K> {
+    /// `before` says that the first image is one of the data as they are.
+    pub(super) fn new(inner: CleanMaker, before: bool, keep: K) -> Self {
+        Self { inner, next: usize::from(!before), keep, seconds: 0.0 }
+    }
+
+    /// Call `remove` for the images that belong to no round.
+    pub(super) fn forget_beyond(&self, rounds: usize, remove: impl Fn(usize)) {
+        (rounds + 1..self.next).for_each(remove);
+    }
+
+    /// The images of the best round.
+    pub(super) fn into_products(self) -> Option<CleanProducts> {
+        self.inner.products().cloned()
+    }
+}
+
+impl<K> ModelVisibilities for KeepingMaker<K> {
+    fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
+        self.inner.predict(header, first_row, coverage)
+    }
+}
+
+impl<K: FnMut(usize, &Image) -> Result<()>> ModelMaker for KeepingMaker<K> {
+    fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
+        let begun = Instant::now();
+        let metrics = self.inner.update(data, plan, observer)?;
+        self.seconds += begun.elapsed().as_secs_f64();
+        if let Some(products) = self.inner.products() {
+            (self.keep)(self.next, &products.restored)?;
+        }
+        self.next += 1;
+        Ok(metrics)
+    }
+
+    fn remember(&mut self) {
+        self.inner.remember();
+    }
+
+    fn recall(&mut self) {
+        self.inner.recall();
+    }
+}

@@ -1,0 +1,101 @@
+//! What `selfcal` tells: one object for each round, one for the whole, and a few lines for a person.
+
+use crate::calibrate::{ClosureSupport, ModelMetrics, RoundRecord, Selfcal, SolutionInterval};
+use crate::cli::text::number;
+use crate::imaging::CleanProducts;
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+use std::path::Path;
+
+fn metrics(m: &ModelMetrics) -> Value {
+    json!({
+        "peak": m.peak, "residual_rms": m.residual_rms, "dynamic_range": m.dynamic_range(), "model_flux": m.model_flux,
+        "iterations": m.iterations,
+    })
+}
+
+fn support(s: &ClosureSupport) -> Value {
+    json!({
+        "is_signal": s.is_signal(), "model_sigmas": s.model_sigmas, "halves_sigmas": s.halves_sigmas, "misfit_rad": s.misfit_rad,
+        "triangles": s.triangles, "noise_scale": s.noise_scale,
+    })
+}
+
+fn interval(solint: SolutionInterval) -> Value {
+    match solint {
+        SolutionInterval::Infinite => "inf".into(),
+        SolutionInterval::Integration => "int".into(),
+        SolutionInterval::Seconds(s) => s.into(),
+    }
+}
+
+fn round(number: usize, r: &RoundRecord) -> Value {
+    let flagged: Map<String, Value> = r.report.flagged.iter().map(|(why, n)| (why.name().to_owned(), (*n).into())).collect();
+    let samples = &r.report.samples;
+    let mut out = json!({
+        "round": number, "mode": r.plan.mode.name(), "solint_s": interval(r.plan.solint), "depth": r.plan.depth,
+        "gains_solved": r.report.solved, "gains_flagged": flagged, "not_converged": r.report.not_converged(),
+        "worst_condition": r.report.worst_condition(), "reduced_chi2": r.report.reduced_chi2(),
+        "refant_fallbacks": r.report.refant_fallbacks, "samples_used": samples.used, "samples_flagged": samples.flagged,
+        "samples_not_finite": samples.not_finite, "samples_bad_model": samples.bad_model, "closure": support(&r.support),
+    });
+    if let (Value::Object(to), Value::Object(from)) = (&mut out, metrics(&r.metrics)) {
+        to.extend(from);
+    }
+    out
+}
+
+/// Every round, in order.
+pub(super) fn rounds(result: &Selfcal) -> Vec<Value> {
+    result.rounds.iter().enumerate().map(|(k, r)| round(k + 1, r)).collect()
+}
+
+/// The whole, without its times.
+pub(super) fn json(output: &Path, result: &Selfcal, p: &CleanProducts, rounds: Vec<Value>) -> Value {
+    let (s, best) = (&p.statistics, result.best());
+    let stops: Vec<&str> = s.stop.iter().map(|r| r.name()).collect();
+    let refant = best.gains.refant.and_then(|r| best.gains.layout.antennas().get(r)).map(|a| a.name.clone());
+    let mut out = json!({
+        "output": output, "stop_reason": result.stop.to_string(), "clean_stop_reason": stops, "iterations": s.iterations,
+        "major_cycles": s.major_cycles, "residual_rms": s.residual_rms, "residual_peak": s.residual_peak, "model_flux": s.model_flux,
+        "dynamic_range": s.dynamic_range, "chi2_per_datum": s.chi2_per_datum, "unit": p.restored.unit.bunit(),
+        "size": [p.restored.grid.n_l, p.restored.grid.n_m], "cell_rad": p.restored.grid.cell_rad,
+        "n_rounds": result.rounds.len(), "best_round": result.best + 1, "refant": refant, "rounds": rounds,
+        "before": result.before.as_ref().map(metrics), "warnings": result.warnings,
+        "closure_supports_model": result.rounds.first().is_none_or(|r| r.support.is_signal()),
+    });
+    if let Some(b) = p.beams.first() {
+        (out["bmaj_rad"], out["bmin_rad"], out["bpa_rad"]) = (b.bmaj_rad.into(), b.bmin_rad.into(), b.bpa_rad.into());
+    }
+    out
+}
+
+/// A line for each round and the end.
+pub(super) fn text(result: &Selfcal, p: &CleanProducts) -> String {
+    let unit = p.restored.unit.bunit();
+    let mut out = String::from("round  mode       solved  flagged  dynamic range  residual rms\n");
+    // Writing to a String does not fail.
+    let mut line = |name: &str, mode: &str, solved: String, flagged: String, m: &ModelMetrics| {
+        let _ = writeln!(out, "{name:6} {mode:10} {solved:>6}  {flagged:>7}  {:>13.1}  {:.4e}", m.dynamic_range(), m.residual_rms);
+    };
+    if let Some(m) = &result.before {
+        line("before", "", String::new(), String::new(), m);
+    }
+    for (k, r) in result.rounds.iter().enumerate() {
+        let flagged: usize = r.report.flagged.values().sum();
+        line(&(k + 1).to_string(), r.plan.mode.name(), r.report.solved.to_string(), flagged.to_string(), &r.metrics);
+    }
+    let s = &p.statistics;
+    let _ = write!(
+        out,
+        "stopped: {}; best round {}\nresidual      rms {} {unit}, peak {} {unit}\nmodel flux    {}\ndynamic range {:.0}\nchi2/datum    {:.4}",
+        result.stop,
+        result.best + 1,
+        number(s.residual_rms),
+        number(s.residual_peak),
+        number(s.model_flux),
+        s.dynamic_range,
+        s.chi2_per_datum
+    );
+    out
+}

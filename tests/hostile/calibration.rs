@@ -1,0 +1,65 @@
+//! Calibrations that cannot be: a clear message, nothing left behind.
+
+use crate::program::Scratch;
+
+/// Four antennas in front of a scene, and a set of them.
+fn scratch() -> Scratch {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,1.0\n");
+    s.ok("simulate --layout mm-y --scene s.csv --freq 94GHz --bandwidth 1GHz --integration 10s --duration 20s --method dft -o v.uvh5");
+    s
+}
+
+const IMAGE: &str = "--size 64 --cell 1mrad --niter 10 --rounds 1";
+
+#[test]
+fn wrong_calls_of_selfcal_are_said_before_any_work() {
+    let s = scratch();
+    let before = s.names();
+    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --refant NOBODY"), 1, &["refant", "NOBODY", "expected one of"]);
+    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --solint 60"), 2, &["solint", "60", "no unit"]);
+    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --solint 1s"), 1, &["solint"]);
+    s.fails("selfcal v.uvh5 -o x --size 64 --cell 1mrad --rounds 0", 2, &["--rounds", "0"]);
+    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --algorithm magic"), 1, &["magic", "hogbom"]);
+    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --minsnr nan"), 1, &["minsnr"]);
+    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --model nowhere.fits"), 1, &["nowhere.fits"]);
+    assert_eq!(s.names(), before);
+}
+
+#[test]
+fn a_model_of_zeros_and_flagged_data_are_refused() {
+    let s = scratch();
+    s.write("zero.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,0.0\n");
+    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --model zero.csv"), 1, &["model"]);
+    s.ok("corrupt v.uvh5 -o f.uvh5 --flag-good 1");
+    s.fails(&format!("selfcal f.uvh5 -o x {IMAGE} --start point"), 1, &["flagged"]);
+    s.fails("closure f.uvh5", 1, &["usable"]);
+}
+
+#[test]
+fn errors_that_make_no_sense_are_refused() {
+    let s = scratch();
+    let before = s.names();
+    s.fails("corrupt v.uvh5 -o c.uvh5", 2, &["--phase-rms", "--config", "troposphere"]);
+    s.fails("corrupt v.uvh5 -o c.uvh5 --phase-rms 30", 2, &["30", "deg"]);
+    s.fails("corrupt v.uvh5 -o c.uvh5 --phase-rms 30deg --variation sometimes", 2, &["sometimes", "coherent"]);
+    s.fails("corrupt v.uvh5 -o c.uvh5 --dropout 2", 1, &["dropout", "2"]);
+    s.fails("corrupt v.uvh5 -o c.uvh5 --phase-rms 1rad --gains c.uvh5", 2, &["one file"]);
+    s.fails("corrupt v.uvh5 -o c.uvh5 --position-rms layout", 1, &["uncertainty"]);
+    assert_eq!(s.names(), before);
+    s.write("bad.toml", "[[error]]\nkind = \"magic\"\n");
+    s.fails("corrupt v.uvh5 -o c.uvh5 --config bad.toml", 1, &["bad.toml", "magic"]);
+}
+
+#[test]
+fn gains_of_another_array_and_files_that_are_no_gains_are_refused() {
+    let s = scratch();
+    s.ok("corrupt v.uvh5 -o c.uvh5 --phase-rms 1rad");
+    s.ok("simulate --layout mm-ring --scene s.csv --freq 94GHz --bandwidth 1GHz --method dft -o ring.uvh5");
+    s.fails("applycal v.uvh5 s.csv -o x.uvh5", 1, &["s.csv", "CalH5"]);
+    s.fails("applycal v.uvh5 missing.calh5 -o x.uvh5", 1, &["missing.calh5"]);
+    s.ok("dirty v.uvh5 --size 64 --cell 1mrad -o d.fits");
+    s.fails("compare c.calh5 d.fits", 1, &["gain table", "d.fits"]);
+    s.fails("compare c.calh5 c.calh5 --shift", 2, &["--gradient"]);
+    s.fails("compare d.fits d.fits --gradient", 2, &["gain tables"]);
+}
