@@ -22,6 +22,7 @@ mod plot;
 mod run;
 mod scene;
 mod simulate;
+mod study;
 mod text;
 
 pub use failure::{Failure, Result};
@@ -75,6 +76,8 @@ enum Command {
     Dirty(dirty::DirtyArgs),
     /// Deconvolve by CLEAN.
     Clean(clean::CleanCommandArgs),
+    /// Monte-Carlo: what errors cost an image, and what self-calibration brings back.
+    Study(study::StudyArgs),
     /// What is in a file.
     Info(info::InfoArgs),
     /// A picture of any file.
@@ -97,6 +100,7 @@ impl Command {
             Self::Beam(a) => beam::run(a, context),
             Self::Dirty(a) => dirty::run(a, context),
             Self::Clean(a) => clean::run(a, context),
+            Self::Study(a) => study::run(a, context),
             Self::Info(a) => info::run(a, context),
             Self::Plot(a) => plot::run(a, context),
             Self::Compare(a) => compare::run(a, context),

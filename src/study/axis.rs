@@ -33,16 +33,17 @@ impl Axis {
             return Err(ChainError::BadOption { option: "axis", value: name, expected: "at least one value".into() });
         }
         if let Some((_, twice)) = texts.iter().enumerate().find(|(k, t)| texts[..*k].contains(t)) {
-            return Err(ChainError::BadOption { option: "axis", value: format!("{twice} twice in {name}"), expected: "each value once".into() });
+            return Err(ChainError::BadOption {
+                option: "axis",
+                value: format!("{twice} twice in {name}"),
+                expected: "each value once".into(),
+            });
         }
         let parts: Vec<Option<(f64, &str)>> = texts.iter().map(|t| number_and_unit(t)).collect();
         let unit = parts[0].map(|p| p.1);
         let numeric = parts.iter().all(|p| p.is_some() && p.map(|p| p.1) == unit);
-        let values = texts
-            .iter()
-            .zip(&parts)
-            .map(|(t, p)| AxisValue { text: t.clone(), number: p.filter(|_| numeric).map(|p| p.0) })
-            .collect();
+        let values =
+            texts.iter().zip(&parts).map(|(t, p)| AxisValue { text: t.clone(), number: p.filter(|_| numeric).map(|p| p.0) }).collect();
         Ok(Self { name, unit: if numeric { unit.unwrap_or_default().to_owned() } else { String::new() }, values })
     }
 

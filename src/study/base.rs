@@ -84,7 +84,8 @@ impl Base {
         let peak = model.iter().copied().fold(0.0, f64::max);
         if !(peak > 0.0) {
             return Err(ChainError::NoData(
-                "the image of the error-free data shows no source: check the scene, the size of the image and the number of components".into(),
+                "the image of the error-free data shows no source: check the scene, the size of the image and the number of components"
+                    .into(),
             ));
         }
         let imaging = ImagingOptions { size: Some((grid.n_l, grid.n_m)), cell_rad: Some(grid.cell_rad), ..self.imaging.clone() };
@@ -123,7 +124,8 @@ fn subset(set: &VisibilitySet, chosen: &[usize]) -> Result<VisibilitySet> {
     chosen.iter().enumerate().for_each(|(new, old)| place[*old] = u32::try_from(new).ok());
     let from = &set.data;
     let at = |a: u32| place.get(a as usize).copied().flatten();
-    let rows: Vec<usize> = (0..from.n_rows()).filter(|r| at(from.coverage.ant1[*r]).is_some() && at(from.coverage.ant2[*r]).is_some()).collect();
+    let rows: Vec<usize> =
+        (0..from.n_rows()).filter(|r| at(from.coverage.ant1[*r]).is_some() && at(from.coverage.ant2[*r]).is_some()).collect();
     if rows.is_empty() {
         return Err(ChainError::NoData(format!("no baseline is left between the {} antennas chosen", chosen.len())));
     }

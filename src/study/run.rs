@@ -118,7 +118,8 @@ fn collect(
 
 /// Where a trial failed.
 fn at(study: &Study, point: usize, seed: u64, error: &ChainError) -> ChainError {
-    let values: Vec<String> = study.grid.axes.iter().zip(study.grid.point(point)).map(|(a, v)| format!("{} = {}", a.name, v.text)).collect();
+    let values: Vec<String> =
+        study.grid.axes.iter().zip(study.grid.point(point)).map(|(a, v)| format!("{} = {}", a.name, v.text)).collect();
     let place = if values.is_empty() { format!("seed {seed}") } else { format!("{}, seed {seed}", values.join(", ")) };
     ChainError::Incompatible(format!("the trial at {place} failed: {error}"))
 }

@@ -3,3 +3,4 @@
 mod chain;
 mod docs;
 mod run;
+mod study;
