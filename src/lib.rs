@@ -11,5 +11,6 @@ pub mod imaging;
 pub mod plot;
 pub mod progress;
 pub mod simulate;
+pub mod study;
 
 pub use error::{ChainError, Result};

@@ -28,6 +28,7 @@ pub mod ms;
 mod picture;
 mod registry;
 mod sources;
+mod table;
 mod time;
 pub mod uvfits;
 pub mod uvh5;
@@ -42,3 +43,4 @@ pub use registry::{
     open_visibilities, visibility_format,
 };
 pub use sources::{read_sources, write_sources};
+pub use table::{Column, Table, write_tables};

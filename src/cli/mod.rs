@@ -28,6 +28,7 @@ mod run;
 mod scene;
 mod selfcal;
 mod simulate;
+mod study;
 mod text;
 
 pub use failure::{Failure, Result};
@@ -93,6 +94,8 @@ enum Command {
     Identify(identify::IdentifyArgs),
     /// Visibilities of a model on the rows of a set, or the residual.
     Predict(predict::PredictArgs),
+    /// Monte-Carlo: what errors cost an image, and what self-calibration brings back.
+    Study(study::StudyArgs),
     /// What is in a file.
     Info(info::InfoArgs),
     /// A picture of any file.
@@ -121,6 +124,7 @@ impl Command {
             Self::Closure(a) => closure::run(a, context),
             Self::Identify(a) => identify::run(a, context),
             Self::Predict(a) => predict::run(a, context),
+            Self::Study(a) => study::run(a, context),
             Self::Info(a) => info::run(a, context),
             Self::Plot(a) => plot::run(a, context),
             Self::Compare(a) => compare::run(a, context),

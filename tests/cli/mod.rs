@@ -5,3 +5,4 @@ mod chain;
 mod docs;
 mod physics;
 mod run;
+mod study;

@@ -1,0 +1,176 @@
+//! The journal of finished trials: one line of JSON each, on the disk before the next trial counts.
+//!
+//! Numbers are written as texts of the shortest decimals that read back to the same bits, so that a resumed study has the same bytes
+//! as one that ran through, and NaN has a place.
+
+use crate::cli::context::Context;
+use crate::cli::failure::{Context as _, Failure, Result};
+use crate::study::{Quality, TrialResult};
+use cittert_formats::atomic::write_file;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Name of the journal in the folder of a study.
+const NAME: &str = "journal.jsonl";
+/// Files that a finished study leaves beside its journal, removed when it begins anew.
+const RESULTS: [&str; 4] = ["trials.csv", "summary.csv", "study.h5", "report.html"];
+
+#[derive(Serialize, Deserialize)]
+struct Head {
+    study: String,
+    trials: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Line {
+    trial: usize,
+    before: [String; 5],
+    after: Option<[String; 5]>,
+    rounds: usize,
+    note: String,
+}
+
+impl Line {
+    fn of(trial: usize, r: &TrialResult) -> Self {
+        let texts = |q: &Quality| q.values().map(|v| v.to_string());
+        Self { trial, before: texts(&r.before), after: r.after.as_ref().map(texts), rounds: r.rounds, note: r.note.clone() }
+    }
+
+    fn result(&self) -> Option<TrialResult> {
+        let quality = |t: &[String; 5]| {
+            let mut v = [0.0; 5];
+            for (v, t) in v.iter_mut().zip(t) {
+                *v = t.parse().ok()?;
+            }
+            Some(Quality::of(v))
+        };
+        let after = match &self.after {
+            Some(t) => Some(quality(t)?),
+            None => None,
+        };
+        Some(TrialResult { before: quality(&self.before)?, after, rounds: self.rounds, note: self.note.clone() })
+    }
+}
+
+/// The journal, open at its end.
+pub(super) struct Journal {
+    file: File,
+    path: PathBuf,
+}
+
+impl Journal {
+    /// Open the journal of a folder, or begin one; returns the trials that are done.
+    ///
+    /// # Errors
+    /// A folder with other things in it, a journal of another study without `overwrite`, what the disk says.
+    pub(super) fn open(
+        folder: &Path,
+        fingerprint: &str,
+        trials: usize,
+        overwrite: bool,
+        context: &Context,
+    ) -> Result<(Self, BTreeMap<usize, TrialResult>)> {
+        let path = folder.join(NAME);
+        let head = serde_json::to_string(&Head { study: fingerprint.to_owned(), trials })?;
+        let old = match std::fs::read(&path) {
+            Ok(bytes) => Some(bytes),
+            Err(_) if folder_is_free(folder)? => None,
+            Err(_) => {
+                let text = format!("{}: it has files but no {NAME} of a study; choose another folder", folder.display());
+                return Err(Failure::message(text));
+            }
+        };
+        let mut done = BTreeMap::new();
+        let mut whole = false;
+        if let (Some(bytes), false) = (&old, overwrite) {
+            let text = String::from_utf8_lossy(bytes);
+            let mut lines = text.split_inclusive('\n');
+            let first = lines.next().unwrap_or_default();
+            if serde_json::from_str::<Head>(first).is_ok_and(|h| h.study == fingerprint && h.trials == trials) {
+                let (found, damaged) = read_lines(lines, trials);
+                if damaged > 0 {
+                    context.console.warn(&format!("{}: {damaged} damaged lines; their trials are run again", path.display()));
+                }
+                (done, whole) = (found, damaged == 0 && first.ends_with('\n'));
+            } else if first.ends_with('\n') {
+                let text = format!(
+                    "{}: holds a study of another configuration, input or version; choose another folder, or begin anew with --overwrite",
+                    folder.display()
+                );
+                return Err(Failure::message(text));
+            }
+        }
+        if !whole {
+            std::fs::create_dir_all(folder).context(format!("{}: cannot make the folder", folder.display()))?;
+            for name in RESULTS.iter().filter(|_| overwrite) {
+                // A result that is not there is as good as removed.
+                let _ = std::fs::remove_file(folder.join(name));
+            }
+            let mut text = head + "\n";
+            for (k, r) in &done {
+                text += &serde_json::to_string(&Line::of(*k, r))?;
+                text.push('\n');
+            }
+            write_file(&path, true, text.as_bytes())?;
+        }
+        let file = OpenOptions::new().append(true).open(&path).context(format!("{}", path.display()))?;
+        Ok((Self { file, path }, done))
+    }
+
+    /// Add a trial; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub(super) fn append(&mut self, index: usize, result: &TrialResult) -> Result<()> {
+        let line = serde_json::to_string(&Line::of(index, result))? + "\n";
+        // One write a line: a kill leaves whole lines and at most one torn one at the end.
+        self.file
+            .write_all(line.as_bytes())
+            .and_then(|()| self.file.sync_data())
+            .context(format!("{}: cannot store a trial", self.path.display()))
+    }
+}
+
+fn folder_is_free(folder: &Path) -> Result<bool> {
+    match std::fs::read_dir(folder) {
+        Ok(mut entries) => Ok(entries.next().is_none()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(true),
+        Err(e) => Err(e).context(format!("{}", folder.display())),
+    }
+}
+
+/// Trials of whole lines, and the number of lines that are none.
+fn read_lines<'a>(lines: impl Iterator<Item = &'a str>, trials: usize) -> (BTreeMap<usize, TrialResult>, usize) {
+    let (mut done, mut damaged) = (BTreeMap::new(), 0);
+    for line in lines {
+        let parsed = serde_json::from_str::<Line>(line).ok().filter(|l| line.ends_with('\n') && l.trial < trials);
+        match parsed.and_then(|l| Some((l.trial, l.result()?))) {
+            Some((k, r)) => {
+                done.insert(k, r);
+            }
+            None => damaged += 1,
+        }
+    }
+    (done, damaged)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_come_back_to_the_bit_and_torn_lines_are_left_out() {
+        let q = Quality::of([0.1 + 0.2, f64::NAN, f64::INFINITY, 1e-300, -0.0]);
+        let r = TrialResult { before: q, after: None, rounds: 2, note: "a \"b\"\n".into() };
+        let line = serde_json::to_string(&Line::of(7, &r)).unwrap() + "\n";
+        let (done, damaged) = read_lines([line.as_str(), &line[..line.len() / 2], line.trim_end()].into_iter(), 8);
+        assert_eq!(damaged, 2);
+        let bits = |r: &TrialResult| r.before.values().map(f64::to_bits);
+        assert_eq!(bits(&done[&7]), bits(&r));
+        assert_eq!(done[&7].note, r.note);
+        assert_eq!(read_lines([line.as_str()].into_iter(), 7).1, 1);
+    }
+}

@@ -1,0 +1,73 @@
+//! `study`: Monte-Carlo over seeds and over any parameter of a configuration.
+//!
+//! The folder of the output holds the journal of finished trials from the start, so that a study that was killed goes on where it
+//! stopped; tables, pictures and the page are written when all trials are done.
+
+mod config;
+mod errors;
+mod journal;
+mod output;
+mod plan;
+
+use super::context::{Context, Outcome};
+use super::failure::{Context as _, Failure, Result};
+use crate::study;
+use clap::Args;
+use journal::Journal;
+use std::path::PathBuf;
+
+/// Options of `study`.
+#[derive(Debug, Args)]
+pub struct StudyArgs {
+    /// The study, as TOML.
+    #[arg(value_name = "CONFIG.toml")]
+    config: PathBuf,
+    /// Folder of the results; an unfinished study of the same configuration in it is continued.
+    #[arg(short, long, value_name = "DIR", required_unless_present = "check")]
+    output: Option<PathBuf>,
+    /// Replace another study in that folder, or begin this one anew.
+    #[arg(long)]
+    overwrite: bool,
+    /// Check the configuration, count its trials, and stop.
+    #[arg(long)]
+    check: bool,
+}
+
+/// Run a study, or what is left of it.
+///
+/// # Errors
+/// A configuration that is wrong, a folder that holds something else, the first trial that fails, what the disk says.
+pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
+    let text = std::fs::read_to_string(&args.config)
+        .map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", args.config.display())))?;
+    let plan = plan::Plan::new(&text, &args.config, context).context(format!("{}", args.config.display()))?;
+    let study = &plan.study;
+    let (points, seeds, trials) = (study.setups.len(), study.seeds.len(), study.n_trials());
+    let Some(folder) = args.output.as_ref().filter(|_| !args.check) else {
+        let json = serde_json::json!({ "points": points, "seeds": seeds, "trials": trials });
+        return Ok(Outcome::new(json, format!("{points} points x {seeds} seeds = {trials} trials")));
+    };
+    let (mut journal, mut done) = Journal::open(folder, &plan.fingerprint, trials, args.overwrite, context)?;
+    let resumed = done.len();
+    if resumed > 0 {
+        context.console.note(&format!("{resumed} of {trials} trials are in the journal already"));
+    }
+    let started = std::time::Instant::now();
+    let finished = done.keys().copied().collect();
+    let store = &mut |index: usize, result: study::TrialResult| {
+        journal.append(index, &result).map_err(|e| crate::ChainError::Other(e.to_string().into()))?;
+        done.insert(index, result);
+        Ok(())
+    };
+    study::run(study, &finished, rayon::current_num_threads(), store, &context.console)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let summary = output::write(folder, &plan, &done, &args.config, context)?;
+    let failed = done.values().filter(|r| plan.study.setups.iter().any(|s| s.selfcal.is_some()) && r.after.is_none()).count();
+    let report = folder.join("report.html");
+    let json = serde_json::json!({
+        "points": points, "seeds": seeds, "trials": trials, "resumed": resumed, "failed": failed,
+        "trials_per_s": (trials - resumed) as f64 / seconds.max(1e-9), "seconds": seconds, "summary": summary,
+    });
+    let text = format!("{trials} trials ({resumed} from the journal, {failed} could not be calibrated)\n{}", report.display());
+    Ok(Outcome::new(json, text).wrote(report))
+}

@@ -1,0 +1,159 @@
+//! A study against the law of dynamic range, and its independence of threads.
+
+use super::*;
+use crate::corrupt::{Error, PhaseError, Variation};
+use crate::deconvolve::by_name;
+use crate::imaging::ImagingOptions;
+use crate::imaging::major::CleanOptions;
+use crate::progress::Silent;
+use crate::simulate::{Method, SimulateOptions, SkyModel, random::stream, simulate_set};
+use cittert_arrays::{
+    Antenna, ArrayLayout, CoveragePlan, LayoutFrame, PhaseCenter, Polarization, Source, SpectralWindow, VisUnit, VisibilityHeader,
+};
+use rand::RngExt;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// A point of 1 Jy seen once by antennas strewn over a square of 100 wavelengths.
+fn base(n_ant: u32, size: usize) -> Arc<Base> {
+    let mut rng = stream(4, "layout of the test", 0);
+    let antennas = (0..n_ant).map(|k| Antenna::new(format!("A{k}"), k, [rng.random::<f64>(), rng.random::<f64>(), 0.0])).collect();
+    let layout = ArrayLayout::new("strewn", LayoutFrame::Boresight, antennas).unwrap();
+    let coverage = CoveragePlan::snapshot(&layout, 2_460_000.5, 10.0).unwrap().coverage().unwrap();
+    let header = VisibilityHeader {
+        telescope: "t".into(),
+        instrument: "t".into(),
+        layout,
+        spectrum: SpectralWindow::band(100.0 * cittert_arrays::SPEED_OF_LIGHT_M_S, 1e6, 1).unwrap(),
+        polarizations: vec![Polarization::I],
+        phase_centers: vec![PhaseCenter::unprojected("b")],
+        unit: VisUnit::Jy,
+        pedestal_k: None,
+        history: Vec::new(),
+    };
+    let sky = SkyModel::of_sources(vec![Source::point(0.0, 0.0, 1.0)]);
+    let options = SimulateOptions { method: Method::Dft, ..SimulateOptions::default() };
+    let set = simulate_set(header, &coverage, &sky, &options, &Silent).unwrap();
+    let imaging = ImagingOptions { size: Some((size, size)), cell_rad: Some(3e-3), w_term: false, ..ImagingOptions::default() };
+    // One component takes the whole peak: nothing of the errors is cleaned away.
+    let clean = CleanOptions { algorithm: by_name("hogbom").unwrap(), gain: 1.0, niter: 1, ..CleanOptions::default() };
+    Arc::new(Base::new(set, imaging, clean))
+}
+
+fn phase(rms_rad: f64) -> Error {
+    Error::Phase(PhaseError { rms_rad, variation: Variation::Constant })
+}
+
+fn plan() -> SelfcalPlan {
+    SelfcalPlan {
+        mode: crate::calibrate::GainMode::Phase,
+        solint: crate::calibrate::SolutionInterval::Infinite,
+        rounds: 1,
+        min_snr: 3.0,
+        refant: vec!["A3".into()],
+        start: StartFrom::Point,
+    }
+}
+
+#[test]
+fn the_dynamic_range_of_a_point_follows_n_over_root_two_phi() {
+    // Dynamic range: peak of the restored image over its rms where the source is not, the variance averaged over the trials.
+    // Perley 1999, ASP Conf. 180, 275: N / (sqrt(2) phi). One trial scatters by a fifth, so 200 are good to 1.5 percent.
+    let (n, phi) = (20, 0.05);
+    let setup = Setup { base: base(n, 64), antennas: Antennas::All, errors: vec![phase(phi)], selfcal: None };
+    let study = Study { grid: Grid::default(), setups: vec![setup], seeds: (0..200).collect() };
+    let mut found = Vec::new();
+    run(
+        &study,
+        &BTreeSet::new(),
+        2,
+        &mut |_, r| {
+            found.push(r.before);
+            Ok(())
+        },
+        &Silent,
+    )
+    .unwrap();
+    let mean = summarize(found.iter().map(|q| q.dynamic_range.powi(-2))).mean.powf(-0.5);
+    let law = f64::from(n) / (2.0_f64.sqrt() * phi);
+    assert!((mean / law - 1.0).abs() < 0.1, "{mean} against {law}");
+    // The phases themselves: rms 0.05 with one common phase removed.
+    let phases = summarize(found.iter().map(|q| q.phase_rms_rad)).mean;
+    assert!((phases / phi - 1.0).abs() < 0.05, "{phases}");
+}
+
+fn small_study() -> Study {
+    let axis = Axis::new("phase", &["0.1rad".into(), "0.6rad".into()]).unwrap();
+    let base = base(12, 48);
+    let setup = |rms| Setup { base: base.clone(), antennas: Antennas::All, errors: vec![phase(rms)], selfcal: Some(plan()) };
+    let random = |rms| Setup { antennas: Antennas::Random(9), ..setup(rms) };
+    Study { grid: Grid::new(vec![axis]).unwrap(), setups: vec![setup(0.1), random(0.6)], seeds: vec![5, 6, 7] }
+}
+
+fn results(study: &Study, done: &BTreeSet<usize>, threads: usize) -> Vec<(usize, TrialResult)> {
+    let mut all = Vec::new();
+    run(
+        study,
+        done,
+        threads,
+        &mut |k, r| {
+            all.push((k, r));
+            Ok(())
+        },
+        &Silent,
+    )
+    .unwrap();
+    all.sort_by_key(|r| r.0);
+    all
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_threads_or_on_what_was_done_before() {
+    let one = results(&small_study(), &BTreeSet::new(), 1);
+    let two = results(&small_study(), &BTreeSet::new(), 2);
+    let rest = results(&small_study(), &BTreeSet::from([0, 2, 3]), 2);
+    assert_eq!(one.iter().map(|r| r.0).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
+    let bits = |r: &TrialResult| r.before.values().into_iter().chain(r.after.unwrap().values()).map(f64::to_bits).collect::<Vec<_>>();
+    for (a, b) in one.iter().zip(&two) {
+        assert_eq!(bits(&a.1), bits(&b.1));
+    }
+    assert_eq!(rest.iter().map(|r| r.0).collect::<Vec<_>>(), [1, 4, 5]);
+    assert_eq!(bits(&rest[1].1), bits(&one[4].1));
+}
+
+#[test]
+fn self_calibration_brings_a_noiseless_point_back() {
+    for (_, r) in results(&small_study(), &BTreeSet::new(), 2) {
+        let after = r.after.unwrap();
+        assert!(after.phase_rms_rad < 1e-6, "{after:?}");
+        assert!(after.nrmse < 1e-3 * r.before.nrmse.max(1.0), "{:?} {after:?}", r.before);
+        assert!(after.dynamic_range > 5.0 * r.before.dynamic_range, "{:?} {after:?}", r.before);
+        assert!(after.fidelity > r.before.fidelity);
+    }
+}
+
+#[test]
+fn wrong_antennas_and_errors_name_the_trial() {
+    let mut study = small_study();
+    study.setups[1].antennas = Antennas::Random(13);
+    let e = run(&study, &BTreeSet::new(), 1, &mut |_, _| Ok(()), &Silent).unwrap_err().to_string();
+    assert!(e.contains("phase = 0.6rad, seed 5") && e.contains("2 to the 12"), "{e}");
+    study.setups[0].errors = vec![phase(f64::NAN)];
+    let e = run(&study, &BTreeSet::new(), 1, &mut |_, _| Ok(()), &Silent).unwrap_err().to_string();
+    assert!(e.contains("phase = 0.1rad") && e.contains("NaN"), "{e}");
+}
+
+#[test]
+fn a_subset_is_what_its_antennas_alone_would_see() {
+    let all = base(12, 48);
+    let first = all.with(Antennas::First(5), 1).unwrap();
+    assert_eq!((first.set.header.layout.n_ant(), first.set.data.n_rows()), (5, 10));
+    let (a, b) = (all.with(Antennas::Random(5), 1).unwrap(), all.with(Antennas::Random(5), 2).unwrap());
+    let names = |b: &Base| b.set.header.layout.antennas().iter().map(|a| a.name.clone()).collect::<Vec<_>>();
+    assert_ne!(names(&a), names(&b));
+    for r in 0..10 {
+        let place = |k: u32| a.set.header.layout.antennas()[k as usize].position_m;
+        let c = &a.set.data.coverage;
+        assert!((place(c.ant2[r])[0] - place(c.ant1[r])[0] - c.uvw_m[(r, 0)]).abs() < 1e-12);
+    }
+}

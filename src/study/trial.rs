@@ -1,0 +1,199 @@
+//! One trial: corrupt, image, self-calibrate, compare.
+
+use super::base::{Antennas, Base, Reference, image, plane};
+use crate::calibrate::{
+    CleanMaker, CompareOptions, FeedGroups, GainMode, Selfcal, SelfcalOptions, SetModel, SolutionInterval, Start, compare_gains, selfcal,
+};
+use crate::corrupt::{CorruptOptions, Error, corrupt};
+use crate::fidelity::fidelity_index;
+use crate::imaging::CleanProducts;
+use crate::progress::Silent;
+use crate::{ChainError, Result};
+use cittert_arrays::{GainTable, VisibilitySet};
+use std::sync::Arc;
+
+/// One point of the grid, ready to run.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// The error-free observation.
+    pub base: Arc<Base>,
+    /// Antennas drawn for each seed, where not all of the base take part.
+    pub antennas: Antennas,
+    /// The errors that are injected.
+    pub errors: Vec<Error>,
+    /// The self-calibration; `None` images the corrupted data alone.
+    pub selfcal: Option<SelfcalPlan>,
+}
+
+/// How trials are self-calibrated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SelfcalPlan {
+    /// What is solved for.
+    pub mode: GainMode,
+    /// How long a solution holds.
+    pub solint: SolutionInterval,
+    /// Number of rounds.
+    pub rounds: usize,
+    /// Least signal to noise of a solution; counts only where thermal noise is among the errors.
+    pub min_snr: f64,
+    /// Names of reference antennas in order of preference; those that take no part are passed over.
+    pub refant: Vec<String>,
+    /// What the first gains are solved against.
+    pub start: StartFrom,
+}
+
+/// What the first gains are solved against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StartFrom {
+    /// A point at the phase centre.
+    Point,
+    /// The first image of the corrupted data. The position of the sky is then open, and phase gradients are removed before gains are compared.
+    Data,
+    /// The error-free visibilities.
+    Truth,
+}
+
+/// How good an image and its gains are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Peak of the restored image over its rms off the source; over the rms of the residual where the source fills nine tenths of it.
+    pub dynamic_range: f64,
+    /// Rms of the difference from the image of error-free data, over the rms of that image.
+    pub nrmse: f64,
+    /// Fidelity index against the image of error-free data.
+    pub fidelity: f64,
+    /// Rms of the residual image, in its unit.
+    pub residual_rms: f64,
+    /// Rms phase error of the gains, a common phase of each integration removed, rad.
+    pub phase_rms_rad: f64,
+}
+
+/// One number of a trial.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Column {
+    /// Name in tables.
+    pub name: &'static str,
+    /// Label of an axis.
+    pub label: &'static str,
+}
+
+/// The numbers of a [`Quality`], in the order of [`Quality::values`].
+pub const COLUMNS: [Column; 5] = [
+    Column { name: "dynamic_range", label: "dynamic range" },
+    Column { name: "nrmse", label: "NRMSE" },
+    Column { name: "fidelity", label: "fidelity index" },
+    Column { name: "residual_rms", label: "residual rms" },
+    Column { name: "phase_rms_rad", label: "gain phase error, rms [rad]" },
+];
+
+impl Quality {
+    /// The numbers in the order of [`COLUMNS`].
+    #[must_use]
+    pub fn values(&self) -> [f64; 5] {
+        [self.dynamic_range, self.nrmse, self.fidelity, self.residual_rms, self.phase_rms_rad]
+    }
+
+    /// The reverse of [`Quality::values`].
+    #[must_use]
+    pub fn of(v: [f64; 5]) -> Self {
+        Self { dynamic_range: v[0], nrmse: v[1], fidelity: v[2], residual_rms: v[3], phase_rms_rad: v[4] }
+    }
+}
+
+/// What a trial found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrialResult {
+    /// The corrupted data as they are.
+    pub before: Quality,
+    /// After self-calibration; `None` where there was none or it failed.
+    pub after: Option<Quality>,
+    /// Rounds of self-calibration.
+    pub rounds: usize,
+    /// Why self-calibration failed, or what makes it doubtful; empty for nothing.
+    pub note: String,
+}
+
+/// Run one trial. The result depends on the arguments alone; it is the same to the last bit only where the caller runs it on a rayon pool
+/// of one thread.
+///
+/// Errors are drawn from `seed` alone, so that trials of one seed at neighbouring points have the same errors at another size.
+///
+/// # Errors
+/// Options out of range, or data of which no image can be made. A self-calibration that fails is a result, not an error.
+pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
+    let base = match setup.antennas {
+        Antennas::All => setup.base.clone(),
+        some => Arc::new(setup.base.with(some, seed)?),
+    };
+    let reference = base.reference()?;
+    let options = CorruptOptions { seed, errors: setup.errors.clone(), per_feed: false };
+    let mut data = VisibilitySet::new(base.set.header.clone(), base.set.data.rows(0..0)?)?;
+    let truth = corrupt(&mut base.set.clone(), &mut data, &options, &Silent)?;
+    let products = image(&mut data, &reference.imaging, &base.clean)?;
+    let mut unity = truth.clone();
+    unity.gains.fill(1.0.into());
+    let before = quality(&products, &reference, phase_rms(&truth, &unity, false)?);
+    let mut result = TrialResult { before, after: None, rounds: 0, note: String::new() };
+    if let Some(plan) = &setup.selfcal {
+        let mut maker = CleanMaker::new(reference.imaging.clone(), base.clean.clone());
+        match calibrate(&base, &mut data, &mut maker, setup, plan) {
+            Ok(run) => {
+                result.rounds = run.rounds.len();
+                result.note = run.warnings.join("; ");
+                let phase = phase_rms(&truth, &run.best().gains, plan.start == StartFrom::Data)?;
+                result.after = maker.products().map(|p| quality(p, &reference, phase));
+            }
+            Err(ChainError::NoData(why) | ChainError::Incompatible(why)) => result.note = why,
+            Err(e) => return Err(e),
+        }
+    }
+    Ok(result)
+}
+
+fn calibrate(base: &Base, data: &mut VisibilitySet, maker: &mut CleanMaker, setup: &Setup, plan: &SelfcalPlan) -> Result<Selfcal> {
+    let mut options = SelfcalOptions::new(plan.mode, plan.solint, plan.rounds);
+    options.solve.feeds = FeedGroups::Joined;
+    // Weights of data without noise have no scale, and so no signal to noise.
+    let noisy = setup.errors.iter().any(|e| matches!(e, Error::Noise(_)));
+    options.solve.min_snr = if noisy { plan.min_snr } else { 0.0 };
+    options.solve.refant = plan.refant.iter().filter_map(|name| data.header.layout.index_of(name)).collect();
+    match plan.start {
+        StartFrom::Point => selfcal(data, maker, Start::Point { flux: None, l: 0.0, m: 0.0 }, &options, &Silent),
+        StartFrom::Data => selfcal(data, maker, Start::Data, &options, &Silent),
+        StartFrom::Truth => selfcal(data, maker, Start::Model(&mut SetModel(&mut base.set.clone())), &options, &Silent),
+    }
+}
+
+/// Rms phase difference over the integrations of the truth; NaN where no gain is known.
+fn phase_rms(truth: &GainTable, found: &GainTable, gradient: bool) -> Result<f64> {
+    match compare_gains(truth, found, CompareOptions { gradient, flux_scale: false }) {
+        Ok(c) => Ok(c.rms_phase_rad),
+        Err(ChainError::Incompatible(_)) => Ok(f64::NAN),
+        Err(e) => Err(e),
+    }
+}
+
+fn quality(products: &CleanProducts, reference: &Reference, phase_rms_rad: f64) -> Quality {
+    let image = plane(products);
+    let rms = |sum: f64, n: usize| (sum / n.max(1) as f64).sqrt();
+    let (mut off, mut n_off, mut error, mut power) = (0.0, 0_usize, 0.0, 0.0);
+    for ((v, t), on) in image.iter().zip(&reference.image).zip(&reference.on_source) {
+        error += (v - t) * (v - t);
+        power += t * t;
+        if !on {
+            off += v * v;
+            n_off += 1;
+        }
+    }
+    let residual_rms = products.statistics.residual_rms;
+    let noise = if 10 * n_off > image.len() { rms(off, n_off) } else { residual_rms };
+    let peak = image.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let pixels: Vec<(f64, f64)> = image.iter().copied().zip(reference.image.iter().copied()).collect();
+    Quality {
+        dynamic_range: if noise > 0.0 { peak / noise } else { f64::INFINITY },
+        nrmse: (error / power).sqrt(),
+        fidelity: fidelity_index(&pixels),
+        residual_rms,
+        phase_rms_rad,
+    }
+}

@@ -1,0 +1,165 @@
+//! `study`: Monte-Carlo over seeds and parameters, resumed after a kill.
+
+use crate::program::Scratch;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const CONFIG: &str = r#"
+title = "a small study"
+seeds = 3
+layout = { name = "mm-y", antennas = 8 }
+scene = { points = [{ flux = "1Jy" }] }
+[simulate]
+freq = "94GHz"
+bandwidth = "1GHz"
+method = "dft"
+[image]
+size = 32
+cell = "3mrad"
+no-w = true
+[clean]
+niter = 5
+gain = 0.5
+max-major = 3
+[errors.phase]
+rms = "5deg"
+[errors.noise]
+sefd = "1kJy"
+[selfcal]
+rounds = 1
+[[axis]]
+parameter = "errors.phase.rms"
+values = ["5deg", "40deg"]
+[[axis]]
+parameter = "layout.antennas"
+values = [6, 8]
+"#;
+
+fn scratch(config: &str) -> Scratch {
+    let s = Scratch::new();
+    s.write("c.toml", config);
+    s
+}
+
+fn read(s: &Scratch, name: &str) -> String {
+    std::fs::read_to_string(s.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// Values of a column of a table.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines();
+    let at = lines.next().unwrap().split(',').position(|h| h == name).unwrap_or_else(|| panic!("no column {name}"));
+    lines.map(|l| l.split(',').nth(at).unwrap().parse().unwrap()).collect()
+}
+
+#[test]
+fn tables_do_not_depend_on_threads_or_on_a_torn_journal() {
+    let s = scratch(CONFIG);
+    let json = s.json("--threads 1 study c.toml -o one");
+    assert_eq!((json["trials"].as_u64(), json["failed"].as_u64(), json["resumed"].as_u64()), (Some(12), Some(0), Some(0)), "{json}");
+    let said = s.ok("--threads 2 study c.toml -o two");
+    assert!(said.err.contains("of 12 trials done, about"), "{}", said.err);
+    for name in ["trials.csv", "summary.csv", "study.h5", "report.html", "dynamic_range.png", "phase_rms_rad.png"] {
+        assert!(s.path("one").join(name).exists(), "{name}");
+    }
+    let wanted = (read(&s, "one/trials.csv"), read(&s, "one/summary.csv"));
+    assert_eq!(wanted, (read(&s, "two/trials.csv"), read(&s, "two/summary.csv")));
+    let trials = &wanted.0;
+    assert_eq!(column(trials, "errors.phase.rms_deg")[..7], [5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 40.0]);
+    assert_eq!(column(trials, "layout.antennas")[..4], [6.0, 6.0, 6.0, 8.0]);
+    assert_eq!(column(trials, "seed")[..4], [1.0, 2.0, 3.0, 1.0]);
+    let (before, after) = (column(trials, "nrmse_before"), column(trials, "nrmse_after"));
+    assert!((6..12).all(|k| after[k] < 0.5 * before[k]), "{before:?} {after:?}");
+
+    // A journal cut in the middle of a line: the whole lines stay, the rest runs again.
+    let journal = read(&s, "two/journal.jsonl");
+    let keep: usize = journal.split_inclusive('\n').take(6).map(str::len).sum();
+    s.write("two/journal.jsonl", &journal[..keep + 40]);
+    let json = s.json("study c.toml -o two");
+    assert_eq!(json["resumed"], 5, "{json}");
+    assert_eq!(wanted, (read(&s, "two/trials.csv"), read(&s, "two/summary.csv")));
+    assert_eq!(s.json("study c.toml -o two")["resumed"], 12);
+
+    s.write("c.toml", CONFIG.replace("1kJy", "2kJy"));
+    s.fails("study c.toml -o two", 1, &["another configuration", "--overwrite"]);
+    assert_eq!(s.json("study c.toml -o two --overwrite")["resumed"], 0);
+    std::fs::create_dir(s.path("full")).unwrap();
+    s.write("full/mine.txt", "x");
+    s.fails("study c.toml -o full --overwrite", 1, &["full", "another folder"]);
+}
+
+#[test]
+fn a_killed_study_goes_on_where_it_stopped() {
+    let s = scratch(&CONFIG.replace("seeds = 3", "seeds = 40"));
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("cittert"))
+        .args(["--threads", "1", "study", "c.toml", "-o", "out"])
+        .current_dir(s.path(""))
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let lines = || std::fs::read_to_string(s.path("out/journal.jsonl")).map_or(0, |t| t.lines().count());
+    let started = Instant::now();
+    while lines() < 6 && started.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    // SIGKILL: nothing of the program runs any more.
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(lines() >= 6 && !s.path("out/trials.csv").exists());
+    let json = s.json("--threads 2 study c.toml -o out");
+    assert!(json["resumed"].as_u64().unwrap() >= 4 && json["resumed"].as_u64().unwrap() < 160, "{json}");
+    s.ok("--threads 2 study c.toml -o through");
+    assert_eq!(read(&s, "out/trials.csv"), read(&s, "through/trials.csv"));
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    for (from, to, words) in [
+        ("rms = \"5deg\"", "rms = \"5\"", vec!["c.toml", "errors.phase", "unit"]),
+        ("[errors.phase]", "[errors.fase]", vec!["fase", "phase, amplitude"]),
+        ("niter = 5", "iterations = 5", vec!["c.toml", "iterations", "line"]),
+        ("values = [6, 8]", "values = [6, 100]", vec!["layout.antennas = 100", "2 to the"]),
+        ("values = [6, 8]", "", vec!["axis layout.antennas", "values"]),
+        ("name = \"mm-y\"", "name = \"nowhere\"", vec!["nowhere"]),
+        ("rounds = 1", "rounds = 0", vec!["selfcal", "rounds"]),
+        ("seeds = 3", "seeds = 0", vec!["seeds"]),
+    ] {
+        let config = CONFIG.replace(from, to);
+        // The first axis would put a good value in place of a bad one.
+        let config = if from.starts_with("rms") { config.split("[[axis]]").next().unwrap().to_owned() } else { config };
+        let config = if to.contains("fase") { config.split("[[axis]]").next().unwrap().to_owned() } else { config };
+        let s = scratch(&config);
+        s.fails("study c.toml -o out", 1, &words);
+        assert!(!s.path("out").exists());
+    }
+}
+
+/// The study of the tutorial with fewer points, seeds and pixels, and what the tutorial says of it.
+#[test]
+fn the_tutorial_holds_in_small() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let example = std::fs::read_to_string(docs.join("examples/phase-study.toml")).unwrap();
+    let s = scratch(&example);
+    assert!(s.ok("study c.toml --check").out.contains("100 points x 20 seeds = 2000 trials"));
+    let page = std::fs::read_to_string(docs.join("user/phase-tutorial.md")).unwrap();
+    assert!(page.contains("cittert study phase-study.toml -o phase-study"));
+    let small = example
+        .replace("seeds = 20", "seeds = 3")
+        .replace("size = 256", "size = 96")
+        .replace("niter = 100", "niter = 1\ngain = 1.0")
+        .replace("count = 100", "count = 2")
+        .replace("from = \"1deg\"", "from = \"3deg\"")
+        .replace("to = \"100deg\"", "to = \"30deg\"");
+    s.write("c.toml", small);
+    s.ok("study c.toml -o out");
+    let summary = read(&s, "out/summary.csv");
+    let (before, after) = (column(&summary, "dynamic_range_before_median"), column(&summary, "dynamic_range_after_median"));
+    // N / (sqrt(2) phi) within a quarter for three seeds; ten times the error costs ten times the dynamic range.
+    let law = 27.0 / (2.0_f64.sqrt() * 3.0_f64.to_radians());
+    assert!((before[0] / law - 1.0).abs() < 0.25, "{before:?} {law}");
+    assert!((before[0] / before[1] / 10.0 - 1.0).abs() < 0.25, "{before:?}");
+    // After self-calibration the size of the error no longer matters.
+    assert!((after[0] / after[1] - 1.0).abs() < 0.1 && after[1] > 5.0 * before[1], "{before:?} {after:?}");
+    assert!(column(&summary, "phase_rms_rad_after_median").iter().all(|p| *p < 0.01));
+}
