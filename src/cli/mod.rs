@@ -25,6 +25,7 @@ mod simulate;
 mod text;
 
 pub use failure::{Failure, Result};
+pub use run::run_commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::{Console, Loudness};

@@ -2,6 +2,7 @@
 
 mod band;
 mod clean;
+mod column;
 mod imaging;
 mod output;
 mod scene;
@@ -9,6 +10,7 @@ mod track;
 
 pub use band::BandArgs;
 pub use clean::CleanArgs;
+pub use column::ColumnArgs;
 pub use imaging::ImagingArgs;
 pub use output::OutputArgs;
 pub use scene::SceneArgs;
