@@ -1,7 +1,9 @@
 //! Writes the binary part of the corpus: `cargo test -p cittert-formats --test fuzz write_the_corpus -- --ignored`.
 
 use crate::common;
-use cittert_arrays::{BrightnessUnit, GainTable, Image, LayoutFrame, Polarization, RestoringBeam, SkyFrame, SkyGrid, SpectralWindow};
+use cittert_arrays::{
+    ArrayLayout, BrightnessUnit, GainTable, Image, LayoutFrame, Polarization, RestoringBeam, Sensitivity, SkyFrame, SkyGrid, SpectralWindow,
+};
 use cittert_formats::calh5::write_gains;
 use cittert_formats::fits::{ImageOptions, write_image};
 use cittert_formats::layouts::LAYOUT_FORMATS;
@@ -47,6 +49,10 @@ fn write_the_corpus() {
         image.beams = vec![RestoringBeam { bmaj_rad: 2e-3, bmin_rad: 1e-3, bpa_rad: 0.3 }; 2];
         write_image(&root.join("fits").join(name), &image, ImageOptions { overwrite: true, double: false }).unwrap();
     }
+    // Some forms want a system temperature of every antenna.
+    let mut antennas = layout.antennas().to_vec();
+    antennas.iter_mut().for_each(|a| a.sensitivity = Some(Sensitivity::TsysK(100.0)));
+    let layout = ArrayLayout::new("SPIRAL", layout.frame, antennas).unwrap();
     for format in LAYOUT_FORMATS {
         let Ok(text) = format.write(&layout) else { panic!("{} cannot hold the layout", format.name()) };
         std::fs::write(root.join(format!("layouts/{}.{}", format.name(), format.extension())), text).unwrap();
