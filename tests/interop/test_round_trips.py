@@ -17,7 +17,8 @@ FILES = sorted(os.listdir(VISIBILITIES))
 @pytest.mark.parametrize("form", ["uvfits", "ms"])
 @pytest.mark.parametrize("pols", [("xx", "yy"), ("rr", "ll", "rl", "lr")], ids=["linear", "circular"])
 def test_there_and_back(cittert, form, pols):
-    uv = sky_set(pols, spread=True)
+    # Antennas of UVFITS are counted from 1.
+    uv = sky_set(pols, first=1, spread=True)
     uv.write_uvh5(cittert.path("x.uvh5"))
     cittert("convert", "x.uvh5", f"y.{form}")
     assert_same(uv, strict(f"read_{form}", cittert.path(f"y.{form}")))
@@ -60,7 +61,8 @@ def read(path):
     with warnings.catch_warnings():
         # The real files are not ours: old keywords, correlators' autocorrelations that are not quite real.
         warnings.simplefilter("ignore")
-        uv.read(str(path), run_check=False)
+        more = {"ignore_single_chan": False} if str(path).endswith(".ms") else {}
+        uv.read(str(path), run_check=False, **more)
     return uv
 
 
@@ -95,6 +97,10 @@ def assert_equal_sets(theirs, ours, note):
     channel = [np.argsort(f) for f in frequencies]
     np.testing.assert_allclose(frequencies[0][channel[0]], frequencies[1][channel[1]], rtol=1e-12)
     ours_of = {p: n for n, p in enumerate(ours.polarization_array)}
+    # Stokes I is exported as two equal hands.
+    hands = 1 in theirs.polarization_array and 1 not in ours_of
+    if hands:
+        ours_of[1] = ours_of[-1]
     crossed = {-3: -4, -4: -3, -7: -8, -8: -7}
     for n, p in enumerate(theirs.polarization_array):
         vis, flag, samples = [], [], []
@@ -107,13 +113,13 @@ def assert_equal_sets(theirs, ours, note):
             vis.append(np.where(turn[:, None], v.conj(), v))
             flag.append(pick(uv.flag_array))
             samples.append(pick(uv.nsample_array))
-        bad = flag[0] | ~np.isfinite(samples[0]) | (samples[0] <= 0) | ~np.isfinite(vis[0])
         # What has no weight is flagged in forms where a weight that is not positive means a flag.
-        assert (bad == (flag[1] | (samples[1] <= 0))).all(), (note, p)
+        bad, worse = [f | ~np.isfinite(s) | (s <= 0) | ~np.isfinite(v) for f, s, v in zip(flag, samples, vis)]
+        assert (bad == worse).all(), (note, p)
         if (~bad).any():
             scale = np.abs(vis[0][~bad]).max()
             assert np.abs(vis[0] - vis[1])[~bad].max() <= 2e-6 * scale, (note, p)
-            assert np.allclose(samples[0][~bad], samples[1][~bad], rtol=1e-5), (note, p)
+            assert hands or np.allclose(samples[0][~bad], samples[1][~bad], rtol=1e-5), (note, p)
 
 
 def where(uv):
@@ -130,11 +136,17 @@ def test_real_files_keep_their_content(cittert, name, form):
             tar.extractall(cittert.folder, filter="data")
         (path,) = [cittert.path(n) for n in os.listdir(cittert.folder) if n.endswith(".ms")]
     out = cittert.path(f"out.{form}")
+    theirs = read(path)
+    drifts = any(c["cat_type"] == "unprojected" for c in theirs.phase_center_catalog.values())
+    if drifts and form == "uvfits":
+        said = cittert("convert", path, out, ok=False)
+        assert said.returncode == 1 and "not a point of the sky" in said.stderr and not os.path.exists(out)
+        return
     cittert("convert", path, out)
-    theirs, ours = read(path), read(out)
+    ours = read(out)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        if form != "uvh5" and any(c["cat_type"] == "unprojected" for c in theirs.phase_center_catalog.values()):
+        if form == "ms" and drifts:
             phased_alike(theirs, ours)
     assert_equal_sets(theirs, ours, f"{name} as {form}")
     places = [where(uv) for uv in (theirs, ours)]
