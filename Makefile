@@ -1,9 +1,13 @@
 # The two commands of a newcomer are `make demo` and `make test`. Each installs the system packages that are missing.
 CARGO ?= cargo
 PACKAGES := build-essential pkg-config libhdf5-dev
+# What the feature `ms` (Measurement Sets) needs besides.
+MS_PACKAGES := casacore-dev
 DEMO := demo
+# Executions of each target of `make fuzz`.
+N ?= 1000000
 
-.PHONY: demo test lint interop bench deps book
+.PHONY: demo test test-ms lint interop fuzz bench deps deps-ms book
 
 demo: deps
 	$(CARGO) build --release --locked
@@ -15,22 +19,36 @@ demo: deps
 test: deps
 	$(CARGO) test --workspace --locked
 
-lint: deps
+# The formats again, with Measurement Sets.
+test-ms: deps-ms
+	$(CARGO) test -p cittert-formats --features ms --locked
+
+lint: deps deps-ms
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
+	$(CARGO) clippy -p cittert-formats --features ms --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --locked
 
 # Other programs (WSClean, CASA, pyuvdata, ehtim) judge what we write. Installs them below ~/.cache on the first run.
-interop: deps
-	$(CARGO) build --release --locked
+interop: deps-ms
+	$(CARGO) build --release --locked --features ms
+	$(CARGO) build --release --locked -p cittert-formats --features ms --example samples
 	bash tests/interop/run.sh
+
+# Damaged files, N of each kind: `make fuzz N=1000000`. CI runs a few thousand of each within `make test`.
+fuzz: deps
+	CITTERT_FUZZ=$(N) $(CARGO) test --release --locked -p cittert-formats --test fuzz -- --nocapture
+	CITTERT_FUZZ=$(N) $(CARGO) test --release --locked -p cittert --test fuzz -- --nocapture
 
 bench: deps
 	$(CARGO) bench --locked
 
+deps: WANTED = $(PACKAGES)
+deps-ms: WANTED = $(PACKAGES) $(MS_PACKAGES)
+
 # dpkg knows what is there; apt is asked only for what is not.
-deps:
-	@missing=; for p in $(PACKAGES); do \
+deps deps-ms:
+	@missing=; for p in $(WANTED); do \
 	  dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \
 	[ -z "$$missing" ] && exit 0; \
 	if [ "$$(id -u)" = 0 ]; then sudo=; elif command -v sudo >/dev/null 2>&1; then sudo=sudo; else \

@@ -35,6 +35,15 @@ pub trait VisibilitySink: Send {
     /// # Errors
     /// Whatever the disk says; the old output is then still in place.
     fn finish(self: Box<Self>) -> Result<()>;
+
+    /// Complete the output as [`VisibilitySink::finish`] does, and tell what was changed or lost on the way, one sentence each.
+    ///
+    /// # Errors
+    /// As [`VisibilitySink::finish`].
+    fn finish_with_notes(self: Box<Self>) -> Result<Vec<String>> {
+        self.finish()?;
+        Ok(Vec::new())
+    }
 }
 
 impl VisibilitySource for VisibilitySet {

@@ -39,7 +39,7 @@ pub use grid::write_grid;
 pub use h5::Compression;
 pub use picture::read_grey_png;
 pub use registry::{
-    Created, IMAGE_FORMATS, ImageFormat, VISIBILITY_FORMATS, VisibilityFormat, create_visibilities, image_format, open_image,
+    Created, IMAGE_FORMATS, ImageFormat, VISIBILITY_FORMATS, VisibilityFormat, create_visibilities, image_format, open_column, open_image,
     open_visibilities, visibility_format,
 };
 pub use sources::{read_sources, write_sources};

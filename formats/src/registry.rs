@@ -247,6 +247,25 @@ pub fn open_visibilities(path: &Path) -> Result<Box<dyn VisibilitySource>> {
     visibility_format(path)?.open(path)
 }
 
+/// Open one column of visibilities, `data`, `corrected` or `model`; only Measurement Sets have any but the first.
+///
+/// # Errors
+/// As [`open_visibilities`]; a column that there is not.
+pub fn open_column(path: &Path, column: &str) -> Result<Box<dyn VisibilitySource>> {
+    #[cfg(feature = "ms")]
+    if let Some(column) = crate::ms::MsColumn::named(column)
+        && crate::ms::is_measurement_set(path)
+    {
+        return Ok(Box::new(crate::ms::MsSource::open(path, column)?));
+    }
+    let format = visibility_format(path)?;
+    if column != "data" {
+        let why = format!("there is no column {column:?}: {} has only \"data\"", format.name());
+        return Err(FormatError::unsupported(path, why));
+    }
+    format.open(path)
+}
+
 /// Begin an output of visibilities; the ending of the name chooses the format.
 ///
 /// # Errors

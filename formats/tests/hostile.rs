@@ -101,3 +101,51 @@ fn hdf5_files_cut_anywhere_are_refused() {
         assert!(Contents::of(&path).is_err(), "{k}");
     }
 }
+
+/// Headers that claim a million million rows: refused before memory or time is spent on them.
+#[test]
+fn a_claim_of_a_million_million_rows_is_refused_at_once() {
+    const ROWS: &str = "1000000000000";
+    let dir = tempfile::tempdir().unwrap();
+    for (which, key) in [(0, "GCOUNT  "), (1, "NAXIS1  "), (1, "NAXIS2  ")] {
+        let (name, bytes) = &good()[which];
+        let mut bytes = bytes.clone();
+        let at = bytes.chunks(80).position(|c| c.starts_with(key.as_bytes())).unwrap() * 80;
+        bytes[at..at + 80].copy_from_slice(format!("{:<80}", format!("{key}= {ROWS:>20}")).as_bytes());
+        let path = dir.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        refused(&path, if which == 0 { "1000000000000" } else { key.trim() });
+    }
+}
+
+/// As above: the chunks of an HDF5 file need not be there for its shape to claim them.
+#[test]
+fn a_uvh5_that_claims_a_million_million_rows_is_refused_at_once() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("claim.uvh5");
+    let set = common::boresight();
+    let mut writer = cittert_formats::uvh5::Uvh5Writer::create(&path, &set.header, cittert_formats::uvh5::Uvh5Options::default()).unwrap();
+    writer.write(&set.data).unwrap();
+    writer.complete().unwrap();
+    {
+        let file = hdf5::File::append(&path).unwrap();
+        let rows = 1_000_000_000_000_usize;
+        for (name, shape) in [("Data/visdata", vec![rows, 4, 1]), ("Header/time_array", vec![rows])] {
+            let dtype = file.dataset(name).unwrap().dtype().unwrap().to_descriptor().unwrap();
+            file.unlink(name).unwrap();
+            let chunk: Vec<usize> = shape.iter().map(|n| (*n).min(1000)).collect();
+            file.new_dataset_builder().empty_as(dtype).shape(shape).chunk(chunk).create(name).unwrap();
+        }
+        file.unlink("Header/Nblts").unwrap();
+        file.new_dataset::<i64>().create("Header/Nblts").unwrap().write_scalar(&(rows as i64)).unwrap();
+    }
+    refused(&path, "1000000000000");
+}
+
+fn refused(path: &Path, word: &str) {
+    let begun = std::time::Instant::now();
+    let Err(e) = Contents::of(path) else { panic!("{} was read", path.display()) };
+    let text = e.to_string();
+    assert!(begun.elapsed().as_secs_f64() < 0.5, "{text}");
+    assert!(text.contains(&path.file_name().unwrap().to_string_lossy().into_owned()) && text.contains(word), "{text}");
+}

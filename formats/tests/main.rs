@@ -9,6 +9,8 @@ mod hostile;
 #[cfg(test)]
 mod info;
 #[cfg(test)]
+mod overview;
+#[cfg(test)]
 mod uvfits;
 #[cfg(test)]
 mod uvh5;

@@ -2,7 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
-use super::options::{ImagingArgs, OutputArgs};
+use super::options::{ColumnArgs, ImagingArgs, OutputArgs};
 use super::text::angle;
 use crate::imaging::{Imager, psf_image};
 use cittert_formats::fits::{ImageOptions, write_image};
@@ -17,6 +17,8 @@ pub struct BeamArgs {
     #[arg(value_name = "IN")]
     input: PathBuf,
     #[command(flatten)]
+    column: ColumnArgs,
+    #[command(flatten)]
     imaging: ImagingArgs,
     #[command(flatten)]
     out: OutputArgs,
@@ -29,7 +31,7 @@ pub struct BeamArgs {
 pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     args.out.check(path)?;
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
     let (mut image, beams) = psf_image(&mut imager, &context.console).context(&what)?;

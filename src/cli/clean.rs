@@ -2,7 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{CleanArgs, ImagingArgs, OutputArgs};
+use super::options::{CleanArgs, ColumnArgs, ImagingArgs, OutputArgs};
 use super::text::{angle, number};
 use crate::calibrate::{ApplyOptions, CalibratedSource, PointModel, SolutionInterval, SolveOptions, solve, unresolved_phases};
 use crate::imaging::major::CleanComponent;
@@ -21,6 +21,8 @@ pub struct CleanCommandArgs {
     /// Visibilities.
     #[arg(value_name = "IN")]
     input: PathBuf,
+    #[command(flatten)]
+    column: ColumnArgs,
     #[command(flatten)]
     imaging: ImagingArgs,
     #[command(flatten)]
@@ -62,7 +64,7 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
         let file = std::fs::File::create(path).map_err(|e| Failure::message(format!("{}: cannot write the log: {e}", path.display())))?;
         context.console.log_cycles(file);
     }
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let gains = start_gains(args, source.as_mut(), context).context(&what)?;
     let mut calibrated;

@@ -3,7 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::kind::{FileKind, kind_of};
-use super::options::OutputArgs;
+use super::options::{ColumnArgs, OutputArgs};
 use super::picture;
 use crate::plot::ImagePlot;
 use cittert_arrays::for_each_block;
@@ -21,6 +21,8 @@ pub struct ConvertArgs {
     /// File to write; the ending of its name tells the form.
     #[arg(value_name = "OUT")]
     output: PathBuf,
+    #[command(flatten)]
+    column: ColumnArgs,
     /// Replace an output that exists.
     #[arg(long)]
     overwrite: bool,
@@ -47,7 +49,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 }
 
 fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let mut source = args.column.open(&args.input)?;
     let mut header = source.header().clone();
     header.history.push(context.history());
     let created = cittert_formats::create_visibilities(&args.output, &header, args.overwrite)?;
@@ -61,9 +63,16 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         Ok(sink.write_block(&block)?)
     })
     .context(format!("converting {}", args.input.display()))?;
-    sink.finish().context(format!("writing {}", args.output.display()))?;
+    let mut notes = created.notes;
+    // What only the data could show is said at the end.
+    for note in sink.finish_with_notes().context(format!("writing {}", args.output.display()))? {
+        if !notes.contains(&note) {
+            context.console.note(&note);
+            notes.push(note);
+        }
+    }
     let text = format!("{}: {rows} rows", args.output.display());
-    Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": created.notes }), text).wrote(&args.output))
+    Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": notes }), text).wrote(&args.output))
 }
 
 fn image(args: &ConvertArgs, out: &OutputArgs, context: &Context) -> Result<Outcome> {

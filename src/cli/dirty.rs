@@ -2,7 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
-use super::options::{ImagingArgs, OutputArgs};
+use super::options::{ColumnArgs, ImagingArgs, OutputArgs};
 use super::text::{angle, number};
 use crate::fidelity::robust_rms;
 use crate::imaging::{Imager, dirty_image};
@@ -18,6 +18,8 @@ pub struct DirtyArgs {
     #[arg(value_name = "IN")]
     input: PathBuf,
     #[command(flatten)]
+    column: ColumnArgs,
+    #[command(flatten)]
     imaging: ImagingArgs,
     #[command(flatten)]
     out: OutputArgs,
@@ -30,7 +32,7 @@ pub struct DirtyArgs {
 pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     args.out.check(path)?;
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
     let mut image = dirty_image(&mut imager, true, &context.console).context(&what)?;

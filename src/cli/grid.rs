@@ -2,7 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
-use super::options::{ImagingArgs, OutputArgs};
+use super::options::{ColumnArgs, ImagingArgs, OutputArgs};
 use super::text::number;
 use crate::imaging::Imager;
 use clap::Args;
@@ -16,6 +16,8 @@ pub struct GridArgs {
     #[arg(value_name = "IN")]
     input: PathBuf,
     #[command(flatten)]
+    column: ColumnArgs,
+    #[command(flatten)]
     imaging: ImagingArgs,
     #[command(flatten)]
     out: OutputArgs,
@@ -28,7 +30,7 @@ pub struct GridArgs {
 pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     args.out.check(path)?;
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let mut source = args.column.open(&args.input)?;
     let what = format!("gridding {}", args.input.display());
     let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
     let mut grid = imager.cells(&context.console).context(&what)?;

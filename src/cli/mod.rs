@@ -32,6 +32,7 @@ mod study;
 mod text;
 
 pub use failure::{Failure, Result};
+pub use run::run_commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::{Console, Loudness};

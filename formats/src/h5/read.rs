@@ -33,7 +33,6 @@ impl H5In {
     pub(crate) fn open(path: &Path, expected: &str) -> Result<Self> {
         let mut file = open_file(path)?;
         let io = |e| FormatError::io(path, "read", e);
-        let bytes = file.metadata().map_err(io)?.len();
         let mut magic = [0u8; 8];
         let got = read_up_to(&mut file, &mut magic).map_err(io)?;
         if magic[..got] != *SIGNATURE {
@@ -45,6 +44,13 @@ impl H5In {
             });
         }
         drop(file);
+        super::probe::probe(path)?;
+        Self::open_unseen(path)
+    }
+
+    /// Open a file that was not looked at in a child process.
+    pub(super) fn open_unseen(path: &Path) -> Result<Self> {
+        let bytes = std::fs::metadata(path).map_err(|e| FormatError::io(path, "read", e))?.len();
         let file = hdf5::File::open(path).map_err(|e| failed(path, "HDF5 structure (truncated or damaged?)", &e))?;
         Ok(Self { file, path: path.into(), bytes })
     }
@@ -77,15 +83,16 @@ impl H5In {
         self.dataset(name).map_or(true, |d| d.is_some()) || self.group(name).is_some()
     }
 
+    /// The group of that name; the empty name is the root.
     fn group(&self, name: &str) -> Option<hdf5::Group> {
         let mut at = String::new();
-        for part in name.split('/') {
+        for part in name.split('/').filter(|p| !p.is_empty()) {
             at = if at.is_empty() { part.to_string() } else { format!("{at}/{part}") };
             if !self.file.link_exists(&at) {
                 return None;
             }
         }
-        self.file.group(name).ok()
+        self.file.group(if name.is_empty() { "/" } else { name }).ok()
     }
 
     /// Names in a group; none where there is no such group.

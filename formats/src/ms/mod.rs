@@ -55,6 +55,17 @@ pub enum MsColumn {
 }
 
 impl MsColumn {
+    /// The column that a user calls `data`, `corrected` or `model`.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "data" => Some(Self::Data),
+            "corrected" => Some(Self::Corrected),
+            "model" => Some(Self::Model),
+            _ => None,
+        }
+    }
+
     /// Name in the main table.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -318,6 +318,10 @@ impl VisibilitySink for MsWriter {
         self.complete()?;
         Ok(())
     }
+
+    fn finish_with_notes(self: Box<Self>) -> Result<Vec<String>, ArrayError> {
+        Ok(self.complete()?)
+    }
 }
 
 /// Tiles of about 256 KiB of visibilities with as many rows as fit: imagers read all channels of a run of rows.

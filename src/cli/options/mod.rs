@@ -2,6 +2,7 @@
 
 mod band;
 mod clean;
+mod column;
 mod errors;
 mod imaging;
 mod output;
@@ -11,6 +12,7 @@ mod track;
 
 pub use band::BandArgs;
 pub use clean::CleanArgs;
+pub use column::ColumnArgs;
 pub use errors::ErrorArgs;
 pub use imaging::ImagingArgs;
 pub use output::OutputArgs;

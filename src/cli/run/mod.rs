@@ -57,13 +57,9 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
     let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
     let text =
         std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
-    let config: Config = toml::from_str(&text).context(format!("{}", path.display()))?;
-    let steps = steps(&config, path.parent().unwrap_or(Path::new("")))?;
+    let (config, steps) = check(&text, path)?;
     let Some(target) = args.output.as_ref().filter(|_| !args.check) else {
-        let lines: Vec<String> = steps.iter().map(|s| s.shown("OUT")).collect();
-        for step in &steps {
-            super::parse(&step.argv("OUT")).context(step.shown("OUT"))?;
-        }
+        let lines = commands(&steps)?;
         return Ok(Outcome::new(serde_json::json!({ "commands": lines }), lines.join("\n")));
     };
     let folder = cittert_formats::atomic::AtomicDir::create(target, args.overwrite, "report.html")?;
@@ -82,6 +78,27 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
     let report = target.join("report.html");
     let text = format!("{}\n{}", page::summary(&done), report.display());
     Ok(Outcome::new(metrics, text).wrote(report))
+}
+
+fn check(text: &str, path: &Path) -> Result<(Config, Vec<Step>)> {
+    let config: Config = toml::from_str(text).context(format!("{}", path.display()))?;
+    let steps = steps(&config, path.parent().unwrap_or(Path::new("")))?;
+    Ok((config, steps))
+}
+
+fn commands(steps: &[Step]) -> Result<Vec<String>> {
+    for step in steps {
+        super::parse(&step.argv("OUT")).context(step.shown("OUT"))?;
+    }
+    Ok(steps.iter().map(|s| s.shown("OUT")).collect())
+}
+
+/// The commands that a configuration stands for; `path` is where its text was read, for messages and for the files that it names.
+///
+/// # Errors
+/// A configuration that is wrong, with the line.
+pub fn run_commands(text: &str, path: &Path) -> Result<Vec<String>> {
+    commands(&check(text, path)?.1)
 }
 
 fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Done> {

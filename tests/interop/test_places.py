@@ -1,0 +1,118 @@
+"""A source off the centre through UVFITS and MS: pyuvdata, CASA, WSClean and ehtim find it; mirrored and conjugated copies are found out."""
+import os
+
+import numpy as np
+import pytest
+from pyuvdata import UVData
+from test_ms import C, CELL, SIZE, beam, casa, peak, plain_sum, sky_set, strict, wsclean
+
+# Near enough to the centre that the w term, which ehtim leaves out, moves the source by less than a fiftieth of the beam.
+L, M = 0.0024, 0.0010
+
+
+def off(image):
+    l, m = peak(image)
+    return np.hypot(l - L, m - M)
+
+
+@pytest.fixture
+def exported(cittert):
+    uv = sky_set(pols=("rr", "ll"), first=1)
+    uv.data_array[:] = 2 * plain_sum(uv.uvw_array, uv.freq_array, L, M)[:, :, None]
+    uv.write_uvh5(cittert.path("x.uvh5"))
+    cittert("convert", "x.uvh5", "x.uvfits")
+    cittert("convert", "x.uvh5", "x.ms")
+    # ehtim averages the channels of a window and keeps one frequency for all, so it is given one.
+    uv.select(freq_chans=[1], inplace=False).write_uvh5(cittert.path("one.uvh5"))
+    cittert("convert", "one.uvh5", "one.uvfits")
+    return cittert, uv
+
+
+def spoil(path, out, uvw=(1, 1, 1), conjugate=False):
+    """A copy of a UVFITS with uvw multiplied and, if asked, the visibilities conjugated."""
+    from astropy.io import fits
+
+    with open(path, "rb") as f:
+        content = bytearray(f.read())
+    with fits.open(path) as hdus:
+        header, start, end = hdus[0].header, hdus[0]._data_offset, hdus[0]._data_offset + hdus[0]._data_size
+    n = header["PCOUNT"] + np.prod([header[f"NAXIS{k}"] for k in range(2, header["NAXIS"] + 1)])
+    groups = np.frombuffer(bytes(content[start : start + 4 * n * header["GCOUNT"]]), ">f4").reshape(header["GCOUNT"], n).copy()
+    assert [header[f"PTYPE{k}"][:2] for k in (1, 2, 3)] == ["UU", "VV", "WW"] and end <= len(content)
+    groups[:, :3] *= uvw
+    if conjugate:
+        groups[:, header["PCOUNT"] + 1 :: 3] *= -1
+    content[start : start + groups.nbytes] = groups.tobytes()
+    with open(out, "wb") as f:
+        f.write(content)
+
+
+def by_pyuvdata(folder, name):
+    """The dirty image as a plain sum over what pyuvdata reads; its convention is exp(+2 pi i (u l + v m))."""
+    uv = UVData()
+    uv.read_uvfits(os.path.join(folder, name), run_check=False)
+    uvw = uv.uvw_array[:, None, :] * uv.freq_array[None, :, None] / C
+    u, v = uvw[..., 0].ravel(), uvw[..., 1].ravel()
+    vis = np.where(uv.flag_array, 0, uv.data_array).mean(axis=2).ravel()
+    x = (np.arange(SIZE) - SIZE // 2) * CELL
+    return (np.exp(-2j * np.pi * np.outer(x, v)) @ (vis[:, None] * np.exp(2j * np.pi * np.outer(u, x)))).real
+
+
+def by_ehtim(folder, name):
+    import ehtim
+
+    obs = ehtim.obsdata.load_uvfits(os.path.join(folder, name))
+    # Its pixels lie half a cell off the centre for an even number of them, so one more is asked for and one cut off.
+    n = 256
+    image = obs.dirtyimage(n + 1, (n + 1) * CELL).imarr()
+    return image[::-1][:n, :n]
+
+
+def by_casa(folder, name):
+    from casatasks import importuvfits
+
+    ms = name.replace(".uvfits", "-imported.ms")
+    importuvfits(os.path.join(folder, name), os.path.join(folder, ms))
+    return casa(folder, ms, ms + "-image")
+
+
+WRONG = {"turned": dict(uvw=(-1, -1, -1)), "mirrored": dict(uvw=(-1, 1, 1)), "conjugated": dict(conjugate=True)}
+
+
+@pytest.mark.parametrize("read", [by_pyuvdata, by_casa, by_ehtim], ids=["pyuvdata", "casa", "ehtim"])
+def test_a_uvfits_shows_the_source_in_its_place(exported, read):
+    cittert, uv = exported
+    whole = "one.uvfits" if read is by_ehtim else "x.uvfits"
+    strict("read_uvfits", cittert.path(whole))
+    assert off(read(cittert.folder, whole)) < 0.1 * beam(uv)
+    for name, change in WRONG.items():
+        spoil(cittert.path(whole), cittert.path(f"{name}.uvfits"), **change)
+        assert off(read(cittert.folder, f"{name}.uvfits")) > beam(uv), name
+
+
+@pytest.mark.parametrize("read", [wsclean, casa], ids=["wsclean", "casa"])
+def test_a_measurement_set_shows_the_source_in_its_place(exported, read):
+    cittert, uv = exported
+    assert off(read(cittert.folder, "x.ms", "image")) < 0.1 * beam(uv)
+
+
+def test_our_own_image_shows_it_there_too(exported):
+    from astropy.io import fits
+
+    cittert, uv = exported
+    for name in ("x.uvh5", "x.uvfits", "x.ms"):
+        cittert("dirty", name, "--size", SIZE, "--cell", f"{CELL}rad", "--weighting", "natural", "--overwrite", "-o", "d.fits")
+        assert off(fits.getdata(cittert.path("d.fits"))[0, 0]) < 0.1 * beam(uv), name
+
+
+def test_simulated_noise_comes_through_ehtim_as_it_was(cittert):
+    """Weights are 1/sigma^2: ehtim's sigmas are those that were put in."""
+    import ehtim
+
+    uv = sky_set(pols=("rr", "ll"), first=1)
+    uv.write_uvh5(cittert.path("x.uvh5"))
+    cittert("convert", "x.uvh5", "x.uvfits")
+    obs = ehtim.obsdata.load_uvfits(cittert.path("x.uvfits"), polrep="circ")
+    assert len(obs.tarr) == uv.Nants_telescope and obs.source == "CYGA"
+    assert sorted(obs.tarr["site"]) == sorted(uv.telescope.antenna_names)
+    assert np.isfinite(obs.data["rrsigma"]).any() and obs.rf == pytest.approx(uv.freq_array.mean(), rel=0.02)
