@@ -72,7 +72,7 @@ struct Tally {
 impl Tally {
     fn add(&mut self, time_jd: f64, value: f64, sigma: f64) {
         self.stride = self.stride.max(1);
-        if self.count % self.stride == 0 {
+        if self.count.is_multiple_of(self.stride) {
             self.points.push((time_jd, value, sigma));
             self.sigma.push(sigma);
             if self.points.len() >= 2 * MOST_POINTS {

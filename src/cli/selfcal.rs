@@ -110,13 +110,18 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
         (None, StartName::Point) => Start::Point { flux: None, l: 0.0, m: 0.0 },
         (None, StartName::Data) => Start::Data,
     };
-    let mut result = selfcal(source.as_mut(), &mut maker, start, &options, &context.console).context(&what)?;
+    // An image that belongs to no round: made before a failure, or the final one, which has its own name.
+    let remove = |round| {
+        let _ = std::fs::remove_file(args.out.suffixed(&round_file(round, "-image.fits")));
+    };
+    let looped = selfcal(source.as_mut(), &mut maker, start, &options, &context.console);
+    if looped.is_err() {
+        maker.forget_from(0, remove);
+    }
+    let mut result = looped.context(&what)?;
     let mut seconds = Seconds { imaging: maker.seconds, ..Seconds::default() };
     seconds.solving = begun.elapsed().as_secs_f64() - seconds.imaging;
-    maker.forget_beyond(result.rounds.len(), |round| {
-        // An image made after the last round is the final one, which has its own name.
-        let _ = std::fs::remove_file(args.out.suffixed(&round_file(round, "-image.fits")));
-    });
+    maker.forget_from(result.rounds.len() + 1, remove);
     let writing = Instant::now();
     let counts = save_data(args, source.as_mut(), &mut result, &options.apply, context).context(&what)?;
     let Some(products) = maker.into_products() else {
@@ -152,6 +157,10 @@ fn check(args: &SelfcalArgs) -> Result<()> {
     }
     if args.patience == 0 {
         return Err(Failure::usage("--patience is 0, expected at least 1"));
+    }
+    let (data, input) = (args.out.suffixed(".uvh5").canonicalize(), args.input.canonicalize());
+    if matches!((&data, &input), (Ok(a), Ok(b)) if a == b) {
+        return Err(Failure::usage(format!("{}: the calibrated data would replace the input; use another -o", args.input.display())));
     }
     args.out.check_all(&IMAGES)?;
     args.out.check_all(&OTHERS)?;

@@ -23,7 +23,7 @@ fn injected_phases_come_back() {
     let s = point("");
     let put = s.json("corrupt v.uvh5 -o c.uvh5 --gains t.calh5 --seed 5 --phase-rms 40deg --variation integration");
     assert!((number(&put, "rms_phase_rad") - 0.698).abs() < 0.15, "{put}");
-    let run = s.json("selfcal c.uvh5 -o sc --start point --solint int --rounds 1 --size 64 --cell 15arcsec --niter 20 --refant W01");
+    let run = s.json("selfcal c.uvh5 -o sc --start point --solint int --rounds 1 --size 64 --cell 15arcsec --niter 300 --refant W01");
     assert_eq!(run["refant"], "W01");
     assert!(run["stop_reason"].is_string() && number(&run, "dynamic_range") > 1e3, "{run}");
     for part in [
@@ -120,6 +120,9 @@ fn noise_alone_is_told_from_a_source() {
         s.ok(&format!("{SIMULATE} --scene {scene}.csv --sefd 420Jy -o {scene}.uvh5"));
         let line =
             format!("--json selfcal {scene}.uvh5 -o {scene} --start point --solint 120s --rounds 1 --size 64 --cell 15arcsec --niter 20");
+        let line = format!(
+            "--json selfcal {scene}.uvh5 -o {scene}-sc --start point --solint 120s --rounds 1 --size 64 --cell 15arcsec --niter 20"
+        );
         let said = s.ok(&line);
         let json: Value = serde_json::from_str(&said.out).unwrap();
         assert_eq!(said.err.contains("closure phases do not support the model"), warns, "{scene}: {}", said.err);

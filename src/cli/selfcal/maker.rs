@@ -30,6 +30,7 @@ impl Seconds {
 /// A [`CleanMaker`] that hands each round's image to `keep`. Round 0 is the image before any calibration.
 pub(super) struct KeepingMaker<K> {
     inner: CleanMaker,
+    first: usize,
     next: usize,
     keep: K,
     /// Seconds spent on images.
@@ -39,12 +40,12 @@ pub(super) struct KeepingMaker<K> {
 impl<K: FnMut(usize, &Image) -> Result<()>> KeepingMaker<K> {
     /// `before` says that the first image is one of the data as they are.
     pub(super) fn new(inner: CleanMaker, before: bool, keep: K) -> Self {
-        Self { inner, next: usize::from(!before), keep, seconds: 0.0 }
+        Self { inner, first: usize::from(!before), next: usize::from(!before), keep, seconds: 0.0 }
     }
 
-    /// Call `remove` for the images that belong to no round.
-    pub(super) fn forget_beyond(&self, rounds: usize, remove: impl Fn(usize)) {
-        (rounds + 1..self.next).for_each(remove);
+    /// Call `remove` for the images of round `from` and later that were kept.
+    pub(super) fn forget_from(&self, from: usize, remove: impl Fn(usize)) {
+        (from.max(self.first)..self.next).for_each(remove);
     }
 
     /// The images of the best round.
