@@ -42,7 +42,7 @@ fn write_the_corpus() {
     let gains = GainTable::unity(layout.clone(), spectrum.clone(), vec!["X".into()], vec![2_460_000.75], vec![60.0]).unwrap();
     write_gains(&root.join("calh5/gains.calh5"), &gains, true).unwrap();
     let sky = SkyFrame::Sky { ra_rad: 1.0, dec_rad: 0.5, frame: "icrs".into() };
-    for (name, frame) in [("sky.fits", sky), ("boresight.fits.gz", SkyFrame::Boresight)] {
+    for (name, frame) in [("sky.fits", sky), ("boresight.fits", SkyFrame::Boresight)] {
         let grid = SkyGrid::new(6, 4, 5e-4, frame).unwrap();
         let data = Array4::ones((2, 1, 4, 6));
         let mut image = Image::new(grid, spectrum.clone(), vec![Polarization::I], data, BrightnessUnit::JyPerBeam).unwrap();

@@ -139,7 +139,8 @@ fn look(file: &H5In, dataset: &hdf5::Dataset, name: &str) {
         let _ = file.reals(name);
     }
     let Some(rows) = shape.first().copied().filter(|n| *n > 0) else { return };
-    for range in if whole { vec![0..rows] } else { vec![0..1, rows - 1..rows] } {
+    let ends = [0..if whole { rows } else { 1 }, if whole { rows } else { rows - 1 }..rows];
+    for range in ends.into_iter().filter(|r| !r.is_empty()) {
         if file.demand_complex(dataset, name).is_ok() {
             let _ = file.rows::<Complex<f32>, ndarray::IxDyn>(dataset, name, range);
         } else if file.demand_numbers(dataset, name).is_ok() {
