@@ -118,8 +118,6 @@ fn noise_alone_is_told_from_a_source() {
     s.write("bright.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,1.0\n");
     for (scene, warns) in [("faint", true), ("bright", false)] {
         s.ok(&format!("{SIMULATE} --scene {scene}.csv --sefd 420Jy -o {scene}.uvh5"));
-        let line =
-            format!("--json selfcal {scene}.uvh5 -o {scene} --start point --solint 120s --rounds 1 --size 64 --cell 15arcsec --niter 20");
         let line = format!(
             "--json selfcal {scene}.uvh5 -o {scene}-sc --start point --solint 120s --rounds 1 --size 64 --cell 15arcsec --niter 20"
         );
