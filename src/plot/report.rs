@@ -57,8 +57,8 @@ const STYLE: &str = "
 * { box-sizing: border-box; }
 body { margin: 0 auto; max-width: 1180px; padding: 2rem 1.25rem 4rem; font: 15px/1.55 system-ui, sans-serif; color: var(--fg); background: var(--bg); }
 h1 { font-size: 1.9rem; margin: 0 0 .5rem; } h2 { font-size: 1.25rem; margin: 2.6rem 0 .6rem; border-bottom: 1px solid var(--line); padding-bottom: .3rem; }
-.facts { color: var(--dim); margin: 0 0 1.5rem; } .facts span { margin-right: 1.4rem; white-space: nowrap; }
-.figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(340px, 1fr)); gap: 1rem; align-items: start; }
+.facts { color: var(--dim); margin: 0 0 1.5rem; } .facts span { margin-right: 1.4rem; overflow-wrap: anywhere; }
+.figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(340px, 1fr)); gap: 1rem; align-items: start; }
 figure { margin: 0; background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: .6rem; }
 figure img { width: 100%; height: auto; display: block; border-radius: 4px; background: #fff; } figcaption { color: var(--dim); font-size: .88rem; padding: .5rem .2rem 0; }
 pre { background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: .7rem .9rem; overflow-x: auto; font-size: .85rem; }

@@ -33,10 +33,10 @@ pub(super) fn page(config: &Config, path: &Path, done: &[Done], folder: &Path, c
         }
     }
     for d in done {
-        if report.sections.last().is_none_or(|s| s.title != d.step.section) {
+        if !report.sections.iter().any(|s| s.title == d.step.section) {
             report.sections.push(Section { title: d.step.section.into(), ..Section::default() });
         }
-        let Some(section) = report.sections.last_mut() else { continue };
+        let Some(section) = report.sections.iter_mut().find(|s| s.title == d.step.section) else { continue };
         section.commands.push(d.command.clone());
         section.messages.extend(d.warnings.iter().cloned());
         if let Some((png, caption)) = &d.step.picture {
