@@ -1,5 +1,6 @@
 //! Bad input gets one clear message, exit code 1 or 2, and loses nothing.
 
 mod files;
+mod imaging;
 mod options;
 mod physics;
