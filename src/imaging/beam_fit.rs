@@ -5,7 +5,7 @@ use ndarray::ArrayView2;
 use std::collections::VecDeque;
 
 /// The main lobe is what hangs together with the peak above this level.
-const LEVEL: f64 = 0.35;
+pub(super) const LEVEL: f64 = 0.35;
 /// Pixels of the lobe that are used at most: enough for a fit to be exact, few enough for any beam.
 const MOST_PIXELS: usize = 200_000;
 

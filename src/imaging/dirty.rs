@@ -150,10 +150,11 @@ impl<'a> Imager<'a> {
     /// # Errors
     /// Whatever the source says.
     pub fn dirty(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
+        let grid = self.grid.clone();
         if self.options.grid_options().single_precision_suffices() {
-            self.pass::<f32>(channel, observer, "gridding", |v, w| v.scale(w))
+            self.pass::<f32>((&grid, channel), observer, "gridding", |v, w| v.scale(w))
         } else {
-            self.pass::<f64>(channel, observer, "gridding", |v, w| v.scale(w))
+            self.pass::<f64>((&grid, channel), observer, "gridding", |v, w| v.scale(w))
         }
     }
 
@@ -179,7 +180,7 @@ impl<'a> Imager<'a> {
     /// the sum of weights.
     pub(super) fn pass<T: Real>(
         &mut self,
-        channel: usize,
+        (grid, channel): (&SkyGrid, usize),
         observer: &dyn Observer,
         name: &'static str,
         value: impl Fn(Complex<T>, T) -> Complex<T> + Sync,
@@ -187,7 +188,7 @@ impl<'a> Imager<'a> {
         let range = self.channels[channel].clone();
         let scale = self.mean_weight(channel);
         let freq = &self.freq_hz[range.clone()];
-        let mut gridder = Gridder::<T>::new(&self.grid, freq, self.data.survey().extent, &self.options.grid_options())?;
+        let mut gridder = Gridder::<T>::new(grid, freq, self.data.survey().extent, &self.options.grid_options())?;
         observer.event(Event::Phase { name, total: Some(self.data.survey().counts.total), unit: "vis" });
         let (channels, weights, all) = (&self.channels, &self.weights, &self.freq_hz);
         self.data.for_each(

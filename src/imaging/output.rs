@@ -140,7 +140,7 @@ pub fn dirty_image(imager: &mut Imager<'_>, with_beam: bool, observer: &dyn Obse
     let mut beams = Vec::new();
     if with_beam || kelvin {
         for k in 0..imager.channels().len() {
-            let psf = if imager.options().beam.is_some() { Array2::zeros((0, 0)) } else { imager.psf(k, observer)? };
+            let psf = if imager.options().beam.is_some() { Array2::zeros((0, 0)) } else { imager.psf_core(k, observer)? };
             match imager.beam_of(&psf) {
                 Ok(beam) => beams.push(beam),
                 Err(e) if kelvin => return Err(e),

@@ -1,10 +1,15 @@
 //! The dirty beam.
 
 use super::Imager;
+use super::beam_fit::LEVEL;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
+use cittert_arrays::SkyGrid;
 use ndarray::Array2;
 use num_complex::Complex;
+
+/// Side of the field in which the main lobe is first looked for.
+const CORE_SIDE: usize = 128;
 
 impl Imager<'_> {
     /// Dirty beam of an output channel \[m, l\]: the dirty image of a point of 1 at the centre; exactly 1 there.
@@ -16,10 +21,32 @@ impl Imager<'_> {
         if !(self.sum_of_weights(channel) > 0.0) {
             return Err(ChainError::NoData(format!("output channel {channel} has no usable visibility, hence no beam")));
         }
+        let grid = self.grid().clone();
+        self.psf_on(&grid, channel, observer)
+    }
+
+    /// The middle of the dirty beam with all of its main lobe \[m, l\], which is what a restoring beam is fitted to. A small field needs
+    /// few planes of w and few samples along the spectrum, so it costs far less than the whole beam.
+    ///
+    /// # Errors
+    /// As [`Imager::psf`].
+    pub fn psf_core(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
+        let whole = self.grid().clone();
+        if whole.n_l <= CORE_SIDE || whole.n_m <= CORE_SIDE || !(self.sum_of_weights(channel) > 0.0) {
+            return self.psf(channel, observer);
+        }
+        let core = self.psf_on(&SkyGrid::new(CORE_SIDE, CORE_SIDE, whole.cell_rad, whole.frame.clone())?, channel, observer)?;
+        let last = CORE_SIDE - 1;
+        let edge = |k: usize| core[(0, k)].max(core[(last, k)]).max(core[(k, 0)]).max(core[(k, last)]);
+        // A lobe that goes on outside crosses the edge above the level of the fit.
+        if (0..CORE_SIDE).all(|k| edge(k) < LEVEL) { Ok(core) } else { self.psf(channel, observer) }
+    }
+
+    fn psf_on(&mut self, grid: &SkyGrid, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
         let mut psf = if self.options().grid_options().single_precision_suffices() {
-            self.pass::<f32>(channel, observer, "beam", |_, w| Complex::new(w, 0.0))?
+            self.pass::<f32>((grid, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
         } else {
-            self.pass::<f64>(channel, observer, "beam", |_, w| Complex::new(w, 0.0))?
+            self.pass::<f64>((grid, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
         };
         // The sum is 1 to the error of the transform; the peak is made exact so that CLEAN removes exactly what it takes.
         let center = (psf.nrows() / 2, psf.ncols() / 2);

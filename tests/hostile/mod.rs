@@ -2,5 +2,6 @@
 
 mod calibration;
 mod files;
+mod imaging;
 mod options;
 mod physics;
