@@ -26,7 +26,11 @@ const RULES: &[Rule] = &[
         text: "the chain does not know the scene simulator; only src/cli joins things",
     },
     Rule { word: "crate::cli", allowed: &["src/cli", "src/main.rs"], text: "nothing below may look up at src/cli" },
-    Rule { word: "hdf5", allowed: &["formats/src/h5", "formats/src/uvh5", "formats/src/calh5"], text: "hdf5 has one owner: the small modules of formats" },
+    Rule {
+        word: "hdf5",
+        allowed: &["formats/src/h5", "formats/src/uvh5", "formats/src/calh5"],
+        text: "hdf5 has one owner: the small modules of formats",
+    },
     Rule { word: "indicatif", allowed: &["src/cli"], text: "progress bars belong to src/cli; algorithms report to an Observer" },
 ];
 
