@@ -22,7 +22,9 @@ pub fn find_shift(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>) -> (f6
     };
     let convolver = Convolver::<f64>::new((n_m, n_l), n_m.max(n_l));
     let truth = centered(truth);
-    let (mut total, mut moved) = ((0.0, 0.0), centered(image));
+    // What comes in from outside is 0, which for a centred image is its mean and makes no edge.
+    let image = centered(image);
+    let (mut total, mut moved) = ((0.0, 0.0), image.clone());
     for _ in 0..ROUNDS {
         // Correlation is convolution with the mirrored image; its kernel has the centre at n / 2.
         let mirrored = convolver.kernel(moved.slice(s![..;-1, ..;-1]));
@@ -32,7 +34,7 @@ pub fn find_shift(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>) -> (f6
         let zero = |n: usize| (n - 1 - n / 2) as f64;
         let step = (step.0 - zero(n_m), step.1 - zero(n_l));
         total = (total.0 + step.0, total.1 + step.1);
-        moved = centered(shifted(image, total).view());
+        moved = shifted(image.view(), total);
         if step.0.hypot(step.1) < 1e-6 {
             break;
         }
