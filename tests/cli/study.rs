@@ -149,15 +149,16 @@ fn the_tutorial_holds_in_small() {
         .replace("niter = 100", "niter = 1\ngain = 1.0")
         .replace("count = 100", "count = 2")
         .replace("from = \"1deg\"", "from = \"3deg\"")
-        .replace("to = \"100deg\"", "to = \"30deg\"");
+        .replace("to = \"100deg\"", "to = \"12deg\"");
     s.write("c.toml", small);
     s.ok("study c.toml -o out");
     let summary = read(&s, "out/summary.csv");
     let (before, after) = (column(&summary, "dynamic_range_before_median"), column(&summary, "dynamic_range_after_median"));
-    // N / (sqrt(2) phi) within a quarter for three seeds; ten times the error costs ten times the dynamic range.
+    // N / (sqrt(2) phi) within a quarter for three seeds; four times the error costs four times the dynamic range (beyond about 20
+    // degrees the peak itself falls, by exp(-phi^2 / 2), and it costs more).
     let law = 27.0 / (2.0_f64.sqrt() * 3.0_f64.to_radians());
     assert!((before[0] / law - 1.0).abs() < 0.25, "{before:?} {law}");
-    assert!((before[0] / before[1] / 10.0 - 1.0).abs() < 0.25, "{before:?}");
+    assert!((before[0] / before[1] / 4.0 - 1.0).abs() < 0.25, "{before:?}");
     // After self-calibration the size of the error no longer matters.
     assert!((after[0] / after[1] - 1.0).abs() < 0.1 && after[1] > 5.0 * before[1], "{before:?} {after:?}");
     assert!(column(&summary, "phase_rms_rad_after_median").iter().all(|p| *p < 0.01));

@@ -97,6 +97,8 @@ fn fits_scenes_without_a_cell_or_with_blank_pixels_are_refused() {
         "CTYPE2  = 'DEC--SIN'",
         "CDELT1  =                -0.05",
         "CDELT2  =                 0.05",
+        "CRVAL1  =                 10.0",
+        "CRVAL2  =                 20.0",
         "CRPIX1  =                  5.0",
         "CRPIX2  =                  5.0",
         "BUNIT   = 'K'",
