@@ -114,7 +114,7 @@ fn fits_scenes_without_a_cell_or_with_blank_pixels_are_refused() {
     let whole = fits(&axes, &values);
     s.write("short.fits", &whole[..2880 + 100]);
     s.fails(&format!("{simulate} short.fits --overwrite"), 1, &["short.fits"]);
-    s.fails("dirty good.fits -o d.fits", 1, &["good.fits", "image"]);
+    s.fails("dirty good.fits -o d.fits", 1, &["good.fits", "FITS", "expected visibilities"]);
 }
 
 /// A run that is killed leaves nothing under the name of its output, and an earlier output stays whole.
