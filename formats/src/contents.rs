@@ -101,12 +101,14 @@ impl Contents {
     /// A file of no known kind, or whatever is wrong inside it.
     pub fn of(path: &Path) -> Result<Self> {
         if path.is_dir() {
-            // A Measurement Set is refused there with advice; an OSKAR telescope model is a layout.
-            return if path.join("layout.txt").is_file() {
-                Ok(Self::Layout(LayoutInfo::of(&read_layout(path, None)?)))
-            } else {
-                visibility_format(path).map(|_| ()).and(Err(FormatError::unsupported(path, "a directory of no known kind")))
-            };
+            // An OSKAR telescope model is a layout; a Measurement Set is read, or refused with advice by a build that cannot.
+            if path.join("layout.txt").is_file() {
+                return Ok(Self::Layout(LayoutInfo::of(&read_layout(path, None)?)));
+            }
+            let format = visibility_format(path)?;
+            let mut source = format.open(path)?;
+            let info = VisibilityInfo::of(source.as_mut()).map_err(|e| FormatError::values(path, e))?;
+            return Ok(Self::Visibilities { format: format.name(), info: Box::new(info) });
         }
         let start = start_of(path)?;
         if let Some(format) = VISIBILITY_FORMATS.iter().find(|f| f.sniff(path, &start)) {
