@@ -38,7 +38,7 @@ pub struct Base {
 pub struct Reference {
     /// The restored image of the error-free data, without a constant that images add back \[m, l\].
     pub image: Array2<f64>,
-    /// True where the model, seen with the beam, exceeds [`ON_SOURCE`] of its peak \[m, l\].
+    /// True where the model, seen with the beam, exceeds 1e-3 of its peak \[m, l\].
     pub on_source: Array2<bool>,
     /// Imaging with the size and cell that were chosen.
     pub imaging: ImagingOptions,
