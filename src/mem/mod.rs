@@ -1,0 +1,3 @@
+//! Maximum entropy: the most featureless positive image that the data allow.
+
+pub mod data;
