@@ -231,7 +231,7 @@ fn misfit(data: &IntervalData<'_>, active: &[usize], gains: &[Vec<Complex64>], m
 
 /// Flag antennas without data, then those with too few baselines among the rest until none is left, then all but the
 /// largest connected group.
-fn prune(pairs: &[Pairs], flagged: &mut [Option<FlagReason>], needed: usize) {
+pub(crate) fn prune(pairs: &[Pairs], flagged: &mut [Option<FlagReason>], needed: usize) {
     let n = flagged.len();
     let linked: Vec<bool> = (0..n * n).map(|i| pairs.iter().any(|c| c.measured(i / n, i % n))).collect();
     for p in 0..n {

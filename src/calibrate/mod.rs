@@ -45,6 +45,9 @@ mod solve_tests;
 mod support;
 #[cfg(test)]
 mod testdata;
+mod unknown_gains;
+#[cfg(test)]
+mod unknown_gains_tests;
 mod unresolved;
 
 pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply};
@@ -61,4 +64,5 @@ pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, Soluti
 pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, Start, StopReason, schedule, selfcal};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use support::ClosureSupport;
+pub use unknown_gains::{UnknownGains, UnknownGainsBuilder};
 pub use unresolved::{Unresolved, unresolved_phases};
