@@ -31,6 +31,7 @@ mod identify;
 mod identify_tests;
 mod interval;
 mod intervals;
+mod joint;
 mod linalg;
 mod model;
 mod normal;
@@ -58,6 +59,7 @@ pub use closure::{
 pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
 pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
 pub use interval::FlagReason;
+pub use joint::{Joint, JointStage, Lattice, joint};
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, SolutionInterval, SolveOptions, refant_from_names};

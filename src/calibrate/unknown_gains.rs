@@ -18,7 +18,7 @@ use num_complex::{Complex, Complex32, Complex64};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 const ONE: Complex64 = Complex64::new(1.0, 0.0);
 /// Rows that one task sums.
@@ -404,6 +404,21 @@ impl Problem {
             Some((p, q)) if !self.gains.is_empty() => self.gains[p] * self.gains[q].conj(),
             _ => ONE,
         }
+    }
+}
+
+/// Shared, so that an image's objective and the one who reads the gains hold the same.
+impl VisibilityTerm for Arc<UnknownGains> {
+    fn name(&self) -> &'static str {
+        self.as_ref().name()
+    }
+
+    fn data(&self) -> usize {
+        self.as_ref().data()
+    }
+
+    fn add(&self, model: &[Complex64], weight: f64, gradient: &mut [Complex64]) -> f64 {
+        self.as_ref().add(model, weight, gradient)
     }
 }
 
