@@ -16,11 +16,15 @@ mod gridder;
 mod kernel;
 mod lanes;
 mod plan;
+mod pool;
 mod real;
 mod series;
 mod sort;
 #[cfg(test)]
 mod tests;
+mod transform;
+#[cfg(test)]
+mod transform_tests;
 mod uv_grid;
 mod wplanes;
 
@@ -30,6 +34,8 @@ pub use gridder::Gridder;
 pub use kernel::Kernel;
 pub use plan::UvwExtent;
 pub use real::Real;
+pub use sort::SortedRows;
+pub use transform::Transform;
 pub use uv_grid::image_to_uv_grid;
 
 use crate::Result;

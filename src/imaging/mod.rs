@@ -12,6 +12,7 @@ mod output;
 mod pol;
 mod psf;
 mod restore;
+mod session;
 mod size;
 pub mod weights;
 
