@@ -61,4 +61,4 @@ pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, Soluti
 pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, Start, StopReason, schedule, selfcal};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use support::ClosureSupport;
-pub use unresolved::{Unresolved, unresolved_phases};
+pub use unresolved::{Unresolved, resolves, unresolved_phases};

@@ -46,7 +46,6 @@ pub(crate) struct Chunk {
 pub struct SortedRows {
     /// Identity of the plan that it was made for.
     plan: u64,
-    pub(crate) n_rows: usize,
     pub(crate) chunks: Vec<Chunk>,
     pub(crate) tasks: Vec<Vec<Segment>>,
 }
@@ -57,7 +56,7 @@ impl SortedRows {
         let ranges = shares(uvw_m.nrows());
         let (chunks, keys): (Vec<Chunk>, Vec<Vec<u64>>) = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range)).unzip();
         let tasks = tasks(&chunks, &keys);
-        Ok(Self { plan: plan.id, n_rows: uvw_m.nrows(), chunks, tasks })
+        Ok(Self { plan: plan.id, chunks, tasks })
     }
 
     /// Check that it was made for this plan.
