@@ -15,8 +15,8 @@ use std::ptr::null_mut;
 use std::sync::atomic::{AtomicU8, Ordering::SeqCst};
 use std::sync::{Mutex, PoisonError};
 
-/// Longest time that a worker may compute on one file, s; a good one takes milliseconds.
-pub(super) const PATIENCE_S: i64 = 5;
+/// Longest time that a worker may compute on a small file, s, and on each 16 MiB of a larger one; a good one takes milliseconds.
+const PATIENCE_S: u64 = 1;
 /// Longest time for one file where the disk is slow, s.
 const LONG_PATIENCE_S: u32 = 60;
 /// Memory that a worker may take above what the process has and twice the file, bytes.
@@ -222,7 +222,7 @@ fn work(requests: &File, replies: &File, busy: &AtomicU8, look: Look) -> ! {
         // A failure of another kind, so that the mark below is this file's.
         // SAFETY: there is no such file.
         unsafe { libc::close(-1) };
-        bound_time(LONG_PATIENCE_S, PATIENCE_S);
+        bound_time(LONG_PATIENCE_S, PATIENCE_S * (1 + (bytes >> 24)));
         // A panic is for the program to meet as well.
         let _ = catch_unwind(AssertUnwindSafe(|| look(&path)));
         bound_time(0, 0);
@@ -253,9 +253,9 @@ fn next(mut requests: &File) -> Result<PathBuf> {
 }
 
 /// End this process after so much time on the wall and of computing, s; 0 for never.
-fn bound_time(wall: u32, computing: i64) {
+fn bound_time(wall: u32, computing: u64) {
     let zero = libc::timeval { tv_sec: 0, tv_usec: 0 };
-    let timer = libc::itimerval { it_interval: zero, it_value: libc::timeval { tv_sec: computing, tv_usec: 0 } };
+    let timer = libc::itimerval { it_interval: zero, it_value: libc::timeval { tv_sec: computing as libc::time_t, tv_usec: 0 } };
     // SAFETY: plain calls; the timer outlives them.
     unsafe {
         libc::alarm(wall);
