@@ -1,7 +1,7 @@
 //! Look at a file in a child process first: the system's HDF5 library crashes or loops on some damaged files, and no handler can
 //! catch that, but a parent can. The child visits every object and reads what a reader would read first.
 
-use super::child::{PATIENCE_S, look_at};
+use super::child::{NO_MEMORY, look_at};
 use super::read::H5In;
 use crate::{FormatError, Result};
 use hdf5::types::TypeDescriptor;
@@ -55,13 +55,14 @@ pub(super) fn probe(path: &Path) -> Result<()> {
 /// What was wrong, where a child dies of the file. Where no child can be started the file is not looked at.
 fn in_a_child(path: &Path) -> Option<String> {
     let mut signal = look_at(path, look_through)?;
-    if signal != 0 {
+    if ![0, NO_MEMORY, libc::SIGPROF].contains(&signal) {
         // An earlier file may have hurt the process without ending it: the next one has seen no other file.
         signal = look_at(path, look_through)?;
     }
     match signal {
         0 => None,
-        libc::SIGALRM | libc::SIGPROF => Some(format!("damage on which HDF5 never ends (stopped after {PATIENCE_S} s of computing)")),
+        NO_MEMORY => Some("sizes in it that no memory holds".into()),
+        libc::SIGALRM | libc::SIGPROF => Some("damage on which HDF5 computes without end".into()),
         signal => Some(format!("damage on which HDF5 crashes (signal {signal})")),
     }
 }
@@ -80,6 +81,9 @@ fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize)
     for member in group.member_names().unwrap_or_default() {
         *seen += 1;
         if *seen > MOST_OBJECTS {
+            return;
+        }
+        if std::io::Error::last_os_error().raw_os_error() == Some(libc::ENOMEM) {
             return;
         }
         let name = format!("{name}/{member}");
