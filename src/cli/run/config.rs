@@ -74,8 +74,11 @@ pub struct SceneSection {
     pub file: String,
     /// Size of a pixel of a scene that has none of its own.
     pub scene_cell: Option<Typed<Angle>>,
-    /// Number of pixels a side of a scene that has none of its own.
+    /// Number of pixels a side of a scene description; without scene-cell over the field of view of its camera.
     pub scene_size: Option<usize>,
+    /// Temperatures of its own for every channel of a scene of solids.
+    #[serde(default)]
+    pub scene_channels: bool,
     /// Temperature of black in a PNG.
     pub scene_min: Option<Typed<Temperature>>,
     /// Temperature of white in a PNG.
