@@ -47,6 +47,8 @@ pub struct Config {
     pub scene: SceneSection,
     /// How visibilities are made.
     pub simulate: SimulateSection,
+    /// The u-v mask on the FFT grid of the images.
+    pub mask: Option<MaskSection>,
     /// Options of every image.
     #[serde(default)]
     pub image: ImageSection,
@@ -130,6 +132,16 @@ pub struct SimulateSection {
 
 fn one() -> usize {
     1
+}
+
+/// Options of `mask`; what is left out is that of the images.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct MaskSection {
+    /// Number of pixels a side of the image that belongs to the grid.
+    pub size: Option<usize>,
+    /// Size of its pixels.
+    pub cell: Option<Typed<Angle>>,
 }
 
 /// Options shared by every image of the run.
