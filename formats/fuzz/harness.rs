@@ -194,6 +194,8 @@ impl Scratch {
 
     /// The path of a file with this content.
     pub(crate) fn file(&self, content: &[u8]) -> &Path {
+        // A new file each time: HDF5 knows files by their inode, and may have kept one open that was damaged.
+        let _ = std::fs::remove_file(&self.path);
         std::fs::write(&self.path, content).unwrap();
         &self.path
     }

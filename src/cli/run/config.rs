@@ -1,5 +1,6 @@
 //! The file that describes a whole run. Every key of a section is the option of the same name of the subcommand that the section runs.
 
+use super::calibration::{CorruptSection, SelfcalSection};
 use cittert_arrays::quantity::{Angle, Duration, Frequency, Temperature};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,10 @@ pub struct Config {
     /// Deconvolutions, one after another.
     #[serde(default)]
     pub clean: Vec<CleanSection>,
+    /// Errors put into the visibilities.
+    pub corrupt: Option<CorruptSection>,
+    /// Self-calibration of the corrupted visibilities, or of the visibilities as they are.
+    pub selfcal: Option<SelfcalSection>,
 }
 
 fn default_seed() -> u64 {
@@ -147,7 +152,7 @@ pub struct ImageSection {
 }
 
 /// One deconvolution.
-#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct CleanSection {
     /// Name in the table of deconvolvers, such as `hogbom`.
