@@ -1,3 +1,4 @@
 //! Maximum entropy: the most featureless positive image that the data allow.
 
 pub mod data;
+pub mod vlbi;

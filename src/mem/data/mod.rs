@@ -17,6 +17,9 @@ pub use samples::Samples;
 pub use station_amplitude::{LogGains, StationAmplitudes};
 pub use visibility::Visibilities;
 
+#[cfg(test)]
+pub(crate) use samples::fixture;
+
 use num_complex::Complex;
 
 /// A term of chi squared over model visibilities: value and gradient together.
