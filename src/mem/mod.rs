@@ -14,6 +14,7 @@ mod newton;
 mod objective;
 mod quasi_newton;
 pub mod regulariser;
+pub mod vlbi;
 
 pub use beam::BeamHessian;
 pub use chi2::{ChiSquared, Misfit};
