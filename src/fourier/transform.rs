@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Makes gridders and predictors that share their kernels, their buffers and the order of the rows.
 #[derive(Debug)]
 pub struct Transform<T: Real> {
-    plan: Arc<Plan<T>>,
+    pub(super) plan: Arc<Plan<T>>,
 }
 
 impl<T: Real> Transform<T> {
