@@ -160,7 +160,7 @@ pub(crate) fn fuzz(target: &str, inputs: &[Vec<u8>], head: usize, usual: usize, 
         assert!(read(input), "{target}: input {k} of the corpus is not accepted");
     }
     let mut numbers = Numbers(0x5eed);
-    let (mut accepted, mut worst) = (0_usize, Duration::ZERO);
+    let (mut accepted, mut worst, mut faults) = (0_usize, Duration::ZERO, Vec::new());
     for k in 0..n {
         let mut input = inputs[numbers.below(inputs.len())].clone();
         mutate(&mut input, head, &mut numbers);
@@ -181,10 +181,16 @@ pub(crate) fn fuzz(target: &str, inputs: &[Vec<u8>], head: usize, usual: usize, 
             }
         };
         if let Some(fault) = fault {
+            let kept = format!("{}-{}", kept.display(), faults.len());
             std::fs::write(&kept, &input).unwrap();
-            panic!("{target}, execution {k}: {fault}; the input is in {}", kept.display());
+            faults.push(format!("{target}, execution {k}: {fault}; the input is in {kept}"));
+            // A long run goes on to what else there is.
+            if faults.len() >= 20 {
+                break;
+            }
         }
     }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
     println!("{target}: {n} executions in {:.1?}, {accepted} accepted, the longest {worst:.1?}", started.elapsed());
 }
 
