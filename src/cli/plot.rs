@@ -1,7 +1,7 @@
 //! `plot`: a picture of any file.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Result};
+use super::failure::{Context as _, Failure, Result};
 use super::kind::{FileKind, kind_of};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
@@ -45,6 +45,9 @@ pub struct PlotArgs {
     /// Two colours around zero, as for residuals.
     #[arg(long, conflicts_with_all = ["min", "max"])]
     symmetric: bool,
+    /// The colours that this image has on its own, to see both side by side.
+    #[arg(long, value_name = "IMAGE", conflicts_with_all = ["min", "max", "symmetric"])]
+    like: Option<PathBuf>,
     /// Show faint emission beside bright (asinh stretch).
     #[arg(long)]
     asinh: bool,
@@ -102,6 +105,7 @@ fn image(args: &PlotArgs) -> Result<Vec<u8>> {
     let image = cittert_formats::open_image(&args.file)?;
     let range = match (args.min, args.max) {
         (Some(min), Some(max)) => Range::Fixed(min, max),
+        _ if args.like.is_some() => like(args)?,
         _ if args.symmetric => Range::Symmetric(99.9),
         _ => Range::Full,
     };
@@ -109,6 +113,20 @@ fn image(args: &PlotArgs) -> Result<Vec<u8>> {
     let title = title(args, &image.object);
     let options = ImagePlot { chan: args.channel, pol: args.pol_index, title, range, stretch, width: args.width, height: args.height };
     picture::image(&image, &options).context(format!("drawing {}", args.file.display()))
+}
+
+/// The range of the same plane of another image.
+fn like(args: &PlotArgs) -> Result<Range> {
+    let Some(path) = &args.like else { return Ok(Range::Full) };
+    let other = cittert_formats::open_image(path)?;
+    let (n_chan, n_pol, ..) = other.data.dim();
+    if args.channel >= n_chan || args.pol_index >= n_pol {
+        let what = format!("{}: it has {n_chan} channels and {n_pol} polarisations, not the one to draw", path.display());
+        return Err(Failure::message(what));
+    }
+    let values = || other.data.slice(ndarray::s![args.channel, args.pol_index, .., ..]).into_iter().copied().filter(|v| v.is_finite());
+    let (min, max) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+    Ok(if min < max { Range::Fixed(min, max) } else { Range::Full })
 }
 
 /// Phases of the first feed of every antenna against time, in the middle channel.

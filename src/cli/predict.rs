@@ -41,7 +41,14 @@ pub struct PredictArgs {
 /// A file that is no model, a set without a phase centre.
 pub(super) fn load_model(path: &Path, header: &VisibilityHeader, context: &Context) -> Result<SkyModel> {
     let center: &PhaseCenter = header.phase_centers.first().ok_or_else(|| Failure::message("the set has no phase centre"))?;
-    let file = SceneArgs { scene: path.to_path_buf(), scene_cell: None, scene_size: None, scene_min: None, scene_max: None };
+    let file = SceneArgs {
+        scene: path.to_path_buf(),
+        scene_cell: None,
+        scene_size: None,
+        scene_channels: false,
+        scene_min: None,
+        scene_max: None,
+    };
     Ok(file.load(center, &header.spectrum, context)?.sky)
 }
 

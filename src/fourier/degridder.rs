@@ -99,7 +99,7 @@ fn expand_avx2<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut
     class.expand::<true>(nodes, vis);
 }
 
-fn expand<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+pub(super) fn expand<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the machine has just been found to have AVX2 and FMA.
@@ -110,7 +110,7 @@ fn expand<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Com
 }
 
 /// Run all tasks, each with its own tile; what they predict is put into `nodes` afterwards.
-fn degrid_tasks<T: Real>(
+pub(super) fn degrid_tasks<T: Real>(
     plan: &Plan<T>,
     chunks: &[Chunk<T>],
     tasks: &[Vec<Segment>],

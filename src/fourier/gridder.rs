@@ -102,7 +102,12 @@ pub(super) fn within<T: Real>(plan: &Plan<T>, tasks: &[Vec<Segment>], group: &Ra
     tasks.iter().map(|t| t.iter().filter(inside).cloned().collect::<Vec<_>>()).filter(|t| !t.is_empty()).collect()
 }
 
-fn grid_tasks<T: Real>(plan: &Plan<T>, chunks: &[Chunk<T>], tasks: Vec<Vec<Segment>>, (planes, first_plane): (&PlaneRows<T>, usize)) {
+pub(super) fn grid_tasks<T: Real>(
+    plan: &Plan<T>,
+    chunks: &[Chunk<T>],
+    tasks: Vec<Vec<Segment>>,
+    (planes, first_plane): (&PlaneRows<T>, usize),
+) {
     tasks.into_par_iter().for_each_init(
         || vec![T::default(); tile_len(plan)],
         |tile, task| run_task(plan, chunks, &task, (tile, &mut Flush { plan, planes, first_plane })),
@@ -115,7 +120,7 @@ fn compress_avx2<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &m
     class.compress::<true>(vis, nodes);
 }
 
-fn compress<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+pub(super) fn compress<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the machine has just been found to have AVX2 and FMA.

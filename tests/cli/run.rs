@@ -44,6 +44,32 @@ fn a_run_leaves_pictures_numbers_and_a_page() {
     assert_eq!(s.names(), ["c.toml", "out", "s.csv"]);
 }
 
+/// Errors of a whole run and what self-calibration brings back, with the three images beside each other.
+#[test]
+fn a_run_corrupts_and_calibrates() {
+    let more = "[corrupt]\nphase-rms = \"40deg\"\n[selfcal]\nstart = \"point\"\nsolint = \"inf\"\nrounds = 2\nnsigma = 3.0\n";
+    let s = scratch(&format!("{CONFIG}{more}"));
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,1000000.0\n");
+    let said = s.ok("run c.toml --check").out;
+    for words in
+        ["corrupt OUT/vis.uvh5", "--phase-rms=40deg", "--seed=3", "selfcal OUT/corrupted.uvh5", "--nsigma=3.0", "--algorithm=hogbom"]
+    {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    s.ok("run c.toml -o out");
+    for name in
+        ["truth.calh5", "corrupted.uvh5", "selfcal.calh5", "clean-like.png", "corrupted-like.png", "selfcal-like.png", "selfcal-gains.png"]
+    {
+        assert!(s.path("out").join(name).exists(), "{name}");
+    }
+    let metrics: serde_json::Value = serde_json::from_slice(&std::fs::read(s.path("out/metrics.json")).unwrap()).unwrap();
+    let range = |v: &serde_json::Value| v["dynamic_range"].as_f64().unwrap();
+    assert!(range(&metrics["selfcal"]) > 3.0 * range(&metrics["clean"]["corrupted"]), "{metrics}");
+    assert!(metrics["compare"]["gains"]["rms_phase_rad"].as_f64().unwrap() < 0.05, "{metrics}");
+    let page = std::fs::read_to_string(s.path("out/report.html")).unwrap();
+    assert!(page.contains("Errors and self-calibration") && page.contains("Image after self-calibration."));
+}
+
 #[test]
 fn a_wrong_key_points_at_its_line() {
     let s = scratch(&CONFIG.replace("niter = 200", "niterations = 200"));

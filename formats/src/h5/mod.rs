@@ -2,6 +2,7 @@
 //!
 //! Everything that is read whole is bounded by the size of the file before memory is asked for it, because a file may claim any shape.
 
+mod child;
 mod probe;
 mod read;
 mod strings;

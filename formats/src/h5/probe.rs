@@ -1,19 +1,19 @@
 //! Look at a file in a child process first: the system's HDF5 library crashes or loops on some damaged files, and no handler can
 //! catch that, but a parent can. The child visits every object and reads what a reader would read first.
 
+use super::child::{NO_MEMORY, look_at};
 use super::read::H5In;
 use crate::{FormatError, Result};
+use hdf5::types::TypeDescriptor;
+use hdf5::{Dataset, Group};
+use ndarray::IxDyn;
 use num_complex::Complex;
 use std::collections::VecDeque;
 use std::os::unix::fs::MetadataExt;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, SystemTime};
 
-/// Longest time that a child may look at a file, s; a good one takes milliseconds.
-const PATIENCE_S: u32 = 30;
-/// Memory that a child may take above what the process has, bytes.
-const MORE_MEMORY: u64 = 1 << 30;
 /// A dataset below this number of elements is read whole; of a larger one the first and the last row.
 const SMALL: usize = 1 << 17;
 /// Deepest nesting of groups that is looked at, and most objects.
@@ -21,6 +21,8 @@ const DEEPEST: usize = 8;
 const MOST_OBJECTS: usize = 10_000;
 /// Files remembered as good.
 const REMEMBERED: usize = 16;
+/// A file that changed so shortly ago may change again without a change of its stamp: the clock of file systems ticks every few ms.
+const YOUNG: Duration = Duration::from_millis(50);
 
 /// What tells one state of a file from another: device, inode, size, time of change (s, ns).
 type Stamp = (u64, u64, u64, i64, i64);
@@ -39,6 +41,9 @@ pub(super) fn probe(path: &Path) -> Result<()> {
         let expected = "a sound HDF5 file (make it again, or copy it anew from where it came)";
         return Err(FormatError::malformed(path, "HDF5 structure", expected, found));
     }
+    if meta.modified().is_ok_and(|t| SystemTime::now().duration_since(t).is_ok_and(|age| age < YOUNG)) {
+        return Ok(());
+    }
     let mut good = GOOD.lock().unwrap_or_else(PoisonError::into_inner);
     if good.len() >= REMEMBERED {
         good.pop_front();
@@ -47,104 +52,72 @@ pub(super) fn probe(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What was wrong, where the child died of the file. Where no child can be started the file is not looked at.
+/// What was wrong, where a child dies of the file. Where no child can be started the file is not looked at.
 fn in_a_child(path: &Path) -> Option<String> {
-    // The library's lock is held over the fork, so that no other thread is inside it then.
-    let child = hdf5::sync::sync(|| {
-        // SAFETY: the child does nothing with other threads: it holds the lock of HDF5, the C library sees to the lock of its allocator,
-        // and it ends here without running what the parent left to do at its end.
-        let child = unsafe { libc::fork() };
-        if child == 0 {
-            // A panic is for the parent to meet as well.
-            let _ = catch_unwind(AssertUnwindSafe(|| {
-                limits();
-                if let Ok(file) = H5In::open_unseen(path) {
-                    visit(&file, "", 0, &mut 0);
-                }
-            }));
-            // SAFETY: ends the process at once.
-            unsafe { libc::_exit(0) }
-        }
-        child
-    });
-    if child < 0 {
-        return None;
+    let mut signal = look_at(path, look_through)?;
+    if ![0, NO_MEMORY, libc::SIGPROF].contains(&signal) {
+        // An earlier file may have hurt the process without ending it: the next one has seen no other file.
+        signal = look_at(path, look_through)?;
     }
-    let mut status = 0;
-    // SAFETY: the process is our own child and `status` outlives the call.
-    while unsafe { libc::waitpid(child, &mut status, 0) } < 0 {
-        if std::io::Error::last_os_error().kind() != std::io::ErrorKind::Interrupted {
-            return None;
-        }
+    match signal {
+        0 => None,
+        NO_MEMORY => Some("sizes in it that no memory holds".into()),
+        libc::SIGALRM | libc::SIGPROF => Some("damage on which HDF5 computes without end".into()),
+        signal => Some(format!("damage on which HDF5 crashes (signal {signal})")),
     }
-    if !libc::WIFSIGNALED(status) {
-        return None;
-    }
-    Some(match libc::WTERMSIG(status) {
-        libc::SIGALRM => format!("damage on which HDF5 never ends (stopped after {PATIENCE_S} s)"),
-        signal => format!("damage on which HDF5 crashes (signal {signal})"),
-    })
 }
 
-/// No core file, no output, and bounded time and memory.
-fn limits() {
-    // SAFETY: plain calls of the C library in a process of one thread; the pointers are to values that outlive them.
-    unsafe {
-        let none = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-        libc::setrlimit(libc::RLIMIT_CORE, &none);
-        let mut usage = [0_u8; 64];
-        let file = libc::open(c"/proc/self/statm".as_ptr(), libc::O_RDONLY);
-        let got = libc::read(file, usage.as_mut_ptr().cast(), usage.len());
-        libc::close(file);
-        let digits = usage.iter().take(usize::try_from(got).unwrap_or(0)).take_while(|b| b.is_ascii_digit());
-        let pages = digits.fold(0_u64, |n, b| n.saturating_mul(10).saturating_add(u64::from(b - b'0')));
-        if pages > 0 {
-            let bytes = pages.saturating_mul(u64::try_from(libc::sysconf(libc::_SC_PAGESIZE)).unwrap_or(4096)).saturating_add(MORE_MEMORY);
-            libc::setrlimit(libc::RLIMIT_AS, &libc::rlimit { rlim_cur: bytes, rlim_max: bytes });
-        }
-        let null = libc::open(c"/dev/null".as_ptr(), libc::O_WRONLY);
-        if null >= 0 {
-            libc::dup2(null, libc::STDOUT_FILENO);
-            libc::dup2(null, libc::STDERR_FILENO);
-        }
-        // A crash must end the child, whatever handlers the parent has.
-        for signal in [libc::SIGSEGV, libc::SIGBUS, libc::SIGABRT, libc::SIGFPE, libc::SIGILL, libc::SIGALRM] {
-            libc::signal(signal, libc::SIG_DFL);
-        }
-        libc::alarm(PATIENCE_S);
+/// Open a file and visit all that is in it.
+fn look_through(path: &Path) {
+    if let Ok(file) = H5In::open_unseen(path)
+        && let Some(root) = file.group("")
+    {
+        visit(&file, &root, "", 0, &mut 0);
     }
 }
 
 /// Read every dataset below a group as far as a reader would at first. Errors are for the parent to meet and to word.
-fn visit(file: &H5In, group: &str, depth: usize, seen: &mut usize) {
-    for name in file.members(group).unwrap_or_default() {
+fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize) {
+    for member in group.member_names().unwrap_or_default() {
         *seen += 1;
         if *seen > MOST_OBJECTS {
             return;
         }
-        let name = if group.is_empty() { name } else { format!("{group}/{name}") };
-        match file.dataset(&name) {
-            Ok(Some(dataset)) => look(file, &dataset, &name),
-            _ if depth < DEEPEST => visit(file, &name, depth + 1, seen),
-            _ => {}
+        if std::io::Error::last_os_error().raw_os_error() == Some(libc::ENOMEM) {
+            return;
+        }
+        let name = format!("{name}/{member}");
+        match group.dataset(&member) {
+            Ok(dataset) => look(file, &dataset, &name),
+            Err(_) if depth < DEEPEST => {
+                if let Ok(group) = group.group(&member) {
+                    visit(file, &group, &name, depth + 1, seen);
+                }
+            }
+            Err(_) => {}
         }
     }
 }
 
-fn look(file: &H5In, dataset: &hdf5::Dataset, name: &str) {
-    let Ok(shape) = file.shape(dataset, name) else { return };
-    let _ = file.texts(name);
-    let whole = dataset.size() <= SMALL;
-    if whole {
-        let _ = file.reals(name);
+/// Read a dataset as what it is: whole, or its first and last row.
+fn look(file: &H5In, dataset: &Dataset, name: &str) {
+    let (Ok(shape), Ok(space)) = (file.shape(dataset, name), dataset.space()) else { return };
+    let Ok(dtype) = dataset.dtype().and_then(|d| d.to_descriptor()) else { return };
+    if space.is_null() {
+        return;
     }
-    let Some(rows) = shape.first().copied().filter(|n| *n > 0) else { return };
-    let ends = [0..if whole { rows } else { 1 }, if whole { rows } else { rows - 1 }..rows];
-    for range in ends.into_iter().filter(|r| !r.is_empty()) {
-        if file.demand_complex(dataset, name).is_ok() {
-            let _ = file.rows::<Complex<f32>, ndarray::IxDyn>(dataset, name, range);
-        } else if file.demand_numbers(dataset, name).is_ok() {
-            let _ = file.rows::<f64, ndarray::IxDyn>(dataset, name, range);
+    let whole = dataset.size() <= SMALL;
+    let rows = shape.first().copied().unwrap_or(0);
+    let ends = if whole { [0..rows, 0..0] } else { [0..1, rows - 1..rows] };
+    let ends = ends.into_iter().filter(|r| !r.is_empty());
+    match dtype {
+        TypeDescriptor::Compound(_) if file.demand_complex(dataset, name).is_ok() => {
+            ends.for_each(|r| drop(file.rows::<Complex<f32>, IxDyn>(dataset, name, r)));
         }
+        TypeDescriptor::Float(_) if whole => drop(dataset.read_raw::<f64>()),
+        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) if whole => drop(dataset.read_raw::<i64>()),
+        TypeDescriptor::Boolean | TypeDescriptor::Enum(_) if whole => drop(dataset.read_raw::<i8>()),
+        _ if file.demand_numbers(dataset, name).is_ok() => ends.for_each(|r| drop(file.rows::<f64, IxDyn>(dataset, name, r))),
+        _ => drop(file.strings(dataset)),
     }
 }

@@ -84,7 +84,7 @@ impl H5In {
     }
 
     /// The group of that name; the empty name is the root.
-    fn group(&self, name: &str) -> Option<hdf5::Group> {
+    pub(super) fn group(&self, name: &str) -> Option<hdf5::Group> {
         let mut at = String::new();
         for part in name.split('/').filter(|p| !p.is_empty()) {
             at = if at.is_empty() { part.to_string() } else { format!("{at}/{part}") };
@@ -239,7 +239,12 @@ impl H5In {
             return Ok(None);
         }
         self.shape(&dataset, name)?;
-        strings::read(&dataset, self.bytes).map_err(|e| self.fail(name, &e))
+        self.strings(&dataset).map_err(|e| self.fail(name, &e))
+    }
+
+    /// Texts of an open dataset.
+    pub(super) fn strings(&self, dataset: &Dataset) -> hdf5::Result<Option<Vec<String>>> {
+        strings::read(dataset, self.bytes)
     }
 
     /// First text of a dataset.

@@ -6,6 +6,7 @@ mod options;
 mod picture;
 mod polar;
 mod realtime;
+mod smooth;
 mod tracer;
 
 #[cfg(test)]

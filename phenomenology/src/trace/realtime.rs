@@ -2,7 +2,8 @@
 //!
 //! Squares of the picture are split until their four corners see one face of one body at nearly one temperature. The pixels
 //! inside that show the same face by their first hit are interpolated, all others are traced. Tables of sky, surfaces, facets and air are those of the full
-//! model, and so are reflections and shadowing: a vertex is a full ray.
+//! model, and so are reflections and shadowing: a vertex is a full ray. Pixels on an edge are then smoothed by
+//! [`super::smooth`].
 
 use super::follow::Scratch;
 use super::tracer::{Seen, Tracer};
@@ -10,6 +11,7 @@ use crate::atmosphere::PhysicsError;
 use crate::camera::View;
 use crate::error::{Result, SceneError};
 use crate::geometry::{At, Ray};
+use crate::vector::Vec3;
 use ndarray::Array2;
 use rayon::prelude::*;
 
@@ -23,11 +25,13 @@ pub struct MeshOptions {
     pub step: usize,
     /// Spread of the corners above which a square is split, K.
     pub spread_k: f64,
+    /// Whether pixels on an edge are the mean of four rays.
+    pub antialias: bool,
 }
 
 impl Default for MeshOptions {
     fn default() -> Self {
-        Self { step: 4, spread_k: 6.0 }
+        Self { step: 4, spread_k: 6.0, antialias: true }
     }
 }
 
@@ -40,21 +44,16 @@ pub struct Frame {
     pub rays: usize,
 }
 
-/// A vertex: what is seen there and how warm it is.
-#[derive(Debug, Clone, Copy)]
-struct Vertex {
-    seen: Option<Seen>,
-    rj_k: f64,
-}
+/// What is on view: a face of a body of a region and its surface; `None` is the sky.
+pub(super) type Face = Option<(Option<u32>, (u32, u8), u32)>;
 
-impl Vertex {
-    fn same_face(&self, other: &Self) -> bool {
-        match (self.seen, other.seen) {
-            (None, None) => true,
-            (Some(a), Some(b)) => a.region == b.region && a.face == b.face && a.cover == b.cover,
-            _ => false,
-        }
-    }
+/// A vertex or pixel: what is seen there and how warm it is.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Vertex {
+    /// What is seen.
+    pub face: Face,
+    /// First plane and channel, RJ, K.
+    pub rj_k: f64,
 }
 
 /// Vertices of a tile, traced when first asked for.
@@ -75,11 +74,8 @@ impl Tile<'_, '_> {
         }
         let (x, y) = ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64);
         let v = match self.view.direction(x, y) {
-            None => Vertex { seen: None, rj_k: 0.0 },
-            Some(d) => {
-                let seen = self.tracer.follow(self.view.position, d, self.view.reference(d), self.scratch)?;
-                Vertex { seen, rj_k: self.scratch.sums[0] }
-            }
+            None => Vertex::default(),
+            Some(d) => self.tracer.vertex(self.view, d, self.scratch)?,
         };
         self.rays += 1;
         self.vertices[at] = Some(v);
@@ -89,19 +85,14 @@ impl Tile<'_, '_> {
     /// Whether a pixel shows the face of a vertex, by the first hit alone.
     fn shows(&self, vertex: &Vertex, column: usize, row: usize) -> bool {
         let (x, y) = ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64);
-        let Some(direction) = self.view.direction(x, y) else { return vertex.seen.is_none() };
-        let spot = self.tracer.spot(&Ray::from_unit(self.view.position, direction));
-        match (spot, vertex.seen) {
-            (None, None) => true,
-            (Some(s), Some(v)) => s.region == v.region && s.face == v.face && s.cover == v.cover,
-            _ => false,
-        }
+        let Some(direction) = self.view.direction(x, y) else { return vertex.face.is_none() };
+        self.tracer.face(self.view, direction) == vertex.face
     }
 
     /// Fills the square of a side from a corner; `out` holds the tile.
-    fn square(&mut self, column: usize, row: usize, side: usize, spread_k: f64, out: &mut [f64]) -> Result<(), PhysicsError> {
+    fn square(&mut self, column: usize, row: usize, side: usize, spread_k: f64, out: &mut [Vertex]) -> Result<(), PhysicsError> {
         if side == 1 {
-            out[row * TILE + column] = self.vertex(column, row)?.rj_k;
+            out[row * TILE + column] = self.vertex(column, row)?;
             return Ok(());
         }
         let c = [
@@ -113,11 +104,11 @@ impl Tile<'_, '_> {
         let high = c.iter().map(|v| v.rj_k).fold(f64::NEG_INFINITY, f64::max);
         let low = c.iter().map(|v| v.rj_k).fold(f64::INFINITY, f64::min);
         let half = side / 2;
-        let mut split = high - low > spread_k || !c[1..].iter().all(|v| v.same_face(&c[0]));
+        let mut split = high - low > spread_k || !c[1..].iter().all(|v| v.face == c[0].face);
         if !split && side > 2 {
             // What is mirrored may be smaller than a square; a look at the middle finds most of it.
             let (middle, mean) = (self.vertex(column + half, row + half)?, 0.25 * c.iter().map(|v| v.rj_k).sum::<f64>());
-            split = !middle.same_face(&c[0]) || (middle.rj_k - mean).abs() > 0.5 * spread_k;
+            split = middle.face != c[0].face || (middle.rj_k - mean).abs() > 0.5 * spread_k;
         }
         if split {
             for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
@@ -132,9 +123,9 @@ impl Tile<'_, '_> {
                 // What stands before the face between its corners must not be lost.
                 let own = self.vertices[(row + j) * (TILE + 1) + column + i];
                 out[(row + j) * TILE + column + i] = match own {
-                    Some(v) => v.rj_k,
-                    None if !self.shows(&c[0], column + i, row + j) => self.vertex(column + i, row + j)?.rj_k,
-                    None => left + i as f64 / side as f64 * (right - left),
+                    Some(v) => v,
+                    None if !self.shows(&c[0], column + i, row + j) => self.vertex(column + i, row + j)?,
+                    None => Vertex { face: c[0].face, rj_k: left + i as f64 / side as f64 * (right - left) },
                 };
             }
         }
@@ -143,6 +134,19 @@ impl Tile<'_, '_> {
 }
 
 impl Tracer<'_> {
+    /// A full ray along a direction of a view.
+    #[inline]
+    pub(super) fn vertex(&self, view: &View, direction: Vec3, scratch: &mut Scratch) -> Result<Vertex, PhysicsError> {
+        let seen = self.follow(view.position, direction, view.reference(direction), scratch)?;
+        Ok(Vertex { face: seen.map(|s: Seen| (s.region, s.face, s.cover)), rj_k: scratch.sums[0] })
+    }
+
+    /// What a direction of a view shows, by the first hit alone.
+    #[inline]
+    pub(super) fn face(&self, view: &View, direction: Vec3) -> Face {
+        self.spot(&Ray::from_unit(view.position, direction)).map(|s| (s.region, s.face, s.cover))
+    }
+
     /// One frame of a view by mesh.
     ///
     /// # Errors
@@ -158,7 +162,7 @@ impl Tracer<'_> {
         self.check_height(view.position)?;
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let (across, down) = (columns.div_ceil(TILE), rows.div_ceil(TILE));
-        let tiles: Vec<(Vec<f64>, usize)> = (0..across * down)
+        let tiles: Vec<(Vec<Vertex>, usize)> = (0..across * down)
             .into_par_iter()
             .map_init(
                 || self.scratch(),
@@ -166,7 +170,7 @@ impl Tracer<'_> {
                     let corner = (k % across * TILE, k / across * TILE);
                     let vertices = vec![None; (TILE + 1) * (TILE + 1)];
                     let mut tile = Tile { tracer: self, view, scratch, corner, vertices, rays: 0 };
-                    let mut out = vec![0.0; TILE * TILE];
+                    let mut out = vec![Vertex::default(); TILE * TILE];
                     let (wide, high) = ((columns - corner.0).min(TILE), (rows - corner.1).min(TILE));
                     for row in (0..high).step_by(options.step) {
                         for column in (0..wide).step_by(options.step) {
@@ -178,11 +182,21 @@ impl Tracer<'_> {
             )
             .collect::<Result<_, PhysicsError>>()
             .map_err(|e| SceneError::air(At(0), e))?;
-        let temperature_k = Array2::from_shape_fn((rows, columns), |(row, column)| {
-            let tile = &tiles[row / TILE * across + column / TILE].0;
-            self.scaled(0, 0, tile[row % TILE * TILE + column % TILE])
-        });
-        Ok(Frame { temperature_k, rays: tiles.iter().map(|t| t.1).sum() })
+        let mut pixels = Vec::with_capacity(rows * columns);
+        for row in 0..rows {
+            for tile in &tiles[row / TILE * across..(row / TILE + 1) * across] {
+                let left = columns - pixels.len() % columns;
+                pixels.extend_from_slice(&tile.0[row % TILE * TILE..][..left.min(TILE)]);
+            }
+        }
+        let mut rays = tiles.iter().map(|t| t.1).sum();
+        let mut rj_k: Vec<f64> = pixels.iter().map(|p| p.rj_k).collect();
+        if options.antialias {
+            rays += self.smooth_edges(view, &pixels, &mut rj_k).map_err(|e| SceneError::air(At(0), e))?;
+        }
+        rj_k.par_chunks_mut(columns).for_each(|row| row.iter_mut().for_each(|t| *t = self.scaled(0, 0, *t)));
+        let temperature_k = Array2::from_shape_fn((rows, columns), |(row, column)| rj_k[row * columns + column]);
+        Ok(Frame { temperature_k, rays })
     }
 }
 

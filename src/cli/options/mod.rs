@@ -8,6 +8,7 @@ mod imaging;
 mod output;
 mod scene;
 mod selfcal;
+mod tracer;
 mod track;
 
 pub use band::BandArgs;
@@ -16,6 +17,7 @@ pub use column::ColumnArgs;
 pub use errors::ErrorArgs;
 pub use imaging::ImagingArgs;
 pub use output::OutputArgs;
-pub use scene::SceneArgs;
+pub use scene::{SceneArgs, pictures_beside, read_scene, scene_text};
 pub use selfcal::{ModeName, SolveArgs, solution_interval};
+pub use tracer::TracerArgs;
 pub use track::{TrackArgs, load_layout};

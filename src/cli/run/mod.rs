@@ -2,6 +2,7 @@
 //!
 //! Each section of the file becomes the words of a subcommand, which is then run as if it had been typed; the report shows those words.
 
+mod calibration;
 mod config;
 mod page;
 mod steps;

@@ -1,12 +1,12 @@
 //! From the sections of a configuration to the command lines of its steps.
 
-use super::config::{Config, words};
+use super::config::{CleanSection, Config, words};
 use crate::cli::failure::Result;
 use std::ffi::OsString;
 use std::path::Path;
 
 /// Stands for the output folder in the words of a step.
-const DIR: &str = "{dir}";
+pub(super) const DIR: &str = "{dir}";
 
 /// One command of the run.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    fn new(section: &'static str, title: impl Into<String>, key: impl Into<String>, words: Vec<String>) -> Self {
+    pub(super) fn new(section: &'static str, title: impl Into<String>, key: impl Into<String>, words: Vec<String>) -> Self {
         Self { title: title.into(), key: key.into(), section, words, picture: None }
     }
 
@@ -43,11 +43,11 @@ impl Step {
     }
 }
 
-fn strings(list: &[&str]) -> Vec<String> {
+pub(super) fn strings(list: &[&str]) -> Vec<String> {
     list.iter().map(|s| (*s).to_owned()).collect()
 }
 
-fn plot(section: &'static str, file: &str, png: &str, options: &[&str], caption: impl Into<String>) -> Step {
+pub(super) fn plot(section: &'static str, file: &str, png: &str, options: &[&str], caption: impl Into<String>) -> Step {
     let mut w = vec!["plot".to_owned(), format!("{DIR}/{file}"), "-o".into(), format!("{DIR}/{png}")];
     w.extend(strings(options));
     let mut step = Step::new(section, format!("picture {png}"), "", w);
@@ -56,7 +56,7 @@ fn plot(section: &'static str, file: &str, png: &str, options: &[&str], caption:
 }
 
 /// A name stays; a path is meant relative to the configuration.
-fn relative(name: &str, folder: &Path) -> String {
+pub(super) fn relative(name: &str, folder: &Path) -> String {
     let path = folder.join(name);
     if path.exists() { path.display().to_string() } else { name.to_owned() }
 }
@@ -97,6 +97,7 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     ));
 
     let image = words(&config.image);
+    all.extend(mask(config, &layout));
     let with_image = |mut w: Vec<String>| {
         w.extend(image.iter().cloned());
         w
@@ -109,9 +110,15 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     all.push(plot("Dirty beam and dirty image", "dirty.fits", "dirty.png", &[], "Dirty image."));
 
     let truth = all_truth(config, &scene_file, &mut all);
-    for (i, clean) in config.clean.iter().enumerate() {
+    let mut cleans = config.clean.clone();
+    let calibrated = config.corrupt.is_some() || config.selfcal.is_some();
+    if calibrated && cleans.is_empty() {
+        // What errors do to an image is seen against the image without them.
+        cleans.push(CleanSection { algorithm: "hogbom".into(), ..CleanSection::default() });
+    }
+    for (i, clean) in cleans.iter().enumerate() {
         // Two runs of one algorithm get numbers.
-        let twin = config.clean[..i].iter().filter(|c| c.algorithm == clean.algorithm).count();
+        let twin = cleans[..i].iter().filter(|c| c.algorithm == clean.algorithm).count();
         let name = if twin == 0 { clean.algorithm.clone() } else { format!("{}{}", clean.algorithm, twin + 1) };
         let prefix = if i == 0 { "clean".to_owned() } else { format!("clean-{name}") };
         let mut w = with_image(vec!["clean".to_owned(), format!("{DIR}/vis.uvh5")]);
@@ -127,7 +134,25 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
             all.push(Step::new("Comparison with the truth", format!("compare {name}"), format!("compare.{name}"), compare));
         }
     }
+    if let Some(first) = cleans.first().filter(|_| calibrated) {
+        all.extend(super::calibration::steps(config, folder, &image, first, truth.as_deref()));
+    }
     Ok(all)
+}
+
+/// The mask that the array and its channels leave on the FFT grid.
+fn mask(config: &Config, layout: &str) -> Option<Step> {
+    let mut w = vec!["mask".to_owned(), layout.to_owned()];
+    let own = words(config.mask.as_ref()?);
+    let given = |key: &str, list: &[String]| list.iter().find(|x| x.starts_with(key)).cloned();
+    w.extend(["--size=", "--cell="].iter().filter_map(|key| given(key, &own).or_else(|| given(key, &words(&config.image)))));
+    // The band and the track are those of the visibilities.
+    let made = ["--method=", "--epsilon=", "--subchannels=", "--element=", "--pedestal=", "--noise"];
+    w.extend(words(&config.simulate).into_iter().filter(|x| !made.iter().any(|m| x.starts_with(m))));
+    w.extend(["-o".into(), format!("{DIR}/mask.fits")]);
+    let mut step = Step::new("Visibilities", "mask", "mask", w);
+    step.picture = Some(("mask.png".into(), "Cells of the FFT grid that the baselines and channels fill.".into()));
+    Some(step)
 }
 
 /// The step that makes an image of the scene, where it has one, and the path of that image.
@@ -137,7 +162,7 @@ fn all_truth(config: &Config, scene_file: &str, all: &mut Vec<Step>) -> Option<S
         return None;
     }
     let mut w = vec!["scene".to_owned(), "render".into(), scene_file.to_owned()];
-    w.extend(words(&config.scene).into_iter().filter(|x| !x.starts_with("--file=")));
+    w.extend(words(&config.scene).into_iter().filter(|x| !x.starts_with("--file=") && x != "--scene-channels"));
     let sim = words(&config.simulate);
     w.extend(sim.into_iter().filter(|x| ["--freq=", "--bandwidth=", "--phase-center="].iter().any(|p| x.starts_with(p))));
     w.extend(["-o".into(), format!("{DIR}/scene.fits")]);

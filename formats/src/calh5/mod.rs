@@ -1,17 +1,21 @@
 //! CalH5: antenna gains as pyuvdata's UVCal keeps them, in HDF5.
 //!
 //! On disk gains are \[ant, chan, time, jones\] and say how they are meant: `divide` is ours, V_corrupt = g1 conj(g2) V for
-//! uvw = r2 - r1. Tables that say `multiply` are inverted on reading.
+//! uvw = r2 - r1. Tables that say `multiply` are inverted on reading. Delays become gains of modulus 1, see [`write_delays`].
 //!
 //! # Reference
 //! Hazelton et al. 2017, JOSS 2, 140 (pyuvdata); the CalH5 memo of that project.
+
+mod delays;
+
+pub use delays::write_delays;
 
 use crate::h5::{H5In, H5Out};
 use crate::uvh5::{read_spectrum, read_telescope, site_of, write_spectrum, write_telescope};
 use crate::{FormatError, Result};
 use cittert_arrays::astrometry::lst_rad;
 use cittert_arrays::{ArrayError, GainTable, SpectralWindow};
-use ndarray::{Array1, Array2, Array3, Array4, Ix3, Ix4};
+use ndarray::{Array1, Array2, Array3, Array4, ArrayView4, Axis, Ix3, Ix4};
 use num_complex::Complex64;
 use std::path::Path;
 
@@ -32,13 +36,35 @@ fn jones_of(feed: &str) -> i64 {
 /// # Errors
 /// Arrays of unequal shapes, an existing output that may not be overwritten, or whatever the disk says.
 pub fn write_gains(path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
+    let out = begin(path, table, overwrite)?;
+    write_spectrum(&out, &table.spectrum)?;
+    out.text("Header/cal_type", "gain")?;
+    out.scalar("Header/wide_band", false)?;
+    write_data(&out, "Data/gains", table.gains.view(), &Extras::of(table))?;
+    out.finish()
+}
+
+/// Flags and qualities \[solint, ant, chan, feed\], and total qualities \[solint, chan, feed\].
+struct Extras {
+    flags: Array4<bool>,
+    quality: Option<Array4<f64>>,
+    total: Option<Array3<f64>>,
+}
+
+impl Extras {
+    fn of(table: &GainTable) -> Self {
+        Self { flags: table.flags.clone(), quality: table.quality.clone(), total: table.total_quality.clone() }
+    }
+}
+
+/// Begin a file with the header items that gains and delays share.
+fn begin(path: &Path, table: &GainTable, overwrite: bool) -> Result<H5Out> {
     let failed = |e: ArrayError| FormatError::values(path, e);
     table.check().map_err(failed)?;
     let (n_time, n_ant) = (table.time_jd.len(), table.layout.n_ant());
     let out = H5Out::create(path, overwrite)?;
     out.text("Header/version", "1.0")?;
     write_telescope(&out, &table.layout, &table.layout.name, "")?;
-    write_spectrum(&out, &table.spectrum)?;
     out.text("Header/history", &table.history.join("\n"))?;
     for (name, value) in [("Njones", table.feeds.len()), ("Ntimes", n_time), ("Nants_data", n_ant)] {
         out.scalar(&format!("Header/{name}"), value as i64)?;
@@ -52,9 +78,7 @@ pub fn write_gains(path: &Path, table: &GainTable, overwrite: bool) -> Result<()
     out.array("Header/lst_array", Array1::from_vec(lst).view())?;
     out.array("Header/jones_array", Array1::from_iter(table.feeds.iter().map(|f| jones_of(f))).view())?;
     write_feeds(&out, table)?;
-    out.text("Header/cal_type", "gain")?;
     out.text("Header/gain_convention", "divide")?;
-    out.scalar("Header/wide_band", false)?;
     match table.refant.and_then(|r| table.layout.antennas().get(r)) {
         Some(antenna) => {
             out.text("Header/cal_style", "sky")?;
@@ -65,17 +89,21 @@ pub fn write_gains(path: &Path, table: &GainTable, overwrite: bool) -> Result<()
         None => out.text("Header/cal_style", "redundant")?,
     }
     out.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"), &table.mode)?;
-    // Ours is [solint, ant, chan, feed], theirs [ant, chan, time, jones].
+    Ok(out)
+}
+
+/// Write gains or delays with their flags and qualities: ours are [solint, ant, chan, feed], theirs [ant, chan, time, jones].
+fn write_data<T: hdf5::H5Type + Clone>(out: &H5Out, name: &str, values: ArrayView4<'_, T>, extras: &Extras) -> Result<()> {
     let order = [1, 2, 0, 3];
-    out.array("Data/gains", table.gains.view().permuted_axes(order).as_standard_layout().view())?;
-    out.array("Data/flags", table.flags.view().permuted_axes(order).as_standard_layout().view())?;
-    if let Some(quality) = &table.quality {
+    out.array(name, values.permuted_axes(order).as_standard_layout().view())?;
+    out.array("Data/flags", extras.flags.view().permuted_axes(order).as_standard_layout().view())?;
+    if let Some(quality) = &extras.quality {
         out.array("Data/qualities", quality.view().permuted_axes(order).as_standard_layout().view())?;
     }
-    if let Some(total) = &table.total_quality {
+    if let Some(total) = &extras.total {
         out.array("Data/total_qualities", total.view().permuted_axes([1, 0, 2]).as_standard_layout().view())?;
     }
-    out.finish()
+    Ok(())
 }
 
 /// Feeds of the antennas, which UVCal demands: circular ones unless the table names X or Y; the first points north.
@@ -94,32 +122,77 @@ pub fn is_gains(path: &Path) -> bool {
     crate::h5::has(path, "Data/gains") || crate::h5::has(path, "Data/delays")
 }
 
-/// Read a gain table written by this program or by pyuvdata.
+/// Read a gain table written by this program or by pyuvdata. Delays without channels become gains on channels made for them.
 ///
 /// # Errors
-/// Not HDF5 or no gains in it, delays instead of gains, an item that is missing or of the wrong shape.
+/// Not HDF5 or no gains in it, an item that is missing or of the wrong shape.
 pub fn read_gains(path: &Path) -> Result<GainTable> {
+    read(path, None)
+}
+
+/// As [`read_gains`], but delays become gains at the channels `channels` of the data that they are for.
+///
+/// # Errors
+/// As [`read_gains`].
+pub fn read_gains_for(path: &Path, channels: &SpectralWindow) -> Result<GainTable> {
+    read(path, Some(channels))
+}
+
+fn read(path: &Path, channels: Option<&SpectralWindow>) -> Result<GainTable> {
     let file = H5In::open(path, "a CalH5 gain table")?;
-    if !file.has("Data/gains") {
-        let found = if file.has("Data/delays") { "delays, which are not read" } else { "an HDF5 file without Data/gains" };
-        return Err(FormatError::NotA { path: path.into(), expected: "a CalH5 gain table".into(), found: found.into() });
+    let delays = !file.has("Data/gains");
+    if delays && !file.has("Data/delays") {
+        let found = "an HDF5 file without Data/gains or Data/delays".into();
+        return Err(FormatError::NotA { path: path.into(), expected: "a CalH5 gain table".into(), found });
     }
     let (layout, _) = read_telescope(&file)?;
-    let spectrum = spectrum(&file)?;
-    let n = [file.count("Header/Nants_data")?, spectrum.n_chan(), file.count("Header/Ntimes")?, file.count("Header/Njones")?];
-    if n.iter().try_fold(1usize, |p, k| p.checked_mul(*k)).is_none_or(|p| p == 0 || p > MOST_GAINS) {
-        return Err(file.wrong("Header/Nants_data, Nfreqs, Ntimes, Njones", format!("1 to {MOST_GAINS} gains in all"), format!("{n:?}")));
+    let own = spectrum(&file, delays)?;
+    let shape = [file.count("Header/Nants_data")?, own.n_chan(), file.count("Header/Ntimes")?, file.count("Header/Njones")?];
+    if shape.iter().try_fold(1usize, |p, k| p.checked_mul(*k)).is_none_or(|p| p == 0 || p > MOST_GAINS) {
+        return Err(file.wrong(
+            "Header/Nants_data, Nfreqs, Ntimes, Njones",
+            format!("1 to {MOST_GAINS} gains in all"),
+            format!("{shape:?}"),
+        ));
     }
-    let feeds = file.list("Header/jones_array", n[3])?.iter().map(|j| feed_name(&file, *j)).collect::<Result<Vec<_>>>()?;
-    let (time_jd, interval_s) = times(&file, n[2])?;
-    let mut table = GainTable::unity(layout, spectrum, feeds, time_jd, interval_s).map_err(|e| FormatError::values(path, e))?;
-    fill(&file, &mut table, n)?;
+    let feeds = file.list("Header/jones_array", shape[3])?.iter().map(|j| feed_name(&file, *j)).collect::<Result<Vec<_>>>()?;
+    let invert = match file.text("Header/gain_convention")?.as_deref() {
+        Some("divide") | None => false,
+        Some("multiply") => true,
+        Some(other) => return Err(file.wrong("Header/gain_convention", "divide or multiply", format!("{other:?}"))),
+    };
+    let values = if delays { delays::read(&file, own, shape, channels)? } else { Values::gains(&file, own, shape)? };
+    let (time_jd, interval_s) = times(&file, shape[2])?;
+    if shape[2].saturating_mul(layout.n_ant()).saturating_mul(values.spectrum.n_chan()) > MOST_GAINS {
+        return Err(file.wrong("Header/Nants_telescope", format!("at most {MOST_GAINS} gains in all"), layout.n_ant().to_string()));
+    }
+    let mut table =
+        GainTable::unity(layout, values.spectrum.clone(), feeds, time_jd, interval_s).map_err(|e| FormatError::values(path, e))?;
+    fill(&file, &mut table, &values, shape, invert)?;
     let reference = file.text("Header/ref_antenna_name")?;
     table.refant = reference.and_then(|name| table.layout.index_of(&name));
-    table.mode = file.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"))?.unwrap_or_else(|| "gain".into());
+    table.mode =
+        file.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"))?.unwrap_or_else(|| if delays { "delay" } else { "gain" }.into());
     table.history = file.text("Header/history")?.unwrap_or_default().lines().map(String::from).collect();
     table.check().map_err(|e| FormatError::values(path, e))?;
     Ok(table)
+}
+
+/// The gains of a file \[ant, chan, time, jones\].
+struct Values {
+    gains: Array4<Complex64>,
+    spectrum: SpectralWindow,
+    /// For each channel, the index along the file's own axis, where flags and qualities are found.
+    own: Vec<usize>,
+}
+
+impl Values {
+    fn gains(file: &H5In, spectrum: SpectralWindow, shape: [usize; 4]) -> Result<Self> {
+        let dataset = file.shaped("Data/gains", &[&shape])?;
+        file.demand_complex(&dataset, "Data/gains")?;
+        let gains = file.rows::<_, Ix4>(&dataset, "Data/gains", 0..shape[0])?;
+        Ok(Self { gains, own: (0..spectrum.n_chan()).collect(), spectrum })
+    }
 }
 
 fn feed_name(file: &H5In, jones: f64) -> Result<String> {
@@ -131,14 +204,18 @@ fn feed_name(file: &H5In, jones: f64) -> Result<String> {
     })
 }
 
-/// Channels; a wide-band table has one gain for each spectral window.
-fn spectrum(file: &H5In) -> Result<SpectralWindow> {
-    if file.real("Header/wide_band")?.unwrap_or(0.0) == 0.0 {
+/// Channels; a wide-band table, and every one of delays, has one value for each spectral window.
+fn spectrum(file: &H5In, delays: bool) -> Result<SpectralWindow> {
+    if !delays && file.real("Header/wide_band")?.unwrap_or(0.0) == 0.0 {
         return read_spectrum(file);
     }
     let n = file.count("Header/Nspws")?;
-    let ranges = file.list("Header/freq_range", 2 * n)?;
-    let (centre, width) = ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, r[1] - r[0])).unzip();
+    let (centre, width) = if file.has("Header/freq_range") {
+        let ranges = file.list("Header/freq_range", 2 * n)?;
+        ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, r[1] - r[0])).unzip()
+    } else {
+        delays::extents(&read_spectrum(file)?)
+    };
     SpectralWindow::with_windows(centre, width, (0..n as u32).collect()).map_err(|e| FormatError::values(file.path(), e))
 }
 
@@ -156,15 +233,12 @@ fn times(file: &H5In, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
 }
 
 /// Gains, flags and qualities of the antennas that the file has; the others stay at 1 and are flagged.
-fn fill(file: &H5In, table: &mut GainTable, n: [usize; 4]) -> Result<()> {
+fn fill(file: &H5In, table: &mut GainTable, values: &Values, n: [usize; 4], invert: bool) -> Result<()> {
     let place = |number: f64| {
         let found = table.layout.antennas().iter().position(|a| f64::from(a.number) == number);
         found.ok_or_else(|| file.wrong("Header/ant_array", "a number of Header/antenna_numbers", number.to_string()))
     };
     let at = file.list("Header/ant_array", n[0])?.into_iter().map(place).collect::<Result<Vec<usize>>>()?;
-    let dataset = file.shaped("Data/gains", &[&n])?;
-    file.demand_complex(&dataset, "Data/gains")?;
-    let gains: Array4<Complex64> = file.rows::<_, Ix4>(&dataset, "Data/gains", 0..n[0])?;
     let numbers = |name: &str, shape: &[usize]| -> Result<hdf5::Dataset> {
         let dataset = file.shaped(name, &[shape])?;
         file.demand_numbers(&dataset, name)?;
@@ -175,93 +249,25 @@ fn fill(file: &H5In, table: &mut GainTable, n: [usize; 4]) -> Result<()> {
         true => Some(file.rows::<f64, Ix4>(&numbers("Data/qualities", &n)?, "Data/qualities", 0..n[0])?),
         false => None,
     };
-    let invert = match file.text("Header/gain_convention")?.as_deref() {
-        Some("divide") | None => false,
-        Some("multiply") => true,
-        Some(other) => return Err(file.wrong("Header/gain_convention", "divide or multiply", format!("{other:?}"))),
-    };
     table.flags.fill(true);
     let mut own_quality = quality.as_ref().map(|_| Array4::zeros(table.gains.raw_dim()));
-    for ((a, chan, time, feed), gain) in gains.indexed_iter() {
-        let to = (time, at[a], chan, feed);
+    for ((a, chan, time, feed), gain) in values.gains.indexed_iter() {
+        let (to, from) = ((time, at[a], chan, feed), (a, values.own[chan], time, feed));
         table.gains[to] = if invert { gain.inv() } else { *gain };
-        table.flags[to] = flags[(a, chan, time, feed)] != 0;
+        table.flags[to] = flags[from] != 0;
         if let (Some(own), Some(q)) = (&mut own_quality, &quality) {
-            own[to] = q[(a, chan, time, feed)];
+            own[to] = q[from];
         }
     }
     table.quality = own_quality;
     if file.has("Data/total_qualities") {
         let dataset = numbers("Data/total_qualities", &n[1..])?;
         let total: Array3<f64> = file.rows::<_, Ix3>(&dataset, "Data/total_qualities", 0..n[1])?;
-        table.total_quality = Some(total.permuted_axes([1, 0, 2]).as_standard_layout().into_owned());
+        let of_channels = total.select(Axis(0), &values.own);
+        table.total_quality = Some(of_channels.permuted_axes([1, 0, 2]).as_standard_layout().into_owned());
     }
     Ok(())
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
-
-    fn table() -> GainTable {
-        let antennas = (0..4).map(|k| Antenna::new(format!("A{k}"), k + 3, [f64::from(k), 0.5, 0.0])).collect();
-        let layout = ArrayLayout::new("imager", LayoutFrame::Boresight, antennas).unwrap();
-        let spectrum = SpectralWindow::band(94e9, 8e9, 2).unwrap();
-        let mut t =
-            GainTable::unity(layout, spectrum, vec!["R".into(), "L".into()], vec![2_460_000.5, 2_460_000.6, 2_460_000.7], vec![60.0; 3])
-                .unwrap();
-        let value = |(s, a, c, f): (usize, usize, usize, usize)| {
-            Complex64::from_polar(1.0 + 0.1 * a as f64, 0.3 * s as f64 - 0.2 * c as f64 + f as f64)
-        };
-        t.gains = Array4::from_shape_fn(t.gains.raw_dim(), value);
-        t.flags[(1, 2, 0, 1)] = true;
-        t.quality = Some(t.gains.mapv(|g| g.norm()));
-        t.total_quality = Some(Array3::from_shape_fn((3, 2, 2), |(s, c, f)| (4 * s + 2 * c + f) as f64));
-        t.refant = Some(1);
-        t.mode = "phase".into();
-        t.history = vec!["a".into(), "b".into()];
-        t
-    }
-
-    #[test]
-    fn a_table_comes_back() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("g.calh5");
-        let mut t = table();
-        write_gains(&path, &t, false).unwrap();
-        assert!(is_gains(&path));
-        assert_eq!(read_gains(&path).unwrap(), t);
-        (t.quality, t.total_quality, t.refant, t.feeds[0]) = (None, None, None, "X".into());
-        write_gains(&path, &t, true).unwrap();
-        assert_eq!(read_gains(&path).unwrap(), t);
-    }
-
-    #[test]
-    fn gains_to_multiply_by_are_inverted() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("g.calh5");
-        let t = table();
-        write_gains(&path, &t, false).unwrap();
-        {
-            let file = hdf5::File::open_rw(&path).unwrap();
-            file.unlink("Header/gain_convention").unwrap();
-            file.new_dataset::<hdf5::types::FixedAscii<8>>()
-                .create("Header/gain_convention")
-                .and_then(|d| d.write_scalar(&hdf5::types::FixedAscii::<8>::from_ascii("multiply").unwrap()))
-                .unwrap();
-        }
-        let back = read_gains(&path).unwrap();
-        assert!(back.gains.iter().zip(&t.gains).all(|(a, b)| (a * b - 1.0).norm() < 1e-12));
-    }
-
-    #[test]
-    fn what_is_no_gain_table_is_refused() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("g.calh5");
-        std::fs::write(&path, "text").unwrap();
-        assert!(read_gains(&path).unwrap_err().to_string().contains("CalH5"));
-        hdf5::File::create(&path).unwrap().create_group("Data").unwrap();
-        assert!(read_gains(&path).unwrap_err().to_string().contains("without Data/gains"));
-    }
-}
+mod tests;
