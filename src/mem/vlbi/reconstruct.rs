@@ -81,9 +81,9 @@ pub struct ClosureImage {
 }
 
 /// Fluxes that are tried, as parts of what the shortest baselines see: all of it, or less where part of it is on scales beyond the image.
-const FLUXES: [f64; 4] = [1.0, 0.75, 0.55, 0.4];
+const FLUXES: [f64; 5] = [1.0, 0.75, 0.55, 0.4, 0.3];
 /// Rounds and iterations of a trial of a flux.
-const TRIAL: (usize, usize) = (2, 60);
+const TRIAL: (usize, usize) = (2, 40);
 /// Width of the prior in resolutions where the amplitudes do not say.
 const USUAL_PRIOR: f64 = 1.6;
 const PRIOR_RANGE: (f64, f64) = (1.0, 4.0);
@@ -126,7 +126,7 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
     };
     let flux = match options.flux {
         FluxFrom::Given(f) => f,
-        FluxFrom::Likelihood => fluxes_tried.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(1.0, |f| f.0),
+        FluxFrom::Likelihood => likeliest(&fluxes_tried),
     };
     let trial_evaluations: usize = field.trial_evaluations(&fluxes_tried);
     let seconds_flux = clock.elapsed().as_secs_f64();
@@ -175,6 +175,18 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
         return Err(ChainError::NoData("the image is not finite: are the errors of the data right?".into()));
     }
     Ok(image)
+}
+
+/// The flux at the minimum of the parabola in ln flux through the best of those tried and its neighbours.
+fn likeliest(tried: &[(f64, f64)]) -> f64 {
+    let best = (0..tried.len()).min_by(|a, b| tried[*a].1.total_cmp(&tried[*b].1)).unwrap_or(0);
+    if best == 0 || best + 1 >= tried.len() {
+        return tried.get(best).map_or(1.0, |f| f.0);
+    }
+    let at = |k: usize| (tried[k].0.ln(), tried[k].1);
+    let ((x0, y0), (x1, y1), (x2, y2)) = (at(best - 1), at(best), at(best + 1));
+    let (a, b) = ((x1 - x0) * (y1 - y2), (x1 - x2) * (y1 - y0));
+    (x1 - 0.5 * ((x1 - x0) * a - (x1 - x2) * b) / (a - b)).exp()
 }
 
 fn plane(shape: (usize, usize), data: Vec<f64>) -> Array2<f64> {
