@@ -12,7 +12,7 @@
 
 use super::unknown_gains::UnknownGains;
 use crate::Result;
-use crate::mem::{MemGoals, MemImager, MemState, Progress};
+use crate::mem::{MemGoals, MemImager, MemState, Method, Progress};
 use crate::progress::{Event, Observer};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, s};
@@ -23,6 +23,10 @@ const STAGES: [(f64, usize, Move); 5] =
     [(0.6, 15, Move::Middle), (0.6, 15, Move::Data), (0.6, 8, Move::Data), (6.0, 15, Move::Data), (60.0, 20, Move::Data)];
 /// Part of the prior that a pixel gets that comes into the frame from outside.
 const DARK: f64 = 4e-3;
+/// Evaluations of a final solution: the image is nearly there.
+const FINAL: usize = 40;
+/// KKT residual of the end. Gains that move with the image keep it from the last digits, which the data do not hold.
+const SETTLED: f64 = 0.1;
 /// Final solutions; each but the first follows a move of the image by a pixel or more.
 const FINALS: usize = 3;
 
@@ -55,6 +59,8 @@ pub struct Joint {
     pub state: MemState,
     /// The last solution.
     pub progress: Progress,
+    /// The variance of the data over what the weights say, where it was to be found out.
+    pub noise_factor: Option<f64>,
     /// Every stage, in order.
     pub stages: Vec<JointStage>,
 }
@@ -68,43 +74,65 @@ pub struct Lattice<'a> {
     pub v: &'a [f64],
 }
 
+/// How far to go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointGoals {
+    /// Chi squared over its expected value, and its largest relative departure.
+    pub chi2: (f64, f64),
+    /// Find the noise from the difference of two hands, for weights that do not tell it.
+    pub find_noise: bool,
+}
+
+impl Default for JointGoals {
+    fn default() -> Self {
+        Self { chi2: (1.0, 0.01), find_noise: false }
+    }
+}
+
 /// Solve image and gains together. The data term of `imager` must be `gains`; afterwards these hold the gains of the image.
 ///
 /// # Errors
 /// Values that are not finite; a request to stop.
-pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goals: &MemGoals, observer: &dyn Observer) -> Result<Joint> {
+pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goals: &JointGoals, observer: &dyn Observer) -> Result<Joint> {
     let grid = imager.objective().chi2.grid().clone();
     let unit = imager.objective().unit;
     let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
     let mut state = imager.start();
     let mut stages = Vec::new();
+    let mut noise_factor = None;
     gains.restart();
     observer.event(Event::Phase { name: "image and gains", total: None, unit: "evaluations" });
     for (strength, steps, then) in STAGES {
         let progress = imager.improve(&mut state, strength / (weight * unit * unit), steps, observer)?;
+        if goals.find_noise {
+            noise_factor = gains.noise_factor(imager.predict(&state.image)?);
+        }
+        let explained = state.chi2_per_datum <= goals.chi2.0 * noise_factor.unwrap_or(1.0);
         let moved = match then {
             Move::Middle => to_the_middle(&state.image),
             Move::Data => asked_for(imager, gains, at, &grid, &state)?,
         };
-        apply(imager, gains, &mut state, moved);
+        shift(imager, gains, &mut state, moved);
         stages.push(JointStage { strength, evaluations: progress.evaluations, chi2_per_datum: state.chi2_per_datum, moved });
-        if state.chi2_per_datum <= goals.chi2 && then == Move::Data && moved == (0, 0) {
+        if explained && then == Move::Data && moved == (0, 0) {
             break;
         }
     }
+    let target = goals.chi2.0 * noise_factor.unwrap_or(1.0);
+    let last = MemGoals { chi2: target, chi2_tolerance: goals.chi2.1, kkt: SETTLED, evaluations: FINAL, ..MemGoals::default() };
     let mut left = FINALS;
     let progress = loop {
-        let progress = imager.solve(&mut state, goals, observer)?;
+        let progress = imager.solve(&mut state, &last, Method::QuasiNewton, observer)?;
         left -= 1;
         let moved = if left > 0 { asked_for(imager, gains, at, &grid, &state)? } else { (0, 0) };
-        apply(imager, gains, &mut state, moved);
+        shift(imager, gains, &mut state, moved);
         stages.push(JointStage { strength: 0.0, evaluations: progress.evaluations, chi2_per_datum: state.chi2_per_datum, moved });
         if moved == (0, 0) {
             break progress;
         }
     };
     observer.event(Event::Done);
-    Ok(Joint { state, progress, stages })
+    Ok(Joint { state, progress, noise_factor, stages })
 }
 
 /// Cells (columns, rows) from the centre of brightness to the middle of the frame.
@@ -133,7 +161,8 @@ fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid
     Ok((grid.l_sign() as i64 * cells(shift[0], sigma[0], grid.n_l), cells(shift[1], sigma[1], grid.n_m)))
 }
 
-fn apply(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (columns, rows): (i64, i64)) {
+/// Move the image; what comes in from outside is dark.
+fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (columns, rows): (i64, i64)) {
     if (columns, rows) == (0, 0) {
         return;
     }

@@ -15,6 +15,8 @@
 //! | `support` | do the closure phases support the model? |
 //! | `selfcal` | the loop of solving and imaging |
 //! | `clean_maker` | CLEAN as the model maker of the loop |
+//! | `unknown_gains` | chi squared through gains that nobody knows |
+//! | `joint`, `joint_maker` | image and gains solved as one problem |
 //! | `identify` | what can be known |
 
 mod apply;
@@ -32,6 +34,9 @@ mod identify_tests;
 mod interval;
 mod intervals;
 mod joint;
+mod joint_maker;
+#[cfg(test)]
+mod joint_tests;
 mod linalg;
 mod model;
 mod normal;
@@ -56,10 +61,13 @@ pub use clean_maker::CleanMaker;
 pub use closure::{
     ClosureAmplitude, ClosureChannels, ClosureKey, ClosureOptions, ClosurePhase, ClosureSet, closure_amplitudes, closure_phases,
 };
+pub(crate) use closure_sets::{Links, quadrangles, triangles};
 pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
 pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
 pub use interval::FlagReason;
-pub use joint::{Joint, JointStage, Lattice, joint};
+pub use joint_maker::{JointMaker, JointOptions};
+pub use joint::{Joint, JointGoals, JointStage, Lattice, joint};
+pub(crate) use linalg::{Cholesky, Matrix};
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, SolutionInterval, SolveOptions, refant_from_names};
@@ -67,4 +75,4 @@ pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, Sel
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use support::ClosureSupport;
 pub use unknown_gains::{UnknownGains, UnknownGainsBuilder};
-pub use unresolved::{Unresolved, unresolved_phases};
+pub use unresolved::{Unresolved, resolves, unresolved_phases};

@@ -272,6 +272,29 @@ impl UnknownGains {
         out
     }
 
+    /// The variance of the data over what their weights say, from what differs between two hands that see one sky through gains that
+    /// are known by now; `None` for a single hand.
+    #[must_use]
+    pub fn noise_factor(&self, model: &[Complex64]) -> Option<f64> {
+        let problems = self.solve(model);
+        let (mut sum, mut count) = (0.0, 0_u64);
+        for r in 0..self.rows.len() {
+            let mut first: Option<(usize, Complex64, f64)> = None;
+            self.each(r, &problems, |chan, g, v, w| {
+                let power = g.norm_sqr();
+                let (seen, variance) = (v * g.conj() / power, 1.0 / (w * power));
+                match first.take() {
+                    Some((at, other, and)) if at == chan => {
+                        sum += (seen - other).norm_sqr() / (2.0 * (variance + and));
+                        count += 1;
+                    }
+                    _ => first = Some((chan, seen, variance)),
+                }
+            });
+        }
+        (count > 0).then(|| sum / count as f64)
+    }
+
     /// The shift of the image, in the unit that makes `u` and `v` \[n\] cycles, by which the data would be explained better,
     /// with its standard deviation, gains being free; `None` where the data do not tell.
     ///

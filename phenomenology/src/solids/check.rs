@@ -1,6 +1,7 @@
 //! Whether a scene can be looked at.
 
 use super::scene::SolidScene;
+use crate::camera::Camera;
 use crate::error::{Result, SceneError};
 use crate::geometry::At;
 use crate::vector::Vec3;
@@ -13,6 +14,16 @@ impl SolidScene {
         camera.axes()?;
         camera.grid()?;
         self.check_position_at(Vec3::from(camera.position_m), self.camera_line)
+    }
+
+    /// A camera stands in the open and its picture can be.
+    ///
+    /// # Errors
+    /// A camera inside a solid, under the ground, or with impossible numbers.
+    pub fn check_camera_at(&self, camera: &Camera) -> Result<()> {
+        camera.axes()?;
+        camera.grid()?;
+        self.check_position_at(Vec3::from(camera.position_m), 0)
     }
 
     /// A position lies in the open.
