@@ -107,7 +107,7 @@ fn every_fault_is_one_message_with_its_line() {
         ("assembly = \"tank\"\nname", "assembly = \"tonk\"\nname", "instance of unknown assembly `tonk`; known assemblies: tank"),
         ("rotate_deg", "rotation_deg", "line 27"),
         ("type = \"RPP\"", "type = \"CUBE\"", "line 15: body `tank_1.hull`: unknown body type `CUBE`"),
-        ("look_at_m = [0, 0, 1]", "fov_deg = 0", "fov_deg of [camera] is 0"),
+        ("look_at_m = [0, 0, 1]", "fov_deg = 0", "line 4: fov_deg of [camera] is 0"),
         ("name = \"second\"", "scale = 0", "line 23: instance of `tank`: scale is 0"),
         ("temperature_k = 310", "temperature_k = -3", "temperature_k of region `tank_1.top` is -3"),
         ("body = \"hatch\"", "body = \"hatch\", face = 7", "body `tank_1.hatch` has faces 1 to 3, not 7"),
