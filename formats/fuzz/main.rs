@@ -8,6 +8,8 @@ const CORPUS: &str = "fuzz/corpus";
 #[path = "../tests/common/mod.rs"]
 mod common;
 #[cfg(test)]
+mod crashes;
+#[cfg(test)]
 mod harness;
 #[cfg(test)]
 mod make;

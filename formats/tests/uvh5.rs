@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 fn save(dir: &Path, name: &str, set: &VisibilitySet, step: usize, compression: Compression) -> PathBuf {
     let path = dir.join(name);
-    let mut writer = Uvh5Writer::create(&path, &set.header, Uvh5Options { overwrite: true, compression }).unwrap();
+    let mut writer = Uvh5Writer::create(&path, &set.header, Uvh5Options { overwrite: true, compression, columns: Vec::new() }).unwrap();
     let n = set.data.n_rows();
     for start in (0..n).step_by(step) {
         writer.write(&set.data.rows(start..(start + step).min(n)).unwrap()).unwrap();

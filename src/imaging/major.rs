@@ -333,7 +333,14 @@ impl Run<'_> {
             }
             if peak < least {
                 least = peak;
-                best = Some((state.model.clone(), state.residual.clone(), iterations));
+                match &mut best {
+                    Some((model, residual, n)) => {
+                        model.assign(&state.model);
+                        residual.image.assign(&state.residual.image);
+                        (residual.chi2_per_datum, *n) = (state.residual.chi2_per_datum, iterations);
+                    }
+                    None => best = Some((state.model.clone(), state.residual.clone(), iterations)),
+                }
             }
             let level = self.threshold.max(o.nsigma * rms);
             if let Some(reason) = self.reason(peak, level, state) {

@@ -6,11 +6,14 @@ mod child;
 mod probe;
 mod read;
 mod strings;
+mod types;
 mod write;
 
 pub(crate) use read::H5In;
 pub use write::Compression;
 pub(crate) use write::{H5Out, Rows};
+
+use types::members;
 
 use crate::FormatError;
 use std::path::Path;
