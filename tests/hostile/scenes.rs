@@ -45,7 +45,7 @@ fn every_bad_scene_has_one_message_with_its_line() {
         ("material = \"steel\"", "material = \"stele\"", ["line 8", "unknown material `stele`"]),
         ("type = \"SPH\"", "type = \"SPHERE\"", ["line 17", "unknown body type `SPHERE`"]),
         ("is = \"", "was = \"", ["line 23", "unknown field `was`"]),
-        ("0.8]", "nan]", ["line 17", "not finite"]),
+        ("0.8]", "nan]", ["line 17", "parameter 4 of the SPH is NaN"]),
     ] {
         assert!(TANK.contains(from), "{from}");
         s.write("bad.toml", TANK.replacen(from, to, 1));
