@@ -20,6 +20,7 @@ mod info;
 mod kind;
 mod layout;
 mod mask;
+mod mem;
 mod options;
 mod picture;
 mod plot;
@@ -85,6 +86,8 @@ enum Command {
     Dirty(dirty::DirtyArgs),
     /// Deconvolve by CLEAN.
     Clean(clean::CleanCommandArgs),
+    /// Image by maximum entropy.
+    Mem(Box<mem::MemArgs>),
     /// Rounds of imaging and solving for antenna gains.
     Selfcal(Box<selfcal::SelfcalArgs>),
     /// Apply a gain table.
@@ -120,6 +123,7 @@ impl Command {
             Self::Beam(a) => beam::run(a, context),
             Self::Dirty(a) => dirty::run(a, context),
             Self::Clean(a) => clean::run(a, context),
+            Self::Mem(a) => mem::run(a, context),
             Self::Selfcal(a) => selfcal::run(a, context),
             Self::Applycal(a) => applycal::run(a, context),
             Self::Closure(a) => closure::run(a, context),

@@ -8,6 +8,7 @@ mod imaging;
 mod output;
 mod scene;
 mod selfcal;
+mod terms;
 mod tracer;
 mod track;
 
@@ -19,5 +20,6 @@ pub use imaging::ImagingArgs;
 pub use output::OutputArgs;
 pub use scene::{SceneArgs, pictures_beside, read_scene, scene_text};
 pub use selfcal::{ModeName, SolveArgs, solution_interval};
+pub use terms::TermsArgs;
 pub use tracer::TracerArgs;
 pub use track::{TrackArgs, load_layout};
