@@ -36,7 +36,7 @@ pub struct TermsArgs {
     /// Leave out baselines shorter than this, wavelengths.
     #[arg(long, value_name = "N", default_value_t = 0.0)]
     uv_min: f64,
-    /// Weights of the penalties that differ from entropy=1,tv=0.1,tv2=0.1,flux=100,centroid=1.
+    /// Weights of the penalties that differ from entropy=0.5,tv=0.05,tv2=0.05,flux=50,centroid=0.5.
     #[arg(long, value_name = "LIST")]
     penalties: Option<String>,
     /// Rounds of imaging, each from the smoothed image of the last.
