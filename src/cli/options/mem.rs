@@ -84,6 +84,14 @@ impl MemArgs {
         self.noise.as_deref()
     }
 
+    /// The total flux for data in Jy.
+    ///
+    /// # Errors
+    /// A text that is no flux density.
+    pub fn flux_density(&self) -> Result<Option<f64>> {
+        self.flux.as_deref().map(|text| in_data_unit("--flux", text, VisUnit::Jy)).transpose()
+    }
+
     /// The library's options for an imager, with the noise that was found.
     ///
     /// # Errors
