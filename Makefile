@@ -12,9 +12,9 @@ N ?= 1000000
 demo: deps
 	$(CARGO) build --release --locked
 	rm -rf $(DEMO)
-	target/release/cittert run docs/examples/millimetre-imager.toml -o $(DEMO)
+	target/release/cittert run docs/examples/airport.toml -o $(DEMO)
 	@echo
-	@echo "Open $(DEMO)/report.html; the pictures are $(DEMO)/dirty.png and $(DEMO)/clean-image.png."
+	@echo "Open $(DEMO)/report.html; the pictures are $(DEMO)/scene.png, $(DEMO)/dirty.png, $(DEMO)/clean-image.png and $(DEMO)/selfcal-like.png."
 
 test: deps
 	$(CARGO) test --workspace --locked

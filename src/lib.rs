@@ -8,6 +8,7 @@ pub mod error;
 pub mod fidelity;
 pub mod fourier;
 pub mod imaging;
+pub mod mem;
 pub mod plot;
 pub mod progress;
 pub mod simulate;

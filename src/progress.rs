@@ -32,6 +32,21 @@ pub enum Event<'a> {
         /// Rms of the residual.
         rms: f64,
     },
+    /// One step towards the image of maximum entropy.
+    Entropy {
+        /// Number of the step, from 1.
+        number: usize,
+        /// Evaluations of the data term so far.
+        evaluations: usize,
+        /// Chi squared over its expected value.
+        chi2: f64,
+        /// Length of the gradient over the sum of the lengths of its sides.
+        kkt: f64,
+        /// Sum of the image, Jy or K sr.
+        flux: f64,
+        /// Lagrange multiplier of chi squared, flux.
+        lambda: f64,
+    },
     /// Something the user should know that is no error.
     Note(&'a str),
     /// Something that makes the result doubtful.

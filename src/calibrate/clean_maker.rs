@@ -47,6 +47,10 @@ enum Predictors {
 
 /// Error of the transforms in short rounds. What they grid is small against the source already.
 const SHORT_EPSILON: f64 = 1e-4;
+/// Multiple of the noise at which short rounds stop taking points.
+const SHORT_NSIGMA: f64 = 3.0;
+/// The deconvolver of extended structure.
+const EXTENDED: &str = "multiscale";
 /// Error of a prediction, as a part of the depth that its model has.
 const PREDICTED_EPSILON: f64 = 0.01;
 
@@ -106,6 +110,10 @@ impl ModelMaker for CleanMaker {
             options.max_major = options.max_major.min(1);
             // What one cycle takes wrongly for want of an exact residual, the next round sees: no fear of side lobes.
             options.cyclefactor = 0.0;
+            // Points in the noise would be solved against as if they were there. (Extended structure is brighter than any of its residuals.)
+            if options.algorithm.name != EXTENDED {
+                options.nsigma = options.nsigma.max(SHORT_NSIGMA);
+            }
         }
         match peak_before {
             Some(before) => options.threshold = options.threshold.max(plan.depth * before),

@@ -54,13 +54,15 @@ pub use clean_maker::CleanMaker;
 pub use closure::{
     ClosureAmplitude, ClosureChannels, ClosureKey, ClosureOptions, ClosurePhase, ClosureSet, closure_amplitudes, closure_phases,
 };
+pub(crate) use closure_sets::{Links, quadrangles, triangles};
 pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
 pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
 pub use interval::FlagReason;
+pub(crate) use linalg::{Cholesky, Matrix};
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, SolutionInterval, SolveOptions, refant_from_names};
 pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, Start, StopReason, schedule, selfcal};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use support::ClosureSupport;
-pub use unresolved::{Unresolved, unresolved_phases};
+pub use unresolved::{Unresolved, resolves, unresolved_phases};

@@ -145,6 +145,19 @@ impl Observer for Console {
                     let _ = writeln!(log, "{line}");
                 }
             }
+            Event::Entropy { number, evaluations, chi2, kkt, flux, lambda } => {
+                if self.loudness == Loudness::Verbose || self.terminal {
+                    let text = format!("step {number}: {evaluations} evaluations, chi2/N {chi2:.4}, KKT {kkt:.2e}, flux {flux:.4e}");
+                    self.say(&s, &text);
+                }
+                if let Some(log) = &mut s.cycle_log {
+                    let line = serde_json::json!({
+                        "step": number, "evaluations": evaluations, "chi2_per_datum": chi2, "kkt_residual": kkt, "flux": flux,
+                        "lambda": lambda,
+                    });
+                    let _ = writeln!(log, "{line}");
+                }
+            }
             Event::Note(text) => self.say(&s, text),
             Event::Warning(text) => {
                 self.say(&s, &format!("warning: {text}"));

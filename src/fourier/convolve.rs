@@ -44,6 +44,12 @@ impl<T: Real> Convolver<T> {
         Self { n_m, n_l, p_m, p_l, rows: both(p_l), columns: both(p_m) }
     }
 
+    /// Rows and columns of the padded transforms.
+    #[must_use]
+    pub fn padded(&self) -> (usize, usize) {
+        (self.p_m, self.p_l)
+    }
+
     /// Spectrum of an image of this size.
     #[must_use]
     pub fn image(&self, image: ArrayView2<'_, T>) -> Spectrum<T> {
@@ -152,6 +158,17 @@ impl<T: Real> Convolver<T> {
 }
 
 impl<T: Real> Spectrum<T> {
+    /// A real function of the real part, which for a symmetric kernel is all there is.
+    #[must_use]
+    pub fn map_real(&self, f: impl Fn(T) -> T + Sync) -> Self {
+        Self(self.0.par_iter().map(|v| Complex::new(f(v.re), T::default())).collect())
+    }
+
+    /// The real parts.
+    pub fn real_parts(&self) -> impl Iterator<Item = T> + '_ {
+        self.0.iter().map(|v| v.re)
+    }
+
     /// Multiply by another of the same size.
     pub fn multiply(&mut self, other: &Self) {
         self.0.par_chunks_mut(1 << 14).zip(other.0.par_chunks(1 << 14)).for_each(|(a, b)| {

@@ -15,12 +15,17 @@ mod fft;
 mod gridder;
 mod kernel;
 mod lanes;
+mod pair;
 mod plan;
+mod pool;
 mod real;
 mod series;
 mod sort;
 #[cfg(test)]
 mod tests;
+mod transform;
+#[cfg(test)]
+mod transform_tests;
 mod uv_grid;
 mod wplanes;
 
@@ -28,8 +33,11 @@ pub use convolve::{Convolver, Spectrum};
 pub use degridder::Degridder;
 pub use gridder::Gridder;
 pub use kernel::Kernel;
+pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
+pub use sort::SortedRows;
+pub use transform::Transform;
 pub use uv_grid::image_to_uv_grid;
 
 use crate::Result;

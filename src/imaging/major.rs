@@ -370,7 +370,15 @@ impl Run<'_> {
             }
             if peak < least {
                 least = peak;
-                best = Some((state.model.clone(), state.residual.clone(), iterations, state.given_back.clone()));
+                match &mut best {
+                    Some((model, residual, n, given_back)) => {
+                        model.assign(&state.model);
+                        residual.image.assign(&state.residual.image);
+                        given_back.assign(&state.given_back);
+                        (residual.chi2_per_datum, *n) = (state.residual.chi2_per_datum, iterations);
+                    }
+                    None => best = Some((state.model.clone(), state.residual.clone(), iterations, state.given_back.clone())),
+                }
             }
             let level = self.threshold.max(o.nsigma * rms);
             if let Some(reason) = self.reason(peak, level, state) {

@@ -14,6 +14,7 @@ mod output;
 mod pol;
 mod psf;
 mod restore;
+mod session;
 mod size;
 pub mod weights;
 
@@ -28,6 +29,7 @@ pub use continued::{Continue, Tools};
 pub use data::{Data, ReducedBlock, Survey};
 pub use dirty::{Imager, Residual};
 pub use major::{CleanProducts, clean, clean_from};
+pub(crate) use output::Kind;
 pub use output::{ImagingInfo, dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};
 pub use restore::{gaussian, with_beam};
@@ -82,7 +84,7 @@ impl Default for ImagingOptions {
 }
 
 impl ImagingOptions {
-    fn grid_options(&self) -> GridOptions {
+    pub(crate) fn grid_options(&self) -> GridOptions {
         GridOptions { epsilon: self.epsilon, w_term: self.w_term, divide_by_n: false }
     }
 }

@@ -5,4 +5,5 @@ mod chain;
 mod docs;
 mod physics;
 mod run;
+mod scenes;
 mod study;

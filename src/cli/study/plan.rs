@@ -212,6 +212,7 @@ fn observe(c: &Config, folder: &Path, (files, context): (&mut String, &Context))
                 scene,
                 scene_cell: c.scene.scene_cell,
                 scene_size: c.scene.scene_size,
+                scene_channels: false,
                 scene_min: c.scene.scene_min,
                 scene_max: c.scene.scene_max,
             };

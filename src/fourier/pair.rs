@@ -1,0 +1,143 @@
+//! Both directions between one image and one fixed list of rows, again and again.
+//!
+//! An iteration that predicts and grids the same rows hundreds of times sorts them once: the cut of the rows into tiles, their order
+//! and the kernels are kept, and only values move.
+
+use super::GridOptions;
+use super::degridder::expand;
+use super::plan::UvwExtent;
+use super::real::Real;
+use super::sort::SortedRows;
+use super::transform::Transform;
+use crate::Result;
+use cittert_arrays::{ArrayError, SkyGrid};
+use ndarray::{Array2, ArrayView2};
+use num_complex::Complex;
+use rayon::prelude::*;
+
+/// A transform and its adjoint between an image and visibilities at fixed uvw.
+#[derive(Debug)]
+pub struct Pair<T: Real> {
+    transform: Transform<T>,
+    rows: SortedRows,
+    n_rows: usize,
+    shape: (usize, usize),
+}
+
+impl<T: Real> Pair<T> {
+    /// For rows with these uvw in m \[row, 3\] and channels.
+    ///
+    /// # Errors
+    /// An epsilon that no kernel reaches, frequencies that are not positive, uvw that are not finite.
+    pub fn new(grid: &SkyGrid, freq_hz: &[f64], uvw_m: ArrayView2<'_, f64>, opts: &GridOptions) -> Result<Self> {
+        let n_vis = (uvw_m.nrows() * freq_hz.len()) as u64;
+        let transform = Transform::new(grid, freq_hz, UvwExtent::of(uvw_m), opts, n_vis)?;
+        let rows = transform.sort(uvw_m)?;
+        Ok(Self { transform, rows, n_rows: uvw_m.nrows(), shape: (grid.n_m, grid.n_l) })
+    }
+
+    /// Number of visibilities: rows times channels.
+    #[must_use]
+    pub fn n_vis(&self) -> usize {
+        self.n_rows * self.transform.plan.n_chan()
+    }
+
+    fn check(&self, n_vis: usize, plane: (usize, usize)) -> Result<()> {
+        let expected = vec![self.n_vis(), self.shape.0, self.shape.1];
+        let found = vec![n_vis, plane.0, plane.1];
+        if expected == found { Ok(()) } else { Err(ArrayError::ShapeMismatch { what: "visibilities and image", expected, found }.into()) }
+    }
+
+    /// Visibilities \[row x chan\] of an image \[m, l\]: the sum of I exp(+2 pi i (u l + v m + w (n - 1))) over the pixels.
+    ///
+    /// # Errors
+    /// A list or an image of another size.
+    pub fn predict(&mut self, plane: ArrayView2<'_, f64>, out: &mut [Complex<f64>]) -> Result<()> {
+        self.check(out.len(), plane.dim())?;
+        let plan = &self.transform.plan;
+        let nodes = self.transform.degridder(plane)?.nodes(&self.rows);
+        let n_chan = plan.n_chan();
+        let mut rest = out;
+        let mut parts = Vec::with_capacity(self.rows.chunks.len());
+        for chunk in &self.rows.chunks {
+            let (part, after) = rest.split_at_mut(chunk.range.len() * n_chan);
+            parts.push(part);
+            rest = after;
+        }
+        parts.into_par_iter().zip(&self.rows.chunks).zip(&nodes).for_each(|((part, chunk), nodes)| {
+            let mut buffer = vec![Complex::default(); n_chan];
+            for (to, row) in part.chunks_exact_mut(n_chan).zip(&chunk.rows) {
+                let class = &plan.channels.classes[row.class];
+                expand(class, &nodes[row.offset..row.offset + class.n_nodes()], &mut buffer);
+                to.iter_mut().zip(&buffer).for_each(|(t, b)| *t = Complex::new(b.re.to64(), b.im.to64()));
+            }
+        });
+        plan.pool.give(nodes);
+        Ok(())
+    }
+
+    /// Image \[m, l\]: the real part of the sum of V exp(-2 pi i (u l + v m + w (n - 1))); the adjoint of [`Pair::predict`].
+    ///
+    /// `scale` multiplies the visibilities before they meet the precision of `T`, so that their unit cannot overflow it.
+    ///
+    /// # Errors
+    /// A list of another size.
+    pub fn adjoint(&mut self, vis: &[Complex<f64>], scale: f64) -> Result<Array2<f64>> {
+        self.check(vis.len(), self.shape)?;
+        let n_chan = self.transform.plan.n_chan();
+        let mut gridder = self.transform.gridder();
+        gridder.add_sorted(&self.rows, |row, out| {
+            let from = &vis[row * n_chan..(row + 1) * n_chan];
+            out.iter_mut().zip(from).for_each(|(o, v)| *o = Complex::new(T::of(v.re * scale), T::of(v.im * scale)));
+        })?;
+        Ok(gridder.finish())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fourier::{image_to_vis, vis_to_image};
+    use cittert_arrays::SkyFrame;
+    use num_complex::Complex64;
+
+    fn rows(n: usize, reach: [f64; 3]) -> Array2<f64> {
+        Array2::from_shape_fn((n, 3), |(r, k)| reach[k] * ((((r * 37 + k * 11) * 7919) % 1009) as f64 / 504.0 - 1.0))
+    }
+
+    #[test]
+    fn it_gives_what_the_single_transforms_give_time_after_time() {
+        let grid = SkyGrid::new(40, 30, 2e-3, SkyFrame::Boresight).unwrap();
+        let freq: Vec<f64> = (0..11).map(|c| 90e9 + 0.2e9 * f64::from(c)).collect();
+        for reach in [[0.3, 0.4, 0.0], [0.3, 0.4, 0.2]] {
+            let uvw = rows(600, reach);
+            let opts = GridOptions { epsilon: 1e-9, ..GridOptions::default() };
+            let mut pair = Pair::<f64>::new(&grid, &freq, uvw.view(), &opts).unwrap();
+            let mut out = vec![Complex64::default(); pair.n_vis()];
+            for turn in 0..2 {
+                let plane = Array2::from_shape_fn((30, 40), |(i, j)| ((i * 7 + j * 3 + turn) % 11) as f64);
+                let expected = image_to_vis(&grid, plane.view(), uvw.view(), &freq, &opts).unwrap();
+                pair.predict(plane.view(), &mut out).unwrap();
+                assert!(out.iter().zip(&expected).all(|(a, b)| (a - b).norm() < 1e-9), "{reach:?}");
+                let vis = Array2::from_shape_vec((600, 11), out.clone()).unwrap();
+                let ones = Array2::ones((600, 11));
+                let back = vis_to_image(&grid, uvw.view(), &freq, vis.view(), ones.view(), &opts).unwrap();
+                let mine = pair.adjoint(&out, 0.5).unwrap() * 2.0;
+                let top = back.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+                // The single transform chooses another grid, so the two agree to the error of both.
+                assert!(mine.iter().zip(&back).all(|(a, b)| (a - b).abs() < 2e-9 * top), "{reach:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn lists_and_images_of_another_size_are_refused() {
+        let grid = SkyGrid::new(8, 8, 1e-3, SkyFrame::Boresight).unwrap();
+        let mut pair = Pair::<f32>::new(&grid, &[1e11], rows(5, [0.1, 0.1, 0.0]).view(), &GridOptions::default()).unwrap();
+        assert!(pair.predict(Array2::zeros((8, 9)).view(), &mut [Complex64::default(); 5]).is_err());
+        assert!(pair.adjoint(&[Complex64::default(); 4], 1.0).is_err());
+        let mut bad = rows(5, [0.1, 0.1, 0.0]);
+        bad[(3, 1)] = f64::NAN;
+        assert!(Pair::<f32>::new(&grid, &[1e11], bad.view(), &GridOptions::default()).is_err());
+    }
+}

@@ -1,0 +1,172 @@
+//! The curvature of chi squared: a convolution with the dirty beam of the data's own weights.
+//!
+//! For visibilities the Hessian of chi2 / 2 is A^T W A, which for a field without a w term is exactly a convolution with the beam,
+//! whatever the image. So a Newton step needs no transform of visibilities: only fast convolutions. Its inverse is approximated by that
+//! of the circulant matrix next to it, which is diagonal after a Fourier transform.
+//!
+//! # Reference
+//! Chan 1988, SIAM J. Sci. Stat. Comput. 9, 766 (the circulant); Cornwell & Evans 1985, A&A 143, 77 (the diagonal alone).
+
+use crate::Result;
+use crate::fourier::{Convolver, GridOptions, Pair, Spectrum};
+use cittert_arrays::SkyGrid;
+use ndarray::{Array2, ArrayView2, Zip, s};
+use num_complex::Complex64;
+
+/// Stretch of uvw and shrinking of the cell that leaves u l as it is and keeps a field of twice the width in front of the horizon.
+const SHRINK: f64 = 1e-4;
+
+/// The Hessian of half of chi squared as a convolution.
+pub struct BeamHessian {
+    wide: Convolver<f32>,
+    beam: Spectrum<f32>,
+    round: Convolver<f32>,
+    eigenvalues: Spectrum<f32>,
+    /// Sum of the weights: the diagonal, 1 / flux^2.
+    diagonal: f64,
+    /// Largest eigenvalue over the diagonal.
+    largest: f64,
+}
+
+impl std::fmt::Debug for BeamHessian {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "BeamHessian({:?}, diagonal {:e}, largest eigenvalue {:e})", self.wide, self.diagonal, self.largest)
+    }
+}
+
+impl BeamHessian {
+    /// For visibilities with these uvw in m \[row, 3\], channels and weights \[row x chan\].
+    ///
+    /// # Errors
+    /// As [`Pair::new`].
+    pub fn new(grid: &SkyGrid, freq_hz: &[f64], uvw_m: ArrayView2<'_, f64>, weights: &[f32]) -> Result<Self> {
+        let twice = SkyGrid { n_l: 2 * grid.n_l, n_m: 2 * grid.n_m, cell_rad: grid.cell_rad * SHRINK, frame: grid.frame.clone() };
+        let mut stretched = uvw_m.to_owned();
+        stretched.column_mut(2).fill(0.0);
+        stretched /= SHRINK;
+        let options = GridOptions { epsilon: 1e-5, w_term: false, divide_by_n: false };
+        let mut pair = Pair::<f32>::new(&twice, freq_hz, stretched.view(), &options)?;
+        let diagonal: f64 = weights.iter().map(|w| f64::from(*w)).sum();
+        let values: Vec<Complex64> = weights.iter().map(|w| Complex64::new(f64::from(*w) / diagonal, 0.0)).collect();
+        let beam = pair.adjoint(&values, 1.0)?.mapv(|v| v as f32);
+        drop(pair);
+        let wide = Convolver::new((grid.n_m, grid.n_l), grid.n_m.max(grid.n_l));
+        let round = Convolver::new((grid.n_m, grid.n_l), 0);
+        let eigenvalues = round.kernel(circulant(&beam, (grid.n_m, grid.n_l), round.padded()).view()).map_real(|v| v.max(0.0));
+        let largest = eigenvalues.real_parts().fold(0.0_f32, f32::max);
+        // The wide transform may be shorter than twice an odd side; what is cut is the outermost line, which no pixel pair spans.
+        let (p_m, p_l) = wide.padded();
+        let (h_m, h_l) = (grid.n_m.min(p_m / 2), grid.n_l.min(p_l / 2));
+        let part = beam.slice(s![grid.n_m - h_m..grid.n_m + h_m, grid.n_l - h_l..grid.n_l + h_l]);
+        let beam = wide.kernel(part);
+        Ok(Self { wide, beam, round, eigenvalues, diagonal, largest: f64::from(largest) })
+    }
+
+    /// The diagonal: the sum of the weights, 1 / flux^2.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        self.diagonal
+    }
+
+    /// The largest eigenvalue, 1 / flux^2.
+    #[must_use]
+    pub fn largest(&self) -> f64 {
+        self.largest * self.diagonal
+    }
+
+    /// The Hessian over its diagonal times an image.
+    #[must_use]
+    pub fn apply(&self, v: ArrayView2<'_, f32>) -> Array2<f32> {
+        self.wide.convolve(v, &self.beam)
+    }
+
+    /// The operator (1 + t H / diagonal)^-1 in the circulant approximation, for [`BeamHessian::filter`].
+    #[must_use]
+    pub fn damping(&self, t: f32) -> Spectrum<f32> {
+        self.eigenvalues.map_real(|k| 1.0 / (1.0 + t * k))
+    }
+
+    /// An image through an operator of [`BeamHessian::damping`].
+    #[must_use]
+    pub fn filter(&self, v: ArrayView2<'_, f32>, operator: &Spectrum<f32>) -> Array2<f32> {
+        self.round.convolve(v, operator)
+    }
+
+    /// Mean over the spectrum of 1 / (1 + t k): the diagonal of that operator.
+    #[must_use]
+    pub fn mean_damping(&self, t: f64) -> f64 {
+        let (sum, n) = self.eigenvalues.real_parts().fold((0.0, 0_usize), |(s, n), k| (s + 1.0 / (1.0 + t * f64::from(k)), n + 1));
+        sum / n.max(1) as f64
+    }
+}
+
+/// The circulant nearest to the Toeplitz matrix of a beam of twice the size \[2 m, 2 l\], with its origin in the middle.
+fn circulant(beam: &Array2<f32>, (n_m, n_l): (usize, usize), (p_m, p_l): (usize, usize)) -> Array2<f32> {
+    // Along an axis of period p the element j is the mean of the beam at j and j - p, in the shares p - j and j.
+    let parts = |k: usize, p: usize, n: usize| -> [(f32, Option<usize>); 2] {
+        let j = (k + p - p / 2) % p;
+        let place = |d: isize| usize::try_from(d + n as isize).ok().filter(|i| *i < 2 * n);
+        let share = j as f32 / p as f32;
+        [(1.0 - share, place(j as isize)), (share, place(j as isize - p as isize))]
+    };
+    let mut out = Array2::zeros((p_m, p_l));
+    Zip::indexed(&mut out).par_for_each(|(i, j), o| {
+        let mut sum = 0.0;
+        for (a, row) in parts(i, p_m, n_m) {
+            for (b, column) in parts(j, p_l, n_l) {
+                if let (Some(r), Some(c)) = (row, column) {
+                    sum += a * b * beam[(r, c)];
+                }
+            }
+        }
+        *o = sum;
+    });
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fourier::{image_to_vis, vis_to_image};
+    use cittert_arrays::SkyFrame;
+
+    fn setup(n_l: usize, n_m: usize) -> (SkyGrid, Vec<f64>, Array2<f64>, Vec<f32>) {
+        let grid = SkyGrid::new(n_l, n_m, 4e-3, SkyFrame::Boresight).unwrap();
+        let uvw = Array2::from_shape_fn((40, 3), |(r, k)| if k == 2 { 0.0 } else { 0.1 * ((r * 7 + k * 3) as f64).sin() });
+        let weights = (0..80).map(|k| 1.0 + (k % 3) as f32).collect();
+        (grid, vec![90e9, 92e9], uvw, weights)
+    }
+
+    #[test]
+    fn it_is_the_transform_there_and_back_on_even_and_odd_grids() {
+        for (n_l, n_m) in [(16, 12), (15, 9), (14, 17)] {
+            let (grid, freq, uvw, weights) = setup(n_l, n_m);
+            let hessian = BeamHessian::new(&grid, &freq, uvw.view(), &weights).unwrap();
+            let image = Array2::from_shape_fn((n_m, n_l), |(i, j)| ((i * 5 + j * 3) % 7) as f64);
+            let opts = GridOptions { epsilon: 1e-9, ..GridOptions::default() };
+            let vis = image_to_vis(&grid, image.view(), uvw.view(), &freq, &opts).unwrap();
+            let w = Array2::from_shape_fn((40, 2), |(r, c)| f64::from(weights[2 * r + c]));
+            let exact = vis_to_image(&grid, uvw.view(), &freq, vis.view(), w.view(), &opts).unwrap() / hessian.diagonal();
+            let fast = hessian.apply(image.mapv(|v| v as f32).view());
+            let top = exact.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+            assert!(fast.iter().zip(&exact).all(|(a, b)| (f64::from(*a) - b).abs() < 2e-4 * top), "{n_l} {n_m}");
+        }
+    }
+
+    #[test]
+    fn the_damping_is_positive_definite_and_near_the_inverse() {
+        let (grid, freq, uvw, weights) = setup(32, 32);
+        let hessian = BeamHessian::new(&grid, &freq, uvw.view(), &weights).unwrap();
+        let v = Array2::from_shape_fn((32, 32), |(i, j)| (((i * 5 + j * 3) % 7) as f32) - 3.0);
+        let t = 0.5;
+        let u = hessian.filter(v.view(), &hessian.damping(t));
+        let dot = |a: &Array2<f32>, b: &Array2<f32>| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+        assert!(dot(&u, &v) > 0.0);
+        let back = &u + &(hessian.apply(u.view()) * t);
+        let left = &back - &v;
+        assert!(dot(&left, &left) < 0.1 * dot(&v, &v), "{} of {}", dot(&left, &left), dot(&v, &v));
+        assert!(hessian.largest() > hessian.diagonal());
+        let mean = hessian.mean_damping(f64::from(t));
+        assert!(mean > 0.0 && mean < 1.0 && (hessian.mean_damping(0.0) - 1.0).abs() < 1e-12);
+    }
+}

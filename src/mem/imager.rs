@@ -1,0 +1,249 @@
+//! The images: a prior to start from, steps at a fixed multiplier, or the whole way to the target.
+
+use super::control::Control;
+use super::objective::{Multipliers, Objective, Point};
+use super::quasi_newton::{Goals, QuasiNewton, Shared};
+use super::vtess::Vtess;
+use crate::progress::Observer;
+use crate::{ChainError, Result};
+use argmin::core::{Executor, TerminationStatus};
+use ndarray::Array2;
+use num_complex::Complex64;
+use std::cell::RefCell;
+
+/// An image on its way, with its multipliers: the warm start of the next call.
+#[derive(Debug, Clone)]
+pub struct MemState {
+    /// The image, flux a pixel \[m, l\].
+    pub image: Array2<f64>,
+    /// Multiplier of chi2 / 2 in units of the mean prior; 0 before the first step.
+    pub lambda: f64,
+    /// Multiplier of the total flux.
+    pub beta: f64,
+    /// Chi squared over its expected value, after the last step.
+    pub chi2_per_datum: f64,
+    /// The KKT residual after the last step: the length of the gradient over the sum of the lengths of its two sides.
+    pub kkt: f64,
+    /// Evaluations of the data term so far.
+    pub evaluations: usize,
+}
+
+/// What a call of [`MemImager::improve`] or [`MemImager::solve`] did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Evaluations of the data term: pairs of transforms.
+    pub evaluations: usize,
+    /// Steps.
+    pub iterations: usize,
+    /// Convolutions with the beam.
+    pub convolutions: usize,
+    /// All that was asked for is met.
+    pub met: bool,
+    /// No step along any direction improved the image any more.
+    pub stalled: bool,
+}
+
+/// When [`MemImager::solve`] is done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MemGoals {
+    /// Chi squared over its expected value.
+    pub chi2: f64,
+    /// Its largest departure, relative.
+    pub chi2_tolerance: f64,
+    /// Largest KKT residual.
+    pub kkt: f64,
+    /// Largest relative error of the flux, where the flux is known.
+    pub flux: f64,
+    /// Evaluations of the data term at most.
+    pub evaluations: usize,
+}
+
+impl Default for MemGoals {
+    fn default() -> Self {
+        Self { chi2: 1.0, chi2_tolerance: 0.008, kkt: 1e-3, flux: 1e-3, evaluations: 150 }
+    }
+}
+
+/// Makes maximum entropy images of one objective.
+#[derive(Debug)]
+pub struct MemImager {
+    objective: Objective,
+    prior: Array2<f64>,
+}
+
+/// The solvers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Newton steps in s on the beam's Hessian, L-BFGS where there is none.
+    #[default]
+    QuasiNewton,
+    /// The control of Cornwell and Evans: multipliers from the products of gradients, steps in the image with interpolation.
+    Vtess,
+}
+
+/// An error of argmin is one of ours inside.
+fn ours(e: argmin::core::Error) -> ChainError {
+    e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into()))
+}
+
+impl MemImager {
+    /// For an objective; `prior` \[m, l\] in flux a pixel is where images start.
+    ///
+    /// # Errors
+    /// A prior that is not positive where the image may be bright, a flux that is not positive, a mask that leaves no pixel.
+    pub fn new(objective: Objective, prior: Array2<f64>) -> Result<Self> {
+        super::regulariser::check_prior(&prior, objective.inside.as_ref())?;
+        if let Some(flux) = objective.flux.filter(|f| !(*f > 0.0 && f.is_finite())) {
+            let expected = "a positive total flux: entropy is that of a positive image".into();
+            return Err(ChainError::BadOption { option: "--flux", value: flux.to_string(), expected });
+        }
+        if objective.inside.as_ref().is_some_and(|m| !m.iter().any(|x| *x)) {
+            return Err(ChainError::NoData("the mask leaves no pixel for the image".into()));
+        }
+        Ok(Self { objective, prior })
+    }
+
+    /// What is minimised.
+    #[must_use]
+    pub fn objective(&self) -> &Objective {
+        &self.objective
+    }
+
+    /// Access to change the data term, the penalty or the flux between two calls.
+    pub fn objective_mut(&mut self) -> &mut Objective {
+        &mut self.objective
+    }
+
+    /// The objective back, to be given another prior.
+    #[must_use]
+    pub fn into_objective(self) -> Objective {
+        self.objective
+    }
+
+    /// The prior \[m, l\], flux a pixel.
+    #[must_use]
+    pub fn prior(&self) -> &Array2<f64> {
+        &self.prior
+    }
+
+    /// The state before the first step: the prior.
+    #[must_use]
+    pub fn start(&self) -> MemState {
+        self.start_at(self.prior.clone())
+    }
+
+    /// A state at any image, such as one of an earlier run. Pixels that must be positive and are not start at a thousandth of the prior.
+    #[must_use]
+    pub fn start_at(&self, mut image: Array2<f64>) -> MemState {
+        ndarray::Zip::from(&mut image).and(&self.prior).for_each(|i, m| *i = i.max(1e-3 * m.max(0.0)));
+        let s = self.objective.variable(&image);
+        let image = s.mapv(|s| 0.25 * s * s);
+        MemState { image, lambda: 0.0, beta: 0.0, chi2_per_datum: f64::NAN, kkt: f64::NAN, evaluations: 0 }
+    }
+
+    /// Visibilities \[row x chan\] of an image \[m, l\] in flux a pixel, with the offset of the objective taken away.
+    ///
+    /// # Errors
+    /// An image of another size.
+    pub fn predict(&mut self, image: &Array2<f64>) -> Result<&[Complex64]> {
+        match &self.objective.offset {
+            Some(offset) => self.objective.chi2.predict((image - offset).view()),
+            None => self.objective.chi2.predict(image.view()),
+        }
+    }
+
+    /// A few steps at this `lambda` (in units of the mean prior), from where the state is: what a calibration does between two
+    /// solutions. Every step costs one evaluation of the data term, rarely more.
+    ///
+    /// # Errors
+    /// A lambda that is not positive; values that are not finite; a request to stop.
+    pub fn improve(&mut self, state: &mut MemState, lambda: f64, iterations: usize, observer: &dyn Observer) -> Result<Progress> {
+        if !(lambda > 0.0 && lambda.is_finite()) {
+            let expected = "a positive number".into();
+            return Err(ChainError::BadOption { option: "lambda", value: lambda.to_string(), expected });
+        }
+        state.lambda = lambda;
+        let goals = Goals { kkt: 1e-5, flux: 1e-5, evaluations: usize::MAX };
+        self.run(state, Control::Fixed, goals, (iterations, observer))
+    }
+
+    /// From where the state is to chi squared at its target, the flux where it is known, and the KKT residual.
+    ///
+    /// # Errors
+    /// Values that are not finite; a request to stop. A goal that is not reached is no error: see [`Progress::met`].
+    pub fn solve(&mut self, state: &mut MemState, goals: &MemGoals, method: Method, observer: &dyn Observer) -> Result<Progress> {
+        if !(state.lambda > 0.0) {
+            state.lambda = self.first_lambda(state)?;
+        }
+        let control = Control::Target { target: goals.chi2, tolerance: goals.chi2_tolerance };
+        let inner = Goals { kkt: goals.kkt, flux: goals.flux, evaluations: goals.evaluations };
+        match method {
+            Method::QuasiNewton => self.run(state, control, inner, (goals.evaluations, observer)),
+            Method::Vtess => self.run_vtess(state, control, inner, observer),
+        }
+    }
+
+    /// A multiplier at which the data just begin to matter, in units of the mean prior.
+    fn first_lambda(&mut self, state: &MemState) -> Result<f64> {
+        if let Some(beam) = &self.objective.beam {
+            return Ok(0.1 / (beam.largest() * self.objective.unit * self.objective.unit));
+        }
+        // Without a beam: where the gradient of the data is as long as the image itself in the metric of the entropy.
+        let point = self.objective.evaluate(self.objective.variable(&state.image))?;
+        let (mut data, mut size) = (0.0, 0.0);
+        ndarray::Zip::from(&point.image).and(&point.slope).for_each(|i, g| {
+            data += i * g * g;
+            size += i;
+        });
+        let lambda = 0.1 * size.sqrt() / data.sqrt().max(f64::MIN_POSITIVE) / self.objective.unit;
+        Ok(if lambda.is_finite() && lambda > 0.0 { lambda } else { 1.0 })
+    }
+
+    fn run(&mut self, state: &mut MemState, control: Control, goals: Goals, limit: (usize, &dyn Observer)) -> Result<Progress> {
+        let unit = self.objective.unit;
+        let multipliers = Multipliers { lambda: state.lambda * unit, beta: state.beta, rho: self.objective.rho() };
+        let s = self.objective.variable(&state.image);
+        let (iterations, observer) = limit;
+        let shared: Shared<'_> = RefCell::new(&mut self.objective);
+        let solver = QuasiNewton::new(multipliers, control, goals, None, observer);
+        let executor = Executor::new(shared, solver).configure(|s0| s0.param(s).max_iters(iterations as u64));
+        let result = executor.run().map_err(ours)?;
+        let (iterations, termination) = (result.state.iter as usize, result.state.termination_status.clone());
+        let solver = result.solver;
+        let Some(point) = solver.point else { return Err(ChainError::NoData("the solver made no step".into())) };
+        let (m, evaluations) = (solver.multipliers, solver.evaluations);
+        let stalled = matches!(&termination, TerminationStatus::Terminated(r) if r.text() == "stalled");
+        let progress = Progress { evaluations, iterations, convolutions: solver.inner, met: solver.met, stalled };
+        self.keep(state, point, m, evaluations);
+        Ok(progress)
+    }
+
+    fn run_vtess(&mut self, state: &mut MemState, control: Control, goals: Goals, observer: &dyn Observer) -> Result<Progress> {
+        if self.objective.beam.is_none() {
+            return Err(ChainError::Incompatible("vtess needs visibilities with a dirty beam: use the quasi-Newton solver".into()));
+        }
+        let multipliers = Multipliers { lambda: state.lambda * self.objective.unit, beta: state.beta, rho: 0.0 };
+        let s = self.objective.variable(&state.image);
+        let shared: Shared<'_> = RefCell::new(&mut self.objective);
+        let solver = Vtess::new(multipliers, control, goals, observer);
+        let executor = Executor::new(shared, solver).configure(|s0| s0.param(s).max_iters(goals.evaluations as u64));
+        let result = executor.run().map_err(ours)?;
+        let (iterations, termination) = (result.state.iter as usize, result.state.termination_status.clone());
+        let solver = result.solver;
+        let Some(point) = solver.point else { return Err(ChainError::NoData("the solver made no step".into())) };
+        let (m, evaluations) = (solver.multipliers, solver.evaluations);
+        let stalled = matches!(&termination, TerminationStatus::Terminated(r) if r.text() == "stalled");
+        let progress = Progress { evaluations, iterations, convolutions: solver.inner, met: solver.met, stalled };
+        self.keep(state, point, m, evaluations);
+        Ok(progress)
+    }
+
+    fn keep(&self, state: &mut MemState, point: Point, m: Multipliers, evaluations: usize) {
+        state.lambda = m.lambda / self.objective.unit;
+        state.beta = m.beta;
+        state.chi2_per_datum = point.chi2 / self.objective.chi2.expected();
+        state.kkt = self.objective.kkt(&point, &m);
+        state.evaluations += evaluations;
+        state.image = point.image;
+    }
+}

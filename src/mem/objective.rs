@@ -1,0 +1,155 @@
+//! What is minimised: J = lambda chi2 / 2 + R + beta (F - F0) + rho (F - F0)^2 / 2 over positive images I = s^2 / 4.
+//!
+//! R is the penalty (minus the entropy), F the total flux. The variable s makes the image positive, and the metric of the entropy the
+//! identity: d2R/ds2 is 1 for the relative entropy. lambda, beta are the Lagrange multipliers of chi squared and of the flux; rho is the
+//! strength of the augmented Lagrangian, which leaves the solution where it is and lets beta be found in a few steps.
+//!
+//! # Reference
+//! Nocedal & Wright 2006, Numerical Optimization, sect. 17.3 (augmented Lagrangian).
+
+use super::beam::BeamHessian;
+use super::chi2::ChiSquared;
+use super::regulariser::{Regulariser, WeightedSum};
+use crate::Result;
+use ndarray::{Array2, Zip};
+
+/// Stiffness of the flux constraint in units of that of the entropy.
+const FLUX_STIFFNESS: f64 = 100.0;
+
+/// Everything that the image is judged by.
+#[derive(Debug)]
+pub struct Objective {
+    /// The data.
+    pub chi2: ChiSquared,
+    /// The penalty.
+    pub penalty: WeightedSum,
+    /// Where the image may be bright \[m, l\]; everywhere without it.
+    pub inside: Option<Array2<bool>>,
+    /// What is taken from the image before it meets the data \[m, l\], such as a pedestal that the data have lost; flux a pixel.
+    pub offset: Option<Array2<f64>>,
+    /// The total flux, where it is known.
+    pub flux: Option<f64>,
+    /// Curvature of the data term, where it has one that a beam describes.
+    pub beam: Option<BeamHessian>,
+    /// Mean prior, flux a pixel: the natural unit of lambda.
+    pub unit: f64,
+}
+
+/// Lagrange multipliers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Multipliers {
+    /// Of chi2 / 2, flux.
+    pub lambda: f64,
+    /// Of the total flux.
+    pub beta: f64,
+    /// Stiffness of the flux constraint, 1 / flux; 0 without one.
+    pub rho: f64,
+}
+
+/// The objective at one image.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// The variable, +- 2 sqrt(I) \[m, l\].
+    pub s: Array2<f64>,
+    /// The image, flux a pixel.
+    pub image: Array2<f64>,
+    /// Chi squared.
+    pub chi2: f64,
+    /// Half of the gradient of chi squared by the image.
+    pub slope: Array2<f64>,
+    /// The penalty.
+    pub penalty: f64,
+    /// Its gradient.
+    pub penalty_slope: Array2<f64>,
+    /// Image times second derivative of the penalty: its curvature in s.
+    pub stiffness: Array2<f64>,
+    /// Sum of the image.
+    pub flux: f64,
+}
+
+impl Objective {
+    /// Stiffness of the flux constraint.
+    #[must_use]
+    pub fn rho(&self) -> f64 {
+        self.flux.map_or(0.0, |f| FLUX_STIFFNESS / f)
+    }
+
+    /// The variable of an image; what lies outside the mask is black.
+    #[must_use]
+    pub fn variable(&self, image: &Array2<f64>) -> Array2<f64> {
+        let mut s = image.mapv(|v| 2.0 * v.max(0.0).sqrt());
+        if let Some(inside) = &self.inside {
+            Zip::from(&mut s).and(inside).for_each(|s, inside| *s *= f64::from(u8::from(*inside)));
+        }
+        s
+    }
+
+    /// All values and gradients at `s`: one evaluation of the data term.
+    ///
+    /// # Errors
+    /// Values that are not finite.
+    pub fn evaluate(&mut self, s: Array2<f64>) -> Result<Point> {
+        let image = s.mapv(|s| 0.25 * s * s);
+        let mut misfit = match &self.offset {
+            Some(offset) => self.chi2.evaluate((&image - offset).view())?,
+            None => self.chi2.evaluate(image.view())?,
+        };
+        misfit.gradient *= 0.5;
+        Ok(self.assemble(s, image, misfit.chi2, misfit.gradient))
+    }
+
+    /// A point whose data side is known already.
+    pub(super) fn assemble(&self, s: Array2<f64>, image: Array2<f64>, chi2: f64, slope: Array2<f64>) -> Point {
+        let (mut penalty_slope, mut stiffness) = (Array2::zeros(image.dim()), Array2::zeros(image.dim()));
+        let penalty = self.penalty.add(&image, 1.0, &mut penalty_slope, &mut stiffness);
+        Zip::from(&mut stiffness).and(&image).for_each(|c, i| *c = if *i > 0.0 { *c * i } else { 1.0 });
+        let flux = image.sum();
+        Point { s, image, chi2, slope, penalty, penalty_slope, stiffness, flux }
+    }
+
+    /// Departure of the flux from what it should be.
+    #[must_use]
+    pub fn excess(&self, point: &Point) -> f64 {
+        self.flux.map_or(0.0, |f| point.flux - f)
+    }
+
+    /// J.
+    #[must_use]
+    pub fn value(&self, point: &Point, m: &Multipliers) -> f64 {
+        let excess = self.excess(point);
+        0.5 * m.lambda * point.chi2 + point.penalty + excess * (m.beta + 0.5 * m.rho * excess)
+    }
+
+    /// dJ/dI for each pixel.
+    #[must_use]
+    pub fn residual(&self, point: &Point, m: &Multipliers) -> Array2<f64> {
+        let beta = m.beta + m.rho * self.excess(point);
+        let mut out = point.slope.clone();
+        Zip::from(&mut out).and(&point.penalty_slope).par_for_each(|o, p| *o = m.lambda * *o + p + beta);
+        out
+    }
+
+    /// dJ/ds.
+    #[must_use]
+    pub fn gradient(&self, point: &Point, m: &Multipliers) -> Array2<f64> {
+        let mut out = self.residual(point, m);
+        Zip::from(&mut out).and(&point.s).for_each(|o, s| *o *= 0.5 * s);
+        out
+    }
+
+    /// The KKT residual: the length of the gradient of J over the sum of the lengths of its two sides, in the metric of the entropy.
+    /// It is 0 at the solution and near 1 where the sides do not balance.
+    #[must_use]
+    pub fn kkt(&self, point: &Point, m: &Multipliers) -> f64 {
+        let beta = m.beta + m.rho * self.excess(point);
+        let (mut all, mut data, mut prior) = (0.0, 0.0, 0.0);
+        Zip::from(&point.image).and(&point.slope).and(&point.penalty_slope).for_each(|i, g, p| {
+            let (a, b) = (m.lambda * g, p + beta);
+            all += i * (a + b) * (a + b);
+            data += i * a * a;
+            prior += i * b * b;
+        });
+        let sides = data.sqrt() + prior.sqrt();
+        if sides > 0.0 { all.sqrt() / sides } else { 0.0 }
+    }
+}
