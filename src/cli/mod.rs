@@ -5,6 +5,7 @@
 
 mod applycal;
 mod beam;
+mod beside;
 mod clean;
 mod closure;
 mod compare;
@@ -20,6 +21,7 @@ mod info;
 mod kind;
 mod layout;
 mod mask;
+mod mem;
 mod options;
 mod picture;
 mod plot;
@@ -85,6 +87,8 @@ enum Command {
     Dirty(dirty::DirtyArgs),
     /// Deconvolve by CLEAN.
     Clean(clean::CleanCommandArgs),
+    /// Image by maximum entropy, with a certificate.
+    Mem(Box<mem::MemCommandArgs>),
     /// Rounds of imaging and solving for antenna gains.
     Selfcal(Box<selfcal::SelfcalArgs>),
     /// Apply a gain table.
@@ -120,6 +124,7 @@ impl Command {
             Self::Beam(a) => beam::run(a, context),
             Self::Dirty(a) => dirty::run(a, context),
             Self::Clean(a) => clean::run(a, context),
+            Self::Mem(a) => mem::run(a, context),
             Self::Selfcal(a) => selfcal::run(a, context),
             Self::Applycal(a) => applycal::run(a, context),
             Self::Closure(a) => closure::run(a, context),

@@ -176,7 +176,7 @@ fn a_flight_leaves_frames_and_tells_their_rate() {
     s.fails("scene fly path.toml -o other", 2, &["names no scene"]);
     let line = format!("scene fly path.toml --scene {} --size 48 -o frames", shipped("t-72"));
     s.fails(&line, 1, &["frames"]);
-    let into = std::fs::read_to_string(s.path("path.toml")).unwrap().replace("[9, -12, 5]", "[0, 0, 1]");
+    let into = std::fs::read_to_string(s.path("path.toml")).unwrap().replace("[9, -12, 5]", "[0, 0.1, 1]");
     s.write("into.toml", into);
     s.fails(&format!("scene fly into.toml --scene {} -o other", shipped("t-72")), 1, &["frame 2", "inside region"]);
 }
@@ -237,7 +237,7 @@ fn terrain_takes_pictures_for_surfaces_and_heights() {
     let range = plane(&s.path("range.fits"), 0, 0);
     assert!((range[[2, 8]] - range[[14, 8]] - 6.5).abs() < 0.6, "{} {}", range[[2, 8]], range[[14, 8]]);
     s.write("bad.toml", scene.replace("heights.png", "missing.png"));
-    s.fails("scene render bad.toml -o x.fits", 1, &["bad.toml", "line 12", "missing.png"]);
+    s.fails("scene render bad.toml -o x.fits", 1, &["bad.toml", "line 11", "missing.png"]);
 }
 
 #[test]

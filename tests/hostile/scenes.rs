@@ -38,13 +38,14 @@ fn every_bad_scene_has_one_message_with_its_line() {
         ("0, 2, 0, 0, 0, 1]", "1, 2, 0, 0, 0, 1]", ["line 13", "perpendicular"]),
         ("1.4, 0.8]", "1.4, 0]", ["line 17", "radius R of the SPH is 0 m"]),
         ("\"+hull OR +dome\"", "\"\"", ["line 21", "names no body"]),
-        ("[0, -30, 4]", "[0, 0, 1]", ["line 3", "inside region `all`"]),
+        ("[0, -30, 4]", "[0, 0.1, 1]", ["line 3", "inside region `all`"]),
+        ("[0, -30, 4]", "[0, 0, 1]", ["line 3", "away from the camera"]),
         ("[0, -30, 4]", "[0, -30, -1]", ["line 3", "under the ground"]),
         ("\nsurface = \"steel\"\n", "\n", ["line 21", "has no material"]),
         ("material = \"steel\"", "material = \"stele\"", ["line 8", "unknown material `stele`"]),
         ("type = \"SPH\"", "type = \"SPHERE\"", ["line 17", "unknown body type `SPHERE`"]),
         ("is = \"", "was = \"", ["line 23", "unknown field `was`"]),
-        ("0.8]", "nan]", ["line 17", "not finite"]),
+        ("0.8]", "nan]", ["line 17", "parameter 4 of the SPH is NaN"]),
     ] {
         assert!(TANK.contains(from), "{from}");
         s.write("bad.toml", TANK.replacen(from, to, 1));
@@ -89,7 +90,7 @@ fn cameras_without_a_scene_and_options_out_of_range() {
     s.fails("scene render ok.toml --pol RR -o x.fits", 1, &["RR", "one of I, Q, U, V"]);
     s.fails("scene render ok.toml --channels 0 -o x.fits", 1, &["channel"]);
     s.fails("scene render ok.toml --scene-size 1000000 -o x.fits", 1, &["1000000"]);
-    s.fails("scene render ok.toml --isothermal -5K -o x.fits", 2, &["-5K"]);
+    s.fails("scene render ok.toml --isothermal 5 -o x.fits", 2, &["no unit"]);
     s.write("blind.toml", TANK.replace("[camera]\nposition_m = [0, -30, 4]\nlook_at_m = [0, 0, 1]\nsize_px = [8, 8]\n", ""));
     s.fails("scene render blind.toml -o x.fits", 1, &["blind.toml", "[camera]", "missing"]);
     s.write("path.toml", "frames_per_second = 0\nkey = []\n");

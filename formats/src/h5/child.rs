@@ -23,14 +23,16 @@ const LONG_PATIENCE_S: u32 = 60;
 const MORE_MEMORY: u64 = 2 << 30;
 /// Answer in place of a signal where the file made the library ask for more memory than that.
 pub(super) const NO_MEMORY: i32 = 255;
+/// Answer where the look itself found what must not be read.
+pub(super) const UNSOUND: i32 = 254;
 /// Files that one worker looks at.
 const FILES_OF_A_WORKER: usize = 500;
 /// Exit codes of a worker: the program is gone; another one shall follow.
 const ALONE: i32 = 0;
 const NEXT: i32 = 1;
 
-/// What a worker does with a file.
-type Look = fn(&Path);
+/// What a worker does with a file; false where it must not be read.
+type Look = fn(&Path) -> bool;
 
 /// The keeper, seen from the program.
 struct Child {
@@ -224,13 +226,14 @@ fn work(requests: &File, replies: &File, busy: &AtomicU8, look: Look) -> ! {
         unsafe { libc::close(-1) };
         bound_time(LONG_PATIENCE_S, PATIENCE_S * (1 + (bytes >> 24)));
         // A panic is for the program to meet as well.
-        let _ = catch_unwind(AssertUnwindSafe(|| look(&path)));
+        let sound = catch_unwind(AssertUnwindSafe(|| look(&path))).unwrap_or(true);
         bound_time(0, 0);
         busy.store(0, SeqCst);
         // The program has no bound: where this process got no memory the library would go on there, and may crash. The C library
         // leaves this mark, which nothing takes away but another failure.
         let greedy = Error::last_os_error().raw_os_error() == Some(libc::ENOMEM);
-        if (&*replies).write_all(&[if greedy { NO_MEMORY as u8 } else { 0 }]).is_err() {
+        let answer = if greedy { NO_MEMORY } else { i32::from(!sound) * UNSOUND };
+        if (&*replies).write_all(&[answer as u8]).is_err() {
             end(ALONE);
         }
         if greedy {

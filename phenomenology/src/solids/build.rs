@@ -2,7 +2,7 @@
 
 use super::covers::Covers;
 use super::file::{AtmosphereRow, GroundRow, HeightFieldRow, MapRow, PatchRow, SceneFile, SurfaceRow};
-use super::place::{Placed, line_of, place};
+use super::place::{Lines, Placed, place};
 use super::scene::{Air, SolidScene, SurfaceSource};
 use crate::atmosphere::{Atmosphere, Humidity, Layer, PhysicsError, Profile, SurfaceWeather, gas_model, rain_model, reference_profile};
 use crate::error::{Result, SceneError};
@@ -20,7 +20,8 @@ pub(super) fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     if file.kind != "solids" {
         return Err(SceneError::BadValue { what: "key `kind`".into(), value: file.kind, expected: "\"solids\"" });
     }
-    let line = |offset: usize| if text.is_empty() { 0 } else { line_of(text, offset) };
+    let lines = Lines::new(text);
+    let line = |offset: usize| lines.of(offset);
     let surfaces = file
         .surface
         .iter()

@@ -73,7 +73,8 @@ impl SolidScene {
     /// As [`SolidScene::from_toml`], and a picture that cannot be read.
     pub fn from_toml_with(text: &str, read: ReadGrey<'_>) -> Result<Self> {
         let mut file: SceneFile = toml::from_str(text)?;
-        super::images::resolve(&mut file, read, &|offset| super::place::line_of(text, offset))?;
+        let lines = super::place::Lines::new(text);
+        super::images::resolve(&mut file, read, &|offset| lines.of(offset))?;
         build::build(file, text)
     }
 

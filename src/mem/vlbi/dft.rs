@@ -49,50 +49,75 @@ impl Panels {
         Self { rows, cols, data }
     }
 
-    fn n_panels(&self) -> usize {
-        self.cols.div_ceil(PANEL)
-    }
-
-    fn panel(&self, p: usize) -> &[f64] {
-        &self.data[p * self.rows * PANEL..(p + 1) * self.rows * PANEL]
+    /// Columns with those that fill the last panel.
+    fn width(&self) -> usize {
+        self.cols.next_multiple_of(PANEL)
     }
 }
 
 /// Rows of the left factor that go through a panel together, so that the sums need not wait for each other.
 const ROWS: usize = 4;
 
-/// Some rows \[rows\] of the left factor times a panel.
+/// Some rows of the left factor times a panel. Plain indices: iterators would stay calls where the machine's features are switched on.
 #[inline(always)]
-fn rows_times_panel<const N: usize, const FUSED: bool>(rows: [&[f64]; N], panel: &[f64]) -> [[f64; PANEL]; N] {
+fn rows_times_panel<const N: usize, const FUSED: bool>(left: &[f64], k: usize, panel: &[f64], out: &mut [f64], width: usize) {
     let mut sums = [[0.0; PANEL]; N];
-    for (i, b) in panel.as_chunks::<PANEL>().0.iter().enumerate() {
-        for (sum, row) in sums.iter_mut().zip(rows) {
-            let a = row[i];
-            for (s, b) in sum.iter_mut().zip(b) {
-                *s = if FUSED { a.mul_add(*b, *s) } else { *s + a * b };
+    for i in 0..k {
+        let b = &panel[i * PANEL..(i + 1) * PANEL];
+        for r in 0..N {
+            let a = left[r * k + i];
+            for c in 0..PANEL {
+                sums[r][c] = if FUSED { a.mul_add(b[c], sums[r][c]) } else { sums[r][c] + a * b[c] };
             }
         }
     }
-    sums
+    for r in 0..N {
+        out[r * width..r * width + PANEL].copy_from_slice(&sums[r]);
+    }
 }
 
-/// left \[n, rows\] times right \[rows, cols\], handed on as (row, first column, values).
+/// out \[n, padded cols\] = left \[n, rows\] times right \[rows, cols\].
 #[inline(always)]
-fn product<const FUSED: bool>(left: &[f64], right: &Panels, mut take: impl FnMut(usize, usize, [f64; PANEL])) {
-    let k = right.rows;
+fn product_with<const FUSED: bool>(left: &[f64], right: &Panels, out: &mut [f64]) {
+    let (k, width) = (right.rows, right.width());
     let n = left.len() / k.max(1);
-    for p in 0..right.n_panels() {
-        let panel = right.panel(p);
-        let row = |r: usize| &left[r * k..(r + 1) * k];
-        for r in (0..n / ROWS * ROWS).step_by(ROWS) {
-            let sums = rows_times_panel::<ROWS, FUSED>([row(r), row(r + 1), row(r + 2), row(r + 3)], panel);
-            sums.into_iter().enumerate().for_each(|(i, s)| take(r + i, p * PANEL, s));
+    let mut p = 0;
+    while p * PANEL < width {
+        let panel = &right.data[p * k * PANEL..(p + 1) * k * PANEL];
+        let mut r = 0;
+        while r + ROWS <= n {
+            rows_times_panel::<ROWS, FUSED>(&left[r * k..], k, panel, &mut out[r * width + p * PANEL..], width);
+            r += ROWS;
         }
-        for r in n / ROWS * ROWS..n {
-            let [sum] = rows_times_panel::<1, FUSED>([row(r)], panel);
-            take(r, p * PANEL, sum);
+        while r < n {
+            rows_times_panel::<1, FUSED>(&left[r * k..], k, panel, &mut out[r * width + p * PANEL..], width);
+            r += 1;
         }
+        p += 1;
     }
+}
+
+/// The same for machines with AVX2 and fused multiply-add.
+///
+/// # Safety
+/// The machine has them.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+unsafe fn product_fused(left: &[f64], right: &Panels, out: &mut [f64]) {
+    product_with::<true>(left, right, out);
+}
+
+fn product(fused: bool, left: &[f64], right: &Panels) -> Vec<f64> {
+    let mut out = vec![0.0; left.len() / right.rows.max(1) * right.width()];
+    #[cfg(target_arch = "x86_64")]
+    if fused {
+        // SAFETY: `fused` is true only where the machine was asked.
+        unsafe { product_fused(left, right, &mut out) };
+        return out;
+    }
+    debug_assert!(!fused);
+    product_with::<false>(left, right, &mut out);
+    out
 }
 
 /// The exact transform of a small image.
@@ -148,78 +173,6 @@ impl SmallDft {
     fn columns(&self, h: usize) -> (usize, usize) {
         (self.n_l / 2 + h, (self.n_l - 1) / 2 - h)
     }
-
-    #[inline(always)]
-    fn forward_with<const FUSED: bool>(&self, image: &[f64], vis: &mut [Complex64]) {
-        let half = self.half();
-        let (mut even, mut odd) = (vec![0.0; self.n_m * half], vec![0.0; self.n_m * half]);
-        for (r, row) in image.chunks_exact(self.n_l).enumerate() {
-            for h in 0..half {
-                let (plus, minus) = self.columns(h);
-                let (a, b) = (row[plus], if plus == minus { 0.0 } else { row[minus] });
-                (even[r * half + h], odd[r * half + h]) = (a + b, a - b);
-            }
-        }
-        vis.fill(Complex64::default());
-        product::<FUSED>(&even, &self.cos_l, |r, first, values| {
-            let last = (first + PANEL).min(self.n_vis);
-            for ((v, x), phase) in vis[first..last].iter_mut().zip(values).zip(&self.row_phase[r * self.n_vis + first..]) {
-                *v += Complex64::new(phase.re * x, phase.im * x);
-            }
-        });
-        product::<FUSED>(&odd, &self.sin_l, |r, first, values| {
-            let last = (first + PANEL).min(self.n_vis);
-            for ((v, x), phase) in vis[first..last].iter_mut().zip(values).zip(&self.row_phase[r * self.n_vis + first..]) {
-                *v += Complex64::new(-phase.im * x, phase.re * x);
-            }
-        });
-    }
-
-    #[inline(always)]
-    fn adjoint_with<const FUSED: bool>(&self, gradient: &[Complex64], image: &mut [f64]) {
-        // conj(g) exp(2 pi i v m): its real part goes with the cosine, its imaginary part with minus the sine.
-        let turned = self.row_phase.chunks_exact(self.n_vis.max(1)).flat_map(|row| row.iter().zip(gradient).map(|(p, g)| p * g.conj()));
-        let (re, im): (Vec<f64>, Vec<f64>) = turned.map(|z| (z.re, z.im)).unzip();
-        image.fill(0.0);
-        product::<FUSED>(&re, &self.cos_l_back, |r, first, values| {
-            for h in first..(first + PANEL).min(self.half()) {
-                let (plus, minus) = self.columns(h);
-                image[r * self.n_l + plus] += values[h - first];
-                if plus != minus {
-                    image[r * self.n_l + minus] += values[h - first];
-                }
-            }
-        });
-        product::<FUSED>(&im, &self.sin_l_back, |r, first, values| {
-            for h in first..(first + PANEL).min(self.half()) {
-                let (plus, minus) = self.columns(h);
-                if plus != minus {
-                    image[r * self.n_l + plus] -= values[h - first];
-                    image[r * self.n_l + minus] += values[h - first];
-                }
-            }
-        });
-    }
-
-    /// The same loops for machines with AVX2 and fused multiply-add.
-    ///
-    /// # Safety
-    /// The machine has them.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    unsafe fn forward_fused(&self, image: &[f64], vis: &mut [Complex64]) {
-        self.forward_with::<true>(image, vis);
-    }
-
-    /// As [`Self::forward_fused`].
-    ///
-    /// # Safety
-    /// The machine has AVX2 and fused multiply-add.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    unsafe fn adjoint_fused(&self, gradient: &[Complex64], image: &mut [f64]) {
-        self.adjoint_with::<true>(gradient, image);
-    }
 }
 
 fn fused() -> bool {
@@ -239,21 +192,50 @@ impl Transform for SmallDft {
     }
 
     fn forward(&self, image: &[f64], vis: &mut [Complex64]) {
-        #[cfg(target_arch = "x86_64")]
-        if self.fused {
-            // SAFETY: `fused` asked the machine.
-            return unsafe { self.forward_fused(image, vis) };
+        let half = self.half();
+        let (mut even, mut odd) = (vec![0.0; self.n_m * half], vec![0.0; self.n_m * half]);
+        for (r, row) in image.chunks_exact(self.n_l).enumerate() {
+            for h in 0..half {
+                let (plus, minus) = self.columns(h);
+                let (a, b) = (row[plus], if plus == minus { 0.0 } else { row[minus] });
+                (even[r * half + h], odd[r * half + h]) = (a + b, a - b);
+            }
         }
-        self.forward_with::<false>(image, vis);
+        let (re, im) = (product(self.fused, &even, &self.cos_l), product(self.fused, &odd, &self.sin_l));
+        let width = self.cos_l.width().max(1);
+        vis.fill(Complex64::default());
+        for ((re, im), phase) in re.chunks_exact(width).zip(im.chunks_exact(width)).zip(self.row_phase.chunks_exact(self.n_vis.max(1))) {
+            for (((v, x), y), p) in vis.iter_mut().zip(re).zip(im).zip(phase) {
+                v.re += p.re * x - p.im * y;
+                v.im += p.im * x + p.re * y;
+            }
+        }
     }
 
     fn adjoint(&self, gradient: &[Complex64], image: &mut [f64]) {
-        #[cfg(target_arch = "x86_64")]
-        if self.fused {
-            // SAFETY: `fused` asked the machine.
-            return unsafe { self.adjoint_fused(gradient, image) };
+        // conj(g) exp(2 pi i v m): its real part goes with the cosine, its imaginary part with minus the sine.
+        let (mut re, mut im) = (vec![0.0; self.row_phase.len()], vec![0.0; self.row_phase.len()]);
+        let n = self.n_vis.max(1);
+        for ((re, im), phase) in re.chunks_exact_mut(n).zip(im.chunks_exact_mut(n)).zip(self.row_phase.chunks_exact(n)) {
+            for (((re, im), g), p) in re.iter_mut().zip(im).zip(gradient).zip(phase) {
+                *re = p.re * g.re + p.im * g.im;
+                *im = p.im * g.re - p.re * g.im;
+            }
         }
-        self.adjoint_with::<false>(gradient, image);
+        let (even, odd) = (product(self.fused, &re, &self.cos_l_back), product(self.fused, &im, &self.sin_l_back));
+        let width = self.cos_l_back.width();
+        for (r, row) in image.chunks_exact_mut(self.n_l).enumerate() {
+            for h in 0..self.half() {
+                let (plus, minus) = self.columns(h);
+                let (e, o) = (even[r * width + h], odd[r * width + h]);
+                row[plus] = e - o;
+                if plus == minus {
+                    row[plus] = e;
+                } else {
+                    row[minus] = e + o;
+                }
+            }
+        }
     }
 }
 
