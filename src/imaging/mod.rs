@@ -19,6 +19,8 @@ mod size;
 pub mod weights;
 
 #[cfg(test)]
+mod cycle_tests;
+#[cfg(test)]
 pub(crate) mod fixtures;
 #[cfg(test)]
 mod tests;
