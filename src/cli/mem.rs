@@ -1,18 +1,23 @@
-//! `mem`: maximum entropy.
+//! `mem`: images of maximum entropy, with a certificate.
 
 mod closures;
 
 use super::context::{Context, Outcome};
-use super::failure::{Failure, Result};
-use super::options::{ColumnArgs, ImagingArgs, OutputArgs, TermsArgs};
-use cittert_arrays::quantity::FluxDensity;
+use super::failure::{Context as _, Failure, Result};
+use super::options::{ColumnArgs, ImagingArgs, MemArgs, OutputArgs, TermsArgs, in_data_unit};
+use super::text::{angle, number};
+use crate::imaging::Imager;
+use crate::mem::{Certificate, MemOptions, MemProducts, Noise, announce_noise, mem, noise_from_hands};
+use cittert_arrays::{Image, VisibilitySource};
+use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use closures::ClosureRun;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Options of `mem`.
 #[derive(Debug, Args)]
-pub struct MemArgs {
+pub struct MemCommandArgs {
     /// Visibilities.
     #[arg(value_name = "IN")]
     input: PathBuf,
@@ -21,22 +26,169 @@ pub struct MemArgs {
     #[command(flatten)]
     imaging: ImagingArgs,
     #[command(flatten)]
+    mem: MemArgs,
+    #[command(flatten)]
     terms: TermsArgs,
-    /// Total flux of the image [default: the one that the amplitudes make most likely].
-    #[arg(long, value_name = "FLUX")]
-    flux: Option<FluxDensity>,
+    /// Write each step as one line of JSON to this file.
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
     #[command(flatten)]
     out: OutputArgs,
 }
 
-/// Image and write PREFIX-model, -residual, -image .fits.
+const IMAGES: [&str; 3] = ["-model.fits", "-residual.fits", "-image.fits"];
+const UNCERTAINTY: &str = "-uncertainty.fits";
+
+/// Image by maximum entropy and write PREFIX-model, -residual, -image and -uncertainty .fits.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk.
-pub fn run(args: &MemArgs, context: &Context) -> Result<Outcome> {
-    if !args.terms.asked() {
-        return Err(Failure::usage("--terms is needed: cphase, logcamp, amp and vis, with commas between"));
+/// Anything wrong with the file, the options or the disk. Where the constraints are not met within the limit the images are written and
+/// the outcome is a failure.
+pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
+    if args.terms.asked() {
+        let MemCommandArgs { input, column, imaging, mem, terms, out, .. } = args;
+        return closures::run(&ClosureRun { input, column, imaging, terms, flux: mem.flux_text(), out }, context);
     }
-    let MemArgs { input, column, imaging, terms, flux, out } = args;
-    closures::run(&ClosureRun { input, column, imaging, terms, flux: flux.map(|f| f.si()), out }, context)
+    args.out.check_all(&IMAGES)?;
+    args.out.check(&args.out.suffixed(UNCERTAINTY))?;
+    if let Some(path) = &args.log {
+        args.out.check(path)?;
+        let file = std::fs::File::create(path).map_err(|e| Failure::message(format!("{}: cannot write the log: {e}", path.display())))?;
+        context.console.log_cycles(file);
+    }
+    let mut source = args.column.open(&args.input)?;
+    let what = format!("imaging {}", args.input.display());
+    let noise = noise(&args.mem, source.as_mut(), context).context(&what)?;
+    let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
+    let options = args.mem.options(&imager, noise)?;
+    let products = mem(&mut imager, &options, &context.console).context(&what)?;
+    drop(imager);
+    save(args, products, &options, context)
+}
+
+/// The noise that was asked for, or what fits the weights of the file.
+fn noise(args: &MemArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<Noise> {
+    let unit = source.header().unit;
+    match args.noise_word() {
+        Some("weights") => Ok(Noise::Weights),
+        None | Some("estimate") => {
+            let asked = args.noise_word().is_some();
+            let hands = noise_from_hands(source)?;
+            if !asked && !hands.weights_are_counts {
+                return Ok(Noise::Weights);
+            }
+            let noise = match hands.factor {
+                Some(f) if f > 0.0 => Noise::Factor(f),
+                Some(_) => {
+                    return Err(Failure::message("the two hands do not differ, so the data hold no noise to estimate: give --noise"));
+                }
+                None if asked => {
+                    return Err(Failure::message("--noise estimate needs two parallel hands (RR and LL, or XX and YY): give a value"));
+                }
+                None => {
+                    context
+                        .console
+                        .warn("the weights are counts of samples, not 1/sigma^2: chi squared has no known expected value; give --noise");
+                    Noise::Weights
+                }
+            };
+            announce_noise(noise, &context.console);
+            Ok(noise)
+        }
+        Some(text) => {
+            let sigma = in_data_unit("--noise", text, unit)?;
+            if !(sigma > 0.0 && sigma.is_finite()) {
+                let why = "expected a positive noise: without noise chi squared has no expected value";
+                return Err(Failure::message(format!("--noise is {text}, {why}")));
+            }
+            Ok(Noise::Sigma(sigma))
+        }
+    }
+}
+
+fn save(args: &MemCommandArgs, products: MemProducts, options: &MemOptions, context: &Context) -> Result<Outcome> {
+    let json = statistics(&products, args, options);
+    let mut outcome = Outcome::new(json, describe(&products));
+    let goals = &options.goals;
+    let short = |(k, c): (usize, &Certificate)| {
+        let which = if products.certificates.len() > 1 { format!("output channel {k}: ") } else { String::new() };
+        c.shortfall(goals.chi2_tolerance, goals.flux, goals.kkt).map(|s| which + &s)
+    };
+    let missed: Vec<String> = products.certificates.iter().enumerate().filter_map(short).collect();
+    let images: [Image; 3] = [products.model, products.residual, products.restored];
+    let named = IMAGES.iter().copied().zip(images).chain(products.uncertainty.map(|u| (UNCERTAINTY, u)));
+    for (suffix, mut image) in named {
+        let path = args.out.suffixed(suffix);
+        image.history.push(context.history());
+        write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
+        outcome = outcome.wrote(path);
+    }
+    if !missed.is_empty() {
+        let text = format!("the constraints are not met: {}. The best image is kept; raise --niter, or check --noise", missed.join("; "));
+        outcome.failed = Some(text);
+    }
+    Ok(outcome)
+}
+
+/// The worst of all output channels, and each of them.
+fn statistics(p: &MemProducts, args: &MemCommandArgs, options: &MemOptions) -> Value {
+    let c = &p.certificates;
+    let n = c.len().max(1) as f64;
+    let worst = |f: fn(&Certificate) -> f64| c.iter().map(f).fold(0.0, f64::max);
+    let mean = |f: fn(&Certificate) -> f64| c.iter().map(f).sum::<f64>() / n;
+    // The chi squared that is furthest from 1.
+    let chi2 = c.iter().map(|c| c.chi2_per_datum).fold(1.0, |a: f64, b| if (b - 1.0).abs() >= (a - 1.0).abs() { b } else { a });
+    let stops: Vec<&str> = c.iter().map(|c| c.stop_reason).collect();
+    let first = stops.first().copied().unwrap_or_default();
+    let reason = if stops.iter().all(|s| *s == first) { first.to_owned() } else { stops.join(", ") };
+    let residual = &p.residual.data;
+    let rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
+    let top = p.restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - p.restored.pedestal_k.unwrap_or(0.0);
+    let mut json = json!({
+        "output": args.out.output, "algorithm": "mem", "stop_reason": reason, "met": c.iter().all(|c| c.met),
+        "iterations": c.iter().map(|c| c.iterations).max(), "evaluations": c.iter().map(|c| c.evaluations).max(),
+        "fft_pairs": c.iter().map(|c| c.evaluations).max(), "convolutions": c.iter().map(|c| c.convolutions).max(),
+        "major_cycles": c.iter().map(|c| c.iterations).max(),
+        "chi2_per_datum": chi2, "flux_error": worst(|c| c.flux_error), "flux_constrained": c.iter().any(|c| c.flux_constrained),
+        "kkt_residual": worst(|c| c.kkt_residual), "entropy": c.iter().map(|c| c.entropy).sum::<f64>(),
+        "entropy_form": options.entropy.name, "lambda": mean(|c| c.lambda), "model_flux": mean(|c| c.model_flux),
+        "residual_rms": rms, "residual_peak": residual.iter().fold(0.0_f64, |a, v| a.max(v.abs())),
+        "dynamic_range": top / rms.max(f64::MIN_POSITIVE),
+        "seconds_per_evaluation": mean(|c| c.seconds_per_evaluation), "time_in_evaluations": worst(Certificate::time_ratio),
+        "seconds": p.seconds, "unit": p.model.unit.bunit(), "size": [p.model.grid.n_l, p.model.grid.n_m], "cell_rad": p.model.grid.cell_rad,
+        "channels": c,
+    });
+    if let Some(b) = p.beams.first() {
+        json["bmaj_rad"] = b.bmaj_rad.into();
+        json["bmin_rad"] = b.bmin_rad.into();
+        json["bpa_rad"] = b.bpa_rad.into();
+    }
+    json
+}
+
+fn describe(p: &MemProducts) -> String {
+    let mut lines = Vec::new();
+    for (k, c) in p.certificates.iter().enumerate() {
+        if p.certificates.len() > 1 {
+            lines.push(format!("output channel {k}"));
+        }
+        let flux = if c.flux_constrained { format!(", off by {:.1e}", c.flux_error) } else { ", not constrained".into() };
+        lines.extend([
+            format!("{} after {} evaluations ({} convolutions with the beam)", c.stop_reason, c.evaluations, c.convolutions),
+            format!("chi2/N        {:.4} over {} real data", c.chi2_per_datum, c.data),
+            format!("flux          {}{flux}", number(c.model_flux)),
+            format!("entropy       {}", number(c.entropy)),
+            format!("KKT residual  {:.1e}", c.kkt_residual),
+            format!("time          {:.2} s, {:.0} times one evaluation ({:.3} s)", c.seconds, c.time_ratio(), c.seconds_per_evaluation),
+        ]);
+    }
+    if let Some(b) = p.beams.first() {
+        lines.push(format!(
+            "beam          {} x {}, position angle {:.1} deg",
+            angle(b.bmaj_rad),
+            angle(b.bmin_rad),
+            b.bpa_rad.to_degrees()
+        ));
+    }
+    lines.join("\n")
 }

@@ -86,8 +86,8 @@ enum Command {
     Dirty(dirty::DirtyArgs),
     /// Deconvolve by CLEAN.
     Clean(clean::CleanCommandArgs),
-    /// Image by maximum entropy.
-    Mem(Box<mem::MemArgs>),
+    /// Image by maximum entropy, with a certificate.
+    Mem(Box<mem::MemCommandArgs>),
     /// Rounds of imaging and solving for antenna gains.
     Selfcal(Box<selfcal::SelfcalArgs>),
     /// Apply a gain table.

@@ -171,7 +171,7 @@ impl<'a> Imager<'a> {
     }
 
     /// Hand every block with its image weights to `work`, in order.
-    pub(super) fn for_each_weighed(&mut self, observer: &dyn Observer, mut work: impl FnMut(&ReducedBlock) -> Result<()>) -> Result<()> {
+    pub(crate) fn for_each_weighed(&mut self, observer: &dyn Observer, mut work: impl FnMut(&ReducedBlock) -> Result<()>) -> Result<()> {
         let (channels, weights, freq_hz) = (&self.channels, &self.weights, &self.freq_hz);
         self.data.for_each(observer, |b| weigh(b, channels, weights, freq_hz), |block| work(block))
     }

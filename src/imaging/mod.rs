@@ -24,6 +24,7 @@ pub use beam_fit::fit_beam;
 pub use data::{Data, ReducedBlock, Survey};
 pub use dirty::{Imager, Residual};
 pub use major::{CleanProducts, clean};
+pub(crate) use output::Kind;
 pub use output::{ImagingInfo, dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};
 pub use restore::{gaussian, with_beam};
@@ -78,7 +79,7 @@ impl Default for ImagingOptions {
 }
 
 impl ImagingOptions {
-    fn grid_options(&self) -> GridOptions {
+    pub(crate) fn grid_options(&self) -> GridOptions {
         GridOptions { epsilon: self.epsilon, w_term: self.w_term, divide_by_n: false }
     }
 }

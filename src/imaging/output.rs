@@ -13,7 +13,7 @@ use ndarray::{Array2, Array4, Axis};
 
 /// What a plane shows, and so its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// The dirty beam.
     Psf,
     /// Flux a beam with the scene in it.
@@ -64,7 +64,7 @@ impl Imager<'_> {
     }
 
     /// Planes \[m, l\] of all output channels as an image.
-    pub(super) fn image(&self, planes: Vec<Array2<f64>>, kind: Kind, beams: &[RestoringBeam]) -> Result<Image> {
+    pub(crate) fn image(&self, planes: Vec<Array2<f64>>, kind: Kind, beams: &[RestoringBeam]) -> Result<Image> {
         let grid = self.grid();
         let header = self.header();
         let kelvin = header.unit == VisUnit::KelvinSr;

@@ -3,6 +3,7 @@
 use super::control::Control;
 use super::objective::{Multipliers, Objective, Point};
 use super::quasi_newton::{Goals, QuasiNewton, Shared};
+use super::vtess::Vtess;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
 use argmin::core::{Executor, TerminationStatus};
@@ -68,6 +69,21 @@ impl Default for MemGoals {
 pub struct MemImager {
     objective: Objective,
     prior: Array2<f64>,
+}
+
+/// The solvers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Newton steps in s on the beam's Hessian, L-BFGS where there is none.
+    #[default]
+    QuasiNewton,
+    /// The control of Cornwell and Evans: multipliers from the products of gradients, steps in the image with interpolation.
+    Vtess,
+}
+
+/// An error of argmin is one of ours inside.
+fn ours(e: argmin::core::Error) -> ChainError {
+    e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into()))
 }
 
 impl MemImager {
@@ -155,13 +171,16 @@ impl MemImager {
     ///
     /// # Errors
     /// Values that are not finite; a request to stop. A goal that is not reached is no error: see [`Progress::met`].
-    pub fn solve(&mut self, state: &mut MemState, goals: &MemGoals, observer: &dyn Observer) -> Result<Progress> {
+    pub fn solve(&mut self, state: &mut MemState, goals: &MemGoals, method: Method, observer: &dyn Observer) -> Result<Progress> {
         if !(state.lambda > 0.0) {
             state.lambda = self.first_lambda(state)?;
         }
         let control = Control::Target { target: goals.chi2, tolerance: goals.chi2_tolerance };
         let inner = Goals { kkt: goals.kkt, flux: goals.flux, evaluations: goals.evaluations };
-        self.run(state, control, inner, (goals.evaluations, observer))
+        match method {
+            Method::QuasiNewton => self.run(state, control, inner, (goals.evaluations, observer)),
+            Method::Vtess => self.run_vtess(state, control, inner, observer),
+        }
     }
 
     /// A multiplier at which the data just begin to matter, in units of the mean prior.
@@ -188,7 +207,27 @@ impl MemImager {
         let shared: Shared<'_> = RefCell::new(&mut self.objective);
         let solver = QuasiNewton::new(multipliers, control, goals, None, observer);
         let executor = Executor::new(shared, solver).configure(|s0| s0.param(s).max_iters(iterations as u64));
-        let result = executor.run().map_err(|e| e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into())))?;
+        let result = executor.run().map_err(ours)?;
+        let (iterations, termination) = (result.state.iter as usize, result.state.termination_status.clone());
+        let solver = result.solver;
+        let Some(point) = solver.point else { return Err(ChainError::NoData("the solver made no step".into())) };
+        let (m, evaluations) = (solver.multipliers, solver.evaluations);
+        let stalled = matches!(&termination, TerminationStatus::Terminated(r) if r.text() == "stalled");
+        let progress = Progress { evaluations, iterations, convolutions: solver.inner, met: solver.met, stalled };
+        self.keep(state, point, m, evaluations);
+        Ok(progress)
+    }
+
+    fn run_vtess(&mut self, state: &mut MemState, control: Control, goals: Goals, observer: &dyn Observer) -> Result<Progress> {
+        if self.objective.beam.is_none() {
+            return Err(ChainError::Incompatible("vtess needs visibilities with a dirty beam: use the quasi-Newton solver".into()));
+        }
+        let multipliers = Multipliers { lambda: state.lambda * self.objective.unit, beta: state.beta, rho: 0.0 };
+        let s = self.objective.variable(&state.image);
+        let shared: Shared<'_> = RefCell::new(&mut self.objective);
+        let solver = Vtess::new(multipliers, control, goals, observer);
+        let executor = Executor::new(shared, solver).configure(|s0| s0.param(s).max_iters(goals.evaluations as u64));
+        let result = executor.run().map_err(ours)?;
         let (iterations, termination) = (result.state.iter as usize, result.state.termination_status.clone());
         let solver = result.solver;
         let Some(point) = solver.point else { return Err(ChainError::NoData("the solver made no step".into())) };

@@ -5,19 +5,32 @@
 //! Lagrange multipliers. [`MemImager`] takes an image from its prior to the target, or a few steps at a fixed multiplier for a calibration.
 
 mod beam;
+mod certificate;
 mod chi2;
 mod control;
 pub mod data;
+mod gather;
 mod imager;
 mod memory;
 mod newton;
+mod noise;
 mod objective;
+mod pipeline;
 mod quasi_newton;
 pub mod regulariser;
+#[cfg(test)]
+mod tests;
+mod uncertainty;
 pub mod vlbi;
+mod vtess;
 
 pub use beam::BeamHessian;
+pub use certificate::Certificate;
 pub use chi2::{ChiSquared, Misfit};
 pub use control::Control;
-pub use imager::{MemGoals, MemImager, MemState, Progress};
+pub use gather::Gathered;
+pub use imager::{MemGoals, MemImager, MemState, Method, Progress};
+pub use noise::{HandsNoise, Noise, noise_from_hands};
 pub use objective::{Multipliers, Objective, Point};
+pub use pipeline::{Flux, MemOptions, MemProducts, Prior, announce_noise, flux_of_one, mem};
+pub use uncertainty::{Uncertainty, uncertainty};

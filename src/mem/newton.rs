@@ -67,6 +67,18 @@ impl<'a> NewtonSystem<'a> {
         out
     }
 
+    /// The curvature of the data along two directions, x D H D y.
+    pub(super) fn data_curvature(&self, x: &Array2<f64>, y: &Array2<f64>) -> f64 {
+        let top = x.iter().chain(y).fold(f64::MIN_POSITIVE, |a, v| a.max(v.abs()));
+        let seen = |v: &Array2<f64>| {
+            let mut out = self.d.clone();
+            Zip::from(&mut out).and(v).for_each(|o, v| *o *= (v / top) as f32);
+            out
+        };
+        let h = self.beam.apply(seen(x).view());
+        dot(&h, &seen(y)) * self.beam.diagonal() * top * top
+    }
+
     fn precondition(&self, v: &Array2<f32>) -> Array2<f32> {
         let mut part = v.clone();
         Zip::from(&mut part).and(&self.e).and(&self.bright).for_each(|p, e, b| *p *= b / e.sqrt());

@@ -95,11 +95,16 @@ impl Objective {
             None => self.chi2.evaluate(image.view())?,
         };
         misfit.gradient *= 0.5;
+        Ok(self.assemble(s, image, misfit.chi2, misfit.gradient))
+    }
+
+    /// A point whose data side is known already.
+    pub(super) fn assemble(&self, s: Array2<f64>, image: Array2<f64>, chi2: f64, slope: Array2<f64>) -> Point {
         let (mut penalty_slope, mut stiffness) = (Array2::zeros(image.dim()), Array2::zeros(image.dim()));
         let penalty = self.penalty.add(&image, 1.0, &mut penalty_slope, &mut stiffness);
         Zip::from(&mut stiffness).and(&image).for_each(|c, i| *c = if *i > 0.0 { *c * i } else { 1.0 });
         let flux = image.sum();
-        Ok(Point { s, image, chi2: misfit.chi2, slope: misfit.gradient, penalty, penalty_slope, stiffness, flux })
+        Point { s, image, chi2, slope, penalty, penalty_slope, stiffness, flux }
     }
 
     /// Departure of the flux from what it should be.

@@ -58,7 +58,7 @@ struct Trial {
     slope: f64,
 }
 
-fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
+pub(super) fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
     let mut sum = 0.0;
     Zip::from(a).and(b).for_each(|a, b| sum += a * b);
     sum
@@ -153,7 +153,7 @@ impl<'o> QuasiNewton<'o> {
     }
 }
 
-fn with<T>(problem: &Problem<Shared<'_>>, work: impl FnOnce(&Objective) -> T) -> Result<T, Error> {
+pub(super) fn with<T>(problem: &Problem<Shared<'_>>, work: impl FnOnce(&Objective) -> T) -> Result<T, Error> {
     let shared = problem.problem.as_ref().ok_or_else(|| Error::msg("the problem was taken away from the solver"))?;
     let guard = shared.borrow();
     Ok(work(&guard))

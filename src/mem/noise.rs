@@ -1,0 +1,123 @@
+//! What the noise is, so that chi squared has an expected value: from the weights, given, or estimated from two hands that see one sky.
+
+use super::gather::Gathered;
+use crate::{ChainError, Result};
+use cittert_arrays::{Polarization, VisibilityBlock, VisibilitySource, for_each_block};
+
+/// Bytes of file rows read at once.
+const BLOCK_BYTES: usize = 64 << 20;
+
+/// Where the noise of the data is known from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Noise {
+    /// The weights are 1/sigma^2.
+    Weights,
+    /// The variance is this many times what the weights say.
+    Factor(f64),
+    /// The standard deviation of the real part of a visibility of the median weight, in the unit of the data.
+    Sigma(f64),
+}
+
+impl Noise {
+    /// Scale the weights of gathered data to this noise.
+    ///
+    /// # Errors
+    /// A noise that is not positive and finite.
+    pub fn apply(self, data: &mut Gathered) -> Result<()> {
+        let bad = |value: f64| {
+            let expected = "a positive noise: without noise chi squared has no expected value".into();
+            Err(ChainError::BadOption { option: "--noise", value: value.to_string(), expected })
+        };
+        match self {
+            Self::Weights => Ok(()),
+            Self::Factor(f) if f > 0.0 && f.is_finite() => {
+                data.scale_weights(1.0 / f);
+                Ok(())
+            }
+            Self::Sigma(s) if s > 0.0 && s.is_finite() => {
+                let median = data.median_weight();
+                data.scale_weights(1.0 / (s * s * median));
+                Ok(())
+            }
+            Self::Factor(x) | Self::Sigma(x) => bad(x),
+        }
+    }
+}
+
+/// What the differences of two parallel hands say.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HandsNoise {
+    /// The variance over what the weights say; `None` where no datum has both hands.
+    pub factor: Option<f64>,
+    /// True where every weight is the number of samples: the file knows nothing of the noise.
+    pub weights_are_counts: bool,
+}
+
+/// Estimate the noise from RR - LL or XX - YY: an unpolarised sky is the same in both, so only noise is left.
+///
+/// # Errors
+/// Whatever the source says.
+pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise> {
+    use Polarization::{LL, RR, XX, YY};
+    let find = |p: Polarization| source.header().polarizations.iter().position(|a| *a == p);
+    let hands = [(RR, LL), (XX, YY)].into_iter().find_map(|(a, b)| Some((find(a)?, find(b)?)));
+    let (mut sum, mut count, mut counts) = (0.0, 0_u64, true);
+    for_each_block(source, BLOCK_BYTES, |_, block: VisibilityBlock| -> Result<()> {
+        counts &= block.weights.iter().zip(&block.nsamples).zip(&block.flags).all(|((w, n), f)| *f || w == n);
+        let Some((a, b)) = hands else { return Ok(()) };
+        for ((r, c, p), va) in block.vis.indexed_iter().filter(|((_, _, p), _)| *p == a) {
+            let other = (r, c, b);
+            let (wa, wb) = (f64::from(block.weights[(r, c, p)]), f64::from(block.weights[other]));
+            let good = wa > 0.0 && wb > 0.0 && wa.is_finite() && wb.is_finite();
+            let d = f64::from((va - block.vis[other]).norm_sqr());
+            if good && d.is_finite() && !block.flags[(r, c, p)] && !block.flags[other] {
+                sum += d / (2.0 * (1.0 / wa + 1.0 / wb));
+                count += 1;
+            }
+        }
+        Ok(())
+    })?;
+    Ok(HandsNoise { factor: (count > 0).then(|| sum / count as f64), weights_are_counts: counts })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imaging::fixtures::{positions, snapshot};
+    use cittert_arrays::VisUnit;
+    use ndarray::Array2;
+    use num_complex::Complex32;
+
+    #[test]
+    fn two_hands_tell_the_noise() {
+        let places = positions(20, 100.0, 0.0, 3);
+        let freq: Vec<f64> = (0..20).map(|c| 1e9 + 1e6 * f64::from(c)).collect();
+        let hands = [Polarization::XX, Polarization::YY];
+        let mut set = snapshot(&places, &freq, &hands, &[(1e-3, 0.0, 5.0)], (0.2, VisUnit::Jy));
+        let known = noise_from_hands(&mut set).unwrap();
+        assert!((known.factor.unwrap() - 1.0).abs() < 0.05 && !known.weights_are_counts, "{known:?}");
+        set.data.weights.fill(1.0);
+        let unknown = noise_from_hands(&mut set).unwrap();
+        assert!((unknown.factor.unwrap() - 0.04).abs() < 0.002 && unknown.weights_are_counts, "{unknown:?}");
+        let mut one = snapshot(&places, &freq, &[Polarization::I], &[], (0.2, VisUnit::Jy));
+        assert_eq!(noise_from_hands(&mut one).unwrap().factor, None);
+    }
+
+    #[test]
+    fn weights_follow_the_noise_and_no_noise_is_refused() {
+        let make = || Gathered {
+            uvw_m: Array2::zeros((3, 3)),
+            freq_hz: vec![1e9],
+            vis: vec![Complex32::default(); 3],
+            weight: vec![1.0, 2.0, 4.0],
+        };
+        let mut data = make();
+        Noise::Sigma(0.5).apply(&mut data).unwrap();
+        assert_eq!(data.weight, [2.0, 4.0, 8.0]);
+        Noise::Factor(2.0).apply(&mut data).unwrap();
+        assert_eq!(data.weight, [1.0, 2.0, 4.0]);
+        for bad in [Noise::Sigma(0.0), Noise::Sigma(f64::NAN), Noise::Factor(0.0), Noise::Sigma(-1.0)] {
+            assert!(bad.apply(&mut make()).unwrap_err().to_string().contains("--noise"));
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! The solver of Cornwell and Evans: a Newton step in the image, and multipliers that move with it.
+//!
+//! Each iteration looks at the gradients of chi squared (C), the flux (F) and the penalty in the metric of the inverse Hessian. From
+//! their products follow how far chi squared and the flux will move with a step, and by how much each multiplier must change for both
+//! to land on their targets. The change is bounded: the gradient of the Lagrangian may not grow beyond a part of its sides, or the
+//! quadratic model would not hold. The step is taken in the image, kept positive, and shortened by interpolation between the gradients
+//! at its two ends. Since visibilities are linear in the image that interpolation needs no transform: an iteration costs exactly one
+//! evaluation of the data term.
+//!
+//! Cornwell and Evans keep the diagonal of the Hessian only. Here its inverse is applied by conjugate gradients with the dirty beam, so
+//! the predictions hold for beams with side lobes and for oversampled images.
+//!
+//! # Reference
+//! Cornwell & Evans 1985, A&A 143, 77.
+
+use super::control::Control;
+use super::newton::NewtonSystem;
+use super::objective::{Multipliers, Objective, Point};
+use super::quasi_newton::{Goals, Shared, State, dot, with};
+use crate::progress::{Event, Observer};
+use argmin::core::{Error, KV, Problem, Solver, TerminationReason, TerminationStatus};
+use ndarray::{Array2, Zip};
+
+/// Length of the gradient after a change of multipliers over the lengths of its sides, both squared.
+const GROWTH: f64 = 4.0;
+/// Largest factor of lambda in one step.
+const RISE: f64 = 5.0;
+/// Part of a pixel that a step may take away.
+const LOSS: f64 = 0.9;
+/// Factor by which a step may brighten a pixel.
+const GAIN: f64 = 8.0;
+/// Steps in a row that are interpolated to almost nothing before the solver gives up.
+const STALLS: usize = 5;
+
+/// The solver and what it has found.
+pub(super) struct Vtess<'o> {
+    pub(super) multipliers: Multipliers,
+    pub(super) point: Option<Point>,
+    pub(super) evaluations: usize,
+    pub(super) inner: usize,
+    pub(super) met: bool,
+    control: Control,
+    goals: Goals,
+    stalled: usize,
+    observer: &'o dyn Observer,
+}
+
+/// A step with the multipliers it leads to.
+struct Step {
+    /// Change of s.
+    direction: Array2<f64>,
+    multipliers: Multipliers,
+    /// Convolutions that it took.
+    inner: usize,
+}
+
+/// Chi squared half as a function of the change of lambda, along the plane of the two directions.
+struct Model {
+    now: f64,
+    slope: [f64; 2],
+    curvature: [f64; 3],
+}
+
+impl Model {
+    fn at(&self, change: f64) -> f64 {
+        let [c00, c01, c11] = self.curvature;
+        self.now + self.slope[0] + change * self.slope[1] + 0.5 * (c00 + change * (2.0 * c01 + change * c11))
+    }
+
+    /// The change within `range` that comes nearest to `target`.
+    fn change_for(&self, target: f64, range: (f64, f64)) -> f64 {
+        const PARTS: usize = 400;
+        let place = |k: usize| range.0 + (range.1 - range.0) * k as f64 / PARTS as f64;
+        let miss = |x: f64| (self.at(x) - target).abs();
+        (0..=PARTS).map(place).chain([0.0]).fold(0.0, |best, x| if miss(x) < miss(best) { x } else { best })
+    }
+}
+
+/// An array times s / 2.
+fn in_s(point: &Point, v: &Array2<f64>) -> Array2<f64> {
+    let mut out = v.clone();
+    Zip::from(&mut out).and(&point.s).for_each(|o, s| *o *= 0.5 * s);
+    out
+}
+
+impl<'o> Vtess<'o> {
+    pub(super) fn new(multipliers: Multipliers, control: Control, goals: Goals, observer: &'o dyn Observer) -> Self {
+        Self { multipliers, point: None, evaluations: 0, inner: 0, met: false, control, goals, stalled: 0, observer }
+    }
+
+    fn evaluate(&mut self, problem: &mut Problem<Shared<'_>>, s: Array2<f64>) -> Result<Point, Error> {
+        self.evaluations += 1;
+        problem.problem("evaluations", |o| Ok(o.borrow_mut().evaluate(s)?))
+    }
+
+    /// The step and the multipliers from the products of the gradients.
+    fn step(&self, o: &Objective, point: &Point) -> Result<Step, Error> {
+        let Some(beam) = &o.beam else { return Err(Error::msg("vtess needs a beam")) };
+        let m = self.multipliers;
+        let expected = o.chi2.expected();
+        let residual = o.residual(point, &m);
+        let system = NewtonSystem::new(beam, point, &residual, &m);
+        let (tolerance, limit) = self.control.effort(point.chi2 / expected, o.kkt(point, &m));
+        let mut inner = 0;
+        let mut solve = |g: &Array2<f64>| {
+            let (x, steps) = system.solve(&g.mapv(|v| -v), tolerance, limit);
+            inner += steps;
+            x
+        };
+        let (gj, gc) = (in_s(point, &residual), in_s(point, &point.slope));
+        let (mut d0, mut d1) = (solve(&gj), solve(&gc));
+        let mut beta = [0.0, 0.0];
+        if o.flux.is_some() {
+            // The flux is led to its value whatever lambda does.
+            let gf = in_s(point, &Array2::ones(point.s.dim()));
+            let df = solve(&gf);
+            let ff = -dot(&gf, &df);
+            if ff > 0.0 {
+                beta = [(o.excess(point) + dot(&gf, &d0)) / ff, dot(&gf, &d1) / ff];
+                d0.scaled_add(beta[0], &df);
+                d1.scaled_add(beta[1], &df);
+            }
+        }
+        let c00 = system.data_curvature(&d0, &d0);
+        let (c01, c11) = (system.data_curvature(&d0, &d1), system.data_curvature(&d1, &d1));
+        inner += 3;
+        let model = Model { now: 0.5 * point.chi2, slope: [dot(&gc, &d0), dot(&gc, &d1)], curvature: [c00, c01, c11] };
+        let range = bounds(&gj, &gc, (&d0, &d1), m.lambda);
+        let goal = match self.control {
+            Control::Target { target, .. } => 0.5 * target * expected,
+            Control::Fixed => f64::NAN,
+        };
+        let change = if goal.is_nan() { 0.0 } else { model.change_for(goal, range) };
+        d0.scaled_add(change, &d1);
+        let multipliers = Multipliers { lambda: m.lambda + change, beta: m.beta + beta[0] + change * beta[1], rho: 0.0 };
+        Ok(Step { direction: d0, multipliers, inner })
+    }
+
+    /// The new image of a step: positive, and no pixel changed by more than the quadratic model bears.
+    fn moved(&self, o: &Objective, point: &Point, direction: &Array2<f64>) -> Array2<f64> {
+        let mut image = point.image.clone();
+        let unit = o.unit;
+        Zip::from(&mut image).and(&point.s).and(direction).for_each(|i, s, d| {
+            let step = 0.5 * s * d;
+            *i += step.clamp(-LOSS * *i, GAIN * *i + 0.5 * unit);
+        });
+        if let Some(inside) = &o.inside {
+            Zip::from(&mut image).and(inside).for_each(|i, inside| *i *= f64::from(u8::from(*inside)));
+        }
+        image
+    }
+}
+
+/// How far lambda may change: until the squared length of the gradient exceeds `GROWTH` times that of its sides.
+fn bounds(gj: &Array2<f64>, gc: &Array2<f64>, (d0, d1): (&Array2<f64>, &Array2<f64>), lambda: f64) -> (f64, f64) {
+    let (jj, cj, cc) = (-dot(gj, d0), -dot(gc, d0), -dot(gc, d1));
+    if !(cc > 0.0) {
+        return (0.0, 0.0);
+    }
+    // The penalty's side is what the data's side leaves of the gradient.
+    let rr = (jj - 2.0 * lambda * cj + lambda * lambda * cc).max(0.0);
+    let sides = rr + lambda * lambda * cc;
+    let root = (cj / cc).powi(2) - (jj - GROWTH * sides) / cc;
+    let reach = root.max(0.0).sqrt();
+    let (lo, hi) = (-cj / cc - reach, -cj / cc + reach);
+    (lo.max(-0.5 * lambda).min(0.0), hi.min((RISE - 1.0) * lambda).max(0.0))
+}
+
+impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
+    fn name(&self) -> &str {
+        "Cornwell-Evans"
+    }
+
+    fn init(&mut self, problem: &mut Problem<Shared<'a>>, mut state: State) -> Result<(State, Option<KV>), Error> {
+        let start = state.take_param().ok_or_else(|| Error::msg("no image to start from"))?;
+        self.point = Some(self.evaluate(problem, start.clone())?);
+        Ok((state.param(start), None))
+    }
+
+    fn next_iter(&mut self, problem: &mut Problem<Shared<'a>>, state: State) -> Result<(State, Option<KV>), Error> {
+        if self.observer.cancelled() {
+            return Err(crate::ChainError::Cancelled.into());
+        }
+        let Some(old) = self.point.take() else { return Err(Error::msg("the solver was not initialised")) };
+        let step = with(problem, |o| self.step(o, &old))??;
+        self.inner += step.inner;
+        let m = step.multipliers;
+        self.multipliers = m;
+        let image = with(problem, |o| self.moved(o, &old, &step.direction))?;
+        let change = &image - &old.image;
+        let trial = self.evaluate(problem, image.mapv(|i| 2.0 * i.sqrt()))?;
+        let (from, to) = with(problem, |o| (dot(&o.residual(&old, &m), &change), dot(&o.residual(&trial, &m), &change)))?;
+        // Where the gradient has turned, the minimum lies between the two ends.
+        let t = if from < 0.0 && to > 0.0 { from / (from - to) } else { 1.0 };
+        let point = if t > 0.8 {
+            trial
+        } else {
+            let bend = dot(&trial.slope, &change) - dot(&old.slope, &change);
+            let chi2 = old.chi2 + 2.0 * t * dot(&old.slope, &change) + t * t * bend;
+            let mut slope = &old.slope * (1.0 - t);
+            slope.scaled_add(t, &trial.slope);
+            let mut image = old.image.clone();
+            image.scaled_add(t, &change);
+            with(problem, |o| o.assemble(image.mapv(|i| 2.0 * i.sqrt()), image, chi2, slope))?
+        };
+        self.stalled = if t < 0.02 { self.stalled + 1 } else { 0 };
+        let (chi2, kkt, error, value) = with(problem, |o| {
+            let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
+            (point.chi2 / o.chi2.expected(), o.kkt(&point, &m), error, o.value(&point, &m))
+        })?;
+        let (number, evaluations, lambda) = (state.iter as usize + 1, self.evaluations, m.lambda);
+        self.observer.event(Event::Entropy { number, evaluations, chi2, kkt, flux: point.flux, lambda });
+        self.met = self.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
+        let s = point.s.clone();
+        self.point = Some(point);
+        Ok((state.param(s).cost(value), None))
+    }
+
+    fn terminate(&mut self, _state: &State) -> TerminationStatus {
+        let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
+        if self.met {
+            TerminationStatus::Terminated(TerminationReason::SolverConverged)
+        } else if self.stalled >= STALLS {
+            because("stalled")
+        } else if self.evaluations >= self.goals.evaluations {
+            because("evaluations")
+        } else {
+            TerminationStatus::NotTerminated
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_model_finds_the_change_that_meets_the_target_or_comes_nearest() {
+        // c(x) = 10 - 2 - 4 x + (1 + 2 x 0 + x^2) / 2.
+        let model = Model { now: 10.0, slope: [-2.0, -4.0], curvature: [1.0, 0.0, 1.0] };
+        let x = model.change_for(6.0, (-1.0, 3.0));
+        assert!((model.at(x) - 6.0).abs() < 0.02, "{x}");
+        assert_eq!(model.change_for(-100.0, (-1.0, 3.0)), 3.0);
+        assert_eq!(model.change_for(6.0, (0.0, 0.0)), 0.0);
+    }
+}
