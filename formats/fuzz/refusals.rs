@@ -2,7 +2,6 @@
 //! the words of each refusal are looked at.
 
 use crate::harness::{Numbers, Scratch, corpus_files, executions, mutate};
-use cittert_arrays::VisibilitySource;
 use cittert_formats::{Contents, open_visibilities};
 use std::collections::BTreeSet;
 use std::path::Path;

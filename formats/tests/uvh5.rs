@@ -331,3 +331,29 @@ fn flags_that_are_plain_integers_are_read() {
     }
     assert_eq!(Uvh5Reader::open(&path).unwrap().read(0..270).unwrap().flags, set.data.flags);
 }
+
+/// A chunk in the middle of a compressed file that does not inflate: the rows before and behind it are read, those in it are refused
+/// with the file, the dataset and the rows.
+#[test]
+fn damage_in_the_middle_of_compressed_data_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut set = common::earth();
+    // Noise, so that the chunks stay large.
+    set.data.vis.indexed_iter_mut().for_each(|((r, c, p), v)| *v *= ((r * 31 + c * 7 + p) as f32 * 0.731).sin());
+    let path = save(dir.path(), "hurt.uvh5", &set, 30, Compression::Gzip(6));
+    let offset = {
+        let file = hdf5::File::open(&path).unwrap();
+        let vis = file.dataset("Data/visdata").unwrap();
+        assert_eq!(vis.chunk().unwrap()[0], 30);
+        vis.chunk_info(4).unwrap()
+    };
+    let mut bytes = std::fs::read(&path).unwrap();
+    let at = usize::try_from(offset.addr).unwrap();
+    bytes[at + 40..at + 80].fill(0xff);
+    std::fs::write(&path, bytes).unwrap();
+    let reader = Uvh5Reader::open(&path).unwrap();
+    assert_eq!(reader.read(0..100).unwrap(), set.data.rows(0..100).unwrap());
+    assert_eq!(reader.read(160..270).unwrap(), set.data.rows(160..270).unwrap());
+    let text = reader.read(100..200).unwrap_err().to_string();
+    assert!(["hurt.uvh5", "Data/visdata, rows 100 to 199", "expected", "found"].iter().all(|w| text.contains(w)), "{text}");
+}

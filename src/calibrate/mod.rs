@@ -14,6 +14,7 @@
 //! | `degeneracy` | gain tables compared modulo what cannot be known |
 //! | `support` | do the closure phases support the model? |
 //! | `selfcal` | the loop of solving and imaging |
+//! | `predicted` | predictions of the model, kept from a solution to the image that follows |
 //! | `clean_maker` | CLEAN as the model maker of the loop |
 //! | `unknown_gains` | chi squared through gains that nobody knows |
 //! | `joint`, `joint_maker` | image and gains solved as one problem |
@@ -41,6 +42,7 @@ mod linalg;
 mod model;
 mod normal;
 mod options;
+mod predicted;
 mod reference;
 mod selfcal;
 #[cfg(test)]
@@ -56,7 +58,7 @@ mod unknown_gains;
 mod unknown_gains_tests;
 mod unresolved;
 
-pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply};
+pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply, on_channels};
 pub use clean_maker::CleanMaker;
 pub use closure::{
     ClosureAmplitude, ClosureChannels, ClosureKey, ClosureOptions, ClosurePhase, ClosureSet, closure_amplitudes, closure_phases,

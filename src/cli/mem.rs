@@ -46,8 +46,8 @@ const UNCERTAINTY: &str = "-uncertainty.fits";
 /// the outcome is a failure.
 pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     if args.terms.asked() {
-        let MemCommandArgs { input, column, imaging, terms, out, .. } = args;
-        return closures::run(&ClosureRun { input, column, imaging, terms, flux: args.mem.flux_density()?, out }, context);
+        let MemCommandArgs { input, column, imaging, mem, terms, out, .. } = args;
+        return closures::run(&ClosureRun { input, column, imaging, terms, flux: mem.flux_text(), out }, context);
     }
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(UNCERTAINTY))?;

@@ -2,7 +2,7 @@
 
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Result};
-use crate::cli::options::{ColumnArgs, ImagingArgs, OutputArgs, TermsArgs};
+use crate::cli::options::{ColumnArgs, ImagingArgs, OutputArgs, TermsArgs, in_data_unit};
 use crate::cli::text::{angle, number};
 use crate::imaging::with_beam;
 use crate::mem::vlbi::{ClosureImage, SparseSet, reconstruct};
@@ -19,8 +19,8 @@ pub(super) struct ClosureRun<'a> {
     pub column: &'a ColumnArgs,
     pub imaging: &'a ImagingArgs,
     pub terms: &'a TermsArgs,
-    /// Total flux in the unit of the set, where it is given.
-    pub flux: Option<f64>,
+    /// Total flux as it was given.
+    pub flux: Option<&'a str>,
     pub out: &'a OutputArgs,
 }
 
@@ -41,11 +41,12 @@ pub(super) fn run(args: &ClosureRun<'_>, context: &Context) -> Result<Outcome> {
     let suffixes: &[&str] = &[MODEL, RESIDUAL, IMAGE, SPREAD];
     args.out.check_all(suffixes)?;
     let imaging = args.imaging.options()?;
-    let options = args.terms.options(&imaging, args.flux)?;
     let what = format!("imaging {}", args.input.display());
     let clock = Instant::now();
     let mut source = args.column.open(args.input)?;
     let console = &context.console;
+    let flux = args.flux.map(|text| in_data_unit("--flux", text, source.header().unit)).transpose()?;
+    let options = args.terms.options(&imaging, flux)?;
     options.check().context(&what)?;
     let set = SparseSet::gather(source.as_mut(), options.polarization, options.average, options.systematic, console).context(&what)?;
     let reading = clock.elapsed().as_secs_f64();

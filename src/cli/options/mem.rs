@@ -78,18 +78,16 @@ pub enum SolverName {
 }
 
 impl MemArgs {
+    /// The total flux as it was given.
+    #[must_use]
+    pub fn flux_text(&self) -> Option<&str> {
+        self.flux.as_deref()
+    }
+
     /// The noise where it is given in words that need no data; `None` where it is to be chosen.
     #[must_use]
     pub fn noise_word(&self) -> Option<&str> {
         self.noise.as_deref()
-    }
-
-    /// The total flux for data in Jy.
-    ///
-    /// # Errors
-    /// A text that is no flux density.
-    pub fn flux_density(&self) -> Result<Option<f64>> {
-        self.flux.as_deref().map(|text| in_data_unit("--flux", text, VisUnit::Jy)).transpose()
     }
 
     /// The library's options for an imager, with the noise that was found.
