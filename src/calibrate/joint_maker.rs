@@ -3,6 +3,7 @@
 //! The first image it is asked for is made together with gains of its own, from data whose gains nobody knows. The loop then solves
 //! the gains against that image as against any other model, and the images of calibrated data only show what it leaves.
 
+use super::clean_maker::CleanMaker;
 use super::joint::{Joint, JointGoals, Lattice, joint};
 use super::model::ModelVisibilities;
 use super::options::SolveOptions;
@@ -57,18 +58,6 @@ impl JointMaker {
     #[must_use]
     pub fn new(imaging: ImagingOptions, options: JointOptions) -> Self {
         Self { imaging, options, found: None, now: None, best: None, predictor: None }
-    }
-
-    /// Images of the last data.
-    #[must_use]
-    pub fn products(&self) -> Option<&CleanProducts> {
-        self.now.as_ref()
-    }
-
-    /// How the joint solution went, once there is one.
-    #[must_use]
-    pub fn solution(&self) -> Option<&Joint> {
-        self.found.as_ref().map(|f| &f.0)
     }
 
     /// Solve image and gains from data as they are.
@@ -149,6 +138,33 @@ fn inside(one: &Array2<f64>, mask: Option<Array2<bool>>) -> Option<Array2<bool>>
     mask
 }
 
+/// A model maker with images to show.
+pub trait ImageMaker: ModelMaker {
+    /// Images of the present round: after the loop, those of the best.
+    fn products(&self) -> Option<&CleanProducts>;
+
+    /// How image and gains were solved together, by makers that do so.
+    fn solution(&self) -> Option<&Joint> {
+        None
+    }
+}
+
+impl ImageMaker for CleanMaker {
+    fn products(&self) -> Option<&CleanProducts> {
+        Self::products(self)
+    }
+}
+
+impl ImageMaker for JointMaker {
+    fn products(&self) -> Option<&CleanProducts> {
+        self.now.as_ref()
+    }
+
+    fn solution(&self) -> Option<&Joint> {
+        self.found.as_ref().map(|f| &f.0)
+    }
+}
+
 impl ModelMaker for JointMaker {
     fn update(&mut self, data: &mut dyn VisibilitySource, _plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
         if self.imaging.channels_out != 1 || self.imaging.polarization != Polarization::I {
@@ -164,8 +180,7 @@ impl ModelMaker for JointMaker {
         let products = show(&mut imager, &found.1, found.0.state.evaluations, observer)?;
         let s = &products.statistics;
         let peak = products.restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - products.restored.pedestal_k.unwrap_or(0.0);
-        let metrics =
-            ModelMetrics { peak, residual_rms: s.residual_rms, model_flux: s.model_flux, iterations: s.iterations };
+        let metrics = ModelMetrics { peak, residual_rms: s.residual_rms, model_flux: s.model_flux, iterations: s.iterations };
         (self.found, self.now) = (Some(found), Some(products));
         Ok(metrics)
     }

@@ -6,12 +6,15 @@ mod report;
 use super::applycal::InterpName;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{CleanArgs, ImagingArgs, OutputArgs, SolveArgs};
+use super::options::{CleanArgs, ImagingArgs, OutputArgs, SolveArgs, prior};
 use super::predict::{SkyPrediction, load_model};
-use crate::calibrate::{ApplyOptions, CleanMaker, Selfcal, SelfcalOptions, Start, apply, on_channels, schedule, selfcal};
+use crate::calibrate::{
+    ApplyOptions, CleanMaker, ImageMaker, JointGoals, JointMaker, JointOptions, Selfcal, SelfcalOptions, Start, apply, on_channels,
+    schedule, selfcal,
+};
 use crate::imaging::{Imager, ImagingOptions};
 use crate::simulate::SkyModel;
-use cittert_arrays::{SkyGrid, VisibilitySet, VisibilitySource};
+use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::{Args, ValueEnum};
 use maker::{KeepingMaker, Seconds};
@@ -54,8 +57,19 @@ pub struct SelfcalArgs {
     imaging: ImagingArgs,
     #[command(flatten)]
     clean: CleanArgs,
+    /// Prior of --deconvolver mem, which solves image and gains together: a temperature (250K), a flux density a pixel or a FITS image
+    /// [default: flat, with the flux that the shortest baselines see].
+    #[arg(long, value_name = "PRIOR", help_heading = "CLEAN")]
+    prior: Option<String>,
     #[command(flatten)]
     out: OutputArgs,
+}
+
+impl SelfcalArgs {
+    /// True where image and gains are solved together.
+    fn joint(&self) -> bool {
+        self.clean.algorithm() == MEM
+    }
 }
 
 /// What the first gains are solved against.
@@ -67,6 +81,8 @@ enum StartName {
     Data,
 }
 
+/// The deconvolver that solves image and gains together.
+const MEM: &str = "mem";
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
 /// Bytes of a set that is kept in memory at most.
@@ -92,17 +108,15 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let header = source.header().clone();
     let options = options(args, source.as_ref()).context(&what)?;
     let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
-    let clean = args.clean.options(&grid)?;
-    let algorithm = clean.algorithm.name;
     let unlike = (imaging.epsilon, imaging.w_term);
-    let mut maker =
-        KeepingMaker::new(CleanMaker::new(imaging, clean), args.start == StartName::Data && args.model.is_none(), |round, image| {
-            let mut image = image.clone();
-            image.history.push(context.history());
-            let path = args.out.suffixed(&round_file(round, "-image.fits"));
-            let written = write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() });
-            written.map_err(|e| crate::ChainError::Other(Box::new(e)))
-        });
+    let (inner, algorithm) = image_maker(args, imaging, (&grid, &header), &options)?;
+    let mut maker = KeepingMaker::new(inner, args.start == StartName::Data && args.model.is_none(), |round, image| {
+        let mut image = image.clone();
+        image.history.push(context.history());
+        let path = args.out.suffixed(&round_file(round, "-image.fits"));
+        let written = write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() });
+        written.map_err(|e| crate::ChainError::Other(Box::new(e)))
+    });
     let sky: SkyModel;
     let mut given;
     let start = match (&args.model, args.start) {
@@ -134,6 +148,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
         // An earlier run had more rounds: they are not of this one.
         std::fs::remove_file(path).context(format!("{}: cannot remove what an earlier run left", path.display()))?;
     }
+    let together = maker.joint();
     let Some(products) = maker.into_products() else {
         return Err(Failure::message(format!("{what}: no image was made")));
     };
@@ -144,6 +159,9 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     args.out.write(&args.out.suffixed("-components.csv"), components.as_bytes())?;
     let mut json = report::json(args.out.output.as_path(), &result, &products, rounds);
     (json["algorithm"], json["n_flagged_for_want_of_a_gain"]) = (algorithm.into(), counts.flagged.into());
+    if let Some(together) = together {
+        json["joint"] = together;
+    }
     let text = report::text(&result, &products);
     let mut written: Vec<PathBuf> = OTHERS.iter().map(|s| args.out.suffixed(s)).collect();
     for (suffix, mut image) in IMAGES.iter().zip([products.psf, products.dirty, products.model, products.residual, products.restored]) {
@@ -155,6 +173,27 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     seconds.writing = writing.elapsed().as_secs_f64();
     json["seconds"] = seconds.json(begun.elapsed().as_secs_f64());
     Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
+}
+
+/// What makes the model: CLEAN, or maximum entropy with gains of its own; and its name.
+fn image_maker(
+    args: &SelfcalArgs,
+    imaging: ImagingOptions,
+    (grid, header): (&SkyGrid, &VisibilityHeader),
+    options: &SelfcalOptions,
+) -> Result<(Box<dyn ImageMaker>, &'static str)> {
+    if !args.joint() {
+        if args.prior.is_some() {
+            return Err(Failure::usage("--prior is for --deconvolver mem"));
+        }
+        let clean = args.clean.options(grid)?;
+        let name = clean.algorithm.name;
+        return Ok((Box::new(CleanMaker::new(imaging, clean)), name));
+    }
+    let prior = prior(args.prior.as_deref(), grid, (header.unit, header.spectrum.mean_hz()))?;
+    let solve = options.solve.clone();
+    let joint = JointOptions { solve, prior, mask: args.clean.mask(grid)?, goals: JointGoals::default() };
+    Ok((Box::new(JointMaker::new(imaging, joint)), MEM))
 }
 
 /// The set in memory, where it fits: every round reads it twice.
@@ -209,7 +248,8 @@ fn options(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<SelfcalO
     let solve = args.solve.options(&source.header().layout)?;
     let interpolation = args.interp.into();
     Ok(SelfcalOptions {
-        schedule: schedule(solve.mode, solve.solint, args.rounds, args.shrink),
+        // A joint solution is one round: there is nothing to take turns with.
+        schedule: schedule(solve.mode, solve.solint, if args.joint() { 1 } else { args.rounds }, args.shrink),
         solve,
         apply: ApplyOptions { interpolation, flag_unsolved: !args.keep_unsolved, ..ApplyOptions::default() },
         improvement: args.improvement,

@@ -32,6 +32,6 @@ pub use gather::Gathered;
 pub use imager::{MemGoals, MemImager, MemState, Method, Progress};
 pub use noise::{HandsNoise, Noise, noise_from_hands};
 pub use objective::{Multipliers, Objective, Point};
-pub(crate) use pipeline::{prepared, sum_inside};
 pub use pipeline::{Flux, MemOptions, MemProducts, Prior, announce_noise, flux_of_one, mem};
+pub(crate) use pipeline::{prepared, sum_inside};
 pub use uncertainty::{Uncertainty, uncertainty};

@@ -20,7 +20,7 @@ pub use column::ColumnArgs;
 pub use errors::ErrorArgs;
 pub use image_of::ImageOfArgs;
 pub use imaging::ImagingArgs;
-pub use mem::{MemArgs, in_data_unit};
+pub use mem::{MemArgs, in_data_unit, prior};
 pub use output::OutputArgs;
 pub use scene::{SceneArgs, pictures_beside, read_scene, scene_text};
 pub use selfcal::{ModeName, SolveArgs, solution_interval};
