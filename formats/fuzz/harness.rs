@@ -57,6 +57,10 @@ fn computed() -> Duration {
 pub(crate) struct Numbers(u64);
 
 impl Numbers {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -95,7 +99,7 @@ const NASTY: [&str; 20] = [
 ];
 
 /// Change a good input in one to twelve places, most of them in its first `head` bytes.
-fn mutate(input: &mut Vec<u8>, head: usize, numbers: &mut Numbers) {
+pub(crate) fn mutate(input: &mut Vec<u8>, head: usize, numbers: &mut Numbers) {
     for _ in 0..1 + numbers.below(12) {
         let reach = if numbers.below(4) > 0 { head.min(input.len()) } else { input.len() };
         let at = numbers.below(reach);
@@ -134,14 +138,18 @@ pub(crate) fn executions(usual: usize) -> usize {
     std::env::var("CITTERT_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
 }
 
-/// Files of a folder of the corpus, in order of their names.
-pub(crate) fn corpus(folder: &str) -> Vec<Vec<u8>> {
+/// Files of a folder of the corpus with their names, in order of these.
+pub(crate) fn corpus_files(folder: &str) -> Vec<(String, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(crate::CORPUS).join(folder);
     let mut paths: Vec<PathBuf> = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()).collect();
     paths.sort();
-    let files: Vec<Vec<u8>> = paths.iter().map(|p| std::fs::read(p).unwrap()).collect();
-    assert!(!files.is_empty(), "no corpus in {}", folder.display());
-    files
+    assert!(!paths.is_empty(), "no corpus in {}", folder.display());
+    paths.iter().map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(p).unwrap())).collect()
+}
+
+/// Contents of the files of a folder of the corpus.
+pub(crate) fn corpus(folder: &str) -> Vec<Vec<u8>> {
+    corpus_files(folder).into_iter().map(|f| f.1).collect()
 }
 
 /// Memory is counted for the whole process, so one target runs at a time.

@@ -14,4 +14,6 @@ mod harness;
 #[cfg(test)]
 mod make;
 #[cfg(test)]
+mod refusals;
+#[cfg(test)]
 mod targets;

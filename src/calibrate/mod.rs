@@ -14,6 +14,7 @@
 //! | `degeneracy` | gain tables compared modulo what cannot be known |
 //! | `support` | do the closure phases support the model? |
 //! | `selfcal` | the loop of solving and imaging |
+//! | `predicted` | predictions of the model, kept from a solution to the image that follows |
 //! | `clean_maker` | CLEAN as the model maker of the loop |
 //! | `identify` | what can be known |
 
@@ -35,6 +36,7 @@ mod linalg;
 mod model;
 mod normal;
 mod options;
+mod predicted;
 mod reference;
 mod selfcal;
 #[cfg(test)]
@@ -47,7 +49,7 @@ mod support;
 mod testdata;
 mod unresolved;
 
-pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply};
+pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply, on_channels};
 pub use clean_maker::CleanMaker;
 pub use closure::{
     ClosureAmplitude, ClosureChannels, ClosureKey, ClosureOptions, ClosurePhase, ClosureSet, closure_amplitudes, closure_phases,

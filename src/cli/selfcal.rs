@@ -8,14 +8,14 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{CleanArgs, ImagingArgs, OutputArgs, SolveArgs};
 use super::predict::{SkyPrediction, load_model};
-use crate::calibrate::{ApplyOptions, CleanMaker, Selfcal, SelfcalOptions, Start, apply, schedule, selfcal};
+use crate::calibrate::{ApplyOptions, CleanMaker, Selfcal, SelfcalOptions, Start, apply, on_channels, schedule, selfcal};
 use crate::imaging::{Imager, ImagingOptions};
 use crate::simulate::SkyModel;
-use cittert_arrays::{SkyGrid, VisibilitySource};
+use cittert_arrays::{SkyGrid, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::{Args, ValueEnum};
 use maker::{KeepingMaker, Seconds};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Options of `selfcal`.
@@ -31,7 +31,7 @@ pub struct SelfcalArgs {
     #[arg(long, value_name = "FITS|CSV")]
     model: Option<PathBuf>,
     /// Rounds at most; with amplitudes the last third of them, before that phases alone.
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 10)]
     rounds: usize,
     /// Begin with solutions four and two times as long, for weak sources and slow errors.
     #[arg(long)]
@@ -69,6 +69,10 @@ enum StartName {
 
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
+/// Bytes of a set that is kept in memory at most.
+const MEMORY: usize = 2 << 30;
+/// Visibility, weight, number of samples and flag.
+const BYTES_PER_SAMPLE: usize = 17;
 /// More rounds than these are a slip of the keyboard.
 const MOST_ROUNDS: usize = 1000;
 
@@ -83,8 +87,8 @@ fn round_file(round: usize, ending: &str) -> String {
 pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let begun = Instant::now();
     check(args)?;
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
     let what = format!("self-calibrating {}", args.input.display());
+    let mut source = in_memory(cittert_formats::open_visibilities(&args.input)?).context(&what)?;
     let header = source.header().clone();
     let options = options(args, source.as_ref()).context(&what)?;
     let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
@@ -114,6 +118,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let remove = |round| {
         let _ = std::fs::remove_file(args.out.suffixed(&round_file(round, "-image.fits")));
     };
+    let before = old_rounds(args)?;
     let looped = selfcal(source.as_mut(), &mut maker, start, &options, &context.console);
     if looped.is_err() {
         maker.forget_from(0, remove);
@@ -124,6 +129,11 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     maker.forget_from(result.rounds.len() + 1, remove);
     let writing = Instant::now();
     let counts = save_data(args, source.as_mut(), &mut result, &options.apply, context).context(&what)?;
+    let rounds_from = usize::from(result.before.is_none());
+    for path in before.iter().filter(|p| !(rounds_from..=result.rounds.len()).any(|k| is_of_round(args, p, k))) {
+        // An earlier run had more rounds: they are not of this one.
+        std::fs::remove_file(path).context(format!("{}: cannot remove what an earlier run left", path.display()))?;
+    }
     let Some(products) = maker.into_products() else {
         return Err(Failure::message(format!("{what}: no image was made")));
     };
@@ -147,6 +157,34 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
 }
 
+/// The set in memory, where it fits: every round reads it twice.
+fn in_memory(mut source: Box<dyn VisibilitySource>) -> Result<Box<dyn VisibilitySource>> {
+    let header = source.header().clone();
+    let samples = source.n_rows().saturating_mul(header.spectrum.n_chan()).saturating_mul(header.polarizations.len());
+    if samples.saturating_mul(BYTES_PER_SAMPLE) > MEMORY {
+        return Ok(source);
+    }
+    let data = source.read_rows(0..source.n_rows())?;
+    Ok(Box::new(VisibilitySet::new(header, data)?))
+}
+
+fn is_of_round(args: &SelfcalArgs, path: &Path, round: usize) -> bool {
+    [".calh5", "-image.fits"].iter().any(|e| args.out.suffixed(&round_file(round, e)).file_name() == path.file_name())
+}
+
+/// Gains and images of any round under this prefix.
+fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
+    let prefix = args.out.suffixed("-round");
+    let folder = prefix.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Some(start) = prefix.file_name().map(|n| n.to_string_lossy().into_owned()) else { return Ok(Vec::new()) };
+    let is_round = |name: &str| {
+        let number = name.strip_prefix(&start).and_then(|n| n.strip_suffix(".calh5").or_else(|| n.strip_suffix("-image.fits")));
+        number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+    };
+    let entries = std::fs::read_dir(folder).context(format!("{}", folder.display()))?;
+    Ok(entries.flatten().filter(|e| is_round(&e.file_name().to_string_lossy())).map(|e| e.path()).collect())
+}
+
 /// Refuse at once what would be refused after hours.
 fn check(args: &SelfcalArgs) -> Result<()> {
     if !(1..=MOST_ROUNDS).contains(&args.rounds) {
@@ -164,7 +202,7 @@ fn check(args: &SelfcalArgs) -> Result<()> {
     }
     args.out.check_all(&IMAGES)?;
     args.out.check_all(&OTHERS)?;
-    (0..=args.rounds).try_for_each(|k| args.out.check_all(&[&round_file(k, ".calh5"), &round_file(k, "-image.fits")]))
+    old_rounds(args)?.iter().try_for_each(|path| args.out.check(path))
 }
 
 fn options(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<SelfcalOptions> {
@@ -201,10 +239,12 @@ fn save_data(
 ) -> Result<crate::calibrate::ApplyCounts> {
     for (k, round) in result.rounds.iter_mut().enumerate() {
         round.gains.history.push(context.history());
-        cittert_formats::calh5::write_gains(&args.out.suffixed(&round_file(k + 1, ".calh5")), &round.gains, args.out.overwrite)?;
+        let path = args.out.suffixed(&round_file(k + 1, ".calh5"));
+        cittert_formats::calh5::write_gains(&path, &on_channels(&round.gains, &source.header().spectrum), args.out.overwrite)?;
     }
     let gains = &result.best().gains;
-    cittert_formats::calh5::write_gains(&args.out.suffixed(".calh5"), gains, args.out.overwrite)?;
+    let on_all = on_channels(gains, &source.header().spectrum);
+    cittert_formats::calh5::write_gains(&args.out.suffixed(".calh5"), &on_all, args.out.overwrite)?;
     let path = args.out.suffixed(".uvh5");
     let mut header = source.header().clone();
     header.history.push(context.history());

@@ -37,7 +37,7 @@ pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
 pub use sort::SortedRows;
-pub use transform::Transform;
+pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;
 
 use crate::Result;

@@ -32,7 +32,7 @@ def assert_info_agrees(ours, uv):
     np.testing.assert_allclose(ours["freq_hz"], uv.freq_array.ravel(), rtol=1e-12)
     np.testing.assert_allclose(np.broadcast_to(ours["channel_width_hz"], uv.Nfreqs), np.abs(np.ravel(uv.channel_width)), rtol=1e-6)
     np.testing.assert_allclose(ours["integration_s"], uv.integration_time.mean(), rtol=1e-6)
-    assert ours["unit"] == (uv.vis_units if uv.vis_units in ("Jy", "K str") else "uncalib")
+    assert ours["unit"].lower() == (uv.vis_units.lower() if uv.vis_units.lower() in ("jy", "k str") else "uncalib")
     assert len(ours["phase_centers"]) == len(uv.phase_center_catalog)
     for ours_of, theirs_of in zip(sorted(ours["phase_centers"], key=lambda c: c["name"]), sorted(uv.phase_center_catalog.values(), key=lambda c: c["cat_name"])):
         assert (ours_of["name"], ours_of["kind"]) == (theirs_of["cat_name"], theirs_of["cat_type"])

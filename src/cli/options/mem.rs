@@ -78,6 +78,12 @@ pub enum SolverName {
 }
 
 impl MemArgs {
+    /// The total flux as it was given.
+    #[must_use]
+    pub fn flux_text(&self) -> Option<&str> {
+        self.flux.as_deref()
+    }
+
     /// The noise where it is given in words that need no data; `None` where it is to be chosen.
     #[must_use]
     pub fn noise_word(&self) -> Option<&str> {

@@ -10,6 +10,7 @@ mod mem;
 mod output;
 mod scene;
 mod selfcal;
+mod terms;
 mod tracer;
 mod track;
 
@@ -23,5 +24,6 @@ pub use mem::{MemArgs, in_data_unit};
 pub use output::OutputArgs;
 pub use scene::{SceneArgs, pictures_beside, read_scene, scene_text};
 pub use selfcal::{ModeName, SolveArgs, solution_interval};
+pub use terms::TermsArgs;
 pub use tracer::TracerArgs;
 pub use track::{TrackArgs, load_layout};

@@ -23,6 +23,8 @@ mod options;
 mod penalty;
 mod problem;
 mod reconstruct;
+#[cfg(test)]
+mod tests;
 
 pub use dft::{SmallDft, Transform};
 pub use field::co_located;

@@ -157,16 +157,16 @@ impl ClosureImagingOptions {
         }
         for (option, value) in [
             ("--gain-error", self.gain_error),
-            ("--entropy-weight", self.penalty.entropy),
-            ("--tv", self.penalty.tv),
-            ("--tv2", self.penalty.tv2),
+            ("--penalties entropy", self.penalty.entropy),
+            ("--penalties tv", self.penalty.tv),
+            ("--penalties tv2", self.penalty.tv2),
             ("--uv-min", self.uv_min_wl),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
                 return bad(option, value.to_string(), "a number of 0 or more");
             }
         }
-        for (option, value) in [("--rounds", self.rounds), ("--niter", self.iterations), ("--starts", self.starts)] {
+        for (option, value) in [("--closure-rounds", self.rounds), ("--round-niter", self.iterations), ("--starts", self.starts)] {
             if value == 0 {
                 return bad(option, "0".into(), "1 or more");
             }
@@ -207,7 +207,7 @@ mod tests {
             (ClosureImagingOptions { prior_fwhm_rad: Some(-1.0), ..ok.clone() }, "--prior-fwhm"),
             (ClosureImagingOptions { size: Some((4096, 4096)), ..ok.clone() }, "--size"),
             (ClosureImagingOptions { gain_error: f64::NAN, ..ok.clone() }, "--gain-error"),
-            (ClosureImagingOptions { rounds: 0, ..ok.clone() }, "--rounds"),
+            (ClosureImagingOptions { rounds: 0, ..ok.clone() }, "--closure-rounds"),
             (ClosureImagingOptions { terms: vec![(Term::Visibility, 1.0)], ..ok.clone() }, "--terms"),
         ];
         for (options, name) in cases {

@@ -20,7 +20,7 @@ pub struct PenaltyWeights {
 
 impl Default for PenaltyWeights {
     fn default() -> Self {
-        Self { entropy: 1.0, tv: 0.1, tv2: 0.1, flux: 100.0, centroid: 1.0 }
+        Self { entropy: 0.5, tv: 0.05, tv2: 0.05, flux: 50.0, centroid: 0.5 }
     }
 }
 

@@ -37,7 +37,7 @@ pub struct StartRecord {
     pub value: f64,
     /// Evaluations of all terms.
     pub evaluations: usize,
-    /// Normalised cross-correlation of its image with that of the best start.
+    /// Normalised cross-correlation of its image with that of the best start, at the best shift by whole cells.
     pub correlation: f64,
 }
 
@@ -50,7 +50,7 @@ pub struct ClosureImage {
     pub model: Array2<f64>,
     /// What is left of the visibilities after calibration against the model, naturally weighted, flux a beam \[m, l\].
     pub residual: Array2<f64>,
-    /// Standard deviation over the starts \[m, l\], where there are several.
+    /// Standard deviation over the starts \[m, l\], each moved by whole cells onto the best, where there are several.
     pub spread: Option<Array2<f64>>,
     /// 1 / (longest baseline), rad.
     pub resolution_rad: f64,
@@ -147,15 +147,17 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
     let best = (0..runs.len()).min_by(|a, b| runs[*a].value.total_cmp(&runs[*b].value)).unwrap_or(0);
     let (gains, residual) = field.calibrated(&runs[best]);
     let shape = (grid.n_m, grid.n_l);
-    let starts = runs.iter().map(|r| StartRecord {
+    // Closures leave the position open: images are compared where they match best.
+    let aligned: Vec<(f64, Vec<f64>)> = runs.iter().map(|r| align(&r.image, &runs[best].image, grid.n_l)).collect();
+    let starts = runs.iter().zip(&aligned).map(|(r, (correlation, _))| StartRecord {
         value: r.value,
         evaluations: r.evaluations,
-        correlation: correlation(&r.image, &runs[best].image),
+        correlation: *correlation,
     });
     let image = ClosureImage {
         model: plane(shape, runs[best].image.clone()),
         residual: plane(shape, residual),
-        spread: (runs.len() > 1).then(|| plane(shape, deviation(&runs))),
+        spread: (runs.len() > 1).then(|| plane(shape, deviation(&aligned))),
         resolution_rad,
         prior_fwhm_rad,
         flux,
@@ -193,18 +195,37 @@ fn plane(shape: (usize, usize), data: Vec<f64>) -> Array2<f64> {
     Array2::from_shape_vec(shape, data).unwrap_or_else(|_| Array2::zeros(shape))
 }
 
-fn correlation(a: &[f64], b: &[f64]) -> f64 {
+/// An image moved by whole cells to where it matches another best, and their normalised cross-correlation there.
+fn align(image: &[f64], other: &[f64], n_l: usize) -> (f64, Vec<f64>) {
+    let (nx, ny) = (n_l as isize, (image.len() / n_l) as isize);
+    let moved = |dx: isize, dy: isize| -> Vec<f64> {
+        let at = |i: isize| (i % nx + dx, i / nx + dy);
+        let inside = |(c, r): (isize, isize)| (0..nx).contains(&c) && (0..ny).contains(&r);
+        (0..nx * ny).map(|i| if inside(at(i)) { image[(at(i).1 * nx + at(i).0) as usize] } else { 0.0 }).collect()
+    };
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()
+    let norm = (dot(image, image) * dot(other, other)).sqrt();
+    let (mut best, mut shifted) = (f64::NEG_INFINITY, image.to_vec());
+    for dy in -ny / 4..=ny / 4 {
+        for dx in -nx / 4..=nx / 4 {
+            let candidate = moved(dx, dy);
+            let r = dot(&candidate, other) / norm;
+            if r > best {
+                (best, shifted) = (r, candidate);
+            }
+        }
+    }
+    (best, shifted)
 }
 
-fn deviation(runs: &[Run]) -> Vec<f64> {
-    let n = runs.len() as f64;
+/// Standard deviation of each cell over the images.
+fn deviation(aligned: &[(f64, Vec<f64>)]) -> Vec<f64> {
+    let n = aligned.len() as f64;
     let at = |i: usize| {
-        let mean = runs.iter().map(|r| r.image[i]).sum::<f64>() / n;
-        (runs.iter().map(|r| (r.image[i] - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
+        let mean = aligned.iter().map(|(_, a)| a[i]).sum::<f64>() / n;
+        (aligned.iter().map(|(_, a)| (a[i] - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
     };
-    (0..runs[0].image.len()).map(at).collect()
+    (0..aligned.first().map_or(0, |a| a.1.len())).map(at).collect()
 }
 
 /// One run of imaging.
