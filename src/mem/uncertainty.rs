@@ -20,12 +20,15 @@ const EXACT: f64 = 1e-2;
 /// Steps of conjugate gradients for a probe.
 const STEPS: usize = 100;
 
+/// Relative residual and steps of the probe that the circulant map is scaled by.
+const ROUGH: (f64, usize) = (0.05, 60);
+
 /// How the map is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Uncertainty {
     /// No map.
     None,
-    /// From the circulant approximation: no more work than a step.
+    /// From the circulant approximation, scaled to the total variance that one random probe finds: no more work than a step or two.
     Circulant,
     /// From so many random probes with this seed.
     Probes(usize, u64),
@@ -65,21 +68,48 @@ pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertain
                     *o = (x * (table[k] * (1.0 - f) + table[k + 1] * f)).sqrt();
                 }
             });
+            // The circulant leaks weight into what is not measured, which makes the map too small everywhere.
+            let (probe, _) = Probe::new(beam, point, m, 1).next(ROUGH);
+            let (mut true_sum, mut sum) = (0.0, 0.0);
+            Zip::from(&point.image).and(&probe).and(&out).for_each(|i, p, o| {
+                true_sum += m.lambda * i * p;
+                sum += o * o;
+            });
+            if true_sum > 0.0 && sum > 0.0 {
+                out *= (true_sum / sum).sqrt();
+            }
             Some(out)
         }
         Uncertainty::Probes(n, seed) => {
-            let flat = Array2::zeros(point.image.dim());
-            let system = NewtonSystem::new(beam, point, &flat, m);
-            let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+            let mut probes = Probe::new(beam, point, m, seed);
             let mut sum = Array2::<f64>::zeros(point.image.dim());
             for _ in 0..n.max(1) {
-                let v = Array2::from_shape_fn(point.image.dim(), |_| if rng.random::<bool>() { 1.0 } else { -1.0 });
-                let (x, _) = system.solve(&v, EXACT, STEPS);
-                Zip::from(&mut sum).and(&v).and(&x).for_each(|s, v, x| *s += v * x);
+                sum += &probes.next((EXACT, STEPS)).0;
             }
             // H in I is D^-1 (E + lambda D H D) D^-1 / lambda: the variance is lambda D (...)^-1 D.
             Zip::from(&mut sum).and(&point.image).for_each(|s, i| *s = (m.lambda * i * (*s / n.max(1) as f64).max(0.0)).sqrt());
             Some(sum)
         }
+    }
+}
+
+/// Random signs times the inverse applied to them.
+struct Probe<'a> {
+    system: NewtonSystem<'a>,
+    rng: rand_chacha::ChaCha8Rng,
+    shape: (usize, usize),
+}
+
+impl<'a> Probe<'a> {
+    fn new(beam: &'a super::BeamHessian, point: &Point, m: &Multipliers, seed: u64) -> Self {
+        let shape = point.image.dim();
+        let system = NewtonSystem::new(beam, point, &Array2::zeros(shape), m);
+        Self { system, rng: rand_chacha::ChaCha8Rng::seed_from_u64(seed), shape }
+    }
+
+    fn next(&mut self, (tolerance, steps): (f64, usize)) -> (Array2<f64>, usize) {
+        let v = Array2::from_shape_fn(self.shape, |_| if self.rng.random::<bool>() { 1.0 } else { -1.0 });
+        let (x, steps) = self.system.solve(&v, tolerance, steps);
+        (v * x, steps)
     }
 }

@@ -67,12 +67,30 @@ impl Model {
         self.now + self.slope[0] + change * self.slope[1] + 0.5 * (c00 + change * (2.0 * c01 + change * c11))
     }
 
-    /// The change within `range` that comes nearest to `target`.
+    /// Slope of the model by the change, at none.
+    fn response(&self) -> f64 {
+        self.slope[1] + self.curvature[1]
+    }
+
+    /// The change within `range` that comes nearest to `target`, on the side of the parabola where more weight means a better fit.
     fn change_for(&self, target: f64, range: (f64, f64)) -> f64 {
-        const PARTS: usize = 400;
-        let place = |k: usize| range.0 + (range.1 - range.0) * k as f64 / PARTS as f64;
-        let miss = |x: f64| (self.at(x) - target).abs();
-        (0..=PARTS).map(place).chain([0.0]).fold(0.0, |best, x| if miss(x) < miss(best) { x } else { best })
+        let vertex = if self.curvature[2] > 0.0 { -self.response() / self.curvature[2] } else { f64::INFINITY };
+        let (mut lo, mut hi) = (range.0.min(vertex), range.1.min(vertex));
+        if self.at(hi) >= target {
+            return hi;
+        }
+        if self.at(lo) <= target {
+            return lo;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (lo + hi);
+            if self.at(middle) > target {
+                lo = middle;
+            } else {
+                hi = middle;
+            }
+        }
+        0.5 * (lo + hi)
     }
 }
 
@@ -109,6 +127,7 @@ impl<'o> Vtess<'o> {
         };
         let (gj, gc) = (in_s(point, &residual), in_s(point, &point.slope));
         let (mut d0, mut d1) = (solve(&gj), solve(&gc));
+        let range = bounds(&gj, &gc, (&d0, &d1), m.lambda);
         let mut beta = [0.0, 0.0];
         if o.flux.is_some() {
             // The flux is led to its value whatever lambda does.
@@ -125,15 +144,24 @@ impl<'o> Vtess<'o> {
         let (c01, c11) = (system.data_curvature(&d0, &d1), system.data_curvature(&d1, &d1));
         inner += 3;
         let model = Model { now: 0.5 * point.chi2, slope: [dot(&gc, &d0), dot(&gc, &d1)], curvature: [c00, c01, c11] };
-        let range = bounds(&gj, &gc, (&d0, &d1), m.lambda);
-        let goal = match self.control {
-            Control::Target { target, .. } => 0.5 * target * expected,
-            Control::Fixed => f64::NAN,
-        };
-        let change = if goal.is_nan() { 0.0 } else { model.change_for(goal, range) };
+        let (chi2, kkt) = (point.chi2 / expected, o.kkt(point, &m));
+        let change = self.change(&model, range, (chi2, kkt), expected);
         d0.scaled_add(change, &d1);
         let multipliers = Multipliers { lambda: m.lambda + change, beta: m.beta + beta[0] + change * beta[1], rho: 0.0 };
         Ok(Step { direction: d0, multipliers, inner })
+    }
+
+    /// The change of lambda that leads chi squared to its target.
+    fn change(&self, model: &Model, range: (f64, f64), (chi2, kkt): (f64, f64), expected: f64) -> f64 {
+        let Control::Target { target, tolerance } = self.control else { return 0.0 };
+        let lambda = self.multipliers.lambda;
+        let excess = chi2 / target;
+        let by_rule = self.control.next(lambda, chi2, kkt) - lambda;
+        // Near the target the model's error is as large as what is left, and a flux that is held may leave lambda without a say.
+        if (excess - 1.0).abs() < 20.0 * tolerance || model.response() * lambda > -1e-3 * model.now {
+            return by_rule;
+        }
+        model.change_for(0.5 * target * expected, range)
     }
 
     /// The new image of a step: positive, and no pixel changed by more than the quadratic model bears.
@@ -236,10 +264,11 @@ mod tests {
 
     #[test]
     fn the_model_finds_the_change_that_meets_the_target_or_comes_nearest() {
-        // c(x) = 10 - 2 - 4 x + (1 + 2 x 0 + x^2) / 2.
+        // c(x) = 10 - 2 - 4 x + (1 + x^2) / 2: 6 at 4 - sqrt(11), again beyond the vertex at 4.
         let model = Model { now: 10.0, slope: [-2.0, -4.0], curvature: [1.0, 0.0, 1.0] };
-        let x = model.change_for(6.0, (-1.0, 3.0));
-        assert!((model.at(x) - 6.0).abs() < 0.02, "{x}");
+        let x = model.change_for(6.0, (-1.0, 30.0));
+        assert!((model.at(x) - 6.0).abs() < 1e-9 && (x - (4.0 - 11.0_f64.sqrt())).abs() < 1e-9, "{x}");
+        assert_eq!(model.change_for(-100.0, (-1.0, 30.0)), 4.0);
         assert_eq!(model.change_for(-100.0, (-1.0, 3.0)), 3.0);
         assert_eq!(model.change_for(6.0, (0.0, 0.0)), 0.0);
     }
