@@ -86,6 +86,11 @@ impl ModelMaker for CleanMaker {
     fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
         let header = data.header().clone();
         let mut state = self.now.take();
+        // Points are cleaned anew at the end: what the first rounds took for points in poorly calibrated data shall not stay. An
+        // extended scene goes on, as it has been put together from all of its rounds.
+        if plan.last && self.clean.algorithm.name != EXTENDED {
+            state = None;
+        }
         let models: Vec<Array2<f64>> = state.iter().flat_map(|s| (0..s.channels.len()).map(|k| flux(&s.products.model, k))).collect();
         let peak_before = state.as_ref().map(|s| peak(&s.products.restored));
         let subtracted = state.is_some() && !plan.last;

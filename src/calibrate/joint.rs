@@ -151,8 +151,8 @@ fn to_the_middle(image: &Array2<f64>) -> (i64, i64) {
 fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid: &SkyGrid, state: &MemState) -> Result<(i64, i64)> {
     let model = imager.predict(&state.image)?;
     let Some((shift, sigma)) = gains.shift(model, at.u, at.v) else { return Ok((0, 0)) };
-    // Noise is not all: with an image still far from the data, the shift is no better than the fit.
-    let worse = state.chi2_per_datum.max(1.0).sqrt();
+    // The misfit itself, whatever the weights say: an image still far from the data knows its shift no better than it fits.
+    let worse = state.chi2_per_datum.sqrt();
     let cells = |shift: f64, sigma: f64, limit: usize| {
         let (d, s) = (shift / grid.cell_rad, worse * sigma / grid.cell_rad);
         let limit = limit as f64 / 4.0;

@@ -134,12 +134,12 @@ fn super_uniform_weights_are_those_of_a_smaller_image() {
     assert_ne!(weights(64, 4.0), weights(64, 1.0));
 }
 
-/// A Gaussian taper of FWHM theta makes a beam of FWHM near sqrt(theta^2 + own^2), and one on short baselines a sharper beam.
+/// Of natural weights, which fall towards long baselines much as a Gaussian does, a Gaussian taper of FWHM theta makes a beam of FWHM near sqrt(theta^2 + own^2), and one on short baselines a sharper beam.
 #[test]
 fn tapers_widen_and_sharpen_the_beam() {
     let fwhm = |taper_rad: Option<f64>, inner_taper_rad: Option<f64>| {
         let mut set = points(0.0);
-        let weights = WeightOptions { taper_rad, inner_taper_rad, ..WeightOptions::default() };
+        let weights = WeightOptions { weighting: Weighting::Natural, taper_rad, inner_taper_rad, ..WeightOptions::default() };
         let mut imager = Imager::new(&mut set, ImagingOptions { weights, ..options(96) }, &Silent).unwrap();
         let psf = imager.psf(0, &Silent).unwrap();
         let b = imager.beam_of(&psf).unwrap();

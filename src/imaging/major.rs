@@ -73,6 +73,9 @@ impl Default for CleanOptions {
     }
 }
 
+/// Times the largest side lobe of the brightest residual below which a mask that makes itself does not grow.
+const SIDE_LOBES: f64 = 1.2;
+
 /// Why a run stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
@@ -348,7 +351,9 @@ impl Run<'_> {
         loop {
             let rms = robust_rms(&state.residual.image);
             if let (Some(mask), Some(sigmas)) = (&mut auto, o.auto_mask) {
-                self.grow(mask, &state.residual.image, sigmas * rms);
+                let top = peak_of(state.residual.image.view(), o.mask.as_ref(), o.negative).map_or(0.0, |p| p.0.abs());
+                // The side lobes of what is still there stand above the noise too, and are no source.
+                self.grow(mask, &state.residual.image, (sigmas * rms).max(SIDE_LOBES * self.side_lobe * top));
                 if let Some(fixed) = &o.mask {
                     ndarray::Zip::from(mask).and(fixed).for_each(|m, f| *m &= *f);
                 }

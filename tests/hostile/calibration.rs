@@ -83,14 +83,14 @@ fn what_cannot_be_solved_is_said_or_flagged_and_counted() {
     // Two antennas have one: the phase between them is found, and said to be all that there is.
     s.write("two.toml", layout(2));
     s.ok(&format!("simulate --layout two.toml {simulate} -o two.uvh5"));
-    let said = s.json(&format!("selfcal two.uvh5 -o two {IMAGE} --start point --solint inf"));
+    let said = s.json(&format!("selfcal two.uvh5 -o pair {IMAGE} --start point --solint inf"));
     assert_eq!(said["rounds"][0]["gains_flagged"].as_object().map(serde_json::Map::len), Some(0), "{said}");
     // An antenna whose data are all flagged has no gain, and is counted.
     s.write("six.toml", layout(6));
     s.ok(&format!("simulate --layout six.toml {simulate} -o six.uvh5"));
     s.write("silent.toml", "[[error]]\nkind = \"dropout\"\nfraction = 0.3\nmean_s = 1000.0\nnoticed = true\n");
     s.ok("corrupt six.uvh5 -o silent.uvh5 --config silent.toml --seed 2");
-    let said = s.json(&format!("selfcal silent.uvh5 -o silent {IMAGE} --start point --solint inf"));
+    let said = s.json(&format!("selfcal silent.uvh5 -o calm {IMAGE} --start point --solint inf"));
     assert!(said["rounds"][0]["gains_flagged"]["no data"].as_u64() > Some(0), "{said}");
     assert!(said["n_flagged_for_want_of_a_gain"].is_u64());
 }
