@@ -7,14 +7,14 @@ DEMO := demo
 # Executions of each target of `make fuzz`.
 N ?= 1000000
 
-.PHONY: demo test test-ms lint interop fuzz bench deps deps-ms book
+.PHONY: demo test test-ms lint interop fuzz bench bench-peers bench-book deps deps-ms book
 
 demo: deps
 	$(CARGO) build --release --locked
 	rm -rf $(DEMO)
-	target/release/cittert run docs/examples/millimetre-imager.toml -o $(DEMO)
+	target/release/cittert run docs/examples/airport.toml -o $(DEMO)
 	@echo
-	@echo "Open $(DEMO)/report.html; the pictures are $(DEMO)/dirty.png and $(DEMO)/clean-image.png."
+	@echo "Open $(DEMO)/report.html; the pictures are $(DEMO)/scene.png, $(DEMO)/dirty.png, $(DEMO)/clean-image.png and $(DEMO)/selfcal-like.png."
 
 test: deps
 	$(CARGO) test --workspace --locked
@@ -42,6 +42,16 @@ fuzz: deps
 
 bench: deps
 	$(CARGO) bench --locked
+
+# Ours and the peers in turn on the common workloads, and a table of ratios.
+bench-peers: deps
+	$(CARGO) build --release --locked --bin cittert --example core
+	bash tests/bench/peers.sh
+
+# Measures what imaging costs and writes it into the book.
+bench-book: deps
+	$(CARGO) build --release --locked --example core
+	target/release/examples/core book
 
 deps: WANTED = $(PACKAGES)
 deps-ms: WANTED = $(PACKAGES) $(MS_PACKAGES)

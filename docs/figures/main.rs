@@ -1,10 +1,12 @@
 //! Draws the pictures of the pages on physics: our models as lines, numbers of independent software as dots.
 //!
 //! `cargo run --example figures` writes them into docs/algorithms/img; it needs the reference tables beside the workspace.
+//! `cargo run --release --example figures tracer` measures and draws the tracer's cost.
 
 mod atmosphere;
 mod dielectrics;
 mod surfaces;
+mod tracer;
 
 use cittert::plot::{CurveOptions, Series, Style, curves};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -19,6 +21,9 @@ pub(crate) type Points = Vec<(f64, f64)>;
 pub(crate) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
 
 fn main() -> Drawn {
+    if std::env::args().any(|a| a == "tracer") {
+        return tracer::draw();
+    }
     atmosphere::draw()?;
     dielectrics::draw()?;
     surfaces::draw()

@@ -8,8 +8,12 @@ const CORPUS: &str = "fuzz/corpus";
 #[path = "../tests/common/mod.rs"]
 mod common;
 #[cfg(test)]
+mod crashes;
+#[cfg(test)]
 mod harness;
 #[cfg(test)]
 mod make;
+#[cfg(test)]
+mod refusals;
 #[cfg(test)]
 mod targets;

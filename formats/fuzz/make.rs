@@ -33,7 +33,7 @@ fn write_the_corpus() {
         out.write(&set.data).unwrap();
         out.complete().unwrap();
         let compression = if name == "earth" { Compression::None } else { Compression::Gzip(4) };
-        let options = uvh5::Uvh5Options { overwrite: true, compression };
+        let options = uvh5::Uvh5Options { overwrite: true, compression, columns: Vec::new() };
         let mut out = uvh5::Uvh5Writer::create(&root.join(format!("uvh5/{name}.uvh5")), &set.header, options).unwrap();
         out.write(&set.data).unwrap();
         out.complete().unwrap();

@@ -28,7 +28,7 @@ pub enum FormatError {
         path: PathBuf,
     },
     /// The path leads to something that is not a file of the expected kind.
-    #[error("{}: {found}; expected {expected}", path.display())]
+    #[error("{}: expected {expected}, found this: {found}", path.display())]
     NotA {
         /// The file.
         path: PathBuf,
@@ -50,7 +50,7 @@ pub enum FormatError {
         found: String,
     },
     /// Valid, but outside what is read or written here.
-    #[error("{}: {what}", path.display())]
+    #[error("{}: expected what can be read or written here, found this: {what}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
@@ -58,7 +58,7 @@ pub enum FormatError {
         what: String,
     },
     /// The values read make no valid set, image or table.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: expected values that belong together, found this: {source}", path.display())]
     Values {
         /// The file.
         path: PathBuf,
@@ -69,12 +69,14 @@ pub enum FormatError {
     #[error(transparent)]
     Layout(#[from] crate::layouts::LayoutError),
     /// The HDF5 library refused.
-    #[error("{}: {place}: {message}", path.display())]
+    #[error("{}: {place}: expected {expected}, found the error of HDF5: {message}", path.display())]
     Hdf5 {
         /// The file.
         path: PathBuf,
         /// Dataset or group.
         place: String,
+        /// What the library was to do.
+        expected: &'static str,
         /// What the library said.
         message: String,
     },

@@ -15,7 +15,9 @@
 
 pub mod atomic;
 pub mod calh5;
+mod columns;
 mod contents;
+mod drift;
 mod error;
 mod files;
 pub mod fits;
@@ -27,20 +29,22 @@ pub mod layouts;
 pub mod ms;
 mod picture;
 mod registry;
+mod rehearse;
 mod sources;
 mod table;
 mod time;
 pub mod uvfits;
 pub mod uvh5;
 
+pub use columns::{ColumnSink, CreateOptions, VisColumn};
 pub use contents::{Contents, LayoutInfo, SourceListInfo};
 pub use error::{FormatError, Result};
 pub use grid::write_grid;
 pub use h5::Compression;
 pub use picture::read_grey_png;
 pub use registry::{
-    Created, IMAGE_FORMATS, ImageFormat, VISIBILITY_FORMATS, VisibilityFormat, create_visibilities, image_format, open_column, open_image,
-    open_visibilities, visibility_format,
+    Created, IMAGE_FORMATS, ImageFormat, VISIBILITY_FORMATS, VisibilityFormat, create_visibilities, create_visibilities_with,
+    format_to_write, image_format, open_column, open_image, open_visibilities, visibility_format,
 };
 pub use sources::{read_sources, write_sources};
 pub use table::{Column, Table, write_tables};

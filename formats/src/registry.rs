@@ -4,14 +4,14 @@ use crate::files::{open_file, read_up_to};
 use crate::fits::{ImageOptions, read_image, write_image};
 use crate::uvfits::{UvfitsOptions, UvfitsReader, UvfitsWriter};
 use crate::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};
-use crate::{Compression, FormatError, Result};
-use cittert_arrays::{Image, VisibilityHeader, VisibilitySink, VisibilitySource};
+use crate::{ColumnSink, CreateOptions, FormatError, Result, VisColumn};
+use cittert_arrays::{Image, VisibilityHeader, VisibilitySource};
 use std::path::Path;
 
 /// An output that was begun, and what the format could not keep of the header.
 pub struct Created {
     /// Where to write the blocks.
-    pub sink: Box<dyn VisibilitySink>,
+    pub sink: Box<dyn ColumnSink>,
     /// What was changed or lost, one sentence each, for the user and for the history.
     pub notes: Vec<String>,
 }
@@ -36,11 +36,51 @@ pub trait VisibilityFormat: Sync {
     /// Whatever is wrong with the file, with the place in it.
     fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>>;
 
+    /// Columns that a file has beside the data.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the file.
+    fn columns(&self, _path: &Path) -> Result<Vec<VisColumn>> {
+        Ok(Vec::new())
+    }
+
+    /// Open a column of a file to read.
+    ///
+    /// # Errors
+    /// A column that there is not, or as [`VisibilityFormat::open`].
+    fn open_column(&self, path: &Path, column: VisColumn) -> Result<Box<dyn VisibilitySource>> {
+        if column == VisColumn::Data {
+            return self.open(path);
+        }
+        Err(FormatError::unsupported(path, format!("there is no column {:?}: {} has only \"data\"", column.name(), self.name())))
+    }
+
+    /// True where a file may have this column beside the data.
+    fn keeps(&self, _column: VisColumn) -> bool {
+        false
+    }
+
     /// Begin a file for sets with this header; `None` where the format is only read.
     ///
     /// # Errors
-    /// An existing output that may not be overwritten, a header that the format cannot hold, or whatever the disk says.
-    fn create(&self, path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Option<Created>>;
+    /// An existing output that may not be overwritten, a header or options that the format cannot hold, or whatever the disk says.
+    fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>>;
+}
+
+/// Refuse what only UVH5 can do, and columns that a format does not keep.
+pub(crate) fn refuse_options(format: &dyn VisibilityFormat, path: &Path, options: &CreateOptions) -> Result<()> {
+    let name = format.name();
+    let what = match options {
+        CreateOptions { append: true, .. } => format!("rows are appended to UVH5 only, not to {name}: write another file"),
+        CreateOptions { compression: Some(_), .. } => format!("{name} is not compressed: leave out the compression, or write UVH5"),
+        CreateOptions { columns, .. } => match columns.iter().find(|c| !format.keeps(**c)) {
+            Some(column) => {
+                format!("{name} has no place for the column {:?} beside the data: write it as the data of a file", column.name())
+            }
+            None => return Ok(()),
+        },
+    };
+    Err(FormatError::unsupported(path, what))
 }
 
 /// A format of images on disk.
@@ -104,9 +144,23 @@ impl VisibilityFormat for Uvh5 {
         Ok(Box::new(Uvh5Reader::open(path)?))
     }
 
-    fn create(&self, path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Option<Created>> {
-        let options = Uvh5Options { overwrite, compression: Compression::None };
-        Ok(Some(Created { sink: Box::new(Uvh5Writer::create(path, header, options)?), notes: Vec::new() }))
+    fn columns(&self, path: &Path) -> Result<Vec<VisColumn>> {
+        Uvh5Reader::columns(path)
+    }
+
+    fn open_column(&self, path: &Path, column: VisColumn) -> Result<Box<dyn VisibilitySource>> {
+        Ok(Box::new(Uvh5Reader::open_column(path, column)?))
+    }
+
+    fn keeps(&self, _: VisColumn) -> bool {
+        true
+    }
+
+    fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>> {
+        let CreateOptions { overwrite, append, compression, columns } = options.clone();
+        let how = Uvh5Options { overwrite, compression: compression.unwrap_or_default(), columns };
+        let writer = if append { Uvh5Writer::append(path, header, how)? } else { Uvh5Writer::create(path, header, how)? };
+        Ok(Some(Created { sink: Box::new(writer), notes: Vec::new() }))
     }
 }
 
@@ -139,8 +193,9 @@ impl VisibilityFormat for Uvfits {
         Ok(Box::new(UvfitsReader::open(path)?))
     }
 
-    fn create(&self, path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Option<Created>> {
-        let writer = UvfitsWriter::create(path, header, UvfitsOptions { overwrite, stokes_i: false })?;
+    fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>> {
+        refuse_options(self, path, options)?;
+        let writer = UvfitsWriter::create(path, header, UvfitsOptions { overwrite: options.overwrite, stokes_i: false })?;
         let notes = writer.notes().to_vec();
         Ok(Some(Created { sink: Box::new(writer), notes }))
     }
@@ -247,23 +302,12 @@ pub fn open_visibilities(path: &Path) -> Result<Box<dyn VisibilitySource>> {
     visibility_format(path)?.open(path)
 }
 
-/// Open one column of visibilities, `data`, `corrected` or `model`; only Measurement Sets have any but the first.
+/// Open one column of visibilities.
 ///
 /// # Errors
 /// As [`open_visibilities`]; a column that there is not.
-pub fn open_column(path: &Path, column: &str) -> Result<Box<dyn VisibilitySource>> {
-    #[cfg(feature = "ms")]
-    if let Some(column) = crate::ms::MsColumn::named(column)
-        && crate::ms::is_measurement_set(path)
-    {
-        return Ok(Box::new(crate::ms::MsSource::open(path, column)?));
-    }
-    let format = visibility_format(path)?;
-    if column != "data" {
-        let why = format!("there is no column {column:?}: {} has only \"data\"", format.name());
-        return Err(FormatError::unsupported(path, why));
-    }
-    format.open(path)
+pub fn open_column(path: &Path, column: VisColumn) -> Result<Box<dyn VisibilitySource>> {
+    visibility_format(path)?.open_column(path, column)
 }
 
 /// Begin an output of visibilities; the ending of the name chooses the format.
@@ -271,14 +315,29 @@ pub fn open_column(path: &Path, column: &str) -> Result<Box<dyn VisibilitySource
 /// # Errors
 /// An ending that no format has, an existing output that may not be overwritten, a header that the format cannot hold.
 pub fn create_visibilities(path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Created> {
+    create_visibilities_with(path, header, &CreateOptions { overwrite, ..CreateOptions::default() })
+}
+
+/// As [`create_visibilities`], with more to choose.
+///
+/// # Errors
+/// As [`create_visibilities`]; an option that the format does not know.
+pub fn create_visibilities_with(path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Created> {
+    let unknown = || format_to_write(path).err().unwrap_or_else(|| FormatError::unsupported(path, "this format is only read"));
+    format_to_write(path)?.create(path, header, options)?.ok_or_else(unknown)
+}
+
+/// The format of visibilities that the ending of a name stands for.
+///
+/// # Errors
+/// An ending that no format has.
+pub fn format_to_write(path: &Path) -> Result<&'static dyn VisibilityFormat> {
     let end = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let unknown = || FormatError::NotA {
+    VISIBILITY_FORMATS.iter().find(|f| f.extensions().contains(&end.as_str())).copied().ok_or_else(|| FormatError::NotA {
         path: path.into(),
         expected: format!("a name that ends as one of {}", visibility_names()),
         found: if end.is_empty() { "the name has no ending".into() } else { format!("the name ends in .{end}") },
-    };
-    let format = VISIBILITY_FORMATS.iter().find(|f| f.extensions().contains(&end.as_str())).ok_or_else(unknown)?;
-    format.create(path, header, overwrite)?.ok_or_else(unknown)
+    })
 }
 
 /// The format of an image, by its content.

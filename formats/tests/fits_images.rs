@@ -52,6 +52,15 @@ fn a_cube_on_the_sky_comes_back() {
         assert!((x.bmaj_rad - y.bmaj_rad).abs() < 1e-9 && (x.bpa_rad - y.bpa_rad).abs() < 1e-7, "{x:?} {y:?}");
     }
     assert!(write_image(&path, &a, ImageOptions::default()).unwrap_err().to_string().contains("exists already"));
+    // A name that ends in .gz makes a compressed file of the same content, the same at every writing.
+    let packed = dir.path().join("cube.fits.gz");
+    write_image(&packed, &a, ImageOptions::default()).unwrap();
+    close(&a, &read_image(&packed).unwrap());
+    let bytes = std::fs::read(&packed).unwrap();
+    assert_eq!(bytes[..2], [0x1f, 0x8b]);
+    assert_eq!(cittert_formats::image_format(&packed).unwrap().name(), "FITS image");
+    write_image(&packed, &a, ImageOptions { overwrite: true, ..ImageOptions::default() }).unwrap();
+    assert_eq!(std::fs::read(&packed).unwrap(), bytes);
 }
 
 #[test]

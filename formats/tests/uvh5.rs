@@ -4,11 +4,12 @@ use super::common;
 use cittert_arrays::*;
 use cittert_formats::Compression;
 use cittert_formats::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};
+use cittert_formats::{ColumnSink, VisColumn};
 use std::path::{Path, PathBuf};
 
 fn save(dir: &Path, name: &str, set: &VisibilitySet, step: usize, compression: Compression) -> PathBuf {
     let path = dir.join(name);
-    let mut writer = Uvh5Writer::create(&path, &set.header, Uvh5Options { overwrite: true, compression }).unwrap();
+    let mut writer = Uvh5Writer::create(&path, &set.header, Uvh5Options { overwrite: true, compression, columns: Vec::new() }).unwrap();
     let n = set.data.n_rows();
     for start in (0..n).step_by(step) {
         writer.write(&set.data.rows(start..(start + step).min(n)).unwrap()).unwrap();
@@ -53,11 +54,65 @@ fn blocks_are_appended_to_a_finished_file() {
     let set = common::earth();
     let first = VisibilitySet::new(set.header.clone(), set.data.rows(0..100).unwrap()).unwrap();
     let path = save(dir.path(), "grow.uvh5", &first, 60, Compression::None);
-    let mut writer = Uvh5Writer::append_to(&path, Compression::Lzf).unwrap();
+    let options = Uvh5Options { compression: Compression::Lzf, ..Uvh5Options::default() };
+    let begun = std::fs::read(&path).unwrap();
+    let mut writer = Uvh5Writer::append(&path, &set.header, options.clone()).unwrap();
+    writer.write(&set.data.rows(100..200).unwrap()).unwrap();
+    drop(writer);
+    assert_eq!(std::fs::read(&path).unwrap(), begun, "a run that is given up leaves the old file");
+    let mut writer = Uvh5Writer::append(&path, &set.header, options).unwrap();
     writer.write(&set.data.rows(100..270).unwrap()).unwrap();
     assert_eq!(Uvh5Reader::open(&path).unwrap().n_rows(), 100, "the old file stays until the new one is complete");
     writer.complete().unwrap();
     assert_same(&set, &Uvh5Reader::open(&path).unwrap(), 1e-9);
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn rows_of_another_kind_are_not_appended() {
+    let dir = tempfile::tempdir().unwrap();
+    let set = common::earth();
+    let path = save(dir.path(), "one.uvh5", &set, 300, Compression::None);
+    let refused = |change: &dyn Fn(&mut VisibilityHeader), options: Uvh5Options, place: &str| {
+        let mut header = set.header.clone();
+        change(&mut header);
+        let text = Uvh5Writer::append(&path, &header, options).map(|_| ()).unwrap_err().to_string();
+        assert!(["one.uvh5", place, "expected", "found"].iter().all(|w| text.contains(w)), "{text}");
+    };
+    let plain = Uvh5Options::default;
+    refused(&|h| h.spectrum = SpectralWindow::band(1.5e9, 4e6, 4).unwrap(), plain(), "channels");
+    refused(&|h| h.unit = VisUnit::KelvinSr, plain(), "unit");
+    refused(&|h| h.phase_centers[0] = PhaseCenter::sidereal("CYGA", 1.0, 0.3).unwrap(), plain(), "phase centres");
+    refused(&|h| h.polarizations.swap(0, 1), plain(), "polarisations");
+    let model = Uvh5Options { columns: vec![VisColumn::Model], ..plain() };
+    refused(&|_| (), model, "columns beside the data");
+}
+
+#[test]
+fn model_and_residual_stand_beside_the_data() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("beside.uvh5");
+    let set = common::earth();
+    let columns = vec![VisColumn::Model, VisColumn::Residual];
+    let options = Uvh5Options { columns: columns.clone(), compression: Compression::Gzip(3), overwrite: false };
+    let (model, left) = (set.data.vis.mapv(|v| v * 0.5), set.data.vis.mapv(|v| v * 0.25));
+    let mut writer = Uvh5Writer::create(&path, &set.header, options.clone()).unwrap();
+    let rows = |r: std::ops::Range<usize>| (set.data.rows(r.clone()).unwrap(), ndarray::s![r, .., ..]);
+    let (block, part) = rows(0..99);
+    assert!(writer.write(&block).unwrap_err().to_string().contains("columns beside the data"), "a column that was promised must come");
+    writer.write_columns(&block, &[model.slice(part), left.slice(part)]).unwrap();
+    writer.complete().unwrap();
+    let mut writer = Uvh5Writer::append(&path, &set.header, options).unwrap();
+    let (block, part) = rows(99..270);
+    writer.write_columns(&block, &[model.slice(part), left.slice(part)]).unwrap();
+    writer.complete().unwrap();
+    assert_eq!(Uvh5Reader::columns(&path).unwrap(), columns);
+    for (column, vis) in [(VisColumn::Data, &set.data.vis), (VisColumn::Model, &model), (VisColumn::Residual, &left)] {
+        let mut source = cittert_formats::open_column(&path, column).unwrap();
+        assert_eq!(source.read_rows(0..270).unwrap().vis, vis);
+    }
+    let text = cittert_formats::open_column(&path, VisColumn::Corrected).map(|_| ()).unwrap_err().to_string();
+    assert!(text.contains("Data/corrected") && text.contains("beside.uvh5"), "{text}");
 }
 
 #[test]
@@ -275,4 +330,30 @@ fn flags_that_are_plain_integers_are_read() {
         file.new_dataset_builder().with_data(set.data.flags.mapv(u8::from).view()).create("Data/flags").unwrap();
     }
     assert_eq!(Uvh5Reader::open(&path).unwrap().read(0..270).unwrap().flags, set.data.flags);
+}
+
+/// A chunk in the middle of a compressed file that does not inflate: the rows before and behind it are read, those in it are refused
+/// with the file, the dataset and the rows.
+#[test]
+fn damage_in_the_middle_of_compressed_data_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut set = common::earth();
+    // Noise, so that the chunks stay large.
+    set.data.vis.indexed_iter_mut().for_each(|((r, c, p), v)| *v *= ((r * 31 + c * 7 + p) as f32 * 0.731).sin());
+    let path = save(dir.path(), "hurt.uvh5", &set, 30, Compression::Gzip(6));
+    let offset = {
+        let file = hdf5::File::open(&path).unwrap();
+        let vis = file.dataset("Data/visdata").unwrap();
+        assert_eq!(vis.chunk().unwrap()[0], 30);
+        vis.chunk_info(4).unwrap()
+    };
+    let mut bytes = std::fs::read(&path).unwrap();
+    let at = usize::try_from(offset.addr).unwrap();
+    bytes[at + 40..at + 80].fill(0xff);
+    std::fs::write(&path, bytes).unwrap();
+    let reader = Uvh5Reader::open(&path).unwrap();
+    assert_eq!(reader.read(0..100).unwrap(), set.data.rows(0..100).unwrap());
+    assert_eq!(reader.read(160..270).unwrap(), set.data.rows(160..270).unwrap());
+    let text = reader.read(100..200).unwrap_err().to_string();
+    assert!(["hurt.uvh5", "Data/visdata, rows 100 to 199", "expected", "found"].iter().all(|w| text.contains(w)), "{text}");
 }

@@ -3,10 +3,11 @@
 use crate::error::SceneError;
 use crate::vector::Vec3;
 use cittert_arrays::{SkyFrame, SkyGrid};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How directions lie on the picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Projection {
     /// Direction cosines, the plane an interferometer measures on.
@@ -17,7 +18,7 @@ pub enum Projection {
 }
 
 /// `[camera]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
     /// Where it stands, m: east, north, up.
@@ -90,6 +91,18 @@ impl Camera {
         let right = Vec3::new(ch, -sh, 0.0);
         let up = Vec3::new(-sh * sp, -ch * sp, cp);
         Ok(Axes { right: right * cr - up * sr, up: up * cr + right * sr, forward })
+    }
+
+    /// The same camera with a square picture of a side in pixels, over the same field of view.
+    #[must_use]
+    pub fn with_side(&self, side_px: usize) -> Self {
+        Self { size_px: [side_px, side_px], ..self.clone() }
+    }
+
+    /// The same camera on direction cosines, as an interferometer sees.
+    #[must_use]
+    pub fn in_direction_cosines(&self) -> Self {
+        Self { projection: Projection::Sin, ..self.clone() }
     }
 
     /// The grid of its picture: direction cosines for [`Projection::Sin`], tangents for [`Projection::Pinhole`].

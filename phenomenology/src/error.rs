@@ -79,6 +79,16 @@ pub enum SceneError {
         /// The surfaces there are.
         known: String,
     },
+    /// A picture that the scene names.
+    #[error("{at}picture `{name}` of the ground")]
+    Picture {
+        /// Where.
+        at: At,
+        /// Its name.
+        name: String,
+        /// Why.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// Neither solids nor ground.
     #[error("the scene is empty: give it a [ground], or bodies and regions")]
     Empty,

@@ -1,7 +1,9 @@
 //! The public face: any scene that can be rendered.
 
 use crate::analytic::AnalyticScene;
-use crate::solids::SolidScene;
+use crate::camera::View;
+use crate::solids::{ReadGrey, SolidScene};
+use crate::trace::RenderOptions;
 use crate::{Result, SceneError};
 use cittert_arrays::{Image, SkyGrid, SpectralWindow};
 
@@ -27,10 +29,22 @@ impl Scene {
     /// # Errors
     /// TOML that does not parse (with the line), an unknown kind or key, a value outside its range.
     pub fn from_toml(text: &str) -> Result<Self> {
+        Self::read(text, SolidScene::from_toml)
+    }
+
+    /// As [`Scene::from_toml`], with the pictures that the scene names.
+    ///
+    /// # Errors
+    /// As [`Scene::from_toml`], and a picture that cannot be read.
+    pub fn from_toml_with(text: &str, read: ReadGrey<'_>) -> Result<Self> {
+        Self::read(text, |text| SolidScene::from_toml_with(text, read))
+    }
+
+    fn read(text: &str, solids: impl Fn(&str) -> Result<SolidScene>) -> Result<Self> {
         let kind: Kind = toml::from_str(text)?;
         match kind.kind.as_deref() {
             Some("analytic") => AnalyticScene::from_toml(text).map(Self::Analytic),
-            Some("solids") => SolidScene::from_toml(text).map(|s| Self::Solids(Box::new(s))),
+            Some("solids") => solids(text).map(|s| Self::Solids(Box::new(s))),
             other => Err(SceneError::BadValue {
                 what: "key `kind` of the scene".into(),
                 value: other.map_or_else(|| "missing".into(), |k| format!("{k:?}")),
@@ -48,12 +62,30 @@ impl Scene {
         }
     }
 
-    /// The grid of the scene's own camera; `None` where the scene has none.
+    /// The grid of direction cosines of the scene's own camera, with its own pixels or so many a side; `None` where the scene
+    /// has no camera.
     #[must_use]
-    pub fn natural_grid(&self) -> Option<SkyGrid> {
+    pub fn natural_grid(&self, side_px: Option<usize>) -> Option<SkyGrid> {
+        let Self::Solids(s) = self else { return None };
+        let camera = s.camera().ok()?.in_direction_cosines();
+        side_px.map_or(camera.clone(), |n| camera.with_side(n)).grid().ok()
+    }
+
+    /// Brightness temperature in K of every channel of a spectrum for itself \[chan, pol = I, m, l\].
+    ///
+    /// # Errors
+    /// As [`Scene::render`]; a scene of shapes, whose temperatures do not depend on frequency.
+    pub fn render_channels(&self, grid: &SkyGrid, spectrum: &SpectralWindow) -> Result<Image> {
         match self {
-            Self::Analytic(_) => None,
-            Self::Solids(s) => s.camera().and_then(crate::camera::Camera::grid).ok(),
+            Self::Analytic(s) => Err(SceneError::BadValue {
+                what: format!("scene `{}`", s.name),
+                value: "of shapes with fixed temperatures".into(),
+                expected: "a scene of solids, where every channel is to have its own temperatures",
+            }),
+            Self::Solids(s) => {
+                let options = RenderOptions { per_channel: true, ..RenderOptions::default() };
+                Ok(s.picture(&View::on_grid(s.camera()?, grid)?, spectrum, &options)?.temperature)
+            }
         }
     }
 

@@ -5,7 +5,8 @@
 use super::intervals::JOINED;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
-use cittert_arrays::{GainTable, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
+use cittert_arrays::{GainTable, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
+use ndarray::Axis;
 use num_complex::{Complex, Complex64};
 
 const BLOCK_BYTES: usize = 32 << 20;
@@ -211,6 +212,28 @@ pub(crate) fn nearest_channel(table: &GainTable, freq_hz: f64) -> usize {
     (0..s.n_chan()).min_by(|a, b| distance(a).partial_cmp(&distance(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(0)
 }
 
+/// Gains on the disk and in memory at most, where a table is spread over channels.
+const MOST_SPREAD: usize = 1 << 25;
+
+/// A table with an entry for each channel of `spectrum`: that of the nearest of its own channels, as [`GainApplier`] takes it. Programs
+/// that apply tables channel by channel need it so. A table that would become larger than half a gigabyte stays as it is.
+#[must_use]
+pub fn on_channels(table: &GainTable, spectrum: &SpectralWindow) -> GainTable {
+    let (n_time, n_ant, _, n_feed) = table.gains.dim();
+    if table.spectrum == *spectrum || n_time * n_ant * n_feed * spectrum.n_chan() > MOST_SPREAD {
+        return table.clone();
+    }
+    let from: Vec<usize> = spectrum.freq_hz().iter().map(|f| nearest_channel(table, *f)).collect();
+    GainTable {
+        spectrum: spectrum.clone(),
+        gains: table.gains.select(Axis(2), &from),
+        flags: table.flags.select(Axis(2), &from),
+        quality: table.quality.as_ref().map(|q| q.select(Axis(2), &from)),
+        total_quality: table.total_quality.as_ref().map(|q| q.select(Axis(1), &from)),
+        ..table.clone()
+    }
+}
+
 /// Feeds of the table for each polarisation of the set.
 fn match_feeds(table: &GainTable, header: &VisibilityHeader) -> Result<Vec<(usize, usize)>> {
     if table.feeds.len() == 1 && (table.feeds[0] == JOINED || !is_hand(&table.feeds[0])) {
@@ -377,6 +400,23 @@ mod tests {
         assert_eq!(counts, ApplyCounts { applied: 12, flagged: 8 });
         assert_eq!(out.data.flags.iter().filter(|f| **f).count(), 8);
         assert!(out.data.vis.iter().all(|v| v.re.is_finite()));
+    }
+
+    #[test]
+    fn a_table_on_the_channels_of_a_set_applies_as_before() {
+        let scene = Scene { n_chan: 5, ..Scene::point(4, 2) };
+        let set = scene.set(|_, _, _, _| cis(0.0));
+        let h = scene.header();
+        let wide = SpectralWindow::new(vec![h.spectrum.mean_hz()], vec![h.spectrum.extent_hz()]).unwrap();
+        let mut gains = GainTable::unity(h.layout.clone(), wide, vec![JOINED.into()], vec![T0_JD], vec![20.0]).unwrap();
+        gains.gains[(0, 1, 0, 0)] = cis(1.0);
+        gains.flags[(0, 2, 0, 0)] = true;
+        let spread = on_channels(&gains, &h.spectrum);
+        spread.check().unwrap();
+        assert_eq!(spread.gains.dim(), (1, 4, 5, 1));
+        let (one, many) = (run(&set, &gains, ApplyOptions::default()), run(&set, &spread, ApplyOptions::default()));
+        assert_eq!(one.1, many.1);
+        assert_eq!(one.0.data.vis, many.0.data.vis);
     }
 
     #[test]

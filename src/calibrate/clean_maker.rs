@@ -1,23 +1,31 @@
 //! CLEAN as the model maker of self-calibration: any deconvolver of the table, inside its major cycles.
 
 use super::model::ModelVisibilities;
+use super::predicted::{Left, Predicted, Unpolarized};
 use super::selfcal::{ModelMaker, ModelMetrics, RoundPlan};
 use crate::fourier::{Degridder, GridOptions, Real, UvwExtent};
 use crate::imaging::major::CleanOptions;
-use crate::imaging::{CleanProducts, Imager, ImagingOptions, clean};
+use crate::imaging::{CleanProducts, Continue, Imager, ImagingOptions, Tools, clean_from, joined};
 use crate::progress::Observer;
 use crate::{ChainError, Result};
-use cittert_arrays::{BrightnessUnit, Image, Polarization, UvCoverage, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
 use std::ops::Range;
 
 /// Images and cleans the data of each round, and predicts from the model. The grid of the first round stays.
+///
+/// The first image begins with nothing; later ones go on from the model as it is. All but the last take one major cycle: what the
+/// model leaves of the newly calibrated data is gridded, and one minor cycle brings it down. So a round costs two transforms, one to
+/// predict the model and one to grid what it leaves, and many short rounds cost no more than a few deep images. That is also what
+/// solves extended scenes: gains and image are found together, before either has taken the errors of the other for its own.
 pub struct CleanMaker {
     imaging: ImagingOptions,
     clean: CleanOptions,
     now: Option<State>,
     best: Option<State>,
+    tools: Option<Tools>,
+    predicted: Predicted,
 }
 
 #[derive(Clone)]
@@ -27,6 +35,8 @@ struct State {
     channels: Vec<Range<usize>>,
     extent: UvwExtent,
     predictors: std::sync::Arc<Predictors>,
+    /// How predictions are made.
+    grid_options: GridOptions,
 }
 
 /// Degridders of the output channels, in the precision that the error allows.
@@ -35,12 +45,22 @@ enum Predictors {
     Double(Vec<Degridder<f64>>),
 }
 
+/// Error of the transforms in short rounds. What they grid is small against the source already.
+const SHORT_EPSILON: f64 = 1e-4;
+/// Multiple of the noise at which short rounds stop taking points.
+const SHORT_NSIGMA: f64 = 3.0;
+/// The deconvolver of extended structure.
+const EXTENDED: &str = "multiscale";
+/// Error of a prediction, as a part of the depth that its model has.
+const PREDICTED_EPSILON: f64 = 0.01;
+
 impl CleanMaker {
     /// A maker with these options. In each round `clean.threshold` is raised to the plan's depth times the peak of the round
-    /// before, so that the model grows from round to round; the last round goes as deep as the options say.
+    /// before, so that the model grows from round to round; the last round goes as deep as the options say. The components of
+    /// `clean.niter` are those of each round.
     #[must_use]
     pub fn new(imaging: ImagingOptions, clean: CleanOptions) -> Self {
-        Self { imaging, clean, now: None, best: None }
+        Self { imaging, clean, now: None, best: None, tools: None, predicted: Predicted::default() }
     }
 
     /// Images of the present round: after the loop, those of the best.
@@ -49,30 +69,68 @@ impl CleanMaker {
         self.now.as_ref().map(|s| &s.products)
     }
 
-    fn grid_options(&self) -> GridOptions {
-        GridOptions { epsilon: self.imaging.epsilon, w_term: self.imaging.w_term, divide_by_n: false }
+    fn grid_options(&self, epsilon: f64) -> GridOptions {
+        GridOptions { epsilon, w_term: self.imaging.w_term, divide_by_n: false }
+    }
+
+    /// Least flux of a pixel: a thermal scene is nowhere colder than 0 K. A source in Jy has none, as points between pixels need
+    /// negative neighbours.
+    fn floor(&self, header: &VisibilityHeader, grid: &SkyGrid) -> Option<f64> {
+        let thermal = header.unit == VisUnit::KelvinSr && self.imaging.polarization == Polarization::I;
+        let coldest = -header.pedestal_k.unwrap_or(0.0) * grid.cell_sr();
+        (thermal || !self.clean.negative).then(|| if self.clean.negative { coldest } else { 0.0 })
     }
 }
 
 impl ModelMaker for CleanMaker {
     fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
-        let freq_hz = data.header().spectrum.freq_hz().to_vec();
-        let mut imager = Imager::new(data, self.imaging.clone(), observer)?;
+        let header = data.header().clone();
+        let mut state = self.now.take();
+        let models: Vec<Array2<f64>> = state.iter().flat_map(|s| (0..s.channels.len()).map(|k| flux(&s.products.model, k))).collect();
+        let peak_before = state.as_ref().map(|s| peak(&s.products.restored));
+        let subtracted = state.is_some() && !plan.last;
+        let mut imaging = self.imaging.clone();
+        if subtracted && self.tools.is_some() {
+            imaging.epsilon = imaging.epsilon.max(SHORT_EPSILON);
+        }
+        let mut left;
+        let source: &mut dyn VisibilitySource = match &mut state {
+            Some(model) if subtracted => {
+                left = Left { inner: data, model, known: &self.predicted };
+                &mut left
+            }
+            _ => data,
+        };
+        let mut imager = Imager::new(source, imaging, observer)?;
         let grid = imager.grid().clone();
         (self.imaging.size, self.imaging.cell_rad) = (Some((grid.n_l, grid.n_m)), Some(grid.cell_rad));
+        let from = Continue { models: &models, subtracted, floor: self.floor(&header, &grid), exact: plan.last };
         let mut options = self.clean.clone();
-        if plan.depth > 0.0 {
-            let peak = match &self.now {
-                Some(state) => peak(&state.products.restored),
-                // No component yet: the dirty image in its unit, and nothing else.
-                None => peak(&clean(&mut imager, &CleanOptions { niter: 0, ..options.clone() }, observer)?.dirty),
-            };
-            options.threshold = options.threshold.max(plan.depth * peak);
+        if !plan.last {
+            options.max_major = options.max_major.min(1);
+            // What one cycle takes wrongly for want of an exact residual, the next round sees: no fear of side lobes.
+            options.cyclefactor = 0.0;
+            // Points in the noise would be solved against as if they were there. (Extended structure is brighter than any of its residuals.)
+            if options.algorithm.name != EXTENDED {
+                options.nsigma = options.nsigma.max(SHORT_NSIGMA);
+            }
         }
-        let products = clean(&mut imager, &options, observer)?;
+        match peak_before {
+            Some(before) => options.threshold = options.threshold.max(plan.depth * before),
+            // Its one cycle stops at a part of the peak that nobody knows yet.
+            None if !plan.last => options.mgain = options.mgain.min(1.0 - plan.depth.min(0.99)),
+            None => {}
+        }
+        let mut products = clean_from(&mut imager, &options, &mut self.tools, from, observer)?;
         let (channels, extent) = (imager.channels().to_vec(), imager.survey().extent);
         drop(imager);
-        let predictors = std::sync::Arc::new(Predictors::new(&products.model, &channels, &freq_hz, extent, &self.grid_options())?);
+        if let Some(before) = state {
+            products.components = joined(before.products.components.into_iter().chain(products.components));
+        }
+        let epsilon = if plan.last { self.imaging.epsilon } else { (PREDICTED_EPSILON * plan.depth).clamp(self.imaging.epsilon, 1e-3) };
+        let freq_hz = header.spectrum.freq_hz();
+        let grid_options = self.grid_options(epsilon);
+        let made = Predictors::new(&products.model, &channels, freq_hz, extent, &grid_options)?;
         let statistics = &products.statistics;
         let metrics = ModelMetrics {
             peak: peak(&products.restored),
@@ -80,7 +138,8 @@ impl ModelMaker for CleanMaker {
             model_flux: statistics.model_flux,
             iterations: statistics.iterations,
         };
-        self.now = Some(State { products, channels, extent, predictors });
+        self.predicted.clear();
+        self.now = Some(State { products, channels, extent, predictors: std::sync::Arc::new(made), grid_options });
         Ok(metrics)
     }
 
@@ -91,43 +150,53 @@ impl ModelMaker for CleanMaker {
     fn recall(&mut self) {
         if self.best.is_some() {
             self.now.clone_from(&self.best);
+            self.predicted.clear();
         }
     }
 }
-
 impl ModelVisibilities for CleanMaker {
-    fn predict(&mut self, header: &VisibilityHeader, _first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
-        let grid_options = self.grid_options();
+    fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
         let Some(state) = &mut self.now else {
             return Err(ChainError::NoData("there is no model yet: make an image first".into()));
         };
+        let one = state.one(header, coverage)?;
+        self.predicted.keep(first_row, coverage.uvw_m.view(), &one);
+        let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
+        for (p, _) in header.polarizations.iter().enumerate().filter(|(_, pol)| sees(**pol)) {
+            vis.index_axis_mut(Axis(2), p).assign(&one);
+        }
+        Ok(vis)
+    }
+}
+
+/// True for the correlations that an unpolarised model fills.
+pub(super) fn sees(pol: Polarization) -> bool {
+    pol.is_parallel_hand() || pol == Polarization::I
+}
+
+impl Unpolarized for State {
+    fn one(&mut self, header: &VisibilityHeader, coverage: &UvCoverage) -> Result<Array2<Complex<f32>>> {
         let n_chan = header.spectrum.n_chan();
-        if state.channels.last().map_or(0, |r| r.end) != n_chan {
+        if self.channels.last().map_or(0, |r| r.end) != n_chan {
             return Err(ChainError::Incompatible(format!("the model was made for another set, not for one of {n_chan} channels")));
         }
-        let extent = state.extent.union(UvwExtent::of(coverage.uvw_m.view()));
-        if extent != state.extent {
+        let extent = self.extent.union(UvwExtent::of(coverage.uvw_m.view()));
+        if extent != self.extent {
             let freq = header.spectrum.freq_hz();
-            let made = Predictors::new(&state.products.model, &state.channels, freq, extent, &grid_options)?;
-            (state.extent, state.predictors) = (extent, std::sync::Arc::new(made));
+            let made = Predictors::new(&self.products.model, &self.channels, freq, extent, &self.grid_options)?;
+            (self.extent, self.predictors) = (extent, std::sync::Arc::new(made));
         }
         // Rows without a place in the u-v plane have no model; they are predicted at the origin and then marked.
         let lost: Vec<usize> = (0..coverage.n_rows()).filter(|r| coverage.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
         let mut uvw_m = coverage.uvw_m.clone();
         lost.iter().for_each(|r| uvw_m.row_mut(*r).fill(0.0));
         let mut one = Array2::zeros((coverage.n_rows(), n_chan));
-        match &*state.predictors {
-            Predictors::Single(p) => fill(p, &state.channels, uvw_m.view(), &mut one)?,
-            Predictors::Double(p) => fill(p, &state.channels, uvw_m.view(), &mut one)?,
+        match &*self.predictors {
+            Predictors::Single(p) => fill(p, &self.channels, uvw_m.view(), &mut one)?,
+            Predictors::Double(p) => fill(p, &self.channels, uvw_m.view(), &mut one)?,
         }
         lost.iter().for_each(|r| one.row_mut(*r).fill(Complex::new(f32::NAN, f32::NAN)));
-        let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
-        for (p, pol) in header.polarizations.iter().enumerate() {
-            if pol.is_parallel_hand() || *pol == Polarization::I {
-                vis.index_axis_mut(Axis(2), p).assign(&one);
-            }
-        }
-        Ok(vis)
+        Ok(one)
     }
 }
 

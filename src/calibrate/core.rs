@@ -125,6 +125,21 @@ pub(crate) fn solve_pairs(pairs: &Pairs, amplitudes: bool, max_iterations: usize
     (condition < SINGULAR).then_some(Fit { gains: g, iterations: max_iterations, converged: false, condition })
 }
 
+/// Go on from gains that are near the solution: the same minimum, found again after a small change of the model.
+///
+/// Gains that cannot be improved stay as they are.
+pub(crate) fn refine_pairs(pairs: &Pairs, g: &mut Vec<Complex64>, amplitudes: bool, max_iterations: usize, tolerance: f64) {
+    let mut cost = objective(pairs, g, amplitudes);
+    for _ in 0..max_iterations {
+        let Some((next, change)) = step(pairs, g, amplitudes, cost) else { return };
+        *g = next;
+        cost = objective(pairs, g, amplitudes);
+        if change < tolerance {
+            return;
+        }
+    }
+}
+
 /// What the iteration lowers: chi^2 for amplitudes, and for phases the part that depends on them.
 fn objective(pairs: &Pairs, g: &[Complex64], amplitudes: bool) -> f64 {
     if amplitudes { pairs.cost(g) } else { -pairs.alignment(g) }

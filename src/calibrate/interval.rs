@@ -83,6 +83,9 @@ impl IntervalData<'_> {
     }
 }
 
+/// Reduced chi squared below which weights cannot be 1/sigma^2. With 30 degrees of freedom noise alone never comes near.
+const NO_SCALE: f64 = 0.1;
+
 /// Solve an interval; `needed` is the number of baselines an antenna must have.
 pub(crate) fn solve_interval(data: &IntervalData<'_>, options: &SolveOptions, needed: usize) -> AntennaFit {
     let n = data.n_ant;
@@ -112,9 +115,10 @@ pub(crate) fn solve_interval(data: &IntervalData<'_>, options: &SolveOptions, ne
         (out.iterations, out.converged, out.condition) = (fit.iterations, fit.converged, fit.condition);
         (out.chi2, out.freedom) = misfit(data, &active, &gains, options.mode);
         let scale = match options.noise {
-            NoiseFrom::Weights => 1.0,
-            NoiseFrom::Residuals if out.freedom > 0.0 && out.chi2 > 0.0 => (out.chi2 / out.freedom).sqrt(),
-            NoiseFrom::Residuals => 1.0,
+            // Residuals far below what the weights promise: the weights have no scale, and a signal to noise by them means nothing.
+            NoiseFrom::Weights if !(out.freedom >= 30.0 && out.chi2 > 0.0 && out.chi2 < NO_SCALE * out.freedom) => 1.0,
+            NoiseFrom::Weights | NoiseFrom::Residuals if out.freedom > 0.0 && out.chi2 > 0.0 => (out.chi2 / out.freedom).sqrt(),
+            NoiseFrom::Weights | NoiseFrom::Residuals => 1.0,
         };
         let mut lost = false;
         let subsets: Vec<Pairs> = pairs.iter().map(|c| c.subset(&active)).collect();
@@ -231,7 +235,7 @@ fn misfit(data: &IntervalData<'_>, active: &[usize], gains: &[Vec<Complex64>], m
 
 /// Flag antennas without data, then those with too few baselines among the rest until none is left, then all but the
 /// largest connected group.
-fn prune(pairs: &[Pairs], flagged: &mut [Option<FlagReason>], needed: usize) {
+pub(crate) fn prune(pairs: &[Pairs], flagged: &mut [Option<FlagReason>], needed: usize) {
     let n = flagged.len();
     let linked: Vec<bool> = (0..n * n).map(|i| pairs.iter().any(|c| c.measured(i / n, i % n))).collect();
     for p in 0..n {

@@ -80,6 +80,11 @@ impl Cholesky {
         Some(Self { l })
     }
 
+    /// ln det A.
+    pub(crate) fn log_determinant(&self) -> f64 {
+        2.0 * (0..self.l.rows).map(|i| self.l[(i, i)].ln()).sum::<f64>()
+    }
+
     /// Solve A x = b.
     pub(crate) fn solve(&self, b: &[f64]) -> Vec<f64> {
         let n = self.l.rows;

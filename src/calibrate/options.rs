@@ -69,7 +69,7 @@ pub enum Robust {
 /// Where the noise that `min_snr` is judged by comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoiseFrom {
-    /// The weights, taken as 1/sigma^2.
+    /// The weights, taken as 1/sigma^2; the residuals where these are so small that the weights cannot be.
     Weights,
     /// The residuals of the fit, for sets whose weights have no scale.
     Residuals,

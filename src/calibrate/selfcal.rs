@@ -63,12 +63,16 @@ pub struct RoundPlan {
     /// The model stops at this fraction of the image's peak: high at first, so that errors of the uncalibrated image do not
     /// enter the model, lower from round to round, so that more of the source does. 0 leaves the depth to the maker.
     pub depth: f64,
-    /// True in the last planned round, in which the model may go to its final depth.
+    /// True in the last planned round, in which the model may go to its final depth. In all others a maker takes a short step from
+    /// the model that it has: many short steps between many solutions find both, few deep images take errors for structure.
     pub last: bool,
 }
 
 /// Depth of the first image of data that are not calibrated: errors of half a radian of phase stay below a tenth of the peak.
 const FIRST_DEPTH: f64 = 0.1;
+
+/// How many times deeper each round may go than the one before: as deep as one minor cycle brings the peak.
+const DEEPER: f64 = 5.0;
 
 /// Rounds of a mode at an interval: phases first; with amplitudes, a last third (at least one round) of amplitude and phase.
 ///
@@ -91,7 +95,7 @@ pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, shrink:
             };
             let last = i + 1 == rounds;
             // Each round brings the errors down severalfold, and what its image can be trusted with.
-            let depth = if last { 0.0 } else { FIRST_DEPTH * 8.0_f64.powi(-(i.min(100) as i32) - 1) };
+            let depth = if last { 0.0 } else { FIRST_DEPTH * DEEPER.powi(-(i.min(100) as i32) - 1) };
             RoundPlan { mode: if amp { mode } else { first }, solint, depth, last }
         })
         .collect()
@@ -281,6 +285,7 @@ pub fn selfcal(
         maker.recall();
     } else {
         // The best gains deserve an image of full depth, which the plan of their round did not allow.
+        maker.recall();
         let best = &out.rounds[out.best];
         let plan = RoundPlan { last: true, depth: 0.0, ..best.plan };
         match maker.update(&mut CalibratedSource::new(data, &best.gains, options.apply)?, &plan, observer) {

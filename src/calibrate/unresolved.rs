@@ -33,6 +33,12 @@ impl Unresolved {
     }
 }
 
+/// True where a baseline of this length in wavelengths resolves a field, so that its phases may be anything.
+#[must_use]
+pub fn resolves(length_wl: f64, half_field_rad: f64) -> bool {
+    2.0 * PI * length_wl * half_field_rad > SMALL_PHASE
+}
+
 /// Read a set and judge the baselines that resolve nothing within `half_field_rad` of the phase centre.
 ///
 /// # Errors
@@ -51,7 +57,7 @@ pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64)
             }
             let uv_m = block.coverage.uvw_m[(row, 0)].hypot(block.coverage.uvw_m[(row, 1)]);
             for (chan, f) in freq_hz.iter().enumerate() {
-                if 2.0 * PI * uv_m * f / SPEED_OF_LIGHT_M_S * half_field_rad > SMALL_PHASE {
+                if resolves(uv_m * f / SPEED_OF_LIGHT_M_S, half_field_rad) {
                     continue;
                 }
                 for &pol in &pols {

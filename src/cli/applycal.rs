@@ -55,8 +55,8 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     args.out.check(path)?;
     let mut source = cittert_formats::open_visibilities(&args.input)?;
-    let table = cittert_formats::calh5::read_gains(&args.gains)?;
     let mut header = source.header().clone();
+    let table = cittert_formats::calh5::read_gains_for(&args.gains, &header.spectrum)?;
     let missing: Vec<&str> =
         header.layout.antennas().iter().filter(|a| table.layout.index_of(&a.name).is_none()).map(|a| a.name.as_str()).collect();
     let options = ApplyOptions {

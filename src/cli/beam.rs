@@ -1,27 +1,18 @@
 //! `beam`: the dirty beam.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Result};
-use super::options::{ColumnArgs, ImagingArgs, OutputArgs};
+use super::failure::Result;
+use super::options::ImageOfArgs;
 use super::text::angle;
-use crate::imaging::{Imager, psf_image};
-use cittert_formats::fits::{ImageOptions, write_image};
+use crate::imaging::psf_image;
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
 
 /// Options of `beam`.
 #[derive(Debug, Args)]
 pub struct BeamArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
     #[command(flatten)]
-    column: ColumnArgs,
-    #[command(flatten)]
-    imaging: ImagingArgs,
-    #[command(flatten)]
-    out: OutputArgs,
+    of: ImageOfArgs,
 }
 
 /// Make the dirty beam and write it as FITS.
@@ -29,14 +20,8 @@ pub struct BeamArgs {
 /// # Errors
 /// Anything wrong with the file, the options or the disk.
 pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
-    let path = &args.out.output;
-    args.out.check(path)?;
-    let mut source = args.column.open(&args.input)?;
-    let what = format!("imaging {}", args.input.display());
-    let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
-    let (mut image, beams) = psf_image(&mut imager, &context.console).context(&what)?;
-    image.history.push(context.history());
-    write_image(path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
+    let (mut image, beams) = args.of.imaged("imaging", context, |imager| psf_image(imager, &context.console))?;
+    let path = args.of.write(&mut image, context)?;
     let g = &image.grid;
     let mut json = json!({ "output": path, "size": [g.n_l, g.n_m], "cell_rad": g.cell_rad });
     let mut text = format!("{}: {} x {} pixels of {}", path.display(), g.n_l, g.n_m, angle(g.cell_rad));

@@ -4,7 +4,7 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{CleanArgs, ColumnArgs, ImagingArgs, OutputArgs};
 use super::text::{angle, number};
-use crate::calibrate::{ApplyOptions, CalibratedSource, PointModel, SolutionInterval, SolveOptions, solve, unresolved_phases};
+use crate::calibrate::{ApplyOptions, CalibratedSource, PointModel, SolutionInterval, SolveOptions, resolves, solve, unresolved_phases};
 use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanProducts, Imager, clean};
 use crate::progress::Silent;
@@ -66,7 +66,18 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     }
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
-    let gains = start_gains(args, source.as_mut(), context).context(&what)?;
+    let options = args.imaging.options()?;
+    let mut half_field_rad = 0.0;
+    if args.startmod != StartMod::Always {
+        let imager = Imager::new(source.as_mut(), options.clone(), &context.console).context(&what)?;
+        let g = imager.grid();
+        half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
+        // Where every baseline resolves the field, phases tell nothing: the set has been read once, and that is enough.
+        if args.startmod == StartMod::Never || resolves(imager.survey().uv_range_wl.0, half_field_rad) {
+            return deconvolve(args, imager, false, context);
+        }
+    }
+    let gains = start_gains(args, source.as_mut(), half_field_rad, context).context(&what)?;
     let mut calibrated;
     let data: &mut dyn VisibilitySource = match &gains {
         Some(table) => {
@@ -75,12 +86,17 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
         }
         None => source.as_mut(),
     };
-    let mut imager = Imager::new(data, args.imaging.options()?, &context.console).context(&what)?;
+    let imager = Imager::new(data, options, &Silent).context(&what)?;
+    deconvolve(args, imager, gains.is_some(), context)
+}
+
+fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, started: bool, context: &Context) -> Result<Outcome> {
     let options = args.clean.options(imager.grid())?;
     let unit = imager.header().unit;
-    let products = clean(&mut imager, &options, &context.console).context(&what)?;
+    let products = clean(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))?;
+    drop(imager);
     let mut json = statistics(&products, args, options.algorithm.name);
-    json["startmod"] = gains.is_some().into();
+    json["startmod"] = started.into();
     save(args, products, json, unit, context)
 }
 
@@ -88,16 +104,13 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
 const START_INTERVAL_S: f64 = 60.0;
 
 /// Phases against a point at the centre, where they are asked for or needed.
-fn start_gains(args: &CleanCommandArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<Option<GainTable>> {
-    if args.startmod == StartMod::Never {
-        return Ok(None);
-    }
+fn start_gains(
+    args: &CleanCommandArgs,
+    source: &mut dyn VisibilitySource,
+    half_field_rad: f64,
+    context: &Context,
+) -> Result<Option<GainTable>> {
     if args.startmod == StartMod::Auto {
-        let half_field_rad = {
-            let imager = Imager::new(source, args.imaging.options()?, &Silent)?;
-            let g = imager.grid();
-            0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64)
-        };
         let short = unresolved_phases(source, half_field_rad)?;
         if !short.is_incoherent() {
             return Ok(None);

@@ -1,5 +1,6 @@
 //! `convert`: from one format to another.
 
+use super::beside::Beside;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::kind::{FileKind, kind_of};
@@ -7,7 +8,9 @@ use super::options::{ColumnArgs, OutputArgs};
 use super::picture;
 use crate::plot::ImagePlot;
 use cittert_arrays::for_each_block;
+use cittert_formats::calh5::{read_gains, write_delays, write_gains};
 use cittert_formats::fits::{ImageOptions, write_image};
+use cittert_formats::{Compression, CreateOptions};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -23,9 +26,32 @@ pub struct ConvertArgs {
     output: PathBuf,
     #[command(flatten)]
     column: ColumnArgs,
+    /// Compression of a UVH5 file: none, lzf, gzip or gzip-1 to gzip-9.
+    #[arg(long, value_name = "NAME", value_parser = compression)]
+    compression: Option<Compression>,
+    /// Keep the rows of an existing UVH5 file with the same antennas, channels and phase centres, and write behind them.
+    #[arg(long, conflicts_with = "overwrite")]
+    append: bool,
+    /// Write gains as a table of delays, where they are those of delays.
+    #[arg(long)]
+    delays: bool,
     /// Replace an output that exists.
     #[arg(long)]
     overwrite: bool,
+}
+
+fn compression(name: &str) -> std::result::Result<Compression, String> {
+    let level = |text: &str| text.parse::<u8>().ok().filter(|l| (1..=9).contains(l));
+    match name {
+        "none" => Ok(Compression::None),
+        "lzf" => Ok(Compression::Lzf),
+        "gzip" => Ok(Compression::Gzip(4)),
+        _ => name
+            .strip_prefix("gzip-")
+            .and_then(level)
+            .map(Compression::Gzip)
+            .ok_or_else(|| "one of none, lzf, gzip, gzip-1 to gzip-9".into()),
+    }
 }
 
 /// Bytes of visibilities read at a time.
@@ -36,34 +62,47 @@ const BLOCK_BYTES: usize = 64 << 20;
 /// # Errors
 /// A form that cannot hold what is in the file, a broken file, or what the disk says.
 pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
-    let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite };
+    let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite || args.append };
     out.check(&args.output)?;
-    match kind_of(&args.input)? {
+    let kind = kind_of(&args.input)?;
+    if kind != FileKind::Visibilities && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
+        return Err(Failure::usage(format!("{}: --append, --compression and --column are for visibilities", args.input.display())));
+    }
+    if kind != FileKind::Gains && args.delays {
+        return Err(Failure::usage(format!("{}: --delays is for gains", args.input.display())));
+    }
+    match kind {
         FileKind::Visibilities => visibilities(args, context),
         FileKind::Image => image(args, &out, context),
-        FileKind::Gains => {
-            Err(Failure::message(format!("{}: gain tables have one form here, CalH5; there is nothing to convert", args.input.display())))
-        }
+        FileKind::Gains => gains(args, context),
         FileKind::Layout => Err(Failure::usage(format!("{}: it is a layout; use `cittert layout convert`", args.input.display()))),
     }
 }
 
 fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let mut source = args.column.open(&args.input)?;
+    let mut beside = match args.column.chosen() {
+        None => Beside::open(&args.input, &args.output)?,
+        Some(_) => Beside::default(),
+    };
     let mut header = source.header().clone();
     header.history.push(context.history());
-    let created = cittert_formats::create_visibilities(&args.output, &header, args.overwrite)?;
-    for note in &created.notes {
-        context.console.note(note);
-    }
+    header.history.extend(beside.notes.iter().cloned());
+    let options =
+        CreateOptions { overwrite: args.overwrite, append: args.append, compression: args.compression, columns: beside.columns.clone() };
+    let created = cittert_formats::create_visibilities_with(&args.output, &header, &options)?;
+    let mut notes = std::mem::take(&mut beside.notes);
+    notes.extend(created.notes);
+    notes.iter().for_each(|note| context.console.note(note));
     let mut sink = created.sink;
     let mut rows = 0;
-    for_each_block(source.as_mut(), BLOCK_BYTES, |_, block| -> Result<()> {
+    for_each_block(source.as_mut(), BLOCK_BYTES, |first, block| -> Result<()> {
         rows += block.n_rows();
-        Ok(sink.write_block(&block)?)
+        let columns = beside.read(first..first + block.n_rows())?;
+        let views: Vec<_> = columns.iter().map(|c| c.view()).collect();
+        Ok(sink.write_columns(&block, &views)?)
     })
     .context(format!("converting {}", args.input.display()))?;
-    let mut notes = created.notes;
     // What only the data could show is said at the end.
     for note in sink.finish_with_notes().context(format!("writing {}", args.output.display()))? {
         if !notes.contains(&note) {
@@ -71,8 +110,24 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
             notes.push(note);
         }
     }
-    let text = format!("{}: {rows} rows", args.output.display());
+    let verb = if args.append { " appended" } else { "" };
+    let text = format!("{}: {rows} rows{verb}", args.output.display());
     Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": notes }), text).wrote(&args.output))
+}
+
+fn gains(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
+    let calh5 = args.output.extension().is_some_and(|e| ["calh5", "h5", "hdf5"].iter().any(|end| e.eq_ignore_ascii_case(end)));
+    if !calh5 {
+        let what = "gain tables have one form here, CalH5 (.calh5): visibilities, images and layouts cannot hold them";
+        return Err(Failure::message(format!("{}: {what}", args.output.display())));
+    }
+    let mut table = read_gains(&args.input)?;
+    table.history.push(context.history());
+    let write = if args.delays { write_delays } else { write_gains };
+    write(&args.output, &table, args.overwrite)?;
+    let kind = if args.delays { "delays" } else { "gains" };
+    let text = format!("{}: {kind} of {} antennas in {} intervals", args.output.display(), table.layout.n_ant(), table.time_jd.len());
+    Ok(Outcome::new(json!({ "output": args.output, "kind": kind }), text).wrote(&args.output))
 }
 
 fn image(args: &ConvertArgs, out: &OutputArgs, context: &Context) -> Result<Outcome> {

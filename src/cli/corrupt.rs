@@ -3,6 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{ErrorArgs, OutputArgs};
+use crate::calibrate::on_channels;
 use crate::corrupt::{CorruptOptions, Error, corrupt, corrupted_header};
 use cittert_arrays::{GainTable, VisUnit};
 use clap::Args;
@@ -90,7 +91,8 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let mut table = corrupt(source.as_mut(), sink.as_mut(), &options, &context.console).context(&what)?;
     table.history.push(context.history());
     // The truth first: data without it would be lost work.
-    cittert_formats::calh5::write_gains(&gains_path, &table, args.out.overwrite)?;
+    let on_all = on_channels(&table, &source.header().spectrum);
+    cittert_formats::calh5::write_gains(&gains_path, &on_all, args.out.overwrite)?;
     sink.finish().context(format!("{}", path.display()))?;
     let (rms_phase, rms_amplitude, flagged) = sizes(&table);
     let json = json!({

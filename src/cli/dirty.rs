@@ -1,28 +1,19 @@
 //! `dirty`: the dirty image.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Result};
-use super::options::{ColumnArgs, ImagingArgs, OutputArgs};
+use super::failure::Result;
+use super::options::ImageOfArgs;
 use super::text::{angle, number};
 use crate::fidelity::robust_rms;
-use crate::imaging::{Imager, dirty_image};
-use cittert_formats::fits::{ImageOptions, write_image};
+use crate::imaging::dirty_image;
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
 
 /// Options of `dirty`.
 #[derive(Debug, Args)]
 pub struct DirtyArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
     #[command(flatten)]
-    column: ColumnArgs,
-    #[command(flatten)]
-    imaging: ImagingArgs,
-    #[command(flatten)]
-    out: OutputArgs,
+    of: ImageOfArgs,
 }
 
 /// Make the dirty image and write it as FITS.
@@ -30,15 +21,9 @@ pub struct DirtyArgs {
 /// # Errors
 /// Anything wrong with the file, the options or the disk.
 pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
-    let path = &args.out.output;
-    args.out.check(path)?;
-    let mut source = args.column.open(&args.input)?;
-    let what = format!("imaging {}", args.input.display());
-    let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
-    let mut image = dirty_image(&mut imager, true, &context.console).context(&what)?;
-    let counts = imager.survey().counts;
-    image.history.push(context.history());
-    write_image(path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
+    let (mut image, counts) =
+        args.of.imaged("imaging", context, |imager| Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts)))?;
+    let path = args.of.write(&mut image, context)?;
     let peak = image.data.iter().fold(0.0_f64, |p, v| if v.abs() > p.abs() { *v } else { p });
     let (g, plane) = (&image.grid, image.plane(0, 0));
     let rms = (plane.iter().map(|v| v * v).sum::<f64>() / plane.len() as f64).sqrt();

@@ -1,26 +1,17 @@
 //! `grid`: gridded visibilities.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Result};
-use super::options::{ColumnArgs, ImagingArgs, OutputArgs};
+use super::failure::Result;
+use super::options::ImageOfArgs;
 use super::text::number;
-use crate::imaging::Imager;
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
 
 /// Options of `grid`.
 #[derive(Debug, Args)]
 pub struct GridArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
     #[command(flatten)]
-    column: ColumnArgs,
-    #[command(flatten)]
-    imaging: ImagingArgs,
-    #[command(flatten)]
-    out: OutputArgs,
+    of: ImageOfArgs,
 }
 
 /// Put the visibilities into cells and write them as HDF5.
@@ -28,14 +19,10 @@ pub struct GridArgs {
 /// # Errors
 /// Anything wrong with the file, the options or the disk.
 pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
-    let path = &args.out.output;
-    args.out.check(path)?;
-    let mut source = args.column.open(&args.input)?;
-    let what = format!("gridding {}", args.input.display());
-    let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
-    let mut grid = imager.cells(&context.console).context(&what)?;
+    let mut grid = args.of.imaged("gridding", context, |imager| imager.cells(&context.console))?;
     grid.history.push(context.history());
-    cittert_formats::write_grid(path, &grid, args.out.overwrite)?;
+    let path = &args.of.out.output;
+    cittert_formats::write_grid(path, &grid, args.of.out.overwrite)?;
     let hit = grid.counts.iter().filter(|c| **c > 0).count();
     let n: u64 = grid.counts.iter().map(|c| u64::from(*c)).sum();
     if grid.n_outside > 0 {

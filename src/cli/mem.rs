@@ -1,14 +1,17 @@
 //! `mem`: images of maximum entropy, with a certificate.
 
+mod closures;
+
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{ColumnArgs, ImagingArgs, MemArgs, OutputArgs, in_data_unit};
+use super::options::{ColumnArgs, ImagingArgs, MemArgs, OutputArgs, TermsArgs, in_data_unit};
 use super::text::{angle, number};
 use crate::imaging::Imager;
 use crate::mem::{Certificate, MemOptions, MemProducts, Noise, announce_noise, mem, noise_from_hands};
 use cittert_arrays::{Image, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
+use closures::ClosureRun;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 
@@ -24,6 +27,8 @@ pub struct MemCommandArgs {
     imaging: ImagingArgs,
     #[command(flatten)]
     mem: MemArgs,
+    #[command(flatten)]
+    terms: TermsArgs,
     /// Write each step as one line of JSON to this file.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
@@ -40,6 +45,10 @@ const UNCERTAINTY: &str = "-uncertainty.fits";
 /// Anything wrong with the file, the options or the disk. Where the constraints are not met within the limit the images are written and
 /// the outcome is a failure.
 pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
+    if args.terms.asked() {
+        let MemCommandArgs { input, column, imaging, mem, terms, out, .. } = args;
+        return closures::run(&ClosureRun { input, column, imaging, terms, flux: mem.flux_text(), out }, context);
+    }
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(UNCERTAINTY))?;
     if let Some(path) = &args.log {

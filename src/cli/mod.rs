@@ -5,6 +5,7 @@
 
 mod applycal;
 mod beam;
+mod beside;
 mod clean;
 mod closure;
 mod compare;

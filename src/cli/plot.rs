@@ -129,25 +129,38 @@ fn like(args: &PlotArgs) -> Result<Range> {
     Ok(if min < max { Range::Fixed(min, max) } else { Range::Full })
 }
 
-/// Phases of the first feed of every antenna against time, in the middle channel.
+/// Antennas that a legend can name beside the lines.
+const MOST_NAMES: usize = 12;
+
+/// Phases of the first feed of every antenna in the middle channel: against time, or against the antenna where there is one time only.
 fn gains(args: &PlotArgs) -> Result<Vec<u8>> {
     let table = cittert_formats::calh5::read_gains(&args.file)?;
-    let (_, n_ant, n_chan, _) = table.gains.dim();
+    let (n_time, n_ant, n_chan, _) = table.gains.dim();
     let first = table.time_jd.first().copied().unwrap_or_default();
-    let series = (0..n_ant).map(|a| {
-        let points = (0..table.time_jd.len()).filter(|t| !table.flags[(*t, a, n_chan / 2, 0)]);
-        let xy = |t: usize| ((table.time_jd[t] - first) * 1440.0, table.gains[(t, a, n_chan / 2, 0)].arg().to_degrees());
-        Series { name: table.layout.antennas()[a].name.clone(), points: points.map(xy).collect(), errors: Vec::new() }
-    });
+    let phase = |t: usize, a: usize| {
+        let at = (t, a, n_chan / 2, 0);
+        (!table.flags[at]).then(|| table.gains[at].arg().to_degrees())
+    };
+    let name = |a: usize| if n_ant <= MOST_NAMES { table.layout.antennas()[a].name.clone() } else { String::new() };
+    let (series, x_label): (Vec<Series>, _) = if n_time == 1 {
+        let points = (0..n_ant).filter_map(|a| Some(((a + 1) as f64, phase(0, a)?))).collect();
+        (vec![Series { name: String::new(), points, errors: Vec::new() }], "Antenna")
+    } else {
+        let line = |a: usize| {
+            let points = (0..n_time).filter_map(|t| Some(((table.time_jd[t] - first) * 1440.0, phase(t, a)?))).collect();
+            Series { name: name(a), points, errors: Vec::new() }
+        };
+        ((0..n_ant).map(line).collect(), "Time (min)")
+    };
     let options = CurveOptions {
         title: title(args, &table.layout.name),
-        x_label: "Time (min)".into(),
+        x_label: x_label.into(),
         y_label: "Phase (deg)".into(),
         width: args.width,
         height: args.height,
         ..CurveOptions::default()
     };
-    curves(&series.collect::<Vec<_>>(), &options).context(format!("drawing {}", args.file.display()))
+    curves(&series, &options).context(format!("drawing {}", args.file.display()))
 }
 
 fn visibilities(args: &PlotArgs) -> Result<Vec<u8>> {

@@ -1,5 +1,6 @@
 //! `predict`: the visibilities of a model on the rows of a set, or what is left of the data without them.
 
+use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SceneArgs};
@@ -7,7 +8,8 @@ use crate::ChainError;
 use crate::calibrate::ModelVisibilities;
 use crate::progress::{Event, Observer};
 use crate::simulate::{Pedestal, SimulateOptions, Simulator, SkyModel};
-use cittert_arrays::{PhaseCenter, UvCoverage, VisUnit, VisibilityHeader, for_each_block};
+use cittert_arrays::{ArrayError, PhaseCenter, UvCoverage, VisUnit, VisibilityHeader, for_each_block};
+use cittert_formats::{CreateOptions, VisColumn};
 use clap::Args;
 use ndarray::{Array3, s};
 use num_complex::Complex;
@@ -25,6 +27,10 @@ pub struct PredictArgs {
     /// Write the data less the model.
     #[arg(long)]
     residual: bool,
+    /// Write all that the input holds, with the prediction beside it in these columns: model, residual. `-o IN --overwrite` puts them
+    /// into the input itself.
+    #[arg(long, value_name = "COLUMN", value_delimiter = ',', conflicts_with = "residual", value_parser = ["model", "residual"])]
+    into: Vec<String>,
     /// Accuracy relative to the total flux.
     #[arg(long, default_value_t = 1e-6, value_name = "X")]
     epsilon: f64,
@@ -41,7 +47,14 @@ pub struct PredictArgs {
 /// A file that is no model, a set without a phase centre.
 pub(super) fn load_model(path: &Path, header: &VisibilityHeader, context: &Context) -> Result<SkyModel> {
     let center: &PhaseCenter = header.phase_centers.first().ok_or_else(|| Failure::message("the set has no phase centre"))?;
-    let file = SceneArgs { scene: path.to_path_buf(), scene_cell: None, scene_size: None, scene_min: None, scene_max: None };
+    let file = SceneArgs {
+        scene: path.to_path_buf(),
+        scene_cell: None,
+        scene_size: None,
+        scene_channels: false,
+        scene_min: None,
+        scene_max: None,
+    };
     Ok(file.load(center, &header.spectrum, context)?.sky)
 }
 
@@ -85,6 +98,46 @@ impl ModelVisibilities for SkyPrediction<'_> {
     }
 }
 
+/// Columns that are written beside the data.
+struct Into {
+    /// Those that the input has already.
+    beside: Beside,
+    /// What is predicted, and the column that it goes to.
+    columns: Vec<(VisColumn, VisColumn)>,
+}
+
+impl Into {
+    fn open(args: &PredictArgs) -> Result<Self> {
+        let wanted: Vec<VisColumn> = args.into.iter().filter_map(|name| VisColumn::named(name)).collect();
+        if wanted.is_empty() {
+            return Ok(Self { beside: Beside::default(), columns: Vec::new() });
+        }
+        let to = cittert_formats::format_to_write(&args.out.output)?;
+        let mut beside = Beside::open(&args.input, &args.out.output)?;
+        let mut columns = Vec::new();
+        for what in VisColumn::ALL.into_iter().filter(|c| wanted.contains(c)) {
+            let place = place_of(what, |c| to.keeps(c)).ok_or_else(|| {
+                let text = format!("{} has no place for the column {:?} beside the data", to.name(), what.name());
+                Failure::message(format!("{}: {text}: leave out --into, or write UVH5", args.out.output.display()))
+            })?;
+            if place != what {
+                beside.notes.push(format!("the column {:?} is kept as {:?}, as CASA's uvsub does", what.name(), place.name()));
+            }
+            beside = beside.without(place);
+            columns.push((what, place));
+        }
+        Ok(Self { beside, columns })
+    }
+
+    fn all_columns(&self) -> Vec<VisColumn> {
+        self.beside.columns.iter().copied().chain(self.columns.iter().map(|c| c.1)).collect()
+    }
+
+    fn only_residual(&self) -> bool {
+        !self.columns.is_empty() && self.columns.iter().all(|c| c.0 == VisColumn::Residual)
+    }
+}
+
 /// Bytes of rows read at a time.
 const BLOCK_BYTES: usize = 32 << 20;
 
@@ -101,29 +154,42 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());
     let mut model = SkyPrediction::new(&header, &sky, (args.epsilon, !args.no_w), &context.console).context(&what)?;
     header.history.push(context.history());
-    let created = cittert_formats::create_visibilities(path, &header, args.out.overwrite)?;
-    created.notes.iter().for_each(|n| context.console.note(n));
+    let mut into = Into::open(args)?;
+    header.history.extend(into.beside.notes.iter().cloned());
+    let options = CreateOptions { overwrite: args.out.overwrite, columns: into.all_columns(), ..CreateOptions::default() };
+    let created = cittert_formats::create_visibilities_with(path, &header, &options)?;
+    into.beside.notes.iter().chain(&created.notes).for_each(|n| context.console.note(n));
     let (mut sink, mut lost) = (created.sink, 0_u64);
     let (mut power, mut used) = (0.0, 0_u64);
     let console = &context.console;
     console.event(Event::Phase { name: "predicting", total: Some(source.n_rows() as u64), unit: "rows" });
     for_each_block::<ChainError>(source.as_mut(), BLOCK_BYTES, |first, mut block| {
-        let predicted = model.predict(&header, first, &block.coverage)?;
-        for ((at, vis), m) in block.vis.indexed_iter_mut().zip(&predicted) {
+        let mut predicted = model.predict(&header, first, &block.coverage)?;
+        let mut residual = block.vis.clone();
+        for ((at, m), left) in predicted.indexed_iter_mut().zip(&mut residual) {
             if !m.is_finite() {
                 block.flags[at] = true;
                 lost += 1;
-                *vis = Complex::new(0.0, 0.0);
+                (*m, *left) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
                 continue;
             }
-            *vis = if args.residual { *vis - m } else { *m };
-            if !block.flags[at] && vis.is_finite() {
-                power += f64::from(vis.norm_sqr());
+            *left -= *m;
+            let told = if args.residual || into.only_residual() { *left } else { *m };
+            if !block.flags[at] && told.is_finite() {
+                power += f64::from(told.norm_sqr());
                 used += 1;
             }
         }
         console.event(Event::Advance(block.n_rows() as u64));
-        Ok(sink.write_block(&block)?)
+        if into.columns.is_empty() {
+            block.vis = if args.residual { residual } else { predicted };
+            return Ok(sink.write_block(&block)?);
+        }
+        let kept = into.beside.read(first..first + block.n_rows())?;
+        let mut views: Vec<_> = kept.iter().map(|c| c.view()).collect();
+        views.extend(into.columns.iter().map(|(what, _)| if *what == VisColumn::Model { predicted.view() } else { residual.view() }));
+        sink.write_columns(&block, &views).map_err(ArrayError::from)?;
+        Ok(())
     })
     .context(&what)?;
     console.event(Event::Done);
@@ -134,8 +200,8 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let rms = if used > 0 { (power / used as f64).sqrt() } else { 0.0 };
     let (n_rows, unit) = (source.n_rows(), header.unit.name());
     let json = serde_json::json!({
-        "output": path, "n_blts": n_rows, "residual": args.residual, "rms": rms, "unit": unit, "n_unflagged": used, "n_without_model": lost,
+        "output": path, "n_blts": n_rows, "residual": args.residual, "into": args.into, "rms": rms, "unit": unit, "n_unflagged": used, "n_without_model": lost,
     });
-    let kind = if args.residual { "residual" } else { "model" };
+    let kind = if args.residual || into.only_residual() { "residual" } else { "model" };
     Ok(Outcome::new(json, format!("{}: {n_rows} rows, {kind} of rms {rms:.5e} {unit}", path.display())).wrote(path))
 }

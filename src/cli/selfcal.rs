@@ -6,16 +6,19 @@ mod report;
 use super::applycal::InterpName;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{CleanArgs, ImagingArgs, OutputArgs, SolveArgs};
+use super::options::{CleanArgs, ImagingArgs, OutputArgs, SolveArgs, prior};
 use super::predict::{SkyPrediction, load_model};
-use crate::calibrate::{ApplyOptions, CleanMaker, Selfcal, SelfcalOptions, Start, apply, schedule, selfcal};
+use crate::calibrate::{
+    ApplyOptions, CleanMaker, ImageMaker, JointGoals, JointMaker, JointOptions, Selfcal, SelfcalOptions, Start, apply, on_channels,
+    schedule, selfcal,
+};
 use crate::imaging::{Imager, ImagingOptions};
 use crate::simulate::SkyModel;
-use cittert_arrays::{SkyGrid, VisibilitySource};
+use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::{Args, ValueEnum};
 use maker::{KeepingMaker, Seconds};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Options of `selfcal`.
@@ -31,7 +34,7 @@ pub struct SelfcalArgs {
     #[arg(long, value_name = "FITS|CSV")]
     model: Option<PathBuf>,
     /// Rounds at most; with amplitudes the last third of them, before that phases alone.
-    #[arg(long, value_name = "N", default_value_t = 5)]
+    #[arg(long, value_name = "N", default_value_t = 10)]
     rounds: usize,
     /// Begin with solutions four and two times as long, for weak sources and slow errors.
     #[arg(long)]
@@ -54,8 +57,19 @@ pub struct SelfcalArgs {
     imaging: ImagingArgs,
     #[command(flatten)]
     clean: CleanArgs,
+    /// Prior of --deconvolver mem, which solves image and gains together: a temperature (250K), a flux density a pixel or a FITS image
+    /// [default: flat, with the flux that the shortest baselines see].
+    #[arg(long, value_name = "PRIOR", help_heading = "CLEAN")]
+    prior: Option<String>,
     #[command(flatten)]
     out: OutputArgs,
+}
+
+impl SelfcalArgs {
+    /// True where image and gains are solved together.
+    fn joint(&self) -> bool {
+        self.clean.algorithm() == MEM
+    }
 }
 
 /// What the first gains are solved against.
@@ -67,8 +81,14 @@ enum StartName {
     Data,
 }
 
+/// The deconvolver that solves image and gains together.
+const MEM: &str = "mem";
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
+/// Bytes of a set that is kept in memory at most.
+const MEMORY: usize = 2 << 30;
+/// Visibility, weight, number of samples and flag.
+const BYTES_PER_SAMPLE: usize = 17;
 /// More rounds than these are a slip of the keyboard.
 const MOST_ROUNDS: usize = 1000;
 
@@ -83,22 +103,20 @@ fn round_file(round: usize, ending: &str) -> String {
 pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let begun = Instant::now();
     check(args)?;
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
     let what = format!("self-calibrating {}", args.input.display());
+    let mut source = in_memory(cittert_formats::open_visibilities(&args.input)?).context(&what)?;
     let header = source.header().clone();
     let options = options(args, source.as_ref()).context(&what)?;
     let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
-    let clean = args.clean.options(&grid)?;
-    let algorithm = clean.algorithm.name;
     let unlike = (imaging.epsilon, imaging.w_term);
-    let mut maker =
-        KeepingMaker::new(CleanMaker::new(imaging, clean), args.start == StartName::Data && args.model.is_none(), |round, image| {
-            let mut image = image.clone();
-            image.history.push(context.history());
-            let path = args.out.suffixed(&round_file(round, "-image.fits"));
-            let written = write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() });
-            written.map_err(|e| crate::ChainError::Other(Box::new(e)))
-        });
+    let (inner, algorithm) = image_maker(args, imaging, (&grid, &header), &options)?;
+    let mut maker = KeepingMaker::new(inner, args.start == StartName::Data && args.model.is_none(), |round, image| {
+        let mut image = image.clone();
+        image.history.push(context.history());
+        let path = args.out.suffixed(&round_file(round, "-image.fits"));
+        let written = write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() });
+        written.map_err(|e| crate::ChainError::Other(Box::new(e)))
+    });
     let sky: SkyModel;
     let mut given;
     let start = match (&args.model, args.start) {
@@ -114,6 +132,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let remove = |round| {
         let _ = std::fs::remove_file(args.out.suffixed(&round_file(round, "-image.fits")));
     };
+    let before = old_rounds(args)?;
     let looped = selfcal(source.as_mut(), &mut maker, start, &options, &context.console);
     if looped.is_err() {
         maker.forget_from(0, remove);
@@ -124,6 +143,12 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     maker.forget_from(result.rounds.len() + 1, remove);
     let writing = Instant::now();
     let counts = save_data(args, source.as_mut(), &mut result, &options.apply, context).context(&what)?;
+    let rounds_from = usize::from(result.before.is_none());
+    for path in before.iter().filter(|p| !(rounds_from..=result.rounds.len()).any(|k| is_of_round(args, p, k))) {
+        // An earlier run had more rounds: they are not of this one.
+        std::fs::remove_file(path).context(format!("{}: cannot remove what an earlier run left", path.display()))?;
+    }
+    let together = maker.joint();
     let Some(products) = maker.into_products() else {
         return Err(Failure::message(format!("{what}: no image was made")));
     };
@@ -134,6 +159,9 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     args.out.write(&args.out.suffixed("-components.csv"), components.as_bytes())?;
     let mut json = report::json(args.out.output.as_path(), &result, &products, rounds);
     (json["algorithm"], json["n_flagged_for_want_of_a_gain"]) = (algorithm.into(), counts.flagged.into());
+    if let Some(together) = together {
+        json["joint"] = together;
+    }
     let text = report::text(&result, &products);
     let mut written: Vec<PathBuf> = OTHERS.iter().map(|s| args.out.suffixed(s)).collect();
     for (suffix, mut image) in IMAGES.iter().zip([products.psf, products.dirty, products.model, products.residual, products.restored]) {
@@ -145,6 +173,55 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     seconds.writing = writing.elapsed().as_secs_f64();
     json["seconds"] = seconds.json(begun.elapsed().as_secs_f64());
     Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
+}
+
+/// What makes the model: CLEAN, or maximum entropy with gains of its own; and its name.
+fn image_maker(
+    args: &SelfcalArgs,
+    imaging: ImagingOptions,
+    (grid, header): (&SkyGrid, &VisibilityHeader),
+    options: &SelfcalOptions,
+) -> Result<(Box<dyn ImageMaker>, &'static str)> {
+    if !args.joint() {
+        if args.prior.is_some() {
+            return Err(Failure::usage("--prior is for --deconvolver mem"));
+        }
+        let clean = args.clean.options(grid)?;
+        let name = clean.algorithm.name;
+        return Ok((Box::new(CleanMaker::new(imaging, clean)), name));
+    }
+    let prior = prior(args.prior.as_deref(), grid, (header.unit, header.spectrum.mean_hz()))?;
+    let solve = options.solve.clone();
+    let joint = JointOptions { solve, prior, mask: args.clean.mask(grid)?, goals: JointGoals::default() };
+    Ok((Box::new(JointMaker::new(imaging, joint)), MEM))
+}
+
+/// The set in memory, where it fits: every round reads it twice.
+fn in_memory(mut source: Box<dyn VisibilitySource>) -> Result<Box<dyn VisibilitySource>> {
+    let header = source.header().clone();
+    let samples = source.n_rows().saturating_mul(header.spectrum.n_chan()).saturating_mul(header.polarizations.len());
+    if samples.saturating_mul(BYTES_PER_SAMPLE) > MEMORY {
+        return Ok(source);
+    }
+    let data = source.read_rows(0..source.n_rows())?;
+    Ok(Box::new(VisibilitySet::new(header, data)?))
+}
+
+fn is_of_round(args: &SelfcalArgs, path: &Path, round: usize) -> bool {
+    [".calh5", "-image.fits"].iter().any(|e| args.out.suffixed(&round_file(round, e)).file_name() == path.file_name())
+}
+
+/// Gains and images of any round under this prefix.
+fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
+    let prefix = args.out.suffixed("-round");
+    let folder = prefix.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Some(start) = prefix.file_name().map(|n| n.to_string_lossy().into_owned()) else { return Ok(Vec::new()) };
+    let is_round = |name: &str| {
+        let number = name.strip_prefix(&start).and_then(|n| n.strip_suffix(".calh5").or_else(|| n.strip_suffix("-image.fits")));
+        number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+    };
+    let entries = std::fs::read_dir(folder).context(format!("{}", folder.display()))?;
+    Ok(entries.flatten().filter(|e| is_round(&e.file_name().to_string_lossy())).map(|e| e.path()).collect())
 }
 
 /// Refuse at once what would be refused after hours.
@@ -164,14 +241,15 @@ fn check(args: &SelfcalArgs) -> Result<()> {
     }
     args.out.check_all(&IMAGES)?;
     args.out.check_all(&OTHERS)?;
-    (0..=args.rounds).try_for_each(|k| args.out.check_all(&[&round_file(k, ".calh5"), &round_file(k, "-image.fits")]))
+    old_rounds(args)?.iter().try_for_each(|path| args.out.check(path))
 }
 
 fn options(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<SelfcalOptions> {
     let solve = args.solve.options(&source.header().layout)?;
     let interpolation = args.interp.into();
     Ok(SelfcalOptions {
-        schedule: schedule(solve.mode, solve.solint, args.rounds, args.shrink),
+        // A joint solution is one round: there is nothing to take turns with.
+        schedule: schedule(solve.mode, solve.solint, if args.joint() { 1 } else { args.rounds }, args.shrink),
         solve,
         apply: ApplyOptions { interpolation, flag_unsolved: !args.keep_unsolved, ..ApplyOptions::default() },
         improvement: args.improvement,
@@ -201,10 +279,12 @@ fn save_data(
 ) -> Result<crate::calibrate::ApplyCounts> {
     for (k, round) in result.rounds.iter_mut().enumerate() {
         round.gains.history.push(context.history());
-        cittert_formats::calh5::write_gains(&args.out.suffixed(&round_file(k + 1, ".calh5")), &round.gains, args.out.overwrite)?;
+        let path = args.out.suffixed(&round_file(k + 1, ".calh5"));
+        cittert_formats::calh5::write_gains(&path, &on_channels(&round.gains, &source.header().spectrum), args.out.overwrite)?;
     }
     let gains = &result.best().gains;
-    cittert_formats::calh5::write_gains(&args.out.suffixed(".calh5"), gains, args.out.overwrite)?;
+    let on_all = on_channels(gains, &source.header().spectrum);
+    cittert_formats::calh5::write_gains(&args.out.suffixed(".calh5"), &on_all, args.out.overwrite)?;
     let path = args.out.suffixed(".uvh5");
     let mut header = source.header().clone();
     header.history.push(context.history());

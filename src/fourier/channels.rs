@@ -102,24 +102,25 @@ impl<T: Real> ChannelClass<T> {
             nodes.copy_from_slice(vis);
             return;
         };
-        for (node, row) in nodes.iter_mut().zip(matrix.chunks_exact(self.n_chan)) {
-            let mut sums = [[T::default(); 2]; 8];
-            let (v8, r8) = (vis.chunks_exact(8), row.chunks_exact(8));
-            let rest = v8.remainder().iter().zip(r8.remainder());
-            for (v, r) in v8.zip(r8) {
-                for ((s, v), r) in sums.iter_mut().zip(v).zip(r) {
-                    s[0] = v.re.fma::<FUSED>(*r, s[0]);
-                    s[1] = v.im.fma::<FUSED>(*r, s[1]);
+        for (k, node) in nodes.iter_mut().enumerate() {
+            let row = &matrix[k * self.n_chan..(k + 1) * self.n_chan];
+            let ((v8, v_rest), (r8, r_rest)) = (vis.as_chunks::<8>(), row.as_chunks::<8>());
+            let (mut re, mut im) = ([T::default(); 8], [T::default(); 8]);
+            for k in 0..v8.len().min(r8.len()) {
+                let (v, r) = (&v8[k], &r8[k]);
+                for i in 0..8 {
+                    re[i] = v[i].re.fma::<FUSED>(r[i], re[i]);
+                    im[i] = v[i].im.fma::<FUSED>(r[i], im[i]);
                 }
             }
-            for (s, (v, r)) in sums.iter_mut().zip(rest) {
-                s[0] += v.re * *r;
-                s[1] += v.im * *r;
+            for i in 0..v_rest.len().min(r_rest.len()) {
+                re[i] += v_rest[i].re * r_rest[i];
+                im[i] += v_rest[i].im * r_rest[i];
             }
             let mut total = Complex::new(T::default(), T::default());
-            for s in sums {
-                total.re += s[0];
-                total.im += s[1];
+            for i in 0..8 {
+                total.re += re[i];
+                total.im += im[i];
             }
             *node = total;
         }
@@ -133,10 +134,11 @@ impl<T: Real> ChannelClass<T> {
             return;
         };
         vis.fill(Complex::new(T::default(), T::default()));
-        for (node, row) in nodes.iter().zip(matrix.chunks_exact(self.n_chan)) {
-            for (v, r) in vis.iter_mut().zip(row) {
-                v.re = node.re.fma::<FUSED>(*r, v.re);
-                v.im = node.im.fma::<FUSED>(*r, v.im);
+        for (k, node) in nodes.iter().enumerate() {
+            let row = &matrix[k * self.n_chan..(k + 1) * self.n_chan];
+            for i in 0..vis.len().min(row.len()) {
+                vis[i].re = node.re.fma::<FUSED>(row[i], vis[i].re);
+                vis[i].im = node.im.fma::<FUSED>(row[i], vis[i].im);
             }
         }
     }

@@ -7,7 +7,7 @@ use super::gridder::{PLANES_BYTES, grid_row, plane_groups, planes_of, within};
 use super::lanes::{Work, fused, run_task, tile_len};
 use super::plan::{Plan, TILE, UvwExtent};
 use super::real::Real;
-use super::sort::{Chunk, Segment, TilePlace, shares, tasks};
+use super::sort::{Segment, SortedRows, TilePlace};
 use super::wplanes::SLAB;
 use crate::Result;
 use cittert_arrays::{ArrayError, SkyGrid};
@@ -15,6 +15,7 @@ use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Predicts the visibilities of one image for many blocks of rows.
 ///
@@ -22,7 +23,7 @@ use std::ops::Range;
 /// between blocks where they fit into memory, else they are made anew for every block.
 #[derive(Debug)]
 pub struct Degridder<T: Real> {
-    plan: Plan<T>,
+    pub(super) plan: Arc<Plan<T>>,
     groups: Vec<Range<usize>>,
     resident: Option<PlaneRows<T>>,
     image: Array2<f64>,
@@ -34,6 +35,11 @@ impl<T: Real> Degridder<T> {
     /// # Errors
     /// An image of another shape than the grid or with values that are not finite; see also [`super::Gridder::new`].
     pub fn new(grid: &SkyGrid, plane: ArrayView2<'_, f64>, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions) -> Result<Self> {
+        Self::on(Arc::new(Plan::new(grid, freq_hz, extent, opts, None)?), plane)
+    }
+
+    pub(super) fn on(plan: Arc<Plan<T>>, plane: ArrayView2<'_, f64>) -> Result<Self> {
+        let grid = &plan.grid;
         if plane.dim() != (grid.n_m, grid.n_l) {
             let found = plane.shape().to_vec();
             return Err(ArrayError::ShapeMismatch { what: "image to predict", expected: vec![grid.n_m, grid.n_l], found }.into());
@@ -42,7 +48,6 @@ impl<T: Real> Degridder<T> {
             let what = format!("pixel (column {l}, row {m}) of the image to predict");
             return Err(ArrayError::BadValue { what, value: v.to_string(), expected: "a finite number" }.into());
         }
-        let plan = Plan::new(grid, freq_hz, extent, opts)?;
         let groups = plane_groups(&plan, PLANES_BYTES);
         let one = groups.len() == 1;
         let resident = one.then(|| image_to_planes(&plan, plane, (0, planes_of(&plan, &groups[0]))));
@@ -57,26 +62,16 @@ impl<T: Real> Degridder<T> {
     pub fn predict(&self, uvw_m: ArrayView2<'_, f64>, mut out: ArrayViewMut2<'_, Complex<T>>) -> Result<()> {
         let plan = &self.plan;
         plan.check_rows(uvw_m, out.dim())?;
-        let ranges = shares(uvw_m.nrows());
-        let mut chunks: Vec<Chunk<T>> = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range, |_, _, _| ())).collect();
-        let tasks = tasks(&chunks);
-        let mut nodes: Vec<Vec<Complex<T>>> = chunks.iter_mut().map(|c| std::mem::take(&mut c.nodes)).collect();
-        if let Some(planes) = &self.resident {
-            degrid_tasks(plan, &chunks, &tasks, (planes, 0), &mut nodes);
-        } else {
-            for group in &self.groups {
-                let planes = image_to_planes(plan, self.image.view(), (group.start * SLAB, planes_of(plan, group)));
-                degrid_tasks(plan, &chunks, &within(plan, &tasks, group), (&planes, group.start * SLAB), &mut nodes);
-            }
-        }
+        let rows = SortedRows::new(plan, uvw_m)?;
+        let nodes = self.nodes(&rows);
         let mut rest = out.view_mut();
-        let mut parts = Vec::with_capacity(chunks.len());
-        for chunk in &chunks {
+        let mut parts = Vec::with_capacity(rows.chunks.len());
+        for chunk in &rows.chunks {
             let (part, after) = rest.split_at(Axis(0), chunk.range.len());
             parts.push(part);
             rest = after;
         }
-        parts.into_par_iter().zip(&chunks).zip(&nodes).for_each(|((mut part, chunk), nodes)| {
+        parts.into_par_iter().zip(&rows.chunks).zip(&nodes).for_each(|((mut part, chunk), nodes)| {
             let mut buffer = vec![Complex::default(); plan.n_chan()];
             for (mut to, row) in part.rows_mut().into_iter().zip(&chunk.rows) {
                 let class = &plan.channels.classes[row.class];
@@ -89,7 +84,31 @@ impl<T: Real> Degridder<T> {
                 }
             }
         });
+        plan.pool.give(nodes);
         Ok(())
+    }
+
+    /// The nodes of rows that were sorted for the plan of this predictor, by chunk.
+    pub(super) fn nodes(&self, rows: &SortedRows) -> Vec<Vec<Complex<T>>> {
+        let plan = &self.plan;
+        let mut nodes: Vec<Vec<Complex<T>>> = rows.chunks.iter().map(|c| plan.pool.take(c.n_nodes)).collect();
+        if let Some(planes) = &self.resident {
+            degrid_tasks(plan, rows, &rows.tasks, (planes, 0), &mut nodes);
+        } else {
+            for group in &self.groups {
+                let planes = image_to_planes(plan, self.image.view(), (group.start * SLAB, planes_of(plan, group)));
+                degrid_tasks(plan, rows, &within(plan, &rows.tasks, group), (&planes, group.start * SLAB), &mut nodes);
+            }
+        }
+        nodes
+    }
+}
+
+impl<T: Real> Drop for Degridder<T> {
+    fn drop(&mut self) {
+        if let Some(planes) = self.resident.take() {
+            self.plan.pool.give_planes(planes);
+        }
     }
 }
 
@@ -110,9 +129,9 @@ pub(super) fn expand<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis
 }
 
 /// Run all tasks, each with its own tile; what they predict is put into `nodes` afterwards.
-pub(super) fn degrid_tasks<T: Real>(
+fn degrid_tasks<T: Real>(
     plan: &Plan<T>,
-    chunks: &[Chunk<T>],
+    rows: &SortedRows,
     tasks: &[Vec<Segment>],
     (planes, first_plane): (&PlaneRows<T>, usize),
     nodes: &mut [Vec<Complex<T>>],
@@ -120,7 +139,7 @@ pub(super) fn degrid_tasks<T: Real>(
     let targets: Vec<Target<T>> = nodes.iter_mut().map(|n| Target { first: n.as_mut_ptr(), len: n.len() }).collect();
     tasks.par_iter().for_each_init(
         || vec![T::default(); tile_len(plan)],
-        |tile, task| run_task(plan, chunks, task, (tile, &mut Load { plan, planes, first_plane, targets: &targets })),
+        |tile, task| run_task(plan, (&rows.chunks, &[]), task, (tile, &mut Load { plan, planes, first_plane, targets: &targets })),
     );
 }
 

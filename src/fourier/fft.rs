@@ -62,6 +62,22 @@ impl<T: Real> PlaneRows<T> {
         Self { stripes: (0..n_rows.div_ceil(TILE)).map(|_| stripe()).collect(), planes }
     }
 
+    /// True where it has this size.
+    pub(crate) fn fits(&self, n_rows: usize, planes: usize, nu: usize) -> bool {
+        self.planes == planes && self.stripes.len() == n_rows.div_ceil(TILE) && self.size() == Self::bytes(n_rows, planes, nu)
+    }
+
+    /// Bytes that it takes.
+    pub(crate) fn size(&self) -> usize {
+        let first = self.stripes.first().map_or(0, |s| s.lock().unwrap_or_else(PoisonError::into_inner).len());
+        self.stripes.len() * first * size_of::<Complex<T>>()
+    }
+
+    /// Set everything to 0.
+    pub(crate) fn clear(&mut self) {
+        self.stripes_mut().into_par_iter().for_each(|s| s.fill(Complex::new(T::default(), T::default())));
+    }
+
     /// Bytes that so many planes take.
     pub(crate) fn bytes(n_rows: usize, planes: usize, nu: usize) -> usize {
         n_rows.div_ceil(TILE) * TILE * planes * nu * size_of::<Complex<T>>()
@@ -165,25 +181,31 @@ fn quarter_turns<T: Real>(z: Complex<T>, k: usize) -> Complex<T> {
 }
 
 /// Add to `image` \[m, l\] what the planes from `first_plane` on hold: their transform with exp(-2 pi i ...), screens and corrections.
-/// The planes are used up.
-pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, first_plane: usize, image: &mut Array2<f64>) {
+/// The content of the planes is used up; their memory is given back.
+pub(crate) fn planes_to_image<T: Real>(
+    plan: &Plan<T>,
+    mut rows: PlaneRows<T>,
+    first_plane: usize,
+    image: &mut Array2<f64>,
+) -> PlaneRows<T> {
     let (nu, n_l) = (plan.nu, plan.grid.n_l);
     let planes = rows.planes;
     rows.stripes_mut().into_par_iter().enumerate().for_each_init(
-        || vec![Complex::default(); plan.fft.rows[0].get_inplace_scratch_len()],
-        |scratch, (s, stripe)| {
+        || (vec![Complex::default(); plan.fft.rows[0].get_inplace_scratch_len()], vec![Complex::default(); n_l / 2]),
+        |(scratch, tail), (s, stripe)| {
             let used = plan.n_rows.saturating_sub(s * TILE).min(TILE) * planes * nu;
             for row in stripe[..used].chunks_exact_mut(nu) {
                 plan.fft.rows[0].process_with_scratch(row, scratch);
-                // Keep the pixels of the image, in order, at the front.
+                // Keep the pixels of the image, in order, at the front. On a coarse grid the two parts overlap where they go to.
                 let half = n_l / 2;
+                tail.copy_from_slice(&row[nu - half..]);
                 row.copy_within(0..n_l - half, half);
-                row.copy_within(nu - half..nu, 0);
+                row[..half].copy_from_slice(tail);
             }
         },
     );
-    let stripes = rows.stripes_mut();
-    let stripes: Vec<&[Complex<T>]> = stripes.iter().map(|s| s.as_slice()).collect();
+    let held = rows.stripes_mut();
+    let stripes: Vec<&[Complex<T>]> = held.iter().map(|s| s.as_slice()).collect();
     image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
         let mut columns = Columns::new(plan, b * BLOCK, first_plane);
         let mut sum = vec![T::default(); plan.grid.n_m * BLOCK];
@@ -204,6 +226,7 @@ pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, f
             }
         }
     });
+    rows
 }
 
 /// Rows of the planes `first_plane..first_plane + planes` for the visibilities of an image \[m, l\]: screens, corrections and the
@@ -221,7 +244,7 @@ pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64
                 }
             }
             let mut work = Work::new(plan, 1);
-            let mut out = vec![Complex::default(); planes * n_rows * BLOCK];
+            let mut out = plan.pool.take(planes * n_rows * BLOCK);
             for (p, out) in out.chunks_exact_mut(n_rows * BLOCK).enumerate() {
                 work.spread(&columns, first_plane + p, &pixels);
                 work.transform(plan, 1);
@@ -231,7 +254,7 @@ pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64
             out
         })
         .collect();
-    let mut rows = PlaneRows::zeros(n_rows, planes, nu);
+    let mut rows = plan.pool.take_planes(n_rows, planes, nu);
     rows.stripes_mut().into_par_iter().enumerate().for_each_init(
         || vec![Complex::default(); plan.fft.rows[1].get_inplace_scratch_len()],
         |scratch, (s, stripe)| {
@@ -240,6 +263,7 @@ pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64
                 if r >= n_rows {
                     break;
                 }
+                row.fill(Complex::default());
                 for (b, block) in blocks.iter().enumerate() {
                     let from = (p * n_rows + r) * BLOCK;
                     for (c, v) in (b * BLOCK..n_l).zip(&block[from..from + BLOCK]) {
@@ -250,6 +274,7 @@ pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64
             }
         },
     );
+    plan.pool.give(blocks);
     rows
 }
 

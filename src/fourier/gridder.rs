@@ -2,19 +2,20 @@
 
 use super::GridOptions;
 use super::channels::ChannelClass;
+use super::degridder::{Degridder, expand};
 use super::fft::{PlaneRows, planes_to_image};
 use super::lanes::{Work, fused, run_task, tile_len};
 use super::plan::{Plan, TILE, UvwExtent};
 use super::real::Real;
-use super::sort::{Chunk, Segment, TilePlace, shares, tasks};
+use super::sort::{Segment, SortedRows, TilePlace};
 use super::wplanes::SLAB;
-use crate::Result;
+use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 use rayon::prelude::*;
-use std::ops::Range;
-use std::sync::PoisonError;
+use std::ops::{AddAssign, Range};
+use std::sync::{Arc, PoisonError};
 
 /// Planes up to this size stay in memory from the first block to the last; more are transformed for every block.
 pub(super) const PLANES_BYTES: usize = 900 << 20;
@@ -25,7 +26,7 @@ pub(super) const PLANES_BYTES: usize = 900 << 20;
 /// error of `epsilon`. Memory is that of the planes and of one block.
 #[derive(Debug)]
 pub struct Gridder<T: Real> {
-    plan: Plan<T>,
+    plan: Arc<Plan<T>>,
     groups: Vec<Range<usize>>,
     resident: Option<PlaneRows<T>>,
     image: Array2<f64>,
@@ -51,11 +52,18 @@ impl<T: Real> Gridder<T> {
     /// # Errors
     /// An epsilon that no kernel reaches, frequencies that are not positive.
     pub fn new(grid: &SkyGrid, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions) -> Result<Self> {
-        let plan = Plan::new(grid, freq_hz, extent, opts)?;
+        Ok(Self::on(Arc::new(Plan::new(grid, freq_hz, extent, opts, None)?)))
+    }
+
+    pub(super) fn on(plan: Arc<Plan<T>>) -> Self {
         let groups = plane_groups(&plan, PLANES_BYTES);
-        let resident = (groups.len() == 1).then(|| PlaneRows::zeros(plan.n_rows, planes_of(&plan, &groups[0]), plan.nu));
-        let image = Array2::zeros((grid.n_m, grid.n_l));
-        Ok(Self { plan, groups, resident, image })
+        let resident = (groups.len() == 1).then(|| {
+            let mut planes = plan.pool.take_planes(plan.n_rows, planes_of(&plan, &groups[0]), plan.nu);
+            planes.clear();
+            planes
+        });
+        let image = Array2::zeros((plan.grid.n_m, plan.grid.n_l));
+        Self { plan, groups, resident, image }
     }
 
     /// Add rows: uvw in m \[row, 3\] and weighted visibilities \[row, chan\]. What must not count is 0.
@@ -64,33 +72,91 @@ impl<T: Real> Gridder<T> {
     /// Shapes that do not fit, uvw that are not finite or outside the announced extent.
     pub fn add(&mut self, uvw_m: ArrayView2<'_, f64>, weighted: ArrayView2<'_, Complex<T>>) -> Result<()> {
         self.plan.check_rows(uvw_m, weighted.dim())?;
-        let weighted = weighted.as_standard_layout();
+        let rows = SortedRows::new(&self.plan, uvw_m)?;
+        self.add_sorted(&rows, |row, vis| vis.iter_mut().zip(weighted.row(row)).for_each(|(v, w)| *v = *w))
+    }
+
+    /// Add rows that were sorted by the transform of this gridder: `values` puts the weighted visibilities of a row into a slice \[chan\].
+    ///
+    /// # Errors
+    /// Rows that another transform sorted.
+    pub fn add_sorted(&mut self, rows: &SortedRows, values: impl Fn(usize, &mut [Complex<T>]) + Sync) -> Result<()> {
+        rows.check(&self.plan)?;
         let plan = &self.plan;
-        let fill = |r: usize, class: usize, nodes: &mut [Complex<T>]| {
-            if let Some(vis) = weighted.row(r).as_slice() {
-                compress(&plan.channels.classes[class], vis, nodes);
+        let fill = |chunk: &super::sort::Chunk| {
+            let mut nodes = plan.pool.take(chunk.n_nodes);
+            let mut vis = vec![Complex::default(); plan.n_chan()];
+            for (r, row) in chunk.range.clone().zip(&chunk.rows) {
+                let class = &plan.channels.classes[row.class];
+                values(r, &mut vis);
+                compress(class, &vis, &mut nodes[row.offset..row.offset + class.n_nodes()]);
             }
+            nodes
         };
-        let chunks: Vec<Chunk<T>> =
-            shares(uvw_m.nrows()).into_par_iter().map(|range| Chunk::new(plan, uvw_m, range, |r, row, n| fill(r, row.class, n))).collect();
-        let tasks = tasks(&chunks);
+        let nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(fill).collect();
+        self.spread(rows, &nodes);
+        self.plan.pool.give(nodes);
+        Ok(())
+    }
+
+    /// Predict rows from a model, let `turn` make of the predicted visibilities \[chan\] of each row what is to be gridded, and add that.
+    /// What `turn` returns is summed up. The visibilities never exist all at once.
+    ///
+    /// # Errors
+    /// Rows or a model of another transform.
+    pub fn add_residual<S: Default + AddAssign + Send>(
+        &mut self,
+        rows: &SortedRows,
+        model: &Degridder<T>,
+        turn: impl Fn(usize, &mut [Complex<T>]) -> S + Sync,
+    ) -> Result<S> {
+        rows.check(&self.plan)?;
+        if model.plan.id != self.plan.id {
+            return Err(ChainError::Incompatible("a model of one transform was given to the gridder of another".into()));
+        }
+        let plan = &self.plan;
+        let mut nodes = model.nodes(rows);
+        let change = |(chunk, nodes): (&super::sort::Chunk, &mut Vec<Complex<T>>)| {
+            let mut vis = vec![Complex::default(); plan.n_chan()];
+            let mut sum = S::default();
+            for (r, row) in chunk.range.clone().zip(&chunk.rows) {
+                let class = &plan.channels.classes[row.class];
+                let nodes = &mut nodes[row.offset..row.offset + class.n_nodes()];
+                expand(class, nodes, &mut vis);
+                sum += turn(r, &mut vis);
+                compress(class, &vis, nodes);
+            }
+            sum
+        };
+        let sums: Vec<S> = rows.chunks.par_iter().zip(&mut nodes).map(change).collect();
+        self.spread(rows, &nodes);
+        self.plan.pool.give(nodes);
+        Ok(sums.into_iter().fold(S::default(), |mut total, s| {
+            total += s;
+            total
+        }))
+    }
+
+    /// Nodes onto the planes.
+    fn spread(&mut self, rows: &SortedRows, nodes: &[Vec<Complex<T>>]) {
+        let plan = &self.plan;
         if let Some(planes) = &self.resident {
-            grid_tasks(plan, &chunks, tasks, (planes, 0));
-            return Ok(());
+            grid_tasks(plan, (rows, nodes), &rows.tasks, (planes, 0));
+            return;
         }
         for group in &self.groups {
             let planes = PlaneRows::zeros(plan.n_rows, planes_of(plan, group), plan.nu);
-            grid_tasks(plan, &chunks, within(plan, &tasks, group), (&planes, group.start * SLAB));
+            grid_tasks(plan, (rows, nodes), &within(plan, &rows.tasks, group), (&planes, group.start * SLAB));
             planes_to_image(plan, planes, group.start * SLAB, &mut self.image);
         }
-        Ok(())
     }
 
     /// The image \[m, l\] of everything added.
     #[must_use]
     pub fn finish(mut self) -> Array2<f64> {
         if let Some(planes) = self.resident.take() {
-            planes_to_image(&self.plan, planes, 0, &mut self.image);
+            let planes = planes_to_image(&self.plan, planes, 0, &mut self.image);
+            self.plan.pool.give_planes(planes);
         }
         self.image
     }
@@ -102,15 +168,15 @@ pub(super) fn within<T: Real>(plan: &Plan<T>, tasks: &[Vec<Segment>], group: &Ra
     tasks.iter().map(|t| t.iter().filter(inside).cloned().collect::<Vec<_>>()).filter(|t| !t.is_empty()).collect()
 }
 
-pub(super) fn grid_tasks<T: Real>(
+fn grid_tasks<T: Real>(
     plan: &Plan<T>,
-    chunks: &[Chunk<T>],
-    tasks: Vec<Vec<Segment>>,
+    (rows, nodes): (&SortedRows, &[Vec<Complex<T>>]),
+    tasks: &[Vec<Segment>],
     (planes, first_plane): (&PlaneRows<T>, usize),
 ) {
-    tasks.into_par_iter().for_each_init(
+    tasks.par_iter().for_each_init(
         || vec![T::default(); tile_len(plan)],
-        |tile, task| run_task(plan, chunks, &task, (tile, &mut Flush { plan, planes, first_plane })),
+        |tile, task| run_task(plan, (&rows.chunks, nodes), task, (tile, &mut Flush { plan, planes, first_plane })),
     );
 }
 
@@ -120,7 +186,7 @@ fn compress_avx2<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &m
     class.compress::<true>(vis, nodes);
 }
 
-pub(super) fn compress<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+fn compress<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the machine has just been found to have AVX2 and FMA.
@@ -171,9 +237,10 @@ impl<T: Real> Work<T> for Flush<'_, T> {
                 let (re, im) = plane.split_at(stride);
                 let first = place.u * TILE;
                 if first + cells <= nu {
-                    for ((g, re), im) in row[first..first + cells].iter_mut().zip(re).zip(im) {
-                        g.re += *re;
-                        g.im += *im;
+                    let (row, re, im) = (&mut row[first..first + cells], &re[..cells], &im[..cells]);
+                    for k in 0..cells {
+                        row[k].re += re[k];
+                        row[k].im += im[k];
                     }
                 } else {
                     for (i, (re, im)) in re.iter().zip(im).take(cells).enumerate() {

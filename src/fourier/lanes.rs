@@ -2,7 +2,7 @@
 //!
 //! A tile is stored as \[row, plane, re | im, cell\] so that a visibility adds to `L` neighbouring cells of one row at once. The loops
 //! are written on small fixed arrays and compiled twice, for any machine and for AVX2 with fused multiply-add; the machine is asked
-//! once in a call.
+//! once in a call. They use indices and not chains of iterators, which a compiler that splits a crate into units does not always inline.
 
 use super::kernel::KernelTable;
 use super::plan::{Plan, TILE};
@@ -102,18 +102,23 @@ fn grid_run<T: Real, const L: usize, const FUSED: bool>(
         let kv = eval::<T, L, FUSED>(&plan.table, zv);
         let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
         let v = if row.conjugate { v.conj() } else { *v } * phase.conj();
-        let cells = &mut tile[j * row_len..(j + support) * row_len];
-        for (line, kv) in cells.chunks_exact_mut(row_len).zip(kv) {
-            let line = &mut line[p * 2 * stride..(p + n) * 2 * stride];
-            let (re, im) = (v.re * kv, v.im * kv);
-            for (plane, c) in line.chunks_exact_mut(2 * stride).zip(&c) {
+        if (j + support - 1) * row_len + (p + n) * 2 * stride > tile.len() || i + L > stride {
+            continue;
+        }
+        for (y, kv) in kv.iter().enumerate().take(support) {
+            let (re, im) = (v.re * *kv, v.im * *kv);
+            let line = (j + y) * row_len;
+            for (q, c) in c.iter().enumerate().take(n) {
                 let (a, b) = (re * *c, im * *c);
-                let (cells_re, cells_im) = plane.split_at_mut(stride);
-                for (t, k) in cells_re[i..i + L].iter_mut().zip(&ku) {
-                    *t = k.fma::<FUSED>(a, *t);
-                }
-                for (t, k) in cells_im[i..i + L].iter_mut().zip(&ku) {
-                    *t = k.fma::<FUSED>(b, *t);
+                let at = line + (p + q) * 2 * stride + i;
+                // SAFETY: the last cells of the last plane of the last line end within the tile by the check above.
+                let (cells_re, cells_im) = unsafe {
+                    let cells = tile.as_mut_ptr().add(at);
+                    (&mut *cells.cast::<[T; L]>(), &mut *cells.add(stride).cast::<[T; L]>())
+                };
+                for k in 0..L {
+                    cells_re[k] = ku[k].fma::<FUSED>(a, cells_re[k]);
+                    cells_im[k] = ku[k].fma::<FUSED>(b, cells_im[k]);
                 }
             }
         }
@@ -140,17 +145,20 @@ fn degrid_run<T: Real, const L: usize, const FUSED: bool>(
         let kv = eval::<T, L, FUSED>(&plan.table, zv);
         let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
         let (mut re, mut im) = ([T::default(); L], [T::default(); L]);
-        for (p, c) in (p..p + n).zip(&c) {
+        let inside = (j + support - 1) * row_len + (p + n) * 2 * stride <= tile.len() && i + L <= stride;
+        for (q, c) in c.iter().enumerate().take(if inside { n } else { 0 }) {
             // Sums of each plane are independent of each other, so the multiply-adds of several planes overlap.
             let (mut a, mut b) = ([T::default(); L], [T::default(); L]);
-            for (line, kv) in tile[j * row_len..(j + support) * row_len].chunks_exact(row_len).zip(kv) {
-                let plane = &line[p * 2 * stride..(p + 1) * 2 * stride];
-                let (cells_re, cells_im) = plane.split_at(stride);
-                for (s, t) in a.iter_mut().zip(&cells_re[i..i + L]) {
-                    *s = t.fma::<FUSED>(kv, *s);
-                }
-                for (s, t) in b.iter_mut().zip(&cells_im[i..i + L]) {
-                    *s = t.fma::<FUSED>(kv, *s);
+            for (y, kv) in kv.iter().enumerate().take(support) {
+                let at = (j + y) * row_len + (p + q) * 2 * stride + i;
+                // SAFETY: as in `grid_run`, by `inside`.
+                let (cells_re, cells_im) = unsafe {
+                    let cells = tile.as_ptr().add(at);
+                    (&*cells.cast::<[T; L]>(), &*cells.add(stride).cast::<[T; L]>())
+                };
+                for k in 0..L {
+                    a[k] = cells_re[k].fma::<FUSED>(*kv, a[k]);
+                    b[k] = cells_im[k].fma::<FUSED>(*kv, b[k]);
                 }
             }
             for k in 0..L {
@@ -171,7 +179,7 @@ fn degrid_run<T: Real, const L: usize, const FUSED: bool>(
 #[inline(always)]
 fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
     plan: &Plan<T>,
-    chunks: &[Chunk<T>],
+    (chunks, nodes): (&[Chunk], &[Vec<Complex<T>>]),
     task: &[Segment],
     (tile, work): (&mut [T], &mut W),
 ) {
@@ -186,7 +194,7 @@ fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
                 let (lo, hi) = (*lo as usize, *hi as usize);
                 let freq = &plan.channels.classes[row.class].freq_hz[lo..hi];
                 if W::GRID {
-                    let nodes = &chunk.nodes[row.offset + lo..row.offset + hi];
+                    let nodes = &nodes[segment.chunk][row.offset + lo..row.offset + hi];
                     grid_run::<T, L, FUSED>(plan, (row, at.slab), (freq, nodes), tile);
                 } else {
                     degrid_run::<T, L, FUSED>(plan, (row, at.slab), (freq, &mut out), tile);
@@ -210,27 +218,30 @@ pub(crate) fn fused() -> bool {
     }
 }
 
+/// Rows and their nodes; prediction reads no nodes.
+pub(crate) type Input<'a, T> = (&'a [Chunk], &'a [Vec<Complex<T>>]);
+
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn segments_avx2<T: Real, W: Work<T>, const L: usize>(plan: &Plan<T>, chunks: &[Chunk<T>], task: &[Segment], buffers: (&mut [T], &mut W)) {
-    segments::<T, W, L, true>(plan, chunks, task, buffers);
+fn segments_avx2<T: Real, W: Work<T>, const L: usize>(plan: &Plan<T>, input: Input<'_, T>, task: &[Segment], buffers: (&mut [T], &mut W)) {
+    segments::<T, W, L, true>(plan, input, task, buffers);
 }
 
-fn on_lanes<T: Real, W: Work<T>, const L: usize>(plan: &Plan<T>, chunks: &[Chunk<T>], task: &[Segment], buffers: (&mut [T], &mut W)) {
+fn on_lanes<T: Real, W: Work<T>, const L: usize>(plan: &Plan<T>, input: Input<'_, T>, task: &[Segment], buffers: (&mut [T], &mut W)) {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the machine has just been found to have AVX2 and FMA.
-        unsafe { segments_avx2::<T, W, L>(plan, chunks, task, buffers) };
+        unsafe { segments_avx2::<T, W, L>(plan, input, task, buffers) };
         return;
     }
-    segments::<T, W, L, false>(plan, chunks, task, buffers);
+    segments::<T, W, L, false>(plan, input, task, buffers);
 }
 
 /// All runs of a task, tile by tile.
-pub(crate) fn run_task<T: Real, W: Work<T>>(plan: &Plan<T>, chunks: &[Chunk<T>], task: &[Segment], buffers: (&mut [T], &mut W)) {
+pub(crate) fn run_task<T: Real, W: Work<T>>(plan: &Plan<T>, input: Input<'_, T>, task: &[Segment], buffers: (&mut [T], &mut W)) {
     match plan.table.lanes {
-        4 => on_lanes::<T, W, 4>(plan, chunks, task, buffers),
-        8 => on_lanes::<T, W, 8>(plan, chunks, task, buffers),
-        _ => on_lanes::<T, W, 16>(plan, chunks, task, buffers),
+        4 => on_lanes::<T, W, 4>(plan, input, task, buffers),
+        8 => on_lanes::<T, W, 8>(plan, input, task, buffers),
+        _ => on_lanes::<T, W, 16>(plan, input, task, buffers),
     }
 }

@@ -17,11 +17,15 @@ mod kernel;
 mod lanes;
 mod pair;
 mod plan;
+mod pool;
 mod real;
 mod series;
 mod sort;
 #[cfg(test)]
 mod tests;
+mod transform;
+#[cfg(test)]
+mod transform_tests;
 mod uv_grid;
 mod wplanes;
 
@@ -32,6 +36,8 @@ pub use kernel::Kernel;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
+pub use sort::SortedRows;
+pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;
 
 use crate::Result;

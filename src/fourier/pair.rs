@@ -4,28 +4,24 @@
 //! and the kernels are kept, and only values move.
 
 use super::GridOptions;
-use super::degridder::{degrid_tasks, expand};
-use super::fft::{PlaneRows, image_to_planes, planes_to_image};
-use super::gridder::{PLANES_BYTES, compress, grid_tasks, plane_groups, planes_of, within};
-use super::plan::{Plan, UvwExtent};
+use super::degridder::expand;
+use super::plan::UvwExtent;
 use super::real::Real;
-use super::sort::{Chunk, Segment, shares, tasks};
-use super::wplanes::SLAB;
+use super::sort::SortedRows;
+use super::transform::Transform;
 use crate::Result;
 use cittert_arrays::{ArrayError, SkyGrid};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex;
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// A transform and its adjoint between an image and visibilities at fixed uvw.
 #[derive(Debug)]
 pub struct Pair<T: Real> {
-    plan: Plan<T>,
-    groups: Vec<Range<usize>>,
-    chunks: Vec<Chunk<T>>,
-    tasks: Vec<Vec<Segment>>,
+    transform: Transform<T>,
+    rows: SortedRows,
     n_rows: usize,
+    shape: (usize, usize),
 }
 
 impl<T: Real> Pair<T> {
@@ -34,23 +30,20 @@ impl<T: Real> Pair<T> {
     /// # Errors
     /// An epsilon that no kernel reaches, frequencies that are not positive, uvw that are not finite.
     pub fn new(grid: &SkyGrid, freq_hz: &[f64], uvw_m: ArrayView2<'_, f64>, opts: &GridOptions) -> Result<Self> {
-        let plan = Plan::new(grid, freq_hz, UvwExtent::of(uvw_m), opts)?;
-        plan.check_rows(uvw_m, (uvw_m.nrows(), freq_hz.len()))?;
-        let groups = plane_groups(&plan, PLANES_BYTES);
-        let ranges = shares(uvw_m.nrows());
-        let chunks: Vec<Chunk<T>> = ranges.into_par_iter().map(|range| Chunk::new(&plan, uvw_m, range, |_, _, _| ())).collect();
-        let tasks = tasks(&chunks);
-        Ok(Self { plan, groups, chunks, tasks, n_rows: uvw_m.nrows() })
+        let n_vis = (uvw_m.nrows() * freq_hz.len()) as u64;
+        let transform = Transform::new(grid, freq_hz, UvwExtent::of(uvw_m), opts, n_vis)?;
+        let rows = transform.sort(uvw_m)?;
+        Ok(Self { transform, rows, n_rows: uvw_m.nrows(), shape: (grid.n_m, grid.n_l) })
     }
 
     /// Number of visibilities: rows times channels.
     #[must_use]
     pub fn n_vis(&self) -> usize {
-        self.n_rows * self.plan.n_chan()
+        self.n_rows * self.transform.plan.n_chan()
     }
 
     fn check(&self, n_vis: usize, plane: (usize, usize)) -> Result<()> {
-        let expected = vec![self.n_vis(), self.plan.grid.n_m, self.plan.grid.n_l];
+        let expected = vec![self.n_vis(), self.shape.0, self.shape.1];
         let found = vec![n_vis, plane.0, plane.1];
         if expected == found { Ok(()) } else { Err(ArrayError::ShapeMismatch { what: "visibilities and image", expected, found }.into()) }
     }
@@ -61,25 +54,17 @@ impl<T: Real> Pair<T> {
     /// A list or an image of another size.
     pub fn predict(&mut self, plane: ArrayView2<'_, f64>, out: &mut [Complex<f64>]) -> Result<()> {
         self.check(out.len(), plane.dim())?;
-        let plan = &self.plan;
-        let mut nodes: Vec<Vec<Complex<T>>> = self.chunks.iter_mut().map(|c| std::mem::take(&mut c.nodes)).collect();
-        for group in &self.groups {
-            let planes = image_to_planes(plan, plane, (group.start * SLAB, planes_of(plan, group)));
-            let at = (&planes, group.start * SLAB);
-            match self.groups.len() {
-                1 => degrid_tasks(plan, &self.chunks, &self.tasks, at, &mut nodes),
-                _ => degrid_tasks(plan, &self.chunks, &within(plan, &self.tasks, group), at, &mut nodes),
-            }
-        }
+        let plan = &self.transform.plan;
+        let nodes = self.transform.degridder(plane)?.nodes(&self.rows);
         let n_chan = plan.n_chan();
         let mut rest = out;
-        let mut parts = Vec::with_capacity(self.chunks.len());
-        for chunk in &self.chunks {
+        let mut parts = Vec::with_capacity(self.rows.chunks.len());
+        for chunk in &self.rows.chunks {
             let (part, after) = rest.split_at_mut(chunk.range.len() * n_chan);
             parts.push(part);
             rest = after;
         }
-        parts.into_par_iter().zip(&self.chunks).zip(&nodes).for_each(|((part, chunk), nodes)| {
+        parts.into_par_iter().zip(&self.rows.chunks).zip(&nodes).for_each(|((part, chunk), nodes)| {
             let mut buffer = vec![Complex::default(); n_chan];
             for (to, row) in part.chunks_exact_mut(n_chan).zip(&chunk.rows) {
                 let class = &plan.channels.classes[row.class];
@@ -87,9 +72,7 @@ impl<T: Real> Pair<T> {
                 to.iter_mut().zip(&buffer).for_each(|(t, b)| *t = Complex::new(b.re.to64(), b.im.to64()));
             }
         });
-        for (chunk, nodes) in self.chunks.iter_mut().zip(nodes) {
-            chunk.nodes = nodes;
-        }
+        plan.pool.give(nodes);
         Ok(())
     }
 
@@ -100,27 +83,14 @@ impl<T: Real> Pair<T> {
     /// # Errors
     /// A list of another size.
     pub fn adjoint(&mut self, vis: &[Complex<f64>], scale: f64) -> Result<Array2<f64>> {
-        let (n_m, n_l) = (self.plan.grid.n_m, self.plan.grid.n_l);
-        self.check(vis.len(), (n_m, n_l))?;
-        let plan = &self.plan;
-        let n_chan = plan.n_chan();
-        self.chunks.par_iter_mut().for_each(|chunk| {
-            let mut buffer = vec![Complex::default(); n_chan];
-            let from = &vis[chunk.range.start * n_chan..chunk.range.end * n_chan];
-            for (vis, row) in from.chunks_exact(n_chan).zip(&chunk.rows) {
-                buffer.iter_mut().zip(vis).for_each(|(b, v)| *b = Complex::new(T::of(v.re * scale), T::of(v.im * scale)));
-                let class = &plan.channels.classes[row.class];
-                compress(class, &buffer, &mut chunk.nodes[row.offset..row.offset + class.n_nodes()]);
-            }
-        });
-        let mut image = Array2::zeros((n_m, n_l));
-        for group in &self.groups {
-            let planes = PlaneRows::zeros(plan.n_rows, planes_of(plan, group), plan.nu);
-            let tasks = if self.groups.len() == 1 { self.tasks.clone() } else { within(plan, &self.tasks, group) };
-            grid_tasks(plan, &self.chunks, tasks, (&planes, group.start * SLAB));
-            planes_to_image(plan, planes, group.start * SLAB, &mut image);
-        }
-        Ok(image)
+        self.check(vis.len(), self.shape)?;
+        let n_chan = self.transform.plan.n_chan();
+        let mut gridder = self.transform.gridder();
+        gridder.add_sorted(&self.rows, |row, out| {
+            let from = &vis[row * n_chan..(row + 1) * n_chan];
+            out.iter_mut().zip(from).for_each(|(o, v)| *o = Complex::new(T::of(v.re * scale), T::of(v.im * scale)));
+        })?;
+        Ok(gridder.finish())
     }
 }
 
@@ -154,7 +124,8 @@ mod tests {
                 let back = vis_to_image(&grid, uvw.view(), &freq, vis.view(), ones.view(), &opts).unwrap();
                 let mine = pair.adjoint(&out, 0.5).unwrap() * 2.0;
                 let top = back.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-                assert!(mine.iter().zip(&back).all(|(a, b)| (a - b).abs() < 1e-12 * top), "{reach:?}");
+                // The single transform chooses another grid, so the two agree to the error of both.
+                assert!(mine.iter().zip(&back).all(|(a, b)| (a - b).abs() < 2e-9 * top), "{reach:?}");
             }
         }
     }

@@ -4,14 +4,20 @@ use super::GridOptions;
 use super::channels::Channels;
 use super::fft::{Plans, good_size};
 use super::kernel::{Kernel, KernelTable};
+use super::pool::Pool;
 use super::real::Real;
 use super::wplanes::{SLAB, WBasis, WTerm};
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::ArrayView2;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Side of a tile of starting cells.
 pub(crate) const TILE: usize = 16;
+/// Grids so many times finer than the image needs are compared; the last where the number of visibilities is not known.
+const OVERSAMPLING: [f64; 4] = [1.375, 1.5, 1.75, 2.0];
+
+static NEXT: AtomicU64 = AtomicU64::new(0);
 
 /// How far a set reaches in u, v and w: what must be known before the first row is gridded.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -47,6 +53,8 @@ impl UvwExtent {
 /// Sizes, kernels and scales of one image and one range of uvw.
 #[derive(Debug)]
 pub(crate) struct Plan<T: Real> {
+    /// Told from every other plan of the process.
+    pub(crate) id: u64,
     pub(crate) grid: SkyGrid,
     /// Points of the padded transform along u and v.
     pub(crate) nu: usize,
@@ -66,10 +74,24 @@ pub(crate) struct Plan<T: Real> {
     /// Reach of the image in l, m and n - 1.
     reach: [f64; 3],
     pub(crate) extent: UvwExtent,
+    /// Buffers that outlive a pass.
+    pub(crate) pool: Pool<T>,
+}
+
+/// What a transform costs with a grid so much finer than the image: about nanoseconds, from the times of the passes on one machine.
+fn cost(grid: &SkyGrid, v_reach: f64, kernel: &Kernel, planes: usize, n_vis: f64) -> f64 {
+    let (nu, nv) = (kernel.oversampling * grid.n_l as f64, kernel.oversampling * grid.n_m as f64);
+    let rows = (v_reach * nv).min(nv);
+    let fourier = rows * nu * (4.0 + 0.4 * nu.log2()) + grid.n_l as f64 * nv * (2.0 + 0.2 * nv.log2());
+    // Few visibilities stand for many channels, and few planes matter to most of them.
+    let lanes = if kernel.support <= 4 { 4.0 } else { kernel.support.next_power_of_two() as f64 };
+    let spread = 0.5 * n_vis * (40.0 + 0.15 * kernel.support as f64 * lanes * (planes as f64 / 2.0).clamp(1.0, 16.0));
+    planes as f64 * fourier + spread
 }
 
 impl<T: Real> Plan<T> {
-    pub(crate) fn new(grid: &SkyGrid, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions) -> Result<Self> {
+    /// A plan; `n_vis` visibilities are expected where that is known.
+    pub(crate) fn new(grid: &SkyGrid, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions, n_vis: Option<u64>) -> Result<Self> {
         let bad = |value: String, expected: &str| ChainError::BadOption { option: "epsilon", value, expected: expected.into() };
         if !(1e-13..=0.5).contains(&opts.epsilon) {
             return Err(bad(opts.epsilon.to_string(), "a relative error between 1e-12 and 0.1"));
@@ -80,17 +102,25 @@ impl<T: Real> Plan<T> {
         }
         // Errors of the two axes, of w and of the channels add in quadrature to below the request.
         let each = 0.5 * opts.epsilon;
-        let oversampling = 2.0;
         let hard = || bad(opts.epsilon.to_string(), "an error that a kernel of 16 cells reaches");
-        let kernel = Kernel::for_error(each, oversampling).ok_or_else(hard)?;
-        let side = |n: usize| good_size(((oversampling * n as f64).ceil() as usize).max(2 * kernel.support));
-        let (nu, nv) = (side(grid.n_l), side(grid.n_m));
         let f_max = freq_hz.iter().copied().fold(0.0, f64::max);
         let (l, m) = ((grid.n_l / 2) as f64 * grid.cell_rad, (grid.n_m / 2) as f64 * grid.cell_rad);
         let r2 = (l * l + m * m).min(1.0);
         let nu_min = -r2 / (1.0 + (1.0 - r2).sqrt());
         let w_max = extent.w_m * f_max / SPEED_OF_LIGHT_M_S;
         let w = if opts.w_term { WTerm::new(nu_min, w_max, each).ok_or_else(hard)? } else { WTerm::none() };
+        let planes = match &w.basis {
+            WBasis::Powers { screens, .. } => screens.len(),
+            WBasis::Planes { count, .. } => *count,
+        };
+        // Part of the grid's height that is reached, whatever its spacing.
+        let v_reach = extent.v_m * f_max / SPEED_OF_LIGHT_M_S * grid.cell_rad;
+        let offered = if n_vis.is_some() { &OVERSAMPLING[..] } else { &OVERSAMPLING[OVERSAMPLING.len() - 1..] };
+        let price = |k: &Kernel| cost(grid, v_reach, k, planes, n_vis.unwrap_or(0) as f64);
+        let kernels = offered.iter().filter_map(|o| Kernel::for_error(each, *o));
+        let kernel = kernels.min_by(|a, b| price(a).total_cmp(&price(b))).ok_or_else(hard)?;
+        let side = |n: usize| good_size(((kernel.oversampling * n as f64).ceil() as usize).max(2 * kernel.support));
+        let (nu, nv) = (side(grid.n_l), side(grid.n_m));
         let scale = [
             grid.l_sign() * grid.cell_rad * nu as f64 / SPEED_OF_LIGHT_M_S,
             grid.cell_rad * nv as f64 / SPEED_OF_LIGHT_M_S,
@@ -99,6 +129,7 @@ impl<T: Real> Plan<T> {
         let top = ((extent.v_m * f_max * scale[1]).ceil().min(nv as f64)) as usize;
         let below = kernel.support / 2;
         Ok(Self {
+            id: NEXT.fetch_add(1, Ordering::Relaxed),
             grid: grid.clone(),
             nu,
             nv,
@@ -113,6 +144,7 @@ impl<T: Real> Plan<T> {
             scale,
             reach: [l, m, if opts.w_term { -nu_min } else { 0.0 }],
             extent,
+            pool: Pool::default(),
         })
     }
 

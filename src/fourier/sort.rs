@@ -3,8 +3,8 @@
 use super::plan::{Plan, TILE};
 use super::real::Real;
 use super::wplanes::{SLAB, WBasis};
+use crate::{ChainError, Result};
 use ndarray::ArrayView2;
-use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -24,7 +24,6 @@ pub(crate) struct Row {
 /// Nodes `lo..hi` of a row, all in one tile.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Run {
-    pub(crate) key: u64,
     pub(crate) row: u32,
     pub(crate) lo: u32,
     pub(crate) hi: u32,
@@ -32,12 +31,51 @@ pub(crate) struct Run {
 
 /// A share of the rows of a block.
 #[derive(Debug)]
-pub(crate) struct Chunk<T> {
+pub(crate) struct Chunk {
     pub(crate) range: Range<usize>,
     pub(crate) rows: Vec<Row>,
-    pub(crate) nodes: Vec<Complex<T>>,
-    /// In the order of their keys.
+    /// Nodes of all rows.
+    pub(crate) n_nodes: usize,
+    /// In the order of their tiles.
     pub(crate) runs: Vec<Run>,
+}
+
+/// Where the visibilities of some rows fall on the grid of one transform, in the order of its tiles. It is made once and used for every
+/// pass over the same rows.
+#[derive(Debug)]
+pub struct SortedRows {
+    /// Identity of the plan that it was made for.
+    plan: u64,
+    pub(crate) chunks: Vec<Chunk>,
+    pub(crate) tasks: Vec<Vec<Segment>>,
+}
+
+impl SortedRows {
+    pub(crate) fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>) -> Result<Self> {
+        plan.check_rows(uvw_m, (uvw_m.nrows(), plan.n_chan()))?;
+        let ranges = shares(uvw_m.nrows());
+        let (chunks, keys): (Vec<Chunk>, Vec<Vec<u64>>) = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range)).unzip();
+        let tasks = tasks(&chunks, &keys);
+        Ok(Self { plan: plan.id, chunks, tasks })
+    }
+
+    /// Check that it was made for this plan.
+    pub(crate) fn check<T: Real>(&self, plan: &Plan<T>) -> Result<()> {
+        if self.plan == plan.id {
+            return Ok(());
+        }
+        Err(ChainError::Incompatible(
+            "rows that were sorted for one transform were given to another: sort them with the one that grids".into(),
+        ))
+    }
+
+    /// Bytes that it takes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let chunk = |c: &Chunk| c.rows.len() * size_of::<Row>() + c.runs.len() * size_of::<Run>();
+        let task = |t: &Vec<Segment>| t.len() * size_of::<Segment>();
+        self.chunks.iter().map(chunk).sum::<usize>() + self.tasks.iter().map(task).sum::<usize>()
+    }
 }
 
 /// Runs of one chunk in one tile.
@@ -81,78 +119,80 @@ fn inside(x: f64, origin: f64, side: usize) -> bool {
     a > -1.0 && a <= (side - 1) as f64
 }
 
-impl<T: Real> Chunk<T> {
-    /// Fold, classify and cut the rows of `range`; `fill` puts the values of a row on its nodes.
-    pub(crate) fn new(
-        plan: &Plan<T>,
-        uvw_m: ArrayView2<'_, f64>,
-        range: Range<usize>,
-        fill: impl Fn(usize, &Row, &mut [Complex<T>]),
-    ) -> Self {
-        let mut chunk = Self { range: range.clone(), rows: Vec::with_capacity(range.len()), nodes: Vec::new(), runs: Vec::new() };
-        for r in range {
+/// A run before it is sorted.
+#[derive(Debug, Clone, Copy, Default)]
+struct Keyed {
+    key: u64,
+    row: u32,
+    lo: u32,
+    hi: u32,
+}
+
+impl Chunk {
+    /// Fold, classify, cut and sort the rows of `range`; with the tile of each run.
+    fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> (Self, Vec<u64>) {
+        let mut rows = Vec::with_capacity(range.len());
+        let (mut runs, mut n_nodes) = (Vec::with_capacity(4 * range.len()), 0);
+        for r in range.clone() {
             let uvw = [uvw_m[(r, 0)], uvw_m[(r, 1)], uvw_m[(r, 2)]];
             let conjugate = uvw[1] < 0.0;
             let sign = if conjugate { -1.0 } else { 1.0 };
-            let row = Row {
-                uvw: [0, 1, 2].map(|k| sign * uvw[k] * plan.scale[k]),
-                class: plan.channels.class_for(plan.turns_per_hz(uvw)),
-                offset: chunk.nodes.len(),
-                conjugate,
-            };
-            let n = plan.channels.classes[row.class].n_nodes();
-            chunk.nodes.resize(row.offset + n, Complex::default());
-            fill(r, &row, &mut chunk.nodes[row.offset..]);
-            chunk.cut(plan, &row);
-            chunk.rows.push(row);
+            let class = plan.channels.class_for(plan.turns_per_hz(uvw));
+            let row = Row { uvw: [0, 1, 2].map(|k| sign * uvw[k] * plan.scale[k]), class, offset: n_nodes, conjugate };
+            n_nodes += plan.channels.classes[class].n_nodes();
+            cut(plan, &row, rows.len() as u32, &mut runs);
+            rows.push(row);
         }
-        sort_by_key(&mut chunk.runs);
-        chunk
+        sort_by_key(&mut runs);
+        let keys = runs.iter().map(|r| r.key).collect();
+        let runs = runs.iter().map(|r| Run { row: r.row, lo: r.lo, hi: r.hi }).collect();
+        (Self { range, rows, n_nodes, runs }, keys)
     }
 
-    fn cut(&mut self, plan: &Plan<T>, row: &Row) {
-        let freq = &plan.channels.classes[row.class].freq_hz;
-        let half = plan.table.support as f64 / 2.0;
-        let (nu, nv) = (plan.nu as f64, plan.nv as f64);
-        let at = |f: f64, k: usize| row.uvw[k] * f;
-        let index = self.rows.len() as u32;
-        let mut lo = 0;
-        while lo < freq.len() {
-            let f = freq[lo];
-            let (u, origin_u) = tile_of(at(f, 0), half, 0.0, nu);
-            let (v, origin_v) = tile_of(at(f, 1), half, plan.below() as f64, nv);
-            let (slab, origin_w, step) = match &plan.w.basis {
-                WBasis::Powers { .. } => (0, 0.0, f64::INFINITY),
-                WBasis::Planes { first, step, table, .. } => {
-                    let start = ((at(f, 2) - first) / step - table.support as f64 / 2.0).ceil().max(0.0) as usize;
-                    let slab = start / SLAB;
-                    (slab, first + ((slab * SLAB) as f64 + table.support as f64 / 2.0) * step, *step)
-                }
-            };
-            let same = |f: f64| {
-                inside(at(f, 0), origin_u, TILE) && inside(at(f, 1), origin_v, TILE) && inside((at(f, 2) - origin_w) / step, 0.0, SLAB)
-            };
-            let hi = lo + 1 + freq[lo + 1..].iter().take_while(|f| same(**f)).count();
-            let key = ((slab * plan.tiles_v() + v) * plan.tiles_u() + u) as u64;
-            self.runs.push(Run { key, row: index, lo: lo as u32, hi: hi as u32 });
-            lo = hi;
-        }
-    }
-
-    fn segments(&self, chunk: usize) -> Vec<Segment> {
+    fn segments(&self, chunk: usize, keys: &[u64]) -> Vec<Segment> {
         let mut out = Vec::new();
         let mut first = 0;
-        for same in self.runs.chunk_by(|a, b| a.key == b.key) {
-            let weight = same.iter().map(|r| (r.hi - r.lo) as usize).sum();
-            out.push(Segment { key: same[0].key, chunk, runs: first..first + same.len(), weight });
-            first += same.len();
+        for same in keys.chunk_by(|a, b| a == b) {
+            let runs = first..first + same.len();
+            let weight = self.runs[runs.clone()].iter().map(|r| (r.hi - r.lo) as usize).sum();
+            first = runs.end;
+            out.push(Segment { key: same[0], chunk, runs, weight });
         }
         out
     }
 }
 
+/// Cut the nodes of a row into runs.
+fn cut<T: Real>(plan: &Plan<T>, row: &Row, index: u32, runs: &mut Vec<Keyed>) {
+    let freq = &plan.channels.classes[row.class].freq_hz;
+    let half = plan.table.support as f64 / 2.0;
+    let (nu, nv) = (plan.nu as f64, plan.nv as f64);
+    let at = |f: f64, k: usize| row.uvw[k] * f;
+    let mut lo = 0;
+    while lo < freq.len() {
+        let f = freq[lo];
+        let (u, origin_u) = tile_of(at(f, 0), half, 0.0, nu);
+        let (v, origin_v) = tile_of(at(f, 1), half, plan.below() as f64, nv);
+        let (slab, origin_w, step) = match &plan.w.basis {
+            WBasis::Powers { .. } => (0, 0.0, f64::INFINITY),
+            WBasis::Planes { first, step, table, .. } => {
+                let start = ((at(f, 2) - first) / step - table.support as f64 / 2.0).ceil().max(0.0) as usize;
+                let slab = start / SLAB;
+                (slab, first + ((slab * SLAB) as f64 + table.support as f64 / 2.0) * step, *step)
+            }
+        };
+        let same = |f: f64| {
+            inside(at(f, 0), origin_u, TILE) && inside(at(f, 1), origin_v, TILE) && inside((at(f, 2) - origin_w) / step, 0.0, SLAB)
+        };
+        let hi = lo + 1 + freq[lo + 1..].iter().take_while(|f| same(**f)).count();
+        let key = ((slab * plan.tiles_v() + v) * plan.tiles_u() + u) as u64;
+        runs.push(Keyed { key, row: index, lo: lo as u32, hi: hi as u32 });
+        lo = hi;
+    }
+}
+
 /// Counting sort where the keys are few enough, else by comparison.
-fn sort_by_key(runs: &mut Vec<Run>) {
+fn sort_by_key(runs: &mut Vec<Keyed>) {
     let lo = runs.iter().map(|r| r.key).min().unwrap_or(0);
     let hi = runs.iter().map(|r| r.key).max().unwrap_or(0);
     let n = (hi - lo) as usize + 1;
@@ -167,7 +207,7 @@ fn sort_by_key(runs: &mut Vec<Run>) {
     for k in 1..=n {
         next[k] += next[k - 1];
     }
-    let mut sorted = vec![Run { key: 0, row: 0, lo: 0, hi: 0 }; runs.len()];
+    let mut sorted = vec![Keyed::default(); runs.len()];
     for r in runs.iter() {
         let at = &mut next[(r.key - lo) as usize];
         sorted[*at] = *r;
@@ -177,14 +217,14 @@ fn sort_by_key(runs: &mut Vec<Run>) {
 }
 
 /// Shares of the rows of a block, one for about every thread.
-pub(crate) fn shares(n_rows: usize) -> Vec<Range<usize>> {
+fn shares(n_rows: usize) -> Vec<Range<usize>> {
     let parts = (2 * rayon::current_num_threads()).min(n_rows.div_ceil(256)).max(1);
     (0..parts).map(|k| n_rows * k / parts..n_rows * (k + 1) / parts).filter(|r| !r.is_empty()).collect()
 }
 
 /// All segments of all chunks in the order of the tiles, cut into tasks of about equal weight.
-pub(crate) fn tasks<T: Real>(chunks: &[Chunk<T>]) -> Vec<Vec<Segment>> {
-    let mut all: Vec<Segment> = chunks.par_iter().enumerate().flat_map_iter(|(i, c)| c.segments(i)).collect();
+fn tasks(chunks: &[Chunk], keys: &[Vec<u64>]) -> Vec<Vec<Segment>> {
+    let mut all: Vec<Segment> = chunks.par_iter().zip(keys).enumerate().flat_map_iter(|(i, (c, k))| c.segments(i, k)).collect();
     all.par_sort_by_key(|s| (s.key, s.chunk));
     let total: usize = all.iter().map(|s| s.weight).sum();
     let share = (total / (16 * rayon::current_num_threads())).max(2048);
@@ -206,7 +246,7 @@ pub(crate) fn tasks<T: Real>(chunks: &[Chunk<T>]) -> Vec<Vec<Segment>> {
 }
 
 /// A segment heavier than `share` in pieces, so that one crowded tile does not hold up the other threads.
-fn split<T>(segment: Segment, share: usize, chunks: &[Chunk<T>]) -> Vec<Segment> {
+fn split(segment: Segment, share: usize, chunks: &[Chunk]) -> Vec<Segment> {
     if segment.weight <= 2 * share {
         return vec![segment];
     }
@@ -236,9 +276,9 @@ mod tests {
 
     #[test]
     fn runs_come_out_in_the_order_of_their_tiles() {
-        let run = |key, row| Run { key, row, lo: 0, hi: 1 };
+        let run = |key, row| Keyed { key, row, lo: 0, hi: 1 };
         for spread in [1, 1_000_000] {
-            let mut runs: Vec<Run> = (0..200).map(|i| run((i * 7919) % 31 * spread, i as u32)).collect();
+            let mut runs: Vec<Keyed> = (0..200).map(|i| run((i * 7919) % 31 * spread, i as u32)).collect();
             sort_by_key(&mut runs);
             assert!(runs.windows(2).all(|p| (p[0].key, p[0].row) < (p[1].key, p[1].row)));
         }

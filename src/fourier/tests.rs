@@ -15,17 +15,23 @@ impl Noise {
     }
 }
 
-struct Case {
-    grid: SkyGrid,
-    plane: Array2<f64>,
-    uvw: Array2<f64>,
-    freq: Vec<f64>,
-    vis: Array2<Complex64>,
-    weights: Array2<f64>,
+pub(super) struct Case {
+    pub(super) grid: SkyGrid,
+    pub(super) plane: Array2<f64>,
+    pub(super) uvw: Array2<f64>,
+    pub(super) freq: Vec<f64>,
+    pub(super) vis: Array2<Complex64>,
+    pub(super) weights: Array2<f64>,
 }
 
 /// Random rows that fill the grid `reach` times over, and random pixels.
-fn case((n_l, n_m): (usize, usize), cell: f64, frame: SkyFrame, (rows, chans): (usize, usize), (reach, w_m): (f64, f64)) -> Case {
+pub(super) fn case(
+    (n_l, n_m): (usize, usize),
+    cell: f64,
+    frame: SkyFrame,
+    (rows, chans): (usize, usize),
+    (reach, w_m): (f64, f64),
+) -> Case {
     let mut noise = Noise(n_l as u64 * 31 + n_m as u64);
     let grid = SkyGrid::new(n_l, n_m, cell, frame).unwrap();
     let freq: Vec<f64> = (0..chans).map(|c| 1.0e9 + 2.0e7 * c as f64).collect();
@@ -37,11 +43,11 @@ fn case((n_l, n_m): (usize, usize), cell: f64, frame: SkyFrame, (rows, chans): (
     Case { grid, plane, uvw, freq, vis, weights }
 }
 
-fn sky() -> SkyFrame {
+pub(super) fn sky() -> SkyFrame {
     SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.0, frame: "icrs".into() }
 }
 
-fn relative<'a, I: Iterator<Item = (f64, f64)> + 'a>(pairs: I) -> f64 {
+pub(super) fn relative<'a, I: Iterator<Item = (f64, f64)> + 'a>(pairs: I) -> f64 {
     let (e, t) = pairs.fold((0.0, 0.0), |(e, t), (a, b)| (e + (a - b) * (a - b), t + b * b));
     (e / t).sqrt()
 }

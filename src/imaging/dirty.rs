@@ -3,15 +3,17 @@
 use super::ImagingOptions;
 use super::data::{Data, ReducedBlock, Survey};
 use super::pol::PolSelector;
+use super::session::{Residue, Session};
 use super::size::choose_grid;
 use super::weights::ImageWeights;
-use crate::fourier::{Degridder, Gridder, Real};
+use crate::fourier::Real;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis, s};
 use num_complex::Complex;
 use rayon::prelude::*;
+use std::any::Any;
 use std::ops::Range;
 
 /// Makes beams, dirty images and residuals of one product of a set.
@@ -25,6 +27,8 @@ pub struct Imager<'a> {
     /// Sum of the weights of the image over each output channel.
     sums: Vec<f64>,
     freq_hz: Vec<f64>,
+    /// The transform of the output channel that was imaged last, a [`Session`] of either precision.
+    session: Option<(usize, Box<dyn Any + Send + Sync>)>,
 }
 
 /// What a model leaves of the data.
@@ -92,20 +96,27 @@ impl<'a> Imager<'a> {
             observer.event(Event::Done);
         }
         let mut sums = vec![0.0; channels.len()];
-        data.for_each(
-            observer,
-            |_| (),
-            |block| {
-                weigh(block, &channels, &weights, &freq_hz);
-                for (range, sum) in channels.iter().zip(&mut sums) {
-                    let part = block.imaging.slice(s![.., range.clone()]);
-                    let rows: Vec<f64> = part.axis_iter(Axis(0)).into_par_iter().map(|r| r.iter().map(|w| f64::from(*w)).sum()).collect();
-                    *sum += rows.iter().sum::<f64>();
-                }
-                Ok(())
-            },
-        )?;
-        Ok(Self { data, options, grid, channels, weights, sums, freq_hz })
+        if weights.iter().all(ImageWeights::are_those_of_the_data) {
+            // The survey has summed them, and blocks come with them.
+            let channel_weight = &data.survey().channel_weight;
+            channels.iter().zip(&mut sums).for_each(|(range, sum)| *sum = channel_weight[range.clone()].iter().sum());
+        } else {
+            data.for_each(
+                observer,
+                |_| (),
+                |block| {
+                    weigh(block, &channels, &weights, &freq_hz);
+                    for (range, sum) in channels.iter().zip(&mut sums) {
+                        let part = block.imaging.slice(s![.., range.clone()]);
+                        let of_row = |r: ndarray::ArrayView1<'_, f32>| r.iter().map(|w| f64::from(*w)).sum();
+                        let rows: Vec<f64> = part.axis_iter(Axis(0)).into_par_iter().map(of_row).collect();
+                        *sum += rows.iter().sum::<f64>();
+                    }
+                    Ok(())
+                },
+            )?;
+        }
+        Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None })
     }
 
     /// Where the pixels are.
@@ -150,11 +161,10 @@ impl<'a> Imager<'a> {
     /// # Errors
     /// Whatever the source says.
     pub fn dirty(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
-        let grid = self.grid.clone();
         if self.options.grid_options().single_precision_suffices() {
-            self.pass::<f32>((&grid, channel), observer, "gridding", |v, w| v.scale(w))
+            self.whole::<f32>(channel, observer, "gridding", |v, w| v.scale(w))
         } else {
-            self.pass::<f64>((&grid, channel), observer, "gridding", |v, w| v.scale(w))
+            self.whole::<f64>(channel, observer, "gridding", |v, w| v.scale(w))
         }
     }
 
@@ -176,73 +186,98 @@ impl<'a> Imager<'a> {
         self.data.for_each(observer, |b| weigh(b, channels, weights, freq_hz), |block| work(block))
     }
 
-    /// Sum over all blocks of the values that `value` makes of (visibility, image weight), transformed and divided by
+    /// Take the transform of an output channel to the whole image, or make it.
+    fn session<T: Real>(&mut self, channel: usize) -> Result<Session<T>> {
+        if let Some((of, any)) = self.session.take()
+            && of == channel
+            && let Ok(session) = any.downcast::<Session<T>>()
+        {
+            return Ok(*session);
+        }
+        self.session_on(&self.grid, channel)
+    }
+
+    fn session_on<T: Real>(&self, grid: &SkyGrid, channel: usize) -> Result<Session<T>> {
+        let range = self.channels[channel].clone();
+        let n_vis = self.survey().counts.used * range.len() as u64 / self.freq_hz.len().max(1) as u64;
+        Session::new(grid, (range, &self.freq_hz), self.survey().extent, (&self.options.grid_options(), n_vis), self.mean_weight(channel))
+    }
+
+    /// Sum over all blocks of the values that `value` makes of (visibility, image weight), transformed to the whole image and divided by
     /// the sum of weights.
-    pub(super) fn pass<T: Real>(
+    pub(super) fn whole<T: Real>(
+        &mut self,
+        channel: usize,
+        observer: &dyn Observer,
+        name: &'static str,
+        value: impl Fn(Complex<T>, T) -> Complex<T> + Sync,
+    ) -> Result<Array2<f64>> {
+        let mut session = self.session::<T>(channel)?;
+        let image = self.pass((&mut session, channel), observer, name, value)?;
+        self.session = Some((channel, Box::new(session)));
+        Ok(image)
+    }
+
+    /// [`Imager::whole`] on a field of another size.
+    pub(super) fn field<T: Real>(
         &mut self,
         (grid, channel): (&SkyGrid, usize),
         observer: &dyn Observer,
         name: &'static str,
         value: impl Fn(Complex<T>, T) -> Complex<T> + Sync,
     ) -> Result<Array2<f64>> {
-        let range = self.channels[channel].clone();
-        let scale = self.mean_weight(channel);
-        let freq = &self.freq_hz[range.clone()];
-        let mut gridder = Gridder::<T>::new(grid, freq, self.data.survey().extent, &self.options.grid_options())?;
+        let mut session = self.session_on(grid, channel)?;
+        self.pass((&mut session, channel), observer, name, value)
+    }
+
+    fn pass<T: Real>(
+        &mut self,
+        (session, channel): (&mut Session<T>, usize),
+        observer: &dyn Observer,
+        name: &'static str,
+        value: impl Fn(Complex<T>, T) -> Complex<T> + Sync,
+    ) -> Result<Array2<f64>> {
         observer.event(Event::Phase { name, total: Some(self.data.survey().counts.total), unit: "vis" });
         let (channels, weights, all) = (&self.channels, &self.weights, &self.freq_hz);
+        let mut gridder = session.transform.gridder();
+        let cached = self.data.is_cached();
+        let mut number = 0;
         self.data.for_each(
             observer,
             |b| weigh(b, channels, weights, all),
             |block| {
-                let values = weighted::<T>(block, &range, scale, &value);
-                gridder.add(block.uvw_m.view(), values.view())
+                session.grid((number, cached), block, &mut gridder, &value)?;
+                number += 1;
+                Ok(())
             },
         )?;
-        let image = gridder.finish() * (scale / self.sums[channel].max(f64::MIN_POSITIVE));
+        let image = gridder.finish() * (session.scale / self.sums[channel].max(f64::MIN_POSITIVE));
         observer.event(Event::Done);
         Ok(image)
     }
 
     fn residual_in<T: Real>(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<Residual> {
-        let range = self.channels[channel].clone();
-        let scale = self.mean_weight(channel);
-        let (freq, extent, opts) = (self.freq_hz[range.clone()].to_vec(), self.data.survey().extent, self.options.grid_options());
         observer.event(Event::Phase { name: "residual", total: Some(self.data.survey().counts.total), unit: "vis" });
-        let degridder = Degridder::<T>::new(&self.grid, model, &freq, extent, &opts)?;
-        let mut gridder = Gridder::<T>::new(&self.grid, &freq, extent, &opts)?;
+        let mut session = self.session::<T>(channel)?;
+        let degridder = session.transform.degridder(model)?;
+        let mut gridder = session.transform.gridder();
         let (channels, weights, all) = (&self.channels, &self.weights, &self.freq_hz);
-        let (mut chi2, mut used) = (0.0, 0_u64);
+        let cached = self.data.is_cached();
+        let (mut left, mut number) = (Residue::default(), 0);
         self.data.for_each(
             observer,
             |b| weigh(b, channels, weights, all),
             |block| {
-                let mut values = Array2::from_elem((block.vis.nrows(), freq.len()), Complex::new(T::default(), T::default()));
-                degridder.predict(block.uvw_m.view(), values.view_mut())?;
-                let part = |(r, mut row): (usize, ndarray::ArrayViewMut1<'_, Complex<T>>)| {
-                    let (mut chi2, mut used) = (0.0, 0_u64);
-                    for (c, value) in range.clone().zip(row.iter_mut()) {
-                        let (v, w, i) = (block.vis[(r, c)], block.weight[(r, c)], block.imaging[(r, c)]);
-                        let d = Complex::new(T::of(f64::from(v.re)) - value.re, T::of(f64::from(v.im)) - value.im);
-                        if w > 0.0 {
-                            chi2 += f64::from(w) * d.norm_sqr().to64();
-                            used += 1;
-                        }
-                        *value = if i > 0.0 { d.scale(T::of(f64::from(i) / scale)) } else { Complex::default() };
-                    }
-                    (chi2, used)
-                };
-                let sums: Vec<(f64, u64)> = values.axis_iter_mut(Axis(0)).into_par_iter().enumerate().map(part).collect();
-                for (x, n) in sums {
-                    chi2 += x;
-                    used += n;
-                }
-                gridder.add(block.uvw_m.view(), values.view())
+                left += session.residual((number, cached), block, &degridder, &mut gridder)?;
+                number += 1;
+                Ok(())
             },
         )?;
-        let image = gridder.finish() * (scale / self.sums[channel].max(f64::MIN_POSITIVE));
+        drop(degridder);
+        let image = gridder.finish() * (session.scale / self.sums[channel].max(f64::MIN_POSITIVE));
+        self.session = Some((channel, Box::new(session)));
         observer.event(Event::Done);
-        Ok(Residual { image, chi2_per_datum: chi2 / (2.0 * used.max(1) as f64) })
+        Ok(Residual { image, chi2_per_datum: left.chi2 / (2.0 * left.used.max(1) as f64) })
     }
 
     /// Weights are divided by this before they meet single precision, so that their unit cannot overflow it.
@@ -251,25 +286,4 @@ impl<'a> Imager<'a> {
         let mean = self.sums[channel] / used;
         if mean > 0.0 && mean.is_finite() { mean } else { 1.0 }
     }
-}
-
-/// Values of the channels of a block to grid.
-fn weighted<T: Real>(
-    block: &ReducedBlock,
-    range: &Range<usize>,
-    scale: f64,
-    value: &(impl Fn(Complex<T>, T) -> Complex<T> + Sync),
-) -> Array2<Complex<T>> {
-    let mut out = Array2::from_elem((block.vis.nrows(), range.len()), Complex::new(T::default(), T::default()));
-    let part = s![.., range.clone()];
-    let (vis, imaging) = (block.vis.slice(part), block.imaging.slice(part));
-    out.axis_iter_mut(Axis(0)).into_par_iter().zip(vis.axis_iter(Axis(0))).zip(imaging.axis_iter(Axis(0))).for_each(|((mut o, v), w)| {
-        for ((o, v), w) in o.iter_mut().zip(v).zip(w) {
-            if *w > 0.0 {
-                let v = Complex::new(T::of(f64::from(v.re)), T::of(f64::from(v.im)));
-                *o = value(v, T::of(f64::from(*w) / scale));
-            }
-        }
-    });
-    out
 }

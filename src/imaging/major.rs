@@ -7,16 +7,20 @@
 //! # Reference
 //! Schwab 1984, AJ 89, 1076 (Cotton-Schwab).
 
+use super::components::merged;
+use super::continued::{Continue, Tool, Tools};
 use super::output::Kind;
 use super::restore::with_beam;
 use super::{Imager, Residual};
-use crate::deconvolve::{Component, DeconvolveOptions, Deconvolver, Entry, Minor, MinorLimits, MinorReport, MinorStop, TABLE, peak_of};
+use crate::deconvolve::{Component, DeconvolveOptions, Entry, Minor, MinorLimits, MinorReport, MinorStop, TABLE, peak_of};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{Image, RestoringBeam, VisUnit};
 use ndarray::Array2;
 use std::collections::BTreeMap;
 use std::time::Instant;
+
+pub use super::components::CleanComponent;
 
 /// How to clean.
 #[derive(Debug, Clone)]
@@ -104,21 +108,6 @@ impl StopReason {
     }
 }
 
-/// A component with its place.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CleanComponent {
-    /// Output channel.
-    pub channel: usize,
-    /// Direction cosines of its centre.
-    pub l: f64,
-    /// See `l`.
-    pub m: f64,
-    /// Flux: Jy, or K sr.
-    pub flux: f64,
-    /// Width of its scale, rad; 0 for a point.
-    pub scale_rad: f64,
-}
-
 /// What happened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CleanStatistics {
@@ -197,6 +186,8 @@ struct Channel {
     model: Array2<f64>,
     residual: Residual,
     components: Vec<Component>,
+    /// Given back where the model had come below its floor \[m, l\].
+    given_back: Array2<f64>,
     stop: StopReason,
     major: usize,
 }
@@ -206,10 +197,35 @@ struct Channel {
 /// # Errors
 /// Options out of range, a mask of another shape, a beam that no Gaussian fits, whatever the source says.
 pub fn clean(imager: &mut Imager<'_>, opts: &CleanOptions, observer: &dyn Observer) -> Result<CleanProducts> {
+    clean_from(imager, opts, &mut None, Continue::default(), observer)
+}
+
+/// As [`clean`], from an earlier model. `tools` are made where there are none or where they no longer fit, and stay for the next time.
+/// The components of the products are those of this run alone.
+///
+/// # Errors
+/// As [`clean`]; models of another shape than the image's.
+pub fn clean_from(
+    imager: &mut Imager<'_>,
+    opts: &CleanOptions,
+    tools: &mut Option<Tools>,
+    from: Continue<'_>,
+    observer: &dyn Observer,
+) -> Result<CleanProducts> {
     check(imager, opts)?;
     let mut clock = Clock::default();
-    let channels =
-        (0..imager.channels().len()).map(|k| clean_channel(imager, k, opts, (observer, &mut clock))).collect::<Result<Vec<_>>>()?;
+    let n = imager.channels().len();
+    if !from.models.is_empty() && (from.models.len() != n || from.models.iter().any(|m| m.dim() != (imager.grid().n_m, imager.grid().n_l)))
+    {
+        return Err(ChainError::Incompatible("the model to go on from has another shape than the image".into()));
+    }
+    let tools = match tools {
+        Some(made) if made.fit(imager) => made,
+        other => other.insert(clock.time("psf", || Tools::new(imager, opts, observer))?),
+    };
+    let channels = tools.all.iter_mut().enumerate();
+    let channels = channels.map(|(k, tool)| clean_channel((imager, k), opts, (tool, from), (observer, &mut clock)));
+    let channels = channels.collect::<Result<Vec<_>>>()?;
     products(imager, channels, clock)
 }
 
@@ -241,43 +257,45 @@ fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
 }
 
 fn clean_channel(
-    imager: &mut Imager<'_>,
-    k: usize,
+    (imager, k): (&mut Imager<'_>, usize),
     opts: &CleanOptions,
+    (tool, from): (&mut Tool, Continue<'_>),
     (observer, clock): (&dyn Observer, &mut Clock),
 ) -> Result<Channel> {
-    let psf = clock.time("psf", || imager.psf(k, observer))?;
-    let beam = imager.beam_of(&psf)?;
     let dirty = clock.time("dirty", || imager.dirty(k, observer))?;
-    let beam_px = (beam.bmaj_rad * beam.bmin_rad).sqrt() / imager.grid().cell_rad;
-    let settings = DeconvolveOptions { beam_px, ..opts.deconvolve.clone() };
-    let mut deconvolver = clock.time("minor", || (opts.algorithm.make)(psf.view(), &settings))?;
     let kelvin = imager.header().unit == VisUnit::KelvinSr;
+    let start = from.models.get(k);
     let run = Run {
         opts,
-        side_lobe: side_lobe(imager, &psf, &beam),
-        threshold: opts.threshold * if kelvin { beam.solid_angle_sr() } else { 1.0 },
-        beam_px: beam.bmaj_rad / imager.grid().cell_rad,
+        side_lobe: tool.side_lobe,
+        threshold: opts.threshold * if kelvin { tool.beam.solid_angle_sr() } else { 1.0 },
+        beam_px: tool.beam.bmaj_rad / imager.grid().cell_rad,
+        taken: start.filter(|_| from.subtracted),
+        from,
     };
     let mut state = Channel {
-        model: Array2::zeros(dirty.dim()),
+        model: start.cloned().unwrap_or_else(|| Array2::zeros(dirty.dim())),
         residual: Residual { image: dirty.clone(), chi2_per_datum: f64::NAN },
         components: Vec::new(),
+        given_back: Array2::zeros(dirty.dim()),
         stop: StopReason::MajorCycles,
         major: 0,
-        psf,
-        beam,
+        psf: tool.psf.clone(),
+        beam: tool.beam,
         dirty,
     };
-    run.cycles(imager, k, &mut *deconvolver, &mut state, (observer, clock))?;
-    if state.residual.chi2_per_datum.is_nan() {
-        state.residual = clock.time("major", || imager.residual(k, state.model.view(), observer))?;
+    if start.is_some() && !from.subtracted {
+        state.residual = clock.time("major", || run.residual(imager, k, &state.model, observer))?;
+    }
+    run.cycles(imager, k, &mut *tool.deconvolver, &mut state, (observer, clock))?;
+    if state.residual.chi2_per_datum.is_nan() && from.exact {
+        state.residual = clock.time("major", || run.residual(imager, k, &state.model, observer))?;
     }
     Ok(state)
 }
 
 /// Largest absolute value of the beam outside its main lobe.
-fn side_lobe(imager: &Imager<'_>, psf: &Array2<f64>, beam: &RestoringBeam) -> f64 {
+pub(super) fn side_lobe(imager: &Imager<'_>, psf: &Array2<f64>, beam: &RestoringBeam) -> f64 {
     let grid = imager.grid();
     let (sin, cos) = beam.bpa_rad.sin_cos();
     let outside = |i: usize, j: usize| {
@@ -293,21 +311,40 @@ struct Run<'a> {
     side_lobe: f64,
     threshold: f64,
     beam_px: f64,
+    /// Part of the model that is not in the data any more.
+    taken: Option<&'a Array2<f64>>,
+    from: Continue<'a>,
 }
 
 impl Run<'_> {
+    fn residual(&self, imager: &mut Imager<'_>, k: usize, model: &Array2<f64>, observer: &dyn Observer) -> Result<Residual> {
+        match self.taken {
+            Some(taken) => imager.residual(k, (model - taken).view(), observer),
+            None => imager.residual(k, model.view(), observer),
+        }
+    }
+
+    /// Bring the model up to its floor.
+    fn lift(&self, state: &mut Channel) {
+        let Some(floor) = self.from.floor else { return };
+        for (value, back) in state.model.iter_mut().zip(&mut state.given_back).filter(|(v, _)| **v < floor) {
+            *back += floor - *value;
+            *value = floor;
+        }
+    }
+
     fn cycles(
         &self,
         imager: &mut Imager<'_>,
         k: usize,
-        deconvolver: &mut dyn Deconvolver,
+        deconvolver: &mut dyn crate::deconvolve::Deconvolver,
         state: &mut Channel,
         (observer, clock): (&dyn Observer, &mut Clock),
     ) -> Result<()> {
         let o = self.opts;
         let mut auto = o.auto_mask.map(|_| Array2::from_elem(state.dirty.dim(), false));
         let mut least = f64::INFINITY;
-        let mut best: Option<(Array2<f64>, Residual, usize)> = None;
+        let mut best: Option<(Array2<f64>, Residual, usize, Array2<f64>)> = None;
         loop {
             let rms = robust_rms(&state.residual.image);
             if let (Some(mask), Some(sigmas)) = (&mut auto, o.auto_mask) {
@@ -325,15 +362,23 @@ impl Run<'_> {
             }
             // Grown by a factor over the best: what was done since does harm.
             if number > 0 && !(peak <= 1.5 * least) {
-                if let Some((model, residual, n)) = best.take() {
-                    (state.model, state.residual) = (model, residual);
+                if let Some((model, residual, n, given_back)) = best.take() {
+                    (state.model, state.residual, state.given_back) = (model, residual, given_back);
                     state.components.truncate(n);
                 }
                 return self.stop(state, StopReason::Diverged, observer);
             }
             if peak < least {
                 least = peak;
-                best = Some((state.model.clone(), state.residual.clone(), iterations));
+                match &mut best {
+                    Some((model, residual, n, given_back)) => {
+                        model.assign(&state.model);
+                        residual.image.assign(&state.residual.image);
+                        given_back.assign(&state.given_back);
+                        (residual.chi2_per_datum, *n) = (state.residual.chi2_per_datum, iterations);
+                    }
+                    None => best = Some((state.model.clone(), state.residual.clone(), iterations, state.given_back.clone())),
+                }
             }
             let level = self.threshold.max(o.nsigma * rms);
             if let Some(reason) = self.reason(peak, level, state) {
@@ -348,7 +393,12 @@ impl Run<'_> {
             state.major += 1;
             let took = report.iterations;
             state.components.extend(report.components);
-            state.residual = clock.time("major", || imager.residual(k, state.model.view(), observer))?;
+            self.lift(state);
+            if !self.from.exact && state.major >= o.max_major {
+                state.residual.chi2_per_datum = f64::NAN;
+                return self.stop(state, StopReason::MajorCycles, observer);
+            }
+            state.residual = clock.time("major", || self.residual(imager, k, &state.model, observer))?;
             if took == 0 {
                 let reason = if report.stop == MinorStop::Diverged { StopReason::Diverged } else { StopReason::Nothing };
                 return self.stop(state, reason, observer);
@@ -413,7 +463,9 @@ fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Re
     let mut components = Vec::new();
     let (mut psfs, mut dirties, mut models, mut residuals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (channel, c) in channels.into_iter().enumerate() {
-        components.extend(merged(&grid, channel, &c.components));
+        let back = c.given_back.indexed_iter().filter(|(_, f)| **f != 0.0);
+        let back = back.map(|((row, column), flux)| Component { row, column, flux: *flux, scale_px: 0.0 });
+        components.extend(merged(&grid, channel, c.components.into_iter().chain(back)));
         psfs.push(c.psf);
         dirties.push(c.dirty);
         models.push(c.model);
@@ -436,20 +488,4 @@ fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Re
         statistics,
         beams,
     })
-}
-
-/// Components of one place and scale as one.
-fn merged(grid: &cittert_arrays::SkyGrid, channel: usize, components: &[Component]) -> Vec<CleanComponent> {
-    let mut sums: BTreeMap<(usize, usize, u64), f64> = BTreeMap::new();
-    for c in components {
-        *sums.entry((c.row, c.column, c.scale_px.to_bits())).or_default() += c.flux;
-    }
-    let place = |((row, column, scale), flux): ((usize, usize, u64), f64)| CleanComponent {
-        channel,
-        l: grid.l_at(column as f64),
-        m: grid.m_at(row as f64),
-        flux,
-        scale_rad: f64::from_bits(scale) * grid.cell_rad,
-    };
-    sums.into_iter().map(place).collect()
 }

@@ -5,6 +5,8 @@
 
 mod beam_fit;
 mod cells;
+mod components;
+mod continued;
 mod data;
 mod dirty;
 pub mod major;
@@ -12,18 +14,23 @@ mod output;
 mod pol;
 mod psf;
 mod restore;
+mod session;
 mod size;
 pub mod weights;
 
+#[cfg(test)]
+mod cycle_tests;
 #[cfg(test)]
 pub(crate) mod fixtures;
 #[cfg(test)]
 mod tests;
 
 pub use beam_fit::fit_beam;
+pub use components::joined;
+pub use continued::{Continue, Tools};
 pub use data::{Data, ReducedBlock, Survey};
 pub use dirty::{Imager, Residual};
-pub use major::{CleanProducts, clean};
+pub use major::{CleanProducts, clean, clean_from};
 pub(crate) use output::Kind;
 pub use output::{ImagingInfo, dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};

@@ -21,8 +21,13 @@ impl Imager<'_> {
         if !(self.sum_of_weights(channel) > 0.0) {
             return Err(ChainError::NoData(format!("output channel {channel} has no usable visibility, hence no beam")));
         }
-        let grid = self.grid().clone();
-        self.psf_on(&grid, channel, observer)
+        let single = self.options().grid_options().single_precision_suffices();
+        let psf = if single {
+            self.whole::<f32>(channel, observer, "beam", |_, w| Complex::new(w, 0.0))?
+        } else {
+            self.whole::<f64>(channel, observer, "beam", |_, w| Complex::new(w, 0.0))?
+        };
+        Ok(normalised(psf))
     }
 
     /// The middle of the dirty beam with all of its main lobe \[m, l\], which is what a restoring beam is fitted to. A small field needs
@@ -43,16 +48,20 @@ impl Imager<'_> {
     }
 
     fn psf_on(&mut self, grid: &SkyGrid, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
-        let mut psf = if self.options().grid_options().single_precision_suffices() {
-            self.pass::<f32>((grid, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
+        let psf = if self.options().grid_options().single_precision_suffices() {
+            self.field::<f32>((grid, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
         } else {
-            self.pass::<f64>((grid, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
+            self.field::<f64>((grid, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
         };
-        // The sum is 1 to the error of the transform; the peak is made exact so that CLEAN removes exactly what it takes.
-        let center = (psf.nrows() / 2, psf.ncols() / 2);
-        let peak = psf[center];
-        psf /= peak;
-        psf[center] = 1.0;
-        Ok(psf)
+        Ok(normalised(psf))
     }
+}
+
+/// The sum is 1 to the error of the transform; the peak is made exact so that CLEAN removes exactly what it takes.
+fn normalised(mut psf: Array2<f64>) -> Array2<f64> {
+    let center = (psf.nrows() / 2, psf.ncols() / 2);
+    let peak = psf[center];
+    psf /= peak;
+    psf[center] = 1.0;
+    psf
 }

@@ -121,6 +121,12 @@ impl ImageWeights {
         !self.cells.is_empty()
     }
 
+    /// True where the weights of the image are those of the data.
+    #[must_use]
+    pub fn are_those_of_the_data(&self) -> bool {
+        self.cells.is_empty() && self.options.taper_rad.is_none() && self.options.inner_taper_rad.is_none()
+    }
+
     /// Index of the cell of (u, v) in wavelengths, folded to v >= 0; what lies outside the grid wraps, as it does in the image.
     fn cell(&self, u: f64, v: f64) -> usize {
         let (u, v) = if v < 0.0 { (-u, -v) } else { (u, v) };
@@ -204,7 +210,7 @@ impl ImageWeights {
 
     /// Put the weights of the image of these channels into a block.
     pub fn apply(&self, block: &mut ReducedBlock, channels: &Range<usize>, freq_hz: &[f64]) {
-        let plain = self.cells.is_empty() && self.options.taper_rad.is_none() && self.options.inner_taper_rad.is_none();
+        let plain = self.are_those_of_the_data();
         let ReducedBlock { uvw_m, weight, imaging, .. } = block;
         imaging.axis_iter_mut(Axis(0)).into_par_iter().zip(weight.axis_iter(Axis(0))).zip(uvw_m.axis_iter(Axis(0))).for_each(
             |((mut imaging, weight), uvw)| {

@@ -6,7 +6,8 @@
 //! # Reference
 //! Nocedal 1980, Math. Comput. 35, 773.
 
-use ndarray::{Array2, Zip};
+use ndarray::Array2;
+use rayon::prelude::*;
 use std::collections::VecDeque;
 
 /// Differences of the last steps.
@@ -18,15 +19,55 @@ pub(super) struct Memory {
 
 #[derive(Debug, Clone)]
 struct Pair {
-    step: Array2<f64>,
-    data: Array2<f64>,
-    penalty: Array2<f64>,
+    step: Vec<f64>,
+    data: Vec<f64>,
+    penalty: Vec<f64>,
+    /// Products: of the step with itself, the data and the penalty, and of those two with each other (data data, data penalty,
+    /// penalty penalty). They give every product that a lambda needs.
+    step_with: [f64; 3],
+    sides: [f64; 3],
 }
 
-fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
-    let mut sum = 0.0;
-    Zip::from(a).and(b).for_each(|a, b| sum += a * b);
-    sum
+/// Pixels that one task takes. A fixed length, so that any number of threads gives the same sums.
+const SHARE: usize = 1 << 15;
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let parts = a.par_chunks(SHARE).zip(b.par_chunks(SHARE));
+    let sums: Vec<f64> = parts.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b).sum()).collect();
+    sums.iter().sum()
+}
+
+impl Pair {
+    fn new(step: Vec<f64>, data: Vec<f64>, penalty: Vec<f64>) -> Self {
+        let step_with = [dot(&step, &step), dot(&step, &data), dot(&step, &penalty)];
+        let sides = [dot(&data, &data), dot(&data, &penalty), dot(&penalty, &penalty)];
+        Self { step, data, penalty, step_with, sides }
+    }
+
+    /// Step times step, step times y, y times y for y = penalty + lambda data.
+    fn products(&self, lambda: f64) -> (f64, f64, f64) {
+        let [ss, sd, sp] = self.step_with;
+        let [dd, dp, pp] = self.sides;
+        (ss, sp + lambda * sd, pp + lambda * (2.0 * dp + lambda * dd))
+    }
+
+    /// Add a multiple of y to q.
+    fn add_y(&self, factor: f64, lambda: f64, q: &mut [f64]) {
+        let sides = self.data.par_chunks(SHARE).zip(self.penalty.par_chunks(SHARE));
+        q.par_chunks_mut(SHARE).zip(sides).for_each(|(q, (data, penalty))| {
+            for ((q, d), p) in q.iter_mut().zip(data).zip(penalty) {
+                *q += factor * (p + lambda * d);
+            }
+        });
+    }
+
+    fn y_times(&self, lambda: f64, q: &[f64]) -> f64 {
+        dot(&self.penalty, q) + lambda * dot(&self.data, q)
+    }
+
+    fn add_step(&self, factor: f64, q: &mut [f64]) {
+        q.par_chunks_mut(SHARE).zip(self.step.par_chunks(SHARE)).for_each(|(q, s)| q.iter_mut().zip(s).for_each(|(q, s)| *q += factor * s));
+    }
 }
 
 impl Memory {
@@ -47,33 +88,34 @@ impl Memory {
         if self.pairs.len() == self.depth {
             self.pairs.pop_front();
         }
-        self.pairs.push_back(Pair { step, data, penalty });
+        let flat = |a: Array2<f64>| a.into_iter().collect::<Vec<f64>>();
+        self.pairs.push_back(Pair::new(flat(step), flat(data), flat(penalty)));
     }
 
     /// The direction -B g for this lambda; minus the gradient where nothing is remembered.
     pub(super) fn direction(&self, gradient: &Array2<f64>, lambda: f64) -> Array2<f64> {
-        let mut q = gradient.mapv(|g| -g);
+        let mut q: Vec<f64> = gradient.iter().map(|g| -g).collect();
         let mut used = Vec::with_capacity(self.pairs.len());
         for pair in self.pairs.iter().rev() {
-            let mut y = pair.penalty.clone();
-            y.scaled_add(lambda, &pair.data);
-            let curvature = dot(&pair.step, &y);
-            let (yy, ss) = (dot(&y, &y), dot(&pair.step, &pair.step));
+            let (ss, curvature, yy) = pair.products(lambda);
             if !(curvature > 1e-10 * (yy * ss).sqrt()) {
                 continue;
             }
             let a = dot(&pair.step, &q) / curvature;
-            q.scaled_add(-a, &y);
-            used.push((pair, y, curvature, yy, a));
+            pair.add_y(-a, lambda, &mut q);
+            used.push((pair, curvature, yy, a));
         }
-        if let Some((_, _, curvature, yy, _)) = used.first() {
-            q *= curvature / yy;
+        if let Some((_, curvature, yy, _)) = used.first() {
+            let scale = curvature / yy;
+            q.iter_mut().for_each(|q| *q *= scale);
         }
-        for (pair, y, curvature, _, a) in used.iter().rev() {
-            let b = dot(y, &q) / curvature;
-            q.scaled_add(a - b, &pair.step);
+        for (pair, curvature, _, a) in used.iter().rev() {
+            let b = pair.y_times(lambda, &q) / curvature;
+            pair.add_step(a - b, &mut q);
         }
-        q
+        let mut direction = Array2::zeros(gradient.dim());
+        direction.iter_mut().zip(q).for_each(|(d, q)| *d = q);
+        direction
     }
 }
 

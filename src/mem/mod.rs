@@ -21,6 +21,7 @@ pub mod regulariser;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
+pub mod vlbi;
 mod vtess;
 
 pub use beam::BeamHessian;
@@ -32,4 +33,5 @@ pub use imager::{MemGoals, MemImager, MemState, Method, Progress};
 pub use noise::{HandsNoise, Noise, noise_from_hands};
 pub use objective::{Multipliers, Objective, Point};
 pub use pipeline::{Flux, MemOptions, MemProducts, Prior, announce_noise, flux_of_one, mem};
+pub(crate) use pipeline::{prepared, sum_inside};
 pub use uncertainty::{Uncertainty, uncertainty};

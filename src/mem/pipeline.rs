@@ -225,12 +225,13 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemOptions, (observer, seco
     Ok(Channel { model, residual: residual.image, sigma, beam, certificate })
 }
 
-fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> f64 {
+/// Sum over the pixels of a mask, or over all.
+pub(crate) fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> f64 {
     inside.map_or_else(|| image.sum(), |m| image.iter().zip(m).filter(|(_, m)| **m).map(|(v, _)| v).sum())
 }
 
 /// The penalty for a prior, and the imager around it.
-fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemOptions) -> Result<MemImager> {
+pub(crate) fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemOptions) -> Result<MemImager> {
     super::regulariser::check_prior(&prior, objective.inside.as_ref())?;
     let count = objective.inside.as_ref().map_or(prior.len(), |m| m.iter().filter(|x| **x).count());
     objective.unit = sum_inside(&prior, objective.inside.as_ref()) / count.max(1) as f64;

@@ -9,12 +9,14 @@
 //! | [`layout`] | antennas on the ground or in the aperture plane |
 //! | [`VisPlot`] | amplitude and phase against baseline length |
 //! | [`curves`] | lines with error bars and a legend |
+//! | [`grey()`] | the bare pixels of a plane |
 
 mod antennas;
 mod axes;
 mod canvas;
 mod colors;
 mod curves;
+mod grey;
 mod heat;
 pub mod report;
 mod uv;
@@ -22,6 +24,7 @@ mod visibilities;
 
 pub use antennas::layout;
 pub use curves::{CurveOptions, Series, Style, curves};
+pub use grey::grey;
 pub use heat::{ImagePlot, Range, Stretch, image, residual, uv_mask};
 pub use uv::uv_coverage;
 pub use visibilities::VisPlot;

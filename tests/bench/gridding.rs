@@ -9,9 +9,7 @@ use cittert_arrays::{SkyFrame, SkyGrid};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use ndarray::Array2;
 use num_complex::Complex32;
-use tracks::{Tracks, tracks};
-
-const CELL_RAD: f64 = 0.25 / 206_264.806;
+use tracks::{CELL_RAD, Tracks, tracks};
 
 fn grid(n: usize) -> SkyGrid {
     SkyGrid::new(n, n, CELL_RAD, SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.5, frame: "icrs".into() }).expect("a small field")

@@ -68,6 +68,18 @@ fn every_round_is_recorded_and_the_best_one_kept() {
 }
 
 #[test]
+fn fewer_rounds_leave_none_of_an_earlier_run() {
+    let s = point("--sefd 420Jy");
+    let line = "selfcal v.uvh5 -o sc --start point --solint int --improvement 0 --patience 9 --size 64 --cell 15arcsec --niter 50";
+    s.ok(&format!("{line} --rounds 3"));
+    assert!(s.path("sc-round3.calh5").exists());
+    s.fails(&format!("{line} --rounds 1"), 1, &["--overwrite"]);
+    s.ok(&format!("{line} --rounds 1 --overwrite"));
+    let rounds: Vec<String> = s.names().into_iter().filter(|n| n.starts_with("sc-round")).collect();
+    assert_eq!(rounds, ["sc-round1-image.fits", "sc-round1.calh5", "sc-rounds.jsonl"]);
+}
+
+#[test]
 fn gains_applied_and_put_back_leave_the_data() {
     let s = point("");
     s.ok("corrupt v.uvh5 -o c.uvh5 --seed 2 --phase-rms 1rad --amp-rms 0.2 --delay-rms 2ns --variation walk:2min --bandpass-ripple 0.1");

@@ -6,4 +6,5 @@ mod docs;
 mod mem;
 mod physics;
 mod run;
+mod scenes;
 mod study;

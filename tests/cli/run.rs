@@ -84,7 +84,7 @@ fn the_examples_are_valid_and_the_schema_is_current() {
     let schema = s.ok("run --schema").out;
     let stored = std::fs::read_to_string(examples.join("run.schema.json")).unwrap();
     assert_eq!(schema.trim(), stored.trim(), "write it anew: cittert run --schema > docs/examples/run.schema.json");
-    for name in ["first-light.toml", "millimetre-imager.toml"] {
+    for name in ["airport.toml", "first-light.toml", "millimetre-imager.toml"] {
         s.ok(&format!("run {} --check", examples.join(name).display()));
     }
 }

@@ -102,6 +102,7 @@ fn a_killed_study_goes_on_where_it_stopped() {
     while lines() < 6 && started.elapsed() < Duration::from_secs(60) {
         std::thread::sleep(Duration::from_millis(2));
     }
+    s.fails("study c.toml -o out", 1, &["another process", "out"]);
     // SIGKILL: nothing of the program runs any more.
     child.kill().unwrap();
     child.wait().unwrap();
@@ -115,7 +116,7 @@ fn a_killed_study_goes_on_where_it_stopped() {
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     for (from, to, words) in [
-        ("rms = \"5deg\"", "rms = \"5\"", vec!["c.toml", "errors.phase", "unit"]),
+        ("rms = \"5deg\"", "rms = \"5\"", vec!["c.toml", "errors.phase (line 16)", "unit"]),
         ("[errors.phase]", "[errors.fase]", vec!["fase", "phase, amplitude"]),
         ("niter = 1", "iterations = 1", vec!["c.toml", "iterations", "line"]),
         ("values = [12, 14]", "values = [12, 100]", vec!["layout.antennas = 100", "2 to the"]),

@@ -63,3 +63,34 @@ fn gains_of_another_array_and_files_that_are_no_gains_are_refused() {
     s.fails("compare c.calh5 c.calh5 --shift", 2, &["--gradient"]);
     s.fails("compare d.fits d.fits --gradient", 2, &["gain tables"]);
 }
+
+/// The list of what may be wrong with a set that is to be self-calibrated: each is an error that says what, or flagged and counted.
+#[test]
+fn what_cannot_be_solved_is_said_or_flagged_and_counted() {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,1000.0\n");
+    let layout = |n: usize| {
+        let antennas = (0..n).map(|k| {
+            let (x, y) = ((k * k) as f64 * 0.1, ((7 * k) % 5) as f64 * 0.1);
+            format!("[[antenna]]\nname = \"A{k}\"\nposition_m = [{x}, {y}, 0.0]\nsefd_jy = 1e4\n")
+        });
+        format!("name = \"t\"\nframe = \"boresight\"\n{}", antennas.collect::<String>())
+    };
+    let simulate = "--scene s.csv --freq 94GHz --bandwidth 1GHz --integration 10s --duration 20s --method dft";
+    // One antenna alone has no baseline.
+    s.write("one.toml", layout(1));
+    s.fails(&format!("simulate --layout one.toml {simulate} -o one.uvh5"), 1, &["antenna"]);
+    // Two antennas have one: the phase between them is found, and said to be all that there is.
+    s.write("two.toml", layout(2));
+    s.ok(&format!("simulate --layout two.toml {simulate} -o two.uvh5"));
+    let said = s.json(&format!("selfcal two.uvh5 -o two {IMAGE} --start point --solint inf"));
+    assert_eq!(said["rounds"][0]["gains_flagged"].as_object().map(serde_json::Map::len), Some(0), "{said}");
+    // An antenna whose data are all flagged has no gain, and is counted.
+    s.write("six.toml", layout(6));
+    s.ok(&format!("simulate --layout six.toml {simulate} -o six.uvh5"));
+    s.write("silent.toml", "[[error]]\nkind = \"dropout\"\nfraction = 0.3\nmean_s = 1000.0\nnoticed = true\n");
+    s.ok("corrupt six.uvh5 -o silent.uvh5 --config silent.toml --seed 2");
+    let said = s.json(&format!("selfcal silent.uvh5 -o silent {IMAGE} --start point --solint inf"));
+    assert!(said["rounds"][0]["gains_flagged"]["no data"].as_u64() > Some(0), "{said}");
+    assert!(said["n_flagged_for_want_of_a_gain"].is_u64());
+}

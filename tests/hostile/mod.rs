@@ -5,3 +5,4 @@ mod files;
 mod imaging;
 mod options;
 mod physics;
+mod scenes;

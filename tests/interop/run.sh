@@ -20,7 +20,7 @@ export CITTERT_SAMPLES=${CITTERT_SAMPLES:-$(dirname "$CITTERT")/examples/samples
 [ -f "$SHARED/peers/setup.sh" ] || fail "there is no $SHARED/peers/setup.sh: set CITTERT_SHARED to the folder of shared data"
 
 # A network that drops a download is tried again; what is still missing then is named.
-MODULES="pyuvdata casatools casatasks casacore ehtim astropy pytest"
+MODULES="pyuvdata ducc0 casatools casatasks casacore ehtim astropy pytest"
 missing() {
   if [ ! -f "$PEERS/env.sh" ]; then
     echo "everything"

@@ -1,8 +1,11 @@
 """A source off the centre through UVFITS and MS: pyuvdata, CASA, WSClean and ehtim find it; mirrored and conjugated copies are found out."""
 import os
+import shutil
 
+import h5py
 import numpy as np
 import pytest
+from casacore import tables
 from pyuvdata import UVData
 from test_ms import C, CELL, SIZE, beam, casa, peak, plain_sum, sky_set, strict, wsclean
 
@@ -50,7 +53,7 @@ def spoil(path, out, uvw=(1, 1, 1), conjugate=False):
 def by_pyuvdata(folder, name):
     """The dirty image as a plain sum over what pyuvdata reads; its convention is exp(+2 pi i (u l + v m))."""
     uv = UVData()
-    uv.read_uvfits(os.path.join(folder, name), run_check=False)
+    uv.read(os.path.join(folder, name), run_check=False)
     uvw = uv.uvw_array[:, None, :] * uv.freq_array[None, :, None] / C
     u, v = uvw[..., 0].ravel(), uvw[..., 1].ravel()
     vis = np.where(uv.flag_array, 0, uv.data_array).mean(axis=2).ravel()
@@ -103,6 +106,25 @@ def test_a_uvfits_shows_the_source_in_its_place(exported, read):
 def test_a_measurement_set_shows_the_source_in_its_place(exported, read):
     cittert, uv = exported
     assert off(read(cittert.folder, "x.ms", "image")) < 0.1 * beam(uv)
+    for name, change in WRONG.items():
+        shutil.copytree(cittert.path("x.ms"), cittert.path(f"{name}.ms"))
+        with tables.table(cittert.path(f"{name}.ms"), readonly=False, ack=False) as t:
+            t.putcol("UVW", t.getcol("UVW") * np.array(change.get("uvw", (1, 1, 1))))
+            t.putcol("DATA", t.getcol("DATA").conj() if change.get("conjugate") else t.getcol("DATA"))
+        assert off(read(cittert.folder, f"{name}.ms", f"image-{name}")) > beam(uv), name
+
+
+def test_our_uvh5_shows_the_source_in_its_place(exported):
+    cittert, uv = exported
+    cittert("convert", "x.uvfits", "back.uvh5")
+    assert off(by_pyuvdata(cittert.folder, "back.uvh5")) < 0.1 * beam(uv)
+    for name, change in WRONG.items():
+        shutil.copy(cittert.path("back.uvh5"), cittert.path(f"{name}.uvh5"))
+        with h5py.File(cittert.path(f"{name}.uvh5"), "a") as f:
+            f["Header/uvw_array"][...] = f["Header/uvw_array"][()] * np.array(change.get("uvw", (1, 1, 1)))
+            if change.get("conjugate"):
+                f["Data/visdata"][...] = f["Data/visdata"][()].conj()
+        assert off(by_pyuvdata(cittert.folder, f"{name}.uvh5")) > beam(uv), name
 
 
 def test_our_own_image_shows_it_there_too(exported):

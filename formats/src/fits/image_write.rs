@@ -5,6 +5,8 @@ use super::{HeaderWriter, LinearAxis, padding};
 use crate::atomic::AtomicFile;
 use crate::{FormatError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyFrame};
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
@@ -17,7 +19,7 @@ pub struct ImageOptions {
     pub double: bool,
 }
 
-/// Write an image or cube.
+/// Write an image or cube, compressed where the name ends in `.gz`.
 ///
 /// One beam goes into BMAJ, BMIN, BPA of the header; beams that differ between channels go into a BEAMS table too, and channels that
 /// are not evenly spaced into a CHANNELS table.
@@ -25,32 +27,47 @@ pub struct ImageOptions {
 /// # Errors
 /// As [`AtomicFile::create`]; a full disk; polarisations that make no regular STOKES axis.
 pub fn write_image(path: &Path, image: &Image, options: ImageOptions) -> Result<()> {
-    let header = header(path, image, options)?;
+    let header = header(path, image, options)?.finish();
     let out = AtomicFile::create(path, options.overwrite)?;
     let io = |e| FormatError::io(path, "write", e);
-    let mut file = BufWriter::with_capacity(1 << 16, out.open()?);
-    file.write_all(&header.finish()).map_err(io)?;
+    let file = BufWriter::with_capacity(1 << 16, out.open()?);
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
+        // The time of writing is left out of the gzip header, so that equal images are equal files.
+        let mut packed = GzEncoder::new(file, Compression::default());
+        write_content(&mut packed, &header, image, options).map_err(io)?;
+        packed.finish().and_then(|mut file| file.flush()).map_err(io)?;
+    } else {
+        let mut file = file;
+        write_content(&mut file, &header, image, options).map_err(io)?;
+        file.flush().map_err(io)?;
+    }
+    out.commit()
+}
+
+/// Header, pixels and tables.
+fn write_content(file: &mut impl Write, header: &[u8], image: &Image, options: ImageOptions) -> std::io::Result<()> {
+    file.write_all(header)?;
     // In FITS order the channel axis runs before the STOKES axis, so the planes of one polarisation follow each other.
     for pol in 0..image.polarizations.len() {
         for chan in 0..image.spectrum.n_chan() {
             for value in image.plane(chan, pol) {
-                let written =
-                    if options.double { file.write_all(&value.to_be_bytes()) } else { file.write_all(&(*value as f32).to_be_bytes()) };
-                written.map_err(io)?;
+                if options.double {
+                    file.write_all(&value.to_be_bytes())?;
+                } else {
+                    file.write_all(&(*value as f32).to_be_bytes())?;
+                }
             }
         }
     }
     let len = image.data.len() as u64 * if options.double { 8 } else { 4 };
-    file.write_all(&vec![0; padding(len) as usize]).map_err(io)?;
+    file.write_all(&vec![0; padding(len) as usize])?;
     if several_beams(image) {
-        file.write_all(&beams_table(&image.beams, image.polarizations.len())).map_err(io)?;
+        file.write_all(&beams_table(&image.beams, image.polarizations.len()))?;
     }
     if !even_channels(image) {
-        file.write_all(&channels_table(image)).map_err(io)?;
+        file.write_all(&channels_table(image))?;
     }
-    file.flush().map_err(io)?;
-    drop(file);
-    out.commit()
+    Ok(())
 }
 
 /// True where one beam does not serve all channels.

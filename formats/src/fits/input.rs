@@ -102,7 +102,13 @@ impl Input {
 
     /// Read until the buffer is full or the file ends; how many bytes there were.
     pub(crate) fn read_some(&mut self, buffer: &mut [u8]) -> Result<usize> {
-        let got = read_up_to(&mut self.source, buffer).map_err(|e| FormatError::io(&self.path, "read", e))?;
+        let got = read_up_to(&mut self.source, buffer).map_err(|e| match self.source {
+            Source::Plain(_) => FormatError::io(&self.path, "read", e),
+            Source::Gzip(_) => {
+                let place = format!("gzip stream, behind byte {} of what it holds", self.position);
+                FormatError::malformed(&self.path, place, "whole compressed data", e.to_string())
+            }
+        })?;
         self.position += got as u64;
         Ok(got)
     }

@@ -45,11 +45,14 @@ impl Table {
         let axes = header.axes()?;
         let bad = |what: &str, found: String| FormatError::malformed(header.path(), name.clone(), what, found);
         let &[row_bytes, rows] = &axes[..] else { return Err(bad("two axes", format!("{}", axes.len()))) };
+        let own = row_bytes.checked_mul(rows).filter(|own| *own <= bytes);
+        let own =
+            own.ok_or_else(|| bad(&format!("{rows} rows of {row_bytes} bytes"), format!("{bytes} bytes by BITPIX, PCOUNT, GCOUNT")))?;
         input.demand(&name, bytes)?;
-        let mut data = vec![0; (row_bytes * rows) as usize];
+        let mut data = vec![0; own as usize];
         input.read_exact(&name, &mut data)?;
         // A missing last padding is forgiven, as every reader does.
-        let rest = bytes - row_bytes * rows + padding(bytes);
+        let rest = bytes - own + padding(bytes);
         let _ = input.read_some(&mut vec![0; rest.min(1 << 20) as usize])?;
         let mut columns = Vec::new();
         let mut offset = 0usize;

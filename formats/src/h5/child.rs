@@ -15,20 +15,24 @@ use std::ptr::null_mut;
 use std::sync::atomic::{AtomicU8, Ordering::SeqCst};
 use std::sync::{Mutex, PoisonError};
 
-/// Longest time that a worker may compute on one file, s; a good one takes milliseconds.
-pub(super) const PATIENCE_S: i64 = 5;
+/// Longest time that a worker may compute on a small file, s, and on each 16 MiB of a larger one; a good one takes milliseconds.
+const PATIENCE_S: u64 = 1;
 /// Longest time for one file where the disk is slow, s.
 const LONG_PATIENCE_S: u32 = 60;
-/// Memory that a worker may take above what the process has, bytes.
-const MORE_MEMORY: u64 = 1 << 30;
+/// Memory that a worker may take above what the process has and twice the file, bytes.
+const MORE_MEMORY: u64 = 2 << 30;
+/// Answer in place of a signal where the file made the library ask for more memory than that.
+pub(super) const NO_MEMORY: i32 = 255;
+/// Answer where the look itself found what must not be read.
+pub(super) const UNSOUND: i32 = 254;
 /// Files that one worker looks at.
 const FILES_OF_A_WORKER: usize = 500;
 /// Exit codes of a worker: the program is gone; another one shall follow.
 const ALONE: i32 = 0;
 const NEXT: i32 = 1;
 
-/// What a worker does with a file.
-type Look = fn(&Path);
+/// What a worker does with a file; false where it must not be read.
+type Look = fn(&Path) -> bool;
 
 /// The keeper, seen from the program.
 struct Child {
@@ -209,17 +213,31 @@ fn alone(requests: &File, replies: &File, lasting: bool) {
 fn work(requests: &File, replies: &File, busy: &AtomicU8, look: Look) -> ! {
     // SAFETY: ends the process at once.
     let end = |code| unsafe { libc::_exit(code) };
-    bound_memory();
+    let had = memory();
     for _ in 0..FILES_OF_A_WORKER {
         let Ok(path) = next(requests) else { end(ALONE) };
         busy.store(1, SeqCst);
-        bound_time(LONG_PATIENCE_S, PATIENCE_S);
+        let bytes = std::fs::metadata(&path).map_or(0, |m| m.len());
+        if had > 0 {
+            bound_memory(had.saturating_add(MORE_MEMORY).saturating_add(bytes.saturating_mul(2)));
+        }
+        // A failure of another kind, so that the mark below is this file's.
+        // SAFETY: there is no such file.
+        unsafe { libc::close(-1) };
+        bound_time(LONG_PATIENCE_S, PATIENCE_S * (1 + (bytes >> 24)));
         // A panic is for the program to meet as well.
-        let _ = catch_unwind(AssertUnwindSafe(|| look(&path)));
+        let sound = catch_unwind(AssertUnwindSafe(|| look(&path))).unwrap_or(true);
         bound_time(0, 0);
         busy.store(0, SeqCst);
-        if (&*replies).write_all(&[0]).is_err() {
+        // The program has no bound: where this process got no memory the library would go on there, and may crash. The C library
+        // leaves this mark, which nothing takes away but another failure.
+        let greedy = Error::last_os_error().raw_os_error() == Some(libc::ENOMEM);
+        let answer = if greedy { NO_MEMORY } else { i32::from(!sound) * UNSOUND };
+        if (&*replies).write_all(&[answer as u8]).is_err() {
             end(ALONE);
+        }
+        if greedy {
+            break;
         }
         if open_objects(H5F_OBJ_FILE | H5F_OBJ_DATASET | H5F_OBJ_GROUP) != 0 {
             break;
@@ -238,9 +256,9 @@ fn next(mut requests: &File) -> Result<PathBuf> {
 }
 
 /// End this process after so much time on the wall and of computing, s; 0 for never.
-fn bound_time(wall: u32, computing: i64) {
+fn bound_time(wall: u32, computing: u64) {
     let zero = libc::timeval { tv_sec: 0, tv_usec: 0 };
-    let timer = libc::itimerval { it_interval: zero, it_value: libc::timeval { tv_sec: computing, tv_usec: 0 } };
+    let timer = libc::itimerval { it_interval: zero, it_value: libc::timeval { tv_sec: computing as libc::time_t, tv_usec: 0 } };
     // SAFETY: plain calls; the timer outlives them.
     unsafe {
         libc::alarm(wall);
@@ -248,16 +266,22 @@ fn bound_time(wall: u32, computing: i64) {
     }
 }
 
-/// Bound the memory of this process.
-fn bound_memory() {
+/// Address space that this process has, bytes; 0 where the system does not say.
+fn memory() -> u64 {
     let digits = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = digits.split(' ').next().and_then(|n| n.parse::<u64>().ok()).unwrap_or(0);
-    if pages > 0 {
-        // SAFETY: plain calls; the limit outlives them.
-        unsafe {
-            let page = u64::try_from(libc::sysconf(libc::_SC_PAGESIZE)).unwrap_or(4096);
-            let bytes = pages.saturating_mul(page).saturating_add(MORE_MEMORY);
-            libc::setrlimit(libc::RLIMIT_AS, &libc::rlimit { rlim_cur: bytes, rlim_max: bytes });
+    // SAFETY: a plain call.
+    pages.saturating_mul(u64::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).unwrap_or(4096))
+}
+
+/// Bound the address space of this process. The hard bound stays, so that the next file may have another one.
+fn bound_memory(bytes: u64) {
+    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+    // SAFETY: plain calls; the limit outlives them.
+    unsafe {
+        if libc::getrlimit(libc::RLIMIT_AS, &mut limit) == 0 {
+            limit.rlim_cur = bytes.min(limit.rlim_max);
+            libc::setrlimit(libc::RLIMIT_AS, &limit);
         }
     }
 }

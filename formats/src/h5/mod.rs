@@ -6,11 +6,14 @@ mod child;
 mod probe;
 mod read;
 mod strings;
+mod types;
 mod write;
 
 pub(crate) use read::H5In;
 pub use write::Compression;
 pub(crate) use write::{H5Out, Rows};
+
+use types::members;
 
 use crate::FormatError;
 use std::path::Path;
@@ -19,12 +22,12 @@ use std::path::Path;
 pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// An error of the library, with its place in the file.
-fn failed(path: &Path, place: &str, error: &hdf5::Error) -> FormatError {
+fn failed(path: &Path, place: &str, expected: &'static str, error: &hdf5::Error) -> FormatError {
     let text = error.to_string();
     // Where the system refused, the library wraps its words into file descriptors and the hidden name of the output.
     let system = text.split("error message = '").nth(1).and_then(|t| t.split('\'').next());
     let message = system.map_or_else(|| text.replace('\n', " "), String::from);
-    FormatError::Hdf5 { path: path.into(), place: place.into(), message }
+    FormatError::Hdf5 { path: path.into(), place: place.into(), expected, message }
 }
 
 /// True where the file is HDF5 and has a dataset of that name.

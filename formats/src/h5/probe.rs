@@ -1,8 +1,10 @@
 //! Look at a file in a child process first: the system's HDF5 library crashes or loops on some damaged files, and no handler can
 //! catch that, but a parent can. The child visits every object and reads what a reader would read first.
 
-use super::child::{PATIENCE_S, look_at};
+use super::child::{NO_MEMORY, UNSOUND, look_at};
+use super::members;
 use super::read::H5In;
+use crate::rehearse::rehearse;
 use crate::{FormatError, Result};
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, Group};
@@ -11,6 +13,7 @@ use num_complex::Complex;
 use std::collections::VecDeque;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
@@ -19,10 +22,15 @@ const SMALL: usize = 1 << 17;
 /// Deepest nesting of groups that is looked at, and most objects.
 const DEEPEST: usize = 8;
 const MOST_OBJECTS: usize = 10_000;
+/// Most members of a type: the library compares types in a time that grows with the square of it.
+const MOST_MEMBERS: usize = 1024;
 /// Files remembered as good.
 const REMEMBERED: usize = 16;
 /// A file that changed so shortly ago may change again without a change of its stamp: the clock of file systems ticks every few ms.
 const YOUNG: Duration = Duration::from_millis(50);
+
+/// True in the child process, which reads what it looks at.
+static CHILD: AtomicBool = AtomicBool::new(false);
 
 /// What tells one state of a file from another: device, inode, size, time of change (s, ns).
 type Stamp = (u64, u64, u64, i64, i64);
@@ -32,6 +40,9 @@ static GOOD: Mutex<VecDeque<Stamp>> = Mutex::new(VecDeque::new());
 
 /// Refuse a file that ends the process which reads it.
 pub(super) fn probe(path: &Path) -> Result<()> {
+    if CHILD.load(Relaxed) {
+        return Ok(());
+    }
     let meta = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
     let stamp = (meta.dev(), meta.ino(), meta.size(), meta.mtime(), meta.mtime_nsec());
     if GOOD.lock().unwrap_or_else(PoisonError::into_inner).contains(&stamp) {
@@ -55,44 +66,56 @@ pub(super) fn probe(path: &Path) -> Result<()> {
 /// What was wrong, where a child dies of the file. Where no child can be started the file is not looked at.
 fn in_a_child(path: &Path) -> Option<String> {
     let mut signal = look_at(path, look_through)?;
-    if signal != 0 {
+    if ![0, NO_MEMORY, UNSOUND, libc::SIGPROF].contains(&signal) {
         // An earlier file may have hurt the process without ending it: the next one has seen no other file.
         signal = look_at(path, look_through)?;
     }
     match signal {
         0 => None,
-        libc::SIGALRM | libc::SIGPROF => Some(format!("damage on which HDF5 never ends (stopped after {PATIENCE_S} s of computing)")),
+        UNSOUND => Some(format!("a type of more than {MOST_MEMBERS} members")),
+        NO_MEMORY => Some("sizes in it that no memory holds".into()),
+        libc::SIGALRM | libc::SIGPROF => Some("damage on which HDF5 computes without end".into()),
         signal => Some(format!("damage on which HDF5 crashes (signal {signal})")),
     }
 }
 
-/// Open a file and visit all that is in it.
-fn look_through(path: &Path) {
-    if let Ok(file) = H5In::open_unseen(path)
-        && let Some(root) = file.group("")
-    {
-        visit(&file, &root, "", 0, &mut 0);
+/// Open a file and visit all that is in it; false where a type has too many members.
+fn look_through(path: &Path) -> bool {
+    CHILD.store(true, Relaxed);
+    let Ok(file) = H5In::open_unseen(path) else { return true };
+    let sound = file.group("").is_none_or(|root| visit(&file, &root, "", 0, &mut 0));
+    drop(file);
+    if sound && std::io::Error::last_os_error().raw_os_error() != Some(libc::ENOMEM) {
+        rehearse(path);
     }
+    sound
 }
 
 /// Read every dataset below a group as far as a reader would at first. Errors are for the parent to meet and to word.
-fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize) {
+fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize) -> bool {
     for member in group.member_names().unwrap_or_default() {
         *seen += 1;
-        if *seen > MOST_OBJECTS {
-            return;
+        if *seen > MOST_OBJECTS || std::io::Error::last_os_error().raw_os_error() == Some(libc::ENOMEM) {
+            return true;
         }
         let name = format!("{name}/{member}");
-        match group.dataset(&member) {
-            Ok(dataset) => look(file, &dataset, &name),
-            Err(_) if depth < DEEPEST => {
-                if let Ok(group) = group.group(&member) {
-                    visit(file, &group, &name, depth + 1, seen);
-                }
+        let sound = match group.dataset(&member) {
+            Ok(dataset) if members(&dataset) > MOST_MEMBERS => false,
+            Ok(dataset) => {
+                look(file, &dataset, &name);
+                true
             }
-            Err(_) => {}
+            Err(_) if depth >= DEEPEST => true,
+            Err(_) => match group.group(&member) {
+                Ok(inner) => visit(file, &inner, &name, depth + 1, seen),
+                Err(_) => true,
+            },
+        };
+        if !sound {
+            return false;
         }
     }
+    true
 }
 
 /// Read a dataset as what it is: whole, or its first and last row.

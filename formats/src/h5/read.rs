@@ -18,6 +18,9 @@ const MOST_WHOLE: usize = 1 << 24;
 /// HDF5's number of the bitshuffle filter.
 const BITSHUFFLE: i32 = 32008;
 
+/// What a dataset should be.
+const SOUND: &str = "data that can be read (are they damaged?)";
+
 /// Shape of a dataset.
 type Shape = Vec<usize>;
 
@@ -51,7 +54,7 @@ impl H5In {
     /// Open a file that was not looked at in a child process.
     pub(super) fn open_unseen(path: &Path) -> Result<Self> {
         let bytes = std::fs::metadata(path).map_err(|e| FormatError::io(path, "read", e))?.len();
-        let file = hdf5::File::open(path).map_err(|e| failed(path, "HDF5 structure (truncated or damaged?)", &e))?;
+        let file = hdf5::File::open(path).map_err(|e| failed(path, "HDF5 structure", "a whole file (is it truncated or damaged?)", &e))?;
         Ok(Self { file, path: path.into(), bytes })
     }
 
@@ -70,7 +73,7 @@ impl H5In {
                 return Ok(None);
             }
         }
-        self.file.dataset(name).map(Some).map_err(|e| failed(&self.path, name, &e))
+        self.file.dataset(name).map(Some).map_err(|e| failed(&self.path, name, SOUND, &e))
     }
 
     /// The dataset of that name, or an error that names it.
@@ -98,7 +101,7 @@ impl H5In {
     /// Names in a group; none where there is no such group.
     pub(crate) fn members(&self, group: &str) -> Result<Vec<String>> {
         match self.group(group) {
-            Some(g) => g.member_names().map_err(|e| failed(&self.path, group, &e)),
+            Some(g) => g.member_names().map_err(|e| failed(&self.path, group, SOUND, &e)),
             None => Ok(Vec::new()),
         }
     }
@@ -114,7 +117,7 @@ impl H5In {
     }
 
     fn fail(&self, name: &str, error: &hdf5::Error) -> FormatError {
-        failed(&self.path, name, error)
+        failed(&self.path, name, SOUND, error)
     }
 
     /// Shape of a dataset, after checks that the file can hold what it claims and that its filters are known.
@@ -254,10 +257,10 @@ impl H5In {
 
     /// Rows of a dataset, converted by the library to `T`.
     pub(crate) fn rows<T: H5Type, D: Dimension>(&self, dataset: &Dataset, name: &str, rows: Range<usize>) -> Result<ndarray::Array<T, D>> {
-        let mut parts = vec![SliceOrIndex::from(rows)];
+        let mut parts = vec![SliceOrIndex::from(rows.clone())];
         parts.extend((1..dataset.ndim()).map(|_| SliceOrIndex::from(..)));
-        let all: ArrayD<T> =
-            dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))).map_err(|e| self.fail(name, &e))?;
+        let place = |e: &hdf5::Error| self.fail(&format!("{name}, rows {} to {}", rows.start, rows.end.saturating_sub(1)), e);
+        let all: ArrayD<T> = dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))).map_err(|e| place(&e))?;
         // The old fourth axis of length 1 disappears here.
         let mut all = all;
         while D::NDIM.is_some_and(|n| all.ndim() > n) {

@@ -22,6 +22,9 @@ pub enum Compression {
 /// Largest chunk, bytes: well inside the library's cache of 1 MiB for each dataset, so that runs of rows never read a chunk back.
 const CHUNK_BYTES: usize = 1 << 18;
 
+/// What should become of an output.
+const WRITTEN: &str = "room on the disk and leave to write";
+
 /// An HDF5 file being written beside its final name.
 pub(crate) struct H5Out {
     // Order matters: the file must be closed before the hidden file is removed.
@@ -42,7 +45,7 @@ impl H5Out {
         let out = AtomicFile::create(path, overwrite)?;
         // The structures of HDF5 1.10 carry checksums, so damage is found when a file is read.
         let file = hdf5::File::with_options().with_fapl(|p| p.libver_v110()).create(out.path());
-        let file = file.map_err(|e| failed(path, "new HDF5 file", &e))?;
+        let file = file.map_err(|e| failed(path, "new HDF5 file", WRITTEN, &e))?;
         Ok(Self { file, out })
     }
 
@@ -52,7 +55,7 @@ impl H5Out {
     }
 
     fn fail(&self, name: &str, error: &hdf5::Error) -> FormatError {
-        failed(self.path(), name, error)
+        failed(self.path(), name, WRITTEN, error)
     }
 
     /// Make a group with its parents.
@@ -151,8 +154,8 @@ impl H5Out {
     pub(crate) fn finish(self) -> Result<()> {
         let Self { file, out } = self;
         // Closing alone may hide that the last bytes found no room.
-        file.flush().map_err(|e| failed(out.target(), "flush to disk", &e))?;
-        file.close().map_err(|e| failed(out.target(), "close", &e))?;
+        file.flush().map_err(|e| failed(out.target(), "flush to disk", WRITTEN, &e))?;
+        file.close().map_err(|e| failed(out.target(), "close", WRITTEN, &e))?;
         out.commit()
     }
 }

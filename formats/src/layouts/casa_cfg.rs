@@ -36,7 +36,7 @@ impl LayoutFormat for CasaCfg {
 
     fn read(&self, text: &str, context: &ReadContext) -> Result<ArrayLayout> {
         let Some((line, system)) = text::comment(text, "coordsys") else {
-            return Err(LayoutError::Missing("there is no '# coordsys=' line: say XYZ, LOC or UTM".into()));
+            return Err(LayoutError::Missing("expected a line '# coordsys=' with XYZ, LOC or UTM, found none".into()));
         };
         let mut antennas = Vec::new();
         for l in text::lines(text) {

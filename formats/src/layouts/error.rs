@@ -20,23 +20,23 @@ pub enum LayoutError {
     #[error(transparent)]
     Io(#[from] std::io::Error),
     /// A folder that is not an OSKAR telescope model.
-    #[error("it is a folder, expected a layout file (or an OSKAR telescope model with a layout.txt)")]
+    #[error("expected a layout file (or an OSKAR telescope model with a layout.txt), found a folder")]
     Folder,
     /// A file too large to be a layout.
-    #[error("it is larger than {limit} bytes, which no antenna layout is")]
+    #[error("expected a layout of at most {limit} bytes, found a larger file")]
     TooLarge {
         /// Largest size that is read.
         limit: u64,
     },
     /// Nothing in the file.
-    #[error("the file is empty, expected an antenna layout")]
+    #[error("expected an antenna layout, found an empty file")]
     Empty,
     /// Bytes that are not UTF-8 text.
-    #[error("the file is not text, expected an antenna layout")]
+    #[error("expected an antenna layout, found a file that is no text")]
     NotText,
     /// Text of no known format.
     #[error(
-        "the text is none of the known layouts: TOML, CASA .cfg (with '# coordsys='), eht-imaging (NAME X Y Z SEFDR SEFDL), pyuvsim csv \
+        "expected a layout, found a text that is none of the known ones: TOML, CASA .cfg (with '# coordsys='), eht-imaging (NAME X Y Z SEFDR SEFDL), pyuvsim csv \
          (Name Number BeamID E N U), OSKAR or Miriad (columns of numbers)"
     )]
     Unknown,
@@ -62,6 +62,6 @@ pub enum LayoutError {
         reason: String,
     },
     /// A layout that is not valid.
-    #[error(transparent)]
+    #[error("expected values that make a layout, found this: {0}")]
     Array(#[from] ArrayError),
 }

@@ -1,7 +1,7 @@
 //! Our own TOML; the format itself is in `arrays`, where the built-in layouts are read.
 
-use super::{LayoutFormat, ReadContext, Result};
-use cittert_arrays::{ArrayLayout, LayoutFrame};
+use super::{LayoutError, LayoutFormat, ReadContext, Result};
+use cittert_arrays::{ArrayError, ArrayLayout, LayoutFrame};
 
 pub(super) struct Native;
 
@@ -27,7 +27,10 @@ impl LayoutFormat for Native {
     }
 
     fn read(&self, text: &str, context: &ReadContext) -> Result<ArrayLayout> {
-        let layout = ArrayLayout::from_toml(text)?;
+        let layout = ArrayLayout::from_toml(text).map_err(|e| match e {
+            ArrayError::Parse(fault) => LayoutError::Missing(format!("expected TOML as in the page on layouts, found this: {fault}")),
+            other => other.into(),
+        })?;
         let Some(site) = context.site.filter(|_| layout.site().is_some()) else { return Ok(layout) };
         let mut moved = ArrayLayout::new(layout.name.clone(), LayoutFrame::EastNorthUp(site), layout.antennas().to_vec())?;
         moved.source = layout.source;

@@ -60,7 +60,9 @@ pub(super) fn commented_site(text: &str) -> Result<Option<Site>> {
         (Some(lat), Some(lon), altitude_m) => {
             Ok(Some(Site { latitude_rad: lat.to_radians(), longitude_rad: lon.to_radians(), altitude_m: altitude_m.unwrap_or(0.0) }))
         }
-        _ => Err(LayoutError::Missing("a site in comments needs both '# latitude_deg = ' and '# longitude_deg = '".into())),
+        _ => Err(LayoutError::Missing(
+            "expected both '# latitude_deg = ' and '# longitude_deg = ' where there is one, found only one of them".into(),
+        )),
     }
 }
 
@@ -76,7 +78,7 @@ pub(super) fn local_layout(text: &str, context: &ReadContext, antennas: Vec<Ante
         None if boresight => LayoutFrame::Boresight,
         None => {
             return Err(LayoutError::Missing(
-                "the file holds no site: give one, or write '# latitude_deg = ', '# longitude_deg = ' and '# altitude_m = ' lines into it \
+                "expected a site, found none in the file: give one, or write '# latitude_deg = ', '# longitude_deg = ' and '# altitude_m = ' lines into it \
                  (or '# frame = boresight')"
                     .into(),
             ));

@@ -1,11 +1,11 @@
 //! Phase centres as rows of FIELD: sidereal ones as they are, others as the point of the sky that they see.
 
 use super::codes::frame_code;
+use crate::drift::{apparent_direction, catalogue};
 use crate::{FormatError, Result};
 use cittert_arrays::astrometry::LocalSky;
 use cittert_arrays::{PhaseCenter, PhaseCenterKind, Site, VisibilityHeader};
 use std::collections::HashMap;
-use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
 /// A row of FIELD.
@@ -133,7 +133,9 @@ impl Fields {
                     (Field { name, ra_rad: ra, dec_rad: dec, frame: "ICRS", source_id }, still)
                 } else {
                     let (ra_rad, dec_rad, turn_rad) = catalogue(&sky, ra, dec).map_err(|e| FormatError::values(&self.path, e))?;
-                    (Field { name, ra_rad, dec_rad, frame: "ICRS", source_id }, Pointing { field, turn_rad, stop_w: true })
+                    // A driftscan has the phase of w taken off towards its direction already.
+                    let stop_w = kind == PhaseCenterKind::Unprojected;
+                    (Field { name, ra_rad, dec_rad, frame: "ICRS", source_id }, Pointing { field, turn_rad, stop_w })
                 }
             }
         };
@@ -147,65 +149,4 @@ fn frame(path: &Path, center: &PhaseCenter) -> Result<&'static str> {
         let what = format!("phase centre {:?} is in the frame {:?}, which no Measurement Set knows", center.name, center.frame);
         FormatError::unsupported(path, what)
     })
-}
-
-/// Apparent right ascension and declination of a direction fixed to the Earth.
-fn apparent_direction(kind: PhaseCenterKind, latitude_rad: f64, lst_rad: f64) -> (f64, f64) {
-    let (az, el) = match kind {
-        PhaseCenterKind::Driftscan { az_rad, el_rad } => (az_rad, el_rad),
-        _ => (0.0, FRAC_PI_2),
-    };
-    let (sin_lat, cos_lat) = latitude_rad.sin_cos();
-    let (north, east, up) = (el.cos() * az.cos(), el.cos() * az.sin(), el.sin());
-    // Axes towards the meridian, the west and the pole.
-    let (x, y, z) = (up * cos_lat - north * sin_lat, -east, up * sin_lat + north * cos_lat);
-    ((lst_rad - y.atan2(x)).rem_euclid(TAU), z.atan2(x.hypot(y)))
-}
-
-fn unit(ra: f64, dec: f64) -> [f64; 3] {
-    [dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin()]
-}
-
-/// ICRS direction whose apparent place is the given one, and the position angle of its frame: what the sky moves the direction by
-/// is taken off it, again and again; each round leaves less than a hundredth of the error.
-fn catalogue(sky: &LocalSky, ra: f64, dec: f64) -> Result<(f64, f64, f64), cittert_arrays::ArrayError> {
-    let want = unit(ra, dec);
-    let mut v = want;
-    let mut turn = 0.0;
-    for _ in 0..12 {
-        let (r, d) = (v[1].atan2(v[0]).rem_euclid(TAU), v[2].atan2(v[0].hypot(v[1])));
-        let place = sky.apparent_place(r, d, "icrs")?;
-        let got = unit(place.ra_rad, place.dec_rad);
-        turn = place.frame_pa_rad;
-        v = [0, 1, 2].map(|k| v[k] + want[k] - got[k]);
-    }
-    Ok((v[1].atan2(v[0]).rem_euclid(TAU), v[2].atan2(v[0].hypot(v[1])), turn))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_direction_is_found_whose_apparent_place_is_the_zenith() {
-        for lat in [-1.2_f64, -0.536, 0.0, 0.6, 1.5] {
-            let site = Site { latitude_rad: lat, longitude_rad: 0.37, altitude_m: 1000.0 };
-            let sky = LocalSky::at(2_458_432.843, &site).unwrap();
-            let (ra, dec) = apparent_direction(PhaseCenterKind::Unprojected, lat, sky.lst_rad());
-            let offset = (ra - sky.lst_rad() + 3.0).rem_euclid(TAU) - 3.0;
-            assert!(offset.abs() < 1e-12 && (dec - lat).abs() < 1e-12);
-            let (r, d, _) = catalogue(&sky, ra, dec).unwrap();
-            let place = sky.apparent_place(r, d, "icrs").unwrap();
-            let (a, b) = (unit(place.ra_rad, place.dec_rad), unit(ra, dec));
-            assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-12), "{lat}");
-        }
-    }
-
-    #[test]
-    fn a_direction_in_the_east_has_yet_to_culminate() {
-        let kind = PhaseCenterKind::Driftscan { az_rad: FRAC_PI_2, el_rad: 0.3 };
-        let (ra, dec) = apparent_direction(kind, 0.0, 1.0);
-        // On the equator the east point is 6 h before the meridian: right ascension is larger than the sidereal time.
-        assert!((ra - (1.0 + FRAC_PI_2 - 0.3)).abs() < 1e-12 && dec.abs() < 1e-12);
-    }
 }

@@ -1,12 +1,14 @@
 //! The row of Measurement Sets in the table of formats.
 
 use super::{MsColumn, MsOptions, MsSource, MsWriter, is_measurement_set};
-use crate::Result;
-use crate::registry::{Created, VisibilityFormat};
-use cittert_arrays::{VisibilityHeader, VisibilitySource};
+use crate::registry::{Created, VisibilityFormat, refuse_options};
+use crate::{ColumnSink, CreateOptions, FormatError, Result, VisColumn};
+use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource};
+use ndarray::ArrayView3;
+use num_complex::Complex;
 use std::path::Path;
 
-/// Measurement Sets: DATA is read and written.
+/// Measurement Sets: DATA, MODEL_DATA and CORRECTED_DATA are read and written.
 #[derive(Debug, Clone, Copy)]
 pub struct MeasurementSet;
 
@@ -31,9 +33,60 @@ impl VisibilityFormat for MeasurementSet {
         Ok(Box::new(MsSource::open(path, MsColumn::Data)?))
     }
 
-    fn create(&self, path: &Path, header: &VisibilityHeader, overwrite: bool) -> Result<Option<Created>> {
-        let writer = MsWriter::create(path, header, MsOptions { overwrite, ..MsOptions::default() })?;
+    fn columns(&self, path: &Path) -> Result<Vec<VisColumn>> {
+        let has = MsSource::open(path, MsColumn::Data)?.columns();
+        Ok(VisColumn::ALL.into_iter().skip(1).filter(|c| MsColumn::of(*c).is_some_and(|m| has.contains(&m))).collect())
+    }
+
+    fn open_column(&self, path: &Path, column: VisColumn) -> Result<Box<dyn VisibilitySource>> {
+        let what = || FormatError::unsupported(path, format!("a Measurement Set has no column {:?}", column.name()));
+        Ok(Box::new(MsSource::open(path, MsColumn::of(column).ok_or_else(what)?)?))
+    }
+
+    fn keeps(&self, column: VisColumn) -> bool {
+        MsColumn::of(column).is_some()
+    }
+
+    fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>> {
+        refuse_options(self, path, options)?;
+        let has = |c| options.columns.contains(&c);
+        let how = MsOptions {
+            model: has(VisColumn::Model),
+            corrected: has(VisColumn::Corrected),
+            overwrite: options.overwrite,
+            linear_hands: false,
+        };
+        let writer = MsWriter::create(path, header, how)?;
         let notes = writer.notes().to_vec();
-        Ok(Some(Created { sink: Box::new(writer), notes }))
+        let sink = Columns { writer, columns: options.columns.clone() };
+        Ok(Some(Created { sink: Box::new(sink), notes }))
+    }
+}
+
+/// A Measurement Set and the order in which its columns are given.
+struct Columns {
+    writer: MsWriter,
+    columns: Vec<VisColumn>,
+}
+
+impl ColumnSink for Columns {
+    fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()> {
+        let given = |column| self.columns.iter().position(|c| *c == column).and_then(|k| columns.get(k)).cloned();
+        let (model, corrected) = (given(VisColumn::Model), given(VisColumn::Corrected));
+        self.writer.write_with(block, model, corrected)
+    }
+}
+
+impl VisibilitySink for Columns {
+    fn write_block(&mut self, block: &VisibilityBlock) -> Result<(), ArrayError> {
+        self.writer.write_block(block)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), ArrayError> {
+        Box::new(self.writer).finish()
+    }
+
+    fn finish_with_notes(self: Box<Self>) -> Result<Vec<String>, ArrayError> {
+        Box::new(self.writer).finish_with_notes()
     }
 }

@@ -55,14 +55,14 @@ pub enum MsColumn {
 }
 
 impl MsColumn {
-    /// The column that a user calls `data`, `corrected` or `model`.
+    /// The column of the same meaning, where there is one.
     #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        match name {
-            "data" => Some(Self::Data),
-            "corrected" => Some(Self::Corrected),
-            "model" => Some(Self::Model),
-            _ => None,
+    pub fn of(column: crate::VisColumn) -> Option<Self> {
+        match column {
+            crate::VisColumn::Data => Some(Self::Data),
+            crate::VisColumn::Corrected => Some(Self::Corrected),
+            crate::VisColumn::Model => Some(Self::Model),
+            crate::VisColumn::Residual => None,
         }
     }
 

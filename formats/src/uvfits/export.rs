@@ -1,12 +1,11 @@
 //! What UVFITS cannot hold as it is, and what becomes of it: each change is a note for the user and for the history.
 
+use crate::drift::Drift;
 use crate::uvh5::{NOMINAL_SITE, site_of};
-use crate::{FormatError, Result};
 use cittert_arrays::astrometry::LocalSky;
 use cittert_arrays::{
     ArrayError, BOLTZMANN_J_K, PhaseCenter, PhaseCenterKind, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, VisUnit, VisibilityHeader,
 };
-use std::path::Path;
 
 /// How one polarisation of the file comes from those of the set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,9 +45,9 @@ pub(super) struct Export {
 
 impl Export {
     /// Decide how a set with this header is written. `stokes_i` keeps a set of Stokes I as it is.
-    pub(super) fn of(path: &Path, header: &VisibilityHeader, stokes_i: bool) -> Result<Self> {
+    pub(super) fn of(header: &VisibilityHeader, stokes_i: bool) -> Self {
         let mut notes = Vec::new();
-        check_phase_centers(path, header, &mut notes)?;
+        moving_centers(header, &mut notes);
         let pols = polarizations(header, stokes_i, &mut notes);
         let windows = windows(&header.spectrum, &mut notes);
         let (jy, unit) = units(header, &mut notes);
@@ -56,26 +55,21 @@ impl Export {
         if header.layout.antennas().iter().any(|a| a.sensitivity.is_some() || a.position_error_m.is_some()) {
             notes.push("SEFD, Tsys and position errors of the antennas are not kept".into());
         }
-        Ok(Self { pols, windows, jy, numbers, unit, notes })
+        Self { pols, windows, jy, numbers, unit, notes }
     }
 }
 
-fn check_phase_centers(path: &Path, header: &VisibilityHeader, notes: &mut Vec<String>) -> Result<()> {
+/// What becomes of phase centres that are not points of the sky.
+fn moving_centers(header: &VisibilityHeader, notes: &mut Vec<String>) {
+    let moving = header.phase_centers.iter().any(|c| c.ra_dec_rad().is_none());
     if header.is_boresight() {
         let text = "the boresight became the zenith of an array at latitude 0, longitude 0 at the first time, and so a phase centre on the sky; \
                     east is right and north is up as seen from the sensor";
         notes.push(text.into());
-        return Ok(());
-    }
-    match header.phase_centers.iter().find(|c| c.ra_dec_rad().is_none()) {
-        Some(c) => Err(FormatError::unsupported(
-            path,
-            format!(
-                "the phase centre {:?} is not a point of the sky, which is all that UVFITS holds: write UVH5, or phase the data first",
-                c.name
-            ),
-        )),
-        None => Ok(()),
+    } else if moving {
+        let text = "the set does not follow the sky: it was phased to the point where the array looked at the first time (ICRS), and uvw and \
+                    visibilities were turned to it";
+        notes.push(text.into());
     }
 }
 
@@ -94,21 +88,23 @@ pub(super) fn zenith(name: &str, time_jd: f64) -> Result<PhaseCenter, ArrayError
     PhaseCenter::sidereal(name, ra, dec)
 }
 
-/// Phase centres as they are written, numbered from 1.
-pub(super) fn phase_centers(header: &VisibilityHeader, time_jd: f64) -> Result<Vec<PhaseCenter>, ArrayError> {
-    header
-        .phase_centers
-        .iter()
-        .enumerate()
-        .map(|(k, c)| {
-            let mut out = match c.kind {
-                PhaseCenterKind::Sidereal { .. } => c.clone(),
-                _ => zenith(&c.name, time_jd)?,
-            };
-            out.id = k as i64 + 1;
-            Ok(out)
-        })
-        .collect()
+/// Phase centres as they are written, numbered from 1, and the turn of the rows of an array that does not follow the sky.
+pub(super) fn phase_centers(header: &VisibilityHeader, time_jd: f64) -> Result<(Vec<PhaseCenter>, Option<Drift>), ArrayError> {
+    let moving = header.phase_centers.iter().any(|c| c.ra_dec_rad().is_none());
+    let drift = match header.layout.site().filter(|_| moving) {
+        Some(site) => Some(Drift::new(&header.phase_centers, site, time_jd)?),
+        None => None,
+    };
+    let on_the_sky = |c: &PhaseCenter| match c.kind {
+        PhaseCenterKind::Sidereal { .. } => Ok(c.clone()),
+        _ => zenith(&c.name, time_jd),
+    };
+    let mut centers = match &drift {
+        Some(d) => d.centers.clone(),
+        None => header.phase_centers.iter().map(on_the_sky).collect::<Result<Vec<_>, _>>()?,
+    };
+    centers.iter_mut().enumerate().for_each(|(k, c)| c.id = k as i64 + 1);
+    Ok((centers, drift))
 }
 
 /// STOKES must be a regular axis; Stokes I alone is refused by importers, so it becomes two equal hands.

@@ -3,9 +3,13 @@
 use super::export::{Export, phase_centers};
 use super::tables;
 use crate::atomic::AtomicFile;
+use crate::drift::{Drift, Phased};
 use crate::fits::{HeaderWriter, padding};
-use crate::{FormatError, Result};
+use crate::{ColumnSink, FormatError, Result};
 use cittert_arrays::{ArrayError, PhaseCenter, SPEED_OF_LIGHT_M_S, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySink};
+use ndarray::ArrayView3;
+use num_complex::Complex;
+use std::f64::consts::TAU;
 use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -34,6 +38,8 @@ struct Start {
     /// 0 h UTC of the day of the first row.
     midnight_jd: f64,
     centers: Vec<PhaseCenter>,
+    /// How rows are turned to them, where the array does not follow the sky.
+    drift: Option<Drift>,
     /// Factor on the weights of each channel.
     weights: Vec<f32>,
 }
@@ -42,9 +48,9 @@ impl UvfitsWriter {
     /// Begin a file for sets with this header.
     ///
     /// # Errors
-    /// The output exists and may not be overwritten, its folder is not writable, or a phase centre that is not on the sky.
+    /// The output exists and may not be overwritten, or its folder is not writable.
     pub fn create(path: &Path, header: &VisibilityHeader, options: UvfitsOptions) -> Result<Self> {
-        let export = Export::of(path, header, options.stokes_i)?;
+        let export = Export::of(header, options.stokes_i);
         let out = AtomicFile::create(path, options.overwrite)?;
         let file = BufWriter::with_capacity(1 << 18, out.open()?);
         Ok(Self { file, out, header: header.clone(), export, start: None, rows: 0 })
@@ -169,11 +175,11 @@ impl UvfitsWriter {
         self.header.check_block(block).map_err(self.values())?;
         let Some(first) = block.coverage.time_jd.first() else { return Ok(()) };
         let io = self.io();
-        let start = match self.start.take() {
+        let mut start = match self.start.take() {
             Some(start) => start,
             None => {
-                let centers = phase_centers(&self.header, *first).map_err(self.values())?;
-                let start = Start { midnight_jd: (first - 0.5).floor() + 0.5, centers, weights: self.weights(block) };
+                let (centers, drift) = phase_centers(&self.header, *first).map_err(self.values())?;
+                let start = Start { midnight_jd: (first - 0.5).floor() + 0.5, centers, drift, weights: self.weights(block) };
                 let primary = self.primary(&start, 0);
                 self.file.write_all(&primary).map_err(&io)?;
                 start
@@ -182,8 +188,14 @@ impl UvfitsWriter {
         let mut group = Vec::new();
         for row in 0..block.n_rows() {
             group.clear();
-            self.parameters_of(block, row, start.midnight_jd, &mut group);
-            self.data_of(block, row, &start.weights, &mut group);
+            let c = &block.coverage;
+            let uvw_m = [0, 1, 2].map(|k| c.uvw_m[(row, k)]);
+            let place = match &mut start.drift {
+                Some(drift) => drift.phased(usize::from(c.phase_center[row]), c.time_jd[row], uvw_m).map_err(self.values())?,
+                None => Phased { uvw_m, stop_w_m: 0.0 },
+            };
+            self.parameters_of(block, row, (start.midnight_jd, place.uvw_m), &mut group);
+            self.data_of(block, row, (&start.weights, place.stop_w_m), &mut group);
             self.file.write_all(bytemuck::cast_slice(&group)).map_err(&io)?;
         }
         self.rows += block.n_rows() as u64;
@@ -200,12 +212,10 @@ impl UvfitsWriter {
     }
 
     /// The parameters of a row, big-endian.
-    fn parameters_of(&self, block: &VisibilityBlock, row: usize, midnight_jd: f64, group: &mut Vec<[u8; 4]>) {
+    fn parameters_of(&self, block: &VisibilityBlock, row: usize, (midnight_jd, uvw_m): (f64, [f64; 3]), group: &mut Vec<[u8; 4]>) {
         let c = &block.coverage;
         let mut push = |v: f64| group.push((v as f32).to_be_bytes());
-        for k in 0..3 {
-            push(-c.uvw_m[(row, k)] / SPEED_OF_LIGHT_M_S);
-        }
+        uvw_m.iter().for_each(|v| push(-v / SPEED_OF_LIGHT_M_S));
         let [a, b] = [c.ant1[row], c.ant2[row]].map(|a| f64::from(self.export.numbers[a as usize]));
         if self.short_numbers() {
             push(256.0 * a + b);
@@ -224,8 +234,10 @@ impl UvfitsWriter {
     }
 
     /// Conjugated visibilities and weights of a row, big-endian; flagged ones have negative weights.
-    fn data_of(&self, block: &VisibilityBlock, row: usize, weights: &[f32], group: &mut Vec<[u8; 4]>) {
+    fn data_of(&self, block: &VisibilityBlock, row: usize, (weights, stop_w_m): (&[f32], f64), group: &mut Vec<[u8; 4]>) {
         for (chan, jy) in self.export.jy.iter().enumerate() {
+            let turns = stop_w_m * self.header.spectrum.freq_hz()[chan] / SPEED_OF_LIGHT_M_S;
+            let factor = Complex::from_polar(*jy, -TAU * turns.fract());
             for pol in &self.export.pols {
                 let [re, im, weight] = match pol.from {
                     None => [0.0; 3],
@@ -234,10 +246,11 @@ impl UvfitsWriter {
                         let w = block.weights[at] * pol.weight * weights[chan];
                         let weight = if block.flags[at] { -w.abs() } else { w };
                         let v = block.vis[at];
-                        if *jy == 1.0 {
+                        if *jy == 1.0 && stop_w_m == 0.0 {
                             [v.re, -v.im, weight]
                         } else {
-                            [(f64::from(v.re) * jy) as f32, (-f64::from(v.im) * jy) as f32, weight]
+                            let v = Complex::new(f64::from(v.re), f64::from(v.im)) * factor;
+                            [v.re as f32, -v.im as f32, weight]
                         }
                     }
                 };
@@ -276,6 +289,16 @@ impl UvfitsWriter {
         self.file.flush().map_err(&io)?;
         drop(self.file);
         self.out.commit()
+    }
+}
+
+impl ColumnSink for UvfitsWriter {
+    fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()> {
+        if columns.is_empty() {
+            self.write(block)
+        } else {
+            Err(FormatError::unsupported(self.out.target(), "UVFITS has no columns beside the data"))
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{PEDESTAL_KEYWORD, layout, phase};
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
-use cittert_arrays::{Polarization, SpectralWindow, VisUnit, VisibilityHeader};
+use cittert_arrays::{PhaseCenterKind, Polarization, SpectralWindow, VisUnit, VisibilityHeader};
 use ndarray::Array1;
 
 /// Write everything that does not depend on the rows.
@@ -94,4 +94,32 @@ pub(crate) fn read_spectrum(file: &H5In) -> Result<SpectralWindow> {
         _ => vec![0; n],
     };
     SpectralWindow::with_windows(freq, width, spw).map_err(|e| FormatError::values(file.path(), e))
+}
+
+/// The first thing in which the rows of two headers mean something different, and how each says it.
+pub(super) fn difference(a: &VisibilityHeader, b: &VisibilityHeader) -> Option<(&'static str, String, String)> {
+    let text = |h: &VisibilityHeader| -> Vec<(&'static str, String)> {
+        let antennas = h.layout.antennas();
+        let names = antennas.iter().map(|x| format!("{}={}", x.number, x.name)).collect::<Vec<_>>().join(" ");
+        // Positions to a tenth of a millimetre, directions to a billionth of a turn.
+        let places = antennas.iter().map(|x| x.position_m.map(|v| format!("{:.4}", v + 0.0)).join(",")).collect::<Vec<_>>().join(" ");
+        let centers = h.phase_centers.iter().map(|c| match c.kind {
+            PhaseCenterKind::Sidereal { ra_rad, dec_rad } => format!("{} {:.8} {:.8} {}", c.name, ra_rad, dec_rad, c.frame),
+            kind => format!("{} {kind:?}", c.name),
+        });
+        vec![
+            ("frame", if h.is_boresight() { "boresight" } else { "earth" }.to_string()),
+            ("antennas", names),
+            ("positions of the antennas", places),
+            ("channels", format!("{:?}", h.spectrum.freq_hz())),
+            ("widths of channels", format!("{:?}", h.spectrum.width_hz())),
+            ("polarisations", h.polarizations.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")),
+            ("phase centres", centers.collect::<Vec<_>>().join("; ")),
+            ("unit", h.unit.name().to_string()),
+            ("pedestal", format!("{:?}", h.pedestal_k)),
+        ]
+    };
+    let short = |t: String| if t.chars().count() > 120 { format!("{}...", t.chars().take(120).collect::<String>()) } else { t };
+    let pairs = text(a).into_iter().zip(text(b));
+    pairs.filter(|((_, x), (_, y))| x != y).map(|((place, x), (_, y))| (place, short(x), short(y))).next()
 }

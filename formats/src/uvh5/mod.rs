@@ -33,3 +33,13 @@ const LAYOUT_KEYWORD: &str = "cittert_layout";
 const SOURCE_KEYWORD: &str = "cittert_layout_source";
 /// Group of antenna properties that UVH5 has no place for.
 const ANTENNA_GROUP: &str = "Cittert";
+
+/// Where the visibilities of a column are kept. Other programs know the first one and pass over the others.
+fn dataset_of(column: crate::VisColumn) -> &'static str {
+    match column {
+        crate::VisColumn::Data => "Data/visdata",
+        crate::VisColumn::Model => "Data/model",
+        crate::VisColumn::Corrected => "Data/corrected",
+        crate::VisColumn::Residual => "Data/residual",
+    }
+}

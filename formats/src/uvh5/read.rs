@@ -2,7 +2,7 @@
 
 use super::header;
 use crate::h5::H5In;
-use crate::{FormatError, Result};
+use crate::{FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use hdf5::Dataset;
 use ndarray::{Array1, Array2, Array3, Ix1, Ix2, Ix3};
@@ -35,6 +35,7 @@ struct Columns {
 
 /// Arrays \[blt, chan, pol\].
 struct Data {
+    name: &'static str,
     vis: Dataset,
     flags: Dataset,
     nsamples: Dataset,
@@ -48,6 +49,23 @@ impl Uvh5Reader {
     /// Not HDF5, truncated, a header item that is missing or of the wrong shape, a filter that is not known, or shapes that the file
     /// cannot hold.
     pub fn open(path: &Path) -> Result<Self> {
+        Self::open_column(path, VisColumn::Data)
+    }
+
+    /// Columns that a file has beside the data.
+    ///
+    /// # Errors
+    /// Not HDF5, or damaged.
+    pub fn columns(path: &Path) -> Result<Vec<VisColumn>> {
+        let file = H5In::open(path, "a UVH5 file")?;
+        Ok(VisColumn::ALL.into_iter().filter(|c| *c != VisColumn::Data && file.has(super::dataset_of(*c))).collect())
+    }
+
+    /// As [`Uvh5Reader::open`], with the visibilities of a column.
+    ///
+    /// # Errors
+    /// As [`Uvh5Reader::open`]; a column that the file does not have.
+    pub fn open_column(path: &Path, column: VisColumn) -> Result<Self> {
         let file = H5In::open(path, "a UVH5 file")?;
         if file.members("Header")?.is_empty() || !file.has("Data/visdata") {
             return Err(FormatError::NotA {
@@ -59,7 +77,7 @@ impl Uvh5Reader {
         let header = header::read(&file)?;
         let n_rows = file.count("Header/Nblts")?;
         let columns = Columns::open(&file, n_rows)?;
-        let data = Data::open(&file, header.shape(n_rows))?;
+        let data = Data::open(&file, super::dataset_of(column), header.shape(n_rows))?;
         let index_of_number = header.layout.antennas().iter().enumerate().map(|(k, a)| (i64::from(a.number), k as u32)).collect();
         let index_of_center = header.phase_centers.iter().enumerate().map(|(k, c)| (c.id, k as u16)).collect();
         Ok(Self { file, header, n_rows, columns, data, index_of_number, index_of_center })
@@ -76,7 +94,7 @@ impl Uvh5Reader {
         }
         let coverage = self.coverage(range.clone())?;
         let file = &self.file;
-        let vis: Array3<Complex<f32>> = file.rows::<_, Ix3>(&self.data.vis, "Data/visdata", range.clone())?;
+        let vis: Array3<Complex<f32>> = file.rows::<_, Ix3>(&self.data.vis, self.data.name, range.clone())?;
         let flags: Array3<i8> = file.rows::<_, Ix3>(&self.data.flags, "Data/flags", range.clone())?;
         let nsamples: Array3<f32> = file.rows::<_, Ix3>(&self.data.nsamples, "Data/nsamples", range.clone())?;
         let weights = match &self.data.weights {
@@ -146,11 +164,11 @@ impl Columns {
 }
 
 impl Data {
-    fn open(file: &H5In, (n, chan, pol): (usize, usize, usize)) -> Result<Self> {
+    fn open(file: &H5In, name: &'static str, (n, chan, pol): (usize, usize, usize)) -> Result<Self> {
         // Until version 1.0 there was a spectral-window axis of length 1.
         let shapes: [&[usize]; 2] = [&[n, chan, pol], &[n, 1, chan, pol]];
-        let vis = file.shaped("Data/visdata", &shapes)?;
-        file.demand_complex(&vis, "Data/visdata")?;
+        let vis = file.shaped(name, &shapes)?;
+        file.demand_complex(&vis, name)?;
         let numeric = |name: &str| -> Result<Dataset> {
             let dataset = file.shaped(name, &shapes)?;
             file.demand_numbers(&dataset, name)?;
@@ -160,7 +178,7 @@ impl Data {
             Some(_) => Some(numeric("Data/weights")?),
             None => None,
         };
-        Ok(Self { vis, flags: numeric("Data/flags")?, nsamples: numeric("Data/nsamples")?, weights })
+        Ok(Self { name, vis, flags: numeric("Data/flags")?, nsamples: numeric("Data/nsamples")?, weights })
     }
 }
 

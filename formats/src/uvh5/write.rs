@@ -3,7 +3,7 @@
 use super::phase::{self, Sky};
 use super::{Uvh5Reader, header, layout};
 use crate::h5::{Compression, H5Out, Rows};
-use crate::{FormatError, Result};
+use crate::{ColumnSink, FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
 use ndarray::{Array1, ArrayView1, ArrayView3};
 use num_complex::Complex;
@@ -11,12 +11,14 @@ use std::collections::HashSet;
 use std::path::Path;
 
 /// How a UVH5 file is written.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Uvh5Options {
     /// Replace an existing file.
     pub overwrite: bool,
     /// Compression of the visibilities; flags and samples, which shrink well, are always compressed (LZF).
     pub compression: Compression,
+    /// Columns beside the data, which every block then brings.
+    pub columns: Vec<VisColumn>,
 }
 
 /// Bytes that are copied at a time.
@@ -40,6 +42,8 @@ const COLUMNS: [&str; 10] = [
 struct Growing {
     columns: Vec<Rows>,
     vis: Rows,
+    /// In the order of the options.
+    beside: Vec<Rows>,
     flags: Rows,
     nsamples: Rows,
     /// Only where weights are not simply the numbers of samples.
@@ -76,7 +80,7 @@ impl Uvh5Writer {
         Ok(Self {
             out,
             header: header.clone(),
-            options,
+            options: options.clone(),
             sky: Sky::over(site),
             ids: phase::ids(&header.phase_centers),
             growing: None,
@@ -92,12 +96,31 @@ impl Uvh5Writer {
     /// Begin a file with all that an existing one holds, to append to it; the old file stays until the new one is complete.
     ///
     /// # Errors
-    /// Whatever is wrong with the existing file, or as [`Uvh5Writer::create`].
-    pub fn append_to(path: &Path, compression: Compression) -> Result<Self> {
+    /// Whatever is wrong with the existing file; a header or columns that are not those of the existing file, with the first
+    /// difference; or as [`Uvh5Writer::create`].
+    pub fn append(path: &Path, header: &VisibilityHeader, options: Uvh5Options) -> Result<Self> {
         let mut old = Uvh5Reader::open(path)?;
-        let mut writer = Self::create(path, &old.header().clone(), Uvh5Options { overwrite: true, compression })?;
-        for_each_block::<ArrayError>(&mut old, COPY_BYTES, |_, block| Ok(writer.write(&block)?))
-            .map_err(|e| FormatError::values(path, e))?;
+        let columns = Uvh5Reader::columns(path)?;
+        let refused =
+            |place: &str, expected: String, found: String| Err(FormatError::malformed(path, format!("append, {place}"), expected, found));
+        if let Some((place, expected, found)) = header::difference(old.header(), header) {
+            return refused(place, format!("as in this file: {expected}"), found);
+        }
+        if columns != options.columns {
+            let names = |c: &[VisColumn]| c.iter().map(|c| c.name()).collect::<Vec<_>>().join(" ");
+            return refused("columns beside the data", format!("[{}]", names(&columns)), format!("[{}]", names(&options.columns)));
+        }
+        let mut joined = old.header().clone();
+        joined.history.extend(header.history.iter().filter(|line| !old.header().history.contains(line)).cloned());
+        let mut beside = columns.iter().map(|c| Uvh5Reader::open_column(path, *c)).collect::<Result<Vec<_>>>()?;
+        let mut writer = Self::create(path, &joined, Uvh5Options { overwrite: true, ..options })?;
+        for_each_block::<ArrayError>(&mut old, COPY_BYTES, |first, block| {
+            let rows = first..first + block.n_rows();
+            let beside = beside.iter_mut().map(|source| source.read(rows.clone())).collect::<Result<Vec<_>>>()?;
+            let views: Vec<_> = beside.iter().map(|b| b.vis.view()).collect();
+            Ok(writer.write_columns(&block, &views)?)
+        })
+        .map_err(|e| FormatError::values(path, e))?;
         Ok(writer)
     }
 
@@ -106,26 +129,7 @@ impl Uvh5Writer {
     /// # Errors
     /// A block of another shape than the header's, a time for which there is no sidereal time, or whatever the disk says.
     pub fn write(&mut self, block: &VisibilityBlock) -> Result<()> {
-        let path = self.out.path().to_path_buf();
-        self.header.check_block(block).map_err(|e| FormatError::values(&path, e))?;
-        if block.n_rows() == 0 {
-            return Ok(());
-        }
-        let places = self.places(block).map_err(|e| FormatError::values(&path, e))?;
-        let mut growing = match self.growing.take() {
-            Some(g) => g,
-            None => self.begin(block.n_rows())?,
-        };
-        self.write_columns(&mut growing, block, &places)?;
-        let out = &self.out;
-        out.append(&mut growing.vis, "Data/visdata", block.vis.view())?;
-        out.append(&mut growing.flags, "Data/flags", block.flags.view())?;
-        self.write_weights(&mut growing, block)?;
-        self.out.append(&mut growing.nsamples, "Data/nsamples", block.nsamples.view())?;
-        self.growing = Some(growing);
-        self.rows += block.n_rows();
-        self.count(block);
-        Ok(())
+        self.write_columns(block, &[])
     }
 
     /// Sidereal time and apparent place of each row.
@@ -154,9 +158,12 @@ impl Uvh5Writer {
         columns.push(self.out.rows::<f64>(&header(COLUMNS[9]), &[3], block_rows, Compression::None)?);
         let (_, n_chan, n_pol) = self.header.shape(0);
         let tail = [n_chan, n_pol];
+        let complex =
+            |column: VisColumn| self.out.rows::<Complex<f32>>(super::dataset_of(column), &tail, block_rows, self.options.compression);
         Ok(Growing {
             columns,
-            vis: self.out.rows::<Complex<f32>>("Data/visdata", &tail, block_rows, self.options.compression)?,
+            vis: complex(VisColumn::Data)?,
+            beside: self.options.columns.iter().map(|c| complex(*c)).collect::<Result<_>>()?,
             flags: self.out.rows::<bool>("Data/flags", &tail, block_rows, Compression::Lzf)?,
             nsamples: self.out.rows::<f32>("Data/nsamples", &tail, block_rows, Compression::Lzf)?,
             weights: None,
@@ -164,7 +171,7 @@ impl Uvh5Writer {
         })
     }
 
-    fn write_columns(&self, growing: &mut Growing, block: &VisibilityBlock, places: &[[f64; 4]]) -> Result<()> {
+    fn write_rows(&self, growing: &mut Growing, block: &VisibilityBlock, places: &[[f64; 4]]) -> Result<()> {
         let c = &block.coverage;
         let numbers =
             |ants: &[u32]| -> Array1<i64> { ants.iter().map(|a| i64::from(self.header.layout.antennas()[*a as usize].number)).collect() };
@@ -240,6 +247,44 @@ impl Uvh5Writer {
             self.out.text("Header/blt_order", "time, baseline")?;
         }
         self.out.finish()
+    }
+}
+
+impl ColumnSink for Uvh5Writer {
+    fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()> {
+        let path = self.out.path().to_path_buf();
+        self.header.check_block(block).map_err(|e| FormatError::values(&path, e))?;
+        let shapes =
+            (columns.iter().map(|c| c.shape().to_vec()).collect::<Vec<_>>(), vec![block.vis.shape().to_vec(); self.options.columns.len()]);
+        if shapes.0 != shapes.1 {
+            return Err(FormatError::malformed(
+                &path,
+                "columns beside the data",
+                format!("shapes {:?}", shapes.1),
+                format!("{:?}", shapes.0),
+            ));
+        }
+        if block.n_rows() == 0 {
+            return Ok(());
+        }
+        let places = self.places(block).map_err(|e| FormatError::values(&path, e))?;
+        let mut growing = match self.growing.take() {
+            Some(g) => g,
+            None => self.begin(block.n_rows())?,
+        };
+        self.write_rows(&mut growing, block, &places)?;
+        let out = &self.out;
+        out.append(&mut growing.vis, "Data/visdata", block.vis.view())?;
+        for ((rows, column), values) in growing.beside.iter_mut().zip(&self.options.columns).zip(columns) {
+            out.append(rows, super::dataset_of(*column), values.view())?;
+        }
+        out.append(&mut growing.flags, "Data/flags", block.flags.view())?;
+        self.write_weights(&mut growing, block)?;
+        self.out.append(&mut growing.nsamples, "Data/nsamples", block.nsamples.view())?;
+        self.growing = Some(growing);
+        self.rows += block.n_rows();
+        self.count(block);
+        Ok(())
     }
 }
 

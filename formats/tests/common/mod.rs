@@ -78,7 +78,7 @@ pub(crate) fn coverage(header: &VisibilityHeader, n_times: usize) -> UvCoverage 
 }
 
 /// uvw of a local baseline towards a catalogue direction (Thompson, Moran & Swenson 2017, eq. 4.1, then the turn to the catalogue's north).
-fn project(enu: [f64; 3], site: &Site, time: f64, ra: f64, dec: f64) -> [f64; 3] {
+pub(crate) fn project(enu: [f64; 3], site: &Site, time: f64, ra: f64, dec: f64) -> [f64; 3] {
     let sky = LocalSky::at(time, site).unwrap();
     let place = sky.apparent_place(ra, dec, "icrs").unwrap();
     let [x, y, z] = site.enu_to_ecef_offset(enu);

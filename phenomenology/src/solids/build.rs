@@ -2,7 +2,7 @@
 
 use super::covers::Covers;
 use super::file::{AtmosphereRow, GroundRow, HeightFieldRow, MapRow, PatchRow, SceneFile, SurfaceRow};
-use super::place::{Placed, line_of, place};
+use super::place::{Lines, Placed, place};
 use super::scene::{Air, SolidScene, SurfaceSource};
 use crate::atmosphere::{Atmosphere, Humidity, Layer, PhysicsError, Profile, SurfaceWeather, gas_model, rain_model, reference_profile};
 use crate::error::{Result, SceneError};
@@ -20,7 +20,8 @@ pub(super) fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     if file.kind != "solids" {
         return Err(SceneError::BadValue { what: "key `kind`".into(), value: file.kind, expected: "\"solids\"" });
     }
-    let line = |offset: usize| if text.is_empty() { 0 } else { line_of(text, offset) };
+    let lines = Lines::new(text);
+    let line = |offset: usize| lines.of(offset);
     let surfaces = file
         .surface
         .iter()
@@ -133,6 +134,9 @@ fn shapes(p: &PatchRow, at: usize) -> Result<Vec<Shape>> {
 }
 
 fn surface_map(row: &MapRow, at: usize, covers: &mut Covers) -> Result<SurfaceMap> {
+    if row.image.is_some() {
+        return Err(SceneError::at(at, "the map is a picture, which can only be read beside the file of the scene"));
+    }
     let columns = row.rows.first().map_or(0, |r| r.chars().count());
     let even = row.rows.iter().all(|r| r.chars().count() == columns);
     if columns == 0 || !even || columns * row.rows.len() > MAX_CELLS {
@@ -142,8 +146,12 @@ fn surface_map(row: &MapRow, at: usize, covers: &mut Covers) -> Result<SurfaceMa
         return Err(SceneError::at(at, format!("the map has cell_m = {}; it must be above 0 and its origin finite", row.cell_m)));
     }
     let mut legend = Vec::new();
-    for (c, surface) in &row.legend {
-        legend.push((*c, covers.add(at, "the map of the ground", surface, None)?));
+    for (key, surface) in &row.legend {
+        let mut letters = key.chars();
+        let (Some(c), None) = (letters.next(), letters.next()) else {
+            return Err(SceneError::at(at, format!("legend `{key}` of the map; it must be one character")));
+        };
+        legend.push((c, covers.add(at, "the map of the ground", surface, None)?));
     }
     let cell = |c: char| match legend.iter().find(|l| l.0 == c) {
         Some(l) => Ok(Some(l.1)),
@@ -156,6 +164,9 @@ fn surface_map(row: &MapRow, at: usize, covers: &mut Covers) -> Result<SurfaceMa
 
 fn height_field(row: &Spanned<HeightFieldRow>, at: usize) -> Result<HeightField> {
     let row = row.get_ref();
+    if row.image.is_some() {
+        return Err(SceneError::at(at, "the height field is a picture, which can only be read beside the file of the scene"));
+    }
     let columns = row.rows_m.first().map_or(0, Vec::len);
     let even = row.rows_m.iter().all(|r| r.len() == columns) && columns * row.rows_m.len() <= MAX_CELLS;
     let heights = row.rows_m.iter().rev().flatten().copied().collect();
@@ -164,7 +175,8 @@ fn height_field(row: &Spanned<HeightFieldRow>, at: usize) -> Result<HeightField>
         .ok_or_else(|| SceneError::at(at, "the height field needs at least 2 x 2 finite heights in rows of one length, and cell_m above 0"))
 }
 
-fn atmosphere(row: &AtmosphereRow) -> Result<Air, PhysicsError> {
+/// The air that a row describes.
+pub(super) fn atmosphere(row: &AtmosphereRow) -> Result<Air, PhysicsError> {
     let geometry = row.geometry.parse()?;
     let background_k = crate::atmosphere::check_range("background temperature", row.background_k, "K", 0.1, 1e3)?;
     let altitude_km = crate::atmosphere::check_range("altitude of the scene", row.altitude_m * 1e-3, "km", 0.0, 20.0)?;

@@ -1,6 +1,7 @@
 //! Whether a scene can be looked at.
 
 use super::scene::SolidScene;
+use crate::camera::Camera;
 use crate::error::{Result, SceneError};
 use crate::geometry::At;
 use crate::vector::Vec3;
@@ -9,10 +10,20 @@ impl SolidScene {
     /// The camera of the file stands in the open.
     pub(super) fn check_camera(&self) -> Result<()> {
         let Some(camera) = &self.file.camera else { return Ok(()) };
-        let camera = camera.get_ref();
-        camera.axes()?;
-        camera.grid()?;
-        self.check_position_at(Vec3::from(camera.position_m), self.camera_line)
+        self.check_camera_line(camera.get_ref(), self.camera_line)
+    }
+
+    /// A camera stands in the open and its picture can be.
+    ///
+    /// # Errors
+    /// A camera inside a solid, under the ground, or with impossible numbers.
+    pub fn check_camera_at(&self, camera: &Camera) -> Result<()> {
+        self.check_camera_line(camera, 0)
+    }
+
+    fn check_camera_line(&self, camera: &Camera, line: usize) -> Result<()> {
+        camera.axes().and_then(|_| camera.grid()).map_err(|e| SceneError::at(line, e.to_string()))?;
+        self.check_position_at(Vec3::from(camera.position_m), line)
     }
 
     /// A position lies in the open.

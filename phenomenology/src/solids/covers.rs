@@ -69,6 +69,11 @@ impl Covers {
         self.regions.push(OfRegion { main, faces });
     }
 
+    /// Leaves every cover at the temperature of its surface.
+    pub(super) fn forget_temperatures(&mut self) {
+        self.list.iter_mut().for_each(|c| c.temperature_k = None);
+    }
+
     /// All covers.
     #[must_use]
     pub fn list(&self) -> &[Cover] {

@@ -2,12 +2,13 @@
 
 use crate::camera::Camera;
 use crate::surfaces::RawLayer;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use toml::Spanned;
 
 /// A scene file.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
     /// Always `solids`.
@@ -21,32 +22,41 @@ pub struct SceneFile {
     #[serde(default)]
     pub extrapolate: bool,
     /// Where the picture is taken from.
+    #[schemars(with = "Option<Camera>")]
     pub camera: Option<Spanned<Camera>>,
     /// The air.
+    #[schemars(with = "Option<AtmosphereRow>")]
     pub atmosphere: Option<Spanned<AtmosphereRow>>,
     /// What lies under everything.
+    #[schemars(with = "Option<GroundRow>")]
     pub ground: Option<Spanned<GroundRow>>,
     /// Surfaces by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schemars(with = "BTreeMap<String, SurfaceRow>")]
     pub surface: BTreeMap<String, Spanned<SurfaceRow>>,
     /// Bodies and regions as MORSE/GIFT-style text.
+    #[schemars(with = "Option<String>")]
     pub bodies_and_regions: Option<Spanned<String>>,
     /// Bodies that stand where they are described.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<BodyRow>")]
     pub body: Vec<Spanned<BodyRow>>,
     /// Regions made of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<RegionRow>")]
     pub region: Vec<Spanned<RegionRow>>,
     /// Assemblies by name, to be placed by instances.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[schemars(with = "BTreeMap<String, AssemblyRow>")]
     pub assembly: BTreeMap<String, Spanned<AssemblyRow>>,
     /// Assemblies placed in the scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<InstanceRow>")]
     pub instance: Vec<Spanned<InstanceRow>>,
 }
 
 /// `[atmosphere]`: the air, by default clear mid-latitude summer.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AtmosphereRow {
     /// Name of a reference atmosphere.
@@ -95,7 +105,7 @@ impl Default for AtmosphereRow {
 }
 
 /// `[surface.NAME]`: layers from the top, roughness, canopy.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceRow {
     /// Whether echoes in the layers interfere.
@@ -103,6 +113,7 @@ pub struct SurfaceRow {
     pub coherent: bool,
     /// Layers from the top; the last has no thickness.
     #[serde(default)]
+    #[schemars(with = "Vec<RawLayer>")]
     pub layer: Vec<Spanned<RawLayer>>,
     /// Roughness in its short form, such as `go:0.1,0.1`, `sea:7` or `qh:0.1,0.5,2`.
     pub roughness: Option<String>,
@@ -118,7 +129,7 @@ fn yes() -> bool {
 }
 
 /// Vegetation of a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CanopyRow {
     /// Optical depth at nadir, Np.
@@ -131,7 +142,7 @@ pub struct CanopyRow {
 }
 
 /// `[ground]`: a plane or a height field with patches.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroundRow {
     /// Surface where no patch lies.
@@ -143,15 +154,18 @@ pub struct GroundRow {
     pub temperature_k: Option<f64>,
     /// Patches, later ones on top.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<PatchRow>")]
     pub patch: Vec<Spanned<PatchRow>>,
     /// Surfaces by a map of characters, under the patches.
+    #[schemars(with = "Option<MapRow>")]
     pub map: Option<Spanned<MapRow>>,
     /// Heights instead of the plane, inside its area.
+    #[schemars(with = "Option<HeightFieldRow>")]
     pub height_field: Option<Spanned<HeightFieldRow>>,
 }
 
 /// A patch of ground: one of polygon, strip and circle.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatchRow {
     /// Its surface.
@@ -168,8 +182,8 @@ pub struct PatchRow {
     pub circle_m: Option<[f64; 3]>,
 }
 
-/// An image map: one character a cell.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// An image map: one character a cell, or one pixel of a picture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MapRow {
     /// South-west corner, m.
@@ -177,13 +191,20 @@ pub struct MapRow {
     /// Side of a cell, m.
     pub cell_m: f64,
     /// Rows from north to south, one character a cell; blanks and dots keep the surface of the ground.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rows: Vec<String>,
     /// Surface of each character.
-    pub legend: BTreeMap<char, String>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub legend: BTreeMap<String, String>,
+    /// Instead of rows: a grey PNG beside the scene, one pixel a cell, north on top.
+    pub image: Option<String>,
+    /// Surface of each grey value, 0 (black) to 255; values without a surface keep that of the ground.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub grey: BTreeMap<String, String>,
 }
 
 /// Heights on a grid of nodes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeightFieldRow {
     /// South-west node, m.
@@ -191,11 +212,20 @@ pub struct HeightFieldRow {
     /// Distance of nodes, m.
     pub cell_m: f64,
     /// Heights above the zero of the scene, m, rows from north to south.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rows_m: Vec<Vec<f64>>,
+    /// Instead of rows: a grey PNG of 8 or 16 bits beside the scene, one pixel a node, north on top.
+    pub image: Option<String>,
+    /// Height of black in it, m.
+    #[serde(default)]
+    pub low_m: f64,
+    /// Height of white in it, m.
+    #[serde(default)]
+    pub high_m: f64,
 }
 
 /// A body; with a surface it is also a region of the same name.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyRow {
     /// Name, unique in its assembly.
@@ -212,7 +242,7 @@ pub struct BodyRow {
 }
 
 /// A region.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegionRow {
     /// Name, unique in its assembly.
@@ -229,7 +259,7 @@ pub struct RegionRow {
 }
 
 /// A face of a body that bounds a region.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaceRow {
     /// The body.
@@ -243,7 +273,7 @@ pub struct FaceRow {
 }
 
 /// `[assembly.NAME]`: bodies and regions written once.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AssemblyRow {
     /// What it is.
@@ -251,17 +281,20 @@ pub struct AssemblyRow {
     pub description: String,
     /// Its bodies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<BodyRow>")]
     pub body: Vec<Spanned<BodyRow>>,
     /// Its regions.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<RegionRow>")]
     pub region: Vec<Spanned<RegionRow>>,
     /// Other assemblies placed in it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<InstanceRow>")]
     pub instance: Vec<Spanned<InstanceRow>>,
 }
 
 /// An assembly placed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InstanceRow {
     /// Which assembly.

@@ -7,6 +7,8 @@ mod build;
 mod check;
 mod covers;
 mod file;
+mod images;
+mod isothermal;
 mod place;
 mod probe;
 mod scene;
@@ -20,5 +22,6 @@ pub use file::{
     AssemblyRow, AtmosphereRow, BodyRow, CanopyRow, FaceRow, GroundRow, HeightFieldRow, InstanceRow, MapRow, PatchRow, RegionRow,
     SceneFile, SurfaceRow,
 };
-pub use probe::{Probed, read_geometry, read_probe};
+pub use images::ReadGrey;
+pub use probe::{Probed, read_geometry, read_probe, read_probe_with};
 pub use scene::{Air, SolidScene, SurfaceSource};

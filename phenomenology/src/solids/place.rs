@@ -31,20 +31,37 @@ pub(super) struct Placed {
     pub dresses: Vec<Dress>,
 }
 
-/// Number of the line of a place in a text.
-pub(super) fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.as_bytes()[..offset.min(text.len())].iter().filter(|b| **b == b'\n').count()
+/// The lines of a text; a scene of many bodies asks for thousands.
+#[derive(Debug)]
+pub(super) struct Lines {
+    /// Where each line ends.
+    ends: Vec<usize>,
+    /// A scene without a text (made in memory) has no lines.
+    none: bool,
+}
+
+impl Lines {
+    /// Of a text.
+    pub(super) fn new(text: &str) -> Self {
+        Self { ends: text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at).collect(), none: text.is_empty() }
+    }
+
+    /// Number of the line of a place, from 1; 0 without a text.
+    pub(super) fn of(&self, offset: usize) -> usize {
+        if self.none { 0 } else { 1 + self.ends.partition_point(|end| *end < offset) }
+    }
 }
 
 struct Placer<'a> {
     text: &'a str,
+    lines: Lines,
     assemblies: &'a BTreeMap<String, Spanned<AssemblyRow>>,
     out: Placed,
 }
 
 /// Everything of a file, placed.
 pub(super) fn place(file: &SceneFile, text: &str) -> Result<Placed> {
-    let mut placer = Placer { text, assemblies: &file.assembly, out: Placed::default() };
+    let mut placer = Placer { text, lines: Lines::new(text), assemblies: &file.assembly, out: Placed::default() };
     if let Some(inner) = &file.bodies_and_regions {
         placer.text_model(inner)?;
     }
@@ -55,8 +72,7 @@ pub(super) fn place(file: &SceneFile, text: &str) -> Result<Placed> {
 
 impl Placer<'_> {
     fn line<T>(&self, row: &Spanned<T>) -> usize {
-        // A scene without a text (made in memory) has no lines.
-        if self.text.is_empty() { 0 } else { line_of(self.text, row.span().start) }
+        self.lines.of(row.span().start)
     }
 
     fn text_model(&mut self, inner: &Spanned<String>) -> Result<()> {

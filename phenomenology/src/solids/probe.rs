@@ -1,6 +1,7 @@
 //! Rays and points in a whole scene, or in a bare text of bodies and regions.
 
 use super::file::SceneFile;
+use super::images::ReadGrey;
 use super::place::place;
 use super::scene::SolidScene;
 use crate::error::Result;
@@ -41,6 +42,17 @@ pub fn read_probe(text: &str) -> Result<Probed> {
     } else {
         SolidScene::from_toml(text).map(|s| Probed::Scene(Box::new(s)))
     }
+}
+
+/// As [`read_probe`], with the pictures that a scene names.
+///
+/// # Errors
+/// As [`read_probe`], and a picture that cannot be read.
+pub fn read_probe_with(text: &str, read: ReadGrey<'_>) -> Result<Probed> {
+    if looks_like_bodies(text) {
+        return read_probe(text);
+    }
+    SolidScene::from_toml_with(text, read).map(|s| Probed::Scene(Box::new(s)))
 }
 
 impl Probed {

@@ -3,6 +3,7 @@
 use super::build;
 use super::covers::Covers;
 use super::file::SceneFile;
+use super::images::ReadGrey;
 use crate::atmosphere::{Atmosphere, Geometry as SkyGeometry};
 use crate::camera::{Camera, View};
 use crate::error::{Result, SceneError};
@@ -63,6 +64,17 @@ impl SolidScene {
     /// assemblies, regions without material, an empty scene, a camera inside a solid or under the ground.
     pub fn from_toml(text: &str) -> Result<Self> {
         let file: SceneFile = toml::from_str(text)?;
+        build::build(file, text)
+    }
+
+    /// As [`SolidScene::from_toml`], with the pictures that the scene names.
+    ///
+    /// # Errors
+    /// As [`SolidScene::from_toml`], and a picture that cannot be read.
+    pub fn from_toml_with(text: &str, read: ReadGrey<'_>) -> Result<Self> {
+        let mut file: SceneFile = toml::from_str(text)?;
+        let lines = super::place::Lines::new(text);
+        super::images::resolve(&mut file, read, &|offset| lines.of(offset))?;
         build::build(file, text)
     }
 

@@ -1,13 +1,28 @@
 //! Writing a scene: as TOML, or its solids as text.
 
-use super::file::{BodyRow, RegionRow, SceneFile};
+use super::file::{BodyRow, RegionRow, SceneFile, SurfaceRow};
 use super::scene::SolidScene;
+use crate::dielectrics::Material;
 use crate::error::Result;
-use crate::geometry::{TextModel, write_text};
+use crate::geometry::{TextModel, is_void, write_text};
+use crate::surfaces::RawLayer;
+use std::collections::BTreeSet;
 use toml::Spanned;
 
 fn bare<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
+}
+
+/// Name of the surface of regions that have none.
+const BLACK: &str = "black";
+
+/// The surface of a name in a text: the material of this name, or black.
+fn surface_of(name: &str) -> SurfaceRow {
+    let layer = match Material::by_name(name) {
+        Ok(_) => RawLayer { material: Some(name.to_owned()), ..RawLayer::default() },
+        Err(_) => RawLayer { eps: Some([1.0, 0.0]), ..RawLayer::default() },
+    };
+    SurfaceRow { coherent: true, layer: vec![bare(layer)], roughness: None, slope_azimuth_deg: 0.0, canopy: None }
 }
 
 impl SolidScene {
@@ -31,7 +46,8 @@ impl SolidScene {
 }
 
 impl SceneFile {
-    /// A scene file that holds the bodies and regions of a text as rows; surfaces and camera are left to be added.
+    /// A scene file that holds the bodies and regions of a text as rows. A surface that has the name of a material is made of it,
+    /// others are black, and so are regions without one; the camera is left to be added.
     #[must_use]
     pub fn of_text(name: &str, model: &TextModel) -> Self {
         let body = |b: &crate::geometry::NamedBody| BodyRow {
@@ -44,10 +60,12 @@ impl SceneFile {
         let region = |(r, surface): (&crate::geometry::RegionSource, &Option<String>)| RegionRow {
             name: r.name.clone(),
             is: r.expression.to_string(),
-            surface: surface.clone(),
+            surface: Some(surface.clone().unwrap_or_else(|| BLACK.into())),
             temperature_k: None,
             face: Vec::new(),
         };
+        let rows: Vec<RegionRow> = model.regions.iter().zip(&model.surfaces).map(region).collect();
+        let names: BTreeSet<&str> = rows.iter().filter_map(|r| r.surface.as_deref()).filter(|s| !is_void(s)).collect();
         Self {
             kind: "solids".into(),
             name: name.to_owned(),
@@ -56,10 +74,10 @@ impl SceneFile {
             camera: None,
             atmosphere: None,
             ground: None,
-            surface: Default::default(),
+            surface: names.into_iter().map(|n| (n.to_owned(), bare(surface_of(n)))).collect(),
             bodies_and_regions: None,
             body: model.bodies.iter().map(|b| bare(body(b))).collect(),
-            region: model.regions.iter().zip(&model.surfaces).map(|r| bare(region(r))).collect(),
+            region: rows.into_iter().map(bare).collect(),
             assembly: Default::default(),
             instance: Vec::new(),
         }

@@ -4,6 +4,7 @@ use super::error::SurfaceError;
 use super::stack::{Layer, Stack};
 use crate::dielectrics::{DielectricError, Extrapolation, Material, MaterialState, Model, permittivity_of};
 use num_complex::Complex64;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use toml::Spanned;
@@ -58,7 +59,7 @@ struct RawStack {
 }
 
 /// One layer as it is written in a file; which keys it may have depends on its substance.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RawLayer {
     /// Name of a material.

@@ -18,9 +18,9 @@ const WEAK_K: f64 = 6.0;
 /// Spread above which it gets a grid of looks, K.
 const STRONG_K: f64 = 80.0;
 /// Spread of pixels that show one face up to which a look takes the temperature of the nearest, K.
-const ALIKE_K: f64 = 25.0;
+const ALIKE_K: f64 = 30.0;
 /// Side of that grid.
-const SIDE: usize = 4;
+const SIDE: usize = 3;
 
 impl Tracer<'_> {
     /// Replaces every pixel on an edge by the mean of its looks; returns how many were followed in full.

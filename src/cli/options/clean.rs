@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "CLEAN")]
 pub struct CleanArgs {
-    /// hogbom, clark or multiscale.
+    /// hogbom, clark or multiscale; in `selfcal` also mem, which solves image and gains together by maximum entropy.
     #[arg(long, visible_alias = "deconvolver", value_name = "NAME", default_value = "hogbom")]
     algorithm: String,
     /// Part of the peak that one component takes.
@@ -80,7 +80,17 @@ impl CleanArgs {
         })
     }
 
-    fn mask(&self, grid: &SkyGrid) -> Result<Option<Array2<bool>>> {
+    /// Name of the deconvolver.
+    #[must_use]
+    pub fn algorithm(&self) -> &str {
+        &self.algorithm
+    }
+
+    /// Where components may be; `None` without a mask or box.
+    ///
+    /// # Errors
+    /// A mask that cannot be read or is on another grid, a box that cannot be read, no pixel left.
+    pub fn mask(&self, grid: &SkyGrid) -> Result<Option<Array2<bool>>> {
         let mut mask = self.mask.as_deref().map(|path| fits_mask(path, grid)).transpose()?;
         if !self.boxes.is_empty() {
             let boxes = self.boxes.iter().map(|b| corners(b)).collect::<Result<Vec<_>>>()?;

@@ -78,6 +78,12 @@ pub enum SolverName {
 }
 
 impl MemArgs {
+    /// The total flux as it was given.
+    #[must_use]
+    pub fn flux_text(&self) -> Option<&str> {
+        self.flux.as_deref()
+    }
+
     /// The noise where it is given in words that need no data; `None` where it is to be chosen.
     #[must_use]
     pub fn noise_word(&self) -> Option<&str> {
@@ -116,7 +122,7 @@ impl MemArgs {
                 SolverName::Vtess => Method::Vtess,
             },
             entropy: entropy_by_name(&self.entropy)?,
-            prior: self.prior(grid, (unit, frequency))?,
+            prior: prior(self.prior.as_deref(), grid, (unit, frequency))?,
             flux,
             goals: MemGoals {
                 chi2: self.chi2,
@@ -142,42 +148,6 @@ impl MemArgs {
         }
     }
 
-    fn prior(&self, grid: &SkyGrid, (unit, freq_hz): (VisUnit, f64)) -> Result<Prior> {
-        let Some(text) = self.prior.as_deref() else { return Ok(Prior::Auto) };
-        if text == "smoothed" {
-            return Ok(Prior::Smoothed);
-        }
-        // Rayleigh-Jeans: Jy a pixel for each kelvin.
-        let jy_per_k = 2.0 * BOLTZMANN * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * grid.cell_sr() / JANSKY;
-        let level = if let Ok(t) = text.parse::<Temperature>() {
-            Some(t.si() * if unit == VisUnit::KelvinSr { 1.0 } else { jy_per_k })
-        } else {
-            text.parse::<FluxDensity>().ok().map(|f| f.si() / if unit == VisUnit::KelvinSr { jy_per_k } else { 1.0 })
-        };
-        if let Some(level) = level {
-            if !(level > 0.0 && level.is_finite()) {
-                return Err(Failure::message(format!("--prior is {text}, expected a positive brightness: entropy is relative to it")));
-            }
-            return Ok(Prior::Flat(level));
-        }
-        let path = Path::new(text);
-        if !path.exists() {
-            return Err(Failure::usage(format!(
-                "--prior is {text:?}, expected a temperature such as 250K, a flux density a pixel such as 1mJy, a FITS image, or smoothed"
-            )));
-        }
-        let image = cittert_formats::open_image(path)?;
-        crate::fidelity::check_alignment(&image.grid, grid).context(format!("{text}: the prior does not fit the image"))?;
-        let plane = image.plane(0, 0).to_owned();
-        match (image.unit, unit) {
-            (BrightnessUnit::Kelvin, VisUnit::KelvinSr) => Ok(Prior::Image(plane)),
-            (BrightnessUnit::Kelvin, _) => Ok(Prior::Image(plane * jy_per_k)),
-            (BrightnessUnit::JyPerPixel, VisUnit::KelvinSr) => Ok(Prior::Image(plane / jy_per_k)),
-            (BrightnessUnit::JyPerPixel, _) => Ok(Prior::Image(plane)),
-            (other, _) => Err(Failure::message(format!("{text}: the prior is in {}, expected K or Jy/pixel", other.bunit()))),
-        }
-    }
-
     fn mask(&self, grid: &SkyGrid) -> Result<Option<Array2<bool>>> {
         let Some(path) = &self.mem_mask else { return Ok(None) };
         let image = cittert_formats::open_image(path)?;
@@ -187,6 +157,46 @@ impl MemArgs {
             return Ok(Some(mask));
         }
         Err(Failure::message(format!("{}: the mask leaves no pixel for the image: no value is above 0", path.display())))
+    }
+}
+
+/// A prior in words: a temperature, a flux density a pixel, a FITS image on `grid`, or `smoothed`.
+///
+/// # Errors
+/// A text that is none of these, a level that is not positive, an image on another grid or in another unit.
+pub fn prior(text: Option<&str>, grid: &SkyGrid, (unit, freq_hz): (VisUnit, f64)) -> Result<Prior> {
+    let Some(text) = text else { return Ok(Prior::Auto) };
+    if text == "smoothed" {
+        return Ok(Prior::Smoothed);
+    }
+    // Rayleigh-Jeans: Jy a pixel for each kelvin.
+    let jy_per_k = 2.0 * BOLTZMANN * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * grid.cell_sr() / JANSKY;
+    let level = if let Ok(t) = text.parse::<Temperature>() {
+        Some(t.si() * if unit == VisUnit::KelvinSr { 1.0 } else { jy_per_k })
+    } else {
+        text.parse::<FluxDensity>().ok().map(|f| f.si() / if unit == VisUnit::KelvinSr { jy_per_k } else { 1.0 })
+    };
+    if let Some(level) = level {
+        if !(level > 0.0 && level.is_finite()) {
+            return Err(Failure::message(format!("--prior is {text}, expected a positive brightness: entropy is relative to it")));
+        }
+        return Ok(Prior::Flat(level));
+    }
+    let path = Path::new(text);
+    if !path.exists() {
+        return Err(Failure::usage(format!(
+            "--prior is {text:?}, expected a temperature such as 250K, a flux density a pixel such as 1mJy, a FITS image, or smoothed"
+        )));
+    }
+    let image = cittert_formats::open_image(path)?;
+    crate::fidelity::check_alignment(&image.grid, grid).context(format!("{text}: the prior does not fit the image"))?;
+    let plane = image.plane(0, 0).to_owned();
+    match (image.unit, unit) {
+        (BrightnessUnit::Kelvin, VisUnit::KelvinSr) => Ok(Prior::Image(plane)),
+        (BrightnessUnit::Kelvin, _) => Ok(Prior::Image(plane * jy_per_k)),
+        (BrightnessUnit::JyPerPixel, VisUnit::KelvinSr) => Ok(Prior::Image(plane / jy_per_k)),
+        (BrightnessUnit::JyPerPixel, _) => Ok(Prior::Image(plane)),
+        (other, _) => Err(Failure::message(format!("{text}: the prior is in {}, expected K or Jy/pixel", other.bunit()))),
     }
 }
 

@@ -20,9 +20,12 @@ pub struct SceneArgs {
     /// Size of a pixel of a PNG or a scene description.
     #[arg(long, value_name = "ANGLE")]
     pub scene_cell: Option<Angle>,
-    /// Pixels along each side of a scene description.
+    /// Pixels along each side of a scene description; without --scene-cell over the field of view of its camera.
     #[arg(long, value_name = "N")]
     pub scene_size: Option<usize>,
+    /// A scene of solids gets temperatures of its own in every channel, instead of those at the centre of the band.
+    #[arg(long)]
+    pub scene_channels: bool,
     /// Temperature of black in a PNG.
     #[arg(long, value_name = "TEMP")]
     pub scene_min: Option<Temperature>,
@@ -92,20 +95,19 @@ impl SceneArgs {
     /// A file that is no scene, or a missing size.
     pub fn render(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {
         let path = &self.scene;
-        let text =
-            std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the scene: {e}", path.display())))?;
-        let scene = Scene::from_toml(&text).context(format!("{}", path.display()))?;
-        let grid = match (self.scene_size, self.scene_cell, scene.natural_grid()) {
+        let scene = read_scene(path)?;
+        let grid = match (self.scene_size, self.scene_cell, scene.natural_grid(self.scene_size)) {
             (Some(size), Some(cell), _) => SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?,
-            (None, None, Some(grid)) => grid,
+            (_, None, Some(grid)) => grid,
             _ => {
                 return Err(Failure::usage(format!(
-                    "{}: a scene description needs --scene-size and --scene-cell (both or, for a scene with a camera of its own, neither)",
+                    "{}: a scene description needs --scene-size and --scene-cell (a scene with a camera of its own neither, or the size alone)",
                     path.display()
                 )));
             }
         };
-        Ok(scene.render(&grid, spectrum)?)
+        let image = if self.scene_channels { scene.render_channels(&grid, spectrum) } else { scene.render(&grid, spectrum) };
+        image.context(path.display())
     }
 
     fn png(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {
@@ -122,6 +124,28 @@ impl SceneArgs {
         image.object = stem(path);
         Ok(image)
     }
+}
+
+/// The text of a scene description.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn scene_text(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the scene: {e}", path.display())))
+}
+
+/// Reads grey pictures that a scene description names, beside it.
+pub fn pictures_beside(path: &Path) -> impl Fn(&str) -> Result<ndarray::Array2<f64>, Box<dyn std::error::Error + Send + Sync>> {
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    move |name| Ok(cittert_formats::read_grey_png(&folder.join(name))?)
+}
+
+/// A scene description with the pictures it names.
+///
+/// # Errors
+/// A file that cannot be read or is no scene.
+pub fn read_scene(path: &Path) -> Result<Scene> {
+    Scene::from_toml_with(&scene_text(path)?, &pictures_beside(path)).context(path.display())
 }
 
 /// A picture of the sky in front of a boresight is taken as it appears: its columns run to the right.

@@ -47,6 +47,8 @@ pub struct Config {
     pub scene: SceneSection,
     /// How visibilities are made.
     pub simulate: SimulateSection,
+    /// The u-v mask on the FFT grid of the images.
+    pub mask: Option<MaskSection>,
     /// Options of every image.
     #[serde(default)]
     pub image: ImageSection,
@@ -79,8 +81,11 @@ pub struct SceneSection {
     pub file: String,
     /// Size of a pixel of a scene that has none of its own.
     pub scene_cell: Option<Typed<Angle>>,
-    /// Number of pixels a side of a scene that has none of its own.
+    /// Number of pixels a side of a scene description; without scene-cell over the field of view of its camera.
     pub scene_size: Option<usize>,
+    /// Temperatures of its own for every channel of a scene of solids.
+    #[serde(default)]
+    pub scene_channels: bool,
     /// Temperature of black in a PNG.
     pub scene_min: Option<Typed<Temperature>>,
     /// Temperature of white in a PNG.
@@ -127,6 +132,16 @@ pub struct SimulateSection {
 
 fn one() -> usize {
     1
+}
+
+/// Options of `mask`; what is left out is that of the images.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct MaskSection {
+    /// Number of pixels a side of the image that belongs to the grid.
+    pub size: Option<usize>,
+    /// Size of its pixels.
+    pub cell: Option<Typed<Angle>>,
 }
 
 /// Options shared by every image of the run.

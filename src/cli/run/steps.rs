@@ -97,6 +97,7 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     ));
 
     let image = words(&config.image);
+    all.extend(mask(config, &layout));
     let with_image = |mut w: Vec<String>| {
         w.extend(image.iter().cloned());
         w
@@ -139,6 +140,21 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     Ok(all)
 }
 
+/// The mask that the array and its channels leave on the FFT grid.
+fn mask(config: &Config, layout: &str) -> Option<Step> {
+    let mut w = vec!["mask".to_owned(), layout.to_owned()];
+    let own = words(config.mask.as_ref()?);
+    let given = |key: &str, list: &[String]| list.iter().find(|x| x.starts_with(key)).cloned();
+    w.extend(["--size=", "--cell="].iter().filter_map(|key| given(key, &own).or_else(|| given(key, &words(&config.image)))));
+    // The band and the track are those of the visibilities.
+    let made = ["--method=", "--epsilon=", "--subchannels=", "--element=", "--pedestal=", "--noise"];
+    w.extend(words(&config.simulate).into_iter().filter(|x| !made.iter().any(|m| x.starts_with(m))));
+    w.extend(["-o".into(), format!("{DIR}/mask.fits")]);
+    let mut step = Step::new("Visibilities", "mask", "mask", w);
+    step.picture = Some(("mask.png".into(), "Cells of the FFT grid that the baselines and channels fill.".into()));
+    Some(step)
+}
+
 /// The step that makes an image of the scene, where it has one, and the path of that image.
 fn all_truth(config: &Config, scene_file: &str, all: &mut Vec<Step>) -> Option<String> {
     let lower = scene_file.to_ascii_lowercase();
@@ -146,7 +162,7 @@ fn all_truth(config: &Config, scene_file: &str, all: &mut Vec<Step>) -> Option<S
         return None;
     }
     let mut w = vec!["scene".to_owned(), "render".into(), scene_file.to_owned()];
-    w.extend(words(&config.scene).into_iter().filter(|x| !x.starts_with("--file=")));
+    w.extend(words(&config.scene).into_iter().filter(|x| !x.starts_with("--file=") && x != "--scene-channels"));
     let sim = words(&config.simulate);
     w.extend(sim.into_iter().filter(|x| ["--freq=", "--bandwidth=", "--phase-center="].iter().any(|p| x.starts_with(p))));
     w.extend(["-o".into(), format!("{DIR}/scene.fits")]);

@@ -3,7 +3,9 @@
 mod air;
 mod attenuation;
 mod bistatic;
+mod convert;
 mod emissivity;
+mod fly;
 mod list;
 mod material;
 mod path;
@@ -11,6 +13,7 @@ mod permittivity;
 mod probe;
 mod render;
 mod sky;
+mod solids;
 mod surface;
 mod table;
 mod values;
@@ -23,7 +26,13 @@ use clap::Subcommand;
 #[derive(Debug, Subcommand)]
 pub(crate) enum SceneCommand {
     /// Render a scene description (or read a PNG or FITS scene) into a FITS image in K.
-    Render(render::RenderArgs),
+    Render(Box<render::RenderArgs>),
+    /// The pictures of a camera that moves through a scene of solids, and a film of them.
+    Fly(Box<fly::FlyArgs>),
+    /// A scene of solids between TOML and the text of bodies and regions.
+    Convert(convert::ConvertArgs),
+    /// Print the JSON schema of a scene of solids.
+    Schema,
     /// What rays hit and where points lie in a scene of solids, as CSV.
     Probe(probe::ProbeArgs),
     /// Sky temperatures against zenith angle, as CSV.
@@ -49,6 +58,9 @@ pub(crate) enum SceneCommand {
 pub(super) fn run(command: &SceneCommand, context: &Context) -> Result<Outcome> {
     match command {
         SceneCommand::Render(args) => render::run(args, context),
+        SceneCommand::Fly(args) => fly::run(args, context),
+        SceneCommand::Convert(args) => convert::run(args, context),
+        SceneCommand::Schema => convert::schema(),
         SceneCommand::Probe(args) => probe::run(args),
         SceneCommand::Sky(args) => sky::run(args),
         SceneCommand::Attenuation(args) => attenuation::run(args),

@@ -2,8 +2,9 @@
 
 use crate::cli::context::Outcome;
 use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::options::{pictures_beside, scene_text};
 use cittert_phenomenology::geometry::probe::{PointRow, RayRow, read_rows};
-use cittert_phenomenology::solids::read_probe;
+use cittert_phenomenology::solids::read_probe_with;
 use clap::Args;
 use serde::Serialize;
 use std::fs::File;
@@ -33,9 +34,7 @@ pub(crate) struct ProbeArgs {
 /// A scene or a CSV that cannot be read, an unknown region.
 pub(super) fn run(args: &ProbeArgs) -> Result<Outcome> {
     let named = |path: &Path| format!("{}", path.display());
-    let text = std::fs::read_to_string(&args.scene)
-        .map_err(|e| Failure::message(format!("{}: cannot read the scene: {e}", args.scene.display())))?;
-    let scene = read_probe(&text).context(named(&args.scene))?;
+    let scene = read_probe_with(&scene_text(&args.scene)?, &pictures_beside(&args.scene)).context(named(&args.scene))?;
     let region = args.region.as_deref();
     let open = |path: &Path| File::open(path).map_err(|e| Failure::message(format!("{}: cannot open: {e}", path.display())));
     if let Some(path) = &args.rays {

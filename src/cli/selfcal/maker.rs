@@ -1,7 +1,7 @@
 //! The model maker of the loop, with its images of each round kept and its time taken.
 
 use crate::Result;
-use crate::calibrate::{CleanMaker, ModelMaker, ModelMetrics, ModelVisibilities, RoundPlan};
+use crate::calibrate::{ImageMaker, JointStage, ModelMaker, ModelMetrics, ModelVisibilities, RoundPlan};
 use crate::imaging::CleanProducts;
 use crate::progress::Observer;
 use cittert_arrays::{Image, UvCoverage, VisibilityHeader, VisibilitySource};
@@ -27,9 +27,9 @@ impl Seconds {
     }
 }
 
-/// A [`CleanMaker`] that hands each round's image to `keep`. Round 0 is the image before any calibration.
+/// A maker that hands each round's image to `keep`. Round 0 is the image before any calibration.
 pub(super) struct KeepingMaker<K> {
-    inner: CleanMaker,
+    inner: Box<dyn ImageMaker>,
     first: usize,
     next: usize,
     keep: K,
@@ -39,13 +39,28 @@ pub(super) struct KeepingMaker<K> {
 
 impl<K: FnMut(usize, &Image) -> Result<()>> KeepingMaker<K> {
     /// `before` says that the first image is one of the data as they are.
-    pub(super) fn new(inner: CleanMaker, before: bool, keep: K) -> Self {
+    pub(super) fn new(inner: Box<dyn ImageMaker>, before: bool, keep: K) -> Self {
         Self { inner, first: usize::from(!before), next: usize::from(!before), keep, seconds: 0.0 }
     }
 
     /// Call `remove` for the images of round `from` and later that were kept.
     pub(super) fn forget_from(&self, from: usize, remove: impl Fn(usize)) {
         (from.max(self.first)..self.next).for_each(remove);
+    }
+
+    /// How image and gains were solved together, where they were.
+    pub(super) fn joint(&self) -> Option<Value> {
+        self.inner.solution().map(|j| {
+            let stage = |s: &JointStage| {
+                json!({ "strength": s.strength, "evaluations": s.evaluations, "chi2_per_datum": s.chi2_per_datum,
+                    "moved_pixels": [s.moved.0, s.moved.1] })
+            };
+            let stages: Vec<Value> = j.stages.iter().map(stage).collect();
+            json!({
+                "evaluations": j.state.evaluations, "chi2_per_datum": j.state.chi2_per_datum / j.noise_factor.unwrap_or(1.0),
+                "kkt_residual": j.state.kkt, "met": j.progress.met, "noise_factor": j.noise_factor, "stages": stages,
+            })
+        })
     }
 
     /// The images of the best round.

@@ -89,11 +89,17 @@ struct Flags {
     bad_unflagged: f64,
 }
 
-/// All errors, in the order of their names.
+/// All errors, in the order of their names; `text` is the file, for the lines of messages.
 ///
 /// # Errors
 /// An unknown kind, an unknown or missing key, a number without its unit, a parameter outside its range.
-pub(super) fn errors(sections: &BTreeMap<String, toml::Table>) -> Result<Vec<Error>> {
+pub(super) fn errors(sections: &BTreeMap<String, toml::Table>, text: &str) -> Result<Vec<Error>> {
+    let place =
+        |name: &str| match text.lines().position(|l| l.trim().strip_prefix("[errors.").is_some_and(|l| l.trim_end() == format!("{name}]")))
+        {
+            Some(line) => format!("errors.{name} (line {})", line + 1),
+            None => format!("errors.{name}"),
+        };
     sections
         .iter()
         .map(|(name, section)| {
@@ -103,8 +109,8 @@ pub(super) fn errors(sections: &BTreeMap<String, toml::Table>) -> Result<Vec<Err
                 Some(other) => return Err(Failure::message(format!("errors.{name}: kind is {other}, expected a name"))),
                 None => name.clone(),
             };
-            let error = one(&kind, section).context(format!("errors.{name}"))?;
-            error.model().check().context(format!("errors.{name}"))?;
+            let error = one(&kind, section).context(place(name))?;
+            error.model().check().context(place(name))?;
             Ok(error)
         })
         .collect()

@@ -15,6 +15,8 @@ use std::path::{Path, PathBuf};
 
 /// Name of the journal in the folder of a study.
 const NAME: &str = "journal.jsonl";
+/// Held by the process that runs the study; it frees itself when the process ends, however it ends.
+const LOCK: &str = "journal.lock";
 /// Files that a finished study leaves beside its journal, removed when it begins anew.
 const RESULTS: [&str; 4] = ["trials.csv", "summary.csv", "study.h5", "report.html"];
 
@@ -59,6 +61,7 @@ impl Line {
 pub(super) struct Journal {
     file: File,
     path: PathBuf,
+    _lock: File,
 }
 
 impl Journal {
@@ -83,6 +86,7 @@ impl Journal {
                 return Err(Failure::message(text));
             }
         };
+        let lock = lock(folder)?;
         let mut done = BTreeMap::new();
         let mut whole = false;
         if let (Some(bytes), false) = (&old, overwrite) {
@@ -117,7 +121,7 @@ impl Journal {
             write_file(&path, true, text.as_bytes())?;
         }
         let file = OpenOptions::new().append(true).open(&path).context(format!("{}", path.display()))?;
-        Ok((Self { file, path }, done))
+        Ok((Self { file, path, _lock: lock }, done))
     }
 
     /// Add a trial; it is on the disk when this returns.
@@ -134,9 +138,24 @@ impl Journal {
     }
 }
 
+/// The lock of a folder, which is made where there is none.
+fn lock(folder: &Path) -> Result<File> {
+    std::fs::create_dir_all(folder).context(format!("{}: cannot make the folder", folder.display()))?;
+    let path = folder.join(LOCK);
+    let file = OpenOptions::new().create(true).append(true).open(&path).context(format!("{}", path.display()))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(std::fs::TryLockError::WouldBlock) => {
+            let text = format!("{}: another process runs a study in this folder; wait for it, or choose another folder", folder.display());
+            Err(Failure::message(text))
+        }
+        Err(std::fs::TryLockError::Error(e)) => Err(e).context(format!("{}: cannot lock it", path.display())),
+    }
+}
+
 fn folder_is_free(folder: &Path) -> Result<bool> {
     match std::fs::read_dir(folder) {
-        Ok(mut entries) => Ok(entries.next().is_none()),
+        Ok(entries) => Ok(entries.flatten().all(|e| e.file_name() == LOCK)),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(true),
         Err(e) => Err(e).context(format!("{}", folder.display())),
     }

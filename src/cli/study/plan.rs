@@ -62,7 +62,7 @@ impl Plan {
                 // The file itself shows the line; a value of an axis has none.
                 Err(e) => return toml::from_str::<Config>(text).map_err(Failure::from).and(Err(e.into())).context(place()),
             };
-            let setup = pool.install(|| setup(&config, &tree, folder, &mut bases, (&mut files, context)));
+            let setup = pool.install(|| setup(&config, (&tree, text), folder, &mut bases, (&mut files, context)));
             let setup = if grid.axes.is_empty() { setup? } else { setup.context(format!("at {}", place()))? };
             setups.push(setup);
             head.get_or_insert(config);
@@ -136,7 +136,7 @@ fn put(table: &mut toml::Table, parameter: &str, value: toml::Value) -> Result<(
     Ok(())
 }
 
-fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more: (&mut String, &Context)) -> Result<Setup> {
+fn setup(c: &Config, (tree, text): (&toml::Table, &str), folder: &Path, bases: &mut Bases, more: (&mut String, &Context)) -> Result<Setup> {
     let mut sections: Vec<String> = ["scene", "simulate", "image", "clean"].iter().map(|k| format!("{:?}", tree.get(*k))).collect();
     let antennas = match (c.layout.antennas, c.layout.choose) {
         (None, _) => Antennas::All,
@@ -184,7 +184,7 @@ fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more:
         }
         _ => Antennas::All,
     };
-    Ok(Setup { base, antennas, errors: errors(&c.errors)?, selfcal })
+    Ok(Setup { base, antennas, errors: errors(&c.errors, text)?, selfcal })
 }
 
 /// The error-free observation of a point.
@@ -212,6 +212,7 @@ fn observe(c: &Config, folder: &Path, (files, context): (&mut String, &Context))
                 scene,
                 scene_cell: c.scene.scene_cell,
                 scene_size: c.scene.scene_size,
+                scene_channels: false,
                 scene_min: c.scene.scene_min,
                 scene_max: c.scene.scene_max,
             };

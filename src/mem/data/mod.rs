@@ -3,9 +3,22 @@
 //! An image is transformed once, every term looks at the model visibilities and adds its gradient, and the sum of the gradients is
 //! transformed back once. So any number of terms costs one pair of transforms.
 
+mod amplitude;
+mod closure_amplitude;
+mod closure_phase;
+mod samples;
+mod station_amplitude;
 mod visibility;
 
+pub use amplitude::Amplitudes;
+pub use closure_amplitude::ClosureAmplitudes;
+pub use closure_phase::{ClosurePhases, PhaseForm};
+pub use samples::Samples;
+pub use station_amplitude::{LogGains, StationAmplitudes};
 pub use visibility::Visibilities;
+
+#[cfg(test)]
+pub(crate) use samples::fixture;
 
 use num_complex::Complex;
 

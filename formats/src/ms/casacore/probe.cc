@@ -38,8 +38,11 @@ void read_all(const Table& t, const String& name, bool scalar) {
     for (rownr_t r = 0; r < n; r += n <= FEW ? 1 : n - 1) {
         if (c.isDefined(r)) c(r);
     }
-    // Runs of rows go through other code of the storage managers than single cells.
-    if (n > 0) c.getColumnRange(Slicer(IPosition(1, 0), IPosition(1, std::min(rownr_t(1024), n))));
+    // Runs of rows go through other code of the storage managers than single cells. casacore takes the shape of the first cell for all,
+    // so that a run ends where the shape changes (another spectral window).
+    rownr_t run = 0;
+    while (run < std::min(rownr_t(1024), n) && c.isDefined(run) && c.shape(run).isEqual(c.shape(0))) ++run;
+    if (run > 0) c.getColumnRange(Slicer(IPosition(1, 0), IPosition(1, run)));
 }
 
 void read_column(const Table& t, const String& name, const ColumnDesc& desc) {

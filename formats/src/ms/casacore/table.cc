@@ -87,6 +87,11 @@ void get(const Table& t, const char* column, uint64_t start, uint64_t rows, cons
         return;
     }
     ArrayColumn<T> c(t, column);
+    // casacore copies cells of any shape into the room of the first one.
+    for (uint64_t r = start; !c.columnDesc().isFixedShape() && r < start + rows; ++r) {
+        const bool same = c.isDefined(r) && c.shape(r).isEqual(cell);
+        if (!same) throw AipsError("row " + String::toString(r) + ": expected a cell of shape " + cell.toString() + ", found another one");
+    }
     Array<T> a(cell.concatenate(IPosition(1, rows)), values, SHARE);
     c.getColumnRange(rows_from(start, rows), a, False);
 }

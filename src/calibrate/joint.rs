@@ -1,0 +1,183 @@
+//! Image and antenna gains solved as one problem, from data whose gains nobody knows.
+//!
+//! Every step of the image meets the gains that fit it best (see [`UnknownGains`]), so it descends on chi squared through free
+//! gains instead of waiting for the next calibration. The data are first heard faintly, so that the image is smooth and cannot take
+//! up errors, then ever more. Positivity and the dark around the scene do what a known model does elsewhere.
+//!
+//! Unknown phases leave open where the scene lies, and the image comes out anywhere. It is brought to the middle of the frame once;
+//! after that a band, or the rotation of the Earth, tells where it belongs (see [`UnknownGains::shift`]), and it is moved there.
+//!
+//! # Reference
+//! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413; Cornwell & Wilkinson 1981, MNRAS 196, 1067.
+
+use super::unknown_gains::UnknownGains;
+use crate::Result;
+use crate::mem::{MemGoals, MemImager, MemState, Method, Progress};
+use crate::progress::{Event, Observer};
+use cittert_arrays::SkyGrid;
+use ndarray::{Array2, s};
+
+/// Strength of the data against the entropy in each stage (lambda times the sum of the weights times the mean prior), steps, and how
+/// the image may be moved after it.
+const STAGES: [(f64, usize, Move); 5] =
+    [(0.6, 15, Move::Middle), (0.6, 15, Move::Data), (0.6, 8, Move::Data), (6.0, 15, Move::Data), (60.0, 20, Move::Data)];
+/// Part of the prior that a pixel gets that comes into the frame from outside.
+const DARK: f64 = 4e-3;
+/// Evaluations of a final solution: the image is nearly there.
+const FINAL: usize = 40;
+/// KKT residual of the end. Gains that move with the image keep it from the last digits, which the data do not hold.
+const SETTLED: f64 = 0.1;
+/// Final solutions; each but the first follows a move of the image by a pixel or more.
+const FINALS: usize = 3;
+
+/// How the image may be moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Move {
+    /// Its centre of brightness to the middle of the frame.
+    Middle,
+    /// To where the data want it, if they tell.
+    Data,
+}
+
+/// What one stage did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointStage {
+    /// Strength of the data against the entropy; 0 in the final solutions, which find it.
+    pub strength: f64,
+    /// Evaluations of the data term.
+    pub evaluations: usize,
+    /// Chi squared over its expected value at its end.
+    pub chi2_per_datum: f64,
+    /// Cells by which the image was moved after it, (columns, rows).
+    pub moved: (i64, i64),
+}
+
+/// An image, found together with the gains.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    /// The image with its multipliers.
+    pub state: MemState,
+    /// The last solution.
+    pub progress: Progress,
+    /// The variance of the data over what the weights say, where it was to be found out.
+    pub noise_factor: Option<f64>,
+    /// Every stage, in order.
+    pub stages: Vec<JointStage>,
+}
+
+/// Where the visibilities of a problem lie in the u-v plane, wavelengths \[n\].
+#[derive(Debug, Clone, Copy)]
+pub struct Lattice<'a> {
+    /// Along l.
+    pub u: &'a [f64],
+    /// Along m.
+    pub v: &'a [f64],
+}
+
+/// How far to go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointGoals {
+    /// Chi squared over its expected value, and its largest relative departure.
+    pub chi2: (f64, f64),
+    /// Find the noise from the difference of two hands, for weights that do not tell it.
+    pub find_noise: bool,
+}
+
+impl Default for JointGoals {
+    fn default() -> Self {
+        Self { chi2: (1.0, 0.01), find_noise: false }
+    }
+}
+
+/// Solve image and gains together. The data term of `imager` must be `gains`; afterwards these hold the gains of the image.
+///
+/// # Errors
+/// Values that are not finite; a request to stop.
+pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goals: &JointGoals, observer: &dyn Observer) -> Result<Joint> {
+    let grid = imager.objective().chi2.grid().clone();
+    let unit = imager.objective().unit;
+    let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
+    let mut state = imager.start();
+    let mut stages = Vec::new();
+    let mut noise_factor = None;
+    gains.restart();
+    observer.event(Event::Phase { name: "image and gains", total: None, unit: "evaluations" });
+    for (strength, steps, then) in STAGES {
+        let progress = imager.improve(&mut state, strength / (weight * unit * unit), steps, observer)?;
+        if goals.find_noise {
+            noise_factor = gains.noise_factor(imager.predict(&state.image)?);
+        }
+        let explained = state.chi2_per_datum <= goals.chi2.0 * noise_factor.unwrap_or(1.0);
+        let moved = match then {
+            Move::Middle => to_the_middle(&state.image),
+            Move::Data => asked_for(imager, gains, at, &grid, &state)?,
+        };
+        shift(imager, gains, &mut state, moved);
+        stages.push(JointStage { strength, evaluations: progress.evaluations, chi2_per_datum: state.chi2_per_datum, moved });
+        if explained && then == Move::Data && moved == (0, 0) {
+            break;
+        }
+    }
+    let target = goals.chi2.0 * noise_factor.unwrap_or(1.0);
+    let last = MemGoals { chi2: target, chi2_tolerance: goals.chi2.1, kkt: SETTLED, evaluations: FINAL, ..MemGoals::default() };
+    let mut left = FINALS;
+    let progress = loop {
+        let progress = imager.solve(&mut state, &last, Method::QuasiNewton, observer)?;
+        left -= 1;
+        let moved = if left > 0 { asked_for(imager, gains, at, &grid, &state)? } else { (0, 0) };
+        shift(imager, gains, &mut state, moved);
+        stages.push(JointStage { strength: 0.0, evaluations: progress.evaluations, chi2_per_datum: state.chi2_per_datum, moved });
+        if moved == (0, 0) {
+            break progress;
+        }
+    };
+    observer.event(Event::Done);
+    Ok(Joint { state, progress, noise_factor, stages })
+}
+
+/// Cells (columns, rows) from the centre of brightness to the middle of the frame.
+fn to_the_middle(image: &Array2<f64>) -> (i64, i64) {
+    let (rows, columns) = image.dim();
+    let (mut sum, mut x, mut y) = (0.0, 0.0, 0.0);
+    for ((i, j), v) in image.indexed_iter() {
+        sum += v;
+        x += v * (j as f64 - (columns / 2) as f64);
+        y += v * (i as f64 - (rows / 2) as f64);
+    }
+    if sum > 0.0 { (-(x / sum).round() as i64, -(y / sum).round() as i64) } else { (0, 0) }
+}
+
+/// Cells by which the data want the image moved: 0 where they do not tell to within a cell.
+fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid: &SkyGrid, state: &MemState) -> Result<(i64, i64)> {
+    let model = imager.predict(&state.image)?;
+    let Some((shift, sigma)) = gains.shift(model, at.u, at.v) else { return Ok((0, 0)) };
+    // Noise is not all: with an image still far from the data, the shift is no better than the fit.
+    let worse = state.chi2_per_datum.max(1.0).sqrt();
+    let cells = |shift: f64, sigma: f64, limit: usize| {
+        let (d, s) = (shift / grid.cell_rad, worse * sigma / grid.cell_rad);
+        let limit = limit as f64 / 4.0;
+        if d.abs() > 2.0 * s && d.is_finite() { d.clamp(-limit, limit).round() as i64 } else { 0 }
+    };
+    Ok((grid.l_sign() as i64 * cells(shift[0], sigma[0], grid.n_l), cells(shift[1], sigma[1], grid.n_m)))
+}
+
+/// Move the image; what comes in from outside is dark.
+fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (columns, rows): (i64, i64)) {
+    if (columns, rows) == (0, 0) {
+        return;
+    }
+    let mut image = imager.prior() * DARK;
+    let (n_m, n_l) = image.dim();
+    let spans = |d: i64, n: usize| {
+        let d = d.clamp(-(n as i64), n as i64);
+        let (from, to) = ((-d).max(0) as usize, d.max(0) as usize);
+        let length = n - d.unsigned_abs() as usize;
+        (from..from + length, to..to + length)
+    };
+    let ((from_l, to_l), (from_m, to_m)) = (spans(columns, n_l), spans(rows, n_m));
+    image.slice_mut(s![to_m, to_l]).assign(&state.image.slice(s![from_m, from_l]));
+    let moved = imager.start_at(image);
+    state.image = moved.image;
+    // The gains follow by a phase gradient of many turns: they are found anew.
+    gains.restart();
+}

@@ -1,0 +1,114 @@
+//! A small extended scene through unknown phases, from end to end.
+
+use super::*;
+use crate::imaging::fixtures::{positions, snapshot};
+use crate::imaging::{ImagingOptions, WeightOptions, Weighting};
+use crate::mem::Prior;
+use crate::progress::Silent;
+use cittert_arrays::{Polarization, SkyGrid, VisUnit, VisibilitySet};
+use ndarray::{Array2, s};
+use num_complex::Complex32;
+
+const SIDE: usize = 40;
+const CELL: f64 = 4e-3;
+
+/// A disc with a hole and a bright spot, off the middle of the frame; flux a pixel.
+fn scene() -> Array2<f64> {
+    Array2::from_shape_fn((SIDE, SIDE), |(i, j)| {
+        let (x, y) = (j as f64 - 21.5, i as f64 - 18.5);
+        let disc = if x.hypot(y) < 10.0 { 1.0 } else { 0.0 };
+        let hole = if (x + 3.0).hypot(y - 2.0) < 3.0 { 0.2 } else { 1.0 };
+        disc * hole + if (x - 4.0).hypot(y + 4.0) < 2.0 { 1.5 } else { 0.0 }
+    })
+}
+
+/// Forty antennas, four channels over a tenth of the frequency, two hands; the phases of the antennas are `phases` \[ant\].
+fn observed(phases: &[f64], sigma: f64) -> VisibilitySet {
+    let grid = SkyGrid::new(SIDE, SIDE, CELL, cittert_arrays::SkyFrame::Boresight).unwrap();
+    let scene = scene();
+    let lit = scene.indexed_iter().filter(|(_, v)| **v > 0.0);
+    let sources: Vec<(f64, f64, f64)> = lit.map(|((i, j), v)| (grid.l_at(j as f64), grid.m_at(i as f64), *v)).collect();
+    let freq: Vec<f64> = (0..4).map(|c| 90e9 + 3e9 * f64::from(c)).collect();
+    let places = positions(phases.len(), 0.17, 0.0, 3);
+    let mut set = snapshot(&places, &freq, &[Polarization::XX, Polarization::YY], &sources, (sigma, VisUnit::Jy));
+    for row in 0..set.data.n_rows() {
+        let (p, q) = (set.data.coverage.ant1[row] as usize, set.data.coverage.ant2[row] as usize);
+        let g = Complex32::from_polar(1.0, (phases[p] - phases[q]) as f32);
+        set.data.vis.slice_mut(s![row, .., ..]).mapv_inplace(|v| v * g);
+    }
+    set
+}
+
+fn imaging() -> ImagingOptions {
+    let weights = WeightOptions { weighting: Weighting::Natural, ..WeightOptions::default() };
+    ImagingOptions { size: Some((SIDE, SIDE)), cell_rad: Some(CELL), weights, ..ImagingOptions::default() }
+}
+
+fn maker() -> JointMaker {
+    let solve = SolveOptions { feeds: FeedGroups::Joined, ..SolveOptions::default() };
+    JointMaker::new(imaging(), JointOptions { solve, prior: Prior::Auto, mask: None, goals: JointGoals::default() })
+}
+
+/// Normalised error of an image laid over the scene.
+fn nrmse(image: &Array2<f64>) -> f64 {
+    let truth = scene();
+    let by = crate::fidelity::find_shift(image.view(), truth.view());
+    let over = crate::fidelity::shifted(image.view(), by);
+    ((over - &truth).mapv(|v| v * v).sum() / truth.mapv(|v| v * v).sum()).sqrt()
+}
+
+fn calibrated(set: &mut VisibilitySet, maker: &mut JointMaker) -> Selfcal {
+    let mut options = SelfcalOptions::new(GainMode::Phase, SolutionInterval::Infinite, 1);
+    options.solve.feeds = FeedGroups::Joined;
+    selfcal(set, maker, Start::Data, &options, &Silent).unwrap()
+}
+
+fn model(maker: &JointMaker) -> Array2<f64> {
+    maker.products().unwrap().model.plane(0, 0).to_owned()
+}
+
+#[test]
+fn a_scene_comes_back_through_phases_of_which_nothing_is_known() {
+    let mut quiet = maker();
+    calibrated(&mut observed(&[0.0; 40], 0.3), &mut quiet);
+    let floor = nrmse(&model(&quiet));
+    assert!(floor < 0.25, "{floor}");
+    for seed in [1, 2, 3] {
+        let phases = super::testdata::random_phases(40, std::f64::consts::PI, seed);
+        let mut set = observed(&phases, 0.3);
+        let mut m = maker();
+        let result = calibrated(&mut set, &mut m);
+        let error = nrmse(&model(&m));
+        assert!(error < 1.3 * floor, "seed {seed}: {error}, without errors {floor}");
+        let joint = m.solution().unwrap();
+        assert!(joint.state.evaluations < 200, "{}", joint.state.evaluations);
+        assert!((joint.state.chi2_per_datum - 1.0).abs() < 0.1, "{}", joint.state.chi2_per_datum);
+        // The gains of the loop are those of the image: what is left is noise.
+        let chi2 = result.best().report.reduced_chi2();
+        assert!((chi2 - 1.0).abs() < 0.1, "{chi2}");
+    }
+}
+
+#[test]
+fn noise_of_unknown_size_is_found_through_unknown_phases() {
+    let phases = super::testdata::random_phases(40, std::f64::consts::PI, 4);
+    let mut set = observed(&phases, 0.3);
+    set.data.weights.fill(1.0);
+    set.data.nsamples.fill(1.0);
+    let mut m = maker();
+    calibrated(&mut set, &mut m);
+    let factor = m.solution().unwrap().noise_factor.unwrap();
+    assert!((factor / 0.09 - 1.0).abs() < 0.1, "{factor}");
+    assert!(nrmse(&model(&m)) < 0.35, "{}", nrmse(&model(&m)));
+}
+
+#[test]
+fn several_channels_of_images_are_refused() {
+    let mut m = JointMaker::new(
+        ImagingOptions { channels_out: 2, ..imaging() },
+        JointOptions { solve: SolveOptions::default(), prior: Prior::Auto, mask: None, goals: JointGoals::default() },
+    );
+    let plan = schedule(GainMode::Phase, SolutionInterval::Infinite, 1, false)[0];
+    let error = m.update(&mut observed(&[0.0; 40], 0.3), &plan, &Silent).unwrap_err();
+    assert!(error.to_string().contains("--channels-out"), "{error}");
+}

@@ -1,0 +1,480 @@
+//! Visibilities through antenna gains that nobody knows: chi squared at the gains that fit best.
+//!
+//! For every model of the sky the gains that minimise chi squared are found, and because they are at the bottom its gradient
+//! with respect to the model is the one with these gains held still. So an image can be optimised as if the data were
+//! calibrated, and gains and image are solved as one problem instead of in turns.
+//!
+//! # Reference
+//! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413 (variable projection); Cornwell & Wilkinson 1981, MNRAS 196, 1067.
+
+use super::core::{Pairs, refine_pairs, solve_pairs};
+use super::interval::prune;
+use super::intervals::{ChannelPlan, FeedPlan, TimeBins};
+use super::options::{GainMode, SolveOptions};
+use crate::mem::data::VisibilityTerm;
+use crate::{ChainError, Result};
+use cittert_arrays::{VisibilityBlock, VisibilityHeader};
+use num_complex::{Complex, Complex32, Complex64};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::TAU;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+const ONE: Complex64 = Complex64::new(1.0, 0.0);
+/// Rows that one task sums.
+const SHARE: usize = 256;
+/// Iterations of the gains for each new model; they begin at the gains of the last one.
+const ITERATIONS: usize = 50;
+/// Phases (rad) and log amplitudes settle to this, so that chi squared is exact to rounding.
+const TOLERANCE: f64 = 1e-7;
+
+/// Where a row belongs.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    ant1: u32,
+    ant2: u32,
+    /// Index of its solution interval.
+    interval: u32,
+}
+
+/// One gain problem: an interval, a group of channels and a feed.
+#[derive(Debug, Clone)]
+struct Problem {
+    /// Place of each antenna among those that are solved \[ant\].
+    place: Vec<Option<u32>>,
+    active: usize,
+    /// Gains of the antennas that are solved; empty before the first solution.
+    gains: Vec<Complex64>,
+}
+
+/// The data of a set with gains to be found: a [`VisibilityTerm`] over the flat list row by row, channel by channel.
+///
+/// Every parallel hand measures the same unpolarised model. Antennas that cannot be solved in an interval take no part there.
+#[derive(Debug)]
+pub struct UnknownGains {
+    rows: Vec<Row>,
+    n_chan: usize,
+    group_of: Vec<usize>,
+    n_group: usize,
+    /// Feed of each hand.
+    hands: Vec<usize>,
+    n_feed: usize,
+    /// \[row, chan, hand\].
+    vis: Vec<Complex32>,
+    /// \[row, chan, hand\]; 0 where there is nothing to be used.
+    weight: Vec<f32>,
+    amplitudes: bool,
+    data: usize,
+    problems: Mutex<Vec<Problem>>,
+}
+
+/// Collects the rows of a set for [`UnknownGains`].
+#[derive(Debug)]
+pub struct UnknownGainsBuilder {
+    channels: ChannelPlan,
+    feeds: FeedPlan,
+    options: SolveOptions,
+    n_ant: usize,
+    bins: TimeBins,
+    intervals: HashMap<i64, u32>,
+    rows: Vec<Row>,
+    vis: Vec<Complex32>,
+    weight: Vec<f32>,
+}
+
+impl UnknownGainsBuilder {
+    /// For sets of this header; `options` say mode, interval, channels, feeds and the baselines an antenna needs.
+    ///
+    /// # Errors
+    /// Options out of range, delay mode or robust weights (which this term does not have), no polarisation to solve on.
+    pub fn new(header: &VisibilityHeader, options: &SolveOptions) -> Result<Self> {
+        options.check(header.layout.n_ant())?;
+        let unable = |option, value: &str, expected: &str| {
+            Err(ChainError::BadOption {
+                option,
+                value: value.into(),
+                expected: format!("{expected} in a joint solution of image and gains"),
+            })
+        };
+        if options.mode == GainMode::Delay {
+            return unable("mode", "delay", "phase or amp-phase");
+        }
+        if options.robust.is_some() {
+            return unable("robust", "on", "no robust weights");
+        }
+        Ok(Self {
+            channels: ChannelPlan::new(&header.spectrum, options.channels)?,
+            feeds: FeedPlan::new(header, options.feeds)?,
+            options: options.clone(),
+            n_ant: header.layout.n_ant(),
+            bins: TimeBins::new(options.solint),
+            intervals: HashMap::new(),
+            rows: Vec::new(),
+            vis: Vec::new(),
+            weight: Vec::new(),
+        })
+    }
+
+    /// Add a block; returns which of its rows were taken: autocorrelations and rows without data are not.
+    ///
+    /// # Errors
+    /// An interval shorter than an integration, an antenna that the header does not have.
+    pub fn add(&mut self, block: &VisibilityBlock) -> Result<Vec<usize>> {
+        let coverage = &block.coverage;
+        let hands: Vec<usize> = (0..self.feeds.of_pol.len()).filter(|p| self.feeds.of_pol[*p].is_some()).collect();
+        let n_chan = self.channels.group_of.len();
+        let mut taken = Vec::new();
+        for row in 0..block.n_rows() {
+            let (ant1, ant2) = (coverage.ant1[row], coverage.ant2[row]);
+            if ant1.max(ant2) as usize >= self.n_ant {
+                let message = format!("a row names antenna {}, the array has {}", ant1.max(ant2), self.n_ant);
+                return Err(ChainError::Incompatible(message));
+            }
+            if ant1 == ant2 {
+                continue;
+            }
+            let from = self.vis.len();
+            let mut any = false;
+            for chan in 0..n_chan {
+                for &pol in &hands {
+                    let at = (row, chan, pol);
+                    let (v, w) = (block.vis[at], block.weights[at]);
+                    let good = !block.flags[at] && w > 0.0 && w.is_finite() && v.re.is_finite() && v.im.is_finite();
+                    any |= good;
+                    self.vis.push(if good { v } else { Complex::default() });
+                    self.weight.push(if good { w } else { 0.0 });
+                }
+            }
+            if !any {
+                self.vis.truncate(from);
+                self.weight.truncate(from);
+                continue;
+            }
+            let key = self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?;
+            let next = self.intervals.len() as u32;
+            let interval = *self.intervals.entry(key).or_insert(next);
+            self.rows.push(Row { ant1, ant2, interval });
+            taken.push(row);
+        }
+        Ok(taken)
+    }
+
+    /// The term, with gains still unknown.
+    ///
+    /// # Errors
+    /// No usable cross-correlation, no antenna with enough baselines in any interval.
+    pub fn finish(self) -> Result<UnknownGains> {
+        if self.rows.is_empty() {
+            return Err(ChainError::NoData("no usable cross-correlation: nothing to image or calibrate".into()));
+        }
+        let hands: Vec<usize> = self.feeds.of_pol.iter().flatten().copied().collect();
+        let (n_group, n_feed) = (self.channels.n_groups(), self.feeds.names.len());
+        let n_problem = self.intervals.len() * n_group * n_feed;
+        let mut term = UnknownGains {
+            rows: self.rows,
+            n_chan: self.channels.group_of.len(),
+            group_of: self.channels.group_of,
+            n_group,
+            hands,
+            n_feed,
+            vis: self.vis,
+            weight: self.weight,
+            amplitudes: self.options.mode == GainMode::AmpPhase,
+            data: 0,
+            problems: Mutex::new(Vec::new()),
+        };
+        let mut links = vec![Pairs::new(self.n_ant); n_problem];
+        let mut present = vec![false; self.n_ant];
+        for (r, row) in term.rows.iter().enumerate() {
+            let samples = term.samples(r);
+            for (k, w) in term.weight[samples].iter().enumerate().filter(|(_, w)| **w > 0.0) {
+                links[term.problem_of(row, k)].add(row.ant1 as usize, row.ant2 as usize, ONE, f64::from(*w));
+                present[row.ant1 as usize] = true;
+                present[row.ant2 as usize] = true;
+            }
+        }
+        let needed = self.options.baselines_needed(present.iter().filter(|p| **p).count());
+        let problems: Vec<Problem> = links
+            .into_iter()
+            .map(|pairs| {
+                let mut flagged = vec![None; self.n_ant];
+                prune(&[pairs], &mut flagged, needed);
+                let mut active = 0;
+                let place = flagged.iter().map(|f| f.is_none().then(|| (active, active += 1).0)).collect();
+                Problem { place, active: active as usize, gains: Vec::new() }
+            })
+            .collect();
+        // What belongs to an antenna without a solution is not calibrated by anything: it takes no part.
+        let mut used = 0_usize;
+        for r in 0..term.rows.len() {
+            let row = term.rows[r];
+            for k in 0..term.n_chan * term.hands.len() {
+                let problem = &problems[term.problem_of(&row, k)];
+                let at = term.samples(r).start + k;
+                if problem.place[row.ant1 as usize].is_none() || problem.place[row.ant2 as usize].is_none() {
+                    term.weight[at] = 0.0;
+                }
+                used += usize::from(term.weight[at] > 0.0);
+            }
+        }
+        if used == 0 {
+            return Err(ChainError::NoData(format!("no antenna has {needed} baselines with data in any solution interval")));
+        }
+        let unknowns: usize =
+            problems.iter().filter(|p| p.active > 0).map(|p| p.active - 1 + if term.amplitudes { p.active } else { 0 }).sum();
+        term.data = (2 * used).saturating_sub(unknowns).max(1);
+        term.problems = Mutex::new(problems);
+        Ok(term)
+    }
+}
+
+/// Sums of a row for one problem.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sum {
+    vm: Complex64,
+    mm: f64,
+}
+
+impl UnknownGains {
+    /// Number of model visibilities: rows times channels.
+    #[must_use]
+    pub fn n_model(&self) -> usize {
+        self.rows.len() * self.n_chan
+    }
+
+    /// Forget the gains: the next model is met with the best gains from anywhere, not with those near the last ones.
+    pub fn restart(&self) {
+        self.lock().iter_mut().for_each(|p| p.gains.clear());
+    }
+
+    /// Sum of the weights of all hands for each model visibility \[n\].
+    #[must_use]
+    pub fn weights(&self) -> Vec<f32> {
+        self.weight.chunks(self.hands.len()).map(|w| w.iter().sum()).collect()
+    }
+
+    /// The data seen through the gains that fit `model` \[n\] best, averaged over the hands \[n\].
+    #[must_use]
+    pub fn calibrated(&self, model: &[Complex64]) -> Vec<Complex32> {
+        let problems = self.solve(model);
+        let mut out = vec![Complex32::default(); self.n_model()];
+        out.par_chunks_mut(self.n_chan).enumerate().for_each(|(r, out)| {
+            let mut sum = vec![(Complex64::default(), 0.0); self.n_chan];
+            self.each(r, &problems, |chan, g, v, w| {
+                // Of data w |V - G M|^2 = w |G|^2 |V / G - M|^2.
+                sum[chan].0 += g.conj() * v * w;
+                sum[chan].1 += g.norm_sqr() * w;
+            });
+            for (out, (vw, w)) in out.iter_mut().zip(&sum).filter(|(_, s)| s.1 > 0.0) {
+                *out = Complex32::new((vw.re / w) as f32, (vw.im / w) as f32);
+            }
+        });
+        out
+    }
+
+    /// The variance of the data over what their weights say, from what differs between two hands that see one sky through gains that
+    /// are known by now; `None` for a single hand.
+    #[must_use]
+    pub fn noise_factor(&self, model: &[Complex64]) -> Option<f64> {
+        let problems = self.solve(model);
+        let (mut sum, mut count) = (0.0, 0_u64);
+        for r in 0..self.rows.len() {
+            let mut first: Option<(usize, Complex64, f64)> = None;
+            self.each(r, &problems, |chan, g, v, w| {
+                let power = g.norm_sqr();
+                let (seen, variance) = (v * g.conj() / power, 1.0 / (w * power));
+                match first.take() {
+                    Some((at, other, and)) if at == chan => {
+                        sum += (seen - other).norm_sqr() / (2.0 * (variance + and));
+                        count += 1;
+                    }
+                    _ => first = Some((chan, seen, variance)),
+                }
+            });
+        }
+        (count > 0).then(|| sum / count as f64)
+    }
+
+    /// The shift of the image, in the unit that makes `u` and `v` \[n\] cycles, by which the data would be explained better,
+    /// with its standard deviation, gains being free; `None` where the data do not tell.
+    ///
+    /// Gains take up any shift of a single channel in a single moment. Over a band or a rotation of the Earth they cannot:
+    /// a shift moves phases in proportion to frequency, and gains of the whole band do not follow.
+    #[must_use]
+    pub fn shift(&self, model: &[Complex64], u: &[f64], v: &[f64]) -> Option<([f64; 2], [f64; 2])> {
+        let problems = self.solve(model);
+        let n = self.n_group * self.n_feed;
+        let mut s = [0.0; 5];
+        // Of each baseline and problem: what the derivatives by the shifts and the residual have in common with a phase.
+        let mut phase: BTreeMap<(u32, u32, usize), [f64; 4]> = BTreeMap::new();
+        for (r, row) in self.rows.iter().enumerate() {
+            let first = r * self.n_chan;
+            let mut here = vec![[0.0; 4]; n];
+            self.each_indexed(r, &problems, |sample, chan, g, vis, w| {
+                let m = model[first + chan] * g;
+                let residual = vis - m;
+                let (du, dv) = (TAU * u[first + chan], TAU * v[first + chan]);
+                let power = w * m.norm_sqr();
+                // w Re(conj(i m) residual).
+                let pull = w * (m.re * residual.im - m.im * residual.re);
+                let add = |to: &mut [f64], what: &[f64]| to.iter_mut().zip(what).for_each(|(t, x)| *t += x);
+                add(&mut s, &[power * du * du, power * du * dv, power * dv * dv, pull * du, pull * dv]);
+                add(&mut here[self.problem_of(row, sample) % n], &[power, power * du, power * dv, pull]);
+            });
+            for (i, h) in here.iter().enumerate() {
+                let p = phase.entry((row.ant1, row.ant2, row.interval as usize * n + i)).or_default();
+                p.iter_mut().zip(h).for_each(|(p, h)| *p += h);
+            }
+        }
+        let whole = [s[0], s[2]];
+        for p in phase.values().filter(|p| p[0] > 0.0) {
+            let less = [p[1] * p[1], p[1] * p[2], p[2] * p[2], p[1] * p[3], p[2] * p[3]];
+            s.iter_mut().zip(less).for_each(|(s, l)| *s -= l / p[0]);
+        }
+        let det = s[0] * s[2] - s[1] * s[1];
+        // What rounding leaves of a shift that a phase takes up is no information.
+        if !(det > 1e-9 * s[0] * s[2] && s[0] > 1e-9 * whole[0] && s[2] > 1e-9 * whole[1]) {
+            return None;
+        }
+        let shift = [(s[2] * s[3] - s[1] * s[4]) / det, (s[0] * s[4] - s[1] * s[3]) / det];
+        Some((shift, [(s[2] / det).sqrt(), (s[0] / det).sqrt()]))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Problem>> {
+        // A panic elsewhere leaves gains that are only a worse start.
+        self.problems.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn samples(&self, row: usize) -> std::ops::Range<usize> {
+        let n = self.n_chan * self.hands.len();
+        row * n..(row + 1) * n
+    }
+
+    /// Problem of sample k (channel and hand) of a row.
+    fn problem_of(&self, row: &Row, k: usize) -> usize {
+        let (chan, hand) = (k / self.hands.len(), k % self.hands.len());
+        (row.interval as usize * self.n_group + self.group_of[chan]) * self.n_feed + self.hands[hand]
+    }
+
+    /// Gain product, datum and weight of every sample of a row that takes part, with its channel.
+    fn each(&self, r: usize, problems: &[Problem], mut work: impl FnMut(usize, Complex64, Complex64, f64)) {
+        self.each_indexed(r, problems, |_, chan, g, v, w| work(chan, g, v, w));
+    }
+
+    fn each_indexed(&self, r: usize, problems: &[Problem], mut work: impl FnMut(usize, usize, Complex64, Complex64, f64)) {
+        let row = self.rows[r];
+        let n = self.n_group * self.n_feed;
+        let here = &problems[row.interval as usize * n..(row.interval as usize + 1) * n];
+        let products: Vec<Complex64> = here.iter().map(|p| p.product(&row)).collect();
+        let samples = self.samples(r);
+        for (k, (v, w)) in self.vis[samples.clone()].iter().zip(&self.weight[samples]).enumerate() {
+            if *w > 0.0 {
+                let g = products[self.problem_of(&row, k) % n];
+                work(k, k / self.hands.len(), g, Complex64::new(f64::from(v.re), f64::from(v.im)), f64::from(*w));
+            }
+        }
+    }
+
+    /// Gains of every problem for a model \[n\], from those of the last model on.
+    fn solve(&self, model: &[Complex64]) -> MutexGuard<'_, Vec<Problem>> {
+        let (n, n_hand) = (self.n_group * self.n_feed, self.hands.len());
+        let mut sums = vec![Sum::default(); self.rows.len() * n];
+        sums.par_chunks_mut(n * SHARE).enumerate().for_each(|(share, sums)| {
+            for (i, sums) in sums.chunks_mut(n).enumerate() {
+                let r = share * SHARE + i;
+                let row = &self.rows[r];
+                let samples = self.samples(r);
+                for (k, (v, w)) in self.vis[samples.clone()].iter().zip(&self.weight[samples]).enumerate() {
+                    if *w > 0.0 {
+                        let (m, w) = (model[r * self.n_chan + k / n_hand], f64::from(*w));
+                        let s = &mut sums[self.problem_of(row, k) % n];
+                        s.vm += Complex64::new(f64::from(v.re), f64::from(v.im)) * m.conj() * w;
+                        s.mm += w * m.norm_sqr();
+                    }
+                }
+            }
+        });
+        let mut problems = self.lock();
+        let mut pairs: Vec<Pairs> = problems.iter().map(|p| Pairs::new(p.active)).collect();
+        for (row, sums) in self.rows.iter().zip(sums.chunks(n)) {
+            for (i, s) in sums.iter().enumerate().filter(|(_, s)| s.mm > 0.0) {
+                let at = row.interval as usize * n + i;
+                if let Some((p, q)) = problems[at].ends(row) {
+                    pairs[at].add(p, q, s.vm, s.mm);
+                }
+            }
+        }
+        problems.par_iter_mut().zip(&pairs).filter(|(p, _)| p.active > 1).for_each(|(problem, pairs)| {
+            if problem.gains.is_empty() {
+                if let Some(fit) = solve_pairs(pairs, self.amplitudes, ITERATIONS, TOLERANCE) {
+                    problem.gains = fit.gains;
+                }
+            } else {
+                refine_pairs(pairs, &mut problem.gains, self.amplitudes, ITERATIONS, TOLERANCE);
+            }
+        });
+        problems
+    }
+}
+
+impl Problem {
+    fn ends(&self, row: &Row) -> Option<(usize, usize)> {
+        Some((self.place[row.ant1 as usize]? as usize, self.place[row.ant2 as usize]? as usize))
+    }
+
+    fn product(&self, row: &Row) -> Complex64 {
+        match self.ends(row) {
+            Some((p, q)) if !self.gains.is_empty() => self.gains[p] * self.gains[q].conj(),
+            _ => ONE,
+        }
+    }
+}
+
+/// Shared, so that an image's objective and the one who reads the gains hold the same.
+impl VisibilityTerm for Arc<UnknownGains> {
+    fn name(&self) -> &'static str {
+        self.as_ref().name()
+    }
+
+    fn data(&self) -> usize {
+        self.as_ref().data()
+    }
+
+    fn add(&self, model: &[Complex64], weight: f64, gradient: &mut [Complex64]) -> f64 {
+        self.as_ref().add(model, weight, gradient)
+    }
+}
+
+impl VisibilityTerm for UnknownGains {
+    fn name(&self) -> &'static str {
+        "visibilities with unknown gains"
+    }
+
+    fn data(&self) -> usize {
+        self.data
+    }
+
+    fn add(&self, model: &[Complex64], weight: f64, gradient: &mut [Complex64]) -> f64 {
+        let problems = self.solve(model);
+        let problems: &[Problem] = &problems;
+        let sums: Vec<f64> = gradient
+            .par_chunks_mut(self.n_chan * SHARE)
+            .enumerate()
+            .map(|(share, gradient)| {
+                let mut chi2 = 0.0;
+                for (i, gradient) in gradient.chunks_mut(self.n_chan).enumerate() {
+                    let r = share * SHARE + i;
+                    let model = &model[r * self.n_chan..(r + 1) * self.n_chan];
+                    self.each(r, problems, |chan, g, v, w| {
+                        let d = g * model[chan] - v;
+                        chi2 += w * d.norm_sqr();
+                        gradient[chan] += g.conj() * d * (2.0 * weight * w);
+                    });
+                }
+                chi2
+            })
+            .collect();
+        // Summed in order, so that any number of threads gives the same value.
+        sums.iter().sum()
+    }
+}

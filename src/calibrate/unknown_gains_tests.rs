@@ -1,0 +1,135 @@
+use super::options::{FeedGroups, GainMode, SolutionInterval, SolveOptions};
+use super::testdata::{Scene, cis, random_phases};
+use super::unknown_gains::{UnknownGains, UnknownGainsBuilder};
+use crate::ChainError;
+use crate::mem::data::VisibilityTerm;
+use crate::mem::data::check::gradient_error;
+use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisibilitySet};
+use num_complex::{Complex32, Complex64};
+use std::f64::consts::TAU;
+
+fn scene() -> Scene {
+    Scene {
+        n_ant: 7,
+        n_time: 3,
+        n_chan: 2,
+        pols: vec![Polarization::RR, Polarization::LL],
+        integration_s: 10.0,
+        sources: vec![(0.0, 0.0, 1.0), (3e-5, -2e-5, 0.6)],
+        sigma: 0.02,
+        seed: 3,
+    }
+}
+
+fn term(set: &VisibilitySet, options: &SolveOptions) -> UnknownGains {
+    let mut builder = UnknownGainsBuilder::new(&set.header, options).unwrap();
+    let taken = builder.add(&set.data).unwrap();
+    assert_eq!(taken.len(), set.data.n_rows());
+    builder.finish().unwrap()
+}
+
+/// The model of the scene, with its sources moved, and u, v in wavelengths \[n\].
+fn model(set: &VisibilitySet, sources: &[(f64, f64, f64)]) -> (Vec<Complex64>, Vec<f64>, Vec<f64>) {
+    let mut out = (Vec::new(), Vec::new(), Vec::new());
+    for uvw in set.data.coverage.uvw_m.rows() {
+        for f in set.header.spectrum.freq_hz() {
+            let (u, v) = (uvw[0] * f / SPEED_OF_LIGHT_M_S, uvw[1] * f / SPEED_OF_LIGHT_M_S);
+            out.0.push(sources.iter().map(|(l, m, s)| Complex64::from_polar(*s, TAU * (u * l + v * m))).sum());
+            out.1.push(u);
+            out.2.push(v);
+        }
+    }
+    out
+}
+
+#[test]
+fn the_gradient_is_that_of_chi_squared_at_the_best_gains() {
+    let phases = random_phases(7 * 2, 3.0, 5);
+    let set = scene().set(|_, p, _, f| cis(phases[2 * p + f]));
+    let (mut wrong, ..) = model(&set, &[(0.0, 0.0, 0.8), (1e-5, 0.0, 0.3)]);
+    wrong.iter_mut().enumerate().for_each(|(i, m)| *m += Complex64::from_polar(0.1, i as f64));
+    for mode in [GainMode::Phase, GainMode::AmpPhase] {
+        for feeds in [FeedGroups::PerFeed, FeedGroups::Joined] {
+            let t = term(&set, &SolveOptions { mode, feeds, solint: SolutionInterval::Seconds(20.0), ..SolveOptions::default() });
+            let error = gradient_error(&t, &wrong);
+            assert!(error < 1e-6, "{mode:?} {feeds:?} {error}");
+        }
+    }
+}
+
+#[test]
+fn with_the_true_model_chi_squared_is_the_number_of_data_and_the_gains_are_taken_out() {
+    let phases = random_phases(7 * 2, 3.0, 6);
+    let mut s = scene();
+    s.n_time = 40;
+    let set = s.set(|_, p, _, f| cis(phases[2 * p + f]) * (1.0 + 0.05 * p as f64));
+    let (truth, ..) = model(&set, &s.sources);
+    let t = term(&set, &SolveOptions { mode: GainMode::AmpPhase, ..SolveOptions::default() });
+    let mut gradient = vec![Complex64::default(); truth.len()];
+    let chi2 = t.add(&truth, 1.0, &mut gradient);
+    let n = t.data() as f64;
+    assert!((chi2 / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{chi2} {n}");
+    let seen = t.calibrated(&truth);
+    let error: f64 = seen.iter().zip(&truth).map(|(s, t)| (Complex64::new(s.re.into(), s.im.into()) - t).norm_sqr()).sum::<f64>();
+    // Two hands are averaged, and gains above 1 make the calibrated data quieter.
+    let rms = (error / truth.len() as f64).sqrt();
+    assert!(rms < 0.02 && rms > 0.01, "{rms}");
+}
+
+#[test]
+fn a_shift_is_seen_through_unknown_gains_where_the_band_or_the_rotation_tells() {
+    let phases = random_phases(7, 3.0, 7);
+    let mut s = scene();
+    (s.sigma, s.n_time, s.integration_s) = (1e-4, 6, 1200.0);
+    let set = s.set(|_, p, _, _| cis(phases[p]));
+    let moved: Vec<_> = s.sources.iter().map(|(l, m, f)| (l - 2e-7, m + 1e-7, *f)).collect();
+    let (wrong, u, v) = model(&set, &moved);
+    let t = term(&set, &SolveOptions::default());
+    let (shift, sigma) = t.shift(&wrong, &u, &v).unwrap();
+    assert!((shift[0] - 2e-7).abs() < 1e-8 && (shift[1] + 1e-7).abs() < 1e-8, "{shift:?}");
+    assert!(sigma.iter().all(|s| *s < 1e-8), "{sigma:?}");
+    // One channel and one solution for each integration: gains take up the shift.
+    (s.n_chan, s.pols) = (1, vec![Polarization::I]);
+    let set = s.set(|_, p, _, _| cis(phases[p]));
+    let (wrong, u, v) = model(&set, &moved);
+    let t = term(&set, &SolveOptions { solint: SolutionInterval::Integration, ..SolveOptions::default() });
+    assert!(t.shift(&wrong, &u, &v).is_none());
+}
+
+#[test]
+fn flagged_data_and_antennas_that_cannot_be_solved_take_no_part() {
+    let set = scene().set(|_, _, _, _| cis(0.0));
+    let mut worse = set.clone();
+    for row in 0..worse.data.n_rows() {
+        let (p, q) = (worse.data.coverage.ant1[row], worse.data.coverage.ant2[row]);
+        // Antenna 6 keeps two baselines, in which nonsense shows if it leaks.
+        if q == 6 && p > 1 {
+            worse.data.flags.slice_mut(ndarray::s![row, .., ..]).fill(true);
+        } else if q == 6 {
+            worse.data.vis.slice_mut(ndarray::s![row, .., ..]).fill(Complex32::new(100.0, 0.0));
+        }
+    }
+    worse.data.vis[(0, 0, 0)] = Complex32::new(f32::NAN, 0.0);
+    let (truth, ..) = model(&set, &scene().sources);
+    let mut builder = UnknownGainsBuilder::new(&worse.header, &SolveOptions::default()).unwrap();
+    let taken = builder.add(&worse.data).unwrap();
+    let t = builder.finish().unwrap();
+    let kept: Vec<Complex64> = taken.iter().flat_map(|r| truth[2 * r..2 * r + 2].to_vec()).collect();
+    let chi2 = t.add(&kept, 0.0, &mut vec![Complex64::default(); kept.len()]);
+    let n = t.data() as f64;
+    assert!((chi2 / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{chi2} {n}");
+}
+
+#[test]
+fn what_cannot_be_solved_is_refused() {
+    let set = scene().set(|_, _, _, _| cis(0.0));
+    let delay = SolveOptions { mode: GainMode::Delay, ..SolveOptions::default() };
+    assert!(matches!(UnknownGainsBuilder::new(&set.header, &delay), Err(ChainError::BadOption { option: "mode", .. })));
+    let empty = UnknownGainsBuilder::new(&set.header, &SolveOptions::default()).unwrap().finish();
+    assert!(matches!(empty, Err(ChainError::NoData(_))));
+    let mut flagged = set.clone();
+    flagged.data.flags.fill(true);
+    let mut builder = UnknownGainsBuilder::new(&set.header, &SolveOptions::default()).unwrap();
+    assert!(builder.add(&flagged.data).unwrap().is_empty());
+    assert!(matches!(builder.finish(), Err(ChainError::NoData(_))));
+}

@@ -1,0 +1,76 @@
+//! Columns beside the data, carried from one file to another.
+
+use super::failure::Result;
+use cittert_arrays::{ArrayError, VisibilitySource};
+use cittert_formats::VisColumn;
+use ndarray::Array3;
+use num_complex::Complex;
+use std::ops::Range;
+use std::path::Path;
+
+/// The columns of an input that an output keeps, open to read.
+#[derive(Default)]
+pub(super) struct Beside {
+    /// Their names in the output.
+    pub(super) columns: Vec<VisColumn>,
+    /// What is not kept, or kept under another name.
+    pub(super) notes: Vec<String>,
+    sources: Vec<Box<dyn VisibilitySource>>,
+}
+
+impl Beside {
+    /// Open the columns of `input` that a file called `output` can keep.
+    ///
+    /// # Errors
+    /// A broken input, an output of no known format.
+    pub(super) fn open(input: &Path, output: &Path) -> Result<Self> {
+        let (from, to) = (cittert_formats::visibility_format(input)?, cittert_formats::format_to_write(output)?);
+        let have = from.columns(input)?;
+        let mut kept = Self::default();
+        for column in &have {
+            let name = column.name();
+            let place = place_of(*column, |c| to.keeps(c) && !(c != *column && have.contains(&c)));
+            match place {
+                Some(place) => {
+                    if place != *column {
+                        kept.notes.push(format!(
+                            "the column {name:?} is kept as {:?}, as {} has no other place for it",
+                            place.name(),
+                            to.name()
+                        ));
+                    }
+                    kept.columns.push(place);
+                    kept.sources.push(from.open_column(input, *column)?);
+                }
+                None => {
+                    let how = format!("`convert --column {name}` writes it as data");
+                    kept.notes.push(format!("the column {name:?} is not kept: {} has no place for it; {how}", to.name()));
+                }
+            }
+        }
+        Ok(kept)
+    }
+
+    /// Leave out a column that is to be written anew.
+    pub(super) fn without(mut self, column: VisColumn) -> Self {
+        if let Some(k) = self.columns.iter().position(|c| *c == column) {
+            self.columns.remove(k);
+            drop(self.sources.remove(k));
+        }
+        self
+    }
+
+    /// The visibilities of the columns in some rows.
+    ///
+    /// # Errors
+    /// Damage to the file.
+    pub(super) fn read(&mut self, rows: Range<usize>) -> Result<Vec<Array3<Complex<f32>>>, ArrayError> {
+        self.sources.iter_mut().map(|s| Ok(s.read_rows(rows.clone())?.vis)).collect()
+    }
+}
+
+/// Where a column is kept: under its own name, or what is left without the model in the place of corrected data, as CASA's uvsub does.
+pub(super) fn place_of(column: VisColumn, free: impl Fn(VisColumn) -> bool) -> Option<VisColumn> {
+    let other = if column == VisColumn::Residual { Some(VisColumn::Corrected) } else { None };
+    [Some(column), other].into_iter().flatten().find(|c| free(*c))
+}

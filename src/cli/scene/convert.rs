@@ -1,0 +1,76 @@
+//! `scene convert`: a scene of solids between TOML and the text of bodies and regions; `scene schema`: the keys of the TOML.
+
+use crate::cli::context::{Context, Outcome};
+use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::options::{OutputArgs, pictures_beside, scene_text};
+use cittert_phenomenology::SolidScene;
+use cittert_phenomenology::geometry::{Geometry, looks_like_bodies, read_text, write_text};
+use cittert_phenomenology::solids::SceneFile;
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Options of `scene convert`.
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArgs {
+    /// Scene of solids (TOML), or a bare text of bodies and regions; its content tells which.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// File to write: TOML if its name ends in .toml, else the text of bodies and regions.
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+    /// Name of the scene, if a text becomes a TOML [default: the name of the input].
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Replace an output that exists.
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Convert a scene. A text holds bodies and regions with the names of their surfaces: assemblies are placed, and camera, ground,
+/// air, layers and the surfaces of single faces stay behind.
+///
+/// # Errors
+/// A scene that is wrong, with the line, or what the disk says.
+pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
+    let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite };
+    out.check(&args.output)?;
+    let text = scene_text(&args.input)?;
+    let named = || args.input.display().to_string();
+    let to_toml = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let (written, bodies, regions) = if looks_like_bodies(&text) {
+        let model = read_text(&text, 1).context(named())?;
+        // Names are looked up before anything is written.
+        Geometry::new(model.bodies.clone(), model.regions.clone()).context(named())?;
+        let stem = args.input.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = args.name.clone().unwrap_or(stem);
+        let written = if to_toml {
+            context.console.note("camera, ground and air are left to be added; surfaces that name no material are black");
+            SceneFile::of_text(&name, &model).to_toml().context(named())?
+        } else {
+            write_text(&model.bodies, &model.regions, &model.surfaces)
+        };
+        (written, model.bodies.len(), model.regions.len())
+    } else {
+        if args.name.is_some() {
+            return Err(Failure::usage("--name is for a text of bodies and regions; a TOML has a name"));
+        }
+        let scene = SolidScene::from_toml_with(&text, &pictures_beside(&args.input)).context(named())?;
+        let written = if to_toml { scene.to_toml().context(named())? } else { scene.to_text() };
+        (written, scene.geometry().bodies().len(), scene.geometry().regions().len())
+    };
+    out.write(&args.output, written.as_bytes())?;
+    let json = json!({ "output": args.output, "n_bodies": bodies, "n_regions": regions });
+    let text = format!("{}: {bodies} bodies, {regions} regions", args.output.display());
+    Ok(Outcome::new(json, text).wrote(&args.output))
+}
+
+/// The JSON schema of a scene of solids.
+///
+/// # Errors
+/// None in practice: the schema is JSON.
+pub(super) fn schema() -> Result<Outcome> {
+    let schema = serde_json::to_value(schemars::schema_for!(SceneFile))?;
+    let text = serde_json::to_string_pretty(&schema)?;
+    Ok(Outcome::new(schema, text))
+}

@@ -1,0 +1,160 @@
+//! `scene fly`: the pictures of a moving camera by the real-time mode, and a film of them.
+
+use super::solids::MeshArgs;
+use crate::cli::context::{Context, Outcome};
+use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::options::{TracerArgs, read_scene, scene_text};
+use crate::plot;
+use crate::progress::{Event, Observer};
+use cittert_arrays::quantity::{Frequency, Temperature};
+use cittert_formats::atomic::AtomicDir;
+use cittert_phenomenology::trace::Flight;
+use cittert_phenomenology::{RenderOptions, Scene, SolidScene, Tracer, View};
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+/// Options of `scene fly`.
+#[derive(Debug, Args)]
+pub(crate) struct FlyArgs {
+    /// Path of the camera: key frames with time_s, position_m and look_at_m, and frames_per_second (TOML).
+    #[arg(value_name = "PATH.toml")]
+    path: PathBuf,
+    /// Scene of solids [default: the one that the path names, beside it].
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// Pixels along each side of a frame; 0 for those of the scene's camera.
+    #[arg(long, value_name = "N", default_value_t = 256)]
+    size: usize,
+    /// Frequency.
+    #[arg(long, value_name = "FREQ", default_value = "94GHz")]
+    freq: Frequency,
+    /// Temperature of black [default: the 0.5 % point of the first frame].
+    #[arg(long, value_name = "TEMP")]
+    black: Option<Temperature>,
+    /// Temperature of white [default: the 99.5 % point of the first frame].
+    #[arg(long, value_name = "TEMP")]
+    white: Option<Temperature>,
+    /// Write no film, even where ffmpeg is found.
+    #[arg(long)]
+    no_video: bool,
+    #[command(flatten)]
+    tracer: TracerArgs,
+    #[command(flatten)]
+    mesh: MeshArgs,
+    /// Folder for the frames and the film.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Replace a folder that exists.
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Name of the film in the folder.
+const FILM: &str = "flight.mp4";
+/// Name of the numbers in the folder; a folder without it is not replaced.
+const NUMBERS: &str = "flight.json";
+
+/// Fly along a path: frame-00000.png and so on, flight.mp4, and flight.json with the numbers.
+///
+/// # Errors
+/// A path or scene that is wrong, a camera that runs into something, or what the disk says.
+pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
+    if args.tracer.pol.len() != 1 {
+        return Err(Failure::usage("scene fly shows one plane; give one --pol"));
+    }
+    let flight = Flight::from_toml(&scene_text(&args.path)?).context(args.path.display())?;
+    let scene = scene(args, &flight)?;
+    let base = if args.size == 0 { scene.camera()?.clone() } else { scene.camera()?.with_side(args.size) };
+    let cameras = flight.cameras(&base);
+    for (k, camera) in cameras.iter().enumerate() {
+        scene.check_camera_at(camera).context(format!("{}: frame {k}", args.path.display()))?;
+    }
+    let folder = AtomicDir::create(&args.output, args.overwrite, NUMBERS)?;
+    let highest_m = cameras.iter().map(|c| c.position_m[2]).fold(0.0, f64::max);
+    let options = RenderOptions { highest_m, ..args.tracer.options(false) };
+    let tracer = Tracer::new(&scene, &[args.freq.si()], &options).context("scene")?;
+    let mesh = args.mesh.options(options.antialias > 1);
+
+    context.console.event(Event::Phase { name: "flying", total: Some(cameras.len() as u64), unit: "frames" });
+    let (mut seconds, mut rays, mut scale) = (0.0, 0_usize, None);
+    for (k, camera) in cameras.iter().enumerate() {
+        let started = Instant::now();
+        let frame = tracer.frame(&View::of_camera(camera)?, &mesh).context(format!("frame {k}"))?;
+        seconds += started.elapsed().as_secs_f64();
+        rays += frame.rays;
+        let (low, high) = *scale.get_or_insert_with(|| ends(frame.temperature_k.iter().copied().collect(), args));
+        std::fs::write(folder.path().join(format!("frame-{k:05}.png")), plot::grey(frame.temperature_k.view(), low, high)?)?;
+        context.console.event(Event::Advance(1));
+    }
+    context.console.event(Event::Done);
+    let film = !args.no_video && film(folder.path(), flight.frames_per_second, context);
+    let rate = cameras.len() as f64 / seconds;
+    let (low, high) = scale.unwrap_or((0.0, 0.0));
+    let json = json!({
+        "output": args.output, "frames": cameras.len(), "frames_per_second": rate, "seconds": seconds, "rays": rays,
+        "size": base.size_px, "black_k": low, "white_k": high, "video": film.then(|| args.output.join(FILM)),
+        "history": context.history(),
+    });
+    std::fs::write(folder.path().join(NUMBERS), serde_json::to_vec_pretty(&json)?)?;
+    folder.commit()?;
+    let mut text = format!(
+        "{}: {} frames of {} x {} pixels, {rate:.1} frames a second",
+        args.output.display(),
+        cameras.len(),
+        base.size_px[0],
+        base.size_px[1]
+    );
+    if film {
+        text += &format!("\n{}", args.output.join(FILM).display());
+    }
+    Ok(Outcome::new(json, text).wrote(&args.output))
+}
+
+fn scene(args: &FlyArgs, flight: &Flight) -> Result<SolidScene> {
+    let path = match (&args.scene, &flight.scene) {
+        (Some(path), _) => path.clone(),
+        (None, Some(name)) => args.path.parent().unwrap_or(Path::new("")).join(name),
+        (None, None) => {
+            return Err(Failure::usage(format!("{}: it names no scene; write scene = \"...\" or give --scene", args.path.display())));
+        }
+    };
+    match read_scene(&path)? {
+        Scene::Solids(scene) => args.tracer.scene(*scene),
+        _ => Err(Failure::usage(format!("{}: a camera can only fly through a scene of solids", path.display()))),
+    }
+}
+
+/// Temperatures of black and white.
+fn ends(mut values: Vec<f64>, args: &FlyArgs) -> (f64, f64) {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| values.get((share * values.len() as f64) as usize).copied().unwrap_or(0.0);
+    let low = args.black.map_or_else(|| at(0.005), |t| t.si());
+    let high = args.white.map_or_else(|| at(0.995), |t| t.si());
+    (low, if high > low { high } else { low + 1.0 })
+}
+
+/// A film of the frames in a folder; `false` where ffmpeg is missing or fails, and then it is said.
+fn film(folder: &Path, frames_per_second: f64, context: &Context) -> bool {
+    let done = Command::new("ffmpeg")
+        .current_dir(folder)
+        .args(["-hide_banner", "-loglevel", "error", "-framerate", &frames_per_second.to_string(), "-i", "frame-%05d.png"])
+        // Players want even sides and colours of half the resolution.
+        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", FILM])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .output();
+    match done {
+        Ok(said) if said.status.success() => true,
+        Ok(said) => {
+            context.console.warn(&format!("no film: ffmpeg failed: {}", String::from_utf8_lossy(&said.stderr).trim()));
+            false
+        }
+        Err(_) => {
+            context.console.note("no film: ffmpeg is not installed; the frames are there");
+            false
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Buffers that are used again: the kernel hands out large memory page by page and clears each, which would cost as much as gridding.
+
+use super::fft::PlaneRows;
+use super::real::Real;
+use num_complex::Complex;
+use std::sync::{Mutex, PoisonError};
+
+/// Bytes of one kind of buffer that are kept between passes at most (twice as much for planes: of the model and of the image).
+const KEEP_BYTES: usize = 320 << 20;
+
+/// Buffers given back by earlier passes.
+#[derive(Debug)]
+pub(crate) struct Pool<T: Real> {
+    nodes: Mutex<Vec<Vec<Complex<T>>>>,
+    planes: Mutex<Vec<PlaneRows<T>>>,
+}
+
+impl<T: Real> Default for Pool<T> {
+    fn default() -> Self {
+        Self { nodes: Mutex::new(Vec::new()), planes: Mutex::new(Vec::new()) }
+    }
+}
+
+impl<T: Real> Pool<T> {
+    /// A buffer of this length with any content: the smallest that fits and is not far too large.
+    pub(crate) fn take(&self, len: usize) -> Vec<Complex<T>> {
+        let mut kept = self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
+        let fits = |b: &&(usize, usize)| b.1 >= len && b.1 <= 2 * len;
+        let sizes: Vec<(usize, usize)> = kept.iter().enumerate().map(|(k, b)| (k, b.capacity())).collect();
+        let best = sizes.iter().filter(fits).min_by_key(|b| b.1);
+        let mut buffer = best.map_or_else(Vec::new, |b| kept.swap_remove(b.0));
+        drop(kept);
+        buffer.resize(len, Complex::new(T::default(), T::default()));
+        buffer
+    }
+
+    /// Give buffers back; what is too much is freed.
+    pub(crate) fn give(&self, buffers: Vec<Vec<Complex<T>>>) {
+        let mut kept = self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
+        let bytes = |b: &Vec<Complex<T>>| b.capacity() * size_of::<Complex<T>>();
+        let mut total: usize = kept.iter().map(bytes).sum();
+        for buffer in buffers {
+            total += bytes(&buffer);
+            if total <= KEEP_BYTES {
+                kept.push(buffer);
+            }
+        }
+    }
+
+    /// Planes of this size with any content.
+    pub(crate) fn take_planes(&self, n_rows: usize, planes: usize, nu: usize) -> PlaneRows<T> {
+        let kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        kept.filter(|k| k.fits(n_rows, planes, nu)).unwrap_or_else(|| PlaneRows::zeros(n_rows, planes, nu))
+    }
+
+    /// Give planes back; large ones are freed instead.
+    pub(crate) fn give_planes(&self, planes: PlaneRows<T>) {
+        let mut kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner);
+        let total: usize = kept.iter().map(PlaneRows::size).sum();
+        if total + planes.size() <= 2 * KEEP_BYTES && planes.size() <= KEEP_BYTES {
+            kept.push(planes);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_buffer_that_is_far_too_large_stays_where_it_is() {
+        let pool = Pool::<f32>::default();
+        pool.give(vec![vec![Complex::default(); 1000], vec![Complex::default(); 150]]);
+        assert_eq!(pool.take(100).capacity(), 150);
+        assert_eq!(pool.take(100).capacity(), 100);
+        assert_eq!(pool.take(900).capacity(), 1000);
+    }
+}

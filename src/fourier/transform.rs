@@ -1,0 +1,89 @@
+//! One image, one set of channels and one range of uvw, for many passes in both directions.
+
+use super::GridOptions;
+use super::degridder::Degridder;
+use super::gridder::Gridder;
+use super::plan::{Plan, UvwExtent};
+use super::real::Real;
+use super::sort::SortedRows;
+use super::wplanes::WBasis;
+use crate::Result;
+use cittert_arrays::SkyGrid;
+use ndarray::ArrayView2;
+use std::sync::Arc;
+
+/// Makes gridders and predictors that share their kernels, their buffers and the order of the rows.
+#[derive(Debug)]
+pub struct Transform<T: Real> {
+    pub(super) plan: Arc<Plan<T>>,
+}
+
+/// What a pass over some rows has to do, for comparison with what a machine can do.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PassWork {
+    /// Multiply-adds between nodes and cells.
+    pub spread_multiply_adds: f64,
+    /// Bytes of the nodes.
+    pub node_bytes: f64,
+    /// Multiply-adds of the transforms between planes and image (2.5 n log2 n for each of n points).
+    pub fourier_multiply_adds: f64,
+    /// Bytes that they move: each plane is read twice and written once.
+    pub fourier_bytes: f64,
+}
+
+impl<T: Real> Transform<T> {
+    /// A transform between an image and about `n_vis` visibilities, which decide how fine the grid is.
+    ///
+    /// # Errors
+    /// An epsilon that no kernel reaches, frequencies that are not positive.
+    pub fn new(grid: &SkyGrid, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions, n_vis: u64) -> Result<Self> {
+        Ok(Self { plan: Arc::new(Plan::new(grid, freq_hz, extent, opts, Some(n_vis))?) })
+    }
+
+    /// Rows with these uvw in m \[row, 3\] in the order of the grid.
+    ///
+    /// # Errors
+    /// uvw that are not finite or outside the announced extent.
+    pub fn sort(&self, uvw_m: ArrayView2<'_, f64>) -> Result<SortedRows> {
+        SortedRows::new(&self.plan, uvw_m)
+    }
+
+    /// An empty gridder.
+    #[must_use]
+    pub fn gridder(&self) -> Gridder<T> {
+        Gridder::on(Arc::clone(&self.plan))
+    }
+
+    /// A predictor of the image `plane` \[m, l\].
+    ///
+    /// # Errors
+    /// An image of another shape than the grid or with values that are not finite.
+    pub fn degridder(&self, plane: ArrayView2<'_, f64>) -> Result<Degridder<T>> {
+        Degridder::on(Arc::clone(&self.plan), plane)
+    }
+
+    /// What a pass over these rows has to do.
+    #[must_use]
+    pub fn work(&self, rows: &SortedRows) -> PassWork {
+        let plan = &self.plan;
+        let (planes, terms): (usize, Box<dyn Fn(f64) -> usize>) = match &plan.w.basis {
+            WBasis::Powers { inverse_w, enough, screens } => {
+                (screens.len(), Box::new(move |w: f64| 1 + enough.iter().filter(|e| (w * inverse_w).abs() > **e).count()))
+            }
+            WBasis::Planes { count, table, .. } => (*count, Box::new(move |_| table.support)),
+        };
+        let cells = (plan.table.support * plan.table.lanes * 2) as f64;
+        let mut work = PassWork::default();
+        for row in rows.chunks.iter().flat_map(|c| &c.rows) {
+            let freq = &plan.channels.classes[row.class].freq_hz;
+            work.node_bytes += (freq.len() * 2 * size_of::<T>()) as f64;
+            work.spread_multiply_adds += freq.iter().map(|f| cells * terms(row.uvw[2] * f) as f64).sum::<f64>();
+        }
+        let (nu, nv) = (plan.nu as f64, plan.nv as f64);
+        let transforms = |count: f64, n: f64| count * 2.5 * n * n.log2();
+        let columns = plan.grid.n_l as f64 * if matches!(plan.w.basis, WBasis::Powers { .. }) { 0.5 } else { 1.0 };
+        work.fourier_multiply_adds = planes as f64 * (transforms(plan.n_rows as f64, nu) + transforms(columns, nv));
+        work.fourier_bytes = 3.0 * planes as f64 * plan.n_rows as f64 * nu * (2 * size_of::<T>()) as f64;
+        work
+    }
+}

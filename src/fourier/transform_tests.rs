@@ -1,0 +1,108 @@
+//! Passes that share a transform, its buffers and its rows, against the direct sum.
+
+use super::dft::{image_to_vis_exact, vis_to_image_exact};
+use super::tests::{Case, case, relative, sky};
+use super::*;
+
+/// One thread or two.
+fn on_threads<R: Send>(n: usize, work: impl FnOnce() -> R + Send) -> R {
+    rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap().install(work)
+}
+
+/// Image of weight (V - model) by one fused pass.
+fn residual(c: &Case, transform: &Transform<f64>, rows: &SortedRows) -> Array2<f64> {
+    let model = transform.degridder(c.plane.view()).unwrap();
+    let mut g = transform.gridder();
+    let power: f64 = g
+        .add_residual(rows, &model, |r, vis| {
+            let mut power = 0.0;
+            for (k, v) in vis.iter_mut().enumerate() {
+                *v = (c.vis[(r, k)] - *v) * c.weights[(r, k)];
+                power += v.norm_sqr();
+            }
+            power
+        })
+        .unwrap();
+    assert!(power > 0.0);
+    g.finish()
+}
+
+fn exact_residual(c: &Case, w_term: bool) -> Array2<f64> {
+    let model = image_to_vis_exact(&c.grid, c.plane.view(), c.uvw.view(), &c.freq, (w_term, false));
+    let left = &c.vis - &model;
+    vis_to_image_exact(&c.grid, c.uvw.view(), &c.freq, (left.view(), c.weights.view()), (w_term, false))
+}
+
+/// Every digit, with w and without, on 1 thread and 2, on coarse grids (many visibilities expected) and fine ones (few), twice over so that
+/// buffers of the first pass meet the second.
+#[test]
+fn fused_passes_reach_every_epsilon() {
+    let c = case((24, 20), 0.002, sky(), (40, 3), (0.9, 200.0));
+    for w_term in [true, false] {
+        let exact = exact_residual(&c, w_term);
+        for digits in 2..=12 {
+            let options = GridOptions { epsilon: 10f64.powi(-digits), w_term, divide_by_n: false };
+            for (n_vis, threads) in [(1, 1), (1 << 40, 2)] {
+                on_threads(threads, || {
+                    let extent = UvwExtent::of(c.uvw.view());
+                    let transform = Transform::<f64>::new(&c.grid, &c.freq, extent, &options, n_vis).unwrap();
+                    let rows = transform.sort(c.uvw.view()).unwrap();
+                    for _ in 0..2 {
+                        let error = relative(residual(&c, &transform, &rows).iter().copied().zip(exact.iter().copied()));
+                        // The model is rounded on its way out and again on its way back.
+                        assert!(error <= 2.0 * options.epsilon, "{error:e} for {options:?}, {n_vis} visibilities");
+                    }
+                });
+            }
+        }
+    }
+}
+
+/// Sides of small factors and of none, fields that need planes of w and fields that do not.
+#[test]
+fn fused_passes_on_sizes_of_all_kinds() {
+    for (size, cell, w_m) in [((30, 27), 0.004, 100.0), ((50, 36), 0.001, 10.0), ((128, 100), 0.01, 60.0), ((17, 31), 0.03, 80.0)] {
+        let c = case(size, cell, sky(), (50, 12), (0.9, w_m));
+        let exact = exact_residual(&c, true);
+        for (epsilon, n_vis) in [(1e-5, 1 << 40), (1e-5, 1), (1e-9, 1 << 40)] {
+            let options = GridOptions { epsilon, w_term: true, divide_by_n: false };
+            let transform = Transform::<f64>::new(&c.grid, &c.freq, UvwExtent::of(c.uvw.view()), &options, n_vis).unwrap();
+            let rows = transform.sort(c.uvw.view()).unwrap();
+            let error = relative(residual(&c, &transform, &rows).iter().copied().zip(exact.iter().copied()));
+            assert!(error <= 2.0 * epsilon, "{error:e} for {epsilon:e}, {size:?}, {n_vis} visibilities");
+        }
+    }
+}
+
+#[test]
+fn the_two_directions_of_a_transform_are_adjoint() {
+    for (w_m, threads) in [(0.0, 1), (40.0, 2), (4000.0, 2)] {
+        let c = case((24, 18), 0.004, sky(), (50, 12), (0.8, w_m));
+        on_threads(threads, || {
+            let options = GridOptions { epsilon: 1e-6, ..GridOptions::default() };
+            let transform = Transform::<f64>::new(&c.grid, &c.freq, UvwExtent::of(c.uvw.view()), &options, 1 << 40).unwrap();
+            let rows = transform.sort(c.uvw.view()).unwrap();
+            let mut a = Array2::from_elem(c.vis.dim(), Complex64::default());
+            transform.degridder(c.plane.view()).unwrap().predict(c.uvw.view(), a.view_mut()).unwrap();
+            let mut g = transform.gridder();
+            g.add_sorted(&rows, |r, vis| vis.iter_mut().zip(c.vis.row(r)).for_each(|(v, x)| *v = *x)).unwrap();
+            let b = g.finish();
+            let left: f64 = a.iter().zip(&c.vis).map(|(a, v)| a.re * v.re + a.im * v.im).sum();
+            let right: f64 = b.iter().zip(&c.plane).map(|(b, x)| b * x).sum();
+            let scale = a.iter().map(|a| a.norm_sqr()).sum::<f64>().sqrt() * c.vis.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
+            assert!((left - right).abs() <= 1e-12 * scale, "{left} {right} {w_m}");
+        });
+    }
+}
+
+#[test]
+fn rows_of_another_transform_are_refused() {
+    let c = case((8, 8), 0.01, sky(), (3, 2), (0.5, 1.0));
+    let new = || Transform::<f64>::new(&c.grid, &c.freq, UvwExtent::of(c.uvw.view()), &GridOptions::default(), 6).unwrap();
+    let (one, other) = (new(), new());
+    let rows = one.sort(c.uvw.view()).unwrap();
+    let e = other.gridder().add_sorted(&rows, |_, _| ()).unwrap_err();
+    assert!(e.to_string().contains("sort them with the one that grids"), "{e}");
+    let model = other.degridder(c.plane.view()).unwrap();
+    assert!(one.gridder().add_residual(&rows, &model, |_, _| 0.0).is_err());
+}

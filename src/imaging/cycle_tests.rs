@@ -1,0 +1,152 @@
+//! Runs of CLEAN as a whole: masks that make themselves, several output channels, and a deconvolver that does harm.
+
+use super::fixtures::{positions, snapshot};
+use super::*;
+use crate::Result;
+use crate::deconvolve::{Component, DeconvolveOptions, Deconvolver, Entry, Minor, MinorReport, MinorStop, by_name};
+use crate::progress::Silent;
+use cittert_arrays::{Polarization, SkyFrame, SkyGrid, VisUnit, VisibilitySet};
+use major::{CleanOptions, StopReason};
+use ndarray::ArrayView2;
+
+const SOURCES: [(f64, f64, f64); 2] = [(0.012, 0.005, 1.0), (-0.004, 0.009, 0.4)];
+
+fn points(sigma: f64) -> VisibilitySet {
+    snapshot(&positions(24, 0.5, 0.01, 3), &[94e9, 95e9], &[Polarization::I], &SOURCES, (sigma, VisUnit::Jy))
+}
+
+fn options(n: usize) -> ImagingOptions {
+    ImagingOptions { size: Some((n, n)), cell_rad: Some(1e-3), ..ImagingOptions::default() }
+}
+
+/// Without a mask a deep CLEAN takes noise everywhere; the mask that makes itself holds it to the sources.
+#[test]
+fn auto_mask_keeps_components_at_the_sources() {
+    let far = |auto_mask: Option<f64>| {
+        let mut set = points(0.2);
+        let mut imager = Imager::new(&mut set, options(64), &Silent).unwrap();
+        let opts = CleanOptions { niter: 1500, auto_mask, ..CleanOptions::default() };
+        let out = clean(&mut imager, &opts, &Silent).unwrap();
+        let away = |l: f64, m: f64| SOURCES.iter().all(|s| (s.0 - l).hypot(s.1 - m) > 8e-3);
+        let flux: f64 = out.components.iter().filter(|c| !away(c.l, c.m)).map(|c| c.flux).sum();
+        (out.components.iter().filter(|c| away(c.l, c.m)).count(), flux)
+    };
+    let (everywhere, _) = far(None);
+    let (masked, flux) = far(Some(6.0));
+    assert!(everywhere > 100, "{everywhere}");
+    assert_eq!(masked, 0);
+    // 276 baselines of 2 channels with noise 0.2 a real part: 0.2 / sqrt(552) for a point.
+    assert!((flux - 1.4).abs() < 5.0 * 0.2 / 552_f64.sqrt(), "{flux}");
+}
+
+#[test]
+fn every_output_channel_is_cleaned_by_itself() {
+    for joint in [false, true] {
+        let mut set = points(0.01);
+        let imaging = ImagingOptions {
+            channels_out: 2,
+            weights: WeightOptions { weighting: Weighting::Uniform, ..WeightOptions::default() },
+            weights_per_channel_out: !joint,
+            ..options(64)
+        };
+        let mut imager = Imager::new(&mut set, imaging, &Silent).unwrap();
+        let opts = CleanOptions { niter: 2000, nsigma: 4.0, algorithm: by_name("clark").unwrap(), ..CleanOptions::default() };
+        let out = clean(&mut imager, &opts, &Silent).unwrap();
+        assert_eq!(out.statistics.stop, [StopReason::Noise; 2]);
+        assert_eq!(out.restored.data.shape(), [2, 1, 64, 64]);
+        assert_eq!(out.beams.len(), 2);
+        assert!(out.beams[1].bmaj_rad < out.beams[0].bmaj_rad, "the beam shrinks with the wavelength: {:?}", out.beams);
+        for channel in 0..2 {
+            let flux: f64 = out.components.iter().filter(|c| c.channel == channel).map(|c| c.flux).sum();
+            assert!((flux - 1.4).abs() < 0.02, "{channel}: {flux}");
+        }
+    }
+}
+
+/// Puts the negative of what it sees into the model.
+struct Wrong;
+
+impl Deconvolver for Wrong {
+    fn minor(&mut self, cycle: Minor<'_>) -> Result<MinorReport> {
+        let (row, column) = (32, 32);
+        cycle.model[(row, column)] -= 5.0;
+        let components = vec![Component { row, column, flux: -5.0, scale_px: 0.0 }];
+        Ok(MinorReport { iterations: 1, peak: 0.0, stop: MinorStop::Level, components })
+    }
+}
+
+fn wrong(_: ArrayView2<'_, f64>, _: &DeconvolveOptions) -> Result<Box<dyn Deconvolver>> {
+    Ok(Box::new(Wrong))
+}
+
+static WRONG: Entry = Entry { name: "wrong", summary: "does harm", reference: "none", make: wrong };
+
+#[test]
+fn a_run_that_does_harm_is_stopped_and_the_best_state_kept() {
+    let mut set = points(0.01);
+    let mut imager = Imager::new(&mut set, options(64), &Silent).unwrap();
+    let out = clean(&mut imager, &CleanOptions { algorithm: &WRONG, ..CleanOptions::default() }, &Silent).unwrap();
+    assert_eq!(out.statistics.stop, [StopReason::Diverged]);
+    assert!(out.model.data.iter().all(|v| *v == 0.0) && out.components.is_empty());
+    let apart = out.residual.data.iter().zip(&out.dirty.data).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-9, "{apart}");
+}
+
+/// The middle of the beam gives the restoring beam that the whole beam gives.
+#[test]
+fn the_core_of_the_beam_has_its_main_lobe() {
+    for weighting in [Weighting::Natural, Weighting::Uniform] {
+        let mut set = points(0.0);
+        let imaging = ImagingOptions { weights: WeightOptions { weighting, ..WeightOptions::default() }, ..options(200) };
+        let mut imager = Imager::new(&mut set, imaging, &Silent).unwrap();
+        let (core, whole) = (imager.psf_core(0, &Silent).unwrap(), imager.psf(0, &Silent).unwrap());
+        assert_eq!((core.nrows(), whole.nrows()), (128, 200));
+        let (a, b) = (imager.beam_of(&core).unwrap(), imager.beam_of(&whole).unwrap());
+        assert!((a.bmaj_rad / b.bmaj_rad - 1.0).abs() < 1e-4 && (a.bmin_rad / b.bmin_rad - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+        assert!((a.bpa_rad - b.bpa_rad).abs() < 1e-3, "{a:?} {b:?}");
+    }
+}
+
+/// Cells of the density wider by a factor are those of an image smaller by it.
+#[test]
+fn super_uniform_weights_are_those_of_a_smaller_image() {
+    let weights = |n: usize, super_uniform: f64| {
+        let grid = SkyGrid::new(n, n, 1e-3, SkyFrame::Boresight).unwrap();
+        let options = WeightOptions { weighting: Weighting::Uniform, super_uniform, ..WeightOptions::default() };
+        let mut w = ImageWeights::new(&grid, options);
+        let mut set = points(0.0);
+        let mut imager = Imager::new(&mut set, self::options(32), &Silent).unwrap();
+        let freq = [94e9, 95e9];
+        let mut seen = Vec::new();
+        imager
+            .for_each_weighed(&Silent, |block| {
+                w.add(block, &(0..2), &freq);
+                Ok(())
+            })
+            .unwrap();
+        w.finish();
+        for u in [0.0, 37.0, -80.0, 120.0] {
+            seen.push(w.factor(u, 0.5 * u + 3.0));
+        }
+        seen
+    };
+    assert_eq!(weights(64, 4.0), weights(16, 1.0));
+    assert_ne!(weights(64, 4.0), weights(64, 1.0));
+}
+
+/// A Gaussian taper of FWHM theta makes a beam of FWHM near sqrt(theta^2 + own^2), and one on short baselines a sharper beam.
+#[test]
+fn tapers_widen_and_sharpen_the_beam() {
+    let fwhm = |taper_rad: Option<f64>, inner_taper_rad: Option<f64>| {
+        let mut set = points(0.0);
+        let weights = WeightOptions { taper_rad, inner_taper_rad, ..WeightOptions::default() };
+        let mut imager = Imager::new(&mut set, ImagingOptions { weights, ..options(96) }, &Silent).unwrap();
+        let psf = imager.psf(0, &Silent).unwrap();
+        let b = imager.beam_of(&psf).unwrap();
+        (b.bmaj_rad * b.bmin_rad).sqrt()
+    };
+    let own = fwhm(None, None);
+    let tapered = fwhm(Some(2.0 * own), None);
+    assert!((tapered / (5_f64.sqrt() * own) - 1.0).abs() < 0.1, "{own} {tapered}");
+    assert!(fwhm(None, Some(2.0 * own)) < own);
+}

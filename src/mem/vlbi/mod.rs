@@ -1,0 +1,35 @@
+//! Images of sparse arrays whose antennas are not calibrated: from closure phases, closure amplitudes and amplitudes.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `gather` | a set of visibilities to a few hundred data: one product, averaged over scans |
+//! | `field` | the grid, the co-located antennas and the size of the source |
+//! | `dft` | exact transforms of small images |
+//! | `penalty` | what the image should look like where the data leave a choice |
+//! | `lbfgs` | minimisation |
+//! | `problem` | all terms together as a function of ln I |
+//! | `gains` | gains of the antennas given an image |
+//! | `reconstruct` | rounds of imaging, starts, the total flux |
+//!
+//! # Reference
+//! Chael et al. 2018, ApJ 857, 23; EHT Collaboration 2019, ApJL 875, L4 (Paper IV).
+
+mod dft;
+mod field;
+mod gains;
+mod gather;
+mod lbfgs;
+mod options;
+mod penalty;
+mod problem;
+mod reconstruct;
+#[cfg(test)]
+mod tests;
+
+pub use dft::{SmallDft, Transform};
+pub use field::co_located;
+pub use gains::StationGains;
+pub use gather::{Average, SparseSet};
+pub use options::{ClosureImagingOptions, FluxFrom, Term, parse_terms};
+pub use penalty::PenaltyWeights;
+pub use reconstruct::{ClosureImage, StartRecord, TermMisfit, reconstruct};

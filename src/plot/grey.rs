@@ -1,0 +1,36 @@
+//! The bare pixels of a plane as a grey picture: a frame of a film.
+
+use crate::{ChainError, Result};
+use image::{GrayImage, ImageFormat};
+use ndarray::ArrayView2;
+
+/// A PNG of as many pixels as the plane has: black at `low`, white at `high`, the last row on top. // [m, l]
+///
+/// # Errors
+/// A plane without pixels, or larger than a PNG can be.
+pub fn grey(plane: ArrayView2<'_, f64>, low: f64, high: f64) -> Result<Vec<u8>> {
+    let (rows, columns) = plane.dim();
+    let level = |v: &f64| (255.0 * ((v - low) / (high - low)).clamp(0.0, 1.0)).round() as u8;
+    let bytes: Vec<u8> = plane.rows().into_iter().rev().flat_map(|row| row.iter().map(level).collect::<Vec<_>>()).collect();
+    let size = u32::try_from(columns).ok().zip(u32::try_from(rows).ok()).filter(|(w, h)| *w > 0 && *h > 0);
+    let failed = |why: &str| ChainError::Other(format!("a grey picture of {columns} x {rows} pixels: {why}").into());
+    let picture = size.and_then(|(w, h)| GrayImage::from_raw(w, h, bytes)).ok_or_else(|| failed("impossible size"))?;
+    let mut png = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut png, ImageFormat::Png).map_err(|e| failed(&e.to_string()))?;
+    Ok(png.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::array;
+
+    #[test]
+    fn the_last_row_is_on_top_and_values_are_clipped() {
+        let png = grey(array![[0.0, 100.0, 200.0], [300.0, 150.0, f64::NAN]].view(), 100.0, 200.0).unwrap();
+        let read = image::load_from_memory(&png).unwrap().into_luma8();
+        assert_eq!(read.dimensions(), (3, 2));
+        assert_eq!(read.into_raw(), [255, 128, 0, 0, 0, 255]);
+        assert!(grey(ndarray::Array2::zeros((0, 3)).view(), 0.0, 1.0).is_err());
+    }
+}
