@@ -63,7 +63,7 @@ pub struct RoundPlan {
     /// The model stops at this fraction of the image's peak: high at first, so that errors of the uncalibrated image do not
     /// enter the model, lower from round to round, so that more of the source does. 0 leaves the depth to the maker.
     pub depth: f64,
-    /// True in the last planned round, in which the model may go to its final depth. In all others a maker takes a short step from
+    /// True in the last planned rounds, in which the model may go to its final depth. In all others a maker takes a short step from
     /// the model that it has: many short steps between many solutions find both, few deep images take errors for structure.
     pub last: bool,
 }
@@ -93,7 +93,8 @@ pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, shrink:
                 SolutionInterval::Seconds(s) => SolutionInterval::Seconds(s * longer),
                 other => other,
             };
-            let last = i + 1 == rounds;
+            // Two deep images: the gains that are kept are solved against a deep model too.
+            let last = i + 1 == rounds || (rounds >= 3 && i + 2 == rounds);
             // Each round brings the errors down severalfold, and what its image can be trusted with.
             let depth = if last { 0.0 } else { FIRST_DEPTH * DEEPER.powi(-(i.min(100) as i32) - 1) };
             RoundPlan { mode: if amp { mode } else { first }, solint, depth, last }
@@ -270,9 +271,15 @@ pub fn selfcal(
         if idle >= options.patience {
             idle = 0;
             let stage = |p: &RoundPlan| (p.mode, p.solint);
-            let later = options.schedule.iter().skip(next).position(|p| stage(p) != stage(plan));
+            // Another stage, or the deep rounds of this one, may still bring something.
+            let later = options.schedule.iter().skip(next).position(|p| stage(p) != stage(plan) || (p.last && !plan.last));
             match later {
-                Some(skip) => next += skip,
+                Some(skip) => {
+                    if skip > 0 && stage(&options.schedule[next + skip]) == stage(plan) {
+                        out.stop = StopReason::NoImprovement;
+                    }
+                    next += skip;
+                }
                 None if next < options.schedule.len() => {
                     out.stop = StopReason::NoImprovement;
                     break;

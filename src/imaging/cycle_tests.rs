@@ -146,7 +146,8 @@ fn tapers_widen_and_sharpen_the_beam() {
         (b.bmaj_rad * b.bmin_rad).sqrt()
     };
     let own = fwhm(None, None);
-    let tapered = fwhm(Some(2.0 * own), None);
-    assert!((tapered / (5_f64.sqrt() * own) - 1.0).abs() < 0.1, "{own} {tapered}");
+    // A stronger taper would rest on the few shortest baselines, which are no Gaussian.
+    let tapered = fwhm(Some(own), None);
+    assert!((tapered / (2_f64.sqrt() * own) - 1.0).abs() < 0.1, "{own} {tapered}");
     assert!(fwhm(None, Some(2.0 * own)) < own);
 }

@@ -3,6 +3,7 @@
 mod calibration;
 mod chain;
 mod docs;
+mod mem;
 mod physics;
 mod run;
 mod scenes;
