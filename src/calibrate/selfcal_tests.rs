@@ -206,5 +206,12 @@ fn schedules_start_with_phases_and_shrink_the_interval() {
     assert_eq!(s[0].solint, SolutionInterval::Seconds(120.0));
     assert_eq!(s[3].solint, SolutionInterval::Seconds(30.0));
     assert_eq!(schedule(GainMode::Phase, SolutionInterval::Seconds(30.0), 6, false)[0].solint, SolutionInterval::Seconds(30.0));
-    assert!(s.windows(2).all(|w| w[1].depth < w[0].depth) && s[5].last && !s[4].last && s[5].depth == 0.0);
+    assert!(
+        s[..5].windows(2).all(|w| w[1].depth < w[0].depth)
+            && s[4].last
+            && s[5].last
+            && !s[3].last
+            && s[4].depth == 0.0
+            && s[5].depth == 0.0
+    );
 }

@@ -101,7 +101,7 @@ impl<T: Real> Plan<T> {
             return Err(ChainError::BadOption { option: "frequency", value, expected: "positive channel centres in Hz".into() });
         }
         // Errors of the two axes, of w and of the channels add in quadrature to below the request.
-        let each = 0.5 * opts.epsilon;
+        let each = 0.4 * opts.epsilon;
         let hard = || bad(opts.epsilon.to_string(), "an error that a kernel of 16 cells reaches");
         let f_max = freq_hz.iter().copied().fold(0.0, f64::max);
         let (l, m) = ((grid.n_l / 2) as f64 * grid.cell_rad, (grid.n_m / 2) as f64 * grid.cell_rad);
@@ -138,7 +138,7 @@ impl<T: Real> Plan<T> {
             table: KernelTable::new(&kernel, 0.02 * opts.epsilon),
             w,
             n_rows: (below + top + kernel.support + 1).min(nv + kernel.support),
-            channels: Channels::new(freq_hz, 0.3 * opts.epsilon),
+            channels: Channels::new(freq_hz, 0.2 * opts.epsilon),
             divide_by_n: opts.divide_by_n,
             fft: Plans::new(nu, nv),
             scale,
