@@ -7,7 +7,7 @@
 use hdf5_sys::h5f::{H5F_OBJ_DATASET, H5F_OBJ_FILE, H5F_OBJ_GROUP, H5Fget_obj_count};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result, Write};
-use std::os::fd::{FromRawFd, RawFd};
+use std::os::fd::{AsRawFd, FromRawFd, RawFd};
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -78,6 +78,12 @@ impl Child {
             // and it ends without running what the parent left to do at its end.
             let pid = unsafe { libc::fork() };
             if pid == 0 {
+                // Its copies of the program's ends would keep it waiting for itself.
+                // SAFETY: the copies are used no more, as the keeper never returns.
+                unsafe {
+                    libc::close(requests.as_raw_fd());
+                    libc::close(replies.as_raw_fd());
+                }
                 keep(&their_requests, &their_replies, lasting, look);
             }
             (pid, lasting)
@@ -182,7 +188,6 @@ fn keep(requests: &File, replies: &File, lasting: bool, look: Look) -> ! {
 
 /// No output, no core file, the usual ends by signals, and no files of the program but the two pipes.
 fn alone(requests: &File, replies: &File, lasting: bool) {
-    use std::os::fd::AsRawFd;
     // SAFETY: plain calls of the C library in a process of one thread; what is closed is used no more, as the process never returns from
     // its keeper.
     unsafe {
