@@ -78,7 +78,7 @@ impl CleanMaker {
     fn floor(&self, header: &VisibilityHeader, grid: &SkyGrid) -> Option<f64> {
         let thermal = header.unit == VisUnit::KelvinSr && self.imaging.polarization == Polarization::I;
         let coldest = -header.pedestal_k.unwrap_or(0.0) * grid.cell_sr();
-        (thermal || !self.clean.negative).then(|| if self.clean.negative { coldest } else { 0.0 })
+        (thermal || !self.clean.negative).then_some(if self.clean.negative { coldest } else { 0.0 })
     }
 }
 

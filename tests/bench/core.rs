@@ -38,8 +38,11 @@ fn main() -> Done<()> {
     Ok(())
 }
 
+/// uvw, channels, visibilities and the grid of a file.
+type Contents = (Array2<f64>, Vec<f64>, Array2<Complex32>, SkyGrid);
+
 /// uvw and Stokes I (mean of the first two products) of a whole file.
-fn read(path: &Path) -> Done<(Array2<f64>, Vec<f64>, Array2<Complex32>, SkyGrid)> {
+fn read(path: &Path) -> Done<Contents> {
     let mut source = open_visibilities(path)?;
     let freq_hz = source.header().spectrum.freq_hz().to_vec();
     let center = source.header().phase_centers.first().ok_or("no phase centre")?.clone();

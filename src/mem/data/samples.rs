@@ -209,7 +209,7 @@ mod tests {
         let one = Complex64::new(1.0, 0.0);
         let make = |pairs: Vec<(usize, usize)>, v: Complex64, s: f64, end: usize| {
             let n = pairs.len();
-            Samples::new(3, pairs, (vec![v; n], vec![s; n]), vec![0..end])
+            Samples::new(3, pairs, (vec![v; n], vec![s; n]), std::iter::once(0..end).collect())
         };
         assert!(make(vec![(0, 1), (1, 2)], one, 1.0, 2).is_ok());
         for (bad, word) in [

@@ -258,8 +258,8 @@ mod tests {
         let bad = with(&s, corrupted(&s, s.vis(), |t, a| Complex64::new(if a == 3 { wild(t).exp() } else { 1.0 }, 0.0)));
         let mut t = term(&bad, 0.05);
         let before = chi2(&t, s.vis()) / t.data() as f64 + t.log_determinant();
-        t.learn_gain_sigma(s.vis(), &vec![0.05; 8]).unwrap();
-        t.learn_gain_sigma(s.vis(), &vec![0.05; 8]).unwrap();
+        t.learn_gain_sigma(s.vis(), &[0.05; 8]).unwrap();
+        t.learn_gain_sigma(s.vis(), &[0.05; 8]).unwrap();
         let after = chi2(&t, s.vis()) / t.data() as f64 + t.log_determinant();
         assert!(after < before);
         let rms = ((0..40).map(|t| wild(t).powi(2)).sum::<f64>() / 40.0).sqrt();

@@ -149,7 +149,7 @@ mod tests {
         assert!(co_located(&dense).iter().all(|s| !s));
         let grid = choose_grid(&eht, &co_located(&eht), SkyFrame::Boresight, (None, None), &crate::progress::Silent).unwrap();
         assert!((grid.cell_rad * 6.0 * 8e9 - 1.0).abs() < 1e-12);
-        assert!(grid.n_l % 2 == 0 && (grid.n_l as f64 * grid.cell_rad * 1.3e9 - FIELD).abs() < 0.1, "{}", grid.n_l);
+        assert!(grid.n_l.is_multiple_of(2) && (grid.n_l as f64 * grid.cell_rad * 1.3e9 - FIELD).abs() < 0.1, "{}", grid.n_l);
     }
 
     #[test]

@@ -8,6 +8,11 @@ use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisibilityHeader, Visibil
 use num_complex::{Complex32, Complex64};
 use std::collections::BTreeMap;
 
+/// Interval, channel and baseline.
+type Cell = (usize, u32, (u32, u32));
+/// Sums of w, w V and w uvw.
+type Sum = (f64, Complex64, [f64; 2]);
+
 /// Bytes of file rows read at once.
 const BLOCK_BYTES: usize = 64 << 20;
 /// Samples beyond which the direct transform is the wrong tool.
@@ -90,7 +95,7 @@ impl SparseSet {
         let scans = intervals(&data, average)?;
         let n_ant = header.layout.n_ant();
         // Sums of w, w V and w uvw of each interval, channel and baseline.
-        let mut sums: BTreeMap<(usize, u32, (u32, u32)), (f64, Complex64, [f64; 2])> = BTreeMap::new();
+        let mut sums: BTreeMap<Cell, Sum> = BTreeMap::new();
         let freq = header.spectrum.freq_hz();
         for d in &data {
             let scan = scans.partition_point(|end| *end < d.time_jd);
