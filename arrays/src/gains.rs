@@ -1,7 +1,7 @@
 //! Antenna gains.
 
 use crate::{ArrayError, ArrayLayout, Result, SpectralWindow};
-use ndarray::{Array3, Array4};
+use ndarray::{Array3, Array4, Axis};
 use num_complex::Complex64;
 
 /// Complex gains of the antennas in the convention V_corrupt = g1 conj(g2) V, for uvw = r2 - r1.
@@ -13,7 +13,7 @@ pub struct GainTable {
     pub layout: ArrayLayout,
     /// Channels of the chan axis; one channel as wide as the band where a gain serves all of it.
     pub spectrum: SpectralWindow,
-    /// Names of the feeds: `R`, `L`, `X`, `Y`, or one entry for joined polarisations \[feed\].
+    /// Names of the feeds: `R`, `L`, `X`, `Y`; or one entry for polarisations that share their gains, such as `R+L`, or `I` \[feed\].
     pub feeds: Vec<String>,
     /// Middle of each solution interval, Julian date UTC \[solint\].
     pub time_jd: Vec<f64>,
@@ -84,6 +84,37 @@ impl GainTable {
             }
         }
         Ok(())
+    }
+
+    /// The same gains with an entry for each feed, where one entry such as `R+L` stood for both.
+    #[must_use]
+    pub fn with_each_feed(&self) -> Self {
+        let names: Vec<String> = self.feeds.iter().flat_map(|f| f.split('+')).map(String::from).collect();
+        if names.len() == self.feeds.len() {
+            return self.clone();
+        }
+        self.choose_feeds(names, &[0, 0])
+    }
+
+    /// The same gains with one entry for both feeds, named such as `R+L`, if everything known of the two is equal.
+    #[must_use]
+    pub fn with_equal_feeds_joined(&self) -> Self {
+        if self.feeds.len() < 2 {
+            return self.clone();
+        }
+        let joined = self.choose_feeds(vec![self.feeds.join("+")], &[0]);
+        if joined.with_each_feed() == *self { joined } else { self.clone() }
+    }
+
+    fn choose_feeds(&self, feeds: Vec<String>, from: &[usize]) -> Self {
+        Self {
+            feeds,
+            gains: self.gains.select(Axis(3), from),
+            flags: self.flags.select(Axis(3), from),
+            quality: self.quality.as_ref().map(|q| q.select(Axis(3), from)),
+            total_quality: self.total_quality.as_ref().map(|q| q.select(Axis(2), from)),
+            ..self.clone()
+        }
     }
 
     /// Index of the solution interval that holds a time, or the nearest one.

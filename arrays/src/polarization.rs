@@ -81,6 +81,16 @@ impl Polarization {
         matches!(self, Self::RR | Self::LL | Self::XX | Self::YY)
     }
 
+    /// Name of one gain that serves all products of a list: `R+L`, `X+Y`, or `I` where no product is of feeds.
+    #[must_use]
+    pub fn shared_feed(products: &[Self]) -> &'static str {
+        match products.iter().find(|p| p.feeds().is_some()).map(|p| p.name().as_bytes()[0]) {
+            Some(b'R' | b'L') => "R+L",
+            Some(_) => "X+Y",
+            None => "I",
+        }
+    }
+
     /// Index of the feed (0 or 1) on the first and second antenna; `None` for Stokes parameters.
     #[must_use]
     pub fn feeds(self) -> Option<(usize, usize)> {

@@ -2,7 +2,6 @@
 //!
 //! The weights follow: dividing by a product of gains divides the noise by it, so the weight is multiplied by its square.
 
-use super::intervals::JOINED;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
@@ -236,7 +235,7 @@ pub fn on_channels(table: &GainTable, spectrum: &SpectralWindow) -> GainTable {
 
 /// Feeds of the table for each polarisation of the set.
 fn match_feeds(table: &GainTable, header: &VisibilityHeader) -> Result<Vec<(usize, usize)>> {
-    if table.feeds.len() == 1 && (table.feeds[0] == JOINED || !is_hand(&table.feeds[0])) {
+    if table.feeds.len() == 1 && !is_hand(&table.feeds[0]) {
         return Ok(vec![(0, 0); header.polarizations.len()]);
     }
     let find = |letter: char| table.feeds.iter().position(|f| f.eq_ignore_ascii_case(&letter.to_string()));
@@ -375,7 +374,7 @@ mod tests {
     #[test]
     fn linear_interpolation_goes_the_shorter_way_round_and_over_gaps() {
         let scene = Scene::point(4, 5);
-        let mut gains = table(&scene, &[JOINED], 3, 20.0);
+        let mut gains = table(&scene, &["R+L"], 3, 20.0);
         for (t, phase) in [3.0, 0.0, -3.0].into_iter().enumerate() {
             gains.gains[(t, 1, 0, 0)] = cis(phase);
         }
@@ -393,7 +392,7 @@ mod tests {
     fn missing_gains_flag_the_data() {
         let scene = Scene::point(5, 2);
         let set = scene.set(|_, _, _, _| cis(0.0));
-        let mut gains = table(&scene, &[JOINED], 2, 10.0);
+        let mut gains = table(&scene, &["R+L"], 2, 10.0);
         gains.flags[(0, 1, 0, 0)] = true;
         gains.gains[(1, 2, 0, 0)] = Complex64::new(0.0, 0.0);
         let (out, counts) = run(&set, &gains, ApplyOptions::default());
@@ -408,7 +407,7 @@ mod tests {
         let set = scene.set(|_, _, _, _| cis(0.0));
         let h = scene.header();
         let wide = SpectralWindow::new(vec![h.spectrum.mean_hz()], vec![h.spectrum.extent_hz()]).unwrap();
-        let mut gains = GainTable::unity(h.layout.clone(), wide, vec![JOINED.into()], vec![T0_JD], vec![20.0]).unwrap();
+        let mut gains = GainTable::unity(h.layout.clone(), wide, vec!["R+L".into()], vec![T0_JD], vec![20.0]).unwrap();
         gains.gains[(0, 1, 0, 0)] = cis(1.0);
         gains.flags[(0, 2, 0, 0)] = true;
         let spread = on_channels(&gains, &h.spectrum);
@@ -427,7 +426,7 @@ mod tests {
         let mut other = scene.header();
         let renamed = other.layout.antennas().iter().map(|a| cittert_arrays::Antenna { name: format!("Z{}", a.name), ..a.clone() });
         other.layout = cittert_arrays::ArrayLayout::new("z", other.layout.frame, renamed.collect()).unwrap();
-        let e = GainApplier::new(&table(&scene, &[JOINED], 1, 10.0), &other, ApplyOptions::default()).unwrap_err();
+        let e = GainApplier::new(&table(&scene, &["R+L"], 1, 10.0), &other, ApplyOptions::default()).unwrap_err();
         assert!(e.to_string().contains("no antenna"), "{e}");
     }
 }

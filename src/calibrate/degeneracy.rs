@@ -218,7 +218,7 @@ mod tests {
     fn table(n: usize, times: usize) -> GainTable {
         let h = Scene::point(n, 1).header();
         let time_jd = (0..times).map(|t| T0_JD + t as f64 * 1e-3).collect();
-        GainTable::unity(h.layout, h.spectrum, vec!["joined".into()], time_jd, vec![80.0; times]).unwrap()
+        GainTable::unity(h.layout, h.spectrum, vec!["I".into()], time_jd, vec![80.0; times]).unwrap()
     }
 
     fn fill(t: &mut GainTable, gain: impl Fn(usize, usize, [f64; 3]) -> Complex64) {

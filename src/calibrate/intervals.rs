@@ -145,9 +145,6 @@ pub(crate) struct FeedPlan {
     pub(crate) of_pol: Vec<Option<usize>>,
 }
 
-/// Name of the single feed of a table whose gains serve every polarisation.
-pub(crate) const JOINED: &str = "joined";
-
 impl FeedPlan {
     pub(crate) fn new(header: &VisibilityHeader, groups: FeedGroups) -> Result<Self> {
         let pols = &header.polarizations;
@@ -157,7 +154,10 @@ impl FeedPlan {
             return Err(ChainError::NoData(format!("no parallel hand or Stokes I to solve on: the set has {}", names.join(", "))));
         }
         if groups == FeedGroups::Joined || pols.contains(&Polarization::I) {
-            return Ok(Self { names: vec![JOINED.into()], of_pol: pols.iter().map(|p| parallel(p).then_some(0)).collect() });
+            return Ok(Self {
+                names: vec![Polarization::shared_feed(pols).into()],
+                of_pol: pols.iter().map(|p| parallel(p).then_some(0)).collect(),
+            });
         }
         // One feed for each parallel hand that is there, first feed first.
         let mut hands: Vec<Polarization> = pols.iter().copied().filter(|p| p.is_parallel_hand()).collect();

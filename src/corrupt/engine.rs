@@ -122,7 +122,7 @@ fn feed_names(header: &VisibilityHeader, per_feed: bool) -> Vec<String> {
     let names: &[&str] = match per_feed {
         true if has(&[Polarization::RR, Polarization::LL, Polarization::RL, Polarization::LR]) => &["R", "L"],
         true if has(&[Polarization::XX, Polarization::YY, Polarization::XY, Polarization::YX]) => &["X", "Y"],
-        _ => &["joined"],
+        _ => &[Polarization::shared_feed(&header.polarizations)],
     };
     names.iter().map(|n| (*n).to_owned()).collect()
 }

@@ -87,6 +87,7 @@ fn made(file: &H5In, ranges: &SpectralWindow, delays: &Array4<f64>) -> Result<Sp
 /// the antenna and what would be lost. Else as [`super::write_gains`].
 pub fn write_delays(path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
     table.check().map_err(|e| FormatError::values(path, e))?;
+    let table = &table.with_each_feed();
     let windows = windows(&table.spectrum);
     let (n_time, n_ant, _, n_feed) = table.gains.dim();
     let shape = (n_time, n_ant, windows.len(), n_feed);

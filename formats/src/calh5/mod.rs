@@ -24,7 +24,8 @@ const MODE_KEYWORD: &str = "cittert_mode";
 /// Most gains of one table.
 const MOST_GAINS: usize = 1 << 27;
 
-/// Names of feeds and their Jones numbers; one entry for joined polarisations is 0.
+/// Names of feeds and their Jones numbers; gains of Stokes I have 0. Gains that feeds share are written once for each, since UVCal
+/// applies those of a feed to that feed alone.
 const JONES: [(&str, i64); 4] = [("R", -1), ("L", -2), ("X", -5), ("Y", -6)];
 
 fn jones_of(feed: &str) -> i64 {
@@ -36,6 +37,8 @@ fn jones_of(feed: &str) -> i64 {
 /// # Errors
 /// Arrays of unequal shapes, an existing output that may not be overwritten, or whatever the disk says.
 pub fn write_gains(path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
+    table.check().map_err(|e| FormatError::values(path, e))?;
+    let table = &table.with_each_feed();
     let out = begin(path, table, overwrite)?;
     write_spectrum(&out, &table.spectrum)?;
     out.text("Header/cal_type", "gain")?;
@@ -60,7 +63,6 @@ impl Extras {
 /// Begin a file with the header items that gains and delays share.
 fn begin(path: &Path, table: &GainTable, overwrite: bool) -> Result<H5Out> {
     let failed = |e: ArrayError| FormatError::values(path, e);
-    table.check().map_err(failed)?;
     let (n_time, n_ant) = (table.time_jd.len(), table.layout.n_ant());
     let out = H5Out::create(path, overwrite)?;
     out.text("Header/version", "1.0")?;
@@ -175,7 +177,7 @@ fn read(path: &Path, channels: Option<&SpectralWindow>) -> Result<GainTable> {
         file.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"))?.unwrap_or_else(|| if delays { "delay" } else { "gain" }.into());
     table.history = file.text("Header/history")?.unwrap_or_default().lines().map(String::from).collect();
     table.check().map_err(|e| FormatError::values(path, e))?;
-    Ok(table)
+    Ok(table.with_equal_feeds_joined())
 }
 
 /// The gains of a file \[ant, chan, time, jones\].

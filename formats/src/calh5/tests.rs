@@ -37,6 +37,21 @@ fn a_table_comes_back() {
 }
 
 #[test]
+fn shared_gains_are_written_for_each_feed() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("g.calh5");
+    let t = table();
+    let layout = t.layout.clone();
+    let mut shared = GainTable::unity(layout, t.spectrum.clone(), vec!["X+Y".into()], t.time_jd.clone(), t.interval_s.clone()).unwrap();
+    shared.gains = t.gains.select(Axis(3), &[1]);
+    shared.flags = t.flags.select(Axis(3), &[1]);
+    write_gains(&path, &shared, false).unwrap();
+    let jones: Vec<i64> = hdf5::File::open(&path).and_then(|f| f.dataset("Header/jones_array")).and_then(|d| d.read_raw()).unwrap();
+    assert_eq!(jones, [-5, -6]);
+    assert_eq!(read_gains(&path).unwrap(), shared);
+}
+
+#[test]
 fn gains_to_multiply_by_are_inverted() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("g.calh5");
