@@ -21,6 +21,8 @@ use std::path::Path;
 
 /// Keyword (of `extra_keywords`) that says what the gains are.
 const MODE_KEYWORD: &str = "cittert_mode";
+/// Seconds of a day.
+const DAY_S: f64 = 86_400.0;
 /// Most gains of one table.
 const MOST_GAINS: usize = 1 << 27;
 
@@ -73,11 +75,13 @@ fn begin(path: &Path, table: &GainTable, overwrite: bool) -> Result<H5Out> {
     }
     let numbers = table.layout.antennas().iter().map(|a| i64::from(a.number));
     out.array("Header/ant_array", Array1::from_iter(numbers).view())?;
-    out.array("Header/time_array", Array1::from_vec(table.time_jd.clone()).view())?;
+    // Ranges, not middles: UVCal applies a gain to the times within its range.
+    let ranges = time_ranges(table);
+    out.array("Header/time_range", ranges.view())?;
     out.array("Header/integration_time", Array1::from_vec(table.interval_s.clone()).view())?;
     let site = site_of(&table.layout);
-    let lst = table.time_jd.iter().map(|t| lst_rad(*t, &site)).collect::<std::result::Result<Vec<f64>, _>>().map_err(failed)?;
-    out.array("Header/lst_array", Array1::from_vec(lst).view())?;
+    let lst = ranges.iter().map(|t| lst_rad(*t, &site)).collect::<std::result::Result<Vec<f64>, _>>().map_err(failed)?;
+    out.array("Header/lst_range", Array2::from_shape_fn((n_time, 2), |(i, end)| lst[2 * i + end]).view())?;
     out.array("Header/jones_array", Array1::from_iter(table.feeds.iter().map(|f| jones_of(f))).view())?;
     write_feeds(&out, table)?;
     out.text("Header/gain_convention", "divide")?;
@@ -92,6 +96,17 @@ fn begin(path: &Path, table: &GainTable, overwrite: bool) -> Result<H5Out> {
     }
     out.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"), &table.mode)?;
     Ok(out)
+}
+
+/// First and last moment (Julian dates) of each interval \[solint, 2\]; they meet, but never overlap by a rounding.
+fn time_ranges(table: &GainTable) -> Array2<f64> {
+    let half = |i: usize| table.interval_s[i] / 2.0 / DAY_S;
+    let start = |i: usize| table.time_jd[i] - half(i);
+    let end = |i: usize| {
+        let nominal = table.time_jd[i] + half(i);
+        if i + 1 < table.time_jd.len() && table.time_jd[i] < start(i + 1) { nominal.min(start(i + 1)) } else { nominal }
+    };
+    Array2::from_shape_fn((table.time_jd.len(), 2), |(i, side)| if side == 0 { start(i) } else { end(i) })
 }
 
 /// Write gains or delays with their flags and qualities: ours are [solint, ant, chan, feed], theirs [ant, chan, time, jones].
@@ -223,15 +238,17 @@ fn spectrum(file: &H5In, delays: bool) -> Result<SpectralWindow> {
 
 /// Middle (Julian date) and length (s) of the solution intervals.
 fn times(file: &H5In, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
+    let lengths = || match file.reals("Header/integration_time")? {
+        Some((_, v)) if v.len() == 1 => Ok(vec![v[0]; n]),
+        _ => file.list("Header/integration_time", n),
+    };
     if file.has("Header/time_array") {
-        let interval = match file.reals("Header/integration_time")? {
-            Some((_, v)) if v.len() == 1 => vec![v[0]; n],
-            _ => file.list("Header/integration_time", n)?,
-        };
-        return Ok((file.list("Header/time_array", n)?, interval));
+        return Ok((file.list("Header/time_array", n)?, lengths()?));
     }
     let ranges = file.list("Header/time_range", 2 * n)?;
-    Ok(ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, (r[1] - r[0]) * 86_400.0)).unzip())
+    let (middle, length): (Vec<f64>, Vec<f64>) = ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, (r[1] - r[0]) * DAY_S)).unzip();
+    // Lengths that are written are exact; a Julian date is good to 40 microseconds.
+    Ok((middle, if file.has("Header/integration_time") { lengths()? } else { length }))
 }
 
 /// Gains, flags and qualities of the antennas that the file has; the others stay at 1 and are flagged.

@@ -8,7 +8,7 @@ fn table() -> GainTable {
     let layout = ArrayLayout::new("imager", LayoutFrame::Boresight, antennas).unwrap();
     let spectrum = SpectralWindow::band(94e9, 8e9, 2).unwrap();
     let mut t =
-        GainTable::unity(layout, spectrum, vec!["R".into(), "L".into()], vec![2_460_000.5, 2_460_000.6, 2_460_000.7], vec![60.0; 3])
+        GainTable::unity(layout, spectrum, vec!["R".into(), "L".into()], vec![2_460_000.5, 2_460_000.625, 2_460_000.75], vec![5400.0; 3])
             .unwrap();
     let value = |(s, a, c, f): (usize, usize, usize, usize)| {
         Complex64::from_polar(1.0 + 0.1 * a as f64, 0.3 * s as f64 - 0.2 * c as f64 + f as f64)
