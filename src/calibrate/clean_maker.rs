@@ -39,6 +39,25 @@ struct State {
     grid_options: GridOptions,
 }
 
+/// Where the data of an imager lie.
+struct Place {
+    channels: Vec<Range<usize>>,
+    freq_hz: Vec<f64>,
+    extent: UvwExtent,
+}
+
+impl Place {
+    fn of(imager: &Imager<'_>) -> Self {
+        Self { channels: imager.channels().to_vec(), freq_hz: imager.header().spectrum.freq_hz().to_vec(), extent: imager.survey().extent }
+    }
+}
+
+/// The grid of the first image is that of all that follow.
+fn stay_on(imaging: &mut ImagingOptions, grid: &SkyGrid) -> SkyGrid {
+    (imaging.size, imaging.cell_rad) = (Some((grid.n_l, grid.n_m)), Some(grid.cell_rad));
+    grid.clone()
+}
+
 /// Degridders of the output channels, in the precision that the error allows.
 enum Predictors {
     Single(Vec<Degridder<f32>>),
@@ -69,8 +88,36 @@ impl CleanMaker {
         self.now.as_ref().map(|s| &s.products)
     }
 
-    fn grid_options(&self, epsilon: f64) -> GridOptions {
-        GridOptions { epsilon, w_term: self.imaging.w_term, divide_by_n: false }
+    /// Take a model from elsewhere: predictions come from it, and the products show it and what it leaves of the data.
+    ///
+    /// # Errors
+    /// As for an image; a model (flux a pixel \[m, l\]) of another shape.
+    pub fn show(&mut self, data: &mut dyn VisibilitySource, model: &Array2<f64>, observer: &dyn Observer) -> Result<ModelMetrics> {
+        let mut imager = Imager::new(data, self.imaging.clone(), observer)?;
+        stay_on(&mut self.imaging, imager.grid());
+        let options = CleanOptions { niter: 0, ..self.clean.clone() };
+        let from = Continue { models: std::slice::from_ref(model), ..Continue::default() };
+        let products = clean_from(&mut imager, &options, &mut self.tools, from, observer)?;
+        let place = Place::of(&imager);
+        drop(imager);
+        self.hold(place, products, self.imaging.epsilon)
+    }
+
+    /// Keep what was made, ready to predict with an error of `epsilon`.
+    fn hold(&mut self, place: Place, products: CleanProducts, epsilon: f64) -> Result<ModelMetrics> {
+        let Place { channels, freq_hz, extent } = place;
+        let grid_options = GridOptions { epsilon, w_term: self.imaging.w_term, divide_by_n: false };
+        let made = Predictors::new(&products.model, &channels, &freq_hz, extent, &grid_options)?;
+        let statistics = &products.statistics;
+        let metrics = ModelMetrics {
+            peak: peak(&products.restored),
+            residual_rms: statistics.residual_rms,
+            model_flux: statistics.model_flux,
+            iterations: statistics.iterations,
+        };
+        self.predicted.clear();
+        self.now = Some(State { products, channels, extent, predictors: std::sync::Arc::new(made), grid_options });
+        Ok(metrics)
     }
 
     /// Least flux of a pixel: a thermal scene is nowhere colder than 0 K. A source in Jy has none, as points between pixels need
@@ -107,8 +154,7 @@ impl ModelMaker for CleanMaker {
             _ => data,
         };
         let mut imager = Imager::new(source, imaging, observer)?;
-        let grid = imager.grid().clone();
-        (self.imaging.size, self.imaging.cell_rad) = (Some((grid.n_l, grid.n_m)), Some(grid.cell_rad));
+        let grid = stay_on(&mut self.imaging, imager.grid());
         let from = Continue { models: &models, subtracted, floor: self.floor(&header, &grid), exact: plan.last };
         let mut options = self.clean.clone();
         if !plan.last {
@@ -127,25 +173,13 @@ impl ModelMaker for CleanMaker {
             None => {}
         }
         let mut products = clean_from(&mut imager, &options, &mut self.tools, from, observer)?;
-        let (channels, extent) = (imager.channels().to_vec(), imager.survey().extent);
+        let place = Place::of(&imager);
         drop(imager);
         if let Some(before) = state {
             products.components = joined(before.products.components.into_iter().chain(products.components));
         }
         let epsilon = if plan.last { self.imaging.epsilon } else { (PREDICTED_EPSILON * plan.depth).clamp(self.imaging.epsilon, 1e-3) };
-        let freq_hz = header.spectrum.freq_hz();
-        let grid_options = self.grid_options(epsilon);
-        let made = Predictors::new(&products.model, &channels, freq_hz, extent, &grid_options)?;
-        let statistics = &products.statistics;
-        let metrics = ModelMetrics {
-            peak: peak(&products.restored),
-            residual_rms: statistics.residual_rms,
-            model_flux: statistics.model_flux,
-            iterations: statistics.iterations,
-        };
-        self.predicted.clear();
-        self.now = Some(State { products, channels, extent, predictors: std::sync::Arc::new(made), grid_options });
-        Ok(metrics)
+        self.hold(place, products, epsilon)
     }
 
     fn remember(&mut self) {

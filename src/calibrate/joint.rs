@@ -19,14 +19,21 @@ use ndarray::{Array2, s};
 
 /// Strength of the data against the entropy in each stage (lambda times the sum of the weights times the mean prior), steps, and how
 /// the image may be moved after it.
-const STAGES: [(f64, usize, Move); 5] =
-    [(0.6, 15, Move::Middle), (0.6, 15, Move::Data), (0.6, 8, Move::Data), (6.0, 15, Move::Data), (60.0, 20, Move::Data)];
+const STAGES: [(f64, usize, Move); 7] = [
+    (0.6, 15, Move::Middle),
+    (0.6, 15, Move::Data),
+    (0.6, 8, Move::Data),
+    (6.0, 15, Move::Data),
+    (60.0, 20, Move::Data),
+    (600.0, 20, Move::Data),
+    (6000.0, 20, Move::Data),
+];
+/// Chi squared over its target at which the stages end: a final solution finds the strength from there.
+const NEAR: f64 = 1.5;
 /// Part of the prior that a pixel gets that comes into the frame from outside.
 const DARK: f64 = 4e-3;
-/// Evaluations of a final solution: the image is nearly there.
-const FINAL: usize = 40;
-/// KKT residual of the end. Gains that move with the image keep it from the last digits, which the data do not hold.
-const SETTLED: f64 = 0.1;
+/// Evaluations of a final solution at most. It ends as soon as chi squared is what it should be.
+const FINAL: usize = 60;
 /// Final solutions; each but the first follows a move of the image by a pixel or more.
 const FINALS: usize = 3;
 
@@ -107,7 +114,7 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
         if goals.find_noise {
             noise_factor = gains.noise_factor(imager.predict(&state.image)?);
         }
-        let explained = state.chi2_per_datum <= goals.chi2.0 * noise_factor.unwrap_or(1.0);
+        let explained = state.chi2_per_datum <= NEAR * goals.chi2.0 * noise_factor.unwrap_or(1.0);
         let moved = match then {
             Move::Middle => to_the_middle(&state.image),
             Move::Data => asked_for(imager, gains, at, &grid, &state)?,
@@ -119,7 +126,8 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
         }
     }
     let target = goals.chi2.0 * noise_factor.unwrap_or(1.0);
-    let last = MemGoals { chi2: target, chi2_tolerance: goals.chi2.1, kkt: SETTLED, evaluations: FINAL, ..MemGoals::default() };
+    // Gains that move with the image keep the gradient from the last digits, which the data do not hold either.
+    let last = MemGoals { chi2: target, chi2_tolerance: goals.chi2.1, kkt: f64::INFINITY, evaluations: FINAL, ..MemGoals::default() };
     let mut left = FINALS;
     let progress = loop {
         let progress = imager.solve(&mut state, &last, Method::QuasiNewton, observer)?;
@@ -133,6 +141,16 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
     };
     observer.event(Event::Done);
     Ok(Joint { state, progress, noise_factor, stages })
+}
+
+/// The image of the first stage, for data that are heard faintly.
+pub(super) fn faint(imager: &mut MemImager, gains: &UnknownGains, observer: &dyn Observer) -> Result<MemState> {
+    let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
+    let unit = imager.objective().unit;
+    let mut state = imager.start();
+    gains.restart();
+    imager.improve(&mut state, STAGES[0].0 / (weight * unit * unit), STAGES[0].1, observer)?;
+    Ok(state)
 }
 
 /// Cells (columns, rows) from the centre of brightness to the middle of the frame.

@@ -63,9 +63,14 @@ impl<K: FnMut(usize, &Image) -> Result<()>> KeepingMaker<K> {
         })
     }
 
-    /// The images of the best round.
+    /// The images of the best round. A joint solution knows chi squared and the noise better than an image of weights that may be counts.
     pub(super) fn into_products(self) -> Option<CleanProducts> {
-        self.inner.products().cloned()
+        let mut products = self.inner.products().cloned();
+        if let (Some(p), Some(j)) = (&mut products, self.inner.solution()) {
+            p.statistics.chi2_per_datum = j.state.chi2_per_datum / j.noise_factor.unwrap_or(1.0);
+            p.statistics.iterations = j.state.evaluations;
+        }
+        products
     }
 }
 
