@@ -131,6 +131,8 @@ pub struct SelfcalSection {
     /// Take positive components only.
     #[serde(default)]
     pub no_negative: bool,
+    /// The prior of `mem`.
+    pub prior: Option<String>,
 }
 
 const SECTION: &str = "Errors and self-calibration";

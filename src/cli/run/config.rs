@@ -55,6 +55,8 @@ pub struct Config {
     /// Deconvolutions, one after another.
     #[serde(default)]
     pub clean: Vec<CleanSection>,
+    /// Maximum entropy, after the deconvolutions.
+    pub mem: Option<MemSection>,
     /// Errors put into the visibilities.
     pub corrupt: Option<CorruptSection>,
     /// Self-calibration of the corrupted visibilities, or of the visibilities as they are.
@@ -186,6 +188,40 @@ pub struct CleanSection {
     pub cyclefactor: Option<f64>,
     /// Grow a mask around what exceeds this multiple of the noise.
     pub auto_mask: Option<f64>,
+}
+
+/// Options of `mem`.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct MemSection {
+    /// Prior: a temperature, a flux density a pixel, a FITS image (relative to the configuration), or `smoothed`.
+    pub prior: Option<String>,
+    /// Total flux to keep, such as `2.5Jy` or `15.7Ksr`.
+    pub flux: Option<String>,
+    /// Visibility at zero spacing to keep.
+    pub zero_spacing: Option<String>,
+    /// `quasi-newton` or `vtess`.
+    pub solver: Option<String>,
+    /// Largest number of evaluations of the data term.
+    pub niter: Option<usize>,
+    /// `relative`, `gull-skilling` or `log`.
+    pub entropy: Option<String>,
+    /// `weights`, `estimate` or the standard deviation of the real part of a visibility.
+    pub noise: Option<String>,
+    /// Chi squared over its expected value to aim at.
+    pub chi2: Option<f64>,
+    /// Largest relative departure from it.
+    pub tolerance: Option<f64>,
+    /// Largest KKT residual.
+    pub kkt: Option<f64>,
+    /// Weight of the total variation beside the entropy.
+    pub total_variation: Option<f64>,
+    /// Weight of the l1 norm beside the entropy.
+    pub l1: Option<f64>,
+    /// FITS image on the same grid; brightness only where it is above 0 (relative to the configuration).
+    pub mask: Option<String>,
+    /// `none`, `beam` or a number of random probes.
+    pub uncertainty: Option<String>,
 }
 
 /// Words of a command line from a section: `--key value`, `--key` for true, nothing for what is not set.

@@ -10,8 +10,8 @@ use serde_json::Value;
 use std::path::Path;
 
 /// Pictures to see first, in this order, where the run made them.
-const HIGHLIGHTS: [&str; 6] =
-    ["scene.png", "dirty.png", "clean-image.png", "clean-multiscale-image.png", "corrupted-like.png", "selfcal-like.png"];
+const HIGHLIGHTS: [&str; 7] =
+    ["scene.png", "dirty.png", "clean-image.png", "clean-multiscale-image.png", "mem-model.png", "corrupted-like.png", "selfcal-like.png"];
 
 /// The page of a run whose files lie in `folder`.
 ///

@@ -134,10 +134,34 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
             all.push(Step::new("Comparison with the truth", format!("compare {name}"), format!("compare.{name}"), compare));
         }
     }
+    all.extend(mem(config, folder, &image, truth.as_deref()));
     if let Some(first) = cleans.first().filter(|_| calibrated) {
         all.extend(super::calibration::steps(config, folder, &image, first, truth.as_deref()));
     }
     Ok(all)
+}
+
+/// The image of maximum entropy. It needs no restoring beam, so it is compared with the scene as it is.
+fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) -> Vec<Step> {
+    const SECTION: &str = "Maximum entropy";
+    let Some(section) = &config.mem else { return Vec::new() };
+    let mut w = strings(&["mem", "{dir}/vis.uvh5"]);
+    w.extend(image.iter().cloned());
+    w.extend(words(section).into_iter().map(|word| match word.split_once('=') {
+        Some((key @ ("--prior" | "--mask"), file)) => format!("{key}={}", relative(file, folder)),
+        _ => word,
+    }));
+    w.extend(strings(&["-o", "{dir}/mem"]));
+    let mut all = vec![
+        Step::new(SECTION, "mem", "mem", w),
+        plot(SECTION, "mem-model.fits", "mem-model.png", &[], "Image of maximum entropy, unconvolved."),
+        plot(SECTION, "mem-residual.fits", "mem-residual.png", &["--symmetric"], "What it leaves of the dirty image."),
+    ];
+    if let Some(truth) = truth {
+        let w = strings(&["compare", "{dir}/mem-model.fits", truth]);
+        all.push(Step::new("Comparison with the truth", "compare mem", "compare.mem", w));
+    }
+    all
 }
 
 /// The mask that the array and its channels leave on the FFT grid.
