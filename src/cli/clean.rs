@@ -1,7 +1,7 @@
 //! `clean`: deconvolution by CLEAN.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Result};
 use super::options::{CleanArgs, ColumnArgs, ImagingArgs, OutputArgs};
 use super::text::{angle, number};
 use crate::calibrate::{ApplyOptions, CalibratedSource, PointModel, SolutionInterval, SolveOptions, resolves, solve, unresolved_phases};
@@ -59,11 +59,7 @@ const COMPONENTS: &str = "-components.csv";
 pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(COMPONENTS))?;
-    if let Some(path) = &args.log {
-        args.out.check(path)?;
-        let file = std::fs::File::create(path).map_err(|e| Failure::message(format!("{}: cannot write the log: {e}", path.display())))?;
-        context.console.log_cycles(file);
-    }
+    context.log_cycles(args.log.as_deref(), &args.out)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let options = args.imaging.options()?;

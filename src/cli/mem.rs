@@ -51,11 +51,7 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     }
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(UNCERTAINTY))?;
-    if let Some(path) = &args.log {
-        args.out.check(path)?;
-        let file = std::fs::File::create(path).map_err(|e| Failure::message(format!("{}: cannot write the log: {e}", path.display())))?;
-        context.console.log_cycles(file);
-    }
+    context.log_cycles(args.log.as_deref(), &args.out)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let noise = noise(&args.mem, source.as_mut(), context).context(&what)?;

@@ -35,6 +35,19 @@ pub(super) struct Goals {
     pub(super) evaluations: usize,
 }
 
+impl Goals {
+    /// Whether and why a solver ends.
+    pub(super) fn reached(&self, met: bool, stalled: bool, evaluations: usize) -> TerminationStatus {
+        let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
+        match (met, stalled) {
+            (true, _) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
+            (_, true) => because("stalled"),
+            _ if evaluations >= self.evaluations => because("evaluations"),
+            _ => TerminationStatus::NotTerminated,
+        }
+    }
+}
+
 /// The solver and what it has found.
 pub(super) struct QuasiNewton<'o> {
     pub(super) multipliers: Multipliers,
@@ -216,16 +229,7 @@ impl<'a> Solver<Shared<'a>, State> for QuasiNewton<'_> {
     }
 
     fn terminate(&mut self, _state: &State) -> TerminationStatus {
-        let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
-        if self.met {
-            TerminationStatus::Terminated(TerminationReason::SolverConverged)
-        } else if self.stalled >= STALLS {
-            because("stalled")
-        } else if self.evaluations >= self.goals.evaluations {
-            because("evaluations")
-        } else {
-            TerminationStatus::NotTerminated
-        }
+        self.goals.reached(self.met, self.stalled >= STALLS, self.evaluations)
     }
 }
 

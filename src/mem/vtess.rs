@@ -18,7 +18,7 @@ use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
 use super::quasi_newton::{Goals, Shared, State, dot, with};
 use crate::progress::{Event, Observer};
-use argmin::core::{Error, KV, Problem, Solver, TerminationReason, TerminationStatus};
+use argmin::core::{Error, KV, Problem, Solver, TerminationStatus};
 use ndarray::{Array2, Zip};
 
 /// Length of the gradient after a change of multipliers over the lengths of its sides, both squared.
@@ -245,16 +245,7 @@ impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
     }
 
     fn terminate(&mut self, _state: &State) -> TerminationStatus {
-        let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
-        if self.met {
-            TerminationStatus::Terminated(TerminationReason::SolverConverged)
-        } else if self.stalled >= STALLS {
-            because("stalled")
-        } else if self.evaluations >= self.goals.evaluations {
-            because("evaluations")
-        } else {
-            TerminationStatus::NotTerminated
-        }
+        self.goals.reached(self.met, self.stalled >= STALLS, self.evaluations)
     }
 }
 
