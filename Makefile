@@ -4,8 +4,10 @@ PACKAGES := build-essential pkg-config libhdf5-dev
 # What the feature `ms` (Measurement Sets) needs besides.
 MS_PACKAGES := casacore-dev
 DEMO := demo
-# Executions of each target of `make fuzz`.
+# Executions of each target of `make fuzz`, and how many of them one process makes: the HDF5 library does not survive any number of
+# damaged files in one process.
 N ?= 1000000
+PART ?= 50000
 
 .PHONY: demo test test-ms lint interop fuzz bench bench-peers bench-book deps deps-ms book
 
@@ -37,8 +39,10 @@ interop: deps-ms
 
 # Damaged files, N of each kind: `make fuzz N=1000000`. CI runs a few thousand of each within `make test`.
 fuzz: deps
-	CITTERT_FUZZ=$(N) $(CARGO) test --release --locked -p cittert-formats --test fuzz -- --nocapture
-	CITTERT_FUZZ=$(N) $(CARGO) test --release --locked -p cittert --test fuzz -- --nocapture
+	for seed in $$(seq 1 $$((($(N) + $(PART) - 1) / $(PART)))); do \
+	  CITTERT_FUZZ=$(PART) CITTERT_FUZZ_SEED=$$seed $(CARGO) test --release --locked -p cittert-formats --test fuzz -- --nocapture \
+	  && CITTERT_FUZZ=$(PART) CITTERT_FUZZ_SEED=$$seed $(CARGO) test --release --locked -p cittert --test fuzz -- --nocapture || exit 1; \
+	done
 
 bench: deps
 	$(CARGO) bench --locked

@@ -1,5 +1,5 @@
 //! Bounded mutation fuzzing on the stable compiler: good small files with bytes changed, given to a reader under limits of memory and
-//! of time. CI runs some thousands of each target; `make fuzz N=1000000` runs that many.
+//! of time. CI runs some thousands of each target; `make fuzz N=1000000` runs that many, in several processes with other seeds.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::{Path, PathBuf};
@@ -136,6 +136,11 @@ pub(crate) fn mutate(input: &mut Vec<u8>, head: usize, numbers: &mut Numbers) {
 /// Executions of each target: CITTERT_FUZZ, or `usual`.
 pub(crate) fn executions(usual: usize) -> usize {
     std::env::var("CITTERT_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
+}
+
+/// Seed of the changes: CITTERT_FUZZ_SEED, or 0.
+fn seed() -> u64 {
+    std::env::var("CITTERT_FUZZ_SEED").ok().and_then(|n| n.parse().ok()).unwrap_or(0)
 }
 
 /// Files of a folder of the corpus with their names, in order of these.
