@@ -10,6 +10,7 @@
 
 use super::real::Real;
 use super::series::{fit, gauss_legendre, horner};
+use std::sync::OnceLock;
 
 /// Widest support in cells.
 pub(crate) const WIDEST: usize = 16;
@@ -29,11 +30,17 @@ pub struct Kernel {
     nodes: Vec<(f64, f64)>,
 }
 
+/// Gauss-Legendre nodes and weights on (0, 1) that suffice for a support: computed once, as every search tries dozens of kernels.
+fn quadrature(support: usize) -> &'static [(f64, f64)] {
+    static ALL: [OnceLock<Vec<(f64, f64)>>; WIDEST + 1] = [const { OnceLock::new() }; WIDEST + 1];
+    // The integrand turns up to 3.5 * support / 2 times on half the support: about pi nodes a turn and some more.
+    ALL[support].get_or_init(|| gauss_legendre(6 * support + 32).into_iter().filter(|(x, _)| *x > 0.0).collect())
+}
+
 impl Kernel {
+    /// `support` is at most [`WIDEST`].
     fn new(support: usize, beta: f64, oversampling: f64) -> Self {
-        // The integrand turns up to 3.5 * support / 2 times on half the support: about pi nodes a turn and some more.
-        let nodes = gauss_legendre(6 * support + 32).into_iter().filter(|(x, _)| *x > 0.0).collect();
-        let mut kernel = Self { support, beta, oversampling, error: 0.0, nodes };
+        let mut kernel = Self { support, beta, oversampling, error: 0.0, nodes: quadrature(support).to_vec() };
         let half = support as f64 / 2.0;
         for k in 0..kernel.nodes.len() {
             kernel.nodes[k].1 *= kernel.at(kernel.nodes[k].0 * half);
