@@ -2,10 +2,11 @@
 
 use crate::imaging::major::{CleanOptions, clean};
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
+use crate::mem::{MemGoals, MemOptions, Uncertainty, mem};
 use crate::progress::Silent;
 use crate::simulate::random::stream;
 use crate::{ChainError, Result};
-use cittert_arrays::{ArrayLayout, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
+use cittert_arrays::{ArrayLayout, Image, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
 use ndarray::{Array2, Axis};
 use rand::RngExt;
 use std::sync::{Arc, OnceLock};
@@ -21,6 +22,23 @@ pub enum Antennas {
     Random(usize),
 }
 
+/// How the images of a study are deconvolved, and what they are held against.
+#[derive(Debug, Clone)]
+pub enum Deconvolution {
+    /// CLEAN, held against the restored image of the error-free data.
+    Clean(CleanOptions),
+    /// Maximum entropy: the unconvolved image, held against the scene itself on the same grid \[m, l\], in the unit of the image.
+    Mem(Array2<f64>),
+}
+
+/// An image of a trial.
+pub(super) struct Seen {
+    /// Restored by CLEAN, unconvolved by maximum entropy; without a constant that was added back \[m, l\].
+    pub(super) image: Array2<f64>,
+    /// Rms of what it leaves of the dirty image.
+    pub(super) residual_rms: f64,
+}
+
 /// An observation without errors, and how it is imaged. Trials share it.
 #[derive(Debug)]
 pub struct Base {
@@ -28,30 +46,32 @@ pub struct Base {
     pub set: VisibilitySet,
     /// How images are made.
     pub imaging: ImagingOptions,
-    /// How they are cleaned.
-    pub clean: CleanOptions,
+    /// How they are deconvolved.
+    pub deconvolution: Deconvolution,
     reference: OnceLock<Arc<Reference>>,
 }
 
 /// The image that the errors spoil.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    /// The restored image of the error-free data, without a constant that images add back \[m, l\].
+    /// The restored image of the error-free data, without a constant that images add back, or the scene \[m, l\].
     pub image: Array2<f64>,
-    /// True where the model, seen with the beam, exceeds 1e-3 of its peak \[m, l\].
+    /// True where the model, seen with the beam, or the scene exceeds 1e-3 of its peak \[m, l\].
     pub on_source: Array2<bool>,
     /// Imaging with the size and cell that were chosen.
     pub imaging: ImagingOptions,
 }
 
+/// Evaluations of maximum entropy on data with gain errors, which no image explains.
+const HOPELESS: usize = 40;
 /// Part of the peak above which a pixel belongs to the source.
 pub const ON_SOURCE: f64 = 1e-3;
 
 impl Base {
     /// A base of error-free data.
     #[must_use]
-    pub fn new(set: VisibilitySet, imaging: ImagingOptions, clean: CleanOptions) -> Self {
-        Self { set, imaging, clean, reference: OnceLock::new() }
+    pub fn new(set: VisibilitySet, imaging: ImagingOptions, deconvolution: Deconvolution) -> Self {
+        Self { set, imaging, deconvolution, reference: OnceLock::new() }
     }
 
     /// The base with some of the antennas alone.
@@ -65,7 +85,7 @@ impl Base {
             Antennas::First(n) => (0..checked(n, n_ant)?).collect(),
             Antennas::Random(n) => draw(checked(n, n_ant)?, n_ant, seed),
         };
-        Ok(Self::new(subset(&self.set, &chosen)?, self.imaging.clone(), self.clean.clone()))
+        Ok(Self::new(subset(&self.set, &chosen)?, self.imaging.clone(), self.deconvolution.clone()))
     }
 
     /// The image of the error-free data, made when it is first asked for.
@@ -76,9 +96,21 @@ impl Base {
         if let Some(r) = self.reference.get() {
             return Ok(r.clone());
         }
+        let made = Arc::new(match &self.deconvolution {
+            Deconvolution::Clean(options) => self.cleaned(options)?,
+            Deconvolution::Mem(scene) => {
+                let peak = scene.iter().copied().fold(0.0, f64::max);
+                Reference { on_source: scene.mapv(|v| v > ON_SOURCE * peak), image: scene.clone(), imaging: self.imaging.clone() }
+            }
+        });
+        Ok(self.reference.get_or_init(|| made).clone())
+    }
+
+    /// The restored image of the error-free data.
+    fn cleaned(&self, options: &CleanOptions) -> Result<Reference> {
         let mut set = self.set.clone();
-        let products = image(&mut set, &self.imaging, &self.clean)?;
-        let restored = plane(&products);
+        let products = clean(&mut Imager::new(&mut set, self.imaging.clone(), &Silent)?, options, &Silent)?;
+        let restored = plane(&products.restored);
         let grid = &products.restored.grid;
         let model = &restored - &products.residual.plane(0, 0);
         let peak = model.iter().copied().fold(0.0, f64::max);
@@ -89,8 +121,7 @@ impl Base {
             ));
         }
         let imaging = ImagingOptions { size: Some((grid.n_l, grid.n_m)), cell_rad: Some(grid.cell_rad), ..self.imaging.clone() };
-        let made = Arc::new(Reference { on_source: model.mapv(|v| v.abs() > ON_SOURCE * peak), image: restored, imaging });
-        Ok(self.reference.get_or_init(|| made).clone())
+        Ok(Reference { on_source: model.mapv(|v| v.abs() > ON_SOURCE * peak), image: restored, imaging })
     }
 }
 
@@ -145,14 +176,32 @@ fn subset(set: &VisibilitySet, chosen: &[usize]) -> Result<VisibilitySet> {
     Ok(VisibilitySet::new(VisibilityHeader { layout, ..header.clone() }, data)?)
 }
 
-/// Image and clean a set.
-pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, options: &CleanOptions) -> Result<CleanProducts> {
+/// Image a set as it is.
+pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, how: &Deconvolution) -> Result<Seen> {
     let mut imager = Imager::new(set, imaging.clone(), &Silent)?;
-    clean(&mut imager, options, &Silent)
+    match how {
+        Deconvolution::Clean(options) => Ok(seen(&clean(&mut imager, options, &Silent)?, how)),
+        Deconvolution::Mem(_) => {
+            let goals = MemGoals { evaluations: HOPELESS, ..MemGoals::default() };
+            let products = mem(&mut imager, &MemOptions { goals, uncertainty: Uncertainty::None, ..MemOptions::default() }, &Silent)?;
+            let residual = &products.residual.data;
+            let residual_rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
+            Ok(Seen { image: plane(&products.model), residual_rms })
+        }
+    }
 }
 
-/// The restored image without the constant that was added back \[m, l\].
-pub(super) fn plane(products: &CleanProducts) -> Array2<f64> {
-    let constant = products.restored.pedestal_k.unwrap_or(0.0);
-    products.restored.plane(0, 0).mapv(|v| v - constant)
+/// What a trial looks at in the images of self-calibration.
+pub(super) fn seen(products: &CleanProducts, how: &Deconvolution) -> Seen {
+    let image = match how {
+        Deconvolution::Clean(_) => plane(&products.restored),
+        Deconvolution::Mem(_) => plane(&products.model),
+    };
+    Seen { image, residual_rms: products.statistics.residual_rms }
+}
+
+/// An image without the constant that was added back \[m, l\].
+fn plane(image: &Image) -> Array2<f64> {
+    let constant = image.pedestal_k.unwrap_or(0.0);
+    image.plane(0, 0).mapv(|v| v - constant)
 }

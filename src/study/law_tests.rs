@@ -37,7 +37,7 @@ fn base(n_ant: u32, size: usize) -> Arc<Base> {
     let imaging = ImagingOptions { size: Some((size, size)), cell_rad: Some(3e-3), w_term: false, ..ImagingOptions::default() };
     // One component takes the whole peak: nothing of the errors is cleaned away.
     let clean = CleanOptions { algorithm: by_name("hogbom").unwrap(), gain: 1.0, niter: 1, ..CleanOptions::default() };
-    Arc::new(Base::new(set, imaging, clean))
+    Arc::new(Base::new(set, imaging, Deconvolution::Clean(clean)))
 }
 
 fn phase(rms_rad: f64) -> Error {

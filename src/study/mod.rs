@@ -21,7 +21,7 @@ mod summary;
 mod trial;
 
 pub use axis::{Axis, AxisValue, Grid};
-pub use base::{Antennas, Base, Reference};
+pub use base::{Antennas, Base, Deconvolution, Reference};
 pub use run::{Study, run};
 pub use summary::{Statistics, summarize};
 pub use trial::{COLUMNS, Column, Quality, SelfcalPlan, Setup, StartFrom, TrialResult, trial};

@@ -1,12 +1,13 @@
 //! One trial: corrupt, image, self-calibrate, compare.
 
-use super::base::{Antennas, Base, Reference, image, plane};
+use super::base::{Antennas, Base, Deconvolution, Reference, Seen, image, seen};
 use crate::calibrate::{
-    CleanMaker, CompareOptions, FeedGroups, GainMode, Selfcal, SelfcalOptions, SetModel, SolutionInterval, Start, compare_gains, selfcal,
+    CleanMaker, CompareOptions, FeedGroups, GainMode, ImageMaker, JointGoals, JointMaker, JointOptions, Selfcal, SelfcalOptions, SetModel,
+    SolutionInterval, SolveOptions, Start, compare_gains, selfcal,
 };
 use crate::corrupt::{CorruptOptions, Error, corrupt};
-use crate::fidelity::fidelity_index;
-use crate::imaging::CleanProducts;
+use crate::fidelity::{fidelity_index, find_shift, shifted};
+use crate::mem::Prior;
 use crate::progress::Silent;
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, VisibilitySet};
@@ -58,7 +59,7 @@ pub enum StartFrom {
 pub struct Quality {
     /// Peak of the restored image over its rms off the source; over the rms of the residual where the source fills nine tenths of it.
     pub dynamic_range: f64,
-    /// Rms of the difference from the image of error-free data, over the rms of that image.
+    /// Rms of the difference from the image of error-free data, or of maximum entropy from the scene, over the rms of that image.
     pub nrmse: f64,
     /// Fidelity index against the image of error-free data.
     pub fidelity: f64,
@@ -129,19 +130,34 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     let options = CorruptOptions { seed, errors: setup.errors.clone(), per_feed: false };
     let mut data = VisibilitySet::new(base.set.header.clone(), base.set.data.rows(0..0)?)?;
     let truth = corrupt(&mut base.set.clone(), &mut data, &options, &Silent)?;
-    let products = image(&mut data, &reference.imaging, &base.clean)?;
+    let first = image(&mut data, &reference.imaging, &base.deconvolution)?;
     let mut unity = truth.clone();
     unity.gains.fill(1.0.into());
-    let before = quality(&products, &reference, phase_rms(&truth, &unity, false)?);
+    let before = quality(&first, &reference, phase_rms(&truth, &unity, false)?);
     let mut result = TrialResult { before, after: None, rounds: 0, note: String::new() };
     if let Some(plan) = &setup.selfcal {
-        let mut maker = CleanMaker::new(reference.imaging.clone(), base.clean.clone());
-        match calibrate(&base, &mut data, &mut maker, setup, plan) {
+        let options = selfcal_options(&data, setup, plan);
+        let mut maker: Box<dyn ImageMaker> = match &base.deconvolution {
+            Deconvolution::Clean(clean) => Box::new(CleanMaker::new(reference.imaging.clone(), clean.clone())),
+            Deconvolution::Mem(_) => {
+                let solve = SolveOptions { mode: plan.mode, solint: plan.solint, ..options.solve.clone() };
+                let joint = JointOptions { solve, prior: Prior::Auto, mask: None, goals: JointGoals::default() };
+                Box::new(JointMaker::new(reference.imaging.clone(), joint))
+            }
+        };
+        match calibrate(&base, &mut data, maker.as_mut(), plan.start, &options) {
             Ok(run) => {
                 result.rounds = run.rounds.len();
                 result.note = run.warnings.join("; ");
                 let phase = phase_rms(&truth, &run.best().gains, plan.start == StartFrom::Data)?;
-                result.after = maker.products().map(|p| quality(p, &reference, phase));
+                result.after = maker.products().map(|p| {
+                    let mut last = seen(p, &base.deconvolution);
+                    if plan.start == StartFrom::Data && matches!(base.deconvolution, Deconvolution::Mem(_)) {
+                        let by = find_shift(last.image.view(), reference.image.view());
+                        last.image = shifted(last.image.view(), by);
+                    }
+                    quality(&last, &reference, phase)
+                });
             }
             Err(ChainError::NoData(why) | ChainError::Incompatible(why)) => result.note = why,
             Err(e) => return Err(e),
@@ -150,17 +166,27 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     Ok(result)
 }
 
-fn calibrate(base: &Base, data: &mut VisibilitySet, maker: &mut CleanMaker, setup: &Setup, plan: &SelfcalPlan) -> Result<Selfcal> {
+fn selfcal_options(data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> SelfcalOptions {
     let mut options = SelfcalOptions::new(plan.mode, plan.solint, plan.rounds);
     options.solve.feeds = FeedGroups::Joined;
     // Weights of data without noise have no scale, and so no signal to noise.
     let noisy = setup.errors.iter().any(|e| matches!(e, Error::Noise(_)));
     options.solve.min_snr = if noisy { plan.min_snr } else { 0.0 };
     options.solve.refant = plan.refant.iter().filter_map(|name| data.header.layout.index_of(name)).collect();
-    match plan.start {
-        StartFrom::Point => selfcal(data, maker, Start::Point { flux: None, l: 0.0, m: 0.0 }, &options, &Silent),
-        StartFrom::Data => selfcal(data, maker, Start::Data, &options, &Silent),
-        StartFrom::Truth => selfcal(data, maker, Start::Model(&mut SetModel(&mut base.set.clone())), &options, &Silent),
+    options
+}
+
+fn calibrate(
+    base: &Base,
+    data: &mut VisibilitySet,
+    maker: &mut dyn ImageMaker,
+    start: StartFrom,
+    options: &SelfcalOptions,
+) -> Result<Selfcal> {
+    match start {
+        StartFrom::Point => selfcal(data, maker, Start::Point { flux: None, l: 0.0, m: 0.0 }, options, &Silent),
+        StartFrom::Data => selfcal(data, maker, Start::Data, options, &Silent),
+        StartFrom::Truth => selfcal(data, maker, Start::Model(&mut SetModel(&mut base.set.clone())), options, &Silent),
     }
 }
 
@@ -173,8 +199,8 @@ fn phase_rms(truth: &GainTable, found: &GainTable, gradient: bool) -> Result<f64
     }
 }
 
-fn quality(products: &CleanProducts, reference: &Reference, phase_rms_rad: f64) -> Quality {
-    let image = plane(products);
+fn quality(seen: &Seen, reference: &Reference, phase_rms_rad: f64) -> Quality {
+    let image = &seen.image;
     let rms = |sum: f64, n: usize| (sum / n.max(1) as f64).sqrt();
     let (mut off, mut n_off, mut error, mut power) = (0.0, 0_usize, 0.0, 0.0);
     for ((v, t), on) in image.iter().zip(&reference.image).zip(&reference.on_source) {
@@ -185,7 +211,7 @@ fn quality(products: &CleanProducts, reference: &Reference, phase_rms_rad: f64) 
             n_off += 1;
         }
     }
-    let residual_rms = products.statistics.residual_rms;
+    let residual_rms = seen.residual_rms;
     let noise = if 10 * n_off > image.len() { rms(off, n_off) } else { residual_rms };
     let peak = image.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let pixels: Vec<(f64, f64)> = image.iter().copied().zip(reference.image.iter().copied()).collect();

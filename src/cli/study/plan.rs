@@ -11,13 +11,17 @@ use crate::imaging::major::CleanOptions;
 use crate::imaging::{ImagingOptions, WeightOptions, Weighting};
 use crate::progress::Silent;
 use crate::simulate::{SimulateOptions, SkyModel, simulate_set};
-use crate::study::{Antennas, Axis, Base, Grid, SelfcalPlan, Setup, StartFrom, Study};
+use crate::study::{Antennas, Axis, Base, Deconvolution, Grid, SelfcalPlan, Setup, StartFrom, Study};
 use cittert_arrays::quantity::Duration;
 use cittert_arrays::{Polarization, Source, SpectralWindow, VisUnit, VisibilityHeader};
+use ndarray::Array2;
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// What `[clean]` calls maximum entropy.
+const MEM: &str = "mem";
 
 /// A study ready to run.
 pub(super) struct Plan {
@@ -257,8 +261,16 @@ fn observe(c: &Config, folder: &Path, (files, context): (&mut String, &Context))
         w_term: !i.no_w,
         ..ImagingOptions::default()
     };
+    Ok((Base::new(set, imaging, deconvolution(c, &sky)?), unit))
+}
+
+/// CLEAN, or maximum entropy with the scene to hold its images against.
+fn deconvolution(c: &Config, sky: &SkyModel) -> Result<Deconvolution> {
     let (k, d) = (&c.clean, CleanOptions::default());
-    let clean = CleanOptions {
+    if k.algorithm.as_deref() == Some(MEM) {
+        return scene_on_the_grid(c, sky).map(Deconvolution::Mem);
+    }
+    Ok(Deconvolution::Clean(CleanOptions {
         algorithm: by_name(k.algorithm.as_deref().unwrap_or("hogbom"))?,
         gain: k.gain.unwrap_or(d.gain),
         niter: k.niter.unwrap_or(200),
@@ -267,8 +279,33 @@ fn observe(c: &Config, folder: &Path, (files, context): (&mut String, &Context))
         max_major: k.max_major.unwrap_or(10),
         auto_mask: k.auto_mask,
         ..d
+    }))
+}
+
+/// The image of the scene, which must have the pixels of the images of the study; `mem` is judged without any beam.
+fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
+    let wrong = |found: String| {
+        Failure::message(format!(
+            "clean.algorithm is {MEM:?}, whose images are held against the scene itself: expected a scene that is an image of one channel on \
+             the grid of image.size and image.cell, found {found}"
+        ))
     };
-    Ok((Base::new(set, imaging, clean), unit))
+    let [image] = sky.images.as_slice() else { return Err(wrong("sources or several images".into())) };
+    if !sky.sources.is_empty() {
+        return Err(wrong("an image with sources".into()));
+    }
+    let grid = &image.grid;
+    let same = c.image.size == Some(grid.n_l)
+        && grid.n_l == grid.n_m
+        && c.image.cell.is_some_and(|a| (a.si() / grid.cell_rad - 1.0).abs() < 1e-6)
+        && image.data.dim().0 == 1;
+    if !same {
+        return Err(wrong(format!("{} x {} pixels of {:.6e} rad", grid.n_l, grid.n_m, grid.cell_rad)));
+    }
+    if c.selfcal.as_ref().is_some_and(|s| s.start != "data") {
+        return Err(Failure::message(format!("selfcal.start must be \"data\" where clean.algorithm is {MEM:?}: it needs no other model")));
+    }
+    Ok(image.plane(0, 0).to_owned())
 }
 
 /// Files are known by their bytes, so that a changed scene is another study.
