@@ -30,8 +30,8 @@ const STAGES: [(f64, usize, Move); 7] = [
 ];
 /// Chi squared over its target at which the stages end: a final solution finds the strength from there.
 const NEAR: f64 = 1.5;
-/// Part of the prior that a pixel gets that comes into the frame from outside.
-const DARK: f64 = 4e-3;
+/// Part of the prior that a pixel gets that comes into the frame from outside. A darker one takes long to become bright.
+const DARK: f64 = 0.1;
 /// Evaluations of a final solution at most. It ends as soon as chi squared is what it should be.
 const FINAL: usize = 60;
 /// Final solutions; each but the first follows a move of the image by a pixel or more.
@@ -179,6 +179,19 @@ fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid
     Ok((grid.l_sign() as i64 * cells(shift[0], sigma[0], grid.n_l), cells(shift[1], sigma[1], grid.n_m)))
 }
 
+/// Over five pixels along both axes, with binomial weights: an edge of one pixel, such as that of what came in from outside, is finer than any
+/// beam, so the data would never take it away.
+fn smoothed(image: &Array2<f64>) -> Array2<f64> {
+    const WEIGHTS: [f64; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
+    let (n_m, n_l) = image.dim();
+    let at = |i: usize, k: usize, n: usize| (i + k).saturating_sub(2).min(n - 1);
+    let along = |from: &Array2<f64>, pick: &dyn Fn(usize, usize, usize) -> (usize, usize)| {
+        Array2::from_shape_fn((n_m, n_l), |(i, j)| WEIGHTS.iter().enumerate().map(|(k, w)| w * from[pick(i, j, k)]).sum())
+    };
+    let rows = along(image, &|i, j, k| (i, at(j, k, n_l)));
+    along(&rows, &|i, j, k| (at(i, k, n_m), j))
+}
+
 /// Move the image; what comes in from outside is dark.
 fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (columns, rows): (i64, i64)) {
     if (columns, rows) == (0, 0) {
@@ -194,7 +207,7 @@ fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (column
     };
     let ((from_l, to_l), (from_m, to_m)) = (spans(columns, n_l), spans(rows, n_m));
     image.slice_mut(s![to_m, to_l]).assign(&state.image.slice(s![from_m, from_l]));
-    let moved = imager.start_at(image);
+    let moved = imager.start_at(smoothed(&image));
     state.image = moved.image;
     // The gains follow by a phase gradient of many turns: they are found anew.
     gains.restart();
