@@ -6,7 +6,7 @@ use cittert_arrays::{
 };
 use cittert_formats::calh5::write_gains;
 use cittert_formats::fits::{ImageOptions, write_image};
-use cittert_formats::layouts::LAYOUT_FORMATS;
+use cittert_formats::layout_formats;
 use cittert_formats::{Compression, uvfits, uvh5};
 use ndarray::Array4;
 use std::path::Path;
@@ -53,7 +53,7 @@ fn write_the_corpus() {
     let mut antennas = layout.antennas().to_vec();
     antennas.iter_mut().for_each(|a| a.sensitivity = Some(Sensitivity::TsysK(100.0)));
     let layout = ArrayLayout::new("SPIRAL", layout.frame, antennas).unwrap();
-    for format in LAYOUT_FORMATS {
+    for format in layout_formats() {
         let Ok(text) = format.write(&layout) else { panic!("{} cannot hold the layout", format.name()) };
         std::fs::write(root.join(format!("layouts/{}.{}", format.name(), format.extension())), text).unwrap();
     }

@@ -4,7 +4,8 @@ use crate::harness::{Scratch, corpus, fuzz};
 use cittert_arrays::VisibilitySource;
 use cittert_formats::calh5::read_gains;
 use cittert_formats::fits::read_image;
-use cittert_formats::layouts::{LAYOUT_FORMATS, ReadContext, sniff_layout};
+use cittert_formats::layout_formats;
+use cittert_formats::layouts::{ReadContext, sniff_layout};
 use cittert_formats::uvfits::UvfitsReader;
 use cittert_formats::uvh5::Uvh5Reader;
 use cittert_formats::{Contents, read_sources};
@@ -43,7 +44,7 @@ fn calh5() {
 
 #[test]
 fn layouts() {
-    for format in LAYOUT_FORMATS {
+    for format in layout_formats() {
         let inputs: Vec<Vec<u8>> = corpus("layouts").into_iter().filter(|b| sniffed(b) == Some(format.name())).collect();
         assert!(!inputs.is_empty(), "no layout in the form {}", format.name());
         fuzz(&format!("layout-{}", format.name()), &inputs, usize::MAX, 3000, |bytes| {

@@ -1,11 +1,11 @@
 //! What is in any file that is read here: found by content, then summed up.
 
-use crate::calh5::{is_gains, read_gains};
+use crate::format::{format_of, sum_up};
 use crate::info::{GainInfo, ImageInfo, VisibilityInfo};
-use crate::layouts::{LayoutError, read_layout};
-use crate::registry::{describe, image_names, start_of, visibility_names};
-use crate::{FormatError, IMAGE_FORMATS, Result, VISIBILITY_FORMATS, read_sources, visibility_format};
-use cittert_arrays::{ArrayLayout, SourceShape};
+#[cfg(not(feature = "ms"))]
+use crate::visibility_format;
+use crate::{FormatError, Result};
+use cittert_arrays::{ArrayLayout, GainTable, Image, Source, SourceShape, VisibilitySource};
 use serde::Serialize;
 use std::path::Path;
 
@@ -100,54 +100,36 @@ impl Contents {
     /// # Errors
     /// A file of no known kind, or whatever is wrong inside it.
     pub fn of(path: &Path) -> Result<Self> {
-        if path.is_dir() {
-            // An OSKAR telescope model is a layout; a Measurement Set is read, or refused with advice by a build that cannot.
-            if path.join("layout.txt").is_file() {
-                return Ok(Self::Layout(LayoutInfo::of(&read_layout(path, None)?)));
-            }
-            let format = visibility_format(path)?;
-            let mut source = format.open(path)?;
-            let info = VisibilityInfo::of(source.as_mut()).map_err(|e| FormatError::values(path, e))?;
-            return Ok(Self::Visibilities { format: format.name(), info: Box::new(info) });
+        #[cfg(not(feature = "ms"))]
+        if path.join("table.dat").is_file() {
+            // Refused with advice.
+            visibility_format(path)?;
         }
-        let start = start_of(path)?;
-        if let Some(format) = VISIBILITY_FORMATS.iter().find(|f| f.sniff(path, &start)) {
-            let mut source = format.open(path)?;
-            let info = VisibilityInfo::of(source.as_mut()).map_err(|e| FormatError::values(path, e))?;
-            return Ok(Self::Visibilities { format: format.name(), info: Box::new(info) });
-        }
-        if let Some(format) = IMAGE_FORMATS.iter().find(|f| f.sniff(path, &start)) {
-            return Ok(Self::Image { format: format.name(), info: Box::new(ImageInfo::of(&format.read(path)?)) });
-        }
-        if is_gains(path) {
-            return Ok(Self::Gains { format: "CalH5", info: Box::new(GainInfo::of(&read_gains(path)?)) });
-        }
-        let text = String::from_utf8_lossy(&start);
-        let names = text.lines().find(|l| !l.trim_start().starts_with('#') && !l.trim().is_empty()).unwrap_or("");
-        if names.split(',').any(|n| n.trim() == "flux_jy") {
-            let sources = read_sources(path)?;
-            return Ok(Self::Sources(SourceListInfo {
-                n_sources: sources.len(),
-                n_gaussians: sources.iter().filter(|s| s.shape != SourceShape::Point).count(),
-                total_flux_jy: sources.iter().map(|s| s.flux_jy).sum(),
-            }));
-        }
-        match read_layout(path, None) {
-            Ok(layout) => Ok(Self::Layout(LayoutInfo::of(&layout))),
-            Err(LayoutError::File { source, .. })
-                if matches!(*source, LayoutError::Unknown | LayoutError::NotText | LayoutError::Empty) =>
-            {
-                Err(FormatError::NotA {
-                    path: path.into(),
-                    expected: format!(
-                        "visibilities ({}), an image ({}), gains (CalH5), a layout or a source list",
-                        visibility_names(),
-                        image_names()
-                    ),
-                    found: format!("it is {}", describe(&start)),
-                })
-            }
-            Err(e) => Err(e.into()),
-        }
+        sum_up(format_of(path)?, path)
+    }
+
+    pub(crate) fn visibilities(format: &'static str, source: &mut dyn VisibilitySource, path: &Path) -> Result<Self> {
+        let info = VisibilityInfo::of(source).map_err(|e| FormatError::values(path, e))?;
+        Ok(Self::Visibilities { format, info: Box::new(info) })
+    }
+
+    pub(crate) fn image(format: &'static str, image: &Image) -> Self {
+        Self::Image { format, info: Box::new(ImageInfo::of(image)) }
+    }
+
+    pub(crate) fn gains(format: &'static str, table: &GainTable) -> Self {
+        Self::Gains { format, info: Box::new(GainInfo::of(table)) }
+    }
+
+    pub(crate) fn sources(sources: &[Source]) -> Self {
+        Self::Sources(SourceListInfo {
+            n_sources: sources.len(),
+            n_gaussians: sources.iter().filter(|s| s.shape != SourceShape::Point).count(),
+            total_flux_jy: sources.iter().map(|s| s.flux_jy).sum(),
+        })
+    }
+
+    pub(crate) fn layout(layout: &ArrayLayout) -> Self {
+        Self::Layout(LayoutInfo::of(layout))
     }
 }

@@ -11,7 +11,7 @@
 //! | [`info`] | what is in a file |
 //! | [`atomic`] | outputs that appear only when complete |
 //!
-//! Formats are found by content through the tables [`VISIBILITY_FORMATS`] and [`IMAGE_FORMATS`]; a new format is a folder and a row.
+//! Formats are found by content through one table, [`FORMATS`]; a new format is a file or folder and a row.
 
 pub mod atomic;
 pub mod calh5;
@@ -21,6 +21,7 @@ mod drift;
 mod error;
 mod files;
 pub mod fits;
+mod format;
 mod grid;
 mod h5;
 pub mod info;
@@ -39,12 +40,13 @@ pub mod uvh5;
 pub use columns::{ColumnSink, CreateOptions, VisColumn};
 pub use contents::{Contents, LayoutInfo, SourceListInfo};
 pub use error::{FormatError, Result};
+pub use format::{FORMATS, Format, GainFormat, Holds, SourceFormat, format_of, image_formats, layout_formats, visibility_formats};
 pub use grid::write_grid;
 pub use h5::Compression;
 pub use picture::read_grey_png;
 pub use registry::{
-    Created, IMAGE_FORMATS, ImageFormat, VISIBILITY_FORMATS, VisibilityFormat, create_visibilities, create_visibilities_with,
-    format_to_write, image_format, open_column, open_image, open_visibilities, visibility_format,
+    Created, ImageFormat, VisibilityFormat, create_visibilities, create_visibilities_with, format_to_write, image_format, open_column,
+    open_image, open_visibilities, visibility_format,
 };
 pub use sources::{read_sources, write_sources};
 pub use table::{Column, Table, write_tables};

@@ -1,7 +1,7 @@
-//! The tables of formats: one row each, found by content and not by name.
+//! Formats of visibilities and of images, and opening and creating files of them.
 
-use crate::files::{open_file, read_up_to};
 use crate::fits::{ImageOptions, read_image, write_image};
+use crate::format::{Format, Holds, describe, image_formats, names, start_of, visibility_formats};
 use crate::uvfits::{UvfitsOptions, UvfitsReader, UvfitsWriter};
 use crate::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};
 use crate::{ColumnSink, CreateOptions, FormatError, Result, VisColumn};
@@ -17,19 +17,7 @@ pub struct Created {
 }
 
 /// A format of visibilities on disk.
-pub trait VisibilityFormat: Sync {
-    /// Name, such as `UVH5`.
-    fn name(&self) -> &'static str;
-
-    /// Endings of file names, without the dot; the first is the usual one.
-    fn extensions(&self) -> &'static [&'static str];
-
-    /// What it is and what it holds, in one sentence.
-    fn description(&self) -> &'static str;
-
-    /// True where the content of the file is of this format; `start` holds its first bytes.
-    fn sniff(&self, path: &Path, start: &[u8]) -> bool;
-
+pub trait VisibilityFormat: Format {
     /// Open a file to read.
     ///
     /// # Errors
@@ -84,19 +72,7 @@ pub(crate) fn refuse_options(format: &dyn VisibilityFormat, path: &Path, options
 }
 
 /// A format of images on disk.
-pub trait ImageFormat: Sync {
-    /// Name, such as `FITS image`.
-    fn name(&self) -> &'static str;
-
-    /// Endings of file names, without the dot; the first is the usual one.
-    fn extensions(&self) -> &'static [&'static str];
-
-    /// What it is and what it holds, in one sentence.
-    fn description(&self) -> &'static str;
-
-    /// True where the content of the file is of this format; `start` holds its first bytes.
-    fn sniff(&self, path: &Path, start: &[u8]) -> bool;
-
+pub trait ImageFormat: Format {
     /// Read an image.
     ///
     /// # Errors
@@ -110,20 +86,9 @@ pub trait ImageFormat: Sync {
     fn write(&self, path: &Path, image: &Image, overwrite: bool) -> Result<()>;
 }
 
-/// All formats of visibilities.
-pub static VISIBILITY_FORMATS: &[&dyn VisibilityFormat] = &[
-    &Uvh5,
-    &Uvfits,
-    #[cfg(feature = "ms")]
-    &crate::ms::MeasurementSet,
-];
+pub(crate) struct Uvh5;
 
-/// All formats of images.
-pub static IMAGE_FORMATS: &[&dyn ImageFormat] = &[&FitsImage];
-
-struct Uvh5;
-
-impl VisibilityFormat for Uvh5 {
+impl Format for Uvh5 {
     fn name(&self) -> &'static str {
         "UVH5"
     }
@@ -140,6 +105,12 @@ impl VisibilityFormat for Uvh5 {
         start.starts_with(crate::h5::SIGNATURE) && crate::h5::has(path, "Data/visdata")
     }
 
+    fn holds(&self) -> Holds<'_> {
+        Holds::Visibilities(self)
+    }
+}
+
+impl VisibilityFormat for Uvh5 {
     fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>> {
         Ok(Box::new(Uvh5Reader::open(path)?))
     }
@@ -164,9 +135,9 @@ impl VisibilityFormat for Uvh5 {
     }
 }
 
-struct Uvfits;
+pub(crate) struct Uvfits;
 
-impl VisibilityFormat for Uvfits {
+impl Format for Uvfits {
     fn name(&self) -> &'static str {
         "UVFITS"
     }
@@ -189,6 +160,12 @@ impl VisibilityFormat for Uvfits {
         start.starts_with(b"SIMPLE  =") && card("GROUPS", "T") && card("NAXIS1", "0")
     }
 
+    fn holds(&self) -> Holds<'_> {
+        Holds::Visibilities(self)
+    }
+}
+
+impl VisibilityFormat for Uvfits {
     fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>> {
         Ok(Box::new(UvfitsReader::open(path)?))
     }
@@ -201,9 +178,9 @@ impl VisibilityFormat for Uvfits {
     }
 }
 
-struct FitsImage;
+pub(crate) struct FitsImage;
 
-impl ImageFormat for FitsImage {
+impl Format for FitsImage {
     fn name(&self) -> &'static str {
         "FITS image"
     }
@@ -221,6 +198,12 @@ impl ImageFormat for FitsImage {
         fits || (start.starts_with(&[0x1f, 0x8b]) && crate::fits::is_compressed_fits(path))
     }
 
+    fn holds(&self) -> Holds<'_> {
+        Holds::Images(self)
+    }
+}
+
+impl ImageFormat for FitsImage {
     fn read(&self, path: &Path) -> Result<Image> {
         read_image(path)
     }
@@ -230,46 +213,12 @@ impl ImageFormat for FitsImage {
     }
 }
 
-/// The first bytes of a file: enough for any header that is looked at.
-pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>> {
-    let mut start = vec![0; 2880 * 4];
-    let n = read_up_to(&mut open_file(path)?, &mut start).map_err(|e| FormatError::io(path, "read", e))?;
-    start.truncate(n);
-    Ok(start)
-}
-
-/// What a file seems to be, for the error that says it is not what was asked for.
-pub(crate) fn describe(start: &[u8]) -> String {
-    let known: [(&[u8], &str); 8] = [
-        (b"\x89PNG", "a PNG picture"),
-        (b"\xff\xd8\xff", "a JPEG picture"),
-        (crate::h5::SIGNATURE, "an HDF5 file without visibilities"),
-        (b"SIMPLE  =", "a FITS file"),
-        (b"\x1f\x8b", "a gzip-compressed file"),
-        (b"PK\x03\x04", "a zip archive"),
-        (b"%PDF", "a PDF document"),
-        (b"BZh", "a bzip2-compressed file"),
-    ];
-    if let Some((_, name)) = known.iter().find(|(magic, _)| start.starts_with(magic)) {
-        return (*name).into();
-    }
-    let head = &start[..start.len().min(16)];
-    let shown: String = head.iter().map(|b| b.escape_ascii().to_string()).collect();
-    let text = start.iter().take(512).all(|b| *b >= 32 || b.is_ascii_whitespace());
-    format!("{} that begins with \"{shown}\"", if text { "a text" } else { "a file of unknown kind" })
-}
-
-/// Names of formats with their usual endings, for messages.
-fn names<'a>(all: impl Iterator<Item = (&'a str, &'a [&'a str])>) -> String {
-    all.map(|(name, ends)| format!("{name} (.{})", ends[0])).collect::<Vec<_>>().join(", ")
-}
-
 pub(crate) fn visibility_names() -> String {
-    names(VISIBILITY_FORMATS.iter().map(|f| (f.name(), f.extensions())))
+    names(visibility_formats().map(|f| (f.name(), f.extensions())))
 }
 
 pub(crate) fn image_names() -> String {
-    names(IMAGE_FORMATS.iter().map(|f| (f.name(), f.extensions())))
+    names(image_formats().map(|f| (f.name(), f.extensions())))
 }
 
 /// The format of a file of visibilities, by its content.
@@ -287,7 +236,7 @@ pub fn visibility_format(path: &Path) -> Result<&'static dyn VisibilityFormat> {
         ));
     }
     let start = start_of(path)?;
-    VISIBILITY_FORMATS.iter().find(|f| f.sniff(path, &start)).copied().ok_or_else(|| FormatError::NotA {
+    visibility_formats().find(|f| f.sniff(path, &start)).ok_or_else(|| FormatError::NotA {
         path: path.into(),
         expected: format!("visibilities: {}", visibility_names()),
         found: format!("it is {}", describe(&start)),
@@ -333,7 +282,7 @@ pub fn create_visibilities_with(path: &Path, header: &VisibilityHeader, options:
 /// An ending that no format has.
 pub fn format_to_write(path: &Path) -> Result<&'static dyn VisibilityFormat> {
     let end = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    VISIBILITY_FORMATS.iter().find(|f| f.extensions().contains(&end.as_str())).copied().ok_or_else(|| FormatError::NotA {
+    visibility_formats().find(|f| f.extensions().contains(&end.as_str())).ok_or_else(|| FormatError::NotA {
         path: path.into(),
         expected: format!("a name that ends as one of {}", visibility_names()),
         found: if end.is_empty() { "the name has no ending".into() } else { format!("the name ends in .{end}") },
@@ -346,7 +295,7 @@ pub fn format_to_write(path: &Path) -> Result<&'static dyn VisibilityFormat> {
 /// A file that is missing, empty, a directory, or of no known format; the error says what it seems to be.
 pub fn image_format(path: &Path) -> Result<&'static dyn ImageFormat> {
     let start = start_of(path)?;
-    IMAGE_FORMATS.iter().find(|f| f.sniff(path, &start)).copied().ok_or_else(|| FormatError::NotA {
+    image_formats().find(|f| f.sniff(path, &start)).ok_or_else(|| FormatError::NotA {
         path: path.into(),
         expected: format!("an image: {}", image_names()),
         found: format!("it is {}", if Uvfits.sniff(path, &start) { "UVFITS (visibilities)".into() } else { describe(&start) }),

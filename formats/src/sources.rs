@@ -5,6 +5,7 @@
 
 use crate::atomic::write_file;
 use crate::files::open_file;
+use crate::format::{Format, Holds, SourceFormat};
 use crate::{FormatError, Result};
 use cittert_arrays::{Source, SourcePosition, SourceShape};
 use std::fmt::Write;
@@ -13,6 +14,43 @@ use std::path::Path;
 /// Columns that a source list may have.
 const COLUMNS: [&str; 10] =
     ["l_rad", "m_rad", "ra_deg", "dec_deg", "flux_jy", "major_rad", "minor_rad", "pa_rad", "spectral_index", "ref_freq_hz"];
+
+/// The row of source lists in the table of formats.
+pub(crate) struct SourceList;
+
+impl Format for SourceList {
+    fn name(&self) -> &'static str {
+        "source list"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["csv"]
+    }
+
+    fn description(&self) -> &'static str {
+        "points and Gaussians, a line each, under names of columns that carry the units"
+    }
+
+    fn sniff(&self, _: &Path, start: &[u8]) -> bool {
+        let text = String::from_utf8_lossy(start);
+        let names = text.lines().find(|l| !l.trim_start().starts_with('#') && !l.trim().is_empty()).unwrap_or("");
+        names.split(',').any(|n| n.trim() == "flux_jy")
+    }
+
+    fn holds(&self) -> Holds<'_> {
+        Holds::Sources(self)
+    }
+}
+
+impl SourceFormat for SourceList {
+    fn read(&self, path: &Path) -> Result<Vec<Source>> {
+        read_sources(path)
+    }
+
+    fn write(&self, path: &Path, sources: &[Source], overwrite: bool) -> Result<()> {
+        write_sources(path, sources, overwrite)
+    }
+}
 
 /// Which column of the file holds which quantity.
 struct Columns<'a> {

@@ -1,7 +1,6 @@
-//! The book's page of formats against the tables, and its list of pages against the folders.
+//! The book's page of formats against the table, and its list of pages against the folders.
 
-use cittert_formats::layouts::LAYOUT_FORMATS;
-use cittert_formats::{IMAGE_FORMATS, VISIBILITY_FORMATS};
+use cittert_formats::FORMATS;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +19,9 @@ fn page(name: &str) -> &'static str {
         "UVH5" => "uvh5.md",
         "UVFITS" => "uvfits.md",
         "Measurement Set" => "measurement-set.md",
+        "CalH5" => "calh5.md",
         "FITS image" => "fits.md",
+        "source list" => "sources.md",
         _ => "layouts.md",
     }
 }
@@ -31,14 +32,8 @@ fn table() -> String {
         let ends: Vec<String> = ends.iter().map(|e| format!("`.{e}`")).collect();
         writeln!(out, "| [{name}]({}) | {kind} | {} | {what} |", page(name), ends.join(" ")).unwrap();
     };
-    for f in VISIBILITY_FORMATS {
-        row(f.name(), "visibilities", f.extensions(), f.description());
-    }
-    for f in IMAGE_FORMATS {
-        row(f.name(), "images", f.extensions(), f.description());
-    }
-    for f in LAYOUT_FORMATS {
-        row(f.name(), "layouts", &[f.extension()], f.description());
+    for f in FORMATS {
+        row(f.name(), f.holds().name(), f.extensions(), f.description());
     }
     out
 }
@@ -50,7 +45,7 @@ fn common(table: &str) -> String {
 
 /// Run with CITTERT_UPDATE_DOCS=1 and the feature `ms` to write the table anew.
 #[test]
-fn the_page_of_formats_shows_the_tables() {
+fn the_page_of_formats_shows_the_table() {
     let path = docs().join("formats/overview.md");
     let text = std::fs::read_to_string(&path).unwrap();
     let (before, rest) = text.split_once(BEGIN).unwrap();
@@ -63,7 +58,7 @@ fn the_page_of_formats_shows_the_tables() {
     }
     let same = if cfg!(feature = "ms") { shown == wanted } else { common(shown) == common(&wanted) };
     assert!(same, "stale: run CITTERT_UPDATE_DOCS=1 cargo test -p cittert-formats --features ms the_page_of_formats\n{wanted}");
-    for f in VISIBILITY_FORMATS {
+    for f in FORMATS {
         assert!(docs().join("formats").join(page(f.name())).is_file());
     }
 }

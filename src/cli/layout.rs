@@ -7,7 +7,8 @@ use super::picture;
 use super::text::{angle, round};
 use cittert_arrays::quantity::{Frequency, Length};
 use cittert_arrays::{ArrayLayout, BUILTIN_LAYOUTS, LayoutFrame};
-use cittert_formats::layouts::{LAYOUT_FORMATS, layout_format};
+use cittert_formats::layout_formats;
+use cittert_formats::layouts::layout_format;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
@@ -141,7 +142,7 @@ fn convert(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let layout = load_layout(&args.layout)?;
     let wanted = args.to.clone().or_else(|| path.extension().map(|e| e.to_string_lossy().into_owned())).unwrap_or_default();
     let format = layout_format(&wanted).ok_or_else(|| {
-        let known: Vec<String> = LAYOUT_FORMATS.iter().map(|f| format!("{} (.{})", f.name(), f.extension())).collect();
+        let known: Vec<String> = layout_formats().map(|f| format!("{} (.{})", f.name(), f.extension())).collect();
         Failure::usage(format!("{wanted:?} is no layout form; use --to or a name that ends as one of {}", known.join(", ")))
     })?;
     for lost in format.loses(&layout) {

@@ -10,6 +10,7 @@ mod delays;
 
 pub use delays::write_delays;
 
+use crate::format::{Format, GainFormat, Holds};
 use crate::h5::{H5In, H5Out};
 use crate::uvh5::{read_spectrum, read_telescope, site_of, write_spectrum, write_telescope};
 use crate::{FormatError, Result};
@@ -131,6 +132,41 @@ fn write_feeds(out: &H5Out, table: &GainTable) -> Result<()> {
     out.texts("Header/feed_array", &names.repeat(n), &[n, 2])?;
     let angles = Array2::from_shape_fn((n, 2), |(_, feed)| feed as f64 * std::f64::consts::FRAC_PI_2);
     out.array("Header/feed_angle", angles.view())
+}
+
+/// The row of CalH5 in the table of formats.
+pub(crate) struct CalH5;
+
+impl Format for CalH5 {
+    fn name(&self) -> &'static str {
+        "CalH5"
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        &["calh5"]
+    }
+
+    fn description(&self) -> &'static str {
+        "antenna gains and delays (HDF5), as pyuvdata's UVCal reads and applies them"
+    }
+
+    fn sniff(&self, path: &Path, start: &[u8]) -> bool {
+        start.starts_with(crate::h5::SIGNATURE) && is_gains(path)
+    }
+
+    fn holds(&self) -> Holds<'_> {
+        Holds::Gains(self)
+    }
+}
+
+impl GainFormat for CalH5 {
+    fn read(&self, path: &Path) -> Result<GainTable> {
+        read_gains(path)
+    }
+
+    fn write(&self, path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
+        write_gains(path, table, overwrite)
+    }
 }
 
 /// True where the content of a file is a gain table.

@@ -9,7 +9,7 @@ use super::{LayoutError, LayoutFormat, ReadContext, Result, known_site};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Site};
 use std::fmt::Write;
 
-pub(super) struct CasaCfg;
+pub(crate) struct CasaCfg;
 
 const COLUMNS: &str = "x y z diameter, and optionally a name";
 /// An observatory farther from the antennas than this is not their site, m.
@@ -20,8 +20,8 @@ impl LayoutFormat for CasaCfg {
         "casa-cfg"
     }
 
-    fn extension(&self) -> &'static str {
-        "cfg"
+    fn extensions(&self) -> &'static [&'static str] {
+        &["cfg"]
     }
 
     fn description(&self) -> &'static str {

@@ -6,7 +6,7 @@ use super::{LayoutError, LayoutFormat, ReadContext, Result};
 use cittert_arrays::{Antenna, ArrayLayout, BOLTZMANN_J_K, Sensitivity};
 use std::fmt::Write;
 
-pub(super) struct EhtimText;
+pub(crate) struct EhtimText;
 
 const COLUMNS: &str = "NAME X Y Z SEFD, or NAME X Y Z SEFDR SEFDL and up to seven feed columns";
 
@@ -15,8 +15,8 @@ impl LayoutFormat for EhtimText {
         "ehtim"
     }
 
-    fn extension(&self) -> &'static str {
-        "txt"
+    fn extensions(&self) -> &'static [&'static str] {
+        &["txt"]
     }
 
     fn description(&self) -> &'static str {

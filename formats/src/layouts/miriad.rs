@@ -9,15 +9,15 @@ use super::{LayoutError, LayoutFormat, ReadContext, Result};
 use cittert_arrays::{Antenna, ArrayLayout, SPEED_OF_LIGHT_M_S};
 use std::fmt::Write;
 
-pub(super) struct MiriadAnt;
+pub(crate) struct MiriadAnt;
 
 impl LayoutFormat for MiriadAnt {
     fn name(&self) -> &'static str {
         "miriad"
     }
 
-    fn extension(&self) -> &'static str {
-        "ant"
+    fn extensions(&self) -> &'static [&'static str] {
+        &["ant"]
     }
 
     fn description(&self) -> &'static str {

@@ -17,6 +17,14 @@ mod utm;
 pub use error::LayoutError;
 pub use observatories::known_site;
 
+pub(crate) use casa_cfg::CasaCfg;
+pub(crate) use ehtim::EhtimText;
+pub(crate) use miriad::MiriadAnt;
+pub(crate) use native::Native;
+pub(crate) use oskar::OskarLayout;
+pub(crate) use pyuvsim::PyuvsimCsv;
+
+use crate::format::{Format, Holds, START_BYTES, layout_formats};
 use cittert_arrays::{ArrayLayout, Site};
 use std::fs;
 use std::io::Read;
@@ -42,8 +50,18 @@ pub trait LayoutFormat: Sync {
     /// Short name, as for `--format`.
     fn name(&self) -> &'static str;
 
-    /// File extension without the dot.
-    fn extension(&self) -> &'static str;
+    /// Endings of file names, without the dot; the first is the usual one.
+    fn extensions(&self) -> &'static [&'static str];
+
+    /// The usual ending of file names, without the dot.
+    fn extension(&self) -> &'static str {
+        self.extensions()[0]
+    }
+
+    /// True for formats that are a folder, where this is one.
+    fn is_folder(&self, _path: &Path) -> bool {
+        false
+    }
 
     /// One line for a table of formats.
     fn description(&self) -> &'static str;
@@ -67,16 +85,40 @@ pub trait LayoutFormat: Sync {
     fn loses(&self, layout: &ArrayLayout) -> Vec<String>;
 }
 
-/// All layout formats, in the order in which they are tried.
-pub const LAYOUT_FORMATS: &[&dyn LayoutFormat] =
-    &[&native::Native, &casa_cfg::CasaCfg, &pyuvsim::PyuvsimCsv, &ehtim::EhtimText, &miriad::MiriadAnt, &oskar::OskarLayout];
+/// A layout is known by its text.
+impl<T: LayoutFormat> Format for T {
+    fn name(&self) -> &'static str {
+        LayoutFormat::name(self)
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        LayoutFormat::extensions(self)
+    }
+
+    fn description(&self) -> &'static str {
+        LayoutFormat::description(self)
+    }
+
+    fn sniff(&self, path: &Path, start: &[u8]) -> bool {
+        if path.is_dir() {
+            return self.is_folder(path);
+        }
+        // The last line of what was read of a longer file may be cut, and so may its last letter.
+        let whole = if start.len() < START_BYTES { start.len() } else { start.iter().rposition(|b| *b == b'\n').unwrap_or(0) };
+        let Ok(text) = std::str::from_utf8(&start[..whole]) else { return false };
+        LayoutFormat::sniff(self, text, &extension_of(path))
+    }
+
+    fn holds(&self) -> Holds<'_> {
+        Holds::Layouts(self)
+    }
+}
 
 /// The format of that name or file extension, in any case of letters.
 #[must_use]
 pub fn layout_format(name_or_extension: &str) -> Option<&'static dyn LayoutFormat> {
     let wanted = name_or_extension.trim_start_matches('.');
-    let by = |f: &&&dyn LayoutFormat| f.name().eq_ignore_ascii_case(wanted) || f.extension().eq_ignore_ascii_case(wanted);
-    LAYOUT_FORMATS.iter().find(by).copied()
+    layout_formats().find(|f| f.name().eq_ignore_ascii_case(wanted) || f.extension().eq_ignore_ascii_case(wanted))
 }
 
 /// The format that a text is in.
@@ -84,7 +126,7 @@ pub fn layout_format(name_or_extension: &str) -> Option<&'static dyn LayoutForma
 /// # Errors
 /// A text of none of the formats.
 pub fn sniff_layout(text: &str, extension: &str) -> Result<&'static dyn LayoutFormat> {
-    LAYOUT_FORMATS.iter().find(|f| f.sniff(text, extension)).copied().ok_or(LayoutError::Unknown)
+    layout_formats().find(|f| f.sniff(text, extension)).ok_or(LayoutError::Unknown)
 }
 
 /// Read a layout file of any known format; `site` is for formats that hold none, or replaces the one they name.
@@ -99,10 +141,13 @@ pub fn read_layout(path: &Path, site: Option<Site>) -> Result<ArrayLayout> {
     read_file(path, site).map_err(|e| LayoutError::File { path: path.to_owned(), source: Box::new(e) })
 }
 
+fn extension_of(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
 fn read_file(path: &Path, site: Option<Site>) -> Result<ArrayLayout> {
     let text = read_text(path)?;
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let format = sniff_layout(&text, &extension)?;
+    let format = sniff_layout(&text, &extension_of(path))?;
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let mut context = ReadContext { name: stem, site };
     if format.name() == oskar::NAME {

@@ -3,15 +3,15 @@
 use super::{LayoutError, LayoutFormat, ReadContext, Result};
 use cittert_arrays::{ArrayError, ArrayLayout, LayoutFrame};
 
-pub(super) struct Native;
+pub(crate) struct Native;
 
 impl LayoutFormat for Native {
     fn name(&self) -> &'static str {
         "toml"
     }
 
-    fn extension(&self) -> &'static str {
-        "toml"
+    fn extensions(&self) -> &'static [&'static str] {
+        &["toml"]
     }
 
     fn description(&self) -> &'static str {

@@ -10,15 +10,19 @@ use std::fmt::Write;
 
 pub(super) const NAME: &str = "oskar";
 
-pub(super) struct OskarLayout;
+pub(crate) struct OskarLayout;
 
 impl LayoutFormat for OskarLayout {
     fn name(&self) -> &'static str {
         NAME
     }
 
-    fn extension(&self) -> &'static str {
-        "txt"
+    fn extensions(&self) -> &'static [&'static str] {
+        &["txt"]
+    }
+
+    fn is_folder(&self, path: &std::path::Path) -> bool {
+        path.join("layout.txt").is_file()
     }
 
     fn description(&self) -> &'static str {

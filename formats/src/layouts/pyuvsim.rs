@@ -7,15 +7,15 @@ use super::{LayoutError, LayoutFormat, ReadContext, Result};
 use cittert_arrays::{Antenna, ArrayLayout};
 use std::fmt::Write;
 
-pub(super) struct PyuvsimCsv;
+pub(crate) struct PyuvsimCsv;
 
 impl LayoutFormat for PyuvsimCsv {
     fn name(&self) -> &'static str {
         "pyuvsim"
     }
 
-    fn extension(&self) -> &'static str {
-        "csv"
+    fn extensions(&self) -> &'static [&'static str] {
+        &["csv"]
     }
 
     fn description(&self) -> &'static str {

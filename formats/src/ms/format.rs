@@ -1,6 +1,7 @@
 //! The row of Measurement Sets in the table of formats.
 
 use super::{MsColumn, MsOptions, MsSource, MsWriter, is_measurement_set};
+use crate::format::{Format, Holds};
 use crate::registry::{Created, VisibilityFormat, refuse_options};
 use crate::{ColumnSink, CreateOptions, FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource};
@@ -12,7 +13,7 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy)]
 pub struct MeasurementSet;
 
-impl VisibilityFormat for MeasurementSet {
+impl Format for MeasurementSet {
     fn name(&self) -> &'static str {
         "Measurement Set"
     }
@@ -29,6 +30,12 @@ impl VisibilityFormat for MeasurementSet {
         is_measurement_set(path)
     }
 
+    fn holds(&self) -> Holds<'_> {
+        Holds::Visibilities(self)
+    }
+}
+
+impl VisibilityFormat for MeasurementSet {
     fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>> {
         Ok(Box::new(MsSource::open(path, MsColumn::Data)?))
     }
