@@ -12,8 +12,9 @@ use ndarray::{Array2, Axis};
 use num_complex::Complex32;
 use rayon::prelude::*;
 
-/// Bytes of file rows read at once.
-const BLOCK_BYTES: usize = 192 << 20;
+/// Bytes of file rows read at once where what is needed of all of them is kept, and where every pass reads them anew beside the planes
+/// of its grid.
+const BLOCK_BYTES: [usize; 2] = [192 << 20, 96 << 20];
 /// Reduced rows handed to the gridder at once where they come from the cache are whole blocks of the file.
 const REDUCED_BYTES: usize = 16;
 
@@ -81,7 +82,7 @@ impl<'a> Data<'a> {
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
-        for_each_block(source, BLOCK_BYTES, |first, block| -> Result<()> {
+        for_each_block(source, BLOCK_BYTES[usize::from(!fits)], |first, block| -> Result<()> {
             if observer.cancelled() {
                 return Err(ChainError::Cancelled);
             }
@@ -152,7 +153,7 @@ impl<'a> Data<'a> {
             return Ok(());
         }
         let (selector, unit) = (&self.selector, self.unit_weights);
-        for_each_block(self.source, BLOCK_BYTES, |first, block| -> Result<()> {
+        for_each_block(self.source, BLOCK_BYTES[1], |first, block| -> Result<()> {
             stop()?;
             let (mut reduced, _) = reduce(selector, unit, first, &block);
             drop(block);
