@@ -145,8 +145,13 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let counts = save_data(args, source.as_mut(), &mut result, &options.apply, context).context(&what)?;
     let rounds_from = usize::from(result.before.is_none());
     for path in before.iter().filter(|p| !(rounds_from..=result.rounds.len()).any(|k| is_of_round(args, p, k))) {
-        // An earlier run had more rounds: they are not of this one.
-        std::fs::remove_file(path).context(format!("{}: cannot remove what an earlier run left", path.display()))?;
+        // An earlier run had more rounds: they are not of this one. An image of no round had such a name and is gone already.
+        match std::fs::remove_file(path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                return Err(e).context(format!("{}: cannot remove what an earlier run left", path.display()));
+            }
+            _ => {}
+        }
     }
     let together = maker.joint();
     let Some(products) = maker.into_products() else {

@@ -124,6 +124,16 @@ fn a_config_says_what_the_options_say() {
 }
 
 #[test]
+fn images_of_an_earlier_run_are_gone_whatever_made_their_names_twice() {
+    let s = point("--sefd 420Jy");
+    (1..=12).for_each(|k| s.write(&format!("sc-round{k}-image.fits"), "of an earlier run"));
+    let run = s.json("selfcal v.uvh5 -o sc --start point --solint int --size 64 --cell 15arcsec --niter 50 --overwrite");
+    let n = number(&run, "n_rounds") as usize;
+    assert!(n < 10, "{n}");
+    (n + 1..=12).for_each(|k| assert!(!s.path(&format!("sc-round{k}-image.fits")).exists(), "{k} of {n}"));
+}
+
+#[test]
 fn noise_alone_is_told_from_a_source() {
     let s = Scratch::new();
     s.write("faint.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,1e-9\n");
