@@ -126,7 +126,9 @@ fn a_config_says_what_the_options_say() {
 #[test]
 fn images_of_an_earlier_run_are_gone_whatever_made_their_names_twice() {
     let s = point("--sefd 420Jy");
-    (1..=12).for_each(|k| s.write(&format!("sc-round{k}-image.fits"), "of an earlier run"));
+    for k in 1..=12 {
+        s.write(&format!("sc-round{k}-image.fits"), "of an earlier run");
+    }
     let run = s.json("selfcal v.uvh5 -o sc --start point --solint int --size 64 --cell 15arcsec --niter 50 --overwrite");
     let n = number(&run, "n_rounds") as usize;
     assert!(n < 10, "{n}");
