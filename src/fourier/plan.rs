@@ -100,8 +100,9 @@ impl<T: Real> Plan<T> {
             let value = format!("{freq_hz:?}");
             return Err(ChainError::BadOption { option: "frequency", value, expected: "positive channel centres in Hz".into() });
         }
-        // Errors of the two axes, of w and of the channels add in quadrature to below the request.
-        let each = 0.4 * opts.epsilon;
+        // Errors of the two axes, of w and of the channels add in quadrature to half the request, as rms over an image: so its largest error,
+        // relative to its peak, stays below the request too.
+        let each = 0.2 * opts.epsilon;
         let hard = || bad(opts.epsilon.to_string(), "an error that a kernel of 16 cells reaches");
         let f_max = freq_hz.iter().copied().fold(0.0, f64::max);
         let (l, m) = ((grid.n_l / 2) as f64 * grid.cell_rad, (grid.n_m / 2) as f64 * grid.cell_rad);
