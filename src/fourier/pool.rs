@@ -5,8 +5,10 @@ use super::real::Real;
 use num_complex::Complex;
 use std::sync::{Mutex, PoisonError};
 
-/// Bytes of one kind of buffer that are kept between passes at most (twice as much for planes: of the model and of the image).
+/// Bytes of planes that are kept between passes at most (twice as much: of the model and of the image).
 const KEEP_BYTES: usize = 320 << 20;
+/// Bytes of the buffers of rows that are kept at most. Blocks of a long file have them in ever other lengths: more would pile up.
+const KEEP_NODES: usize = 64 << 20;
 
 /// Buffers given back by earlier passes.
 #[derive(Debug)]
@@ -41,7 +43,7 @@ impl<T: Real> Pool<T> {
         let mut total: usize = kept.iter().map(bytes).sum();
         for buffer in buffers {
             total += bytes(&buffer);
-            if total <= KEEP_BYTES {
+            if total <= KEEP_NODES {
                 kept.push(buffer);
             }
         }
