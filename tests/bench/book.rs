@@ -48,7 +48,7 @@ fn measure(n_vis: usize, side: usize, turns: usize) -> Done<(usize, Times)> {
     let mut t = Times::default();
     let mut done = 0;
     // The longest baseline of any hour angle, with some room.
-    let extent = UvwExtent { u_m: extent.u_m * 1.01, v_m: extent.v_m * 1.01, w_m: extent.w_m * 1.01 };
+    let extent = UvwExtent { u_m: extent.u_m * 1.1, v_m: extent.v_m * 1.1, w_m: extent.w_m * 1.1 };
     let options = GridOptions::default();
     let freq = tracks_from((0, 1), 1, CHANNELS).freq_hz;
     let grid = grid(side)?;
