@@ -58,7 +58,7 @@ pub struct SelfcalArgs {
     #[command(flatten)]
     clean: CleanArgs,
     /// Prior of --deconvolver mem, which solves image and gains together: a temperature (250K), a flux density a pixel or a FITS image
-    /// [default: flat, with the flux that the shortest baselines see].
+    /// [default: flat, made of the data: see the book].
     #[arg(long, value_name = "PRIOR", help_heading = "CLEAN")]
     prior: Option<String>,
     #[command(flatten)]
