@@ -3,7 +3,7 @@
 //! Value and gradient come from one evaluation, so each trial of the line search costs one pair of transforms and nothing is computed
 //! twice. The Lagrange multipliers move between the steps.
 
-use super::control::Control;
+use super::control::{Control, Steering};
 use super::memory::Memory;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
@@ -51,7 +51,7 @@ impl Goals {
 /// The solver and what it has found.
 pub(super) struct QuasiNewton<'o> {
     pub(super) multipliers: Multipliers,
-    pub(super) control: Control,
+    pub(super) steering: Steering,
     pub(super) goals: Goals,
     pub(super) point: Option<Point>,
     /// Evaluations of this run.
@@ -80,7 +80,8 @@ pub(super) fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
 impl<'o> QuasiNewton<'o> {
     /// With these multipliers at the start; `point` where it is known already.
     pub(super) fn new(multipliers: Multipliers, control: Control, goals: Goals, point: Option<Point>, observer: &'o dyn Observer) -> Self {
-        Self { multipliers, control, goals, point, evaluations: 0, inner: 0, met: false, memory: Memory::new(12), stalled: 0, observer }
+        let steering = control.into();
+        Self { multipliers, steering, goals, point, evaluations: 0, inner: 0, met: false, memory: Memory::new(12), stalled: 0, observer }
     }
 
     fn evaluate(&mut self, problem: &mut Problem<Shared<'_>>, s: Array2<f64>) -> Result<Point, Error> {
@@ -94,7 +95,7 @@ impl<'o> QuasiNewton<'o> {
         let mut d = match &o.beam {
             Some(beam) => {
                 let system = NewtonSystem::new(beam, point, &o.residual(point, m), m);
-                let (tolerance, limit) = self.control.effort(chi2, kkt);
+                let (tolerance, limit) = self.steering.control.effort(chi2, kkt);
                 let (d, steps) = system.solve(&gradient.mapv(|g| -g), tolerance, limit);
                 self.inner += steps;
                 d
@@ -193,7 +194,7 @@ impl<'a> Solver<Shared<'a>, State> for QuasiNewton<'_> {
         let expected = with(problem, |o| o.chi2.expected())?;
         let chi2 = point.chi2 / expected;
         let (kkt, excess) = with(problem, |o| (o.kkt(&point, &self.multipliers), o.excess(&point)))?;
-        self.multipliers.lambda = self.control.next(self.multipliers.lambda, chi2, kkt);
+        self.multipliers.lambda = self.steering.next(self.multipliers.lambda, chi2, kkt);
         // The first-order update of the augmented Lagrangian.
         self.multipliers.beta += self.multipliers.rho * excess;
         let m = self.multipliers;
@@ -222,7 +223,7 @@ impl<'a> Solver<Shared<'a>, State> for QuasiNewton<'_> {
             (o.kkt(&point, &self.multipliers), o.flux.map_or(0.0, |f| o.excess(&point).abs() / f), o.value(&point, &self.multipliers))
         })?;
         self.report(state.iter + 1, &point, chi2, kkt);
-        self.met = self.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
+        self.met = self.steering.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
         let s = point.s.clone();
         self.point = Some(point);
         Ok((state.param(s).cost(value), None))

@@ -13,7 +13,7 @@
 //! # Reference
 //! Cornwell & Evans 1985, A&A 143, 77.
 
-use super::control::Control;
+use super::control::{Control, Steering};
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
 use super::quasi_newton::{Goals, Shared, State, dot, with};
@@ -39,7 +39,7 @@ pub(super) struct Vtess<'o> {
     pub(super) evaluations: usize,
     pub(super) inner: usize,
     pub(super) met: bool,
-    control: Control,
+    steering: Steering,
     goals: Goals,
     stalled: usize,
     observer: &'o dyn Observer,
@@ -103,7 +103,7 @@ fn in_s(point: &Point, v: &Array2<f64>) -> Array2<f64> {
 
 impl<'o> Vtess<'o> {
     pub(super) fn new(multipliers: Multipliers, control: Control, goals: Goals, observer: &'o dyn Observer) -> Self {
-        Self { multipliers, point: None, evaluations: 0, inner: 0, met: false, control, goals, stalled: 0, observer }
+        Self { multipliers, point: None, evaluations: 0, inner: 0, met: false, steering: control.into(), goals, stalled: 0, observer }
     }
 
     fn evaluate(&mut self, problem: &mut Problem<Shared<'_>>, s: Array2<f64>) -> Result<Point, Error> {
@@ -112,13 +112,13 @@ impl<'o> Vtess<'o> {
     }
 
     /// The step and the multipliers from the products of the gradients.
-    fn step(&self, o: &Objective, point: &Point) -> Result<Step, Error> {
+    fn step(&mut self, o: &Objective, point: &Point) -> Result<Step, Error> {
         let Some(beam) = &o.beam else { return Err(Error::msg("vtess needs a beam")) };
         let m = self.multipliers;
         let expected = o.chi2.expected();
         let residual = o.residual(point, &m);
         let system = NewtonSystem::new(beam, point, &residual, &m);
-        let (tolerance, limit) = self.control.effort(point.chi2 / expected, o.kkt(point, &m));
+        let (tolerance, limit) = self.steering.control.effort(point.chi2 / expected, o.kkt(point, &m));
         let mut inner = 0;
         let mut solve = |g: &Array2<f64>| {
             let (x, steps) = system.solve(&g.mapv(|v| -v), tolerance, limit);
@@ -152,11 +152,11 @@ impl<'o> Vtess<'o> {
     }
 
     /// The change of lambda that leads chi squared to its target.
-    fn change(&self, model: &Model, range: (f64, f64), (chi2, kkt): (f64, f64), expected: f64) -> f64 {
-        let Control::Target { target, tolerance } = self.control else { return 0.0 };
+    fn change(&mut self, model: &Model, range: (f64, f64), (chi2, kkt): (f64, f64), expected: f64) -> f64 {
+        let Control::Target { target, tolerance } = self.steering.control else { return 0.0 };
         let lambda = self.multipliers.lambda;
         let excess = chi2 / target;
-        let by_rule = self.control.next(lambda, chi2, kkt) - lambda;
+        let by_rule = self.steering.next(lambda, chi2, kkt) - lambda;
         // Near the target the model's error is as large as what is left, and a flux that is held may leave lambda without a say.
         if (excess - 1.0).abs() < 20.0 * tolerance || model.response() * lambda > -1e-3 * model.now {
             return by_rule;
@@ -238,7 +238,7 @@ impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
         })?;
         let (number, evaluations, lambda) = (state.iter as usize + 1, self.evaluations, m.lambda);
         self.observer.event(Event::Entropy { number, evaluations, chi2, kkt, flux: point.flux, lambda });
-        self.met = self.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
+        self.met = self.steering.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
         let s = point.s.clone();
         self.point = Some(point);
         Ok((state.param(s).cost(value), None))
