@@ -23,16 +23,16 @@ const LONG_PATIENCE_S: u32 = 60;
 const MORE_MEMORY: u64 = 2 << 30;
 /// Answer in place of a signal where the file made the library ask for more memory than that.
 pub(super) const NO_MEMORY: i32 = 255;
-/// Answer where the look itself found what must not be read.
-pub(super) const UNSOUND: i32 = 254;
+/// Least answer where the look itself found what must not be read; which flaw is added to it. Signals are smaller.
+pub(super) const UNSOUND: i32 = 200;
 /// Files that one worker looks at.
 const FILES_OF_A_WORKER: usize = 500;
 /// Exit codes of a worker: the program is gone; another one shall follow.
 const ALONE: i32 = 0;
 const NEXT: i32 = 1;
 
-/// What a worker does with a file; false where it must not be read.
-type Look = fn(&Path) -> bool;
+/// What a worker does with a file; the number of the flaw for which it must not be read.
+type Look = fn(&Path) -> Option<usize>;
 
 /// The keeper, seen from the program.
 struct Child {
@@ -45,7 +45,8 @@ struct Child {
 
 static KEPT: Mutex<Option<Child>> = Mutex::new(None);
 
-/// Signal of which the worker died that looked at the file, 0 where it did not; `None` where no process can be started.
+/// 0 for a file that did the worker no harm, else the signal of which it died, [`NO_MEMORY`], or [`UNSOUND`] plus the number of a flaw; `None`
+/// where no process can be started.
 pub(super) fn look_at(path: &Path, look: Look) -> Option<i32> {
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     let owner = std::process::id();
@@ -231,13 +232,13 @@ fn work(requests: &File, replies: &File, busy: &AtomicU8, look: Look) -> ! {
         unsafe { libc::close(-1) };
         bound_time(LONG_PATIENCE_S, PATIENCE_S * (1 + (bytes >> 24)));
         // A panic is for the program to meet as well.
-        let sound = catch_unwind(AssertUnwindSafe(|| look(&path))).unwrap_or(true);
+        let flaw = catch_unwind(AssertUnwindSafe(|| look(&path))).unwrap_or(None);
         bound_time(0, 0);
         busy.store(0, SeqCst);
         // The program has no bound: where this process got no memory the library would go on there, and may crash. The C library
         // leaves this mark, which nothing takes away but another failure.
         let greedy = Error::last_os_error().raw_os_error() == Some(libc::ENOMEM);
-        let answer = if greedy { NO_MEMORY } else { i32::from(!sound) * UNSOUND };
+        let answer = if greedy { NO_MEMORY } else { flaw.map_or(0, |f| UNSOUND + f as i32) };
         if (&*replies).write_all(&[answer as u8]).is_err() {
             end(ALONE);
         }

@@ -13,8 +13,6 @@ pub(crate) use read::H5In;
 pub use write::Compression;
 pub(crate) use write::{H5Out, Rows};
 
-use types::members;
-
 use crate::FormatError;
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 //! catch that, but a parent can. The child visits every object and reads what a reader would read first.
 
 use super::child::{NO_MEMORY, UNSOUND, look_at};
-use super::members;
 use super::read::H5In;
+use super::types::{FLAWS, flaw};
 use crate::rehearse::rehearse;
 use crate::{FormatError, Result};
 use hdf5::types::TypeDescriptor;
@@ -22,8 +22,6 @@ const SMALL: usize = 1 << 17;
 /// Deepest nesting of groups that is looked at, and most objects.
 const DEEPEST: usize = 8;
 const MOST_OBJECTS: usize = 10_000;
-/// Most members of a type: the library compares types in a time that grows with the square of it.
-const MOST_MEMBERS: usize = 1024;
 /// Files remembered as good.
 const REMEMBERED: usize = 16;
 /// A file that changed so shortly ago may change again without a change of its stamp: the clock of file systems ticks every few ms.
@@ -66,56 +64,55 @@ pub(super) fn probe(path: &Path) -> Result<()> {
 /// What was wrong, where a child dies of the file. Where no child can be started the file is not looked at.
 fn in_a_child(path: &Path) -> Option<String> {
     let mut signal = look_at(path, look_through)?;
-    if ![0, NO_MEMORY, UNSOUND, libc::SIGPROF].contains(&signal) {
+    if signal != 0 && signal < UNSOUND && signal != libc::SIGPROF {
         // An earlier file may have hurt the process without ending it: the next one has seen no other file.
         signal = look_at(path, look_through)?;
     }
     match signal {
         0 => None,
-        UNSOUND => Some(format!("a type of more than {MOST_MEMBERS} members")),
         NO_MEMORY => Some("sizes in it that no memory holds".into()),
         libc::SIGALRM | libc::SIGPROF => Some("damage on which HDF5 computes without end".into()),
-        signal => Some(format!("damage on which HDF5 crashes (signal {signal})")),
+        other => Some(match usize::try_from(other - UNSOUND).ok().and_then(|k| FLAWS.get(k)) {
+            Some(flaw) => (*flaw).into(),
+            None => format!("damage on which HDF5 crashes (signal {other})"),
+        }),
     }
 }
 
-/// Open a file and visit all that is in it; false where a type has too many members.
-fn look_through(path: &Path) -> bool {
+/// Open a file and visit all that is in it, up to a type that must not be read.
+fn look_through(path: &Path) -> Option<usize> {
     CHILD.store(true, Relaxed);
-    let Ok(file) = H5In::open_unseen(path) else { return true };
-    let sound = file.group("").is_none_or(|root| visit(&file, &root, "", 0, &mut 0));
+    let file = H5In::open_unseen(path).ok()?;
+    let flaw = file.group("").and_then(|root| visit(&file, &root, "", 0, &mut 0));
     drop(file);
-    if sound && std::io::Error::last_os_error().raw_os_error() != Some(libc::ENOMEM) {
+    if flaw.is_none() && std::io::Error::last_os_error().raw_os_error() != Some(libc::ENOMEM) {
         rehearse(path);
     }
-    sound
+    flaw
 }
 
-/// Read every dataset below a group as far as a reader would at first. Errors are for the parent to meet and to word.
-fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize) -> bool {
+/// Read every dataset below a group as far as a reader would at first, up to a type that must not be read. Errors are for the parent to meet
+/// and to word.
+fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize) -> Option<usize> {
     for member in group.member_names().unwrap_or_default() {
         *seen += 1;
         if *seen > MOST_OBJECTS || std::io::Error::last_os_error().raw_os_error() == Some(libc::ENOMEM) {
-            return true;
+            return None;
         }
         let name = format!("{name}/{member}");
-        let sound = match group.dataset(&member) {
-            Ok(dataset) if members(&dataset) > MOST_MEMBERS => false,
-            Ok(dataset) => {
+        let found = match group.dataset(&member) {
+            Ok(dataset) => flaw(&dataset).or_else(|| {
                 look(file, &dataset, &name);
-                true
-            }
-            Err(_) if depth >= DEEPEST => true,
-            Err(_) => match group.group(&member) {
-                Ok(inner) => visit(file, &inner, &name, depth + 1, seen),
-                Err(_) => true,
-            },
+                None
+            }),
+            Err(_) if depth >= DEEPEST => None,
+            Err(_) => group.group(&member).ok().and_then(|inner| visit(file, &inner, &name, depth + 1, seen)),
         };
-        if !sound {
-            return false;
+        if found.is_some() {
+            return found;
         }
     }
-    true
+    None
 }
 
 /// Read a dataset as what it is: whole, or its first and last row.

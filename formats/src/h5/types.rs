@@ -1,34 +1,73 @@
-//! Types of HDF5 as the library sees them, before they are described: damaged ones may claim tens of thousands of members.
+//! Types of HDF5 as the library sees them, before they are described: damaged ones may claim tens of thousands of members, members that
+//! lie outside their compound, and numbers with more bits than bytes. Version 1.10 of the library follows them beyond its buffers.
 
 use hdf5::Dataset;
 use hdf5_sys::h5i::hid_t;
-use hdf5_sys::h5t::{H5T_class_t, H5Tclose, H5Tget_class, H5Tget_member_type, H5Tget_nmembers};
+use hdf5_sys::h5t::{
+    H5T_class_t, H5Tclose, H5Tget_class, H5Tget_fields, H5Tget_member_offset, H5Tget_member_type, H5Tget_nmembers, H5Tget_offset,
+    H5Tget_precision, H5Tget_size,
+};
 
 /// Types inside types that are looked into.
 const DEEPEST: usize = 4;
+/// Most members of a type with those of its members: the library compares types in a time that grows with the square of it.
+const MOST_MEMBERS: usize = 1024;
 
-/// Members of the type of a dataset: fields of a compound with those of their types, values of an enumeration.
-pub(super) fn members(dataset: &Dataset) -> usize {
-    dataset.dtype().map_or(0, |t| of(t.id(), 0))
+/// What is wrong with the type of a dataset, as one of [`FLAWS`].
+pub(super) fn flaw(dataset: &Dataset) -> Option<usize> {
+    dataset.dtype().ok().and_then(|t| of(t.id(), 0, &mut 0).err())
 }
 
-fn of(id: hid_t, depth: usize) -> usize {
-    // SAFETY: the identifier is that of an open type, and the members' types are closed again; the lock of the library is held.
-    let (class, n) = hdf5::sync::sync(|| unsafe { (H5Tget_class(id), H5Tget_nmembers(id)) });
-    let n = usize::try_from(n).unwrap_or(0);
-    // The fields of a type with too many need not be counted.
-    if class != H5T_class_t::H5T_COMPOUND || depth >= DEEPEST || n > 1024 {
-        return n;
+/// What may be wrong with a type.
+pub(super) const FLAWS: [&str; 3] =
+    ["a type of more than 1024 members", "a type with a member that lies outside of it", "a number with more bits than its bytes hold"];
+
+/// Look at a type and those of its members; `seen` counts the members.
+fn of(id: hid_t, depth: usize, seen: &mut usize) -> Result<(), usize> {
+    // SAFETY: the identifier is that of an open type; the lock of the library is held.
+    let (class, size, n) = hdf5::sync::sync(|| unsafe { (H5Tget_class(id), H5Tget_size(id), H5Tget_nmembers(id)) });
+    if matches!(class, H5T_class_t::H5T_INTEGER | H5T_class_t::H5T_FLOAT) {
+        return if bits_fit(id, size, class == H5T_class_t::H5T_FLOAT) { Ok(()) } else { Err(2) };
     }
-    (0..n as u32).fold(n, |sum, k| {
-        // SAFETY: as above.
-        let inner = hdf5::sync::sync(|| unsafe { H5Tget_member_type(id, k) });
+    let n = usize::try_from(n).unwrap_or(0);
+    *seen = seen.saturating_add(n);
+    if *seen > MOST_MEMBERS {
+        return Err(0);
+    }
+    if class != H5T_class_t::H5T_COMPOUND || depth >= DEEPEST {
+        return Ok(());
+    }
+    for k in 0..n as u32 {
+        // SAFETY: as above; the member's type is closed below.
+        let (inner, offset) = hdf5::sync::sync(|| unsafe { (H5Tget_member_type(id, k), H5Tget_member_offset(id, k)) });
         if inner < 0 {
-            return sum;
+            continue;
         }
-        let total = sum.saturating_add(of(inner, depth + 1));
+        // SAFETY: as above.
+        let length = hdf5::sync::sync(|| unsafe { H5Tget_size(inner) });
+        let inside = offset.checked_add(length).is_some_and(|end| end <= size);
+        let result = if inside { of(inner, depth + 1, seen) } else { Err(1) };
         // SAFETY: as above.
         hdf5::sync::sync(|| unsafe { H5Tclose(inner) });
-        total
-    })
+        result?;
+    }
+    Ok(())
+}
+
+/// Whether the bits of a number, and of its exponent and mantissa, lie within its bytes.
+fn bits_fit(id: hid_t, size: usize, float: bool) -> bool {
+    let within = |first: usize, count: usize, all: usize| first.checked_add(count).is_some_and(|end| end <= all);
+    // SAFETY: the identifier is that of an open type, the numbers outlive the call; the lock of the library is held.
+    let (offset, precision, fields) = hdf5::sync::sync(|| unsafe {
+        let mut f = [0_usize; 5];
+        let [sign, exponent, exponents, mantissa, mantissas] = &mut f;
+        if float {
+            H5Tget_fields(id, sign, exponent, exponents, mantissa, mantissas);
+        }
+        (H5Tget_offset(id), H5Tget_precision(id), f)
+    });
+    let [sign, exponent, exponents, mantissa, mantissas] = fields;
+    let bits = size.saturating_mul(8);
+    usize::try_from(offset).is_ok_and(|o| within(o, precision, bits))
+        && (!float || within(sign, 1, bits) && within(exponent, exponents, bits) && within(mantissa, mantissas, bits))
 }

@@ -62,8 +62,8 @@ impl LayoutFormat for MiriadAnt {
             } else {
                 let Some(site) = site else {
                     return Err(LayoutError::Missing(
-                        "equatorial coordinates need the latitude: give a site, or write '# latitude_deg = ' and '# longitude_deg = ' lines \
-                         (for north, east, up write '# baseunit = -3.33564' for metres)"
+                        "a site is expected where baseunit is positive (equatorial coordinates), found none: give one, or write \
+                         '# latitude_deg = ' and '# longitude_deg = ' lines (for north, east, up in metres write '# baseunit = -3.33564')"
                             .into(),
                     ));
                 };
