@@ -47,15 +47,18 @@ pub fn write_image(path: &Path, image: &Image, options: ImageOptions) -> Result<
 /// Header, pixels and tables.
 fn write_content(file: &mut impl Write, header: &[u8], image: &Image, options: ImageOptions) -> std::io::Result<()> {
     file.write_all(header)?;
+    let mut bytes = Vec::new();
     // In FITS order the channel axis runs before the STOKES axis, so the planes of one polarisation follow each other.
     for pol in 0..image.polarizations.len() {
         for chan in 0..image.spectrum.n_chan() {
-            for value in image.plane(chan, pol) {
+            for row in image.plane(chan, pol).rows() {
+                bytes.clear();
                 if options.double {
-                    file.write_all(&value.to_be_bytes())?;
+                    row.iter().for_each(|v| bytes.extend_from_slice(&v.to_be_bytes()));
                 } else {
-                    file.write_all(&(*value as f32).to_be_bytes())?;
+                    row.iter().for_each(|v| bytes.extend_from_slice(&(*v as f32).to_be_bytes()));
                 }
+                file.write_all(&bytes)?;
             }
         }
     }

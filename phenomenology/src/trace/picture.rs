@@ -7,7 +7,7 @@ use crate::camera::View;
 use crate::error::{Result, SceneError};
 use crate::geometry::At;
 use cittert_arrays::{BrightnessUnit, Image, SpectralWindow};
-use ndarray::{Array2, Array4};
+use ndarray::{Array, Array2, Array4, Dimension};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -34,18 +34,53 @@ pub struct Picture {
     pub rays: usize,
 }
 
-/// The ray through the middle of a pixel.
-#[derive(Debug, Clone, Copy)]
-struct Middle {
-    seen: Option<Seen>,
+/// What the rays through the middles of the pixels show. Every array is written by the threads that trace, which is also where the
+/// system hands out its pages. // [m, l]
+struct Middles {
+    range_m: Array2<f64>,
+    incidence_deg: Array2<f64>,
+    /// Number of the cover from 1, and of the region from 1 (0 for the ground); 0 and 0 for the sky.
+    identity: Vec<(u32, u32)>,
+    material: Array2<u32>,
     /// First plane and channel, RJ, K.
-    first_k: f64,
+    first_k: Vec<f64>,
 }
 
-impl Middle {
-    /// What is on view: sky, region or piece of ground.
-    fn identity(&self) -> (u32, u32) {
-        self.seen.map_or((0, 0), |s| (s.cover + 1, s.region.map_or(0, |r| r + 1)))
+/// A row of [`Middles`].
+struct MiddleRow<'a> {
+    range_m: &'a mut [f64],
+    incidence_deg: &'a mut [f64],
+    identity: &'a mut [(u32, u32)],
+    material: &'a mut [u32],
+    first_k: &'a mut [f64],
+}
+
+impl Middles {
+    fn new(rows: usize, columns: usize) -> Self {
+        let shape = (rows, columns);
+        Self {
+            range_m: Array2::zeros(shape),
+            incidence_deg: Array2::zeros(shape),
+            identity: vec![(0, 0); rows * columns],
+            material: Array2::zeros(shape),
+            first_k: vec![0.0; rows * columns],
+        }
+    }
+
+    fn rows(&mut self, columns: usize) -> impl IndexedParallelIterator<Item = MiddleRow<'_>> {
+        flat(&mut self.range_m)
+            .par_chunks_mut(columns)
+            .zip(flat(&mut self.incidence_deg).par_chunks_mut(columns))
+            .zip(self.identity.par_chunks_mut(columns))
+            .zip(flat(&mut self.material).par_chunks_mut(columns))
+            .zip(self.first_k.par_chunks_mut(columns))
+            .map(|((((range_m, incidence_deg), identity), material), first_k)| MiddleRow {
+                range_m,
+                incidence_deg,
+                identity,
+                material,
+                first_k,
+            })
     }
 }
 
@@ -77,17 +112,27 @@ impl Tracer<'_> {
         };
         // First pass: one ray through the middle of every pixel. // [m, l][chan, pol]
         let mut sums = vec![0.0; rows * columns * states];
-        let mut middles = vec![Middle { seen: None, first_k: 0.0 }; rows * columns];
+        let mut middles = Middles::new(rows, columns);
         sums.par_chunks_mut(columns * states)
-            .zip(middles.par_chunks_mut(columns))
+            .zip(middles.rows(columns))
             .enumerate()
             .try_for_each_init(
                 || self.scratch(),
                 |scratch, (row, (sums, middles))| {
-                    for (column, (out, middle)) in sums.chunks_exact_mut(states).zip(middles).enumerate() {
-                        let Some(seen) = self.shoot(view, column as f64, row as f64, scratch)? else { continue };
-                        out.copy_from_slice(&scratch.sums);
-                        *middle = Middle { seen, first_k: out[0] };
+                    for (column, out) in sums.chunks_exact_mut(states).enumerate() {
+                        let shot = self.shoot(view, column as f64, row as f64, scratch)?;
+                        if shot.is_some() {
+                            out.copy_from_slice(&scratch.sums);
+                            middles.first_k[column] = out[0];
+                        }
+                        let seen = shot.flatten();
+                        middles.range_m[column] = seen.map_or(f64::NAN, |s| s.range_m);
+                        middles.incidence_deg[column] = seen.map_or(f64::NAN, |s| s.cos_incidence.acos().to_degrees());
+                        if let Some(seen) = seen {
+                            middles.identity[column] = (seen.cover + 1, seen.region.map_or(0, |r| r + 1));
+                            middles.material[column] =
+                                self.scene.covers.list().get(seen.cover as usize).map_or(0, |c| c.surface as u32 + 1);
+                        }
                     }
                     tell();
                     Ok::<(), PhysicsError>(())
@@ -98,27 +143,19 @@ impl Tracer<'_> {
         let extra = if passes == 2 { self.refine(view, &middles, &mut sums, &tell)? } else { 0 };
 
         let planes = self.antenna.len();
-        sums.par_chunks_mut(columns * states).for_each(|row| {
-            for (k, value) in row.iter_mut().enumerate() {
-                let state = k % states;
-                *value = self.scaled(state / planes, state % planes, *value);
-            }
-        });
-        let data = Array4::from_shape_fn((self.freqs_ghz.len(), planes, rows, columns), |(channel, pol, row, column)| {
-            sums[(row * columns + column) * states + channel * planes + pol]
+        let mut data = Array4::zeros((self.freqs_ghz.len(), planes, rows, columns));
+        flat(&mut data).par_chunks_mut(columns).enumerate().for_each(|(line, out)| {
+            let (state, row) = (line / rows, line % rows);
+            let from = sums[row * columns * states..].iter().skip(state).step_by(states);
+            out.iter_mut().zip(from).for_each(|(o, k)| *o = self.scaled(state / planes, state % planes, *k));
         });
         let temperature = Image::new(grid.clone(), band.clone(), self.options.polarizations.clone(), data, BrightnessUnit::Kelvin)?;
-        let map = |f: &dyn Fn(&Seen) -> f64| {
-            Array2::from_shape_fn((rows, columns), |(r, c)| middles[r * columns + c].seen.as_ref().map_or(f64::NAN, f))
-        };
-        let covers = &self.scene.covers;
-        let number = |s: Seen| covers.list().get(s.cover as usize).map_or(0, |c| c.surface as u32 + 1);
         Ok(Picture {
             temperature,
-            range_m: map(&|s| s.range_m),
-            incidence_deg: map(&|s| s.cos_incidence.acos().to_degrees()),
-            material: Array2::from_shape_fn((rows, columns), |(r, c)| middles[r * columns + c].seen.map_or(0, number)),
-            material_names: covers.surface_names().to_vec(),
+            range_m: middles.range_m,
+            incidence_deg: middles.incidence_deg,
+            material: middles.material,
+            material_names: self.scene.covers.surface_names().to_vec(),
             rays: rows * columns + extra,
         })
     }
@@ -131,7 +168,7 @@ impl Tracer<'_> {
     }
 
     /// Averages a grid of rays over every pixel that differs from a neighbour.
-    fn refine(&self, view: &View, middles: &[Middle], sums: &mut [f64], tell: &(impl Fn() + Sync)) -> Result<usize> {
+    fn refine(&self, view: &View, middles: &Middles, sums: &mut [f64], tell: &(impl Fn() + Sync)) -> Result<usize> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         let side = self.options.antialias;
@@ -169,18 +206,25 @@ impl Tracer<'_> {
         Ok(shot.into_inner())
     }
 
-    fn is_edge(&self, middles: &[Middle], columns: usize, rows: usize, column: usize, row: usize) -> bool {
-        let here = &middles[row * columns + column];
+    fn is_edge(&self, middles: &Middles, columns: usize, rows: usize, column: usize, row: usize) -> bool {
+        let here = row * columns + column;
         for r in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
             for c in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
-                let there = &middles[r * columns + c];
-                if there.identity() != here.identity() || (there.first_k - here.first_k).abs() > self.options.edge_k {
+                let there = r * columns + c;
+                if middles.identity[there] != middles.identity[here]
+                    || (middles.first_k[there] - middles.first_k[here]).abs() > self.options.edge_k
+                {
                     return true;
                 }
             }
         }
         false
     }
+}
+
+/// The values of an array that this module made, row after row.
+fn flat<T, D: Dimension>(array: &mut Array<T, D>) -> &mut [T] {
+    array.as_slice_mut().unwrap_or_default()
 }
 
 fn in_air(source: PhysicsError) -> SceneError {
