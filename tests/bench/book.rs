@@ -185,7 +185,8 @@ fn measured() -> Done<Value> {
     writeln!(
         text,
         "\nFitted slopes of ln(time): against visibilities (from a million on) {:.2} to the grid and {:.2} from it; against pixels \
-         (from 1024 x 1024 on) {:.2} to the image and {:.2} from it. 1 is linear.\n",
+         (from 1024 x 1024 on) {:.2} to the image and {:.2} from it. 1 is linear.\n\n\
+         ![Processor time against visibilities](img/cost-visibilities.png)\n\n![Processor time against pixels](img/cost-pixels.png)\n",
         slopes_vis.0, slopes_vis.1, slopes_pixels.0, slopes_pixels.1
     )?;
     // How far from the limits: ten million visibilities.
