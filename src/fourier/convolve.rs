@@ -75,7 +75,8 @@ impl<T: Real> Convolver<T> {
         let (k_m, k_l) = image.dim();
         let half = self.p_l / 2 + 1;
         let zero = Complex::new(T::default(), T::default());
-        let mut rows = vec![zero; k_m * half];
+        // Zero pages of the system: the threads that fill them are the first to touch them.
+        let mut rows: Vec<Complex<T>> = bytemuck::zeroed_vec(k_m * half);
         rows.par_chunks_mut(2 * half).enumerate().for_each_init(
             || (vec![zero; self.p_l], vec![zero; self.rows[0].get_inplace_scratch_len()]),
             |(z, scratch), (pair, out)| {
@@ -97,7 +98,7 @@ impl<T: Real> Convolver<T> {
                 }
             },
         );
-        let mut out = vec![zero; half * self.p_m];
+        let mut out: Vec<Complex<T>> = bytemuck::zeroed_vec(half * self.p_m);
         out.par_chunks_mut(BLOCK * self.p_m).enumerate().for_each_init(
             || vec![zero; self.columns[0].get_inplace_scratch_len()],
             |scratch, (block, columns)| {

@@ -91,7 +91,7 @@ impl<T: Real> Degridder<T> {
     /// The nodes of rows that were sorted for the plan of this predictor, by chunk.
     pub(super) fn nodes(&self, rows: &SortedRows) -> Vec<Vec<Complex<T>>> {
         let plan = &self.plan;
-        let mut nodes: Vec<Vec<Complex<T>>> = rows.chunks.iter().map(|c| plan.pool.take(c.n_nodes)).collect();
+        let mut nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(|c| plan.pool.take(c.n_nodes)).collect();
         if let Some(planes) = &self.resident {
             degrid_tasks(plan, rows, &rows.tasks, (planes, 0), &mut nodes);
         } else {

@@ -58,7 +58,7 @@ pub(crate) struct PlaneRows<T> {
 
 impl<T: Real> PlaneRows<T> {
     pub(crate) fn zeros(n_rows: usize, planes: usize, nu: usize) -> Self {
-        let stripe = || Mutex::new(vec![Complex::new(T::default(), T::default()); TILE * planes * nu]);
+        let stripe = || Mutex::new(bytemuck::zeroed_vec(TILE * planes * nu));
         Self { stripes: (0..n_rows.div_ceil(TILE)).map(|_| stripe()).collect(), planes }
     }
 

@@ -1,12 +1,13 @@
 //! The two floating-point types the transforms run in.
 
+use bytemuck::Zeroable;
 use num_complex::Complex;
 use rustfft::num_traits::NumAssign;
 use rustfft::{Fft, FftDirection, FftNum, FftPlanner};
 use std::sync::{Arc, Mutex, OnceLock};
 
 /// `f32` for requested errors down to 1e-5, `f64` below.
-pub trait Real: FftNum + NumAssign + PartialOrd + Default {
+pub trait Real: FftNum + NumAssign + PartialOrd + Default + Zeroable {
     /// From double precision.
     fn of(x: f64) -> Self;
     /// To double precision.

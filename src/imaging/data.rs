@@ -3,18 +3,20 @@
 //! The first pass reads the source, counts and measures. Where the reduced data fit into the cache they are kept, so that weights,
 //! beam, image and every major cycle read the file once; where not, every pass reads it again in the same small memory.
 
+use super::ahead::for_each_block_ahead;
 use super::pol::{DataCounts, PolSelector};
 use crate::fourier::UvwExtent;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
-use ndarray::{Array2, Axis};
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use ndarray::Array2;
 use num_complex::Complex32;
 use rayon::prelude::*;
+use rustfft::num_traits::Zero;
 
-/// Bytes of file rows read at once where what is needed of all of them is kept, and where every pass reads them anew beside the planes
+/// Bytes of file rows read at once, of which two are in memory, where what is needed of all of them is kept, and where every pass reads them anew beside the planes
 /// of its grid.
-const BLOCK_BYTES: [usize; 2] = [192 << 20, 96 << 20];
+const BLOCK_BYTES: [usize; 2] = [96 << 20, 48 << 20];
 /// Reduced rows handed to the gridder at once where they come from the cache are whole blocks of the file.
 const REDUCED_BYTES: usize = 16;
 
@@ -82,7 +84,7 @@ impl<'a> Data<'a> {
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
-        for_each_block(source, BLOCK_BYTES[usize::from(!fits)], |first, block| -> Result<()> {
+        for_each_block_ahead(source, BLOCK_BYTES[usize::from(!fits)], |first, block| {
             if observer.cancelled() {
                 return Err(ChainError::Cancelled);
             }
@@ -153,7 +155,7 @@ impl<'a> Data<'a> {
             return Ok(());
         }
         let (selector, unit) = (&self.selector, self.unit_weights);
-        for_each_block(self.source, BLOCK_BYTES[1], |first, block| -> Result<()> {
+        for_each_block_ahead(self.source, BLOCK_BYTES[1], |first, block| {
             stop()?;
             let (mut reduced, _) = reduce(selector, unit, first, &block);
             drop(block);
@@ -173,16 +175,18 @@ impl<'a> Data<'a> {
 
 fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &VisibilityBlock) -> (ReducedBlock, DataCounts) {
     let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
-    let mut vis = Array2::from_elem((rows, chans), Complex32::default());
-    let mut weight = Array2::zeros((rows, chans));
+    // Zero pages of the system: the threads that fill them are the first to touch them.
+    let mut vis: Vec<Complex32> = bytemuck::zeroed_vec(rows * chans);
+    let (mut weight, mut imaging) = (vec![0.0; rows * chans], vec![0.0; rows * chans]);
     let counts = vis
-        .axis_iter_mut(Axis(0))
-        .into_par_iter()
-        .zip(weight.axis_iter_mut(Axis(0)))
+        .par_chunks_exact_mut(chans.max(1))
+        .zip(weight.par_chunks_exact_mut(chans.max(1)))
+        .zip(imaging.par_chunks_exact_mut(chans.max(1)))
         .enumerate()
-        .map(|(r, (mut v, mut w))| match (v.as_slice_mut(), w.as_slice_mut()) {
-            (Some(v), Some(w)) => selector.row(block, r, unit, (v, w)),
-            _ => DataCounts::default(),
+        .map(|(r, ((v, w), imaging))| {
+            let counts = selector.row(block, r, unit, (v, w));
+            imaging.copy_from_slice(w);
+            counts
         })
         .reduce(DataCounts::default, DataCounts::plus);
     let mut uvw_m = block.coverage.uvw_m.clone();
@@ -191,8 +195,13 @@ fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &Visibili
             row.fill(0.0);
         }
     }
-    let imaging = weight.clone();
-    (ReducedBlock { first_row, uvw_m, vis, weight, imaging }, counts)
+    (ReducedBlock { first_row, uvw_m, vis: shaped(vis, chans), weight: shaped(weight, chans), imaging: shaped(imaging, chans) }, counts)
+}
+
+/// Whole rows of `chans` values as \[row, chan\].
+fn shaped<T: Clone + Zero>(values: Vec<T>, chans: usize) -> Array2<T> {
+    let rows = values.len() / chans.max(1);
+    Array2::from_shape_vec((rows, chans), values).unwrap_or_else(|_| Array2::zeros((rows, chans)))
 }
 
 /// Say what was left out; nothing left is an error.

@@ -3,6 +3,7 @@
 //! [`Imager`] reads a source once, chooses the grid where the caller does not, weighs, and then gives the beam, the dirty image and the
 //! residual of a model for each output channel. [`clean`] runs a deconvolver around it; see [`major`].
 
+mod ahead;
 mod beam_fit;
 mod cells;
 mod components;

@@ -23,6 +23,8 @@ const PADDING: f64 = 2.0;
 /// Limit of a uniform factor over the mean around it, and half the side of the window of that mean.
 const LIMIT: f64 = 3.0;
 const WINDOW: usize = 8;
+/// Rows of cells that one task sums.
+const BAND: usize = 64;
 
 /// Scheme of the weights.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -130,9 +132,8 @@ impl ImageWeights {
     /// Index of the cell of (u, v) in wavelengths, folded to v >= 0; what lies outside the grid wraps, as it does in the image.
     fn cell(&self, u: f64, v: f64) -> usize {
         let (u, v) = if v < 0.0 { (-u, -v) } else { (u, v) };
-        let wrap = |x: f64, n: usize| (x.floor() as i64).rem_euclid(n as i64) as usize;
         // Column width / 2 is u = 0.
-        let (mut x, mut y) = (wrap(u * self.scale.0 + (self.width / 2) as f64, self.width), wrap(v * self.scale.1, self.height));
+        let (mut x, mut y) = (wrapped(u * self.scale.0 + (self.width / 2) as f64, self.width), wrapped(v * self.scale.1, self.height));
         if y > self.height / 2 {
             (x, y) = (self.width - 1 - x, self.height - 1 - y);
         }
@@ -140,18 +141,36 @@ impl ImageWeights {
     }
 
     /// Add the weights of these channels of a block to the density.
+    ///
+    /// Each task sums its own rows of cells in the order of the visibilities, so the sums do not depend on the number of threads.
     pub fn add(&mut self, block: &ReducedBlock, channels: &Range<usize>, freq_hz: &[f64]) {
-        for (uvw, weights) in block.uvw_m.rows().into_iter().zip(block.weight.rows()) {
-            let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
-            for c in channels.clone() {
-                let w = f64::from(weights[c]);
-                if w > 0.0 {
-                    let at = self.cell(u * freq_hz[c], v * freq_hz[c]);
-                    self.cells[at] += w;
-                    self.sum_of_weights += w;
+        let (low, high) = freq_hz[channels.clone()].iter().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(*f), b.max(*f)));
+        let mut cells = std::mem::take(&mut self.cells);
+        let task = |(band, cells): (usize, &mut [f64])| {
+            let (first, lines) = (band * BAND * self.width, (band * BAND) as f64..((band + 1) * BAND) as f64);
+            let mut sum = 0.0;
+            for (uvw, weights) in block.uvw_m.rows().into_iter().zip(block.weight.rows()) {
+                let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
+                // What reaches beyond the grid wraps and may lie in any row of cells.
+                let (near, far) = (v.abs() * low * self.scale.1, v.abs() * high * self.scale.1);
+                if far < (self.height / 2) as f64 && (far < lines.start || near >= lines.end) {
+                    continue;
+                }
+                for c in channels.clone() {
+                    let w = f64::from(weights[c]);
+                    if w > 0.0
+                        && let Some(cell) = cells.get_mut(self.cell(u * freq_hz[c], v * freq_hz[c]).wrapping_sub(first))
+                    {
+                        *cell += w;
+                        sum += w;
+                    }
                 }
             }
-        }
+            sum
+        };
+        let sums: Vec<f64> = cells.par_chunks_mut(BAND * self.width).enumerate().map(task).collect();
+        self.sum_of_weights += sums.iter().sum::<f64>();
+        self.cells = cells;
     }
 
     /// Turn the density into the factor of each cell.
@@ -159,13 +178,14 @@ impl ImageWeights {
         match self.options.weighting {
             Weighting::Natural => {}
             Weighting::Uniform => {
-                self.cells.iter_mut().filter(|w| **w > 0.0).for_each(|w| *w = 1.0 / *w);
+                self.cells.par_iter_mut().filter(|w| **w > 0.0).for_each(|w| *w = 1.0 / *w);
                 self.limit();
             }
             Weighting::Briggs { robust } => {
-                let squares: f64 = self.cells.iter().map(|w| w * w).sum();
+                let bands: Vec<f64> = self.cells.par_chunks(BAND * self.width).map(|c| c.iter().map(|w| w * w).sum()).collect();
+                let squares: f64 = bands.iter().sum();
                 let f2 = (5.0 * 10f64.powf(-robust)).powi(2) / (squares / self.sum_of_weights);
-                self.cells.iter_mut().for_each(|w| *w = 1.0 / (1.0 + *w * f2));
+                self.cells.par_iter_mut().for_each(|w| *w = 1.0 / (1.0 + *w * f2));
             }
         }
     }
@@ -173,30 +193,29 @@ impl ImageWeights {
     /// Limit each factor to [`LIMIT`] times the mean of the occupied cells around it.
     fn limit(&mut self) {
         let (width, rows) = (self.width, self.cells.len() / self.width);
-        // Sums over all cells above and to the left.
-        let mut table = vec![(0.0, 0.0); (width + 1) * (rows + 1)];
-        for y in 0..rows {
-            let mut line = (0.0, 0.0);
-            for x in 0..width {
-                let w = self.cells[y * width + x];
-                line = (line.0 + w, line.1 + f64::from(u8::from(w > 0.0)));
-                let above = table[y * (width + 1) + x + 1];
-                table[(y + 1) * (width + 1) + x + 1] = (above.0 + line.0, above.1 + line.1);
+        let old = &self.cells;
+        let mut new = vec![0.0; old.len()];
+        new.par_chunks_mut(BAND * width).enumerate().for_each(|(band, out)| {
+            let (y0, lines) = (band * BAND, out.len() / width);
+            let (from, to) = (y0.saturating_sub(WINDOW), (y0 + lines + WINDOW).min(rows));
+            // Sum and number of the occupied cells of each line around each column.
+            let mut along = vec![(0.0, 0.0); (to - from) * width];
+            for (sums, line) in along.chunks_exact_mut(width).zip(old[from * width..to * width].chunks_exact(width)) {
+                windows(line, sums);
             }
-        }
-        for y in 0..rows {
-            for x in 0..width {
-                let (x0, x1) = (x.saturating_sub(WINDOW), (x + WINDOW).min(width));
-                let (y0, y1) = (y.saturating_sub(WINDOW), (y + WINDOW).min(rows));
-                let at = |x: usize, y: usize| table[y * (width + 1) + x];
-                let sum = at(x1, y1).0 - at(x0, y1).0 - at(x1, y0).0 + at(x0, y0).0;
-                let count = at(x1, y1).1 - at(x0, y1).1 - at(x1, y0).1 + at(x0, y0).1;
-                let w = &mut self.cells[y * width + x];
-                if *w > 0.0 {
-                    *w = w.min(LIMIT * sum / count);
+            for (y, out) in (y0..).zip(out.chunks_exact_mut(width)) {
+                let line = &old[y * width..(y + 1) * width];
+                if line.iter().all(|w| *w == 0.0) {
+                    continue;
+                }
+                let around = &along[(y.saturating_sub(WINDOW) - from) * width..((y + WINDOW).min(rows) - from) * width];
+                for (x, (out, w)) in out.iter_mut().zip(line).enumerate().filter(|(_, (_, w))| **w > 0.0) {
+                    let (sum, count) = around[x..].iter().step_by(width).fold((0.0, 0.0), |(s, n), a| (s + a.0, n + a.1));
+                    *out = w.min(LIMIT * sum / count);
                 }
             }
-        }
+        });
+        self.cells = new;
     }
 
     /// Factor of a visibility at (u, v) wavelengths.
@@ -224,6 +243,26 @@ impl ImageWeights {
                 });
             },
         );
+    }
+}
+
+/// Cell of a coordinate in cells, of `n` that repeat.
+#[inline]
+fn wrapped(x: f64, n: usize) -> usize {
+    // Truncation and a step down is the floor, without a call.
+    let whole = x as i64;
+    let floor = whole - i64::from((whole as f64) > x);
+    if (0..n as i64).contains(&floor) { floor as usize } else { floor.rem_euclid(n as i64) as usize }
+}
+
+/// Sum and number of the occupied cells from [`WINDOW`] before each column to as many after it, less one.
+fn windows(line: &[f64], sums: &mut [(f64, f64)]) {
+    if line.iter().all(|w| *w == 0.0) {
+        return;
+    }
+    for (x, sum) in sums.iter_mut().enumerate() {
+        let around = &line[x.saturating_sub(WINDOW)..(x + WINDOW).min(line.len())];
+        *sum = around.iter().fold((0.0, 0.0), |(s, n), w| (s + w, n + f64::from(u8::from(*w > 0.0))));
     }
 }
 
@@ -271,6 +310,51 @@ mod tests {
         }
         let wide = weigh(WeightOptions { super_uniform: 64.0, ..with(Weighting::Uniform) });
         assert!((wide.iter().sum::<f32>() - 1.0).abs() < 0.3, "{wide:?}");
+    }
+
+    #[test]
+    fn density_and_limit_agree_with_plain_sums_on_any_number_of_threads() {
+        let grid = SkyGrid::new(150, 96, 2e-3, SkyFrame::Boresight).unwrap();
+        let n = 3000;
+        let mut noise = crate::imaging::fixtures::Noise(3);
+        // Some reach beyond the grid.
+        let wavelength = SPEED_OF_LIGHT_M_S / 1e9;
+        let uvw_m = Array2::from_shape_fn((n, 3), |(_, k)| if k < 2 { 260.0 * noise.next() * noise.next() * wavelength } else { 0.0 });
+        let weight = Array2::from_shape_fn((n, 2), |(r, _)| if r % 9 == 0 { 0.0 } else { 1.0 + noise.next().abs() as f32 });
+        let vis = Array2::from_elem((n, 2), Complex32::default());
+        let block = ReducedBlock { first_row: 0, uvw_m, vis, imaging: weight.clone(), weight };
+        let freq = [0.9e9, 1.1e9];
+        let options = WeightOptions { weighting: Weighting::Uniform, ..WeightOptions::default() };
+        let made = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut weights = ImageWeights::new(&grid, options);
+            pool.install(|| weights.add(&block, &(0..2), &freq));
+            let density = weights.cells.clone();
+            pool.install(|| weights.finish());
+            (density, weights)
+        };
+        let (density, weights) = made(1);
+        assert!(made(2).0 == density && made(3).1.cells == weights.cells);
+        let (width, rows) = (weights.width, density.len() / weights.width);
+        let mut plain = vec![0.0; density.len()];
+        for (uvw, w) in block.uvw_m.rows().into_iter().zip(block.weight.rows()) {
+            for c in 0..2 {
+                let at = |k: usize| uvw[k] / SPEED_OF_LIGHT_M_S * freq[c];
+                plain[weights.cell(at(0), at(1))] += f64::from(w[c]);
+            }
+        }
+        assert_eq!(plain, density);
+        for y in 0..rows {
+            for x in 0..width {
+                let at = y * width + x;
+                let around = (y.saturating_sub(WINDOW)..(y + WINDOW).min(rows))
+                    .flat_map(|y| (x.saturating_sub(WINDOW)..(x + WINDOW).min(width)).map(move |x| y * width + x));
+                let occupied: Vec<f64> = around.map(|k| density[k]).filter(|w| *w > 0.0).map(|w| 1.0 / w).collect();
+                let mean = occupied.iter().sum::<f64>() / occupied.len().max(1) as f64;
+                let expected = if density[at] > 0.0 { (1.0 / density[at]).min(LIMIT * mean) } else { 0.0 };
+                assert!((weights.cells[at] - expected).abs() <= 1e-12 * expected, "{x} {y}");
+            }
+        }
     }
 
     #[test]

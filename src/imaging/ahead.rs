@@ -1,0 +1,112 @@
+//! Blocks of a source, the next one read while the last one is worked on.
+//!
+//! Reading is the work of one thread (the HDF5 library takes no other while it serves one), gridding that of all. With one thread to use
+//! nothing is read ahead.
+
+use crate::Result;
+use cittert_arrays::{ArrayError, VisibilityBlock, VisibilitySource, for_each_block};
+use std::sync::mpsc::sync_channel;
+
+/// What ends the reading early.
+enum Stop {
+    Source(ArrayError),
+    /// Nobody wants any more blocks.
+    Done,
+}
+
+impl From<ArrayError> for Stop {
+    fn from(e: ArrayError) -> Self {
+        Self::Source(e)
+    }
+}
+
+/// Hand every block of about `target_bytes` of a source to `work`, in order, with the index of its first row. Two blocks are in memory at once
+/// where there is more than one thread.
+///
+/// # Errors
+/// The first error of the source or of `work`.
+pub(super) fn for_each_block_ahead(
+    source: &mut dyn VisibilitySource,
+    target_bytes: usize,
+    mut work: impl FnMut(usize, VisibilityBlock) -> Result<()>,
+) -> Result<()> {
+    if rayon::current_num_threads() == 1 {
+        return for_each_block(source, target_bytes, work);
+    }
+    std::thread::scope(|scope| {
+        // The reader waits with its block until it is taken.
+        let (blocks, taken) = sync_channel(0);
+        let reader =
+            scope.spawn(move || for_each_block(source, target_bytes, |first, block| blocks.send((first, block)).map_err(|_| Stop::Done)));
+        let result = taken.iter().try_for_each(|(first, block)| work(first, block));
+        drop(taken);
+        match reader.join() {
+            Ok(Err(Stop::Source(e))) => result.and(Err(e.into())),
+            Ok(Ok(()) | Err(Stop::Done)) => result,
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ChainError;
+    use crate::imaging::fixtures::{positions, snapshot};
+    use cittert_arrays::{Polarization, VisUnit, VisibilityHeader};
+    use std::ops::Range;
+
+    /// A source that breaks at a row.
+    struct Broken<S>(S, usize);
+
+    impl<S: VisibilitySource> VisibilitySource for Broken<S> {
+        fn header(&self) -> &VisibilityHeader {
+            self.0.header()
+        }
+
+        fn n_rows(&self) -> usize {
+            self.0.n_rows()
+        }
+
+        fn read_rows(&mut self, range: Range<usize>) -> cittert_arrays::Result<VisibilityBlock> {
+            if range.contains(&self.1) {
+                return Err(ArrayError::OutOfRange { what: "row", index: self.1, len: self.1 });
+            }
+            self.0.read_rows(range)
+        }
+    }
+
+    /// First rows that were handed out, and how it ended.
+    fn run(threads: usize, broken_at: usize, refuse: usize) -> (Vec<usize>, Result<()>) {
+        let set = snapshot(&positions(12, 5.0, 0.0, 1), &[90e9], &[Polarization::I], &[], (1.0, VisUnit::Jy));
+        let mut source = Broken(set, broken_at);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut seen = Vec::new();
+        let result = pool.install(|| {
+            for_each_block_ahead(&mut source, 800, |first, block| {
+                if first >= refuse {
+                    return Err(ChainError::Cancelled);
+                }
+                assert!(block.vis.shape()[0] > 0);
+                seen.push(first);
+                Ok(())
+            })
+        });
+        (seen, result)
+    }
+
+    #[test]
+    fn blocks_come_in_order_and_the_first_error_ends_them() {
+        let (all, result) = run(1, usize::MAX, usize::MAX);
+        assert!(result.is_ok() && all.len() > 5 && all.is_sorted(), "{all:?}");
+        for threads in [1, 2] {
+            assert_eq!(run(threads, usize::MAX, usize::MAX).0, all);
+            let (seen, result) = run(threads, 30, usize::MAX);
+            assert!(matches!(result, Err(ChainError::Array(ArrayError::OutOfRange { index: 30, .. }))), "{result:?}");
+            assert_eq!(seen[..], all[..seen.len()]);
+            assert!(seen.iter().all(|f| *f <= 30));
+            let (seen, result) = run(threads, usize::MAX, all[3]);
+            assert!(matches!(result, Err(ChainError::Cancelled)) && seen[..] == all[..3], "{seen:?} {result:?}");
+        }
+    }
+}
