@@ -12,7 +12,8 @@ use super::{
     Component, DIVERGED, DeconvolveOptions, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of,
 };
 use crate::Result;
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView1, ArrayView2, Axis, Zip};
+use rayon::prelude::*;
 
 /// Pixels that are active at most.
 const MOST_ACTIVE: usize = 20_000;
@@ -62,13 +63,14 @@ impl Deconvolver for Clark {
             let found = self.among(&mut active, cut, &limits, limits.iterations - taken.len());
             let mut flux = Array2::zeros(residual.dim());
             found.iter().for_each(|c| flux[(c.row, c.column)] += c.flux);
-            let next = &*residual - &self.beam.convolve(flux.view());
+            let mut next = self.beam.convolve(flux.view());
+            Zip::from(&mut next).and(&*residual).par_for_each(|n, r| *n = r - *n);
             let after = peak_of(next.view(), mask, limits.negative).map_or(0.0, |p| p.0.abs());
             if !(after <= DIVERGED * peak) {
                 break MinorStop::Diverged;
             }
             *residual = next;
-            *model += &flux;
+            Zip::from(&mut *model).and(&flux).par_for_each(|m, f| *m += f);
             taken.extend(found);
             peak = after;
         };
@@ -79,14 +81,23 @@ impl Deconvolver for Clark {
 impl Clark {
     /// The level above which pixels are active.
     fn cut(&self, residual: &Array2<f64>, mask: Option<&Array2<bool>>, peak: f64, limits: &MinorLimits) -> f64 {
-        let mut histogram = vec![0_usize; BINS];
-        for (at, v) in residual.indexed_iter() {
-            let size = if limits.negative { v.abs() } else { *v };
-            if size > peak * 10f64.powf(-DECADES) && mask.is_none_or(|m| m[at]) {
-                let below = -(size / peak).log10() / DECADES * BINS as f64;
-                histogram[(below as usize).min(BINS - 1)] += 1;
+        let least = peak * 10f64.powf(-DECADES);
+        let count = |mut histogram: Vec<usize>, (i, row): (usize, ArrayView1<'_, f64>)| {
+            for (j, v) in row.iter().enumerate() {
+                let size = if limits.negative { v.abs() } else { *v };
+                if size > least && mask.is_none_or(|m| m[(i, j)]) {
+                    let below = -(size / peak).log10() / DECADES * BINS as f64;
+                    histogram[(below as usize).min(BINS - 1)] += 1;
+                }
             }
-        }
+            histogram
+        };
+        let plus = |mut a: Vec<usize>, b: Vec<usize>| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            a
+        };
+        let none = || vec![0; BINS];
+        let histogram = residual.axis_iter(Axis(0)).into_par_iter().enumerate().fold(none, count).reduce(none, plus);
         let mut sum = 0;
         let bins = histogram.iter().take_while(|n| {
             sum += **n;
@@ -154,23 +165,25 @@ struct ActiveRow {
 
 impl Active {
     fn new(residual: &Array2<f64>, mask: Option<&Array2<bool>>, cut: f64, negative: bool) -> Self {
+        let bright = |(i, line): (usize, ArrayView1<'_, f64>)| -> Vec<(u32, f64)> {
+            let size = |v: f64| if negative { v.abs() } else { v };
+            let inside = |j: usize| mask.is_none_or(|m| m[(i, j)]);
+            line.iter().enumerate().filter(|(j, v)| size(**v) > cut && inside(*j)).map(|(j, v)| (j as u32, *v)).collect()
+        };
+        let lines: Vec<Vec<(u32, f64)>> = residual.axis_iter(Axis(0)).into_par_iter().enumerate().map(bright).collect();
         let mut active = Self { columns: Vec::new(), values: Vec::new(), rows: Vec::new(), negative };
-        for (i, line) in residual.rows().into_iter().enumerate() {
+        for (row, line) in lines.into_iter().enumerate().filter(|(_, line)| !line.is_empty()) {
             let lo = active.values.len();
             let mut best = (0.0, lo);
-            for (j, v) in line.iter().enumerate() {
-                let size = if negative { v.abs() } else { *v };
-                if size > cut && mask.is_none_or(|m| m[(i, j)]) {
-                    if size > best.0 {
-                        best = (size, active.values.len());
-                    }
-                    active.columns.push(j as u32);
-                    active.values.push(*v);
+            for (column, v) in line {
+                let size = if negative { v.abs() } else { v };
+                if size > best.0 {
+                    best = (size, active.values.len());
                 }
+                active.columns.push(column);
+                active.values.push(v);
             }
-            if active.values.len() > lo {
-                active.rows.push(ActiveRow { row: i, lo, hi: active.values.len(), peak: best.0, peak_at: best.1 });
-            }
+            active.rows.push(ActiveRow { row, lo, hi: active.values.len(), peak: best.0, peak_at: best.1 });
         }
         active
     }

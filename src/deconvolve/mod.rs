@@ -12,7 +12,8 @@ mod tests;
 mod tiles;
 
 use crate::{ChainError, Result};
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
+use rayon::prelude::*;
 
 /// A deconvolver made for one beam.
 pub trait Deconvolver: Send {
@@ -160,16 +161,24 @@ const DIVERGED: f64 = 1.1;
 
 /// Largest absolute value (or value, without negative components) within the mask, and where; ties go to the first pixel.
 pub(crate) fn peak_of(image: ArrayView2<'_, f64>, mask: Option<&Array2<bool>>, negative: bool) -> Option<(f64, (usize, usize))> {
-    let mut best: Option<(f64, (usize, usize))> = None;
-    let mut largest = 0.0;
-    for (at, v) in image.indexed_iter() {
-        let size = if negative { v.abs() } else { *v };
-        if size > largest && mask.is_none_or(|m| m[at]) {
-            largest = size;
-            best = Some((*v, at));
+    let of_row = |(i, row): (usize, ArrayView1<'_, f64>)| {
+        let mut best: Option<(f64, (usize, usize))> = None;
+        let mut largest = 0.0;
+        for (j, v) in row.iter().enumerate() {
+            let size = if negative { v.abs() } else { *v };
+            if size > largest && mask.is_none_or(|m| m[(i, j)]) {
+                largest = size;
+                best = Some((*v, (i, j)));
+            }
         }
-    }
-    best
+        best
+    };
+    let first = |a: Option<(f64, (usize, usize))>, b: Option<(f64, (usize, usize))>| match (a, b) {
+        (Some(x), Some(y)) if y.0.abs() > x.0.abs() => b,
+        (None, _) => b,
+        _ => a,
+    };
+    image.axis_iter(Axis(0)).into_par_iter().enumerate().map(of_row).reduce(|| None, first)
 }
 
 fn check_beam(psf: ArrayView2<'_, f64>) -> Result<()> {

@@ -80,6 +80,11 @@ impl<T: Real> Convolver<T> {
         rows.par_chunks_mut(2 * half).enumerate().for_each_init(
             || (vec![zero; self.p_l], vec![zero; self.rows[0].get_inplace_scratch_len()]),
             |(z, scratch), (pair, out)| {
+                // A model has few sources: most of its rows are dark, and so are their spectra.
+                let dark = |row: usize| row >= k_m || image.row(row).iter().all(|v| *v == T::default());
+                if dark(2 * pair) && dark(2 * pair + 1) {
+                    return;
+                }
                 z.fill(zero);
                 for c in 0..k_l {
                     let at = (c + self.p_l - c_l) % self.p_l;

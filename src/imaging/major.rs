@@ -13,6 +13,7 @@ use super::output::Kind;
 use super::restore::with_beam;
 use super::{Imager, Residual};
 use crate::deconvolve::{Component, DeconvolveOptions, Entry, Minor, MinorLimits, MinorReport, MinorStop, TABLE, peak_of};
+use crate::fidelity::robust_rms;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{Image, RestoringBeam, VisUnit};
@@ -153,19 +154,6 @@ pub struct CleanProducts {
     pub statistics: CleanStatistics,
     /// Restoring beam of each output channel.
     pub beams: Vec<RestoringBeam>,
-}
-
-/// Standard deviation of the noise from the median of absolute deviations, which sources hardly move: 1.4826 MAD.
-#[must_use]
-pub fn robust_rms(image: &Array2<f64>) -> f64 {
-    let mut values: Vec<f64> = image.iter().copied().collect();
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return 0.0;
-    }
-    let median = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
-    values.iter_mut().for_each(|v| *v = (*v - median).abs());
-    1.4826 * *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Seconds by stage.
@@ -349,7 +337,7 @@ impl Run<'_> {
         let mut least = f64::INFINITY;
         let mut best: Option<(Array2<f64>, Residual, usize, Array2<f64>)> = None;
         loop {
-            let rms = robust_rms(&state.residual.image);
+            let rms = robust_rms(state.residual.image.view());
             if let (Some(mask), Some(sigmas)) = (&mut auto, o.auto_mask) {
                 let top = peak_of(state.residual.image.view(), o.mask.as_ref(), o.negative).map_or(0.0, |p| p.0.abs());
                 // The side lobes of what is still there stand above the noise too, and are no source.
