@@ -6,6 +6,7 @@ mod child;
 mod probe;
 mod read;
 mod strings;
+mod tiles;
 mod types;
 mod write;
 

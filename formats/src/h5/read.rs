@@ -1,6 +1,6 @@
 //! HDF5 files read: scalars, texts and small arrays by name, large arrays by runs of rows.
 
-use super::{SIGNATURE, failed, strings};
+use super::{SIGNATURE, failed, strings, tiles};
 use crate::files::{open_file, read_up_to};
 use crate::{FormatError, Result};
 use hdf5::types::TypeDescriptor;
@@ -256,13 +256,21 @@ impl H5In {
     }
 
     /// Rows of a dataset, converted by the library to `T`.
-    pub(crate) fn rows<T: H5Type, D: Dimension>(&self, dataset: &Dataset, name: &str, rows: Range<usize>) -> Result<ndarray::Array<T, D>> {
+    pub(crate) fn rows<T: H5Type + Copy + Default, D: Dimension>(
+        &self,
+        dataset: &Dataset,
+        name: &str,
+        rows: Range<usize>,
+    ) -> Result<ndarray::Array<T, D>> {
         let mut parts = vec![SliceOrIndex::from(rows.clone())];
         parts.extend((1..dataset.ndim()).map(|_| SliceOrIndex::from(..)));
         let place = |e: &hdf5::Error| self.fail(&format!("{name}, rows {} to {}", rows.start, rows.end.saturating_sub(1)), e);
-        let all: ArrayD<T> = dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))).map_err(|e| place(&e))?;
+        let all = match tiles::tiles::<T>(dataset, rows.len()) {
+            Some(parts) => tiles::read(dataset, rows.clone(), &parts),
+            None => dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))),
+        };
+        let mut all: ArrayD<T> = all.map_err(|e| place(&e))?;
         // The old fourth axis of length 1 disappears here.
-        let mut all = all;
         while D::NDIM.is_some_and(|n| all.ndim() > n) {
             let Some(axis) = (1..all.ndim()).find(|a| all.shape()[*a] == 1) else { break };
             all = all.index_axis_move(ndarray::Axis(axis), 0);
