@@ -53,11 +53,24 @@ pub(super) fn read<T: H5Type + Copy + Default>(
         for (n, range) in shape[1..].iter().zip(tile) {
             places = places.iter().flat_map(|p| range.clone().map(move |k| p * n + k)).collect();
         }
-        for (to, from) in out.chunks_exact_mut(row).zip(values.as_slice().unwrap_or_default().chunks_exact(places.len())) {
-            places.iter().zip(from).for_each(|(p, v)| to[*p] = *v);
-        }
+        scatter(values.as_slice().unwrap_or_default(), &places, &mut out, row);
     }
     ArrayD::from_shape_vec(shape, out).map_err(|e| hdf5::Error::from(e.to_string()))
+}
+
+/// Put the values of each row of a tile to their places in rows of `row` values. Plain loops: there are few values to a row.
+fn scatter<T: Copy>(values: &[T], places: &[usize], out: &mut [T], row: usize) {
+    let n = places.len();
+    let mut at = 0;
+    let mut first = 0;
+    while at + n <= values.len() && first + row <= out.len() {
+        let to = &mut out[first..first + row];
+        for k in 0..n {
+            to[places[k]] = values[at + k];
+        }
+        at += n;
+        first += row;
+    }
 }
 
 #[cfg(test)]
