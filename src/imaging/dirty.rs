@@ -16,6 +16,9 @@ use rayon::prelude::*;
 use std::any::Any;
 use std::ops::Range;
 
+/// The grid gets finer with the number of visibilities up to this one: the memory of longer sets is the same.
+const LONG: u64 = 100_000_000;
+
 /// Makes beams, dirty images and residuals of one product of a set.
 #[derive(Debug)]
 pub struct Imager<'a> {
@@ -199,7 +202,7 @@ impl<'a> Imager<'a> {
 
     fn session_on<T: Real>(&self, grid: &SkyGrid, channel: usize) -> Result<Session<T>> {
         let range = self.channels[channel].clone();
-        let n_vis = self.survey().counts.used * range.len() as u64 / self.freq_hz.len().max(1) as u64;
+        let n_vis = (self.survey().counts.used * range.len() as u64 / self.freq_hz.len().max(1) as u64).min(LONG);
         Session::new(grid, (range, &self.freq_hz), self.survey().extent, (&self.options.grid_options(), n_vis), self.mean_weight(channel))
     }
 
