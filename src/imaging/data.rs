@@ -12,7 +12,6 @@ use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, Visi
 use ndarray::Array2;
 use num_complex::Complex32;
 use rayon::prelude::*;
-use rustfft::num_traits::Zero;
 
 /// Bytes of file rows read at once, of which two are in memory, where what is needed of all of them is kept, and where every pass reads them anew beside the planes
 /// of its grid.
@@ -199,9 +198,9 @@ fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &Visibili
 }
 
 /// Whole rows of `chans` values as \[row, chan\].
-fn shaped<T: Clone + Zero>(values: Vec<T>, chans: usize) -> Array2<T> {
+fn shaped<T: Default>(values: Vec<T>, chans: usize) -> Array2<T> {
     let rows = values.len() / chans.max(1);
-    Array2::from_shape_vec((rows, chans), values).unwrap_or_else(|_| Array2::zeros((rows, chans)))
+    Array2::from_shape_vec((rows, chans), values).unwrap_or_else(|_| Array2::default((rows, chans)))
 }
 
 /// Say what was left out; nothing left is an error.
