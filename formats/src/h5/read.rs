@@ -142,7 +142,14 @@ impl H5In {
                 format!("{held} bytes stored (damaged, or never written)"),
             ));
         }
-        let chunk = dataset.chunk().map_or(0, |c| c.iter().try_fold(size, |n, s| n.checked_mul(*s as u64)).unwrap_or(u64::MAX));
+        // The library lays out chunks by these sizes and never compares them with what a chunk unpacks to: it would read beyond it.
+        let chunks = dataset.chunk().unwrap_or_default();
+        let extents = dataset.space().and_then(|s| s.extents()).map_err(|e| self.fail(name, &e))?;
+        let limits = extents.iter().map(|e| e.max.unwrap_or(usize::MAX));
+        if chunks.iter().zip(limits).any(|(c, most)| *c > most) {
+            return Err(self.wrong(name, format!("chunks within its shape {shape:?}"), format!("chunks of {chunks:?}")));
+        }
+        let chunk = chunks.iter().try_fold(size, |n, s| n.checked_mul(*s as u64)).unwrap_or(u64::MAX);
         if chunk > SMALL_CHUNK && chunk > self.bytes.saturating_mul(LARGEST_RATIO) {
             return Err(self.wrong(name, "chunks no larger than the file", format!("chunks of {chunk} bytes")));
         }
