@@ -75,7 +75,7 @@ impl<T: Real> Convolver<T> {
         let (k_m, k_l) = image.dim();
         let half = self.p_l / 2 + 1;
         let zero = Complex::new(T::default(), T::default());
-        // Zero pages of the system: the threads that fill them are the first to touch them.
+        // Memory that is fresh is zero already: the threads that fill it are the first to touch it.
         let mut rows: Vec<Complex<T>> = bytemuck::zeroed_vec(k_m * half);
         rows.par_chunks_mut(2 * half).enumerate().for_each_init(
             || (vec![zero; self.p_l], vec![zero; self.rows[0].get_inplace_scratch_len()]),

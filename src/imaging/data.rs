@@ -13,8 +13,8 @@ use ndarray::Array2;
 use num_complex::Complex32;
 use rayon::prelude::*;
 
-/// Bytes of file rows read at once, of which two are in memory, where what is needed of all of them is kept, and where every pass reads them anew beside the planes
-/// of its grid.
+/// Bytes of a block of file rows: where what is needed of all of them is kept, and where every pass reads them anew beside the planes of its
+/// grid. Two blocks are in memory at once.
 const BLOCK_BYTES: [usize; 2] = [96 << 20, 48 << 20];
 /// Reduced rows handed to the gridder at once where they come from the cache are whole blocks of the file.
 const REDUCED_BYTES: usize = 16;
@@ -174,7 +174,7 @@ impl<'a> Data<'a> {
 
 fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &VisibilityBlock) -> (ReducedBlock, DataCounts) {
     let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
-    // Zero pages of the system: the threads that fill them are the first to touch them.
+    // Memory that is fresh is zero already: the threads that fill it are the first to touch it.
     let mut vis: Vec<Complex32> = bytemuck::zeroed_vec(rows * chans);
     let (mut weight, mut imaging) = (vec![0.0; rows * chans], vec![0.0; rows * chans]);
     let counts = vis
