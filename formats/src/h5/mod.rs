@@ -3,11 +3,14 @@
 //! Everything that is read whole is bounded by the size of the file before memory is asked for it, because a file may claim any shape.
 
 mod child;
+mod chunks;
+mod convert;
 mod probe;
 mod read;
 mod strings;
 mod tiles;
 mod types;
+mod unpack;
 mod write;
 
 pub(crate) use read::H5In;

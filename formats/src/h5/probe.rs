@@ -36,9 +36,14 @@ type Stamp = (u64, u64, u64, i64, i64);
 /// Files that were found good, so that a file is looked at once though it is sniffed and opened by several readers.
 static GOOD: Mutex<VecDeque<Stamp>> = Mutex::new(VecDeque::new());
 
+/// True in the child process.
+pub(super) fn in_the_child() -> bool {
+    CHILD.load(Relaxed)
+}
+
 /// Refuse a file that ends the process which reads it.
 pub(super) fn probe(path: &Path) -> Result<()> {
-    if CHILD.load(Relaxed) {
+    if in_the_child() {
         return Ok(());
     }
     let meta = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
@@ -130,9 +135,9 @@ fn look(file: &H5In, dataset: &Dataset, name: &str) {
         TypeDescriptor::Compound(_) if file.demand_complex(dataset, name).is_ok() => {
             ends.for_each(|r| drop(file.rows::<Complex<f32>, IxDyn>(dataset, name, r)));
         }
-        TypeDescriptor::Float(_) if whole => drop(dataset.read_raw::<f64>()),
-        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) if whole => drop(dataset.read_raw::<i64>()),
-        TypeDescriptor::Boolean | TypeDescriptor::Enum(_) if whole => drop(dataset.read_raw::<i8>()),
+        TypeDescriptor::Float(_) if whole => drop(file.all::<f64>(dataset)),
+        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) if whole => drop(file.all::<i64>(dataset)),
+        TypeDescriptor::Boolean | TypeDescriptor::Enum(_) if whole => drop(file.all::<i8>(dataset)),
         _ if file.demand_numbers(dataset, name).is_ok() => ends.for_each(|r| drop(file.rows::<f64, IxDyn>(dataset, name, r))),
         _ => drop(file.strings(dataset)),
     }

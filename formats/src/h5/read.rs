@@ -1,8 +1,10 @@
 //! HDF5 files read: scalars, texts and small arrays by name, large arrays by runs of rows.
 
-use super::{SIGNATURE, failed, strings, tiles};
+use super::chunks::Chunks;
+use super::{SIGNATURE, convert, failed, strings, tiles};
 use crate::files::{open_file, read_up_to};
 use crate::{FormatError, Result};
+use bytemuck::Pod;
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayD, Dimension};
@@ -54,7 +56,9 @@ impl H5In {
     /// Open a file that was not looked at in a child process.
     pub(super) fn open_unseen(path: &Path) -> Result<Self> {
         let bytes = std::fs::metadata(path).map_err(|e| FormatError::io(path, "read", e))?.len();
-        let file = hdf5::File::open(path).map_err(|e| failed(path, "HDF5 structure", "a whole file (is it truncated or damaged?)", &e))?;
+        // A chunk that is not kept is read by its true size, one that is kept by what the file says of it.
+        let open = hdf5::File::with_options().with_fapl(|p| p.chunk_cache(1, 0, 1.0)).open(path);
+        let file = open.map_err(|e| failed(path, "HDF5 structure", "a whole file (is it truncated or damaged?)", &e))?;
         Ok(Self { file, path: path.into(), bytes })
     }
 
@@ -135,15 +139,15 @@ impl H5In {
         let size = dataset.dtype().map_err(|e| self.fail(name, &e))?.size() as u64;
         let claimed = shape.iter().try_fold(size, |n, s| n.checked_mul(*s as u64)).unwrap_or(u64::MAX);
         let held = dataset.storage_size().min(self.bytes);
-        if claimed > held.saturating_mul(LARGEST_RATIO) {
+        let chunks = dataset.chunk().unwrap_or_default();
+        if claimed > held.saturating_mul(if chunks.is_empty() { 1 } else { LARGEST_RATIO }) {
             return Err(self.wrong(
                 name,
                 format!("data for its shape {shape:?}"),
                 format!("{held} bytes stored (damaged, or never written)"),
             ));
         }
-        // The library lays out chunks by these sizes and never compares them with what a chunk unpacks to: it would read beyond it.
-        let chunks = dataset.chunk().unwrap_or_default();
+        // The library lays out chunks by these sizes, and reads beyond what there is of them.
         let extents = dataset.space().and_then(|s| s.extents()).map_err(|e| self.fail(name, &e))?;
         let limits = extents.iter().map(|e| e.max.unwrap_or(usize::MAX));
         if chunks.iter().zip(limits).any(|(c, most)| *c > most) {
@@ -168,12 +172,20 @@ impl H5In {
             return Err(self.wrong(name, format!("at most {MOST_WHOLE} numbers"), format!("shape {shape:?}")));
         }
         let values = match self.number_kind(&dataset, name)? {
-            Number::Real => dataset.read_raw::<f64>(),
+            Number::Real => self.all::<f64>(&dataset),
             // Integers of 64 bits are exact to 2^53 here, far beyond any count or number in these files.
-            Number::Integer => dataset.read_raw::<i64>().map(|v| v.into_iter().map(|i| i as f64).collect()),
-            Number::Enum => dataset.read_raw::<i8>().map(|v| v.into_iter().map(f64::from).collect()),
+            Number::Integer => self.all::<i64>(&dataset).map(|v| v.into_iter().map(|i| i as f64).collect()),
+            Number::Enum => self.all::<i8>(&dataset).map(|v| v.into_iter().map(f64::from).collect()),
         };
         Ok(Some((shape, values.map_err(|e| self.fail(name, &e))?)))
+    }
+
+    /// All values of a dataset, converted by the library to `T`.
+    pub(super) fn all<T: H5Type + Pod>(&self, dataset: &Dataset) -> hdf5::Result<Vec<T>> {
+        match Chunks::of(dataset)? {
+            Some(chunks) => convert::values(dataset, dataset.size(), |out| chunks.read(0..dataset.shape()[0], out)),
+            None => dataset.read_raw::<T>(),
+        }
     }
 
     /// Refuse anything but numbers and booleans.
@@ -263,7 +275,7 @@ impl H5In {
     }
 
     /// Rows of a dataset, converted by the library to `T`.
-    pub(crate) fn rows<T: H5Type + Copy + Default, D: Dimension>(
+    pub(crate) fn rows<T: H5Type + Pod, D: Dimension>(
         &self,
         dataset: &Dataset,
         name: &str,
@@ -272,11 +284,19 @@ impl H5In {
         let mut parts = vec![SliceOrIndex::from(rows.clone())];
         parts.extend((1..dataset.ndim()).map(|_| SliceOrIndex::from(..)));
         let place = |e: &hdf5::Error| self.fail(&format!("{name}, rows {} to {}", rows.start, rows.end.saturating_sub(1)), e);
-        let all = match tiles::tiles::<T>(dataset, rows.len()) {
-            Some(parts) => tiles::read(dataset, rows.clone(), &parts),
-            None => dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))),
+        let read = || match Chunks::of(dataset)? {
+            Some(chunks) => {
+                let mut shape = dataset.shape();
+                shape[0] = rows.len();
+                let values = convert::values(dataset, shape.iter().product(), |out| chunks.read(rows.clone(), out))?;
+                ArrayD::from_shape_vec(shape, values).map_err(|e| hdf5::Error::from(e.to_string()))
+            }
+            None => match tiles::tiles::<T>(dataset, rows.len()) {
+                Some(parts) => tiles::read(dataset, rows.clone(), &parts),
+                None => dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))),
+            },
         };
-        let mut all: ArrayD<T> = all.map_err(|e| place(&e))?;
+        let mut all: ArrayD<T> = read().map_err(|e| place(&e))?;
         // The old fourth axis of length 1 disappears here.
         while D::NDIM.is_some_and(|n| all.ndim() > n) {
             let Some(axis) = (1..all.ndim()).find(|a| all.shape()[*a] == 1) else { break };

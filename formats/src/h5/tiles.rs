@@ -4,6 +4,7 @@
 //! longer than everything else that is done to it; into an array of the chunk's own shape it copies it at once. So each column of chunks is
 //! read alone, and put in place here.
 
+use bytemuck::{Pod, zeroed_vec};
 use hdf5::{Dataset, H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayD, IxDyn};
 use std::ops::Range;
@@ -35,15 +36,11 @@ pub(super) fn tiles<T>(dataset: &Dataset, rows: usize) -> Option<Vec<Vec<Range<u
 }
 
 /// These rows of a dataset, from tiles of the other axes.
-pub(super) fn read<T: H5Type + Copy + Default>(
-    dataset: &Dataset,
-    rows: Range<usize>,
-    tiles: &[Vec<Range<usize>>],
-) -> hdf5::Result<ArrayD<T>> {
+pub(super) fn read<T: H5Type + Pod>(dataset: &Dataset, rows: Range<usize>, tiles: &[Vec<Range<usize>>]) -> hdf5::Result<ArrayD<T>> {
     let mut shape = dataset.shape();
     shape[0] = rows.len();
     let row: usize = shape[1..].iter().product();
-    let mut out = vec![T::default(); rows.len() * row];
+    let mut out = zeroed_vec(rows.len() * row);
     for tile in tiles {
         let mut parts = vec![SliceOrIndex::from(rows.clone())];
         parts.extend(tile.iter().cloned().map(SliceOrIndex::from));

@@ -1,0 +1,334 @@
+//! Rows of a dataset of filtered chunks: the chunks are read as they lie in the file and unpacked here, on all threads.
+//!
+//! The library unpacks on one thread, puts the values of a chunk to their places one by one, and trusts the size that a filter gives.
+
+use super::probe;
+use super::unpack::Pipeline;
+use hdf5::{Dataset, Dataspace, Hyperslab, SliceOrIndex};
+use hdf5_sys::h5::{herr_t, hsize_t};
+use hdf5_sys::h5d::{H5Dread, H5Dread_chunk1};
+use hdf5_sys::h5i::hid_t;
+use hdf5_sys::h5p::H5P_DEFAULT;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+/// Bytes of chunks that are unpacked before they are put to their places, at least one chunk a thread.
+const BATCH: usize = 1 << 24;
+
+unsafe extern "C" {
+    /// In the library since 1.10.2; the bindings leave it out.
+    fn H5Dget_chunk_storage_size(dataset: hid_t, offset: *const hsize_t, bytes: *mut hsize_t) -> herr_t;
+}
+
+/// A dataset of chunks with filters that are undone here.
+pub(super) struct Chunks<'a> {
+    dataset: &'a Dataset,
+    pipeline: Pipeline,
+    shape: Vec<usize>,
+    chunk: Vec<usize>,
+    /// Bytes of an element in the file.
+    size: usize,
+}
+
+/// Elements that lie side by side both in a row of a chunk and in a row of the array, counted from where the chunk begins there.
+#[derive(Clone, Copy)]
+struct Run {
+    to: usize,
+    from: usize,
+    n: usize,
+}
+
+/// Runs of the chunks that reach so far on all axes but the first: those at the ends of an axis may reach less far than the others.
+type Runs = BTreeMap<Vec<usize>, Vec<Run>>;
+
+/// An unpacked chunk: the first row that it holds, and its place in rows of the array.
+struct Unpacked<'r> {
+    first: usize,
+    to: usize,
+    runs: &'r [Run],
+    bytes: Vec<u8>,
+}
+
+impl<'a> Chunks<'a> {
+    /// `None` where the library shall read the dataset: no chunks, no filters, or filters that are not undone here.
+    pub(super) fn of(dataset: &'a Dataset) -> hdf5::Result<Option<Self>> {
+        let (Some(chunk), Some(pipeline)) = (dataset.chunk(), Pipeline::of(&dataset.filters())) else { return Ok(None) };
+        let (shape, file_type) = (dataset.get_shape()?, dataset.dtype()?);
+        let size = file_type.size();
+        if shape.is_empty() || chunk.len() != shape.len() || chunk.contains(&0) || size == 0 {
+            return Err(format!("chunks of {chunk:?} for the shape {shape:?}").into());
+        }
+        Ok(Some(Self { dataset, pipeline, shape, chunk, size }))
+    }
+
+    /// Bytes of these rows, in the type of the file, into `out`, which has their size.
+    pub(super) fn read(&self, rows: Range<usize>, out: &mut [u8]) -> hdf5::Result<()> {
+        if out.is_empty() {
+            return Ok(());
+        }
+        let (runs, columns) = (self.runs(), self.columns()?);
+        let high = self.chunk[0];
+        let mut all = (rows.start / high * high..rows.end).step_by(high).flat_map(|first| (0..columns).map(move |c| (first, c)));
+        // A process that was forked has none of the threads.
+        let threads = if probe::in_the_child() { 1 } else { rayon::current_num_threads() };
+        let at_once = (BATCH / self.length()?.max(1)).max(threads);
+        loop {
+            let batch: Vec<(usize, usize)> = all.by_ref().take(at_once).collect();
+            let Some(last) = batch.last() else { return Ok(()) };
+            // Rows that this batch has a part of.
+            let part = batch[0].0.max(rows.start)..(last.0 + high).min(rows.end);
+            let unpacked = shared(threads, &batch, |(first, column)| self.unpacked(*first, *column, &runs))?;
+            let row = out.len() / rows.len();
+            let out = &mut out[(part.start - rows.start) * row..(part.end - rows.start) * row];
+            let step = part.len().div_ceil(threads).max(1);
+            let pieces: Vec<_> = out.chunks_mut(step * row).zip(part.clone().step_by(step)).map(Mutex::new).collect();
+            shared(threads, &pieces, |piece| {
+                let (bytes, first) = &mut *piece.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                unpacked.iter().for_each(|u| self.place(u, *first, row, bytes));
+                Ok(())
+            })?;
+        }
+    }
+
+    /// Bytes of an unpacked chunk.
+    fn length(&self) -> hdf5::Result<usize> {
+        let length = self.chunk.iter().try_fold(self.size, |n, c| n.checked_mul(*c));
+        length.ok_or_else(|| "chunks larger than memory".into())
+    }
+
+    /// Columns of chunks in a row of the array.
+    fn columns(&self) -> hdf5::Result<usize> {
+        let mut counts = self.shape.iter().zip(&self.chunk).skip(1).map(|(n, step)| n.div_ceil(*step));
+        counts.try_fold(1_usize, |all, n| all.checked_mul(n)).ok_or_else(|| "more chunks than memory holds".into())
+    }
+
+    fn runs(&self) -> Runs {
+        let mut reaches = vec![Vec::new()];
+        for (n, step) in self.shape.iter().zip(&self.chunk).skip(1) {
+            let ends = [(*step).min(*n), n % step];
+            let ends = &ends[..if n % step == 0 || step > n { 1 } else { 2 }];
+            reaches = reaches.iter().flat_map(|r: &Vec<usize>| ends.iter().map(|e| r.iter().copied().chain([*e]).collect())).collect();
+        }
+        reaches.into_iter().map(|r| (r.clone(), self.runs_within(&r))).collect()
+    }
+
+    fn runs_within(&self, reach: &[usize]) -> Vec<Run> {
+        let mut runs = vec![Run { to: 0, from: 0, n: 1 }];
+        for (k, inside) in reach.iter().enumerate() {
+            let (n, step) = (self.shape[k + 1], self.chunk[k + 1]);
+            // Axes that a chunk spans follow each other without a gap.
+            if (k + 1..reach.len()).all(|j| self.chunk[j + 1] == self.shape[j + 1]) {
+                let behind: usize = self.shape[k + 2..].iter().product();
+                runs.iter_mut().for_each(|r| *r = Run { to: r.to * n * behind, from: r.from * step * behind, n: inside * behind });
+                break;
+            }
+            let longer = |r: &Run| (0..*inside).map(|i| Run { to: r.to * n + i, from: r.from * step + i, n: 1 }).collect::<Vec<_>>();
+            runs = runs.iter().flat_map(longer).collect();
+        }
+        runs
+    }
+
+    /// The chunk that begins at row `first` in a column.
+    fn unpacked<'r>(&self, first: usize, column: usize, runs: &'r Runs) -> hdf5::Result<Unpacked<'r>> {
+        let (mut rest, mut to, mut stride) = (column, 0, 1);
+        let (mut offset, mut reach) = (vec![first as hsize_t; self.shape.len()], vec![0; self.shape.len() - 1]);
+        for k in (1..self.shape.len()).rev() {
+            let (n, step) = (self.shape[k], self.chunk[k]);
+            let at = rest % n.div_ceil(step) * step;
+            rest /= n.div_ceil(step);
+            (offset[k], reach[k - 1]) = (at as hsize_t, step.min(n - at));
+            to += at * stride;
+            stride *= n;
+        }
+        let length = self.length()?;
+        let bytes = match self.stored(&offset, length)? {
+            Some((raw, skipped)) => self.pipeline.unpack(raw, skipped, self.size, length).map_err(|e| format!("{e}, at {offset:?}"))?,
+            None => self.unwritten(&offset)?.into_iter().cycle().take(length).collect(),
+        };
+        let runs = runs.get(&reach).map_or(&[][..], |r| r);
+        Ok(Unpacked { first, to, runs, bytes })
+    }
+
+    /// What the file has of a chunk, with the filters that were not applied; `None` where it has no such chunk.
+    fn stored(&self, offset: &[hsize_t], length: usize) -> hdf5::Result<Option<(Vec<u8>, u32)>> {
+        let (id, mut bytes, mut skipped) = (self.dataset.id(), 0, 0);
+        hdf5::sync::sync(|| {
+            // SAFETY: the offset has one number for each axis and outlives the calls; the lock of the library is held.
+            if unsafe { H5Dget_chunk_storage_size(id, offset.as_ptr(), &mut bytes) } < 0 {
+                return Ok(None);
+            }
+            let n = usize::try_from(bytes).unwrap_or(usize::MAX);
+            if n == 0 || n > Pipeline::most_stored(length) {
+                return Err(format!("{n} bytes stored for a chunk of {length} bytes, at {offset:?}").into());
+            }
+            let mut raw = vec![0; n];
+            // SAFETY: as above; the library reads as many bytes as it said.
+            if unsafe { H5Dread_chunk1(id, H5P_DEFAULT, offset.as_ptr(), &mut skipped, raw.as_mut_ptr().cast()) } < 0 {
+                return Err(format!("a chunk that cannot be read, at {offset:?}").into());
+            }
+            Ok(Some((raw, skipped)))
+        })
+    }
+
+    /// The value of every element of a chunk that was never written, as the library gives it for one of them: it tells such a chunk from one
+    /// that it cannot find.
+    fn unwritten(&self, offset: &[hsize_t]) -> hdf5::Result<Vec<u8>> {
+        let corner: Vec<SliceOrIndex> = offset.iter().map(|k| SliceOrIndex::from(*k as usize)).collect();
+        let there = self.dataset.space()?.select(Hyperslab::from(corner))?;
+        let (here, own) = (Dataspace::try_new(())?, self.dataset.dtype()?);
+        let mut element = vec![0; self.size];
+        let (id, to) = (self.dataset.id(), element.as_mut_ptr().cast());
+        // SAFETY: the buffer holds one element of the type that is given, and one is selected; the lock of the library is held.
+        let status = hdf5::sync::sync(|| unsafe { H5Dread(id, own.id(), here.id(), there.id(), H5P_DEFAULT, to) });
+        if status < 0 { Err(format!("a chunk that is not found, at {offset:?}").into()) } else { Ok(element) }
+    }
+
+    /// Put what a chunk has of the rows from `first` on into their bytes, `row` bytes each.
+    fn place(&self, from: &Unpacked<'_>, first: usize, row: usize, out: &mut [u8]) {
+        let end = first + out.len() / row;
+        let rows = from.first.max(first)..(from.first + self.chunk[0]).min(end);
+        if rows.is_empty() {
+            return;
+        }
+        let wide = from.bytes.len() / self.chunk[0];
+        let source = &from.bytes[(rows.start - from.first) * wide..(rows.end - from.first) * wide];
+        let target = &mut out[(rows.start - first) * row..(rows.end - first) * row];
+        let to = from.to * self.size;
+        match self.size {
+            1 => place_rows::<1>(source, wide, &mut target[to..], row, from.runs),
+            2 => place_rows::<2>(source, wide, &mut target[to..], row, from.runs),
+            4 => place_rows::<4>(source, wide, &mut target[to..], row, from.runs),
+            8 => place_rows::<8>(source, wide, &mut target[to..], row, from.runs),
+            16 => place_rows::<16>(source, wide, &mut target[to..], row, from.runs),
+            n => {
+                let bytes: Vec<Run> = from.runs.iter().map(|r| Run { to: r.to * n, from: r.from * n, n: r.n * n }).collect();
+                place_rows::<1>(source, wide, &mut target[to..], row, &bytes);
+            }
+        }
+    }
+}
+
+/// Runs of elements of `N` bytes from rows of `wide` to rows of `row` bytes.
+fn place_rows<const N: usize>(source: &[u8], wide: usize, target: &mut [u8], row: usize, runs: &[Run]) {
+    for (from, to) in source.chunks_exact(wide).zip(target.chunks_mut(row)) {
+        let (from, to) = (from.as_chunks::<N>().0, to.as_chunks_mut::<N>().0);
+        for run in runs {
+            let (from, to) = (&from[run.from..run.from + run.n], &mut to[run.to..run.to + run.n]);
+            if run.n > 8 {
+                to.copy_from_slice(from);
+            } else {
+                to.iter_mut().zip(from).for_each(|(t, f)| *t = *f);
+            }
+        }
+    }
+}
+
+/// The results of some work on each item, in their order, by so many threads: its own ones, because a reader may run beside the work of the
+/// pool, which may wait for what is read.
+fn shared<I: Sync, R: Send>(threads: usize, items: &[I], work: impl Fn(&I) -> hdf5::Result<R> + Sync) -> hdf5::Result<Vec<R>> {
+    if threads < 2 || items.len() < 2 {
+        return items.iter().map(work).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let one = || -> hdf5::Result<Vec<(usize, R)>> {
+        let indices = std::iter::from_fn(|| Some(next.fetch_add(1, Relaxed)).filter(|k| *k < items.len()));
+        indices.map(|k| Ok((k, work(&items[k])?))).collect()
+    };
+    let parts = std::thread::scope(|scope| {
+        let threads: Vec<_> = (1..threads.min(items.len())).map(|_| scope.spawn(one)).collect();
+        let mine = one();
+        let others = threads.into_iter().map(|t| t.join().unwrap_or_else(|p| std::panic::resume_unwind(p)));
+        std::iter::once(mine).chain(others).collect::<hdf5::Result<Vec<_>>>()
+    })?;
+    let mut all: Vec<(usize, R)> = parts.into_iter().flatten().collect();
+    all.sort_by_key(|r| r.0);
+    Ok(all.into_iter().map(|r| r.1).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::convert::values;
+    use super::*;
+    use hdf5::H5Type;
+    use ndarray::{Array4, Axis, IxDyn, s};
+    use num_complex::Complex;
+
+    type Filters = fn(hdf5::DatasetBuilder) -> hdf5::DatasetBuilder;
+
+    fn whole<T: H5Type + bytemuck::Pod>(dataset: &Dataset, rows: Range<usize>) -> hdf5::Result<Vec<T>> {
+        let chunks = Chunks::of(dataset)?.unwrap();
+        let row: usize = dataset.shape()[1..].iter().product();
+        values(dataset, rows.len() * row, |out| chunks.read(rows, out))
+    }
+
+    #[test]
+    fn chunks_give_what_the_library_gives() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = hdf5::File::create(folder.path().join("x.h5")).unwrap();
+        let array = Array4::from_shape_fn((61, 13, 5, 3), |(i, j, k, l)| (i * 1000 + j * 70 + k * 8 + l) as f64 * 0.25);
+        let all: [Filters; 5] = [
+            |b| b.deflate(3),
+            |b| b.shuffle().deflate(5),
+            |b| b.lzf(),
+            |b| b.fletcher32().shuffle().lzf(),
+            |b| b.shuffle().deflate(1).fletcher32(),
+        ];
+        for (k, filters) in all.into_iter().enumerate() {
+            for chunk in [(61, 13, 5, 3), (7, 4, 2, 1), (1, 13, 5, 3), (16, 13, 2, 3), (3, 5, 5, 3), (61, 1, 1, 1), (10, 13, 5, 2)] {
+                let name = format!("{k} {chunk:?}");
+                let builder = |b: hdf5::DatasetBuilder| filters(b);
+                let reals = builder(file.new_dataset_builder()).empty::<f64>().shape(array.dim()).chunk(chunk).create(&*format!("r{name}"));
+                let reals = reals.unwrap();
+                reals.write(&array).unwrap();
+                let complex = builder(file.new_dataset_builder()).empty::<Complex<f32>>().shape(array.dim()).chunk(chunk);
+                let complex = complex.create(&*format!("c{name}")).unwrap();
+                complex.write(&array.mapv(|v| Complex::new(v as f32, -2.0 * v as f32))).unwrap();
+                let flags = builder(file.new_dataset_builder()).empty::<bool>().shape(array.dim()).chunk(chunk);
+                let flags = flags.create(&*format!("f{name}")).unwrap();
+                flags.write(&array.mapv(|v| v % 0.75 == 0.0)).unwrap();
+                for rows in [0..61, 5..6, 9..40, 60..61, 30..30] {
+                    let part = array.slice(s![rows.clone(), .., .., ..]);
+                    assert_eq!(whole::<f64>(&reals, rows.clone()).unwrap(), part.iter().copied().collect::<Vec<_>>(), "{name}");
+                    assert_eq!(whole::<f32>(&reals, rows.clone()).unwrap(), part.iter().map(|v| *v as f32).collect::<Vec<_>>(), "{name}");
+                    let found = whole::<Complex<f32>>(&complex, rows.clone()).unwrap();
+                    assert!(found.iter().zip(&part).all(|(f, v)| *f == Complex::new(*v as f32, -2.0 * *v as f32)), "{name}");
+                    let found = whole::<i8>(&flags, rows).unwrap();
+                    assert!(found.iter().zip(&part).all(|(f, v)| (*f == 1) == (v % 0.75 == 0.0)), "{name}");
+                    assert_eq!(found.len(), part.len());
+                }
+                let doubles: Vec<Complex<f64>> = whole(&complex, 2..9).unwrap();
+                assert!(doubles.iter().zip(array.slice(s![2..9, .., .., ..])).all(|(f, v)| f.re == *v && f.im == -2.0 * v), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_was_never_written_is_the_fill_value() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = hdf5::File::create(folder.path().join("x.h5")).unwrap();
+        let dataset = file.new_dataset::<i32>().deflate(2).fill_value(-7).shape((40, 6)).chunk((8, 4)).create("x").unwrap();
+        dataset.write_slice(&ndarray::Array2::from_elem((8, 4), 3), s![8..16, 0..4]).unwrap();
+        let library: ndarray::Array<i32, IxDyn> = dataset.read_dyn().unwrap();
+        assert_eq!(library.sum_axis(Axis(1)).iter().max(), Some(&(4 * 3 - 2 * 7)));
+        assert_eq!(whole::<i32>(&dataset, 0..40).unwrap(), library.iter().copied().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_chunk_with_less_in_it_than_its_size_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = hdf5::File::create(folder.path().join("x.h5")).unwrap();
+        let dataset = file.new_dataset::<f64>().deflate(2).shape((100, 20)).chunk((50, 20)).create("x").unwrap();
+        let mut short = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::new(4));
+        std::io::Write::write_all(&mut short, &[1; 30]).unwrap();
+        let (short, offset): (Vec<u8>, [hsize_t; 2]) = (short.finish().unwrap(), [50, 0]);
+        let (id, text) = (dataset.id(), short.as_ptr().cast());
+        // SAFETY: the bytes and the offset outlive the call; the lock of the library is held.
+        let status = hdf5::sync::sync(|| unsafe { hdf5_sys::h5d::H5Dwrite_chunk(id, H5P_DEFAULT, 0, offset.as_ptr(), short.len(), text) });
+        assert!(status >= 0);
+        assert!(whole::<f64>(&dataset, 0..50).is_ok());
+        let error = whole::<f64>(&dataset, 0..100).unwrap_err().to_string();
+        assert!(error.contains("8000 bytes, at [50, 0]"), "{error}");
+    }
+}

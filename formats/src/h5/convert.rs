@@ -1,0 +1,62 @@
+//! Values in the type of a file, converted by the library to the type that is asked for.
+
+use bytemuck::{Pod, cast_slice_mut, zeroed_vec};
+use hdf5::{Dataset, Datatype, H5Type};
+use hdf5_sys::h5p::H5P_DEFAULT;
+use hdf5_sys::h5t::{H5T_class_t, H5Tclose, H5Tconvert, H5Tequal, H5Tget_class, H5Tget_super};
+
+/// Elements that are converted at once.
+const AT_ONCE: usize = 1 << 16;
+
+/// `n` values of a dataset: `fill` puts them, in the dataset's own type, into the buffer that it is given.
+pub(super) fn values<T: H5Type + Pod>(
+    dataset: &Dataset,
+    n: usize,
+    fill: impl FnOnce(&mut [u8]) -> hdf5::Result<()>,
+) -> hdf5::Result<Vec<T>> {
+    let (from, to) = (dataset.dtype()?, Datatype::from_type::<T>()?);
+    let mut out: Vec<T> = zeroed_vec(n);
+    if alike(&from, &to) {
+        fill(cast_slice_mut(&mut out))?;
+        return Ok(out);
+    }
+    if from.conv_path(&to).is_none() {
+        return Err("values of a type that cannot be converted".into());
+    }
+    let size = from.size();
+    let mut bytes: Vec<u8> = zeroed_vec(n.checked_mul(size).ok_or("more values than memory holds")?);
+    fill(&mut bytes)?;
+    let width = size.max(size_of::<T>());
+    // What the members of a compound are put on; the library takes it where it needs it.
+    let (mut work, mut ground) = (vec![0_u8; width * AT_ONCE.min(n)], vec![0_u8; width * AT_ONCE.min(n)]);
+    for (part, to_part) in bytes.chunks(size.max(1) * AT_ONCE).zip(out.chunks_mut(AT_ONCE)) {
+        work[..part.len()].copy_from_slice(part);
+        // SAFETY: both buffers hold as many elements of the wider type; the lock of the library is held.
+        let status = hdf5::sync::sync(|| unsafe {
+            H5Tconvert(from.id(), to.id(), to_part.len(), work.as_mut_ptr().cast(), ground.as_mut_ptr().cast(), H5P_DEFAULT)
+        });
+        if status < 0 {
+            return Err("values that cannot be converted".into());
+        }
+        let to_part: &mut [u8] = cast_slice_mut(to_part);
+        to_part.copy_from_slice(&work[..to_part.len()]);
+    }
+    Ok(out)
+}
+
+/// True where elements of the two types are the same bytes: equal types, or an enumeration of such numbers (h5py's booleans are one).
+fn alike(from: &Datatype, to: &Datatype) -> bool {
+    from == to
+        || hdf5::sync::sync(|| {
+            // SAFETY: the identifiers are those of open types, and the new one is closed; the lock of the library is held.
+            unsafe {
+                if H5Tget_class(from.id()) != H5T_class_t::H5T_ENUM {
+                    return false;
+                }
+                let numbers = H5Tget_super(from.id());
+                let equal = numbers >= 0 && H5Tequal(numbers, to.id()) > 0;
+                H5Tclose(numbers);
+                equal
+            }
+        })
+}

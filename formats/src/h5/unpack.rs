@@ -1,0 +1,212 @@
+//! One chunk, from the bytes that lie in the file to its values: the filters of HDF5 undone in memory of the size that is due.
+//!
+//! The library never compares what a filter gives with the size of a chunk, and reads beyond it where a damaged or hostile chunk gives less.
+
+use flate2::{Decompress, FlushDecompress, Status};
+use hdf5::filters::Filter;
+
+/// Filters of a dataset in the order of writing, all of which are undone here.
+pub(super) struct Pipeline {
+    steps: Vec<Step>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Step {
+    Deflate,
+    Lzf,
+    Shuffle,
+    Fletcher32,
+}
+
+/// Bytes of the checksum behind a chunk.
+const CHECKSUM: usize = 4;
+
+impl Pipeline {
+    /// `None` where there is no filter, or one that is left to the library.
+    pub(super) fn of(filters: &[Filter]) -> Option<Self> {
+        let step = |f: &Filter| match f {
+            Filter::Deflate(_) => Some(Step::Deflate),
+            Filter::LZF => Some(Step::Lzf),
+            Filter::Shuffle => Some(Step::Shuffle),
+            Filter::Fletcher32 => Some(Step::Fletcher32),
+            _ => None,
+        };
+        let steps: Vec<Step> = filters.iter().map(step).collect::<Option<_>>()?;
+        // What lies between two of these has no size that is known.
+        let compressors = steps.iter().filter(|s| matches!(s, Step::Deflate | Step::Lzf)).count();
+        (!steps.is_empty() && compressors < 2).then_some(Self { steps })
+    }
+
+    /// Most bytes that a chunk of `length` bytes takes in a file: no filter makes more of it than this.
+    pub(super) fn most_stored(length: usize) -> usize {
+        length.saturating_mul(2).saturating_add(4096)
+    }
+
+    /// The `length` bytes of a chunk of elements of `size` bytes; a filter whose bit is set in `skipped` was not applied to it.
+    pub(super) fn unpack(&self, mut bytes: Vec<u8>, skipped: u32, size: usize, length: usize) -> Result<Vec<u8>, String> {
+        for (k, step) in self.steps.iter().enumerate().rev() {
+            if k < 32 && skipped >> k & 1 == 1 {
+                continue;
+            }
+            let due = length + CHECKSUM * self.steps[..k].iter().filter(|s| **s == Step::Fletcher32).count();
+            bytes = match step {
+                Step::Deflate => inflate(&bytes, due)?,
+                Step::Lzf => expand(&bytes, due)?,
+                Step::Shuffle => unshuffle(&bytes, size),
+                Step::Fletcher32 => checked(bytes)?,
+            };
+        }
+        if bytes.len() == length { Ok(bytes) } else { Err(format!("a chunk of {} bytes where {length} are due", bytes.len())) }
+    }
+}
+
+/// Deflate with the header and checksum of zlib (Deutsch & Gailly 1996, RFC 1950).
+fn inflate(bytes: &[u8], due: usize) -> Result<Vec<u8>, String> {
+    let mut out = vec![0; due];
+    let mut state = Decompress::new(true);
+    match state.decompress(bytes, &mut out, FlushDecompress::Finish) {
+        Ok(Status::StreamEnd) if state.total_out() == due as u64 => Ok(out),
+        Ok(_) => Err(format!("a chunk that does not inflate to {due} bytes")),
+        Err(e) => Err(format!("a chunk that does not inflate ({e})")),
+    }
+}
+
+/// The filter of h5py (Lehmann 2005, LibLZF): a byte below 32 is followed by so many bytes and one more; any other begins a copy of what
+/// lies behind, of 2 bytes more than its upper three bits say (with the next byte where these are 7), from as far as its lower five bits and
+/// the byte after say, and one more.
+fn expand(bytes: &[u8], due: usize) -> Result<Vec<u8>, String> {
+    let mut out = Vec::with_capacity(due);
+    let whole = pieces(bytes, &mut out, due).is_some() && out.len() == due;
+    if whole { Ok(out) } else { Err(format!("an LZF chunk that does not unpack to {due} bytes")) }
+}
+
+/// `None` where the input ends within a piece, or a piece reaches beyond what is due or before the first byte.
+fn pieces(mut bytes: &[u8], out: &mut Vec<u8>, due: usize) -> Option<()> {
+    while let Some((control, rest)) = bytes.split_first() {
+        let control = usize::from(*control);
+        bytes = rest;
+        if control < 32 {
+            let (plain, rest) = bytes.split_at_checked(control + 1)?;
+            out.extend_from_slice(plain);
+            bytes = rest;
+        } else {
+            let mut next = || bytes.split_off_first().map(|b| usize::from(*b));
+            let length = 2 + if control >> 5 == 7 { 7 + next()? } else { control >> 5 };
+            let from = out.len().checked_sub(((control & 31) << 8 | next()?) + 1)?;
+            copy_behind(out, from, length);
+        }
+        if out.len() > due {
+            return None;
+        }
+    }
+    Some(())
+}
+
+/// Append `length` bytes from `from` on, which may reach into what is appended.
+fn copy_behind(out: &mut Vec<u8>, from: usize, length: usize) {
+    let end = out.len() + length;
+    while out.len() < end {
+        let n = (out.len() - from).min(end - out.len());
+        out.extend_from_within(from..from + n);
+    }
+}
+
+/// Bytes of equal place in their elements, brought back to the elements; what is left over of the last one stays.
+fn unshuffle(bytes: &[u8], size: usize) -> Vec<u8> {
+    match size {
+        0 | 1 => bytes.to_vec(),
+        2 => planes::<2>(bytes),
+        4 => planes::<4>(bytes),
+        8 => planes::<8>(bytes),
+        16 => planes::<16>(bytes),
+        _ => {
+            let n = bytes.len() / size;
+            let mut out = bytes.to_vec();
+            for (k, plane) in bytes[..n * size].chunks_exact(n.max(1)).enumerate() {
+                plane.iter().enumerate().for_each(|(i, b)| out[i * size + k] = *b);
+            }
+            out
+        }
+    }
+}
+
+fn planes<const N: usize>(bytes: &[u8]) -> Vec<u8> {
+    let n = bytes.len() / N;
+    let plane: [&[u8]; N] = std::array::from_fn(|k| &bytes[k * n..(k + 1) * n]);
+    let mut out = vec![0; bytes.len()];
+    let (elements, rest) = out.as_chunks_mut::<N>();
+    for (i, element) in elements.iter_mut().enumerate() {
+        *element = std::array::from_fn(|k| plane[k][i]);
+    }
+    rest.copy_from_slice(&bytes[n * N..]);
+    out
+}
+
+/// A chunk without its checksum, which must be right.
+fn checked(mut bytes: Vec<u8>) -> Result<Vec<u8>, String> {
+    let Some((_, sum)) = bytes.split_last_chunk::<CHECKSUM>() else { return Err("a chunk without its checksum".into()) };
+    let sum = u32::from_le_bytes(*sum);
+    bytes.truncate(bytes.len() - CHECKSUM);
+    if sum == fletcher32(&bytes) { Ok(bytes) } else { Err("a chunk that differs from its checksum".into()) }
+}
+
+/// Checksum of Fletcher (1982) over words of 16 bits, the first byte the higher one, as HDF5 stores it.
+fn fletcher32(bytes: &[u8]) -> u32 {
+    let fold = |s: u32| (s & 0xffff) + (s >> 16);
+    let (mut a, mut b) = (0_u32, 0_u32);
+    // So many words do not overflow the sums.
+    for run in bytes.chunks(720) {
+        for word in run.chunks(2) {
+            a += u32::from(word[0]) << 8 | word.get(1).map_or(0, |w| u32::from(*w));
+            b += a;
+        }
+        (a, b) = (fold(a), fold(b));
+    }
+    fold(b) << 16 | fold(a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+
+    fn deflated(bytes: &[u8]) -> Vec<u8> {
+        let mut out = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::new(4));
+        out.write_all(bytes).unwrap();
+        out.finish().unwrap()
+    }
+
+    #[test]
+    fn a_chunk_of_another_size_is_refused() {
+        let values: Vec<u8> = (0..=255).cycle().take(4000).collect();
+        let pipeline = Pipeline::of(&[Filter::Deflate(4)]).unwrap();
+        assert_eq!(pipeline.unpack(deflated(&values), 0, 8, 4000).unwrap(), values);
+        assert_eq!(pipeline.unpack(values.clone(), 1, 8, 4000).unwrap(), values);
+        for (bytes, skipped, due) in [
+            (deflated(&values), 0, 3999),
+            (deflated(&values), 0, 4001),
+            (deflated(&values)[..30].to_vec(), 0, 4000),
+            (values.clone(), 0, 4000),
+            (values[1..].to_vec(), 1, 4000),
+            (Vec::new(), 0, 4000),
+        ] {
+            let found = pipeline.unpack(bytes, skipped, 8, due);
+            assert!(found.as_ref().is_err_and(|e| e.starts_with("a chunk")), "{found:?}");
+        }
+        let lzf = Pipeline::of(&[Filter::LZF]).unwrap();
+        for bytes in [vec![], vec![7], vec![255; 20], vec![0x1f, 1, 2], vec![0x20, 0xff], vec![0, 1, 0xe0], vec![0, 1, 0x20], vec![0; 9000]]
+        {
+            assert!(lzf.unpack(bytes, 0, 8, 4000).is_err());
+        }
+        assert_eq!(lzf.unpack(vec![1, 5, 6, 0x60, 1, 0xe0, 3, 0], 0, 8, 19).unwrap(), [&[5, 6, 5, 6, 5, 6, 5][..], &[5; 12]].concat());
+        let sums = Pipeline::of(&[Filter::Fletcher32]).unwrap();
+        assert!(sums.unpack(vec![1, 2, 3], 0, 1, 3).is_err() && sums.unpack(vec![1, 2, 3, 0, 0, 0, 0], 0, 1, 3).is_err());
+    }
+
+    #[test]
+    fn filters_left_to_the_library_are_told_from_these() {
+        assert!(Pipeline::of(&[]).is_none() && Pipeline::of(&[Filter::Shuffle, Filter::NBit]).is_none());
+        assert!(Pipeline::of(&[Filter::LZF, Filter::Deflate(1)]).is_none());
+        assert!(Pipeline::of(&[Filter::Fletcher32, Filter::Shuffle, Filter::LZF]).is_some());
+    }
+}
