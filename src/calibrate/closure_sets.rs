@@ -57,16 +57,27 @@ pub(crate) fn triangles(links: &Links, set: ClosureSet, preferred: &[usize]) -> 
 }
 
 fn minimal_triangles(links: &Links, preferred: &[usize]) -> Vec<[usize; 3]> {
-    let mut done = spanning_forest(links, preferred);
-    let mut open = remaining(links, &done);
+    let done = spanning_forest(links, preferred);
+    let open = remaining(links, &done);
+    close_over(done, open, |done, p, q| {
+        let mut t = [p, q, preferred.iter().copied().find(|r| done.has(*r, p) && done.has(*r, q))?];
+        t.sort_unstable();
+        Some(t)
+    })
+}
+
+/// The quantities that close the open baselines one by one, each over baselines that are done, as `find` gives them.
+fn close_over<const K: usize>(
+    mut done: Links,
+    mut open: Vec<(usize, usize)>,
+    find: impl Fn(&Links, usize, usize) -> Option<[usize; K]>,
+) -> Vec<[usize; K]> {
     let mut out = Vec::new();
     loop {
         let before = out.len();
         open.retain(|&(p, q)| {
-            let Some(r) = preferred.iter().copied().find(|r| done.has(*r, p) && done.has(*r, q)) else { return true };
-            let mut t = [p, q, r];
-            t.sort_unstable();
-            out.push(t);
+            let Some(found) = find(&done, p, q) else { return true };
+            out.push(found);
             done.set(p, q);
             false
         });
@@ -74,7 +85,7 @@ fn minimal_triangles(links: &Links, preferred: &[usize]) -> Vec<[usize; 3]> {
             break;
         }
         if out.len() == before {
-            // No triangle reaches these baselines yet: take one as given and see what follows from it.
+            // Nothing reaches these baselines yet: take one as given and see what follows from it.
             let (p, q) = open.remove(0);
             done.set(p, q);
         }
@@ -102,34 +113,18 @@ pub(crate) fn quadrangles(links: &Links, set: ClosureSet, preferred: &[usize]) -
     }
     let mut done = spanning_forest(links, preferred);
     let mut open = remaining(links, &done);
-    let mut out = Vec::new();
     // An odd loop is what lets single amplitudes, not only their ratios, be traced through the tree.
     if let Some(i) = open.iter().position(|(p, q)| preferred.iter().any(|r| done.has(*r, *p) && done.has(*r, *q))) {
         let (p, q) = open.remove(i);
         done.set(p, q);
     }
-    loop {
-        let before = out.len();
-        open.retain(|&(p, q)| {
-            let other = |r: usize| {
-                let found = preferred.iter().copied().find(|s| *s != r && *s != p && *s != q && done.has(q, *s) && done.has(r, *s));
-                found.map(|s| [p, q, r, s])
-            };
-            let Some(quad) = preferred.iter().copied().filter(|r| *r != q && done.has(p, *r)).find_map(other) else { return true };
-            out.push(quad);
-            done.set(p, q);
-            false
-        });
-        if open.is_empty() {
-            break;
-        }
-        if out.len() == before {
-            let (p, q) = open.remove(0);
-            done.set(p, q);
-        }
-    }
-    out.sort_unstable();
-    out
+    close_over(done, open, |done, p, q| {
+        let other = |r: usize| {
+            let found = preferred.iter().copied().find(|s| *s != r && *s != p && *s != q && done.has(q, *s) && done.has(r, *s));
+            found.map(|s| [p, q, r, s])
+        };
+        preferred.iter().copied().filter(|r| *r != q && done.has(p, *r)).find_map(other)
+    })
 }
 
 /// A spanning tree of each connected group, stars around preferred antennas as far as they reach.
