@@ -2,7 +2,7 @@
 
 use super::VisibilityTerm;
 use super::samples::Samples;
-use crate::calibrate::{ClosureSet, Links, quadrangles};
+use crate::calibrate::{ClosureSet, quadrangles};
 use crate::{ChainError, Result};
 use num_complex::Complex;
 
@@ -31,25 +31,15 @@ impl ClosureAmplitudes {
     /// Chael et al. 2018, ApJ 857, 23, eqs. 12 and 15; Blackburn et al. 2020, ApJ 894, 31.
     pub fn new(samples: &Samples, used: &[bool], set: ClosureSet) -> Result<Self> {
         let mut term = Self { sides: Vec::new(), log: Vec::new(), weight: Vec::new(), independent: 0 };
-        let n = samples.n_ant();
-        for moment in samples.moments() {
-            let at = samples.index(moment, used);
-            let order = samples.by_information(moment);
-            let mut links = Links::new(n);
-            (0..n * n).filter(|i| at[*i].is_some()).for_each(|i| links.set(i / n, i % n));
-            let minimal = quadrangles(&links, ClosureSet::Minimal, &order);
-            term.independent += minimal.len();
-            let chosen = if set == ClosureSet::All { quadrangles(&links, set, &order) } else { minimal.clone() };
-            let share = minimal.len() as f64 / chosen.len().max(1) as f64;
-            for [a, b, c, d] in chosen {
-                let find = |p: usize, q: usize| at[p.min(q) * n + p.max(q)];
-                let (Some(ab), Some(cd), Some(ac), Some(bd)) = (find(a, b), find(c, d), find(a, c), find(b, d)) else { continue };
-                let sides = [ab, cd, ac, bd];
+        for moment in samples.closures(used, set, quadrangles) {
+            term.independent += moment.independent;
+            for &[a, b, c, d] in &moment.formed {
+                let Some(sides) = moment.entries([(a, b), (c, d), (a, c), (b, d)]) else { continue };
                 let log = sides.iter().zip(SIGNS).map(|(k, s)| s * samples.vis()[*k].norm().ln()).sum();
                 let variance: f64 = sides.iter().map(|k| samples.relative_variance(*k)).sum();
                 term.sides.push(sides);
                 term.log.push(log);
-                term.weight.push(share / variance);
+                term.weight.push(moment.share / variance);
             }
         }
         if term.sides.is_empty() {

@@ -5,7 +5,7 @@
 
 use super::VisibilityTerm;
 use super::samples::Samples;
-use crate::calibrate::{ClosureSet, Links, triangles};
+use crate::calibrate::{ClosureSet, triangles};
 use crate::{ChainError, Result};
 use num_complex::{Complex, Complex64};
 
@@ -43,31 +43,16 @@ impl ClosurePhases {
     /// Chael et al. 2018, ApJ 857, 23, eqs. 11 and 13; Blackburn et al. 2020, ApJ 894, 31.
     pub fn new(samples: &Samples, used: &[bool], set: ClosureSet, form: PhaseForm) -> Result<Self> {
         let mut term = Self { sides: Vec::new(), phasor: Vec::new(), weight: Vec::new(), independent: 0, form };
-        let n = samples.n_ant();
-        for moment in samples.moments() {
-            let at = samples.index(moment, used);
-            let order = samples.by_information(moment);
-            let mut links = Links::new(n);
-            (0..n * n).filter(|i| at[*i].is_some()).for_each(|i| links.set(i / n, i % n));
-            let minimal = triangles(&links, ClosureSet::Minimal, &order);
-            let share;
-            let chosen = if set == ClosureSet::All {
-                let all = triangles(&links, set, &order);
-                share = minimal.len() as f64 / all.len().max(1) as f64;
-                all
-            } else {
-                share = 1.0;
-                minimal.clone()
-            };
-            term.independent += minimal.len();
-            for [a, b, c] in chosen {
-                let (Some(ab), Some(bc), Some(ac)) = (at[a * n + b], at[b * n + c], at[a * n + c]) else { continue };
-                let v = samples.vis();
-                let bispectrum = v[ab] * v[bc] * v[ac].conj();
-                let variance: f64 = [ab, bc, ac].iter().map(|k| samples.relative_variance(*k)).sum();
-                term.sides.push([ab, bc, ac]);
+        for moment in samples.closures(used, set, triangles) {
+            term.independent += moment.independent;
+            for &[a, b, c] in &moment.formed {
+                let Some(sides) = moment.entries([(a, b), (b, c), (a, c)]) else { continue };
+                let [ab, bc, ac] = sides.map(|k| samples.vis()[k]);
+                let bispectrum = ab * bc * ac.conj();
+                let variance: f64 = sides.iter().map(|k| samples.relative_variance(*k)).sum();
+                term.sides.push(sides);
                 term.phasor.push(bispectrum / bispectrum.norm());
-                term.weight.push(share / variance);
+                term.weight.push(moment.share / variance);
             }
         }
         if term.sides.is_empty() {

@@ -1,5 +1,6 @@
 //! The data of a sparse array as the closure terms see them: who measured what with whom, and when.
 
+use crate::calibrate::{ClosureSet, Links};
 use crate::{ChainError, Result};
 use num_complex::Complex64;
 
@@ -16,6 +17,28 @@ pub struct Samples {
     sigma: Vec<f64>,
     /// Entries of each moment; a baseline occurs once at most.
     moments: Vec<std::ops::Range<usize>>,
+}
+
+/// Closures of one moment over `K` antennas each.
+pub(crate) struct Closures<const K: usize> {
+    pub formed: Vec<[usize; K]>,
+    /// How many of them are independent.
+    pub independent: usize,
+    /// Independent ones over formed ones: what each of them weighs.
+    pub share: f64,
+    at: Vec<Option<usize>>,
+    n: usize,
+}
+
+impl<const K: usize> Closures<K> {
+    /// Where baselines, of antennas in any order, are in the list of visibilities; `None` where one of them has no data.
+    pub(crate) fn entries<const M: usize>(&self, baselines: [(usize, usize); M]) -> Option<[usize; M]> {
+        let mut out = [0; M];
+        for (to, (p, q)) in out.iter_mut().zip(baselines) {
+            *to = self.at[p.min(q) * self.n + p.max(q)]?;
+        }
+        Some(out)
+    }
 }
 
 impl Samples {
@@ -121,8 +144,26 @@ impl Samples {
         }
     }
 
+    /// The closures of every moment on the entries that `used` admits, as `find` forms them of linked antennas.
+    pub(crate) fn closures<const K: usize>(
+        &self,
+        used: &[bool],
+        set: ClosureSet,
+        find: impl Fn(&Links, ClosureSet, &[usize]) -> Vec<[usize; K]>,
+    ) -> impl Iterator<Item = Closures<K>> {
+        self.moments.iter().map(move |moment| {
+            let (at, order, n) = (self.index(moment, used), self.by_information(moment), self.n_ant);
+            let mut links = Links::new(n);
+            (0..n * n).filter(|i| at[*i].is_some()).for_each(|i| links.set(i / n, i % n));
+            let minimal = find(&links, ClosureSet::Minimal, &order);
+            let independent = minimal.len();
+            let formed = if set == ClosureSet::All { find(&links, set, &order) } else { minimal };
+            Closures { share: independent as f64 / formed.len().max(1) as f64, formed, independent, at, n }
+        })
+    }
+
     /// Where each baseline \[p * n_ant + q\] of a moment is, for the entries that `used` admits and whose amplitude is not 0.
-    pub(crate) fn index(&self, moment: &std::ops::Range<usize>, used: &[bool]) -> Vec<Option<usize>> {
+    fn index(&self, moment: &std::ops::Range<usize>, used: &[bool]) -> Vec<Option<usize>> {
         let mut at = vec![None; self.n_ant * self.n_ant];
         for k in moment.clone() {
             if used[k] && self.vis[k].norm_sqr() > 0.0 {
