@@ -260,15 +260,19 @@ impl Table {
         Ok(usize::try_from(n).ok().map(|n| shape.iter().take(n).map(|s| usize::try_from(*s).unwrap_or(0)).collect()))
     }
 
+    /// The name of a column and the shape of its cells as the shim takes them, and how many rows so many values are.
+    fn cells(&self, column: &str, cell: &[usize], values: usize) -> Result<(CString, Vec<i64>, usize)> {
+        let size: usize = cell.iter().product();
+        if size == 0 || !values.is_multiple_of(size) {
+            let expected = format!("whole cells of shape {cell:?}");
+            return Err(FormatError::malformed(&self.path, column, expected, format!("{values} values")));
+        }
+        Ok((text(&self.path, column)?, cell.iter().map(|n| *n as i64).collect(), values / size))
+    }
+
     /// Put the cells of a run of rows, all of the shape `cell` (fastest axis first; empty: scalars).
     pub(super) fn put<T: Element>(&mut self, column: &str, start: usize, cell: &[usize], values: &[T]) -> Result<()> {
-        let size: usize = cell.iter().product();
-        if size == 0 || !values.len().is_multiple_of(size) {
-            let found = format!("{} values", values.len());
-            return Err(FormatError::malformed(&self.path, column, format!("whole cells of shape {cell:?}"), found));
-        }
-        let rows = values.len() / size;
-        let (name, shape) = (text(&self.path, column)?, cell.iter().map(|n| *n as i64).collect::<Vec<_>>());
+        let (name, shape, rows) = self.cells(column, cell, values.len())?;
         let _lock = lock();
         // SAFETY: `values` holds rows * size elements of the type that KIND names; the shim only reads them.
         let code = unsafe {
@@ -291,7 +295,6 @@ impl Table {
         if out.is_empty() {
             return Ok(());
         }
-        let size: usize = cell.iter().product();
         match self.column_ndim(column, T::KIND)? {
             Some(ndim) if (ndim < 0) == cell.is_empty() && (ndim <= 0 || ndim as usize == cell.len()) => {}
             _ => {
@@ -300,16 +303,7 @@ impl Table {
                 return Err(FormatError::malformed(&self.path, column, expected, "none of that kind"));
             }
         }
-        if size == 0 || !out.len().is_multiple_of(size) {
-            return Err(FormatError::malformed(
-                &self.path,
-                column,
-                format!("whole cells of shape {cell:?}"),
-                format!("{} values", out.len()),
-            ));
-        }
-        let rows = out.len() / size;
-        let (name, shape) = (text(&self.path, column)?, cell.iter().map(|n| *n as i64).collect::<Vec<_>>());
+        let (name, shape, rows) = self.cells(column, cell, out.len())?;
         let _lock = lock();
         // SAFETY: `out` has room for rows * size elements of the type that KIND names, and casacore checks the column's type and the
         // cells' shapes before it writes.
