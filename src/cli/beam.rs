@@ -3,7 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::Result;
 use super::options::ImageOfArgs;
-use super::text::angle;
+use super::text::{angle, beam};
 use crate::imaging::psf_image;
 use clap::Args;
 use serde_json::json;
@@ -29,7 +29,7 @@ pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
         json["bmaj_rad"] = b.bmaj_rad.into();
         json["bmin_rad"] = b.bmin_rad.into();
         json["bpa_rad"] = b.bpa_rad.into();
-        text += &format!("\nmain lobe {} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees());
+        text += &format!("\nmain lobe {}", beam(b));
     }
     Ok(Outcome::new(json, text).wrote(path))
 }

@@ -3,7 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::{CleanArgs, ColumnArgs, ImagingArgs, OutputArgs};
-use super::text::{angle, number};
+use super::text::{beam, number};
 use crate::calibrate::{ApplyOptions, CalibratedSource, PointModel, SolutionInterval, SolveOptions, resolves, solve, unresolved_phases};
 use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanProducts, Imager, clean};
@@ -199,12 +199,7 @@ fn describe(p: &CleanProducts, json: &Value) -> String {
         format!("chi2/datum    {:.4}", s.chi2_per_datum),
     ];
     if let Some(b) = p.beams.first() {
-        lines.push(format!(
-            "beam          {} x {}, position angle {:.1} deg",
-            angle(b.bmaj_rad),
-            angle(b.bmin_rad),
-            b.bpa_rad.to_degrees()
-        ));
+        lines.push(format!("beam          {}", beam(b)));
     }
     lines.join("\n")
 }

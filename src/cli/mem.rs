@@ -5,7 +5,7 @@ mod closures;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{ColumnArgs, ImagingArgs, MemArgs, OutputArgs, TermsArgs, in_data_unit};
-use super::text::{angle, number};
+use super::text::{beam, number};
 use crate::imaging::Imager;
 use crate::mem::{Certificate, MemOptions, MemProducts, Noise, announce_noise, mem, noise_from_hands};
 use cittert_arrays::{Image, VisibilitySource};
@@ -179,12 +179,7 @@ fn describe(p: &MemProducts) -> String {
         ]);
     }
     if let Some(b) = p.beams.first() {
-        lines.push(format!(
-            "beam          {} x {}, position angle {:.1} deg",
-            angle(b.bmaj_rad),
-            angle(b.bmin_rad),
-            b.bpa_rad.to_degrees()
-        ));
+        lines.push(format!("beam          {}", beam(b)));
     }
     lines.join("\n")
 }

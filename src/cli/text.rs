@@ -1,5 +1,7 @@
 //! Numbers as a person reads them.
 
+use cittert_arrays::RestoringBeam;
+
 /// Four significant digits.
 pub(super) fn round(x: f64) -> f64 {
     if x == 0.0 || !x.is_finite() {
@@ -31,10 +33,15 @@ pub(super) fn number(x: f64) -> String {
         format!("{x}")
     } else if (1e-3..1e6).contains(&x.abs()) {
         let text = format!("{x:.6}");
-        text.trim_end_matches('0').to_owned()
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
         format!("{x:.5e}")
     }
+}
+
+/// A beam: its axes and its position angle.
+pub(super) fn beam(b: &RestoringBeam) -> String {
+    format!("{} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees())
 }
 
 #[cfg(test)]
@@ -54,6 +61,7 @@ mod tests {
     fn numbers_are_short() {
         assert_eq!(number(32.0), "32");
         assert_eq!(number(0.25), "0.25");
+        assert_eq!(number(2.00000001), "2");
         assert_eq!(number(1.5e-9), "1.50000e-9");
     }
 }
