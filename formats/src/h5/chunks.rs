@@ -278,14 +278,13 @@ mod tests {
         for (k, filters) in all.into_iter().enumerate() {
             for chunk in [(61, 13, 5, 3), (7, 4, 2, 1), (1, 13, 5, 3), (16, 13, 2, 3), (3, 5, 5, 3), (61, 1, 1, 1), (10, 13, 5, 2)] {
                 let name = format!("{k} {chunk:?}");
-                let builder = |b: hdf5::DatasetBuilder| filters(b);
-                let reals = builder(file.new_dataset_builder()).empty::<f64>().shape(array.dim()).chunk(chunk).create(&*format!("r{name}"));
+                let reals = filters(file.new_dataset_builder()).empty::<f64>().shape(array.dim()).chunk(chunk).create(&*format!("r{name}"));
                 let reals = reals.unwrap();
                 reals.write(&array).unwrap();
-                let complex = builder(file.new_dataset_builder()).empty::<Complex<f32>>().shape(array.dim()).chunk(chunk);
+                let complex = filters(file.new_dataset_builder()).empty::<Complex<f32>>().shape(array.dim()).chunk(chunk);
                 let complex = complex.create(&*format!("c{name}")).unwrap();
                 complex.write(&array.mapv(|v| Complex::new(v as f32, -2.0 * v as f32))).unwrap();
-                let flags = builder(file.new_dataset_builder()).empty::<bool>().shape(array.dim()).chunk(chunk);
+                let flags = filters(file.new_dataset_builder()).empty::<bool>().shape(array.dim()).chunk(chunk);
                 let flags = flags.create(&*format!("f{name}")).unwrap();
                 flags.write(&array.mapv(|v| v % 0.75 == 0.0)).unwrap();
                 for rows in [0..61, 5..6, 9..40, 60..61, 30..30] {

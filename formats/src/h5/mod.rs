@@ -23,8 +23,11 @@ use std::path::Path;
 /// The first bytes of an HDF5 file without a user block.
 pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 
-/// An error of the library, with its place in the file.
+/// An error of the library, or of what is read here past it, with its place in the file.
 fn failed(path: &Path, place: &str, expected: &'static str, error: &hdf5::Error) -> FormatError {
+    if let hdf5::Error::Internal(found) = error {
+        return FormatError::malformed(path, place, expected, found);
+    }
     let text = error.to_string();
     // Where the system refused, the library wraps its words into file descriptors and the hidden name of the output.
     let system = text.split("error message = '").nth(1).and_then(|t| t.split('\'').next());
