@@ -37,7 +37,6 @@ pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &DeconvolveOptions) -> Resul
     let patch = (n_m.max(n_l) / 8).max(48).min(n_m.max(n_l));
     let far = |at: usize, n: usize| at.abs_diff(n / 2) > patch;
     let outside = psf.indexed_iter().filter(|((i, j), _)| far(*i, n_m) || far(*j, n_l)).map(|(_, v)| v.abs()).fold(0.0, f64::max);
-    #[allow(clippy::cast_possible_truncation)]
     let single = psf.iter().map(|v| *v as f32).collect();
     Ok(Box::new(Clark { beam: TiledBeam::new(psf), psf: single, n_l, patch, outside }))
 }

@@ -33,7 +33,6 @@ impl TiledBeam {
     pub(super) fn new(psf: ArrayView2<'_, f64>) -> Self {
         let (n_m, n_l) = psf.dim();
         // Single precision halves the memory that is streamed. Rounding moves the beam by 6e-8; every path uses the rounded one.
-        #[allow(clippy::cast_possible_truncation)]
         let rounded: Vec<f32> = psf.iter().map(|v| *v as f32).collect();
         let (b_m, b_l) = (n_m.div_ceil(SIDE), n_l.div_ceil(SIDE));
         let mut blocks = Array2::<f64>::zeros((b_m + 2, b_l + 2));

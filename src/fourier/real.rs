@@ -28,7 +28,6 @@ macro_rules! real {
             const TRIG_TERMS: usize = $terms;
 
             #[inline(always)]
-            #[allow(clippy::cast_possible_truncation)]
             fn of(x: f64) -> Self {
                 x as $t
             }

@@ -237,9 +237,7 @@ impl ImageWeights {
                 let range = ndarray::s![channels.clone()];
                 Zip::from(imaging.slice_mut(range)).and(weight.slice(range)).and(&freq_hz[channels.clone()]).for_each(|i, w, f| {
                     let factor = if plain || *w == 0.0 { 1.0 } else { self.factor(u * f, v * f) };
-                    #[allow(clippy::cast_possible_truncation)]
-                    let product = (f64::from(*w) * factor) as f32;
-                    *i = product;
+                    *i = (f64::from(*w) * factor) as f32;
                 });
             },
         );
