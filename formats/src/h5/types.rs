@@ -1,15 +1,18 @@
 //! Types of HDF5 as the library sees them, before they are described: damaged ones may claim tens of thousands of members, members that
-//! lie outside their compound, and numbers with more bits than bytes. Version 1.10 of the library follows them beyond its buffers.
+//! lie outside their compound, numbers with more bits than bytes, and enumerations of numbers as wide as megabytes. Version 1.10 of the
+//! library follows them beyond its buffers.
 
 use hdf5::Dataset;
 use hdf5_sys::h5i::hid_t;
 use hdf5_sys::h5t::{
     H5T_class_t, H5Tclose, H5Tget_class, H5Tget_fields, H5Tget_member_offset, H5Tget_member_type, H5Tget_nmembers, H5Tget_offset,
-    H5Tget_precision, H5Tget_size,
+    H5Tget_precision, H5Tget_size, H5Tget_super,
 };
 
 /// Types inside types that are looked into.
 const DEEPEST: usize = 4;
+/// Widest number, bytes.
+const WIDEST: usize = 16;
 /// Most members of a type with those of its members: the library compares types in a time that grows with the square of it.
 const MOST_MEMBERS: usize = 1024;
 
@@ -19,14 +22,21 @@ pub(super) fn flaw(dataset: &Dataset) -> Option<usize> {
 }
 
 /// What may be wrong with a type.
-pub(super) const FLAWS: [&str; 3] =
-    ["a type of more than 1024 members", "a type with a member that lies outside of it", "a number with more bits than its bytes hold"];
+pub(super) const FLAWS: [&str; 4] = [
+    "a type of more than 1024 members",
+    "a type with a member that lies outside of it",
+    "a number with more bits than its bytes hold",
+    "a number of more than 16 bytes",
+];
 
 /// Look at a type and those of its members; `seen` counts the members.
 fn of(id: hid_t, depth: usize, seen: &mut usize) -> Result<(), usize> {
     // SAFETY: the identifier is that of an open type; the lock of the library is held.
     let (class, size, n) = hdf5::sync::sync(|| unsafe { (H5Tget_class(id), H5Tget_size(id), H5Tget_nmembers(id)) });
     if matches!(class, H5T_class_t::H5T_INTEGER | H5T_class_t::H5T_FLOAT) {
+        if size > WIDEST {
+            return Err(3);
+        }
         return if bits_fit(id, size, class == H5T_class_t::H5T_FLOAT) { Ok(()) } else { Err(2) };
     }
     let n = usize::try_from(n).unwrap_or(0);
@@ -34,7 +44,18 @@ fn of(id: hid_t, depth: usize, seen: &mut usize) -> Result<(), usize> {
     if *seen > MOST_MEMBERS {
         return Err(0);
     }
-    if class != H5T_class_t::H5T_COMPOUND || depth >= DEEPEST {
+    if depth >= DEEPEST {
+        return Ok(());
+    }
+    if matches!(class, H5T_class_t::H5T_ENUM | H5T_class_t::H5T_ARRAY | H5T_class_t::H5T_VLEN) {
+        // SAFETY: as above; the type behind is closed below.
+        let behind = hdf5::sync::sync(|| unsafe { H5Tget_super(id) });
+        let result = if behind < 0 { Ok(()) } else { of(behind, depth + 1, seen) };
+        // SAFETY: as above.
+        hdf5::sync::sync(|| unsafe { H5Tclose(behind) });
+        return result;
+    }
+    if class != H5T_class_t::H5T_COMPOUND {
         return Ok(());
     }
     for k in 0..n as u32 {
