@@ -56,7 +56,7 @@ impl Row {
 
 /// A reference table.
 pub(crate) fn oracle(name: &str) -> Drawn<Vec<Row>> {
-    let path: PathBuf = root().join("../shared/oracle").join(name);
+    let path: PathBuf = root().join("tests/oracle").join(name);
     let mut reader = csv::Reader::from_path(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let rows = reader.deserialize().collect::<Result<Vec<BTreeMap<String, String>>, _>>()?;
     Ok(rows.into_iter().map(Row).collect())

@@ -3,7 +3,7 @@ use cittert_arrays::{Antenna, BUILTIN_LAYOUTS, LayoutFrame, Sensitivity};
 use std::path::PathBuf;
 
 fn shared() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/layouts")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/layouts")
 }
 
 fn context(name: &str) -> ReadContext {

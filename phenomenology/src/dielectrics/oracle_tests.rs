@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 fn oracle(name: &str) -> Vec<csv::StringRecord> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/oracle").join(name);
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../tests/oracle").join(name);
     csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).records().map(Result::unwrap).collect()
 }
 

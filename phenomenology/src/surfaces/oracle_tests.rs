@@ -11,7 +11,7 @@ struct Table {
 
 impl Table {
     fn open(name: &str) -> Self {
-        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/oracle").join(name);
+        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../tests/oracle").join(name);
         let mut reader = csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let names = reader.headers().unwrap().iter().map(str::to_owned).collect();
         let rows = reader.records().map(Result::unwrap).collect();

@@ -9,7 +9,7 @@ mod tables;
 /// Rows of an oracle file as text fields, header left out; `None` where the oracle tables
 /// are not at hand.
 fn oracle(name: &str) -> Option<Vec<Vec<String>>> {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/oracle").join(name);
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/oracle").join(name);
     let Ok(text) = std::fs::read_to_string(&path) else {
         eprintln!("skipped: no {}", path.display());
         return None;
