@@ -1,6 +1,7 @@
 //! Aperture synthesis: from an array layout and a scene to visibilities, images and calibrations.
 
 pub mod calibrate;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod corrupt;
 pub mod deconvolve;
@@ -9,9 +10,13 @@ pub mod fidelity;
 pub mod fourier;
 pub mod imaging;
 pub mod mem;
+#[cfg(feature = "cli")]
 pub mod plot;
 pub mod progress;
 pub mod simulate;
 pub mod study;
 
+pub use cittert_arrays as arrays;
+#[cfg(feature = "formats")]
+pub use cittert_formats as formats;
 pub use error::{ChainError, Result};
