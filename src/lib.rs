@@ -15,6 +15,7 @@ pub mod plot;
 pub mod progress;
 pub mod simulate;
 pub mod study;
+pub mod values;
 
 pub use cittert_arrays as arrays;
 #[cfg(feature = "formats")]

@@ -7,6 +7,7 @@ use crate::fourier::{Degridder, GridOptions, Real, UvwExtent};
 use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Continue, Imager, ImagingOptions, Tools, clean_from, joined};
 use crate::progress::Observer;
+use crate::values::Level;
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
@@ -54,7 +55,7 @@ impl Place {
 
 /// The grid of the first image is that of all that follow.
 fn stay_on(imaging: &mut ImagingOptions, grid: &SkyGrid) -> SkyGrid {
-    (imaging.size, imaging.cell_rad) = (Some((grid.n_l, grid.n_m)), Some(grid.cell_rad));
+    *imaging = imaging.on_grid(grid);
     grid.clone()
 }
 
@@ -106,7 +107,7 @@ impl CleanMaker {
     /// Keep what was made, ready to predict with an error of `epsilon`.
     fn hold(&mut self, place: Place, products: CleanProducts, epsilon: f64) -> Result<ModelMetrics> {
         let Place { channels, freq_hz, extent } = place;
-        let grid_options = GridOptions { epsilon, w_term: self.imaging.w_term, divide_by_n: false };
+        let grid_options = GridOptions { epsilon, w_term: !self.imaging.no_w, divide_by_n: false };
         let made = Predictors::new(&products.model, &channels, &freq_hz, extent, &grid_options)?;
         let statistics = &products.statistics;
         let metrics = ModelMetrics {
@@ -123,9 +124,9 @@ impl CleanMaker {
     /// Least flux of a pixel: a thermal scene is nowhere colder than 0 K. A source in Jy has none, as points between pixels need
     /// negative neighbours.
     fn floor(&self, header: &VisibilityHeader, grid: &SkyGrid) -> Option<f64> {
-        let thermal = header.unit == VisUnit::KelvinSr && self.imaging.polarization == Polarization::I;
+        let thermal = header.unit == VisUnit::KelvinSr && self.imaging.pol == Polarization::I;
         let coldest = -header.pedestal_k.unwrap_or(0.0) * grid.cell_sr();
-        (thermal || !self.clean.negative).then_some(if self.clean.negative { coldest } else { 0.0 })
+        (thermal || self.clean.no_negative).then_some(if self.clean.no_negative { 0.0 } else { coldest })
     }
 }
 
@@ -135,7 +136,7 @@ impl ModelMaker for CleanMaker {
         let mut state = self.now.take();
         // Points are cleaned anew at the end: what the first rounds took for points in poorly calibrated data shall not stay. An
         // extended scene goes on, as it has been put together from all of its rounds.
-        if plan.last && self.clean.algorithm.name != EXTENDED {
+        if plan.last && self.clean.algorithm.name() != EXTENDED {
             state = None;
         }
         let models: Vec<Array2<f64>> = state.iter().flat_map(|s| (0..s.channels.len()).map(|k| flux(&s.products.model, k))).collect();
@@ -162,12 +163,15 @@ impl ModelMaker for CleanMaker {
             // What one cycle takes wrongly for want of an exact residual, the next round sees: no fear of side lobes.
             options.cyclefactor = 0.0;
             // Points in the noise would be solved against as if they were there. (Extended structure is brighter than any of its residuals.)
-            if options.algorithm.name != EXTENDED {
+            if options.algorithm.name() != EXTENDED {
                 options.nsigma = options.nsigma.max(SHORT_NSIGMA);
             }
         }
         match peak_before {
-            Some(before) => options.threshold = options.threshold.max(plan.depth * before),
+            Some(before) => {
+                let given = options.threshold.map_or(Ok(0.0), |level| level.in_unit("threshold", header.unit))?;
+                options.threshold = Some(Level::of(given.max(plan.depth * before), header.unit));
+            }
             // Its one cycle stops at a part of the peak that nobody knows yet.
             None if !plan.last => options.mgain = options.mgain.min(1.0 - plan.depth.min(0.99)),
             None => {}

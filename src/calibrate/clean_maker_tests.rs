@@ -3,9 +3,10 @@
 use super::testdata::{Scene, cis, random_phases};
 use super::*;
 use crate::deconvolve::by_name;
-use crate::imaging::ImagingOptions;
+use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::imaging::major::CleanOptions;
 use crate::progress::Silent;
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, VisibilitySource};
 use ndarray::Axis;
 use num_complex::Complex64;
@@ -24,8 +25,8 @@ fn scene() -> Scene {
 }
 
 fn maker() -> CleanMaker {
-    let imaging = ImagingOptions { size: Some((64, 64)), cell_rad: Some(CELL), ..ImagingOptions::default() };
-    let clean = CleanOptions { algorithm: by_name("hogbom").unwrap(), niter: 1500, nsigma: 3.0, ..CleanOptions::default() };
+    let imaging = ImagingOptions { size: Some(ImageSize::square(64)), cell: Some(Angle(CELL)), weighting: Weighting::Natural, ..ImagingOptions::default() };
+    let clean = CleanOptions { algorithm: by_name("hogbom").unwrap().into(), niter: 1500, nsigma: 3.0, ..CleanOptions::default() };
     CleanMaker::new(imaging, clean)
 }
 

@@ -95,7 +95,7 @@ impl JointMaker {
                 (&one * (seen / sum_inside(&one, inside.as_ref()).max(f64::MIN_POSITIVE)), false)
             }
         };
-        let grid_options = GridOptions { epsilon: self.imaging.epsilon.max(EPSILON), w_term: self.imaging.w_term, divide_by_n: false };
+        let grid_options = GridOptions { epsilon: self.imaging.epsilon.max(EPSILON), w_term: !self.imaging.no_w, divide_by_n: false };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
         let chi2 = ChiSquared::new(imager.grid(), &freq_hz, uvw_m.view(), &grid_options, vec![(1.0, term)])?;
         drop(imager);
@@ -194,9 +194,9 @@ impl ImageMaker for JointMaker {
 
 impl ModelMaker for JointMaker {
     fn update(&mut self, data: &mut dyn VisibilitySource, _plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
-        if self.imaging.channels_out != 1 || self.imaging.polarization != Polarization::I {
+        if self.imaging.channels_out != 1 || self.imaging.pol != Polarization::I {
             let expected = "one output channel of Stokes I in a joint solution of image and gains".into();
-            return Err(ChainError::BadOption { option: "--channels-out", value: self.imaging.channels_out.to_string(), expected });
+            return Err(ChainError::BadOption { option: "channels-out", value: self.imaging.channels_out.to_string(), expected });
         }
         let found = match self.found.take() {
             Some(found) => found,

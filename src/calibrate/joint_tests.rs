@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::imaging::fixtures::{positions, snapshot};
-use crate::imaging::{ImagingOptions, WeightOptions, Weighting};
+use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::mem::Prior;
 use crate::progress::Silent;
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, SkyGrid, VisUnit, VisibilitySet};
 use ndarray::{Array2, s};
 use num_complex::Complex32;
@@ -40,8 +41,7 @@ fn observed(phases: &[f64], sigma: f64) -> VisibilitySet {
 }
 
 fn imaging() -> ImagingOptions {
-    let weights = WeightOptions { weighting: Weighting::Natural, ..WeightOptions::default() };
-    ImagingOptions { size: Some((SIDE, SIDE)), cell_rad: Some(CELL), weights, ..ImagingOptions::default() }
+    ImagingOptions { size: Some(ImageSize::square(SIDE)), cell: Some(Angle(CELL)), weighting: Weighting::Natural, ..ImagingOptions::default() }
 }
 
 fn maker() -> JointMaker {

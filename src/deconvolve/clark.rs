@@ -9,7 +9,7 @@
 
 use super::tiles::{TiledBeam, point};
 use super::{
-    Component, DIVERGED, DeconvolveOptions, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of,
+    CleanOptions, Component, DIVERGED, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of,
 };
 use crate::Result;
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis, Zip};
@@ -30,7 +30,7 @@ struct Clark {
     outside: f64,
 }
 
-pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &DeconvolveOptions) -> Result<Box<dyn Deconvolver>> {
+pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &CleanOptions, _beam_px: f64) -> Result<Box<dyn Deconvolver>> {
     check_beam(psf)?;
     let (n_m, n_l) = psf.dim();
     // A quarter of the image holds all but the far side lobes.

@@ -4,7 +4,7 @@
 //! Högbom 1974, A&AS 15, 417. The order in which pixels are brought up to date is ours (see [`super::tiles`]); the components are his.
 
 use super::tiles::{TiledBeam, TiledResidual, point};
-use super::{DIVERGED, DeconvolveOptions, Deconvolver, Minor, MinorReport, MinorStop, check_beam, check_cycle};
+use super::{CleanOptions, DIVERGED, Deconvolver, Minor, MinorReport, MinorStop, check_beam, check_cycle};
 use crate::Result;
 use ndarray::ArrayView2;
 
@@ -12,7 +12,7 @@ struct Hogbom {
     beam: TiledBeam,
 }
 
-pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &DeconvolveOptions) -> Result<Box<dyn Deconvolver>> {
+pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &CleanOptions, _beam_px: f64) -> Result<Box<dyn Deconvolver>> {
     check_beam(psf)?;
     Ok(Box::new(Hogbom { beam: TiledBeam::new(psf) }))
 }

@@ -7,9 +7,12 @@
 mod clark;
 mod hogbom;
 mod multiscale;
+mod options;
 #[cfg(test)]
 mod tests;
 mod tiles;
+
+pub use options::{Algorithm, CleanOptions, SkyBox, by_name};
 
 use crate::{ChainError, Result};
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
@@ -89,25 +92,8 @@ pub struct MinorReport {
     pub components: Vec<Component>,
 }
 
-/// Settings of the deconvolvers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DeconvolveOptions {
-    /// Scales in pixels for multiscale, 0 for points; chosen from the beam and the size where empty.
-    pub scales_px: Vec<f64>,
-    /// How much small scales are favoured: a scale s competes with its peak times 1 - bias s / largest.
-    pub scale_bias: f64,
-    /// Width of the main lobe in pixels, for scales that are chosen.
-    pub beam_px: f64,
-}
-
-impl Default for DeconvolveOptions {
-    fn default() -> Self {
-        Self { scales_px: Vec::new(), scale_bias: 0.3, beam_px: 4.0 }
-    }
-}
-
-/// Makes a deconvolver for a dirty beam \[m, l\] with its peak of 1 at the centre pixel.
-pub type Make = fn(ArrayView2<'_, f64>, &DeconvolveOptions) -> Result<Box<dyn Deconvolver>>;
+/// Makes a deconvolver for a dirty beam \[m, l\] with its peak of 1 at the centre pixel and a main lobe of so many pixels.
+pub type Make = fn(ArrayView2<'_, f64>, &CleanOptions, f64) -> Result<Box<dyn Deconvolver>>;
 
 /// A deconvolver by name.
 #[derive(Debug, Clone, Copy)]
@@ -143,18 +129,6 @@ pub const TABLE: [Entry; 3] = [
         make: multiscale::make,
     },
 ];
-
-/// The entry of a name.
-///
-/// # Errors
-/// A name that is not in the table.
-pub fn by_name(name: &str) -> Result<&'static Entry> {
-    TABLE.iter().find(|e| e.name == name).ok_or_else(|| ChainError::BadOption {
-        option: "--algorithm",
-        value: name.into(),
-        expected: TABLE.iter().map(|e| e.name).collect::<Vec<_>>().join(", "),
-    })
-}
 
 /// Growth of the peak above the smallest of the cycle at which a minor cycle has diverged.
 const DIVERGED: f64 = 1.1;

@@ -13,7 +13,7 @@
 use super::hogbom::components;
 use super::tiles::TiledBeam;
 use super::{
-    Component, DIVERGED, DeconvolveOptions, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of,
+    CleanOptions, Component, DIVERGED, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of,
 };
 use crate::fourier::{Convolver, Spectrum};
 use crate::{ChainError, Result};
@@ -53,9 +53,9 @@ fn kernel((n_m, n_l): (usize, usize), width_px: f64) -> Array2<f64> {
 }
 
 /// Points, then twice the main lobe and on by factors of two up to nearly half of the image.
-fn chosen(opts: &DeconvolveOptions, smallest_side: usize) -> Vec<f64> {
+fn chosen(beam_px: f64, smallest_side: usize) -> Vec<f64> {
     let mut scales = vec![0.0];
-    let mut width = 2.0 * opts.beam_px.max(1.0);
+    let mut width = 2.0 * beam_px.max(1.0);
     let largest = 0.43 * smallest_side as f64;
     while width < largest {
         scales.push(width);
@@ -67,17 +67,17 @@ fn chosen(opts: &DeconvolveOptions, smallest_side: usize) -> Vec<f64> {
     scales
 }
 
-pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &DeconvolveOptions) -> Result<Box<dyn Deconvolver>> {
+pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &CleanOptions, beam_px: f64) -> Result<Box<dyn Deconvolver>> {
     check_beam(psf)?;
     let (n_m, n_l) = psf.dim();
     let most = n_m.min(n_l) as f64 / 2.0;
-    let widths = if opts.scales_px.is_empty() { chosen(opts, n_m.min(n_l)) } else { opts.scales_px.clone() };
+    let widths = if opts.scales.is_empty() { chosen(beam_px, n_m.min(n_l)) } else { opts.scales.clone() };
     let bad = |option, value: f64, expected: String| Err(ChainError::BadOption { option, value: value.to_string(), expected });
     if let Some(w) = widths.iter().find(|w| !(**w >= 0.0 && **w <= most)) {
-        return bad("--scales", *w, format!("0 to half the image ({most} pixels)"));
+        return bad("scales", *w, format!("0 to half the image ({most} pixels)"));
     }
     if !(0.0..1.0).contains(&opts.scale_bias) {
-        return bad("--scale-bias", opts.scale_bias, "0 to below 1".into());
+        return bad("scale-bias", opts.scale_bias, "0 to below 1".into());
     }
     let largest = widths.iter().copied().fold(1.0, f64::max);
     let convolver = Convolver::<f64>::new((n_m, n_l), n_m.max(n_l) / 2 + 1);
@@ -96,7 +96,7 @@ pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &DeconvolveOptions) -> Result
     });
     let scales: Vec<Scale> = scales.collect();
     if scales.is_empty() {
-        return bad("--scales", f64::NAN, "at least one scale that the baselines see; 0 always is".into());
+        return bad("scales", f64::NAN, "at least one scale that the baselines see; 0 always is".into());
     }
     Ok(Box::new(Multiscale { beam: TiledBeam::new(psf), convolver, scales }))
 }

@@ -54,7 +54,7 @@ fn run(
     mask: Option<&Array2<bool>>,
     limits: MinorLimits,
 ) -> (MinorReport, Array2<f64>, Array2<f64>) {
-    let mut d = (by_name(name).unwrap().make)(psf.view(), &DeconvolveOptions::default()).unwrap();
+    let mut d = (by_name(name).unwrap().make)(psf.view(), &CleanOptions::default(), 4.0).unwrap();
     let (mut residual, mut model) = (image.clone(), Array2::zeros(image.dim()));
     let report = d.minor(Minor { residual: &mut residual, model: &mut model, mask, limits }).unwrap();
     (report, residual, model)
@@ -167,12 +167,12 @@ fn multiscale_takes_an_extended_source_with_few_wide_components() {
 #[test]
 fn bad_beams_masks_and_names_are_refused() {
     let make = by_name("hogbom").unwrap().make;
-    assert!(make(Array2::zeros((8, 8)).view(), &DeconvolveOptions::default()).is_err());
+    assert!(make(Array2::zeros((8, 8)).view(), &CleanOptions::default(), 4.0).is_err());
     assert!(by_name("magic").unwrap_err().to_string().contains("hogbom, clark, multiscale"));
     let psf = beam(16, 16);
-    let mut d = make(psf.view(), &DeconvolveOptions::default()).unwrap();
+    let mut d = make(psf.view(), &CleanOptions::default(), 4.0).unwrap();
     let (mut residual, mut model) = (Array2::zeros((16, 16)), Array2::zeros((16, 15)));
     assert!(d.minor(Minor { residual: &mut residual, model: &mut model, mask: None, limits: LIMITS }).is_err());
-    let scales = DeconvolveOptions { scales_px: vec![-1.0], ..DeconvolveOptions::default() };
-    assert!((by_name("multiscale").unwrap().make)(psf.view(), &scales).is_err());
+    let scales = CleanOptions { scales: vec![-1.0], ..CleanOptions::default() };
+    assert!((by_name("multiscale").unwrap().make)(psf.view(), &scales, 4.0).is_err());
 }

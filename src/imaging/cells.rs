@@ -20,7 +20,7 @@ impl Imager<'_> {
         let (n_u, n_v, channels) = (self.grid().n_l, self.grid().n_m, self.channels().to_vec());
         if channels.len().saturating_mul(n_u * n_v) > MOST_CELLS {
             return Err(ChainError::BadOption {
-                option: "--size",
+                option: "size",
                 value: format!("{n_u} x {n_v} with {} output channels", channels.len()),
                 expected: format!("at most {MOST_CELLS} cells in all"),
             });
@@ -34,7 +34,7 @@ impl Imager<'_> {
             counts: Array3::zeros(shape),
             cell_wl,
             spectrum: of_output(&self.header().spectrum, &channels)?,
-            polarization: self.options().polarization,
+            polarization: self.options().pol,
             unit: self.header().unit,
             n_outside: 0,
             history: self.header().history.clone(),
@@ -89,7 +89,7 @@ mod tests {
         let antennas = fixtures::positions(12, 100.0, 0.0, 3);
         let mut set = fixtures::snapshot(&antennas, &[1.0e9, 1.1e9], &[Polarization::I], &[(0.0, 0.0, 2.0)], (0.0, VisUnit::Jy));
         let total: f64 = set.data.weights.iter().map(|w| f64::from(*w)).sum();
-        let options = ImagingOptions { size: Some((256, 256)), ..ImagingOptions::default() };
+        let options = ImagingOptions { size: Some(crate::imaging::ImageSize::square(256)), ..ImagingOptions::default() };
         let mut imager = Imager::new(&mut set, options, &Silent).unwrap();
         let grid = imager.cells(&Silent).unwrap();
         grid.check().unwrap();

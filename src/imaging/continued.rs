@@ -3,7 +3,7 @@
 use super::Imager;
 use super::major::{CleanOptions, side_lobe};
 use crate::Result;
-use crate::deconvolve::{DeconvolveOptions, Deconvolver};
+use crate::deconvolve::Deconvolver;
 use crate::progress::Observer;
 use cittert_arrays::RestoringBeam;
 use ndarray::Array2;
@@ -61,12 +61,12 @@ impl Tools {
     /// # Errors
     /// A beam that no Gaussian fits, whatever the source says.
     pub(super) fn new(imager: &mut Imager<'_>, opts: &CleanOptions, observer: &dyn Observer) -> Result<Self> {
+        let entry = opts.entry()?;
         let make = |imager: &mut Imager<'_>, k: usize| {
             let psf = imager.psf(k, observer)?;
             let beam = imager.beam_of(&psf)?;
             let beam_px = (beam.bmaj_rad * beam.bmin_rad).sqrt() / imager.grid().cell_rad;
-            let settings = DeconvolveOptions { beam_px, ..opts.deconvolve.clone() };
-            let deconvolver = (opts.algorithm.make)(psf.view(), &settings)?;
+            let deconvolver = (entry.make)(psf.view(), opts, beam_px)?;
             Ok(Tool { side_lobe: side_lobe(imager, &psf, &beam), psf, beam, deconvolver })
         };
         let all = (0..imager.channels().len()).map(|k| make(imager, k)).collect::<Result<_>>()?;

@@ -3,8 +3,9 @@
 use super::fixtures::{positions, snapshot};
 use super::*;
 use crate::Result;
-use crate::deconvolve::{Component, DeconvolveOptions, Deconvolver, Entry, Minor, MinorReport, MinorStop, by_name};
+use crate::deconvolve::{Component, Deconvolver, Entry, Minor, MinorReport, MinorStop, by_name};
 use crate::progress::Silent;
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, SkyFrame, SkyGrid, VisUnit, VisibilitySet};
 use major::{CleanOptions, StopReason};
 use ndarray::ArrayView2;
@@ -16,7 +17,7 @@ fn points(sigma: f64) -> VisibilitySet {
 }
 
 fn options(n: usize) -> ImagingOptions {
-    ImagingOptions { size: Some((n, n)), cell_rad: Some(1e-3), ..ImagingOptions::default() }
+    ImagingOptions { size: Some(ImageSize::square(n)), cell: Some(Angle(1e-3)), weighting: Weighting::Natural, ..ImagingOptions::default() }
 }
 
 /// Without a mask a deep CLEAN takes noise everywhere; the mask that makes itself holds it to the sources.
@@ -45,12 +46,12 @@ fn every_output_channel_is_cleaned_by_itself() {
         let mut set = points(0.01);
         let imaging = ImagingOptions {
             channels_out: 2,
-            weights: WeightOptions { weighting: Weighting::Uniform, ..WeightOptions::default() },
-            weights_per_channel_out: !joint,
+            weighting: Weighting::Uniform,
+            joint_weights: joint,
             ..options(64)
         };
         let mut imager = Imager::new(&mut set, imaging, &Silent).unwrap();
-        let opts = CleanOptions { niter: 2000, nsigma: 4.0, algorithm: by_name("clark").unwrap(), ..CleanOptions::default() };
+        let opts = CleanOptions { niter: 2000, nsigma: 4.0, algorithm: by_name("clark").unwrap().into(), ..CleanOptions::default() };
         let out = clean(&mut imager, &opts, &Silent).unwrap();
         assert_eq!(out.statistics.stop, [StopReason::Noise; 2]);
         assert_eq!(out.restored.data.shape(), [2, 1, 64, 64]);
@@ -75,7 +76,7 @@ impl Deconvolver for Wrong {
     }
 }
 
-fn wrong(_: ArrayView2<'_, f64>, _: &DeconvolveOptions) -> Result<Box<dyn Deconvolver>> {
+fn wrong(_: ArrayView2<'_, f64>, _: &CleanOptions, _: f64) -> Result<Box<dyn Deconvolver>> {
     Ok(Box::new(Wrong))
 }
 
@@ -85,7 +86,7 @@ static WRONG: Entry = Entry { name: "wrong", summary: "does harm", reference: "n
 fn a_run_that_does_harm_is_stopped_and_the_best_state_kept() {
     let mut set = points(0.01);
     let mut imager = Imager::new(&mut set, options(64), &Silent).unwrap();
-    let out = clean(&mut imager, &CleanOptions { algorithm: &WRONG, ..CleanOptions::default() }, &Silent).unwrap();
+    let out = clean(&mut imager, &CleanOptions { algorithm: (&WRONG).into(), ..CleanOptions::default() }, &Silent).unwrap();
     assert_eq!(out.statistics.stop, [StopReason::Diverged]);
     assert!(out.model.data.iter().all(|v| *v == 0.0) && out.components.is_empty());
     let apart = out.residual.data.iter().zip(&out.dirty.data).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -97,7 +98,7 @@ fn a_run_that_does_harm_is_stopped_and_the_best_state_kept() {
 fn the_core_of_the_beam_has_its_main_lobe() {
     for weighting in [Weighting::Natural, Weighting::Uniform] {
         let mut set = points(0.0);
-        let imaging = ImagingOptions { weights: WeightOptions { weighting, ..WeightOptions::default() }, ..options(200) };
+        let imaging = ImagingOptions { weighting, ..options(200) };
         let mut imager = Imager::new(&mut set, imaging, &Silent).unwrap();
         let (core, whole) = (imager.psf_core(0, &Silent).unwrap(), imager.psf(0, &Silent).unwrap());
         assert_eq!((core.nrows(), whole.nrows()), (128, 200));
@@ -112,8 +113,8 @@ fn the_core_of_the_beam_has_its_main_lobe() {
 fn super_uniform_weights_are_those_of_a_smaller_image() {
     let weights = |n: usize, super_uniform: f64| {
         let grid = SkyGrid::new(n, n, 1e-3, SkyFrame::Boresight).unwrap();
-        let options = WeightOptions { weighting: Weighting::Uniform, super_uniform, ..WeightOptions::default() };
-        let mut w = ImageWeights::new(&grid, options);
+        let options = ImagingOptions { weighting: Weighting::Uniform, super_uniform, ..ImagingOptions::default() };
+        let mut w = ImageWeights::new(&grid, &options);
         let mut set = points(0.0);
         let mut imager = Imager::new(&mut set, self::options(32), &Silent).unwrap();
         let freq = [94e9, 95e9];
@@ -139,8 +140,8 @@ fn super_uniform_weights_are_those_of_a_smaller_image() {
 fn tapers_widen_and_sharpen_the_beam() {
     let fwhm = |taper_rad: Option<f64>, inner_taper_rad: Option<f64>| {
         let mut set = points(0.0);
-        let weights = WeightOptions { weighting: Weighting::Natural, taper_rad, inner_taper_rad, ..WeightOptions::default() };
-        let mut imager = Imager::new(&mut set, ImagingOptions { weights, ..options(96) }, &Silent).unwrap();
+        let (taper, inner_taper) = (taper_rad.map(Angle), inner_taper_rad.map(Angle));
+        let mut imager = Imager::new(&mut set, ImagingOptions { taper, inner_taper, ..options(96) }, &Silent).unwrap();
         let psf = imager.psf(0, &Silent).unwrap();
         let b = imager.beam_of(&psf).unwrap();
         (b.bmaj_rad * b.bmin_rad).sqrt()

@@ -54,7 +54,7 @@ fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWe
 fn share(n_chan: usize, parts: usize) -> Result<Vec<Range<usize>>> {
     if parts == 0 || parts > n_chan {
         return Err(ChainError::BadOption {
-            option: "--channels-out",
+            option: "channels-out",
             value: parts.to_string(),
             expected: format!("1 to the {n_chan} channels of the set"),
         });
@@ -68,17 +68,17 @@ impl<'a> Imager<'a> {
     /// # Errors
     /// Options out of range, a product that the file cannot give, nothing usable in the file, whatever the source says.
     pub fn new(source: &'a mut dyn VisibilitySource, options: ImagingOptions, observer: &dyn Observer) -> Result<Self> {
-        options.weights.check()?;
+        options.check()?;
         let spectrum = source.header().spectrum.clone();
         let channels = share(spectrum.n_chan(), options.channels_out)?;
-        let selector = PolSelector::new(options.polarization, &source.header().polarizations)?;
+        let selector = PolSelector::new(options.pol, &source.header().polarizations)?;
         let mut data = Data::open(source, selector, (options.unit_weights, options.cache_bytes), observer)?;
         let grid = choose_grid(data.survey(), data.header(), &options, observer)?;
         let freq_hz = spectrum.freq_hz().to_vec();
         let all = 0..freq_hz.len();
-        let own = options.weights_per_channel_out;
+        let own = !options.joint_weights;
         let density_of = |range: &Range<usize>| if own { range.clone() } else { all.clone() };
-        let mut weights: Vec<ImageWeights> = channels.iter().map(|_| ImageWeights::new(&grid, options.weights)).collect();
+        let mut weights: Vec<ImageWeights> = channels.iter().map(|_| ImageWeights::new(&grid, &options)).collect();
         if weights.iter().any(ImageWeights::needs_density) {
             observer.event(Event::Phase { name: "weights", total: Some(data.survey().counts.total), unit: "vis" });
             let shared = if own { weights.len() } else { 1 };

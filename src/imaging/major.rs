@@ -12,7 +12,7 @@ use super::continued::{Continue, Tool, Tools};
 use super::output::Kind;
 use super::restore::with_beam;
 use super::{Imager, Residual};
-use crate::deconvolve::{Component, DeconvolveOptions, Entry, Minor, MinorLimits, MinorReport, MinorStop, TABLE, peak_of};
+use crate::deconvolve::{Component, Minor, MinorLimits, MinorReport, MinorStop, peak_of};
 use crate::fidelity::robust_rms;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
@@ -22,57 +22,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 pub use super::components::CleanComponent;
-
-/// How to clean.
-#[derive(Debug, Clone)]
-pub struct CleanOptions {
-    /// The deconvolver.
-    pub algorithm: &'static Entry,
-    /// Its settings.
-    pub deconvolve: DeconvolveOptions,
-    /// Part of the peak that a component takes.
-    pub gain: f64,
-    /// Components at most, over all major cycles of an output channel.
-    pub niter: usize,
-    /// Stop at this peak, in the unit of the dirty image (without a constant that is added back).
-    pub threshold: f64,
-    /// Stop at this multiple of the robust noise of the residual; 0 is off.
-    pub nsigma: f64,
-    /// Part by which a minor cycle brings the peak down at most.
-    pub mgain: f64,
-    /// A minor cycle stops at this times the largest side lobe times the peak.
-    pub cyclefactor: f64,
-    /// Limits of that product as a part of the peak.
-    pub psf_fraction: (f64, f64),
-    /// Where components may be \[m, l\].
-    pub mask: Option<Array2<bool>>,
-    /// Make and grow a mask of what stands so many times above the noise.
-    pub auto_mask: Option<f64>,
-    /// Take negative components too.
-    pub negative: bool,
-    /// Major cycles at most.
-    pub max_major: usize,
-}
-
-impl Default for CleanOptions {
-    fn default() -> Self {
-        Self {
-            algorithm: &TABLE[0],
-            deconvolve: DeconvolveOptions::default(),
-            gain: 0.1,
-            niter: 1000,
-            threshold: 0.0,
-            nsigma: 0.0,
-            mgain: 0.8,
-            cyclefactor: 1.5,
-            psf_fraction: (0.05, 0.8),
-            mask: None,
-            auto_mask: None,
-            negative: true,
-            max_major: 100,
-        }
-    }
-}
+pub use crate::deconvolve::CleanOptions;
 
 /// Times the largest side lobe of the brightest residual below which a mask that makes itself does not grow.
 const SIDE_LOBES: f64 = 1.2;
@@ -223,12 +173,12 @@ pub fn clean_from(
 fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
     let bad = |option, value: String, expected: &str| Err(ChainError::BadOption { option, value, expected: expected.into() });
     if !(o.gain > 0.0 && o.gain <= 1.0) {
-        return bad("--gain", o.gain.to_string(), "above 0, at most 1");
+        return bad("gain", o.gain.to_string(), "above 0, at most 1");
     }
     if !(o.mgain > 0.0 && o.mgain <= 1.0) {
-        return bad("--mgain", o.mgain.to_string(), "above 0, at most 1");
+        return bad("mgain", o.mgain.to_string(), "above 0, at most 1");
     }
-    for (option, value) in [("--threshold", o.threshold), ("--nsigma", o.nsigma), ("--cyclefactor", o.cyclefactor)] {
+    for (option, value) in [("threshold", threshold(imager, o)?), ("nsigma", o.nsigma), ("cyclefactor", o.cyclefactor)] {
         if !(value >= 0.0 && value.is_finite()) {
             return bad(option, value.to_string(), "a number of 0 or more");
         }
@@ -236,15 +186,20 @@ fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
     if let Some(a) = o.auto_mask
         && !(a > 0.0 && a.is_finite())
     {
-        return bad("--auto-mask", a.to_string(), "a positive multiple of the noise");
+        return bad("auto-mask", a.to_string(), "a positive multiple of the noise");
     }
     let shape = (imager.grid().n_m, imager.grid().n_l);
-    if let Some(mask) = &o.mask
+    if let Some(mask) = &o.region
         && mask.dim() != shape
     {
-        return bad("--mask", format!("{:?}", mask.dim()), &format!("a mask of the shape of the image, {shape:?}"));
+        return bad("mask", format!("{:?}", mask.dim()), &format!("a mask of the shape of the image, {shape:?}"));
     }
     Ok(())
+}
+
+/// The threshold in the unit of the images; 0 where none is given.
+fn threshold(imager: &Imager<'_>, opts: &CleanOptions) -> Result<f64> {
+    opts.threshold.map_or(Ok(0.0), |level| level.in_unit("threshold", imager.header().unit))
 }
 
 fn clean_channel(
@@ -259,7 +214,7 @@ fn clean_channel(
     let run = Run {
         opts,
         side_lobe: tool.side_lobe,
-        threshold: opts.threshold * if kelvin { tool.beam.solid_angle_sr() } else { 1.0 },
+        threshold: threshold(imager, opts)? * if kelvin { tool.beam.solid_angle_sr() } else { 1.0 },
         beam_px: tool.beam.bmaj_rad / imager.grid().cell_rad,
         taken: start.filter(|_| from.subtracted),
         from,
@@ -339,15 +294,15 @@ impl Run<'_> {
         loop {
             let rms = robust_rms(state.residual.image.view());
             if let (Some(mask), Some(sigmas)) = (&mut auto, o.auto_mask) {
-                let top = peak_of(state.residual.image.view(), o.mask.as_ref(), o.negative).map_or(0.0, |p| p.0.abs());
+                let top = peak_of(state.residual.image.view(), o.region.as_ref(), !o.no_negative).map_or(0.0, |p| p.0.abs());
                 // The side lobes of what is still there stand above the noise too, and are no source.
                 self.grow(mask, &state.residual.image, (sigmas * rms).max(SIDE_LOBES * self.side_lobe * top));
-                if let Some(fixed) = &o.mask {
+                if let Some(fixed) = &o.region {
                     ndarray::Zip::from(mask).and(fixed).for_each(|m, f| *m &= *f);
                 }
             }
-            let mask = auto.as_ref().or(o.mask.as_ref());
-            let peak = peak_of(state.residual.image.view(), mask, o.negative).map_or(0.0, |p| p.0.abs());
+            let mask = auto.as_ref().or(o.region.as_ref());
+            let peak = peak_of(state.residual.image.view(), mask, !o.no_negative).map_or(0.0, |p| p.0.abs());
             let (number, iterations) = (state.major, state.components.len());
             observer.event(Event::Cycle { number: number + 1, iterations, peak, flux: state.model.sum(), rms });
             if observer.cancelled() {
@@ -379,7 +334,7 @@ impl Run<'_> {
             }
             let part = (o.cyclefactor * self.side_lobe).clamp(o.psf_fraction.0, o.psf_fraction.1.max(o.psf_fraction.0)).max(1.0 - o.mgain);
             let limits =
-                MinorLimits { gain: o.gain, level: level.max(part * peak), iterations: o.niter - iterations, negative: o.negative };
+                MinorLimits { gain: o.gain, level: level.max(part * peak), iterations: o.niter - iterations, negative: !o.no_negative };
             let Channel { residual, model, .. } = state;
             let cycle = Minor { residual: &mut residual.image, model, mask, limits };
             let report: MinorReport = clock.time("minor", || deconvolver.minor(cycle))?;
@@ -427,7 +382,7 @@ impl Run<'_> {
         let reach = (0.5 * self.beam_px).ceil().max(1.0) as usize;
         let (n_m, n_l) = residual.dim();
         for ((i, j), v) in residual.indexed_iter() {
-            let stands = if self.opts.negative { v.abs() > level } else { *v > level };
+            let stands = if !self.opts.no_negative { v.abs() > level } else { *v > level };
             if stands {
                 let rows = i.saturating_sub(reach)..(i + reach + 1).min(n_m);
                 let columns = j.saturating_sub(reach)..(j + reach + 1).min(n_l);

@@ -11,6 +11,7 @@ mod continued;
 mod data;
 mod dirty;
 pub mod major;
+mod options;
 mod output;
 mod pol;
 mod psf;
@@ -33,61 +34,8 @@ pub use data::{Data, ReducedBlock, Survey};
 pub use dirty::{Imager, Residual};
 pub use major::{CleanProducts, clean, clean_from};
 pub(crate) use output::Kind;
+pub use options::{BeamShape, ImageSize, ImagingOptions, Weighting};
 pub use output::{ImagingInfo, dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};
 pub use restore::{gaussian, with_beam};
-pub use weights::{ImageWeights, WeightOptions, Weighting};
-
-use crate::fourier::GridOptions;
-use cittert_arrays::{Polarization, RestoringBeam};
-
-/// How to image.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ImagingOptions {
-    /// Columns and rows; chosen from the coverage where not given.
-    pub size: Option<(usize, usize)>,
-    /// Cell, rad; chosen from the coverage where not given.
-    pub cell_rad: Option<f64>,
-    /// The product that is imaged.
-    pub polarization: Polarization,
-    /// Weights of the visibilities.
-    pub weights: WeightOptions,
-    /// Take every usable datum with weight 1 instead of the file's weights.
-    pub unit_weights: bool,
-    /// Number of output channels; the channels are shared out evenly, in order.
-    pub channels_out: usize,
-    /// Density of weights from the channels of each output channel (true) or from all channels (false).
-    pub weights_per_channel_out: bool,
-    /// Error of the transforms, relative.
-    pub epsilon: f64,
-    /// Include w (n - 1).
-    pub w_term: bool,
-    /// The restoring beam; fitted where not given.
-    pub beam: Option<RestoringBeam>,
-    /// Bytes of reduced visibilities that are kept in memory; larger sets are read anew in every pass.
-    pub cache_bytes: usize,
-}
-
-impl Default for ImagingOptions {
-    fn default() -> Self {
-        Self {
-            size: None,
-            cell_rad: None,
-            polarization: Polarization::I,
-            weights: WeightOptions::default(),
-            unit_weights: false,
-            channels_out: 1,
-            weights_per_channel_out: true,
-            epsilon: 1e-5,
-            w_term: true,
-            beam: None,
-            cache_bytes: 512 << 20,
-        }
-    }
-}
-
-impl ImagingOptions {
-    pub(crate) fn grid_options(&self) -> GridOptions {
-        GridOptions { epsilon: self.epsilon, w_term: self.w_term, divide_by_n: false }
-    }
-}
+pub use weights::ImageWeights;

@@ -5,7 +5,7 @@
 //! restored images are multiplied by n as well, because a cell of direction cosines sees 1/n of solid angle more towards the edge.
 //! A constant that was taken from the scene before it was observed is added back to whatever shows the scene.
 
-use super::{Imager, fit_beam};
+use super::{BeamShape, Imager, fit_beam};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, SpectralWindow, VisUnit};
@@ -47,7 +47,7 @@ impl Imager<'_> {
     /// # Errors
     /// A main lobe that no Gaussian fits.
     pub fn beam_of(&self, psf: &Array2<f64>) -> Result<RestoringBeam> {
-        let fit = self.options().beam.or_else(|| fit_beam(self.grid(), psf.view()));
+        let fit = self.options().beam.map(BeamShape::restoring).or_else(|| fit_beam(self.grid(), psf.view()));
         fit.ok_or_else(|| ChainError::NoData("no Gaussian fits the main lobe of the dirty beam: give a beam, or a smaller cell".into()))
     }
 
@@ -79,7 +79,7 @@ impl Imager<'_> {
             (Kind::Model, false) => BrightnessUnit::JyPerPixel,
             (_, false) => BrightnessUnit::JyPerBeam,
         };
-        let mut image = Image::new(grid.clone(), self.spectrum_out()?, vec![self.options().polarization], data, unit)?;
+        let mut image = Image::new(grid.clone(), self.spectrum_out()?, vec![self.options().pol], data, unit)?;
         image.beams = if kind == Kind::Model { Vec::new() } else { beams.to_vec() };
         image.telescope.clone_from(&header.telescope);
         image.object = header.phase_centers.get(self.survey().phase_center).map_or(String::new(), |p| p.name.clone());

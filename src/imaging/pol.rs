@@ -95,7 +95,7 @@ impl PolSelector {
         }
         let names: Vec<&str> = available.iter().map(|p| p.name()).collect();
         Err(ChainError::BadOption {
-            option: "--pol",
+            option: "pol",
             value: target.name().into(),
             expected: format!("a product that can be made of what the file has: {}", names.join(", ")),
         })

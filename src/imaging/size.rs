@@ -16,14 +16,14 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
     let center = center.ok_or_else(|| ChainError::NoData("the set has no phase centre".into()))?;
     let frame = SkyGrid::frame_of(center);
     let (shortest, longest) = survey.uv_range_wl;
-    let needed = |what: &str| ChainError::NoData(format!("{what} cannot be chosen: no baseline is longer than 0. Give --size and --cell"));
-    let cell = match opts.cell_rad {
-        Some(cell) => cell,
+    let needed = |what: &str| ChainError::NoData(format!("{what} cannot be chosen: no baseline is longer than 0. Give a size and a cell"));
+    let cell = match opts.cell {
+        Some(cell) => cell.si(),
         None if longest > 0.0 => 1.0 / (CELLS_A_FRINGE * longest),
         None => return Err(needed("a cell")),
     };
     let side = match opts.size {
-        Some(size) => size,
+        Some(size) => (size.columns, size.rows),
         None => {
             if !(longest > 0.0) {
                 return Err(needed("an image size"));
@@ -33,7 +33,7 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
         }
     };
     let grid = SkyGrid::new(side.0, side.1, cell, frame)?;
-    if opts.cell_rad.is_none() || opts.size.is_none() {
+    if opts.cell.is_none() || opts.size.is_none() {
         let text = format!(
             "image of {} x {} cells of {:.4e} rad ({:.4} arcsec), chosen from the coverage",
             side.0,

@@ -5,6 +5,7 @@ use super::*;
 use crate::deconvolve::by_name;
 use crate::fourier::dft::vis_to_image_exact;
 use crate::progress::{Recorder, Silent};
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisUnit, VisibilitySet};
 use major::{CleanOptions, StopReason};
 use ndarray::{Array2, s};
@@ -13,7 +14,7 @@ use num_complex::Complex64;
 const GHZ: f64 = 94e9;
 
 fn options(n: usize, cell: f64) -> ImagingOptions {
-    ImagingOptions { size: Some((n, n)), cell_rad: Some(cell), epsilon: 1e-6, ..ImagingOptions::default() }
+    ImagingOptions { size: Some(ImageSize::square(n)), cell: Some(Angle(cell)), weighting: Weighting::Natural, epsilon: 1e-6, ..ImagingOptions::default() }
 }
 
 fn points(set_sigma: f64) -> VisibilitySet {
@@ -47,8 +48,8 @@ fn dirty_images_agree_with_the_direct_sum_for_every_scheme_of_weights() {
     set.data.weights[(7, 0, 0)] = f32::INFINITY;
     set.data.weights.slice_mut(s![20..60, .., ..]).mapv_inplace(|w| w * 3.0);
     let (uvw, freq) = (set.data.coverage.uvw_m.clone(), set.header.spectrum.freq_hz().to_vec());
-    for weighting in [Weighting::Natural, Weighting::Uniform, Weighting::Briggs { robust: 0.0 }] {
-        let opts = ImagingOptions { weights: WeightOptions { weighting, ..WeightOptions::default() }, ..options(48, 1.5e-3) };
+    for weighting in [Weighting::Natural, Weighting::Uniform, Weighting::Briggs] {
+        let opts = ImagingOptions { weighting, ..options(48, 1.5e-3) };
         let recorder = Recorder::default();
         let mut imager = Imager::new(&mut set, opts, &recorder).unwrap();
         assert!(recorder.messages()[0].contains("1 of 552 visibilities"), "{:?}", recorder.messages());
@@ -56,7 +57,7 @@ fn dirty_images_agree_with_the_direct_sum_for_every_scheme_of_weights() {
         let mut vis = Array2::from_elem((uvw.nrows(), 2), Complex64::default());
         let mut weights = Array2::zeros(vis.dim());
         let grid = imager.grid().clone();
-        let mut data = ImageWeights::new(&grid, imager.options().weights);
+        let mut data = ImageWeights::new(&grid, imager.options());
         let usable = |r: usize, c: usize| f64::from(set.data.usable_weight(r, c, 0));
         let block = ReducedBlock {
             first_row: 0,
@@ -98,8 +99,7 @@ fn sources_come_out_where_they_were_put() {
 #[test]
 fn a_stream_in_small_blocks_without_cache_gives_the_same_image() {
     let mut set = points(0.05);
-    let weights = WeightOptions { weighting: Weighting::Briggs { robust: 0.5 }, ..WeightOptions::default() };
-    let opts = ImagingOptions { weights, channels_out: 2, ..options(32, 2e-3) };
+    let opts = ImagingOptions { weighting: Weighting::Briggs, robust: 0.5, channels_out: 2, ..options(32, 2e-3) };
     let mut cached = Imager::new(&mut set, opts.clone(), &Silent).unwrap();
     let a = (cached.dirty(1, &Silent).unwrap(), cached.psf(0, &Silent).unwrap());
     let model = Array2::from_shape_fn((32, 32), |(i, j)| f64::from((i == 20 && j == 11) as u8));
@@ -131,7 +131,7 @@ fn clean_finds_both_sources_and_says_why_it_stopped() {
     for (name, major) in [("hogbom", true), ("clark", true), ("multiscale", true)] {
         let mut set = points(0.01);
         let mut imager = Imager::new(&mut set, options(64, 1e-3), &Silent).unwrap();
-        let opts = CleanOptions { algorithm: by_name(name).unwrap(), niter: 3000, nsigma: 4.0, ..CleanOptions::default() };
+        let opts = CleanOptions { algorithm: by_name(name).unwrap().into(), niter: 3000, nsigma: 4.0, ..CleanOptions::default() };
         let out = clean(&mut imager, &opts, &Silent).unwrap();
         let s = &out.statistics;
         assert_eq!(s.stop, [StopReason::Noise], "{name}: {s:?}");
@@ -202,8 +202,8 @@ fn hostile_sets_give_errors_or_images_but_never_nan() {
     for bad in [
         ImagingOptions { channels_out: 0, ..options(16, 1e-3) },
         ImagingOptions { channels_out: 3, ..options(16, 1e-3) },
-        ImagingOptions { polarization: Polarization::XX, ..options(16, 1e-3) },
-        ImagingOptions { size: Some((1, 64)), ..options(16, 1e-3) },
+        ImagingOptions { pol: Polarization::XX, ..options(16, 1e-3) },
+        ImagingOptions { size: Some(ImageSize { columns: 1, rows: 64 }), ..options(16, 1e-3) },
         ImagingOptions { epsilon: 1e-20, ..options(16, 1e-3) },
     ] {
         let mut set = points(0.0);

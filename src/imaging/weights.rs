@@ -12,7 +12,7 @@
 //! itself, without a limit, so its weights differ.
 
 use super::ReducedBlock;
-use crate::{ChainError, Result};
+use super::options::{ImagingOptions, Weighting};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::{Axis, Zip};
 use rayon::prelude::*;
@@ -26,71 +26,13 @@ const WINDOW: usize = 8;
 /// Rows of cells that one task sums.
 const BAND: usize = 64;
 
-/// Scheme of the weights.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Weighting {
-    /// By the noise alone: the best signal to noise of a point.
-    #[default]
-    Natural,
-    /// Every occupied cell the same: the sharpest beam.
-    Uniform,
-    /// Between the two.
-    Briggs {
-        /// -2 is close to uniform, 2 close to natural.
-        robust: f64,
-    },
-}
-
-/// A scheme with its tapers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WeightOptions {
-    /// Scheme.
-    pub weighting: Weighting,
-    /// Cells of the density grid are so many times wider than they would be: above 1 is super-uniform.
-    pub super_uniform: f64,
-    /// Gaussian taper that acts on the image like a smoothing to this FWHM, rad.
-    pub taper_rad: Option<f64>,
-    /// Gaussian taper of the short baselines that removes structure wider than this FWHM, rad.
-    pub inner_taper_rad: Option<f64>,
-}
-
-impl Default for WeightOptions {
-    fn default() -> Self {
-        Self { weighting: Weighting::Natural, super_uniform: 1.0, taper_rad: None, inner_taper_rad: None }
-    }
-}
-
-impl WeightOptions {
-    /// Check the numbers.
-    ///
-    /// # Errors
-    /// A robustness, factor or taper that is not finite or out of range.
-    pub fn check(&self) -> Result<()> {
-        let bad =
-            |option, value: f64, expected: &str| Err(ChainError::BadOption { option, value: value.to_string(), expected: expected.into() });
-        if let Weighting::Briggs { robust } = self.weighting
-            && !(-5.0..=5.0).contains(&robust)
-        {
-            return bad("--robust", robust, "a number from -2 (uniform) to 2 (natural)");
-        }
-        if !(1.0..=1000.0).contains(&self.super_uniform) {
-            return bad("--super-uniform", self.super_uniform, "a factor from 1 to 1000");
-        }
-        for (option, taper) in [("--taper", self.taper_rad), ("--inner-taper", self.inner_taper_rad)] {
-            if let Some(t) = taper
-                && !(t.is_finite() && t > 0.0)
-            {
-                return bad(option, t, "a positive angle");
-            }
-        }
-        Ok(())
-    }
-}
-
 /// Weights of one image.
 #[derive(Debug, Clone)]
 pub struct ImageWeights {
-    options: WeightOptions,
+    weighting: Weighting,
+    robust: f64,
+    taper_rad: Option<f64>,
+    inner_taper_rad: Option<f64>,
     width: usize,
     height: usize,
     /// Cells a wavelength along u and v.
@@ -103,12 +45,15 @@ pub struct ImageWeights {
 impl ImageWeights {
     /// An empty density for an image.
     #[must_use]
-    pub fn new(grid: &SkyGrid, options: WeightOptions) -> Self {
+    pub fn new(grid: &SkyGrid, options: &ImagingOptions) -> Self {
         let side = |n: usize| ((PADDING * n as f64 / options.super_uniform).round() as usize).max(1);
         let (width, height) = (side(grid.n_l), side(grid.n_m));
         let natural = options.weighting == Weighting::Natural;
         Self {
-            options,
+            weighting: options.weighting,
+            robust: options.robust,
+            taper_rad: options.taper.map(|t| t.si()),
+            inner_taper_rad: options.inner_taper.map(|t| t.si()),
             width,
             height,
             scale: (grid.cell_rad * width as f64, grid.cell_rad * height as f64),
@@ -126,7 +71,7 @@ impl ImageWeights {
     /// True where the weights of the image are those of the data.
     #[must_use]
     pub fn are_those_of_the_data(&self) -> bool {
-        self.cells.is_empty() && self.options.taper_rad.is_none() && self.options.inner_taper_rad.is_none()
+        self.cells.is_empty() && self.taper_rad.is_none() && self.inner_taper_rad.is_none()
     }
 
     /// Index of the cell of (u, v) in wavelengths, folded to v >= 0; what lies outside the grid wraps, as it does in the image.
@@ -175,16 +120,16 @@ impl ImageWeights {
 
     /// Turn the density into the factor of each cell.
     pub fn finish(&mut self) {
-        match self.options.weighting {
+        match self.weighting {
             Weighting::Natural => {}
             Weighting::Uniform => {
                 self.cells.par_iter_mut().filter(|w| **w > 0.0).for_each(|w| *w = 1.0 / *w);
                 self.limit();
             }
-            Weighting::Briggs { robust } => {
+            Weighting::Briggs => {
                 let bands: Vec<f64> = self.cells.par_chunks(BAND * self.width).map(|c| c.iter().map(|w| w * w).sum()).collect();
                 let squares: f64 = bands.iter().sum();
-                let f2 = (5.0 * 10f64.powf(-robust)).powi(2) / (squares / self.sum_of_weights);
+                let f2 = (5.0 * 10f64.powf(-self.robust)).powi(2) / (squares / self.sum_of_weights);
                 self.cells.par_iter_mut().for_each(|w| *w = 1.0 / (1.0 + *w * f2));
             }
         }
@@ -224,7 +169,7 @@ impl ImageWeights {
         let density = if self.cells.is_empty() { 1.0 } else { self.cells[self.cell(u, v)] };
         // The transform of a Gaussian of FWHM theta is exp(-(pi theta |u|)^2 / (4 ln 2)).
         let gauss = |theta: f64| (-(std::f64::consts::PI * theta).powi(2) * (u * u + v * v) / (4.0 * std::f64::consts::LN_2)).exp();
-        density * self.options.taper_rad.map_or(1.0, gauss) * self.options.inner_taper_rad.map_or(1.0, |t| 1.0 - gauss(t))
+        density * self.taper_rad.map_or(1.0, gauss) * self.inner_taper_rad.map_or(1.0, |t| 1.0 - gauss(t))
     }
 
     /// Put the weights of the image of these channels into a block.
@@ -267,6 +212,7 @@ fn windows(line: &[f64], sums: &mut [(f64, f64)]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cittert_arrays::quantity::Angle;
     use cittert_arrays::SkyFrame;
     use ndarray::{Array2, array};
     use num_complex::Complex32;
@@ -284,10 +230,14 @@ mod tests {
         }
     }
 
-    fn weigh(options: WeightOptions) -> Vec<f32> {
+    fn natural() -> ImagingOptions {
+        ImagingOptions { weighting: Weighting::Natural, ..ImagingOptions::default() }
+    }
+
+    fn weigh(options: ImagingOptions) -> Vec<f32> {
         let grid = SkyGrid::new(64, 64, 1e-3, SkyFrame::Boresight).unwrap();
         let mut b = block();
-        let mut weights = ImageWeights::new(&grid, options);
+        let mut weights = ImageWeights::new(&grid, &options);
         if weights.needs_density() {
             weights.add(&b, &(0..1), &[1e9]);
             weights.finish();
@@ -298,15 +248,15 @@ mod tests {
 
     #[test]
     fn each_scheme_gives_the_weights_of_its_formula() {
-        let with = |weighting| WeightOptions { weighting, ..WeightOptions::default() };
+        let with = |weighting| ImagingOptions { weighting, ..ImagingOptions::default() };
         assert_eq!(weigh(with(Weighting::Natural)), [1.0, 3.0, 2.0]);
         assert_eq!(weigh(with(Weighting::Uniform)), [0.25, 0.75, 1.0]);
         // W = 4, 4, 2; sum W^2 = 16 + 4, sum w = 6; f^2 = 25 * 6 / 20 = 7.5
-        let briggs = weigh(with(Weighting::Briggs { robust: 0.0 }));
+        let briggs = weigh(with(Weighting::Briggs));
         for (got, expected) in briggs.iter().zip([1.0 / 31.0, 3.0 / 31.0, 2.0 / 16.0]) {
             assert!((got - expected).abs() < 1e-7, "{got} {expected}");
         }
-        let wide = weigh(WeightOptions { super_uniform: 64.0, ..with(Weighting::Uniform) });
+        let wide = weigh(ImagingOptions { super_uniform: 64.0, ..with(Weighting::Uniform) });
         assert!((wide.iter().sum::<f32>() - 1.0).abs() < 0.3, "{wide:?}");
     }
 
@@ -322,10 +272,10 @@ mod tests {
         let vis = Array2::from_elem((n, 2), Complex32::default());
         let block = ReducedBlock { first_row: 0, uvw_m, vis, imaging: weight.clone(), weight };
         let freq = [0.9e9, 1.1e9];
-        let options = WeightOptions { weighting: Weighting::Uniform, ..WeightOptions::default() };
+        let options = ImagingOptions { weighting: Weighting::Uniform, ..ImagingOptions::default() };
         let made = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let mut weights = ImageWeights::new(&grid, options);
+            let mut weights = ImageWeights::new(&grid, &options);
             pool.install(|| weights.add(&block, &(0..2), &freq));
             let density = weights.cells.clone();
             pool.install(|| weights.finish());
@@ -359,16 +309,16 @@ mod tests {
     fn tapers_halve_where_they_should() {
         // exp(-(pi theta u)^2 / (4 ln 2)) = 1/2 at u = 2 ln 2 / (pi theta).
         let theta = 2.0 * std::f64::consts::LN_2 / (std::f64::consts::PI * 30.0_f64.hypot(0.1));
-        let tapered = weigh(WeightOptions { taper_rad: Some(theta), ..WeightOptions::default() });
+        let tapered = weigh(ImagingOptions { taper: Some(Angle(theta)), ..natural() });
         assert!((tapered[2] - 1.0).abs() < 1e-6 && tapered[0] < 1e-3, "{tapered:?}");
-        let inner = weigh(WeightOptions { inner_taper_rad: Some(theta), ..WeightOptions::default() });
+        let inner = weigh(ImagingOptions { inner_taper: Some(Angle(theta)), ..natural() });
         assert!((inner[2] - 1.0).abs() < 1e-6 && (inner[0] - 1.0).abs() < 1e-3, "{inner:?}");
     }
 
     #[test]
     fn numbers_out_of_range_are_refused() {
-        let robust = |robust| WeightOptions { weighting: Weighting::Briggs { robust }, ..WeightOptions::default() };
+        let robust = |robust| ImagingOptions { weighting: Weighting::Briggs, robust, ..ImagingOptions::default() };
         assert!(robust(f64::NAN).check().is_err() && robust(9.0).check().is_err() && robust(0.5).check().is_ok());
-        assert!(WeightOptions { taper_rad: Some(-1.0), ..WeightOptions::default() }.check().is_err());
+        assert!(ImagingOptions { taper: Some(Angle(-1.0)), ..natural() }.check().is_err());
     }
 }

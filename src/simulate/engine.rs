@@ -69,6 +69,7 @@ pub struct Simulator<'a> {
     header: VisibilityHeader,
     sky: &'a SkyModel,
     options: SimulateOptions,
+    pattern: ElementPattern,
     pedestal_k: f64,
     /// Sources as seen from each phase centre \[phase centre\]\[source\].
     sources: Vec<Vec<Seen>>,
@@ -88,7 +89,8 @@ impl<'a> Simulator<'a> {
     /// An empty scene, an image in another frame than the set or with NaN or of an unknown unit, a source behind the horizon,
     /// options outside their range, noise of antennas without SEFD or Tsys.
     pub fn new(header: VisibilityHeader, sky: &'a SkyModel, options: &SimulateOptions, observer: &dyn Observer) -> Result<Self> {
-        check_options(options)?;
+        check(options)?;
+        let pattern = options.pattern(&header.layout)?;
         if sky.images.is_empty() && sky.sources.is_empty() {
             return Err(ChainError::NoData("the scene holds neither an image nor a source".into()));
         }
@@ -109,13 +111,14 @@ impl<'a> Simulator<'a> {
             .iter()
             .map(|c| sky.sources.iter().enumerate().map(|(k, s)| seen_from(s, k + 1, c)).collect())
             .collect::<Result<Vec<Vec<Seen>>>>()?;
-        let pedestal_k = pedestal::choose(options.pedestal, sky, header.unit, &options.pattern, header.spectrum.mean_hz())?;
+        let pedestal_k = pedestal::choose(options.pedestal, sky, header.unit, &pattern, header.spectrum.mean_hz())?;
         if let Some(t) = pedestal_k {
             observer.event(Event::Note(&format!("removed a pedestal of {t:.3} K from the scene; images add it back")));
         }
-        let noise = options.noise.as_ref().map(|n| NoiseModel::new(&header, n, &options.pattern)).transpose()?;
+        let noise = options.noise_options()?.map(|n| NoiseModel::new(&header, &n, &pattern)).transpose()?;
         let mut simulator = Self {
-            planes: list_planes(&header, sky, options),
+            planes: list_planes(&header, sky, &pattern),
+            pattern,
             freq_hz: frequencies(&header, options.subchannels),
             header,
             sky,
@@ -270,7 +273,7 @@ impl<'a> Simulator<'a> {
         let freqs: Vec<f64> = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().copied()).collect();
         let sub = self.options.subchannels;
         let vis = match &mut transform {
-            Transform::Exact { plane } => Some(image_dft(&image.grid, plane.view(), uvw, &freqs, self.options.w_term)?),
+            Transform::Exact { plane } => Some(image_dft(&image.grid, plane.view(), uvw, &freqs, !self.options.no_w)?),
             Transform::Degrid(degridder) => Some(degridder.predict(uvw)?),
             Transform::Mask(mask) => Some(mask.predict(uvw, &freqs, |row, f| outside[[row, plane.chans[f / sub]]] = true)),
             Transform::Empty => None,
@@ -305,7 +308,7 @@ impl<'a> Simulator<'a> {
         let freq = self.header.spectrum.freq_hz()[plane.chans[0]];
         let pedestal =
             if self.header.pedestal_k.is_some() && image.unit == cittert_arrays::BrightnessUnit::Kelvin { self.pedestal_k } else { 0.0 };
-        let seen = apparent_plane(image, (plane.image_chan, plane.pol), &self.options.pattern, freq, pedestal, self.options.one_over_n);
+        let seen = apparent_plane(image, (plane.image_chan, plane.pol), &self.pattern, freq, pedestal, self.options.one_over_n);
         if seen.iter().all(|v| *v == 0.0) && self.options.method != Method::Mask {
             return Ok(Transform::Empty);
         }
@@ -313,14 +316,14 @@ impl<'a> Simulator<'a> {
             Method::Dft => Transform::Exact { plane: seen },
             Method::Degrid => {
                 let freqs = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().copied()).collect();
-                Transform::Degrid(Box::new(DegridPlane::new(&image.grid, seen, freqs, self.options.epsilon, self.options.w_term)))
+                Transform::Degrid(Box::new(DegridPlane::new(&image.grid, seen, freqs, self.options.epsilon, !self.options.no_w)))
             }
             Method::Mask => Transform::Mask(MaskPlane::new(&image.grid, &seen)?),
         })
     }
 
     fn add_sources(&self, coverage: &UvCoverage, sum: &mut Array3<Complex64>) {
-        let (unit, pattern, sub) = (self.header.unit, self.options.pattern, self.options.subchannels);
+        let (unit, pattern, sub) = (self.header.unit, self.pattern, self.options.subchannels);
         let freqs: Vec<f64> = self.freq_hz.iter().flatten().copied().collect();
         let terms = products(Polarization::I, &self.header.polarizations);
         // In method mask the sources are seen where the image is: at the centre of the cell, without w.
@@ -330,7 +333,7 @@ impl<'a> Simulator<'a> {
             let uvw = coverage.uvw_m.select(Axis(0), &rows);
             let amplitude = |s: &Seen, f: f64| s.source.flux_at(f) * from_jy(unit, f) * pattern.power(s.l, s.m, f);
             let vis = match snap {
-                None => sources_dft(sources, uvw.view(), &freqs, self.options.w_term, amplitude),
+                None => sources_dft(sources, uvw.view(), &freqs, !self.options.no_w, amplitude),
                 Some(grid) => snapped_sources(grid, sources, uvw.view(), &freqs, amplitude),
             };
             for (row, vis) in rows.iter().zip(vis.axis_iter(Axis(0))) {
@@ -366,16 +369,6 @@ fn snapped_sources(
     vis
 }
 
-fn check_options(options: &SimulateOptions) -> Result<()> {
-    if !(1..=1024).contains(&options.subchannels) {
-        return Err(ChainError::BadOption { option: "subchannels", value: options.subchannels.to_string(), expected: "1 to 1024".into() });
-    }
-    if !(1e-12..=0.1).contains(&options.epsilon) {
-        return Err(ChainError::BadOption { option: "epsilon", value: options.epsilon.to_string(), expected: "1e-12 to 0.1".into() });
-    }
-    options.pattern.check()
-}
-
 fn warn_beyond_horizon(image: &cittert_arrays::Image, observer: &dyn Observer) {
     let grid = &image.grid;
     let hidden =
@@ -395,7 +388,7 @@ fn products(scene: Polarization, set: &[Polarization]) -> Vec<(usize, Complex64)
 }
 
 /// Which planes of which images serve which channels: one for each pattern that differs.
-fn list_planes(header: &VisibilityHeader, sky: &SkyModel, options: &SimulateOptions) -> Vec<Plane> {
+fn list_planes(header: &VisibilityHeader, sky: &SkyModel, pattern: &ElementPattern) -> Vec<Plane> {
     let mut planes = Vec::new();
     for (index, image) in sky.images.iter().enumerate() {
         let nearest = nearest_channels(&image.spectrum, &header.spectrum);
@@ -404,7 +397,7 @@ fn list_planes(header: &VisibilityHeader, sky: &SkyModel, options: &SimulateOpti
                 continue;
             }
             let plane = |image_chan, chans| Plane { image: index, image_chan, pol, chans, ready: None };
-            if options.pattern.varies_with_frequency() {
+            if pattern.varies_with_frequency() {
                 planes.extend(nearest.iter().enumerate().map(|(chan, image_chan)| plane(*image_chan, vec![chan])));
             } else {
                 for image_chan in 0..image.spectrum.n_chan() {

@@ -64,9 +64,9 @@ fn degrid_reaches_the_requested_accuracy_with_the_w_term() {
     let total: f64 = image.data.sum();
     let sky = SkyModel::of_image(image);
     for w_term in [true, false] {
-        let truth = simulate(&h, &rows, &sky, &SimulateOptions { w_term, ..exact() });
+        let truth = simulate(&h, &rows, &sky, &SimulateOptions { no_w: !w_term, ..exact() });
         for epsilon in [1e-3, 1e-5, 1e-7] {
-            let options = SimulateOptions { epsilon, w_term, ..SimulateOptions::default() };
+            let options = SimulateOptions { epsilon, no_w: !w_term, ..SimulateOptions::default() };
             let fast = simulate(&h, &rows, &sky, &options);
             let worst = fast.data.vis.iter().zip(&truth.data.vis).map(|(a, b)| (wide(*a) - wide(*b)).norm()).fold(0.0, f64::max);
             assert!(worst <= epsilon * total, "w {w_term}, epsilon {epsilon:e}: {:e}", worst / total);
@@ -149,7 +149,7 @@ fn the_pattern_scales_images_and_sources_channel_by_channel() {
     let mut image = scene(32, 4e-3, BrightnessUnit::JyPerPixel, |_, _| 0.0);
     image.data[[0, 0, 20, 25]] = 1.5;
     let (l, m) = (image.grid.l_at(25.0), image.grid.m_at(20.0));
-    let options = SimulateOptions { pattern, ..exact() };
+    let options = SimulateOptions { element: Element::Airy, element_diameter: Some(Length(3.0)), ..exact() };
     let a = simulate(&h, &rows, &SkyModel::of_image(image), &options);
     let b = simulate(&h, &rows, &SkyModel::of_sources(vec![Source::point(l, m, 1.5)]), &options);
     for (x, y) in a.data.vis.iter().zip(&b.data.vis) {
@@ -186,7 +186,7 @@ fn blocks_of_any_size_give_the_same_set() {
     let mut gaussian = Source::point(0.01, 0.0, 3.0);
     gaussian.shape = SourceShape::Gaussian { major_rad: 0.01, minor_rad: 0.004, pa_rad: 0.3 };
     let sky = SkyModel { images: vec![scene(16, 4e-3, BrightnessUnit::JyPerPixel, |r, c| (r * c) as f64)], sources: vec![gaussian] };
-    let options = SimulateOptions { noise: Some(NoiseOptions::seeded(5)), ..exact() };
+    let options = SimulateOptions { noise: true, seed: 5, ..exact() };
     let whole = simulate(&h, &rows, &sky, &options);
     let mut parts = whole.clone();
     parts.data = parts.data.rows(0..0).unwrap();
@@ -227,7 +227,7 @@ fn the_dirty_image_of_an_empty_field_has_the_rms_of_the_formula() {
     let mut sum = 0.0;
     let seeds = 20;
     for seed in 0..seeds {
-        let set = simulate(&h, &rows, &nothing, &SimulateOptions { noise: Some(NoiseOptions::seeded(seed)), ..exact() });
+        let set = simulate(&h, &rows, &nothing, &SimulateOptions { noise: true, seed, ..exact() });
         let vis = Array2::from_shape_fn((700, 2), |(r, c)| wide(set.data.vis[[r, c, 0]]));
         let weights = Array2::from_shape_fn((700, 2), |(r, c)| f64::from(set.data.weights[[r, c, 0]]));
         let freq = h.spectrum.freq_hz();

@@ -20,6 +20,7 @@ mod engine;
 mod engine_tests;
 pub mod mask;
 pub mod noise;
+pub mod options;
 pub mod pedestal;
 mod phasor;
 pub mod random;
@@ -29,6 +30,7 @@ pub use element::ElementPattern;
 pub use engine::{Simulator, Summary, simulate_set};
 pub use mask::{UvMask, UvMaskBuilder};
 pub use noise::{NoiseModel, NoiseOptions};
+pub use options::{BandOptions, DataUnit, Direction, Element, HourAngles, PlannedTrack, SimulateOptions, TrackOptions, UtcTime};
 pub use pedestal::Pedestal;
 pub use sky::{SkyModel, jy_per_kelvin_sr};
 
@@ -36,6 +38,8 @@ use serde::{Deserialize, Serialize};
 
 /// How images are transformed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum, schemars::JsonSchema))]
 pub enum Method {
     /// Exact sum over pixels: slow, and the truth for the others.
     Dft,
@@ -70,41 +74,5 @@ impl std::str::FromStr for Method {
             value: text.into(),
             expected: Self::TABLE.map(|t| t.1).join(", "),
         })
-    }
-}
-
-/// What to simulate and how.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SimulateOptions {
-    /// Transform of images.
-    pub method: Method,
-    /// Accuracy of [`Method::Degrid`] relative to the total flux, 1e-12 to 1e-1.
-    pub epsilon: f64,
-    /// Include w (n - 1) in the phase. [`Method::Mask`] never does.
-    pub w_term: bool,
-    /// Divide brightness temperature by n, as dOmega = dl dm / n.
-    pub one_over_n: bool,
-    /// Pattern of each element.
-    pub pattern: ElementPattern,
-    /// Frequencies averaged in each channel, which gives bandwidth smearing; 1 takes the channel centre alone.
-    pub subchannels: usize,
-    /// Constant taken off a scene in kelvin.
-    pub pedestal: Pedestal,
-    /// Thermal noise, if any.
-    pub noise: Option<NoiseOptions>,
-}
-
-impl Default for SimulateOptions {
-    fn default() -> Self {
-        Self {
-            method: Method::Degrid,
-            epsilon: 1e-7,
-            w_term: true,
-            one_over_n: true,
-            pattern: ElementPattern::None,
-            subchannels: 1,
-            pedestal: Pedestal::Auto,
-            noise: None,
-        }
     }
 }

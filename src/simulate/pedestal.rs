@@ -8,10 +8,9 @@ use super::element::ElementPattern;
 use super::sky::{SkyModel, holds_intensity};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, VisUnit};
-use serde::{Deserialize, Serialize};
 
 /// What is removed from a scene in kelvin.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Pedestal {
     /// The mean seen through the element pattern, where the background is warm; otherwise nothing.
     #[default]

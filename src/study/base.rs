@@ -120,7 +120,7 @@ impl Base {
                     .into(),
             ));
         }
-        let imaging = ImagingOptions { size: Some((grid.n_l, grid.n_m)), cell_rad: Some(grid.cell_rad), ..self.imaging.clone() };
+        let imaging = self.imaging.on_grid(grid);
         Ok(Reference { on_source: model.mapv(|v| v.abs() > ON_SOURCE * peak), image: restored, imaging })
     }
 }

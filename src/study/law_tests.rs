@@ -3,10 +3,11 @@
 use super::*;
 use crate::corrupt::{Error, PhaseError, Variation};
 use crate::deconvolve::by_name;
-use crate::imaging::ImagingOptions;
+use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::imaging::major::CleanOptions;
 use crate::progress::Silent;
 use crate::simulate::{Method, SimulateOptions, SkyModel, random::stream, simulate_set};
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{
     Antenna, ArrayLayout, CoveragePlan, LayoutFrame, PhaseCenter, Polarization, Source, SpectralWindow, VisUnit, VisibilityHeader,
 };
@@ -34,9 +35,9 @@ fn base(n_ant: u32, size: usize) -> Arc<Base> {
     let sky = SkyModel::of_sources(vec![Source::point(0.0, 0.0, 1.0)]);
     let options = SimulateOptions { method: Method::Dft, ..SimulateOptions::default() };
     let set = simulate_set(header, &coverage, &sky, &options, &Silent).unwrap();
-    let imaging = ImagingOptions { size: Some((size, size)), cell_rad: Some(3e-3), w_term: false, ..ImagingOptions::default() };
+    let imaging = ImagingOptions { size: Some(ImageSize::square(size)), cell: Some(Angle(3e-3)), weighting: Weighting::Natural, no_w: true, ..ImagingOptions::default() };
     // One component takes the whole peak: nothing of the errors is cleaned away.
-    let clean = CleanOptions { algorithm: by_name("hogbom").unwrap(), gain: 1.0, niter: 1, ..CleanOptions::default() };
+    let clean = CleanOptions { algorithm: by_name("hogbom").unwrap().into(), gain: 1.0, niter: 1, ..CleanOptions::default() };
     Arc::new(Base::new(set, imaging, Deconvolution::Clean(clean)))
 }
 

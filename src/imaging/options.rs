@@ -1,0 +1,220 @@
+//! Options of every image: one type for the library, the command line and the files of `run` and `study`.
+
+use crate::Result;
+use crate::fourier::GridOptions;
+use crate::values::{bad_value, by_text};
+use cittert_arrays::quantity::Angle;
+use cittert_arrays::{Polarization, RestoringBeam, SkyGrid};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// Grid, weights and accuracy of an image.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", command(next_help_heading = "Image"))]
+pub struct ImagingOptions {
+    /// Number of pixels along each side, or COLUMNSxROWS [default: chosen from the coverage].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N"))]
+    pub size: Option<ImageSize>,
+    /// Size of a pixel [default: chosen from the coverage].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    pub cell: Option<Angle>,
+    /// Scheme of the weights.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "SCHEME", value_enum, hide_possible_values = true, default_value_t = ImagingOptions::default().weighting))]
+    pub weighting: Weighting,
+    /// Robustness of briggs weights, from -2 (close to uniform) to 2 (close to natural).
+    #[cfg_attr(feature = "cli", arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = ImagingOptions::default().robust))]
+    pub robust: f64,
+    /// Super-uniform weights: the cells of the density of weights are wider by this factor.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = ImagingOptions::default().super_uniform))]
+    pub super_uniform: f64,
+    /// Gaussian taper that acts on the image like a smoothing to this full width at half maximum.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    pub taper: Option<Angle>,
+    /// Gaussian taper of the short baselines that removes structure wider than this full width at half maximum.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    pub inner_taper: Option<Angle>,
+    /// Give every usable visibility the weight 1 instead of its weight in the file.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub unit_weights: bool,
+    /// Stokes parameter or correlation product to image.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "POL", default_value_t = ImagingOptions::default().pol))]
+    pub pol: Polarization,
+    /// Number of output channels. The channels are divided evenly among them, in order.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = ImagingOptions::default().channels_out))]
+    pub channels_out: usize,
+    /// Weight each output channel with the density of all channels together.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub joint_weights: bool,
+    /// Relative error of the transforms between visibilities and image.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = ImagingOptions::default().epsilon))]
+    pub epsilon: f64,
+    /// Leave out the w term.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub no_w: bool,
+    /// Restoring beam MAJOR,MINOR,PA such as 12arcsec,8arcsec,30deg [default: fitted to the dirty beam].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "BEAM"))]
+    pub beam: Option<BeamShape>,
+    /// Bytes of reduced visibilities that are kept in memory. Every pass reads larger sets again.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip = ImagingOptions::default().cache_bytes))]
+    pub cache_bytes: usize,
+}
+
+impl Default for ImagingOptions {
+    fn default() -> Self {
+        Self {
+            size: None,
+            cell: None,
+            weighting: Weighting::Uniform,
+            robust: 0.0,
+            super_uniform: 1.0,
+            taper: None,
+            inner_taper: None,
+            unit_weights: false,
+            pol: Polarization::I,
+            channels_out: 1,
+            joint_weights: false,
+            epsilon: 1e-5,
+            no_w: false,
+            beam: None,
+            cache_bytes: 512 << 20,
+        }
+    }
+}
+
+impl ImagingOptions {
+    /// Check the numbers of the weights.
+    ///
+    /// # Errors
+    /// A robustness, factor or taper that is not finite or out of range.
+    pub fn check(&self) -> Result<()> {
+        if !(-5.0..=5.0).contains(&self.robust) {
+            return bad_value("robust", self.robust, "a number from -2 (uniform) to 2 (natural)");
+        }
+        if !(1.0..=1000.0).contains(&self.super_uniform) {
+            return bad_value("super-uniform", self.super_uniform, "a factor from 1 to 1000");
+        }
+        for (field, taper) in [("taper", self.taper), ("inner-taper", self.inner_taper)] {
+            if let Some(t) = taper
+                && !(t.si().is_finite() && t.si() > 0.0)
+            {
+                return bad_value(field, t, "a positive angle");
+            }
+        }
+        Ok(())
+    }
+
+    /// The same options with the size and the cell of a grid.
+    #[must_use]
+    pub fn on_grid(&self, grid: &SkyGrid) -> Self {
+        let size = Some(ImageSize { columns: grid.n_l, rows: grid.n_m });
+        Self { size, cell: Some(Angle(grid.cell_rad)), ..self.clone() }
+    }
+
+    pub(crate) fn grid_options(&self) -> GridOptions {
+        GridOptions { epsilon: self.epsilon, w_term: !self.no_w, divide_by_n: false }
+    }
+}
+
+/// Scheme of the weights of visibilities in an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum, schemars::JsonSchema))]
+pub enum Weighting {
+    /// By the noise alone: the best signal to noise ratio of a point.
+    Natural,
+    /// Every occupied cell of the u-v plane counts the same: the sharpest beam.
+    Uniform,
+    /// Between natural and uniform, by the robustness.
+    Briggs,
+}
+
+#[cfg(feature = "cli")]
+impl fmt::Display for Weighting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Natural => "natural",
+            Self::Uniform => "uniform",
+            Self::Briggs => "briggs",
+        })
+    }
+}
+
+/// Number of pixels of an image: 512, or 512x256.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImageSize {
+    /// Pixels along l.
+    pub columns: usize,
+    /// Pixels along m.
+    pub rows: usize,
+}
+by_text!(ImageSize, ["integer", "string"], "Number of pixels along each side such as 512, or COLUMNSxROWS such as \"512x256\".");
+
+impl ImageSize {
+    /// A square image.
+    #[must_use]
+    pub fn square(side: usize) -> Self {
+        Self { columns: side, rows: side }
+    }
+}
+
+impl fmt::Display for ImageSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.columns == self.rows { write!(f, "{}", self.columns) } else { write!(f, "{}x{}", self.columns, self.rows) }
+    }
+}
+
+impl FromStr for ImageSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let (columns, rows) = text.split_once('x').unwrap_or((text, text));
+        match (columns.trim().parse(), rows.trim().parse()) {
+            (Ok(columns), Ok(rows)) => Ok(Self { columns, rows }),
+            _ => Err(format!("{text:?} is not a size: give a number of pixels such as 512, or COLUMNSxROWS")),
+        }
+    }
+}
+
+/// A restoring beam, written MAJOR,MINOR,PA.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BeamShape {
+    /// Full width at half maximum along the major axis.
+    pub major: Angle,
+    /// Full width at half maximum along the minor axis.
+    pub minor: Angle,
+    /// Position angle of the major axis.
+    pub position_angle: Angle,
+}
+by_text!(BeamShape, "string", "MAJOR,MINOR,PA as angles, such as \"12arcsec,8arcsec,30deg\".");
+
+impl BeamShape {
+    /// The beam in radians.
+    #[must_use]
+    pub fn restoring(self) -> RestoringBeam {
+        RestoringBeam { bmaj_rad: self.major.si(), bmin_rad: self.minor.si(), bpa_rad: self.position_angle.si() }
+    }
+}
+
+impl fmt::Display for BeamShape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{},{}", self.major, self.minor, self.position_angle)
+    }
+}
+
+impl FromStr for BeamShape {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let angles = text.split(',').map(str::parse::<Angle>).collect::<std::result::Result<Vec<_>, _>>();
+        match angles.map_err(|e| e.to_string())?.as_slice() {
+            &[major, minor, position_angle] if major.si() >= minor.si() && minor.si() > 0.0 => {
+                Ok(Self { major, minor, position_angle })
+            }
+            _ => Err(format!("{text:?} is not a beam MAJOR,MINOR,PA with MAJOR at least MINOR, such as 12arcsec,8arcsec,30deg")),
+        }
+    }
+}
