@@ -17,6 +17,7 @@
 //! | [`GainTable`] | antenna gains | `Complex<f64>` \[solint, ant, chan, feed\] |
 //! | [`SkyGrid`], [`Image`] | brightness on a grid of direction cosines | \[chan, pol, m, l\] |
 
+mod as_text;
 pub mod astrometry;
 mod beam;
 mod builtin;
