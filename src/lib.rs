@@ -3,13 +3,17 @@
 pub mod calibrate;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod closure;
+pub mod closure_imaging;
 pub mod corrupt;
 pub mod deconvolve;
 pub mod error;
 pub mod fidelity;
 pub mod fourier;
 pub mod imaging;
+mod linalg;
 pub mod mem;
+pub mod misfit;
 #[cfg(feature = "cli")]
 pub mod plot;
 pub mod progress;

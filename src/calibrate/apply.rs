@@ -324,8 +324,8 @@ impl VisibilitySource for CalibratedSource<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testdata::{Scene, T0_JD, cis, random_phases};
     use super::*;
+    use crate::closure::testdata::{Scene, T0_JD, cis, random_phases};
     use crate::progress::Silent;
     use cittert_arrays::{Polarization, VisibilitySet};
 

@@ -7,7 +7,8 @@
 //! The gradient is found on the complex ratio of the gains, which knows no turns: a search over slopes finds the
 //! strongest coherent sum, then least squares on the phase of the residual is repeated until it settles.
 
-use super::linalg::{Cholesky, Matrix};
+use super::apply::{interval_of, known, nearest_channel};
+use crate::linalg::{Cholesky, Matrix};
 use crate::{ChainError, Result};
 use cittert_arrays::GainTable;
 use num_complex::Complex64;
@@ -57,18 +58,18 @@ pub fn compare_gains(found: &GainTable, truth: &GainTable, options: CompareOptio
     found.check()?;
     truth.check()?;
     let partner: Vec<Option<usize>> = found.layout.antennas().iter().map(|a| truth.layout.index_of(&a.name)).collect();
-    let channel: Vec<usize> = found.spectrum.freq_hz().iter().map(|f| super::apply::nearest_channel(truth, *f)).collect();
+    let channel: Vec<usize> = found.spectrum.freq_hz().iter().map(|f| nearest_channel(truth, *f)).collect();
     let feed: Vec<usize> = (0..found.feeds.len()).map(|f| partner_feed(found, truth, f)).collect::<Result<_>>()?;
     let mut flagged = 0;
     let mut all = Vec::new();
     for (t, time_jd) in found.time_jd.iter().enumerate() {
-        let other = super::apply::interval_of(truth, *time_jd);
+        let other = interval_of(truth, *time_jd);
         for (c, &channel) in channel.iter().enumerate() {
             for (f, &feed) in feed.iter().enumerate() {
                 let mut r = Ratios { ratio: Vec::new(), place_m: Vec::new() };
                 for (a, antenna) in found.layout.antennas().iter().enumerate() {
-                    let one = super::apply::known(found, (t, a, c, f));
-                    let two = partner[a].and_then(|p| super::apply::known(truth, (other, p, channel, feed)));
+                    let one = known(found, (t, a, c, f));
+                    let two = partner[a].and_then(|p| known(truth, (other, p, channel, feed)));
                     match one.zip(two) {
                         Some((g, h)) => {
                             r.ratio.push(g / h);
@@ -212,8 +213,8 @@ fn plane_fit(phases: &[f64], place_m: &[[f64; 2]]) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testdata::{Scene, T0_JD, cis, random_phases};
     use super::*;
+    use crate::closure::testdata::{Scene, T0_JD, cis, random_phases};
 
     fn table(n: usize, times: usize) -> GainTable {
         let h = Scene::point(n, 1).header();

@@ -6,8 +6,8 @@
 //! # Reference
 //! Schwab & Cotton 1983, AJ 88, 688 (global fringe fitting).
 
-use super::core::{Fit, Pairs};
-use super::linalg::{Cholesky, Matrix, condition_number};
+use super::least_squares::{Fit, Pairs};
+use crate::linalg::{Cholesky, Matrix, condition_number};
 use num_complex::Complex64;
 
 /// Phase (rad at the middle of the band) and slope (rad over half the band) of an antenna.

@@ -10,9 +10,9 @@
 //! Pearson & Readhead 1984, ARA&A 22, 97 (closure and its counts); Wieringa 1992, Exp. Astron. 2, 203 and Liu et al. 2010,
 //! MNRAS 408, 1029 (redundant baselines).
 
-use super::intervals::pairs_of;
-use super::linalg::{Matrix, dot, numerical_rank, singular_values, triangularise};
 use super::options::GainMode;
+use crate::closure::pairs_of;
+use crate::linalg::{Matrix, dot, numerical_rank, singular_values, triangularise};
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayLayout, SPEED_OF_LIGHT_M_S};
 use std::f64::consts::TAU;

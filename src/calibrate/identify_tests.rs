@@ -1,9 +1,9 @@
 //! Tests of the counts of unknowns and degeneracies.
 
 use super::identify::RowStack;
-use super::intervals::pairs_of;
-use super::linalg::{Matrix, singular_values};
 use super::*;
+use crate::closure::pairs_of;
+use crate::linalg::{Matrix, singular_values};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

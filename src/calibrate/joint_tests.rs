@@ -74,7 +74,7 @@ fn a_scene_comes_back_through_phases_of_which_nothing_is_known() {
     let floor = nrmse(&model(&quiet));
     assert!(floor < 0.25, "{floor}");
     for seed in [1, 2, 3] {
-        let phases = super::testdata::random_phases(40, std::f64::consts::PI, seed);
+        let phases = crate::closure::testdata::random_phases(40, std::f64::consts::PI, seed);
         let mut set = observed(&phases, 0.3);
         let mut m = maker();
         let result = calibrated(&mut set, &mut m);
@@ -91,7 +91,7 @@ fn a_scene_comes_back_through_phases_of_which_nothing_is_known() {
 
 #[test]
 fn noise_of_unknown_size_is_found_through_unknown_phases() {
-    let phases = super::testdata::random_phases(40, std::f64::consts::PI, 4);
+    let phases = crate::closure::testdata::random_phases(40, std::f64::consts::PI, 4);
     let mut set = observed(&phases, 0.3);
     set.data.weights.fill(1.0);
     set.data.nsamples.fill(1.0);

@@ -5,40 +5,37 @@
 //! | `options` | what a solution is asked for |
 //! | `model` | the visibilities that gains are solved against |
 //! | `normal` | one pass over the data: sums for each baseline and interval |
-//! | `core`, `delay` | the least squares problems of one interval |
-//! | `interval` | which antennas can be solved in an interval |
+//! | `least_squares`, `delay` | the least squares problems of one interval |
+//! | `antenna_fit` | which antennas can be solved in an interval |
+//! | `grouping` | channels and feeds that share a solution |
 //! | `reference` | the reference antenna and its substitutes |
 //! | `solve` | the whole set |
 //! | `apply` | gains onto or out of the data |
-//! | `closure`, `closure_sets` | closure phases and amplitudes, and on which antennas |
 //! | `degeneracy` | gain tables compared modulo what cannot be known |
 //! | `support` | do the closure phases support the model? |
 //! | `selfcal` | the loop of solving and imaging |
 //! | `predicted` | predictions of the model, kept from a solution to the image that follows |
-//! | `clean_maker` | CLEAN as the model maker of the loop |
+//! | `clean_model` | CLEAN as the model maker of the loop |
 //! | `unknown_gains` | chi squared through gains that nobody knows |
-//! | `joint`, `joint_maker` | image and gains solved as one problem |
+//! | `joint_solution`, `joint_model` | image and gains solved as one problem |
 //! | `identify` | what can be known |
 
+mod antenna_fit;
 mod apply;
-mod clean_maker;
+mod clean_model;
 #[cfg(test)]
-mod clean_maker_tests;
-mod closure;
-mod closure_sets;
-mod core;
+mod clean_model_tests;
 mod degeneracy;
 mod delay;
+mod grouping;
 mod identify;
 #[cfg(test)]
 mod identify_tests;
-mod interval;
-mod intervals;
-mod joint;
-mod joint_maker;
+mod joint_model;
+mod joint_solution;
 #[cfg(test)]
 mod joint_tests;
-mod linalg;
+mod least_squares;
 mod model;
 mod normal;
 mod options;
@@ -51,29 +48,23 @@ mod solve;
 #[cfg(test)]
 mod solve_tests;
 mod support;
-#[cfg(test)]
-mod testdata;
 mod unknown_gains;
 #[cfg(test)]
 mod unknown_gains_tests;
 mod unresolved;
 
+pub use crate::closure::SolutionInterval;
+pub use antenna_fit::FlagReason;
 pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply, on_channels};
-pub use clean_maker::CleanMaker;
-pub use closure::{
-    ClosureAmplitude, ClosureChannels, ClosureKey, ClosureOptions, ClosurePhase, ClosureSet, closure_amplitudes, closure_phases,
-};
-pub(crate) use closure_sets::{Links, quadrangles, triangles};
+pub use clean_model::CleanMaker;
 pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
 pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
-pub use interval::FlagReason;
-pub use joint::{Joint, JointGoals, JointStage, Lattice, joint};
-pub use joint_maker::{ImageMaker, JointMaker, JointOptions};
-pub(crate) use linalg::{Cholesky, Matrix};
+pub use joint_model::{ImageMaker, JointMaker, JointOptions};
+pub use joint_solution::{Joint, JointGoals, JointStage, Lattice, joint};
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
-pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, SolutionInterval, SolveOptions, refant_from_names};
-pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, Start, StopReason, schedule, selfcal};
+pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, SolveOptions, refant_from_names};
+pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, SelfcalStop, Start, schedule, selfcal};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use support::ClosureSupport;
 pub use unknown_gains::{UnknownGains, UnknownGainsBuilder};

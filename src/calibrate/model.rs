@@ -1,7 +1,7 @@
 //! Where the visibilities that gains are solved against come from.
 
 use crate::{ChainError, Result};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, UvCoverage, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, UvCoverage, VisibilityHeader, VisibilitySource};
 use ndarray::Array3;
 use num_complex::{Complex, Complex64};
 use std::f64::consts::TAU;
@@ -13,6 +13,11 @@ pub trait ModelVisibilities {
     /// # Errors
     /// Whatever keeps the model from being evaluated there.
     fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>>;
+}
+
+/// True for the correlations that an unpolarised model fills.
+pub(super) fn sees_unpolarized(pol: Polarization) -> bool {
+    pol.is_parallel_hand() || pol == Polarization::I
 }
 
 /// A point source with a flat spectrum, unpolarised.
@@ -38,7 +43,7 @@ impl ModelVisibilities for PointModel {
         }
         // n - 1 without cancellation.
         let w_factor = -(self.l * self.l + self.m * self.m) / (1.0 + n2.sqrt());
-        let total: Vec<bool> = header.polarizations.iter().map(|p| p.is_parallel_hand() || *p == cittert_arrays::Polarization::I).collect();
+        let total: Vec<bool> = header.polarizations.iter().map(|p| sees_unpolarized(*p)).collect();
         let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
         if self.l == 0.0 && self.m == 0.0 {
             for p in (0..total.len()).filter(|p| total[*p]) {

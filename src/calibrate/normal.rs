@@ -2,9 +2,10 @@
 //!
 //! A sum serves any number of solutions (phase, amplitude, other thresholds), the test against closure phases, and chi^2.
 
-use super::intervals::{ChannelPlan, FeedPlan, TimeBins, TimeSpan, n_pairs, pair_index};
+use super::grouping::{ChannelPlan, FeedPlan};
 use super::model::ModelVisibilities;
 use super::options::{ChannelGroups, GainMode, SolveOptions};
+use crate::closure::{TimeBins, TimeSpan, n_pairs, pair_index};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};

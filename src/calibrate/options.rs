@@ -1,5 +1,6 @@
 //! What a gain solution is asked for.
 
+use crate::closure::SolutionInterval;
 use crate::{ChainError, Result};
 use cittert_arrays::ArrayLayout;
 
@@ -24,17 +25,6 @@ impl GainMode {
             Self::Delay => "delay",
         }
     }
-}
-
-/// How long one solution holds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SolutionInterval {
-    /// The whole set.
-    Infinite,
-    /// Each integration for itself.
-    Integration,
-    /// So many seconds from the start of the first integration.
-    Seconds(f64),
 }
 
 /// Which channels share a solution.

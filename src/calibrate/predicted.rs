@@ -1,5 +1,6 @@
 //! Visibilities of the model that a solution was found against, kept for the image that follows it.
 
+use super::model::sees_unpolarized;
 use crate::Result;
 use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis};
@@ -87,7 +88,7 @@ impl VisibilitySource for Left<'_> {
             }
         };
         for (p, pol) in header.polarizations.iter().enumerate() {
-            if super::clean_maker::sees(*pol) {
+            if sees_unpolarized(*pol) {
                 let mut vis = block.vis.index_axis_mut(Axis(2), p);
                 vis -= &model;
             }

@@ -9,10 +9,11 @@
 
 use super::apply::{ApplyOptions, CalibratedSource};
 use super::model::{ModelVisibilities, PointModel};
-use super::normal::NormalEquations;
-use super::options::{GainMode, SolutionInterval, SolveOptions};
+use super::normal::{Cell, NormalEquations};
+use super::options::{GainMode, SolveOptions};
 use super::solve::{Solution, SolveReport};
 use super::support::ClosureSupport;
+use crate::closure::SolutionInterval;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, VisibilitySource};
@@ -165,7 +166,7 @@ pub struct RoundRecord {
 
 /// Why the loop ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum StopReason {
+pub enum SelfcalStop {
     /// All rounds are done.
     Completed,
     /// Further rounds brought no better image.
@@ -174,7 +175,7 @@ pub enum StopReason {
     Failed(String),
 }
 
-impl std::fmt::Display for StopReason {
+impl std::fmt::Display for SelfcalStop {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Completed => f.write_str("all rounds done"),
@@ -196,7 +197,7 @@ pub struct Selfcal {
     /// Metrics of the last image, where the best round's was made again to the full depth.
     pub deepened: Option<ModelMetrics>,
     /// Why it ended.
-    pub stop: StopReason,
+    pub stop: SelfcalStop,
     /// What makes the result doubtful, in sentences; they went to the observer too.
     pub warnings: Vec<String>,
 }
@@ -229,7 +230,7 @@ pub fn selfcal(
     let Some(first) = options.schedule.first() else {
         return Err(ChainError::BadOption { option: "rounds", value: "0".into(), expected: "at least 1".into() });
     };
-    let mut out = Selfcal { rounds: Vec::new(), best: 0, before: None, deepened: None, stop: StopReason::Completed, warnings: Vec::new() };
+    let mut out = Selfcal { rounds: Vec::new(), best: 0, before: None, deepened: None, stop: SelfcalStop::Completed, warnings: Vec::new() };
     let mut start = Some(start);
     if matches!(start, Some(Start::Data)) {
         out.before = Some(maker.update(data, &RoundPlan { last: false, depth: FIRST_DEPTH, ..*first }, observer)?);
@@ -245,7 +246,7 @@ pub fn selfcal(
             Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
             Err(e) if out.rounds.is_empty() => return Err(e),
             Err(e) => {
-                out.stop = StopReason::Failed(e.to_string());
+                out.stop = SelfcalStop::Failed(e.to_string());
                 break;
             }
         };
@@ -276,12 +277,12 @@ pub fn selfcal(
             match later {
                 Some(skip) => {
                     if skip > 0 && stage(&options.schedule[next + skip]) == stage(plan) {
-                        out.stop = StopReason::NoImprovement;
+                        out.stop = SelfcalStop::NoImprovement;
                     }
                     next += skip;
                 }
                 None if next < options.schedule.len() => {
-                    out.stop = StopReason::NoImprovement;
+                    out.stop = SelfcalStop::NoImprovement;
                     break;
                 }
                 None => {}
@@ -392,7 +393,7 @@ impl NormalEquations {
 
     /// Multiply the model by a number, after the fact.
     fn scale_model(&mut self, factor: f64) {
-        let scale = |c: &mut super::normal::Cell| {
+        let scale = |c: &mut Cell| {
             c.vm *= factor;
             c.mm *= factor * factor;
             c.half_vm *= factor;

@@ -1,8 +1,8 @@
 //! The loop end to end, with a small direct-sum CLEAN as its model maker.
 
-use super::testdata::{Scene, cis, random_phases};
 use super::*;
 use crate::Result;
+use crate::closure::testdata::{Scene, cis, random_phases};
 use crate::progress::{Observer, Recorder, Silent};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, UvCoverage, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, Array3};
@@ -186,7 +186,7 @@ fn the_best_round_is_kept_and_the_reason_to_stop_is_told() {
     let mut data = double(0.02).set(|_, a, _, _| cis(phase[a]));
     let out = selfcal(&mut data, &mut TinyClean::default(), POINT, &options(GainMode::Phase, 30), &Silent).unwrap();
     assert!(out.rounds.len() < 30);
-    assert_eq!(out.stop, StopReason::NoImprovement);
+    assert_eq!(out.stop, SelfcalStop::NoImprovement);
     assert!(out.rounds.iter().all(|r| r.metrics.dynamic_range() <= out.best().metrics.dynamic_range()));
     let mut maker = TinyClean { fail_at: Some(2), ..TinyClean::default() };
     let out = selfcal(&mut data, &mut maker, POINT, &options(GainMode::Phase, 3), &Silent).unwrap();

@@ -1,11 +1,11 @@
 //! Antenna gains of a whole set: one pass over the data, one least squares problem for each solution interval.
 
-use super::interval::{AntennaFit, FlagReason, IntervalData, solve_interval};
-use super::intervals::n_pairs;
+use super::antenna_fit::{AntennaFit, FlagReason, IntervalData, solve_interval};
 use super::model::ModelVisibilities;
 use super::normal::{IntervalSums, NormalEquations, SampleCounts};
 use super::options::{GainMode, SolveOptions};
 use super::reference::{reference_phases, reference_priority};
+use crate::closure::n_pairs;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, VisibilitySource};

@@ -1,7 +1,7 @@
 //! Tests of whole solutions on synthetic sets.
 
-use super::testdata::{Scene, T0_JD, cis, random_phases, worst_phase};
 use super::*;
+use crate::closure::testdata::{Scene, T0_JD, cis, random_phases, worst_phase};
 use crate::progress::{Recorder, Silent};
 use cittert_arrays::{Polarization, VisibilitySet};
 use num_complex::{Complex, Complex64};

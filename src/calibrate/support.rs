@@ -10,8 +10,8 @@
 //! dealt alternately into two halves, and the triangle products of one half are correlated with those of the other; the
 //! model's phases drop out.
 
-use super::intervals::{n_pairs, pair_index};
 use super::normal::{Cell, NormalEquations};
+use crate::closure::{n_pairs, pair_index};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -170,9 +170,9 @@ fn triangles(n: usize, cells: &[Cell], scale2: f64) -> Sums {
 
 #[cfg(test)]
 mod tests {
-    use super::super::testdata::{Scene, cis, random_phases};
     use super::super::{PointModel, SolutionInterval, SolveOptions};
     use super::*;
+    use crate::closure::testdata::{Scene, cis, random_phases};
     use crate::progress::Silent;
 
     fn support(scene: &Scene, phases: bool, options: &SolveOptions) -> ClosureSupport {

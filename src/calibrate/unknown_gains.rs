@@ -7,11 +7,12 @@
 //! # Reference
 //! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413 (variable projection); Cornwell & Wilkinson 1981, MNRAS 196, 1067.
 
-use super::core::{Pairs, refine_pairs, solve_pairs};
-use super::interval::prune;
-use super::intervals::{ChannelPlan, FeedPlan, TimeBins};
+use super::antenna_fit::prune;
+use super::grouping::{ChannelPlan, FeedPlan};
+use super::least_squares::{Pairs, refine_pairs, solve_pairs};
 use super::options::{GainMode, SolveOptions};
-use crate::mem::data::VisibilityTerm;
+use crate::closure::TimeBins;
+use crate::misfit::VisibilityTerm;
 use crate::{ChainError, Result};
 use cittert_arrays::{VisibilityBlock, VisibilityHeader};
 use num_complex::{Complex, Complex32, Complex64};

@@ -1,9 +1,10 @@
-use super::options::{FeedGroups, GainMode, SolutionInterval, SolveOptions};
-use super::testdata::{Scene, cis, random_phases};
+use super::options::{FeedGroups, GainMode, SolveOptions};
 use super::unknown_gains::{UnknownGains, UnknownGainsBuilder};
 use crate::ChainError;
-use crate::mem::data::VisibilityTerm;
-use crate::mem::data::check::gradient_error;
+use crate::closure::SolutionInterval;
+use crate::closure::testdata::{Scene, cis, random_phases};
+use crate::misfit::VisibilityTerm;
+use crate::misfit::check::gradient_error;
 use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisibilitySet};
 use num_complex::{Complex32, Complex64};
 use std::f64::consts::TAU;

@@ -3,6 +3,7 @@
 //! A baseline too short to see structure inside the field measures the total flux there with a phase near 0. Where strong visibilities on
 //! such baselines have other phases, the antennas' phases are not calibrated, and an image of the data as they are means nothing.
 
+use super::model::sees_unpolarized;
 use crate::Result;
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilitySource, for_each_block};
 use std::f64::consts::PI;
@@ -46,9 +47,7 @@ pub fn resolves(length_wl: f64, half_field_rad: f64) -> bool {
 pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64) -> Result<Unresolved> {
     let header = source.header();
     let freq_hz = header.spectrum.freq_hz().to_vec();
-    let pols: Vec<usize> = (0..header.polarizations.len())
-        .filter(|p| header.polarizations[*p].is_parallel_hand() || header.polarizations[*p] == cittert_arrays::Polarization::I)
-        .collect();
+    let pols: Vec<usize> = (0..header.polarizations.len()).filter(|p| sees_unpolarized(header.polarizations[*p])).collect();
     let (mut count, mut real, mut amplitude) = (0, 0.0, 0.0);
     for_each_block(source, BLOCK_BYTES, |_, block| -> Result<()> {
         for row in 0..block.n_rows() {
@@ -79,8 +78,8 @@ pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64)
 
 #[cfg(test)]
 mod tests {
-    use super::super::testdata::{Scene, cis};
     use super::*;
+    use crate::closure::testdata::{Scene, cis};
 
     #[test]
     fn arbitrary_phases_on_short_baselines_are_seen() {

@@ -4,7 +4,7 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::solution_interval;
 use crate::ChainError;
-use crate::calibrate::{ClosureChannels, ClosureKey, ClosureOptions, ClosureSet, closure_amplitudes, closure_phases};
+use crate::closure::{ClosureChannels, ClosureKey, ClosureOptions, ClosureSet, closure_amplitudes, closure_phases};
 use crate::plot::{CurveOptions, Series, Style, curves};
 use cittert_arrays::ArrayLayout;
 use cittert_formats::atomic::{AtomicFile, write_file};

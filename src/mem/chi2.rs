@@ -1,7 +1,7 @@
 //! Chi squared of an image: one transform to visibilities, every term, one transform back.
 
-use super::data::VisibilityTerm;
 use crate::fourier::{GridOptions, Pair};
+use crate::misfit::VisibilityTerm;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayError, SkyGrid};
 use ndarray::{Array2, ArrayView2};
@@ -158,7 +158,7 @@ impl ChiSquared {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mem::data::Visibilities;
+    use crate::misfit::Visibilities;
     use cittert_arrays::SkyFrame;
     use num_complex::Complex32;
 

@@ -2,7 +2,9 @@
 
 use super::control::Control;
 use super::objective::{Multipliers, Objective, Point};
-use super::quasi_newton::{Goals, QuasiNewton, Shared};
+use super::quasi_newton::QuasiNewton;
+use super::regulariser::check_prior;
+use super::solver::{Goals, Shared};
 use super::vtess::Vtess;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
@@ -92,7 +94,7 @@ impl MemImager {
     /// # Errors
     /// A prior that is not positive where the image may be bright, a flux that is not positive, a mask that leaves no pixel.
     pub fn new(objective: Objective, prior: Array2<f64>) -> Result<Self> {
-        super::regulariser::check_prior(&prior, objective.inside.as_ref())?;
+        check_prior(&prior, objective.inside.as_ref())?;
         if let Some(flux) = objective.flux.filter(|f| !(*f > 0.0 && f.is_finite())) {
             let expected = "a positive total flux: entropy is that of a positive image".into();
             return Err(ChainError::BadOption { option: "--flux", value: flux.to_string(), expected });

@@ -1,14 +1,13 @@
 //! Maximum entropy: the most featureless positive image that the data allow.
 //!
 //! Of all positive images whose chi squared is what the noise makes one expect, the one of largest entropy relative to a prior is chosen.
-//! [`data`] holds the terms of chi squared, [`regulariser`] the entropies and other penalties, [`Objective`] their sum with its
+//! [`crate::misfit`] holds the terms of chi squared, [`regulariser`] the entropies and other penalties, [`Objective`] their sum with its
 //! Lagrange multipliers. [`MemImager`] takes an image from its prior to the target, or a few steps at a fixed multiplier for a calibration.
 
 mod beam;
 mod certificate;
 mod chi2;
 mod control;
-pub mod data;
 mod gather;
 mod imager;
 mod memory;
@@ -18,10 +17,10 @@ mod objective;
 mod pipeline;
 mod quasi_newton;
 pub mod regulariser;
+mod solver;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
-pub mod vlbi;
 mod vtess;
 
 pub use beam::BeamHessian;

@@ -1,14 +1,16 @@
 //! From an imager to images: gather, choose the prior, solve, restore, certify; for each output channel.
 
+use super::beam::BeamHessian;
 use super::certificate::Certificate;
-use super::data::Visibilities;
+use super::chi2::ChiSquared;
 use super::gather::Gathered;
+use super::imager::{MemGoals, MemImager, MemState, Method, Progress};
 use super::noise::Noise;
 use super::objective::{Multipliers, Objective};
-use super::regulariser::{ENTROPIES, Entry, L1, TotalVariation, WeightedSum};
+use super::regulariser::{ENTROPIES, Entry, L1, Regulariser, TotalVariation, WeightedSum, check_prior};
 use super::uncertainty::{Uncertainty, uncertainty};
-use super::{BeamHessian, ChiSquared, MemGoals, MemImager, MemState, Method};
 use crate::imaging::{Imager, Kind, with_beam};
+use crate::misfit::Visibilities;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{Image, RestoringBeam, VisUnit};
@@ -232,7 +234,7 @@ pub(crate) fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> 
 
 /// The penalty for a prior, and the imager around it.
 pub(crate) fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemOptions) -> Result<MemImager> {
-    super::regulariser::check_prior(&prior, objective.inside.as_ref())?;
+    check_prior(&prior, objective.inside.as_ref())?;
     let count = objective.inside.as_ref().map_or(prior.len(), |m| m.iter().filter(|x| **x).count());
     objective.unit = sum_inside(&prior, objective.inside.as_ref()) / count.max(1) as f64;
     let mut penalty = WeightedSum::of((opts.entropy.make)(prior.clone()));
@@ -250,7 +252,7 @@ fn multipliers(solver: &MemImager, state: &MemState) -> Multipliers {
     Multipliers { lambda: state.lambda * solver.objective().unit, beta: state.beta, rho: solver.objective().rho() }
 }
 
-fn certify(solver: &mut MemImager, state: &MemState, (progress, seconds): (&super::Progress, f64)) -> Result<Certificate> {
+fn certify(solver: &mut MemImager, state: &MemState, (progress, seconds): (&Progress, f64)) -> Result<Certificate> {
     let stop_reason = match (progress.met, progress.stalled) {
         (true, _) => "converged",
         (_, true) => "stalled",
@@ -259,7 +261,7 @@ fn certify(solver: &mut MemImager, state: &MemState, (progress, seconds): (&supe
     let (all, spent) = solver.objective().chi2.cost();
     let o = solver.objective();
     let mut dump = (Array2::zeros(state.image.dim()), Array2::zeros(state.image.dim()));
-    let penalty = super::regulariser::Regulariser::add(&o.penalty, &state.image, 0.0, &mut dump.0, &mut dump.1);
+    let penalty = o.penalty.add(&state.image, 0.0, &mut dump.0, &mut dump.1);
     let flux = state.image.sum();
     Ok(Certificate {
         met: progress.met,

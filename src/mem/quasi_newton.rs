@@ -7,15 +7,10 @@ use super::control::{Control, Steering};
 use super::memory::Memory;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
+use super::solver::{Goals, Shared, State, dot, with};
 use crate::progress::{Event, Observer};
-use argmin::core::{Error, IterState, KV, Problem, Solver, TerminationReason, TerminationStatus};
+use argmin::core::{Error, KV, Problem, Solver, TerminationStatus};
 use ndarray::{Array2, Zip};
-use std::cell::RefCell;
-
-/// The problem as argmin holds it: it hands out shared references only.
-pub(super) type Shared<'a> = RefCell<&'a mut Objective>;
-/// The state that argmin keeps: the variable s.
-pub(super) type State = IterState<Array2<f64>, (), (), (), (), f64>;
 
 /// Trials of one line search.
 const TRIALS: usize = 6;
@@ -23,30 +18,6 @@ const TRIALS: usize = 6;
 const ROUNDING: f64 = 1e-6;
 /// Steps in a row without progress after which the solver gives up.
 const STALLS: usize = 4;
-
-/// When to stop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Goals {
-    /// KKT residual.
-    pub(super) kkt: f64,
-    /// Relative error of the flux.
-    pub(super) flux: f64,
-    /// Evaluations of the data term at most.
-    pub(super) evaluations: usize,
-}
-
-impl Goals {
-    /// Whether and why a solver ends.
-    pub(super) fn reached(&self, met: bool, stalled: bool, evaluations: usize) -> TerminationStatus {
-        let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
-        match (met, stalled) {
-            (true, _) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
-            (_, true) => because("stalled"),
-            _ if evaluations >= self.evaluations => because("evaluations"),
-            _ => TerminationStatus::NotTerminated,
-        }
-    }
-}
 
 /// The solver and what it has found.
 pub(super) struct QuasiNewton<'o> {
@@ -69,12 +40,6 @@ struct Trial {
     point: Point,
     value: f64,
     slope: f64,
-}
-
-pub(super) fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
-    let mut sum = 0.0;
-    Zip::from(a).and(b).for_each(|a, b| sum += a * b);
-    sum
 }
 
 impl<'o> QuasiNewton<'o> {
@@ -165,12 +130,6 @@ impl<'o> QuasiNewton<'o> {
         let (evaluations, lambda) = (self.evaluations, self.multipliers.lambda);
         self.observer.event(Event::Entropy { number: number as usize, evaluations, chi2, kkt, flux: point.flux, lambda });
     }
-}
-
-pub(super) fn with<T>(problem: &Problem<Shared<'_>>, work: impl FnOnce(&Objective) -> T) -> Result<T, Error> {
-    let shared = problem.problem.as_ref().ok_or_else(|| Error::msg("the problem was taken away from the solver"))?;
-    let guard = shared.borrow();
-    Ok(work(&guard))
 }
 
 impl<'a> Solver<Shared<'a>, State> for QuasiNewton<'_> {

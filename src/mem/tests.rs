@@ -1,10 +1,10 @@
 //! Small images with known answers, through the whole of the solver.
 
-use super::data::{Visibilities, VisibilityTerm};
 use super::regulariser::{GullSkilling, Regulariser, RelativeEntropy, WeightedSum};
 use super::{BeamHessian, ChiSquared, MemGoals, MemImager, MemState, Method, Objective};
 use crate::ChainError;
 use crate::fourier::{GridOptions, image_to_vis};
+use crate::misfit::{Visibilities, VisibilityTerm};
 use crate::progress::Silent;
 use cittert_arrays::{SkyFrame, SkyGrid};
 use ndarray::Array2;

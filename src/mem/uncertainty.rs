@@ -8,6 +8,7 @@
 //! # Reference
 //! Bekas, Kokiopoulou & Saad 2007, Appl. Numer. Math. 57, 1214 (the diagonal from probes); Hutchinson 1990, Commun. Stat. 19, 433.
 
+use super::beam::BeamHessian;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
 use ndarray::{Array2, Zip};
@@ -101,7 +102,7 @@ struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    fn new(beam: &'a super::BeamHessian, point: &Point, m: &Multipliers, seed: u64) -> Self {
+    fn new(beam: &'a BeamHessian, point: &Point, m: &Multipliers, seed: u64) -> Self {
         let shape = point.image.dim();
         let system = NewtonSystem::new(beam, point, &Array2::zeros(shape), m);
         Self { system, rng: rand_chacha::ChaCha8Rng::seed_from_u64(seed), shape }

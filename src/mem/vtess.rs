@@ -16,7 +16,7 @@
 use super::control::{Control, Steering};
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
-use super::quasi_newton::{Goals, Shared, State, dot, with};
+use super::solver::{Goals, Shared, State, dot, with};
 use crate::progress::{Event, Observer};
 use argmin::core::{Error, KV, Problem, Solver, TerminationStatus};
 use ndarray::{Array2, Zip};

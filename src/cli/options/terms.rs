@@ -1,9 +1,9 @@
 //! Options of images from closure quantities and amplitudes.
 
-use crate::calibrate::ClosureSet;
 use crate::cli::failure::{Failure, Result};
+use crate::closure::ClosureSet;
+use crate::closure_imaging::{Average, ClosureImagingOptions, FluxFrom, PenaltyWeights, parse_terms};
 use crate::imaging::ImagingOptions;
-use crate::mem::vlbi::{Average, ClosureImagingOptions, FluxFrom, PenaltyWeights, parse_terms};
 use cittert_arrays::quantity::{Angle, Duration};
 use clap::{Args, ValueEnum};
 

@@ -1,6 +1,6 @@
 //! The logarithmic entropy: S = sum M (ln(I/M) - I/M + 1).
 
-use super::Regulariser;
+use super::penalty::Regulariser;
 use ndarray::{Array2, Zip};
 
 /// Parts of the prior below which a pixel counts as this much: the second derivative grows as 1 / I^2.

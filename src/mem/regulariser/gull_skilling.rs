@@ -1,6 +1,7 @@
 //! The entropy of Gull and Skilling: S = sum I - M - I ln(I/M), which is 0 where the image is its prior and negative elsewhere.
 
-use super::{Regulariser, RelativeEntropy};
+use super::penalty::Regulariser;
+use super::relative::RelativeEntropy;
 use ndarray::Array2;
 
 /// The relative entropy measured from its largest value. It differs from [`RelativeEntropy`] by the flux of the prior, so both lead to

@@ -1,6 +1,6 @@
 //! The sum of the image: what an l1 norm is where all pixels are positive.
 
-use super::Regulariser;
+use super::penalty::Regulariser;
 use ndarray::Array2;
 
 /// Favours few bright pixels.

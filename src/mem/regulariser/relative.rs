@@ -1,7 +1,10 @@
 //! Entropy relative to a prior: S = -sum I (ln(I/M) - 1).
 
-use super::{FLOOR, Regulariser};
+use super::penalty::Regulariser;
 use ndarray::{Array2, Zip};
+
+/// Images below this part of the prior count as this much, so that no logarithm is of 0.
+const FLOOR: f64 = 1e-250;
 
 /// The entropy of configurations, with a prior image.
 ///

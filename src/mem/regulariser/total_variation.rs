@@ -1,6 +1,6 @@
 //! Total variation: the sum of the lengths of the gradient, rounded at the bottom so that it has a derivative.
 
-use super::Regulariser;
+use super::penalty::Regulariser;
 use crate::{ChainError, Result};
 use ndarray::Array2;
 

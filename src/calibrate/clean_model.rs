@@ -1,0 +1,296 @@
+//! CLEAN as the model maker of self-calibration: any deconvolver of the table, inside its major cycles.
+
+use super::model::{ModelVisibilities, sees_unpolarized};
+use super::predicted::{Left, Predicted, Unpolarized};
+use super::selfcal::{ModelMaker, ModelMetrics, RoundPlan};
+use crate::fourier::{Degridder, GridOptions, Real, UvwExtent};
+use crate::imaging::major::CleanOptions;
+use crate::imaging::{CleanProducts, Continue, Imager, ImagingOptions, Tools, clean_from, joined};
+use crate::progress::Observer;
+use crate::values::Level;
+use crate::{ChainError, Result};
+use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource};
+use ndarray::{Array2, Array3, ArrayView2, Axis, s};
+use num_complex::Complex;
+use std::ops::Range;
+
+/// Images and cleans the data of each round, and predicts from the model. The grid of the first round stays.
+///
+/// The first image begins with nothing; later ones go on from the model as it is. All but the last take one major cycle: what the
+/// model leaves of the newly calibrated data is gridded, and one minor cycle brings it down. So a round costs two transforms, one to
+/// predict the model and one to grid what it leaves, and many short rounds cost no more than a few deep images. That is also what
+/// solves extended scenes: gains and image are found together, before either has taken the errors of the other for its own.
+pub struct CleanMaker {
+    imaging: ImagingOptions,
+    clean: CleanOptions,
+    now: Option<State>,
+    best: Option<State>,
+    tools: Option<Tools>,
+    predicted: Predicted,
+}
+
+#[derive(Clone)]
+struct State {
+    products: CleanProducts,
+    /// Channels of the set in each output channel.
+    channels: Vec<Range<usize>>,
+    extent: UvwExtent,
+    predictors: std::sync::Arc<Predictors>,
+    /// How predictions are made.
+    grid_options: GridOptions,
+}
+
+/// Where the data of an imager lie.
+struct Place {
+    channels: Vec<Range<usize>>,
+    freq_hz: Vec<f64>,
+    extent: UvwExtent,
+}
+
+impl Place {
+    fn of(imager: &Imager<'_>) -> Self {
+        Self { channels: imager.channels().to_vec(), freq_hz: imager.header().spectrum.freq_hz().to_vec(), extent: imager.survey().extent }
+    }
+}
+
+/// The grid of the first image is that of all that follow.
+fn stay_on(imaging: &mut ImagingOptions, grid: &SkyGrid) -> SkyGrid {
+    *imaging = imaging.on_grid(grid);
+    grid.clone()
+}
+
+/// Degridders of the output channels, in the precision that the error allows.
+enum Predictors {
+    Single(Vec<Degridder<f32>>),
+    Double(Vec<Degridder<f64>>),
+}
+
+/// Error of the transforms in short rounds. What they grid is small against the source already.
+const SHORT_EPSILON: f64 = 1e-4;
+/// Multiple of the noise at which short rounds stop taking points.
+const SHORT_NSIGMA: f64 = 3.0;
+/// The deconvolver of extended structure.
+const EXTENDED: &str = "multiscale";
+/// Error of a prediction, as a part of the depth that its model has.
+const PREDICTED_EPSILON: f64 = 0.01;
+
+impl CleanMaker {
+    /// A maker with these options. In each round `clean.threshold` is raised to the plan's depth times the peak of the round
+    /// before, so that the model grows from round to round; the last round goes as deep as the options say. The components of
+    /// `clean.niter` are those of each round.
+    #[must_use]
+    pub fn new(imaging: ImagingOptions, clean: CleanOptions) -> Self {
+        Self { imaging, clean, now: None, best: None, tools: None, predicted: Predicted::default() }
+    }
+
+    /// Images of the present round: after the loop, those of the best.
+    #[must_use]
+    pub fn products(&self) -> Option<&CleanProducts> {
+        self.now.as_ref().map(|s| &s.products)
+    }
+
+    /// Take a model from elsewhere: predictions come from it, and the products show it and what it leaves of the data.
+    ///
+    /// # Errors
+    /// As for an image; a model (flux a pixel \[m, l\]) of another shape.
+    pub fn show(&mut self, data: &mut dyn VisibilitySource, model: &Array2<f64>, observer: &dyn Observer) -> Result<ModelMetrics> {
+        let mut imager = Imager::new(data, self.imaging.clone(), observer)?;
+        stay_on(&mut self.imaging, imager.grid());
+        let options = CleanOptions { niter: 0, ..self.clean.clone() };
+        let from = Continue { models: std::slice::from_ref(model), ..Continue::default() };
+        let products = clean_from(&mut imager, &options, &mut self.tools, from, observer)?;
+        let place = Place::of(&imager);
+        drop(imager);
+        self.hold(place, products, self.imaging.epsilon)
+    }
+
+    /// Keep what was made, ready to predict with an error of `epsilon`.
+    fn hold(&mut self, place: Place, products: CleanProducts, epsilon: f64) -> Result<ModelMetrics> {
+        let Place { channels, freq_hz, extent } = place;
+        let grid_options = GridOptions { epsilon, w_term: !self.imaging.no_w, divide_by_n: false };
+        let made = Predictors::new(&products.model, &channels, &freq_hz, extent, &grid_options)?;
+        let statistics = &products.statistics;
+        let metrics = ModelMetrics {
+            peak: peak(&products.restored),
+            residual_rms: statistics.residual_rms,
+            model_flux: statistics.model_flux,
+            iterations: statistics.iterations,
+        };
+        self.predicted.clear();
+        self.now = Some(State { products, channels, extent, predictors: std::sync::Arc::new(made), grid_options });
+        Ok(metrics)
+    }
+
+    /// Least flux of a pixel: a thermal scene is nowhere colder than 0 K. A source in Jy has none, as points between pixels need
+    /// negative neighbours.
+    fn floor(&self, header: &VisibilityHeader, grid: &SkyGrid) -> Option<f64> {
+        let thermal = header.unit == VisUnit::KelvinSr && self.imaging.pol == Polarization::I;
+        let coldest = -header.pedestal_k.unwrap_or(0.0) * grid.cell_sr();
+        (thermal || self.clean.no_negative).then_some(if self.clean.no_negative { 0.0 } else { coldest })
+    }
+}
+
+impl ModelMaker for CleanMaker {
+    fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
+        let header = data.header().clone();
+        let mut state = self.now.take();
+        // Points are cleaned anew at the end: what the first rounds took for points in poorly calibrated data shall not stay. An
+        // extended scene goes on, as it has been put together from all of its rounds.
+        if plan.last && self.clean.algorithm.name() != EXTENDED {
+            state = None;
+        }
+        let models: Vec<Array2<f64>> = state.iter().flat_map(|s| (0..s.channels.len()).map(|k| flux(&s.products.model, k))).collect();
+        let peak_before = state.as_ref().map(|s| peak(&s.products.restored));
+        let subtracted = state.is_some() && !plan.last;
+        let mut imaging = self.imaging.clone();
+        if subtracted && self.tools.is_some() {
+            imaging.epsilon = imaging.epsilon.max(SHORT_EPSILON);
+        }
+        let mut left;
+        let source: &mut dyn VisibilitySource = match &mut state {
+            Some(model) if subtracted => {
+                left = Left { inner: data, model, known: &self.predicted };
+                &mut left
+            }
+            _ => data,
+        };
+        let mut imager = Imager::new(source, imaging, observer)?;
+        let grid = stay_on(&mut self.imaging, imager.grid());
+        let from = Continue { models: &models, subtracted, floor: self.floor(&header, &grid), exact: plan.last };
+        let mut options = self.clean.clone();
+        if !plan.last {
+            options.max_major = options.max_major.min(1);
+            // What one cycle takes wrongly for want of an exact residual, the next round sees: no fear of side lobes.
+            options.cyclefactor = 0.0;
+            // Points in the noise would be solved against as if they were there. (Extended structure is brighter than any of its residuals.)
+            if options.algorithm.name() != EXTENDED {
+                options.nsigma = options.nsigma.max(SHORT_NSIGMA);
+            }
+        }
+        match peak_before {
+            Some(before) => {
+                let given = options.threshold.map_or(Ok(0.0), |level| level.in_unit("threshold", header.unit))?;
+                options.threshold = Some(Level::of(given.max(plan.depth * before), header.unit));
+            }
+            // Its one cycle stops at a part of the peak that nobody knows yet.
+            None if !plan.last => options.mgain = options.mgain.min(1.0 - plan.depth.min(0.99)),
+            None => {}
+        }
+        let mut products = clean_from(&mut imager, &options, &mut self.tools, from, observer)?;
+        let place = Place::of(&imager);
+        drop(imager);
+        if let Some(before) = state {
+            products.components = joined(before.products.components.into_iter().chain(products.components));
+        }
+        let epsilon = if plan.last { self.imaging.epsilon } else { (PREDICTED_EPSILON * plan.depth).clamp(self.imaging.epsilon, 1e-3) };
+        self.hold(place, products, epsilon)
+    }
+
+    fn remember(&mut self) {
+        self.best.clone_from(&self.now);
+    }
+
+    fn recall(&mut self) {
+        if self.best.is_some() {
+            self.now.clone_from(&self.best);
+            self.predicted.clear();
+        }
+    }
+}
+impl ModelVisibilities for CleanMaker {
+    fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
+        let Some(state) = &mut self.now else {
+            return Err(ChainError::NoData("there is no model yet: make an image first".into()));
+        };
+        let one = state.one(header, coverage)?;
+        self.predicted.keep(first_row, coverage.uvw_m.view(), &one);
+        let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
+        for (p, _) in header.polarizations.iter().enumerate().filter(|(_, pol)| sees_unpolarized(**pol)) {
+            vis.index_axis_mut(Axis(2), p).assign(&one);
+        }
+        Ok(vis)
+    }
+}
+
+impl Unpolarized for State {
+    fn one(&mut self, header: &VisibilityHeader, coverage: &UvCoverage) -> Result<Array2<Complex<f32>>> {
+        let n_chan = header.spectrum.n_chan();
+        if self.channels.last().map_or(0, |r| r.end) != n_chan {
+            return Err(ChainError::Incompatible(format!("the model was made for another set, not for one of {n_chan} channels")));
+        }
+        let extent = self.extent.union(UvwExtent::of(coverage.uvw_m.view()));
+        if extent != self.extent {
+            let freq = header.spectrum.freq_hz();
+            let made = Predictors::new(&self.products.model, &self.channels, freq, extent, &self.grid_options)?;
+            (self.extent, self.predictors) = (extent, std::sync::Arc::new(made));
+        }
+        // Rows without a place in the u-v plane have no model; they are predicted at the origin and then marked.
+        let lost: Vec<usize> = (0..coverage.n_rows()).filter(|r| coverage.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
+        let mut uvw_m = coverage.uvw_m.clone();
+        lost.iter().for_each(|r| uvw_m.row_mut(*r).fill(0.0));
+        let mut one = Array2::zeros((coverage.n_rows(), n_chan));
+        match &*self.predictors {
+            Predictors::Single(p) => fill(p, &self.channels, uvw_m.view(), &mut one)?,
+            Predictors::Double(p) => fill(p, &self.channels, uvw_m.view(), &mut one)?,
+        }
+        lost.iter().for_each(|r| one.row_mut(*r).fill(Complex::new(f32::NAN, f32::NAN)));
+        Ok(one)
+    }
+}
+
+impl Predictors {
+    fn new(model: &Image, channels: &[Range<usize>], freq_hz: &[f64], extent: UvwExtent, options: &GridOptions) -> Result<Self> {
+        Ok(if options.single_precision_suffices() {
+            Self::Single(degridders(model, channels, freq_hz, extent, options)?)
+        } else {
+            Self::Double(degridders(model, channels, freq_hz, extent, options)?)
+        })
+    }
+}
+
+fn degridders<T: Real>(
+    model: &Image,
+    channels: &[Range<usize>],
+    freq_hz: &[f64],
+    extent: UvwExtent,
+    options: &GridOptions,
+) -> Result<Vec<Degridder<T>>> {
+    let one =
+        |(k, range): (usize, &Range<usize>)| Degridder::new(&model.grid, flux(model, k).view(), &freq_hz[range.clone()], extent, options);
+    channels.iter().enumerate().map(one).collect()
+}
+
+/// Largest value above the constant that was added back.
+fn peak(image: &Image) -> f64 {
+    image.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - image.pedestal_k.unwrap_or(0.0)
+}
+
+/// Flux in each pixel of an output channel, in the unit of the visibilities.
+fn flux(model: &Image, channel: usize) -> Array2<f64> {
+    let plane = model.data.slice(s![channel, 0, .., ..]);
+    if model.unit != BrightnessUnit::Kelvin {
+        return plane.to_owned();
+    }
+    let (grid, constant) = (&model.grid, model.pedestal_k.unwrap_or(0.0));
+    Array2::from_shape_fn(plane.dim(), |(i, j)| {
+        let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
+        let n2 = 1.0 - l * l - m * m;
+        // A cell of direction cosines sees 1/n of solid angle more than one at the centre.
+        if n2 > 0.0 { (plane[(i, j)] - constant) * grid.cell_sr() / n2.sqrt() } else { 0.0 }
+    })
+}
+
+fn fill<T: Real>(
+    predictors: &[Degridder<T>],
+    channels: &[Range<usize>],
+    uvw_m: ArrayView2<'_, f64>,
+    out: &mut Array2<Complex<f32>>,
+) -> Result<()> {
+    for (predictor, range) in predictors.iter().zip(channels) {
+        let mut part = Array2::from_elem((uvw_m.nrows(), range.len()), Complex::new(T::default(), T::default()));
+        predictor.predict(uvw_m, part.view_mut())?;
+        let mut to = out.slice_mut(s![.., range.clone()]);
+        ndarray::Zip::from(&mut to).and(&part).for_each(|o, v| *o = Complex::new(v.re.to64() as f32, v.im.to64() as f32));
+    }
+    Ok(())
+}

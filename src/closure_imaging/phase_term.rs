@@ -1,0 +1,175 @@
+//! Closure phases: what the phases say that no antenna error can touch.
+//!
+//! Two forms of chi squared. `OneMinusCos` is 2 (1 - cos d) / sigma^2 of the difference d: smooth, right for small errors, bounded for
+//! large ones. `Wrapped` is d^2 / sigma^2 of d brought to -pi..pi, with its edge at pi.
+
+use super::samples::Samples;
+use crate::closure::{ClosureSet, triangles};
+use crate::misfit::VisibilityTerm;
+use crate::{ChainError, Result};
+use num_complex::{Complex, Complex64};
+
+/// The form of chi squared of a difference of phases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PhaseForm {
+    /// 2 (1 - cos d) / sigma^2.
+    #[default]
+    OneMinusCos,
+    /// d^2 / sigma^2, d in -pi..pi.
+    Wrapped,
+}
+
+/// Measured closure phases arg(V_ab V_bc V_ca), a < b < c.
+#[derive(Debug, Clone)]
+pub struct ClosurePhases {
+    /// Where V_ab, V_bc and V_ac are in the list of model visibilities.
+    sides: Vec<[usize; 3]>,
+    /// exp(i phase) of the data.
+    phasor: Vec<Complex64>,
+    weight: Vec<f64>,
+    independent: usize,
+    form: PhaseForm,
+}
+
+impl ClosurePhases {
+    /// The closure phases of every moment, on the entries that `used` \[n\] admits. Their variance is the sum of sigma^2 / |V|^2 over
+    /// the three sides. A minimal set is built on the antenna with the most information; with all triangles each weighs as much less
+    /// as there are more of them than independent ones.
+    ///
+    /// # Errors
+    /// No triangle with data.
+    ///
+    /// # Reference
+    /// Chael et al. 2018, ApJ 857, 23, eqs. 11 and 13; Blackburn et al. 2020, ApJ 894, 31.
+    pub fn new(samples: &Samples, used: &[bool], set: ClosureSet, form: PhaseForm) -> Result<Self> {
+        let mut term = Self { sides: Vec::new(), phasor: Vec::new(), weight: Vec::new(), independent: 0, form };
+        for moment in samples.closures(used, set, triangles) {
+            term.independent += moment.independent;
+            for &[a, b, c] in &moment.formed {
+                let Some(sides) = moment.entries([(a, b), (b, c), (a, c)]) else { continue };
+                let [ab, bc, ac] = sides.map(|k| samples.vis()[k]);
+                let bispectrum = ab * bc * ac.conj();
+                let variance: f64 = sides.iter().map(|k| samples.relative_variance(*k)).sum();
+                term.sides.push(sides);
+                term.phasor.push(bispectrum / bispectrum.norm());
+                term.weight.push(moment.share / variance);
+            }
+        }
+        if term.sides.is_empty() {
+            return Err(ChainError::NoData("no triangle of antennas has data at one time: there are no closure phases".into()));
+        }
+        Ok(term)
+    }
+
+    /// Closure phases that are formed.
+    #[must_use]
+    pub fn formed(&self) -> usize {
+        self.sides.len()
+    }
+}
+
+impl VisibilityTerm for ClosurePhases {
+    fn name(&self) -> &'static str {
+        "closure phases"
+    }
+
+    /// Independent ones.
+    fn data(&self) -> usize {
+        self.independent
+    }
+
+    fn add(&self, model: &[Complex<f64>], weight: f64, gradient: &mut [Complex<f64>]) -> f64 {
+        let mut sum = 0.0;
+        for ((sides, phasor), w) in self.sides.iter().zip(&self.phasor).zip(&self.weight) {
+            let [ab, bc, ac] = sides.map(|k| model[k]);
+            let b = ab * bc * ac.conj();
+            let size = b.norm();
+            if !(size > 0.0) {
+                sum += 2.0 * w; // no phase: as wrong as on average
+                continue;
+            }
+            let d = b * phasor.conj() / size;
+            // chi2 and its derivative with respect to the model's closure phase.
+            let (value, slope) = match self.form {
+                PhaseForm::OneMinusCos => (2.0 * (1.0 - d.re), 2.0 * d.im),
+                PhaseForm::Wrapped => {
+                    let angle = d.arg();
+                    (angle * angle, 2.0 * angle)
+                }
+            };
+            sum += w * value;
+            if weight != 0.0 {
+                let step = weight * w * slope;
+                for (k, v, sign) in [(sides[0], ab, 1.0), (sides[1], bc, 1.0), (sides[2], ac, -1.0)] {
+                    // d arg V = Im(dV / V), so the gradient is i V / |V|^2.
+                    gradient[k] += Complex::new(-v.im, v.re) * (sign * step / v.norm_sqr());
+                }
+            }
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::fixture::{corrupted, model, samples, with};
+    use super::*;
+    use crate::misfit::check::gradient_error;
+
+    fn term(s: &Samples, set: ClosureSet, form: PhaseForm) -> ClosurePhases {
+        ClosurePhases::new(s, &vec![true; s.len()], set, form).unwrap()
+    }
+
+    fn chi2(t: &ClosurePhases, m: &[Complex64]) -> f64 {
+        t.add(m, 0.0, &mut vec![Complex64::default(); m.len()])
+    }
+
+    #[test]
+    fn gradients_agree_with_finite_differences() {
+        let s = samples(6, 2);
+        for form in [PhaseForm::OneMinusCos, PhaseForm::Wrapped] {
+            for set in [ClosureSet::Minimal, ClosureSet::All] {
+                assert!(gradient_error(&term(&s, set, form), &model(&s)) < 1e-6, "{form:?} {set:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_data_fit_themselves_whatever_the_phases_of_the_antennas() {
+        let s = samples(6, 3);
+        let gains = |t: usize, a: usize| Complex64::from_polar(1.0 + 0.1 * a as f64, (t * 7 + a * a) as f64);
+        let turned = corrupted(&s, s.vis(), gains);
+        for set in [ClosureSet::Minimal, ClosureSet::All] {
+            let t = term(&s, set, PhaseForm::OneMinusCos);
+            assert!(chi2(&t, &turned) < 1e-9, "{}", chi2(&t, &turned));
+            assert!(chi2(&t, &model(&s)) > 1.0);
+        }
+        assert!(term(&s, ClosureSet::All, PhaseForm::Wrapped).formed() > term(&s, ClosureSet::Minimal, PhaseForm::Wrapped).formed());
+    }
+
+    #[test]
+    fn noise_gives_one_a_datum_in_both_sets_and_forms() {
+        use rand::SeedableRng;
+        use rand_distr::{Distribution, StandardNormal};
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let s = samples(7, 300);
+        let noisy = s.vis().iter().zip(s.sigma()).map(|(v, s)| v + Complex64::new(s * normal(), s * normal())).collect();
+        let noisy = with(&s, noisy);
+        for form in [PhaseForm::OneMinusCos, PhaseForm::Wrapped] {
+            for set in [ClosureSet::Minimal, ClosureSet::All] {
+                let t = term(&noisy, set, form);
+                let each = chi2(&t, s.vis()) / t.data() as f64;
+                // All triangles share their noise: the mean stays, its scatter over 4,000 data is below 0.04.
+                assert!((each - 1.0).abs() < 0.05, "{form:?} {set:?} {each}");
+            }
+        }
+    }
+
+    #[test]
+    fn too_few_antennas_are_said() {
+        let s = samples(2, 2);
+        let e = ClosurePhases::new(&s, &vec![true; s.len()], ClosureSet::Minimal, PhaseForm::Wrapped).unwrap_err();
+        assert!(e.to_string().contains("no triangle"), "{e}");
+    }
+}

@@ -1,0 +1,50 @@
+//! Everything an image is judged by, as one function of its logarithm.
+
+use super::dft::Transform;
+use super::penalty::Penalty;
+use crate::misfit::VisibilityTerm;
+use num_complex::Complex64;
+
+/// The sum of weighted terms of chi squared a datum and of the penalties.
+pub(super) struct Problem<'a> {
+    pub transform: &'a dyn Transform,
+    pub terms: Vec<(f64, &'a dyn VisibilityTerm)>,
+    pub penalty: &'a Penalty,
+}
+
+/// Logarithms beyond this are runaway steps, not images: e^300 squares without overflow.
+const LARGEST_LOG: f64 = 300.0;
+
+impl Problem<'_> {
+    /// Value at ln I \[m * l\] and its gradient.
+    pub(super) fn value(&self, log: &[f64], gradient: &mut [f64]) -> f64 {
+        if log.iter().any(|x| !(x.abs() < LARGEST_LOG)) {
+            return f64::INFINITY;
+        }
+        let image: Vec<f64> = log.iter().map(|x| x.exp()).collect();
+        let mut vis = vec![Complex64::default(); self.transform.n_vis()];
+        self.transform.forward(&image, &mut vis);
+        let mut slope = vec![Complex64::default(); vis.len()];
+        let mut value = 0.0;
+        for (weight, term) in &self.terms {
+            let each = weight / term.data().max(1) as f64;
+            value += each * term.add(&vis, each, &mut slope);
+        }
+        self.transform.adjoint(&slope, gradient);
+        value += self.penalty.add(&image, gradient);
+        gradient.iter_mut().zip(&image).for_each(|(g, i)| *g *= i);
+        value
+    }
+
+    /// Model visibilities of an image.
+    pub(super) fn model(&self, image: &[f64]) -> Vec<Complex64> {
+        model(self.transform, image)
+    }
+}
+
+/// Model visibilities of an image.
+pub(super) fn model(transform: &dyn Transform, image: &[f64]) -> Vec<Complex64> {
+    let mut vis = vec![Complex64::default(); transform.n_vis()];
+    transform.forward(image, &mut vis);
+    vis
+}

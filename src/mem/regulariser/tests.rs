@@ -1,0 +1,76 @@
+//! Tests that all penalties share.
+
+use super::*;
+use ndarray::Array2;
+
+fn all(prior: &Array2<f64>) -> Vec<Box<dyn Regulariser>> {
+    let mut all: Vec<Box<dyn Regulariser>> = ENTROPIES.iter().map(|e| (e.make)(prior.clone())).collect();
+    all.push(Box::new(TotalVariation::new(0.3).unwrap()));
+    all.push(Box::new(L1));
+    let sum = WeightedSum::of(Box::new(RelativeEntropy::new(prior.clone())));
+    all.push(Box::new(sum.and(0.4, Box::new(TotalVariation::new(0.2).unwrap())).unwrap().and(2.0, Box::new(L1)).unwrap()));
+    all
+}
+
+fn at(r: &dyn Regulariser, image: &Array2<f64>) -> (f64, Array2<f64>, Array2<f64>) {
+    let (mut g, mut c) = (Array2::zeros(image.dim()), Array2::zeros(image.dim()));
+    let value = r.add(image, 1.0, &mut g, &mut c);
+    (value, g, c)
+}
+
+#[test]
+fn gradients_and_curvatures_agree_with_finite_differences() {
+    let prior = Array2::from_shape_fn((4, 5), |(i, j)| 1.0 + 0.1 * (i * 3 + j) as f64);
+    let image = Array2::from_shape_fn((4, 5), |(i, j)| 0.5 + ((i * 5 + j * 7) % 6) as f64 * 0.4);
+    for r in all(&prior) {
+        let (_, gradient, curvature) = at(&*r, &image);
+        for ((i, j), v) in image.indexed_iter() {
+            let h = 1e-4 * v;
+            let moved = |x: f64| {
+                let mut m = image.clone();
+                m[(i, j)] += x;
+                at(&*r, &m)
+            };
+            let slope = (8.0 * (moved(h).0 - moved(-h).0) - (moved(2.0 * h).0 - moved(-2.0 * h).0)) / (12.0 * h);
+            let g = gradient[(i, j)];
+            assert!((slope - g).abs() < 1e-7 * (1.0 + g.abs()), "{} at {i} {j}: {slope} {g}", r.name());
+            let bend = (moved(h).1[(i, j)] - moved(-h).1[(i, j)]) / (2.0 * h);
+            let c = curvature[(i, j)];
+            // The curvature of total variation is a bound; all others are exact.
+            let exact = !r.name().contains("variation") && r.name() != "sum";
+            assert!(c >= bend - 1e-5 && (!exact || (bend - c).abs() < 1e-5 * (1.0 + c)), "{} at {i} {j}: {bend} {c}", r.name());
+        }
+    }
+}
+
+#[test]
+fn entropies_are_best_at_their_prior_and_know_black_pixels() {
+    let prior = Array2::from_shape_fn((3, 4), |(i, j)| 1.0 + (i + j) as f64);
+    for entry in &ENTROPIES {
+        let r = (entry.make)(prior.clone());
+        let (best, gradient, _) = at(&*r, &prior);
+        assert!(gradient.iter().all(|g| g.abs() < 1e-12), "{}", entry.name);
+        for factor in [0.5, 1.5] {
+            assert!(at(&*r, &(&prior * factor)).0 > best, "{}", entry.name);
+        }
+        let (value, gradient, curvature) = at(&*r, &Array2::zeros((3, 4)));
+        assert!(value.is_finite() && gradient.iter().chain(&curvature).all(|x| !x.is_nan()), "{}", entry.name);
+    }
+    assert_eq!(at(&GullSkilling::new(prior.clone()), &prior).0, 0.0);
+}
+
+#[test]
+fn bad_priors_weights_and_names_are_refused() {
+    for v in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let mut prior = Array2::ones((2, 3));
+        prior[(1, 2)] = v;
+        let text = check_prior(&prior, None).unwrap_err().to_string();
+        assert!(text.contains("--prior") && text.contains("column 2, row 1"), "{text}");
+        let mut inside = Array2::from_elem((2, 3), true);
+        inside[(1, 2)] = false;
+        assert!(check_prior(&prior, Some(&inside)).is_ok());
+    }
+    assert!(WeightedSum::of(Box::new(L1)).and(-1.0, Box::new(L1)).is_err());
+    assert!(entropy_by_name("tsallis").unwrap_err().to_string().contains("gull-skilling"));
+    assert!(TotalVariation::new(0.0).is_err());
+}
