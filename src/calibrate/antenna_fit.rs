@@ -3,7 +3,7 @@
 use super::delay::solve_delays;
 use super::least_squares::{Fit, Pairs, solve_pairs};
 use super::normal::Cell;
-use super::options::{GainMode, NoiseFrom, Robust, SolveOptions};
+use super::options::{GainMode, Outliers, SolveOptions};
 use crate::closure::pairs_of;
 use num_complex::Complex64;
 
@@ -114,12 +114,10 @@ pub(crate) fn solve_interval(data: &IntervalData<'_>, options: &SolveOptions, ne
         };
         (out.iterations, out.converged, out.condition) = (fit.iterations, fit.converged, fit.condition);
         (out.chi2, out.freedom) = misfit(data, &active, &gains, options.mode);
-        let scale = match options.noise {
-            // Residuals far below what the weights promise: the weights have no scale, and a signal to noise by them means nothing.
-            NoiseFrom::Weights if !(out.freedom >= 30.0 && out.chi2 > 0.0 && out.chi2 < NO_SCALE * out.freedom) => 1.0,
-            NoiseFrom::Weights | NoiseFrom::Residuals if out.freedom > 0.0 && out.chi2 > 0.0 => (out.chi2 / out.freedom).sqrt(),
-            NoiseFrom::Weights | NoiseFrom::Residuals => 1.0,
-        };
+        // Residuals far below what the weights promise: the weights have no scale, and a signal to noise ratio from them means nothing.
+        let no_scale = out.freedom >= 30.0 && out.chi2 > 0.0 && out.chi2 < NO_SCALE * out.freedom;
+        let from_residuals = (options.noise_from_residuals || no_scale) && out.freedom > 0.0 && out.chi2 > 0.0;
+        let scale = if from_residuals { (out.chi2 / out.freedom).sqrt() } else { 1.0 };
         let mut lost = false;
         let subsets: Vec<Pairs> = pairs.iter().map(|c| c.subset(&active)).collect();
         for (i, &p) in active.iter().enumerate() {
@@ -155,7 +153,9 @@ fn solve_active(
         let fit = solve_pairs(subsets.first()?, options.mode == GainMode::AmpPhase, options.max_iterations, options.tolerance)?;
         Some((vec![fit.gains.clone()], fit))
     };
-    let Some(robust) = options.robust else { return once(pairs) };
+    if options.outliers == Outliers::None {
+        return once(pairs);
+    }
     *pairs = data.pairs();
     let mut result = once(pairs)?;
     let ends: Vec<(usize, usize)> = pairs_of(data.n_ant).collect();
@@ -171,11 +171,11 @@ fn solve_active(
                 (p != usize::MAX && q != usize::MAX).then(|| c.chi2(result.0[*chan][p] * result.0[*chan][q].conj()))
             })
             .collect();
-        let scale = if options.noise == NoiseFrom::Residuals { typical_scale(data, &chi2) } else { 1.0 };
+        let scale = if options.noise_from_residuals { typical_scale(data, &chi2) } else { 1.0 };
         let mut change = 0.0_f64;
         for ((w, chi2), (_, _, c)) in weights.iter_mut().zip(&chi2).zip(&data.rows) {
             let Some(chi2) = chi2 else { continue };
-            let new = robust_weight(robust, chi2 / scale, f64::from(c.n));
+            let new = robust_weight(options, chi2 / scale, f64::from(c.n));
             change = change.max((new - *w).abs());
             *w = new;
         }
@@ -189,12 +189,14 @@ fn solve_active(
 }
 
 /// Weight of `n` complex samples whose residuals sum to `chi2`.
-fn robust_weight(robust: Robust, chi2: f64, n: f64) -> f64 {
-    match robust {
-        Robust::StudentT(freedom) => (freedom + 2.0 * n) / (freedom + chi2),
-        Robust::Huber(limit) => {
+fn robust_weight(options: &SolveOptions, chi2: f64, n: f64) -> f64 {
+    let scale = options.outlier_scale;
+    match options.outliers {
+        Outliers::None => 1.0,
+        Outliers::Student => (scale + 2.0 * n) / (scale + chi2),
+        Outliers::Huber => {
             let r = (chi2 / (2.0 * n)).sqrt();
-            if r > limit { limit / r } else { 1.0 }
+            if r > scale { scale / r } else { 1.0 }
         }
     }
 }
@@ -312,9 +314,11 @@ mod tests {
 
     #[test]
     fn outliers_lose_weight_and_good_samples_keep_it() {
-        assert!((robust_weight(Robust::StudentT(3.0), 2.0, 1.0) - 1.0).abs() < 1e-15);
-        assert!(robust_weight(Robust::StudentT(3.0), 500.0, 1.0) < 0.01);
-        assert_eq!(robust_weight(Robust::Huber(2.0), 2.0, 1.0), 1.0);
-        assert!((robust_weight(Robust::Huber(2.0), 200.0, 1.0) - 0.2).abs() < 1e-15);
+        let student = SolveOptions { outliers: Outliers::Student, ..SolveOptions::default() };
+        let huber = SolveOptions { outliers: Outliers::Huber, outlier_scale: 2.0, ..SolveOptions::default() };
+        assert!((robust_weight(&student, 2.0, 1.0) - 1.0).abs() < 1e-15);
+        assert!(robust_weight(&student, 500.0, 1.0) < 0.01);
+        assert_eq!(robust_weight(&huber, 2.0, 1.0), 1.0);
+        assert!((robust_weight(&huber, 200.0, 1.0) - 0.2).abs() < 1e-15);
     }
 }

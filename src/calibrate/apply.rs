@@ -20,7 +20,9 @@ pub enum Direction {
 }
 
 /// The gain between the middles of solution intervals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum, schemars::JsonSchema))]
 pub enum Interpolation {
     /// That of the interval that holds the time, or of the nearest one.
     Nearest,

@@ -13,7 +13,7 @@ use crate::fourier::GridOptions;
 use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
 use crate::mem::regulariser::WeightedSum;
-use crate::mem::{ChiSquared, Gathered, MemImager, MemOptions, Objective, Prior, flux_of_one, noise_from_hands, prepared, sum_inside};
+use crate::mem::{ChiSquared, Gathered, MemImager, MemPlan, Objective, Prior, flux_of_one, noise_from_hands, prepared, sum_inside};
 use crate::misfit::VisibilityTerm;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
@@ -100,7 +100,7 @@ impl JointMaker {
         let chi2 = ChiSquared::new(imager.grid(), &freq_hz, uvw_m.view(), &grid_options, vec![(1.0, term)])?;
         drop(imager);
         let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux: None, beam: None, unit: 1.0 };
-        let mut solver = prepared(objective, prior, &MemOptions::default())?;
+        let mut solver = prepared(objective, prior, &MemPlan::default())?;
         if !known {
             solver = of_its_flux(solver, &gains, observer)?;
         }
@@ -119,7 +119,7 @@ impl JointMaker {
 fn of_its_flux(mut solver: MemImager, gains: &UnknownGains, observer: &dyn Observer) -> Result<MemImager> {
     let brighter = |solver: MemImager, factor: f64| -> Result<MemImager> {
         let prior = solver.prior() * factor;
-        prepared(solver.into_objective(), prior, &MemOptions::default())
+        prepared(solver.into_objective(), prior, &MemPlan::default())
     };
     for _ in 0..PRIORS {
         let image = faint(&mut solver, gains, observer)?.image;

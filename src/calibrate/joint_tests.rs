@@ -45,7 +45,7 @@ fn imaging() -> ImagingOptions {
 }
 
 fn maker() -> JointMaker {
-    let solve = SolveOptions { feeds: FeedGroups::Joined, ..SolveOptions::default() };
+    let solve = SolveOptions { feeds: FeedGroups::Joined, solint: SolutionInterval::Infinite, ..SolveOptions::default() };
     JointMaker::new(imaging(), JointOptions { solve, prior: Prior::Auto, mask: None, goals: JointGoals::default() })
 }
 

@@ -42,11 +42,13 @@ mod options;
 mod predicted;
 mod reference;
 mod selfcal;
+mod sky_prediction;
 #[cfg(test)]
 mod selfcal_tests;
 mod solve;
 #[cfg(test)]
 mod solve_tests;
+mod starting_phases;
 mod support;
 mod unknown_gains;
 #[cfg(test)]
@@ -63,9 +65,11 @@ pub use joint_model::{ImageMaker, JointMaker, JointOptions};
 pub use joint_solution::{Joint, JointGoals, JointStage, Lattice, joint};
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
-pub use options::{ChannelGroups, FeedGroups, GainMode, NoiseFrom, Robust, SolveOptions, refant_from_names};
+pub use options::{AntennaNames, ChannelGroups, FeedGroups, GainMode, Outliers, RoundOptions, SolveOptions, StartFrom};
 pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, SelfcalStop, Start, schedule, selfcal};
+pub use sky_prediction::{Accuracy, SkyPrediction};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
+pub use starting_phases::{StartPhases, starting_phases};
 pub use support::ClosureSupport;
 pub use unknown_gains::{UnknownGains, UnknownGainsBuilder};
 pub use unresolved::{Unresolved, resolves, unresolved_phases};

@@ -4,7 +4,7 @@
 
 use super::grouping::{ChannelPlan, FeedPlan};
 use super::model::ModelVisibilities;
-use super::options::{ChannelGroups, GainMode, SolveOptions};
+use super::options::{ChannelGroups, GainMode, Outliers, SolveOptions};
 use crate::closure::{TimeBins, TimeSpan, n_pairs, pair_index};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
@@ -189,7 +189,7 @@ impl NormalEquations {
                 let index = (self.channels.group_of[i / n_pol] * n_feed + feed) * n_pairs(n_ant) + pair;
                 sums.cells[index].add(w, v, m);
                 self.counts.used += 1;
-                if self.options.robust.is_some() {
+                if self.options.outliers != Outliers::None {
                     match row_cells.iter_mut().find(|(at, _)| *at == index as u32) {
                         Some((_, cell)) => cell.add(w, v, m),
                         None => {

@@ -7,10 +7,10 @@
 //! # Reference
 //! Cornwell & Wilkinson 1981, MNRAS 196, 1067; Pearson & Readhead 1984, ARA&A 22, 97.
 
-use super::apply::{ApplyOptions, CalibratedSource};
+use super::apply::CalibratedSource;
 use super::model::{ModelVisibilities, PointModel};
 use super::normal::{Cell, NormalEquations};
-use super::options::{GainMode, SolveOptions};
+use super::options::{GainMode, RoundOptions, SolveOptions};
 use super::solve::{Solution, SolveReport};
 use super::support::ClosureSupport;
 use crate::closure::SolutionInterval;
@@ -127,25 +127,21 @@ pub struct SelfcalOptions {
     pub solve: SolveOptions,
     /// The rounds.
     pub schedule: Vec<RoundPlan>,
-    /// How gains are applied to the data before imaging.
-    pub apply: ApplyOptions,
-    /// A round counts as an improvement when the dynamic range grows by this fraction.
-    pub improvement: f64,
-    /// Rounds without improvement after which a stage (a mode and interval) ends.
-    pub patience: usize,
+    /// When rounds count as better, and how gains are applied to the data before imaging.
+    pub rounds: RoundOptions,
 }
 
 impl SelfcalOptions {
     /// Usual options for a mode, interval and number of rounds, with the same interval in all rounds.
     #[must_use]
     pub fn new(mode: GainMode, solint: SolutionInterval, rounds: usize) -> Self {
-        Self {
-            solve: SolveOptions { mode, solint, ..SolveOptions::default() },
-            schedule: schedule(mode, solint, rounds, false),
-            apply: ApplyOptions::default(),
-            improvement: 0.01,
-            patience: 1,
-        }
+        Self::of(SolveOptions { mode, solint, ..SolveOptions::default() }, RoundOptions { rounds, ..RoundOptions::default() })
+    }
+
+    /// The schedule that the options of the rounds ask for.
+    #[must_use]
+    pub fn of(solve: SolveOptions, rounds: RoundOptions) -> Self {
+        Self { schedule: schedule(solve.mode, solve.solint, rounds.rounds, rounds.shrink), solve, rounds }
     }
 }
 
@@ -259,7 +255,7 @@ pub fn selfcal(
         });
         let range = record.metrics.dynamic_range();
         let so_far = out.rounds.get(out.best).map_or(0.0, |b| b.metrics.dynamic_range());
-        idle = if range > so_far * (1.0 + options.improvement) { 0 } else { idle + 1 };
+        idle = if range > so_far * (1.0 + options.rounds.improvement) { 0 } else { idle + 1 };
         if out.rounds.is_empty() {
             judge_start(&record.support, &mut out.warnings, observer);
         }
@@ -269,7 +265,7 @@ pub fn selfcal(
             maker.remember();
         }
         next += 1;
-        if idle >= options.patience {
+        if idle >= options.rounds.patience {
             idle = 0;
             let stage = |p: &RoundPlan| (p.mode, p.solint);
             // Another stage, or the deep rounds of this one, may still bring something.
@@ -296,7 +292,7 @@ pub fn selfcal(
         maker.recall();
         let best = &out.rounds[out.best];
         let plan = RoundPlan { last: true, depth: 0.0, ..best.plan };
-        match maker.update(&mut CalibratedSource::new(data, &best.gains, options.apply)?, &plan, observer) {
+        match maker.update(&mut CalibratedSource::new(data, &best.gains, options.rounds.apply())?, &plan, observer) {
             Ok(metrics) => out.deepened = Some(metrics),
             Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
             Err(_) => maker.recall(),
@@ -357,7 +353,7 @@ fn round(
     };
     let Solution { gains, report } = solved?;
     drop(sums);
-    let metrics = maker.update(&mut CalibratedSource::new(data, &gains, options.apply)?, plan, observer)?;
+    let metrics = maker.update(&mut CalibratedSource::new(data, &gains, options.rounds.apply())?, plan, observer)?;
     Ok(RoundRecord { plan: *plan, gains, report, metrics, support })
 }
 

@@ -204,10 +204,11 @@ impl NormalEquations {
             let reasons: Vec<String> = report.flagged.iter().map(|(r, n)| format!("{n} with {}", r.name())).collect();
             return Err(ChainError::NoData(format!("no antenna could be solved in any interval: {}", reasons.join(", "))));
         }
-        let priority = reference_priority(&table.flags, &quality, &self.options.refant);
+        let wanted = self.reference_antennas()?;
+        let priority = reference_priority(&table.flags, &quality, &wanted);
         report.refant_fallbacks = reference_phases(&mut table, &quality, &priority);
         table.refant = priority.first().copied();
-        self.tell(&report, &priority, &table, observer);
+        self.tell(&report, (wanted.first(), priority.first()), &table, observer);
         if self.options.normalize && self.options.mode == GainMode::AmpPhase {
             normalize(&mut table);
         }
@@ -217,9 +218,13 @@ impl NormalEquations {
         Ok(Solution { gains: table, report })
     }
 
-    fn tell(&self, report: &SolveReport, priority: &[usize], table: &GainTable, observer: &dyn Observer) {
+    fn reference_antennas(&self) -> Result<Vec<usize>> {
+        self.options.refant.as_ref().map_or(Ok(Vec::new()), |names| names.indices(&self.header.layout))
+    }
+
+    fn tell(&self, report: &SolveReport, reference: (Option<&usize>, Option<&usize>), table: &GainTable, observer: &dyn Observer) {
         let name = |a: usize| self.header.layout.antennas()[a].name.as_str();
-        if let (Some(wanted), Some(got)) = (self.options.refant.first(), priority.first())
+        if let (Some(wanted), Some(got)) = reference
             && wanted != got
         {
             observer.event(Event::Warning(&format!("reference antenna {} has no solution, {} takes its place", name(*wanted), name(*got))));

@@ -10,7 +10,7 @@
 use super::antenna_fit::prune;
 use super::grouping::{ChannelPlan, FeedPlan};
 use super::least_squares::{Pairs, refine_pairs, solve_pairs};
-use super::options::{GainMode, SolveOptions};
+use super::options::{GainMode, Outliers, SolveOptions};
 use crate::closure::TimeBins;
 use crate::misfit::VisibilityTerm;
 use crate::{ChainError, Result};
@@ -100,8 +100,8 @@ impl UnknownGainsBuilder {
         if options.mode == GainMode::Delay {
             return unable("mode", "delay", "phase or amp-phase");
         }
-        if options.robust.is_some() {
-            return unable("robust", "on", "no robust weights");
+        if options.outliers != Outliers::None {
+            return unable("outliers", "on", "none");
         }
         Ok(Self {
             channels: ChannelPlan::new(&header.spectrum, options.channels)?,

@@ -65,7 +65,7 @@ fn with_the_true_model_chi_squared_is_the_number_of_data_and_the_gains_are_taken
     s.n_time = 40;
     let set = s.set(|_, p, _, f| cis(phases[2 * p + f]) * (1.0 + 0.05 * p as f64));
     let (truth, ..) = model(&set, &s.sources);
-    let t = term(&set, &SolveOptions { mode: GainMode::AmpPhase, ..SolveOptions::default() });
+    let t = term(&set, &SolveOptions { mode: GainMode::AmpPhase, solint: SolutionInterval::Infinite, ..SolveOptions::default() });
     let mut gradient = vec![Complex64::default(); truth.len()];
     let chi2 = t.add(&truth, 1.0, &mut gradient);
     let n = t.data() as f64;
@@ -124,7 +124,7 @@ fn flagged_data_and_antennas_that_cannot_be_solved_take_no_part() {
 #[test]
 fn what_cannot_be_solved_is_refused() {
     let set = scene().set(|_, _, _, _| cis(0.0));
-    let delay = SolveOptions { mode: GainMode::Delay, ..SolveOptions::default() };
+    let delay = SolveOptions { mode: GainMode::Delay, solint: SolutionInterval::Infinite, ..SolveOptions::default() };
     assert!(matches!(UnknownGainsBuilder::new(&set.header, &delay), Err(ChainError::BadOption { option: "mode", .. })));
     let empty = UnknownGainsBuilder::new(&set.header, &SolveOptions::default()).unwrap().finish();
     assert!(matches!(empty, Err(ChainError::NoData(_))));

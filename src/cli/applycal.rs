@@ -3,8 +3,8 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::OutputArgs;
-use crate::calibrate::{ApplyOptions, Direction, Interpolation, apply};
-use clap::{Args, ValueEnum};
+use crate::calibrate::{ApplyOptions, Direction, Interpolation, RoundOptions, apply};
+use clap::Args;
 use std::path::PathBuf;
 
 /// Options of `applycal`.
@@ -20,31 +20,13 @@ pub struct ApplycalArgs {
     #[arg(long)]
     invert: bool,
     /// The gain between the middles of solution intervals.
-    #[arg(long, value_enum, default_value_t = InterpName::Nearest)]
-    interp: InterpName,
-    /// Let data without a gain pass as they are instead of flagging them.
+    #[arg(long, value_enum, default_value_t = RoundOptions::default().interp)]
+    interp: Interpolation,
+    /// Leave data without a gain as they are instead of flagging them.
     #[arg(long)]
     keep_unsolved: bool,
     #[command(flatten)]
     out: OutputArgs,
-}
-
-/// How gains hold between the middles of their intervals.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum InterpName {
-    /// That of the interval that holds the time, or of the nearest one.
-    Nearest,
-    /// Amplitude and phase linear in time.
-    Linear,
-}
-
-impl From<InterpName> for Interpolation {
-    fn from(name: InterpName) -> Self {
-        match name {
-            InterpName::Nearest => Self::Nearest,
-            InterpName::Linear => Self::Linear,
-        }
-    }
 }
 
 /// Apply gains to a set.
@@ -61,7 +43,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
         header.layout.antennas().iter().filter(|a| table.layout.index_of(&a.name).is_none()).map(|a| a.name.as_str()).collect();
     let options = ApplyOptions {
         direction: if args.invert { Direction::Corrupt } else { Direction::Calibrate },
-        interpolation: args.interp.into(),
+        interpolation: args.interp,
         flag_unsolved: !args.keep_unsolved,
     };
     let what = format!("applying {} to {}", args.gains.display(), args.input.display());

@@ -2,15 +2,16 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
-use super::options::{CleanArgs, ColumnArgs, ImagingArgs, OutputArgs};
+use super::options::{ColumnArgs, OutputArgs, loaded};
 use super::text::{beam, number};
-use crate::calibrate::{ApplyOptions, CalibratedSource, PointModel, SolutionInterval, SolveOptions, resolves, solve, unresolved_phases};
+use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
+use crate::deconvolve::CleanOptions;
 use crate::imaging::major::CleanComponent;
-use crate::imaging::{CleanProducts, Imager, clean};
+use crate::imaging::{CleanProducts, Imager, ImagingOptions, clean};
 use crate::progress::Silent;
-use cittert_arrays::{GainTable, Image, VisUnit, VisibilitySource};
+use cittert_arrays::{Image, VisUnit, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -24,29 +25,18 @@ pub struct CleanCommandArgs {
     #[command(flatten)]
     column: ColumnArgs,
     #[command(flatten)]
-    imaging: ImagingArgs,
+    imaging: ImagingOptions,
     #[command(flatten)]
-    clean: CleanArgs,
-    /// Solve the phases against a point at the centre first: always, never, or where the phases of baselines that resolve nothing show
-    /// that they are not calibrated.
-    #[arg(long, value_name = "WHEN", default_value = "auto")]
-    startmod: StartMod,
+    clean: CleanOptions,
+    /// Solve the phases against a point at the phase centre first: always, never, or (auto) where the phases of baselines that do not
+    /// resolve the field show that the data are not calibrated.
+    #[arg(long, value_name = "WHEN", value_enum, hide_possible_values = true, default_value_t = StartPhases::Auto)]
+    startmod: StartPhases,
     /// Write each major cycle as one line of JSON to this file.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     #[command(flatten)]
     out: OutputArgs,
-}
-
-/// When to solve the phases against a point first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum StartMod {
-    /// Where the phases cannot be calibrated.
-    Auto,
-    /// Always.
-    Always,
-    /// Never.
-    Never,
 }
 
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
@@ -62,18 +52,15 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     context.log_cycles(args.log.as_deref(), &args.out)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
-    let options = args.imaging.options()?;
-    let mut half_field_rad = 0.0;
-    if args.startmod != StartMod::Always {
-        let imager = Imager::new(source.as_mut(), options.clone(), &context.console).context(&what)?;
-        let g = imager.grid();
-        half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
-        // Where every baseline resolves the field, phases tell nothing: the set has been read once, and that is enough.
-        if args.startmod == StartMod::Never || resolves(imager.survey().uv_range_wl.0, half_field_rad) {
-            return deconvolve(args, imager, false, context);
-        }
+    let options = args.imaging.clone();
+    let imager = Imager::new(source.as_mut(), options.clone(), &context.console).context(&what)?;
+    let g = imager.grid();
+    let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
+    if !args.startmod.may_solve(imager.survey().uv_range_wl.0, half_field_rad) {
+        return deconvolve(args, imager, false, context);
     }
-    let gains = start_gains(args, source.as_mut(), half_field_rad, context).context(&what)?;
+    drop(imager);
+    let gains = starting_phases(source.as_mut(), args.startmod, half_field_rad, &context.console).context(&what)?;
     let mut calibrated;
     let data: &mut dyn VisibilitySource = match &gains {
         Some(table) => {
@@ -87,39 +74,13 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
 }
 
 fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, started: bool, context: &Context) -> Result<Outcome> {
-    let options = args.clean.options(imager.grid())?;
+    let options = loaded(&args.clean, imager.grid())?;
     let unit = imager.header().unit;
     let products = clean(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))?;
     drop(imager);
-    let mut json = statistics(&products, args, options.algorithm.name);
+    let mut json = statistics(&products, args, options.algorithm.name());
     json["startmod"] = started.into();
     save(args, products, json, unit, context)
-}
-
-/// Length of a solution of the starting phases, s.
-const START_INTERVAL_S: f64 = 60.0;
-
-/// Phases against a point at the centre, where they are asked for or needed.
-fn start_gains(
-    args: &CleanCommandArgs,
-    source: &mut dyn VisibilitySource,
-    half_field_rad: f64,
-    context: &Context,
-) -> Result<Option<GainTable>> {
-    if args.startmod == StartMod::Auto {
-        let short = unresolved_phases(source, half_field_rad)?;
-        if !short.is_incoherent() {
-            return Ok(None);
-        }
-        context.console.warn(&format!(
-            "the phases are not calibrated: {} visibilities on baselines that resolve nothing in this field have a coherence of {:.2}. \
-             They are solved against a point at the centre first, every {START_INTERVAL_S} s (--startmod never leaves them as they are)",
-            short.count, short.coherence
-        ));
-    }
-    let mut point = PointModel { flux: 1.0, l: 0.0, m: 0.0 };
-    let options = SolveOptions { solint: SolutionInterval::Seconds(START_INTERVAL_S), ..SolveOptions::default() };
-    Ok(Some(solve(source, &mut point, &options, &context.console)?.gains))
 }
 
 fn save(args: &CleanCommandArgs, products: CleanProducts, json: Value, unit: VisUnit, context: &Context) -> Result<Outcome> {

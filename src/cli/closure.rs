@@ -2,9 +2,8 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::solution_interval;
 use crate::ChainError;
-use crate::closure::{ClosureChannels, ClosureKey, ClosureOptions, ClosureSet, closure_amplitudes, closure_phases};
+use crate::closure::{SolutionInterval, ClosureChannels, ClosureKey, ClosureOptions, ClosureSet, closure_amplitudes, closure_phases};
 use crate::plot::{CurveOptions, Series, Style, curves};
 use cittert_arrays::ArrayLayout;
 use cittert_formats::atomic::{AtomicFile, write_file};
@@ -33,7 +32,7 @@ pub struct ClosureArgs {
     all: bool,
     /// Average over this time: a time, int (each integration) or inf (the whole set).
     #[arg(long, value_name = "TIME|int|inf", default_value = "int")]
-    solint: String,
+    solint: SolutionInterval,
     /// What happens to the channels.
     #[arg(long, value_enum, default_value_t = Channels::Average)]
     channels: Channels,
@@ -204,7 +203,7 @@ pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
     }
     let options = ClosureOptions {
         set: if args.all { ClosureSet::All } else { ClosureSet::Minimal },
-        interval: solution_interval(&args.solint)?,
+        interval: args.solint,
         channels: match args.channels {
             Channels::Average => ClosureChannels::AverageVisibilities,
             Channels::AverageClosures => ClosureChannels::AverageClosures,

@@ -2,9 +2,9 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{ErrorArgs, OutputArgs};
+use super::options::OutputArgs;
 use crate::calibrate::on_channels;
-use crate::corrupt::{CorruptOptions, Error, corrupt, corrupted_header};
+use crate::corrupt::{CorruptOptions, Error, ErrorOptions, corrupt, corrupted_header};
 use cittert_arrays::{GainTable, VisUnit};
 use clap::Args;
 use serde::Deserialize;
@@ -20,27 +20,23 @@ pub struct CorruptArgs {
     /// Where the true gains go [default: the output's name with .calh5].
     #[arg(long, value_name = "CALH5")]
     gains: Option<PathBuf>,
-    /// Seed of every random draw [default: that of --config, or 1].
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
-    /// Errors from a file: a table [[error]] with a kind for each; those of the other options are added.
+    /// Errors from a file: tables [[error]] with the names of these options as keys. The errors of the other options are added.
     #[arg(long, value_name = "TOML")]
     config: Option<PathBuf>,
     #[command(flatten)]
-    errors: ErrorArgs,
+    errors: ErrorOptions,
     #[command(flatten)]
     out: OutputArgs,
 }
 
 /// The file of `--config`.
 #[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 struct Config {
     seed: Option<u64>,
-    #[serde(default)]
     per_feed: bool,
-    #[serde(default, alias = "error")]
-    errors: Vec<Error>,
+    #[serde(rename = "error")]
+    errors: Vec<ErrorOptions>,
 }
 
 impl Config {
@@ -53,16 +49,18 @@ impl Config {
 
 fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
     let config = args.config.as_deref().map_or(Ok(Config::default()), Config::read)?;
-    let mut errors = config.errors;
-    errors.extend(args.errors.list(unit)?);
+    let mut errors = Vec::new();
+    for options in config.errors.iter().chain([&args.errors]) {
+        errors.extend(options.errors(unit)?);
+    }
     if errors.is_empty() {
         let kinds: Vec<&str> = Error::TABLE.iter().map(|t| t.0).collect();
         return Err(Failure::usage(format!(
-            "no error to inject: give one such as --phase-rms 30deg, or --config with [[error]] tables of kind {}",
+            "no error to inject: give one such as --phase-rms 30deg, or --config with tables [[error]]. The kinds are {}",
             kinds.join(", ")
         )));
     }
-    Ok(CorruptOptions { seed: args.seed.or(config.seed).unwrap_or(1), errors, per_feed: config.per_feed || args.errors.per_feed })
+    Ok(CorruptOptions { seed: args.errors.seed.or(config.seed).unwrap_or(1), errors, per_feed: config.per_feed || args.errors.per_feed })
 }
 
 /// Put errors into a set; write it and the true gains.
@@ -79,9 +77,6 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     }
     let mut source = cittert_formats::open_visibilities(&args.input)?;
     let options = options(args, source.header().unit)?;
-    for error in &options.errors {
-        error.model().check().context(format!("the error {}", error.name()))?;
-    }
     let mut header = corrupted_header(source.header(), &options);
     header.history.push(context.history());
     let created = cittert_formats::create_visibilities(path, &header, args.out.overwrite)?;

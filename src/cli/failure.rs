@@ -30,6 +30,12 @@ impl Failure {
         Self { kind: Kind::Usage(message.into()) }
     }
 
+    /// The call was wrong, as the library says of an option: exit code 2.
+    #[must_use]
+    pub fn call(error: crate::ChainError) -> Self {
+        Self::usage(told(&error))
+    }
+
     /// It failed for a reason that is no error of a library: exit code 1.
     #[must_use]
     pub fn message(message: impl Into<String>) -> Self {
@@ -65,7 +71,7 @@ impl fmt::Display for Failure {
                 let mut parts: Vec<String> = contexts.clone();
                 let mut next: Option<&dyn std::error::Error> = cause.as_ref().map(|c| c.as_ref() as _);
                 while let Some(e) = next {
-                    let text = e.to_string();
+                    let text = told(e);
                     // `transparent` layers repeat the text beneath them.
                     if parts.last().is_none_or(|last| !last.ends_with(&text)) {
                         parts.push(text);
@@ -79,6 +85,14 @@ impl fmt::Display for Failure {
                 Ok(())
             }
         }
+    }
+}
+
+/// An error in the words of the command line: the library names fields, which are options here.
+fn told(error: &(dyn std::error::Error + 'static)) -> String {
+    match error.downcast_ref::<crate::ChainError>() {
+        Some(crate::ChainError::BadOption { option, .. }) if !option.contains(' ') => format!("--{error}"),
+        _ => error.to_string(),
     }
 }
 

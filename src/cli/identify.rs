@@ -2,8 +2,8 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
-use super::options::{ModeName, load_layout};
-use crate::calibrate::{IdentifyOptions, ModelKnowledge, identify};
+use super::options::load_layout;
+use crate::calibrate::{GainMode, IdentifyOptions, ModelKnowledge, identify};
 use cittert_arrays::quantity::{Frequency, Length};
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -16,8 +16,8 @@ pub struct IdentifyArgs {
     #[arg(value_name = "LAYOUT")]
     layout: String,
     /// What of the gains is solved for.
-    #[arg(long, value_enum, default_value_t = ModeName::AmpPhase)]
-    mode: ModeName,
+    #[arg(long, value_enum, default_value_t = GainMode::AmpPhase)]
+    mode: GainMode,
     /// What is known of the sky.
     #[arg(long, value_enum, default_value_t = Knowledge::Free)]
     model: Knowledge,
@@ -55,7 +55,7 @@ pub fn run(args: &IdentifyArgs, _context: &Context) -> Result<Outcome> {
         Knowledge::Free => ModelKnowledge::FreeImage,
     };
     let options = IdentifyOptions {
-        mode: args.mode.into(),
+        mode: args.mode,
         model,
         freq_hz: args.freq.si(),
         bandwidth_hz: args.bandwidth.si(),

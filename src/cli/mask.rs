@@ -2,9 +2,10 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result};
-use super::options::{BandArgs, OutputArgs, TrackArgs, load_layout};
+use super::options::{OutputArgs, load_layout};
 use super::picture;
 use crate::simulate::mask::{UvMask, uv_mask};
+use crate::simulate::{BandOptions, PlannedTrack, TrackOptions};
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{SkyGrid, SpectralWindow};
 use cittert_formats::fits::{LinearAxis, write_plane};
@@ -17,9 +18,9 @@ pub struct MaskArgs {
     #[arg(value_name = "LAYOUT")]
     layout: String,
     #[command(flatten)]
-    band: BandArgs,
+    band: BandOptions,
     #[command(flatten)]
-    track: TrackArgs,
+    track: TrackOptions,
     /// Pixels along each side of the image, and so cells of its Fourier grid.
     #[arg(long, value_name = "N")]
     size: usize,
@@ -52,7 +53,7 @@ pub fn run(args: &MaskArgs, context: &Context) -> Result<Outcome> {
     }
     let layout = load_layout(&args.layout)?;
     let spectrum = args.band.spectrum()?;
-    let (center, plan) = args.track.plan(&layout)?;
+    let PlannedTrack { center, plan } = args.track.plan(&layout).map_err(Failure::call)?;
     let grid = SkyGrid::new(args.size, args.size, args.cell.si(), SkyGrid::frame_of(&center))?;
     let mask = uv_mask(&grid, &spectrum, &mut plan.blocks(BLOCK_ROWS))?;
     write(args, &mask, &spectrum, context)?;

@@ -28,6 +28,7 @@ mod plot;
 mod predict;
 mod run;
 mod scene;
+mod sections;
 mod selfcal;
 mod simulate;
 mod study;

@@ -5,13 +5,12 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SceneArgs};
 use crate::ChainError;
-use crate::calibrate::ModelVisibilities;
+use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::progress::{Event, Observer};
-use crate::simulate::{Pedestal, SimulateOptions, Simulator, SkyModel};
-use cittert_arrays::{ArrayError, PhaseCenter, UvCoverage, VisUnit, VisibilityHeader, for_each_block};
+use crate::simulate::{SceneOptions, SkyModel};
+use cittert_arrays::{ArrayError, PhaseCenter, VisibilityHeader, for_each_block};
 use cittert_formats::{CreateOptions, VisColumn};
 use clap::Args;
-use ndarray::{Array3, s};
 use num_complex::Complex;
 use std::path::{Path, PathBuf};
 
@@ -47,55 +46,8 @@ pub struct PredictArgs {
 /// A file that is no model, a set without a phase centre.
 pub(super) fn load_model(path: &Path, header: &VisibilityHeader, context: &Context) -> Result<SkyModel> {
     let center: &PhaseCenter = header.phase_centers.first().ok_or_else(|| Failure::message("the set has no phase centre"))?;
-    let file = SceneArgs {
-        scene: path.to_path_buf(),
-        scene_cell: None,
-        scene_size: None,
-        scene_channels: false,
-        scene_min: None,
-        scene_max: None,
-    };
+    let file = SceneArgs { scene: path.to_path_buf(), how: SceneOptions::default() };
     Ok(file.load(center, &header.spectrum, context)?.sky)
-}
-
-/// A model of the sky as the visibilities that a set would have of it.
-pub(super) struct SkyPrediction<'a> {
-    simulator: Simulator<'a>,
-    observer: &'a dyn Observer,
-}
-
-impl<'a> SkyPrediction<'a> {
-    /// See `sky` with the array, channels and unit of `header`; correlator units are taken for Jy.
-    ///
-    /// # Errors
-    /// As [`Simulator::new`].
-    pub(super) fn new(
-        header: &VisibilityHeader,
-        sky: &'a SkyModel,
-        (epsilon, w_term): (f64, bool),
-        observer: &'a dyn Observer,
-    ) -> Result<Self> {
-        let mut header = header.clone();
-        if header.unit == VisUnit::Uncalibrated {
-            header.unit = VisUnit::Jy;
-        }
-        // Images of such a set add the constant back; the visibilities are without it.
-        let pedestal = header.pedestal_k.map_or(Pedestal::None, Pedestal::Kelvin);
-        let options = SimulateOptions { epsilon, w_term, pedestal, ..SimulateOptions::default() };
-        Ok(Self { simulator: Simulator::new(header, sky, &options, &crate::progress::Silent)?, observer })
-    }
-}
-
-impl ModelVisibilities for SkyPrediction<'_> {
-    fn predict(&mut self, _header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> crate::Result<Array3<Complex<f32>>> {
-        let mut rows = coverage.clone();
-        // Rows without a place in the u-v plane have no model: predicted at the origin, then marked.
-        let lost: Vec<usize> = (0..rows.n_rows()).filter(|r| rows.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
-        lost.iter().for_each(|r| rows.uvw_m.row_mut(*r).fill(0.0));
-        let mut vis = self.simulator.block(rows, first_row as u64, self.observer)?.vis;
-        lost.iter().for_each(|r| vis.slice_mut(s![*r, .., ..]).fill(Complex::new(f32::NAN, f32::NAN)));
-        Ok(vis)
-    }
 }
 
 /// Columns that are written beside the data.
@@ -152,7 +104,7 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let mut header = source.header().clone();
     let sky = load_model(&args.model, &header, context)?;
     let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());
-    let mut model = SkyPrediction::new(&header, &sky, (args.epsilon, !args.no_w), &context.console).context(&what)?;
+    let mut model = SkyPrediction::new(&header, &sky, Accuracy { epsilon: args.epsilon, no_w: args.no_w }, &context.console).context(&what)?;
     header.history.push(context.history());
     let mut into = Into::open(args)?;
     header.history.extend(into.beside.notes.iter().cloned());

@@ -9,7 +9,9 @@
 //! Thompson, Moran & Swenson 2017, section 10.3; Blackburn et al. 2020, ApJ 894, 31.
 
 /// Which of the possible triangles or quadrangles are formed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum, schemars::JsonSchema))]
 pub enum ClosureSet {
     /// Independent ones only.
     Minimal,

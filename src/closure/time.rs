@@ -1,6 +1,10 @@
 //! Intervals of time over which gains are constant and closure quantities are averaged.
 
+use crate::values::by_text;
 use crate::{ChainError, Result};
+use cittert_arrays::quantity::Duration;
+use std::fmt;
+use std::str::FromStr;
 
 const DAY_S: f64 = 86_400.0;
 
@@ -13,6 +17,30 @@ pub enum SolutionInterval {
     Integration,
     /// So many seconds from the start of the first integration.
     Seconds(f64),
+}
+
+by_text!(SolutionInterval, "string", "A time such as \"60s\", int (each integration) or inf (the whole set).");
+
+impl fmt::Display for SolutionInterval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Infinite => f.write_str("inf"),
+            Self::Integration => f.write_str("int"),
+            Self::Seconds(s) => Duration(*s).fmt(f),
+        }
+    }
+}
+
+impl FromStr for SolutionInterval {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "inf" => Ok(Self::Infinite),
+            "int" => Ok(Self::Integration),
+            _ => text.parse::<Duration>().map(|t| Self::Seconds(t.si())).map_err(|e| format!("{e}; or int, or inf")),
+        }
+    }
 }
 
 /// Numbers the intervals of time; the first row that is asked for fixes the start.

@@ -78,7 +78,7 @@ impl SparseSet {
     ) -> Result<Self> {
         if !(0.0..1.0).contains(&systematic) {
             let (value, expected) = (systematic.to_string(), "a fraction from 0 to 1".into());
-            return Err(ChainError::BadOption { option: "--systematic-noise", value, expected });
+            return Err(ChainError::BadOption { option: "systematic-noise", value, expected });
         }
         let header = source.header().clone();
         let (data, counts, phase_center) = read(source, &header, polarization, observer)?;
@@ -231,7 +231,7 @@ fn intervals(data: &[Datum], average: Average) -> Result<Vec<f64>> {
         Average::Seconds(s) if s > 0.0 && s.is_finite() => s,
         Average::Seconds(s) => {
             let expected = "a positive time, scan or none".into();
-            return Err(ChainError::BadOption { option: "--average", value: format!("{s} s"), expected });
+            return Err(ChainError::BadOption { option: "average", value: format!("{s} s"), expected });
         }
         Average::Scans if steps.last().is_some_and(|last| *last > PAUSE * usual) => LONGEST_SCAN_S,
         Average::Scans => 0.0,

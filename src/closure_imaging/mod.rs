@@ -39,7 +39,7 @@ pub use dft::{SmallDft, Transform};
 pub use field::co_located;
 pub use gains::StationGains;
 pub use gather::{Average, SparseSet};
-pub use options::{ClosureImagingOptions, FluxFrom, Term, parse_terms};
+pub use options::{ClosureImagingOptions, FluxFrom, Term, Terms};
 pub use penalty::PenaltyWeights;
 pub use phase_term::{ClosurePhases, PhaseForm};
 pub use reconstruct::{ClosureImage, StartRecord, TermMisfit, reconstruct};

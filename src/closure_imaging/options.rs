@@ -4,8 +4,14 @@ use super::gather::Average;
 use super::penalty::PenaltyWeights;
 use super::phase_term::PhaseForm;
 use crate::closure::ClosureSet;
+use crate::imaging::ImageSize;
+use crate::values::{bad_value, by_text};
 use crate::{ChainError, Result};
 use cittert_arrays::Polarization;
+use cittert_arrays::quantity::{Angle, Duration};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
 
 /// A kind of data that the image must explain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,25 +38,43 @@ impl Term {
     }
 }
 
-/// Read a list of terms such as `cphase,logcamp,amp=0.5`: names, and weights where they are not 1.
-///
-/// # Errors
-/// An unknown name, one that occurs twice, a weight that is not positive, no term but `vis`.
-pub fn parse_terms(text: &str) -> Result<Vec<(Term, f64)>> {
-    let bad = |expected: String| ChainError::BadOption { option: "--terms", value: format!("{text:?}"), expected };
-    let mut terms: Vec<(Term, f64)> = Vec::new();
-    for part in text.split(',').map(str::trim) {
-        let (name, weight) = part.split_once('=').map_or((part, Ok(1.0)), |(n, w)| (n.trim(), w.trim().parse::<f64>()));
-        let Some((_, term)) = Term::ALL.iter().find(|(n, _)| *n == name) else {
-            return Err(bad("amp, cphase, logcamp and vis, with commas between, each with =WEIGHT where it is not 1".into()));
-        };
-        let weight = weight.ok().filter(|w| *w > 0.0 && w.is_finite()).ok_or_else(|| bad(format!("a positive weight for {name}")))?;
-        if terms.iter().any(|(t, _)| t == term) {
-            return Err(bad(format!("{name} once")));
-        }
-        terms.push((*term, weight));
+/// Terms with their weights on chi squared a datum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Terms(pub Vec<(Term, f64)>);
+by_text!(Terms, "string", "amp, cphase, logcamp and vis with commas between, each with =WEIGHT where it is not 1.");
+
+impl fmt::Display for Terms {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let one = |(term, weight): &(Term, f64)| if *weight == 1.0 { term.name().to_owned() } else { format!("{}={weight}", term.name()) };
+        f.write_str(&self.0.iter().map(one).collect::<Vec<_>>().join(","))
     }
-    Ok(terms)
+}
+
+impl FromStr for Terms {
+    type Err = ChainError;
+
+    /// Read a list such as `cphase,logcamp,amp=0.5`.
+    ///
+    /// # Errors
+    /// An unknown name, one that occurs twice, a weight that is not positive.
+    fn from_str(text: &str) -> Result<Self> {
+        let bad = |expected: String| bad_value("terms", format!("{text:?}"), expected);
+        let mut terms: Vec<(Term, f64)> = Vec::new();
+        for part in text.split(',').map(str::trim) {
+            let (name, weight) = part.split_once('=').map_or((part, Ok(1.0)), |(n, w)| (n.trim(), w.trim().parse::<f64>()));
+            let Some((_, term)) = Term::ALL.iter().find(|(n, _)| *n == name) else {
+                return bad("amp, cphase, logcamp and vis, with commas between, each with =WEIGHT where it is not 1".into());
+            };
+            let Some(weight) = weight.ok().filter(|w| *w > 0.0 && w.is_finite()) else {
+                return bad(format!("a positive weight for {name}"));
+            };
+            if terms.iter().any(|(t, _)| t == term) {
+                return bad(format!("{name} once"));
+            }
+            terms.push((*term, weight));
+        }
+        Ok(Self(terms))
+    }
 }
 
 /// Where the total flux of the image comes from.
@@ -63,71 +87,108 @@ pub enum FluxFrom {
     Likelihood,
 }
 
-/// Options of [`super::reconstruct`].
-#[derive(Debug, Clone, PartialEq)]
+/// Options of images from closure quantities and amplitudes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", command(next_help_heading = "Closure quantities"))]
 pub struct ClosureImagingOptions {
-    /// The product that is imaged.
-    pub polarization: Polarization,
-    /// What is averaged first.
+    /// Image from these data instead of from calibrated visibilities: cphase (closure phases), logcamp (log closure amplitudes), amp
+    /// (amplitudes with uncertain antenna gains) and vis (complex visibilities, self-calibrated last), with commas between and =WEIGHT
+    /// where it is not 1.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LIST"))]
+    pub terms: Option<Terms>,
+    /// Average before closure quantities are formed: over scans, over none (single integrations) or over a time.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "scan|none|TIME", default_value_t = ClosureImagingOptions::default().average))]
     pub average: Average,
-    /// Error of every visibility in parts of its amplitude, added in quadrature: what does not close, such as leakage.
+    /// Error of every visibility as a fraction of its amplitude, added in quadrature. It stands for what does not close, such as leakage.
+    #[serde(rename = "systematic-noise")]
+    #[cfg_attr(feature = "cli", arg(long = "systematic-noise", value_name = "X", default_value_t = ClosureImagingOptions::default().systematic))]
     pub systematic: f64,
-    /// Leave out shorter baselines, wavelengths.
-    pub uv_min_wl: f64,
-    /// Terms with their weights on chi squared a datum.
-    pub terms: Vec<(Term, f64)>,
-    /// Independent closures or all of them.
-    pub set: ClosureSet,
-    /// Form of chi squared of closure phases.
-    pub form: PhaseForm,
-    /// Standard deviation of the log gain of every antenna.
+    /// Standard deviation of the log gain of every antenna. 0 takes amplitudes as calibrated.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = ClosureImagingOptions::default().gain_error))]
     pub gain_error: f64,
-    /// Raise it for antennas whose data want more.
-    pub learn_gain_error: bool,
-    /// Columns and rows; chosen from the coverage where not given.
-    pub size: Option<(usize, usize)>,
-    /// Cell, rad; chosen from the coverage where not given.
-    pub cell_rad: Option<f64>,
-    /// The total flux.
-    pub flux: FluxFrom,
-    /// Width of the Gaussian prior, rad; fitted to the amplitudes where not given.
-    pub prior_fwhm_rad: Option<f64>,
-    /// Weights of the penalties.
+    /// Keep the gain errors as given. Otherwise those of antennas whose data need it are raised.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub fixed_gain_error: bool,
+    /// Independent closure quantities, or all of them with less weight each.
+    #[serde(rename = "closures")]
+    #[cfg_attr(feature = "cli", arg(long = "closures", value_enum, default_value_t = ClosureImagingOptions::default().set))]
+    pub set: ClosureSet,
+    /// Full width at half maximum of the Gaussian prior [default: fitted to the amplitudes].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    pub prior_fwhm: Option<Angle>,
+    /// Leave out baselines shorter than this number of wavelengths.
+    #[serde(rename = "uv-min")]
+    #[cfg_attr(feature = "cli", arg(long = "uv-min", value_name = "N", default_value_t = ClosureImagingOptions::default().uv_min_wl))]
+    pub uv_min_wl: f64,
+    /// Weights of the penalties. Those that are left out keep their default.
+    #[serde(rename = "penalties")]
+    #[cfg_attr(feature = "cli", arg(long = "penalties", value_name = "LIST", default_value_t = ClosureImagingOptions::default().penalty))]
     pub penalty: PenaltyWeights,
     /// Rounds of imaging, each from the smoothed image of the last.
+    #[serde(rename = "closure-rounds")]
+    #[cfg_attr(feature = "cli", arg(long = "closure-rounds", id = "closure-rounds", value_name = "N", default_value_t = ClosureImagingOptions::default().rounds))]
     pub rounds: usize,
     /// Iterations of each round.
+    #[serde(rename = "round-niter")]
+    #[cfg_attr(feature = "cli", arg(long = "round-niter", value_name = "N", default_value_t = ClosureImagingOptions::default().iterations))]
     pub iterations: usize,
-    /// Rounds with complex visibilities, self-calibrated before each.
-    pub selfcal_rounds: usize,
-    /// Starts: the first from the prior, others from random images like it.
+    /// Number of starts: the first from the prior, others from random images like it. The best image is kept, and their scatter written.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = ClosureImagingOptions::default().starts))]
     pub starts: usize,
     /// Seed of the random starts.
+    #[serde(rename = "start-seed")]
+    #[cfg_attr(feature = "cli", arg(long = "start-seed", id = "start-seed", value_name = "N", default_value_t = ClosureImagingOptions::default().seed))]
     pub seed: u64,
+    /// The product that is imaged.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip = Polarization::I))]
+    pub polarization: Polarization,
+    /// Columns and rows. `None`: chosen from the coverage.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub size: Option<ImageSize>,
+    /// Cell. `None`: chosen from the coverage.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub cell: Option<Angle>,
+    /// The total flux.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub flux: FluxFrom,
+    /// Form of chi squared of closure phases.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip = PhaseForm::OneMinusCos))]
+    pub form: PhaseForm,
+    /// Rounds with complex visibilities, self-calibrated before each.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip = ClosureImagingOptions::default().selfcal_rounds))]
+    pub selfcal_rounds: usize,
 }
 
 impl Default for ClosureImagingOptions {
     fn default() -> Self {
         Self {
-            polarization: Polarization::I,
+            terms: None,
             average: Average::Scans,
             systematic: 0.02,
-            uv_min_wl: 0.0,
-            terms: vec![(Term::Amplitude, 1.0), (Term::ClosurePhase, 1.0)],
-            set: ClosureSet::Minimal,
-            form: PhaseForm::OneMinusCos,
             gain_error: 0.1,
-            learn_gain_error: true,
-            size: None,
-            cell_rad: None,
-            flux: FluxFrom::Likelihood,
-            prior_fwhm_rad: None,
+            fixed_gain_error: false,
+            set: ClosureSet::Minimal,
+            prior_fwhm: None,
+            uv_min_wl: 0.0,
             penalty: PenaltyWeights::default(),
             rounds: 4,
             iterations: 100,
-            selfcal_rounds: 2,
             starts: 1,
             seed: 1,
+            polarization: Polarization::I,
+            size: None,
+            cell: None,
+            flux: FluxFrom::Likelihood,
+            form: PhaseForm::OneMinusCos,
+            selfcal_rounds: 2,
         }
     }
 }
@@ -138,49 +199,110 @@ impl ClosureImagingOptions {
     /// # Errors
     /// A flux, width or error that is not positive, nothing to do, sizes beyond what a direct transform should be asked for.
     pub fn check(&self) -> Result<()> {
-        let bad =
-            |option: &'static str, value: String, expected: &str| Err(ChainError::BadOption { option, value, expected: expected.into() });
+        let bad = |field, value: String, expected: &str| bad_value(field, value, expected);
         if let FluxFrom::Given(f) = self.flux
             && !(f > 0.0 && f.is_finite())
         {
-            return bad("--flux", f.to_string(), "a positive flux");
+            return bad("flux", f.to_string(), "a positive flux");
         }
-        if let Some(f) = self.prior_fwhm_rad
-            && !(f > 0.0 && f.is_finite())
+        if let Some(f) = self.prior_fwhm
+            && !(f.si() > 0.0 && f.si().is_finite())
         {
-            return bad("--prior-fwhm", f.to_string(), "a positive angle");
+            return bad("prior-fwhm", f.to_string(), "a positive angle");
         }
-        if let Some((n, m)) = self.size
+        if let Some(ImageSize { columns: n, rows: m }) = self.size
             && !((4..=512).contains(&n) && (4..=512).contains(&m))
         {
-            return bad("--size", format!("{n}x{m}"), "4 to 512 cells a side for closure imaging");
+            return bad("size", format!("{n}x{m}"), "4 to 512 cells a side for closure imaging");
         }
         for (option, value) in [
-            ("--gain-error", self.gain_error),
-            ("--penalties entropy", self.penalty.entropy),
-            ("--penalties tv", self.penalty.tv),
-            ("--penalties tv2", self.penalty.tv2),
-            ("--uv-min", self.uv_min_wl),
+            ("gain-error", self.gain_error),
+            ("penalties entropy", self.penalty.entropy),
+            ("penalties tv", self.penalty.tv),
+            ("penalties tv2", self.penalty.tv2),
+            ("uv-min", self.uv_min_wl),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
                 return bad(option, value.to_string(), "a number of 0 or more");
             }
         }
-        for (option, value) in [("--closure-rounds", self.rounds), ("--round-niter", self.iterations), ("--starts", self.starts)] {
+        for (option, value) in [("closure-rounds", self.rounds), ("round-niter", self.iterations), ("starts", self.starts)] {
             if value == 0 {
                 return bad(option, "0".into(), "1 or more");
             }
         }
-        if !self.terms.iter().any(|(t, _)| *t != Term::Visibility) {
-            return bad("--terms", "vis alone".into(), "at least one of amp, cphase and logcamp, that the self-calibration can start from");
+        if !self.terms().iter().any(|(t, _)| *t != Term::Visibility) {
+            return bad("terms", "vis alone".into(), "at least one of amp, cphase and logcamp, that the self-calibration can start from");
         }
         Ok(())
+    }
+
+    /// The terms: amplitudes and closure phases where none are given.
+    #[must_use]
+    pub fn terms(&self) -> &[(Term, f64)] {
+        const USUAL: &[(Term, f64)] = &[(Term::Amplitude, 1.0), (Term::ClosurePhase, 1.0)];
+        self.terms.as_ref().map_or(USUAL, |t| &t.0)
     }
 
     /// Weight of a term, 0 where it is not asked for.
     #[must_use]
     pub fn weight(&self, term: Term) -> f64 {
-        self.terms.iter().find(|(t, _)| *t == term).map_or(0.0, |(_, w)| *w)
+        self.terms().iter().find(|(t, _)| *t == term).map_or(0.0, |(_, w)| *w)
+    }
+}
+
+by_text!(Average, "string", "scan, none (single integrations) or a time such as \"60s\".");
+
+impl fmt::Display for Average {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scans => f.write_str("scan"),
+            Self::Integration => f.write_str("none"),
+            Self::Seconds(s) => Duration(*s).fmt(f),
+        }
+    }
+}
+
+impl FromStr for Average {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "scan" => Ok(Self::Scans),
+            "none" => Ok(Self::Integration),
+            _ => text.parse::<Duration>().map(|t| Self::Seconds(t.si())).map_err(|e| format!("{e}; or scan, or none")),
+        }
+    }
+}
+
+by_text!(PenaltyWeights, "string", "Weights entropy, tv, tv2, flux and centroid as NAME=WEIGHT with commas between.");
+
+impl fmt::Display for PenaltyWeights {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "entropy={},tv={},tv2={},flux={},centroid={}", self.entropy, self.tv, self.tv2, self.flux, self.centroid)
+    }
+}
+
+impl FromStr for PenaltyWeights {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let mut weights = Self::default();
+        for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            let wrong = || format!("{part:?} is not entropy, tv, tv2, flux or centroid with =WEIGHT of 0 or more");
+            let (name, value) = part.split_once('=').ok_or_else(wrong)?;
+            let value = value.trim().parse::<f64>().ok().filter(|v| *v >= 0.0 && v.is_finite()).ok_or_else(wrong)?;
+            let slot = match name.trim() {
+                "entropy" => &mut weights.entropy,
+                "tv" => &mut weights.tv,
+                "tv2" => &mut weights.tv2,
+                "flux" => &mut weights.flux,
+                "centroid" => &mut weights.centroid,
+                _ => return Err(wrong()),
+            };
+            *slot = value;
+        }
+        Ok(weights)
     }
 }
 
@@ -190,12 +312,21 @@ mod tests {
 
     #[test]
     fn terms_are_read_with_their_weights() {
-        let terms = parse_terms("cphase, logcamp=2,amp=0.5").unwrap();
+        let terms = "cphase, logcamp=2,amp=0.5".parse::<Terms>().unwrap().0;
         assert_eq!(terms, [(Term::ClosurePhase, 1.0), (Term::LogClosureAmplitude, 2.0), (Term::Amplitude, 0.5)]);
         for bad in ["", "amp,phase", "amp=0", "amp=x", "amp,amp"] {
-            assert!(parse_terms(bad).unwrap_err().to_string().contains("--terms"), "{bad}");
+            assert!(bad.parse::<Terms>().unwrap_err().to_string().contains("terms"), "{bad}");
         }
         assert!(Term::ALL.iter().all(|(n, t)| t.name() == *n));
+    }
+
+    #[test]
+    fn penalties_are_read_by_name() {
+        assert_eq!("".parse(), Ok(PenaltyWeights::default()));
+        assert_eq!("tv=2, entropy=0".parse(), Ok(PenaltyWeights { tv: 2.0, entropy: 0.0, ..PenaltyWeights::default() }));
+        for bad in ["tv", "tv=-1", "smooth=1", "tv=x"] {
+            assert!(bad.parse::<PenaltyWeights>().is_err(), "{bad}");
+        }
     }
 
     #[test]
@@ -203,12 +334,12 @@ mod tests {
         let ok = ClosureImagingOptions::default();
         assert!(ok.check().is_ok());
         let cases = [
-            (ClosureImagingOptions { flux: FluxFrom::Given(0.0), ..ok.clone() }, "--flux"),
-            (ClosureImagingOptions { prior_fwhm_rad: Some(-1.0), ..ok.clone() }, "--prior-fwhm"),
-            (ClosureImagingOptions { size: Some((4096, 4096)), ..ok.clone() }, "--size"),
-            (ClosureImagingOptions { gain_error: f64::NAN, ..ok.clone() }, "--gain-error"),
-            (ClosureImagingOptions { rounds: 0, ..ok.clone() }, "--closure-rounds"),
-            (ClosureImagingOptions { terms: vec![(Term::Visibility, 1.0)], ..ok.clone() }, "--terms"),
+            (ClosureImagingOptions { flux: FluxFrom::Given(0.0), ..ok.clone() }, "flux"),
+            (ClosureImagingOptions { prior_fwhm: Some(Angle(-1.0)), ..ok.clone() }, "prior-fwhm"),
+            (ClosureImagingOptions { size: Some(ImageSize::square(4096)), ..ok.clone() }, "size"),
+            (ClosureImagingOptions { gain_error: f64::NAN, ..ok.clone() }, "gain-error"),
+            (ClosureImagingOptions { rounds: 0, ..ok.clone() }, "closure-rounds"),
+            (ClosureImagingOptions { terms: Some(Terms(vec![(Term::Visibility, 1.0)])), ..ok.clone() }, "terms"),
         ];
         for (options, name) in cases {
             assert!(options.check().unwrap_err().to_string().contains(name), "{name}");

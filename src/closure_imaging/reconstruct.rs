@@ -114,11 +114,11 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
         set.retain(&keep)?;
     }
     let short = co_located(&set);
-    let grid = choose_grid(&set, &short, frame, (options.size, options.cell_rad), observer)?;
+    let grid = choose_grid(&set, &short, frame, (options.size.map(|s| (s.columns, s.rows)), options.cell.map(|c| c.si())), observer)?;
     let lengths = set.lengths_wl();
     let resolution_rad = 1.0 / lengths.iter().fold(0.0_f64, |a, l| a.max(*l));
     let total_flux = median(short.iter().zip(set.samples.vis()).filter(|(s, _)| **s).map(|(_, v)| v.norm()).collect());
-    let prior_fwhm_rad = options.prior_fwhm_rad.unwrap_or_else(|| {
+    let prior_fwhm_rad = options.prior_fwhm.map(|a| a.si()).unwrap_or_else(|| {
         let fitted = fitted_fwhm(&set, &short).unwrap_or(USUAL_PRIOR * resolution_rad);
         fitted.clamp(PRIOR_RANGE.0 * resolution_rad, PRIOR_RANGE.1 * resolution_rad)
     });
@@ -364,7 +364,7 @@ impl Field<'_> {
             value = found.value;
             image = found.x.iter().map(|x| x.exp()).collect();
             let vis = problem.model(&image);
-            if o.learn_gain_error && round + 1 < rounds {
+            if !o.fixed_gain_error && round + 1 < rounds {
                 station.learn_gain_sigma(&vis, &floor)?;
             }
         }

@@ -5,8 +5,9 @@ use super::field::{co_located, gaussian};
 use super::problem::model;
 use super::samples::Samples;
 use super::*;
-use crate::imaging::DataCounts;
+use crate::imaging::{DataCounts, ImageSize};
 use crate::progress::Silent;
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{SkyFrame, SkyGrid};
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -71,9 +72,9 @@ fn observed(gain_error: f64) -> (SparseSet, SkyGrid, Vec<f64>) {
 
 fn options(terms: &str) -> ClosureImagingOptions {
     ClosureImagingOptions {
-        terms: parse_terms(terms).unwrap(),
-        size: Some((24, 24)),
-        cell_rad: Some(CELL),
+        terms: Some(terms.parse().unwrap()),
+        size: Some(ImageSize::square(24)),
+        cell: Some(Angle(CELL)),
         flux: FluxFrom::Given(1.0),
         rounds: 4,
         iterations: 100,

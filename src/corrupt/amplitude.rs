@@ -1,20 +1,42 @@
 //! Amplitude errors of the antennas.
 
 use super::phase::multiply;
-use super::{Context, Corruption, Variation, need_size};
+use super::context::Context;
+use super::corruption::{Corruption, need_size};
+use super::variation::Variation;
 use crate::Result;
-use cittert_arrays::GainTable;
+use cittert_arrays::{GainTable, VisUnit};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 /// g = exp(a) with a Gaussian a, so that amplitudes stay positive; for small errors `rms` is the relative error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AmplitudeError {
     /// Standard deviation of ln |g|.
     pub rms: f64,
     /// Its behaviour in time.
-    #[serde(default, flatten)]
     pub variation: Variation,
+}
+
+/// Options of amplitude errors.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct AmplitudeOptions {
+    /// Rms of ln |gain|.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X"))]
+    pub amp_rms: Option<f64>,
+    /// How amplitudes change in time, where this differs from the other kinds.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND[:TIME]"))]
+    pub amp_variation: Option<Variation>,
+}
+
+impl AmplitudeOptions {
+    /// The error, where it is asked for.
+    pub(super) fn error(&self, variation: Variation, _unit: VisUnit) -> Result<Option<AmplitudeError>> {
+        let variation = self.amp_variation.unwrap_or(variation);
+        Ok(self.amp_rms.map(|rms| AmplitudeError { rms, variation }))
+    }
 }
 
 impl Corruption for AmplitudeError {

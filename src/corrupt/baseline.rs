@@ -1,18 +1,38 @@
 //! Constants added to visibilities, which no antenna gain can take out.
 
-use super::{Context, Corruption, need_size};
+use super::context::Context;
+use super::corruption::{Corruption, need_size};
+use super::variation::Variation;
 use crate::Result;
-use cittert_arrays::{GainTable, VisibilityBlock};
+use crate::values::DataFlux;
+use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
 use num_complex::Complex;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 /// V + c with a complex c of each baseline, constant in time and over the band, of its own in each product: leakage between the
 /// signal paths of the two antennas, or a correlator offset.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BaselineOffset {
     /// Standard deviation of the real and of the imaginary part, in the unit of the set.
     pub rms: f64,
+}
+
+/// Options of baseline offsets.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct BaselineOptions {
+    /// Rms of a constant added to each baseline, such as 10mJy, or 1e-6Ksr for a set in K sr.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FLUX"))]
+    pub baseline_offset: Option<DataFlux>,
+}
+
+impl BaselineOptions {
+    /// The error, where it is asked for.
+    pub(super) fn error(&self, _variation: Variation, unit: VisUnit) -> Result<Option<BaselineOffset>> {
+        self.baseline_offset.map(|rms| Ok(BaselineOffset { rms: rms.in_unit("baseline-offset", unit)? })).transpose()
+    }
 }
 
 impl Corruption for BaselineOffset {

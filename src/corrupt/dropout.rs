@@ -1,16 +1,18 @@
 //! Antennas that fall silent for a while.
 
-use super::variation::exponential;
-use super::{Context, Corruption, need};
+use super::context::Context;
+use super::corruption::{Corruption, need};
+use super::variation::{Variation, exponential};
 use crate::Result;
-use cittert_arrays::{GainTable, VisibilityBlock};
+use cittert_arrays::quantity::Duration;
+use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
 use num_complex::Complex64;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 /// Each antenna is off for random spells with exponential lengths. Its gain is then 0 and flagged in the truth, its visibilities are
 /// 0 (plus noise).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Dropout {
     /// Part of the time that an antenna is off, 0 to below 1.
     pub fraction: f64,
@@ -18,6 +20,36 @@ pub struct Dropout {
     pub mean_s: f64,
     /// True where the array notices and flags the data; otherwise they pass as good.
     pub noticed: bool,
+}
+
+/// Options of dropouts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct DropoutOptions {
+    /// Fraction of the time for which an antenna is silent, 0 to below 1.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X"))]
+    pub dropout: Option<f64>,
+    /// Mean length of a silence.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "TIME", default_value_t = DropoutOptions::default().dropout_length))]
+    pub dropout_length: Duration,
+    /// The array notices silences and flags the data.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub dropout_noticed: bool,
+}
+
+impl Default for DropoutOptions {
+    fn default() -> Self {
+        Self { dropout: None, dropout_length: Duration(60.0), dropout_noticed: false }
+    }
+}
+
+impl DropoutOptions {
+    /// The error, where it is asked for.
+    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<Dropout>> {
+        let of = |fraction| Dropout { fraction, mean_s: self.dropout_length.si(), noticed: self.dropout_noticed };
+        Ok(self.dropout.map(of))
+    }
 }
 
 impl Corruption for Dropout {

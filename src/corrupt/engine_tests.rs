@@ -275,5 +275,5 @@ fn bad_parameters_and_empty_sets_are_refused_and_every_kind_has_its_row() {
     .iter()
     .map(Error::name)
     .collect();
-    assert_eq!(names, Error::TABLE.map(|t| t.0));
+    assert_eq!(names, Error::TABLE.iter().map(|t| t.0).collect::<Vec<_>>());
 }

@@ -1,18 +1,41 @@
 //! Flags where there should be none, and none where there should be.
 
-use super::{Context, Corruption, need};
+use super::context::Context;
+use super::corruption::{Corruption, need};
+use super::variation::Variation;
 use crate::Result;
-use cittert_arrays::{GainTable, VisibilityBlock};
+use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
 /// Each datum is drawn by itself.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WrongFlags {
     /// Part of the good data that is flagged, 0 to 1.
     pub good_flagged: f64,
     /// Part of the flagged data that loses its flag, 0 to 1.
     pub bad_unflagged: f64,
+}
+
+/// Options of wrong flags.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct FlagOptions {
+    /// Fraction of the good data that is flagged.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X"))]
+    pub flag_good: Option<f64>,
+    /// Fraction of the flagged data that loses its flag.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X"))]
+    pub unflag_bad: Option<f64>,
+}
+
+impl FlagOptions {
+    /// The error, where it is asked for.
+    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<WrongFlags>> {
+        let model = WrongFlags { good_flagged: self.flag_good.unwrap_or(0.0), bad_unflagged: self.unflag_bad.unwrap_or(0.0) };
+        Ok((self.flag_good.is_some() || self.unflag_bad.is_some()).then_some(model))
+    }
 }
 
 impl Corruption for WrongFlags {

@@ -1,14 +1,18 @@
 //! Thermal noise on top of the other errors.
 
-use super::{Context, Corruption, need_size};
+use super::context::Context;
+use super::corruption::{Corruption, need_size};
+use super::variation::Variation;
 use crate::Result;
+use crate::simulate::options::sensitivity;
 use crate::simulate::{ElementPattern, NoiseModel, NoiseOptions};
-use cittert_arrays::{GainTable, Sensitivity, VisibilityBlock};
+use cittert_arrays::quantity::{FluxDensity, Length, Temperature};
+use cittert_arrays::{GainTable, Sensitivity, VisUnit, VisibilityBlock};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
 /// Noise of the receivers, as in a simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ThermalNoise {
     /// SEFD or Tsys of every antenna; `None` takes the layout's.
     pub sensitivity: Option<Sensitivity>,
@@ -16,6 +20,37 @@ pub struct ThermalNoise {
     pub diameter_m: Option<f64>,
     /// True where the data have noise already, whose variance then adds; otherwise the weights become those of the new noise.
     pub data_have_noise: bool,
+}
+
+/// Options of thermal noise.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct ThermalNoiseOptions {
+    /// Add thermal noise by the SEFD or system temperature of each antenna.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub noise: bool,
+    /// SEFD of every antenna. It turns the noise on.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FLUX", conflicts_with = "tsys"))]
+    pub sefd: Option<FluxDensity>,
+    /// System temperature of every antenna. It turns the noise on.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "TEMP"))]
+    pub tsys: Option<Temperature>,
+    /// Diameter of every antenna, for noise from system temperatures.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
+    pub diameter: Option<Length>,
+    /// The data have noise already: its variance is added to that of the new noise in the weights.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub data_have_noise: bool,
+}
+
+impl ThermalNoiseOptions {
+    /// The error, where it is asked for.
+    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<ThermalNoise>> {
+        let sensitivity = sensitivity(self.sefd, self.tsys)?;
+        let model = ThermalNoise { sensitivity, diameter_m: self.diameter.map(|d| d.si()), data_have_noise: self.data_have_noise };
+        Ok((self.noise || sensitivity.is_some()).then_some(model))
+    }
 }
 
 impl Corruption for ThermalNoise {

@@ -1,20 +1,43 @@
 //! Phase errors of the antennas.
 
-use super::{Context, Corruption, Variation, need_size};
+use super::context::Context;
+use super::corruption::{Corruption, need_size};
+use super::variation::Variation;
 use crate::Result;
-use cittert_arrays::GainTable;
+use cittert_arrays::quantity::Angle;
+use cittert_arrays::{GainTable, VisUnit};
 use ndarray::Axis;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 /// g = exp(i phi) with a Gaussian phi, the same over the band.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PhaseError {
     /// Standard deviation of the phase of an antenna, rad.
     pub rms_rad: f64,
     /// Its behaviour in time.
-    #[serde(default, flatten)]
     pub variation: Variation,
+}
+
+/// Options of phase errors.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct PhaseOptions {
+    /// Rms of the antenna phases.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    pub phase_rms: Option<Angle>,
+    /// How phases change in time, where this differs from the other kinds.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND[:TIME]"))]
+    pub phase_variation: Option<Variation>,
+}
+
+impl PhaseOptions {
+    /// The error, where it is asked for.
+    pub(super) fn error(&self, variation: Variation, _unit: VisUnit) -> Result<Option<PhaseError>> {
+        let variation = self.phase_variation.unwrap_or(variation);
+        Ok(self.phase_rms.map(|rms| PhaseError { rms_rad: rms.si(), variation }))
+    }
 }
 
 impl Corruption for PhaseError {

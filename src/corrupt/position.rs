@@ -1,11 +1,17 @@
 //! Antennas that do not stand where the layout says.
 
-use super::{Context, Corruption, need_size};
+use super::context::Context;
+use super::corruption::{Corruption, need_size};
+use super::variation::Variation;
+use crate::values::by_text;
 use crate::{ChainError, Result};
-use cittert_arrays::{GainTable, SPEED_OF_LIGHT_M_S};
+use cittert_arrays::quantity::Length;
+use cittert_arrays::{GainTable, SPEED_OF_LIGHT_M_S, VisUnit};
 use num_complex::Complex64;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
 
 /// An antenna d away from its nominal place sees the phase centre s earlier by d . s / c, which the phase tracking does not know:
 /// g = exp(-2 pi i f d . s / c), as V_corrupt = exp(+2 pi i f (d2 - d1) . s / c) V. Away from the phase centre the error differs by
@@ -13,7 +19,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Reference
 /// Thompson, Moran & Swenson 2017, sect. 4.1 and eq. 4.1.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PositionError {
     /// Standard deviation of each coordinate, m; `None` takes the uncertainties of the layout.
     pub rms_m: Option<f64>,
@@ -42,6 +48,57 @@ impl PositionError {
                 }))
             })
             .collect()
+    }
+}
+
+/// Rms of antenna positions: one length for all, or the uncertainties in the layout.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PositionRms {
+    /// The uncertainties in the layout.
+    Layout,
+    /// This length for each coordinate.
+    Each(Length),
+}
+by_text!(PositionRms, "string", "A length such as \"1mm\", or layout for the uncertainties in the layout.");
+
+impl fmt::Display for PositionRms {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Layout => f.write_str("layout"),
+            Self::Each(length) => length.fmt(f),
+        }
+    }
+}
+
+impl FromStr for PositionRms {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if text == "layout" {
+            return Ok(Self::Layout);
+        }
+        text.parse().map(Self::Each).map_err(|e| format!("{e}; or layout"))
+    }
+}
+
+/// Options of position errors.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct PositionOptions {
+    /// Rms of each coordinate of the antenna positions, or layout for the uncertainties in the layout.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH|layout"))]
+    pub position_rms: Option<PositionRms>,
+}
+
+impl PositionOptions {
+    /// The error, where it is asked for.
+    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<PositionError>> {
+        let rms_m = |rms| match rms {
+            PositionRms::Layout => None,
+            PositionRms::Each(length) => Some(length.si()),
+        };
+        Ok(self.position_rms.map(|rms| PositionError { rms_m: rms_m(rms) }))
     }
 }
 

@@ -1,8 +1,11 @@
 //! A turbulent atmosphere: a frozen phase screen that the wind carries over the array.
 
-use super::{Context, Corruption, need, need_size};
+use super::context::Context;
+use super::corruption::{Corruption, need, need_size};
+use super::variation::Variation;
 use crate::Result;
-use cittert_arrays::{GainTable, LayoutFrame};
+use cittert_arrays::quantity::{Angle, Length, Speed};
+use cittert_arrays::{GainTable, LayoutFrame, VisUnit};
 use num_complex::Complex64;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -15,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// # Reference
 /// Power spectrum (k^2 + k0^2)^(-11/6), k0 = 2 pi / L0: von Karman 1948, PNAS 34, 530; frozen flow: Taylor 1938, Proc. R. Soc. A
 /// 164, 476; for radio arrays: Thompson, Moran & Swenson 2017, sect. 13.1.7 and 13.2.2.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Troposphere {
     /// Rms of the phase difference of two antennas `baseline_m` apart at the middle of the band and the zenith, rad.
     pub rms_rad: f64,
@@ -29,13 +32,6 @@ pub struct Troposphere {
     pub height_m: f64,
     /// Outer scale L0, m.
     pub outer_scale_m: f64,
-}
-
-impl Default for Troposphere {
-    /// One radian over 1 km, as at centimetre wavelengths in moderate weather, in a layer 1 km up.
-    fn default() -> Self {
-        Self { rms_rad: 1.0, baseline_m: 1000.0, wind_m_s: 10.0, wind_to_rad: 0.8, height_m: 1000.0, outer_scale_m: 10_000.0 }
-    }
 }
 
 /// Rings of wave numbers to a factor of 10, and waves in each ring.
@@ -98,6 +94,69 @@ fn rings(model: &Troposphere, finest_m: f64) -> Vec<(f64, f64)> {
     let scale = model.rms_rad * model.rms_rad / structure;
     rings.iter_mut().for_each(|r| r.1 *= scale);
     rings
+}
+
+/// Options of the troposphere.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct TroposphereOptions {
+    /// A turbulent atmosphere: rms phase between two antennas that are one troposphere baseline apart.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    pub troposphere: Option<Angle>,
+    /// Distance between two antennas at which the rms phase of the troposphere holds.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value_t = TroposphereOptions::default().troposphere_baseline))]
+    pub troposphere_baseline: Length,
+    /// Speed of the wind that carries the screen, such as 10m/s.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "SPEED", default_value_t = TroposphereOptions::default().wind))]
+    pub wind: Speed,
+    /// Direction that the wind blows to, from north towards east.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE", allow_hyphen_values = true, default_value_t = TroposphereOptions::default().wind_to))]
+    pub wind_to: Angle,
+    /// Height of the screen over the array.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value_t = TroposphereOptions::default().screen_height))]
+    pub screen_height: Length,
+    /// Outer scale of the turbulence.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value_t = TroposphereOptions::default().outer_scale))]
+    pub outer_scale: Length,
+}
+
+impl Default for TroposphereOptions {
+    fn default() -> Self {
+        Self {
+            troposphere: None,
+            troposphere_baseline: Length(1000.0),
+            wind: Speed(10.0),
+            wind_to: Angle(45.0_f64.to_radians()),
+            screen_height: Length(1000.0),
+            outer_scale: Length(10_000.0),
+        }
+    }
+}
+
+impl TroposphereOptions {
+    /// The error, where it is asked for.
+    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<Troposphere>> {
+        Ok(self.troposphere.map(|rms| self.model(rms)))
+    }
+
+    fn model(&self, rms: Angle) -> Troposphere {
+        Troposphere {
+            rms_rad: rms.si(),
+            baseline_m: self.troposphere_baseline.si(),
+            wind_m_s: self.wind.si(),
+            wind_to_rad: self.wind_to.si(),
+            height_m: self.screen_height.si(),
+            outer_scale_m: self.outer_scale.si(),
+        }
+    }
+}
+
+impl Default for Troposphere {
+    /// One radian over 1 km, as at centimetre wavelengths in moderate weather, in a layer 1 km up.
+    fn default() -> Self {
+        TroposphereOptions::default().model(Angle(1.0))
+    }
 }
 
 impl Corruption for Troposphere {

@@ -1,14 +1,16 @@
 //! How an error of an antenna changes in time.
 
-use super::need;
+use super::corruption::need;
 use crate::Result;
+use crate::values::by_text;
+use cittert_arrays::quantity::Duration;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
-use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
 
 /// Behaviour in time of a quantity of zero mean and unit variance.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(tag = "variation", rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Variation {
     /// One draw for the whole set.
     #[default]
@@ -38,6 +40,45 @@ pub enum Variation {
         /// Coherence time, s.
         time_s: f64,
     },
+}
+
+by_text!(Variation, "string", "constant, integration, interval:TIME, walk:TIME, jumps:TIME or coherent:TIME, such as \"walk:60s\".");
+
+impl fmt::Display for Variation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Constant => f.write_str("constant"),
+            Self::Integration => f.write_str("integration"),
+            Self::Interval { length_s } => write!(f, "interval:{}", Duration(length_s)),
+            Self::RandomWalk { time_s } => write!(f, "walk:{}", Duration(time_s)),
+            Self::Jumps { mean_s } => write!(f, "jumps:{}", Duration(mean_s)),
+            Self::Coherent { time_s } => write!(f, "coherent:{}", Duration(time_s)),
+        }
+    }
+}
+
+impl FromStr for Variation {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let (kind, time) = text.split_once(':').map_or((text, None), |(k, t)| (k, Some(t)));
+        let seconds = || -> std::result::Result<f64, String> {
+            let time = time.ok_or_else(|| format!("{kind} needs a time, such as {kind}:60s"))?;
+            Ok(time.parse::<Duration>().map_err(|e| e.to_string())?.si())
+        };
+        match (kind, time) {
+            ("constant", None) => Ok(Self::Constant),
+            ("integration", None) => Ok(Self::Integration),
+            ("interval", _) => Ok(Self::Interval { length_s: seconds()? }),
+            ("walk" | "random-walk", _) => Ok(Self::RandomWalk { time_s: seconds()? }),
+            ("jumps", _) => Ok(Self::Jumps { mean_s: seconds()? }),
+            ("coherent", _) => Ok(Self::Coherent { time_s: seconds()? }),
+            _ => Err(format!(
+                "{text:?} is not a variation: use constant, integration, interval:TIME, walk:TIME (the rms is reached after TIME), \
+                 jumps:TIME (mean distance) or coherent:TIME"
+            )),
+        }
+    }
 }
 
 impl Variation {

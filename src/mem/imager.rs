@@ -74,7 +74,9 @@ pub struct MemImager {
 }
 
 /// The solvers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum, schemars::JsonSchema))]
 pub enum Method {
     /// Newton steps in s on the beam's Hessian, L-BFGS where there is none.
     #[default]
@@ -97,7 +99,7 @@ impl MemImager {
         check_prior(&prior, objective.inside.as_ref())?;
         if let Some(flux) = objective.flux.filter(|f| !(*f > 0.0 && f.is_finite())) {
             let expected = "a positive total flux: entropy is that of a positive image".into();
-            return Err(ChainError::BadOption { option: "--flux", value: flux.to_string(), expected });
+            return Err(ChainError::BadOption { option: "flux", value: flux.to_string(), expected });
         }
         if objective.inside.as_ref().is_some_and(|m| !m.iter().any(|x| *x)) {
             return Err(ChainError::NoData("the mask leaves no pixel for the image".into()));

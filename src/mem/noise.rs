@@ -26,7 +26,7 @@ impl Noise {
     pub fn apply(self, data: &mut Gathered) -> Result<()> {
         let bad = |value: f64| {
             let expected = "a positive noise: without noise chi squared has no expected value".into();
-            Err(ChainError::BadOption { option: "--noise", value: value.to_string(), expected })
+            Err(ChainError::BadOption { option: "noise", value: value.to_string(), expected })
         };
         match self {
             Self::Weights => Ok(()),

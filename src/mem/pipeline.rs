@@ -45,9 +45,9 @@ pub enum Flux {
     ZeroSpacing(f64),
 }
 
-/// How to make an image of maximum entropy.
+/// What to do for an image of maximum entropy, in the units and on the grid of an imager.
 #[derive(Debug, Clone)]
-pub struct MemOptions {
+pub struct MemPlan {
     /// The solver.
     pub method: Method,
     /// The entropy.
@@ -70,7 +70,7 @@ pub struct MemOptions {
     pub uncertainty: Uncertainty,
 }
 
-impl Default for MemOptions {
+impl Default for MemPlan {
     fn default() -> Self {
         Self {
             method: Method::QuasiNewton,
@@ -136,7 +136,7 @@ pub fn flux_of_one(imager: &Imager<'_>) -> Array2<f64> {
 /// # Errors
 /// A prior, flux, noise or mask that no image can meet; a dirty beam that no Gaussian fits; whatever the source says. Goals that are not
 /// met are no error: see [`Certificate::met`].
-pub fn mem(imager: &mut Imager<'_>, opts: &MemOptions, observer: &dyn Observer) -> Result<MemProducts> {
+pub fn mem(imager: &mut Imager<'_>, opts: &MemPlan, observer: &dyn Observer) -> Result<MemProducts> {
     let shape = (imager.grid().n_m, imager.grid().n_l);
     for (option, found) in [("--mask", opts.mask.as_ref().map(Array2::dim)), ("--prior", prior_shape(&opts.prior))] {
         if let Some(found) = found.filter(|f| *f != shape) {
@@ -168,7 +168,7 @@ fn time<R>(seconds: &mut Seconds, stage: &'static str, work: impl FnOnce() -> R)
     result
 }
 
-fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemOptions, (observer, seconds): (&dyn Observer, &mut Seconds)) -> Result<Channel> {
+fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, seconds): (&dyn Observer, &mut Seconds)) -> Result<Channel> {
     let one = flux_of_one(imager);
     let mut inside = opts.mask.clone();
     if one.iter().any(|v| *v == 0.0) {
@@ -233,7 +233,7 @@ pub(crate) fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> 
 }
 
 /// The penalty for a prior, and the imager around it.
-pub(crate) fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemOptions) -> Result<MemImager> {
+pub(crate) fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemPlan) -> Result<MemImager> {
     check_prior(&prior, objective.inside.as_ref())?;
     let count = objective.inside.as_ref().map_or(prior.len(), |m| m.iter().filter(|x| **x).count());
     objective.unit = sum_inside(&prior, objective.inside.as_ref()) / count.max(1) as f64;

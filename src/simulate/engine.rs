@@ -6,7 +6,8 @@ use super::dft::{image_dft, n_minus_1};
 use super::mask::MaskPlane;
 use super::noise::NoiseModel;
 use super::sky::{SkyModel, apparent_plane, check_image, from_jy, nearest_channels, stokes_coefficient, unit_factor};
-use super::{Method, SimulateOptions, pedestal};
+use super::options::check;
+use super::{ElementPattern, Method, SimulateOptions, pedestal};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{
@@ -147,9 +148,9 @@ impl<'a> Simulator<'a> {
         if o.method == Method::Degrid {
             line += &format!(", epsilon {:e}", o.epsilon);
         }
-        line += &format!(", w term {}, pattern {:?}, {} sub-channels", o.w_term && o.method != Method::Mask, o.pattern, o.subchannels);
+        line += &format!(", w term {}, pattern {:?}, {} sub-channels", !o.no_w && o.method != Method::Mask, self.pattern, o.subchannels);
         line += &self.header.pedestal_k.map_or(", no pedestal".to_owned(), |t| format!(", pedestal {t} K"));
-        line += &o.noise.map_or(", no noise".to_owned(), |n| format!(", noise seed {}", n.seed));
+        line += &if self.noise.is_some() { format!(", noise seed {}", o.seed) } else { ", no noise".to_owned() };
         line
     }
 

@@ -3,6 +3,7 @@
 use super::*;
 use crate::fourier::{GridOptions, vis_to_image};
 use crate::progress::{Recorder, Silent};
+use cittert_arrays::quantity::Length;
 use cittert_arrays::{
     Antenna, ArrayLayout, BrightnessUnit, Image, LayoutFrame, PhaseCenter, Polarization, Sensitivity, SkyFrame, SkyGrid, Source,
     SourceShape, SpectralWindow, UvCoverage, VisUnit, VisibilityHeader,

@@ -141,6 +141,28 @@ impl TrackOptions {
     }
 }
 
+/// Pixels and temperatures of a scene whose file does not give them.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+pub struct SceneOptions {
+    /// Size of a pixel of a PNG or a scene description.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    pub scene_cell: Option<Angle>,
+    /// Number of pixels along each side of a scene description. Without a scene cell they cover the field of view of its camera.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "N"))]
+    pub scene_size: Option<usize>,
+    /// Compute the temperatures of a scene of solids for every channel instead of for the centre of the band.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub scene_channels: bool,
+    /// Temperature of black in a PNG.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "TEMP"))]
+    pub scene_min: Option<Temperature>,
+    /// Temperature of white in a PNG.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "TEMP"))]
+    pub scene_max: Option<Temperature>,
+}
+
 /// How a scene becomes visibilities, and their noise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]

@@ -2,7 +2,7 @@
 
 use crate::imaging::major::{CleanOptions, clean};
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
-use crate::mem::{MemGoals, MemOptions, Uncertainty, mem};
+use crate::mem::{MemGoals, MemPlan, Uncertainty, mem};
 use crate::progress::Silent;
 use crate::simulate::random::stream;
 use crate::{ChainError, Result};
@@ -183,7 +183,7 @@ pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, ho
         Deconvolution::Clean(options) => Ok(seen(&clean(&mut imager, options, &Silent)?, how)),
         Deconvolution::Mem(_) => {
             let goals = MemGoals { evaluations: HOPELESS, ..MemGoals::default() };
-            let products = mem(&mut imager, &MemOptions { goals, uncertainty: Uncertainty::None, ..MemOptions::default() }, &Silent)?;
+            let products = mem(&mut imager, &MemPlan { goals, uncertainty: Uncertainty::None, ..MemPlan::default() }, &Silent)?;
             let residual = &products.residual.data;
             let residual_rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
             Ok(Seen { image: plane(&products.model), residual_rms })

@@ -1,6 +1,8 @@
 //! A study against the law of dynamic range, and its independence of threads.
 
 use super::*;
+use crate::calibrate::{RoundOptions, SolveOptions, StartFrom};
+use crate::closure::SolutionInterval;
 use crate::corrupt::{Error, PhaseError, Variation};
 use crate::deconvolve::by_name;
 use crate::imaging::{ImageSize, ImagingOptions, Weighting};
@@ -47,12 +49,12 @@ fn phase(rms_rad: f64) -> Error {
 
 fn plan() -> SelfcalPlan {
     SelfcalPlan {
-        mode: crate::calibrate::GainMode::Phase,
-        solint: crate::calibrate::SolutionInterval::Infinite,
-        rounds: 1,
-        min_snr: 3.0,
-        refant: vec!["A3".into()],
-        start: StartFrom::Point,
+        solve: SolveOptions {
+            solint: SolutionInterval::Infinite,
+            refant: Some("A3".parse().unwrap()),
+            ..SolveOptions::default()
+        },
+        rounds: RoundOptions { rounds: 1, start: StartFrom::Point, ..RoundOptions::default() },
     }
 }
 

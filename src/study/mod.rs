@@ -24,4 +24,4 @@ pub use axis::{Axis, AxisValue, Grid};
 pub use base::{Antennas, Base, Deconvolution, Reference};
 pub use run::{Study, run};
 pub use summary::{Statistics, summarize};
-pub use trial::{COLUMNS, Column, Quality, SelfcalPlan, Setup, StartFrom, TrialResult, trial};
+pub use trial::{COLUMNS, Column, Quality, SelfcalPlan, Setup, TrialResult, trial};

@@ -1,10 +1,7 @@
 //! One trial: corrupt, image, self-calibrate, compare.
 
 use super::base::{Antennas, Base, Deconvolution, Reference, Seen, image, seen};
-use crate::calibrate::{
-    CleanMaker, CompareOptions, FeedGroups, GainMode, ImageMaker, JointGoals, JointMaker, JointOptions, Selfcal, SelfcalOptions, SetModel,
-    SolutionInterval, SolveOptions, Start, compare_gains, selfcal,
-};
+use crate::calibrate::{AntennaNames, CleanMaker, CompareOptions, ImageMaker, JointGoals, JointMaker, JointOptions, RoundOptions, Selfcal, SelfcalOptions, SetModel, SolveOptions, Start, StartFrom, compare_gains, selfcal};
 use crate::corrupt::{CorruptOptions, Error, corrupt};
 use crate::fidelity::{fidelity_index, find_shift, shifted};
 use crate::mem::Prior;
@@ -29,29 +26,11 @@ pub struct Setup {
 /// How trials are self-calibrated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfcalPlan {
-    /// What is solved for.
-    pub mode: GainMode,
-    /// How long a solution holds.
-    pub solint: SolutionInterval,
-    /// Number of rounds.
-    pub rounds: usize,
-    /// Least signal to noise of a solution; counts only where thermal noise is among the errors.
-    pub min_snr: f64,
-    /// Names of reference antennas in order of preference; those that take no part are passed over.
-    pub refant: Vec<String>,
-    /// What the first gains are solved against.
-    pub start: StartFrom,
-}
-
-/// What the first gains are solved against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StartFrom {
-    /// A point at the phase centre.
-    Point,
-    /// The first image of the corrupted data. The position of the sky is then open, and phase gradients are removed before gains are compared.
-    Data,
-    /// The error-free visibilities.
-    Truth,
+    /// How gains are solved. The least signal to noise ratio counts only where thermal noise is among the errors. Reference antennas that
+    /// take no part in a trial are passed over.
+    pub solve: SolveOptions,
+    /// What the first gains are solved against, and the rounds.
+    pub rounds: RoundOptions,
 }
 
 /// How good an image and its gains are.
@@ -140,19 +119,18 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
         let mut maker: Box<dyn ImageMaker> = match &base.deconvolution {
             Deconvolution::Clean(clean) => Box::new(CleanMaker::new(reference.imaging.clone(), clean.clone())),
             Deconvolution::Mem(_) => {
-                let solve = SolveOptions { mode: plan.mode, solint: plan.solint, ..options.solve.clone() };
-                let joint = JointOptions { solve, prior: Prior::Auto, mask: None, goals: JointGoals::default() };
+                let joint = JointOptions { solve: options.solve.clone(), prior: Prior::Auto, mask: None, goals: JointGoals::default() };
                 Box::new(JointMaker::new(reference.imaging.clone(), joint))
             }
         };
-        match calibrate(&base, &mut data, maker.as_mut(), plan.start, &options) {
+        match calibrate(&base, &mut data, maker.as_mut(), plan.rounds.start, &options) {
             Ok(run) => {
                 result.rounds = run.rounds.len();
                 result.note = run.warnings.join("; ");
-                let phase = phase_rms(&truth, &run.best().gains, plan.start == StartFrom::Data)?;
+                let phase = phase_rms(&truth, &run.best().gains, plan.rounds.start == StartFrom::Data)?;
                 result.after = maker.products().map(|p| {
                     let mut last = seen(p, &base.deconvolution);
-                    if plan.start == StartFrom::Data && matches!(base.deconvolution, Deconvolution::Mem(_)) {
+                    if plan.rounds.start == StartFrom::Data && matches!(base.deconvolution, Deconvolution::Mem(_)) {
                         let by = find_shift(last.image.view(), reference.image.view());
                         last.image = shifted(last.image.view(), by);
                     }
@@ -167,12 +145,15 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
 }
 
 fn selfcal_options(data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> SelfcalOptions {
-    let mut options = SelfcalOptions::new(plan.mode, plan.solint, plan.rounds);
-    options.solve.feeds = FeedGroups::Joined;
+    let mut options = SelfcalOptions::of(plan.solve.clone(), plan.rounds.clone());
     // Weights of data without noise have no scale, and so no signal to noise.
     let noisy = setup.errors.iter().any(|e| matches!(e, Error::Noise(_)));
-    options.solve.min_snr = if noisy { plan.min_snr } else { 0.0 };
-    options.solve.refant = plan.refant.iter().filter_map(|name| data.header.layout.index_of(name)).collect();
+    if !noisy {
+        options.solve.min_snr = 0.0;
+    }
+    // Names of antennas that take no part in this trial are passed over.
+    let takes_part = |name: &String| data.header.layout.index_of(name).is_some();
+    options.solve.refant = plan.solve.refant.as_ref().map(|names| AntennaNames(names.0.iter().filter(|n| takes_part(n)).cloned().collect()));
     options
 }
 

@@ -115,7 +115,7 @@ fn antenna_errors_do_not_touch_closures() {
 #[test]
 fn a_config_says_what_the_options_say() {
     let s = point("");
-    s.write("e.toml", "seed = 9\n[[error]]\nkind = \"phase\"\nrms_rad = 0.5\nvariation = \"coherent\"\ntime_s = 120.0\n");
+    s.write("e.toml", "seed = 9\n[[error]]\nphase-rms = \"0.5rad\"\nvariation = \"coherent:2min\"\n");
     s.ok("corrupt v.uvh5 -o a.uvh5 --config e.toml");
     s.ok("corrupt v.uvh5 -o b.uvh5 --seed 9 --phase-rms 0.5rad --variation coherent:2min");
     assert!(number(&s.json("compare a.calh5 b.calh5"), "max_abs_phase_rad") < 1e-12);

@@ -1,6 +1,8 @@
 //! The book's pages of the subcommands list the options that there are.
 
+use super::options::{keys, plain, resolved, schema};
 use clap::{Arg, Command};
+use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -44,7 +46,7 @@ fn section(command: &Command) -> String {
     out
 }
 
-/// Run with CITTERT_UPDATE_DOCS=1 to write the tables anew.
+/// Run with CITTERT_BLESS=1 to write the tables anew.
 #[test]
 fn pages_list_the_options_that_there_are() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/user");
@@ -59,14 +61,68 @@ fn pages_list_the_options_that_there_are() {
         let (_, after) = rest.split_once(END).unwrap();
         let wanted = format!("{before}{BEGIN}{}{END}{after}", section(command));
         if wanted != page {
-            if std::env::var_os("CITTERT_UPDATE_DOCS").is_some() {
+            if std::env::var_os("CITTERT_BLESS").is_some() {
                 std::fs::write(&path, wanted).unwrap();
             } else {
                 stale.push(name.to_owned());
             }
         }
     }
-    assert!(stale.is_empty(), "run CITTERT_UPDATE_DOCS=1 cargo test pages_list; stale pages: {stale:?}");
+    assert!(stale.is_empty(), "run CITTERT_BLESS=1 cargo test pages_list; stale pages: {stale:?}");
+}
+
+/// A row for each key of each section of a file.
+fn sections(of: &str) -> String {
+    let schema = schema(of);
+    let mut out = String::from("| key | meaning | default |\n|---|---|---|\n");
+    let mut row = |key: String, node: &Value| {
+        let text = plain(node["description"].as_str().unwrap_or_default()).replace('|', "\\|");
+        let default = match &node["default"] {
+            Value::Null | Value::Bool(false) => String::new(),
+            Value::Object(_) | Value::Array(_) => String::new(),
+            Value::String(s) => s.clone(),
+            other => other.to_string(),
+        };
+        writeln!(out, "| `{key}` | {text} | {default} |").unwrap();
+    };
+    for (section, node) in schema["properties"].as_object().unwrap() {
+        let list = resolved(&schema, node)["type"] == "array";
+        let inner = resolved(&schema, if list { &resolved(&schema, node)["items"] } else { node });
+        if inner["properties"].is_null() {
+            row(section.clone(), node);
+            continue;
+        }
+        row(if list { format!("[[{section}]]") } else { format!("[{section}]") }, node);
+        keys(&schema, section).into_iter().for_each(|(key, node)| row(format!("{section}.{key}"), node));
+    }
+    out
+}
+
+/// Run with CITTERT_BLESS=1 to write the tables and schemas anew.
+#[test]
+fn pages_and_schemas_list_the_keys_of_the_files() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let mut stale = Vec::new();
+    for of in ["run", "study"] {
+        let page = docs.join(format!("user/{of}.md"));
+        let text = std::fs::read_to_string(&page).unwrap();
+        let (begin, end) = (format!("<!-- options: {of} -->\n"), format!("<!-- end of options: {of} -->"));
+        let (before, rest) = text.split_once(&begin).unwrap();
+        let (_, after) = rest.split_once(&end).unwrap();
+        let file = docs.join(format!("examples/{of}.schema.json"));
+        let printed = serde_json::to_string_pretty(&schema(of)).unwrap() + "\n";
+        for (path, wanted) in [(page.clone(), format!("{before}{begin}{}{end}{after}", sections(of))), (file, printed)] {
+            if std::fs::read_to_string(&path).is_ok_and(|t| t == wanted) {
+                continue;
+            }
+            if std::env::var_os("CITTERT_BLESS").is_some() {
+                std::fs::write(&path, wanted).unwrap();
+            } else {
+                stale.push(path);
+            }
+        }
+    }
+    assert!(stale.is_empty(), "run CITTERT_BLESS=1 cargo test pages_; stale: {stale:?}");
 }
 
 /// Every relative link of the book leads somewhere.

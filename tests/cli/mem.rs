@@ -157,7 +157,7 @@ fn what_no_image_can_meet_is_refused() {
         ("--flux 1Jy", 2, "--flux"),
         ("--noise 0Ksr", 1, "--noise"),
         ("--noise estimate", 1, "two parallel hands"),
-        ("--entropy tsallis", 1, "gull-skilling"),
+        ("--entropy tsallis", 2, "gull-skilling"),
         ("--niter 0", 2, "--niter"),
         ("--l1=-1", 1, "l1"),
         ("--uncertainty some", 2, "--uncertainty"),

@@ -4,6 +4,7 @@ mod calibration;
 mod chain;
 mod docs;
 mod mem;
+mod options;
 mod physics;
 mod run;
 mod scenes;

@@ -2,10 +2,11 @@
 
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Result};
-use crate::cli::options::{ColumnArgs, ImagingArgs, OutputArgs, TermsArgs, in_data_unit};
+use crate::cli::options::{ColumnArgs, OutputArgs};
 use crate::cli::text::{angle, number};
-use crate::closure_imaging::{ClosureImage, SparseSet, reconstruct};
-use crate::imaging::with_beam;
+use crate::closure_imaging::{ClosureImage, ClosureImagingOptions, FluxFrom, SparseSet, reconstruct};
+use crate::imaging::{BeamShape, ImagingOptions, with_beam};
+use crate::values::DataFlux;
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, SpectralWindow, VisUnit, VisibilityHeader};
 use cittert_formats::fits::{ImageOptions, write_image};
 use ndarray::{Array2, Axis};
@@ -17,10 +18,10 @@ use std::time::Instant;
 pub(super) struct ClosureRun<'a> {
     pub input: &'a Path,
     pub column: &'a ColumnArgs,
-    pub imaging: &'a ImagingArgs,
-    pub terms: &'a TermsArgs,
-    /// Total flux as it was given.
-    pub flux: Option<&'a str>,
+    pub imaging: &'a ImagingOptions,
+    pub terms: &'a ClosureImagingOptions,
+    /// Total flux, where it is given.
+    pub flux: Option<DataFlux>,
     pub out: &'a OutputArgs,
 }
 
@@ -40,13 +41,18 @@ const POOR: f64 = 1.5;
 pub(super) fn run(args: &ClosureRun<'_>, context: &Context) -> Result<Outcome> {
     let suffixes: &[&str] = &[MODEL, RESIDUAL, IMAGE, SPREAD];
     args.out.check_all(suffixes)?;
-    let imaging = args.imaging.options()?;
     let what = format!("imaging {}", args.input.display());
     let clock = Instant::now();
     let mut source = args.column.open(args.input)?;
     let console = &context.console;
-    let flux = args.flux.map(|text| in_data_unit("--flux", text, source.header().unit)).transpose()?;
-    let options = args.terms.options(&imaging, flux)?;
+    let flux = args.flux.map(|f| f.in_unit("flux", source.header().unit)).transpose()?;
+    let options = ClosureImagingOptions {
+        polarization: args.imaging.pol,
+        size: args.imaging.size,
+        cell: args.imaging.cell,
+        flux: flux.map_or(FluxFrom::Likelihood, FluxFrom::Given),
+        ..args.terms.clone()
+    };
     options.check().context(&what)?;
     let set = SparseSet::gather(source.as_mut(), options.polarization, options.average, options.systematic, console).context(&what)?;
     let reading = clock.elapsed().as_secs_f64();
@@ -61,7 +67,7 @@ pub(super) fn run(args: &ClosureRun<'_>, context: &Context) -> Result<Outcome> {
     let frame = header.phase_centers.get(set.phase_center).map_or(cittert_arrays::SkyFrame::Boresight, SkyGrid::frame_of);
     let image = reconstruct(&set, frame, &options, console).context(&what)?;
     let width = RESTORED * image.resolution_rad;
-    let beam = imaging.beam.unwrap_or(RestoringBeam { bmaj_rad: width, bmin_rad: width, bpa_rad: 0.0 });
+    let beam = args.imaging.beam.map(BeamShape::restoring).unwrap_or(RestoringBeam { bmaj_rad: width, bmin_rad: width, bpa_rad: 0.0 });
     let json = statistics(&image, &set, &beam, (args.out, reading));
     let mut outcome = Outcome::new(json, describe(&image, &set));
     for m in image.misfits.iter().filter(|m| m.name.contains("closure") && m.chi2_per_datum > POOR) {

@@ -1,9 +1,9 @@
 //! One image of one set of visibilities in one file: what `beam`, `dirty` and `grid` have in common.
 
-use super::{ColumnArgs, ImagingArgs, OutputArgs};
+use super::{ColumnArgs, OutputArgs};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
-use crate::imaging::Imager;
+use crate::imaging::{Imager, ImagingOptions};
 use cittert_arrays::Image;
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
@@ -18,7 +18,7 @@ pub struct ImageOfArgs {
     #[command(flatten)]
     column: ColumnArgs,
     #[command(flatten)]
-    imaging: ImagingArgs,
+    imaging: ImagingOptions,
     /// Where the result goes.
     #[command(flatten)]
     pub out: OutputArgs,
@@ -33,7 +33,7 @@ impl ImageOfArgs {
         self.out.check(&self.out.output)?;
         let mut source = self.column.open(&self.input)?;
         let what = format!("{doing} {}", self.input.display());
-        let mut imager = Imager::new(source.as_mut(), self.imaging.options()?, &context.console).context(&what)?;
+        let mut imager = Imager::new(source.as_mut(), self.imaging.clone(), &context.console).context(&what)?;
         work(&mut imager).context(&what)
     }
 

@@ -2,8 +2,7 @@
 
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result};
-use crate::simulate::SkyModel;
-use cittert_arrays::quantity::{Angle, Temperature};
+use crate::simulate::{SceneOptions, SkyModel};
 use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyFrame, SkyGrid, SpectralWindow, VisUnit};
 use cittert_phenomenology::Scene;
 use clap::Args;
@@ -17,21 +16,8 @@ pub struct SceneArgs {
     /// FITS image (K, Jy/pixel or Jy/beam), grey-scale PNG, source list (CSV) or scene description (TOML).
     #[arg(long, value_name = "FILE")]
     pub scene: PathBuf,
-    /// Size of a pixel of a PNG or a scene description.
-    #[arg(long, value_name = "ANGLE")]
-    pub scene_cell: Option<Angle>,
-    /// Pixels along each side of a scene description; without --scene-cell over the field of view of its camera.
-    #[arg(long, value_name = "N")]
-    pub scene_size: Option<usize>,
-    /// A scene of solids gets temperatures of its own in every channel, instead of those at the centre of the band.
-    #[arg(long)]
-    pub scene_channels: bool,
-    /// Temperature of black in a PNG.
-    #[arg(long, value_name = "TEMP")]
-    pub scene_min: Option<Temperature>,
-    /// Temperature of white in a PNG.
-    #[arg(long, value_name = "TEMP")]
-    pub scene_max: Option<Temperature>,
+    #[command(flatten)]
+    pub how: SceneOptions,
 }
 
 /// A scene ready to be observed.
@@ -96,7 +82,7 @@ impl SceneArgs {
     pub fn render(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {
         let path = &self.scene;
         let scene = read_scene(path)?;
-        let grid = match (self.scene_size, self.scene_cell, scene.natural_grid(self.scene_size)) {
+        let grid = match (self.how.scene_size, self.how.scene_cell, scene.natural_grid(self.how.scene_size)) {
             (Some(size), Some(cell), _) => SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?,
             (_, None, Some(grid)) => grid,
             _ => {
@@ -106,13 +92,13 @@ impl SceneArgs {
                 )));
             }
         };
-        let image = if self.scene_channels { scene.render_channels(&grid, spectrum) } else { scene.render(&grid, spectrum) };
+        let image = if self.how.scene_channels { scene.render_channels(&grid, spectrum) } else { scene.render(&grid, spectrum) };
         image.context(path.display())
     }
 
     fn png(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {
         let path = &self.scene;
-        let (Some(cell), Some(min), Some(max)) = (self.scene_cell, self.scene_min, self.scene_max) else {
+        let (Some(cell), Some(min), Some(max)) = (self.how.scene_cell, self.how.scene_min, self.how.scene_max) else {
             return Err(Failure::usage(format!("{}: a PNG scene needs --scene-cell, --scene-min and --scene-max", path.display())));
         };
         let grey = cittert_formats::read_grey_png(path)?; // [row from the bottom, column], 0 black to 1 white

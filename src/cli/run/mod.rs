@@ -10,6 +10,7 @@ mod steps;
 use super::console::Console;
 use super::context::{Context, Outcome, shell_word};
 use super::failure::{Context as _, Failure, Result};
+use super::sections::schema;
 use clap::Args;
 use config::Config;
 use serde_json::{Map, Value};
@@ -51,9 +52,7 @@ struct Done {
 /// A configuration that is wrong (with the line), or the first step that failed; nothing is then left under the name of the output.
 pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
     if args.schema {
-        let schema = serde_json::to_value(schemars::schema_for!(Config))?;
-        let text = serde_json::to_string_pretty(&schema)?;
-        return Ok(Outcome::new(schema, text));
+        return schema::<Config>();
     }
     let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
     let text =

@@ -25,7 +25,7 @@ pub(super) fn page(config: &Config, path: &Path, done: &[Done], folder: &Path, c
         fact("configuration", path.display().to_string()),
         fact("seed", config.seed.to_string()),
         fact("layout", config.layout.name.clone()),
-        fact("scene", config.scene.file.clone()),
+        fact("scene", config.scene.options.file.as_ref().map(|f| f.display().to_string()).unwrap_or_default()),
         fact("command", context.command_line.clone()),
     ];
     for name in HIGHLIGHTS {

@@ -1,7 +1,8 @@
 //! From the sections of a configuration to the command lines of its steps.
 
-use super::config::{CleanSection, Config, words};
-use crate::cli::failure::Result;
+use super::config::Config;
+use crate::cli::failure::{Failure, Result};
+use crate::cli::sections::{Section, words};
 use std::ffi::OsString;
 use std::path::Path;
 
@@ -64,12 +65,15 @@ pub(super) fn relative(name: &str, folder: &Path) -> String {
 /// All steps of a configuration whose file lies in `folder`.
 ///
 /// # Errors
-/// None so far; sections that exclude each other will be refused here.
+/// A scene without a file.
 pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     let mut all = Vec::new();
     let layout = relative(&config.layout.name, folder);
-    let scene_file = relative(&config.scene.file, folder);
-    let simulate = &config.simulate;
+    let Some(file) = &config.scene.options.file else {
+        return Err(Failure::message("scene: a run needs a file; points are for studies"));
+    };
+    let scene_file = relative(&file.display().to_string(), folder);
+    let simulate = &config.simulate.keys;
     let seed = format!("--seed={}", config.seed);
 
     let mut show = strings(&["layout", "show", &layout]);
@@ -79,7 +83,7 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     picture.picture = Some(("layout.png".into(), "Antenna positions.".into()));
     all.push(picture);
 
-    let mut scene = words(&config.scene);
+    let mut scene = words(&config.scene.keys);
     scene.retain(|w| !w.starts_with("--file="));
     scene.insert(0, format!("--scene={scene_file}"));
     let mut sim = vec!["simulate".to_owned(), format!("--layout={layout}")];
@@ -96,7 +100,7 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
         "Amplitude and phase against baseline length.",
     ));
 
-    let image = words(&config.image);
+    let image = words(&config.image.keys);
     all.extend(mask(config, &layout));
     let with_image = |mut w: Vec<String>| {
         w.extend(image.iter().cloned());
@@ -114,15 +118,16 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     let calibrated = config.corrupt.is_some() || config.selfcal.is_some();
     if calibrated && cleans.is_empty() {
         // What errors do to an image is seen against the image without them.
-        cleans.push(CleanSection { algorithm: "hogbom".into(), ..CleanSection::default() });
+        cleans.push(Section::default());
     }
     for (i, clean) in cleans.iter().enumerate() {
         // Two runs of one algorithm get numbers.
-        let twin = cleans[..i].iter().filter(|c| c.algorithm == clean.algorithm).count();
-        let name = if twin == 0 { clean.algorithm.clone() } else { format!("{}{}", clean.algorithm, twin + 1) };
+        let algorithm = clean.options.algorithm;
+        let twin = cleans[..i].iter().filter(|c| c.options.algorithm == algorithm).count();
+        let name = if twin == 0 { algorithm.to_string() } else { format!("{algorithm}{}", twin + 1) };
         let prefix = if i == 0 { "clean".to_owned() } else { format!("clean-{name}") };
         let mut w = with_image(vec!["clean".to_owned(), format!("{DIR}/vis.uvh5")]);
-        w.extend(words(clean));
+        w.extend(words(&clean.keys));
         w.extend(["-o".into(), format!("{DIR}/{prefix}")]);
         all.push(Step::new("Deconvolution", format!("clean by {name}"), format!("clean.{name}"), w));
         let caption = format!("Restored image, {name}.");
@@ -147,7 +152,7 @@ fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) ->
     let Some(section) = &config.mem else { return Vec::new() };
     let mut w = strings(&["mem", "{dir}/vis.uvh5"]);
     w.extend(image.iter().cloned());
-    w.extend(words(section).into_iter().map(|word| match word.split_once('=') {
+    w.extend(words(&section.keys).into_iter().map(|word| match word.split_once('=') {
         Some((key @ ("--prior" | "--mask"), file)) => format!("{key}={}", relative(file, folder)),
         _ => word,
     }));
@@ -167,12 +172,14 @@ fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) ->
 /// The mask that the array and its channels leave on the FFT grid.
 fn mask(config: &Config, layout: &str) -> Option<Step> {
     let mut w = vec!["mask".to_owned(), layout.to_owned()];
-    let own = words(config.mask.as_ref()?);
-    let given = |key: &str, list: &[String]| list.iter().find(|x| x.starts_with(key)).cloned();
-    w.extend(["--size=", "--cell="].iter().filter_map(|key| given(key, &own).or_else(|| given(key, &words(&config.image)))));
+    let (own, image) = (config.mask.as_ref()?, &config.image.options);
+    w.extend(own.size.or(image.size).map(|size| format!("--size={size}")));
+    w.extend(own.cell.or(image.cell).map(|cell| format!("--cell={cell}")));
     // The band and the track are those of the visibilities.
-    let made = ["--method=", "--epsilon=", "--subchannels=", "--element=", "--pedestal=", "--noise"];
-    w.extend(words(&config.simulate).into_iter().filter(|x| !made.iter().any(|m| x.starts_with(m))));
+    let mut keys = config.simulate.keys.clone();
+    let shared = ["freq", "bandwidth", "channels", "phase-center", "start", "duration", "hour-angle", "integration", "elevation-limit"];
+    keys.retain(|key, _| shared.iter().any(|s| *s == key));
+    w.extend(words(&keys));
     w.extend(["-o".into(), format!("{DIR}/mask.fits")]);
     let mut step = Step::new("Visibilities", "mask", "mask", w);
     step.picture = Some(("mask.png".into(), "Cells of the FFT grid that the baselines and channels fill.".into()));
@@ -186,8 +193,8 @@ fn all_truth(config: &Config, scene_file: &str, all: &mut Vec<Step>) -> Option<S
         return None;
     }
     let mut w = vec!["scene".to_owned(), "render".into(), scene_file.to_owned()];
-    w.extend(words(&config.scene).into_iter().filter(|x| !x.starts_with("--file=") && x != "--scene-channels"));
-    let sim = words(&config.simulate);
+    w.extend(words(&config.scene.keys).into_iter().filter(|x| !x.starts_with("--file=") && x != "--scene-channels"));
+    let sim = words(&config.simulate.keys);
     w.extend(sim.into_iter().filter(|x| ["--freq=", "--bandwidth=", "--phase-center="].iter().any(|p| x.starts_with(p))));
     w.extend(["-o".into(), format!("{DIR}/scene.fits")]);
     let mut picture = plot("Scene", "scene.fits", "scene.png", &[], "The scene.");

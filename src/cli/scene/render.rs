@@ -4,6 +4,7 @@ use super::solids;
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
 use crate::cli::options::{OutputArgs, SceneArgs, TracerArgs, read_scene};
+use crate::simulate::SceneOptions;
 use cittert_arrays::quantity::{Angle, Frequency, Temperature};
 use cittert_arrays::{Image, PhaseCenter, SpectralWindow};
 use cittert_formats::fits::{ImageOptions, write_image};
@@ -110,11 +111,13 @@ pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     }
     let scene = SceneArgs {
         scene: args.scene.clone(),
-        scene_cell: args.scene_cell,
-        scene_size: args.scene_size,
-        scene_channels: false,
-        scene_min: args.scene_min,
-        scene_max: args.scene_max,
+        how: SceneOptions {
+            scene_cell: args.scene_cell,
+            scene_size: args.scene_size,
+            scene_channels: false,
+            scene_min: args.scene_min,
+            scene_max: args.scene_max,
+        },
     };
     let loaded = scene.load(&center, &spectrum, context)?;
     let Some(mut image) = loaded.sky.images.into_iter().next() else {

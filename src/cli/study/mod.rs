@@ -4,13 +4,13 @@
 //! stopped; tables, pictures and the page are written when all trials are done.
 
 mod config;
-mod errors;
 mod journal;
 mod output;
 mod plan;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
+use super::sections::schema;
 use crate::study;
 use clap::Args;
 use journal::Journal;
@@ -20,14 +20,17 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub struct StudyArgs {
     /// The study, as TOML.
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
+    #[arg(value_name = "CONFIG.toml", required_unless_present = "schema")]
+    config: Option<PathBuf>,
     /// Folder of the results; an unfinished study of the same configuration in it is continued.
-    #[arg(short, long, value_name = "DIR", required_unless_present = "check")]
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["schema", "check"])]
     output: Option<PathBuf>,
     /// Replace another study in that folder, or begin this one anew.
     #[arg(long)]
     overwrite: bool,
+    /// Print the JSON schema of the configuration and stop.
+    #[arg(long)]
+    schema: bool,
     /// Check the configuration, count its trials, and stop.
     #[arg(long)]
     check: bool,
@@ -38,9 +41,13 @@ pub struct StudyArgs {
 /// # Errors
 /// A configuration that is wrong, a folder that holds something else, the first trial that fails, what the disk says.
 pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
-    let text = std::fs::read_to_string(&args.config)
-        .map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", args.config.display())))?;
-    let plan = plan::Plan::new(&text, &args.config, context).context(format!("{}", args.config.display()))?;
+    if args.schema {
+        return schema::<config::Config>();
+    }
+    let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
+    let text =
+        std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
+    let plan = plan::Plan::new(&text, path, context).context(format!("{}", path.display()))?;
     let study = &plan.study;
     let (points, seeds, trials) = (study.setups.len(), study.seeds.len(), study.n_trials());
     let Some(folder) = args.output.as_ref().filter(|_| !args.check) else {
@@ -61,7 +68,7 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
     };
     study::run(study, &finished, rayon::current_num_threads(), store, &context.console)?;
     let seconds = started.elapsed().as_secs_f64();
-    let summary = output::write(folder, &plan, &done, &args.config, context)?;
+    let summary = output::write(folder, &plan, &done, path, context)?;
     let failed = done.values().filter(|r| plan.study.setups.iter().any(|s| s.selfcal.is_some()) && r.after.is_none()).count();
     let report = folder.join("report.html");
     let json = serde_json::json!({

@@ -1,27 +1,21 @@
 //! From the file to the points of a study.
 
 use super::config::{AxisSection, Choose, Config};
-use super::errors::errors;
-use crate::calibrate::{GainMode, SolutionInterval, refant_from_names};
+use crate::calibrate::StartFrom;
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result};
-use crate::cli::options::{SceneArgs, TrackArgs, load_layout};
-use crate::deconvolve::by_name;
-use crate::imaging::major::CleanOptions;
-use crate::imaging::{ImagingOptions, WeightOptions, Weighting};
+use crate::cli::options::{SceneArgs, load_layout, loaded};
+use crate::cli::sections::{ScenePoint, StudySelfcalSection};
+use crate::imaging::ImageSize;
 use crate::progress::Silent;
-use crate::simulate::{SimulateOptions, SkyModel, simulate_set};
-use crate::study::{Antennas, Axis, Base, Deconvolution, Grid, SelfcalPlan, Setup, StartFrom, Study};
-use cittert_arrays::quantity::Duration;
-use cittert_arrays::{Polarization, Source, SpectralWindow, VisUnit, VisibilityHeader};
+use crate::simulate::{PlannedTrack, SkyModel, simulate_set};
+use crate::study::{Antennas, Axis, Base, Deconvolution, Grid, SelfcalPlan, Setup, Study};
+use cittert_arrays::{ArrayLayout, SkyFrame, SkyGrid, Source, VisUnit};
 use ndarray::Array2;
 use serde::Deserialize;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
-
-/// What `[clean]` calls maximum entropy.
-const MEM: &str = "mem";
 
 /// A study ready to run.
 pub(super) struct Plan {
@@ -66,7 +60,7 @@ impl Plan {
                 // The file itself shows the line; a value of an axis has none.
                 Err(e) => return toml::from_str::<Config>(text).map_err(Failure::from).and(Err(e.into())).context(place()),
             };
-            let setup = pool.install(|| setup(&config, (&tree, text), folder, &mut bases, (&mut files, context)));
+            let setup = pool.install(|| setup(&config, &tree, folder, &mut bases, (&mut files, context)));
             let setup = if grid.axes.is_empty() { setup? } else { setup.context(format!("at {}", place()))? };
             setups.push(setup);
             head.get_or_insert(config);
@@ -140,7 +134,7 @@ fn put(table: &mut toml::Table, parameter: &str, value: toml::Value) -> Result<(
     Ok(())
 }
 
-fn setup(c: &Config, (tree, text): (&toml::Table, &str), folder: &Path, bases: &mut Bases, more: (&mut String, &Context)) -> Result<Setup> {
+fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more: (&mut String, &Context)) -> Result<Setup> {
     let mut sections: Vec<String> = ["scene", "simulate", "image", "clean"].iter().map(|k| format!("{:?}", tree.get(*k))).collect();
     let antennas = match (c.layout.antennas, c.layout.choose) {
         (None, _) => Antennas::All,
@@ -159,13 +153,11 @@ fn setup(c: &Config, (tree, text): (&toml::Table, &str), folder: &Path, bases: &
         }
     };
     let layout = &whole.set.header.layout;
-    let selfcal = c.selfcal.as_ref().map(|s| {
-        if let Some(names) = &s.refant {
-            refant_from_names(layout, names)?;
-        }
-        selfcal(s)
-    });
-    let selfcal = selfcal.transpose().context("selfcal")?;
+    let selfcal = c.selfcal.as_ref().map(|s| plan_of(&s.options, layout)).transpose().context("selfcal")?;
+    if let Some(seed) = c.corrupt.options.seed {
+        return Err(Failure::message(format!("corrupt.seed is {seed}: a study draws its errors from the seeds of its trials")));
+    }
+    let errors = c.corrupt.options.errors(whole.set.header.unit).context("corrupt")?;
     let base = match antennas {
         Antennas::First(n) => {
             let key = format!("{all}\nfirst {n}");
@@ -188,105 +180,63 @@ fn setup(c: &Config, (tree, text): (&toml::Table, &str), folder: &Path, bases: &
         }
         _ => Antennas::All,
     };
-    Ok(Setup { base, antennas, errors: errors(&c.errors, text)?, selfcal })
+    Ok(Setup { base, antennas, errors, selfcal })
 }
 
 /// The error-free observation of a point.
 fn observe(c: &Config, folder: &Path, (files, context): (&mut String, &Context)) -> Result<(Base, VisUnit)> {
-    let (s, i) = (&c.simulate, &c.image);
+    let (s, scene) = (&c.simulate.options, &c.scene.options);
     let path = folder.join(&c.layout.name);
     let name = if path.exists() { path.display().to_string() } else { c.layout.name.clone() };
     let layout = load_layout(&name).context("layout.name")?;
     note_file(files, Path::new(&name));
-    let spectrum = SpectralWindow::band(s.freq.si(), s.bandwidth.si(), s.channels)?;
-    let track = TrackArgs {
-        phase_center: s.phase_center.clone(),
-        start: s.start.clone(),
-        duration: s.duration,
-        hour_angle: s.hour_angle.clone(),
-        integration: s.integration.unwrap_or(Duration(10.0)),
-        elevation_limit: s.elevation_limit,
-    };
-    let (center, plan) = track.plan(&layout).context("simulate")?;
-    let (sky, unit) = match (&c.scene.file, c.scene.points.as_slice()) {
+    let spectrum = s.band.spectrum()?;
+    let PlannedTrack { center, plan } = s.track.plan(&layout).context("simulate")?;
+    if s.how.noise_options()?.is_some() {
+        return Err(Failure::message("simulate: a study adds its noise in the section corrupt, anew for each trial"));
+    }
+    let (sky, unit) = match (&scene.file, scene.points.as_slice()) {
         (Some(file), []) => {
-            let scene: PathBuf = folder.join(file);
-            note_file(files, &scene);
-            let args = SceneArgs {
-                scene,
-                scene_cell: c.scene.scene_cell,
-                scene_size: c.scene.scene_size,
-                scene_channels: false,
-                scene_min: c.scene.scene_min,
-                scene_max: c.scene.scene_max,
-            };
+            let args = SceneArgs { scene: folder.join(file), how: scene.how.clone() };
+            note_file(files, &args.scene);
             let loaded = args.load(&center, &spectrum, context)?;
             (loaded.sky, loaded.unit)
         }
         (None, points @ [_, ..]) => {
-            let source = |p: &super::config::Point| Source::point(p.l.map_or(0.0, |a| a.si()), p.m.map_or(0.0, |a| a.si()), p.flux.si());
+            let source = |p: &ScenePoint| Source::point(p.l.map_or(0.0, |a| a.si()), p.m.map_or(0.0, |a| a.si()), p.flux.si());
             (SkyModel::of_sources(points.iter().map(source).collect()), VisUnit::Jy)
         }
         _ => return Err(Failure::message("scene: give file, or points = [{ flux = \"1Jy\" }], and not both")),
     };
-    let header = VisibilityHeader {
-        telescope: layout.name.clone(),
-        instrument: layout.name.clone(),
-        layout,
-        spectrum,
-        polarizations: vec![Polarization::I],
-        phase_centers: vec![center],
-        unit,
-        pedestal_k: None,
-        history: vec![context.history()],
-    };
-    let mut options = SimulateOptions { w_term: !i.no_w, ..SimulateOptions::default() };
-    if let Some(method) = &s.method {
-        options.method = method.parse()?;
-    }
-    let set = simulate_set(header, &plan.coverage()?, &sky, &options, &Silent).context("scene")?;
-    let weighting = match (i.weighting.as_deref(), i.robust) {
-        (None | Some("natural"), None) => Weighting::Natural,
-        (Some("uniform"), None) => Weighting::Uniform,
-        (Some("briggs"), robust) => Weighting::Briggs { robust: robust.unwrap_or(0.0) },
-        (other, _) => {
-            return Err(Failure::message(format!("image.weighting is {other:?}, expected natural, uniform or briggs (alone with robust)")));
-        }
-    };
-    let imaging = ImagingOptions {
-        size: i.size.map(|n| (n, n)),
-        cell_rad: i.cell.map(|a| a.si()),
-        weights: WeightOptions { weighting, ..WeightOptions::default() },
-        epsilon: i.epsilon.unwrap_or(1e-5),
-        w_term: !i.no_w,
-        ..ImagingOptions::default()
-    };
-    Ok((Base::new(set, imaging, deconvolution(c, &sky)?), unit))
+    let frame = SkyGrid::frame_of(&center);
+    let mut header = s.how.header(layout, spectrum, center, unit);
+    header.history.push(context.history());
+    let set = simulate_set(header, &plan.coverage()?, &sky, &s.how, &Silent).context("scene")?;
+    Ok((Base::new(set, c.image.options.clone(), deconvolution(c, &sky, frame)?), unit))
 }
 
 /// CLEAN, or maximum entropy with the scene to hold its images against.
-fn deconvolution(c: &Config, sky: &SkyModel) -> Result<Deconvolution> {
-    let (k, d) = (&c.clean, CleanOptions::default());
-    if k.algorithm.as_deref() == Some(MEM) {
+fn deconvolution(c: &Config, sky: &SkyModel, frame: SkyFrame) -> Result<Deconvolution> {
+    let clean = &c.clean.options;
+    if clean.algorithm.is_mem() {
         return scene_on_the_grid(c, sky).map(Deconvolution::Mem);
     }
-    Ok(Deconvolution::Clean(CleanOptions {
-        algorithm: by_name(k.algorithm.as_deref().unwrap_or("hogbom"))?,
-        gain: k.gain.unwrap_or(d.gain),
-        niter: k.niter.unwrap_or(200),
-        nsigma: k.nsigma.unwrap_or(4.0),
-        mgain: k.mgain.unwrap_or(d.mgain),
-        max_major: k.max_major.unwrap_or(10),
-        auto_mask: k.auto_mask,
-        ..d
-    }))
+    let (size, cell) = (c.image.options.size, c.image.options.cell);
+    if clean.mask.is_none() && clean.boxes.is_empty() {
+        return Ok(Deconvolution::Clean(clean.clone()));
+    }
+    let (Some(size), Some(cell)) = (size, cell) else {
+        return Err(Failure::message("clean: a mask or a box needs image.size and image.cell"));
+    };
+    let grid = SkyGrid::new(size.columns, size.rows, cell.si(), frame)?;
+    Ok(Deconvolution::Clean(loaded(clean, &grid)?))
 }
 
 /// The image of the scene, which must have the pixels of the images of the study; `mem` is judged without any beam.
 fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
     let wrong = |found: String| {
         Failure::message(format!(
-            "clean.algorithm is {MEM:?}, whose images are held against the scene itself: expected a scene that is an image of one channel on \
+            "clean.algorithm is \"mem\", whose images are held against the scene itself: expected a scene that is an image of one channel on \
              the grid of image.size and image.cell, found {found}"
         ))
     };
@@ -295,15 +245,14 @@ fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
         return Err(wrong("an image with sources".into()));
     }
     let grid = &image.grid;
-    let same = c.image.size == Some(grid.n_l)
-        && grid.n_l == grid.n_m
-        && c.image.cell.is_some_and(|a| (a.si() / grid.cell_rad - 1.0).abs() < 1e-6)
+    let same = c.image.options.size == Some(ImageSize { columns: grid.n_l, rows: grid.n_m })
+        && c.image.options.cell.is_some_and(|a| (a.si() / grid.cell_rad - 1.0).abs() < 1e-6)
         && image.data.dim().0 == 1;
     if !same {
         return Err(wrong(format!("{} x {} pixels of {:.6e} rad", grid.n_l, grid.n_m, grid.cell_rad)));
     }
-    if c.selfcal.as_ref().is_some_and(|s| s.start != "data") {
-        return Err(Failure::message(format!("selfcal.start must be \"data\" where clean.algorithm is {MEM:?}: it needs no other model")));
+    if c.selfcal.as_ref().is_some_and(|s| s.options.rounds.start != StartFrom::Data) {
+        return Err(Failure::message(format!("selfcal.start must be \"data\" where clean.algorithm is \"mem\": it needs no other model")));
     }
     Ok(image.plane(0, 0).to_owned())
 }
@@ -317,29 +266,14 @@ fn note_file(files: &mut String, path: &Path) {
     }
 }
 
-fn selfcal(s: &super::config::SelfcalSection) -> Result<SelfcalPlan> {
-    let wrong = |key: &str, value: &str, expected: &str| Failure::message(format!("{key} is {value:?}, expected {expected}"));
-    Ok(SelfcalPlan {
-        mode: match s.mode.as_str() {
-            "phase" => GainMode::Phase,
-            "amp-phase" => GainMode::AmpPhase,
-            other => return Err(wrong("mode", other, "phase or amp-phase")),
-        },
-        solint: match s.solint.as_str() {
-            "inf" => SolutionInterval::Infinite,
-            "int" => SolutionInterval::Integration,
-            time => SolutionInterval::Seconds(
-                time.parse::<Duration>().map_err(|e| Failure::message(format!("solint: {e} (or int, or inf)")))?.si(),
-            ),
-        },
-        rounds: if (1..=1000).contains(&s.rounds) { s.rounds } else { return Err(wrong("rounds", &s.rounds.to_string(), "1 to 1000")) },
-        min_snr: s.minsnr,
-        refant: s.refant.iter().flat_map(|r| r.split(',')).map(|n| n.trim().to_owned()).collect(),
-        start: match s.start.as_str() {
-            "point" => StartFrom::Point,
-            "data" => StartFrom::Data,
-            "truth" => StartFrom::Truth,
-            other => return Err(wrong("start", other, "point, data or truth")),
-        },
-    })
+fn plan_of(s: &StudySelfcalSection, layout: &ArrayLayout) -> Result<SelfcalPlan> {
+    s.rounds.check()?;
+    s.solve.check(layout.n_ant())?;
+    if let Some(names) = &s.solve.refant {
+        names.indices(layout)?;
+    }
+    if s.rounds.model.is_some() {
+        return Err(Failure::message("model: a study starts from a point, from its data or from the truth"));
+    }
+    Ok(SelfcalPlan { solve: s.solve.clone(), rounds: s.rounds.clone() })
 }

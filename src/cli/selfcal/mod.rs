@@ -3,20 +3,18 @@
 mod maker;
 mod report;
 
-use super::applycal::InterpName;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{CleanArgs, ImagingArgs, OutputArgs, SolveArgs, prior};
-use super::predict::{SkyPrediction, load_model};
-use crate::calibrate::{
-    ApplyOptions, CleanMaker, ImageMaker, JointGoals, JointMaker, JointOptions, Selfcal, SelfcalOptions, Start, apply, on_channels,
-    schedule, selfcal,
-};
+use super::options::{OutputArgs, loaded, prior_image};
+use super::predict::load_model;
+use crate::calibrate::{Accuracy, ApplyOptions, CleanMaker, ImageMaker, JointGoals, JointMaker, JointOptions, RoundOptions, Selfcal, SelfcalOptions, SkyPrediction, SolveOptions, Start, StartFrom, apply, on_channels, selfcal};
+use crate::deconvolve::CleanOptions;
 use crate::imaging::{Imager, ImagingOptions};
+use crate::mem::{Prior, PriorChoice};
 use crate::simulate::SkyModel;
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use maker::{KeepingMaker, Seconds};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -27,40 +25,18 @@ pub struct SelfcalArgs {
     /// Visibilities.
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// What the first gains are solved against.
-    #[arg(long, value_enum, default_value_t = StartName::Data, conflicts_with = "model")]
-    start: StartName,
-    /// A model to solve the first gains against: FITS image (K, Jy/pixel or Jy/beam) or source list (CSV).
-    #[arg(long, value_name = "FITS|CSV")]
-    model: Option<PathBuf>,
-    /// Rounds at most; with amplitudes the last third of them, before that phases alone.
-    #[arg(long, value_name = "N", default_value_t = 10)]
-    rounds: usize,
-    /// Begin with solutions four and two times as long, for weak sources and slow errors.
-    #[arg(long)]
-    shrink: bool,
-    /// A round counts as better when the dynamic range grows by this part.
-    #[arg(long, value_name = "X", default_value_t = 0.01)]
-    improvement: f64,
-    /// Rounds that are not better after which a stage ends.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    patience: usize,
     #[command(flatten)]
-    solve: SolveArgs,
-    /// The gain between the middles of solution intervals.
-    #[arg(long, value_enum, default_value_t = InterpName::Nearest)]
-    interp: InterpName,
-    /// Let data without a gain pass as they are instead of flagging them.
-    #[arg(long)]
-    keep_unsolved: bool,
+    rounds: RoundOptions,
     #[command(flatten)]
-    imaging: ImagingArgs,
+    solve: SolveOptions,
     #[command(flatten)]
-    clean: CleanArgs,
-    /// Prior of --deconvolver mem, which solves image and gains together: a temperature (250K), a flux density a pixel or a FITS image
+    imaging: ImagingOptions,
+    #[command(flatten)]
+    clean: CleanOptions,
+    /// Prior of deconvolver mem, which solves image and gains together: a temperature (250K), a flux density in a pixel or a FITS image
     /// [default: flat, made of the data: see the book].
     #[arg(long, value_name = "PRIOR", help_heading = "CLEAN")]
-    prior: Option<String>,
+    prior: Option<PriorChoice>,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -68,29 +44,16 @@ pub struct SelfcalArgs {
 impl SelfcalArgs {
     /// True where image and gains are solved together.
     fn joint(&self) -> bool {
-        self.clean.algorithm() == MEM
+        self.clean.algorithm.is_mem()
     }
 }
 
-/// What the first gains are solved against.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum StartName {
-    /// A point at the phase centre.
-    Point,
-    /// The first image of the data as they are.
-    Data,
-}
-
-/// The deconvolver that solves image and gains together.
-const MEM: &str = "mem";
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
 /// Bytes of a set that is kept in memory at most.
 const MEMORY: usize = 2 << 30;
 /// Visibility, weight, number of samples and flag.
 const BYTES_PER_SAMPLE: usize = 17;
-/// More rounds than these are a slip of the keyboard.
-const MOST_ROUNDS: usize = 1000;
 
 fn round_file(round: usize, ending: &str) -> String {
     format!("-round{round}{ending}")
@@ -108,9 +71,9 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let header = source.header().clone();
     let options = options(args, source.as_ref()).context(&what)?;
     let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
-    let unlike = (imaging.epsilon, imaging.w_term);
+    let accuracy = Accuracy { epsilon: imaging.epsilon, no_w: imaging.no_w };
     let (inner, algorithm) = image_maker(args, imaging, (&grid, &header), &options)?;
-    let mut maker = KeepingMaker::new(inner, args.start == StartName::Data && args.model.is_none(), |round, image| {
+    let mut maker = KeepingMaker::new(inner, args.rounds.start == StartFrom::Data && args.rounds.model.is_none(), |round, image| {
         let mut image = image.clone();
         image.history.push(context.history());
         let path = args.out.suffixed(&round_file(round, "-image.fits"));
@@ -119,14 +82,15 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     });
     let sky: SkyModel;
     let mut given;
-    let start = match (&args.model, args.start) {
+    let start = match (&args.rounds.model, args.rounds.start) {
         (Some(path), _) => {
             sky = load_model(path, &header, context)?;
-            given = SkyPrediction::new(&header, &sky, unlike, &context.console).context(format!("the model {}", path.display()))?;
+            given = SkyPrediction::new(&header, &sky, accuracy, &context.console).context(format!("the model {}", path.display()))?;
             Start::Model(&mut given)
         }
-        (None, StartName::Point) => Start::Point { flux: None, l: 0.0, m: 0.0 },
-        (None, StartName::Data) => Start::Data,
+        (None, StartFrom::Point) => Start::Point { flux: None, l: 0.0, m: 0.0 },
+        (None, StartFrom::Data) => Start::Data,
+        (None, StartFrom::Truth) => return Err(Failure::usage("--start truth: only a study has the error-free visibilities")),
     };
     // An image that belongs to no round: made before a failure, or the final one, which has its own name.
     let remove = |round| {
@@ -142,7 +106,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     seconds.solving = begun.elapsed().as_secs_f64() - seconds.imaging;
     maker.forget_from(result.rounds.len() + 1, remove);
     let writing = Instant::now();
-    let counts = save_data(args, source.as_mut(), &mut result, &options.apply, context).context(&what)?;
+    let counts = save_data(args, source.as_mut(), &mut result, &options.rounds.apply(), context).context(&what)?;
     let rounds_from = usize::from(result.before.is_none());
     for path in before.iter().filter(|p| !(rounds_from..=result.rounds.len()).any(|k| is_of_round(args, p, k))) {
         // An earlier run had more rounds: they are not of this one. An image of no round had such a name and is gone already.
@@ -191,14 +155,17 @@ fn image_maker(
         if args.prior.is_some() {
             return Err(Failure::usage("--prior is for --deconvolver mem"));
         }
-        let clean = args.clean.options(grid)?;
-        let name = clean.algorithm.name;
+        let clean = loaded(&args.clean, grid)?;
+        let name = clean.algorithm.name();
         return Ok((Box::new(CleanMaker::new(imaging, clean)), name));
     }
-    let prior = prior(args.prior.as_deref(), grid, (header.unit, header.spectrum.mean_hz()))?;
+    let prior = match &args.prior {
+        Some(choice) => choice.prior(prior_image(Some(choice))?, grid, header.unit, header.spectrum.mean_hz())?,
+        None => Prior::Auto,
+    };
     let solve = options.solve.clone();
-    let joint = JointOptions { solve, prior, mask: args.clean.mask(grid)?, goals: JointGoals::default() };
-    Ok((Box::new(JointMaker::new(imaging, joint)), MEM))
+    let joint = JointOptions { solve, prior, mask: loaded(&args.clean, grid)?.region, goals: JointGoals::default() };
+    Ok((Box::new(JointMaker::new(imaging, joint)), args.clean.algorithm.name()))
 }
 
 /// The set in memory, where it fits: every round reads it twice.
@@ -231,15 +198,7 @@ fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
 
 /// Refuse at once what would be refused after hours.
 fn check(args: &SelfcalArgs) -> Result<()> {
-    if !(1..=MOST_ROUNDS).contains(&args.rounds) {
-        return Err(Failure::usage(format!("--rounds is {}, expected 1 to {MOST_ROUNDS}", args.rounds)));
-    }
-    if !(args.improvement.is_finite() && args.improvement >= 0.0) {
-        return Err(Failure::usage(format!("--improvement is {}, expected a number of at least 0", args.improvement)));
-    }
-    if args.patience == 0 {
-        return Err(Failure::usage("--patience is 0, expected at least 1"));
-    }
+    args.rounds.check().map_err(Failure::call)?;
     let (data, input) = (args.out.suffixed(".uvh5").canonicalize(), args.input.canonicalize());
     if matches!((&data, &input), (Ok(a), Ok(b)) if a == b) {
         return Err(Failure::usage(format!("{}: the calibrated data would replace the input; use another -o", args.input.display())));
@@ -250,28 +209,25 @@ fn check(args: &SelfcalArgs) -> Result<()> {
 }
 
 fn options(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<SelfcalOptions> {
-    let solve = args.solve.options(&source.header().layout)?;
-    let interpolation = args.interp.into();
-    Ok(SelfcalOptions {
-        // A joint solution is one round: there is nothing to take turns with.
-        schedule: schedule(solve.mode, solve.solint, if args.joint() { 1 } else { args.rounds }, args.shrink),
-        solve,
-        apply: ApplyOptions { interpolation, flag_unsolved: !args.keep_unsolved, ..ApplyOptions::default() },
-        improvement: args.improvement,
-        patience: args.patience,
-    })
+    let layout = &source.header().layout;
+    args.solve.check(layout.n_ant())?;
+    if let Some(names) = &args.solve.refant {
+        names.indices(layout)?;
+    }
+    // A joint solution is one round: there is no other step to alternate with.
+    let rounds = if args.joint() { 1 } else { args.rounds.rounds };
+    Ok(SelfcalOptions::of(args.solve.clone(), RoundOptions { rounds, ..args.rounds.clone() }))
 }
 
 /// Imaging options with a size and cell that hold for every round, and the grid they make.
 fn imaging(args: &SelfcalArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<(ImagingOptions, SkyGrid)> {
-    let mut options = args.imaging.options()?;
-    let grid = match (options.size, options.cell_rad, source.header().phase_centers.first()) {
-        (Some((n_l, n_m)), Some(cell_rad), Some(center)) => SkyGrid::new(n_l, n_m, cell_rad, SkyGrid::frame_of(center))?,
+    let options = args.imaging.clone();
+    let grid = match (options.size, options.cell, source.header().phase_centers.first()) {
+        (Some(size), Some(cell), Some(center)) => SkyGrid::new(size.columns, size.rows, cell.si(), SkyGrid::frame_of(center))?,
         // The coverage chooses, and says so once.
         _ => Imager::new(source, options.clone(), &context.console)?.grid().clone(),
     };
-    (options.size, options.cell_rad) = (Some((grid.n_l, grid.n_m)), Some(grid.cell_rad));
-    Ok((options, grid))
+    Ok((options.on_grid(&grid), grid))
 }
 
 /// The gains of every round and of the best, and the calibrated set.

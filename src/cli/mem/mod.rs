@@ -4,11 +4,12 @@ mod closures;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{ColumnArgs, ImagingArgs, MemArgs, OutputArgs, TermsArgs, in_data_unit};
+use super::options::{ColumnArgs, OutputArgs, fits_mask, prior_image};
 use super::text::{beam, number};
-use crate::imaging::Imager;
-use crate::mem::{Certificate, MemOptions, MemProducts, Noise, announce_noise, mem, noise_from_hands};
-use cittert_arrays::{Image, VisibilitySource};
+use crate::closure_imaging::ClosureImagingOptions;
+use crate::imaging::{Imager, ImagingOptions};
+use crate::mem::{Certificate, MemInputs, MemOptions, MemPlan, MemProducts, mem};
+use cittert_arrays::Image;
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use closures::ClosureRun;
@@ -24,11 +25,11 @@ pub struct MemCommandArgs {
     #[command(flatten)]
     column: ColumnArgs,
     #[command(flatten)]
-    imaging: ImagingArgs,
+    imaging: ImagingOptions,
     #[command(flatten)]
-    mem: MemArgs,
+    mem: MemOptions,
     #[command(flatten)]
-    terms: TermsArgs,
+    terms: ClosureImagingOptions,
     /// Write each step as one line of JSON to this file.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
@@ -45,64 +46,32 @@ const UNCERTAINTY: &str = "-uncertainty.fits";
 /// Anything wrong with the file, the options or the disk. Where the constraints are not met within the limit the images are written and
 /// the outcome is a failure.
 pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
-    if args.terms.asked() {
+    if args.terms.terms.is_some() {
         let MemCommandArgs { input, column, imaging, mem, terms, out, .. } = args;
-        return closures::run(&ClosureRun { input, column, imaging, terms, flux: mem.flux_text(), out }, context);
+        return closures::run(&ClosureRun { input, column, imaging, terms, flux: mem.flux, out }, context);
     }
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(UNCERTAINTY))?;
     context.log_cycles(args.log.as_deref(), &args.out)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
-    let noise = noise(&args.mem, source.as_mut(), context).context(&what)?;
-    let mut imager = Imager::new(source.as_mut(), args.imaging.options()?, &context.console).context(&what)?;
-    let options = args.mem.options(&imager, noise)?;
+    args.mem.check().map_err(Failure::call)?;
+    let noise = args.mem.believed_noise(source.as_mut(), &context.console).context(&what)?;
+    let mut imager = Imager::new(source.as_mut(), args.imaging.clone(), &context.console).context(&what)?;
+    for (field, flux) in [("flux", args.mem.flux), ("zero-spacing", args.mem.zero_spacing)] {
+        flux.map_or(Ok(0.0), |f| f.in_unit(field, imager.header().unit)).map_err(Failure::call)?;
+    }
+    let inputs = MemInputs {
+        prior: prior_image(args.mem.prior.as_ref())?,
+        mask: args.mem.mask.as_deref().map(|path| fits_mask(path, imager.grid())).transpose()?,
+    };
+    let options = args.mem.plan(&imager, inputs, noise)?;
     let products = mem(&mut imager, &options, &context.console).context(&what)?;
     drop(imager);
     save(args, products, &options, context)
 }
 
-/// The noise that was asked for, or what fits the weights of the file.
-fn noise(args: &MemArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<Noise> {
-    let unit = source.header().unit;
-    match args.noise_word() {
-        Some("weights") => Ok(Noise::Weights),
-        None | Some("estimate") => {
-            let asked = args.noise_word().is_some();
-            let hands = noise_from_hands(source)?;
-            if !asked && !hands.weights_are_counts {
-                return Ok(Noise::Weights);
-            }
-            let noise = match hands.factor {
-                Some(f) if f > 0.0 => Noise::Factor(f),
-                Some(_) => {
-                    return Err(Failure::message("the two hands do not differ, so the data hold no noise to estimate: give --noise"));
-                }
-                None if asked => {
-                    return Err(Failure::message("--noise estimate needs two parallel hands (RR and LL, or XX and YY): give a value"));
-                }
-                None => {
-                    context
-                        .console
-                        .warn("the weights are counts of samples, not 1/sigma^2: chi squared has no known expected value; give --noise");
-                    Noise::Weights
-                }
-            };
-            announce_noise(noise, &context.console);
-            Ok(noise)
-        }
-        Some(text) => {
-            let sigma = in_data_unit("--noise", text, unit)?;
-            if !(sigma > 0.0 && sigma.is_finite()) {
-                let why = "expected a positive noise: without noise chi squared has no expected value";
-                return Err(Failure::message(format!("--noise is {text}, {why}")));
-            }
-            Ok(Noise::Sigma(sigma))
-        }
-    }
-}
-
-fn save(args: &MemCommandArgs, products: MemProducts, options: &MemOptions, context: &Context) -> Result<Outcome> {
+fn save(args: &MemCommandArgs, products: MemProducts, options: &MemPlan, context: &Context) -> Result<Outcome> {
     let json = statistics(&products, args, options);
     let mut outcome = Outcome::new(json, describe(&products));
     let goals = &options.goals;
@@ -127,7 +96,7 @@ fn save(args: &MemCommandArgs, products: MemProducts, options: &MemOptions, cont
 }
 
 /// The worst of all output channels, and each of them.
-fn statistics(p: &MemProducts, args: &MemCommandArgs, options: &MemOptions) -> Value {
+fn statistics(p: &MemProducts, args: &MemCommandArgs, options: &MemPlan) -> Value {
     let c = &p.certificates;
     let n = c.len().max(1) as f64;
     let worst = |f: fn(&Certificate) -> f64| c.iter().map(f).fold(0.0, f64::max);

@@ -1,0 +1,58 @@
+//! Visibilities of a model of the sky, an image or sources, on the rows of a set.
+
+use super::model::ModelVisibilities;
+use crate::Result;
+use crate::progress::{Observer, Silent};
+use crate::simulate::{Pedestal, SimulateOptions, Simulator, SkyModel};
+use cittert_arrays::{UvCoverage, VisUnit, VisibilityHeader};
+use ndarray::{Array3, s};
+use num_complex::Complex;
+
+/// How accurate a prediction is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accuracy {
+    /// Error relative to the total flux.
+    pub epsilon: f64,
+    /// Leave out the w term.
+    pub no_w: bool,
+}
+
+/// A model of the sky as the visibilities that a set would have of it.
+pub struct SkyPrediction<'a> {
+    simulator: Simulator<'a>,
+    observer: &'a dyn Observer,
+}
+
+impl<'a> SkyPrediction<'a> {
+    /// See `sky` with the array, channels and unit of `header`; correlator units are taken for Jy.
+    ///
+    /// # Errors
+    /// As [`Simulator::new`].
+    pub fn new(
+        header: &VisibilityHeader,
+        sky: &'a SkyModel,
+        accuracy: Accuracy,
+        observer: &'a dyn Observer,
+    ) -> Result<Self> {
+        let mut header = header.clone();
+        if header.unit == VisUnit::Uncalibrated {
+            header.unit = VisUnit::Jy;
+        }
+        // Images of such a set add the constant back; the visibilities are without it.
+        let pedestal = header.pedestal_k.map_or(Pedestal::None, Pedestal::Kelvin);
+        let options = SimulateOptions { epsilon: accuracy.epsilon, no_w: accuracy.no_w, pedestal, ..SimulateOptions::default() };
+        Ok(Self { simulator: Simulator::new(header, sky, &options, &Silent)?, observer })
+    }
+}
+
+impl ModelVisibilities for SkyPrediction<'_> {
+    fn predict(&mut self, _header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
+        let mut rows = coverage.clone();
+        // Rows without a place in the u-v plane have no model: predicted at the origin, then marked.
+        let lost: Vec<usize> = (0..rows.n_rows()).filter(|r| rows.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
+        lost.iter().for_each(|r| rows.uvw_m.row_mut(*r).fill(0.0));
+        let mut vis = self.simulator.block(rows, first_row as u64, self.observer)?.vis;
+        lost.iter().for_each(|r| vis.slice_mut(s![*r, .., ..]).fill(Complex::new(f32::NAN, f32::NAN)));
+        Ok(vis)
+    }
+}

@@ -1,0 +1,118 @@
+//! The kinds of errors: one row here and one file each.
+//!
+//! A row makes the variant of [`Error`], its place in [`Error::TABLE`], and its part of [`ErrorOptions`], which are the options of
+//! `corrupt` and the sections of that name in the files of `run` and `study`.
+
+use super::amplitude::{AmplitudeError, AmplitudeOptions};
+use super::bandpass::{BandpassError, BandpassOptions};
+use super::baseline::{BaselineOffset, BaselineOptions};
+use super::corruption::Corruption;
+use super::delay::{DelayError, DelayOptions};
+use super::dropout::{Dropout, DropoutOptions};
+use super::flags::{FlagOptions, WrongFlags};
+use super::noise::{ThermalNoise, ThermalNoiseOptions};
+use super::phase::{PhaseError, PhaseOptions};
+use super::position::{PositionError, PositionOptions};
+use super::troposphere::{Troposphere, TroposphereOptions};
+use super::variation::Variation;
+use crate::Result;
+use cittert_arrays::VisUnit;
+use serde::{Deserialize, Serialize};
+
+macro_rules! kinds {
+    ($($(#[doc = $doc:literal])* $field:ident: $variant:ident($model:ty, $options:ty) = $name:literal;)*) => {
+        /// One error to inject.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+        #[serde(tag = "kind", rename_all = "kebab-case")]
+        pub enum Error {
+            $($(#[doc = $doc])* $variant($model),)*
+        }
+
+        impl Error {
+            /// Every kind with its name and one line of help, in the order in which they act.
+            pub const TABLE: &[(&str, &str)] = &[$(($name, concat!($($doc),*)),)*];
+
+            /// Name of the kind.
+            #[must_use]
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$variant(_) => $name,)* }
+            }
+
+            /// What it does.
+            #[must_use]
+            pub fn model(&self) -> &dyn Corruption {
+                match self { $(Self::$variant(e) => e,)* }
+            }
+        }
+
+        /// Errors of antennas and data: options for each kind.
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+        #[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+        #[cfg_attr(feature = "cli", command(next_help_heading = "Errors"))]
+        pub struct ErrorOptions {
+            /// Seed of every random draw [default: that of the run, or 1].
+            #[cfg_attr(feature = "cli", arg(long, value_name = "N"))]
+            pub seed: Option<u64>,
+            /// How phases, amplitudes and delays change in time: constant, integration, interval:TIME, walk:TIME, jumps:TIME or coherent:TIME.
+            #[cfg_attr(feature = "cli", arg(long, value_name = "KIND[:TIME]", default_value_t = ErrorOptions::default().variation))]
+            pub variation: Variation,
+            /// Draw different errors for the two feeds of an antenna.
+            #[cfg_attr(feature = "cli", arg(long))]
+            pub per_feed: bool,
+            $(
+                /// Options of this kind.
+                #[serde(flatten)]
+                #[cfg_attr(feature = "cli", command(flatten))]
+                pub $field: $options,
+            )*
+        }
+
+        impl ErrorOptions {
+            /// The errors that are asked for, for a set in `unit`.
+            ///
+            /// # Errors
+            /// A value outside its range, or in another unit than the set.
+            pub fn errors(&self, unit: VisUnit) -> Result<Vec<Error>> {
+                let mut all = Vec::new();
+                $(all.extend(self.$field.error(self.variation, unit)?.map(Error::$variant));)*
+                all.iter().try_for_each(|e: &Error| e.model().check())?;
+                Ok(all)
+            }
+        }
+    };
+}
+
+kinds! {
+    /// phases of the antennas: constant, per integration, walking, jumping or with a coherence time
+    phase: Phase(PhaseError, PhaseOptions) = "phase";
+    /// amplitudes of the antennas, with the same choices in time
+    amplitude: Amplitude(AmplitudeError, AmplitudeOptions) = "amplitude";
+    /// delays of the antennas: a phase slope over the channels
+    delay: Delay(DelayError, DelayOptions) = "delay";
+    /// antennas that do not stand where the layout says
+    position: Position(PositionError, PositionOptions) = "position";
+    /// a Kolmogorov screen of water vapour carried over the array by the wind
+    troposphere: Troposphere(Troposphere, TroposphereOptions) = "troposphere";
+    /// standing waves and mismatch of the receivers over the band
+    bandpass: Bandpass(BandpassError, BandpassOptions) = "bandpass";
+    /// constants added to the visibilities of each baseline
+    baseline: Baseline(BaselineOffset, BaselineOptions) = "baseline";
+    /// antennas that fall silent for a while
+    dropout: Dropout(Dropout, DropoutOptions) = "dropout";
+    /// thermal noise of the receivers, on top
+    noise: Noise(ThermalNoise, ThermalNoiseOptions) = "noise";
+    /// flags on good data, and missing flags on bad data
+    flags: Flags(WrongFlags, FlagOptions) = "flags";
+}
+
+/// Which errors to inject.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CorruptOptions {
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// The errors. Several of one kind add up, each with random numbers of its own.
+    pub errors: Vec<Error>,
+    /// Draw different errors for the two feeds of an antenna. Otherwise both have the same.
+    pub per_feed: bool,
+}
