@@ -129,9 +129,10 @@ impl FromStr for Level {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let temperature = || text.parse().map(Self::Kelvin);
-        text.parse().map(Self::Jy).or_else(|_: QuantityError| temperature()).map_err(|_| {
-            format!("{text:?} is neither a flux density such as 1mJy nor a temperature such as 2K")
-        })
+        text.parse()
+            .map(Self::Jy)
+            .or_else(|_: QuantityError| temperature())
+            .map_err(|_| format!("{text:?} is neither a flux density such as 1mJy nor a temperature such as 2K"))
     }
 }
 

@@ -3,8 +3,8 @@
 use super::*;
 use crate::closure::testdata::{Scene, cis, random_phases};
 use crate::deconvolve::by_name;
-use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::imaging::major::CleanOptions;
+use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::progress::Silent;
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, VisibilitySource};
@@ -25,7 +25,12 @@ fn scene() -> Scene {
 }
 
 fn maker() -> CleanMaker {
-    let imaging = ImagingOptions { size: Some(ImageSize::square(64)), cell: Some(Angle(CELL)), weighting: Weighting::Natural, ..ImagingOptions::default() };
+    let imaging = ImagingOptions {
+        size: Some(ImageSize::square(64)),
+        cell: Some(Angle(CELL)),
+        weighting: Weighting::Natural,
+        ..ImagingOptions::default()
+    };
     let clean = CleanOptions { algorithm: by_name("hogbom").unwrap().into(), niter: 1500, nsigma: 3.0, ..CleanOptions::default() };
     CleanMaker::new(imaging, clean)
 }

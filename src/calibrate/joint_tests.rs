@@ -41,7 +41,12 @@ fn observed(phases: &[f64], sigma: f64) -> VisibilitySet {
 }
 
 fn imaging() -> ImagingOptions {
-    ImagingOptions { size: Some(ImageSize::square(SIDE)), cell: Some(Angle(CELL)), weighting: Weighting::Natural, ..ImagingOptions::default() }
+    ImagingOptions {
+        size: Some(ImageSize::square(SIDE)),
+        cell: Some(Angle(CELL)),
+        weighting: Weighting::Natural,
+        ..ImagingOptions::default()
+    }
 }
 
 fn maker() -> JointMaker {

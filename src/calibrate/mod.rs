@@ -42,9 +42,9 @@ mod options;
 mod predicted;
 mod reference;
 mod selfcal;
-mod sky_prediction;
 #[cfg(test)]
 mod selfcal_tests;
+mod sky_prediction;
 mod solve;
 #[cfg(test)]
 mod solve_tests;

@@ -28,12 +28,7 @@ impl<'a> SkyPrediction<'a> {
     ///
     /// # Errors
     /// As [`Simulator::new`].
-    pub fn new(
-        header: &VisibilityHeader,
-        sky: &'a SkyModel,
-        accuracy: Accuracy,
-        observer: &'a dyn Observer,
-    ) -> Result<Self> {
+    pub fn new(header: &VisibilityHeader, sky: &'a SkyModel, accuracy: Accuracy, observer: &'a dyn Observer) -> Result<Self> {
         let mut header = header.clone();
         if header.unit == VisUnit::Uncalibrated {
             header.unit = VisUnit::Jy;

@@ -179,7 +179,13 @@ fn another_reference_takes_over_without_a_jump() {
 fn weak_antennas_are_flagged_by_their_signal_to_noise() {
     let scene = Scene { sigma: 0.3, ..Scene::point(9, 1) };
     let mut data = scene.set(|_, a, _, _| Complex64::new(if a == 4 { 0.01 } else { 1.0 }, 0.0));
-    let s = solve(&mut data, &mut POINT.clone(), &SolveOptions { min_snr: 5.0, solint: SolutionInterval::Infinite, ..SolveOptions::default() }, &Silent).unwrap();
+    let s = solve(
+        &mut data,
+        &mut POINT.clone(),
+        &SolveOptions { min_snr: 5.0, solint: SolutionInterval::Infinite, ..SolveOptions::default() },
+        &Silent,
+    )
+    .unwrap();
     assert!(s.gains.flags[(0, 4, 0, 0)], "{:?}", s.gains.quality);
     assert_eq!(s.report.solved, 8);
     let snr = s.gains.quality.as_ref().unwrap()[(0, 0, 0, 0)];

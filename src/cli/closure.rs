@@ -3,7 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use crate::ChainError;
-use crate::closure::{SolutionInterval, ClosureChannels, ClosureKey, ClosureOptions, ClosureSet, closure_amplitudes, closure_phases};
+use crate::closure::{ClosureChannels, ClosureKey, ClosureOptions, ClosureSet, SolutionInterval, closure_amplitudes, closure_phases};
 use crate::plot::{CurveOptions, Series, Style, curves};
 use cittert_arrays::ArrayLayout;
 use cittert_formats::atomic::{AtomicFile, write_file};

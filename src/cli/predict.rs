@@ -104,7 +104,8 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let mut header = source.header().clone();
     let sky = load_model(&args.model, &header, context)?;
     let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());
-    let mut model = SkyPrediction::new(&header, &sky, Accuracy { epsilon: args.epsilon, no_w: args.no_w }, &context.console).context(&what)?;
+    let mut model =
+        SkyPrediction::new(&header, &sky, Accuracy { epsilon: args.epsilon, no_w: args.no_w }, &context.console).context(&what)?;
     header.history.push(context.history());
     let mut into = Into::open(args)?;
     header.history.extend(into.beside.notes.iter().cloned());

@@ -1,8 +1,8 @@
 //! Amplitude errors of the antennas.
 
-use super::phase::multiply;
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
+use super::phase::multiply;
 use super::variation::Variation;
 use crate::Result;
 use cittert_arrays::{GainTable, VisUnit};

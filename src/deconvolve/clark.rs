@@ -8,9 +8,7 @@
 //! Clark 1980, A&A 89, 377.
 
 use super::tiles::{TiledBeam, point};
-use super::{
-    CleanOptions, Component, DIVERGED, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of,
-};
+use super::{CleanOptions, Component, DIVERGED, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of};
 use crate::Result;
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis, Zip};
 use rayon::prelude::*;

@@ -12,9 +12,7 @@
 
 use super::hogbom::components;
 use super::tiles::TiledBeam;
-use super::{
-    CleanOptions, Component, DIVERGED, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of,
-};
+use super::{CleanOptions, Component, DIVERGED, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of};
 use crate::fourier::{Convolver, Spectrum};
 use crate::{ChainError, Result};
 use ndarray::{Array2, ArrayView2};

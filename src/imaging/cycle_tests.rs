@@ -44,12 +44,7 @@ fn auto_mask_keeps_components_at_the_sources() {
 fn every_output_channel_is_cleaned_by_itself() {
     for joint in [false, true] {
         let mut set = points(0.01);
-        let imaging = ImagingOptions {
-            channels_out: 2,
-            weighting: Weighting::Uniform,
-            joint_weights: joint,
-            ..options(64)
-        };
+        let imaging = ImagingOptions { channels_out: 2, weighting: Weighting::Uniform, joint_weights: joint, ..options(64) };
         let mut imager = Imager::new(&mut set, imaging, &Silent).unwrap();
         let opts = CleanOptions { niter: 2000, nsigma: 4.0, algorithm: by_name("clark").unwrap().into(), ..CleanOptions::default() };
         let out = clean(&mut imager, &opts, &Silent).unwrap();

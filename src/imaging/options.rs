@@ -211,9 +211,7 @@ impl FromStr for BeamShape {
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let angles = text.split(',').map(str::parse::<Angle>).collect::<std::result::Result<Vec<_>, _>>();
         match angles.map_err(|e| e.to_string())?.as_slice() {
-            &[major, minor, position_angle] if major.si() >= minor.si() && minor.si() > 0.0 => {
-                Ok(Self { major, minor, position_angle })
-            }
+            &[major, minor, position_angle] if major.si() >= minor.si() && minor.si() > 0.0 => Ok(Self { major, minor, position_angle }),
             _ => Err(format!("{text:?} is not a beam MAJOR,MINOR,PA with MAJOR at least MINOR, such as 12arcsec,8arcsec,30deg")),
         }
     }

@@ -14,7 +14,13 @@ use num_complex::Complex64;
 const GHZ: f64 = 94e9;
 
 fn options(n: usize, cell: f64) -> ImagingOptions {
-    ImagingOptions { size: Some(ImageSize::square(n)), cell: Some(Angle(cell)), weighting: Weighting::Natural, epsilon: 1e-6, ..ImagingOptions::default() }
+    ImagingOptions {
+        size: Some(ImageSize::square(n)),
+        cell: Some(Angle(cell)),
+        weighting: Weighting::Natural,
+        epsilon: 1e-6,
+        ..ImagingOptions::default()
+    }
 }
 
 fn points(set_sigma: f64) -> VisibilitySet {

@@ -10,9 +10,7 @@ use crate::progress::{Event, Observer};
 use crate::values::{DataFlux, bad_value, by_text};
 use crate::{ChainError, Result};
 use cittert_arrays::quantity::{FluxDensity, Temperature};
-use cittert_arrays::{
-    BOLTZMANN_J_PER_K, BrightnessUnit, Image, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S, SkyGrid, VisUnit, VisibilitySource,
-};
+use cittert_arrays::{BOLTZMANN_J_PER_K, BrightnessUnit, Image, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S, SkyGrid, VisUnit, VisibilitySource};
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -145,7 +143,9 @@ impl MemOptions {
         }
         let noise = match hands.factor {
             Some(f) if f > 0.0 => Noise::Factor(f),
-            Some(_) => return Err(ChainError::NoData("the two hands do not differ, so the data hold no noise to estimate: give a noise".into())),
+            Some(_) => {
+                return Err(ChainError::NoData("the two hands do not differ, so the data hold no noise to estimate: give a noise".into()));
+            }
             None if asked => {
                 return bad_value("noise", "estimate", "a value: an estimate needs two parallel hands (RR and LL, or XX and YY)");
             }
@@ -188,7 +188,13 @@ impl MemOptions {
             entropy: self.entropy.0,
             prior,
             flux,
-            goals: MemGoals { chi2: self.chi2, chi2_tolerance: self.tolerance, kkt: self.kkt, evaluations: self.niter, ..MemGoals::default() },
+            goals: MemGoals {
+                chi2: self.chi2,
+                chi2_tolerance: self.tolerance,
+                kkt: self.kkt,
+                evaluations: self.niter,
+                ..MemGoals::default()
+            },
             mask: inputs.mask,
             noise,
             total_variation: self.total_variation,

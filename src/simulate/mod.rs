@@ -30,7 +30,9 @@ pub use element::ElementPattern;
 pub use engine::{Simulator, Summary, simulate_set};
 pub use mask::{UvMask, UvMaskBuilder};
 pub use noise::{NoiseModel, NoiseOptions};
-pub use options::{BandOptions, DataUnit, Direction, Element, HourAngles, PlannedTrack, SceneOptions, SimulateOptions, TrackOptions, UtcTime};
+pub use options::{
+    BandOptions, DataUnit, Direction, Element, HourAngles, PlannedTrack, SceneOptions, SimulateOptions, TrackOptions, UtcTime,
+};
 pub use pedestal::Pedestal;
 pub use sky::{SkyModel, jy_per_kelvin_sr};
 

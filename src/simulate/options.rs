@@ -95,14 +95,18 @@ impl TrackOptions {
     /// A layout on the Earth without a phase centre or a start, a boresight layout with options that need a place on the Earth, a source
     /// that never rises.
     pub fn plan(&self, layout: &ArrayLayout) -> Result<PlannedTrack> {
-        let look = |field, value: String, why: &str| bad_value(field, value, format!("{why}: layout {:?} looks along its boresight", layout.name));
+        let look =
+            |field, value: String, why: &str| bad_value(field, value, format!("{why}: layout {:?} looks along its boresight", layout.name));
         let (center, track) = match (layout.frame, &self.phase_center) {
             (LayoutFrame::EastNorthUp(site), Some(center)) => (center.center.clone(), self.track(&center.center, &site)?),
             (LayoutFrame::EastNorthUp(_), None) => {
                 return bad_value(
                     "phase-center",
                     "missing",
-                    format!("a direction such as 19h59m28s,+40d44m02s, with a start or an hour angle: layout {:?} stands on the Earth", layout.name),
+                    format!(
+                        "a direction such as 19h59m28s,+40d44m02s, with a start or an hour angle: layout {:?} stands on the Earth",
+                        layout.name
+                    ),
                 );
             }
             (LayoutFrame::Boresight, Some(center)) => return look("phase-center", center.to_string(), "no phase centre"),

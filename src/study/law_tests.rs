@@ -5,8 +5,8 @@ use crate::calibrate::{RoundOptions, SolveOptions, StartFrom};
 use crate::closure::SolutionInterval;
 use crate::corrupt::{Error, PhaseError, Variation};
 use crate::deconvolve::by_name;
-use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::imaging::major::CleanOptions;
+use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::progress::Silent;
 use crate::simulate::{Method, SimulateOptions, SkyModel, random::stream, simulate_set};
 use cittert_arrays::quantity::Angle;
@@ -37,7 +37,13 @@ fn base(n_ant: u32, size: usize) -> Arc<Base> {
     let sky = SkyModel::of_sources(vec![Source::point(0.0, 0.0, 1.0)]);
     let options = SimulateOptions { method: Method::Dft, ..SimulateOptions::default() };
     let set = simulate_set(header, &coverage, &sky, &options, &Silent).unwrap();
-    let imaging = ImagingOptions { size: Some(ImageSize::square(size)), cell: Some(Angle(3e-3)), weighting: Weighting::Natural, no_w: true, ..ImagingOptions::default() };
+    let imaging = ImagingOptions {
+        size: Some(ImageSize::square(size)),
+        cell: Some(Angle(3e-3)),
+        weighting: Weighting::Natural,
+        no_w: true,
+        ..ImagingOptions::default()
+    };
     // One component takes the whole peak: nothing of the errors is cleaned away.
     let clean = CleanOptions { algorithm: by_name("hogbom").unwrap().into(), gain: 1.0, niter: 1, ..CleanOptions::default() };
     Arc::new(Base::new(set, imaging, Deconvolution::Clean(clean)))
@@ -49,11 +55,7 @@ fn phase(rms_rad: f64) -> Error {
 
 fn plan() -> SelfcalPlan {
     SelfcalPlan {
-        solve: SolveOptions {
-            solint: SolutionInterval::Infinite,
-            refant: Some("A3".parse().unwrap()),
-            ..SolveOptions::default()
-        },
+        solve: SolveOptions { solint: SolutionInterval::Infinite, refant: Some("A3".parse().unwrap()), ..SolveOptions::default() },
         rounds: RoundOptions { rounds: 1, start: StartFrom::Point, ..RoundOptions::default() },
     }
 }

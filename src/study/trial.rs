@@ -1,7 +1,10 @@
 //! One trial: corrupt, image, self-calibrate, compare.
 
 use super::base::{Antennas, Base, Deconvolution, Reference, Seen, image, seen};
-use crate::calibrate::{AntennaNames, CleanMaker, CompareOptions, ImageMaker, JointGoals, JointMaker, JointOptions, RoundOptions, Selfcal, SelfcalOptions, SetModel, SolveOptions, Start, StartFrom, compare_gains, selfcal};
+use crate::calibrate::{
+    AntennaNames, CleanMaker, CompareOptions, ImageMaker, JointGoals, JointMaker, JointOptions, RoundOptions, Selfcal, SelfcalOptions,
+    SetModel, SolveOptions, Start, StartFrom, compare_gains, selfcal,
+};
 use crate::corrupt::{CorruptOptions, Error, corrupt};
 use crate::fidelity::{fidelity_index, find_shift, shifted};
 use crate::mem::Prior;
@@ -153,7 +156,8 @@ fn selfcal_options(data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> S
     }
     // Names of antennas that take no part in this trial are passed over.
     let takes_part = |name: &String| data.header.layout.index_of(name).is_some();
-    options.solve.refant = plan.solve.refant.as_ref().map(|names| AntennaNames(names.0.iter().filter(|n| takes_part(n)).cloned().collect()));
+    options.solve.refant =
+        plan.solve.refant.as_ref().map(|names| AntennaNames(names.0.iter().filter(|n| takes_part(n)).cloned().collect()));
     options
 }
 

@@ -7,7 +7,10 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, loaded, prior_image};
 use super::predict::load_model;
-use crate::calibrate::{Accuracy, ApplyOptions, CleanMaker, ImageMaker, JointGoals, JointMaker, JointOptions, RoundOptions, Selfcal, SelfcalOptions, SkyPrediction, SolveOptions, Start, StartFrom, apply, on_channels, selfcal};
+use crate::calibrate::{
+    Accuracy, ApplyOptions, CleanMaker, ImageMaker, JointGoals, JointMaker, JointOptions, RoundOptions, Selfcal, SelfcalOptions,
+    SkyPrediction, SolveOptions, Start, StartFrom, apply, on_channels, selfcal,
+};
 use crate::deconvolve::CleanOptions;
 use crate::imaging::{Imager, ImagingOptions};
 use crate::mem::{Prior, PriorChoice};
