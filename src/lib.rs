@@ -10,6 +10,7 @@ pub mod fidelity;
 pub mod fourier;
 pub mod imaging;
 pub mod mem;
+pub mod memory;
 #[cfg(feature = "cli")]
 pub mod plot;
 pub mod progress;

@@ -13,15 +13,13 @@ pub use super::closure_sets::ClosureSet;
 use super::closure_sets::{Links, quadrangles, triangles};
 use super::intervals::{TimeBins, TimeSpan, n_pairs, pair_index, pairs_of};
 use super::options::SolutionInterval;
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{Polarization, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 use num_complex::Complex64;
 use std::collections::{BTreeMap, HashMap};
 
-const BLOCK_BYTES: usize = 32 << 20;
-/// Visibilities held while waiting for the rest of their integration, bytes.
-const HELD_BYTES: usize = 256 << 20;
 /// Standard deviation of a phase of which nothing is known, pi / sqrt(3) rad.
 const UNKNOWN_PHASE_RAD: f64 = 1.813_799_364_234_218;
 
@@ -184,7 +182,7 @@ impl Collector<'_> {
 
     /// Hand on the oldest bin, but never the newest, which may still grow.
     fn release_if_large(&mut self, work: &mut dyn FnMut(&Bin) -> Result<()>) -> Result<()> {
-        while self.held.len() > 1 && self.held_bytes() > HELD_BYTES {
+        while self.held.len() > 1 && self.held_bytes() > MemoryBudget::default().waiting_rows() {
             if let Some((key, bin)) = self.held.pop_first() {
                 self.released = Some(key);
                 work(&bin)?;
@@ -210,7 +208,7 @@ fn collect(
         released: None,
     };
     observer.event(Event::Phase { name: "closure quantities", total: Some(source.n_rows() as u64), unit: "rows" });
-    for_each_block(source, BLOCK_BYTES, |_, block| {
+    for_each_block(source, MemoryBudget::default().block(), |_, block| {
         if observer.cancelled() {
             return Err(ChainError::Cancelled);
         }

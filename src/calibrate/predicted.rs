@@ -1,12 +1,10 @@
 //! Visibilities of the model that a solution was found against, kept for the image that follows it.
 
+use crate::memory::MemoryBudget;
 use crate::Result;
 use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
-
-/// Bytes that are kept; of larger sets the first rows.
-const BUDGET: usize = 1 << 30;
 
 /// Predictions of the rows of a set from the first on \[row, chan\], with the places that they are for.
 #[derive(Default)]
@@ -30,7 +28,7 @@ impl Predicted {
             self.n_chan = vis.ncols();
         }
         let follows = 3 * first_row == self.uvw_m.len() && vis.ncols() == self.n_chan;
-        if follows && (self.vis.len() + vis.len()) * size_of::<Complex<f32>>() <= BUDGET {
+        if follows && (self.vis.len() + vis.len()) * size_of::<Complex<f32>>() <= MemoryBudget::default().kept_model() {
             self.vis.extend(vis.iter());
             self.uvw_m.extend(uvw_m.iter());
         }

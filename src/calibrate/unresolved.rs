@@ -3,6 +3,7 @@
 //! A baseline too short to see structure inside the field measures the total flux there with a phase near 0. Where strong visibilities on
 //! such baselines have other phases, the antennas' phases are not calibrated, and an image of the data as they are means nothing.
 
+use crate::memory::MemoryBudget;
 use crate::Result;
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilitySource, for_each_block};
 use std::f64::consts::PI;
@@ -13,8 +14,6 @@ const SMALL_PHASE: f64 = 0.1;
 const SIGNIFICANT: f64 = 5.0;
 /// With fewer visibilities nothing is said.
 const FEWEST: u64 = 10;
-/// Bytes of visibilities read at a time.
-const BLOCK_BYTES: usize = 32 << 20;
 
 /// What the baselines tell that resolve nothing inside a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +49,7 @@ pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64)
         .filter(|p| header.polarizations[*p].is_parallel_hand() || header.polarizations[*p] == cittert_arrays::Polarization::I)
         .collect();
     let (mut count, mut real, mut amplitude) = (0, 0.0, 0.0);
-    for_each_block(source, BLOCK_BYTES, |_, block| -> Result<()> {
+    for_each_block(source, MemoryBudget::default().block(), |_, block| -> Result<()> {
         for row in 0..block.n_rows() {
             if block.coverage.ant1[row] == block.coverage.ant2[row] {
                 continue;

@@ -39,6 +39,7 @@ pub use restore::{gaussian, with_beam};
 pub use weights::{ImageWeights, WeightOptions, Weighting};
 
 use crate::fourier::GridOptions;
+use crate::memory::MemoryBudget;
 use cittert_arrays::{Polarization, RestoringBeam};
 
 /// How to image.
@@ -64,8 +65,8 @@ pub struct ImagingOptions {
     pub w_term: bool,
     /// The restoring beam; fitted where not given.
     pub beam: Option<RestoringBeam>,
-    /// Bytes of reduced visibilities that are kept in memory; larger sets are read anew in every pass.
-    pub cache_bytes: usize,
+    /// Memory that the visibilities, the grid and their buffers share.
+    pub memory: MemoryBudget,
 }
 
 impl Default for ImagingOptions {
@@ -81,13 +82,13 @@ impl Default for ImagingOptions {
             epsilon: 1e-5,
             w_term: true,
             beam: None,
-            cache_bytes: 512 << 20,
+            memory: MemoryBudget::default(),
         }
     }
 }
 
 impl ImagingOptions {
     pub(crate) fn grid_options(&self) -> GridOptions {
-        GridOptions { epsilon: self.epsilon, w_term: self.w_term, divide_by_n: false }
+        GridOptions { epsilon: self.epsilon, w_term: self.w_term, divide_by_n: false, memory: self.memory }
     }
 }
