@@ -7,6 +7,8 @@ pub mod corrupt;
 pub mod deconvolve;
 pub mod error;
 pub mod fidelity;
+#[cfg(test)]
+pub(crate) mod fixtures;
 pub mod fourier;
 pub mod imaging;
 pub mod mem;
@@ -14,6 +16,7 @@ pub mod memory;
 #[cfg(feature = "cli")]
 pub mod plot;
 pub mod progress;
+pub mod random;
 pub mod simulate;
 pub mod study;
 

@@ -1,7 +1,7 @@
 //! The deconvolvers against plain versions of themselves and against known components.
 
 use super::*;
-use crate::imaging::fixtures::Noise;
+use crate::fixtures::Noise;
 
 /// A beam with wide side lobes all over the image.
 fn beam(n_m: usize, n_l: usize) -> Array2<f64> {

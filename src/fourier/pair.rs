@@ -81,7 +81,7 @@ mod tests {
     use super::*;
     use crate::fourier::dft::image_to_vis_exact;
     use crate::fourier::vis_to_image;
-    use crate::imaging::fixtures::Noise;
+    use crate::fixtures::Noise;
     use cittert_arrays::SkyFrame;
     use num_complex::Complex64;
 

@@ -1,6 +1,6 @@
 //! Runs of CLEAN as a whole: masks that make themselves, several output channels, and a deconvolver that does harm.
 
-use super::fixtures::{positions, snapshot};
+use crate::fixtures::{positions, snapshot};
 use super::*;
 use crate::Result;
 use crate::deconvolve::{Component, DeconvolveOptions, Deconvolver, Entry, Minor, MinorReport, MinorStop, by_name};

@@ -1,15 +1,17 @@
-//! From visibilities to dirty beams, dirty images and restored images, in blocks of rows.
+//! Dirty beams, dirty images and restored images of visibilities, in blocks of rows.
 //!
-//! [`Imager`] reads a source once, chooses the grid where the caller does not, weighs, and then gives the beam, the dirty image and the
-//! residual of a model for each output channel. [`clean`] runs a deconvolver around it; see [`major`].
+//! [`Imager`] reads a source once, chooses the grid if the caller does not, and makes the weights. It then makes the dirty beam, the dirty image
+//! and the residual of a model for each output channel. [`clean`] runs a deconvolver in major cycles; see [`major`].
 
 mod ahead;
+mod auto_mask;
 mod beam_fit;
 mod cells;
+mod cleaned;
 mod components;
 mod continued;
 mod data;
-mod dirty;
+mod imager;
 pub mod major;
 mod output;
 mod pol;
@@ -22,20 +24,23 @@ pub mod weights;
 #[cfg(test)]
 mod cycle_tests;
 #[cfg(test)]
-pub(crate) mod fixtures;
+mod memory_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tuning_tests;
 
 pub use beam_fit::fit_beam;
 pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use data::{Data, ReducedBlock, Survey};
-pub use dirty::{Imager, Residual};
+pub use imager::{Imager, Residual};
 pub use major::{CleanProducts, clean, clean_from};
 pub(crate) use output::Kind;
 pub use output::{ImagingInfo, dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};
 pub use restore::{gaussian, with_beam};
+pub use size::SizeTuning;
 pub use weights::{ImageWeights, WeightOptions, Weighting};
 
 use crate::fourier::GridOptions;
@@ -67,6 +72,8 @@ pub struct ImagingOptions {
     pub beam: Option<RestoringBeam>,
     /// Memory that the visibilities, the grid and their buffers share.
     pub memory: MemoryBudget,
+    /// Rules for a size and a cell that are chosen from the coverage.
+    pub sizes: SizeTuning,
 }
 
 impl Default for ImagingOptions {
@@ -83,6 +90,7 @@ impl Default for ImagingOptions {
             w_term: true,
             beam: None,
             memory: MemoryBudget::default(),
+            sizes: SizeTuning::default(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Beams and images of small sets against the direct sum and against formulas.
 
-use super::fixtures::{positions, snapshot};
+use crate::fixtures::{positions, snapshot};
 use super::*;
 use crate::deconvolve::by_name;
 use crate::fourier::dft::vis_to_image_exact;

@@ -81,7 +81,7 @@ pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::fixtures::{positions, snapshot};
+    use crate::fixtures::{positions, snapshot};
     use cittert_arrays::VisUnit;
     use ndarray::Array2;
     use num_complex::Complex32;

@@ -22,7 +22,6 @@ pub mod mask;
 pub mod noise;
 pub mod pedestal;
 mod phasor;
-pub mod random;
 mod sky;
 
 pub use element::ElementPattern;

@@ -6,7 +6,8 @@ use crate::deconvolve::by_name;
 use crate::imaging::ImagingOptions;
 use crate::imaging::major::CleanOptions;
 use crate::progress::Silent;
-use crate::simulate::{Method, SimulateOptions, SkyModel, random::stream, simulate_set};
+use crate::random::stream;
+use crate::simulate::{Method, SimulateOptions, SkyModel, simulate_set};
 use cittert_arrays::{
     Antenna, ArrayLayout, CoveragePlan, LayoutFrame, PhaseCenter, Polarization, Source, SpectralWindow, VisUnit, VisibilityHeader,
 };
