@@ -1,4 +1,4 @@
-//! What can go wrong in the chain.
+//! Errors of the chain.
 
 use cittert_arrays::{ArrayError, BoxError};
 use thiserror::Error;
@@ -10,29 +10,39 @@ pub type Result<T, E = ChainError> = std::result::Result<T, E>;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ChainError {
-    /// A broken shape or value, or a stream that failed.
+    /// An array has a wrong shape or a wrong value, or a stream of visibilities failed.
     #[error(transparent)]
     Array(#[from] ArrayError),
-    /// An option outside what the algorithm can do.
+    /// The value of an option is outside the range that the algorithm accepts.
     #[error("{option} is {value}, expected {expected}")]
     BadOption {
-        /// Name of the option as the user knows it.
+        /// Name of the option.
         option: &'static str,
-        /// What was given.
+        /// The value that was given.
         value: String,
-        /// What is accepted.
+        /// The values that are accepted.
         expected: String,
     },
-    /// The data hold nothing to work on.
+    /// The data hold nothing that can be used.
     #[error("{0}")]
     NoData(String),
-    /// Two inputs that do not belong together.
+    /// Two inputs do not belong together.
     #[error("{0}")]
     Incompatible(String),
-    /// The user asked to stop.
+    /// A condition that the program itself must ensure does not hold.
+    #[error("internal error: {0}; please report it")]
+    Internal(String),
+    /// The observer asked to stop.
     #[error("stopped on request")]
     Cancelled,
-    /// Anything handed on from below.
+    /// An error of another crate.
     #[error(transparent)]
     Other(BoxError),
+}
+
+impl ChainError {
+    /// The value of an option is not accepted.
+    pub(crate) fn bad_option(option: &'static str, value: impl ToString, expected: impl Into<String>) -> Self {
+        Self::BadOption { option, value: value.to_string(), expected: expected.into() }
+    }
 }

@@ -9,14 +9,18 @@ pub mod corrupt;
 pub mod deconvolve;
 pub mod error;
 pub mod fidelity;
+#[cfg(test)]
+pub(crate) mod fixtures;
 pub mod fourier;
 pub mod imaging;
 mod linalg;
 pub mod mem;
+pub mod memory;
 pub mod misfit;
 #[cfg(feature = "cli")]
 pub mod plot;
 pub mod progress;
+pub mod random;
 pub mod simulate;
 pub mod study;
 pub mod values;

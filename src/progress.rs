@@ -1,27 +1,28 @@
-//! How algorithms tell what they are doing. They never print: the command line decides what a person sees.
+//! How algorithms report progress. They never print: the command line decides what the user sees.
 
+use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Something worth telling while a long computation runs.
+/// One report of a running computation.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Event<'a> {
-    /// A phase of the work begins, with the number of units it will take where that is known.
+    /// A phase of the work begins.
     Phase {
-        /// What is done, such as "gridding".
+        /// Name of the phase, such as "gridding".
         name: &'a str,
-        /// Total number of units, such as visibilities.
+        /// Number of units in the phase, if it is known.
         total: Option<u64>,
-        /// What a unit is, such as "vis".
+        /// Name of a unit, such as "vis".
         unit: &'a str,
     },
-    /// So many further units are done.
+    /// This number of further units is done.
     Advance(u64),
-    /// The phase is over.
+    /// The phase has ended.
     Done,
     /// One major cycle of a deconvolution, or one step of an iteration.
     Cycle {
-        /// Number of the cycle, from 1.
+        /// Number of the cycle, starting at 1.
         number: usize,
         /// Components or iterations so far.
         iterations: usize,
@@ -34,37 +35,37 @@ pub enum Event<'a> {
     },
     /// One step towards the image of maximum entropy.
     Entropy {
-        /// Number of the step, from 1.
+        /// Number of the step, starting at 1.
         number: usize,
         /// Evaluations of the data term so far.
         evaluations: usize,
-        /// Chi squared over its expected value.
+        /// Chi squared divided by its expected value.
         chi2: f64,
-        /// Length of the gradient over the sum of the lengths of its sides.
+        /// Length of the gradient of the Lagrangian divided by the sum of the lengths of its two terms.
         kkt: f64,
         /// Sum of the image, Jy or K sr.
         flux: f64,
-        /// Lagrange multiplier of chi squared, flux.
+        /// Lagrange multiplier of chi squared, in the unit of flux.
         lambda: f64,
     },
-    /// Something the user should know that is no error.
+    /// Information for the user.
     Note(&'a str),
-    /// Something that makes the result doubtful.
+    /// A condition that makes the result doubtful.
     Warning(&'a str),
 }
 
-/// Receives events. Implementations must be cheap: algorithms call them from inner loops' edges.
+/// Receives events. Implementations must be fast: algorithms call them after every block of rows.
 pub trait Observer: Sync {
-    /// Take an event.
+    /// Receive an event.
     fn event(&self, event: Event<'_>);
 
-    /// True when the work should stop at the next safe place.
+    /// True when the computation should stop at the next safe point.
     fn cancelled(&self) -> bool {
         false
     }
 }
 
-/// Hears nothing.
+/// Ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Silent;
 
@@ -72,7 +73,7 @@ impl Observer for Silent {
     fn event(&self, _event: Event<'_>) {}
 }
 
-/// Collects notes and warnings, for tests and for reports.
+/// Collects notes and warnings for tests and reports.
 #[derive(Debug, Default)]
 pub struct Recorder {
     messages: std::sync::Mutex<Vec<String>>,
@@ -80,13 +81,13 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// The notes and warnings so far.
+    /// The notes and warnings received so far.
     #[must_use]
     pub fn messages(&self) -> Vec<String> {
-        self.messages.lock().map(|m| m.clone()).unwrap_or_default()
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Ask the work to stop.
+    /// Ask the computation to stop.
     pub fn cancel(&self) {
         self.cancel.store(true, Ordering::Relaxed);
     }
@@ -94,10 +95,8 @@ impl Recorder {
 
 impl Observer for Recorder {
     fn event(&self, event: Event<'_>) {
-        if let Event::Note(text) | Event::Warning(text) = event
-            && let Ok(mut m) = self.messages.lock()
-        {
-            m.push(text.to_owned());
+        if let Event::Note(text) | Event::Warning(text) = event {
+            self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(text.to_owned());
         }
     }
 

@@ -65,7 +65,7 @@ impl<T: FromStr<Err: fmt::Display>> serde::de::Visitor<'_> for TextVisitor<T> {
 
 /// An error of a field that is outside its range.
 pub(crate) fn bad_value<T>(field: &'static str, value: impl fmt::Display, expected: impl Into<String>) -> Result<T> {
-    Err(ChainError::BadOption { option: field, value: value.to_string(), expected: expected.into() })
+    Err(ChainError::bad_option(field, value, expected))
 }
 
 /// A flux in the unit of visibilities: `2.5Jy`, or `15.7Ksr` for visibilities in K sr.

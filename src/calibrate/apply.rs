@@ -2,13 +2,12 @@
 //!
 //! The weights follow: dividing by a product of gains divides the noise by it, so the weight is multiplied by its square.
 
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
 use ndarray::Axis;
 use num_complex::{Complex, Complex64};
-
-const BLOCK_BYTES: usize = 32 << 20;
 
 /// Whether gains are taken out of the data or put on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -276,7 +275,7 @@ pub fn apply(
     let mut applier = GainApplier::new(table, &header, options)?;
     let mut total = ApplyCounts::default();
     observer.event(Event::Phase { name: "applying gains", total: Some(source.n_rows() as u64), unit: "rows" });
-    for_each_block(source, BLOCK_BYTES, |_, mut block| {
+    for_each_block(source, MemoryBudget::default().block(), |_, mut block| {
         if observer.cancelled() {
             return Err(ChainError::Cancelled);
         }

@@ -107,7 +107,7 @@ impl CleanMaker {
     /// Keep what was made, ready to predict with an error of `epsilon`.
     fn hold(&mut self, place: Place, products: CleanProducts, epsilon: f64) -> Result<ModelMetrics> {
         let Place { channels, freq_hz, extent } = place;
-        let grid_options = GridOptions { epsilon, w_term: !self.imaging.no_w, divide_by_n: false };
+        let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
         let made = Predictors::new(&products.model, &channels, &freq_hz, extent, &grid_options)?;
         let statistics = &products.statistics;
         let metrics = ModelMetrics {

@@ -23,8 +23,6 @@ use num_complex::Complex;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Bytes of rows read at once.
-const BLOCK_BYTES: usize = 64 << 20;
 /// Error of the transforms of the joint solution.
 const EPSILON: f64 = 1e-4;
 /// Most guesses of an unknown prior.
@@ -71,7 +69,7 @@ impl JointMaker {
         let counts = noise_from_hands(data)?.weights_are_counts;
         let mut builder = UnknownGainsBuilder::new(data.header(), &self.options.solve)?;
         let mut places: Vec<f64> = Vec::new();
-        for_each_block(data, BLOCK_BYTES, |_, block| -> Result<()> {
+        for_each_block(data, self.imaging.memory.block(), |_, block| -> Result<()> {
             for row in builder.add(&block)? {
                 places.extend(block.coverage.uvw_m.row(row));
             }
@@ -95,7 +93,7 @@ impl JointMaker {
                 (&one * (seen / sum_inside(&one, inside.as_ref()).max(f64::MIN_POSITIVE)), false)
             }
         };
-        let grid_options = GridOptions { epsilon: self.imaging.epsilon.max(EPSILON), w_term: !self.imaging.no_w, divide_by_n: false };
+        let grid_options = GridOptions { epsilon: self.imaging.epsilon.max(EPSILON), ..self.imaging.grid_options() };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
         let chi2 = ChiSquared::new(imager.grid(), &freq_hz, uvw_m.view(), &grid_options, vec![(1.0, term)])?;
         drop(imager);

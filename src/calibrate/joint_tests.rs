@@ -1,7 +1,7 @@
 //! A small extended scene through unknown phases, from end to end.
 
 use super::*;
-use crate::imaging::fixtures::{positions, snapshot};
+use crate::fixtures::{positions, snapshot};
 use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::mem::Prior;
 use crate::progress::Silent;

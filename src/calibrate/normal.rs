@@ -6,6 +6,7 @@ use super::grouping::{ChannelPlan, FeedPlan};
 use super::model::ModelVisibilities;
 use super::options::{ChannelGroups, GainMode, Outliers, SolveOptions};
 use crate::closure::{TimeBins, TimeSpan, n_pairs, pair_index};
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
@@ -13,10 +14,6 @@ use ndarray::Array3;
 use num_complex::{Complex, Complex64};
 use std::collections::BTreeMap;
 
-/// Memory that the sums may take, bytes.
-const BUDGET: usize = 4 << 30;
-/// Visibilities read at once, bytes.
-const BLOCK_BYTES: usize = 32 << 20;
 
 /// Sums over the samples of a baseline (or of one row of it) in an interval. V is taken as antenna p to q with p < q.
 #[derive(Debug, Clone, Copy, Default)]
@@ -153,7 +150,7 @@ impl NormalEquations {
                 continue;
             }
             let key = self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?;
-            if !self.intervals.contains_key(&key) && (self.intervals.len() + 1) * n_cells * size_of::<Cell>() > BUDGET {
+            if !self.intervals.contains_key(&key) && (self.intervals.len() + 1) * n_cells * size_of::<Cell>() > MemoryBudget::default().bytes() {
                 return Err(ChainError::BadOption {
                     option: "solint",
                     value: format!("more than {} intervals of {n_cells} solutions", self.intervals.len()),
@@ -223,7 +220,7 @@ impl NormalEquations {
         let header = source.header().clone();
         let mut sums = Self::new(&header, options)?;
         observer.event(Event::Phase { name: "normal equations", total: Some(source.n_rows() as u64), unit: "rows" });
-        for_each_block(source, BLOCK_BYTES, |first_row, block| {
+        for_each_block(source, MemoryBudget::default().block(), |first_row, block| {
             if observer.cancelled() {
                 return Err(ChainError::Cancelled);
             }

@@ -2,12 +2,10 @@
 
 use super::model::sees_unpolarized;
 use crate::Result;
+use crate::memory::MemoryBudget;
 use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
-
-/// Bytes that are kept; of larger sets the first rows.
-const BUDGET: usize = 1 << 30;
 
 /// Predictions of the rows of a set from the first on \[row, chan\], with the places that they are for.
 #[derive(Default)]
@@ -31,7 +29,7 @@ impl Predicted {
             self.n_chan = vis.ncols();
         }
         let follows = 3 * first_row == self.uvw_m.len() && vis.ncols() == self.n_chan;
-        if follows && (self.vis.len() + vis.len()) * size_of::<Complex<f32>>() <= BUDGET {
+        if follows && (self.vis.len() + vis.len()) * size_of::<Complex<f32>>() <= MemoryBudget::default().kept_model() {
             self.vis.extend(vis.iter());
             self.uvw_m.extend(uvw_m.iter());
         }

@@ -5,6 +5,7 @@
 
 use super::model::sees_unpolarized;
 use crate::Result;
+use crate::memory::MemoryBudget;
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilitySource, for_each_block};
 use std::f64::consts::PI;
 
@@ -14,8 +15,6 @@ const SMALL_PHASE: f64 = 0.1;
 const SIGNIFICANT: f64 = 5.0;
 /// With fewer visibilities nothing is said.
 const FEWEST: u64 = 10;
-/// Bytes of visibilities read at a time.
-const BLOCK_BYTES: usize = 32 << 20;
 
 /// What the baselines tell that resolve nothing inside a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +48,7 @@ pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64)
     let freq_hz = header.spectrum.freq_hz().to_vec();
     let pols: Vec<usize> = (0..header.polarizations.len()).filter(|p| sees_unpolarized(header.polarizations[*p])).collect();
     let (mut count, mut real, mut amplitude) = (0, 0.0, 0.0);
-    for_each_block(source, BLOCK_BYTES, |_, block| -> Result<()> {
+    for_each_block(source, MemoryBudget::default().block(), |_, block| -> Result<()> {
         for row in 0..block.n_rows() {
             if block.coverage.ant1[row] == block.coverage.ant2[row] {
                 continue;

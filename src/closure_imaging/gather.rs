@@ -2,6 +2,7 @@
 
 use super::samples::Samples;
 use crate::imaging::{DataCounts, PolSelector};
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisibilityHeader, VisibilitySource, for_each_block};
@@ -13,8 +14,6 @@ type Cell = (usize, u32, (u32, u32));
 /// Sums of w, w V and w uvw.
 type Sum = (f64, Complex64, [f64; 2]);
 
-/// Bytes of file rows read at once.
-const BLOCK_BYTES: usize = 64 << 20;
 /// Samples beyond which the direct transform is the wrong tool.
 const MOST_SAMPLES: usize = 50_000;
 /// A pause of so many times the usual step of time ends a scan.
@@ -178,7 +177,7 @@ fn read(
     let (n_ant, n_chan) = (header.layout.n_ant(), header.spectrum.n_chan());
     let (mut data, mut counts, mut center) = (Vec::new(), DataCounts::default(), None);
     observer.event(Event::Phase { name: "reading", total: Some(source.n_rows() as u64), unit: "rows" });
-    for_each_block(source, BLOCK_BYTES, |_, block| -> Result<()> {
+    for_each_block(source, MemoryBudget::default().block(), |_, block| -> Result<()> {
         if observer.cancelled() {
             return Err(ChainError::Cancelled);
         }

@@ -1,6 +1,6 @@
 //! What an error may know of the set that it is put into.
 
-use crate::simulate::random::stream;
+use crate::random::stream;
 use cittert_arrays::{ArrayLayout, LayoutFrame, UvCoverage, VisibilityHeader};
 use rand_chacha::ChaCha8Rng;
 

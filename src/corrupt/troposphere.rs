@@ -230,7 +230,7 @@ fn shortest_distance(positions: impl Iterator<Item = [f64; 3]>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::random::stream;
+    use crate::random::stream;
 
     /// Mean squared phase difference at each distance, over screens and directions.
     fn structure(model: &Troposphere, distances: &[f64], screens: u64) -> Vec<f64> {

@@ -151,7 +151,7 @@ pub(crate) fn exponential(mean: f64, rng: &mut impl Rng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulate::random::stream;
+    use crate::random::stream;
 
     fn many(variation: Variation, seconds: &[f64], n: u64) -> Vec<Vec<f64>> {
         (0..n).map(|k| variation.series(seconds, &mut stream(11, "variation", k))).collect()

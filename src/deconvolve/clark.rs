@@ -1,21 +1,21 @@
-//! CLEAN after Clark: components among the brightest pixels only, then one exact convolution for all of them.
+//! Clark's CLEAN: it finds components among the brightest pixels only, and then subtracts all of them by one exact convolution.
 //!
-//! A histogram of the residual sets the cut above which pixels are active. Components are found among these, and only they are brought up
-//! to date, those near the component with the inner patch of the beam. What the patch leaves out is at most its largest value outside
-//! times the component, so the cut is never below that part of the peak; the convolution by FFT then puts everything right.
+//! A histogram of the residual gives the cut. Pixels above the cut are active. Components are found among the active pixels, and only active
+//! pixels near a component are updated, with the inner patch of the beam. The error of this update is at most the component times the largest
+//! value of the beam outside the patch. The cut is therefore never below this fraction of the peak. The convolution by FFT then gives the
+//! exact residual.
 //!
 //! # Reference
 //! Clark 1980, A&A 89, 377.
 
-use super::tiles::{TiledBeam, point};
-use super::{CleanOptions, Component, DIVERGED, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, check_beam, check_cycle, peak_of};
+use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales, check_beam, check_cycle, peak_size};
+use super::tiles::TiledBeam;
+use super::tuning::CleanTuning;
 use crate::Result;
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis, Zip};
 use rayon::prelude::*;
 
-/// Pixels that are active at most.
-const MOST_ACTIVE: usize = 20_000;
-/// Bins of the histogram, even steps of the logarithm over four decades below the peak.
+/// Number of bins of the histogram. They have even steps of the logarithm over four decades below the peak.
 const BINS: usize = 400;
 const DECADES: f64 = 4.0;
 
@@ -23,20 +23,21 @@ struct Clark {
     beam: TiledBeam,
     psf: Vec<f32>,
     n_l: usize,
-    /// Half width of the patch and the largest |beam| outside.
+    /// Half width of the patch in pixels, and the largest |beam| outside the patch.
     patch: usize,
     outside: f64,
+    tuning: CleanTuning,
 }
 
-pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &CleanOptions, _beam_px: f64) -> Result<Box<dyn Deconvolver>> {
+pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &Scales, tuning: &CleanTuning) -> Result<Box<dyn Deconvolver>> {
     check_beam(psf)?;
     let (n_m, n_l) = psf.dim();
-    // A quarter of the image holds all but the far side lobes.
-    let patch = (n_m.max(n_l) / 8).max(48).min(n_m.max(n_l));
+    let side = n_m.max(n_l);
+    let patch = ((tuning.clark_patch * side as f64) as usize).max(tuning.clark_patch_least).min(side);
     let far = |at: usize, n: usize| at.abs_diff(n / 2) > patch;
     let outside = psf.indexed_iter().filter(|((i, j), _)| far(*i, n_m) || far(*j, n_l)).map(|(_, v)| v.abs()).fold(0.0, f64::max);
     let single = psf.iter().map(|v| *v as f32).collect();
-    Ok(Box::new(Clark { beam: TiledBeam::new(psf), psf: single, n_l, patch, outside }))
+    Ok(Box::new(Clark { beam: TiledBeam::new(psf), psf: single, n_l, patch, outside, tuning: *tuning }))
 }
 
 impl Deconvolver for Clark {
@@ -44,7 +45,7 @@ impl Deconvolver for Clark {
         check_cycle(&cycle, self.beam.shape())?;
         let Minor { residual, model, mask, limits } = cycle;
         let mut taken: Vec<Component> = Vec::new();
-        let mut peak = peak_of(residual.view(), mask, limits.negative).map_or(0.0, |p| p.0.abs());
+        let mut peak = peak_size(residual.view(), mask, limits.negative);
         let stop = loop {
             if peak == 0.0 {
                 break MinorStop::Nothing;
@@ -62,8 +63,8 @@ impl Deconvolver for Clark {
             found.iter().for_each(|c| flux[(c.row, c.column)] += c.flux);
             let mut next = self.beam.convolve(flux.view());
             Zip::from(&mut next).and(&*residual).par_for_each(|n, r| *n = r - *n);
-            let after = peak_of(next.view(), mask, limits.negative).map_or(0.0, |p| p.0.abs());
-            if !(after <= DIVERGED * peak) {
+            let after = peak_size(next.view(), mask, limits.negative);
+            if !(after <= self.tuning.minor_divergence * peak) {
                 break MinorStop::Diverged;
             }
             *residual = next;
@@ -98,14 +99,15 @@ impl Clark {
         let mut sum = 0;
         let bins = histogram.iter().take_while(|n| {
             sum += **n;
-            sum <= MOST_ACTIVE
+            sum <= self.tuning.clark_active
         });
         let crowded = peak * 10f64.powf(-DECADES * bins.count() as f64 / BINS as f64);
-        // Never all the way to the peak: a component must be possible.
+        // The cut stays below the peak, so that at least one component can be found. The bound on the beam outside the patch is
+        // ineffective for a grating lobe, which is as high as the main lobe.
         crowded.max(limits.level).max(peak * self.outside.min(0.9)).min(0.95 * peak)
     }
 
-    /// Components among the active pixels until their peak is down to the cut.
+    /// Find components among the active pixels until their peak is at the cut.
     fn among(&self, active: &mut Active, cut: f64, limits: &MinorLimits, most: usize) -> Vec<Component> {
         let mut out = Vec::new();
         while out.len() < most {
@@ -117,7 +119,7 @@ impl Clark {
             let flux = limits.gain * value;
             let (row, column) = (active.rows[row].row, active.columns[k] as usize);
             self.subtract(active, row, column, flux);
-            out.push(point(row, column, flux));
+            out.push(Component::point(row, column, flux));
         }
         out
     }
@@ -126,7 +128,8 @@ impl Clark {
         let (n_m, _) = self.beam.shape();
         let n_l = self.n_l;
         let first = active.rows.partition_point(|r| r.row + self.patch < row);
-        // Column of the beam for column 0 of the image; wraps below 0 and is then too large for any column.
+        // Column of the beam for column 0 of the image. A negative number wraps to a number that is larger than any column. The beam is 0 outside
+        // its array.
         let shift = (n_l / 2).wrapping_sub(column);
         for r in active.rows[first..].iter_mut().take_while(|r| r.row <= row + self.patch) {
             let Some(line) = (r.row + n_m / 2).checked_sub(row).filter(|b| *b < n_m) else { continue };

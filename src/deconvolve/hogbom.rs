@@ -1,26 +1,29 @@
-//! CLEAN as Högbom wrote it: each component is a part of the largest residual of the whole image, and takes the whole beam with it.
+//! Högbom's CLEAN: each component is a fraction of the largest residual of the whole image. The whole dirty beam is subtracted with it.
 //!
 //! # Reference
-//! Högbom 1974, A&AS 15, 417. The order in which pixels are brought up to date is ours (see [`super::tiles`]); the components are his.
+//! Högbom 1974, A&AS 15, 417. The components are those of the paper. Only the order in which pixels are updated differs (see
+//! [`super::tiles`]).
 
-use super::tiles::{TiledBeam, TiledResidual, point};
-use super::{CleanOptions, DIVERGED, Deconvolver, Minor, MinorReport, MinorStop, check_beam, check_cycle};
+use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales, check_beam, check_cycle};
+use super::tiles::{TiledBeam, TiledResidual};
+use super::tuning::CleanTuning;
 use crate::Result;
-use ndarray::ArrayView2;
+use ndarray::{Array2, ArrayView2};
 
 struct Hogbom {
     beam: TiledBeam,
+    divergence: f64,
 }
 
-pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &CleanOptions, _beam_px: f64) -> Result<Box<dyn Deconvolver>> {
+pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &Scales, tuning: &CleanTuning) -> Result<Box<dyn Deconvolver>> {
     check_beam(psf)?;
-    Ok(Box::new(Hogbom { beam: TiledBeam::new(psf) }))
+    Ok(Box::new(Hogbom { beam: TiledBeam::new(psf), divergence: tuning.minor_divergence }))
 }
 
 impl Deconvolver for Hogbom {
     fn minor(&mut self, cycle: Minor<'_>) -> Result<MinorReport> {
         check_cycle(&cycle, self.beam.shape())?;
-        let report = components(&self.beam, cycle.residual, cycle.mask, &cycle.limits);
+        let report = components(&self.beam, cycle.residual, cycle.mask, (&cycle.limits, self.divergence));
         for c in &report.components {
             cycle.model[(c.row, c.column)] += c.flux;
         }
@@ -28,42 +31,42 @@ impl Deconvolver for Hogbom {
     }
 }
 
-/// Take components off a residual by the exact algorithm.
+/// Remove components from a residual by the exact algorithm. The cycle has diverged when the peak is above `divergence` times its
+/// smallest value.
 pub(super) fn components(
     beam: &TiledBeam,
-    residual: &mut ndarray::Array2<f64>,
-    mask: Option<&ndarray::Array2<bool>>,
-    limits: &super::MinorLimits,
+    residual: &mut Array2<f64>,
+    mask: Option<&Array2<bool>>,
+    (limits, divergence): (&MinorLimits, f64),
 ) -> MinorReport {
     let mut state = TiledResidual::new(beam, residual, mask, limits.negative);
-    let mut taken = Vec::new();
-    // Smallest peak so far and the number of components that led to it.
+    let mut taken: Vec<Component> = Vec::new();
+    // Smallest peak so far, and the number of components at that time.
     let (mut least, mut best) = (f64::INFINITY, 0);
     let stop = loop {
-        let Some((value, row, column)) = state.peak() else { break MinorStop::Nothing };
-        let size = value.abs();
+        let Some(peak) = state.peak() else { break MinorStop::Nothing };
+        let size = peak.value.abs();
         if size < least {
             (least, best) = (size, taken.len());
         }
         if size <= limits.level {
             break MinorStop::Level;
         }
-        if !(size <= DIVERGED * least) {
-            // Undo what came after the best state.
+        if !(size <= divergence * least) {
+            // Undo the components after the best state.
             for c in taken.drain(best..).rev() {
-                let c: super::Component = c;
-                state.subtract(c.row, c.column, -c.flux);
+                state.subtract(Component { flux: -c.flux, ..c });
             }
             break MinorStop::Diverged;
         }
         if taken.len() >= limits.iterations {
             break MinorStop::Iterations;
         }
-        let flux = limits.gain * value;
-        state.subtract(row, column, flux);
-        taken.push(point(row, column, flux));
+        let component = Component::point(peak.row, peak.column, limits.gain * peak.value);
+        state.subtract(component);
+        taken.push(component);
     };
-    let peak = if stop == MinorStop::Nothing { 0.0 } else { state.peak().map_or(0.0, |p| p.0.abs()) };
+    let peak = if stop == MinorStop::Nothing { 0.0 } else { state.peak().map_or(0.0, |p| p.value.abs()) };
     *residual = state.finish();
     MinorReport { iterations: taken.len(), peak, stop, components: taken }
 }

@@ -1,6 +1,8 @@
 //! Options of CLEAN: one type for the library, the command line and the files of `run` and `study`.
 
-use super::{Entry, TABLE};
+use super::minor::Scales;
+use super::table::{Entry, TABLE, by_name};
+use super::tuning::CleanTuning;
 use crate::values::{Level, bad_value, by_text};
 use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
@@ -69,6 +71,10 @@ pub struct CleanOptions {
     #[serde(skip)]
     #[cfg_attr(feature = "cli", arg(skip))]
     pub region: Option<Array2<bool>>,
+    /// Constants that few users need to change.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub tuning: CleanTuning,
 }
 
 impl Default for CleanOptions {
@@ -87,9 +93,10 @@ impl Default for CleanOptions {
             auto_mask: None,
             no_negative: false,
             scales: Vec::new(),
-            scale_bias: 0.6,
+            scale_bias: Scales::default().bias,
             psf_fraction: (0.05, 0.8),
             region: None,
+            tuning: CleanTuning::default(),
         }
     }
 }
@@ -113,6 +120,11 @@ impl CleanOptions {
             }
             _ => Ok(self),
         }
+    }
+
+    /// The scales for a beam whose main lobe is so many pixels wide.
+    pub(crate) fn scales(&self, beam_px: f64) -> Scales {
+        Scales { widths_px: self.scales.clone(), bias: self.scale_bias, beam_px }
     }
 
     /// The deconvolver, after a check of what belongs to the whole run.
@@ -180,17 +192,6 @@ impl FromStr for Algorithm {
 
     fn from_str(name: &str) -> Result<Self> {
         if name == Self::Mem.name() { Ok(Self::Mem) } else { by_name(name).map(Self::Clean) }
-    }
-}
-
-/// The entry of a name.
-///
-/// # Errors
-/// A name that is not in the table.
-pub fn by_name(name: &str) -> Result<&'static Entry> {
-    match TABLE.iter().find(|e| e.name == name) {
-        Some(entry) => Ok(entry),
-        None => bad_value("algorithm", name, names(&TABLE)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The deconvolvers against plain versions of themselves and against known components.
 
 use super::*;
-use crate::imaging::fixtures::Noise;
+use crate::fixtures::Noise;
 
 /// A beam with wide side lobes all over the image.
 fn beam(n_m: usize, n_l: usize) -> Array2<f64> {
@@ -54,7 +54,7 @@ fn run(
     mask: Option<&Array2<bool>>,
     limits: MinorLimits,
 ) -> (MinorReport, Array2<f64>, Array2<f64>) {
-    let mut d = (by_name(name).unwrap().make)(psf.view(), &CleanOptions::default(), 4.0).unwrap();
+    let mut d = (by_name(name).unwrap().make)(psf.view(), &Scales::default(), &CleanTuning::default()).unwrap();
     let (mut residual, mut model) = (image.clone(), Array2::zeros(image.dim()));
     let report = d.minor(Minor { residual: &mut residual, model: &mut model, mask, limits }).unwrap();
     (report, residual, model)
@@ -167,12 +167,12 @@ fn multiscale_takes_an_extended_source_with_few_wide_components() {
 #[test]
 fn bad_beams_masks_and_names_are_refused() {
     let make = by_name("hogbom").unwrap().make;
-    assert!(make(Array2::zeros((8, 8)).view(), &CleanOptions::default(), 4.0).is_err());
+    assert!(make(Array2::zeros((8, 8)).view(), &Scales::default(), &CleanTuning::default()).is_err());
     assert!(by_name("magic").unwrap_err().to_string().contains("hogbom, clark, multiscale"));
     let psf = beam(16, 16);
-    let mut d = make(psf.view(), &CleanOptions::default(), 4.0).unwrap();
+    let mut d = make(psf.view(), &Scales::default(), &CleanTuning::default()).unwrap();
     let (mut residual, mut model) = (Array2::zeros((16, 16)), Array2::zeros((16, 15)));
     assert!(d.minor(Minor { residual: &mut residual, model: &mut model, mask: None, limits: LIMITS }).is_err());
-    let scales = CleanOptions { scales: vec![-1.0], ..CleanOptions::default() };
-    assert!((by_name("multiscale").unwrap().make)(psf.view(), &scales, 4.0).is_err());
+    let scales = Scales { widths_px: vec![-1.0], ..Scales::default() };
+    assert!((by_name("multiscale").unwrap().make)(psf.view(), &scales, &CleanTuning::default()).is_err());
 }

@@ -1,29 +1,29 @@
-//! The residual in tiles that are brought up to date only when they could hold the peak.
+//! The residual in tiles. A tile is updated only when it could contain the peak.
 //!
-//! CLEAN asks for one number of the residual in each iteration: its peak. Each tile remembers its peak when it was last exact, and a
-//! bound on how much the components taken since can have added: the component times the largest beam value over the tile, from a
-//! coarse map of the beam. A tile whose bound stays below the true peak is not touched; one that must be looked at takes all its
-//! pending components at once while it sits in cache. The components are those of the plain algorithm.
-//! Where nearly all tiles are due, one convolution of all pending components is cheaper than the tiles one by one.
+//! CLEAN needs only the peak of the residual in each iteration. Each tile stores its peak at the time of its last update, and an upper bound of
+//! what later components can have added to it. The bound of a component is its flux times the largest value of the beam over the tile, from a
+//! coarse map of the beam. A tile whose bound is below the true peak is not updated. When a tile must be updated, all its pending components
+//! are subtracted together while the tile is in cache. The components are those of the plain algorithm.
+//! If nearly all tiles must be updated, one convolution with all pending components is faster than the update of the tiles.
 
-use super::Component;
+use super::minor::{Component, Peak};
 use crate::fourier::{Convolver, Spectrum};
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, s};
 use rayon::prelude::*;
 
-/// Side of a tile.
+/// Side of a tile in pixels: 8 kB, so that a tile and the part of the beam over it fit into the first cache.
 const SIDE: usize = 32;
 /// Pixels of a tile.
 const AREA: usize = SIDE * SIDE;
-/// Cost of bringing the whole residual up to date by convolution, in multiply-adds a pixel.
+/// Time of an update of the whole residual by convolution, in multiply-adds per pixel.
 const CONVOLUTION: usize = 500;
 
-/// A beam ready for subtraction.
+/// A dirty beam, prepared for subtraction.
 pub(super) struct TiledBeam {
     psf: Vec<f32>,
     n_m: usize,
     n_l: usize,
-    /// Largest |beam| over a square of two by two blocks from block (i - 1, j - 1) on \[i, j\].
+    /// Largest |beam| over the square of two by two blocks that starts at block (i - 1, j - 1) \[i, j\].
     bounds: Array2<f64>,
     convolver: Convolver<f64>,
     spectrum: Spectrum<f64>,
@@ -32,7 +32,7 @@ pub(super) struct TiledBeam {
 impl TiledBeam {
     pub(super) fn new(psf: ArrayView2<'_, f64>) -> Self {
         let (n_m, n_l) = psf.dim();
-        // Single precision halves the memory that is streamed. Rounding moves the beam by 6e-8; every path uses the rounded one.
+        // Single precision halves the memory traffic. It changes the beam by 6e-8, and every path uses the same rounded beam.
         let rounded: Vec<f32> = psf.iter().map(|v| *v as f32).collect();
         let (b_m, b_l) = (n_m.div_ceil(SIDE), n_l.div_ceil(SIDE));
         let mut blocks = Array2::<f64>::zeros((b_m + 2, b_l + 2));
@@ -53,7 +53,7 @@ impl TiledBeam {
         (self.n_m, self.n_l)
     }
 
-    /// Flux a pixel convolved with the beam.
+    /// A model in flux per pixel, convolved with the beam.
     pub(super) fn convolve(&self, flux: ArrayView2<'_, f64>) -> Array2<f64> {
         self.convolver.convolve(flux, &self.spectrum)
     }
@@ -64,24 +64,24 @@ pub(super) struct TiledResidual<'a> {
     beam: &'a TiledBeam,
     t_m: usize,
     t_l: usize,
-    /// Values \[tile, row, column\]; what lies outside the image or the mask never becomes a peak.
+    /// Values \[tile, row, column\]. Pixels outside the image or the mask are never a peak.
     tiles: Vec<Tile>,
     allowed: Option<Vec<bool>>,
     negative: bool,
-    /// Upper bound of each tile's peak, and the largest of each row of tiles.
+    /// Upper bound of the peak of each tile, and the largest bound of each row of tiles.
     upper: Vec<f64>,
     row_upper: Vec<f64>,
-    components: Vec<(usize, usize, f64)>,
-    /// Residual before `components`, for the convolution.
+    components: Vec<Component>,
+    /// The residual before `components`, for the convolution.
     base: Array2<f64>,
     work: usize,
 }
 
 struct Tile {
     values: Box<[f64; AREA]>,
-    /// Components that have been taken off.
+    /// Number of components that were subtracted from the tile.
     applied: usize,
-    /// Place of the peak when the tile was last exact.
+    /// Index of the peak at the last update.
     peak_at: usize,
 }
 
@@ -111,7 +111,7 @@ impl<'a> TiledResidual<'a> {
         state
     }
 
-    /// Take the values of an image, exact.
+    /// Load an exact residual. Pixels of a tile beyond the edge of the image are 0.
     fn load(&mut self, image: &Array2<f64>) {
         let (t_l, allowed, negative) = (self.t_l, self.allowed.as_deref(), self.negative);
         self.tiles.par_iter_mut().zip(&mut self.upper).enumerate().for_each(|(t, (tile, upper))| {
@@ -126,8 +126,8 @@ impl<'a> TiledResidual<'a> {
         }
     }
 
-    /// The exact peak: value and place.
-    pub(super) fn peak(&mut self) -> Option<(f64, usize, usize)> {
+    /// The exact peak, or `None` if no allowed pixel is above 0.
+    pub(super) fn peak(&mut self) -> Option<Peak> {
         loop {
             let i = position(&self.row_upper)?;
             let t = i * self.t_l + position(&self.upper[i * self.t_l..(i + 1) * self.t_l])?;
@@ -139,7 +139,8 @@ impl<'a> TiledResidual<'a> {
                     return None;
                 }
                 let at = self.tiles[t].peak_at;
-                return Some((self.tiles[t].values[at], t / self.t_l * SIDE + at / SIDE, t % self.t_l * SIDE + at % SIDE));
+                let (row, column) = (t / self.t_l * SIDE + at / SIDE, t % self.t_l * SIDE + at % SIDE);
+                return Some(Peak { value: self.tiles[t].values[at], row, column });
             }
             if self.work > CONVOLUTION * self.base.len() {
                 let image = self.by_convolution();
@@ -154,15 +155,15 @@ impl<'a> TiledResidual<'a> {
         }
     }
 
-    /// Take a component off: only the bounds change now.
-    pub(super) fn subtract(&mut self, row: usize, column: usize, flux: f64) {
-        self.components.push((row, column, flux));
-        let size = flux.abs();
+    /// Subtract a component. Only the bounds change until a tile is updated.
+    pub(super) fn subtract(&mut self, component: Component) {
+        self.components.push(component);
+        let size = component.flux.abs();
         // First pixel of tile (i, j) minus the component, in blocks of the beam.
         let shift = |center: usize, at: usize| (center as i64 - at as i64).div_euclid(SIDE as i64) + 1;
-        let (s_m, s_l) = (shift(self.beam.n_m / 2, row), shift(self.beam.n_l / 2, column));
+        let (s_m, s_l) = (shift(self.beam.n_m / 2, component.row), shift(self.beam.n_l / 2, component.column));
         let (b_m, b_l) = self.beam.bounds.dim();
-        // A block before the first still overlaps the beam with its second half: index 0 stands for block -1.
+        // A block before the first one overlaps the beam with its second half. Index 0 is block -1.
         for i in 0..self.t_m {
             let b = i as i64 + s_m;
             if !(0..b_m as i64).contains(&b) {
@@ -171,12 +172,12 @@ impl<'a> TiledResidual<'a> {
             let lo = (-s_l).clamp(0, self.t_l as i64) as usize;
             let hi = (b_l as i64 - s_l).clamp(lo as i64, self.t_l as i64) as usize;
             let uppers = &mut self.upper[i * self.t_l..(i + 1) * self.t_l];
-            let first = (lo as i64 + s_l) as usize;
-            if let Some(bounds) = self.beam.bounds.row(b as usize).to_slice() {
-                for (u, bound) in uppers[lo..hi].iter_mut().zip(&bounds[first..]) {
-                    // Tiles that may not hold a component stay at 0.
-                    *u += if *u > 0.0 { size * bound } else { 0.0 };
-                }
+            // Without a tile in the reach of the beam, `lo` is `hi` and the columns of the bounds are empty.
+            let first = ((lo as i64 + s_l) as usize).min(b_l);
+            let bounds = self.beam.bounds.slice(s![b as usize, first..first + hi - lo]);
+            for (u, bound) in uppers[lo..hi].iter_mut().zip(&bounds) {
+                // Tiles without an allowed pixel stay at 0.
+                *u += if *u > 0.0 { size * bound } else { 0.0 };
             }
             self.row_upper[i] = largest(uppers);
         }
@@ -194,13 +195,13 @@ impl<'a> TiledResidual<'a> {
 
     fn by_convolution(&self) -> Array2<f64> {
         let mut flux = Array2::zeros(self.base.dim());
-        for (row, column, f) in &self.components {
-            flux[(*row, *column)] += f;
+        for c in &self.components {
+            flux[(c.row, c.column)] += c.flux;
         }
         &self.base - &self.beam.convolve(flux.view())
     }
 
-    /// The residual with all components taken off.
+    /// The residual after the subtraction of all components.
     pub(super) fn finish(mut self) -> Array2<f64> {
         let pending: usize = self.tiles.iter().map(|t| self.components.len() - t.applied).sum();
         if pending * AREA > CONVOLUTION * self.base.len() {
@@ -214,16 +215,11 @@ impl<'a> TiledResidual<'a> {
     }
 }
 
-/// A point component.
-pub(super) fn point(row: usize, column: usize, flux: f64) -> Component {
-    Component { row, column, flux, scale_px: 0.0 }
-}
-
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |a, b| if *b > a { *b } else { a })
 }
 
-/// First place of the largest value; `None` of nothing.
+/// Index of the first largest value, or `None` for an empty list.
 fn position(values: &[f64]) -> Option<usize> {
     let top = largest(values);
     values.iter().position(|v| *v == top)
@@ -241,8 +237,8 @@ fn peak_lanes(values: &[f64; AREA], negative: bool) -> f64 {
     largest(&lanes)
 }
 
-/// Largest value of a tile and its place; 0 where no pixel is allowed. A tile without a peak now may get one later: the smallest number
-/// keeps its bound alive.
+/// Largest value of a tile and its index. The value is 0 if no pixel is allowed. A tile whose allowed pixels are not above 0 may have a peak
+/// later: it gets the smallest positive number, so that its bound can grow.
 fn tile_peak(values: &[f64; AREA], allowed: Option<&[bool]>, negative: bool) -> (f64, usize) {
     let size = |v: f64| if negative { v.abs() } else { v };
     if let Some(allowed) = allowed {
@@ -254,14 +250,15 @@ fn tile_peak(values: &[f64; AREA], allowed: Option<&[bool]>, negative: bool) -> 
     (top, values.iter().position(|v| size(*v) == top).unwrap_or(0))
 }
 
-/// Take components off a tile whose first pixel is `corner`.
+/// Subtract components from a tile whose first pixel is `corner`.
 #[inline(always)]
-fn apply_lanes(beam: &TiledBeam, values: &mut [f64; AREA], (row, column): (usize, usize), components: &[(usize, usize, f64)]) {
+fn apply_lanes(beam: &TiledBeam, values: &mut [f64; AREA], (row, column): (usize, usize), components: &[Component]) {
     let (n_m, n_l) = (beam.n_m as i64, beam.n_l as i64);
-    for (at_m, at_l, flux) in components {
-        // Beam pixel of the first pixel of the tile.
-        let m0 = row as i64 - *at_m as i64 + n_m / 2;
-        let l0 = column as i64 - *at_l as i64 + n_l / 2;
+    for c in components {
+        let flux = c.flux;
+        // Pixel of the beam at the first pixel of the tile.
+        let m0 = row as i64 - c.row as i64 + n_m / 2;
+        let l0 = column as i64 - c.column as i64 + n_l / 2;
         let rows = (-m0).clamp(0, SIDE as i64) as usize..(n_m - m0).clamp(0, SIDE as i64) as usize;
         if l0 >= 0 && l0 + SIDE as i64 <= n_l {
             for i in rows {
@@ -285,11 +282,11 @@ fn apply_lanes(beam: &TiledBeam, values: &mut [f64; AREA], (row, column): (usize
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn apply_avx2(beam: &TiledBeam, values: &mut [f64; AREA], corner: (usize, usize), components: &[(usize, usize, f64)]) {
+fn apply_avx2(beam: &TiledBeam, values: &mut [f64; AREA], corner: (usize, usize), components: &[Component]) {
     apply_lanes(beam, values, corner, components);
 }
 
-fn apply(beam: &TiledBeam, values: &mut [f64; AREA], corner: (usize, usize), components: &[(usize, usize, f64)]) {
+fn apply(beam: &TiledBeam, values: &mut [f64; AREA], corner: (usize, usize), components: &[Component]) {
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
         // SAFETY: the machine has just been found to have AVX2.

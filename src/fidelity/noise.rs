@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn the_robust_rms_does_not_see_a_few_bright_pixels() {
         use rand_distr::{Distribution, StandardNormal};
-        let mut rng = crate::simulate::random::stream(3, "fidelity", 0);
+        let mut rng = crate::random::stream(3, "fidelity", 0);
         let mut plane = Array2::from_shape_simple_fn((128, 128), || StandardNormal.sample(&mut rng));
         for k in 0..60 {
             plane[[2 * k, k]] = 1000.0;
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn many_values_have_the_median_of_few() {
-        let mut noise = crate::imaging::fixtures::Noise(5);
+        let mut noise = crate::fixtures::Noise(5);
         for n in [FEW, FEW + 1, 2 * FEW + 3] {
             let mut values: Vec<f64> = (0..n).map(|_| noise.next() * noise.next() * 1e-3).collect();
             let found = median(&values, |v| v);

@@ -1,59 +1,62 @@
-//! Many channels of one baseline as few: the phase of any pixel is linear in frequency.
+//! Many channels of one baseline are represented by fewer frequencies, the nodes. This is possible because the phase of a pixel is linear in
+//! frequency.
 //!
-//! Along the channels of one row a pixel's fringe is exp(i X t) with t in \[-1, 1\] over the band and |X| at most half the turn of
-//! the band at the corner of the image. Interpolation from P Chebyshev nodes gives such a function to a given error with P
-//! somewhat above X, so a row of C channels whose turn is small is gridded as P < C visibilities at the nodes, and predicted
-//! from P. The matrix is real and depends on the frequencies alone; its transpose takes the other direction, so the two
-//! directions stay adjoint to rounding.
+//! Along the channels of one row, the fringe of a pixel is exp(i X t). Here t runs from -1 to 1 over the band, and |X| is at most half of
+//! the phase difference between the ends of the band, at the corner of the image. Interpolation from P Chebyshev nodes gives such a function
+//! to a given error if P is somewhat larger than X. A row of C channels with a small phase difference is therefore gridded as P < C
+//! visibilities at the nodes, and it is predicted from the nodes. The interpolation matrix is real and depends only on the frequencies. Its
+//! transpose is used in the other direction, so the two directions are adjoint to rounding.
 //!
 //! # Reference
 //! Trefethen 2013, Approximation Theory and Approximation Practice, ch. 5 (barycentric interpolation) and 8 (its convergence).
 
-use super::real::Real;
+use super::real::{Real, fused};
 use super::wplanes::remainder;
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-/// One way to represent the channels of a row.
+/// One set of nodes for the channels of a row.
 #[derive(Debug, Clone)]
 pub(crate) struct ChannelClass<T> {
-    /// Frequencies that are gridded, Hz.
+    /// Frequencies of the nodes, Hz.
     pub(crate) freq_hz: Vec<f64>,
-    /// Largest half turn of the band, rad, for which the class is accurate.
+    /// Largest half phase difference over the band, rad, for which the class is accurate.
     turn: f64,
-    /// Interpolation from the nodes \[node, chan\]; `None` where the nodes are the channels.
+    /// Interpolation from the nodes \[node, chan\]; `None` if the nodes are the channels.
     matrix: Option<Vec<T>>,
     n_chan: usize,
 }
 
-/// All classes, fewest nodes first; the last is the channels themselves.
+/// All classes, in the order of their number of nodes. The last class has the channels themselves as nodes.
 #[derive(Debug, Clone)]
 pub(crate) struct Channels<T> {
     pub(crate) classes: Vec<ChannelClass<T>>,
     half_band_hz: f64,
+    pub(crate) n_chan: usize,
 }
 
-/// Numbers of nodes that are offered.
+/// The numbers of nodes for which a class is made.
 const NODES: [usize; 18] = [2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 64];
 
 impl<T: Real> Channels<T> {
-    /// Classes for these channels with a relative error of at most `epsilon`.
+    /// The classes for these channels, with a relative error of at most `epsilon`.
     pub(crate) fn new(freq_hz: &[f64], epsilon: f64) -> Self {
         let n_chan = freq_hz.len();
         let (lo, hi) = freq_hz.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), f| (a.min(*f), b.max(*f)));
         let (mid, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
         let mut classes = Vec::new();
         for n in NODES {
-            // The matrix costs n operations a channel, a visibility saved some hundred: below a fifth saved nothing is gained.
+            // The matrix costs n operations for each channel, and each visibility less saves about a hundred. If fewer than a fifth of the
+            // visibilities are saved, the class is not faster.
             if half > 0.0 && 5 * n <= 4 * n_chan {
                 classes.push(interpolated(n, freq_hz, (mid, half), epsilon));
             }
         }
         classes.push(ChannelClass { freq_hz: freq_hz.to_vec(), turn: f64::INFINITY, matrix: None, n_chan });
-        Self { classes, half_band_hz: half }
+        Self { classes, half_band_hz: half, n_chan }
     }
 
-    /// The class for a row whose longest phase over the image is `turns_per_hz`.
+    /// The class for a row whose largest phase over the image is `turns_per_hz`.
     pub(crate) fn class_for(&self, turns_per_hz: f64) -> usize {
         let turn = 2.0 * PI * turns_per_hz * self.half_band_hz;
         self.classes.iter().position(|c| turn <= c.turn).unwrap_or(self.classes.len() - 1)
@@ -61,7 +64,7 @@ impl<T: Real> Channels<T> {
 }
 
 fn interpolated<T: Real>(n: usize, freq_hz: &[f64], (mid, half): (f64, f64), epsilon: f64) -> ChannelClass<T> {
-    // Interpolation at Chebyshev nodes errs by at most twice what the truncated series leaves (Trefethen, thm 8.2).
+    // The error of interpolation at Chebyshev nodes is at most twice that of the truncated series (Trefethen, thm 8.2).
     let (mut lo, mut hi) = (0.0, n as f64);
     for _ in 0..40 {
         let x = 0.5 * (lo + hi);
@@ -95,9 +98,10 @@ impl<T: Real> ChannelClass<T> {
         self.freq_hz.len()
     }
 
-    /// Visibilities of the channels onto the nodes (the adjoint of the interpolation).
+    /// Sum the visibilities of the channels onto the nodes: the adjoint of the interpolation.
     #[inline(always)]
-    pub(crate) fn compress<const FUSED: bool>(&self, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+    fn compress<const FUSED: bool>(&self, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+        debug_assert_eq!((vis.len(), nodes.len()), (self.n_chan, self.n_nodes()));
         let Some(matrix) = &self.matrix else {
             nodes.copy_from_slice(vis);
             return;
@@ -106,6 +110,7 @@ impl<T: Real> ChannelClass<T> {
             let row = &matrix[k * self.n_chan..(k + 1) * self.n_chan];
             let ((v8, v_rest), (r8, r_rest)) = (vis.as_chunks::<8>(), row.as_chunks::<8>());
             let (mut re, mut im) = ([T::default(); 8], [T::default(); 8]);
+            // Both have `n_chan` values; the smaller length only removes the check of each index.
             for k in 0..v8.len().min(r8.len()) {
                 let (v, r) = (&v8[k], &r8[k]);
                 for i in 0..8 {
@@ -126,9 +131,10 @@ impl<T: Real> ChannelClass<T> {
         }
     }
 
-    /// Visibilities of the nodes onto the channels.
+    /// Interpolate the visibilities of the nodes to the channels.
     #[inline(always)]
-    pub(crate) fn expand<const FUSED: bool>(&self, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+    fn expand<const FUSED: bool>(&self, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+        debug_assert_eq!((vis.len(), nodes.len()), (self.n_chan, self.n_nodes()));
         let Some(matrix) = &self.matrix else {
             vis.copy_from_slice(nodes);
             return;
@@ -142,6 +148,38 @@ impl<T: Real> ChannelClass<T> {
             }
         }
     }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn compress_avx2<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+    class.compress::<true>(vis, nodes);
+}
+
+pub(super) fn compress<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the machine has just been found to have AVX2 and FMA.
+        unsafe { compress_avx2(class, vis, nodes) };
+        return;
+    }
+    class.compress::<false>(vis, nodes);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn expand_avx2<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+    class.expand::<true>(nodes, vis);
+}
+
+pub(super) fn expand<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the machine has just been found to have AVX2 and FMA.
+        unsafe { expand_avx2(class, nodes, vis) };
+        return;
+    }
+    class.expand::<false>(nodes, vis);
 }
 
 #[cfg(test)]

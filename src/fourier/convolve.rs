@@ -1,17 +1,16 @@
-//! Convolution of images by padded Fourier transforms: restoring beams, scales and the model with the dirty beam.
+//! Convolution of images by padded Fourier transforms. It serves restoring beams, the scales of multiscale CLEAN, and models with the dirty
+//! beam.
 //!
-//! Two real rows share one complex transform, only half of the spectrum is kept, and it is kept by columns, so that the pass back
-//! starts where the pass forth ended without a transpose in between.
+//! Two real rows share one complex transform, and only half of the spectrum is kept. The spectrum is stored by columns, so that the inverse
+//! transform can start without a transpose.
 
-use super::fft::good_size;
+use super::line_fft::{LineFfts, good_size};
 use super::real::Real;
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
-use rustfft::{Fft, FftDirection};
-use std::sync::Arc;
 
-/// Columns that are transposed together.
+/// Number of columns that are transposed together: a few cache lines of each row.
 const BLOCK: usize = 16;
 
 /// Plans for images of one size.
@@ -20,8 +19,7 @@ pub struct Convolver<T: Real> {
     n_l: usize,
     p_m: usize,
     p_l: usize,
-    rows: [Arc<dyn Fft<T>>; 2],
-    columns: [Arc<dyn Fft<T>>; 2],
+    fft: LineFfts<T>,
 }
 
 /// Half of the spectrum of a real image \[u, v\].
@@ -35,13 +33,12 @@ impl<T: Real> std::fmt::Debug for Convolver<T> {
 }
 
 impl<T: Real> Convolver<T> {
-    /// For images \[`n_m`, `n_l`\] and kernels that reach at most `reach` pixels from their centre.
+    /// A convolver for images \[`n_m`, `n_l`\] and for kernels that reach at most `reach` pixels from their centre.
     #[must_use]
     pub fn new((n_m, n_l): (usize, usize), reach: usize) -> Self {
-        // What wraps around falls into the padding.
+        // The part that wraps around falls into the padding.
         let (p_m, p_l) = (good_size(n_m + reach.min(n_m)), good_size(n_l + reach.min(n_l)));
-        let both = |n| [T::plan(n, FftDirection::Forward), T::plan(n, FftDirection::Inverse)];
-        Self { n_m, n_l, p_m, p_l, rows: both(p_l), columns: both(p_m) }
+        Self { n_m, n_l, p_m, p_l, fft: LineFfts::new(p_l, p_m) }
     }
 
     /// Rows and columns of the padded transforms.
@@ -56,7 +53,7 @@ impl<T: Real> Convolver<T> {
         self.forward(image, (0, 0))
     }
 
-    /// Spectrum of a kernel whose centre is at pixel (n_m / 2, n_l / 2) of an array of the size of the images or smaller.
+    /// Spectrum of a kernel. Its array \[k_m, k_l\] is not larger than the images, and its centre is the pixel (k_m / 2, k_l / 2).
     #[must_use]
     pub fn kernel(&self, kernel: ArrayView2<'_, T>) -> Spectrum<T> {
         let (k_m, k_l) = kernel.dim();
@@ -75,14 +72,14 @@ impl<T: Real> Convolver<T> {
         let (k_m, k_l) = image.dim();
         let half = self.p_l / 2 + 1;
         let zero = Complex::new(T::default(), T::default());
-        // Memory that is fresh is zero already: the threads that fill it are the first to touch it.
+        // New memory is zero already, and the threads that fill it are the first to touch it.
         let mut rows: Vec<Complex<T>> = bytemuck::zeroed_vec(k_m * half);
         rows.par_chunks_mut(2 * half).enumerate().for_each_init(
-            || (vec![zero; self.p_l], vec![zero; self.rows[0].get_inplace_scratch_len()]),
+            || (vec![zero; self.p_l], vec![zero; self.fft.rows[0].get_inplace_scratch_len()]),
             |(z, scratch), (pair, out)| {
-                // A model has few sources: most of its rows are dark, and so are their spectra.
-                let dark = |row: usize| row >= k_m || image.row(row).iter().all(|v| *v == T::default());
-                if dark(2 * pair) && dark(2 * pair + 1) {
+                // Most rows of a model have no source. Their spectra are 0.
+                let empty = |row: usize| row >= k_m || image.row(row).iter().all(|v| *v == T::default());
+                if empty(2 * pair) && empty(2 * pair + 1) {
                     return;
                 }
                 z.fill(zero);
@@ -91,7 +88,7 @@ impl<T: Real> Convolver<T> {
                     let second = if 2 * pair + 1 < k_m { image[(2 * pair + 1, c)] } else { T::default() };
                     z[at] = Complex::new(image[(2 * pair, c)], second);
                 }
-                self.rows[0].process_with_scratch(z, scratch);
+                self.fft.rows[0].process_with_scratch(z, scratch);
                 let (first, second) = out.split_at_mut(half);
                 for u in 0..half {
                     let (a, b) = (z[u], z[(self.p_l - u) % self.p_l]);
@@ -105,7 +102,7 @@ impl<T: Real> Convolver<T> {
         );
         let mut out: Vec<Complex<T>> = bytemuck::zeroed_vec(half * self.p_m);
         out.par_chunks_mut(BLOCK * self.p_m).enumerate().for_each_init(
-            || vec![zero; self.columns[0].get_inplace_scratch_len()],
+            || vec![zero; self.fft.columns[0].get_inplace_scratch_len()],
             |scratch, (block, columns)| {
                 let width = columns.len() / self.p_m;
                 for r in 0..k_m {
@@ -115,7 +112,7 @@ impl<T: Real> Convolver<T> {
                         columns[c * self.p_m + at] = *v;
                     }
                 }
-                self.columns[0].process_with_scratch(columns, scratch);
+                self.fft.columns[0].process_with_scratch(columns, scratch);
             },
         );
         Spectrum(out)
@@ -127,15 +124,15 @@ impl<T: Real> Convolver<T> {
         let half = self.p_l / 2 + 1;
         let zero = Complex::new(T::default(), T::default());
         spectrum.0.par_chunks_mut(BLOCK * self.p_m).for_each_init(
-            || vec![zero; self.columns[1].get_inplace_scratch_len()],
-            |scratch, columns| self.columns[1].process_with_scratch(columns, scratch),
+            || vec![zero; self.fft.columns[1].get_inplace_scratch_len()],
+            |scratch, columns| self.fft.columns[1].process_with_scratch(columns, scratch),
         );
         let columns = &spectrum.0;
-        // Rows are gathered many at a time: their values lie side by side in each column.
+        // Several rows are gathered together, since their values are adjacent in each column.
         let mut out = Array2::from_elem((self.n_m, self.n_l), T::default());
         let scale = T::of(1.0 / (self.p_l as f64 * self.p_m as f64));
         out.axis_chunks_iter_mut(Axis(0), BLOCK).into_par_iter().enumerate().for_each_init(
-            || (vec![zero; BLOCK / 2 * self.p_l], vec![zero; self.rows[1].get_inplace_scratch_len()]),
+            || (vec![zero; BLOCK / 2 * self.p_l], vec![zero; self.fft.rows[1].get_inplace_scratch_len()]),
             |(z, scratch), (block, mut rows)| {
                 let first = block * BLOCK;
                 for u in 0..half {
@@ -150,7 +147,7 @@ impl<T: Real> Convolver<T> {
                         }
                     }
                 }
-                self.rows[1].process_with_scratch(z, scratch);
+                self.fft.rows[1].process_with_scratch(z, scratch);
                 for (r, mut row) in rows.rows_mut().into_iter().enumerate() {
                     let pair = &z[r / 2 * self.p_l..];
                     for (o, v) in row.iter_mut().zip(pair) {
@@ -164,7 +161,7 @@ impl<T: Real> Convolver<T> {
 }
 
 impl<T: Real> Spectrum<T> {
-    /// A real function of the real part, which for a symmetric kernel is all there is.
+    /// The spectrum with a real function applied to the real part. The imaginary part becomes 0, as it is for a symmetric kernel.
     #[must_use]
     pub fn map_real(&self, f: impl Fn(T) -> T + Sync) -> Self {
         Self(self.0.par_iter().map(|v| Complex::new(f(v.re), T::default())).collect())
@@ -175,8 +172,9 @@ impl<T: Real> Spectrum<T> {
         self.0.iter().map(|v| v.re)
     }
 
-    /// Multiply by another of the same size.
+    /// Multiply by another spectrum of the same convolver.
     pub fn multiply(&mut self, other: &Self) {
+        debug_assert_eq!(self.0.len(), other.0.len(), "spectra of two convolvers");
         self.0.par_chunks_mut(1 << 14).zip(other.0.par_chunks(1 << 14)).for_each(|(a, b)| {
             for (a, b) in a.iter_mut().zip(b) {
                 *a *= *b;

@@ -1,26 +1,27 @@
-//! Visibilities of an image, block after block of rows.
+//! Prediction: the visibilities of an image, block by block.
 
-use super::GridOptions;
-use super::channels::ChannelClass;
-use super::fft::{PlaneRows, image_to_planes};
-use super::gridder::{PLANES_BYTES, grid_row, plane_groups, planes_of, within};
-use super::lanes::{Work, fused, run_task, tile_len};
-use super::plan::{Plan, TILE, UvwExtent};
+use super::channels::expand;
+use super::fft::image_to_planes;
+use super::grid_options::GridOptions;
+use super::lanes::{Work, run_task, tile_len};
+use super::plan::{Plan, UvwExtent};
+use super::plane_groups::{grid_row, plane_groups, planes_of, within};
+use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
 use super::sort::{Segment, SortedRows, TilePlace};
 use super::wplanes::SLAB;
-use crate::Result;
+use crate::{ChainError, Result};
 use cittert_arrays::{ArrayError, SkyGrid};
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 /// Predicts the visibilities of one image for many blocks of rows.
 ///
 /// `V = sum of I exp(+2 pi i (u l + v m + w (n - 1)))` over the pixels, to a relative error of `epsilon`. The transformed planes are kept
-/// between blocks where they fit into memory, else they are made anew for every block.
+/// between blocks if they fit into their share of the memory budget. Otherwise they are made again for every block.
 #[derive(Debug)]
 pub struct Degridder<T: Real> {
     pub(super) plan: Arc<Plan<T>>,
@@ -33,7 +34,7 @@ impl<T: Real> Degridder<T> {
     /// A predictor of the image `plane` \[m, l\] for channels and a range of uvw.
     ///
     /// # Errors
-    /// An image of another shape than the grid or with values that are not finite; see also [`super::Gridder::new`].
+    /// The image has another shape than the grid, a pixel is not finite, no kernel reaches epsilon, or a frequency is not positive.
     pub fn new(grid: &SkyGrid, plane: ArrayView2<'_, f64>, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions) -> Result<Self> {
         Self::on(Arc::new(Plan::new(grid, freq_hz, extent, opts, None)?), plane)
     }
@@ -48,23 +49,32 @@ impl<T: Real> Degridder<T> {
             let what = format!("pixel (column {l}, row {m}) of the image to predict");
             return Err(ArrayError::BadValue { what, value: v.to_string(), expected: "a finite number" }.into());
         }
-        let groups = plane_groups(&plan, PLANES_BYTES);
+        let groups = plane_groups(&plan, plan.memory.planes());
         let one = groups.len() == 1;
         let resident = one.then(|| image_to_planes(&plan, plane, (0, planes_of(&plan, &groups[0]))));
         let image = if one { Array2::zeros((0, 0)) } else { plane.to_owned() };
         Ok(Self { plan, groups, resident, image })
     }
 
-    /// Put the visibilities of rows with these uvw in m \[row, 3\] into `out` \[row, chan\].
+    /// Write the visibilities of rows with these uvw in m \[row, 3\] into `out` \[row, chan\].
     ///
     /// # Errors
-    /// Shapes that do not fit, uvw that are not finite or outside the announced extent.
-    pub fn predict(&self, uvw_m: ArrayView2<'_, f64>, mut out: ArrayViewMut2<'_, Complex<T>>) -> Result<()> {
+    /// The shapes differ, or a uvw is not finite or lies outside the extent that was given to the constructor.
+    pub fn predict(&self, uvw_m: ArrayView2<'_, f64>, out: ArrayViewMut2<'_, Complex<T>>) -> Result<()> {
+        self.plan.check_rows(uvw_m, out.dim())?;
+        self.predict_sorted(&SortedRows::new(&self.plan, uvw_m)?, out, |v| v)
+    }
+
+    /// Write the visibilities of sorted rows into `out` \[row, chan\], each changed by `convert`.
+    pub(super) fn predict_sorted<O: Send>(
+        &self,
+        rows: &SortedRows,
+        out: ArrayViewMut2<'_, O>,
+        convert: impl Fn(Complex<T>) -> O + Sync,
+    ) -> Result<()> {
         let plan = &self.plan;
-        plan.check_rows(uvw_m, out.dim())?;
-        let rows = SortedRows::new(plan, uvw_m)?;
-        let nodes = self.nodes(&rows);
-        let mut rest = out.view_mut();
+        let nodes = self.nodes(rows)?;
+        let mut rest = out;
         let mut parts = Vec::with_capacity(rows.chunks.len());
         for chunk in &rows.chunks {
             let (part, after) = rest.split_at(Axis(0), chunk.range.len());
@@ -75,32 +85,27 @@ impl<T: Real> Degridder<T> {
             let mut buffer = vec![Complex::default(); plan.n_chan()];
             for (mut to, row) in part.rows_mut().into_iter().zip(&chunk.rows) {
                 let class = &plan.channels.classes[row.class];
-                let nodes = &nodes[row.offset..row.offset + class.n_nodes()];
-                if let Some(to) = to.as_slice_mut() {
-                    expand(class, nodes, to);
-                } else {
-                    expand(class, nodes, &mut buffer);
-                    to.iter_mut().zip(&buffer).for_each(|(t, b)| *t = *b);
-                }
+                expand(class, &nodes[row.offset..row.offset + class.n_nodes()], &mut buffer);
+                to.iter_mut().zip(&buffer).for_each(|(t, b)| *t = convert(*b));
             }
         });
         plan.pool.give(nodes);
         Ok(())
     }
 
-    /// The nodes of rows that were sorted for the plan of this predictor, by chunk.
-    pub(super) fn nodes(&self, rows: &SortedRows) -> Vec<Vec<Complex<T>>> {
+    /// The predicted nodes of sorted rows, one list for each chunk.
+    pub(super) fn nodes(&self, rows: &SortedRows) -> Result<Vec<Vec<Complex<T>>>> {
         let plan = &self.plan;
         let mut nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(|c| plan.pool.take(c.n_nodes)).collect();
         if let Some(planes) = &self.resident {
-            degrid_tasks(plan, rows, &rows.tasks, (planes, 0), &mut nodes);
+            degrid_tasks(plan, rows, &rows.tasks, (planes, 0), &mut nodes)?;
         } else {
             for group in &self.groups {
                 let planes = image_to_planes(plan, self.image.view(), (group.start * SLAB, planes_of(plan, group)));
-                degrid_tasks(plan, rows, &within(plan, &rows.tasks, group), (&planes, group.start * SLAB), &mut nodes);
+                degrid_tasks(plan, rows, &within(plan, &rows.tasks, group), (&planes, group.start * SLAB), &mut nodes)?;
             }
         }
-        nodes
+        Ok(nodes)
     }
 }
 
@@ -112,45 +117,29 @@ impl<T: Real> Drop for Degridder<T> {
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn expand_avx2<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
-    class.expand::<true>(nodes, vis);
-}
-
-pub(super) fn expand<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
-    #[cfg(target_arch = "x86_64")]
-    if fused() {
-        // SAFETY: the machine has just been found to have AVX2 and FMA.
-        unsafe { expand_avx2(class, nodes, vis) };
-        return;
-    }
-    class.expand::<false>(nodes, vis);
-}
-
-/// Run all tasks, each with its own tile; what they predict is put into `nodes` afterwards.
+/// Run all tasks, each with a tile of its own. They write their predictions into `nodes`.
 fn degrid_tasks<T: Real>(
     plan: &Plan<T>,
     rows: &SortedRows,
     tasks: &[Vec<Segment>],
     (planes, first_plane): (&PlaneRows<T>, usize),
     nodes: &mut [Vec<Complex<T>>],
-) {
+) -> Result<()> {
     let targets: Vec<Target<T>> = nodes.iter_mut().map(|n| Target { first: n.as_mut_ptr(), len: n.len() }).collect();
-    tasks.par_iter().for_each_init(
+    tasks.par_iter().try_for_each_init(
         || vec![T::default(); tile_len(plan)],
         |tile, task| run_task(plan, (&rows.chunks, &[]), task, (tile, &mut Load { plan, planes, first_plane, targets: &targets })),
-    );
+    )
 }
 
-/// The nodes of one chunk, written by several tasks at once.
+/// The nodes of one chunk. Several tasks write them at the same time.
 struct Target<T> {
     first: *mut Complex<T>,
     len: usize,
 }
 
 // SAFETY: every node belongs to exactly one run, every run to exactly one segment and every segment to exactly one task, so no two
-// threads ever write the same node, and nobody reads them before all tasks have ended.
+// threads ever write the same node, and no thread reads them before all tasks have ended.
 unsafe impl<T: Send> Sync for Target<T> {}
 
 /// Fills tiles from the planes.
@@ -174,7 +163,7 @@ impl<T: Real> Work<T> for Load<'_, T> {
                 line.fill(T::default());
                 continue;
             };
-            let rows = self.planes.stripes[r / TILE].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let rows = self.planes.stripes[r / TILE].lock().unwrap_or_else(PoisonError::into_inner);
             for (p, plane) in line.chunks_exact_mut(2 * stride).enumerate() {
                 let at = ((r % TILE) * self.planes.planes + first_plane + p) * nu;
                 let row = &rows[at..at + nu];
@@ -190,11 +179,13 @@ impl<T: Real> Work<T> for Load<'_, T> {
 
     fn end(&mut self, _place: TilePlace, _tile: &mut [T]) {}
 
-    fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]) {
+    fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]) -> Result<()> {
         let target = &self.targets[chunk];
-        if first + values.len() <= target.len {
-            // SAFETY: in bounds by the line above, and no other thread writes these nodes (see `Target`).
-            unsafe { std::slice::from_raw_parts_mut(target.first.add(first), values.len()) }.copy_from_slice(values);
+        if first + values.len() > target.len {
+            return Err(ChainError::Internal(format!("a run ends at node {}, but its chunk has {}", first + values.len(), target.len)));
         }
+        // SAFETY: in bounds by the check above, and no other thread writes these nodes (see `Target`).
+        unsafe { std::slice::from_raw_parts_mut(target.first.add(first), values.len()) }.copy_from_slice(values);
+        Ok(())
     }
 }

@@ -1,11 +1,11 @@
-//! The brute-force sums of both directions: the truth that every fast transform is tested against.
+//! The direct sums of both directions. The tests compare every fast transform with them.
 
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Phase in rad of the pixel (l, m) in the visibility of `uvw` (m) at `freq_hz`, and n; `None` behind the horizon.
+/// Phase in rad of a pixel in the visibility of `uvw` (m) at `freq_hz`, and n of the pixel. `None` behind the horizon.
 fn phase(grid: &SkyGrid, (row, column): (usize, usize), uvw: [f64; 3], freq_hz: f64, w_term: bool) -> Option<(f64, f64)> {
     let (l, m) = (grid.l_at(column as f64), grid.m_at(row as f64));
     let r2 = l * l + m * m;

@@ -1,108 +1,36 @@
 //! Two-dimensional transforms between the image and the half grid of visibilities.
 //!
-//! Visibilities are folded to v >= 0, so a plane is a band of rows along u. The rows are transformed in place and only the columns
-//! of the image are kept; then blocks of columns are gathered, transformed, corrected and summed over all planes while they sit in
-//! cache. Rows that no visibility reaches are never touched. With real screens two columns share one complex transform.
+//! Visibilities are folded to v >= 0, so a plane is a band of rows along u. The rows are transformed in place, and only the columns of the
+//! image are kept. Then blocks of columns are gathered, transformed, corrected and summed over all planes while they are in cache. Rows that
+//! no visibility reaches are not transformed. With real screens, two columns share one complex transform.
 
-use super::plan::{Plan, TILE};
+use super::plan::Plan;
+use super::plane_rows::{PlaneRows, TILE};
 use super::real::{Real, cis_turns};
 use super::series::horner;
 use super::wplanes::WBasis;
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
-use rustfft::{Fft, FftDirection};
-use std::sync::{Arc, Mutex, PoisonError};
 
-/// Columns that are transformed together: a few cache lines of each row.
+/// Number of columns that are transformed together. They are a few cache lines of each row.
 const BLOCK: usize = 16;
-
-/// Plans of the four one-dimensional transforms.
-pub(crate) struct Plans<T> {
-    rows: [Arc<dyn Fft<T>>; 2],
-    columns: [Arc<dyn Fft<T>>; 2],
-}
-
-impl<T> std::fmt::Debug for Plans<T> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Plans").finish_non_exhaustive()
-    }
-}
-
-impl<T: Real> Plans<T> {
-    pub(crate) fn new(nu: usize, nv: usize) -> Self {
-        let both = |n| [T::plan(n, FftDirection::Forward), T::plan(n, FftDirection::Inverse)];
-        Self { rows: both(nu), columns: both(nv) }
-    }
-}
-
-/// The smallest even number from `least` on with no prime factor above 5.
-pub(crate) fn good_size(least: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for p in [2, 3, 5] {
-            while n.is_multiple_of(p) {
-                n /= p;
-            }
-        }
-        n == 1
-    };
-    (least..).find(|n| n.is_multiple_of(2) && smooth(*n)).unwrap_or(least)
-}
-
-/// Bands of rows of several planes, in stripes of `TILE` rows: stripe \[row, plane, u\].
-#[derive(Debug)]
-pub(crate) struct PlaneRows<T> {
-    pub(crate) stripes: Vec<Mutex<Vec<Complex<T>>>>,
-    pub(crate) planes: usize,
-}
-
-impl<T: Real> PlaneRows<T> {
-    pub(crate) fn zeros(n_rows: usize, planes: usize, nu: usize) -> Self {
-        let stripe = || Mutex::new(bytemuck::zeroed_vec(TILE * planes * nu));
-        Self { stripes: (0..n_rows.div_ceil(TILE)).map(|_| stripe()).collect(), planes }
-    }
-
-    /// True where it has this size.
-    pub(crate) fn fits(&self, n_rows: usize, planes: usize, nu: usize) -> bool {
-        self.planes == planes && self.stripes.len() == n_rows.div_ceil(TILE) && self.size() == Self::bytes(n_rows, planes, nu)
-    }
-
-    /// Bytes that it takes.
-    pub(crate) fn size(&self) -> usize {
-        let first = self.stripes.first().map_or(0, |s| s.lock().unwrap_or_else(PoisonError::into_inner).len());
-        self.stripes.len() * first * size_of::<Complex<T>>()
-    }
-
-    /// Set everything to 0.
-    pub(crate) fn clear(&mut self) {
-        self.stripes_mut().into_par_iter().for_each(|s| s.fill(Complex::new(T::default(), T::default())));
-    }
-
-    /// Bytes that so many planes take.
-    pub(crate) fn bytes(n_rows: usize, planes: usize, nu: usize) -> usize {
-        n_rows.div_ceil(TILE) * TILE * planes * nu * size_of::<Complex<T>>()
-    }
-
-    fn stripes_mut(&mut self) -> Vec<&mut Vec<Complex<T>>> {
-        self.stripes.iter_mut().map(|s| s.get_mut().unwrap_or_else(PoisonError::into_inner)).collect()
-    }
-}
 
 /// Real or complex screens of one plane on a block of columns \[m, column\].
 enum Screens<T> {
     /// Values of (n - 1 - nu_mid) / nu_half.
     Powers(Vec<T>),
-    /// Phase of the current plane and its step to the next.
+    /// Phase of the current plane, and the factor that leads to the next plane.
     Planes { now: Vec<Complex<f64>>, step: Vec<Complex<f64>> },
 }
 
-/// The part of the image that one task works on.
+/// The columns of the image that one task processes.
 struct Columns<'a, T: Real> {
     plan: &'a Plan<T>,
     first: usize,
     width: usize,
     screens: Screens<T>,
-    /// Everything that multiplies a pixel whatever the plane; 0 behind the horizon \[m, column\].
+    /// The product of all factors of a pixel that do not depend on the plane; 0 behind the horizon \[m, column\].
     factor: Vec<f64>,
 }
 
@@ -126,7 +54,7 @@ impl<'a, T: Real> Columns<'a, T> {
             WBasis::Planes { first, step, correction, .. } => {
                 factor.iter_mut().zip(&x).for_each(|(f, x)| *f *= horner(correction, *x));
                 let w = first + first_plane as f64 * step;
-                // The phase of the visibility, +w (n - 1): the image direction takes the conjugate.
+                // The phase of the visibility is +w (n - 1). The direction to the image uses the conjugate.
                 let at = |w: f64| x.iter().map(|x| cis_turns::<f64>(w * x * plan.w.nu_half)).collect();
                 Screens::Planes { now: at(w), step: at(*step) }
             }
@@ -150,7 +78,7 @@ impl<'a, T: Real> Columns<'a, T> {
         }
     }
 
-    /// Turn the phase screens to the next plane.
+    /// Advance the phase screens to the next plane.
     fn advance(&mut self) {
         if let Screens::Planes { now, step } = &mut self.screens {
             now.iter_mut().zip(step).for_each(|(n, s)| *n *= *s);
@@ -162,7 +90,7 @@ impl<'a, T: Real> Columns<'a, T> {
         (i + self.plan.nv - self.plan.grid.n_m / 2) % self.plan.nv
     }
 
-    /// Index in the transform along v of a row of the half grid, and of its mirror image.
+    /// Indices in the transform along v of a row of the half grid and of its mirror image.
     fn index_v(&self, r: usize) -> (usize, usize) {
         let nv = self.plan.nv;
         let j = (r + nv - self.plan.below()) % nv;
@@ -180,8 +108,8 @@ fn quarter_turns<T: Real>(z: Complex<T>, k: usize) -> Complex<T> {
     }
 }
 
-/// Add to `image` \[m, l\] what the planes from `first_plane` on hold: their transform with exp(-2 pi i ...), screens and corrections.
-/// The content of the planes is used up; their memory is given back.
+/// Transform the planes from `first_plane` on with exp(-2 pi i ...), apply screens and corrections, and add them to `image` \[m, l\].
+/// The transform overwrites the planes. Their memory is returned for the next use.
 pub(crate) fn planes_to_image<T: Real>(
     plan: &Plan<T>,
     mut rows: PlaneRows<T>,
@@ -196,7 +124,7 @@ pub(crate) fn planes_to_image<T: Real>(
             let used = plan.n_rows.saturating_sub(s * TILE).min(TILE) * planes * nu;
             for row in stripe[..used].chunks_exact_mut(nu) {
                 plan.fft.rows[0].process_with_scratch(row, scratch);
-                // Keep the pixels of the image, in order, at the front. On a coarse grid the two parts overlap where they go to.
+                // Keep the pixels of the image, in order, at the front. On a coarse grid the source and the destination overlap.
                 let half = n_l / 2;
                 tail.copy_from_slice(&row[nu - half..]);
                 row.copy_within(0..n_l - half, half);
@@ -229,8 +157,7 @@ pub(crate) fn planes_to_image<T: Real>(
     rows
 }
 
-/// Rows of the planes `first_plane..first_plane + planes` for the visibilities of an image \[m, l\]: screens, corrections and the
-/// transform with exp(+2 pi i ...).
+/// The planes `first_plane..first_plane + planes` of an image \[m, l\]: apply corrections and screens, and transform with exp(+2 pi i ...).
 pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64>, (first_plane, planes): (usize, usize)) -> PlaneRows<T> {
     let (nu, n_l, n_rows) = (plan.nu, plan.grid.n_l, plan.n_rows);
     let blocks: Vec<Vec<Complex<T>>> = (0..n_l.div_ceil(BLOCK))
@@ -280,7 +207,7 @@ pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64
 
 /// Buffers of one task of the pass over columns.
 struct Work<T> {
-    /// Columns along v, two to a transform with real screens \[column or pair, v\].
+    /// Columns along v \[column, v\]. With real screens, two columns share a transform \[pair of columns, v\].
     z: Vec<Complex<T>>,
     scratch: Vec<Complex<T>>,
     screen: Vec<T>,
@@ -302,7 +229,7 @@ impl<T: Real> Work<T> {
         plan.fft.columns[direction].process_with_scratch(&mut self.z, &mut self.scratch);
     }
 
-    /// Rows of the half grid into columns. Paired columns are completed by symmetry: the transform of half of each row and half of
+    /// Copy the rows of the half grid into columns. Paired columns are completed by symmetry: the transform of half of each row plus half of
     /// its mirrored conjugate is the real part.
     fn gather<'r>(&mut self, columns: &Columns<'_, T>, row: impl Fn(usize) -> &'r [Complex<T>], plane: usize)
     where
@@ -331,7 +258,7 @@ impl<T: Real> Work<T> {
         }
     }
 
-    /// Transformed columns times their screen onto the sum over planes.
+    /// Multiply the transformed columns by their screen and add them to the sum over planes.
     fn accumulate(&mut self, columns: &Columns<'_, T>, plane: usize, sum: &mut [T]) {
         let nv = columns.plan.nv;
         columns.power_screen(plane, &mut self.screen);
@@ -356,7 +283,7 @@ impl<T: Real> Work<T> {
         }
     }
 
-    /// Pixels times their screen into columns.
+    /// Multiply the pixels by their screen and write them into the columns.
     fn spread(&mut self, columns: &Columns<'_, T>, plane: usize, pixels: &[T]) {
         let nv = columns.plan.nv;
         self.z.fill(Complex::default());
@@ -379,7 +306,7 @@ impl<T: Real> Work<T> {
         }
     }
 
-    /// Transformed columns into rows of the half grid \[row, column\]; pairs are told apart by their symmetry.
+    /// Copy the transformed columns into rows of the half grid \[row, column\]. The two columns of a pair are separated by their symmetry.
     fn collect(&self, columns: &Columns<'_, T>, plane: usize, out: &mut [Complex<T>]) {
         let nv = columns.plan.nv;
         let half = T::of(0.5);

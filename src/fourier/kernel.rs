@@ -1,8 +1,8 @@
 //! The spreading kernel exp(beta (sqrt(1 - x^2) - 1)) and its grid correction.
 //!
-//! A visibility is spread over `support` cells of a grid that is `oversampling` times finer than the image needs. What a kernel
-//! leaves of its aliases at the edge of the image is its error, and it is computed here from the kernel's own Fourier transform:
-//! the support is the smallest whose error stays below the request, with the beta that makes that error smallest.
+//! A visibility is spread over `support` cells of a grid that is `oversampling` times finer than the image needs. The error of a kernel is the
+//! size of its aliases at the edge of the image. It is computed from the Fourier transform of the kernel. The support is the smallest one
+//! whose error stays below the requested error, with the beta of the smallest error.
 //!
 //! # Reference
 //! Barnett, Magland & af Klinteberg 2019, SIAM J. Sci. Comput. 41, C479 (the kernel);
@@ -15,25 +15,26 @@ use std::sync::OnceLock;
 /// Widest support in cells.
 pub(crate) const WIDEST: usize = 16;
 
-/// A kernel that reaches a requested error.
+/// A kernel whose error is at most the requested one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kernel {
-    /// Number of cells it covers.
+    /// Number of cells that it covers.
     pub support: usize,
     /// Shape parameter.
     pub beta: f64,
-    /// Fine cells for each cell that the image needs.
+    /// Number of cells of the grid for each cell that the image needs.
     pub oversampling: f64,
-    /// Error left by the aliases at the edge of the image, relative, rms over the places between cells.
+    /// Relative error from the aliases at the edge of the image, as an rms over the positions between cells.
     pub error: f64,
-    /// Quadrature nodes on half of the support, in units of it, and their weights times the kernel.
+    /// Quadrature nodes on half of the support, in units of half the support, and their weights times the kernel.
     nodes: Vec<(f64, f64)>,
 }
 
-/// Gauss-Legendre nodes and weights on (0, 1) that suffice for a support: computed once, as every search tries dozens of kernels.
+/// Gauss-Legendre nodes and weights on (0, 1) that are accurate enough for a support. They are computed once, since every search tries dozens
+/// of kernels.
 fn quadrature(support: usize) -> &'static [(f64, f64)] {
     static ALL: [OnceLock<Vec<(f64, f64)>>; WIDEST + 1] = [const { OnceLock::new() }; WIDEST + 1];
-    // The integrand turns up to 3.5 * support / 2 times on half the support: about pi nodes a turn and some more.
+    // The integrand has up to 3.5 * support / 2 periods on half the support. This gives about pi nodes for each period, and some more.
     ALL[support].get_or_init(|| gauss_legendre(6 * support + 32).into_iter().filter(|(x, _)| *x > 0.0).collect())
 }
 
@@ -49,16 +50,16 @@ impl Kernel {
         kernel
     }
 
-    /// The narrowest kernel whose error at this oversampling is at most `epsilon`; `None` where none is.
+    /// The narrowest kernel whose error at this oversampling is at most `epsilon`, or `None` if there is none.
     #[must_use]
     pub fn for_error(epsilon: f64, oversampling: f64) -> Option<Self> {
-        // A kernel of s cells reaches about exp(-pi s sqrt(1 - 1 / oversampling)): much narrower ones need not be tried.
+        // The error of a kernel of s cells is about exp(-pi s sqrt(1 - 1 / oversampling)), so much narrower kernels need not be tried.
         let reach = -epsilon.ln() / (std::f64::consts::PI * (1.0 - 1.0 / oversampling).sqrt());
         let first = (reach as usize).saturating_sub(2).clamp(2, WIDEST);
         (first..=WIDEST).map(|support| Self::best(support, oversampling)).find(|k| k.error <= epsilon)
     }
 
-    /// The beta of least error, by golden section around the estimate of Barnett et al. 2019, eq. 4.5.
+    /// The kernel with the beta of the smallest error, found by golden section around the estimate of Barnett et al. 2019, eq. 4.5.
     fn best(support: usize, oversampling: f64) -> Self {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let estimate = std::f64::consts::PI * support as f64 * (1.0 - 0.5 / oversampling);
@@ -85,7 +86,7 @@ impl Kernel {
         if inside <= 0.0 { 0.0 } else { (self.beta * (inside.sqrt() - 1.0)).exp() }
     }
 
-    /// Its Fourier transform, the integral of the kernel times cos(2 pi f x); f in cycles a cell.
+    /// Its Fourier transform, the integral of the kernel times cos(2 pi f x), with f in cycles per cell.
     #[must_use]
     pub fn transform(&self, frequency: f64) -> f64 {
         let half = self.support as f64 / 2.0;
@@ -93,7 +94,7 @@ impl Kernel {
         self.nodes.iter().map(|(x, w)| w * (angle * x).cos()).sum::<f64>() * 2.0 * half
     }
 
-    /// Power of the aliases over the power of the signal, at its worst place in the image.
+    /// Rms of the aliases relative to the signal, at the position in the image where it is largest.
     fn aliases(&self) -> f64 {
         let edge = 0.5 / self.oversampling;
         let worst = [0.0, 0.9 * edge, edge].into_iter().map(|x| {
@@ -103,17 +104,15 @@ impl Kernel {
         worst.fold(0.0, f64::max)
     }
 
-    /// 1 / transform for the pixels of an image side of `n` in a transform of `padded` points.
+    /// 1 / (transform of the kernel) for the `n` pixels along one side of the image, in a transform of `padded` points.
     pub(crate) fn correction(&self, n: usize, padded: usize) -> Vec<f64> {
-        {
-            // The transform is even: one half gives the other.
-            let half: Vec<f64> = (0..=n / 2).map(|k| 1.0 / self.transform(k as f64 / padded as f64)).collect();
-            (0..n).map(|i| half[i.abs_diff(n / 2)]).collect()
-        }
+        // The transform is even, so only one half is computed.
+        let half: Vec<f64> = (0..=n / 2).map(|k| 1.0 / self.transform(k as f64 / padded as f64)).collect();
+        (0..n).map(|i| half[i.abs_diff(n / 2)]).collect()
     }
 }
 
-/// The kernel as one polynomial for each cell of its support, in the layout the inner loops read.
+/// The kernel as one polynomial for each cell of its support, in the order in which the inner loops read it.
 #[derive(Debug, Clone)]
 pub(crate) struct KernelTable<T> {
     /// Cells covered.
@@ -125,7 +124,7 @@ pub(crate) struct KernelTable<T> {
 }
 
 impl<T: Real> KernelTable<T> {
-    /// Fit each cell of the support to `tolerance`.
+    /// Fit each cell of the support to `tolerance`. With 24 coefficients the error is that of rounding, so more are never used.
     pub(crate) fn new(kernel: &Kernel, tolerance: f64) -> Self {
         let support = kernel.support;
         let lanes = if support <= 4 { 4 } else { support.next_power_of_two() };
@@ -147,7 +146,7 @@ impl<T: Real> KernelTable<T> {
         Self { support, lanes, coefficients }
     }
 
-    /// Values on the `L` lanes for a visibility whose first cell lies `z` in \[0, 1\] above the lower end of the kernel.
+    /// Values on the `L` lanes for a visibility whose first cell lies `z` above the lower end of the kernel, with `z` in \[0, 1\].
     #[inline(always)]
     pub(crate) fn eval<const L: usize, const FUSED: bool>(&self, z: T) -> [T; L] {
         let x = z + z - T::one();

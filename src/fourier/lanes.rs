@@ -1,14 +1,17 @@
-//! The innermost loops: one run of visibilities onto, or from, the cells of a tile that sits in cache.
+//! The innermost loops: they spread one run of visibilities onto the cells of a tile, or predict the run from the tile. The tile is in cache.
 //!
-//! A tile is stored as \[row, plane, re | im, cell\] so that a visibility adds to `L` neighbouring cells of one row at once. The loops
-//! are written on small fixed arrays and compiled twice, for any machine and for AVX2 with fused multiply-add; the machine is asked
-//! once in a call. They use indices and not chains of iterators, which a compiler that splits a crate into units does not always inline.
+//! A tile is stored as \[row, plane, re | im, cell\], so that a visibility adds to `L` neighbouring cells of one row at the same time. The
+//! loops use small fixed arrays. They are compiled twice: for any machine, and for AVX2 with fused multiply-add; each call checks once
+//! which one the machine supports. They use indices instead of chains of iterators, which the compiler does not always inline when it divides
+//! a crate into units.
 
 use super::kernel::KernelTable;
-use super::plan::{Plan, TILE};
-use super::real::{Real, cis_turns};
+use super::plan::Plan;
+use super::plane_rows::TILE;
+use super::real::{Real, cis_turns, fused};
 use super::sort::{Chunk, Row, Run, Segment, TilePlace, tile_of};
 use super::wplanes::{MOST_TERMS, SLAB, WBasis};
+use crate::{ChainError, Result};
 use num_complex::Complex;
 
 /// Numbers in a tile: rows, planes, two parts, cells.
@@ -16,28 +19,32 @@ pub(crate) fn tile_len<T: Real>(plan: &Plan<T>) -> usize {
     (TILE + plan.table.support) * plan.slab_depth() * 2 * (TILE + plan.table.lanes)
 }
 
-/// Values of the visibilities or what the tile predicts for them.
+/// One direction of the transform: what happens to a tile before and after its runs, and where predictions are stored.
 pub(crate) trait Work<T: Real> {
-    /// A tile begins: clear or load the buffer.
+    /// Clear or load the buffer at the start of a tile.
     fn begin(&mut self, place: TilePlace, tile: &mut [T]);
-    /// A tile ends.
+    /// Finish a tile.
     fn end(&mut self, place: TilePlace, tile: &mut [T]);
     /// True for gridding, false for prediction.
     const GRID: bool;
-    /// Where predictions go: nodes of a run.
-    fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]);
+    /// Store the predicted nodes of a run.
+    fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]) -> Result<()>;
 }
 
-/// The place of a visibility along one axis: its first cell in the tile and its distance above the end of the kernel.
+/// The position of a visibility along one axis: its first cell in the tile, and its distance above the lower end of the kernel.
+///
+/// The runs were cut so that every visibility lies in its tile to within rounding (`cut` in `sort.rs` checks this). The clamp handles that
+/// rounding, and it makes the index safe.
 #[inline(always)]
 fn place<T: Real>(x: f64, origin: f64, side: usize) -> (usize, T) {
     let a = x - origin;
-    // At an exact cell this takes the next one, where the kernel is as good: z is 1 there, not 0.
+    // At an exact cell this takes the next cell, where z is 1 instead of 0. The kernel is equally accurate there.
     let i = ((a + 1.0) as i32).clamp(0, side as i32 - 1);
     (i as usize, T::of(f64::from(i) - a))
 }
 
-/// Coefficients along w of one visibility: first plane in the tile, their number, and the phase of the middle of the range.
+/// Coefficients along w of one visibility. Returns the first plane in the tile, the number of planes, and the phase at the middle of the range
+/// of n - 1.
 #[inline(always)]
 fn along_w<T: Real, const FUSED: bool>(plan: &Plan<T>, slab: usize, w: f64, c: &mut [T; MOST_TERMS + 4]) -> (usize, usize, Complex<T>) {
     match &plan.w.basis {
@@ -71,7 +78,7 @@ fn eval<T: Real, const L: usize, const FUSED: bool>(table: &KernelTable<T>, z: T
     table.eval::<L, FUSED>(z)
 }
 
-/// Geometry of a run: origins of its tile in cells.
+/// The origins of the tile of a run along u and v, in cells.
 #[inline(always)]
 fn origins<T: Real>(plan: &Plan<T>, row: &Row, f: f64) -> (f64, f64) {
     let half = plan.table.support as f64 / 2.0;
@@ -102,16 +109,15 @@ fn grid_run<T: Real, const L: usize, const FUSED: bool>(
         let kv = eval::<T, L, FUSED>(&plan.table, zv);
         let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
         let v = if row.conjugate { v.conj() } else { *v } * phase.conj();
-        if (j + support - 1) * row_len + (p + n) * 2 * stride > tile.len() || i + L > stride {
-            continue;
-        }
+        debug_assert!((j + support - 1) * row_len + (p + n) * 2 * stride <= tile.len() && i + L <= stride);
         for (y, kv) in kv.iter().enumerate().take(support) {
             let (re, im) = (v.re * *kv, v.im * *kv);
             let line = (j + y) * row_len;
             for (q, c) in c.iter().enumerate().take(n) {
                 let (a, b) = (re * *c, im * *c);
                 let at = line + (p + q) * 2 * stride + i;
-                // SAFETY: the last cells of the last plane of the last line end within the tile by the check above.
+                // SAFETY: `run_task` has checked the length of the tile. j and i are below TILE, y is below the support, p + q is below the
+                // depth of a slab and a line has TILE + L cells, so the last cell lies within the tile.
                 let (cells_re, cells_im) = unsafe {
                     let cells = tile.as_mut_ptr().add(at);
                     (&mut *cells.cast::<[T; L]>(), &mut *cells.add(stride).cast::<[T; L]>())
@@ -145,13 +151,13 @@ fn degrid_run<T: Real, const L: usize, const FUSED: bool>(
         let kv = eval::<T, L, FUSED>(&plan.table, zv);
         let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
         let (mut re, mut im) = ([T::default(); L], [T::default(); L]);
-        let inside = (j + support - 1) * row_len + (p + n) * 2 * stride <= tile.len() && i + L <= stride;
-        for (q, c) in c.iter().enumerate().take(if inside { n } else { 0 }) {
-            // Sums of each plane are independent of each other, so the multiply-adds of several planes overlap.
+        debug_assert!((j + support - 1) * row_len + (p + n) * 2 * stride <= tile.len() && i + L <= stride);
+        for (q, c) in c.iter().enumerate().take(n) {
+            // The sums of the planes are independent of each other, so the multiply-adds of several planes overlap.
             let (mut a, mut b) = ([T::default(); L], [T::default(); L]);
             for (y, kv) in kv.iter().enumerate().take(support) {
                 let at = (j + y) * row_len + (p + q) * 2 * stride + i;
-                // SAFETY: as in `grid_run`, by `inside`.
+                // SAFETY: as in `grid_run`.
                 let (cells_re, cells_im) = unsafe {
                     let cells = tile.as_ptr().add(at);
                     (&*cells.cast::<[T; L]>(), &*cells.add(stride).cast::<[T; L]>())
@@ -182,7 +188,7 @@ fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
     (chunks, nodes): (&[Chunk], &[Vec<Complex<T>>]),
     task: &[Segment],
     (tile, work): (&mut [T], &mut W),
-) {
+) -> Result<()> {
     let mut out = Vec::new();
     for same in task.chunk_by(|a, b| a.key == b.key) {
         let at = TilePlace::of(plan, same[0].key);
@@ -198,47 +204,53 @@ fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
                     grid_run::<T, L, FUSED>(plan, (row, at.slab), (freq, nodes), tile);
                 } else {
                     degrid_run::<T, L, FUSED>(plan, (row, at.slab), (freq, &mut out), tile);
-                    work.store(segment.chunk, row.offset + lo, &out);
+                    work.store(segment.chunk, row.offset + lo, &out)?;
                 }
             }
         }
         work.end(at, tile);
     }
+    Ok(())
 }
 
-/// True where AVX2 and fused multiply-add may be used.
-pub(crate) fn fused() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    {
-        is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        false
-    }
-}
-
-/// Rows and their nodes; prediction reads no nodes.
+/// Rows and their nodes. Prediction does not read the nodes.
 pub(crate) type Input<'a, T> = (&'a [Chunk], &'a [Vec<Complex<T>>]);
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn segments_avx2<T: Real, W: Work<T>, const L: usize>(plan: &Plan<T>, input: Input<'_, T>, task: &[Segment], buffers: (&mut [T], &mut W)) {
-    segments::<T, W, L, true>(plan, input, task, buffers);
+fn segments_avx2<T: Real, W: Work<T>, const L: usize>(
+    plan: &Plan<T>,
+    input: Input<'_, T>,
+    task: &[Segment],
+    buffers: (&mut [T], &mut W),
+) -> Result<()> {
+    segments::<T, W, L, true>(plan, input, task, buffers)
 }
 
-fn on_lanes<T: Real, W: Work<T>, const L: usize>(plan: &Plan<T>, input: Input<'_, T>, task: &[Segment], buffers: (&mut [T], &mut W)) {
+fn on_lanes<T: Real, W: Work<T>, const L: usize>(
+    plan: &Plan<T>,
+    input: Input<'_, T>,
+    task: &[Segment],
+    buffers: (&mut [T], &mut W),
+) -> Result<()> {
     #[cfg(target_arch = "x86_64")]
     if fused() {
-        // SAFETY: the machine has just been found to have AVX2 and FMA.
-        unsafe { segments_avx2::<T, W, L>(plan, input, task, buffers) };
-        return;
+        // SAFETY: `fused` has found that the machine has AVX2 and FMA.
+        return unsafe { segments_avx2::<T, W, L>(plan, input, task, buffers) };
     }
-    segments::<T, W, L, false>(plan, input, task, buffers);
+    segments::<T, W, L, false>(plan, input, task, buffers)
 }
 
-/// All runs of a task, tile by tile.
-pub(crate) fn run_task<T: Real, W: Work<T>>(plan: &Plan<T>, input: Input<'_, T>, task: &[Segment], buffers: (&mut [T], &mut W)) {
+/// Grid or predict all runs of a task, tile by tile. The tile needs [`tile_len`] numbers.
+pub(crate) fn run_task<T: Real, W: Work<T>>(
+    plan: &Plan<T>,
+    input: Input<'_, T>,
+    task: &[Segment],
+    buffers: (&mut [T], &mut W),
+) -> Result<()> {
+    if buffers.0.len() != tile_len(plan) {
+        return Err(ChainError::Internal(format!("a tile has {} numbers, expected {}", buffers.0.len(), tile_len(plan))));
+    }
     match plan.table.lanes {
         4 => on_lanes::<T, W, 4>(plan, input, task, buffers),
         8 => on_lanes::<T, W, 8>(plan, input, task, buffers),

@@ -1,19 +1,17 @@
-//! Both directions between one image and one fixed list of rows, again and again.
+//! A transform and its adjoint between one image and one fixed list of rows.
 //!
-//! An iteration that predicts and grids the same rows hundreds of times sorts them once: the cut of the rows into tiles, their order
-//! and the kernels are kept, and only values move.
+//! It serves iterations that predict and grid the same rows hundreds of times. The rows are sorted into tiles once, and their order and the
+//! kernels are kept.
 
-use super::GridOptions;
-use super::degridder::expand;
+use super::grid_options::GridOptions;
 use super::plan::UvwExtent;
 use super::real::Real;
 use super::sort::SortedRows;
 use super::transform::Transform;
-use crate::Result;
+use crate::{ChainError, Result};
 use cittert_arrays::{ArrayError, SkyGrid};
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2};
 use num_complex::Complex;
-use rayon::prelude::*;
 
 /// A transform and its adjoint between an image and visibilities at fixed uvw.
 #[derive(Debug)]
@@ -25,10 +23,10 @@ pub struct Pair<T: Real> {
 }
 
 impl<T: Real> Pair<T> {
-    /// For rows with these uvw in m \[row, 3\] and channels.
+    /// A pair for rows with these uvw in m \[row, 3\] and for these channels.
     ///
     /// # Errors
-    /// An epsilon that no kernel reaches, frequencies that are not positive, uvw that are not finite.
+    /// No kernel reaches epsilon, a frequency is not positive, or a uvw is not finite.
     pub fn new(grid: &SkyGrid, freq_hz: &[f64], uvw_m: ArrayView2<'_, f64>, opts: &GridOptions) -> Result<Self> {
         let n_vis = (uvw_m.nrows() * freq_hz.len()) as u64;
         let transform = Transform::new(grid, freq_hz, UvwExtent::of(uvw_m), opts, n_vis)?;
@@ -51,37 +49,21 @@ impl<T: Real> Pair<T> {
     /// Visibilities \[row x chan\] of an image \[m, l\]: the sum of I exp(+2 pi i (u l + v m + w (n - 1))) over the pixels.
     ///
     /// # Errors
-    /// A list or an image of another size.
+    /// The list or the image has another size.
     pub fn predict(&mut self, plane: ArrayView2<'_, f64>, out: &mut [Complex<f64>]) -> Result<()> {
         self.check(out.len(), plane.dim())?;
-        let plan = &self.transform.plan;
-        let nodes = self.transform.degridder(plane)?.nodes(&self.rows);
-        let n_chan = plan.n_chan();
-        let mut rest = out;
-        let mut parts = Vec::with_capacity(self.rows.chunks.len());
-        for chunk in &self.rows.chunks {
-            let (part, after) = rest.split_at_mut(chunk.range.len() * n_chan);
-            parts.push(part);
-            rest = after;
-        }
-        parts.into_par_iter().zip(&self.rows.chunks).zip(&nodes).for_each(|((part, chunk), nodes)| {
-            let mut buffer = vec![Complex::default(); n_chan];
-            for (to, row) in part.chunks_exact_mut(n_chan).zip(&chunk.rows) {
-                let class = &plan.channels.classes[row.class];
-                expand(class, &nodes[row.offset..row.offset + class.n_nodes()], &mut buffer);
-                to.iter_mut().zip(&buffer).for_each(|(t, b)| *t = Complex::new(b.re.to64(), b.im.to64()));
-            }
-        });
-        plan.pool.give(nodes);
-        Ok(())
+        let shape = (self.n_rows, self.transform.plan.n_chan());
+        let out = ArrayViewMut2::from_shape(shape, out).map_err(|e| ChainError::Internal(e.to_string()))?;
+        let model = self.transform.degridder(plane)?;
+        model.predict_sorted(&self.rows, out, |v| Complex::new(v.re.to64(), v.im.to64()))
     }
 
     /// Image \[m, l\]: the real part of the sum of V exp(-2 pi i (u l + v m + w (n - 1))); the adjoint of [`Pair::predict`].
     ///
-    /// `scale` multiplies the visibilities before they meet the precision of `T`, so that their unit cannot overflow it.
+    /// `scale` multiplies the visibilities before they are rounded to `T`, so that a large unit cannot overflow it.
     ///
     /// # Errors
-    /// A list of another size.
+    /// The list has another size.
     pub fn adjoint(&mut self, vis: &[Complex<f64>], scale: f64) -> Result<Array2<f64>> {
         self.check(vis.len(), self.shape)?;
         let n_chan = self.transform.plan.n_chan();
@@ -99,7 +81,7 @@ mod tests {
     use super::*;
     use crate::fourier::dft::image_to_vis_exact;
     use crate::fourier::vis_to_image;
-    use crate::imaging::fixtures::Noise;
+    use crate::fixtures::Noise;
     use cittert_arrays::SkyFrame;
     use num_complex::Complex64;
 

@@ -1,30 +1,26 @@
-//! Buffers that are used again: the kernel hands out large memory page by page and clears each, which would cost as much as gridding.
+//! Buffers that are kept for the next pass. The operating system gives large memory page by page and clears each page, which would take as
+//! long as gridding.
 
-use super::fft::PlaneRows;
+use super::plane_rows::PlaneRows;
 use super::real::Real;
+use crate::memory::MemoryBudget;
 use num_complex::Complex;
 use std::sync::{Mutex, PoisonError};
 
-/// Bytes of planes that are kept between passes at most (twice as much: of the model and of the image).
-const KEEP_BYTES: usize = 320 << 20;
-/// Bytes of the buffers of rows that are kept at most. Blocks of a long file have them in ever other lengths: more would pile up.
-const KEEP_NODES: usize = 64 << 20;
-
-/// Buffers given back by earlier passes.
+/// Buffers that earlier passes have given back.
 #[derive(Debug)]
 pub(crate) struct Pool<T: Real> {
     nodes: Mutex<Vec<Vec<Complex<T>>>>,
     planes: Mutex<Vec<PlaneRows<T>>>,
-}
-
-impl<T: Real> Default for Pool<T> {
-    fn default() -> Self {
-        Self { nodes: Mutex::new(Vec::new()), planes: Mutex::new(Vec::new()) }
-    }
+    memory: MemoryBudget,
 }
 
 impl<T: Real> Pool<T> {
-    /// A buffer of this length with any content: the smallest that fits and is not far too large.
+    pub(crate) fn new(memory: MemoryBudget) -> Self {
+        Self { nodes: Mutex::new(Vec::new()), planes: Mutex::new(Vec::new()), memory }
+    }
+
+    /// A buffer of this length with any content: the smallest kept buffer that is long enough and at most twice as long, or a new one.
     pub(crate) fn take(&self, len: usize) -> Vec<Complex<T>> {
         let mut kept = self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
         let fits = |b: &&(usize, usize)| b.1 >= len && b.1 <= 2 * len;
@@ -36,14 +32,14 @@ impl<T: Real> Pool<T> {
         buffer
     }
 
-    /// Give buffers back; what is too much is freed.
+    /// Give buffers back. Buffers beyond the share of the memory budget are freed.
     pub(crate) fn give(&self, buffers: Vec<Vec<Complex<T>>>) {
         let mut kept = self.nodes.lock().unwrap_or_else(PoisonError::into_inner);
         let bytes = |b: &Vec<Complex<T>>| b.capacity() * size_of::<Complex<T>>();
         let mut total: usize = kept.iter().map(bytes).sum();
         for buffer in buffers {
             total += bytes(&buffer);
-            if total <= KEEP_NODES {
+            if total <= self.memory.kept_buffers() {
                 kept.push(buffer);
             }
         }
@@ -55,11 +51,12 @@ impl<T: Real> Pool<T> {
         kept.filter(|k| k.fits(n_rows, planes, nu)).unwrap_or_else(|| PlaneRows::zeros(n_rows, planes, nu))
     }
 
-    /// Give planes back; large ones are freed instead.
+    /// Give planes back. Planes beyond the share of the memory budget are freed.
     pub(crate) fn give_planes(&self, planes: PlaneRows<T>) {
         let mut kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner);
         let total: usize = kept.iter().map(PlaneRows::size).sum();
-        if total + planes.size() <= 2 * KEEP_BYTES && planes.size() <= KEEP_BYTES {
+        let keep = self.memory.kept_planes();
+        if total + planes.size() <= 2 * keep && planes.size() <= keep {
             kept.push(planes);
         }
     }
@@ -71,7 +68,7 @@ mod tests {
 
     #[test]
     fn a_buffer_that_is_far_too_large_stays_where_it_is() {
-        let pool = Pool::<f32>::default();
+        let pool = Pool::<f32>::new(MemoryBudget::default());
         pool.give(vec![vec![Complex::default(); 1000], vec![Complex::default(); 150]]);
         assert_eq!(pool.take(100).capacity(), 150);
         assert_eq!(pool.take(100).capacity(), 100);

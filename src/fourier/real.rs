@@ -6,18 +6,19 @@ use rustfft::num_traits::NumAssign;
 use rustfft::{Fft, FftDirection, FftNum, FftPlanner};
 use std::sync::{Arc, Mutex, OnceLock};
 
-/// `f32` for requested errors down to 1e-5, `f64` below.
+/// A floating-point type of the transforms: `f32` for requested errors down to 1e-5, `f64` for smaller ones.
 pub trait Real: FftNum + NumAssign + PartialOrd + Default + Zeroable {
     /// From double precision.
     fn of(x: f64) -> Self;
     /// To double precision.
     fn to64(self) -> f64;
-    /// `self * a + b`; fused where `FUSED` says that the machine does it in one instruction (elsewhere it is a slow call).
+    /// `self * a + b`, as a fused multiply-add if `FUSED` is true. `FUSED` must be true only on machines with an instruction for it: on others
+    /// it is a slow call.
     fn fma<const FUSED: bool>(self, a: Self, b: Self) -> Self;
-    /// A plan for a transform of this length, made once in a process.
+    /// A plan for a transform of this length. The process makes each plan once.
     #[doc(hidden)]
     fn plan(len: usize, direction: FftDirection) -> Arc<dyn Fft<Self>>;
-    /// Terms of the series of sine and cosine on an eighth of a turn that reach full precision.
+    /// Number of terms of the series of sine and cosine that give full precision on an eighth of a turn.
     #[doc(hidden)]
     const TRIG_TERMS: usize;
 }
@@ -45,7 +46,7 @@ macro_rules! real {
             fn plan(len: usize, direction: FftDirection) -> Arc<dyn Fft<Self>> {
                 static PLANNER: OnceLock<Mutex<FftPlanner<$t>>> = OnceLock::new();
                 let planner = PLANNER.get_or_init(|| Mutex::new(FftPlanner::new()));
-                // A planner is only a cache: one left behind by a panic elsewhere is still a valid cache.
+                // A planner is a cache, which remains valid after a panic in another thread.
                 planner.lock().unwrap_or_else(std::sync::PoisonError::into_inner).plan_fft(len, direction)
             }
         }
@@ -54,9 +55,21 @@ macro_rules! real {
 real!(f32, 5);
 real!(f64, 9);
 
+/// True if the machine has AVX2 and fused multiply-add.
+pub(crate) fn fused() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        false
+    }
+}
+
 /// exp(2 pi i x) of a phase in turns, to the precision of `T`.
 ///
-/// The phase is reduced to an eighth of a turn in double precision, where the power series converges at once.
+/// The phase is reduced to an eighth of a turn in double precision. The power series converges quickly there.
 #[inline(always)]
 pub(crate) fn cis_turns<T: Real>(turns: f64) -> Complex<T> {
     // Adding and subtracting 1.5 * 2^52 rounds to an integer without a call to a library function.
@@ -75,7 +88,7 @@ pub(crate) fn cis_turns<T: Real>(turns: f64) -> Complex<T> {
         k -= 1;
     }
     s *= x;
-    // The low bits of the mantissa of the shifted number hold the integer.
+    // The low bits of the mantissa of the shifted number are the integer.
     let (re, im) = match magic.to_bits() & 3 {
         0 => (c, s),
         1 => (-s, c),

@@ -1,4 +1,4 @@
-//! Polynomials fitted to smooth functions, and the quadrature of Gauss.
+//! Polynomials that are fitted to smooth functions, and Gauss-Legendre quadrature.
 
 /// Nodes and weights of the Gauss-Legendre rule with `n` points on \[-1, 1\].
 ///
@@ -22,7 +22,7 @@ pub(crate) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     nodes.collect()
 }
 
-/// Monomial coefficients (constant first) of the polynomial that takes the values of `f` at `n` Chebyshev nodes of \[-1, 1\].
+/// Monomial coefficients (constant first) of the polynomial that equals `f` at `n` Chebyshev nodes of \[-1, 1\].
 pub(crate) fn fit(n: usize, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let angle = |j: usize| std::f64::consts::PI * (j as f64 + 0.5) / n as f64;
     let values: Vec<f64> = (0..n).map(|j| f(angle(j).cos())).collect();
@@ -49,7 +49,8 @@ pub(crate) fn horner(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// The shortest fit of `f` on \[-1, 1\] whose error at test points stays below `tolerance`; the longest tried where none does.
+/// The shortest fit of `f` on \[-1, 1\] whose error at 65 test points is at most `tolerance`. A fit with `longest` coefficients is returned if
+/// no shorter one is accurate enough; its error is then that of rounding.
 pub(crate) fn fit_to(tolerance: f64, longest: usize, f: impl Fn(f64) -> f64) -> Vec<f64> {
     let expected: Vec<(f64, f64)> = (0..=64).map(|i| f64::from(i) / 32.0 - 1.0).map(|x| (x, f(x))).collect();
     let mut n = 1;

@@ -1,6 +1,7 @@
-//! Rows of a block cut into runs of channels that fall into one tile of the grid, and the runs put in the order of the tiles.
+//! Cuts the rows of a block into runs of channels that fall into one tile of the grid, and sorts the runs by tile.
 
-use super::plan::{Plan, TILE};
+use super::plan::Plan;
+use super::plane_rows::TILE;
 use super::real::Real;
 use super::wplanes::{SLAB, WBasis};
 use crate::{ChainError, Result};
@@ -8,20 +9,20 @@ use ndarray::ArrayView2;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A row, folded to v >= 0.
+/// A row that is folded to v >= 0.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row {
-    /// Cells along u and v and wavelengths along w, for each Hz.
+    /// Cells along u and v and wavelengths along w, per Hz.
     pub(crate) uvw: [f64; 3],
-    /// Class of its channels.
+    /// Index of the class of its channels.
     pub(crate) class: usize,
-    /// Its first node in the chunk.
+    /// Index of its first node in the chunk.
     pub(crate) offset: usize,
-    /// True where the visibility is the conjugate of what lies on the grid.
+    /// True if the grid holds the conjugate of the visibility.
     pub(crate) conjugate: bool,
 }
 
-/// Nodes `lo..hi` of a row, all in one tile.
+/// Nodes `lo..hi` of a row. All of them lie in one tile.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Run {
     pub(crate) row: u32,
@@ -29,22 +30,22 @@ pub(crate) struct Run {
     pub(crate) hi: u32,
 }
 
-/// A share of the rows of a block.
+/// Some of the rows of a block.
 #[derive(Debug)]
 pub(crate) struct Chunk {
     pub(crate) range: Range<usize>,
     pub(crate) rows: Vec<Row>,
-    /// Nodes of all rows.
+    /// Number of nodes of all rows.
     pub(crate) n_nodes: usize,
-    /// In the order of their tiles.
+    /// Runs in the order of their tiles.
     pub(crate) runs: Vec<Run>,
 }
 
-/// Where the visibilities of some rows fall on the grid of one transform, in the order of its tiles. It is made once and used for every
+/// The positions of the visibilities of some rows on the grid of one transform, in the order of its tiles. It is made once and used in every
 /// pass over the same rows.
 #[derive(Debug)]
 pub struct SortedRows {
-    /// Identity of the plan that it was made for.
+    /// Identity of the plan that the rows were sorted for.
     plan: u64,
     pub(crate) chunks: Vec<Chunk>,
     pub(crate) tasks: Vec<Vec<Segment>>,
@@ -54,22 +55,23 @@ impl SortedRows {
     pub(crate) fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>) -> Result<Self> {
         plan.check_rows(uvw_m, (uvw_m.nrows(), plan.n_chan()))?;
         let ranges = shares(uvw_m.nrows());
-        let (chunks, keys): (Vec<Chunk>, Vec<Vec<u64>>) = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range)).unzip();
+        let made = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range)).collect::<Result<Vec<_>>>()?;
+        let (chunks, keys): (Vec<Chunk>, Vec<Vec<u64>>) = made.into_iter().unzip();
         let tasks = tasks(&chunks, &keys);
         Ok(Self { plan: plan.id, chunks, tasks })
     }
 
-    /// Check that it was made for this plan.
+    /// Check that the rows were sorted for this plan.
     pub(crate) fn check<T: Real>(&self, plan: &Plan<T>) -> Result<()> {
         if self.plan == plan.id {
             return Ok(());
         }
         Err(ChainError::Incompatible(
-            "rows that were sorted for one transform were given to another: sort them with the one that grids".into(),
+            "rows that were sorted for one transform were given to another: sort them with the transform that grids them".into(),
         ))
     }
 
-    /// Bytes that it takes.
+    /// Size in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let chunk = |c: &Chunk| c.rows.len() * size_of::<Row>() + c.runs.len() * size_of::<Run>();
@@ -78,7 +80,7 @@ impl SortedRows {
     }
 }
 
-/// Runs of one chunk in one tile.
+/// The runs of one chunk in one tile.
 #[derive(Debug, Clone)]
 pub(crate) struct Segment {
     pub(crate) key: u64,
@@ -88,7 +90,7 @@ pub(crate) struct Segment {
     pub(crate) weight: usize,
 }
 
-/// Where a tile lies.
+/// Indices of a tile along u and v, and of its slab of w.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TilePlace {
     pub(crate) u: usize,
@@ -103,7 +105,8 @@ impl TilePlace {
     }
 }
 
-/// Tile along one axis of a place `x` in cells, and the place at which its first starting cell would begin to be covered.
+/// Index of the tile of the position `x` (in cells) along one axis, and the origin of that tile: the position whose kernel starts at the first
+/// cell of the tile.
 #[inline(always)]
 pub(crate) fn tile_of(x: f64, half_support: f64, below: f64, period: f64) -> (usize, f64) {
     let start = (x - half_support).ceil() + below;
@@ -112,7 +115,7 @@ pub(crate) fn tile_of(x: f64, half_support: f64, below: f64, period: f64) -> (us
     (tile as usize, start - below - (wrapped - tile * TILE as f64) + half_support)
 }
 
-/// True where a place lies in the tile whose origin was returned by [`tile_of`].
+/// True if a position lies in the tile whose origin [`tile_of`] has returned.
 #[inline(always)]
 fn inside(x: f64, origin: f64, side: usize) -> bool {
     let a = x - origin;
@@ -129,8 +132,8 @@ struct Keyed {
 }
 
 impl Chunk {
-    /// Fold, classify, cut and sort the rows of `range`; with the tile of each run.
-    fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> (Self, Vec<u64>) {
+    /// Fold, classify, cut and sort the rows of `range`. Also returns the key of the tile of each run.
+    fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Result<(Self, Vec<u64>)> {
         let mut rows = Vec::with_capacity(range.len());
         let (mut runs, mut n_nodes) = (Vec::with_capacity(4 * range.len()), 0);
         for r in range.clone() {
@@ -140,13 +143,13 @@ impl Chunk {
             let class = plan.channels.class_for(plan.turns_per_hz(uvw));
             let row = Row { uvw: [0, 1, 2].map(|k| sign * uvw[k] * plan.scale[k]), class, offset: n_nodes, conjugate };
             n_nodes += plan.channels.classes[class].n_nodes();
-            cut(plan, &row, rows.len() as u32, &mut runs);
+            cut(plan, &row, rows.len() as u32, &mut runs)?;
             rows.push(row);
         }
         sort_by_key(&mut runs);
         let keys = runs.iter().map(|r| r.key).collect();
         let runs = runs.iter().map(|r| Run { row: r.row, lo: r.lo, hi: r.hi }).collect();
-        (Self { range, rows, n_nodes, runs }, keys)
+        Ok((Self { range, rows, n_nodes, runs }, keys))
     }
 
     fn segments(&self, chunk: usize, keys: &[u64]) -> Vec<Segment> {
@@ -162,8 +165,11 @@ impl Chunk {
     }
 }
 
+/// Rounding of a position in cells that is accepted at the edges of a tile.
+const ROUNDING_CELLS: f64 = 1e-3;
+
 /// Cut the nodes of a row into runs.
-fn cut<T: Real>(plan: &Plan<T>, row: &Row, index: u32, runs: &mut Vec<Keyed>) {
+fn cut<T: Real>(plan: &Plan<T>, row: &Row, index: u32, runs: &mut Vec<Keyed>) -> Result<()> {
     let freq = &plan.channels.classes[row.class].freq_hz;
     let half = plan.table.support as f64 / 2.0;
     let (nu, nv) = (plan.nu as f64, plan.nv as f64);
@@ -181,6 +187,12 @@ fn cut<T: Real>(plan: &Plan<T>, row: &Row, index: u32, runs: &mut Vec<Keyed>) {
                 (slab, first + ((slab * SLAB) as f64 + table.support as f64 / 2.0) * step, *step)
             }
         };
+        let offsets = [at(f, 0) - origin_u, at(f, 1) - origin_v, (at(f, 2) - origin_w) / step];
+        let outside = |(a, side): (&f64, usize)| !(*a >= -1.0 - ROUNDING_CELLS && *a <= (side - 1) as f64 + ROUNDING_CELLS);
+        if offsets.iter().zip([TILE, TILE, SLAB]).any(outside) {
+            let message = format!("a visibility at {:?} cells lies outside its tile by {offsets:?}", row.uvw.map(|x| x * f));
+            return Err(ChainError::Internal(message));
+        }
         let same = |f: f64| {
             inside(at(f, 0), origin_u, TILE) && inside(at(f, 1), origin_v, TILE) && inside((at(f, 2) - origin_w) / step, 0.0, SLAB)
         };
@@ -189,9 +201,10 @@ fn cut<T: Real>(plan: &Plan<T>, row: &Row, index: u32, runs: &mut Vec<Keyed>) {
         runs.push(Keyed { key, row: index, lo: lo as u32, hi: hi as u32 });
         lo = hi;
     }
+    Ok(())
 }
 
-/// Counting sort where the keys are few enough, else by comparison.
+/// Sort by counting if the keys are few enough, otherwise by comparison.
 fn sort_by_key(runs: &mut Vec<Keyed>) {
     let lo = runs.iter().map(|r| r.key).min().unwrap_or(0);
     let hi = runs.iter().map(|r| r.key).max().unwrap_or(0);
@@ -216,13 +229,13 @@ fn sort_by_key(runs: &mut Vec<Keyed>) {
     *runs = sorted;
 }
 
-/// Shares of the rows of a block, one for about every thread.
+/// Divide the rows of a block into ranges, about two for each thread.
 fn shares(n_rows: usize) -> Vec<Range<usize>> {
     let parts = (2 * rayon::current_num_threads()).min(n_rows.div_ceil(256)).max(1);
     (0..parts).map(|k| n_rows * k / parts..n_rows * (k + 1) / parts).filter(|r| !r.is_empty()).collect()
 }
 
-/// All segments of all chunks in the order of the tiles, cut into tasks of about equal weight.
+/// The segments of all chunks in the order of the tiles, divided into tasks of about equal weight.
 fn tasks(chunks: &[Chunk], keys: &[Vec<u64>]) -> Vec<Vec<Segment>> {
     let mut all: Vec<Segment> = chunks.par_iter().zip(keys).enumerate().flat_map_iter(|(i, (c, k))| c.segments(i, k)).collect();
     all.par_sort_by_key(|s| (s.key, s.chunk));
@@ -245,7 +258,7 @@ fn tasks(chunks: &[Chunk], keys: &[Vec<u64>]) -> Vec<Vec<Segment>> {
     tasks
 }
 
-/// A segment heavier than `share` in pieces, so that one crowded tile does not hold up the other threads.
+/// Divide a segment that is heavier than `share`, so that the other threads need not wait for one crowded tile.
 fn split(segment: Segment, share: usize, chunks: &[Chunk]) -> Vec<Segment> {
     if segment.weight <= 2 * share {
         return vec![segment];

@@ -75,7 +75,7 @@ fn errors_stay_below_every_requested_epsilon_with_and_without_w() {
     let c = case((24, 20), 0.002, sky(), (40, 3), (0.9, 200.0));
     for digits in 2..=12 {
         for w_term in [false, true] {
-            assert_errors(&c, &GridOptions { epsilon: 10f64.powi(-digits), w_term, divide_by_n: false });
+            assert_errors(&c, &GridOptions { epsilon: 10f64.powi(-digits), w_term, divide_by_n: false, ..GridOptions::default() });
         }
     }
 }
@@ -92,7 +92,7 @@ fn sizes_of_all_kinds_and_both_frames() {
     ] {
         let c = case(size, 0.004, frame, (30, 2), (0.9, 100.0));
         for epsilon in [1e-4, 1e-8, 1e-12] {
-            assert_errors(&c, &GridOptions { epsilon, w_term: true, divide_by_n: true });
+            assert_errors(&c, &GridOptions { epsilon, w_term: true, divide_by_n: true, ..GridOptions::default() });
         }
     }
 }
@@ -102,14 +102,14 @@ fn wide_fields_take_many_planes_and_stay_exact() {
     // Half width 0.6: the corners lie at r^2 = 0.72, and w (n - 1) turns more than a hundred times.
     let c = case((30, 30), 0.04, sky(), (60, 2), (0.9, 80.0));
     for epsilon in [1e-3, 1e-5, 1e-7, 1e-11] {
-        assert_errors(&c, &GridOptions { epsilon, w_term: true, divide_by_n: false });
+        assert_errors(&c, &GridOptions { epsilon, w_term: true, divide_by_n: false, ..GridOptions::default() });
     }
 }
 
 #[test]
 fn pixels_behind_the_horizon_count_for_nothing() {
     let c = case((30, 30), 0.06, SkyFrame::Boresight, (20, 1), (0.9, 3.0));
-    assert_errors(&c, &GridOptions { epsilon: 1e-6, w_term: true, divide_by_n: true });
+    assert_errors(&c, &GridOptions { epsilon: 1e-6, w_term: true, divide_by_n: true, ..GridOptions::default() });
     let image = vis_to_image(&c.grid, c.uvw.view(), &c.freq, c.vis.view(), c.weights.view(), &GridOptions::default()).unwrap();
     assert_eq!(image[(0, 0)], 0.0);
 }
@@ -117,14 +117,14 @@ fn pixels_behind_the_horizon_count_for_nothing() {
 #[test]
 fn baselines_far_outside_the_grid_alias_as_in_the_direct_sum() {
     let c = case((20, 24), 0.002, sky(), (40, 2), (7.3, 10.0));
-    assert_errors(&c, &GridOptions { epsilon: 1e-6, w_term: true, divide_by_n: false });
+    assert_errors(&c, &GridOptions { epsilon: 1e-6, w_term: true, divide_by_n: false, ..GridOptions::default() });
 }
 
 #[test]
 fn many_channels_are_represented_by_few_without_loss() {
     let c = case((24, 24), 0.001, sky(), (12, 48), (0.4, 150.0));
     for epsilon in [1e-3, 1e-5, 1e-9, 1e-12] {
-        assert_errors(&c, &GridOptions { epsilon, w_term: true, divide_by_n: false });
+        assert_errors(&c, &GridOptions { epsilon, w_term: true, divide_by_n: false, ..GridOptions::default() });
     }
 }
 
@@ -133,7 +133,7 @@ fn the_two_directions_are_adjoint() {
     for w_m in [0.0, 40.0, 4000.0] {
         let c = case((24, 18), 0.004, sky(), (50, 12), (0.8, w_m));
         for epsilon in [1e-3, 1e-7] {
-            let opts = GridOptions { epsilon, w_term: true, divide_by_n: true };
+            let opts = GridOptions { epsilon, w_term: true, divide_by_n: true, ..GridOptions::default() };
             let extent = UvwExtent::of(c.uvw.view());
             let mut a = Array2::from_elem(c.vis.dim(), Complex64::default());
             let d = Degridder::<f64>::new(&c.grid, c.plane.view(), &c.freq, extent, &opts).unwrap();

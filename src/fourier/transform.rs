@@ -1,7 +1,7 @@
-//! One image, one set of channels and one range of uvw, for many passes in both directions.
+//! A transform for one image, one set of channels and one range of uvw. It serves many passes in both directions.
 
-use super::GridOptions;
 use super::degridder::Degridder;
+use super::grid_options::GridOptions;
 use super::gridder::Gridder;
 use super::plan::{Plan, UvwExtent};
 use super::real::Real;
@@ -12,38 +12,38 @@ use cittert_arrays::SkyGrid;
 use ndarray::ArrayView2;
 use std::sync::Arc;
 
-/// Makes gridders and predictors that share their kernels, their buffers and the order of the rows.
+/// Makes gridders and predictors that share their kernels, their buffers and their sorted rows.
 #[derive(Debug)]
 pub struct Transform<T: Real> {
     pub(super) plan: Arc<Plan<T>>,
 }
 
-/// What a pass over some rows has to do, for comparison with what a machine can do.
+/// The arithmetic and the memory traffic of one pass over some rows, for comparison with the peak rates of a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PassWork {
     /// Multiply-adds between nodes and cells.
     pub spread_multiply_adds: f64,
-    /// Bytes of the nodes.
+    /// Size of the nodes in bytes.
     pub node_bytes: f64,
-    /// Multiply-adds of the transforms between planes and image (2.5 n log2 n for each of n points).
+    /// Multiply-adds of the transforms between planes and image: 2.5 n log2 n for a transform of n points.
     pub fourier_multiply_adds: f64,
-    /// Bytes that they move: each plane is read twice and written once.
+    /// Bytes that these transforms move. Each plane is read twice and written once.
     pub fourier_bytes: f64,
 }
 
 impl<T: Real> Transform<T> {
-    /// A transform between an image and about `n_vis` visibilities, which decide how fine the grid is.
+    /// A transform between an image and about `n_vis` visibilities. Their number determines the oversampling of the grid.
     ///
     /// # Errors
-    /// An epsilon that no kernel reaches, frequencies that are not positive.
+    /// No kernel reaches epsilon, or a frequency is not positive.
     pub fn new(grid: &SkyGrid, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions, n_vis: u64) -> Result<Self> {
         Ok(Self { plan: Arc::new(Plan::new(grid, freq_hz, extent, opts, Some(n_vis))?) })
     }
 
-    /// Rows with these uvw in m \[row, 3\] in the order of the grid.
+    /// Sort rows with these uvw in m \[row, 3\] by their position on the grid.
     ///
     /// # Errors
-    /// uvw that are not finite or outside the announced extent.
+    /// A uvw is not finite or lies outside the extent of the transform.
     pub fn sort(&self, uvw_m: ArrayView2<'_, f64>) -> Result<SortedRows> {
         SortedRows::new(&self.plan, uvw_m)
     }
@@ -57,12 +57,12 @@ impl<T: Real> Transform<T> {
     /// A predictor of the image `plane` \[m, l\].
     ///
     /// # Errors
-    /// An image of another shape than the grid or with values that are not finite.
+    /// The image has another shape than the grid, or a pixel is not finite.
     pub fn degridder(&self, plane: ArrayView2<'_, f64>) -> Result<Degridder<T>> {
         Degridder::on(Arc::clone(&self.plan), plane)
     }
 
-    /// What a pass over these rows has to do.
+    /// The arithmetic and the memory traffic of one pass over these rows.
     #[must_use]
     pub fn work(&self, rows: &SortedRows) -> PassWork {
         let plan = &self.plan;

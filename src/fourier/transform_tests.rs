@@ -41,7 +41,7 @@ fn fused_passes_reach_every_epsilon() {
     for w_term in [true, false] {
         let exact = exact_residual(&c, w_term);
         for digits in 2..=12 {
-            let options = GridOptions { epsilon: 10f64.powi(-digits), w_term, divide_by_n: false };
+            let options = GridOptions { epsilon: 10f64.powi(-digits), w_term, divide_by_n: false, ..GridOptions::default() };
             for (n_vis, threads) in [(1, 1), (1 << 40, 2)] {
                 on_threads(threads, || {
                     let extent = UvwExtent::of(c.uvw.view());
@@ -65,7 +65,7 @@ fn fused_passes_on_sizes_of_all_kinds() {
         let c = case(size, cell, sky(), (50, 12), (0.9, w_m));
         let exact = exact_residual(&c, true);
         for (epsilon, n_vis) in [(1e-5, 1 << 40), (1e-5, 1), (1e-9, 1 << 40)] {
-            let options = GridOptions { epsilon, w_term: true, divide_by_n: false };
+            let options = GridOptions { epsilon, w_term: true, divide_by_n: false, ..GridOptions::default() };
             let transform = Transform::<f64>::new(&c.grid, &c.freq, UvwExtent::of(c.uvw.view()), &options, n_vis).unwrap();
             let rows = transform.sort(c.uvw.view()).unwrap();
             let error = relative(residual(&c, &transform, &rows).iter().copied().zip(exact.iter().copied()));

@@ -1,4 +1,4 @@
-//! The plain FFT of an image: visibilities at the points of the conjugate grid, without kernel or padding.
+//! The FFT of an image without kernel or padding. It gives the visibilities at the points of the conjugate grid.
 
 use crate::Result;
 use cittert_arrays::{ArrayError, SkyGrid};
@@ -11,7 +11,7 @@ use rustfft::FftPlanner;
 /// the sum of I exp(+2 pi i (u l + v m)) over the pixels, in the unit of the plane times pixels.
 ///
 /// # Errors
-/// A plane of another shape than the grid.
+/// The plane has another shape than the grid.
 pub fn image_to_uv_grid(grid: &SkyGrid, plane: ArrayView2<'_, f64>) -> Result<Array2<Complex64>> {
     let (n_m, n_l) = (grid.n_m, grid.n_l);
     if plane.dim() != (n_m, n_l) {
@@ -23,7 +23,7 @@ pub fn image_to_uv_grid(grid: &SkyGrid, plane: ArrayView2<'_, f64>) -> Result<Ar
     Ok(transform_rows(turned, false).reversed_axes().as_standard_layout().into_owned())
 }
 
-/// Transform every row with exp(+2 pi i j k / n), or the opposite sign where the axis is `mirrored`; both sides count from n / 2.
+/// Transform every row with exp(+2 pi i j k / n), or with the opposite sign if the axis is `mirrored`. On both sides the origin is at n / 2.
 fn transform_rows(mut rows: Array2<Complex64>, mirrored: bool) -> Array2<Complex64> {
     let n = rows.ncols();
     let mut planner = FftPlanner::new();
@@ -31,7 +31,7 @@ fn transform_rows(mut rows: Array2<Complex64>, mirrored: bool) -> Array2<Complex
     rows.axis_iter_mut(Axis(0)).into_par_iter().for_each_init(
         || (vec![Complex64::default(); n], vec![Complex64::default(); fft.get_inplace_scratch_len()]),
         |(line, scratch), mut row| {
-            // With both origins at n / 2, element k of either side stands at k - n / 2: a rotation before and after.
+            // With both origins at n / 2, element k of either side has the coordinate k - n / 2. This is a rotation before and after the FFT.
             for (k, v) in row.iter().enumerate() {
                 line[(k + n - n / 2) % n] = *v;
             }

@@ -1,12 +1,13 @@
-//! The w term: exp(2 pi i w (n - 1)) as a short sum of products of a function of w and a function of the pixel.
+//! The w term exp(2 pi i w (n - 1)) as a short sum. Each term is a function of w times a function of the pixel.
 //!
-//! Both forms share the phase of the middle of the range of n - 1, which is put on the visibility itself; what remains is
-//! exp(i t y) with t in \[-1, 1\] along w and |y| <= X over the image.
+//! The phase at the middle of the range of n - 1 is applied to the visibility. The rest is exp(i t y), with t in \[-1, 1\] along w and
+//! |y| <= X over the image. It has two forms:
 //!
-//! - Small fields: powers of t, each with a real screen over the image. The screens are those of the Chebyshev (Jacobi-Anger)
-//!   expansion, gathered by power, so the sum ends sooner than Taylor's. A visibility of small w needs only the first few powers.
-//! - Wide fields: planes of constant w with the spreading kernel along w (improved w-stacking). The sum over planes is exact up
-//!   to the error of the kernel, and a visibility touches only as many planes as the kernel is wide.
+//! - In small fields the terms are powers of t, each with a real screen over the image. The screens are those of the Chebyshev
+//!   (Jacobi-Anger) expansion, collected by power, so fewer terms are needed than in a Taylor series. A visibility with a small w needs only
+//!   the first few powers.
+//! - In wide fields the terms are planes of constant w, with the spreading kernel along w (improved w-stacking). The error of the sum over the
+//!   planes is that of the kernel. A visibility contributes to as many planes as the kernel is wide.
 //!
 //! # Reference
 //! Arras, Reinecke, Westermann & Ensslin 2021, A&A 646, A58, sect. 3 (planes);
@@ -17,9 +18,9 @@ use super::real::Real;
 use super::series::{fit_to, horner};
 use std::f64::consts::TAU;
 
-/// Most powers of t.
+/// Largest number of powers of t.
 pub(crate) const MOST_TERMS: usize = 20;
-/// Starting planes that one tile of the planes form covers.
+/// Number of starting planes that one tile covers in the form with planes. With more, a tile would not fit into the cache.
 pub(crate) const SLAB: usize = 4;
 
 /// The w term of one image and one range of w.
@@ -29,18 +30,18 @@ pub(crate) struct WTerm<T> {
     pub(crate) nu_mid: f64,
     /// Half the range of n - 1; positive.
     pub(crate) nu_half: f64,
-    /// The sum.
+    /// The terms of the sum.
     pub(crate) basis: WBasis<T>,
 }
 
-/// How the sum over the w term is done.
+/// The form of the sum.
 #[derive(Debug, Clone)]
 pub(crate) enum WBasis<T> {
     /// Powers of t = w / w_max.
     Powers {
-        /// 1 / w_max, in 1/wavelengths (0 where all w are 0).
+        /// 1 / w_max, in 1/wavelengths. It is 0 if all w are 0.
         inverse_w: f64,
-        /// Largest |t| for which 1, 2, ... powers suffice; one entry less than there are screens.
+        /// Largest |t| for which 1, 2, ... powers are accurate enough. There is one entry less than there are screens.
         enough: Vec<f64>,
         /// Polynomial of each power's screen in (n - 1 - nu_mid) / nu_half, constant first.
         screens: Vec<Vec<f64>>,
@@ -49,26 +50,26 @@ pub(crate) enum WBasis<T> {
     Planes {
         /// w of plane 0, wavelengths.
         first: f64,
-        /// Distance of planes, wavelengths.
+        /// Distance between planes, wavelengths.
         step: f64,
         /// Number of planes.
         count: usize,
         /// The kernel along w, always on 16 lanes.
         table: KernelTable<T>,
-        /// Polynomial of 1 / transform in (n - 1 - nu_mid) / nu_half, constant first.
+        /// Polynomial of 1 / (transform of the kernel) in (n - 1 - nu_mid) / nu_half, constant first.
         correction: Vec<f64>,
     },
 }
 
 impl<T: Real> WTerm<T> {
-    /// No w term: one plane.
+    /// One plane, for a transform without the w term.
     pub(crate) fn none() -> Self {
         let basis = WBasis::Powers { inverse_w: 0.0, enough: Vec::new(), screens: vec![vec![1.0]] };
         Self { nu_mid: 0.0, nu_half: 1.0, basis }
     }
 
     /// The w term for n - 1 in \[`nu_min`, 0\] and |w| <= `w_max` wavelengths, to a relative error of `epsilon`.
-    /// `None` where no kernel is accurate enough.
+    /// `None` if no kernel is accurate enough.
     pub(crate) fn new(nu_min: f64, w_max: f64, epsilon: f64) -> Option<Self> {
         let nu_half = (-nu_min / 2.0).max(f64::MIN_POSITIVE);
         let largest = TAU * w_max * nu_half;
@@ -91,7 +92,7 @@ impl<T: Real> WTerm<T> {
     }
 }
 
-/// Bound on what the Jacobi-Anger series leaves after `terms` terms on |t| <= 1, |y| <= largest.
+/// Bound on the error of the Jacobi-Anger series with `terms` terms, for |t| <= 1 and |y| <= largest.
 pub(super) fn remainder(terms: usize, largest: f64) -> f64 {
     (terms..terms + 12).map(|k| 2.0 * bessel(k, largest).abs()).sum()
 }

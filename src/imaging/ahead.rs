@@ -1,16 +1,15 @@
-//! Blocks of a source, the next one read while the last one is worked on.
+//! Reads the next block of a source while the current block is processed.
 //!
-//! Reading is the work of one thread (the HDF5 library takes no other while it serves one), gridding that of all. With one thread to use
-//! nothing is read ahead.
+//! One thread reads, because the HDF5 library serves one thread at a time. All threads grid. With a single thread no block is read ahead.
 
 use crate::Result;
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilitySource, for_each_block};
 use std::sync::mpsc::sync_channel;
 
-/// What ends the reading early.
+/// The reason why the reading ends early.
 enum Stop {
     Source(ArrayError),
-    /// Nobody wants any more blocks.
+    /// `work` has failed, so no further block is needed.
     Done,
 }
 
@@ -20,8 +19,8 @@ impl From<ArrayError> for Stop {
     }
 }
 
-/// Hand every block of about `target_bytes` of a source to `work`, in order, with the index of its first row. Two blocks are in memory at once
-/// where there is more than one thread.
+/// Call `work` for every block of about `target_bytes` of a source, in order, with the index of its first row. With more than one thread, two
+/// blocks are in memory at the same time.
 ///
 /// # Errors
 /// The first error of the source or of `work`.
@@ -34,7 +33,7 @@ pub(super) fn for_each_block_ahead(
         return for_each_block(source, target_bytes, work);
     }
     std::thread::scope(|scope| {
-        // The reader waits with its block until it is taken.
+        // The reader waits until its block is taken.
         let (blocks, taken) = sync_channel(0);
         let reader =
             scope.spawn(move || for_each_block(source, target_bytes, |first, block| blocks.send((first, block)).map_err(|_| Stop::Done)));
@@ -52,7 +51,7 @@ pub(super) fn for_each_block_ahead(
 mod tests {
     use super::*;
     use crate::ChainError;
-    use crate::imaging::fixtures::{positions, snapshot};
+    use crate::fixtures::{positions, snapshot};
     use cittert_arrays::{Polarization, VisUnit, VisibilityHeader};
     use std::ops::Range;
 

@@ -1,18 +1,18 @@
-//! The restoring beam: an elliptical Gaussian fitted to the main lobe of the dirty beam.
+//! The restoring beam: an elliptical Gaussian that is fitted to the main lobe of the dirty beam.
 
 use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::ArrayView2;
 use std::collections::VecDeque;
 
-/// The main lobe is what hangs together with the peak above this level.
+/// The main lobe consists of the pixels above this level that are connected with the peak.
 pub(super) const LEVEL: f64 = 0.35;
-/// Pixels of the lobe that are used at most: enough for a fit to be exact, few enough for any beam.
+/// Largest number of pixels in the fit. With more pixels the fit is not more accurate, but slower.
 const MOST_PIXELS: usize = 200_000;
 
 /// Fit exp(-(a x^2 + 2 b x y + c y^2)) by least squares to the main lobe of a beam \[m, l\] with its peak of 1 at the centre pixel.
 ///
-/// Everything happens in pixels, so the fit is as good for cells of microarcseconds as for degrees. `None` where the main lobe has no
-/// extent in some direction that the pixels could show: give a beam, or a smaller cell.
+/// The fit is in pixels, so its accuracy does not depend on the size of a cell. `None` if the main lobe is narrower than the pixels can show in
+/// some direction: the caller needs to give a beam, or a smaller cell.
 ///
 /// # Reference
 /// Levenberg-Marquardt: Press et al. 2007, Numerical Recipes, sect. 15.5.
@@ -21,14 +21,14 @@ pub fn fit_beam(grid: &SkyGrid, psf: ArrayView2<'_, f64>) -> Option<RestoringBea
     let lobe = main_lobe(psf)?;
     let mut p = start(&lobe)?;
     let mut lambda = 1e-3;
-    let mut cost = normal(&lobe, &p).2;
+    let mut cost = Normal::of(&lobe, &p).cost;
     for _ in 0..200 {
-        let (mut matrix, gradient, _) = normal(&lobe, &p);
+        let Normal { mut matrix, gradient, .. } = Normal::of(&lobe, &p);
         (0..3).for_each(|k| matrix[k][k] *= 1.0 + lambda);
         let step = solve(matrix, gradient)?;
         let next = [p[0] + step[0], p[1] + step[1], p[2] + step[2]];
         let elliptic = next[0] > 0.0 && next[2] > 0.0 && next[0] * next[2] > next[1] * next[1];
-        let after = if elliptic { normal(&lobe, &next).2 } else { f64::INFINITY };
+        let after = if elliptic { Normal::of(&lobe, &next).cost } else { f64::INFINITY };
         if after <= cost {
             let done = cost - after <= 1e-14 * cost && (0..3).all(|k| step[k].abs() <= 1e-9 * (p[0] + p[2]));
             (p, cost) = (next, after);
@@ -46,10 +46,14 @@ pub fn fit_beam(grid: &SkyGrid, psf: ArrayView2<'_, f64>) -> Option<RestoringBea
     to_beam(grid, p)
 }
 
-/// Offsets from the peak in pixels along l and m, and values.
-type Lobe = Vec<(f64, f64, f64)>;
+/// A pixel of the main lobe: its offsets from the peak along l and m, in pixels, and its value.
+struct Pixel {
+    x: f64,
+    y: f64,
+    value: f64,
+}
 
-fn main_lobe(psf: ArrayView2<'_, f64>) -> Option<Lobe> {
+fn main_lobe(psf: ArrayView2<'_, f64>) -> Option<Vec<Pixel>> {
     let (n_m, n_l) = psf.dim();
     let center = (n_m / 2, n_l / 2);
     if !(psf[center] > LEVEL) {
@@ -60,7 +64,7 @@ fn main_lobe(psf: ArrayView2<'_, f64>) -> Option<Lobe> {
     let mut lobe = Vec::new();
     seen[center] = true;
     while let Some((i, j)) = queue.pop_front() {
-        lobe.push((j as f64 - center.1 as f64, i as f64 - center.0 as f64, psf[(i, j)]));
+        lobe.push(Pixel { x: j as f64 - center.1 as f64, y: i as f64 - center.0 as f64, value: psf[(i, j)] });
         if lobe.len() >= MOST_PIXELS {
             break;
         }
@@ -75,23 +79,23 @@ fn main_lobe(psf: ArrayView2<'_, f64>) -> Option<Lobe> {
             }
         }
     }
-    // A lobe of one row or column says nothing about its width there: take the neighbours of the peak too.
+    // A lobe of one row or one column does not show its width. The neighbours of the peak are therefore always included.
     for (di, dj) in [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1), (1, -1)] {
         let at = (center.0.wrapping_add_signed(di), center.1.wrapping_add_signed(dj));
         if let (Some(v), Some(s)) = (psf.get(at), seen.get(at))
             && !*s
         {
-            lobe.push((dj as f64, di as f64, *v));
+            lobe.push(Pixel { x: dj as f64, y: di as f64, value: *v });
         }
     }
     Some(lobe)
 }
 
-/// Start from -ln of the values: a linear least squares problem, weighted by the values squared.
-fn start(lobe: &Lobe) -> Option<[f64; 3]> {
+/// Initial parameters, from a linear least squares fit to -ln of the values with the squared values as weights.
+fn start(lobe: &[Pixel]) -> Option<[f64; 3]> {
     let mut matrix = [[0.0; 3]; 3];
     let mut right = [0.0; 3];
-    for (x, y, v) in lobe.iter().filter(|p| p.2 > 0.05 && p.2 <= 1.0) {
+    for Pixel { x, y, value: v } in lobe.iter().filter(|p| p.value > 0.05 && p.value <= 1.0) {
         let row = [x * x, 2.0 * x * y, y * y];
         for i in 0..3 {
             right[i] -= v * v * v.ln() * row[i];
@@ -104,22 +108,32 @@ fn start(lobe: &Lobe) -> Option<[f64; 3]> {
     (p[0] > 0.0 && p[2] > 0.0 && p[0] * p[2] > p[1] * p[1]).then_some(p)
 }
 
-/// Normal matrix, gradient and sum of squares of the residuals.
-fn normal(lobe: &Lobe, p: &[f64; 3]) -> ([[f64; 3]; 3], [f64; 3], f64) {
-    let (mut matrix, mut gradient, mut cost) = ([[0.0; 3]; 3], [0.0; 3], 0.0);
-    for (x, y, v) in lobe {
-        let row = [x * x, 2.0 * x * y, y * y];
-        let g = (-(p[0] * row[0] + p[1] * row[1] + p[2] * row[2])).exp();
-        let r = v - g;
-        cost += r * r;
-        for i in 0..3 {
-            gradient[i] -= r * g * row[i];
-            for j in 0..3 {
-                matrix[i][j] += g * g * row[i] * row[j];
+/// The normal equations of one step of the fit.
+#[derive(Default)]
+struct Normal {
+    matrix: [[f64; 3]; 3],
+    gradient: [f64; 3],
+    /// Sum of the squared residuals.
+    cost: f64,
+}
+
+impl Normal {
+    fn of(lobe: &[Pixel], p: &[f64; 3]) -> Self {
+        let mut n = Self::default();
+        for Pixel { x, y, value } in lobe {
+            let row = [x * x, 2.0 * x * y, y * y];
+            let g = (-(p[0] * row[0] + p[1] * row[1] + p[2] * row[2])).exp();
+            let r = value - g;
+            n.cost += r * r;
+            for i in 0..3 {
+                n.gradient[i] -= r * g * row[i];
+                for j in 0..3 {
+                    n.matrix[i][j] += g * g * row[i] * row[j];
+                }
             }
         }
+        n
     }
-    (matrix, gradient, cost)
 }
 
 /// Solve a 3 x 3 system by Cramer's rule.
@@ -138,7 +152,7 @@ fn solve(m: [[f64; 3]; 3], r: [f64; 3]) -> Option<[f64; 3]> {
 }
 
 fn to_beam(grid: &SkyGrid, p: [f64; 3]) -> Option<RestoringBeam> {
-    // Along +l, whichever way the columns run.
+    // Convert from columns to +l, which may point to the left.
     let (a, b, c) = (p[0], p[1] * grid.l_sign(), p[2]);
     let (mean, spread) = (0.5 * (a + c), (0.25 * (a - c) * (a - c) + b * b).sqrt());
     let (small, large) = (mean - spread, mean + spread);

@@ -1,29 +1,26 @@
-//! Visibilities put into the cells of the image's Fourier grid, without a convolution.
+//! The sum of the visibilities in each cell of the Fourier grid of an image, without a kernel.
 
-use super::Imager;
+use super::imager::Imager;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SpectralWindow, UvGrid};
 use ndarray::Array3;
 use num_complex::Complex64;
 
-/// Cells of all channels at most: 2^28 of them take 6 GiB.
-const MOST_CELLS: usize = 1 << 28;
+/// Size in bytes of a cell: its sum, its weight and its count.
+const CELL_BYTES: usize = 32;
 
 impl Imager<'_> {
-    /// Sum the visibilities of each output channel in the nearest cell of the Fourier grid, with the weights of the image. The w term is
-    /// left out.
+    /// Sum the visibilities of each output channel in the nearest cell of the Fourier grid, with the imaging weights. The w term is not included.
     ///
     /// # Errors
-    /// A grid beyond what memory should hold; whatever the source says.
+    /// The grid is larger than the memory budget, or the source fails.
     pub fn cells(&mut self, observer: &dyn Observer) -> Result<UvGrid> {
         let (n_u, n_v, channels) = (self.grid().n_l, self.grid().n_m, self.channels().to_vec());
-        if channels.len().saturating_mul(n_u * n_v) > MOST_CELLS {
-            return Err(ChainError::BadOption {
-                option: "size",
-                value: format!("{n_u} x {n_v} with {} output channels", channels.len()),
-                expected: format!("at most {MOST_CELLS} cells in all"),
-            });
+        let most = self.options().memory.bytes() / CELL_BYTES;
+        if channels.len().saturating_mul(n_u * n_v) > most {
+            let value = format!("{n_u} x {n_v} with {} output channels", channels.len());
+            return Err(ChainError::bad_option("size", value, format!("at most {most} cells in the memory budget")));
         }
         let cell_wl = [1.0 / (n_u as f64 * self.grid().cell_rad), 1.0 / (n_v as f64 * self.grid().cell_rad)];
         let shape = (channels.len(), n_v, n_u);
@@ -68,7 +65,7 @@ impl Imager<'_> {
     }
 }
 
-/// One channel for each output channel.
+/// A spectral window with one channel for each output channel.
 fn of_output(all: &SpectralWindow, channels: &[std::ops::Range<usize>]) -> Result<SpectralWindow> {
     let mean = |r: &std::ops::Range<usize>| all.freq_hz()[r.clone()].iter().sum::<f64>() / r.len() as f64;
     let width = |r: &std::ops::Range<usize>| all.width_hz()[r.clone()].iter().sum::<f64>();
@@ -77,8 +74,8 @@ fn of_output(all: &SpectralWindow, channels: &[std::ops::Range<usize>]) -> Resul
 
 #[cfg(test)]
 mod tests {
-    use super::super::fixtures;
     use super::*;
+    use crate::fixtures;
     use crate::imaging::ImagingOptions;
     use crate::progress::Silent;
     use cittert_arrays::{Polarization, VisUnit};

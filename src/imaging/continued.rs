@@ -1,24 +1,24 @@
-//! CLEAN that goes on from an earlier model, for loops in which the data change between short updates of the model.
+//! CLEAN that continues from an earlier model. It serves loops in which the data change between short updates of the model.
 
-use super::Imager;
-use super::major::{CleanOptions, side_lobe};
+use super::imager::Imager;
+use super::psf::side_lobe;
 use crate::Result;
-use crate::deconvolve::Deconvolver;
+use crate::deconvolve::{CleanOptions, Deconvolver};
 use crate::progress::Observer;
 use cittert_arrays::RestoringBeam;
 use ndarray::Array2;
 
-/// Where a run begins and how it ends. The default begins with nothing and ends with an exact residual.
+/// The start and the end of a run. By default it starts with an empty model and ends with an exact residual.
 #[derive(Debug, Clone, Copy)]
 pub struct Continue<'a> {
-    /// Model of each output channel, flux a pixel \[m, l\]; none for an empty one.
+    /// Model of each output channel, flux per pixel \[m, l\]. An empty list means empty models.
     pub models: &'a [Array2<f64>],
-    /// The data of the imager are what these models leave: they are not taken away again.
+    /// True if the models were already subtracted from the data of the imager. They are not subtracted again.
     pub subtracted: bool,
-    /// Least flux of a pixel of the model; what a minor cycle takes below it is given back.
+    /// Smallest flux of a pixel of the model. After each minor cycle, pixels below it are raised to it.
     pub floor: Option<f64>,
-    /// End with the residual of the visibilities. Without, it is the residual as the last minor cycle left it, chi squared is not known,
-    /// and two transforms are saved.
+    /// End with the exact residual from the visibilities. Without it, the residual is that of the last minor cycle and chi squared is unknown
+    /// (NaN). This saves two transforms.
     pub exact: bool,
 }
 
@@ -28,13 +28,13 @@ impl Default for Continue<'_> {
     }
 }
 
-/// What output channels are cleaned with, and what it was made for.
+/// Beams and deconvolvers of all output channels, and the weights that they were made for.
 pub struct Tools {
     pub(super) all: Vec<Tool>,
     made_for: (Vec<f64>, u64),
 }
 
-/// Beam and deconvolver of an output channel.
+/// Beam and deconvolver of one output channel.
 pub(super) struct Tool {
     pub(super) psf: Array2<f64>,
     pub(super) beam: RestoringBeam,
@@ -48,7 +48,7 @@ impl std::fmt::Debug for Tools {
     }
 }
 
-/// Relative change of a sum of weights that rounding makes when gains of amplitude 1 are applied.
+/// Relative change of a sum of weights by rounding, when gains of amplitude 1 are applied.
 const ROUNDING: f64 = 1e-5;
 
 fn key(imager: &Imager<'_>) -> (Vec<f64>, u64) {
@@ -56,24 +56,24 @@ fn key(imager: &Imager<'_>) -> (Vec<f64>, u64) {
 }
 
 impl Tools {
-    /// Beams and deconvolvers for an imager.
+    /// Make the beams and the deconvolvers for an imager.
     ///
     /// # Errors
-    /// A beam that no Gaussian fits, whatever the source says.
+    /// No Gaussian fits a beam, or the source fails.
     pub(super) fn new(imager: &mut Imager<'_>, opts: &CleanOptions, observer: &dyn Observer) -> Result<Self> {
         let entry = opts.entry()?;
         let make = |imager: &mut Imager<'_>, k: usize| {
             let psf = imager.psf(k, observer)?;
             let beam = imager.beam_of(&psf)?;
             let beam_px = (beam.bmaj_rad * beam.bmin_rad).sqrt() / imager.grid().cell_rad;
-            let deconvolver = (entry.make)(psf.view(), opts, beam_px)?;
-            Ok(Tool { side_lobe: side_lobe(imager, &psf, &beam), psf, beam, deconvolver })
+            let deconvolver = (entry.make)(psf.view(), &opts.scales(beam_px), &opts.tuning)?;
+            Ok(Tool { side_lobe: side_lobe(imager.grid(), &psf, &beam, opts.tuning.main_lobe_fwhm), psf, beam, deconvolver })
         };
         let all = (0..imager.channels().len()).map(|k| make(imager, k)).collect::<Result<_>>()?;
         Ok(Self { all, made_for: key(imager) })
     }
 
-    /// True where the data have the same weights as those that the beams were made of.
+    /// True if the data have the weights that the beams were made for.
     pub(super) fn fit(&self, imager: &Imager<'_>) -> bool {
         let (sums, used) = key(imager);
         let same = |(a, b): (&f64, &f64)| (a - b).abs() <= ROUNDING * a.abs();

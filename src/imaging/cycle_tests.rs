@@ -1,9 +1,9 @@
 //! Runs of CLEAN as a whole: masks that make themselves, several output channels, and a deconvolver that does harm.
 
-use super::fixtures::{positions, snapshot};
 use super::*;
 use crate::Result;
-use crate::deconvolve::{Component, Deconvolver, Entry, Minor, MinorReport, MinorStop, by_name};
+use crate::deconvolve::{CleanTuning, Component, Deconvolver, Entry, Minor, MinorReport, MinorStop, Scales, by_name};
+use crate::fixtures::{positions, snapshot};
 use crate::progress::Silent;
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, SkyFrame, SkyGrid, VisUnit, VisibilitySet};
@@ -71,7 +71,7 @@ impl Deconvolver for Wrong {
     }
 }
 
-fn wrong(_: ArrayView2<'_, f64>, _: &CleanOptions, _: f64) -> Result<Box<dyn Deconvolver>> {
+fn wrong(_: ArrayView2<'_, f64>, _: &Scales, _: &CleanTuning) -> Result<Box<dyn Deconvolver>> {
     Ok(Box::new(Wrong))
 }
 

@@ -1,11 +1,13 @@
-//! The data as an imager sees them: one product, weights of 0 for what must not count, block after block.
+//! The data of an imager: one polarisation product, block by block. A visibility that must not count has weight 0.
 //!
-//! The first pass reads the source, counts and measures. Where the reduced data fit into the cache they are kept, so that weights,
-//! beam, image and every major cycle read the file once; where not, every pass reads it again in the same small memory.
+//! The first pass reads the source, counts the visibilities and measures the coverage. If the reduced data fit into their share of the memory
+//! budget they are kept, and the file is read only once for the weights, the beam, the image and every major cycle. Otherwise every pass reads
+//! the file again.
 
 use super::ahead::for_each_block_ahead;
 use super::pol::{DataCounts, PolSelector};
 use crate::fourier::UvwExtent;
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource};
@@ -13,39 +15,36 @@ use ndarray::Array2;
 use num_complex::Complex32;
 use rayon::prelude::*;
 
-/// Bytes of a block of file rows: where what is needed of all of them is kept, and where every pass reads them anew beside the planes of its
-/// grid. Two blocks are in memory at once.
-const BLOCK_BYTES: [usize; 2] = [96 << 20, 48 << 20];
-/// Reduced rows handed to the gridder at once where they come from the cache are whole blocks of the file.
+/// Size in bytes of a reduced visibility: the value, its weight and its imaging weight.
 const REDUCED_BYTES: usize = 16;
 
-/// Rows reduced to one product.
+/// Rows that are reduced to one polarisation product.
 #[derive(Debug, Clone)]
 pub struct ReducedBlock {
     /// Index of the first row in the source.
     pub first_row: usize,
-    /// uvw, m \[row, 3\]; 0 where they were not finite.
+    /// uvw, m \[row, 3\]. A uvw that is not finite is replaced by 0; the weights of its row are 0.
     pub uvw_m: Array2<f64>,
-    /// Visibilities \[row, chan\]; 0 where they must not count.
+    /// Visibilities \[row, chan\]; 0 if they must not count.
     pub vis: Array2<Complex32>,
-    /// Weights of the data, 1/sigma^2 \[row, chan\]; 0 where they must not count.
+    /// Weights of the data, 1/sigma^2 \[row, chan\]; 0 if they must not count.
     pub weight: Array2<f32>,
-    /// Weights of the image \[row, chan\]; see [`super::weights`].
+    /// Imaging weights \[row, chan\]; see [`super::weights`].
     pub imaging: Array2<f32>,
 }
 
-/// What the first pass found.
+/// The results of the first pass.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Survey {
-    /// What became of the data.
+    /// Numbers of used and unused visibilities.
     pub counts: DataCounts,
-    /// Reach of the rows that have any weight.
+    /// Largest u, v and w.
     pub extent: UvwExtent,
     /// Shortest and longest projected baseline of used rows over all channels, wavelengths.
     pub uv_range_wl: (f64, f64),
     /// Sum of the weights of the data in each channel \[chan\].
     pub channel_weight: Vec<f64>,
-    /// Middle of the first and last time, Julian date.
+    /// Middle between the first and the last time, Julian date.
     pub time_jd: Option<f64>,
     /// Index of the phase centre of the rows.
     pub phase_center: usize,
@@ -56,6 +55,7 @@ pub struct Data<'a> {
     source: &'a mut dyn VisibilitySource,
     selector: PolSelector,
     unit_weights: bool,
+    memory: MemoryBudget,
     cache: Option<Vec<ReducedBlock>>,
     survey: Survey,
 }
@@ -67,23 +67,23 @@ impl std::fmt::Debug for Data<'_> {
 }
 
 impl<'a> Data<'a> {
-    /// Read the source once: count, measure, and keep what fits into `cache_bytes`.
+    /// Read the source once: count the visibilities, measure the coverage, and keep the data if they fit into the budget.
     ///
     /// # Errors
-    /// A source that cannot be read, rows of several phase centres, no datum that may be used.
+    /// The source cannot be read, the rows have several phase centres, or no visibility can be used.
     pub fn open(
         source: &'a mut dyn VisibilitySource,
         selector: PolSelector,
-        (unit_weights, cache_bytes): (bool, usize),
+        (unit_weights, memory): (bool, MemoryBudget),
         observer: &dyn Observer,
     ) -> Result<Self> {
         let (n_rows, spectrum) = (source.n_rows(), source.header().spectrum.clone());
-        let fits = n_rows.saturating_mul(spectrum.n_chan()).saturating_mul(REDUCED_BYTES) <= cache_bytes;
+        let fits = n_rows.saturating_mul(spectrum.n_chan()).saturating_mul(REDUCED_BYTES) <= memory.kept_visibilities();
         let mut survey = Survey { channel_weight: vec![0.0; spectrum.n_chan()], uv_range_wl: (f64::INFINITY, 0.0), ..Survey::default() };
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
-        for_each_block_ahead(source, BLOCK_BYTES[usize::from(!fits)], |first, block| {
+        for_each_block_ahead(source, memory.imaging_block(fits), |first, block| {
             if observer.cancelled() {
                 return Err(ChainError::Cancelled);
             }
@@ -95,7 +95,7 @@ impl<'a> Data<'a> {
                 let message = "the rows have several phase centres: split the set and image one field at a time";
                 return Err(ChainError::Incompatible(message.into()));
             }
-            let (reduced, counts) = reduce(&selector, unit_weights, first, &block);
+            let (reduced, counts) = reduce(&selector, unit_weights, first, &block)?;
             survey.counts = survey.counts.plus(counts);
             times = block.coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
             survey.extent = survey.extent.union(UvwExtent::of(reduced.uvw_m.view()));
@@ -116,25 +116,26 @@ impl<'a> Data<'a> {
         if times.0 <= times.1 {
             survey.time_jd = Some(0.5 * (times.0 + times.1));
         }
-        survey.phase_center = usize::from(center.unwrap_or(0_u16));
         report(&survey.counts, selector.target.name(), observer)?;
-        Ok(Self { source, selector, unit_weights, cache: fits.then_some(cache), survey })
+        let center: u16 = center.ok_or_else(|| ChainError::NoData("the set has no rows".into()))?;
+        survey.phase_center = usize::from(center);
+        Ok(Self { source, selector, unit_weights, memory, cache: fits.then_some(cache), survey })
     }
 
-    /// What the first pass found.
+    /// The results of the first pass.
     #[must_use]
     pub fn survey(&self) -> &Survey {
         &self.survey
     }
 
-    /// What all rows share.
+    /// The header of the set.
     #[must_use]
     pub fn header(&self) -> &VisibilityHeader {
         self.source.header()
     }
 
-    /// Hand every block to `work`, in order. Changes to the weights of the image last only where the data are in the cache:
-    /// `prepare` makes them for blocks that are read anew.
+    /// Call `work` for every block, in order. Blocks in memory keep their imaging weights from pass to pass. Blocks that are read again lose
+    /// them; `prepare` is called for these blocks first, to set them again.
     ///
     /// # Errors
     /// The first error of the source or of `work`.
@@ -154,9 +155,9 @@ impl<'a> Data<'a> {
             return Ok(());
         }
         let (selector, unit) = (&self.selector, self.unit_weights);
-        for_each_block_ahead(self.source, BLOCK_BYTES[1], |first, block| {
+        for_each_block_ahead(self.source, self.memory.imaging_block(false), |first, block| {
             stop()?;
-            let (mut reduced, _) = reduce(selector, unit, first, &block);
+            let (mut reduced, _) = reduce(selector, unit, first, &block)?;
             drop(block);
             prepare(&mut reduced);
             work(&mut reduced)?;
@@ -165,16 +166,17 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// True where the data are in memory and weights of the image last.
+    /// True if the data are in memory.
     #[must_use]
     pub fn is_cached(&self) -> bool {
         self.cache.is_some()
     }
 }
 
-fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &VisibilityBlock) -> (ReducedBlock, DataCounts) {
+/// Combine the polarisation products of a block.
+fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &VisibilityBlock) -> Result<(ReducedBlock, DataCounts)> {
     let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
-    // Memory that is fresh is zero already: the threads that fill it are the first to touch it.
+    // New memory is zero already, and the threads that fill it are the first to touch it.
     let mut vis: Vec<Complex32> = bytemuck::zeroed_vec(rows * chans);
     let (mut weight, mut imaging) = (vec![0.0; rows * chans], vec![0.0; rows * chans]);
     let counts = vis
@@ -194,16 +196,13 @@ fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &Visibili
             row.fill(0.0);
         }
     }
-    (ReducedBlock { first_row, uvw_m, vis: shaped(vis, chans), weight: shaped(weight, chans), imaging: shaped(imaging, chans) }, counts)
+    let wrong = |e: ndarray::ShapeError| ChainError::Internal(e.to_string());
+    let shaped = |values| Array2::from_shape_vec((rows, chans), values).map_err(wrong);
+    let vis = Array2::from_shape_vec((rows, chans), vis).map_err(wrong)?;
+    Ok((ReducedBlock { first_row, uvw_m, vis, weight: shaped(weight)?, imaging: shaped(imaging)? }, counts))
 }
 
-/// Whole rows of `chans` values as \[row, chan\].
-fn shaped<T: Default>(values: Vec<T>, chans: usize) -> Array2<T> {
-    let rows = values.len() / chans.max(1);
-    Array2::from_shape_vec((rows, chans), values).unwrap_or_else(|_| Array2::default((rows, chans)))
-}
-
-/// Say what was left out; nothing left is an error.
+/// Report the visibilities that were left out. It is an error if no visibility is left.
 fn report(c: &DataCounts, name: &str, observer: &dyn Observer) -> Result<()> {
     let left_out = format!(
         "{} of {} visibilities of {name} are flagged, {} have a weight that is not positive and finite, {} are not finite",
@@ -213,10 +212,10 @@ fn report(c: &DataCounts, name: &str, observer: &dyn Observer) -> Result<()> {
         return Err(ChainError::NoData(format!("no usable visibility: {left_out}")));
     }
     if c.used < c.total {
-        observer.event(Event::Note(&format!("{left_out}; none of these counts")));
+        observer.event(Event::Note(&format!("{left_out}; these are not used")));
     }
     if c.one_hand > 0 {
-        observer.event(Event::Note(&format!("{} visibilities of {name} have one usable hand, which is taken for both", c.one_hand)));
+        observer.event(Event::Note(&format!("{} visibilities of {name} have one usable hand, which is used for both", c.one_hand)));
     }
     Ok(())
 }

@@ -1,151 +1,41 @@
-//! Major cycles: minor cycles on the image, then the residual anew from the visibilities.
+//! Major cycles: a minor cycle on the image, followed by the exact residual from the visibilities.
 //!
-//! A minor cycle stops where its approximations would begin to show: at (1 - mgain) of the peak, and not below the side lobes of the beam
-//! times `cyclefactor`, within limits. The run stops at a threshold, at a multiple of the noise, when the iterations are used up, or when the
-//! residual grows; the best state is kept, and the reason is always said.
+//! A minor cycle works on an approximate residual. It stops before the errors of the approximation become visible: at (1 - mgain) times the
+//! peak, or at `cyclefactor` times the largest side lobe of the beam times the peak, within limits. The run stops at a threshold, at a multiple
+//! of the noise, when all iterations are used, or when the residual grows. In the last case the best state is kept. The reason is always
+//! reported.
 //!
 //! # Reference
 //! Schwab 1984, AJ 89, 1076 (Cotton-Schwab).
 
-use super::components::merged;
+use super::auto_mask::AutoMask;
+use super::cleaned::{Channel, Clock, products};
 use super::continued::{Continue, Tool, Tools};
-use super::output::Kind;
-use super::restore::with_beam;
-use super::{Imager, Residual};
-use crate::deconvolve::{Component, Minor, MinorLimits, MinorReport, MinorStop, peak_of};
+use super::imager::{Imager, Residual};
+use crate::deconvolve::{Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, peak_size};
 use crate::fidelity::robust_rms;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
-use cittert_arrays::{Image, RestoringBeam, VisUnit};
+use cittert_arrays::VisUnit;
 use ndarray::Array2;
-use std::collections::BTreeMap;
-use std::time::Instant;
 
+pub use super::cleaned::{CleanProducts, CleanStatistics, StopReason};
 pub use super::components::CleanComponent;
 pub use crate::deconvolve::CleanOptions;
-
-/// Times the largest side lobe of the brightest residual below which a mask that makes itself does not grow.
-const SIDE_LOBES: f64 = 1.2;
-
-/// Why a run stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StopReason {
-    /// The peak is at or below the threshold.
-    Threshold,
-    /// The peak is at or below the multiple of the noise.
-    Noise,
-    /// All iterations are used.
-    Iterations,
-    /// The most major cycles were made.
-    MajorCycles,
-    /// The residual grew; the best state was kept.
-    Diverged,
-    /// The residual stopped coming down.
-    Stalled,
-    /// Nothing is left that a component could take.
-    Nothing,
-}
-
-impl StopReason {
-    /// A short name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Threshold => "threshold",
-            Self::Noise => "nsigma",
-            Self::Iterations => "niter",
-            Self::MajorCycles => "major cycles",
-            Self::Diverged => "diverged",
-            Self::Stalled => "stalled",
-            Self::Nothing => "nothing left",
-        }
-    }
-}
-
-/// What happened.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CleanStatistics {
-    /// Why each output channel stopped.
-    pub stop: Vec<StopReason>,
-    /// Components in all output channels.
-    pub iterations: usize,
-    /// Major cycles in all output channels.
-    pub major_cycles: usize,
-    /// Rms of the residual, in the unit of the residual image.
-    pub residual_rms: f64,
-    /// Largest absolute residual.
-    pub residual_peak: f64,
-    /// Sum of the model over pixels and the mean over output channels: Jy, or K sr.
-    pub model_flux: f64,
-    /// Largest value of the restored image over the rms of the residual.
-    pub dynamic_range: f64,
-    /// Chi squared over the real numbers measured, mean over output channels.
-    pub chi2_per_datum: f64,
-    /// Wall-clock seconds by stage.
-    pub seconds: BTreeMap<&'static str, f64>,
-}
-
-/// Images and facts of a run.
-#[derive(Debug, Clone)]
-pub struct CleanProducts {
-    /// Dirty beam.
-    pub psf: Image,
-    /// Dirty image.
-    pub dirty: Image,
-    /// Model, flux a pixel or kelvin.
-    pub model: Image,
-    /// Residual.
-    pub residual: Image,
-    /// Model seen with the restoring beam, plus the residual.
-    pub restored: Image,
-    /// Components, merged by place and scale, brightest first.
-    pub components: Vec<CleanComponent>,
-    /// What happened.
-    pub statistics: CleanStatistics,
-    /// Restoring beam of each output channel.
-    pub beams: Vec<RestoringBeam>,
-}
-
-/// Seconds by stage.
-#[derive(Default)]
-struct Clock(BTreeMap<&'static str, f64>);
-
-impl Clock {
-    fn time<R>(&mut self, stage: &'static str, work: impl FnOnce() -> R) -> R {
-        let start = Instant::now();
-        let result = work();
-        *self.0.entry(stage).or_default() += start.elapsed().as_secs_f64();
-        result
-    }
-}
-
-/// One output channel on its way.
-struct Channel {
-    psf: Array2<f64>,
-    beam: RestoringBeam,
-    dirty: Array2<f64>,
-    model: Array2<f64>,
-    residual: Residual,
-    components: Vec<Component>,
-    /// Given back where the model had come below its floor \[m, l\].
-    given_back: Array2<f64>,
-    stop: StopReason,
-    major: usize,
-}
 
 /// Clean all output channels of an imager.
 ///
 /// # Errors
-/// Options out of range, a mask of another shape, a beam that no Gaussian fits, whatever the source says.
+/// An option is out of range, the mask has another shape than the image, no Gaussian fits the beam, or the source fails.
 pub fn clean(imager: &mut Imager<'_>, opts: &CleanOptions, observer: &dyn Observer) -> Result<CleanProducts> {
     clean_from(imager, opts, &mut None, Continue::default(), observer)
 }
 
-/// As [`clean`], from an earlier model. `tools` are made where there are none or where they no longer fit, and stay for the next time.
-/// The components of the products are those of this run alone.
+/// As [`clean`], but starting from an earlier model. `tools` are kept for the next call. They are made if there are none, or if the data have
+/// other weights than before. The products contain only the components of this run.
 ///
 /// # Errors
-/// As [`clean`]; models of another shape than the image's.
+/// As [`clean`]; also if a model has another shape than the image.
 pub fn clean_from(
     imager: &mut Imager<'_>,
     opts: &CleanOptions,
@@ -158,7 +48,7 @@ pub fn clean_from(
     let n = imager.channels().len();
     if !from.models.is_empty() && (from.models.len() != n || from.models.iter().any(|m| m.dim() != (imager.grid().n_m, imager.grid().n_l)))
     {
-        return Err(ChainError::Incompatible("the model to go on from has another shape than the image".into()));
+        return Err(ChainError::Incompatible("the model to continue from has another shape than the image".into()));
     }
     let tools = match tools {
         Some(made) if made.fit(imager) => made,
@@ -171,17 +61,20 @@ pub fn clean_from(
 }
 
 fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
-    let bad = |option, value: String, expected: &str| Err(ChainError::BadOption { option, value, expected: expected.into() });
-    if !(o.gain > 0.0 && o.gain <= 1.0) {
-        return bad("gain", o.gain.to_string(), "above 0, at most 1");
-    }
-    if !(o.mgain > 0.0 && o.mgain <= 1.0) {
-        return bad("mgain", o.mgain.to_string(), "above 0, at most 1");
+    let bad = |option, value: String, expected: &str| Err(ChainError::bad_option(option, value, expected));
+    for (option, value) in [("gain", o.gain), ("mgain", o.mgain)] {
+        if !(value > 0.0 && value <= 1.0) {
+            return bad(option, value.to_string(), "above 0, at most 1");
+        }
     }
     for (option, value) in [("threshold", threshold(imager, o)?), ("nsigma", o.nsigma), ("cyclefactor", o.cyclefactor)] {
         if !(value >= 0.0 && value.is_finite()) {
             return bad(option, value.to_string(), "a number of 0 or more");
         }
+    }
+    let (low, high) = o.psf_fraction;
+    if !(low >= 0.0 && low <= high && high <= 1.0) {
+        return bad("fractions of the peak", format!("{low} to {high}"), "two fractions of the peak from 0 to 1, the smaller one first");
     }
     if let Some(a) = o.auto_mask
         && !(a > 0.0 && a.is_finite())
@@ -194,7 +87,7 @@ fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
     {
         return bad("mask", format!("{:?}", mask.dim()), &format!("a mask of the shape of the image, {shape:?}"));
     }
-    Ok(())
+    o.tuning.check()
 }
 
 /// The threshold in the unit of the images; 0 where none is given.
@@ -240,24 +133,42 @@ fn clean_channel(
     Ok(state)
 }
 
-/// Largest absolute value of the beam outside its main lobe.
-pub(super) fn side_lobe(imager: &Imager<'_>, psf: &Array2<f64>, beam: &RestoringBeam) -> f64 {
-    let grid = imager.grid();
-    let (sin, cos) = beam.bpa_rad.sin_cos();
-    let outside = |i: usize, j: usize| {
-        let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
-        // The first null of a lobe lies near one width from its centre.
-        ((l * sin + m * cos) / beam.bmaj_rad).powi(2) + ((l * cos - m * sin) / beam.bmin_rad).powi(2) > 1.2
-    };
-    psf.indexed_iter().filter(|((i, j), _)| outside(*i, *j)).map(|(_, v)| v.abs()).fold(0.0, f64::max)
+/// The state with the lowest peak.
+struct Best {
+    model: Array2<f64>,
+    residual: Residual,
+    given_back: Array2<f64>,
+    /// Number of components.
+    components: usize,
 }
 
+impl Best {
+    fn of(state: &Channel) -> Self {
+        let (model, residual, given_back) = (state.model.clone(), state.residual.clone(), state.given_back.clone());
+        Self { model, residual, given_back, components: state.components.len() }
+    }
+
+    fn update(&mut self, state: &Channel) {
+        self.model.assign(&state.model);
+        self.residual.image.assign(&state.residual.image);
+        self.residual.chi2_per_datum = state.residual.chi2_per_datum;
+        self.given_back.assign(&state.given_back);
+        self.components = state.components.len();
+    }
+
+    fn restore(self, state: &mut Channel) {
+        (state.model, state.residual, state.given_back) = (self.model, self.residual, self.given_back);
+        state.components.truncate(self.components);
+    }
+}
+
+/// The major cycles of one output channel.
 struct Run<'a> {
     opts: &'a CleanOptions,
     side_lobe: f64,
     threshold: f64,
     beam_px: f64,
-    /// Part of the model that is not in the data any more.
+    /// The part of the model that was subtracted from the data.
     taken: Option<&'a Array2<f64>>,
     from: Continue<'a>,
 }
@@ -270,7 +181,7 @@ impl Run<'_> {
         }
     }
 
-    /// Bring the model up to its floor.
+    /// Raise the model to its floor.
     fn lift(&self, state: &mut Channel) {
         let Some(floor) = self.from.floor else { return };
         for (value, back) in state.model.iter_mut().zip(&mut state.given_back).filter(|(v, _)| **v < floor) {
@@ -283,56 +194,45 @@ impl Run<'_> {
         &self,
         imager: &mut Imager<'_>,
         k: usize,
-        deconvolver: &mut dyn crate::deconvolve::Deconvolver,
+        deconvolver: &mut dyn Deconvolver,
         state: &mut Channel,
         (observer, clock): (&dyn Observer, &mut Clock),
     ) -> Result<()> {
         let o = self.opts;
-        let mut auto = o.auto_mask.map(|_| Array2::from_elem(state.dirty.dim(), false));
+        let mut auto = o.auto_mask.map(|sigmas| AutoMask::new(state.dirty.dim(), sigmas, self.beam_px, !o.no_negative, &o.tuning));
+        let mut best = Best::of(state);
         let mut least = f64::INFINITY;
-        let mut best: Option<(Array2<f64>, Residual, usize, Array2<f64>)> = None;
         loop {
             let rms = robust_rms(state.residual.image.view());
-            if let (Some(mask), Some(sigmas)) = (&mut auto, o.auto_mask) {
-                let top = peak_of(state.residual.image.view(), o.region.as_ref(), !o.no_negative).map_or(0.0, |p| p.0.abs());
-                // The side lobes of what is still there stand above the noise too, and are no source.
-                self.grow(mask, &state.residual.image, (sigmas * rms).max(SIDE_LOBES * self.side_lobe * top));
-                if let Some(fixed) = &o.region {
-                    ndarray::Zip::from(mask).and(fixed).for_each(|m, f| *m &= *f);
-                }
+            if let Some(auto) = &mut auto {
+                let top = peak_size(state.residual.image.view(), o.region.as_ref(), !o.no_negative);
+                // The side lobes of the sources in the residual are above the noise too, but they are not sources.
+                let level = (auto.sigmas * rms).max(o.tuning.side_lobe_margin * self.side_lobe * top);
+                auto.grow(&state.residual.image, level, o.region.as_ref());
             }
-            let mask = auto.as_ref().or(o.region.as_ref());
-            let peak = peak_of(state.residual.image.view(), mask, !o.no_negative).map_or(0.0, |p| p.0.abs());
+            let mask = auto.as_ref().map(|a| &a.mask).or(o.region.as_ref());
+            let peak = peak_size(state.residual.image.view(), mask, !o.no_negative);
             let (number, iterations) = (state.major, state.components.len());
             observer.event(Event::Cycle { number: number + 1, iterations, peak, flux: state.model.sum(), rms });
             if observer.cancelled() {
                 return Err(ChainError::Cancelled);
             }
-            // Grown by a factor over the best: what was done since does harm.
-            if number > 0 && !(peak <= 1.5 * least) {
-                if let Some((model, residual, n, given_back)) = best.take() {
-                    (state.model, state.residual, state.given_back) = (model, residual, given_back);
-                    state.components.truncate(n);
-                }
+            // The peak is much higher than in the best state: the cycles since then have made the model worse.
+            if number > 0 && !(peak <= o.tuning.major_divergence * least) {
+                best.restore(state);
                 return self.stop(state, StopReason::Diverged, observer);
             }
             if peak < least {
                 least = peak;
-                match &mut best {
-                    Some((model, residual, n, given_back)) => {
-                        model.assign(&state.model);
-                        residual.image.assign(&state.residual.image);
-                        given_back.assign(&state.given_back);
-                        (residual.chi2_per_datum, *n) = (state.residual.chi2_per_datum, iterations);
-                    }
-                    None => best = Some((state.model.clone(), state.residual.clone(), iterations, state.given_back.clone())),
+                if number > 0 {
+                    best.update(state);
                 }
             }
             let level = self.threshold.max(o.nsigma * rms);
             if let Some(reason) = self.reason(peak, level, state) {
                 return self.stop(state, reason, observer);
             }
-            let part = (o.cyclefactor * self.side_lobe).clamp(o.psf_fraction.0, o.psf_fraction.1.max(o.psf_fraction.0)).max(1.0 - o.mgain);
+            let part = (o.cyclefactor * self.side_lobe).clamp(o.psf_fraction.0, o.psf_fraction.1).max(1.0 - o.mgain);
             let limits =
                 MinorLimits { gain: o.gain, level: level.max(part * peak), iterations: o.niter - iterations, negative: !o.no_negative };
             let Channel { residual, model, .. } = state;
@@ -376,64 +276,4 @@ impl Run<'_> {
         observer.event(Event::Note(&format!("stopped after {n} components in {m} major cycles: {}", reason.name())));
         Ok(())
     }
-
-    /// Add to the mask what stands above the level, widened by half a main lobe.
-    fn grow(&self, mask: &mut Array2<bool>, residual: &Array2<f64>, level: f64) {
-        let reach = (0.5 * self.beam_px).ceil().max(1.0) as usize;
-        let (n_m, n_l) = residual.dim();
-        for ((i, j), v) in residual.indexed_iter() {
-            let stands = if !self.opts.no_negative { v.abs() > level } else { *v > level };
-            if stands {
-                let rows = i.saturating_sub(reach)..(i + reach + 1).min(n_m);
-                let columns = j.saturating_sub(reach)..(j + reach + 1).min(n_l);
-                mask.slice_mut(ndarray::s![rows, columns]).fill(true);
-            }
-        }
-    }
-}
-
-fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Result<CleanProducts> {
-    let grid = imager.grid().clone();
-    let beams: Vec<RestoringBeam> = channels.iter().map(|c| c.beam).collect();
-    let restored: Vec<Array2<f64>> =
-        clock.time("restore", || channels.iter().map(|c| with_beam(&grid, c.model.view(), &c.beam) + &c.residual.image).collect());
-    let mut statistics = CleanStatistics {
-        stop: channels.iter().map(|c| c.stop).collect(),
-        iterations: channels.iter().map(|c| c.components.len()).sum(),
-        major_cycles: channels.iter().map(|c| c.major).sum(),
-        residual_rms: 0.0,
-        residual_peak: 0.0,
-        model_flux: channels.iter().map(|c| c.model.sum()).sum::<f64>() / channels.len() as f64,
-        dynamic_range: 0.0,
-        chi2_per_datum: channels.iter().map(|c| c.residual.chi2_per_datum).sum::<f64>() / channels.len() as f64,
-        seconds: clock.0,
-    };
-    let mut components = Vec::new();
-    let (mut psfs, mut dirties, mut models, mut residuals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (channel, c) in channels.into_iter().enumerate() {
-        let back = c.given_back.indexed_iter().filter(|(_, f)| **f != 0.0);
-        let back = back.map(|((row, column), flux)| Component { row, column, flux: *flux, scale_px: 0.0 });
-        components.extend(merged(&grid, channel, c.components.into_iter().chain(back)));
-        psfs.push(c.psf);
-        dirties.push(c.dirty);
-        models.push(c.model);
-        residuals.push(c.residual.image);
-    }
-    components.sort_by(|a, b| b.flux.abs().total_cmp(&a.flux.abs()));
-    let residual = imager.image(residuals, Kind::Residual, &beams)?;
-    let restored = imager.image(restored, Kind::Restored, &beams)?;
-    statistics.residual_rms = (residual.data.iter().map(|v| v * v).sum::<f64>() / residual.data.len() as f64).sqrt();
-    statistics.residual_peak = residual.data.iter().fold(0.0, |a, v| a.max(v.abs()));
-    let top = restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - restored.pedestal_k.unwrap_or(0.0);
-    statistics.dynamic_range = top / statistics.residual_rms.max(f64::MIN_POSITIVE);
-    Ok(CleanProducts {
-        psf: imager.image(psfs, Kind::Psf, &beams)?,
-        dirty: imager.image(dirties, Kind::Dirty, &beams)?,
-        model: imager.image(models, Kind::Model, &beams)?,
-        residual,
-        restored,
-        components,
-        statistics,
-        beams,
-    })
 }

@@ -1,15 +1,17 @@
-//! From visibilities to dirty beams, dirty images and restored images, in blocks of rows.
+//! Dirty beams, dirty images and restored images of visibilities, in blocks of rows.
 //!
-//! [`Imager`] reads a source once, chooses the grid where the caller does not, weighs, and then gives the beam, the dirty image and the
-//! residual of a model for each output channel. [`clean`] runs a deconvolver around it; see [`major`].
+//! [`Imager`] reads a source once, chooses the grid if the caller does not, and makes the weights. It then makes the dirty beam, the dirty image
+//! and the residual of a model for each output channel. [`clean`] runs a deconvolver in major cycles; see [`major`].
 
 mod ahead;
+mod auto_mask;
 mod beam_fit;
 mod cells;
+mod cleaned;
 mod components;
 mod continued;
 mod data;
-mod dirty;
+mod imager;
 pub mod major;
 mod options;
 mod output;
@@ -18,24 +20,28 @@ mod psf;
 mod restore;
 mod session;
 mod size;
+mod size_tuning;
 pub mod weights;
 
 #[cfg(test)]
 mod cycle_tests;
 #[cfg(test)]
-pub(crate) mod fixtures;
+mod memory_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tuning_tests;
 
 pub use beam_fit::fit_beam;
 pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use data::{Data, ReducedBlock, Survey};
-pub use dirty::{Imager, Residual};
+pub use imager::{Imager, Residual};
 pub use major::{CleanProducts, clean, clean_from};
-pub use options::{BeamShape, ImageSize, ImagingOptions, Weighting};
 pub(crate) use output::Kind;
+pub use options::{BeamShape, ImageSize, ImagingOptions, Weighting};
 pub use output::{ImagingInfo, dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};
 pub use restore::{gaussian, with_beam};
+pub use size_tuning::SizeTuning;
 pub use weights::ImageWeights;

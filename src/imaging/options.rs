@@ -1,7 +1,9 @@
 //! Options of every image: one type for the library, the command line and the files of `run` and `study`.
 
+use super::size_tuning::SizeTuning;
 use crate::Result;
 use crate::fourier::GridOptions;
+use crate::memory::MemoryBudget;
 use crate::values::{bad_value, by_text};
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, RestoringBeam, SkyGrid};
@@ -57,10 +59,14 @@ pub struct ImagingOptions {
     /// Restoring beam MAJOR,MINOR,PA such as 12arcsec,8arcsec,30deg [default: fitted to the dirty beam].
     #[cfg_attr(feature = "cli", arg(long, value_name = "BEAM"))]
     pub beam: Option<BeamShape>,
-    /// Bytes of reduced visibilities that are kept in memory. Every pass reads larger sets again.
+    /// Memory that the visibilities, the grid and their buffers share.
     #[serde(skip)]
-    #[cfg_attr(feature = "cli", arg(skip = ImagingOptions::default().cache_bytes))]
-    pub cache_bytes: usize,
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub memory: MemoryBudget,
+    /// Rules for a size and a cell that are chosen from the coverage.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub sizes: SizeTuning,
 }
 
 impl Default for ImagingOptions {
@@ -80,7 +86,8 @@ impl Default for ImagingOptions {
             epsilon: 1e-5,
             no_w: false,
             beam: None,
-            cache_bytes: 512 << 20,
+            memory: MemoryBudget::default(),
+            sizes: SizeTuning::default(),
         }
     }
 }
@@ -115,7 +122,7 @@ impl ImagingOptions {
     }
 
     pub(crate) fn grid_options(&self) -> GridOptions {
-        GridOptions { epsilon: self.epsilon, w_term: !self.no_w, divide_by_n: false }
+        GridOptions { epsilon: self.epsilon, w_term: !self.no_w, divide_by_n: false, memory: self.memory }
     }
 }
 

@@ -1,57 +1,60 @@
 //! Planes as images with units, beams and history.
 //!
-//! A set in Jy gives Jy/beam, and models in Jy/pixel. A set in `K str` gives kelvin: a flux a beam divided by the solid angle of the
-//! restoring beam is the brightness averaged over it, a model's flux divided by the solid angle of a cell is brightness. Models and
-//! restored images are multiplied by n as well, because a cell of direction cosines sees 1/n of solid angle more towards the edge.
-//! A constant that was taken from the scene before it was observed is added back to whatever shows the scene.
+//! A set in Jy gives images in Jy/beam and models in Jy/pixel. A set in `K str` gives kelvin. The flux per beam divided by the solid angle of
+//! the restoring beam is the brightness averaged over the beam. The flux of a model pixel divided by the solid angle of a cell is brightness.
+//! Models and restored images are also multiplied by n, because the solid angle of a cell of direction cosines is larger by 1/n towards the
+//! edge. A constant that the simulation removed from the scene (the pedestal) is added back to dirty, model and restored images.
 
-use super::{BeamShape, Imager, fit_beam};
+use super::beam_fit::fit_beam;
+use super::imager::Imager;
+use super::options::BeamShape;
+use super::pol::DataCounts;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, SpectralWindow, VisUnit};
 use ndarray::{Array2, Array4, Axis};
 
-/// What a plane shows, and so its unit.
+/// The content of a plane. It determines the unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// The dirty beam.
     Psf,
-    /// Flux a beam with the scene in it.
+    /// Flux per beam, with the scene.
     Dirty,
-    /// Flux a beam without it.
+    /// Flux per beam, without the model.
     Residual,
-    /// Flux a pixel.
+    /// Flux per pixel.
     Model,
     /// The restored image.
     Restored,
 }
 
-/// What was chosen and found on the way to an image.
+/// The grid, the beams and the counts of an image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImagingInfo {
-    /// Where the pixels are.
+    /// Grid of the image.
     pub grid: SkyGrid,
-    /// The beam of each output channel, where one could be fitted or was given.
+    /// The beam of each output channel, if one was given or could be fitted.
     pub beams: Vec<RestoringBeam>,
-    /// What became of the data.
-    pub counts: super::DataCounts,
+    /// Numbers of used and unused visibilities.
+    pub counts: DataCounts,
     /// Shortest and longest baseline, wavelengths.
     pub uv_range_wl: (f64, f64),
-    /// Sum of the weights of the image.
+    /// Sum of the imaging weights of each output channel.
     pub sum_of_weights: Vec<f64>,
 }
 
 impl Imager<'_> {
-    /// The restoring beam of a dirty beam: as given in the options, or fitted.
+    /// The restoring beam for a dirty beam: the beam of the options, or a fitted one.
     ///
     /// # Errors
-    /// A main lobe that no Gaussian fits.
+    /// No Gaussian fits the main lobe.
     pub fn beam_of(&self, psf: &Array2<f64>) -> Result<RestoringBeam> {
         let fit = self.options().beam.map(BeamShape::restoring).or_else(|| fit_beam(self.grid(), psf.view()));
         fit.ok_or_else(|| ChainError::NoData("no Gaussian fits the main lobe of the dirty beam: give a beam, or a smaller cell".into()))
     }
 
-    /// Facts for a report.
+    /// The grid, the beams and the counts, for a report.
     #[must_use]
     pub fn info(&self, beams: Vec<RestoringBeam>) -> ImagingInfo {
         ImagingInfo {
@@ -63,14 +66,14 @@ impl Imager<'_> {
         }
     }
 
-    /// Planes \[m, l\] of all output channels as an image.
+    /// Make an image of the planes \[m, l\] of all output channels.
     pub(crate) fn image(&self, planes: Vec<Array2<f64>>, kind: Kind, beams: &[RestoringBeam]) -> Result<Image> {
         let grid = self.grid();
         let header = self.header();
         let kelvin = header.unit == VisUnit::KelvinSr;
         let mut data = Array4::zeros((planes.len(), 1, grid.n_m, grid.n_l));
         for (k, plane) in planes.into_iter().enumerate() {
-            let plane = if kelvin { in_kelvin(grid, plane, kind, beams.get(k), header.pedestal_k) } else { plane };
+            let plane = if kelvin { in_kelvin(grid, plane, kind, beams.get(k), header.pedestal_k)? } else { plane };
             data.index_axis_mut(Axis(0), k).index_axis_mut(Axis(0), 0).assign(&plane);
         }
         let unit = match (kind, kelvin) {
@@ -99,11 +102,12 @@ impl Imager<'_> {
     }
 }
 
-fn in_kelvin(grid: &SkyGrid, mut plane: Array2<f64>, kind: Kind, beam: Option<&RestoringBeam>, pedestal: Option<f64>) -> Array2<f64> {
-    let solid_angle = match kind {
-        Kind::Psf => return plane,
-        Kind::Model => grid.cell_sr(),
-        _ => beam.map_or(f64::NAN, RestoringBeam::solid_angle_sr),
+fn in_kelvin(grid: &SkyGrid, mut plane: Array2<f64>, kind: Kind, beam: Option<&RestoringBeam>, pedestal: Option<f64>) -> Result<Array2<f64>> {
+    let solid_angle = match (kind, beam) {
+        (Kind::Psf, _) => return Ok(plane),
+        (Kind::Model, _) => grid.cell_sr(),
+        (_, Some(beam)) => beam.solid_angle_sr(),
+        (_, None) => return Err(ChainError::Internal("an image in kelvin has no restoring beam".into())),
     };
     let raw = matches!(kind, Kind::Dirty | Kind::Residual);
     let constant = if kind == Kind::Residual { 0.0 } else { pedestal.unwrap_or(0.0) };
@@ -112,10 +116,10 @@ fn in_kelvin(grid: &SkyGrid, mut plane: Array2<f64>, kind: Kind, beam: Option<&R
         let n = if raw { 1.0 } else { (1.0 - l * l - m * m).max(0.0).sqrt() };
         *v = *v * n / solid_angle + constant;
     }
-    plane
+    Ok(plane)
 }
 
-/// Dirty beams of all output channels, and their fitted beams where a fit is possible.
+/// Dirty beams of all output channels, and their restoring beams. The list of restoring beams is empty, with a warning, if one cannot be fitted.
 ///
 /// # Errors
 /// As [`Imager::psf`].
@@ -130,11 +134,11 @@ pub fn psf_image(imager: &mut Imager<'_>, observer: &dyn Observer) -> Result<(Im
     Ok((imager.image(planes, Kind::Psf, &beams)?, beams))
 }
 
-/// Dirty images of all output channels. For a set in `K str` the beam is needed to give kelvin, so it is made and fitted first;
-/// for one in Jy that is done where `with_beam` asks for it.
+/// Dirty images of all output channels. A set in `K str` needs the beam for the conversion to kelvin, so the beam is made and fitted first.
+/// For a set in Jy this is done if `with_beam` is true.
 ///
 /// # Errors
-/// As [`Imager::dirty`] and [`Imager::psf`]; a set in `K str` whose beam no Gaussian fits.
+/// As [`Imager::dirty`] and [`Imager::psf`]; also if the set is in `K str` and no Gaussian fits the beam.
 pub fn dirty_image(imager: &mut Imager<'_>, with_beam: bool, observer: &dyn Observer) -> Result<Image> {
     let kelvin = imager.header().unit == VisUnit::KelvinSr;
     let mut beams = Vec::new();

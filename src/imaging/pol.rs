@@ -1,38 +1,38 @@
-//! Polarisation products of a file combined into the one that is imaged.
+//! Combines the polarisation products of a set into the product that is imaged.
 
 use crate::{ChainError, Result};
 use cittert_arrays::{Polarization, VisibilityBlock};
 use num_complex::{Complex, Complex32};
 
-/// How a product is made of the products of a file: the sum of coefficient times product.
+/// The linear combination of the products of a set that gives one product.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PolSelector {
     /// The product that is imaged.
     pub target: Polarization,
     terms: Vec<(usize, Complex32)>,
-    /// One hand stands for Stokes I where the other is missing: true of an unpolarised source.
+    /// If one hand of Stokes I is unusable, the other hand replaces it. This is exact for an unpolarised source.
     either_hand: bool,
 }
 
-/// What became of the data of a pass.
+/// Numbers of used and unused visibilities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DataCounts {
-    /// Data of the product, used or not.
+    /// Visibilities of the product, used or not.
     pub total: u64,
-    /// Used.
+    /// Visibilities that are used.
     pub used: u64,
-    /// Left out: flagged in the file.
+    /// Not used: flagged in the file.
     pub flagged: u64,
-    /// Left out: a weight that is zero, negative or not finite.
+    /// Not used: the weight is zero, negative or not finite.
     pub bad_weight: u64,
-    /// Left out: a visibility or uvw that is not finite.
+    /// Not used: the visibility or a uvw is not finite.
     pub not_finite: u64,
-    /// Used although only one of the two hands was usable.
+    /// Used, but only one of the two hands is usable.
     pub one_hand: u64,
 }
 
 impl DataCounts {
-    /// The sum of two.
+    /// The sum of two counts.
     #[must_use]
     pub fn plus(self, o: Self) -> Self {
         Self {
@@ -46,7 +46,7 @@ impl DataCounts {
     }
 }
 
-/// Why a datum of the file may not be used.
+/// The reason why a visibility of the set cannot be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fault {
     Flag,
@@ -55,13 +55,13 @@ enum Fault {
 }
 
 impl PolSelector {
-    /// The way from the products `available` in a file to `target`.
+    /// The combination of the products `available` in a set that gives `target`.
     ///
     /// Circular hands: I = (RR + LL) / 2, V = (RR - LL) / 2, Q = (RL + LR) / 2, U = (RL - LR) / 2i. Linear: I = (XX + YY) / 2,
-    /// Q = (XX - YY) / 2, U = (XY + YX) / 2, V = (XY - YX) / 2i. A file with one parallel hand gives that hand for Stokes I.
+    /// Q = (XX - YY) / 2, U = (XY + YX) / 2, V = (XY - YX) / 2i. If the set has only one parallel hand, Stokes I is that hand.
     ///
     /// # Errors
-    /// A product that the file does not have the parts of.
+    /// The set does not have the products that `target` needs.
     ///
     /// # Reference
     /// Thompson, Moran & Swenson 2017, sect. 4.7.
@@ -76,16 +76,17 @@ impl PolSelector {
         let half = Complex::new(0.5, 0.0);
         // 1 / 2i
         let half_i = Complex::new(0.0, -0.5);
-        let ways: &[(Polarization, Complex32, Polarization, Complex32)] = match target {
-            I => &[(RR, half, LL, half), (XX, half, YY, half)],
-            Q => &[(RL, half, LR, half), (XX, half, YY, -half)],
-            U => &[(RL, half_i, LR, -half_i), (XY, half, YX, half)],
-            V => &[(RR, half, LL, -half), (XY, half_i, YX, -half_i)],
+        // Circular first, then linear: each is two products with their coefficients.
+        let ways: &[[(Polarization, Complex32); 2]] = match target {
+            I => &[[(RR, half), (LL, half)], [(XX, half), (YY, half)]],
+            Q => &[[(RL, half), (LR, half)], [(XX, half), (YY, -half)]],
+            U => &[[(RL, half_i), (LR, -half_i)], [(XY, half), (YX, half)]],
+            V => &[[(RR, half), (LL, -half)], [(XY, half_i), (YX, -half_i)]],
             _ => &[],
         };
-        for (a, ca, b, cb) in ways {
-            if let (Some(ia), Some(ib)) = (find(*a), find(*b)) {
-                return selector(vec![(ia, *ca), (ib, *cb)], target == I);
+        for [a, b] in ways {
+            if let (Some(ia), Some(ib)) = (find(a.0), find(b.0)) {
+                return selector(vec![(ia, a.1), (ib, b.1)], target == I);
             }
         }
         if target == I
@@ -94,14 +95,11 @@ impl PolSelector {
             return selector(vec![(index, one)], false);
         }
         let names: Vec<&str> = available.iter().map(|p| p.name()).collect();
-        Err(ChainError::BadOption {
-            option: "pol",
-            value: target.name().into(),
-            expected: format!("a product that can be made of what the file has: {}", names.join(", ")),
-        })
+        let expected = format!("a product that can be made of the products of the set: {}", names.join(", "));
+        Err(ChainError::bad_option("polarization", target.name(), expected))
     }
 
-    /// Combine a row of a block into visibilities and weights \[chan\]; the weight of what cannot be used is 0, its visibility 0.
+    /// Combine a row of a block into visibilities and weights \[chan\]. Both are 0 for a visibility that cannot be used.
     pub(crate) fn row(&self, block: &VisibilityBlock, row: usize, unit: bool, (vis, weight): (&mut [Complex32], &mut [f32])) -> DataCounts {
         let mut counts = DataCounts { total: vis.len() as u64, ..DataCounts::default() };
         let finite_uvw = block.coverage.uvw_m.row(row).iter().all(|x| x.is_finite());
@@ -121,7 +119,7 @@ impl PolSelector {
             let combined = match self.terms.as_slice() {
                 [(a, ca)] => part(*a).map(|(v, w)| (*ca * v, w)),
                 [(a, ca), (b, cb), ..] => match (part(*a), part(*b)) {
-                    // The variance of a mean: 1/w = (1/wa + 1/wb) / 4.
+                    // The variance of the mean is 1/w = (1/wa + 1/wb) / 4.
                     (Ok((va, wa)), Ok((vb, wb))) => Ok((*ca * va + *cb * vb, 4.0 * wa / (wa + wb) * wb)),
                     (Ok(hand), Err(_)) | (Err(_), Ok(hand)) if self.either_hand => {
                         counts.one_hand += 1;

@@ -1,37 +1,28 @@
 //! The dirty beam.
 
-use super::Imager;
 use super::beam_fit::LEVEL;
+use super::imager::Imager;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
-use cittert_arrays::SkyGrid;
+use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::Array2;
 use num_complex::Complex;
 
-/// Side of the field in which the main lobe is first looked for.
+/// Side in pixels of the small field in which the main lobe is made first.
 const CORE_SIDE: usize = 128;
 
 impl Imager<'_> {
-    /// Dirty beam of an output channel \[m, l\]: the dirty image of a point of 1 at the centre; exactly 1 there.
-    /// For N antennas seen once with natural weights it is (|AF|^2 - N) / (N (N - 1)), with AF the array factor.
+    /// Dirty beam of an output channel \[m, l\]: the dirty image of a point source of 1 at the centre. Its value at the centre is exactly 1.
+    /// For one integration of N antennas with natural weights it is (|AF|^2 - N) / (N (N - 1)), where AF is the array factor.
     ///
     /// # Errors
-    /// An output channel without data; whatever the source says.
+    /// The output channel has no usable visibility, or the source fails.
     pub fn psf(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
-        if !(self.sum_of_weights(channel) > 0.0) {
-            return Err(ChainError::NoData(format!("output channel {channel} has no usable visibility, hence no beam")));
-        }
-        let single = self.options().grid_options().single_precision_suffices();
-        let psf = if single {
-            self.whole::<f32>(channel, observer, "beam", |_, w| Complex::new(w, 0.0))?
-        } else {
-            self.whole::<f64>(channel, observer, "beam", |_, w| Complex::new(w, 0.0))?
-        };
-        Ok(normalised(psf))
+        self.psf_on(None, channel, observer)
     }
 
-    /// The middle of the dirty beam with all of its main lobe \[m, l\], which is what a restoring beam is fitted to. A small field needs
-    /// few planes of w and few samples along the spectrum, so it costs far less than the whole beam.
+    /// The central part of the dirty beam \[m, l\], which contains the main lobe. The restoring beam is fitted to it. A small field needs few
+    /// planes of w and few nodes along the spectrum, so it takes much less time than the whole beam.
     ///
     /// # Errors
     /// As [`Imager::psf`].
@@ -40,28 +31,41 @@ impl Imager<'_> {
         if whole.n_l <= CORE_SIDE || whole.n_m <= CORE_SIDE || !(self.sum_of_weights(channel) > 0.0) {
             return self.psf(channel, observer);
         }
-        let core = self.psf_on(&SkyGrid::new(CORE_SIDE, CORE_SIDE, whole.cell_rad, whole.frame.clone())?, channel, observer)?;
+        let field = SkyGrid::new(CORE_SIDE, CORE_SIDE, whole.cell_rad, whole.frame)?;
+        let core = self.psf_on(Some(&field), channel, observer)?;
         let last = CORE_SIDE - 1;
         let edge = |k: usize| core[(0, k)].max(core[(last, k)]).max(core[(k, 0)]).max(core[(k, last)]);
-        // A lobe that goes on outside crosses the edge above the level of the fit.
+        // If the lobe extends beyond the small field, the edge is above the level of the fit.
         if (0..CORE_SIDE).all(|k| edge(k) < LEVEL) { Ok(core) } else { self.psf(channel, observer) }
     }
 
-    fn psf_on(&mut self, grid: &SkyGrid, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
-        let psf = if self.options().grid_options().single_precision_suffices() {
-            self.field::<f32>((grid, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
+    /// The beam on a field, or on the grid of the image.
+    fn psf_on(&mut self, field: Option<&SkyGrid>, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
+        if !(self.sum_of_weights(channel) > 0.0) {
+            return Err(ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no beam")));
+        }
+        let mut psf = if self.options().grid_options().single_precision_suffices() {
+            self.grid_all::<f32>((field, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
         } else {
-            self.field::<f64>((grid, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
+            self.grid_all::<f64>((field, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
         };
-        Ok(normalised(psf))
+        // The peak is 1 to within the error of the transform. It is made exact, so that CLEAN subtracts exactly the flux of a component.
+        let center = (psf.nrows() / 2, psf.ncols() / 2);
+        let peak = psf[center];
+        psf /= peak;
+        psf[center] = 1.0;
+        Ok(psf)
     }
 }
 
-/// The sum is 1 to the error of the transform; the peak is made exact so that CLEAN removes exactly what it takes.
-fn normalised(mut psf: Array2<f64>) -> Array2<f64> {
-    let center = (psf.nrows() / 2, psf.ncols() / 2);
-    let peak = psf[center];
-    psf /= peak;
-    psf[center] = 1.0;
-    psf
+/// Largest absolute value of a beam \[m, l\] outside its main lobe: an ellipse with the axes of the restoring beam, `main_lobe_fwhm` times as
+/// large from its centre.
+pub(super) fn side_lobe(grid: &SkyGrid, psf: &Array2<f64>, beam: &RestoringBeam, main_lobe_fwhm: f64) -> f64 {
+    let (sin, cos) = beam.bpa_rad.sin_cos();
+    let outside = |i: usize, j: usize| {
+        let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
+        let (along, across) = ((l * sin + m * cos) / beam.bmaj_rad, (l * cos - m * sin) / beam.bmin_rad);
+        along * along + across * across > main_lobe_fwhm * main_lobe_fwhm
+    };
+    psf.indexed_iter().filter(|((i, j), _)| outside(*i, *j)).map(|(_, v)| v.abs()).fold(0.0, f64::max)
 }

@@ -1,26 +1,26 @@
-//! The restored image: the model seen with the restoring beam, plus what CLEAN left.
+//! The restored image: the model convolved with the restoring beam, plus the residual.
 
 use crate::fourier::Convolver;
 use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::{Array2, ArrayView2};
 
-/// The restoring beam with its peak of 1 at the centre pixel \[m, l\].
+/// The restoring beam \[m, l\] with its peak of 1 at the centre pixel.
 #[must_use]
 pub fn gaussian(grid: &SkyGrid, beam: &RestoringBeam) -> Array2<f64> {
     let (sin, cos) = beam.bpa_rad.sin_cos();
     let k = 4.0 * std::f64::consts::LN_2;
     Array2::from_shape_fn((grid.n_m, grid.n_l), |(i, j)| {
         let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
-        // Along and across the major axis, which points from +m towards +l.
+        // Coordinates along and across the major axis. Its position angle is counted from +m towards +l.
         let (along, across) = ((l * sin + m * cos) / beam.bmaj_rad, (l * cos - m * sin) / beam.bmin_rad);
         (-k * (along * along + across * across)).exp()
     })
 }
 
-/// A model \[m, l\] in flux a pixel convolved with the beam, in flux a beam.
+/// A model \[m, l\] in flux per pixel, convolved with the beam. The result is in flux per beam.
 #[must_use]
 pub fn with_beam(grid: &SkyGrid, model: ArrayView2<'_, f64>, beam: &RestoringBeam) -> Array2<f64> {
-    // Beyond four widths a Gaussian is below 1e-19 of its peak.
+    // Beyond four FWHM a Gaussian is below 1e-19 of its peak.
     let reach = (4.0 * beam.bmaj_rad / grid.cell_rad).ceil() as usize + 1;
     let convolver = Convolver::<f64>::new((grid.n_m, grid.n_l), reach);
     convolver.convolve(model, &convolver.kernel(gaussian(grid, beam).view()))

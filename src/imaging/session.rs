@@ -1,29 +1,29 @@
-//! The transform of one output channel, kept from the beam to the last major cycle.
+//! The transform of one output channel. It is kept from the first beam to the last major cycle.
 //!
-//! Where the data are in memory, the order of their rows on the grid is found once and used by every pass.
+//! If the data are in memory, their rows are sorted once and every pass uses the sorted rows.
 
 use super::data::ReducedBlock;
-use crate::Result;
+use crate::memory::MemoryBudget;
+use crate::{ChainError, Result};
 use crate::fourier::{Degridder, GridOptions, Gridder, Real, SortedRows, Transform, UvwExtent};
 use cittert_arrays::SkyGrid;
+use ndarray::Array2;
 use num_complex::Complex;
 use std::ops::{AddAssign, Range};
-
-/// Bytes of sorted rows that are kept in memory.
-const KEEP_BYTES: usize = 192 << 20;
 
 /// The transform of one output channel.
 #[derive(Debug)]
 pub(super) struct Session<T: Real> {
     pub(super) transform: Transform<T>,
-    /// Weights are divided by this before they meet single precision, so that their unit cannot overflow it.
+    /// Weights are divided by this number before they are rounded to `T`, so that a large unit cannot overflow it.
     pub(super) scale: f64,
     channels: Range<usize>,
-    /// Of the first blocks.
+    /// Sorted rows of the first blocks.
     rows: Vec<SortedRows>,
+    memory: MemoryBudget,
 }
 
-/// Chi squared and the number of data.
+/// Chi squared and the number of visibilities in it.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Residue {
     pub(super) chi2: f64,
@@ -46,10 +46,10 @@ impl<T: Real> Session<T> {
         scale: f64,
     ) -> Result<Self> {
         let transform = Transform::new(grid, &freq_hz[channels.clone()], extent, opts, n_vis)?;
-        Ok(Self { transform, scale, channels, rows: Vec::new() })
+        Ok(Self { transform, scale, channels, rows: Vec::new(), memory: opts.memory })
     }
 
-    /// The order of the rows of a block: the one that is kept, or a new one, which is kept where it may be.
+    /// The sorted rows of a block that are not kept. `None` if the kept rows have them; new rows are kept while the memory budget allows it.
     fn sorted(&mut self, (number, keep): (usize, bool), block: &ReducedBlock) -> Result<Option<SortedRows>> {
         if !keep || number > self.rows.len() {
             return self.transform.sort(block.uvw_m.view()).map(Some);
@@ -59,14 +59,19 @@ impl<T: Real> Session<T> {
         }
         let rows = self.transform.sort(block.uvw_m.view())?;
         let held: usize = self.rows.iter().map(SortedRows::bytes).sum();
-        if held + rows.bytes() > KEEP_BYTES {
+        if held + rows.bytes() > self.memory.sorted_rows() {
             return Ok(Some(rows));
         }
         self.rows.push(rows);
         Ok(None)
     }
 
-    /// Add to `gridder` what `value` makes of (visibility, image weight).
+    /// The kept rows of a block.
+    fn kept(&self, number: usize) -> Result<&SortedRows> {
+        self.rows.get(number).ok_or_else(|| ChainError::Internal(format!("the rows of block {number} were not kept")))
+    }
+
+    /// Grid a block. `value` makes the value to be gridded of each visibility and its imaging weight.
     pub(super) fn grid(
         &mut self,
         (number, keep): (usize, bool),
@@ -76,23 +81,17 @@ impl<T: Real> Session<T> {
     ) -> Result<()> {
         let new = self.sorted((number, keep), block)?;
         let inverse = self.scale.recip();
-        let (vis, imaging) = (&block.vis, &block.imaging);
+        let (vis, imaging) = (Rows::of(&block.vis, &self.channels)?, Rows::of(&block.imaging, &self.channels)?);
         let values = |r: usize, out: &mut [Complex<T>]| {
-            let (Some(v), Some(w)) = (row(vis, r, &self.channels), row(imaging, r, &self.channels)) else {
-                return out.fill(Complex::default());
-            };
-            for c in 0..out.len().min(v.len()).min(w.len()) {
-                let seen = Complex::new(T::of(f64::from(v[c].re)), T::of(f64::from(v[c].im)));
-                out[c] = if w[c] > 0.0 { value(seen, T::of(f64::from(w[c]) * inverse)) } else { Complex::default() };
+            for ((out, v), w) in out.iter_mut().zip(vis.row(r)).zip(imaging.row(r)) {
+                let v = Complex::new(T::of(f64::from(v.re)), T::of(f64::from(v.im)));
+                *out = if *w > 0.0 { value(v, T::of(f64::from(*w) * inverse)) } else { Complex::default() };
             }
         };
-        match new.as_ref().or_else(|| self.rows.get(number)) {
-            Some(rows) => gridder.add_sorted(rows, values),
-            None => Ok(()),
-        }
+        gridder.add_sorted(new.as_ref().map_or_else(|| self.kept(number), Ok)?, values)
     }
 
-    /// Add to `gridder` the weighted rest of the visibilities without the model.
+    /// Subtract the model from a block and grid the weighted residual.
     pub(super) fn residual(
         &mut self,
         (number, keep): (usize, bool),
@@ -102,33 +101,41 @@ impl<T: Real> Session<T> {
     ) -> Result<Residue> {
         let new = self.sorted((number, keep), block)?;
         let inverse = self.scale.recip();
+        let (vis, weight, imaging) =
+            (Rows::of(&block.vis, &self.channels)?, Rows::of(&block.weight, &self.channels)?, Rows::of(&block.imaging, &self.channels)?);
         let subtract = |r: usize, out: &mut [Complex<T>]| {
             let mut left = Residue::default();
-            let (vis, weight, imaging) =
-                (row(&block.vis, r, &self.channels), row(&block.weight, r, &self.channels), row(&block.imaging, r, &self.channels));
-            let (Some(vis), Some(weight), Some(imaging)) = (vis, weight, imaging) else {
-                out.fill(Complex::default());
-                return left;
-            };
-            for c in 0..out.len().min(vis.len()).min(weight.len()).min(imaging.len()) {
-                let d = Complex::new(T::of(f64::from(vis[c].re)) - out[c].re, T::of(f64::from(vis[c].im)) - out[c].im);
-                if weight[c] > 0.0 {
-                    left.chi2 += f64::from(weight[c]) * d.norm_sqr().to64();
+            for (((out, v), weight), imaging) in out.iter_mut().zip(vis.row(r)).zip(weight.row(r)).zip(imaging.row(r)) {
+                let d = Complex::new(T::of(f64::from(v.re)) - out.re, T::of(f64::from(v.im)) - out.im);
+                if *weight > 0.0 {
+                    left.chi2 += f64::from(*weight) * d.norm_sqr().to64();
                     left.used += 1;
                 }
-                out[c] = if imaging[c] > 0.0 { d.scale(T::of(f64::from(imaging[c]) * inverse)) } else { Complex::default() };
+                *out = if *imaging > 0.0 { d.scale(T::of(f64::from(*imaging) * inverse)) } else { Complex::default() };
             }
             left
         };
-        match new.as_ref().or_else(|| self.rows.get(number)) {
-            Some(rows) => gridder.add_residual(rows, model, subtract),
-            None => Ok(Residue::default()),
-        }
+        gridder.add_residual(new.as_ref().map_or_else(|| self.kept(number), Ok)?, model, subtract)
     }
 }
 
-/// Some channels of a row.
-fn row<'a, V>(array: &'a ndarray::Array2<V>, row: usize, channels: &Range<usize>) -> Option<&'a [V]> {
-    let n = array.ncols();
-    array.as_slice()?.get(row * n + channels.start..row * n + channels.end)
+/// The channels of one output channel in the rows of an array \[row, chan\].
+struct Rows<'a, V> {
+    values: &'a [V],
+    n_chan: usize,
+    channels: Range<usize>,
+}
+
+impl<'a, V> Rows<'a, V> {
+    fn of(array: &'a Array2<V>, channels: &Range<usize>) -> Result<Self> {
+        let n_chan = array.ncols();
+        match array.as_slice() {
+            Some(values) if channels.end <= n_chan => Ok(Self { values, n_chan, channels: channels.clone() }),
+            _ => Err(ChainError::Internal(format!("a block of {n_chan} channels has no channels {channels:?}, or is not in row order"))),
+        }
+    }
+
+    fn row(&self, row: usize) -> &'a [V] {
+        &self.values[row * self.n_chan + self.channels.start..row * self.n_chan + self.channels.end]
+    }
 }

@@ -1,34 +1,32 @@
-//! Size and cell of an image: checked where given, chosen from the coverage where not.
+//! Size and cell of an image. They are checked if the caller gives them, and chosen from the coverage otherwise.
 
-use super::{ImagingOptions, Survey};
+use super::data::Survey;
+use super::options::ImagingOptions;
+use super::size_tuning::SizeTuning;
+use crate::fourier::good_size;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, VisibilityHeader};
-
-/// Cells for each 1 / (longest baseline): about four across the main lobe of natural weights.
-const CELLS_A_FRINGE: f64 = 4.0;
-/// Sides that are chosen on their own.
-const SIDES: (usize, usize) = (64, 4096);
+use cittert_arrays::{ArrayError, SPEED_OF_LIGHT_M_S, SkyGrid, VisibilityHeader};
 
 /// The grid of an image of these data.
 pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &ImagingOptions, observer: &dyn Observer) -> Result<SkyGrid> {
-    let center = header.phase_centers.get(survey.phase_center).or(header.phase_centers.first());
-    let center = center.ok_or_else(|| ChainError::NoData("the set has no phase centre".into()))?;
+    let (index, len) = (survey.phase_center, header.phase_centers.len());
+    let center = header.phase_centers.get(index).ok_or(ArrayError::OutOfRange { what: "phase centre", index, len })?;
     let frame = SkyGrid::frame_of(center);
     let (shortest, longest) = survey.uv_range_wl;
     let needed = |what: &str| ChainError::NoData(format!("{what} cannot be chosen: no baseline is longer than 0. Give a size and a cell"));
-    let cell = match opts.cell {
-        Some(cell) => cell.si(),
-        None if longest > 0.0 => 1.0 / (CELLS_A_FRINGE * longest),
+    let cell = match opts.cell.map(|c| c.si()) {
+        Some(cell) => cell,
+        None if longest > 0.0 => 1.0 / (opts.sizes.cells_per_fringe * longest),
         None => return Err(needed("a cell")),
     };
-    let side = match opts.size {
-        Some(size) => (size.columns, size.rows),
+    let side = match opts.size.map(|s| (s.columns, s.rows)) {
+        Some(size) => size,
         None => {
             if !(longest > 0.0) {
                 return Err(needed("an image size"));
             }
-            let n = natural_side(field_of_view(header, shortest), cell);
+            let n = chosen_side(field_of_view(header, shortest, &opts.sizes), cell, &opts.sizes);
             (n, n)
         }
     };
@@ -54,31 +52,22 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
     Ok(grid)
 }
 
-/// Width of the field in rad: the main lobe of the antennas where their diameter is known, else what the shortest baseline sees.
-fn field_of_view(header: &VisibilityHeader, shortest_wl: f64) -> f64 {
+/// Width of the field in rad: the main lobe of the antennas if their diameters are known, otherwise the largest structure that the shortest
+/// baseline measures.
+fn field_of_view(header: &VisibilityHeader, shortest_wl: f64, sizes: &SizeTuning) -> f64 {
     let smallest = header.layout.antennas().iter().filter_map(|a| a.diameter_m).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     let (lowest, _) = header.spectrum.range_hz();
-    let lobe = 2.4 * SPEED_OF_LIGHT_M_S / lowest / smallest;
-    let seen = if shortest_wl > 0.0 { 2.0 / shortest_wl } else { f64::INFINITY };
-    let width = if lobe > 0.0 { lobe.min(4.0 * seen) } else { seen };
-    width.min(1.4)
+    let lobe = sizes.field_per_lobe * SPEED_OF_LIGHT_M_S / lowest / smallest;
+    let measured = if shortest_wl > 0.0 { sizes.field_per_fringe / shortest_wl } else { f64::INFINITY };
+    let width = if lobe > 0.0 { lobe.min(sizes.most_fields * measured) } else { measured };
+    width.min(sizes.widest_field)
 }
 
-/// An even side with small factors within the limits and inside the horizon.
-fn natural_side(field: f64, cell: f64) -> usize {
-    let most = (1.99 / cell).min(SIDES.1 as f64) as usize;
-    let wanted = ((field / cell).ceil().min(1e9) as usize).clamp(SIDES.0, SIDES.1);
-    let smooth = |n: &usize| {
-        let mut n = *n;
-        for p in [2, 3, 5] {
-            while n.is_multiple_of(p) {
-                n /= p;
-            }
-        }
-        n == 1
-    };
-    let good = (wanted..=2 * SIDES.1).find(|n| n.is_multiple_of(2) && smooth(n)).unwrap_or(wanted);
-    good.min(most.max(2) / 2 * 2).max(2)
+/// An even side without prime factors above 5, within the limits and inside the horizon.
+fn chosen_side(field: f64, cell: f64, sizes: &SizeTuning) -> usize {
+    let most = (1.99 / cell).min(sizes.largest_side as f64) as usize;
+    let wanted = ((field / cell).ceil().min(1e9) as usize).max(sizes.least_side).min(sizes.largest_side);
+    good_size(wanted).min(most.max(2) / 2 * 2)
 }
 
 #[cfg(test)]
@@ -87,10 +76,11 @@ mod tests {
 
     #[test]
     fn sides_are_smooth_even_and_inside_the_horizon() {
-        assert_eq!(natural_side(1.0, 0.01), 100);
-        assert_eq!(natural_side(1.03, 0.01), 108);
-        assert_eq!(natural_side(1e-9, 0.01), 64);
-        assert_eq!(natural_side(f64::INFINITY, 1e-6), 4096);
-        assert!(natural_side(1.4, 0.05) <= 40);
+        let side = |field, cell| chosen_side(field, cell, &SizeTuning::default());
+        assert_eq!(side(1.0, 0.01), 100);
+        assert_eq!(side(1.03, 0.01), 108);
+        assert_eq!(side(1e-9, 0.01), 64);
+        assert_eq!(side(f64::INFINITY, 1e-6), 4096);
+        assert!(side(1.4, 0.05) <= 40);
     }
 }

@@ -1,9 +1,10 @@
 //! Beams and images of small sets against the direct sum and against formulas.
 
-use super::fixtures::{positions, snapshot};
 use super::*;
 use crate::deconvolve::by_name;
+use crate::fixtures::{positions, snapshot};
 use crate::fourier::dft::vis_to_image_exact;
+use crate::memory::MemoryBudget;
 use crate::progress::{Recorder, Silent};
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisUnit, VisibilitySet};
@@ -110,7 +111,7 @@ fn a_stream_in_small_blocks_without_cache_gives_the_same_image() {
     let a = (cached.dirty(1, &Silent).unwrap(), cached.psf(0, &Silent).unwrap());
     let model = Array2::from_shape_fn((32, 32), |(i, j)| f64::from((i == 20 && j == 11) as u8));
     let ra = cached.residual(1, model.view(), &Silent).unwrap();
-    let mut streamed = Imager::new(&mut set, ImagingOptions { cache_bytes: 0, ..opts }, &Silent).unwrap();
+    let mut streamed = Imager::new(&mut set, ImagingOptions { memory: MemoryBudget::new(16 << 20).unwrap(), ..opts }, &Silent).unwrap();
     let b = (streamed.dirty(1, &Silent).unwrap(), streamed.psf(0, &Silent).unwrap());
     let rb = streamed.residual(1, model.view(), &Silent).unwrap();
     let close = |x: &Array2<f64>, y: &Array2<f64>| x.iter().zip(y).all(|(x, y)| (x - y).abs() < 1e-12);

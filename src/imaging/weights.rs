@@ -1,32 +1,38 @@
-//! Weights of the visibilities in an image.
+//! Imaging weights of the visibilities.
 //!
-//! The density of weights is summed on cells of the u-v plane 1 / (2 n cell) wide, n the side of the image in cells (the cells of an
-//! image with twice the field), with all visibilities folded to v >= 0. With W the sum of the cell of a visibility of weight w:
-//! natural w; uniform w / W; Briggs w / (1 + W f^2) with f^2 = (5 10^-R)^2 / (sum of W^2 over cells / sum of w).
-//! Uniform factors 1 / W are limited to three times their mean over the occupied cells of the 16 x 16 around them, so that a lone
-//! visibility in a crowd does not dominate.
+//! The density of the weights is summed in cells of the u-v plane. The visibilities are folded to v >= 0. A cell is 1 / (2 n cell) wide, where n
+//! is the side of the image in pixels: these are the cells of an image with twice the field. Let w be the weight of a visibility and W the sum
+//! of the weights in its cell. The imaging weight is:
+//!
+//! - natural: w;
+//! - uniform: w / W;
+//! - Briggs: w / (1 + W f^2), with f^2 = (5 10^-R)^2 / (sum of W^2 over cells / sum of w).
+//!
+//! Uniform factors 1 / W are limited to three times their mean over the occupied cells of the 16 x 16 cells around them, so that a single
+//! visibility among well-filled cells does not dominate.
 //!
 //! # Reference
 //! Briggs 1995, PhD thesis, New Mexico Tech, ch. 3. Cells, fold and limit are those of WSClean with a padding of 2 (Offringa et al. 2014,
-//! MNRAS 444, 606), found from the weights that it stores. CASA counts each visibility at (u, v) and at (-u, -v) on cells of the image
-//! itself, without a limit, so its weights differ.
+//! MNRAS 444, 606), as found from the weights that it stores. CASA counts each visibility at (u, v) and at (-u, -v), in cells of the image
+//! itself and without a limit, so its weights differ.
 
-use super::ReducedBlock;
+use super::data::ReducedBlock;
 use super::options::{ImagingOptions, Weighting};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::{Axis, Zip};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The density grid is that of an image so many times larger.
+/// The density grid is that of an image larger by this factor.
 const PADDING: f64 = 2.0;
-/// Limit of a uniform factor over the mean around it, and half the side of the window of that mean.
+/// Limit of a uniform factor, as a multiple of the mean around it.
 const LIMIT: f64 = 3.0;
+/// Half of the side of the window of that mean, cells.
 const WINDOW: usize = 8;
-/// Rows of cells that one task sums.
+/// Number of rows of cells that one task sums: enough work for a task, and enough tasks for all threads.
 const BAND: usize = 64;
 
-/// Weights of one image.
+/// Imaging weights of one image.
 #[derive(Debug, Clone)]
 pub struct ImageWeights {
     weighting: Weighting,
@@ -35,9 +41,9 @@ pub struct ImageWeights {
     inner_taper_rad: Option<f64>,
     width: usize,
     height: usize,
-    /// Cells a wavelength along u and v.
+    /// Cells per wavelength along u and v.
     scale: (f64, f64),
-    /// Sum of weights, later the factor of each cell \[v, u\]; empty with natural weights.
+    /// Sum of weights, later the factor of each cell \[v, u\]. It is empty for natural weights.
     cells: Vec<f64>,
     sum_of_weights: f64,
 }
@@ -62,19 +68,19 @@ impl ImageWeights {
         }
     }
 
-    /// True where a pass over the data is needed before the weights are known.
+    /// True if the weights need a pass over the data first.
     #[must_use]
     pub fn needs_density(&self) -> bool {
         !self.cells.is_empty()
     }
 
-    /// True where the weights of the image are those of the data.
+    /// True if the imaging weights are the weights of the data.
     #[must_use]
     pub fn are_those_of_the_data(&self) -> bool {
         self.cells.is_empty() && self.taper_rad.is_none() && self.inner_taper_rad.is_none()
     }
 
-    /// Index of the cell of (u, v) in wavelengths, folded to v >= 0; what lies outside the grid wraps, as it does in the image.
+    /// Index of the cell of (u, v) in wavelengths, folded to v >= 0. A point outside the grid wraps around, as it aliases in the image.
     fn cell(&self, u: f64, v: f64) -> usize {
         let (u, v) = if v < 0.0 { (-u, -v) } else { (u, v) };
         // Column width / 2 is u = 0.
@@ -96,7 +102,7 @@ impl ImageWeights {
             let mut sum = 0.0;
             for (uvw, weights) in block.uvw_m.rows().into_iter().zip(block.weight.rows()) {
                 let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
-                // What reaches beyond the grid wraps and may lie in any row of cells.
+                // A visibility outside the grid wraps around and may lie in any row of cells.
                 let (near, far) = (v.abs() * low * self.scale.1, v.abs() * high * self.scale.1);
                 if far < (self.height / 2) as f64 && (far < lines.start || near >= lines.end) {
                     continue;
@@ -118,7 +124,7 @@ impl ImageWeights {
         self.cells = cells;
     }
 
-    /// Turn the density into the factor of each cell.
+    /// Convert the density into the factor of each cell.
     pub fn finish(&mut self) {
         match self.weighting {
             Weighting::Natural => {}
@@ -143,7 +149,7 @@ impl ImageWeights {
         new.par_chunks_mut(BAND * width).enumerate().for_each(|(band, out)| {
             let (y0, lines) = (band * BAND, out.len() / width);
             let (from, to) = (y0.saturating_sub(WINDOW), (y0 + lines + WINDOW).min(rows));
-            // Sum and number of the occupied cells of each line around each column.
+            // Sum and number of the occupied cells around each column, for each line.
             let mut along = vec![(0.0, 0.0); (to - from) * width];
             for (sums, line) in along.chunks_exact_mut(width).zip(old[from * width..to * width].chunks_exact(width)) {
                 windows(line, sums);
@@ -163,7 +169,7 @@ impl ImageWeights {
         self.cells = new;
     }
 
-    /// Factor of a visibility at (u, v) wavelengths.
+    /// Factor for the weight of a visibility at (u, v) wavelengths.
     #[must_use]
     pub fn factor(&self, u: f64, v: f64) -> f64 {
         let density = if self.cells.is_empty() { 1.0 } else { self.cells[self.cell(u, v)] };
@@ -172,7 +178,7 @@ impl ImageWeights {
         density * self.taper_rad.map_or(1.0, gauss) * self.inner_taper_rad.map_or(1.0, |t| 1.0 - gauss(t))
     }
 
-    /// Put the weights of the image of these channels into a block.
+    /// Set the imaging weights of these channels in a block.
     pub fn apply(&self, block: &mut ReducedBlock, channels: &Range<usize>, freq_hz: &[f64]) {
         let plain = self.are_those_of_the_data();
         let ReducedBlock { uvw_m, weight, imaging, .. } = block;
@@ -189,16 +195,16 @@ impl ImageWeights {
     }
 }
 
-/// Cell of a coordinate in cells, of `n` that repeat.
+/// Index of the cell of a coordinate, in `n` cells that repeat periodically.
 #[inline]
 fn wrapped(x: f64, n: usize) -> usize {
-    // Truncation and a step down is the floor, without a call.
+    // Truncation and a step down give the floor without a call.
     let whole = x as i64;
     let floor = whole - i64::from((whole as f64) > x);
     if (0..n as i64).contains(&floor) { floor as usize } else { floor.rem_euclid(n as i64) as usize }
 }
 
-/// Sum and number of the occupied cells from [`WINDOW`] before each column to as many after it, less one.
+/// Sum and number of the occupied cells from [`WINDOW`] cells before each column to `WINDOW - 1` cells after it.
 fn windows(line: &[f64], sums: &mut [(f64, f64)]) {
     if line.iter().all(|w| *w == 0.0) {
         return;
@@ -212,8 +218,8 @@ fn windows(line: &[f64], sums: &mut [(f64, f64)]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cittert_arrays::SkyFrame;
     use cittert_arrays::quantity::Angle;
+    use cittert_arrays::SkyFrame;
     use ndarray::{Array2, array};
     use num_complex::Complex32;
 
@@ -264,7 +270,7 @@ mod tests {
     fn density_and_limit_agree_with_plain_sums_on_any_number_of_threads() {
         let grid = SkyGrid::new(150, 96, 2e-3, SkyFrame::Boresight).unwrap();
         let n = 3000;
-        let mut noise = crate::imaging::fixtures::Noise(3);
+        let mut noise = crate::fixtures::Noise(3);
         // Some reach beyond the grid.
         let wavelength = SPEED_OF_LIGHT_M_S / 1e9;
         let uvw_m = Array2::from_shape_fn((n, 3), |(_, k)| if k < 2 { 260.0 * noise.next() * noise.next() * wavelength } else { 0.0 });

@@ -44,7 +44,7 @@ impl BeamHessian {
         let mut stretched = uvw_m.to_owned();
         stretched.column_mut(2).fill(0.0);
         stretched /= SHRINK;
-        let options = GridOptions { epsilon: 1e-5, w_term: false, divide_by_n: false };
+        let options = GridOptions { epsilon: 1e-5, w_term: false, divide_by_n: false, ..GridOptions::default() };
         let mut pair = Pair::<f32>::new(&twice, freq_hz, stretched.view(), &options)?;
         let diagonal: f64 = weights.iter().map(|w| f64::from(*w)).sum();
         let values: Vec<Complex64> = weights.iter().map(|w| Complex64::new(f64::from(*w) / diagonal, 0.0)).collect();

@@ -1,11 +1,9 @@
 //! What the noise is, so that chi squared has an expected value: from the weights, given, or estimated from two hands that see one sky.
 
 use super::gather::Gathered;
+use crate::memory::MemoryBudget;
 use crate::{ChainError, Result};
 use cittert_arrays::{Polarization, VisibilityBlock, VisibilitySource, for_each_block};
-
-/// Bytes of file rows read at once.
-const BLOCK_BYTES: usize = 64 << 20;
 
 /// Where the noise of the data is known from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +60,7 @@ pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise>
     let find = |p: Polarization| source.header().polarizations.iter().position(|a| *a == p);
     let hands = [(RR, LL), (XX, YY)].into_iter().find_map(|(a, b)| Some((find(a)?, find(b)?)));
     let (mut sum, mut count, mut counts) = (0.0, 0_u64, true);
-    for_each_block(source, BLOCK_BYTES, |_, block: VisibilityBlock| -> Result<()> {
+    for_each_block(source, MemoryBudget::default().block(), |_, block: VisibilityBlock| -> Result<()> {
         counts &= block.weights.iter().zip(&block.nsamples).zip(&block.flags).all(|((w, n), f)| *f || w == n);
         let Some((a, b)) = hands else { return Ok(()) };
         for ((r, c, p), va) in block.vis.indexed_iter().filter(|((_, _, p), _)| *p == a) {
@@ -83,7 +81,7 @@ pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::imaging::fixtures::{positions, snapshot};
+    use crate::fixtures::{positions, snapshot};
     use cittert_arrays::VisUnit;
     use ndarray::Array2;
     use num_complex::Complex32;

@@ -24,7 +24,7 @@ enum Precision {
 impl DegridPlane {
     /// A plane \[m, l\] of values per cell, to be seen at some frequencies with an error of at most `epsilon` of the total flux.
     pub(crate) fn new(grid: &SkyGrid, plane: Array2<f64>, freq_hz: Vec<f64>, epsilon: f64, w_term: bool) -> Self {
-        let options = GridOptions { epsilon, w_term, divide_by_n: false };
+        let options = GridOptions { epsilon, w_term, divide_by_n: false, ..GridOptions::default() };
         Self { grid: grid.clone(), plane, freq_hz, options, ready: None }
     }
 

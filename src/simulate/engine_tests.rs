@@ -224,7 +224,7 @@ fn the_dirty_image_of_an_empty_field_has_the_rms_of_the_formula() {
     let rows = coverage(700, 40.0);
     let grid = SkyGrid::new(48, 48, 2e-3, SkyFrame::Boresight).unwrap();
     let nothing = SkyModel::of_sources(vec![Source::point(0.0, 0.0, 0.0)]);
-    let options = GridOptions { epsilon: 1e-4, w_term: true, divide_by_n: false };
+    let options = GridOptions { epsilon: 1e-4, w_term: true, divide_by_n: false, ..GridOptions::default() };
     let mut sum = 0.0;
     let seeds = 20;
     for seed in 0..seeds {

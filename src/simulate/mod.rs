@@ -23,7 +23,6 @@ pub mod noise;
 pub mod options;
 pub mod pedestal;
 mod phasor;
-pub mod random;
 mod sky;
 
 pub use element::ElementPattern;

@@ -7,7 +7,7 @@
 //! as the effective area and the solid angle of an antenna obey A_e Omega_A = lambda^2.
 
 use super::element::ElementPattern;
-use super::random::stream;
+use crate::random::stream;
 use super::sky::from_jy;
 use crate::{ChainError, Result};
 use cittert_arrays::{

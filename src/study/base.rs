@@ -4,7 +4,7 @@ use crate::imaging::major::{CleanOptions, clean};
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
 use crate::mem::{MemGoals, MemPlan, Uncertainty, mem};
 use crate::progress::Silent;
-use crate::simulate::random::stream;
+use crate::random::stream;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayLayout, Image, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
 use ndarray::{Array2, Axis};

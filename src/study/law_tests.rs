@@ -8,7 +8,8 @@ use crate::deconvolve::by_name;
 use crate::imaging::major::CleanOptions;
 use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::progress::Silent;
-use crate::simulate::{Method, SimulateOptions, SkyModel, random::stream, simulate_set};
+use crate::random::stream;
+use crate::simulate::{Method, SimulateOptions, SkyModel, simulate_set};
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{
     Antenna, ArrayLayout, CoveragePlan, LayoutFrame, PhaseCenter, Polarization, Source, SpectralWindow, VisUnit, VisibilityHeader,

@@ -1,4 +1,4 @@
-//! Dirty images and residuals, block after block.
+//! The imager: dirty images and residuals of a set, block by block.
 
 use super::ImagingOptions;
 use super::data::{Data, ReducedBlock, Survey};
@@ -16,10 +16,10 @@ use rayon::prelude::*;
 use std::any::Any;
 use std::ops::Range;
 
-/// The grid gets finer with the number of visibilities up to this one: the memory of longer sets is the same.
+/// The oversampling of the grid depends on the number of visibilities up to this number. Longer sets do not need more memory.
 const LONG: u64 = 100_000_000;
 
-/// Makes beams, dirty images and residuals of one product of a set.
+/// Makes beams, dirty images and residuals of one polarisation product of a set.
 #[derive(Debug)]
 pub struct Imager<'a> {
     data: Data<'a>,
@@ -27,37 +27,33 @@ pub struct Imager<'a> {
     grid: SkyGrid,
     channels: Vec<Range<usize>>,
     weights: Vec<ImageWeights>,
-    /// Sum of the weights of the image over each output channel.
+    /// Sum of the imaging weights in each output channel.
     sums: Vec<f64>,
     freq_hz: Vec<f64>,
     /// The transform of the output channel that was imaged last, a [`Session`] of either precision.
     session: Option<(usize, Box<dyn Any + Send + Sync>)>,
 }
 
-/// What a model leaves of the data.
+/// The residual of the data after the subtraction of a model.
 #[derive(Debug, Clone)]
 pub struct Residual {
-    /// Residual image, flux a beam \[m, l\].
+    /// Residual image, flux per beam \[m, l\].
     pub image: Array2<f64>,
-    /// Sum of weight |V - model|^2 over two real numbers for each used visibility: 1 where the model explains all but the noise.
+    /// Sum of weight |V - model|^2, divided by twice the number of used visibilities. It is 1 if the residual is only noise.
     pub chi2_per_datum: f64,
 }
 
-/// Weights of the image of all output channels put into a block.
+/// Set the imaging weights of all output channels in a block.
 fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWeights], freq_hz: &[f64]) {
     for (range, w) in channels.iter().zip(weights) {
         w.apply(block, range, freq_hz);
     }
 }
 
-/// Channels shared out evenly.
+/// The channels of each output channel.
 fn share(n_chan: usize, parts: usize) -> Result<Vec<Range<usize>>> {
     if parts == 0 || parts > n_chan {
-        return Err(ChainError::BadOption {
-            option: "channels-out",
-            value: parts.to_string(),
-            expected: format!("1 to the {n_chan} channels of the set"),
-        });
+        return Err(ChainError::bad_option("channels_out", parts, format!("1 to the {n_chan} channels of the set")));
     }
     Ok((0..parts).map(|k| n_chan * k / parts..n_chan * (k + 1) / parts).collect())
 }
@@ -66,13 +62,13 @@ impl<'a> Imager<'a> {
     /// Read the source once, choose the grid, and make the weights.
     ///
     /// # Errors
-    /// Options out of range, a product that the file cannot give, nothing usable in the file, whatever the source says.
+    /// An option is out of range, the set does not contain the polarisation product, no visibility can be used, or the source fails.
     pub fn new(source: &'a mut dyn VisibilitySource, options: ImagingOptions, observer: &dyn Observer) -> Result<Self> {
         options.check()?;
         let spectrum = source.header().spectrum.clone();
         let channels = share(spectrum.n_chan(), options.channels_out)?;
         let selector = PolSelector::new(options.pol, &source.header().polarizations)?;
-        let mut data = Data::open(source, selector, (options.unit_weights, options.cache_bytes), observer)?;
+        let mut data = Data::open(source, selector, (options.unit_weights, options.memory), observer)?;
         let grid = choose_grid(data.survey(), data.header(), &options, observer)?;
         let freq_hz = spectrum.freq_hz().to_vec();
         let all = 0..freq_hz.len();
@@ -100,7 +96,7 @@ impl<'a> Imager<'a> {
         }
         let mut sums = vec![0.0; channels.len()];
         if weights.iter().all(ImageWeights::are_those_of_the_data) {
-            // The survey has summed them, and blocks come with them.
+            // The survey has summed these weights, and every block contains them.
             let channel_weight = &data.survey().channel_weight;
             channels.iter().zip(&mut sums).for_each(|(range, sum)| *sum = channel_weight[range.clone()].iter().sum());
         } else {
@@ -122,25 +118,25 @@ impl<'a> Imager<'a> {
         Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None })
     }
 
-    /// Where the pixels are.
+    /// The grid of the image.
     #[must_use]
     pub fn grid(&self) -> &SkyGrid {
         &self.grid
     }
 
-    /// What the first pass found.
+    /// The results of the first pass over the data.
     #[must_use]
     pub fn survey(&self) -> &Survey {
         self.data.survey()
     }
 
-    /// What all rows share.
+    /// The header of the set.
     #[must_use]
     pub fn header(&self) -> &VisibilityHeader {
         self.data.header()
     }
 
-    /// The options it was made with.
+    /// The options of the imager.
     #[must_use]
     pub fn options(&self) -> &ImagingOptions {
         &self.options
@@ -152,29 +148,30 @@ impl<'a> Imager<'a> {
         &self.channels
     }
 
-    /// Sum of the weights of the image in an output channel; 0 where it has no usable datum.
+    /// Sum of the imaging weights in an output channel; 0 if it has no usable visibility.
     #[must_use]
     pub fn sum_of_weights(&self, channel: usize) -> f64 {
         self.sums[channel]
     }
 
-    /// Dirty image of an output channel, flux a beam \[m, l\]: the weighted mean of the visibilities turned to each pixel.
-    /// An output channel without data is 0.
+    /// Dirty image of an output channel, flux per beam \[m, l\]: the weighted mean of the visibilities, each multiplied by its phase at the
+    /// pixel. The image of an output channel without usable visibilities is 0.
     ///
     /// # Errors
-    /// Whatever the source says.
+    /// The source fails.
     pub fn dirty(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
         if self.options.grid_options().single_precision_suffices() {
-            self.whole::<f32>(channel, observer, "gridding", |v, w| v.scale(w))
+            self.grid_all::<f32>((None, channel), observer, "gridding", |v, w| v.scale(w))
         } else {
-            self.whole::<f64>(channel, observer, "gridding", |v, w| v.scale(w))
+            self.grid_all::<f64>((None, channel), observer, "gridding", |v, w| v.scale(w))
         }
     }
 
-    /// What is left of the data when the visibilities of `model` \[m, l\], flux a pixel, are taken away.
+    /// The residual of the data after the subtraction of the visibilities of `model` \[m, l\], flux per pixel.
     ///
     /// # Errors
-    /// Whatever the source says; a model of another shape or with values that are not finite.
+    /// The output channel has no usable visibility, the model has another shape than the image or a pixel that is not finite, or the source
+    /// fails.
     pub fn residual(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<Residual> {
         if self.options.grid_options().single_precision_suffices() {
             self.residual_in::<f32>(channel, model, observer)
@@ -183,13 +180,13 @@ impl<'a> Imager<'a> {
         }
     }
 
-    /// Hand every block with its image weights to `work`, in order.
+    /// Call `work` for every block with its imaging weights, in order.
     pub(crate) fn for_each_weighed(&mut self, observer: &dyn Observer, mut work: impl FnMut(&ReducedBlock) -> Result<()>) -> Result<()> {
         let (channels, weights, freq_hz) = (&self.channels, &self.weights, &self.freq_hz);
         self.data.for_each(observer, |b| weigh(b, channels, weights, freq_hz), |block| work(block))
     }
 
-    /// Take the transform of an output channel to the whole image, or make it.
+    /// The kept session of an output channel on the grid of the image, or a new one.
     fn session<T: Real>(&mut self, channel: usize) -> Result<Session<T>> {
         if let Some((of, any)) = self.session.take()
             && of == channel
@@ -206,40 +203,19 @@ impl<'a> Imager<'a> {
         Session::new(grid, (range, &self.freq_hz), self.survey().extent, (&self.options.grid_options(), n_vis), self.mean_weight(channel))
     }
 
-    /// Sum over all blocks of the values that `value` makes of (visibility, image weight), transformed to the whole image and divided by
-    /// the sum of weights.
-    pub(super) fn whole<T: Real>(
+    /// Grid the values that `value` makes of each visibility and its imaging weight, transform them to an image, and divide it by the sum of
+    /// weights. Without a field the image has the grid of the imager, and the session is kept for the next pass.
+    pub(super) fn grid_all<T: Real>(
         &mut self,
-        channel: usize,
+        (field, channel): (Option<&SkyGrid>, usize),
         observer: &dyn Observer,
         name: &'static str,
         value: impl Fn(Complex<T>, T) -> Complex<T> + Sync,
     ) -> Result<Array2<f64>> {
-        let mut session = self.session::<T>(channel)?;
-        let image = self.pass((&mut session, channel), observer, name, value)?;
-        self.session = Some((channel, Box::new(session)));
-        Ok(image)
-    }
-
-    /// [`Imager::whole`] on a field of another size.
-    pub(super) fn field<T: Real>(
-        &mut self,
-        (grid, channel): (&SkyGrid, usize),
-        observer: &dyn Observer,
-        name: &'static str,
-        value: impl Fn(Complex<T>, T) -> Complex<T> + Sync,
-    ) -> Result<Array2<f64>> {
-        let mut session = self.session_on(grid, channel)?;
-        self.pass((&mut session, channel), observer, name, value)
-    }
-
-    fn pass<T: Real>(
-        &mut self,
-        (session, channel): (&mut Session<T>, usize),
-        observer: &dyn Observer,
-        name: &'static str,
-        value: impl Fn(Complex<T>, T) -> Complex<T> + Sync,
-    ) -> Result<Array2<f64>> {
+        let mut session = match field {
+            Some(grid) => self.session_on(grid, channel)?,
+            None => self.session::<T>(channel)?,
+        };
         observer.event(Event::Phase { name, total: Some(self.data.survey().counts.total), unit: "vis" });
         let (channels, weights, all) = (&self.channels, &self.weights, &self.freq_hz);
         let mut gridder = session.transform.gridder();
@@ -254,9 +230,17 @@ impl<'a> Imager<'a> {
                 Ok(())
             },
         )?;
-        let image = gridder.finish() * (session.scale / self.sums[channel].max(f64::MIN_POSITIVE));
+        let image = self.mean(channel, session.scale, gridder.finish());
+        if field.is_none() {
+            self.session = Some((channel, Box::new(session)));
+        }
         observer.event(Event::Done);
         Ok(image)
+    }
+
+    /// A sum of scaled weights times values, divided by the sum of weights. Without weights the sum is 0 and stays 0.
+    fn mean(&self, channel: usize, scale: f64, sum: Array2<f64>) -> Array2<f64> {
+        if self.sums[channel] > 0.0 { sum * (scale / self.sums[channel]) } else { sum }
     }
 
     fn residual_in<T: Real>(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<Residual> {
@@ -277,13 +261,17 @@ impl<'a> Imager<'a> {
             },
         )?;
         drop(degridder);
-        let image = gridder.finish() * (session.scale / self.sums[channel].max(f64::MIN_POSITIVE));
+        if left.used == 0 {
+            return Err(ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no residual")));
+        }
+        let image = self.mean(channel, session.scale, gridder.finish());
         self.session = Some((channel, Box::new(session)));
         observer.event(Event::Done);
-        Ok(Residual { image, chi2_per_datum: left.chi2 / (2.0 * left.used.max(1) as f64) })
+        Ok(Residual { image, chi2_per_datum: left.chi2 / (2.0 * left.used as f64) })
     }
 
-    /// Weights are divided by this before they meet single precision, so that their unit cannot overflow it.
+    /// Mean weight of an output channel. Weights are divided by it before they are rounded to single precision, so that a large unit cannot
+    /// overflow it. It is 1 if no weight is positive.
     fn mean_weight(&self, channel: usize) -> f64 {
         let used = self.data.survey().counts.used.max(1) as f64;
         let mean = self.sums[channel] / used;

@@ -1,0 +1,165 @@
+//! The minor cycle: its input, its limits and its result.
+
+use crate::{ChainError, Result};
+use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
+use rayon::prelude::*;
+
+/// Scales of a deconvolver, for one beam.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scales {
+    /// Widths in pixels, 0 for points. If empty, they are chosen from the beam and the size of the image.
+    pub widths_px: Vec<f64>,
+    /// How strongly small scales are preferred: a scale s competes with its peak times 1 - bias s / (largest scale).
+    pub bias: f64,
+    /// Width of the main lobe in pixels, for scales that are chosen.
+    pub beam_px: f64,
+}
+
+impl Default for Scales {
+    fn default() -> Self {
+        Self { widths_px: Vec::new(), bias: 0.6, beam_px: 4.0 }
+    }
+}
+
+/// A deconvolver that was made for one dirty beam.
+pub trait Deconvolver: Send {
+    /// Remove components from `cycle.residual` until a limit is reached, and add them to `cycle.model`.
+    ///
+    /// # Errors
+    /// An array has another shape than the beam.
+    fn minor(&mut self, cycle: Minor<'_>) -> Result<MinorReport>;
+}
+
+/// The input of a minor cycle. All arrays are \[m, l\].
+#[derive(Debug)]
+pub struct Minor<'a> {
+    /// Residual, flux per beam. The minor cycle updates it.
+    pub residual: &'a mut Array2<f64>,
+    /// Model, flux per pixel. The minor cycle adds the components to it.
+    pub model: &'a mut Array2<f64>,
+    /// The pixels where components are allowed. Without a mask all pixels are allowed.
+    pub mask: Option<&'a Array2<bool>>,
+    /// The limits at which the cycle stops.
+    pub limits: MinorLimits,
+}
+
+/// The limits at which a minor cycle stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MinorLimits {
+    /// Loop gain: the fraction of the peak that one component removes.
+    pub gain: f64,
+    /// Stop when the largest absolute residual within the mask is at most this level.
+    pub level: f64,
+    /// Stop after this number of components.
+    pub iterations: usize,
+    /// Accept negative components too.
+    pub negative: bool,
+}
+
+/// The reason why a minor cycle stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MinorStop {
+    /// The peak is at or below the level.
+    Level,
+    /// All iterations are used.
+    Iterations,
+    /// The peak grew. The state with the lowest peak is kept.
+    Diverged,
+    /// The residual is 0 (or negative, without negative components) everywhere in the mask.
+    Nothing,
+}
+
+/// One component.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Component {
+    /// Row (m) of its centre.
+    pub row: usize,
+    /// Column (l) of its centre.
+    pub column: usize,
+    /// Integrated flux.
+    pub flux: f64,
+    /// Width of its scale in pixels; 0 for a point.
+    pub scale_px: f64,
+}
+
+impl Component {
+    /// A point component.
+    pub(crate) fn point(row: usize, column: usize, flux: f64) -> Self {
+        Self { row, column, flux, scale_px: 0.0 }
+    }
+}
+
+/// The result of a minor cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MinorReport {
+    /// Number of components that were removed.
+    pub iterations: usize,
+    /// Largest absolute residual within the mask after the cycle.
+    pub peak: f64,
+    /// Why the cycle stopped.
+    pub stop: MinorStop,
+    /// The components in the order in which they were removed.
+    pub components: Vec<Component>,
+}
+
+/// The largest pixel of an image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Peak {
+    pub(crate) value: f64,
+    pub(crate) row: usize,
+    pub(crate) column: usize,
+}
+
+/// The pixel with the largest absolute value (without negative components: the largest value) within the mask. The first pixel wins a tie.
+/// `None` if no pixel is above 0.
+pub(crate) fn peak_of(image: ArrayView2<'_, f64>, mask: Option<&Array2<bool>>, negative: bool) -> Option<Peak> {
+    let of_row = |(row, line): (usize, ArrayView1<'_, f64>)| {
+        let mut best: Option<Peak> = None;
+        let mut largest = 0.0;
+        for (column, v) in line.iter().enumerate() {
+            let size = if negative { v.abs() } else { *v };
+            if size > largest && mask.is_none_or(|m| m[(row, column)]) {
+                largest = size;
+                best = Some(Peak { value: *v, row, column });
+            }
+        }
+        best
+    };
+    let first = |a: Option<Peak>, b: Option<Peak>| match (a, b) {
+        (Some(x), Some(y)) if y.value.abs() > x.value.abs() => b,
+        (None, _) => b,
+        _ => a,
+    };
+    image.axis_iter(Axis(0)).into_par_iter().enumerate().map(of_row).reduce(|| None, first)
+}
+
+/// The size of the pixel of [`peak_of`]; 0 if there is none.
+pub(crate) fn peak_size(image: ArrayView2<'_, f64>, mask: Option<&Array2<bool>>, negative: bool) -> f64 {
+    peak_of(image, mask, negative).map_or(0.0, |p| p.value.abs())
+}
+
+/// Check that a dirty beam is finite and has its peak of 1 at the centre pixel.
+pub(super) fn check_beam(psf: ArrayView2<'_, f64>) -> Result<()> {
+    let Some(center) = psf.get((psf.nrows() / 2, psf.ncols() / 2)) else {
+        return Err(ChainError::Incompatible("a deconvolver needs a dirty beam of at least one pixel".into()));
+    };
+    if (center - 1.0).abs() <= 1e-6 && psf.iter().all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    let message = format!("a deconvolver needs a finite dirty beam with its peak of 1 at the centre pixel, which has {center}");
+    Err(ChainError::Incompatible(message))
+}
+
+/// Check that all arrays of a cycle have the shape of the beam.
+pub(super) fn check_cycle(cycle: &Minor<'_>, shape: (usize, usize)) -> Result<()> {
+    let mask = cycle.mask.map_or(shape, |m| m.dim());
+    if [cycle.residual.dim(), cycle.model.dim(), mask].iter().any(|d| *d != shape) {
+        let message = format!(
+            "residual {:?}, model {:?}, mask {mask:?} and beam {shape:?} must have one shape",
+            cycle.residual.dim(),
+            cycle.model.dim()
+        );
+        return Err(ChainError::Incompatible(message));
+    }
+    Ok(())
+}

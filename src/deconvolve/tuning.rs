@@ -1,0 +1,94 @@
+//! The constants that steer CLEAN beyond the usual options.
+//!
+//! Each has a reason and a limit of its influence. The limit is the largest change of the rms error of the restored image, when the value is
+//! halved or doubled, relative to the rms of the true image. `imaging/tuning_tests.rs` measures it on three scenes (points, a Gaussian, a ring
+//! with a point) and two layouts (a spiral and a Y), and fails if it is exceeded.
+
+use crate::{ChainError, Result};
+use serde::{Deserialize, Serialize};
+
+/// Constants of CLEAN that few users need to change.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CleanTuning {
+    /// An automatic mask grows only above this factor times the largest side lobe of the brightest residual. The side lobes of a bright source
+    /// are above the noise too, but they are not sources. At 1 the noise lifts some side lobes over the level; a large factor delays faint
+    /// sources to later major cycles.
+    pub side_lobe_margin: f64,
+    /// The side lobes of a dirty beam begin outside an ellipse with this semi-axis, in units of the FWHM of the main lobe. The first null
+    /// of a lobe is near one FWHM from its centre, so that the value lies just beyond it.
+    pub main_lobe_fwhm: f64,
+    /// An automatic mask is widened around each pixel by this fraction of the main lobe. Half of the main lobe covers the pixels that the peak
+    /// of a component may fall on because of noise.
+    pub mask_growth: f64,
+    /// The run stops when the peak is larger than this factor times its smallest value after an earlier major cycle. A larger factor
+    /// accepts the growth that approximate minor cycles cause, which the next major cycle corrects.
+    pub major_divergence: f64,
+    /// A minor cycle stops when its peak is larger than this factor times its smallest value. Exact components lower the peak; a slow growth
+    /// of a tenth comes from sources between the pixels.
+    pub minor_divergence: f64,
+    /// Largest number of active pixels of Clark's algorithm. So many fit into the second cache together with the patch of the beam.
+    pub clark_active: usize,
+    /// Half width of the patch of the beam of Clark's algorithm, as a fraction of the longer side of the image. An eighth covers all but the
+    /// far side lobes.
+    pub clark_patch: f64,
+    /// Least half width of that patch in pixels, so that a small image has the near side lobes in its patch.
+    pub clark_patch_least: usize,
+    /// Width of the first scale of multiscale CLEAN after points, in main lobes. A scale of one main lobe is hardly different from a point.
+    pub first_scale: f64,
+    /// Ratio of successive scales. With 2 each scale overlaps its neighbours, so that every width is near some scale.
+    pub scale_ratio: f64,
+    /// Largest scale as a fraction of the shorter side of the image. The kernel of a wider scale does not fit into the image.
+    pub largest_scale: f64,
+    /// A scale of multiscale CLEAN takes components until its peak is down to this fraction; then the scales are compared again. A
+    /// small fraction lets one scale take the flux of another.
+    pub hand_over: f64,
+}
+
+impl Default for CleanTuning {
+    fn default() -> Self {
+        Self {
+            side_lobe_margin: 1.2,
+            main_lobe_fwhm: 1.095_445_115_010_332_2, // sqrt(1.2)
+            mask_growth: 0.5,
+            major_divergence: 1.5,
+            minor_divergence: 1.1,
+            clark_active: 20_000,
+            clark_patch: 0.125,
+            clark_patch_least: 48,
+            first_scale: 2.0,
+            scale_ratio: 2.0,
+            largest_scale: 0.43,
+            hand_over: 0.75,
+        }
+    }
+}
+
+impl CleanTuning {
+    /// Check the ranges.
+    ///
+    /// # Errors
+    /// A value is outside its range; the message names the field and the range.
+    pub fn check(&self) -> Result<()> {
+        let positive = [
+            ("side_lobe_margin", self.side_lobe_margin),
+            ("main_lobe_fwhm", self.main_lobe_fwhm),
+            ("mask_growth", self.mask_growth),
+            ("clark_patch", self.clark_patch),
+            ("first_scale", self.first_scale),
+        ];
+        let above_one =
+            [("major_divergence", self.major_divergence), ("minor_divergence", self.minor_divergence), ("scale_ratio", self.scale_ratio)];
+        let ranges = positive.map(|(name, v)| (name, v, v > 0.0, "a positive number"));
+        let more = above_one.map(|(name, v)| (name, v, v > 1.0, "a number above 1"));
+        let last = [
+            ("largest_scale", self.largest_scale, self.largest_scale > 0.0 && self.largest_scale <= 0.5, "above 0, at most 0.5"),
+            ("hand_over", self.hand_over, self.hand_over > 0.0 && self.hand_over < 1.0, "above 0, below 1"),
+            ("clark_active", self.clark_active as f64, self.clark_active > 0, "at least 1"),
+        ];
+        match ranges.into_iter().chain(more).chain(last).find(|(_, v, good, _)| !(*good && v.is_finite())) {
+            Some((name, value, _, expected)) => Err(ChainError::bad_option(name, value, expected)),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! Options of a transform between an image and visibilities.
+
+use crate::memory::MemoryBudget;
+
+/// The error of a transform and the terms that it includes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridOptions {
+    /// Relative l2 error, 1e-13 to 0.5.
+    pub epsilon: f64,
+    /// Include the term w (n - 1).
+    pub w_term: bool,
+    /// Divide each pixel by n, the measure of the direction cosines.
+    pub divide_by_n: bool,
+    /// Memory that the planes of the grid and their buffers share.
+    pub memory: MemoryBudget,
+}
+
+impl Default for GridOptions {
+    fn default() -> Self {
+        Self { epsilon: 1e-5, w_term: true, divide_by_n: false, memory: MemoryBudget::default() }
+    }
+}
+
+impl GridOptions {
+    /// True if single precision inside the transform is accurate enough for `epsilon`.
+    #[must_use]
+    pub fn single_precision_suffices(&self) -> bool {
+        self.epsilon >= 0.99e-5
+    }
+}

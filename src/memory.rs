@@ -1,0 +1,235 @@
+//! The memory budget of the process. Every block, cache and buffer of the chain takes a stated share of it.
+//!
+//! | what it holds | share of the budget | at most |
+//! |---|---|---|
+//! | one block of rows in a pass that reads a set once | 1/64 | 32 MiB |
+//! | one block of rows when the imager reads the set again in every pass | 1/64 | 48 MiB |
+//! | one block of rows when the imager keeps the set in memory | 1/32 | 96 MiB |
+//! | visibilities that the imager keeps in memory | 1/8 | |
+//! | the order of these rows on the grid | 1/16 | |
+//! | the planes of one transform | 1/4 | |
+//! | planes kept for the next pass (two sets: model and image) | 1/8 each | |
+//! | buffers of rows kept for the next pass | 1/64 | 64 MiB |
+//! | one block of simulated rows | 1/64 | 64 MiB |
+//! | transforms of scenes kept between blocks of rows | 1/4 | |
+//! | model visibilities kept between rounds of self-calibration | 1/4 | |
+//! | visibilities that wait for the rest of their integration | 1/16 | |
+//! | gain tables, normal equations, gridded visibilities | all | |
+//!
+//! A block of rows has an upper limit because one block is read while the block before it is processed: a larger block only makes the first
+//! read longer. The blocking of the numerical kernels (tiles, columns of a transform) does not depend on the budget: it fits the caches.
+//!
+//! The budget changes the memory and the time that a computation takes. Results agree within the rounding of sums in another order.
+
+use crate::{ChainError, Result};
+use serde::{Deserialize, Serialize};
+use std::str::FromStr;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+const MIB: u64 = 1 << 20;
+/// The least budget: below it a block would hold few rows of a usual set.
+const LEAST: u64 = 16 * MIB;
+/// The budget of a machine that does not say how much memory it has.
+const UNKNOWN_MACHINE: u64 = 4 << 30;
+
+/// Budget of the process in bytes; 0 until it is set.
+static CURRENT: AtomicU64 = AtomicU64::new(0);
+
+/// How much memory the data and transforms of one computation may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct MemoryBudget {
+    bytes: u64,
+}
+
+impl Default for MemoryBudget {
+    /// The budget of the process: the one that was [set](MemoryBudget::set), or half of what the machine has.
+    fn default() -> Self {
+        match CURRENT.load(Ordering::Relaxed) {
+            0 => Self::of_machine(),
+            bytes => Self { bytes },
+        }
+    }
+}
+
+impl MemoryBudget {
+    /// A budget in bytes.
+    ///
+    /// # Errors
+    /// Less than 16 MiB.
+    pub fn new(bytes: u64) -> Result<Self> {
+        if bytes < LEAST {
+            return Err(bad(format!("{bytes} bytes")));
+        }
+        Ok(Self { bytes })
+    }
+
+    /// Half of the memory of the machine, or of what its control group allows to the process where that is less.
+    #[must_use]
+    pub fn of_machine() -> Self {
+        static MACHINE: OnceLock<u64> = OnceLock::new();
+        let bytes = *MACHINE.get_or_init(|| memory_of_machine().map_or(UNKNOWN_MACHINE, |all| (all / 2).max(LEAST)));
+        Self { bytes }
+    }
+
+    /// Make this the default budget of the process. Options that exist already keep theirs.
+    pub fn set(self) {
+        CURRENT.store(self.bytes, Ordering::Relaxed);
+    }
+
+    /// All of it, bytes.
+    #[must_use]
+    pub fn bytes(self) -> usize {
+        usize::try_from(self.bytes).unwrap_or(usize::MAX)
+    }
+
+    fn share(self, part: usize, most: u64) -> usize {
+        (self.bytes() / part).min(usize::try_from(most).unwrap_or(usize::MAX))
+    }
+
+    /// Size in bytes of one block of rows in a pass that reads a set once.
+    #[must_use]
+    pub fn block(self) -> usize {
+        self.share(64, 32 * MIB)
+    }
+
+    /// Size in bytes of one block of rows of the imager. `kept`: the rows stay in memory; otherwise every pass reads the file again.
+    #[must_use]
+    pub fn imaging_block(self, kept: bool) -> usize {
+        if kept { self.share(32, 96 * MIB) } else { self.share(64, 48 * MIB) }
+    }
+
+    /// Bytes of visibilities that the imager keeps in memory. It reads larger sets again in every pass.
+    #[must_use]
+    pub fn kept_visibilities(self) -> usize {
+        self.share(8, u64::MAX)
+    }
+
+    /// Bytes that the order of kept rows on the grid may take.
+    #[must_use]
+    pub fn sorted_rows(self) -> usize {
+        self.share(16, u64::MAX)
+    }
+
+    /// Bytes of the planes of one transform. A transform with more planes makes them in groups, once for every block of rows.
+    #[must_use]
+    pub fn planes(self) -> usize {
+        self.share(4, u64::MAX)
+    }
+
+    /// Bytes of one set of planes that is kept for the next pass.
+    #[must_use]
+    pub fn kept_planes(self) -> usize {
+        self.share(8, u64::MAX)
+    }
+
+    /// Bytes of the buffers of rows that are kept for the next pass. The blocks of a long file need them in many lengths, and more would
+    /// pile up unused.
+    #[must_use]
+    pub fn kept_buffers(self) -> usize {
+        self.share(64, 64 * MIB)
+    }
+
+    /// Size in bytes of the working memory for one block of simulated rows.
+    #[must_use]
+    pub fn simulated_block(self) -> usize {
+        self.share(64, 64 * MIB)
+    }
+
+    /// Bytes of the transforms of scenes that are kept between blocks of rows.
+    #[must_use]
+    pub fn kept_scenes(self) -> usize {
+        self.share(4, u64::MAX)
+    }
+
+    /// Bytes of model visibilities that are kept between rounds of self-calibration.
+    #[must_use]
+    pub fn kept_model(self) -> usize {
+        self.share(4, u64::MAX)
+    }
+
+    /// Bytes of visibilities that wait for the rest of their integration.
+    #[must_use]
+    pub fn waiting_rows(self) -> usize {
+        self.share(16, u64::MAX)
+    }
+}
+
+fn bad(value: String) -> ChainError {
+    ChainError::BadOption { option: "memory", value, expected: "at least 16MiB, such as 500MB, 4GB or 4GiB".into() }
+}
+
+impl FromStr for MemoryBudget {
+    type Err = ChainError;
+
+    /// A number with a unit: B, kB, MB, GB, TB (powers of 1000), KiB, MiB, GiB, TiB (powers of 1024).
+    fn from_str(text: &str) -> Result<Self> {
+        let digits = text.trim().find(|c: char| c.is_ascii_alphabetic()).ok_or_else(|| bad(format!("{text:?}")))?;
+        let (number, unit) = text.trim().split_at(digits);
+        let number: f64 = number.trim().parse().map_err(|_| bad(format!("{text:?}")))?;
+        let (prefix, base) = match unit.strip_suffix("iB") {
+            Some(prefix) => (prefix, 1024.0_f64),
+            None => (unit.strip_suffix('B').ok_or_else(|| bad(format!("{text:?}")))?, 1000.0),
+        };
+        let powers = [("", 0), ("K", 1), ("M", 2), ("G", 3), ("T", 4)];
+        let power = powers.iter().find(|(name, _)| name.eq_ignore_ascii_case(prefix)).ok_or_else(|| bad(format!("{text:?}")))?.1;
+        let bytes = number * base.powi(power);
+        if !(bytes >= LEAST as f64 && bytes < 1e18) {
+            return Err(bad(format!("{text:?}")));
+        }
+        Self::new(bytes as u64)
+    }
+}
+
+/// Bytes of memory of the machine, or of the smallest limit of the control groups that the process is in.
+fn memory_of_machine() -> Option<u64> {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let info = read("/proc/meminfo")?;
+    let line = info.lines().find_map(|l| l.strip_prefix("MemTotal:"))?;
+    let total = line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? * 1024;
+    let groups = read("/proc/self/cgroup").unwrap_or_default();
+    let group = groups.lines().find_map(|l| l.strip_prefix("0::")).unwrap_or("/");
+    // A group is limited by its parents too.
+    let parents = std::path::Path::new(group).ancestors().filter_map(|p| p.to_str());
+    let files = parents.map(|p| format!("/sys/fs/cgroup{}/memory.max", p.trim_end_matches('/')));
+    let files = files.chain(["/sys/fs/cgroup/memory/memory.limit_in_bytes".to_owned()]);
+    let limits = files.filter_map(|f| read(&f)?.trim().parse::<u64>().ok());
+    Some(limits.fold(total, u64::min))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_with_their_units() {
+        let bytes = |text: &str| text.parse::<MemoryBudget>().map(|m| m.bytes);
+        assert_eq!(bytes("4GB").unwrap(), 4_000_000_000);
+        assert_eq!(bytes("1.5 GiB").unwrap(), 3 << 29);
+        assert_eq!(bytes("64MiB").unwrap(), 64 << 20);
+        for wrong in ["4", "GB", "4 XB", "-1GB", "1MB", "nanGB", "4Gi", "1e30GB"] {
+            let message = bytes(wrong).unwrap_err().to_string();
+            assert!(message.starts_with("memory is") && message.contains(wrong), "{message}");
+        }
+    }
+
+    #[test]
+    fn the_budget_of_the_machine_is_at_most_half_of_its_memory() {
+        let budget = MemoryBudget::of_machine();
+        assert!(budget.bytes >= LEAST);
+        if let Some(all) = memory_of_machine() {
+            assert!(budget.bytes <= (all / 2).max(LEAST));
+        }
+    }
+
+    /// The shares that are in use at once while the imager makes a residual stay within the budget.
+    #[test]
+    fn the_shares_of_a_major_cycle_fit_into_the_budget() {
+        for bytes in [LEAST, 1 << 30, 64 << 30] {
+            let m = MemoryBudget::new(bytes).unwrap();
+            let rows = m.kept_visibilities() + m.sorted_rows() + 2 * m.imaging_block(true) + m.kept_buffers();
+            assert!(rows + 2 * m.planes() <= m.bytes());
+        }
+    }
+}
