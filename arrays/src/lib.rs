@@ -17,9 +17,11 @@
 //! | [`GainTable`] | antenna gains | `Complex<f64>` \[solint, ant, chan, feed\] |
 //! | [`SkyGrid`], [`Image`] | brightness on a grid of direction cosines | \[chan, pol, m, l\] |
 
+mod as_text;
 pub mod astrometry;
 mod beam;
 mod builtin;
+mod constants;
 mod coverage;
 mod error;
 mod figures;
@@ -40,6 +42,7 @@ mod visibility;
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
 pub use beam::RestoringBeam;
 pub use builtin::{BUILTIN_LAYOUTS, BuiltinLayout};
+pub use constants::{BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S};
 pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, Result};
 pub use figures::{LayoutExtent, LayoutFigures};
@@ -53,8 +56,3 @@ pub use spectrum::SpectralWindow;
 pub use stream::{BoxError, VisibilitySink, VisibilitySource, for_each_block};
 pub use uv_grid::UvGrid;
 pub use visibility::{VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet};
-
-/// Speed of light in vacuum, m/s (exact).
-pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
-/// Boltzmann constant, J/K (exact).
-pub const BOLTZMANN_J_K: f64 = 1.380_649e-23;

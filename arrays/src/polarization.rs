@@ -1,12 +1,12 @@
 //! Polarisation products and their AIPS numbers.
 
+use crate::as_text::as_text;
 use crate::{ArrayError, Result};
-use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
 /// One polarisation product of a visibility, or a Stokes parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Polarization {
     /// Total intensity.
     I,
@@ -121,9 +121,19 @@ impl FromStr for Polarization {
     }
 }
 
+as_text!(Polarization, "A Stokes parameter or a product of two feeds.".into(), TABLE.map(|t| t.2));
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn serde_takes_the_name() {
+        let text = toml::Value::try_from(Polarization::RR).unwrap();
+        assert_eq!(text.as_str(), Some("RR"));
+        assert_eq!(text.try_into::<Polarization>().unwrap(), Polarization::RR);
+        assert!(toml::Value::from("ZZ").try_into::<Polarization>().is_err());
+    }
 
     #[test]
     fn numbers_and_names_go_both_ways() {

@@ -1,8 +1,9 @@
 //! Numbers with units, as people type them: `94GHz`, `1.2m`, `30arcsec`, `290K`, `10s`.
 //!
-//! Each dimension is a table of unit names and factors to SI. A bare number is refused where a unit is
-//! due, with the list of the units accepted.
+//! Each dimension is a table of unit names and their factors to SI. A number without a unit is refused; the error lists the accepted
+//! units. A quantity is kept in SI units. It prints as a text that reads back as exactly the same value, and serde uses that text.
 
+use crate::as_text::as_text;
 use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
@@ -44,8 +45,12 @@ pub enum QuantityError {
     },
 }
 
-/// Unit names with their factor to SI; the first is the one used in print.
+/// Unit names with their factors to SI. The first is the SI unit, with the factor 1.
 type Units = &'static [(&'static str, f64)];
+
+fn names(units: Units) -> String {
+    units.iter().map(|u| u.0).collect::<Vec<_>>().join(", ")
+}
 
 fn parse(text: &str, dimension: &'static str, units: Units, example: &'static str) -> Result<f64, QuantityError> {
     let text = text.trim();
@@ -66,7 +71,6 @@ fn parse(text: &str, dimension: &'static str, units: Units, example: &'static st
             break;
         }
     }
-    let names = || units.iter().map(|u| u.0).collect::<Vec<_>>().join(", ");
     let value = f64::from_str(&text[..end]).ok().filter(|v| v.is_finite()).ok_or_else(|| QuantityError::NoNumber {
         text: text.into(),
         dimension,
@@ -74,16 +78,40 @@ fn parse(text: &str, dimension: &'static str, units: Units, example: &'static st
     })?;
     let unit = text[end..].trim();
     if unit.is_empty() {
-        return Err(QuantityError::NoUnit { text: text.into(), dimension, units: names() });
+        return Err(QuantityError::NoUnit { text: text.into(), dimension, units: names(units) });
     }
     match units.iter().find(|u| u.0 == unit) {
         Some((_, factor)) => Ok(value * factor),
-        None => Err(QuantityError::BadUnit { text: text.into(), unit: unit.into(), dimension, units: names() }),
+        None => Err(QuantityError::BadUnit { text: text.into(), unit: unit.into(), dimension, units: names(units) }),
+    }
+}
+
+/// Print a value, in SI, in the largest unit of which it is at least one.
+///
+/// Without a precision the text reads back as exactly `value`: it has up to nine decimals where these are enough, all digits where they
+/// are not, and the SI unit where the factor of the other unit cannot give the value. With a precision (`{:.3}`) the number is rounded to
+/// at most that many decimals, for reports.
+fn print(value: f64, units: Units, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    // A value that rounding has left just below a whole unit still counts as one.
+    let reached = units.iter().filter(|u| value.abs() >= u.1 * 0.999_999_999);
+    let &(name, factor) = reached.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(&units[0]);
+    let number = value / factor;
+    let rounded = |decimals: usize| {
+        let scale = 10_f64.powi(decimals.min(15) as i32);
+        // A number too large to be scaled has no decimals.
+        if (number * scale).is_finite() { (number * scale).round() / scale } else { number }
+    };
+    if let Some(decimals) = f.precision() {
+        return write!(f, "{}{name}", rounded(decimals));
+    }
+    match [rounded(9), number].into_iter().find(|n| n * factor == value) {
+        Some(exact) => write!(f, "{exact}{name}"),
+        None => write!(f, "{value}{}", units[0].0),
     }
 }
 
 macro_rules! quantity {
-    ($(#[$doc:meta])* $name:ident, $si:literal, $dimension:literal, $example:literal, $units:expr) => {
+    ($(#[$doc:meta])* $name:ident, $dimension:literal, $example:literal, $units:expr) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
         pub struct $name(pub f64);
@@ -107,44 +135,25 @@ macro_rules! quantity {
 
         impl fmt::Display for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                // The unit that leaves the smallest number of at least 1 reads best.
-                let best = Self::UNITS
-                    .iter()
-                    .filter(|u| self.0.abs() >= u.1 * 0.999_999_999)
-                    .max_by(|a, b| a.1.total_cmp(&b.1))
-                    .unwrap_or(&Self::UNITS[0]);
-                let shown = self.0 / best.1;
-                let rounded = (shown * 1e9).round() / 1e9;
-                write!(f, "{rounded}{}", best.0)
+                print(self.0, Self::UNITS, f)
             }
         }
 
-        impl<'de> serde::Deserialize<'de> for $name {
-            fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-                let text = String::deserialize(d)?;
-                text.parse().map_err(serde::de::Error::custom)
-            }
-        }
-
-        impl serde::Serialize for $name {
-            fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-                s.collect_str(&format_args!("{}{}", self.0, $si))
-            }
-        }
+        as_text!($name, format!("A {} with its unit, such as {}. Units: {}.", $dimension, $example, names(Self::UNITS)), [$example]);
     };
 }
 
 quantity!(
     /// A frequency in Hz.
-    Frequency, "Hz", "frequency", "94GHz", &[("Hz", 1.0), ("kHz", 1e3), ("MHz", 1e6), ("GHz", 1e9), ("THz", 1e12)]
+    Frequency, "frequency", "94GHz", &[("Hz", 1.0), ("kHz", 1e3), ("MHz", 1e6), ("GHz", 1e9), ("THz", 1e12)]
 );
 quantity!(
     /// A length in metres.
-    Length, "m", "length", "1.2m", &[("m", 1.0), ("km", 1e3), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6)]
+    Length, "length", "1.2m", &[("m", 1.0), ("km", 1e3), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6)]
 );
 quantity!(
     /// A plane angle in radians.
-    Angle, "rad", "angle", "30arcsec",
+    Angle, "angle", "30arcsec",
     &[
         ("rad", 1.0),
         ("mrad", 1e-3),
@@ -157,31 +166,35 @@ quantity!(
 );
 quantity!(
     /// A temperature in kelvin.
-    Temperature, "K", "temperature", "290K", &[("K", 1.0), ("mK", 1e-3)]
+    Temperature, "temperature", "290K", &[("K", 1.0), ("mK", 1e-3)]
 );
 quantity!(
     /// A time span in seconds.
-    Duration, "s", "time", "10s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("ps", 1e-12), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)]
+    Duration, "time", "10s", &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("ps", 1e-12), ("min", 60.0), ("h", 3600.0), ("d", 86400.0)]
+);
+quantity!(
+    /// A speed in m/s.
+    Speed, "speed", "10m/s", &[("m/s", 1.0), ("km/s", 1e3), ("km/h", 1.0 / 3.6)]
 );
 quantity!(
     /// A flux density in Jy.
-    FluxDensity, "Jy", "flux density", "1Jy", &[("Jy", 1.0), ("mJy", 1e-3), ("uJy", 1e-6), ("kJy", 1e3)]
+    FluxDensity, "flux density", "1Jy", &[("Jy", 1.0), ("mJy", 1e-3), ("uJy", 1e-6), ("kJy", 1e3)]
 );
 quantity!(
     /// A pressure in Pa.
-    Pressure, "Pa", "pressure", "1013hPa", &[("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("mbar", 1e2), ("bar", 1e5)]
+    Pressure, "pressure", "1013hPa", &[("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("mbar", 1e2), ("bar", 1e5)]
 );
 quantity!(
-    /// A density in kg/m3, of a solid as of water in air.
-    Density, "kg/m3", "density", "7.5g/m3", &[("kg/m3", 1.0), ("g/m3", 1e-3), ("mg/m3", 1e-6), ("g/cm3", 1e3)]
+    /// A density in kg/m3, of a solid or of water in air.
+    Density, "density", "7.5g/m3", &[("kg/m3", 1.0), ("g/m3", 1e-3), ("mg/m3", 1e-6), ("g/cm3", 1e3)]
 );
 quantity!(
-    /// A rain rate in m/s, as a depth of water in a time.
-    RainRate, "m/s", "rain rate", "5mm/h", &[("m/s", 1.0), ("mm/h", 1e-3 / 3600.0)]
+    /// A rain rate in m/s: depth of water per time.
+    RainRate, "rain rate", "5mm/h", &[("m/s", 1.0), ("mm/h", 1e-3 / 3600.0)]
 );
 quantity!(
-    /// A share of a whole, in percent.
-    Percent, "%", "share", "50%", &[("%", 1.0)]
+    /// A fraction of a whole, in percent (the value of `50%` is 50).
+    Percent, "fraction", "50%", &[("%", 1.0)]
 );
 
 #[cfg(test)]
@@ -222,5 +235,50 @@ mod tests {
     fn display_picks_a_readable_unit() {
         assert_eq!(Frequency(94e9).to_string(), "94GHz");
         assert_eq!(Duration(90.0).to_string(), "1.5min");
+        assert_eq!(Angle(1e-4).to_string(), "20.626480624709636arcsec");
+        assert_eq!(format!("{:.3}", Angle(1e-4)), "20.626arcsec");
+    }
+
+    #[test]
+    fn speed_reads_metres_and_kilometres() {
+        assert_eq!("10m/s".parse::<Speed>().unwrap().si(), 10.0);
+        assert!(("36km/h".parse::<Speed>().unwrap().si() - 10.0).abs() < 1e-14);
+    }
+
+    /// Every unit, with numbers of many sizes and digits, goes to text and back without a change.
+    macro_rules! round_trips {
+        ($($name:ident),*) => { $(
+            for (unit, factor) in $name::UNITS {
+                for number in [0.0, 1.0, -2.5, 30.0, 0.1, 1.0 / 3.0, 1e-7, 123_456.789, 7.3e11] {
+                    let value = $name(number * factor);
+                    assert_eq!(value.to_string().parse::<$name>().unwrap(), value, "{number} {unit}");
+                    let text = toml::Value::try_from(value).unwrap();
+                    assert_eq!(text.as_str().unwrap(), value.to_string());
+                    assert_eq!(text.try_into::<$name>().unwrap(), value);
+                }
+                assert_eq!(format!("30{unit}").parse::<$name>().unwrap(), $name(30.0 * factor));
+            }
+            assert_eq!($name::UNITS[0].1, 1.0);
+        )* };
+    }
+
+    #[test]
+    fn text_reads_back_as_the_same_value() {
+        round_trips!(Frequency, Length, Angle, Temperature, Duration, Speed, FluxDensity, Pressure, Density, RainRate, Percent);
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn any_angle_reads_back_as_the_same_value(radians in proptest::num::f64::NORMAL) {
+            proptest::prop_assert_eq!(Angle(radians).to_string().parse::<Angle>().unwrap(), Angle(radians));
+        }
+    }
+
+    #[cfg(feature = "schema")]
+    #[test]
+    fn the_schema_names_the_units() {
+        let schema = schemars::schema_for!(Frequency);
+        assert_eq!(schema.get("type").unwrap(), "string");
+        assert!(schema.get("description").unwrap().as_str().unwrap().contains("GHz"));
     }
 }

@@ -75,7 +75,7 @@ fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     assert!(header.phase_centers[0].ra_dec_rad().is_some());
     assert!(header.history.iter().any(|h| h.contains("zenith")));
     let f = header.spectrum.freq_hz()[2];
-    let jy = 2.0 * BOLTZMANN_J_K * (f / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
+    let jy = 2.0 * BOLTZMANN_J_PER_K * (f / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
     for pol in 0..2 {
         let (found, expected) = (block.vis[(5, 2, pol)].re, f64::from(set.data.vis[(5, 2, 0)].re) * jy);
         assert!((f64::from(found) - expected).abs() < 1e-6 * jy, "{found} {expected}");

@@ -36,7 +36,7 @@ pub fn run(args: &InfoArgs, _context: &Context) -> Result<Outcome> {
         Contents::Image { format, info } => image(format, info),
         Contents::Gains { format, info } => gains(format, info),
         Contents::Layout(i) => vec![format!(
-            "layout {}: {} antennas, {} baselines of {} to {}",
+            "layout {}: {} antennas, {} baselines of {:.9} to {:.9}",
             i.name,
             i.n_antennas,
             i.n_baselines,
@@ -54,7 +54,11 @@ fn image(format: &str, i: &ImageInfo) -> Vec<String> {
     let mut lines = vec![
         format!("{format} of {:?} in {}, {} x {} pixels of {}", i.object, i.unit, i.size[0], i.size[1], angle(i.cell_rad)),
         format!("range         {} to {}, rms {}", number(i.range[0]), number(i.range[1]), number(i.rms)),
-        format!("channels      {}, first {}", i.freq_hz.len(), i.freq_hz.first().map_or(String::new(), |f| Frequency(*f).to_string())),
+        format!(
+            "channels      {}, first {}",
+            i.freq_hz.len(),
+            i.freq_hz.first().map_or(String::new(), |f| format!("{:.9}", Frequency(*f)))
+        ),
         format!("polarisation  {}", i.polarizations.join(" ")),
     ];
     if let Some([major, minor, pa]) = i.beam {
@@ -67,7 +71,7 @@ fn gains(format: &str, i: &GainInfo) -> Vec<String> {
     vec![
         format!("{format} gains of {}: {}", i.telescope, i.mode),
         format!("antennas      {}: {}", i.antenna_names.len(), i.antenna_names.join(" ")),
-        format!("intervals     {} of {}", i.n_times, Duration(i.interval_s)),
+        format!("intervals     {} of {:.9}", i.n_times, Duration(i.interval_s)),
         format!("channels      {}, feeds {}", i.freq_hz.len(), i.feeds.join(" ")),
         format!("reference     {}", i.refant.as_deref().unwrap_or("none")),
         format!("flagged       {:.3} %", 100.0 * i.flagged_fraction),
@@ -81,10 +85,10 @@ fn visibilities(format: &str, i: &VisibilityInfo) -> Vec<String> {
     let mut lines = vec![
         format!("{format} of {} ({})", i.telescope, i.instrument),
         format!("antennas      {} ({} with data): {}", i.n_antennas, i.n_antennas_data, i.antenna_names.join(" ")),
-        format!("rows          {} ({} baselines, {} times of {})", i.n_blts, i.n_bls, i.n_times, Duration(round(i.integration_s))),
+        format!("rows          {} ({} baselines, {} times of {:.9})", i.n_blts, i.n_bls, i.n_times, Duration(round(i.integration_s))),
         format!("time          {} to {}", time(i.time_jd[0]), time(i.time_jd[1])),
-        format!("channels      {}, {} to {}", i.n_freqs, Frequency(low), Frequency(high)),
-        format!("baselines     {} to {}", Length(round(i.shortest_baseline_m)), Length(round(i.longest_baseline_m))),
+        format!("channels      {}, {:.9} to {:.9}", i.n_freqs, Frequency(low), Frequency(high)),
+        format!("baselines     {:.9} to {:.9}", Length(round(i.shortest_baseline_m)), Length(round(i.longest_baseline_m))),
         format!("unit          {}", i.unit),
         format!("flagged       {:.3} %", 100.0 * i.flagged_fraction),
     ];

@@ -95,7 +95,7 @@ fn show(args: &ShowArgs) -> Result<Outcome> {
     let mut lines = vec![
         format!("{} ({} antennas, {} baselines)", layout.name, extent.n_antennas, extent.n_baselines),
         format!("frame        {frame}"),
-        format!("baselines    {} to {}", Length(round(extent.shortest_m)), Length(round(extent.longest_m))),
+        format!("baselines    {:.9} to {:.9}", Length(round(extent.shortest_m)), Length(round(extent.longest_m))),
     ];
     if let Some(freq) = args.freq {
         figures(&layout, freq, &mut json, &mut lines)?;

@@ -10,7 +10,9 @@ use super::element::ElementPattern;
 use super::random::stream;
 use super::sky::from_jy;
 use crate::{ChainError, Result};
-use cittert_arrays::{Antenna, BOLTZMANN_J_K, Polarization, SPEED_OF_LIGHT_M_S, Sensitivity, VisUnit, VisibilityBlock, VisibilityHeader};
+use cittert_arrays::{
+    Antenna, BOLTZMANN_J_PER_K, Polarization, SPEED_OF_LIGHT_M_S, Sensitivity, VisUnit, VisibilityBlock, VisibilityHeader,
+};
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, Axis};
 use num_complex::Complex;
@@ -164,7 +166,7 @@ fn sefd_jy(antenna: &Antenna, options: &NoiseOptions, pattern: &ElementPattern, 
         .map(from_angle)
         .or(options.diameter_m.or(antenna.diameter_m).map(from_diameter))
         .or(pattern.solid_angle_sr(freq_hz).map(from_angle));
-    area.map(|a| 2.0 * BOLTZMANN_J_K * tsys / a * 1e26).ok_or_else(|| {
+    area.map(|a| 2.0 * BOLTZMANN_J_PER_K * tsys / a * 1e26).ok_or_else(|| {
         ChainError::Incompatible(format!(
             "antenna {:?} has a Tsys but neither a diameter nor an element pattern: its effective area is unknown",
             antenna.name

@@ -4,7 +4,8 @@ use super::dft::n_minus_1;
 use super::element::ElementPattern;
 use crate::{ChainError, Result};
 use cittert_arrays::{
-    BOLTZMANN_J_K, BrightnessUnit, Image, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SkyFrame, SkyGrid, Source, SpectralWindow, VisUnit,
+    BOLTZMANN_J_PER_K, BrightnessUnit, Image, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SkyFrame, SkyGrid, Source, SpectralWindow,
+    VisUnit,
 };
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -36,7 +37,7 @@ impl SkyModel {
 /// Jy for each K sr at a frequency: the Rayleigh-Jeans law 2 k f^2 / c^2.
 #[must_use]
 pub fn jy_per_kelvin_sr(freq_hz: f64) -> f64 {
-    2.0 * BOLTZMANN_J_K * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * 1e26
+    2.0 * BOLTZMANN_J_PER_K * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * 1e26
 }
 
 /// Factor from flux densities in Jy to the unit of the visibilities.

@@ -3,7 +3,7 @@
 
 use super::text::{self, Keeps, Line};
 use super::{LayoutError, LayoutFormat, ReadContext, Result};
-use cittert_arrays::{Antenna, ArrayLayout, BOLTZMANN_J_K, Sensitivity};
+use cittert_arrays::{Antenna, ArrayLayout, BOLTZMANN_J_PER_K, Sensitivity};
 use std::fmt::Write;
 
 pub(crate) struct EhtimText;
@@ -85,7 +85,7 @@ fn is_head(l: &Line<'_>) -> bool {
 fn sefd_jy(a: &Antenna) -> Option<f64> {
     match (a.sensitivity?, a.diameter_m) {
         (Sensitivity::SefdJy(v), _) => Some(v),
-        (Sensitivity::TsysK(t), Some(d)) => Some(2.0 * BOLTZMANN_J_K * t / (std::f64::consts::PI * d * d / 4.0) * 1e26),
+        (Sensitivity::TsysK(t), Some(d)) => Some(2.0 * BOLTZMANN_J_PER_K * t / (std::f64::consts::PI * d * d / 4.0) * 1e26),
         (Sensitivity::TsysK(_), None) => None,
     }
 }

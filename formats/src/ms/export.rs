@@ -3,7 +3,7 @@
 use super::MsOptions;
 use super::codes::{code_of, exchanged};
 use crate::{FormatError, Result};
-use cittert_arrays::{BOLTZMANN_J_K, Polarization, SPEED_OF_LIGHT_M_S, VisUnit, VisibilityHeader};
+use cittert_arrays::{BOLTZMANN_J_PER_K, Polarization, SPEED_OF_LIGHT_M_S, VisUnit, VisibilityHeader};
 use std::path::Path;
 
 /// Where the values of one product of the output come from.
@@ -48,7 +48,7 @@ const MAX_GAP: usize = 16;
 /// # Reference
 /// Rayleigh-Jeans law, Thompson, Moran & Swenson 2017, equation 1.2.
 fn jy_per_kelvin_sr(freq_hz: f64) -> f64 {
-    2.0 * BOLTZMANN_J_K * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * 1e26
+    2.0 * BOLTZMANN_J_PER_K * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * 1e26
 }
 
 impl Plan {

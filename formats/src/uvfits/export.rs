@@ -4,7 +4,8 @@ use crate::drift::Drift;
 use crate::uvh5::{NOMINAL_SITE, site_of};
 use cittert_arrays::astrometry::LocalSky;
 use cittert_arrays::{
-    ArrayError, BOLTZMANN_J_K, PhaseCenter, PhaseCenterKind, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, VisUnit, VisibilityHeader,
+    ArrayError, BOLTZMANN_J_PER_K, PhaseCenter, PhaseCenterKind, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, VisUnit,
+    VisibilityHeader,
 };
 
 /// How one polarisation of the file comes from those of the set.
@@ -165,7 +166,7 @@ fn units(header: &VisibilityHeader, notes: &mut Vec<String>) -> (Vec<f64>, &'sta
         VisUnit::KelvinSr => {
             let text = "K str became Jy: multiplied by 2 k f^2 / c^2 in each channel; weights became 1/Jy^2, or stayed near 1 where no noise is known";
             notes.push(text.into());
-            let factor = |f: &f64| 2.0 * BOLTZMANN_J_K * (f / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
+            let factor = |f: &f64| 2.0 * BOLTZMANN_J_PER_K * (f / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
             (header.spectrum.freq_hz().iter().map(factor).collect(), "Jy")
         }
     }

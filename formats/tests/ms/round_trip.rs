@@ -125,7 +125,7 @@ fn a_boresight_set_in_kelvin_becomes_two_hands_in_jy_and_stays_in_its_frame() {
     }
     let freq = set.header.spectrum.freq_hz();
     for ((r, c, p), v) in back.data.vis.indexed_iter() {
-        let factor = 2.0 * BOLTZMANN_J_K * (freq[c] / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
+        let factor = 2.0 * BOLTZMANN_J_PER_K * (freq[c] / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
         let want = set.data.vis[(r, c, 0)] * factor as f32;
         assert!((v - want).norm() <= 1e-6 * want.norm(), "{r} {c} {p}");
         let weight = f64::from(set.data.weights[(r, c, 0)]) / (2.0 * factor * factor);

@@ -141,7 +141,7 @@ pub(super) fn outcome(image: &Image, name: &str, args: &RenderArgs) -> Outcome {
         "n_freqs": image.spectrum.n_chan(), "polarizations": pols,
     });
     let text = format!(
-        "{}: {} x {} pixels of {}, {min:.2} to {max:.2} {}, mean {mean:.2}",
+        "{}: {} x {} pixels of {:.9}, {min:.2} to {max:.2} {}, mean {mean:.2}",
         args.out.output.display(),
         image.grid.n_l,
         image.grid.n_m,
