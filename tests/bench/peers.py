@@ -13,6 +13,7 @@ import time
 import numpy as np
 
 WL = os.environ["CITTERT_WL"]
+WORKLOADS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "peers", "workloads")
 CITTERT, CORE = os.environ["CITTERT"], os.environ["CITTERT_CORE"]
 ARCSEC = np.pi / 180 / 3600
 GEOMETRY = {"a": (512, 0.25), "b": (2048, 0.25), "c": (512, 6.0e-4 / ARCSEC)}
@@ -65,7 +66,7 @@ class Table:
 
 def visibilities(name):
     """uvw, frequencies and Stokes I of a workload in single precision."""
-    sys.path.insert(0, os.path.join(os.environ["CITTERT_SHARED"], "peers", "workloads"))
+    sys.path.insert(0, WORKLOADS)
     import offline  # noqa: F401  (before pyuvdata: astropy must not look for a network)
     from pyuvdata import UVData
 

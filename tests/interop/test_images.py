@@ -36,8 +36,8 @@ def test_a_source_is_where_the_header_says(cittert):
     assert abs((ra - 202.9) * np.cos(np.radians(dec))) * 3600 < 1.0 and abs(dec - 30.6) * 3600 < 1.0
 
 
-def test_the_dirty_image_of_m87_is_a_direct_sum(cittert, shared):
-    path = os.path.join(shared, "data", "visibilities", "eht_m87_2017_096_lo.uvfits")
+def test_the_dirty_image_of_m87_is_a_direct_sum(cittert, visibilities):
+    path = os.path.join(visibilities, "eht_m87_2017_096_lo.uvfits")
     n, cell = 64, np.radians(4e-6 / 3600)
     cittert("dirty", path, "--size", n, "--cell", "4uas", "--weighting", "natural", "-o", "d.fits")
     ours = fits.getdata(cittert.path("d.fits"))[0, 0]

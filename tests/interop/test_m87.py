@@ -21,8 +21,8 @@ def cpu(who):
     return r.ru_utime + r.ru_stime
 
 
-def uvfits(shared, day):
-    return os.path.join(shared, "data", "visibilities", f"eht_m87_2017_{day}_lo.uvfits")
+def uvfits(visibilities, day):
+    return os.path.join(visibilities, f"eht_m87_2017_{day}_lo.uvfits")
 
 
 def ring(image, cell):
@@ -99,10 +99,10 @@ def ehtim_image(obs):
 
 
 @pytest.mark.parametrize("day", DAYS)
-def test_the_ring_is_what_ehtim_sees_and_explains_its_closures(cittert, shared, day):
+def test_the_ring_is_what_ehtim_sees_and_explains_its_closures(cittert, visibilities, day):
     import ehtim as eh
 
-    path = uvfits(shared, day)
+    path = uvfits(visibilities, day)
     before, clock = cpu(resource.RUSAGE_CHILDREN), time.perf_counter()
     told = cittert.json("mem", path, "--terms", "cphase,logcamp,amp", "--flux", f"{FLUX}Jy", "--size", NPIX, "--cell", "4uas", "-o", "m87")
     ours_cpu, ours_wall = cpu(resource.RUSAGE_CHILDREN) - before, time.perf_counter() - clock
@@ -129,8 +129,8 @@ def test_the_ring_is_what_ehtim_sees_and_explains_its_closures(cittert, shared, 
 
 
 @pytest.mark.parametrize("day", DAYS)
-def test_the_ring_needs_no_option(cittert, shared, day):
-    told = cittert.json("mem", uvfits(shared, day), "--terms", "cphase,logcamp,amp", "-o", "m87")
+def test_the_ring_needs_no_option(cittert, visibilities, day):
+    told = cittert.json("mem", uvfits(visibilities, day), "--terms", "cphase,logcamp,amp", "-o", "m87")
     assert 0.3 < told["model_flux"] < 0.9 < told["flux_of_co_located"]
     # The one antenna whose gains are known to be bad is found.
     errors = told["gain_error"]
@@ -138,3 +138,16 @@ def test_the_ring_needs_no_option(cittert, shared, day):
     hdu = fits.open(cittert.path("m87-model.fits"))[0]
     diameter, hole, south = ring(hdu.data[0, 0].astype(float), abs(hdu.header["CDELT1"]) * 3600e6)
     assert 39 < diameter < 45 and hole > 5 and south > 1.1, (diameter, hole, south)
+
+
+def test_clean_finds_a_compact_source(cittert, visibilities):
+    told = cittert.json("clean", uvfits(visibilities, "096"), "--size", 128, "--cell", "2uas", "--niter", 300, "--gain", 0.05, "-o", "m87")
+    assert isinstance(told["stop_reason"], str) and 0.1 < told["model_flux"] < 3, told
+    for part in ("psf", "dirty", "model", "residual", "image"):
+        assert os.path.exists(cittert.path(f"m87-{part}.fits")), part
+
+
+def test_selfcal_from_a_point_agrees_with_the_closure_phases(cittert, visibilities):
+    told = cittert.json("selfcal", uvfits(visibilities, "096"), "-o", "m87", "--start", "point", "--rounds", 2, "--size", 64, "--cell", "4uas", "--niter", 100)
+    assert 0.1 < told["model_flux"] < 3, told
+    assert told["closure_supports_model"] is True

@@ -227,8 +227,8 @@ def test_windows_in_any_order_of_rows_are_read(cittert):
     assert_same(theirs, ours, [n for n in ARRAYS if n != "nsample_array"])
 
 
-def test_a_drift_scan_becomes_what_pyuvdata_phases_it_to(cittert, shared):
-    path = os.path.join(shared, "data", "visibilities", "hera_zen.2458432.34569.uvh5")
+def test_a_drift_scan_becomes_what_pyuvdata_phases_it_to(cittert, visibilities):
+    path = os.path.join(visibilities, "hera_zen.2458432.34569.uvh5")
     cittert("convert", path, "hera.ms")
     ms = strict("read_ms", cittert.path("hera.ms"))
     uv = UVData()
@@ -248,8 +248,8 @@ def test_a_drift_scan_becomes_what_pyuvdata_phases_it_to(cittert, shared):
     assert (uv.flag_array == ms.flag_array).all() and (uv.nsample_array == ms.nsample_array).all()
 
 
-def test_a_set_of_the_mwa_is_read_as_pyuvdata_reads_it(cittert, shared):
-    with tarfile.open(os.path.join(shared, "data", "visibilities", "mwa_birli.ms.tar.gz")) as tar:
+def test_a_set_of_the_mwa_is_read_as_pyuvdata_reads_it(cittert, visibilities):
+    with tarfile.open(os.path.join(visibilities, "mwa_birli.ms.tar.gz")) as tar:
         tar.extractall(cittert.folder, filter="data")
     name = "1090008640_birli.ms"
     cittert("convert", name, "mwa.uvh5")

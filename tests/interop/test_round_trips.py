@@ -10,7 +10,7 @@ import pytest
 from pyuvdata import UVData
 from test_ms import assert_same, sky_set, strict
 
-VISIBILITIES = os.path.join(os.environ["CITTERT_SHARED"], "data", "visibilities")
+VISIBILITIES = os.path.join(os.environ["CITTERT_DATA"], "visibilities")
 FILES = sorted(os.listdir(VISIBILITIES))
 
 
