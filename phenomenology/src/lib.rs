@@ -13,10 +13,10 @@ pub mod primitives;
 pub mod radiometry;
 mod scene;
 pub mod solids;
+pub mod space;
 pub mod surfaces;
 pub mod terrain;
 pub mod trace;
-pub mod vector;
 
 pub use analytic::{AnalyticScene, Shape};
 pub use camera::{Camera, Projection, View};

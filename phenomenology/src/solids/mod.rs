@@ -3,6 +3,7 @@
 //! [`SceneFile`] is the TOML as written; [`SolidScene`] is the scene made of it: assemblies placed, names looked up,
 //! everything checked. [`crate::trace::Tracer`] turns it into temperatures.
 
+mod air;
 mod build;
 mod check;
 mod covers;

@@ -3,7 +3,7 @@
 //! The algebra of [`crate::surfaces::PolarisedRay`] without trigonometry, for many states that share one ray.
 
 use crate::radiometry::Response;
-use crate::vector::Vec3;
+use crate::space::Vec3;
 
 /// A turn of the polarisation reference by `psi`, as cosine and sine of twice the angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
