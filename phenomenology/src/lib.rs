@@ -9,6 +9,8 @@ pub mod constants;
 pub mod dielectrics;
 mod error;
 pub mod geometry;
+#[cfg(test)]
+mod oracle_tests;
 pub mod primitives;
 pub mod radiometry;
 mod scene;

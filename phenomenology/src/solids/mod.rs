@@ -24,5 +24,5 @@ pub use file::{
     SceneFile, SurfaceRow,
 };
 pub use images::ReadGrey;
-pub use probe::{Probed, read_geometry, read_probe, read_probe_with};
+pub use probe::{Probed, read_geometry, read_probe_with};
 pub use scene::{Air, SolidScene, SurfaceSource};

@@ -78,6 +78,7 @@ impl Terrain {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::terrain::Shape;
 
     #[test]
     fn patches_lie_over_the_map_over_the_ground() {

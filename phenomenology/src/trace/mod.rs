@@ -14,6 +14,8 @@ mod vertex;
 
 #[cfg(test)]
 mod physics_tests;
+#[cfg(test)]
+mod sensitivity_tests;
 
 pub use flight::{Flight, KeyFrame};
 pub use mesh_options::{EdgeOptions, MeshOptions};
