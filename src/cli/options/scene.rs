@@ -96,7 +96,7 @@ impl SceneArgs {
     pub fn render(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {
         let path = &self.scene;
         let scene = read_scene(path)?;
-        let grid = match (self.scene_size, self.scene_cell, scene.natural_grid(self.scene_size)) {
+        let grid = match (self.scene_size, self.scene_cell, scene.natural_grid(self.scene_size).context(path.display())?) {
             (Some(size), Some(cell), _) => SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?,
             (_, None, Some(grid)) => grid,
             _ => {

@@ -1,4 +1,4 @@
-//! Polarisation between a surface and the antenna.
+//! Polarisation between a surface and the antenna, by products of Mueller matrices. The tracer is tested against it.
 //!
 //! The Stokes vector is `(I, Q, U, V)` with `I = T_v + T_h`, `Q = T_v - T_h`,
 //! `U = 2 Re<E_v E_h*>`, `V = 2 Im<E_h E_v*>`, for a reference `h` across the ray and `v = h x k`
@@ -49,8 +49,6 @@ pub enum AntennaPolarisation {
     H,
     /// Across it.
     V,
-    /// Mean of both.
-    Mean,
 }
 
 /// The state of a ray traced from an antenna.
@@ -78,7 +76,6 @@ impl PolarisedRay {
         let q = match polarisation {
             AntennaPolarisation::H => -0.5,
             AntennaPolarisation::V => 0.5,
-            AntennaPolarisation::Mean => 0.0,
         };
         Some(Self { direction, reference_h: across.map(|x| x / size), weight: [0.5, q, 0.0, 0.0] })
     }
@@ -93,11 +90,6 @@ impl PolarisedRay {
     #[must_use]
     pub fn polarised_k(&self, [h, v]: [f64; 2]) -> f64 {
         self.weight[0] * (v + h) + self.weight[1] * (v - h)
-    }
-
-    /// Multiply by the transmission of a path.
-    pub fn attenuate(&mut self, transmission: f64) {
-        self.weight = self.weight.map(|w| w * transmission);
     }
 
     /// Turn the reference to the plane of incidence of a surface with this unit normal.

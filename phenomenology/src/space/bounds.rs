@@ -1,7 +1,7 @@
 //! Boxes along the axes that bound bodies.
 
 use super::ray::Ray;
-use crate::vector::Vec3;
+use super::vector::Vec3;
 
 /// An axis-aligned box, m.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -25,11 +25,10 @@ impl Vec3 {
         Self { x, y, z }
     }
 
-    /// From the first three numbers of a slice; missing ones are zero.
+    /// From the first three numbers of a slice, which must have at least three.
     #[must_use]
     pub fn from_slice(values: &[f64]) -> Self {
-        let at = |i: usize| values.get(i).copied().unwrap_or(0.0);
-        Self::new(at(0), at(1), at(2))
+        Self::new(values[0], values[1], values[2])
     }
 
     /// The components.
@@ -151,11 +150,7 @@ impl Index<usize> for Vec3 {
     type Output = f64;
     #[inline]
     fn index(&self, axis: usize) -> &f64 {
-        match axis {
-            0 => &self.x,
-            1 => &self.y,
-            _ => &self.z,
-        }
+        [&self.x, &self.y, &self.z][axis]
     }
 }
 

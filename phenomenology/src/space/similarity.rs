@@ -1,6 +1,6 @@
 //! Turning, scaling and moving.
 
-use crate::vector::Vec3;
+use super::vector::Vec3;
 
 /// A turn, a scale and a shift, in this order.
 #[derive(Debug, Clone, Copy, PartialEq)]
