@@ -42,7 +42,7 @@ mod visibility;
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
 pub use beam::RestoringBeam;
 pub use builtin::{BUILTIN_LAYOUTS, BuiltinLayout};
-pub use constants::{BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S};
+pub use constants::{BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S, jy_per_kelvin_sr};
 pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, Result};
 pub use figures::{LayoutExtent, LayoutFigures};

@@ -34,7 +34,7 @@ pub enum Polarization {
     YX,
 }
 
-/// Product, AIPS number (AIPS Memo 117, table 1), name.
+/// Product, AIPS number (AIPS Memo 117, table 1) and name, in the order of the enumeration.
 const TABLE: [(Polarization, i32, &str); 12] = [
     (Polarization::I, 1, "I"),
     (Polarization::Q, 2, "Q"),
@@ -54,7 +54,7 @@ impl Polarization {
     /// The AIPS number: 1..4 for Stokes, -1..-8 for correlations.
     #[must_use]
     pub fn aips(self) -> i32 {
-        TABLE.iter().find(|t| t.0 == self).map_or(0, |t| t.1)
+        TABLE[self as usize].1
     }
 
     /// From the AIPS number.
@@ -72,7 +72,7 @@ impl Polarization {
     /// The name, such as `RR`.
     #[must_use]
     pub fn name(self) -> &'static str {
-        TABLE.iter().find(|t| t.0 == self).map_or("", |t| t.2)
+        TABLE[self as usize].2
     }
 
     /// The two parallel hands have a non-zero expectation for an unpolarised source equal to Stokes I.

@@ -1,6 +1,6 @@
 //! The rows of an observation, made when they are asked for: millions of rows need no memory.
 
-use super::UvCoverage;
+use super::rows::UvCoverage;
 use super::track::{DAY_S, Track};
 use crate::astrometry::{ApparentPlace, LocalSky};
 use crate::{ArrayError, ArrayLayout, PhaseCenter, PhaseCenterKind, Result, Site};

@@ -1,6 +1,6 @@
 //! How many different baselines there are, and how much of the u-v disc they fill.
 
-use super::Plane;
+use super::plane::Plane;
 use crate::ArrayLayout;
 use std::collections::{HashMap, HashSet};
 

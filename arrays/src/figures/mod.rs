@@ -1,7 +1,10 @@
 //! What an array can do, in numbers: its size, and at a frequency its beam, side lobes and coverage for a snapshot at the zenith.
 
 mod coverage;
+mod plane;
 mod psf;
+
+use plane::Plane;
 
 use crate::{ArrayError, ArrayLayout, Result, SPEED_OF_LIGHT_M_S};
 
@@ -109,33 +112,6 @@ impl ArrayLayout {
             redundancy: self.n_baselines() as f64 / unique_baselines as f64,
             unique_baselines,
         })
-    }
-}
-
-/// Antennas projected on the aperture plane, from their mean, in wavelengths.
-struct Plane {
-    xy: Vec<[f64; 2]>,
-}
-
-impl Plane {
-    fn new(layout: &ArrayLayout, wavelength_m: f64) -> Self {
-        let n = layout.n_ant() as f64;
-        let mean = [0, 1].map(|k| layout.antennas().iter().map(|a| a.position_m[k]).sum::<f64>() / n);
-        Self { xy: layout.antennas().iter().map(|a| [0, 1].map(|k| (a.position_m[k] - mean[k]) / wavelength_m)).collect() }
-    }
-
-    fn pairs(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
-        self.xy.iter().enumerate().flat_map(|(i, a)| self.xy[i + 1..].iter().map(move |b| [b[0] - a[0], b[1] - a[1]]))
-    }
-
-    /// Shortest projected baseline, wavelengths; antennas behind each other do not count.
-    fn shortest(&self) -> f64 {
-        let longest = self.longest();
-        self.pairs().map(|[u, v]| u.hypot(v)).filter(|d| *d > 1e-9 * longest).fold(longest, f64::min)
-    }
-
-    fn longest(&self) -> f64 {
-        self.pairs().map(|[u, v]| u.hypot(v)).fold(0.0, f64::max)
     }
 }
 

@@ -3,7 +3,7 @@
 //! With natural weights and no autocorrelations the beam of N antennas is (|AF|^2 - N) / (N (N - 1)), where AF is the sum of the
 //! antennas' phasors, so a grid of beams costs N multiplications a point.
 
-use super::Plane;
+use super::plane::Plane;
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_PI_2, LN_2, PI, TAU};
 
