@@ -75,13 +75,13 @@ impl Polarization {
         TABLE[self as usize].2
     }
 
-    /// The two parallel hands have a non-zero expectation for an unpolarised source equal to Stokes I.
+    /// True for the products RR, LL, XX and YY. For an unpolarised source their expected value is Stokes I.
     #[must_use]
     pub fn is_parallel_hand(self) -> bool {
         matches!(self, Self::RR | Self::LL | Self::XX | Self::YY)
     }
 
-    /// Name of one gain that serves all products of a list: `R+L`, `X+Y`, or `I` where no product is of feeds.
+    /// Name of a gain that is common to all products of a list: `R+L`, `X+Y`, or `I` for Stokes parameters.
     #[must_use]
     pub fn shared_feed(products: &[Self]) -> &'static str {
         match products.iter().find(|p| p.feeds().is_some()).map(|p| p.name().as_bytes()[0]) {

@@ -109,7 +109,7 @@ impl UvCoverage {
     /// Append the rows of `other`.
     ///
     /// # Errors
-    /// Never for coverages made by this crate; the uvw shapes are checked again.
+    /// None for coverages made by this crate. The shape of uvw is checked.
     pub fn append(&mut self, other: &Self) -> Result<()> {
         self.uvw_m.append(Axis(0), other.uvw_m.view()).map_err(|_| ArrayError::ShapeMismatch {
             what: "uvw",

@@ -18,7 +18,7 @@ impl Plane {
         self.xy.iter().enumerate().flat_map(|(i, a)| self.xy[i + 1..].iter().map(move |b| [b[0] - a[0], b[1] - a[1]]))
     }
 
-    /// Shortest projected baseline, wavelengths; antennas behind each other do not count.
+    /// Shortest projected baseline, wavelengths; pairs along the line of sight do not count.
     pub(super) fn shortest(&self) -> f64 {
         let longest = self.longest();
         self.pairs().map(|[u, v]| u.hypot(v)).filter(|d| *d > 1e-9 * longest).fold(longest, f64::min)
