@@ -3,14 +3,13 @@
 use super::beside::Beside;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::kind::{FileKind, kind_of};
 use super::options::{ColumnArgs, OutputArgs};
 use super::picture;
 use crate::plot::ImagePlot;
 use cittert_arrays::for_each_block;
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
 use cittert_formats::fits::{ImageOptions, write_image};
-use cittert_formats::{Compression, CreateOptions};
+use cittert_formats::{Compression, CreateOptions, Holds, format_of};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -64,18 +63,19 @@ const BLOCK_BYTES: usize = 64 << 20;
 pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite || args.append };
     out.check(&args.output)?;
-    let kind = kind_of(&args.input)?;
-    if kind != FileKind::Visibilities && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
+    let holds = format_of(&args.input)?.holds();
+    if !matches!(holds, Holds::Visibilities(_)) && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
         return Err(Failure::usage(format!("{}: --append, --compression and --column are for visibilities", args.input.display())));
     }
-    if kind != FileKind::Gains && args.delays {
+    if !matches!(holds, Holds::Gains(_)) && args.delays {
         return Err(Failure::usage(format!("{}: --delays is for gains", args.input.display())));
     }
-    match kind {
-        FileKind::Visibilities => visibilities(args, context),
-        FileKind::Image => image(args, &out, context),
-        FileKind::Gains => gains(args, context),
-        FileKind::Layout => Err(Failure::usage(format!("{}: it is a layout; use `cittert layout convert`", args.input.display()))),
+    match holds {
+        Holds::Visibilities(_) => visibilities(args, context),
+        Holds::Images(_) => image(args, &out, context),
+        Holds::Gains(_) => gains(args, context),
+        Holds::Sources(_) => Err(Failure::usage(format!("{}: it is a source list, which has no other format", args.input.display()))),
+        Holds::Layouts(_) => Err(Failure::usage(format!("{}: it is a layout; use `cittert layout convert`", args.input.display()))),
     }
 }
 

@@ -18,7 +18,6 @@ mod failure;
 mod grid;
 mod identify;
 mod info;
-mod kind;
 mod layout;
 mod mask;
 mod mem;

@@ -2,11 +2,11 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::kind::{FileKind, kind_of};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
 use crate::plot::{CurveOptions, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Range, Series, Stretch, VisPlot, curves, uv_coverage};
 use cittert_arrays::{BuiltinLayout, UvCoverage, VisibilitySource, for_each_block};
+use cittert_formats::{Holds, format_of};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
@@ -86,11 +86,14 @@ fn draw(args: &PlotArgs) -> Result<Vec<u8>> {
     if BuiltinLayout::find(&name).is_some() {
         return picture::layout(&load_layout(&name)?);
     }
-    match kind_of(&args.file)? {
-        FileKind::Image => image(args),
-        FileKind::Visibilities => visibilities(args),
-        FileKind::Layout => picture::layout(&load_layout(&name)?),
-        FileKind::Gains => gains(args),
+    match format_of(&args.file)?.holds() {
+        Holds::Images(_) => image(args),
+        Holds::Visibilities(_) => visibilities(args),
+        Holds::Layouts(_) => picture::layout(&load_layout(&name)?),
+        Holds::Gains(_) => gains(args),
+        Holds::Sources(_) => {
+            Err(Failure::usage(format!("{}: it is a source list; expected an image, visibilities, gains or a layout", args.file.display())))
+        }
     }
 }
 
