@@ -1,4 +1,4 @@
-"""Every row of every table of the radiometric physics, asked for on the command line as anybody would."""
+"""The radiometric physics on the command line, compared with every row of the tables of reference values."""
 import csv
 import io
 import os
@@ -16,7 +16,7 @@ def table(oracle, name):
 
 
 def scene(cittert, *words):
-    """Rows that `scene` prints, numbers as floats."""
+    """The rows that `cittert scene` prints. Numbers are floats."""
     out = cittert("scene", *words).stdout
 
     def number(text):
@@ -229,7 +229,7 @@ def test_permittivities(cittert, oracle):
         pairs = dict(p.split("=") for p in params.split())
         words = []
         if label.startswith("soil"):
-            # The reference has a little more clay in its silty clay than the table of textures.
+            # The silty clay of the reference has a little more clay than that of cittert's table of textures.
             texture = label[len(name) + 1:].replace("_", "-")
             words = ["--sand", pairs["sand"], "--clay", pairs["clay"]] if texture == "silty-clay" else ["--texture", texture]
         for key, value in pairs.items():
@@ -249,7 +249,7 @@ def test_permittivities(cittert, oracle):
 
 
 def stack(cittert, coherent, layers):
-    """Write a stack file from eps_re;eps_loss;thickness_mm|... and give its name."""
+    """Write a stack file from a text eps_re;eps_loss;thickness_mm|... and return its name."""
     lines = [f"coherent = {str(coherent).lower()}"]
     for layer in layers.split("|"):
         real, loss, mm = layer.split(";")
@@ -341,7 +341,7 @@ def test_facets_against_ray_tracing(cittert, oracle):
     assert worst["single"] < 0.01 and worst["second-bounce"] < 0.02
 
 
-def test_an_isothermal_world_shows_its_temperature(cittert):
+def test_in_an_isothermal_scene_the_brightness_temperature_is_the_temperature(cittert):
     with open(cittert.path("iso.csv"), "w") as f:
         f.write("z_km,p_hpa,t_k,rh_liquid_pct\n")
         for z in range(0, 31, 3):
