@@ -1,15 +1,15 @@
-# The two commands of a newcomer are `make demo` and `make test`. Each installs the system packages that are missing.
+# A new user needs two commands: `make demo` and `make test`. Each installs the system packages that are missing.
 CARGO ?= cargo
 PACKAGES := build-essential pkg-config libhdf5-dev
-# What the feature `ms` (Measurement Sets) needs besides.
+# The additional packages that the feature `ms` (Measurement Sets) needs.
 MS_PACKAGES := casacore-dev
 DEMO := demo
-# Executions of each target of `make fuzz`, and how many of them one process makes: the HDF5 library does not survive any number of
-# damaged files in one process.
+# N is the number of executions of each target of `make fuzz`. PART of them run in one process, because the HDF5 library does not
+# survive an unlimited number of damaged files in one process.
 N ?= 1000000
 PART ?= 50000
 
-.PHONY: demo test test-ms lint interop fuzz bench bench-peers bench-book deps deps-ms book
+.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book deps deps-ms
 
 demo: deps
 	$(CARGO) build --release --locked
@@ -21,7 +21,7 @@ demo: deps
 test: deps
 	$(CARGO) test --workspace --locked
 
-# The formats again, with Measurement Sets.
+# The tests of the formats again, now with Measurement Sets.
 test-ms: deps-ms
 	$(CARGO) test -p cittert-formats --features ms --locked
 
@@ -31,13 +31,18 @@ lint: deps deps-ms
 	$(CARGO) clippy -p cittert-formats --features ms --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --locked
 
-# Other programs (WSClean, CASA, pyuvdata, ehtim) judge what we write. Installs them below ~/.cache on the first run.
-interop: deps-ms
+# Other programs (WSClean, CASA, pyuvdata, ehtim) judge the files that cittert writes. The first run installs them below ~/.cache.
+# Some of these tests read real public visibilities, which this project does not contain, from the folder CITTERT_DATA.
+interop: visibilities deps-ms
 	$(CARGO) build --release --locked --features ms
 	$(CARGO) build --release --locked -p cittert-formats --features ms --example samples
 	bash tests/interop/run.sh
 
-# Damaged files, N of each kind: `make fuzz N=1000000`. CI runs a few thousand of each within `make test`.
+# Fail before anything is built where the real visibilities are missing.
+visibilities:
+	@bash tests/interop/run.sh --check
+
+# Reads damaged files, N of each kind: `make fuzz N=1000000`. `make test` runs a few thousand of each.
 fuzz: deps
 	for seed in $$(seq 1 $$((($(N) + $(PART) - 1) / $(PART)))); do \
 	  CITTERT_FUZZ=$(PART) CITTERT_FUZZ_SEED=$$seed $(CARGO) test --release --locked -p cittert-formats --test fuzz -- --nocapture \
@@ -47,12 +52,12 @@ fuzz: deps
 bench: deps
 	$(CARGO) bench --locked
 
-# Ours and the peers in turn on the common workloads, and a table of ratios.
+# Times cittert and its peers in turn on the common workloads, and prints a table of ratios.
 bench-peers: deps
 	$(CARGO) build --release --locked --bin cittert --example core
 	bash tests/bench/peers.sh
 
-# Measures what imaging costs and writes it into the book.
+# Measures the processor time of imaging and writes it into the book.
 bench-book: deps
 	$(CARGO) build --release --locked --example core
 	target/release/examples/core book
@@ -60,7 +65,7 @@ bench-book: deps
 deps: WANTED = $(PACKAGES)
 deps-ms: WANTED = $(PACKAGES) $(MS_PACKAGES)
 
-# dpkg knows what is there; apt is asked only for what is not.
+# apt installs only the packages that dpkg does not list as installed.
 deps deps-ms:
 	@missing=; for p in $(WANTED); do \
 	  dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \

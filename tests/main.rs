@@ -6,5 +6,3 @@ mod cli;
 mod hostile;
 #[cfg(test)]
 mod program;
-#[cfg(test)]
-mod tidy;

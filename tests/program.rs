@@ -77,7 +77,9 @@ impl Scratch {
     }
 }
 
-/// The folder of the designs and the data that tests may read.
-pub fn shared() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared")
+/// The path of a table of reference values, which must exist.
+pub fn oracle(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/oracle").join(name);
+    assert!(path.is_file(), "there is no table {}", path.display());
+    path
 }

@@ -1,15 +1,15 @@
-//! The arrays that ship with the program: real ones, and classic shapes of millimetre-wave imagers.
+//! The built-in layouts: real arrays, and classic shapes of millimetre-wave imagers.
 
 use crate::{ArrayError, ArrayLayout, Result};
 
-/// A built-in layout: one file of `layouts/`, and what a list should say about it.
+/// A built-in layout: one file of `layouts/` with its name and description.
 #[derive(Debug, Clone, Copy)]
 pub struct BuiltinLayout {
-    /// Name to call it by.
+    /// Name of the layout.
     pub name: &'static str,
-    /// One line about it.
+    /// Description, one line.
     pub description: &'static str,
-    /// Frequency its sensitivities are for, and at which figures make sense, Hz.
+    /// Frequency for which the sensitivities are valid, Hz; the default for figures of merit.
     pub freq_hz: f64,
     /// Its TOML text.
     pub toml: &'static str,
@@ -17,7 +17,7 @@ pub struct BuiltinLayout {
 
 macro_rules! builtin {
     ($($name:literal, $freq_hz:literal, $description:literal;)*) => {
-        /// All built-in layouts, in the order in which a list shows them.
+        /// All built-in layouts, in the order of the list for users.
         pub const BUILTIN_LAYOUTS: &[BuiltinLayout] = &[$(BuiltinLayout {
             name: $name,
             description: $description,
@@ -53,7 +53,7 @@ builtin! {
 }
 
 impl ArrayLayout {
-    /// The built-in layout of that name, in any case of letters.
+    /// The built-in layout of that name, in upper or lower case.
     ///
     /// # Errors
     /// An unknown name; the message lists the known ones.
@@ -67,7 +67,7 @@ impl ArrayLayout {
 }
 
 impl BuiltinLayout {
-    /// The entry of that name, in any case of letters.
+    /// The entry of that name, in upper or lower case.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Self> {
         BUILTIN_LAYOUTS.iter().find(|b| b.name.eq_ignore_ascii_case(name.trim()))

@@ -1,4 +1,4 @@
-//! What can be wrong with an array, a set or an image.
+//! Errors of arrays, visibility sets and images.
 
 use thiserror::Error;
 
@@ -9,17 +9,17 @@ pub type Result<T, E = ArrayError> = std::result::Result<T, E>;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ArrayError {
-    /// An array has another shape than its neighbours demand.
+    /// The shape of an array does not fit the other arrays.
     #[error("{what} has shape {found:?}, expected {expected:?}")]
     ShapeMismatch {
         /// Name of the array.
         what: &'static str,
-        /// Shape demanded by the other arrays.
+        /// Shape that the other arrays require.
         expected: Vec<usize>,
         /// Shape that was given.
         found: Vec<usize>,
     },
-    /// An index points past the end of what it indexes.
+    /// An index is past the end.
     #[error("{what} {index} is out of range: there are {len}")]
     OutOfRange {
         /// What is indexed.
@@ -39,7 +39,7 @@ pub enum ArrayError {
         /// What is accepted.
         expected: &'static str,
     },
-    /// Two antennas stand at one place.
+    /// Two antennas are at the same position.
     #[error("antennas {first:?} and {second:?} are at the same place ({distance_m:.1e} m apart)")]
     CoincidentAntennas {
         /// Name of the first.

@@ -31,7 +31,7 @@ pub struct GainTable {
     pub refant: Option<usize>,
     /// Phase only, amplitude and phase, delay, or injected truth, in words.
     pub mode: String,
-    /// How the table came to be, oldest first.
+    /// History of the table, oldest first.
     pub history: Vec<String>,
 }
 
@@ -86,7 +86,7 @@ impl GainTable {
         Ok(())
     }
 
-    /// The same gains with an entry for each feed, where one entry such as `R+L` stood for both.
+    /// The same gains with one entry for each feed, where one entry such as `R+L` holds the gains of both feeds.
     #[must_use]
     pub fn with_each_feed(&self) -> Self {
         let names: Vec<String> = self.feeds.iter().flat_map(|f| f.split('+')).map(String::from).collect();
@@ -96,7 +96,7 @@ impl GainTable {
         self.choose_feeds(names, &[0, 0])
     }
 
-    /// The same gains with one entry for both feeds, named such as `R+L`, if everything known of the two is equal.
+    /// The same gains with one entry for both feeds, named such as `R+L`, if gains, flags and qualities of the two feeds are equal.
     #[must_use]
     pub fn with_equal_feeds_joined(&self) -> Self {
         if self.feeds.len() < 2 {

@@ -19,7 +19,7 @@ impl Site {
         [r * cos_lon, r * sin_lon, (n * (1.0 - e2) + self.altitude_m) * sin_lat]
     }
 
-    /// The site of geocentric coordinates in m.
+    /// The site at geocentric coordinates in m.
     ///
     /// # Reference
     /// Bowring 1976, Survey Review 23, 323, iterated until the latitude no longer changes.
@@ -44,7 +44,7 @@ impl Site {
         }
         let (sin_lat, cos_lat) = latitude_rad.sin_cos();
         let n = A_M / (1.0 - e2 * sin_lat * sin_lat).sqrt();
-        // The form that keeps its digits both at the pole and at the equator.
+        // This form is accurate both at the pole and at the equator.
         let altitude_m = p * cos_lat + z * sin_lat - A_M * A_M / n;
         Self { latitude_rad, longitude_rad: y.atan2(x), altitude_m }
     }
@@ -73,11 +73,11 @@ impl Site {
 impl ArrayLayout {
     /// A layout from antennas whose positions (and position errors) are geocentric, m.
     ///
-    /// Without a site, one is made: the geodetic direction of the centroid, at the mean height of the antennas, which is on the ground
-    /// also for arrays as wide as the Earth.
+    /// Without a given site, the site has the geodetic direction of the centroid and the mean height of the antennas. It is on the ground
+    /// also for arrays as large as the Earth.
     ///
     /// # Errors
-    /// A position that is not within some hundred kilometres of the Earth's surface; everything [`ArrayLayout::new`] refuses.
+    /// A position that is not within some hundred kilometres of the Earth's surface; and the errors of [`ArrayLayout::new`].
     pub fn from_ecef(name: impl Into<String>, site: Option<Site>, mut antennas: Vec<Antenna>) -> Result<Self> {
         for a in &antennas {
             let radius = a.position_m.iter().map(|p| p * p).sum::<f64>().sqrt();
@@ -118,12 +118,12 @@ impl ArrayLayout {
     }
 }
 
-/// A place on the ground amid geocentric positions.
+/// A site on the ground in the middle of geocentric positions.
 fn site_of(antennas: &[Antenna]) -> Site {
     let n = antennas.len() as f64;
     let centroid = [0, 1, 2].map(|k| antennas.iter().map(|a| a.position_m[k]).sum::<f64>() / n);
     let radius = centroid.iter().map(|c| c * c).sum::<f64>().sqrt();
-    // Antennas on opposite sides of the Earth have no middle on its surface: the first will do.
+    // Antennas on opposite sides of the Earth have no middle on its surface, so the first antenna is used.
     let toward = if radius > 1e5 { centroid } else { antennas[0].position_m };
     let scale = A_M / toward.iter().map(|c| c * c).sum::<f64>().sqrt();
     let altitude_m = antennas.iter().map(|a| Site::from_ecef_m(a.position_m).altitude_m).sum::<f64>() / n;

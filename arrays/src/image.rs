@@ -4,7 +4,7 @@ use crate::{ArrayError, PhaseCenter, Polarization, RestoringBeam, Result, Spectr
 use ndarray::{Array4, ArrayView2, ArrayViewMut2, s};
 use serde::{Deserialize, Serialize};
 
-/// Which way l grows along the x axis.
+/// Frame of an image: it decides in which direction l grows along the x axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum SkyFrame {
     /// Around a celestial phase centre: l grows to the east, to the left of the picture (CDELT1 < 0).
@@ -168,7 +168,7 @@ pub struct Image {
     pub time_jd: Option<f64>,
     /// Constant that was removed from the scene and is already added back in `data`, K.
     pub pedestal_k: Option<f64>,
-    /// How the image came to be, oldest first.
+    /// History of the image, oldest first.
     pub history: Vec<String>,
 }
 

@@ -3,7 +3,7 @@
 use crate::{ArrayError, Result};
 use serde::{Deserialize, Serialize};
 
-/// How sensitive an antenna is.
+/// Sensitivity of an antenna.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Sensitivity {
     /// System equivalent flux density, Jy.
@@ -30,7 +30,7 @@ pub struct Antenna {
 }
 
 impl Antenna {
-    /// An antenna of which only the place is known.
+    /// An antenna with a name, a number and a position only.
     #[must_use]
     pub fn new(name: impl Into<String>, number: u32, position_m: [f64; 3]) -> Self {
         Self { name: name.into(), number, position_m, diameter_m: None, sensitivity: None, position_error_m: None }
@@ -48,7 +48,7 @@ pub struct Site {
     pub altitude_m: f64,
 }
 
-/// What the coordinates of a layout mean.
+/// Frame of the coordinates of a layout.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LayoutFrame {
     /// Aperture plane: x to the right as seen looking along the boresight, y up, z along the boresight.
@@ -69,7 +69,7 @@ pub struct ArrayLayout {
     antennas: Vec<Antenna>,
 }
 
-/// Antennas closer than this are taken for one antenna listed twice.
+/// Antennas closer than this are taken as one antenna listed twice, m.
 const COINCIDENT_M: f64 = 1e-6;
 
 impl ArrayLayout {
@@ -167,7 +167,7 @@ impl ArrayLayout {
         Ok(())
     }
 
-    /// The antennas, in the order in which rows number them.
+    /// The antennas; the rows of a set hold indices into this list.
     #[must_use]
     pub fn antennas(&self) -> &[Antenna] {
         &self.antennas

@@ -1,4 +1,4 @@
-//! Layouts as TOML: the format of the built-in arrays and of users' own.
+//! Layouts as TOML: the format of the built-in arrays and of layouts that users write.
 //!
 //! ```toml
 //! name = "demo"
@@ -58,8 +58,8 @@ impl ArrayLayout {
     /// Positions in `ecef` become east, north, up about the given site, or about a site made from the centroid.
     ///
     /// # Errors
-    /// Text that is not TOML, an unknown key, a missing or wrong value (each with line and column); a site missing for `enu` or given
-    /// for `boresight`; everything [`ArrayLayout::new`] refuses.
+    /// A text that is not TOML, an unknown key, a missing or wrong value (each with line and column); a missing site for `enu`, or a site
+    /// with `boresight`; and the errors of [`ArrayLayout::new`].
     pub fn from_toml(text: &str) -> Result<Self> {
         let raw: LayoutToml = toml::from_str(text).map_err(|e| match e.span() {
             Some(span) => at(text, span, e.message()),

@@ -1,7 +1,7 @@
 //! The shared vocabulary of cittert: antenna arrays, and the labelled data arrays measured with them.
 //!
-//! Nothing here transforms, grids or touches a disk. Constructors hold the invariants
-//! (`VisibilityBlock::new` checks every shape), so the algorithms that use these types do not.
+//! This crate does no transforms, no gridding and no input or output. The constructors check the invariants (`VisibilityBlock::new`
+//! checks every shape), so the algorithms that use these types need no checks of their own.
 //!
 //! | type | holds | shapes and units |
 //! |---|---|---|
@@ -10,7 +10,7 @@
 //! | [`LocalSky`] | sidereal time and apparent places at one moment and site | rad |
 //! | [`SpectralWindow`] | channel centres and widths | Hz \[chan\] |
 //! | [`UvCoverage`] | uvw, antenna pairs, times | m \[blt, 3\], s |
-//! | [`CoveragePlan`] | the rows of a snapshot or track, made when asked for | |
+//! | [`CoveragePlan`] | the rows of a snapshot or track, computed on request | |
 //! | [`VisibilityHeader`] | layout, channels, polarisations, phase centres, unit, history | |
 //! | [`VisibilityBlock`] | a run of rows | `Complex<f32>` \[blt, chan, pol\] |
 //! | [`VisibilitySet`] | header and one block in memory | |
@@ -42,7 +42,7 @@ mod visibility;
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
 pub use beam::RestoringBeam;
 pub use builtin::{BUILTIN_LAYOUTS, BuiltinLayout};
-pub use constants::{BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S};
+pub use constants::{BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S, jy_per_kelvin_sr};
 pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, Result};
 pub use figures::{LayoutExtent, LayoutFigures};

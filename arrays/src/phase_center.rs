@@ -1,9 +1,9 @@
-//! Where the array looks: a point of the sky, or a direction fixed to the array.
+//! Phase centres: a point of the sky, or a direction fixed to the array.
 
 use crate::{ArrayError, Result};
 use serde::{Deserialize, Serialize};
 
-/// What kind of direction a phase centre is.
+/// Kind of a phase centre, with its direction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum PhaseCenterKind {
     /// A fixed point of the sky; uvw follow the Earth's rotation.
@@ -43,7 +43,7 @@ impl PhaseCenter {
     /// A sidereal phase centre in ICRS.
     ///
     /// # Errors
-    /// A non-finite right ascension, or a declination beyond the poles.
+    /// A non-finite right ascension, or or a declination beyond the poles.
     pub fn sidereal(name: &str, ra_rad: f64, dec_rad: f64) -> Result<Self> {
         if !ra_rad.is_finite() {
             return Err(ArrayError::BadValue { what: "right ascension".into(), value: ra_rad.to_string(), expected: "a finite angle" });

@@ -34,7 +34,7 @@ pub enum Polarization {
     YX,
 }
 
-/// Product, AIPS number (AIPS Memo 117, table 1), name.
+/// Product, AIPS number (AIPS Memo 117, table 1) and name, in the order of the enumeration.
 const TABLE: [(Polarization, i32, &str); 12] = [
     (Polarization::I, 1, "I"),
     (Polarization::Q, 2, "Q"),
@@ -54,7 +54,7 @@ impl Polarization {
     /// The AIPS number: 1..4 for Stokes, -1..-8 for correlations.
     #[must_use]
     pub fn aips(self) -> i32 {
-        TABLE.iter().find(|t| t.0 == self).map_or(0, |t| t.1)
+        TABLE[self as usize].1
     }
 
     /// From the AIPS number.
@@ -72,16 +72,16 @@ impl Polarization {
     /// The name, such as `RR`.
     #[must_use]
     pub fn name(self) -> &'static str {
-        TABLE.iter().find(|t| t.0 == self).map_or("", |t| t.2)
+        TABLE[self as usize].2
     }
 
-    /// The two parallel hands have a non-zero expectation for an unpolarised source equal to Stokes I.
+    /// True for the products RR, LL, XX and YY. For an unpolarised source their expected value is Stokes I.
     #[must_use]
     pub fn is_parallel_hand(self) -> bool {
         matches!(self, Self::RR | Self::LL | Self::XX | Self::YY)
     }
 
-    /// Name of one gain that serves all products of a list: `R+L`, `X+Y`, or `I` where no product is of feeds.
+    /// Name of a gain that is common to all products of a list: `R+L`, `X+Y`, or `I` for Stokes parameters.
     #[must_use]
     pub fn shared_feed(products: &[Self]) -> &'static str {
         match products.iter().find(|p| p.feeds().is_some()).map(|p| p.name().as_bytes()[0]) {

@@ -8,7 +8,7 @@ use std::fmt;
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Why a text is not the quantity that was asked for.
+/// Error of a text that is not a quantity of the expected dimension.
 #[derive(Debug, Error, Clone, PartialEq)]
 pub enum QuantityError {
     /// The number has no unit.
@@ -40,7 +40,7 @@ pub enum QuantityError {
         text: String,
         /// What was expected.
         dimension: &'static str,
-        /// A good example.
+        /// A valid example.
         example: &'static str,
     },
 }

@@ -3,7 +3,7 @@
 use crate::{ArrayError, PhaseCenter, Result};
 use serde::{Deserialize, Serialize};
 
-/// Where a source is.
+/// Position of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum SourcePosition {
     /// Direction cosines from the phase centre.
@@ -22,10 +22,10 @@ pub enum SourcePosition {
     },
 }
 
-/// Extent of a source.
+/// Shape of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum SourceShape {
-    /// Unresolved.
+    /// A point.
     Point,
     /// Elliptical Gaussian by its full widths at half maximum.
     Gaussian {
@@ -41,11 +41,11 @@ pub enum SourceShape {
 /// A source with its flux density and spectrum S(f) = flux (f / ref_freq)^spectral_index.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Source {
-    /// Where it is.
+    /// Position.
     pub position: SourcePosition,
     /// Integrated flux density at the reference frequency, Jy.
     pub flux_jy: f64,
-    /// Its extent.
+    /// Shape.
     pub shape: SourceShape,
     /// Exponent of the spectrum; 0 is flat.
     pub spectral_index: f64,

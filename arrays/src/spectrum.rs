@@ -44,7 +44,7 @@ impl SpectralWindow {
         if let Some(w) = width_hz.iter().find(|w| !(w.is_finite() && **w != 0.0)) {
             return Err(bad("channel width in Hz", *w, "a finite number other than 0"));
         }
-        // The sign of a width only tells the direction of the axis, which the centres tell already.
+        // The sign of a width is only the direction of the axis, which follows from the centres too.
         let width_hz = width_hz.into_iter().map(f64::abs).collect();
         Ok(Self { freq_hz, width_hz, spw })
     }

@@ -1,13 +1,13 @@
-//! Sets larger than memory: read and written in runs of rows.
+//! Visibility sets larger than memory, read and written in runs of rows.
 
 use crate::visibility::check_block;
 use crate::{ArrayError, Result, VisibilityBlock, VisibilityHeader, VisibilitySet};
 use std::ops::Range;
 
-/// Any error, as a format or an algorithm hands it on.
+/// Any error of a format or of an algorithm.
 pub type BoxError = Box<dyn std::error::Error + Send + Sync + 'static>;
 
-/// Something visibilities can be read from, again and again, in runs of rows.
+/// A source of visibilities. It can be read several times, in runs of rows.
 pub trait VisibilitySource: Send {
     /// What all rows share.
     fn header(&self) -> &VisibilityHeader;
@@ -18,25 +18,25 @@ pub trait VisibilitySource: Send {
     /// Read the rows of `range`.
     ///
     /// # Errors
-    /// A range past the last row, or whatever the file says.
+    /// A range past the last row, or an error in the file.
     fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock>;
 }
 
-/// Something visibilities can be written to, in order.
+/// An output of visibilities. Blocks are appended in order.
 pub trait VisibilitySink: Send {
     /// Append a block.
     ///
     /// # Errors
-    /// A block of another shape than the header's, or whatever the disk says.
+    /// A block whose shape is not that of the header, or an error of the file system.
     fn write_block(&mut self, block: &VisibilityBlock) -> Result<()>;
 
     /// Complete the output and give it its final name.
     ///
     /// # Errors
-    /// Whatever the disk says; the old output is then still in place.
+    /// An error of the file system. The old output then stays in place.
     fn finish(self: Box<Self>) -> Result<()>;
 
-    /// Complete the output as [`VisibilitySink::finish`] does, and tell what was changed or lost on the way, one sentence each.
+    /// As [`VisibilitySink::finish`]. The result says what was changed or lost, one sentence each.
     ///
     /// # Errors
     /// As [`VisibilitySink::finish`].
@@ -60,7 +60,7 @@ impl VisibilitySource for VisibilitySet {
     }
 }
 
-/// A set in memory takes what is written to it; build it with an empty block.
+/// Blocks are appended to a set in memory. It may begin with an empty block.
 impl VisibilitySink for VisibilitySet {
     fn write_block(&mut self, block: &VisibilityBlock) -> Result<()> {
         check_block(&self.header, block)?;
@@ -72,8 +72,7 @@ impl VisibilitySink for VisibilitySet {
     }
 }
 
-/// Read a source from the first row to the last in blocks of about `target_bytes` and hand each to `work`
-/// with the index of its first row.
+/// Read a source from the first row to the last in blocks of about `target_bytes`. `work` gets each block with the index of its first row.
 ///
 /// # Errors
 /// The first error of the source or of `work`.

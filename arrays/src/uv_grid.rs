@@ -25,7 +25,7 @@ pub struct UvGrid {
     pub unit: VisUnit,
     /// Number of visibilities outside the grid.
     pub n_outside: u64,
-    /// How the grid came to be, oldest first.
+    /// History of the grid, oldest first.
     pub history: Vec<String>,
 }
 

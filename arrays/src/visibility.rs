@@ -1,4 +1,4 @@
-//! Visibilities with everything that gives them meaning.
+//! Visibilities with their header: array, channels, polarisations, phase centres and unit.
 
 use crate::{ArrayError, ArrayLayout, PhaseCenter, Polarization, Result, SpectralWindow, UvCoverage};
 use ndarray::{Array3, Axis, s};
@@ -13,7 +13,7 @@ pub enum VisUnit {
     Jy,
     /// Kelvin steradian (`K str`): the integral of brightness temperature over solid angle.
     KelvinSr,
-    /// Correlator units.
+    /// Not calibrated: units of the correlator.
     Uncalibrated,
 }
 
@@ -28,7 +28,7 @@ impl VisUnit {
         }
     }
 
-    /// From its name in UVH5; anything unknown is uncalibrated.
+    /// The unit with this name in UVH5. An unknown name means uncalibrated.
     #[must_use]
     pub fn from_name(name: &str) -> Self {
         match name.trim().to_ascii_lowercase().as_str() {
@@ -39,26 +39,26 @@ impl VisUnit {
     }
 }
 
-/// What all rows of a set share.
+/// The properties that all rows of a set share.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VisibilityHeader {
-    /// The array. Rows index its antennas.
+    /// The array. The rows hold indices of its antennas.
     pub layout: ArrayLayout,
     /// Channels.
     pub spectrum: SpectralWindow,
     /// Polarisation products \[pol\].
     pub polarizations: Vec<Polarization>,
-    /// Phase centres; rows index them. At least one.
+    /// Phase centres, at least one. The rows hold indices of them.
     pub phase_centers: Vec<PhaseCenter>,
     /// Unit of the visibilities.
     pub unit: VisUnit,
-    /// Telescope name as other programs should see it.
+    /// Telescope name, as it is written for other programs.
     pub telescope: String,
     /// Instrument name.
     pub instrument: String,
     /// Constant brightness temperature removed from the scene before the transform, K; images add it back.
     pub pedestal_k: Option<f64>,
-    /// How the data came to be, oldest first, one entry a line.
+    /// History of the data, oldest first, one entry per line.
     pub history: Vec<String>,
 }
 
@@ -87,16 +87,16 @@ impl VisibilityHeader {
 /// A run of rows: coverage, visibilities, weights and flags.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VisibilityBlock {
-    /// Which baselines and when.
+    /// Baselines and times of the rows.
     pub coverage: UvCoverage,
     /// Visibilities \[blt, chan, pol\] in the unit of the header. A point source S at (l, m) gives
     /// S exp(+2 pi i (u l + v m + w (n - 1))).
     pub vis: Array3<Complex<f32>>,
     /// Weights 1/sigma^2 of the real part \[blt, chan, pol\]; non-positive or non-finite ones count as flagged.
     pub weights: Array3<f32>,
-    /// True where the datum must not be used \[blt, chan, pol\].
+    /// True where the visibility must not be used \[blt, chan, pol\].
     pub flags: Array3<bool>,
-    /// Number of samples that went into the datum \[blt, chan, pol\].
+    /// Number of samples averaged into the visibility \[blt, chan, pol\].
     pub nsamples: Array3<f32>,
 }
 
@@ -142,7 +142,8 @@ impl VisibilityBlock {
         self.coverage.n_rows()
     }
 
-    /// The weight with which a datum may be used: 0 where it is flagged, its weight is not positive, or anything is not finite.
+    /// The weight with which a visibility may be used. It is 0 where the visibility is flagged, the weight is not positive, or the weight or
+    /// the visibility is not finite.
     #[must_use]
     pub fn usable_weight(&self, row: usize, chan: usize, pol: usize) -> f32 {
         let i = (row, chan, pol);
@@ -179,7 +180,7 @@ impl VisibilityBlock {
     }
 }
 
-/// Append along the rows, saying which array did not fit.
+/// Append along the rows. The error names the array whose shape does not fit.
 fn append<T: Clone>(what: &'static str, to: &mut Array3<T>, from: &Array3<T>) -> Result<()> {
     let expected = to.shape().to_vec();
     to.append(Axis(0), from.view()).map_err(|_| ArrayError::ShapeMismatch { what, expected, found: from.shape().to_vec() })

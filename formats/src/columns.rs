@@ -1,21 +1,23 @@
-//! Visibilities that stand beside the data in one file: of a model, corrected, and what is left without the model.
+//! The columns of visibilities of a file, and how an output of visibilities is begun.
+//!
+//! Beside the data a file may hold the visibilities of a model, the corrected data, and the residual (data minus model).
 
 use crate::{Compression, Result};
 use cittert_arrays::{VisibilityBlock, VisibilitySink};
 use ndarray::ArrayView3;
 use num_complex::Complex;
 
-/// Which visibilities of a file are meant.
+/// A column of visibilities.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub enum VisColumn {
-    /// As observed.
+    /// The observed visibilities.
     #[default]
     Data,
-    /// Of the model.
+    /// The visibilities of the model.
     Model,
-    /// After calibration.
+    /// The data after calibration.
     Corrected,
-    /// Without the model.
+    /// The data minus the model.
     Residual,
 }
 
@@ -23,7 +25,7 @@ impl VisColumn {
     /// All columns, the data first.
     pub const ALL: [Self; 4] = [Self::Data, Self::Model, Self::Corrected, Self::Residual];
 
-    /// What a user calls it.
+    /// Name of the column, as users write it.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -34,31 +36,39 @@ impl VisColumn {
         }
     }
 
-    /// The column of a name.
+    /// The column with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|c| c.name() == name)
     }
 }
 
-/// How an output of visibilities is begun.
+/// Options of a new output of visibilities.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CreateOptions {
     /// Replace an existing output.
     pub overwrite: bool,
-    /// Keep the rows of an existing output of the same header, and write behind them.
+    /// Keep the rows of an existing output with the same header, and append to them.
     pub append: bool,
-    /// Compression of the visibilities; `None` leaves it to the format.
+    /// Compression of the visibilities; `None` takes the default of the format.
     pub compression: Option<Compression>,
-    /// Columns beside the data, which every block then brings.
+    /// Columns beside the data. Every block must then bring them.
     pub columns: Vec<VisColumn>,
+}
+
+/// A new output of visibilities.
+pub struct Created {
+    /// Takes the blocks.
+    pub sink: Box<dyn ColumnSink>,
+    /// What of the header was changed or lost, one sentence each, for the user and for the history.
+    pub notes: Vec<String>,
 }
 
 /// An output that takes columns beside the data.
 pub trait ColumnSink: VisibilitySink {
-    /// Append a block with the visibilities \[blt, chan, pol\] of each column that the output was begun with, in that order.
+    /// Append a block, with the visibilities \[blt, chan, pol\] of each column in the order of [`CreateOptions::columns`].
     ///
     /// # Errors
-    /// A block or column of another shape than the header's, or whatever the disk says.
+    /// A block or column whose shape is not that of the header, or an error of the file system.
     fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()>;
 }

@@ -1,11 +1,11 @@
 //! What is in any file that is read here: found by content, then summed up.
 
-use crate::format::{format_of, sum_up};
+use crate::format::Holds;
 use crate::info::{GainInfo, ImageInfo, VisibilityInfo};
-#[cfg(not(feature = "ms"))]
-use crate::visibility_format;
+use crate::layouts::read_layout;
+use crate::registry::format_of;
 use crate::{FormatError, Result};
-use cittert_arrays::{ArrayLayout, GainTable, Image, Source, SourceShape, VisibilitySource};
+use cittert_arrays::{ArrayLayout, Source, SourceShape};
 use serde::Serialize;
 use std::path::Path;
 
@@ -60,6 +60,18 @@ pub struct SourceListInfo {
     pub total_flux_jy: f64,
 }
 
+impl SourceListInfo {
+    /// Sum up a source list.
+    #[must_use]
+    pub fn of(sources: &[Source]) -> Self {
+        Self {
+            n_sources: sources.len(),
+            n_gaussians: sources.iter().filter(|s| s.shape != SourceShape::Point).count(),
+            total_flux_jy: sources.iter().map(|s| s.flux_jy).sum(),
+        }
+    }
+}
+
 /// What is in a file, by its kind.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -100,36 +112,17 @@ impl Contents {
     /// # Errors
     /// A file of no known kind, or whatever is wrong inside it.
     pub fn of(path: &Path) -> Result<Self> {
-        #[cfg(not(feature = "ms"))]
-        if path.join("table.dat").is_file() {
-            // Refused with advice.
-            visibility_format(path)?;
-        }
-        sum_up(format_of(path)?, path)
-    }
-
-    pub(crate) fn visibilities(format: &'static str, source: &mut dyn VisibilitySource, path: &Path) -> Result<Self> {
-        let info = VisibilityInfo::of(source).map_err(|e| FormatError::values(path, e))?;
-        Ok(Self::Visibilities { format, info: Box::new(info) })
-    }
-
-    pub(crate) fn image(format: &'static str, image: &Image) -> Self {
-        Self::Image { format, info: Box::new(ImageInfo::of(image)) }
-    }
-
-    pub(crate) fn gains(format: &'static str, table: &GainTable) -> Self {
-        Self::Gains { format, info: Box::new(GainInfo::of(table)) }
-    }
-
-    pub(crate) fn sources(sources: &[Source]) -> Self {
-        Self::Sources(SourceListInfo {
-            n_sources: sources.len(),
-            n_gaussians: sources.iter().filter(|s| s.shape != SourceShape::Point).count(),
-            total_flux_jy: sources.iter().map(|s| s.flux_jy).sum(),
+        let found = format_of(path)?;
+        let format = found.name();
+        Ok(match found.holds() {
+            Holds::Visibilities(f) => {
+                let info = VisibilityInfo::of(f.open(path)?.as_mut()).map_err(|e| FormatError::values(path, e))?;
+                Self::Visibilities { format, info: Box::new(info) }
+            }
+            Holds::Images(f) => Self::Image { format, info: Box::new(ImageInfo::of(&f.read(path)?)) },
+            Holds::Gains(f) => Self::Gains { format, info: Box::new(GainInfo::of(&f.read(path)?)) },
+            Holds::Sources(f) => Self::Sources(SourceListInfo::of(&f.read(path)?)),
+            Holds::Layouts(_) => Self::Layout(LayoutInfo::of(&read_layout(path, None)?)),
         })
-    }
-
-    pub(crate) fn layout(layout: &ArrayLayout) -> Self {
-        Self::Layout(LayoutInfo::of(layout))
     }
 }

@@ -1,5 +1,6 @@
 //! What can be wrong with a file.
 
+use crate::layouts::error::LayoutError;
 use cittert_arrays::{ArrayError, BoxError};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -67,7 +68,7 @@ pub enum FormatError {
     },
     /// A layout could not be read or written.
     #[error(transparent)]
-    Layout(#[from] crate::layouts::LayoutError),
+    Layout(#[from] LayoutError),
     /// The HDF5 library refused.
     #[error("{}: {place}: expected {expected}, found the error of HDF5: {message}", path.display())]
     Hdf5 {
@@ -118,7 +119,7 @@ impl FormatError {
             | Self::Unsupported { path, .. }
             | Self::Values { path, .. }
             | Self::Hdf5 { path, .. }
-            | Self::Layout(crate::layouts::LayoutError::File { path, .. }) => path,
+            | Self::Layout(LayoutError::File { path, .. }) => path,
             Self::Layout(_) => Path::new(""),
         }
     }

@@ -1,11 +1,11 @@
-//! Files opened to read, with the refusals that every format shares.
+//! Opening files, and their names and first bytes, as every format needs them.
 
 use crate::{FormatError, Result};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Open a regular file to read; a directory or an empty file is refused by name.
+/// Open a file to read. A directory and an empty file are errors.
 pub(crate) fn open_file(path: &Path) -> Result<File> {
     let meta = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
     if meta.is_dir() {
@@ -29,4 +29,41 @@ pub(crate) fn read_up_to(reader: &mut impl Read, buffer: &mut [u8]) -> std::io::
         }
     }
     Ok(got)
+}
+
+/// Number of bytes at the start of a file by which formats recognise it.
+pub(crate) const START_BYTES: usize = 2880 * 4;
+
+/// The first bytes of a file, at most [`START_BYTES`].
+pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>> {
+    let mut start = vec![0; START_BYTES];
+    let n = read_up_to(&mut open_file(path)?, &mut start).map_err(|e| FormatError::io(path, "read", e))?;
+    start.truncate(n);
+    Ok(start)
+}
+
+/// Ending of a file name in small letters, without the dot; empty where there is none.
+pub(crate) fn extension_of(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// What a file of no known format seems to be, for the error.
+pub(crate) fn describe(start: &[u8]) -> String {
+    let known: [(&[u8], &str); 8] = [
+        (b"\x89PNG", "a PNG picture"),
+        (b"\xff\xd8\xff", "a JPEG picture"),
+        (b"\x89HDF\r\n\x1a\n", "an HDF5 file without visibilities or gains"),
+        (b"SIMPLE  =", "a FITS file"),
+        (b"\x1f\x8b", "a gzip-compressed file"),
+        (b"PK\x03\x04", "a zip archive"),
+        (b"%PDF", "a PDF document"),
+        (b"BZh", "a bzip2-compressed file"),
+    ];
+    if let Some((_, name)) = known.iter().find(|(magic, _)| start.starts_with(magic)) {
+        return (*name).into();
+    }
+    let head = &start[..start.len().min(16)];
+    let shown: String = head.iter().map(|b| b.escape_ascii().to_string()).collect();
+    let text = start.iter().take(512).all(|b| *b >= 32 || b.is_ascii_whitespace());
+    format!("{} that begins with \"{shown}\"", if text { "a text" } else { "a file of unknown kind" })
 }

@@ -1,37 +1,45 @@
-//! The one table of formats: a row each, found by content and not by name.
-//!
-//! What every format has is [`Format`]; what one can do is in what it [`Holds`]. Reading, `info`, the command line, the book's table and the
-//! test of conformance all go through [`FORMATS`]; a new format is a file and a row.
+//! The traits that a format of files implements.
 
-use crate::calh5::CalH5;
-use crate::contents::Contents;
-use crate::files::{open_file, read_up_to};
-use crate::layouts::{self, LayoutFormat};
-use crate::registry::{FitsImage, ImageFormat, Uvfits, Uvh5, VisibilityFormat};
-use crate::sources::SourceList;
-use crate::{FormatError, Result};
-use cittert_arrays::{GainTable, Source};
+use crate::files::{START_BYTES, extension_of};
+use crate::layouts::error::{LayoutError, ReadContext};
+use crate::{CreateOptions, Created, FormatError, Result, VisColumn};
+use cittert_arrays::{ArrayLayout, GainTable, Image, Source, VisibilityHeader, VisibilitySource};
 use std::path::Path;
+
+/// Names of a format.
+#[derive(Debug, Clone, Copy)]
+pub struct Label {
+    /// Name, such as `UVH5`.
+    pub name: &'static str,
+    /// Endings of file names, without the dot; the first is the usual one.
+    pub extensions: &'static [&'static str],
+    /// One sentence: what the format is and what it can hold.
+    pub description: &'static str,
+}
 
 /// A format of files.
 pub trait Format: Sync {
-    /// Name, such as `UVH5`.
-    fn name(&self) -> &'static str;
+    /// Name, endings and description.
+    fn label(&self) -> Label;
 
-    /// Endings of file names, without the dot; the first is the usual one.
-    fn extensions(&self) -> &'static [&'static str];
-
-    /// What it is and what it holds, in one sentence.
-    fn description(&self) -> &'static str;
-
-    /// True where the content of the file is of this format; `start` holds its first bytes, and is empty for a folder.
+    /// True where the content of the file has this format. `start` is the beginning of the file; it is empty for a directory.
     fn sniff(&self, path: &Path, start: &[u8]) -> bool;
 
-    /// What its files hold, with what reads and writes them.
+    /// What files of this format hold, with the functions that read and write them.
     fn holds(&self) -> Holds<'_>;
+
+    /// Name, such as `UVH5`.
+    fn name(&self) -> &'static str {
+        self.label().name
+    }
+
+    /// Endings of file names, without the dot; the first is the usual one.
+    fn extensions(&self) -> &'static [&'static str] {
+        self.label().extensions
+    }
 }
 
-/// What a format holds.
+/// What a format holds, with the functions that read and write it.
 #[derive(Clone, Copy)]
 pub enum Holds<'a> {
     /// Visibilities.
@@ -47,7 +55,7 @@ pub enum Holds<'a> {
 }
 
 impl Holds<'_> {
-    /// In a word, for tables.
+    /// The kind of content, in one word.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -60,18 +68,88 @@ impl Holds<'_> {
     }
 }
 
+/// A format of visibilities on disk.
+pub trait VisibilityFormat: Format {
+    /// Open a file to read.
+    ///
+    /// # Errors
+    /// An error in the file, with the place where it is.
+    fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>>;
+
+    /// The columns beside the data that a file has.
+    ///
+    /// # Errors
+    /// An error in the file.
+    fn columns(&self, _path: &Path) -> Result<Vec<VisColumn>> {
+        Ok(Vec::new())
+    }
+
+    /// Open a column of a file to read.
+    ///
+    /// # Errors
+    /// A column that the file does not have, or as [`VisibilityFormat::open`].
+    fn open_column(&self, path: &Path, column: VisColumn) -> Result<Box<dyn VisibilitySource>> {
+        if column == VisColumn::Data {
+            return self.open(path);
+        }
+        Err(FormatError::unsupported(path, format!("there is no column {:?}: {} has only \"data\"", column.name(), self.name())))
+    }
+
+    /// True where files of this format can have this column beside the data.
+    fn keeps(&self, _column: VisColumn) -> bool {
+        false
+    }
+
+    /// Begin a file for a set with this header; `None` where the format can only be read.
+    ///
+    /// # Errors
+    /// An existing output that may not be overwritten, a header or options that the format cannot hold, or an error of the file system.
+    fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>>;
+}
+
+/// Refuse the options that only UVH5 has, and columns that a format cannot hold.
+pub(crate) fn refuse_options(format: &dyn VisibilityFormat, path: &Path, options: &CreateOptions) -> Result<()> {
+    let name = format.name();
+    let what = match options {
+        CreateOptions { append: true, .. } => format!("rows are appended to UVH5 only, not to {name}: write another file"),
+        CreateOptions { compression: Some(_), .. } => format!("{name} is not compressed: leave out the compression, or write UVH5"),
+        CreateOptions { columns, .. } => match columns.iter().find(|c| !format.keeps(**c)) {
+            Some(column) => {
+                format!("{name} has no place for the column {:?} beside the data: write it as the data of a file", column.name())
+            }
+            None => return Ok(()),
+        },
+    };
+    Err(FormatError::unsupported(path, what))
+}
+
+/// A format of images on disk.
+pub trait ImageFormat: Format {
+    /// Read an image.
+    ///
+    /// # Errors
+    /// An error in the file, with the place where it is.
+    fn read(&self, path: &Path) -> Result<Image>;
+
+    /// Write an image.
+    ///
+    /// # Errors
+    /// An existing output that may not be overwritten, or an error of the file system.
+    fn write(&self, path: &Path, image: &Image, overwrite: bool) -> Result<()>;
+}
+
 /// A format of gain tables.
 pub trait GainFormat: Format {
     /// Read a table.
     ///
     /// # Errors
-    /// Whatever is wrong with the file, with the place in it.
+    /// An error in the file, with the place where it is.
     fn read(&self, path: &Path) -> Result<GainTable>;
 
     /// Write a table.
     ///
     /// # Errors
-    /// An existing output that may not be overwritten, or whatever the disk says.
+    /// An existing output that may not be overwritten, or an error of the file system.
     fn write(&self, path: &Path, table: &GainTable, overwrite: bool) -> Result<()>;
 }
 
@@ -80,106 +158,72 @@ pub trait SourceFormat: Format {
     /// Read a list.
     ///
     /// # Errors
-    /// Whatever is wrong with the file, with the line.
+    /// An error in the file, with its line.
     fn read(&self, path: &Path) -> Result<Vec<Source>>;
 
     /// Write a list.
     ///
     /// # Errors
-    /// An existing output that may not be overwritten, or whatever the disk says.
+    /// An existing output that may not be overwritten, or an error of the file system.
     fn write(&self, path: &Path, sources: &[Source], overwrite: bool) -> Result<()>;
 }
 
-/// All formats, in the order in which they are tried.
-pub static FORMATS: &[&dyn Format] = &[
-    &Uvh5,
-    &Uvfits,
-    #[cfg(feature = "ms")]
-    &crate::ms::MeasurementSet,
-    &CalH5,
-    &FitsImage,
-    &SourceList,
-    &layouts::Native,
-    &layouts::CasaCfg,
-    &layouts::PyuvsimCsv,
-    &layouts::EhtimText,
-    &layouts::MiriadAnt,
-    &layouts::OskarLayout,
-];
+/// A format of antenna layouts. All of them are texts.
+pub trait LayoutFormat: Sync {
+    /// Name (as for `--format`), endings and description.
+    fn label(&self) -> Label;
 
-/// All formats of visibilities.
-pub fn visibility_formats() -> impl Iterator<Item = &'static dyn VisibilityFormat> {
-    FORMATS.iter().filter_map(|f| if let Holds::Visibilities(v) = f.holds() { Some(v) } else { None })
-}
+    /// True where the text looks like this format. `extension` decides only where the text alone cannot.
+    fn sniff(&self, text: &str, extension: &str) -> bool;
 
-/// All formats of images.
-pub fn image_formats() -> impl Iterator<Item = &'static dyn ImageFormat> {
-    FORMATS.iter().filter_map(|f| if let Holds::Images(i) = f.holds() { Some(i) } else { None })
-}
+    /// Read the layout in a text.
+    ///
+    /// # Errors
+    /// A text that does not have this format (the error says the line, what was expected and what was found), or a layout that is not
+    /// valid.
+    fn read(&self, text: &str, context: &ReadContext) -> Result<ArrayLayout, LayoutError>;
 
-/// All formats of layouts, in the order in which they are tried.
-pub fn layout_formats() -> impl Iterator<Item = &'static dyn LayoutFormat> {
-    FORMATS.iter().filter_map(|f| if let Holds::Layouts(l) = f.holds() { Some(l) } else { None })
-}
+    /// The text of a layout. Coordinates have a precision of a micrometre or better.
+    ///
+    /// # Errors
+    /// A layout that lacks something that the format needs.
+    fn write(&self, layout: &ArrayLayout) -> Result<String, LayoutError>;
 
-/// The format of a file or folder, by its content.
-///
-/// # Errors
-/// A file that is missing, empty or of no known format; the error says what it seems to be.
-pub fn format_of(path: &Path) -> Result<&'static dyn Format> {
-    let start = if path.is_dir() { Vec::new() } else { start_of(path)? };
-    let found = FORMATS.iter().find(|f| f.sniff(path, &start)).copied();
-    found.ok_or_else(|| FormatError::NotA {
-        path: path.into(),
-        expected: names(FORMATS.iter().map(|f| (f.name(), f.extensions()))),
-        found: format!("it is {}", if path.is_dir() { "a folder without a set".into() } else { describe(&start) }),
-    })
-}
+    /// What of this layout the format cannot hold, in words for the user; empty where it holds everything.
+    fn loses(&self, layout: &ArrayLayout) -> Vec<String>;
 
-/// What is in a file.
-pub(crate) fn sum_up(format: &'static dyn Format, path: &Path) -> Result<Contents> {
-    match format.holds() {
-        Holds::Visibilities(f) => Contents::visibilities(format.name(), f.open(path)?.as_mut(), path),
-        Holds::Images(f) => Ok(Contents::image(format.name(), &f.read(path)?)),
-        Holds::Gains(f) => Ok(Contents::gains(format.name(), &f.read(path)?)),
-        Holds::Sources(f) => Ok(Contents::sources(&f.read(path)?)),
-        Holds::Layouts(_) => Ok(Contents::layout(&layouts::read_layout(path, None)?)),
+    /// True for a directory of this format.
+    fn is_folder(&self, _path: &Path) -> bool {
+        false
+    }
+
+    /// Short name, such as `casa-cfg`.
+    fn name(&self) -> &'static str {
+        self.label().name
+    }
+
+    /// The usual ending of file names, without the dot.
+    fn extension(&self) -> &'static str {
+        self.label().extensions[0]
     }
 }
 
-/// The first bytes of a file: enough for any header that is looked at.
-pub(crate) fn start_of(path: &Path) -> Result<Vec<u8>> {
-    let mut start = vec![0; START_BYTES];
-    let n = read_up_to(&mut open_file(path)?, &mut start).map_err(|e| FormatError::io(path, "read", e))?;
-    start.truncate(n);
-    Ok(start)
-}
-
-/// Bytes that formats are known by.
-pub(crate) const START_BYTES: usize = 2880 * 4;
-
-/// What a file seems to be, for the error that says it is not what was asked for.
-pub(crate) fn describe(start: &[u8]) -> String {
-    let known: [(&[u8], &str); 8] = [
-        (b"\x89PNG", "a PNG picture"),
-        (b"\xff\xd8\xff", "a JPEG picture"),
-        (crate::h5::SIGNATURE, "an HDF5 file without visibilities"),
-        (b"SIMPLE  =", "a FITS file"),
-        (b"\x1f\x8b", "a gzip-compressed file"),
-        (b"PK\x03\x04", "a zip archive"),
-        (b"%PDF", "a PDF document"),
-        (b"BZh", "a bzip2-compressed file"),
-    ];
-    if let Some((_, name)) = known.iter().find(|(magic, _)| start.starts_with(magic)) {
-        return (*name).into();
+impl<T: LayoutFormat> Format for T {
+    fn label(&self) -> Label {
+        LayoutFormat::label(self)
     }
-    let head = &start[..start.len().min(16)];
-    let shown: String = head.iter().map(|b| b.escape_ascii().to_string()).collect();
-    let text = start.iter().take(512).all(|b| *b >= 32 || b.is_ascii_whitespace());
-    format!("{} that begins with \"{shown}\"", if text { "a text" } else { "a file of unknown kind" })
-}
 
-/// Names of formats with their usual endings, for messages.
-pub(crate) fn names<'a>(all: impl Iterator<Item = (&'a str, &'a [&'a str])>) -> String {
-    all.map(|(name, ends)| format!("{name} (.{})", ends[0])).collect::<Vec<_>>().join(", ")
+    fn sniff(&self, path: &Path, start: &[u8]) -> bool {
+        if path.is_dir() {
+            return self.is_folder(path);
+        }
+        // The last line may be incomplete where the file is longer than `start`.
+        let whole = if start.len() < START_BYTES { start.len() } else { start.iter().rposition(|b| *b == b'\n').unwrap_or(0) };
+        let Ok(text) = std::str::from_utf8(&start[..whole]) else { return false };
+        LayoutFormat::sniff(self, text, &extension_of(path))
+    }
+
+    fn holds(&self) -> Holds<'_> {
+        Holds::Layouts(self)
+    }
 }

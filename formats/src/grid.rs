@@ -53,7 +53,7 @@ mod tests {
         };
         grid.sum[[1, 2, 3]] = Complex64::new(1.0, -2.0);
         write_grid(&path, &grid, false).unwrap();
-        let file = crate::h5::H5In::open(&path, "").unwrap();
+        let file = crate::h5::open(&path, "").unwrap();
         let sum: Array3<Complex64> = file.require("sum").unwrap().read().unwrap();
         assert_eq!(sum, grid.sum);
         assert_eq!(file.list("cell_wl", 2).unwrap(), [10.0, 20.0]);

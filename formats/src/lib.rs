@@ -30,23 +30,23 @@ pub mod layouts;
 pub mod ms;
 mod picture;
 mod registry;
-mod rehearse;
 mod sources;
 mod table;
 mod time;
 pub mod uvfits;
 pub mod uvh5;
 
-pub use columns::{ColumnSink, CreateOptions, VisColumn};
+pub use columns::{ColumnSink, CreateOptions, Created, VisColumn};
 pub use contents::{Contents, LayoutInfo, SourceListInfo};
 pub use error::{FormatError, Result};
-pub use format::{FORMATS, Format, GainFormat, Holds, SourceFormat, format_of, image_formats, layout_formats, visibility_formats};
+pub use format::{Format, GainFormat, Holds, ImageFormat, Label, SourceFormat, VisibilityFormat};
 pub use grid::write_grid;
 pub use h5::Compression;
+pub use layouts::layout_formats;
 pub use picture::read_grey_png;
 pub use registry::{
-    Created, ImageFormat, VisibilityFormat, create_visibilities, create_visibilities_with, format_to_write, image_format, open_column,
-    open_image, open_visibilities, visibility_format,
+    FORMATS, create_visibilities, create_visibilities_with, format_of, format_to_write, image_format, open_column, open_image,
+    open_visibilities, visibility_format, visibility_formats,
 };
 pub use sources::{read_sources, write_sources};
 pub use table::{Column, Table, write_tables};

@@ -1,7 +1,7 @@
 //! Grey-scale pictures (PNG) as scenes: a plane of numbers from 0 (black) to 1 (white).
 
 use crate::files::open_file;
-use crate::format::{describe, start_of};
+use crate::files::{describe, start_of};
 use crate::{FormatError, Result};
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use ndarray::Array2;

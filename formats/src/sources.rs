@@ -5,7 +5,7 @@
 
 use crate::atomic::write_file;
 use crate::files::open_file;
-use crate::format::{Format, Holds, SourceFormat};
+use crate::format::{Format, Holds, Label, SourceFormat};
 use crate::{FormatError, Result};
 use cittert_arrays::{Source, SourcePosition, SourceShape};
 use std::fmt::Write;
@@ -19,16 +19,12 @@ const COLUMNS: [&str; 10] =
 pub(crate) struct SourceList;
 
 impl Format for SourceList {
-    fn name(&self) -> &'static str {
-        "source list"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["csv"]
-    }
-
-    fn description(&self) -> &'static str {
-        "points and Gaussians, a line each, under names of columns that carry the units"
+    fn label(&self) -> Label {
+        Label {
+            name: "source list",
+            extensions: &["csv"],
+            description: "points and Gaussians, a line each, under names of columns that carry the units",
+        }
     }
 
     fn sniff(&self, _: &Path, start: &[u8]) -> bool {

@@ -84,7 +84,7 @@ mod tests {
         ];
         let table = |columns: &[(String, Column)]| Table { name: "trials".into(), columns: columns.to_vec() };
         write_tables(&path, &[table(&columns)], &["made".into()], false).unwrap();
-        let file = crate::h5::H5In::open(&path, "").unwrap();
+        let file = crate::h5::open(&path, "").unwrap();
         let x = file.list("trials/x", 3).unwrap();
         assert!(x[0] == 1.5 && x[1].is_nan() && x[2] == -2.0);
         assert!(file.has("trials/layout") && file.has("trials/seed"));

@@ -94,8 +94,8 @@ fn samples(folder: &Path) -> Vec<(&'static dyn Format, PathBuf)> {
 fn names_and_endings_tell_formats_apart() {
     let names: BTreeSet<&str> = FORMATS.iter().map(|f| f.name()).collect();
     assert_eq!(names.len(), FORMATS.len());
-    for f in FORMATS {
-        assert!(!f.extensions().is_empty() && !f.description().is_empty(), "{}", f.name());
+    for f in FORMATS.iter() {
+        assert!(!f.extensions().is_empty() && !f.label().description.is_empty(), "{}", f.name());
         assert!(f.extensions().iter().all(|e| !e.starts_with('.') && *e == e.to_ascii_lowercase()), "{}", f.name());
     }
 }

@@ -32,8 +32,8 @@ fn table() -> String {
         let ends: Vec<String> = ends.iter().map(|e| format!("`.{e}`")).collect();
         writeln!(out, "| [{name}]({}) | {kind} | {} | {what} |", page(name), ends.join(" ")).unwrap();
     };
-    for f in FORMATS {
-        row(f.name(), f.holds().name(), f.extensions(), f.description());
+    for f in FORMATS.iter() {
+        row(f.name(), f.holds().name(), f.extensions(), f.label().description);
     }
     out
 }
@@ -58,7 +58,7 @@ fn the_page_of_formats_shows_the_table() {
     }
     let same = if cfg!(feature = "ms") { shown == wanted } else { common(shown) == common(&wanted) };
     assert!(same, "stale: run CITTERT_UPDATE_DOCS=1 cargo test -p cittert-formats --features ms the_page_of_formats\n{wanted}");
-    for f in FORMATS {
+    for f in FORMATS.iter() {
         assert!(docs().join("formats").join(page(f.name())).is_file());
     }
 }

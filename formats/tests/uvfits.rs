@@ -75,7 +75,7 @@ fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     assert!(header.phase_centers[0].ra_dec_rad().is_some());
     assert!(header.history.iter().any(|h| h.contains("zenith")));
     let f = header.spectrum.freq_hz()[2];
-    let jy = 2.0 * BOLTZMANN_J_PER_K * (f / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
+    let jy = jy_per_kelvin_sr(f);
     for pol in 0..2 {
         let (found, expected) = (block.vis[(5, 2, pol)].re, f64::from(set.data.vis[(5, 2, 0)].re) * jy);
         assert!((f64::from(found) - expected).abs() < 1e-6 * jy, "{found} {expected}");
@@ -207,22 +207,4 @@ fn a_drift_scan_is_phased_to_the_zenith_of_its_first_time_and_says_so() {
     // The phase of w is known to a few 1e-7 of its hundreds of turns.
     assert!(block.vis.iter().all(|v| (v - 1.0).norm() < 2e-5), "{}", block.vis.iter().map(|v| (v - 1.0).norm()).fold(0.0, f32::max));
     assert_eq!(block.flags, set.data.flags);
-}
-
-#[test]
-fn an_export_of_real_data_reads_back_equal() {
-    let dir = tempfile::tempdir().unwrap();
-    let path = dir.path().join("eht.uvfits");
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/visibilities");
-    for name in ["eht_m87_2017_100_lo.uvfits", "paper_redundant.uvfits", "pyuvsim_ref_1.1_uniform.uvfits"] {
-        let mut source = UvfitsReader::open(&shared.join(name)).unwrap();
-        let block = source.read(0..source.n_rows()).unwrap();
-        let set = VisibilitySet::new(source.header().clone(), block).unwrap();
-        save(&path, &set, UvfitsOptions { stokes_i: true, overwrite: true });
-        let back = UvfitsReader::open(&path).unwrap().read(0..set.data.n_rows()).unwrap();
-        assert_eq!(back.vis, set.data.vis, "{name}");
-        assert_eq!(back.weights, set.data.weights, "{name}");
-        assert_eq!(back.flags, set.data.flags, "{name}");
-        std::fs::remove_file(&path).unwrap();
-    }
 }

@@ -1,7 +1,7 @@
 //! The camera: where it stands, where it looks, and the ray of every pixel.
 
 use crate::error::SceneError;
-use crate::vector::Vec3;
+use crate::space::Vec3;
 use cittert_arrays::{SkyFrame, SkyGrid};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -123,6 +123,12 @@ impl From<GeometryError> for SceneError {
     }
 }
 
+impl From<PhysicsError> for SceneError {
+    fn from(e: PhysicsError) -> Self {
+        Self::air(At(0), e)
+    }
+}
+
 impl SceneError {
     /// A fault of the air, wherever it was met.
     pub(crate) fn air(at: At, source: PhysicsError) -> Self {

@@ -9,14 +9,16 @@ pub mod constants;
 pub mod dielectrics;
 mod error;
 pub mod geometry;
+#[cfg(test)]
+mod oracle_tests;
 pub mod primitives;
 pub mod radiometry;
 mod scene;
 pub mod solids;
+pub mod space;
 pub mod surfaces;
 pub mod terrain;
 pub mod trace;
-pub mod vector;
 
 pub use analytic::{AnalyticScene, Shape};
 pub use camera::{Camera, Projection, View};

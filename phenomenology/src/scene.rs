@@ -1,23 +1,23 @@
-//! The public face: any scene that can be rendered.
+//! A scene of any kind.
 
 use crate::analytic::AnalyticScene;
 use crate::camera::View;
+use crate::error::{Result, SceneError};
 use crate::solids::{ReadGrey, SolidScene};
 use crate::trace::RenderOptions;
-use crate::{Result, SceneError};
 use cittert_arrays::{Image, SkyGrid, SpectralWindow};
 
 /// A scene of any kind.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Scene {
-    /// Shapes of given temperature on the plane of direction cosines.
+    /// Shapes of given temperatures on the plane of direction cosines.
     Analytic(AnalyticScene),
-    /// Solids on a ground, under an atmosphere, before a camera.
+    /// Solids and a ground, with an atmosphere and a camera.
     Solids(Box<SolidScene>),
 }
 
-/// The one key that tells the kinds apart.
+/// The key that gives the kind of a scene.
 #[derive(serde::Deserialize)]
 struct Kind {
     kind: Option<String>,
@@ -32,7 +32,7 @@ impl Scene {
         Self::read(text, SolidScene::from_toml)
     }
 
-    /// As [`Scene::from_toml`], with the pictures that the scene names.
+    /// As [`Scene::from_toml`]. `read` reads the pictures that the scene names.
     ///
     /// # Errors
     /// As [`Scene::from_toml`], and a picture that cannot be read.
@@ -62,19 +62,22 @@ impl Scene {
         }
     }
 
-    /// The grid of direction cosines of the scene's own camera, with its own pixels or so many a side; `None` where the scene
-    /// has no camera.
-    #[must_use]
-    pub fn natural_grid(&self, side_px: Option<usize>) -> Option<SkyGrid> {
-        let Self::Solids(s) = self else { return None };
-        let camera = s.camera().ok()?.in_direction_cosines();
-        side_px.map_or(camera.clone(), |n| camera.with_side(n)).grid().ok()
-    }
-
-    /// Brightness temperature in K of every channel of a spectrum for itself \[chan, pol = I, m, l\].
+    /// The grid of direction cosines of the scene's own camera, with the pixels of the camera or with `side_px` pixels on each side.
+    /// `None` if the scene has no camera.
     ///
     /// # Errors
-    /// As [`Scene::render`]; a scene of shapes, whose temperatures do not depend on frequency.
+    /// A field of view or a number of pixels outside its range.
+    pub fn natural_grid(&self, side_px: Option<usize>) -> Result<Option<SkyGrid>> {
+        let Self::Solids(s) = self else { return Ok(None) };
+        let Some(camera) = &s.file.camera else { return Ok(None) };
+        let camera = camera.get_ref().in_direction_cosines();
+        side_px.map_or(camera.clone(), |n| camera.with_side(n)).grid().map(Some)
+    }
+
+    /// Brightness temperature in K, computed separately for every channel of a spectrum \[chan, pol = I, m, l\].
+    ///
+    /// # Errors
+    /// As [`Scene::render`], and a scene of shapes, whose temperatures do not depend on frequency.
     pub fn render_channels(&self, grid: &SkyGrid, spectrum: &SpectralWindow) -> Result<Image> {
         match self {
             Self::Analytic(s) => Err(SceneError::BadValue {

@@ -1,4 +1,4 @@
-//! Columns beside the data, carried from one file to another.
+//! Columns beside the data (model, corrected, residual), copied from one file to another.
 
 use super::failure::Result;
 use cittert_arrays::{ArrayError, VisibilitySource};
@@ -13,7 +13,7 @@ use std::path::Path;
 pub(super) struct Beside {
     /// Their names in the output.
     pub(super) columns: Vec<VisColumn>,
-    /// What is not kept, or kept under another name.
+    /// Notes for the user on columns that are not kept, or kept under another name.
     pub(super) notes: Vec<String>,
     sources: Vec<Box<dyn VisibilitySource>>,
 }
@@ -22,7 +22,7 @@ impl Beside {
     /// Open the columns of `input` that a file called `output` can keep.
     ///
     /// # Errors
-    /// A broken input, an output of no known format.
+    /// A damaged input, or an output of no known format.
     pub(super) fn open(input: &Path, output: &Path) -> Result<Self> {
         let (from, to) = (cittert_formats::visibility_format(input)?, cittert_formats::format_to_write(output)?);
         let have = from.columns(input)?;
@@ -51,7 +51,7 @@ impl Beside {
         Ok(kept)
     }
 
-    /// Leave out a column that is to be written anew.
+    /// Leave out a column that the command writes itself.
     pub(super) fn without(mut self, column: VisColumn) -> Self {
         if let Some(k) = self.columns.iter().position(|c| *c == column) {
             self.columns.remove(k);
@@ -69,7 +69,8 @@ impl Beside {
     }
 }
 
-/// Where a column is kept: under its own name, or what is left without the model in the place of corrected data, as CASA's uvsub does.
+/// The name under which a column is kept: its own, or `corrected` for the residual where the format has no column of its own for it, as in
+/// CASA's uvsub.
 pub(super) fn place_of(column: VisColumn, free: impl Fn(VisColumn) -> bool) -> Option<VisColumn> {
     let other = if column == VisColumn::Residual { Some(VisColumn::Corrected) } else { None };
     [Some(column), other].into_iter().flatten().find(|c| free(*c))

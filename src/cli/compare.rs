@@ -1,4 +1,4 @@
-//! `compare`: how far an image or a gain table is from the truth.
+//! `compare`: the distance of an image or a gain table from the truth.
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
@@ -16,22 +16,22 @@ pub struct CompareArgs {
     /// The image (or gain table) to judge.
     #[arg(value_name = "IMAGE")]
     image: PathBuf,
-    /// What it should be.
+    /// The true image (or gain table).
     #[arg(value_name = "TRUTH")]
     truth: PathBuf,
-    /// Convolve the truth with the image's restoring beam first.
+    /// Convolve the truth with the restoring beam of the image first.
     #[arg(long)]
     convolve: bool,
-    /// Only the disc of this radius around the middle, as a fraction of the smaller side (0.5 touches the edge).
+    /// Compare only inside a disc around the centre. Its radius is this fraction of the smaller side (0.5 touches the edge).
     #[arg(long, value_name = "FRACTION")]
     disc: Option<f64>,
-    /// Bring the image over the truth first: calibration against a free model leaves its place open.
+    /// Shift the image onto the truth first. Self-calibration with a free model leaves the position of the image open.
     #[arg(long)]
     shift: bool,
-    /// Of gain tables: take out a phase gradient over the array, which is a shift of the image.
+    /// For gain tables: remove a phase gradient over the array, which is a shift of the image.
     #[arg(long)]
     gradient: bool,
-    /// Of gain tables: take out one amplitude scale, which is the flux scale of the model.
+    /// For gain tables: remove one amplitude scale, which is the flux scale of the model.
     #[arg(long)]
     flux_scale: bool,
 }
@@ -39,7 +39,7 @@ pub struct CompareArgs {
 /// Compare two images on the same grid, or two gain tables.
 ///
 /// # Errors
-/// Files that are neither, one of each, grids or antennas that do not match, a missing beam.
+/// Files that are neither images nor gain tables, one of each, grids or antennas that do not match, a missing beam.
 pub fn run(args: &CompareArgs, context: &Context) -> Result<Outcome> {
     match (is_gains(&args.image), is_gains(&args.truth)) {
         (true, true) => gains(args),
@@ -69,7 +69,7 @@ fn gains(args: &CompareArgs) -> Result<Outcome> {
         "removed": { "common_phase": true, "gradient": args.gradient, "flux_scale": args.flux_scale },
     });
     let mut text = format!(
-        "phase difference  rms {:.4e} rad, largest {:.4e} rad\namplitudes        rms {:.4e} (scale {:.5})\ngains             {} compared, {} flagged or without a partner",
+        "phase difference  rms {:.4e} rad, largest {:.4e} rad\namplitudes        rms {:.4e} (scale {:.5})\ngains             {} compared, {} flagged or missing in the other table",
         c.rms_phase_rad, c.max_abs_phase_rad, c.rms_amplitude, c.amplitude_scale, c.compared, c.flagged
     );
     if let Some((l, m)) = c.shift_rad {
@@ -90,7 +90,7 @@ fn images(args: &CompareArgs, context: &Context) -> Result<Outcome> {
         (true, Some(beam)) => Some(*beam),
         (true, None) => {
             return Err(Failure::message(format!(
-                "{}: it has no restoring beam (BMAJ, BMIN, BPA), so --convolve cannot know the beam",
+                "{}: it has no restoring beam (BMAJ, BMIN, BPA), which --convolve needs",
                 args.image.display()
             )));
         }

@@ -2,19 +2,20 @@
 
 use crate::progress::{Event, Observer};
 use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
 use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// How much is told.
+/// How much is printed on stderr.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Loudness {
     /// Errors only.
     Quiet,
     /// Notes, warnings, progress on a terminal.
     Normal,
-    /// Also each phase and its time.
+    /// Also each phase of the work with its time, and each cycle.
     Verbose,
 }
 
@@ -25,12 +26,11 @@ struct State {
     started: Option<Instant>,
     done: u64,
     unit: String,
-    timings: Vec<(String, f64)>,
     cycle_log: Option<File>,
     warnings: Vec<String>,
 }
 
-/// An [`Observer`] that talks to a person.
+/// An [`Observer`] that prints on stderr.
 #[derive(Debug)]
 pub struct Console {
     pub(super) loudness: Loudness,
@@ -39,7 +39,7 @@ pub struct Console {
 }
 
 impl Console {
-    /// A console of that loudness.
+    /// A console that prints this much.
     #[must_use]
     pub fn new(loudness: Loudness) -> Self {
         Self { loudness, terminal: std::io::stderr().is_terminal(), state: Mutex::default() }
@@ -52,18 +52,18 @@ impl Console {
         }
     }
 
-    /// Warnings so far.
+    /// The warnings since the last call.
     #[must_use]
     pub fn take_warnings(&self) -> Vec<String> {
         self.state.lock().map(|mut s| std::mem::take(&mut s.warnings)).unwrap_or_default()
     }
 
-    /// Tell a person something on stderr.
+    /// Print a note.
     pub fn note(&self, text: &str) {
         self.event(Event::Note(text));
     }
 
-    /// Tell a person that something makes the result doubtful.
+    /// Print a warning: something makes the result doubtful.
     pub fn warn(&self, text: &str) {
         self.event(Event::Warning(text));
     }
@@ -72,13 +72,11 @@ impl Console {
         if self.loudness == Loudness::Quiet {
             return;
         }
+        // Nothing can be done where stderr is closed.
+        let print = || drop(writeln!(std::io::stderr(), "{text}"));
         match &state.bar {
-            Some(bar) => bar.suspend(|| {
-                let _ = writeln!(std::io::stderr(), "{text}");
-            }),
-            None => {
-                let _ = writeln!(std::io::stderr(), "{text}");
-            }
+            Some(bar) => bar.suspend(print),
+            None => print(),
         }
     }
 
@@ -89,13 +87,9 @@ impl Console {
         s.started = Some(Instant::now());
         s.done = 0;
         if self.terminal && self.loudness >= Loudness::Normal {
-            let bar = match total {
-                Some(total) => ProgressBar::new(total),
-                None => ProgressBar::new_spinner(),
-            };
-            let template = match total {
-                Some(_) => "{msg:18} {bar:32} {percent:>3}% {per_sec} {eta}",
-                None => "{msg:18} {spinner} {elapsed}",
+            let (bar, template) = match total {
+                Some(total) => (ProgressBar::new(total), "{msg:18} {bar:32} {percent:>3}% {per_sec} {eta}"),
+                None => (ProgressBar::new_spinner(), "{msg:18} {spinner} {elapsed}"),
             };
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style);
@@ -110,16 +104,23 @@ impl Console {
             bar.finish_and_clear();
         }
         let Some(started) = s.started.take() else { return };
-        let seconds = started.elapsed().as_secs_f64();
         if self.loudness == Loudness::Verbose {
-            let rate =
-                if s.done > 0 && !s.unit.is_empty() { format!(", {:.3e} {}/s", s.done as f64 / seconds, s.unit) } else { String::new() };
-            let _ = writeln!(std::io::stderr(), "{}: {seconds:.2} s{rate}", s.phase);
+            let seconds = started.elapsed().as_secs_f64();
+            let known = s.done > 0 && !s.unit.is_empty();
+            let rate = if known { format!(", {:.3e} {}/s", s.done as f64 / seconds, s.unit) } else { String::new() };
+            self.say(s, &format!("{}: {seconds:.2} s{rate}", s.phase));
         }
-        let name = std::mem::take(&mut s.phase);
-        match s.timings.iter_mut().find(|t| t.0 == name) {
-            Some(t) => t.1 += seconds,
-            None => s.timings.push((name, seconds)),
+    }
+
+    /// Print a cycle or a step, and write it to the log.
+    fn step(&self, s: &mut State, text: &str, json: &serde_json::Value) {
+        if self.loudness == Loudness::Verbose || self.terminal {
+            self.say(s, text);
+        }
+        if let Some(log) = &mut s.cycle_log
+            && let Err(e) = writeln!(log, "{json}")
+        {
+            self.say(s, &format!("warning: the log cannot be written: {e}"));
         }
     }
 }
@@ -137,26 +138,15 @@ impl Observer for Console {
             }
             Event::Done => self.end(&mut s),
             Event::Cycle { number, iterations, peak, flux, rms } => {
-                if self.loudness == Loudness::Verbose || self.terminal {
-                    self.say(&s, &format!("cycle {number}: {iterations} iterations, peak {peak:.4e}, flux {flux:.4e}, rms {rms:.4e}"));
-                }
-                if let Some(log) = &mut s.cycle_log {
-                    let line = serde_json::json!({"cycle": number, "iterations": iterations, "peak": peak, "flux": flux, "rms": rms});
-                    let _ = writeln!(log, "{line}");
-                }
+                let text = format!("cycle {number}: {iterations} iterations, peak {peak:.4e}, flux {flux:.4e}, rms {rms:.4e}");
+                self.step(&mut s, &text, &json!({"cycle": number, "iterations": iterations, "peak": peak, "flux": flux, "rms": rms}));
             }
             Event::Entropy { number, evaluations, chi2, kkt, flux, lambda } => {
-                if self.loudness == Loudness::Verbose || self.terminal {
-                    let text = format!("step {number}: {evaluations} evaluations, chi2/N {chi2:.4}, KKT {kkt:.2e}, flux {flux:.4e}");
-                    self.say(&s, &text);
-                }
-                if let Some(log) = &mut s.cycle_log {
-                    let line = serde_json::json!({
-                        "step": number, "evaluations": evaluations, "chi2_per_datum": chi2, "kkt_residual": kkt, "flux": flux,
-                        "lambda": lambda,
-                    });
-                    let _ = writeln!(log, "{line}");
-                }
+                let text = format!("step {number}: {evaluations} evaluations, chi2/N {chi2:.4}, KKT {kkt:.2e}, flux {flux:.4e}");
+                let json = json!({
+                    "step": number, "evaluations": evaluations, "chi2_per_datum": chi2, "kkt_residual": kkt, "flux": flux, "lambda": lambda,
+                });
+                self.step(&mut s, &text, &json);
             }
             Event::Note(text) => self.say(&s, text),
             Event::Warning(text) => {

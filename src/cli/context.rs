@@ -1,31 +1,31 @@
-//! What every command may use: the options that belong to the whole program, and the way results are told.
+//! What every subcommand shares: the options of the whole program, and the form of a result.
 
 use super::console::Console;
 use super::failure::{Failure, Result};
 use super::options::OutputArgs;
 use std::path::{Path, PathBuf};
 
-/// The result of a command: numbers for programs, text for people.
+/// The result of a command: JSON for programs, text for people.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// One JSON object, numbers in SI units with the unit in the key.
+    /// One JSON object. Numbers are in SI units, with the unit in the key.
     pub json: serde_json::Value,
-    /// The same for a person.
+    /// The same as text.
     pub text: String,
     /// Files that were written, in order.
     pub written: Vec<PathBuf>,
-    /// Set where the command has results and yet failed (exit code 1).
+    /// Why the command failed although it has results (exit code 1).
     pub failed: Option<String>,
 }
 
 impl Outcome {
-    /// A result with both faces.
+    /// A result as JSON and as text.
     #[must_use]
     pub fn new(json: serde_json::Value, text: impl Into<String>) -> Self {
         Self { json, text: text.into(), written: Vec::new(), failed: None }
     }
 
-    /// Note a file that was written.
+    /// Add a file that was written.
     #[must_use]
     pub fn wrote(mut self, path: impl AsRef<Path>) -> Self {
         self.written.push(path.as_ref().to_path_buf());
@@ -43,16 +43,16 @@ pub struct Context {
 }
 
 impl Context {
-    /// The line that goes into the history of every output.
+    /// The line that every output has in its history.
     #[must_use]
     pub fn history(&self) -> String {
         format!("cittert {}: {}", env!("CARGO_PKG_VERSION"), self.command_line)
     }
 
-    /// Write each cycle or step as one line of JSON to `path`, where one is given.
+    /// Write each cycle or step as one line of JSON to `path`, where a path is given.
     ///
     /// # Errors
-    /// A file that may not be replaced, or what the disk says.
+    /// A file that may not be replaced, or an error of the file system.
     pub fn log_cycles(&self, path: Option<&Path>, out: &OutputArgs) -> Result<()> {
         let Some(path) = path else { return Ok(()) };
         out.check(path)?;
@@ -62,7 +62,7 @@ impl Context {
     }
 }
 
-/// Quote a word for a shell where it needs it.
+/// Quote a word for a shell where it needs quotes.
 #[must_use]
 pub fn shell_word(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=+:,@%".contains(c);

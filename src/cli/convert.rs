@@ -1,16 +1,14 @@
-//! `convert`: from one format to another.
+//! `convert`: convert a file from one format to another.
 
 use super::beside::Beside;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::kind::{FileKind, kind_of};
 use super::options::{ColumnArgs, OutputArgs};
-use super::picture;
-use crate::plot::ImagePlot;
+use crate::plot::{self, ImagePlot};
 use cittert_arrays::for_each_block;
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
 use cittert_formats::fits::{ImageOptions, write_image};
-use cittert_formats::{Compression, CreateOptions};
+use cittert_formats::{Compression, CreateOptions, Holds, format_of};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -18,21 +16,21 @@ use std::path::PathBuf;
 /// Options of `convert`.
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
-    /// File to read; its content tells what it is.
+    /// File to read. Its format is recognised by its content.
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// File to write; the ending of its name tells the form.
+    /// File to write. The ending of its name chooses the format.
     #[arg(value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
     column: ColumnArgs,
-    /// Compression of a UVH5 file: none, lzf, gzip or gzip-1 to gzip-9.
+    /// Compression of a UVH5 file: none, lzf, gzip, or gzip-1 to gzip-9.
     #[arg(long, value_name = "NAME", value_parser = compression)]
     compression: Option<Compression>,
-    /// Keep the rows of an existing UVH5 file with the same antennas, channels and phase centres, and write behind them.
+    /// Append rows to an existing UVH5 file with the same antennas, channels and phase centres.
     #[arg(long, conflicts_with = "overwrite")]
     append: bool,
-    /// Write gains as a table of delays, where they are those of delays.
+    /// Write gains that are pure delays as a table of delays.
     #[arg(long)]
     delays: bool,
     /// Replace an output that exists.
@@ -54,28 +52,29 @@ fn compression(name: &str) -> std::result::Result<Compression, String> {
     }
 }
 
-/// Bytes of visibilities read at a time.
+/// Size in bytes of one block of visibilities.
 const BLOCK_BYTES: usize = 64 << 20;
 
-/// Convert.
+/// Convert a file.
 ///
 /// # Errors
-/// A form that cannot hold what is in the file, a broken file, or what the disk says.
+/// A format that cannot hold the contents of the file, a damaged file, or an error of the file system.
 pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite || args.append };
     out.check(&args.output)?;
-    let kind = kind_of(&args.input)?;
-    if kind != FileKind::Visibilities && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
+    let holds = format_of(&args.input)?.holds();
+    if !matches!(holds, Holds::Visibilities(_)) && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
         return Err(Failure::usage(format!("{}: --append, --compression and --column are for visibilities", args.input.display())));
     }
-    if kind != FileKind::Gains && args.delays {
+    if !matches!(holds, Holds::Gains(_)) && args.delays {
         return Err(Failure::usage(format!("{}: --delays is for gains", args.input.display())));
     }
-    match kind {
-        FileKind::Visibilities => visibilities(args, context),
-        FileKind::Image => image(args, &out, context),
-        FileKind::Gains => gains(args, context),
-        FileKind::Layout => Err(Failure::usage(format!("{}: it is a layout; use `cittert layout convert`", args.input.display()))),
+    match holds {
+        Holds::Visibilities(_) => visibilities(args, context),
+        Holds::Images(_) => image(args, &out, context),
+        Holds::Gains(_) => gains(args, context),
+        Holds::Sources(_) => Err(Failure::usage(format!("{}: this is a source list, which has no other format", args.input.display()))),
+        Holds::Layouts(_) => Err(Failure::usage(format!("{}: this is a layout; use `cittert layout convert`", args.input.display()))),
     }
 }
 
@@ -103,7 +102,7 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         Ok(sink.write_columns(&block, &views)?)
     })
     .context(format!("converting {}", args.input.display()))?;
-    // What only the data could show is said at the end.
+    // Some notes depend on the data and exist only now.
     for note in sink.finish_with_notes().context(format!("writing {}", args.output.display()))? {
         if !notes.contains(&note) {
             context.console.note(&note);
@@ -118,7 +117,7 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 fn gains(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let calh5 = args.output.extension().is_some_and(|e| ["calh5", "h5", "hdf5"].iter().any(|end| e.eq_ignore_ascii_case(end)));
     if !calh5 {
-        let what = "gain tables have one form here, CalH5 (.calh5): visibilities, images and layouts cannot hold them";
+        let what = "gain tables are written as CalH5 (.calh5); formats of visibilities, images and layouts cannot hold them";
         return Err(Failure::message(format!("{}: {what}", args.output.display())));
     }
     let mut table = read_gains(&args.input)?;
@@ -133,7 +132,7 @@ fn gains(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 fn image(args: &ConvertArgs, out: &OutputArgs, context: &Context) -> Result<Outcome> {
     let mut image = cittert_formats::open_image(&args.input)?;
     if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-        let png = picture::image(&image, &ImagePlot { title: image.object.clone(), ..ImagePlot::default() })?;
+        let png = plot::image(&image, &ImagePlot { title: image.object.clone(), ..ImagePlot::default() })?;
         out.write(&args.output, &png)?;
     } else {
         image.history.push(context.history());

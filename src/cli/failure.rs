@@ -1,4 +1,4 @@
-//! How a command fails: what was being done, the chain of causes, and the exit code.
+//! The error of a command: what the command was doing, the chain of causes, and the exit code.
 
 use cittert_arrays::BoxError;
 use std::fmt;
@@ -15,16 +15,16 @@ pub struct Failure {
 
 #[derive(Debug)]
 enum Kind {
-    /// The call was wrong.
+    /// The command line was wrong.
     Usage(String),
-    /// clap refused the call, or was asked for help.
+    /// clap refused the command line, or printed the help.
     Clap(clap::Error),
-    /// It failed; contexts are outermost first.
+    /// The work failed. The outermost context comes first.
     Failed { contexts: Vec<String>, cause: Option<BoxError> },
 }
 
 impl Failure {
-    /// The call was wrong: exit code 2.
+    /// A wrong command line: exit code 2.
     #[must_use]
     pub fn usage(message: impl Into<String>) -> Self {
         Self { kind: Kind::Usage(message.into()) }
@@ -36,13 +36,13 @@ impl Failure {
         Self::usage(told(&error))
     }
 
-    /// It failed for a reason that is no error of a library: exit code 1.
+    /// A failure that is not an error of a library: exit code 1.
     #[must_use]
     pub fn message(message: impl Into<String>) -> Self {
         Self { kind: Kind::Failed { contexts: vec![message.into()], cause: None } }
     }
 
-    /// 1 it failed, 2 the call was wrong, 0 for help.
+    /// 1 for a failure, 2 for a wrong command line, 0 for help.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match &self.kind {
@@ -54,7 +54,7 @@ impl Failure {
 
     /// Print to stderr (help goes to stdout).
     pub fn print(&self) {
-        // A closed stderr leaves nobody to tell.
+        // Nothing can be done where stderr is closed.
         let _ = match &self.kind {
             Kind::Clap(e) => e.print(),
             _ => writeln!(std::io::stderr(), "error: {self}"),
@@ -72,7 +72,7 @@ impl fmt::Display for Failure {
                 let mut next: Option<&dyn std::error::Error> = cause.as_ref().map(|c| c.as_ref() as _);
                 while let Some(e) = next {
                     let text = told(e);
-                    // `transparent` layers repeat the text beneath them.
+                    // An error that only wraps another repeats its text.
                     if parts.last().is_none_or(|last| !last.ends_with(&text)) {
                         parts.push(text);
                     }
@@ -91,7 +91,9 @@ impl fmt::Display for Failure {
 /// An error in the words of the command line: the library names fields, which are options here.
 fn told(error: &(dyn std::error::Error + 'static)) -> String {
     match error.downcast_ref::<crate::ChainError>() {
-        Some(crate::ChainError::BadOption { option, .. }) if !option.contains(' ') => format!("--{error}"),
+        Some(crate::ChainError::BadOption { option, .. }) if !option.contains(' ') => {
+            format!("--{}", error.to_string().replacen(option, &option.replace('_', "-"), 1))
+        },
         _ => error.to_string(),
     }
 }
@@ -129,12 +131,12 @@ from_error!(
     toml::de::Error,
 );
 
-/// Say what was being done when something failed.
+/// Add to an error what the program was doing.
 pub trait Context<T> {
-    /// Put a sentence before the cause.
+    /// Put a sentence before the error.
     ///
     /// # Errors
-    /// The error that was there, with the sentence before it.
+    /// The same error, with the sentence before it.
     fn context(self, what: impl fmt::Display) -> Result<T>;
 }
 

@@ -1,4 +1,4 @@
-//! `info`: what is in a file.
+//! `info`: the contents of a file.
 
 use super::context::{Context, Outcome};
 use super::failure::Result;
@@ -20,10 +20,10 @@ pub struct InfoArgs {
     file: PathBuf,
 }
 
-/// Tell what is in a file.
+/// Describe the contents of a file.
 ///
 /// # Errors
-/// A file that is nothing we read, or broken.
+/// A file of no known format, or a damaged file.
 pub fn run(args: &InfoArgs, _context: &Context) -> Result<Outcome> {
     let name = args.file.to_string_lossy();
     let contents = if BuiltinLayout::find(&name).is_some() && !args.file.exists() {
@@ -44,7 +44,7 @@ pub fn run(args: &InfoArgs, _context: &Context) -> Result<Outcome> {
             Length(round(i.longest_m))
         )],
         Contents::Sources(i) => {
-            vec![format!("source list: {} sources ({} Gaussians), {} Jy in all", i.n_sources, i.n_gaussians, number(i.total_flux_jy))]
+            vec![format!("source list: {} sources ({} Gaussians), total flux {} Jy", i.n_sources, i.n_gaussians, number(i.total_flux_jy))]
         }
     };
     Ok(Outcome::new(serde_json::to_value(&contents)?, lines.join("\n")))
@@ -107,7 +107,10 @@ fn visibilities(format: &str, i: &VisibilityInfo) -> Vec<String> {
         lines.push(format!("pedestal      {t} K was removed from the scene"));
     }
     if i.n_not_finite > 0 {
-        lines.push(format!("not finite    {} unflagged data have no finite value or weight; imaging leaves them out", i.n_not_finite));
+        lines.push(format!(
+            "not finite    {} unflagged visibilities have no finite value or weight; imaging leaves them out",
+            i.n_not_finite
+        ));
     }
     lines
 }

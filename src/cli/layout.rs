@@ -1,4 +1,4 @@
-//! `layout`: built-in layouts and layout files.
+//! `layout`: list, describe and convert antenna layouts.
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result};
@@ -13,14 +13,14 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// What to do with layouts.
+/// The subcommands of `layout`.
 #[derive(Debug, Subcommand)]
 pub enum LayoutCommand {
-    /// Name the built-in layouts.
+    /// List the built-in layouts.
     List,
-    /// What a layout is good for.
+    /// Describe a layout: antennas, baselines, resolution, side lobes.
     Show(ShowArgs),
-    /// Write a layout in another form (by the name of the output: .toml, .cfg, .txt, .csv, .ant).
+    /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .ant).
     Convert(ConvertArgs),
 }
 
@@ -30,10 +30,10 @@ pub struct ShowArgs {
     /// Name of a built-in layout, or a layout file.
     #[arg(value_name = "LAYOUT")]
     layout: String,
-    /// Frequency for resolution, scales and side lobes.
+    /// Frequency for which resolution, largest scale and side lobes are computed.
     #[arg(long, value_name = "FREQ")]
     freq: Option<Frequency>,
-    /// Draw the antennas into this PNG.
+    /// Draw the antennas into this PNG file.
     #[arg(long, value_name = "PNG")]
     png: Option<PathBuf>,
     /// Replace a picture that exists.
@@ -47,8 +47,8 @@ pub struct ConvertArgs {
     /// Name of a built-in layout, or a layout file.
     #[arg(value_name = "LAYOUT")]
     layout: String,
-    /// Form to write: toml, casa, ehtim, oskar, pyuvsim, miriad [default: by the name of the output].
-    #[arg(long, value_name = "FORM")]
+    /// Format to write: toml, casa, ehtim, oskar, pyuvsim, miriad [default: by the ending of the output].
+    #[arg(long, value_name = "FORMAT")]
     to: Option<String>,
     #[command(flatten)]
     out: OutputArgs,
@@ -57,7 +57,7 @@ pub struct ConvertArgs {
 /// Run a subcommand of `layout`.
 ///
 /// # Errors
-/// An unknown layout, a file that is none, or what the disk says.
+/// An unknown layout, a file that is no layout, or an error of the file system.
 pub fn run(command: &LayoutCommand, context: &Context) -> Result<Outcome> {
     match command {
         LayoutCommand::List => Ok(list()),
@@ -143,7 +143,7 @@ fn convert(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let wanted = args.to.clone().or_else(|| path.extension().map(|e| e.to_string_lossy().into_owned())).unwrap_or_default();
     let format = layout_format(&wanted).ok_or_else(|| {
         let known: Vec<String> = layout_formats().map(|f| format!("{} (.{})", f.name(), f.extension())).collect();
-        Failure::usage(format!("{wanted:?} is no layout form; use --to or a name that ends as one of {}", known.join(", ")))
+        Failure::usage(format!("{wanted:?} is not a layout format; use --to, or an output that ends in one of {}", known.join(", ")))
     })?;
     for lost in format.loses(&layout) {
         context.console.warn(&format!("{} cannot hold {lost}", format.name()));

@@ -9,6 +9,7 @@ mod beside;
 mod clean;
 mod closure;
 mod compare;
+mod completions;
 mod console;
 mod context;
 mod convert;
@@ -18,8 +19,8 @@ mod failure;
 mod grid;
 mod identify;
 mod info;
-mod kind;
 mod layout;
+mod man;
 mod mask;
 mod mem;
 mod options;
@@ -43,17 +44,17 @@ use context::{Context, Outcome, shell_word};
 use std::ffi::OsString;
 use std::io::Write;
 
-/// Aperture synthesis for people who design sparse antenna arrays and test calibrations.
+/// Aperture synthesis: design sparse antenna arrays, simulate visibilities, inject errors, image and self-calibrate.
 #[derive(Debug, Parser)]
 #[command(name = "cittert", version, propagate_version = true, max_term_width = 110)]
 struct Cli {
-    /// Tell each phase and its time on stderr.
+    /// Print each phase of the work and its time on stderr.
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     verbose: bool,
-    /// Tell nothing but errors on stderr.
+    /// Print only errors on stderr.
     #[arg(short, long, global = true)]
     quiet: bool,
-    /// Number of threads (default: one for each processor).
+    /// Number of threads [default: one for each processor].
     #[arg(long, global = true, value_name = "N")]
     threads: Option<usize>,
     /// Print the results as one JSON object, in SI units.
@@ -63,53 +64,57 @@ struct Cli {
     command: Command,
 }
 
-/// The subcommands: one row each here, one file each beside this one.
+/// The subcommands. Each is one row here and one file beside this one.
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// The whole chain from one file, with a report.
+    /// Run the whole chain from one configuration file, with pictures, numbers and a report.
     Run(run::RunArgs),
-    /// Built-in antenna layouts and layout files.
+    /// List, describe and convert antenna layouts.
     #[command(subcommand)]
     Layout(layout::LayoutCommand),
-    /// The u-v mask of a layout on the FFT grid.
+    /// Write the u-v mask of a layout on the FFT grid, with coverage figures.
     Mask(mask::MaskArgs),
-    /// Brightness scenes.
+    /// Render scenes, and print the physics behind them as tables.
     #[command(subcommand)]
     Scene(scene::SceneCommand),
-    /// Visibilities of a scene seen by an array.
+    /// Simulate the visibilities that an array measures of a scene.
     Simulate(simulate::SimulateArgs),
-    /// Put known antenna errors into data and keep the truth.
+    /// Put known antenna errors into visibilities, and keep the true gains.
     Corrupt(corrupt::CorruptArgs),
-    /// Gridded visibilities.
+    /// Write the gridded visibilities.
     Grid(grid::GridArgs),
-    /// The dirty beam (point spread function).
+    /// Write the dirty beam (point spread function).
     Beam(beam::BeamArgs),
-    /// The dirty image.
+    /// Write the dirty image.
     Dirty(dirty::DirtyArgs),
-    /// Deconvolve by CLEAN.
+    /// Deconvolve by CLEAN: Högbom, Clark or multiscale.
     Clean(clean::CleanCommandArgs),
-    /// Image by maximum entropy, with a certificate.
+    /// Image by maximum entropy, with a certificate of convergence.
     Mem(Box<mem::MemCommandArgs>),
-    /// Rounds of imaging and solving for antenna gains.
+    /// Self-calibrate: image and solve for antenna gains in turn, or both at once.
     Selfcal(Box<selfcal::SelfcalArgs>),
-    /// Apply a gain table.
+    /// Apply a gain table to visibilities, or put its errors back.
     Applycal(applycal::ApplycalArgs),
-    /// Closure phases and amplitudes.
+    /// Form closure phases and closure amplitudes.
     Closure(closure::ClosureArgs),
-    /// What a calibration of an array can know.
+    /// Count what a calibration of an array can determine.
     Identify(identify::IdentifyArgs),
-    /// Visibilities of a model on the rows of a set, or the residual.
+    /// Predict the visibilities of a model, or subtract them from the data.
     Predict(predict::PredictArgs),
-    /// Monte-Carlo: what errors cost an image, and what self-calibration brings back.
+    /// Measure by Monte Carlo what errors cost an image and what self-calibration recovers.
     Study(study::StudyArgs),
-    /// What is in a file.
+    /// Describe the contents of a file.
     Info(info::InfoArgs),
-    /// A picture of any file.
+    /// Draw a picture of an image, a visibility set, a gain table or a layout.
     Plot(plot::PlotArgs),
-    /// How far an image or a gain table is from the truth.
+    /// Measure how far an image or a gain table is from the truth.
     Compare(compare::CompareArgs),
-    /// From one format to another.
+    /// Convert a file from one format to another.
     Convert(convert::ConvertArgs),
+    /// Print the completion script of a shell.
+    Completions(completions::CompletionsArgs),
+    /// Write the manual pages.
+    Man(man::ManArgs),
 }
 
 impl Command {
@@ -136,6 +141,8 @@ impl Command {
             Self::Plot(a) => plot::run(a, context),
             Self::Compare(a) => compare::run(a, context),
             Self::Convert(a) => convert::run(a, context),
+            Self::Completions(a) => completions::run(a, command()),
+            Self::Man(a) => man::run(a, command()),
         }
     }
 }
@@ -168,14 +175,14 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         if threads == 0 || threads > 1024 {
             return Err(Failure::usage(format!("--threads is {threads}, expected 1 to 1024")));
         }
-        // Fails only when a pool exists already, as in tests that call this twice.
+        // This fails only where a thread pool exists already, as in tests that call this function twice.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     }
     let context = Context { command_line, console: Console::new(loudness) };
     let outcome = guarded(|| cli.command.run(&context))?;
     let text = if cli.json { outcome.json.to_string() } else { outcome.text.trim_end().to_owned() };
     if !text.is_empty() {
-        // A reader that went away (`| head`) is no error.
+        // A reader that has closed the pipe (`| head`) is not an error.
         let _ = writeln!(std::io::stdout(), "{text}");
     }
     match outcome.failed {
@@ -189,7 +196,7 @@ fn parse(words: &[OsString]) -> Result<Cli> {
     Ok(Cli::from_arg_matches(&matches)?)
 }
 
-/// A panic is a fault of ours; the user gets one sentence, not a stack.
+/// A panic is an internal error. The user gets one sentence instead of a stack trace.
 fn guarded<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     let seen = std::sync::Arc::new(std::sync::Mutex::new(String::new()));
     let sink = seen.clone();

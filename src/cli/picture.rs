@@ -1,24 +1,21 @@
-//! Pictures as bytes of a PNG, titled for the command line.
+//! Pictures with the size and the title that several subcommands share.
 
 use super::failure::Result;
-use crate::plot;
+use crate::plot::{self, DEFAULT_HEIGHT, DEFAULT_WIDTH};
 use crate::simulate::UvMask;
-use cittert_arrays::{ArrayLayout, Image};
-
-const SIZE: (usize, usize) = (plot::DEFAULT_WIDTH, plot::DEFAULT_HEIGHT);
+use cittert_arrays::ArrayLayout;
 
 /// Antenna positions.
 pub(super) fn layout(layout: &ArrayLayout) -> Result<Vec<u8>> {
-    let title = format!("{}, {} antennas", layout.name, layout.n_ant());
-    Ok(plot::layout(layout, &title, SIZE.0, SIZE.1)?)
+    Ok(plot::layout(layout, &layout_title(layout), DEFAULT_WIDTH, DEFAULT_HEIGHT)?)
 }
 
-/// Hits of the cells of the Fourier grid.
+/// The title of a picture of antenna positions.
+pub(super) fn layout_title(layout: &ArrayLayout) -> String {
+    format!("{}, {} antennas", layout.name, layout.n_ant())
+}
+
+/// Number of visibilities in the cells of the Fourier grid.
 pub(super) fn mask(mask: &UvMask, title: &str) -> Result<Vec<u8>> {
-    Ok(plot::uv_mask(mask, title, SIZE.0, SIZE.1)?)
-}
-
-/// One plane of an image.
-pub(super) fn image(image: &Image, options: &plot::ImagePlot) -> Result<Vec<u8>> {
-    Ok(plot::image(image, options)?)
+    Ok(plot::uv_mask(mask, title, DEFAULT_WIDTH, DEFAULT_HEIGHT)?)
 }

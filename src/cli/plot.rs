@@ -1,16 +1,16 @@
-//! `plot`: a picture of any file.
+//! `plot`: a picture of an image, a visibility set, a gain table or a layout.
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::kind::{FileKind, kind_of};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
-use crate::plot::{CurveOptions, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Range, Series, Stretch, VisPlot, curves, uv_coverage};
-use cittert_arrays::{BuiltinLayout, UvCoverage, VisibilitySource, for_each_block};
+use crate::plot::{self, CurveOptions, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Range, Series, Stretch, VisPlot, curves, uv_coverage};
+use cittert_arrays::{ArrayLayout, BuiltinLayout, UvCoverage, VisibilitySource, for_each_block};
+use cittert_formats::{Holds, format_of};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
-/// What of a visibility set to show.
+/// What a picture of a visibility set shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum What {
     /// u-v coverage.
@@ -24,10 +24,10 @@ enum What {
 /// Options of `plot`.
 #[derive(Debug, Args)]
 pub struct PlotArgs {
-    /// Image, visibility set, or layout (file or built-in name).
+    /// Image, visibility set, gain table, or layout (file or built-in name).
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// What of a visibility set to show.
+    /// What a picture of a visibility set shows.
     #[arg(long, value_name = "WHAT", default_value = "visibilities")]
     what: What,
     /// Channel of an image.
@@ -42,16 +42,16 @@ pub struct PlotArgs {
     /// Highest value of the colours.
     #[arg(long, value_name = "X", requires = "min", allow_negative_numbers = true)]
     max: Option<f64>,
-    /// Two colours around zero, as for residuals.
+    /// Use two colours around zero, as for residuals.
     #[arg(long, conflicts_with_all = ["min", "max"])]
     symmetric: bool,
-    /// The colours that this image has on its own, to see both side by side.
+    /// Use the range of values of this image, so that both pictures can be compared.
     #[arg(long, value_name = "IMAGE", conflicts_with_all = ["min", "max", "symmetric"])]
     like: Option<PathBuf>,
-    /// Show faint emission beside bright (asinh stretch).
+    /// Use an asinh stretch, which shows faint emission beside bright emission.
     #[arg(long)]
     asinh: bool,
-    /// Title [default: by the file].
+    /// Title [default: the name of the file].
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
     /// Width of the picture in pixels.
@@ -64,15 +64,15 @@ pub struct PlotArgs {
     out: OutputArgs,
 }
 
-/// Bytes of visibilities read at a time.
+/// Size in bytes of one block of visibilities.
 const BLOCK_BYTES: usize = 64 << 20;
-/// Rows of coverage kept for a picture; more could not be told apart.
+/// Largest number of rows of coverage that a picture shows.
 const MOST_ROWS: usize = 400_000;
 
-/// Draw.
+/// Draw a picture.
 ///
 /// # Errors
-/// A file that is nothing we can draw, or what the disk says.
+/// A file that cannot be drawn, options that do not suit the file, or an error of the file system.
 pub fn run(args: &PlotArgs, _context: &Context) -> Result<Outcome> {
     args.out.check(&args.out.output)?;
     let png = draw(args)?;
@@ -83,15 +83,27 @@ pub fn run(args: &PlotArgs, _context: &Context) -> Result<Outcome> {
 
 fn draw(args: &PlotArgs) -> Result<Vec<u8>> {
     let name = args.file.to_string_lossy();
-    if BuiltinLayout::find(&name).is_some() {
-        return picture::layout(&load_layout(&name)?);
+    // The name of a built-in layout is no file.
+    let holds = if BuiltinLayout::find(&name).is_some() { None } else { Some(format_of(&args.file)?.holds()) };
+    let of_images = args.min.is_some() || args.symmetric || args.like.is_some() || args.asinh || args.channel != 0 || args.pol_index != 0;
+    if of_images && !matches!(holds, Some(Holds::Images(_))) {
+        let options = "--min, --max, --symmetric, --like, --asinh, --channel and --pol-index";
+        return Err(Failure::usage(format!("{name}: {options} are for images")));
     }
-    match kind_of(&args.file)? {
-        FileKind::Image => image(args),
-        FileKind::Visibilities => visibilities(args),
-        FileKind::Layout => picture::layout(&load_layout(&name)?),
-        FileKind::Gains => gains(args),
+    match holds {
+        None | Some(Holds::Layouts(_)) => layout(args, &load_layout(&name)?),
+        Some(Holds::Images(_)) => image(args),
+        Some(Holds::Visibilities(_)) => visibilities(args),
+        Some(Holds::Gains(_)) => gains(args),
+        Some(Holds::Sources(_)) => {
+            Err(Failure::usage(format!("{name}: this is a source list; expected an image, visibilities, gains or a layout")))
+        }
     }
+}
+
+fn layout(args: &PlotArgs, layout: &ArrayLayout) -> Result<Vec<u8>> {
+    let title = args.title.clone().unwrap_or_else(|| picture::layout_title(layout));
+    Ok(plot::layout(layout, &title, args.width, args.height)?)
 }
 
 fn title(args: &PlotArgs, object: &str) -> String {
@@ -105,34 +117,37 @@ fn image(args: &PlotArgs) -> Result<Vec<u8>> {
     let image = cittert_formats::open_image(&args.file)?;
     let range = match (args.min, args.max) {
         (Some(min), Some(max)) => Range::Fixed(min, max),
-        _ if args.like.is_some() => like(args)?,
-        _ if args.symmetric => Range::Symmetric(99.9),
-        _ => Range::Full,
+        _ if args.symmetric => Range::Symmetric,
+        _ => args.like.as_ref().map_or(Ok(Range::Full), |path| like(args, path))?,
     };
     let stretch = if args.asinh { Stretch::Asinh } else { Stretch::Linear };
     let title = title(args, &image.object);
     let options = ImagePlot { chan: args.channel, pol: args.pol_index, title, range, stretch, width: args.width, height: args.height };
-    picture::image(&image, &options).context(format!("drawing {}", args.file.display()))
+    plot::image(&image, &options).context(format!("drawing {}", args.file.display()))
 }
 
-/// The range of the same plane of another image.
-fn like(args: &PlotArgs) -> Result<Range> {
-    let Some(path) = &args.like else { return Ok(Range::Full) };
+/// The range of values of the same plane of another image.
+fn like(args: &PlotArgs, path: &Path) -> Result<Range> {
     let other = cittert_formats::open_image(path)?;
     let (n_chan, n_pol, ..) = other.data.dim();
     if args.channel >= n_chan || args.pol_index >= n_pol {
-        let what = format!("{}: it has {n_chan} channels and {n_pol} polarisations, not the one to draw", path.display());
-        return Err(Failure::message(what));
+        let wanted = format!("channel {} and polarisation {}", args.channel, args.pol_index);
+        let why = format!("it has {n_chan} channels and {n_pol} polarisations, and so not {wanted}");
+        return Err(Failure::message(format!("{}: {why}", path.display())));
     }
     let values = || other.data.slice(ndarray::s![args.channel, args.pol_index, .., ..]).into_iter().copied().filter(|v| v.is_finite());
     let (min, max) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-    Ok(if min < max { Range::Fixed(min, max) } else { Range::Full })
+    if min < max {
+        return Ok(Range::Fixed(min, max));
+    }
+    Err(Failure::message(format!("{}: its values do not differ, so they give no range of colours", path.display())))
 }
 
-/// Antennas that a legend can name beside the lines.
+/// Largest number of antennas that the legend names.
 const MOST_NAMES: usize = 12;
 
-/// Phases of the first feed of every antenna in the middle channel: against time, or against the antenna where there is one time only.
+/// Draw the gain phases of the first feed in the middle channel. They are drawn against time, or against the antenna number where the table has
+/// one time only.
 fn gains(args: &PlotArgs) -> Result<Vec<u8>> {
     let table = cittert_formats::calh5::read_gains(&args.file)?;
     let (n_time, n_ant, n_chan, _) = table.gains.dim();
@@ -167,7 +182,7 @@ fn visibilities(args: &PlotArgs) -> Result<Vec<u8>> {
     let mut source = cittert_formats::open_visibilities(&args.file)?;
     let title = title(args, "");
     let drawn = match args.what {
-        What::Antennas => return picture::layout(&source.header().layout),
+        What::Antennas => return layout(args, &source.header().layout),
         What::Uv => coverage(source.as_mut(), &args.file)
             .and_then(|c| Ok(uv_coverage(&c, &source.header().spectrum, &title, args.width, args.height)?)),
         What::Visibilities => {
@@ -183,7 +198,7 @@ fn visibilities(args: &PlotArgs) -> Result<Vec<u8>> {
     drawn.context(format!("drawing {}", args.file.display()))
 }
 
-/// The rows of a set, evenly thinned to what a picture can show.
+/// The u-v coverage of a set, thinned evenly to the number of rows that a picture can show.
 fn coverage(source: &mut dyn VisibilitySource, path: &Path) -> Result<UvCoverage> {
     let every = source.n_rows().div_ceil(MOST_ROWS).max(1);
     let mut kept = UvCoverage::empty();

@@ -1,4 +1,4 @@
-//! Numbers as a person reads them.
+//! Numbers in a form that is easy to read.
 
 use cittert_arrays::RestoringBeam;
 
@@ -11,7 +11,7 @@ pub(super) fn round(x: f64) -> f64 {
     (x / step).round() * step
 }
 
-/// An angle in degrees or their parts, whichever reads best, with four digits.
+/// An angle with four digits, in the unit (degrees to microarcseconds) that suits its size.
 pub(super) fn angle(rad: f64) -> String {
     let deg = rad.to_degrees();
     let (factor, name) = match deg.abs() {
@@ -27,7 +27,7 @@ pub(super) fn angle(rad: f64) -> String {
     format!("{text} {name}")
 }
 
-/// Integers as they are, others to six digits.
+/// An integer as it is, another number with six digits.
 pub(super) fn number(x: f64) -> String {
     if x.fract() == 0.0 && x.abs() < 1e15 {
         format!("{x}")
@@ -39,7 +39,7 @@ pub(super) fn number(x: f64) -> String {
     }
 }
 
-/// A beam: its axes and its position angle.
+/// The axes and the position angle of a beam.
 pub(super) fn beam(b: &RestoringBeam) -> String {
     format!("{} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees())
 }

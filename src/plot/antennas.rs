@@ -1,18 +1,21 @@
-//! Where the antennas stand.
+//! Antenna positions.
 
-use super::axes::{Axis, BOTTOM_ROOM, Panel, title};
+use super::axes::Axis;
 use super::canvas::{Align, Canvas, INK, Rect};
 use super::colors::LINES;
+use super::panel::{RIGHT_ROOM, Sheet};
 use crate::Result;
-use cittert_arrays::{ArrayLayout, LayoutFrame};
+use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
 
 /// Size of antenna names, pixels of an em.
 const NAME_EM: f64 = 10.5;
-/// With more antennas than this, names would only be clutter.
+/// Radius of the dot of an antenna whose diameter is too small to be shown to scale, pixels.
+const SMALL_DOT: f64 = 3.5;
+/// Largest number of antennas whose names are drawn.
 const MOST_NAMES: usize = 60;
 
-/// Draw the antennas of a layout from above (or along the boresight), with their diameters to scale where that can be seen, and
-/// their names where there is room.
+/// Draw the antennas of a layout from above, or along the boresight. Diameters are to scale where they are large enough to be seen.
+/// Names are drawn where there is room.
 ///
 /// # Errors
 /// A picture below 100 or above 8000 pixels.
@@ -34,32 +37,30 @@ pub fn layout(layout: &ArrayLayout, heading: &str, width: usize, height: usize) 
     let axis = |c: f64, label: &str| Axis::linear((c - half) / unit, (c + half) / unit, format!("{label} ({name})"));
     let (x, y) = (axis(cx, x_name), axis(cy, y_name));
     let mut canvas = Canvas::new(width, height)?;
-    let top = if heading.is_empty() { 18.0 } else { 44.0 };
-    let left = Panel::left_room(&y, &canvas, height as f64);
-    let side = (width as f64 - left - 24.0).min(height as f64 - top - BOTTOM_ROOM).round();
-    let x0 = (left + (width as f64 - left - 24.0 - side) / 2.0).round();
-    let panel = Panel { area: Rect { x0, y0: top, x1: x0 + side, y1: top + side }, x, y, label_room: None };
+    let sheet = Sheet::new(heading, width, height);
+    let panel = sheet.square(&canvas, x, y, RIGHT_ROOM);
     panel.grid(&mut canvas);
-    let per_metre = side / (2.0 * half);
+    let per_metre = panel.area.width() / (2.0 * half);
+    let place = |a: &Antenna| {
+        let (x, y) = panel.at(a.position_m[0] / unit, a.position_m[1] / unit);
+        (x, y, a.diameter_m.map_or(0.0, |d| 0.5 * d * per_metre))
+    };
     let mut taken = Vec::new();
-    for a in antennas {
-        let at = panel.at(a.position_m[0] / unit, a.position_m[1] / unit);
-        let radius = a.diameter_m.map_or(0.0, |d| 0.5 * d * per_metre);
-        if radius > 3.5 {
-            canvas.dot(at, radius, LINES[0], 0.35, panel.area);
-            canvas.dot(at, 1.5, LINES[0], 1.0, panel.area);
+    for (x, y, radius) in antennas.iter().map(place) {
+        if radius > SMALL_DOT {
+            canvas.dot((x, y), radius, LINES[0], 0.35, panel.area);
+            canvas.dot((x, y), 1.5, LINES[0], 1.0, panel.area);
         } else {
-            canvas.dot(at, if antennas.len() > 100 { 2.5 } else { 3.5 }, LINES[0], 1.0, panel.area);
+            canvas.dot((x, y), if antennas.len() > 100 { 2.5 } else { SMALL_DOT }, LINES[0], 1.0, panel.area);
         }
-        let r = radius.max(3.5);
-        taken.push(Rect { x0: at.0 - r, x1: at.0 + r, y0: at.1 - r, y1: at.1 + r });
+        let r = radius.max(SMALL_DOT);
+        taken.push(Rect { x0: x - r, x1: x + r, y0: y - r, y1: y + r });
     }
     if antennas.len() <= MOST_NAMES {
         for a in antennas {
-            let (px, py) = panel.at(a.position_m[0] / unit, a.position_m[1] / unit);
-            let r = a.diameter_m.map_or(0.0, |d| 0.5 * d * per_metre).max(3.5);
-            let w = canvas.text_width(&a.name, NAME_EM);
-            // To the right, the left, above or below; a name without room is left out.
+            let (px, py, radius) = place(a);
+            let (r, w) = (radius.max(SMALL_DOT), canvas.text_width(&a.name, NAME_EM));
+            // A name stands to the right, to the left, above or below. A name without room is left out.
             let spots = [
                 (px + r + 3.0, py + 0.36 * NAME_EM),
                 (px - r - 3.0 - w, py + 0.36 * NAME_EM),
@@ -79,8 +80,5 @@ pub fn layout(layout: &ArrayLayout, heading: &str, width: usize, height: usize) 
         }
     }
     panel.axes(&mut canvas, true)?;
-    if !heading.is_empty() {
-        title(&mut canvas, panel.area, heading, width as f64 - 20.0)?;
-    }
-    canvas.png()
+    sheet.finish(canvas, panel.area)
 }

@@ -1,20 +1,12 @@
-//! Axes: ranges, round ticks, labels that fit, and the map from data to pixels.
+//! Axes: ranges, round ticks and their labels, and units that suit the size of a value.
 
-use super::canvas::{Align, Canvas, FAINT, INK, Rect};
-use crate::Result;
-
-/// Size of tick labels, axis labels and titles, pixels of an em.
-pub(crate) const TICK_EM: f64 = 13.0;
-pub(crate) const LABEL_EM: f64 = 14.5;
-pub(crate) const TITLE_EM: f64 = 16.0;
-
-/// One axis: the values at its two ends (the first at the left or the bottom) and its label.
+/// One axis: the values at its two ends (`from` is at the left or the bottom) and its label.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) from: f64,
     pub(crate) to: f64,
     pub(crate) log: bool,
-    /// Distance of ticks, where it is given.
+    /// Distance between ticks; `None` chooses a round one.
     pub(crate) step: Option<f64>,
     pub(crate) label: String,
 }
@@ -66,7 +58,7 @@ fn ticks_of_step(lo: f64, hi: f64, step: f64) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// Powers of ten, or 1-2-5 steps where there is less than two decades.
+/// Ticks of a logarithmic axis: powers of ten, or steps of 1, 2 and 5 where the axis is short.
 fn log_ticks(lo: f64, hi: f64, count: usize) -> Vec<(f64, String)> {
     let decades = (hi / lo).log10();
     let (first, last) = ((lo.log10() - 1e-9).floor() as i32, (hi.log10() + 1e-9).ceil() as i32);
@@ -77,12 +69,10 @@ fn log_ticks(lo: f64, hi: f64, count: usize) -> Vec<(f64, String)> {
         for m in multiples {
             let v = m * 10_f64.powi(exponent);
             if v >= lo * (1.0 - 1e-9) && v <= hi * (1.0 + 1e-9) {
-                let text = if (-3..=4).contains(&exponent) {
-                    short(v)
-                } else if *m == 1.0 {
-                    format!("10{}", superscript(exponent))
-                } else {
-                    format!("{m}\u{b7}10{}", superscript(exponent))
+                let text = match exponent {
+                    -3..=4 => short(v),
+                    _ if *m == 1.0 => format!("10{}", superscript(exponent)),
+                    _ => format!("{m}\u{b7}10{}", superscript(exponent)),
                 };
                 ticks.push((v, text));
             }
@@ -109,118 +99,12 @@ pub(crate) fn short(v: f64) -> String {
 
 /// An exponent in superscript digits.
 pub(crate) fn superscript(n: i32) -> String {
-    n.to_string()
-        .chars()
-        .map(|c| match c {
-            '-' => '\u{207b}',
-            '1' => '\u{b9}',
-            '2' => '\u{b2}',
-            '3' => '\u{b3}',
-            c => char::from_u32(0x2070 + c.to_digit(10).unwrap_or(0)).unwrap_or(c),
-        })
-        .collect()
+    const DIGITS: [char; 10] =
+        ['\u{2070}', '\u{b9}', '\u{b2}', '\u{b3}', '\u{2074}', '\u{2075}', '\u{2076}', '\u{2077}', '\u{2078}', '\u{2079}'];
+    n.to_string().chars().map(|c| c.to_digit(10).map_or('\u{207b}', |d| DIGITS[d as usize])).collect()
 }
 
-/// A panel with two axes.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Panel {
-    pub(crate) area: Rect,
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
-    /// Width kept for the tick labels of y where panels share it, so that their axis labels line up.
-    pub(crate) label_room: Option<f64>,
-}
-
-impl Panel {
-    /// Pixel of a datum.
-    pub(crate) fn at(&self, x: f64, y: f64) -> (f64, f64) {
-        (self.area.x0 + self.x.place(x) * self.area.width(), self.area.y1 - self.y.place(y) * self.area.height())
-    }
-
-    /// Grid lines, to be drawn before the data.
-    pub(crate) fn grid(&self, canvas: &mut Canvas) {
-        for (v, _) in self.x_ticks() {
-            let (x, _) = self.at(v, self.y.from);
-            canvas.fill(Rect { x0: x - 0.5, x1: x + 0.5, ..self.area }, FAINT);
-        }
-        for (v, _) in self.y_ticks() {
-            let (_, y) = self.at(self.x.from, v);
-            canvas.fill(Rect { y0: y - 0.5, y1: y + 0.5, ..self.area }, FAINT);
-        }
-    }
-
-    /// Ticks along x: fewer where labels are long, so that they never touch.
-    fn x_ticks(&self) -> Vec<(f64, String)> {
-        let mut count = (self.area.width() / 90.0).max(2.0) as usize;
-        loop {
-            let ticks = self.x.ticks(count);
-            let widest = ticks.iter().map(|t| t.1.chars().count()).max().unwrap_or(0) as f64 * TICK_EM * 0.64 + 12.0;
-            if count <= 2 || ticks.len() as f64 * widest <= self.area.width() {
-                return ticks;
-            }
-            count -= 1;
-        }
-    }
-
-    fn y_ticks(&self) -> Vec<(f64, String)> {
-        self.y.ticks((self.area.height() / 70.0).max(2.0) as usize)
-    }
-
-    /// Width of the widest tick label of a y axis, pixels.
-    pub(crate) fn tick_width(y: &Axis, canvas: &Canvas, height: f64) -> f64 {
-        let ticks = y.ticks((height / 70.0).max(2.0) as usize);
-        ticks.iter().map(|t| canvas.text_width(&t.1, TICK_EM)).fold(0.0, f64::max)
-    }
-
-    /// Room that tick labels and the label of the y axis take at the left, pixels.
-    pub(crate) fn left_room(y: &Axis, canvas: &Canvas, height: f64) -> f64 {
-        12.0 + LABEL_EM + 14.0 + Self::tick_width(y, canvas, height) + 10.0
-    }
-
-    /// Frame, ticks and labels, to be drawn over the data.
-    ///
-    /// # Errors
-    /// A failure of the drawing library.
-    pub(crate) fn axes(&self, canvas: &mut Canvas, with_x: bool) -> Result<()> {
-        let a = self.area;
-        canvas.frame(a, INK, 1.0);
-        for (v, text) in self.x_ticks() {
-            let (x, _) = self.at(v, self.y.from);
-            canvas.fill(Rect { x0: x - 0.5, x1: x + 0.5, y0: a.y1, y1: a.y1 + 5.0 }, INK);
-            if with_x {
-                canvas.text((x, a.y1 + 9.0 + 0.73 * TICK_EM), &text, TICK_EM, Align::Center, INK)?;
-            }
-        }
-        let mut widest = 0.0_f64;
-        for (v, text) in self.y_ticks() {
-            let (_, y) = self.at(self.x.from, v);
-            canvas.fill(Rect { x0: a.x0 - 5.0, x1: a.x0, y0: y - 0.5, y1: y + 0.5 }, INK);
-            canvas.text((a.x0 - 9.0, y + 0.365 * TICK_EM), &text, TICK_EM, Align::Right, INK)?;
-            widest = widest.max(canvas.text_width(&text, TICK_EM));
-        }
-        if with_x {
-            let y = a.y1 + 9.0 + TICK_EM + 12.0 + 0.73 * LABEL_EM;
-            canvas.text((f64::midpoint(a.x0, a.x1), y), &self.x.label, LABEL_EM, Align::Center, INK)?;
-        }
-        let x = a.x0 - 9.0 - self.label_room.unwrap_or(widest) - 13.0;
-        canvas.text_up((x, f64::midpoint(a.y0, a.y1)), &self.y.label, LABEL_EM, Align::Center, INK)
-    }
-}
-
-/// Room below a panel for ticks and label, pixels.
-pub(crate) const BOTTOM_ROOM: f64 = 62.0;
-
-/// Draw a title above a panel, shortened where it does not fit.
-pub(crate) fn title(canvas: &mut Canvas, area: Rect, text: &str, limit: f64) -> Result<()> {
-    let mut shown = text.to_owned();
-    while canvas.text_width(&shown, TITLE_EM) > limit && shown.chars().count() > 4 {
-        let keep = shown.chars().count() - 2;
-        shown = shown.chars().take(keep).collect::<String>().trim_end_matches('\u{2026}').to_owned() + "\u{2026}";
-    }
-    canvas.text((f64::midpoint(area.x0, area.x1), area.y0 - 12.0), &shown, TITLE_EM, Align::Center, INK)
-}
-
-/// A power of 1000 and its prefix that bring a value of this size to 0.3 to 300.
+/// The power of 1000, with its prefix, that brings a value of this size to between 0.3 and 300.
 pub(crate) fn prefix(largest: f64) -> (f64, &'static str) {
     const PREFIXES: [(f64, &str); 9] =
         [(1e-12, "p"), (1e-9, "n"), (1e-6, "\u{b5}"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"), (1e9, "G"), (1e12, "T")];
@@ -230,12 +114,12 @@ pub(crate) fn prefix(largest: f64) -> (f64, &'static str) {
     PREFIXES.into_iter().rev().find(|p| largest >= 0.3 * p.0).unwrap_or(PREFIXES[0])
 }
 
-/// As [`prefix`], for 1 to 1000.
+/// As [`prefix`], but to between 1 and 1000.
 pub(crate) fn whole_prefix(largest: f64) -> (f64, &'static str) {
     prefix(0.3 * largest)
 }
 
-/// The angular unit in which a field of this half width reads best: radians of the unit, and its name.
+/// The angular unit that suits a field of this half width: the size of the unit in radians, and its name.
 pub(crate) fn angle_unit(half_width_rad: f64) -> (f64, &'static str) {
     let arcsec = std::f64::consts::PI / 648_000.0;
     for (unit, name) in [(3600.0 * arcsec, "deg"), (60.0 * arcsec, "arcmin"), (arcsec, "arcsec"), (1e-3 * arcsec, "mas")] {

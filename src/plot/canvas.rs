@@ -1,4 +1,4 @@
-//! A picture being drawn. Everything is drawn at twice the size and averaged down, which smooths lines and spaces letters evenly.
+//! The canvas of a picture. Everything is drawn at twice the size and averaged down, which smooths lines and spaces letters evenly.
 
 use crate::{ChainError, Result};
 use plotters::backend::BitMapBackend;
@@ -25,7 +25,7 @@ pub(crate) const FAINT: Rgb = [224, 224, 228];
 /// Background.
 pub(crate) const WHITE: Rgb = [255, 255, 255];
 
-/// Where the given point lies along the text.
+/// Which part of a text lies at the given point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Align {
     Left,
@@ -56,7 +56,7 @@ impl Rect {
     }
 }
 
-/// Pixels, all coordinates in the pixels that are shown.
+/// The pixels of a picture. All coordinates count the pixels that are shown.
 pub(crate) struct Canvas {
     width: usize,
     height: usize,
@@ -64,7 +64,7 @@ pub(crate) struct Canvas {
     pixels: Vec<u8>,
 }
 
-/// Whether a line that comes from `a` to `b` goes on to `c` by turning more than a right angle.
+/// Whether a line from `a` over `b` to `c` turns by more than a right angle.
 fn turns_back(a: (i32, i32), b: (i32, i32), c: (i32, i32)) -> bool {
     let step = |from: (i32, i32), to: (i32, i32)| (i64::from(to.0) - i64::from(from.0), i64::from(to.1) - i64::from(from.1));
     let (one, two) = (step(a, b), step(b, c));
@@ -117,7 +117,7 @@ impl Canvas {
         let style = ShapeStyle { color: color(c, 1.0), filled: false, stroke_width: stroke };
         let points = Self::scaled(points);
         let area = self.area();
-        // The mitre of a sharp turn would stick far out of the panel: the line ends there and begins anew.
+        // The mitre of a sharp turn would reach far out of the panel. The line therefore ends there, and a new line begins.
         let mut from = 0;
         for at in 1..points.len() {
             let last = at + 1 == points.len();
@@ -153,8 +153,9 @@ impl Canvas {
         }
     }
 
-    /// Colour every drawn pixel of a rectangle by its place: x from 0 at the left to 1, y from 0 at the top to 1.
+    /// Colour every drawn pixel of a rectangle by its place: x runs from 0 at the left to 1, y from 0 at the top to 1.
     pub(crate) fn shade(&mut self, r: Rect, mut c: impl FnMut(f64, f64) -> Rgb) {
+        // A rectangle may reach over the edge of the picture; that part is not drawn.
         let edge = |v: f64, n: usize| ((v * OVER as f64).round().max(0.0) as usize).min(n * OVER);
         let (x0, x1) = (edge(r.x0, self.width), edge(r.x1, self.width));
         let (y0, y1) = (edge(r.y0, self.height), edge(r.y1, self.height));
@@ -167,7 +168,7 @@ impl Canvas {
         }
     }
 
-    /// A round dot with a soft edge, blended over what is there; nothing outside `clip`.
+    /// Draw a round dot with a soft edge over the picture, inside `clip` only.
     pub(crate) fn dot(&mut self, (x, y): (f64, f64), radius: f64, c: Rgb, alpha: f64, clip: Rect) {
         let s = OVER as f64;
         let (cx, cy, r) = (x * s, y * s, radius * s);
@@ -247,8 +248,16 @@ impl Canvas {
             }
         }
         let picture = image::RgbImage::from_raw(w as u32, h as u32, small).ok_or_else(|| plot_error("picture buffer of a wrong size"))?;
-        let mut png = std::io::Cursor::new(Vec::new());
-        picture.write_to(&mut png, image::ImageFormat::Png).map_err(plot_error)?;
-        Ok(png.into_inner())
+        encode(picture.into())
     }
+}
+
+/// A picture as the bytes of a PNG file.
+///
+/// # Errors
+/// A failure of the encoder.
+pub(crate) fn encode(picture: image::DynamicImage) -> Result<Vec<u8>> {
+    let mut png = std::io::Cursor::new(Vec::new());
+    picture.write_to(&mut png, image::ImageFormat::Png).map_err(plot_error)?;
+    Ok(png.into_inner())
 }

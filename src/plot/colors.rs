@@ -1,10 +1,11 @@
-//! Colour maps, and the bar that explains them.
+//! Colour maps and the colour bar.
 
-use super::axes::{LABEL_EM, TICK_EM, linear_ticks, short};
+use super::axes::{linear_ticks, short};
 use super::canvas::{Align, Canvas, INK, Rect, Rgb};
+use super::panel::{LABEL_EM, TICK_EM};
 use crate::Result;
 
-/// Colours that stay apart in print and for colour-blind eyes.
+/// Colours that can be told apart in print and by colour-blind readers.
 ///
 /// # Reference
 /// Okabe & Ito 2008, Color Universal Design, in an order that puts the strongest contrasts first.
@@ -15,7 +16,7 @@ pub(crate) const LINES: [Rgb; 8] =
 #[derive(Clone, Copy)]
 pub(crate) struct ColorScale {
     pub(crate) gradient: colorous::Gradient,
-    /// True where the gradient is run through from its end.
+    /// Whether the gradient runs from its end to its beginning.
     pub(crate) reversed: bool,
     pub(crate) low: f64,
     pub(crate) high: f64,
@@ -69,8 +70,8 @@ impl ColorScale {
     }
 }
 
-/// Values 1, 2 and 5 times powers of ten on both sides of zero, the roundest first; too many, so that the caller can keep those
-/// that do not touch.
+/// Values 1, 2 and 5 times powers of ten on both sides of zero, the roundest first. There are too many of them: the caller keeps those
+/// whose labels do not touch.
 fn stretched_ticks(lo: f64, hi: f64) -> Vec<(f64, String)> {
     let largest = lo.abs().max(hi.abs());
     let top = largest.log10().ceil() as i32;

@@ -1,31 +1,22 @@
 //! Lines with error bars.
 
-use super::axes::{Axis, BOTTOM_ROOM, Panel, TICK_EM, title};
-use super::canvas::{Align, Canvas, INK, Rect, WHITE};
+use super::axes::Axis;
+use super::canvas::{Canvas, Rect};
 use super::colors::LINES;
-use super::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
+use super::legend::{CORNERS, Corner, Style, legend_at, legend_frame};
+use super::panel::{BOTTOM_ROOM, Panel, Sheet};
+use super::size::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 use crate::{ChainError, Result};
 
 /// One line.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
-    /// Name in the legend; without one the line is not in it.
+    /// Name in the legend; a line without a name is not in the legend.
     pub name: String,
     /// Points (x, y).
     pub points: Vec<(f64, f64)>,
-    /// Half lengths of the error bars, below and above; empty for none \[point\].
+    /// Lengths of the error bars below and above each point; empty for no error bars \[point\].
     pub errors: Vec<(f64, f64)>,
-}
-
-/// How to draw one line, where the default does not do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Style {
-    /// Index of its colour.
-    pub color: usize,
-    /// Join the points.
-    pub line: bool,
-    /// Draw markers at the points.
-    pub dots: bool,
 }
 
 /// How to draw the lines.
@@ -43,7 +34,7 @@ pub struct CurveOptions {
     pub log_y: bool,
     /// Draw markers at the points.
     pub markers: bool,
-    /// Styles of the first lines \[line\]; the others have their own colour each, and dots if `markers` is set.
+    /// Styles of the first lines \[line\]. Each of the other lines has its own colour, and markers if `markers` is set.
     pub styles: Vec<Style>,
     /// Width of the picture, pixels.
     pub width: usize,
@@ -76,7 +67,7 @@ impl Default for CurveOptions {
 /// Draw lines with error bars and a legend. Points that are not finite, or not positive on a logarithmic axis, are left out.
 ///
 /// # Errors
-/// No point that can be drawn, error bars that are not one for each point.
+/// No point that can be drawn, or a number of error bars that differs from the number of points.
 pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
     let usable = |(x, y): (f64, f64)| x.is_finite() && y.is_finite() && !(options.log_x && x <= 0.0) && !(options.log_y && y <= 0.0);
     let mut ends = [(f64::INFINITY, f64::NEG_INFINITY); 2];
@@ -105,18 +96,18 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
     let x = axis(ends[0], options.log_x, &options.x_label, false);
     let y = axis(ends[1], options.log_y, &options.y_label, true);
     let mut canvas = Canvas::new(options.width, options.height)?;
-    let top = if options.title.is_empty() { 18.0 } else { 44.0 };
-    let left = Panel::left_room(&y, &canvas, options.height as f64 - top - BOTTOM_ROOM);
-    let area = Rect { x0: left.round(), y0: top, x1: options.width as f64 - 28.0, y1: options.height as f64 - BOTTOM_ROOM };
+    let sheet = Sheet::new(&options.title, options.width, options.height);
+    let (top, bottom) = (sheet.top(), sheet.height - BOTTOM_ROOM);
+    let left = Panel::left_room(&y, &canvas, bottom - top);
+    let area = Rect { x0: left.round(), y0: top, x1: sheet.width - 28.0, y1: bottom };
     let mut panel = Panel { area, x, y, label_room: None };
-    let (keys, named) = legend_names(series);
-    let legend = !named.is_empty();
-    let mut corner = (true, false);
-    if legend {
-        match emptiest_corner(&canvas, series, &panel, &usable) {
-            Some(free) => corner = free,
-            None => make_room(&mut panel, legend_frame(&canvas, area, &named, corner).height() + 16.0),
-        }
+    // Lines with a name, by index, and their names.
+    let (keys, named): (Vec<usize>, Vec<&str>) =
+        series.iter().enumerate().filter(|(_, s)| !s.name.is_empty()).map(|(k, s)| (k, s.name.as_str())).unzip();
+    let free = if named.is_empty() { None } else { free_corner(&canvas, series, &panel, &named, &usable) };
+    let corner = free.unwrap_or(CORNERS[0]);
+    if free.is_none() && !named.is_empty() {
+        make_room(&mut panel, legend_frame(&canvas, area, &named, corner).height() + 16.0);
     }
     panel.grid(&mut canvas);
     for (k, s) in series.iter().enumerate() {
@@ -146,16 +137,13 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
         }
     }
     panel.axes(&mut canvas, true)?;
-    if legend {
+    if !named.is_empty() {
         legend_at(&mut canvas, panel.area, &named, corner, &|k| options.style(keys[k]))?;
     }
-    if !options.title.is_empty() {
-        title(&mut canvas, panel.area, &options.title, options.width as f64 - 20.0)?;
-    }
-    canvas.png()
+    sheet.finish(canvas, panel.area)
 }
 
-/// An axis a little longer than its data; from 0 where a linear y axis begins near it.
+/// An axis a little longer than its data. A linear y axis begins at 0 where the data begin near 0.
 fn axis((lo, hi): (f64, f64), log: bool, label: &str, from_zero: bool) -> Axis {
     let (from, to) = if log {
         let margin = (hi / lo).powf(0.05).max(1.1);
@@ -174,20 +162,13 @@ fn make_room(panel: &mut Panel, pixels: f64) {
     y.to = if y.log { y.to * (y.to / y.from).powf(share) } else { y.to + share * (y.to - y.from) };
 }
 
-/// Lines with a name, by index, and their names.
-fn legend_names(series: &[Series]) -> (Vec<usize>, Vec<&str>) {
-    series.iter().enumerate().filter(|(_, s)| !s.name.is_empty()).map(|(k, s)| (k, s.name.as_str())).unzip()
-}
-
-/// Corner of the panel (right, bottom) where a legend covers none of the lines and error bars.
-fn emptiest_corner(canvas: &Canvas, series: &[Series], panel: &Panel, usable: &dyn Fn((f64, f64)) -> bool) -> Option<(bool, bool)> {
-    let (_, names) = legend_names(series);
-    let corners = [(true, false), (false, false), (true, true), (false, true)];
-    let mut covered = [0_u32; 4];
-    let frames = corners.map(|c| legend_frame(canvas, panel.area, &names, c));
+/// The first corner of the panel in which a legend covers none of the lines and error bars.
+fn free_corner(canvas: &Canvas, series: &[Series], panel: &Panel, names: &[&str], usable: &dyn Fn((f64, f64)) -> bool) -> Option<Corner> {
+    let mut free = [true; 4];
+    let frames = CORNERS.map(|c| legend_frame(canvas, panel.area, names, c));
     let mut meet = |p: (f64, f64)| {
-        for (n, f) in covered.iter_mut().zip(&frames) {
-            *n += u32::from(f.x0 - 5.0 < p.0 && p.0 < f.x1 + 5.0 && f.y0 - 5.0 < p.1 && p.1 < f.y1 + 5.0);
+        for (free, f) in free.iter_mut().zip(&frames) {
+            *free &= !(f.x0 - 5.0 < p.0 && p.0 < f.x1 + 5.0 && f.y0 - 5.0 < p.1 && p.1 < f.y1 + 5.0);
         }
     };
     for s in series {
@@ -208,42 +189,7 @@ fn emptiest_corner(canvas: &Canvas, series: &[Series], panel: &Panel, usable: &d
             last = Some(at);
         }
     }
-    // min_by_key keeps the first of equals: the upper right, where readers look.
-    (0..4).min_by_key(|k| covered[*k]).filter(|k| covered[*k] == 0).map(|k| corners[k])
-}
-
-/// Where a legend goes in a corner.
-fn legend_frame(canvas: &Canvas, area: Rect, names: &[&str], (right, bottom): (bool, bool)) -> Rect {
-    let widest = names.iter().map(|n| canvas.text_width(n, TICK_EM)).fold(0.0, f64::max);
-    let (w, h) = (widest + 46.0, names.len() as f64 * 20.0 + 10.0);
-    let x0 = if right { area.x1 - 12.0 - w } else { area.x0 + 12.0 };
-    let y0 = if bottom { area.y1 - 12.0 - h } else { area.y0 + 12.0 };
-    Rect { x0, y0, x1: x0 + w, y1: y0 + h }
-}
-
-/// A legend in the upper right corner, a dot a name.
-pub(crate) fn legend(canvas: &mut Canvas, area: Rect, names: &[&str]) -> Result<()> {
-    legend_at(canvas, area, names, (true, false), &|color| Style { color, line: true, dots: true })
-}
-
-fn legend_at(canvas: &mut Canvas, area: Rect, names: &[&str], corner: (bool, bool), style: &dyn Fn(usize) -> Style) -> Result<()> {
-    let frame = legend_frame(canvas, area, names, corner);
-    let (x0, y0) = (frame.x0, frame.y0);
-    canvas.fill(frame, WHITE);
-    canvas.frame(frame, [190, 190, 195], 1.0);
-    for (k, name) in names.iter().enumerate() {
-        let y = y0 + 15.0 + 20.0 * k as f64;
-        let style = style(k);
-        let color = LINES[style.color % LINES.len()];
-        if style.line {
-            canvas.fill(Rect { x0: x0 + 8.0, x1: x0 + 32.0, y0: y - 0.9, y1: y + 0.9 }, color);
-        }
-        if style.dots {
-            canvas.dot((x0 + 20.0, y), 3.6, color, 1.0, frame);
-        }
-        canvas.text((x0 + 38.0, y + 0.365 * TICK_EM), name, TICK_EM, Align::Left, INK)?;
-    }
-    Ok(())
+    (0..4).find(|k| free[*k]).map(|k| CORNERS[k])
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
-//! The bare pixels of a plane as a grey picture: a frame of a film.
+//! The pixels of a plane as a grey picture without axes, such as a frame of a film.
 
+use super::canvas::encode;
 use crate::{ChainError, Result};
-use image::{GrayImage, ImageFormat};
+use image::GrayImage;
 use ndarray::ArrayView2;
 
-/// A PNG of as many pixels as the plane has: black at `low`, white at `high`, the last row on top. // [m, l]
+/// A PNG with one pixel for each cell of the plane: black at `low`, white at `high`, the last row on top. // [m, l]
 ///
 /// # Errors
 /// A plane without pixels, or larger than a PNG can be.
@@ -13,11 +14,8 @@ pub fn grey(plane: ArrayView2<'_, f64>, low: f64, high: f64) -> Result<Vec<u8>> 
     let level = |v: &f64| (255.0 * ((v - low) / (high - low)).clamp(0.0, 1.0)).round() as u8;
     let bytes: Vec<u8> = plane.rows().into_iter().rev().flat_map(|row| row.iter().map(level).collect::<Vec<_>>()).collect();
     let size = u32::try_from(columns).ok().zip(u32::try_from(rows).ok()).filter(|(w, h)| *w > 0 && *h > 0);
-    let failed = |why: &str| ChainError::Other(format!("a grey picture of {columns} x {rows} pixels: {why}").into());
-    let picture = size.and_then(|(w, h)| GrayImage::from_raw(w, h, bytes)).ok_or_else(|| failed("impossible size"))?;
-    let mut png = std::io::Cursor::new(Vec::new());
-    picture.write_to(&mut png, ImageFormat::Png).map_err(|e| failed(&e.to_string()))?;
-    Ok(png.into_inner())
+    let picture = size.and_then(|(w, h)| GrayImage::from_raw(w, h, bytes));
+    encode(picture.ok_or_else(|| ChainError::NoData(format!("a picture of {columns} x {rows} pixels cannot be drawn")))?.into())
 }
 
 #[cfg(test)]

@@ -1,12 +1,13 @@
 //! A plane of an image as colours.
 
-use super::axes::{Axis, BOTTOM_ROOM, Panel, angle_unit, prefix, superscript, title, whole_prefix};
+use super::axes::{Axis, angle_unit, prefix, superscript, whole_prefix};
 use super::canvas::{Canvas, INK, Rect, WHITE};
 use super::colors::{BAR_ROOM, BLANK, ColorScale, bar_area};
-use super::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
+use super::panel::{BOTTOM_ROOM, Panel, Sheet};
+use super::size::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 use crate::simulate::UvMask;
 use crate::{ChainError, Result};
-use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyFrame};
+use cittert_arrays::{BrightnessUnit, Image, SkyFrame};
 use ndarray::ArrayView2;
 
 /// Which values the colours span.
@@ -15,12 +16,10 @@ pub enum Range {
     /// From the smallest to the largest value.
     #[default]
     Full,
-    /// From the (100 - p)th to the pth percentile, for images with a few extreme pixels.
-    Percentile(f64),
-    /// As given, in the unit of the image.
+    /// From the first to the second value, in the unit of the image.
     Fixed(f64, f64),
-    /// The same distance above and below zero, in two colours; the distance is the pth percentile of |value|.
-    Symmetric(f64),
+    /// The same distance below and above zero, in two colours, as for residuals. The distance is the 99.9th percentile of the absolute values.
+    Symmetric,
 }
 
 /// How values become colours.
@@ -29,7 +28,7 @@ pub enum Stretch {
     /// In proportion.
     #[default]
     Linear,
-    /// asinh, linear for the lowest tenth of the range and logarithmic above: shows faint emission beside bright.
+    /// By asinh: linear for the lowest tenth of the range and logarithmic above, to show faint emission beside bright emission.
     Asinh,
 }
 
@@ -66,26 +65,32 @@ impl Default for ImagePlot {
     }
 }
 
-/// What a picture of cells needs to know.
+/// A picture of coloured cells.
 struct Heat<'a> {
     plane: ArrayView2<'a, f64>,
     x: Axis,
     y: Axis,
     scale: ColorScale,
-    /// Divide the values of the colour bar by this, and its label.
+    /// Divisor of the values beside the colour bar.
     unit: f64,
     bar_label: String,
-    title: &'a str,
-    size: (usize, usize),
-    /// Ellipse in units of the axes: major, minor, position angle.
-    beam: Option<(f64, f64, f64)>,
+    sheet: Sheet<'a>,
+    beam: Option<Ellipse>,
 }
 
-/// Draw one plane of an image: axes in the angle that reads best, l to the left on the sky and to the right around a boresight,
-/// cells square, the beam in the lower left corner.
+/// The beam as drawn: full widths in units of the axes, position angle in rad.
+#[derive(Clone, Copy)]
+struct Ellipse {
+    major: f64,
+    minor: f64,
+    pa_rad: f64,
+}
+
+/// Draw one plane of an image, with square cells and the beam in the lower left corner. On the sky l grows to the left, around a boresight
+/// to the right.
 ///
 /// # Errors
-/// A channel or polarisation that is not there, an image without a finite value, a picture below 100 or above 8000 pixels.
+/// A channel or polarisation that the image does not have, an image without a finite value, a picture below 100 or above 8000 pixels.
 pub fn image(image: &Image, options: &ImagePlot) -> Result<Vec<u8>> {
     let (n_chan, n_pol, ..) = image.data.dim();
     for (what, index, len) in [("channel", options.chan, n_chan), ("polarisation", options.pol, n_pol)] {
@@ -102,7 +107,8 @@ pub fn image(image: &Image, options: &ImagePlot) -> Result<Vec<u8>> {
         SkyFrame::Sky { .. } => ("Offset east", "Offset north"),
         SkyFrame::Boresight => ("l", "m"),
     };
-    let beam = image.beams.get(options.chan).or(image.beams.first());
+    // One beam serves all channels, several serve one channel each.
+    let beam = if image.beams.len() == 1 { image.beams.first() } else { image.beams.get(options.chan) };
     Heat {
         plane,
         x: Axis::linear(grid.l_at(-0.5) / unit, grid.l_at(grid.n_l as f64 - 0.5) / unit, format!("{x_name} ({name})")),
@@ -110,25 +116,16 @@ pub fn image(image: &Image, options: &ImagePlot) -> Result<Vec<u8>> {
         scale,
         unit: factor,
         bar_label,
-        title: &options.title,
-        size: (options.width, options.height),
-        beam: beam.map(|b: &RestoringBeam| (b.bmaj_rad / unit, b.bmin_rad / unit, b.bpa_rad)),
+        sheet: Sheet::new(&options.title, options.width, options.height),
+        beam: beam.map(|b| Ellipse { major: b.bmaj_rad / unit, minor: b.bmin_rad / unit, pa_rad: b.bpa_rad }),
     }
     .draw()
 }
 
-/// Draw a residual: as [`image()`], in two colours around zero that span the 99.9th percentile of the absolute values.
+/// Draw the number of visibilities in each cell of the Fourier grid, out to the longest baseline. Cells without a visibility are white.
 ///
 /// # Errors
-/// As [`image()`].
-pub fn residual(residual: &Image, options: &ImagePlot) -> Result<Vec<u8>> {
-    image(residual, &ImagePlot { range: Range::Symmetric(99.9), ..options.clone() })
-}
-
-/// Draw the hits of each cell of the Fourier grid, cut to the cells that can be hit; cells without a hit are white.
-///
-/// # Errors
-/// A mask without hits, a picture below 100 or above 8000 pixels.
+/// A mask without a visibility, a picture below 100 or above 8000 pixels.
 pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Result<Vec<u8>> {
     let (n_v, n_u) = mask.counts.dim();
     let reach = |longest: f64, cell: f64, n: usize| ((1.04 * longest / cell).ceil() as usize + 1).min(n / 2);
@@ -156,8 +153,7 @@ pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Resul
         },
         unit: 1.0,
         bar_label: "Visibilities in a cell".into(),
-        title,
-        size: (width, height),
+        sheet: Sheet::new(title, width, height),
         beam: None,
     }
     .draw()
@@ -165,32 +161,28 @@ pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Resul
 
 impl Heat<'_> {
     fn draw(self) -> Result<Vec<u8>> {
-        let (w, h) = (self.size.0 as f64, self.size.1 as f64);
-        let top = if self.title.is_empty() { 18.0 } else { 44.0 };
-        let left = Panel::left_room(&self.y, &Canvas::new(self.size.0, self.size.1)?, h - top - BOTTOM_ROOM);
-        // The largest panel with square cells; what it leaves free is cut off.
-        let room = (w - left - BAR_ROOM, h - top - BOTTOM_ROOM);
+        let Sheet { width: w, height: h, .. } = self.sheet;
+        let top = self.sheet.top();
+        let left = Panel::left_room(&self.y, &Canvas::new(w as usize, h as usize)?, h - top - BOTTOM_ROOM);
+        // The largest panel with square cells. The picture is cut to the height of the panel.
+        let (room_x, room_y) = (w - left - BAR_ROOM, h - top - BOTTOM_ROOM);
         let (span_x, span_y) = ((self.x.to - self.x.from).abs(), (self.y.to - self.y.from).abs());
-        let k = (room.0 / span_x).min(room.1 / span_y);
+        let k = (room_x / span_x).min(room_y / span_y);
         let (pw, ph) = ((k * span_x).round().max(2.0), (k * span_y).round().max(2.0));
         let height = (top + ph + BOTTOM_ROOM).min(h).max(260.0_f64.min(h));
-        let (x0, y0) = ((left + (room.0 - pw) / 2.0).round(), (top + (height - top - BOTTOM_ROOM - ph) / 2.0).round());
+        let (x0, y0) = ((left + (room_x - pw) / 2.0).round(), (top + (height - top - BOTTOM_ROOM - ph) / 2.0).round());
         let area = Rect { x0, y0, x1: x0 + pw, y1: y0 + ph };
-        let mut canvas = Canvas::new(self.size.0, height as usize)?;
+        let mut canvas = Canvas::new(w as usize, height as usize)?;
         self.cells(&mut canvas, area);
-        let panel = Panel { area, x: self.x.clone(), y: self.y.clone(), label_room: None };
         if let Some(beam) = self.beam {
             draw_beam(&mut canvas, area, k, beam, self.x.to > self.x.from)?;
         }
-        panel.axes(&mut canvas, true)?;
+        Panel { area, x: self.x, y: self.y, label_room: None }.axes(&mut canvas, true)?;
         self.scale.bar(&mut canvas, bar_area(area), self.unit, &self.bar_label)?;
-        if !self.title.is_empty() {
-            title(&mut canvas, area, self.title, w - 20.0)?;
-        }
-        canvas.png()
+        self.sheet.finish(canvas, area)
     }
 
-    /// Colours of the cells; where a pixel covers several cells it shows their mean, leaving out cells without a value.
+    /// Colour the cells. A pixel that covers several cells shows their mean, without the cells that have no value.
     fn cells(&self, canvas: &mut Canvas, area: Rect) {
         let (rows, columns) = self.plane.dim();
         let (half_x, half_y) = (0.25 / area.width(), 0.25 / area.height()); // half a drawn pixel
@@ -224,9 +216,9 @@ impl Heat<'_> {
     }
 }
 
-/// The beam as a filled ellipse in a box in the lower left corner; `k` pixels are one unit of the axes.
-fn draw_beam(canvas: &mut Canvas, area: Rect, k: f64, (major, minor, pa): (f64, f64, f64), l_to_right: bool) -> Result<()> {
-    // A beam as wide as half the picture would hide what it belongs to.
+/// Draw the beam as a filled ellipse in a box in the lower left corner; `k` pixels are one unit of the axes.
+fn draw_beam(canvas: &mut Canvas, area: Rect, k: f64, Ellipse { major, minor, pa_rad }: Ellipse, l_to_right: bool) -> Result<()> {
+    // A beam as wide as half the picture would hide the image.
     if !(major * k > 0.0 && major * k < 0.5 * area.width().min(area.height())) {
         return Ok(());
     }
@@ -236,7 +228,7 @@ fn draw_beam(canvas: &mut Canvas, area: Rect, k: f64, (major, minor, pa): (f64, 
     canvas.fill(frame, WHITE);
     canvas.frame(frame, INK, 1.0);
     let (cx, cy) = (f64::midpoint(frame.x0, frame.x1), f64::midpoint(frame.y0, frame.y1));
-    let (sin, cos) = pa.sin_cos();
+    let (sin, cos) = pa_rad.sin_cos();
     let east = if l_to_right { 1.0 } else { -1.0 };
     let outline: Vec<(f64, f64)> = (0..72)
         .map(|i| {
@@ -254,19 +246,8 @@ fn scale_of(plane: ArrayView2<'_, f64>, range: Range, stretch: Stretch) -> Resul
     if values.is_empty() {
         return Err(ChainError::NoData("the image holds no finite value to draw".into()));
     }
-    let check = |p: f64| {
-        if (50.0..=100.0).contains(&p) {
-            Ok(p / 100.0)
-        } else {
-            Err(ChainError::BadOption { option: "percentile", value: p.to_string(), expected: "50 to 100".into() })
-        }
-    };
     let (low, high) = match range {
         Range::Full => values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v))),
-        Range::Percentile(p) => {
-            let p = check(p)?;
-            (quantile(&mut values, 1.0 - p), quantile(&mut values, p))
-        }
         Range::Fixed(a, b) if a.is_finite() && b.is_finite() && a < b => (a, b),
         Range::Fixed(a, b) => {
             return Err(ChainError::BadOption {
@@ -275,61 +256,50 @@ fn scale_of(plane: ArrayView2<'_, f64>, range: Range, stretch: Stretch) -> Resul
                 expected: "two finite numbers, the smaller first".into(),
             });
         }
-        Range::Symmetric(p) => {
-            let p = check(p)?;
+        Range::Symmetric => {
             values.iter_mut().for_each(|v| *v = v.abs());
-            let x = quantile(&mut values, p);
+            let k = ((values.len() - 1) as f64 * 0.999).round() as usize;
+            let x = *values.select_nth_unstable_by(k, f64::total_cmp).1;
             (-x, x)
         }
     };
-    // A flat image still needs a range to be drawn in.
-    let (low, high) = if high > low { (low, high) } else { (low - 0.5 * low.abs().max(1.0), low + 0.5 * low.abs().max(1.0)) };
-    let soften = if stretch == Stretch::Asinh && !matches!(range, Range::Symmetric(_)) { 0.1 } else { 0.0 };
-    let two_sided = matches!(range, Range::Symmetric(_));
+    // The colours of a flat image need a range around its one value.
+    let margin = if high > low { 0.0 } else { 0.5 * low.abs().max(1.0) };
+    let two_sided = range == Range::Symmetric;
     Ok(ColorScale {
         gradient: if two_sided { colorous::RED_BLUE } else { colorous::INFERNO },
         reversed: two_sided,
-        low,
-        high,
-        soften,
+        low: low - margin,
+        high: high + margin,
+        soften: if stretch == Stretch::Asinh && !two_sided { 0.1 } else { 0.0 },
         blank: BLANK,
     })
 }
 
-fn quantile(values: &mut [f64], p: f64) -> f64 {
-    let k = ((values.len() - 1) as f64 * p).round() as usize;
-    *values.select_nth_unstable_by(k, f64::total_cmp).1
-}
-
 /// Divisor and label of the colour bar.
 fn value_unit(unit: BrightnessUnit, largest: f64) -> (f64, String) {
-    let (factor, letter) = prefix(largest);
-    let prefixed = |base: &str| if factor > 1.0 && base == "K" { (1.0, base.to_owned()) } else { (factor, format!("{letter}{base}")) };
-    match unit {
-        BrightnessUnit::Kelvin => {
-            let (f, name) = prefixed("K");
-            (f, format!("Brightness temperature ({name})"))
-        }
-        BrightnessUnit::JyPerPixel | BrightnessUnit::JyPerBeam => {
-            let (f, name) = prefixed(unit.bunit());
-            (f, format!("Brightness ({name})"))
-        }
-        BrightnessUnit::Metre => {
-            let (f, name) = prefixed("m");
-            (f, format!("Range ({name})"))
-        }
-        BrightnessUnit::One | BrightnessUnit::Other if (1e-3..1e4).contains(&largest) => (1.0, "Value".into()),
+    let (label, base) = match unit {
+        BrightnessUnit::Kelvin => ("Brightness temperature", "K"),
+        BrightnessUnit::JyPerPixel | BrightnessUnit::JyPerBeam => ("Brightness", unit.bunit()),
+        BrightnessUnit::Metre => ("Range", "m"),
+        BrightnessUnit::One | BrightnessUnit::Other if (1e-3..1e4).contains(&largest) => return (1.0, "Value".into()),
         BrightnessUnit::One | BrightnessUnit::Other => {
             let exponent = if largest > 0.0 { largest.log10().floor() as i32 } else { 0 };
-            (10_f64.powi(exponent), format!("Value (10{})", superscript(exponent)))
+            return (10_f64.powi(exponent), format!("Value (10{})", superscript(exponent)));
         }
-    }
+    };
+    // Temperatures above 1000 K are not shown in kK.
+    let (factor, letter) = match prefix(largest) {
+        (factor, _) if factor > 1.0 && base == "K" => (1.0, ""),
+        prefixed => prefixed,
+    };
+    (factor, format!("{label} ({letter}{base})"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cittert_arrays::{Polarization, SkyGrid, SpectralWindow};
+    use cittert_arrays::{Polarization, RestoringBeam, SkyGrid, SpectralWindow};
     use ndarray::Array4;
 
     fn plane(frame: SkyFrame) -> Image {
@@ -367,11 +337,10 @@ mod tests {
         let small = ImagePlot { width: 300, height: 280, ..ImagePlot::default() };
         im.data.fill(3.0);
         image(&im, &small).unwrap();
-        residual(&im, &small).unwrap();
+        image(&im, &ImagePlot { range: Range::Symmetric, ..small.clone() }).unwrap();
         assert!(image(&im, &ImagePlot { chan: 1, ..small.clone() }).is_err());
         assert!(image(&im, &ImagePlot { width: 10, ..small.clone() }).is_err());
         assert!(image(&im, &ImagePlot { range: Range::Fixed(2.0, 1.0), ..small.clone() }).is_err());
-        assert!(image(&im, &ImagePlot { range: Range::Percentile(3.0), ..small.clone() }).is_err());
         im.data.fill(f64::NAN);
         assert!(image(&im, &small).unwrap_err().to_string().contains("no finite value"));
     }

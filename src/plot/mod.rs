@@ -1,15 +1,14 @@
-//! Pictures: every function returns the bytes of a PNG file, so that the caller decides where they go.
+//! Pictures. Every function returns the bytes of a PNG file, and the caller decides where they go.
 //!
 //! | function | shows |
 //! |---|---|
 //! | [`image()`] | one plane of an image, with beam and colour bar |
-//! | [`residual`] | the same in two colours around zero |
 //! | [`uv_coverage`] | u-v points coloured by channel |
 //! | [`uv_mask`] | hits of the cells of the Fourier grid |
 //! | [`layout`] | antennas on the ground or in the aperture plane |
 //! | [`VisPlot`] | amplitude and phase against baseline length |
 //! | [`curves`] | lines with error bars and a legend |
-//! | [`grey()`] | the bare pixels of a plane |
+//! | [`grey()`] | the pixels of a plane, without axes |
 
 mod antennas;
 mod axes;
@@ -18,18 +17,18 @@ mod colors;
 mod curves;
 mod grey;
 mod heat;
+mod legend;
+mod panel;
 pub mod report;
+mod size;
 mod uv;
 mod visibilities;
 
 pub use antennas::layout;
-pub use curves::{CurveOptions, Series, Style, curves};
+pub use curves::{CurveOptions, Series, curves};
 pub use grey::grey;
-pub use heat::{ImagePlot, Range, Stretch, image, residual, uv_mask};
+pub use heat::{ImagePlot, Range, Stretch, image, uv_mask};
+pub use legend::Style;
+pub use size::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 pub use uv::uv_coverage;
 pub use visibilities::VisPlot;
-
-/// Width of a picture unless another is asked for, pixels.
-pub const DEFAULT_WIDTH: usize = 900;
-/// Height of a picture unless another is asked for, pixels.
-pub const DEFAULT_HEIGHT: usize = 800;

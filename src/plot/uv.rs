@@ -1,22 +1,23 @@
 //! u-v coverage.
 
-use super::axes::{Axis, BOTTOM_ROOM, Panel, title, whole_prefix};
-use super::canvas::{Canvas, Rect};
+use super::axes::{Axis, whole_prefix};
+use super::canvas::Canvas;
 use super::colors::{BAR_ROOM, BLANK, ColorScale, bar_area};
+use super::panel::{RIGHT_ROOM, Sheet};
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage};
 
-/// Points drawn at most: more cannot be told apart.
+/// Largest number of points that is drawn.
 const MOST_POINTS: usize = 400_000;
 
-/// Draw where the array samples the u-v plane, each channel in its colour, each visibility with its conjugate. Longer sets are
-/// thinned evenly.
+/// Draw the samples of the u-v plane. Each channel has its colour, and each visibility is drawn with its conjugate. A set with too many
+/// samples is thinned evenly.
 ///
 /// # Errors
-/// No rows, or baselines of no length.
+/// No rows, or baselines of zero length.
 pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &str, width: usize, height: usize) -> Result<Vec<u8>> {
-    let (_, f_high) = spectrum.range_hz();
-    let longest = coverage.longest_uv_m() * f_high / SPEED_OF_LIGHT_M_S;
+    let (lo, hi) = spectrum.range_hz();
+    let longest = coverage.longest_uv_m() * hi / SPEED_OF_LIGHT_M_S;
     if !(longest > 0.0 && longest.is_finite()) {
         return Err(ChainError::NoData("there is no baseline to draw".into()));
     }
@@ -26,14 +27,9 @@ pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &s
     let x = Axis::linear(-reach, reach, format!("u ({name}\u{3bb})"));
     let y = Axis::linear(-reach, reach, format!("v ({name}\u{3bb})"));
     let many = spectrum.n_chan() > 1;
-    let top = if heading.is_empty() { 18.0 } else { 44.0 };
-    let left = Panel::left_room(&y, &canvas, height as f64);
-    let right = if many { BAR_ROOM } else { 24.0 };
-    let side = (width as f64 - left - right).min(height as f64 - top - BOTTOM_ROOM).round();
-    let x0 = (left + (width as f64 - left - right - side) / 2.0).round();
-    let panel = Panel { area: Rect { x0, y0: top, x1: x0 + side, y1: top + side }, x, y, label_room: None };
+    let sheet = Sheet::new(heading, width, height);
+    let panel = sheet.square(&canvas, x, y, if many { BAR_ROOM } else { RIGHT_ROOM });
     panel.grid(&mut canvas);
-    let (lo, hi) = spectrum.range_hz();
     let scale = ColorScale {
         gradient: colorous::VIRIDIS,
         reversed: false,
@@ -44,12 +40,12 @@ pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &s
     };
     let total = 2 * coverage.n_rows() * spectrum.n_chan();
     let step = total.div_ceil(MOST_POINTS).max(1);
-    // Few points are drawn large and solid, many small and light.
+    // Few points are drawn large and solid, many points small and light.
     let radius = (60.0 / (total as f64).sqrt()).clamp(0.8, 2.2);
     let alpha = if total < 20_000 { 0.9 } else { 0.7 };
     for (i, uvw) in coverage.uvw_m.rows().into_iter().enumerate() {
         for (c, f) in spectrum.freq_hz().iter().enumerate() {
-            // A prime times the row keeps the thinning from picking the same channels of every row.
+            // The prime factor makes sure that the thinning does not take the same channels of every row.
             if (i * 7919 + c) % step != 0 {
                 continue;
             }
@@ -65,8 +61,5 @@ pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &s
         let (unit, letter) = whole_prefix(hi);
         scale.bar(&mut canvas, bar_area(panel.area), unit, &format!("Frequency ({letter}Hz)"))?;
     }
-    if !heading.is_empty() {
-        title(&mut canvas, panel.area, heading, width as f64 - 20.0)?;
-    }
-    canvas.png()
+    sheet.finish(canvas, panel.area)
 }

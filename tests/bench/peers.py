@@ -1,6 +1,6 @@
-"""Processor time of ours and of ducc0 and WSClean in one run on one machine, as a table of ratios. Start it by peers.sh.
+"""Compare the processor times of cittert, ducc0 and WSClean in one run on one machine, and print a table of ratios. peers.sh starts this script.
 
-Every comparison alternates the two programs and takes the least processor time of each: other work on the machine only adds."""
+Each comparison runs the two programs in turn and takes the least processor time of each, because other work on the machine only adds time."""
 import argparse
 import json
 import os
@@ -13,6 +13,7 @@ import time
 import numpy as np
 
 WL = os.environ["CITTERT_WL"]
+WORKLOADS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "peers", "workloads")
 CITTERT, CORE = os.environ["CITTERT"], os.environ["CITTERT_CORE"]
 ARCSEC = np.pi / 180 / 3600
 GEOMETRY = {"a": (512, 0.25), "b": (2048, 0.25), "c": (512, 6.0e-4 / ARCSEC)}
@@ -34,7 +35,7 @@ def run(words, folder):
 
 
 def alternate(turns, *works):
-    """Least of each work's numbers over some turns, in changing order."""
+    """The least value that each of the functions `works` returns over some turns, in alternating order."""
     best = [None] * len(works)
     for turn in range(turns):
         order = range(len(works)) if turn % 2 == 0 else reversed(range(len(works)))
@@ -56,7 +57,7 @@ class Table:
         print("  ".join(x for x in row if x), flush=True)
 
     def show(self):
-        head = ("work", "ours, CPU s", "peer, CPU s", "peer / ours", "at least", "holds", "note")
+        head = ("work", "cittert, CPU s", "peer, CPU s", "peer / cittert", "at least", "holds", "note")
         widths = [max(len(r[k]) for r in [head, *self.rows]) for k in range(len(head))]
         line = lambda r: "| " + " | ".join(x.ljust(w) for x, w in zip(r, widths)) + " |"
         print("\n" + line(head) + "\n|" + "|".join("-" * (w + 2) for w in widths) + "|")
@@ -65,7 +66,7 @@ class Table:
 
 def visibilities(name):
     """uvw, frequencies and Stokes I of a workload in single precision."""
-    sys.path.insert(0, os.path.join(os.environ["CITTERT_SHARED"], "peers", "workloads"))
+    sys.path.insert(0, WORKLOADS)
     import offline  # noqa: F401  (before pyuvdata: astropy must not look for a network)
     from pyuvdata import UVData
 
@@ -119,7 +120,7 @@ def dirty(table, folder, turns):
                         "-o", "dirty.fits", "--overwrite"], folder)[0]
     works = [ours] + ([lambda: wsclean(folder, "-weight", "natural", "-niter", 0)] if WSCLEAN else [])
     best = alternate(turns, *works)
-    table.add("b: dirty image, whole program, ours exact, WSClean's default", best[0], best[1] if WSCLEAN else None, 1.0, "stretch 1.67")
+    table.add("b: dirty image, whole program, cittert exact, WSClean's default", best[0], best[1] if WSCLEAN else None, 1.0, "stretch 1.67")
 
 
 def plane(path):

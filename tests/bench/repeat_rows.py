@@ -1,6 +1,6 @@
-"""A large set from a small one: its rows N times over, each time later. usage: repeat_rows.py IN.uvh5 OUT.uvh5 N
+"""Make a large set for memory tests: the rows of a small one N times, each time later. usage: repeat_rows.py IN.uvh5 OUT.uvh5 N
 
-For memory tests: 10 times workload b is 108 million visibilities of Stokes I."""
+10 times workload b is 108 million visibilities of Stokes I."""
 import sys
 
 import h5py

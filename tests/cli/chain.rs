@@ -1,6 +1,6 @@
 //! From layout to image: where sources come out, what is the same twice.
 
-use crate::program::{Scratch, shared};
+use crate::program::Scratch;
 use serde_json::Value;
 
 fn number(v: &Value, key: &str) -> f64 {
@@ -69,28 +69,6 @@ fn the_mask_of_more_channels_covers_more() {
     let many = mask(32, "many.fits");
     assert!(number(&many, "cells_hit") > number(&one, "cells_hit"), "{one} {many}");
     assert!(number(&one, "uv_fill") > 0.0 && number(&many, "uv_fill") <= 1.0);
-}
-
-#[test]
-fn info_tells_what_is_in_a_real_file() {
-    let s = Scratch::new();
-    let file = shared().join("data/visibilities/eht_m87_2017_096_lo.uvfits");
-    let info = s.json(&format!("info {}", file.display()));
-    assert_eq!(info["unit"], "Jy");
-    assert_eq!(info["n_antennas"].as_u64().unwrap(), info["antenna_names"].as_array().unwrap().len() as u64);
-    assert!(number(&info, "flagged_fraction") < 1.0);
-}
-
-#[test]
-fn m87_is_a_compact_source() {
-    let s = Scratch::new();
-    let file = shared().join("data/visibilities/eht_m87_2017_096_lo.uvfits");
-    let clean = s.json(&format!("clean {} --size 128 --cell 2uas --niter 300 --gain 0.05 -o m87", file.display()));
-    assert!(clean["stop_reason"].is_string());
-    assert!(number(&clean, "model_flux") > 0.1 && number(&clean, "model_flux") < 3.0, "{clean}");
-    for part in ["psf", "dirty", "model", "residual", "image"] {
-        assert!(s.path(&format!("m87-{part}.fits")).exists(), "{part}");
-    }
 }
 
 #[test]

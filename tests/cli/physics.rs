@@ -1,6 +1,6 @@
 //! The tables of the physics: columns, units, combinations, and a few rows of the references.
 
-use crate::program::{Scratch, shared};
+use crate::program::{Scratch, oracle};
 use std::collections::BTreeMap;
 
 /// Rows of a CSV on stdout.
@@ -13,9 +13,9 @@ fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
     row.get(column).unwrap_or_else(|| panic!("no column {column} in {row:?}")).parse().unwrap_or_else(|_| panic!("{column} in {row:?}"))
 }
 
-fn oracle(name: &str) -> Option<Vec<BTreeMap<String, String>>> {
-    let reader = csv::Reader::from_path(shared().join("oracle").join(name));
-    reader.ok().map(|mut r| r.deserialize().map(Result::unwrap).collect())
+/// Rows of a table of reference values.
+fn reference(name: &str) -> Vec<BTreeMap<String, String>> {
+    csv::Reader::from_path(oracle(name)).unwrap().deserialize().map(Result::unwrap).collect()
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn attenuation_has_a_row_for_each_combination() {
 
 #[test]
 fn gas_and_rain_meet_their_references() {
-    let (Some(gas), Some(rain)) = (oracle("mpm_specific_attenuation_arts.csv"), oracle("itu_p838_3_rain.csv")) else { return };
+    let (gas, rain) = (reference("mpm_specific_attenuation_arts.csv"), reference("itu_p838_3_rain.csv"));
     let s = Scratch::new();
     let freqs = "10GHz,22.235GHz,60GHz,94GHz,183.31GHz,340GHz,1000GHz";
     for model in ["mpm89", "mpm93"] {
@@ -77,7 +77,7 @@ fn gas_and_rain_meet_their_references() {
 
 #[test]
 fn skies_meet_their_references() {
-    let (Some(clear), Some(cloudy)) = (oracle("sky_tb_clear.csv"), oracle("sky_tb_cloud_fog_rain.csv")) else { return };
+    let (clear, cloudy) = (reference("sky_tb_clear.csv"), reference("sky_tb_cloud_fog_rain.csv"));
     let s = Scratch::new();
     let ours = rows(&s, "scene sky --atmosphere ussa,trl --model mpm89,mpm93 --freq 94GHz,35GHz --zenith 0deg,60deg,85deg");
     assert_eq!(ours.len(), 2 * 2 * 2 * 3);
@@ -181,12 +181,11 @@ fn stack_files_permittivities_and_materials_make_the_same_surface() {
     for (a, b) in file.iter().zip(&eps) {
         assert_eq!(number(a, "reflectivity_h"), number(b, "reflectivity_h"));
     }
-    if let Some(fresnel) = oracle("fresnel_halfspace_tmm.csv") {
-        for (mine, angle) in eps.iter().zip([0.0, 30.0, 85.0]) {
-            let want = fresnel.iter().find(|r| r["name"] == "water_94" && number(r, "theta_deg") == angle).unwrap();
-            assert!((number(mine, "reflectivity_h") - number(want, "r_h_power")).abs() < 1e-8, "{mine:?}");
-            assert!((number(mine, "reflectivity_v") - number(want, "r_v_power")).abs() < 1e-8, "{mine:?}");
-        }
+    let fresnel = reference("fresnel_halfspace_tmm.csv");
+    for (mine, angle) in eps.iter().zip([0.0, 30.0, 85.0]) {
+        let want = fresnel.iter().find(|r| r["name"] == "water_94" && number(r, "theta_deg") == angle).unwrap();
+        assert!((number(mine, "reflectivity_h") - number(want, "r_h_power")).abs() < 1e-8, "{mine:?}");
+        assert!((number(mine, "reflectivity_v") - number(want, "r_v_power")).abs() < 1e-8, "{mine:?}");
     }
     let coated = "[[layer]]\nmaterial = \"paint\"\nthickness_m = 2e-4\n[[layer]]\nmaterial = \"steel\"\n";
     s.write("coated.toml", format!("coherent = false\n{coated}"));

@@ -1,6 +1,6 @@
 //! Scenes of solids by command: laws that anyone can check, the real-time mode, flights, conversions.
 
-use crate::program::{Scratch, shared};
+use crate::program::{Scratch, oracle};
 use ndarray::Array2;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -242,10 +242,7 @@ fn terrain_takes_pictures_for_surfaces_and_heights() {
 
 #[test]
 fn the_oracle_is_met_by_command() {
-    let (bodies, rays) = (shared().join("oracle/csg_bodies_regions.txt"), shared().join("oracle/csg_rays_povray.csv"));
-    if !bodies.is_file() || !rays.is_file() {
-        return;
-    }
+    let (bodies, rays) = (oracle("csg_bodies_regions.txt"), oracle("csg_rays_povray.csv"));
     // One region after another, as the oracle asks them.
     let mut by_region: BTreeMap<String, Vec<csv::StringRecord>> = BTreeMap::new();
     let mut reader = csv::Reader::from_path(&rays).unwrap();

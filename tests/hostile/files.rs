@@ -1,6 +1,6 @@
 //! Files that are not what they say.
 
-use crate::program::{Scratch, shared};
+use crate::program::Scratch;
 
 const READERS: [&str; 3] = ["info", "dirty -o d.fits", "clean -o c"];
 
@@ -37,9 +37,12 @@ fn a_picture_with_the_name_of_a_uvfits_is_found_out() {
 #[test]
 fn truncated_sets_are_refused() {
     let s = Scratch::new();
-    let visibilities = shared().join("data/visibilities");
-    for name in ["eht_m87_2017_100_lo.uvfits", "hera_zen.2458432.34569.uvh5"] {
-        let bytes = std::fs::read(visibilities.join(name)).unwrap();
+    s.write("s.csv", "ra_deg,dec_deg,flux_jy\n202.8,30.5,1\n");
+    s.ok("simulate --layout vla-d --scene s.csv --freq 1.4GHz --bandwidth 64MHz --channels 2 --phase-center 13h31m08s,+30d30m33s \
+          --start 2025-06-01T01:30:00 --duration 4min --integration 60s -o whole.uvh5");
+    s.ok("convert whole.uvh5 whole.uvfits");
+    for name in ["whole.uvfits", "whole.uvh5"] {
+        let bytes = std::fs::read(s.path(name)).unwrap();
         for part in [100, bytes.len() / 3, bytes.len() / 2] {
             s.write(name, &bytes[..part]);
             s.fails(&format!("dirty {name} -o d.fits"), 1, &[name]);

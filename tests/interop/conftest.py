@@ -1,4 +1,4 @@
-"""What the interop tests share: our program, a scratch folder, and peers that never look for a network."""
+"""What the interop tests share: the program under test in a scratch folder, and the folders of data."""
 import json
 import os
 import subprocess
@@ -6,15 +6,15 @@ import sys
 
 import pytest
 
-SHARED = os.environ["CITTERT_SHARED"]
-sys.path.insert(0, os.path.join(SHARED, "peers", "workloads"))
+TESTS = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(TESTS, "peers", "workloads"))
 import offline  # noqa: E402,F401  (before pyuvdata: astropy must not look for a network)
 
 CITTERT = os.environ["CITTERT"]
 
 
 class Program:
-    """Our program, run as a user runs it."""
+    """The program under test, run in a scratch folder as a user runs it."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -38,5 +38,12 @@ def cittert(tmp_path):
 
 
 @pytest.fixture(scope="session")
-def shared():
-    return SHARED
+def visibilities():
+    """The folder of real public visibilities."""
+    return os.path.join(os.environ["CITTERT_DATA"], "visibilities")
+
+
+@pytest.fixture(scope="session")
+def oracle():
+    """The folder of the project's tables of reference values."""
+    return os.path.join(TESTS, "oracle")

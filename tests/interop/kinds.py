@@ -1,4 +1,6 @@
-"""Small files of the kinds that observatories write, made with pyuvdata, CASA and astropy: windows, sources, numbers and units of all sorts."""
+"""Make small files of the kinds that observatories write, with pyuvdata, CASA and astropy.
+
+They differ in spectral windows, sources, antenna numbers, units and types of numbers."""
 import os
 
 import h5py
@@ -23,7 +25,7 @@ SKY = [("3C286", 3.5392, 0.5325), ("J1331+3030", 3.6, 0.55), ("OQ208", 3.68, 0.4
 
 def make(name, n=8, radius=500.0, numbers=None, names=None, diameters=None, freqs=None, width=1e6, spw=None, pols=("rr", "ll", "rl", "lr"),
          centers=1, times=3, autos=False, unit="Jy", cat_type="sidereal", pairs=None):  # fmt: skip
-    """Noise of every number that counts, on rows of a real geometry."""
+    """A set with a real geometry, in which visibilities, flags and numbers of samples are random."""
     rng = np.random.default_rng(sum(map(ord, name)) + n)
     tel = telescope(name, EarthLocation.from_geodetic(*PLACES[name]), spiral(n, radius), 1)
     if numbers is not None:
@@ -40,7 +42,7 @@ def make(name, n=8, radius=500.0, numbers=None, names=None, diameters=None, freq
         catalog = {k: dict(cat_name=s, cat_type="sidereal", cat_lon=ra, cat_lat=dec, cat_frame="icrs", cat_epoch=2000.0)
                    for k, (s, ra, dec) in enumerate(SKY[:centers])}  # fmt: skip
     else:
-        at = (0.0, np.pi / 2) if cat_type == "unprojected" else (0.0, 1.2)  # pyuvdata 3.2.8 turns azimuths the other way round
+        at = (0.0, np.pi / 2) if cat_type == "unprojected" else (0.0, 1.2)  # pyuvdata 3.2.8 counts azimuths in the other direction
         catalog = {0: dict(cat_name=cat_type, cat_type=cat_type, cat_lon=at[0], cat_lat=at[1], cat_frame="altaz", cat_epoch=2000.0)}
     more = {}
     if spw is not None:
@@ -68,7 +70,7 @@ def make(name, n=8, radius=500.0, numbers=None, names=None, diameters=None, freq
 
 
 def vla_ms(folder):
-    """Three windows of two widths and two fields, as CASA's `split` leaves them."""
+    """Three spectral windows of two channel widths and two fields, as CASA's `split` writes them."""
     from casatasks import split
 
     bands = [1.0e9 + 1e6 * np.arange(4), 1.5e9 + 1e6 * np.arange(4), 1.8e9 + 2e6 * np.arange(6)]
@@ -80,7 +82,7 @@ def vla_ms(folder):
 
 
 def sma_ms(folder):
-    """Two sidebands of two chunks, the lower one falling in frequency; autocorrelations; correlator units; one hand."""
+    """Two sidebands of two windows each, with decreasing frequencies in the lower one; autocorrelations; correlator units; one hand."""
     chunks = [229e9 - 1e6 * np.arange(5), 227e9 - 1e6 * np.arange(5), 239e9 + 1e6 * np.arange(5), 241e9 + 1e6 * np.arange(5)]
     uv = make("SMA", n=7, radius=60.0, freqs=np.concatenate(chunks), spw=np.repeat([0, 1, 2, 3], 5), pols=("ll",), centers=3, times=6, autos=True,
               unit="uncalib", numbers=[1, 2, 3, 4, 5, 6, 8], diameters=np.full(7, 6.0))  # fmt: skip
@@ -89,7 +91,7 @@ def sma_ms(folder):
 
 
 def vlba_uvfits(folder):
-    """Two IFs, three sources, antennas from the centre of the Earth, the parameter FREQSEL and a table nobody reads."""
+    """Two IFs, three sources, antenna positions from the centre of the Earth, the parameter FREQSEL, and a table that cittert does not read."""
     freqs = np.concatenate([4.98e9 + 5e5 * np.arange(8), 5.02e9 + 5e5 * np.arange(8)])
     names = ["BR", "FD", "HN", "KP", "LA", "MK", "NL", "OV", "PT", "SC"]
     uv = make("VLBA", n=10, radius=4e6, names=names, freqs=freqs, width=5e5, spw=np.repeat([0, 1], 8), centers=3, times=6, unit="uncalib")
@@ -108,7 +110,7 @@ def vlba_uvfits(folder):
 
 
 def mwa_uvfits(folder, tiles=128):
-    """Tiles by name, linear hands, more antennas than BASELINE holds where asked."""
+    """Antennas with names of tiles, linear hands, and with `tiles` above 255 more antennas than the parameter BASELINE can hold."""
     names = [f"Tile{k + 11:04d}" for k in range(tiles)]
     pairs = [(a, b) for a in range(1, tiles + 1) for b in range(a, tiles + 1) if (a * b) % 7 == 0]
     uv = make("MWA", n=tiles, radius=1400.0, names=names, freqs=1.67e8 + 4e4 * np.arange(4), width=4e4, pols=("xx", "yy", "xy", "yx"), times=2,
@@ -122,7 +124,7 @@ def mwa_256_uvfits(folder):
 
 
 def ata_uvh5(folder):
-    """Names such as 1c, numbers with gaps, one dish that differs; numbers of samples in 64 bits; gzip and 64-bit visibilities."""
+    """Antenna names such as 1c, antenna numbers with gaps, one dish of another diameter; numbers of samples and visibilities in double precision; gzip."""
     names = ["1a", "1c", "1e", "1h", "1k", "2a", "2b", "2h", "3c", "3d"]
     uv = make("ATA", n=10, radius=150.0, names=names, numbers=[1, 3, 5, 8, 11, 17, 18, 24, 300, 301], diameters=[6.1] * 9 + [6.25],
               freqs=3.0e9 + 5e5 * np.arange(5), width=5e5, pols=("xx", "yy", "xy", "yx"), unit="uncalib")  # fmt: skip
@@ -137,7 +139,7 @@ def ata_uvh5(folder):
 
 
 def old_ata_uvh5(folder):
-    """The same in the first version of the format: one phase centre in keywords, a fourth axis, one width for all channels."""
+    """The same set in the first version of UVH5: one phase centre in keywords, a fourth axis, one width for all channels."""
     ata_uvh5(folder)
     with h5py.File(os.path.join(folder, "ata.uvh5"), "a") as f:
         for name in ("visdata", "flags", "nsamples"):
@@ -159,7 +161,7 @@ def old_ata_uvh5(folder):
 
 
 def hera_uvh5(folder):
-    """A drift scan with antennas that have no data, from a correlator of integers."""
+    """A drift scan with integer visibilities, and with antennas that have no data."""
     uv = make("HERA", n=9, radius=70.0, numbers=[0, 1, 11, 12, 23, 24, 36, 320, 350], names=[f"HH{k}" for k in (0, 1, 11, 12, 23, 24, 36, 320, 350)],
               freqs=1.2e8 + 1e5 * np.arange(6), width=1e5, pols=("xx", "yy", "xy", "yx"), cat_type="unprojected", autos=True, unit="uncalib",
               pairs=[(a, b) for a in (0, 1, 11, 12, 23) for b in (0, 1, 11, 12, 23) if a <= b])  # fmt: skip
@@ -170,14 +172,14 @@ def hera_uvh5(folder):
 
 
 def driftscan_uvh5(folder):
-    """Phased to a direction fixed to the Earth."""
+    """A set phased to a direction that is fixed to the Earth."""
     uv = make("HERA", n=6, radius=90.0, freqs=1.5e8 + 1e5 * np.arange(3), width=1e5, pols=("xx", "yy"), cat_type="driftscan")
     uv.write_uvh5(os.path.join(folder, "drift.uvh5"))
     return "drift.uvh5"
 
 
 def windows_uvh5(folder):
-    """Windows numbered as they please, of unequal lengths; three phase centres."""
+    """Spectral windows of unequal lengths with the numbers 7 and 4; three phase centres."""
     freqs = np.concatenate([2.0e9 + 1e6 * np.arange(3), 3.0e9 + 2e6 * np.arange(5)])
     uv = make("VLA", freqs=freqs, width=np.repeat([1e6, 2e6], [3, 5]), spw=[7] * 3 + [4] * 5, centers=3, times=6)
     uv.write_uvh5(os.path.join(folder, "windows.uvh5"), data_compression="lzf")

@@ -1,4 +1,4 @@
-"""Model and residual visibilities beside the data, appended rows, compression, delays: other programs read the files, with warnings as errors."""
+"""Files with model and residual visibilities, with appended rows, with compression and with delays: other programs read them without a warning."""
 import warnings
 
 import h5py

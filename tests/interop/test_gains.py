@@ -1,4 +1,4 @@
-"""Gains: pyuvdata reads and applies our CalH5, and CASA's gaincal finds in our data what our solver finds."""
+"""pyuvdata reads and applies the gains that cittert writes as CalH5, and CASA's gaincal finds the same gains as cittert in the same data."""
 import warnings
 
 import numpy as np
@@ -12,7 +12,7 @@ VLA = ["--layout", "vla-c", "--freq", "1.4GHz", "--bandwidth", "64MHz", "--chann
 
 @pytest.fixture
 def point(cittert):
-    """A point of 1 Jy at the phase centre with noise, and the same with gains that change every minute."""
+    """A set of a point of 1 Jy at the phase centre with noise (v), and the same with gains that change every minute (c)."""
     with open(cittert.path("s.csv"), "w") as f:
         f.write("l_rad,m_rad,flux_jy\n0.0,0.0,1.0\n")
     cittert("simulate", *VLA, "--scene", "s.csv", "--sefd", "420Jy", "-o", "v.uvh5")
@@ -41,7 +41,7 @@ def data(path):
 
 
 @pytest.mark.parametrize("inverted", [False, True])
-def test_uvcal_applies_our_gains_as_applycal_does(point, inverted):
+def test_pyuvdata_applies_gains_as_applycal_does(point, inverted):
     uvc = gains(point.path("t.calh5"))
     assert uvc.Nants_data == 27 and uvc.cal_type == "gain" and np.ptp(np.abs(uvc.gain_array)) > 0.1
     of, flag = ("v.uvh5", ["--invert"]) if inverted else ("c.uvh5", [])
@@ -55,7 +55,7 @@ def test_uvcal_applies_our_gains_as_applycal_does(point, inverted):
     assert np.abs(ours.data_array - theirs.data_array).max() < 3e-7 * scale
 
 
-def test_uvcal_reads_what_selfcal_solves(point):
+def test_pyuvdata_reads_the_gains_of_selfcal(point):
     point("selfcal", "c.uvh5", "-o", "sc", "--start", "point", "--rounds", "1", "--solint", "60s", "--size", "64", "--cell", "5arcsec",
           "--niter", "50", "--refant", "W02")  # fmt: skip
     uvc = gains(point.path("sc.calh5"))
@@ -73,11 +73,11 @@ def test_casa_finds_the_same_phases(point):
     ms, cal = point.path("c.ms"), point.path("c.gcal")
     point("convert", "c.uvh5", "c.uvfits")
     importuvfits(fitsfile=point.path("c.uvfits"), vis=ms)
-    # The names of the antennas of a VLA are numbers in CASA; ours are those of the pads.
+    # CASA names the antennas of the VLA by numbers, cittert by their pads.
     names = table(ms + "/ANTENNA", ack=False).getcol("NAME")
     pads = [antenna.split(":")[-1] for antenna in table(ms + "/ANTENNA", ack=False).getcol("STATION")]
     reference = pads.index("W02")
-    # Without a model column gaincal solves against a point of 1 Jy at the phase centre.
+    # Without a model column gaincal uses a point of 1 Jy at the phase centre as its model.
     gaincal(vis=ms, caltable=cal, solint="60s", refant=names[reference], calmode="p", gaintype="T", minsnr=0.0)
     point("selfcal", "c.uvh5", "-o", "sc", "--start", "point", "--rounds", "1", "--solint", "60s", "--feeds", "joined", "--size", "64",
           "--cell", "5arcsec", "--niter", "50", "--refant", "W02", "--minsnr", "0")  # fmt: skip
@@ -90,8 +90,8 @@ def test_casa_finds_the_same_phases(point):
     apart = []
     for k, when in enumerate(np.unique(times)):
         theirs = dict(zip((pads[a] for a in ant[times == when]), g[times == when]))
-        # uvw are r1 - r2 in UVFITS and r2 - r1 here, so the visibilities there are the conjugates of ours, and so are the gains.
+        # uvw is r1 - r2 in UVFITS and r2 - r1 in UVH5. The visibilities and the gains in CASA are therefore conjugated.
         apart += [np.angle(our[j, 0, k] * theirs[n] / theirs["W02"]) for j, n in enumerate(our_names)]
     apart = np.array(apart)
-    # Both minimise the same sum of squares; the noise of one phase is 0.005 rad, and they must agree far within it.
+    # Both programs minimise the same sum of squares. The noise of one phase is 0.005 rad; the two solutions must differ by much less.
     assert len(apart) == 4 * 27 and np.abs(apart).max() < 5e-4, np.abs(apart).max()

@@ -1,6 +1,7 @@
-"""astropy and CASA read our FITS images; dirty images and beams are direct sums over the whole image, edges included, and those of WSClean.
+"""astropy reads cittert's FITS images. Dirty images and beams equal direct sums over the whole image with its edges, and equal WSClean's.
 
-CITTERT_BIG=1 takes the common workloads a, b and c ($CITTERT_WL) besides the small sets that are made here: minutes instead of seconds."""
+With CITTERT_BIG=1 the tests image the common workloads a, b and c in $CITTERT_WL as well as the small sets that they make themselves.
+This takes minutes instead of seconds."""
 import os
 import subprocess
 import warnings
@@ -28,7 +29,7 @@ def test_a_source_is_where_the_header_says(cittert):
         w = WCS(hdu.header).celestial
     image = hdu.data[0, 0]
     row, col = np.unravel_index(np.argmax(image), image.shape)
-    # centroid of the restored source
+    # The centroid of the restored source.
     box = image[row - 6 : row + 7, col - 6 : col + 7].clip(0.3)
     box = box - box.min()
     y, x = np.mgrid[row - 6 : row + 7, col - 6 : col + 7]
@@ -36,8 +37,8 @@ def test_a_source_is_where_the_header_says(cittert):
     assert abs((ra - 202.9) * np.cos(np.radians(dec))) * 3600 < 1.0 and abs(dec - 30.6) * 3600 < 1.0
 
 
-def test_the_dirty_image_of_m87_is_a_direct_sum(cittert, shared):
-    path = os.path.join(shared, "data", "visibilities", "eht_m87_2017_096_lo.uvfits")
+def test_the_dirty_image_of_m87_is_a_direct_sum(cittert, visibilities):
+    path = os.path.join(visibilities, "eht_m87_2017_096_lo.uvfits")
     n, cell = 64, np.radians(4e-6 / 3600)
     cittert("dirty", path, "--size", n, "--cell", "4uas", "--weighting", "natural", "-o", "d.fits")
     ours = fits.getdata(cittert.path("d.fits"))[0, 0]
@@ -48,7 +49,7 @@ def test_the_dirty_image_of_m87_is_a_direct_sum(cittert, shared):
     weight = np.where(uv.flag_array | ~np.isfinite(uv.nsample_array), 0, uv.nsample_array).astype(float)
     data = np.where(weight > 0, uv.data_array, 0)
     names = list(uv.polarization_array)
-    # Stokes I from the parallel hands, weighted as independent estimates of it; a file of Stokes I as it is.
+    # Each parallel hand is an independent estimate of Stokes I with its own weight. A file of Stokes I is used as it is.
     hands = [names.index(p) for p in (1, -1, -2) if p in names]
     l = -(np.arange(n) - n // 2) * cell
     m = (np.arange(n) - n // 2) * cell
@@ -77,7 +78,7 @@ BIG = {"a": (512, 0.25 * ARCSEC), "b": (2048, 0.25 * ARCSEC), "c": (512, 6.0e-4)
 
 @pytest.fixture(scope="module", params=[*SMALL, *BIG])
 def observed(request, tmp_path_factory):
-    """A program in a folder with a set, pixels along a side and size of one, rad."""
+    """A program in a folder with a set v, the number of pixels along a side of its image, and the size of a pixel in rad."""
     from conftest import Program
 
     program = Program(tmp_path_factory.mktemp("observed"))
@@ -108,14 +109,14 @@ def read(path):
 
 
 def exact(n, cell, uvw, freq, vis):
-    """Direct sum to 1e-12 over all pixels: row m, column l falling, both edges."""
+    """The direct sum at all pixels, to 1e-12. Rows are m; l decreases with the column."""
     d = ducc0.wgridder.vis2dirty(uvw=uvw, freq=freq, vis=vis, npix_x=n + 2, npix_y=n, pixsize_x=cell, pixsize_y=cell, epsilon=1e-12,
                                  flip_u=True, flip_v=True, flip_w=False, do_wgridding=True, divide_by_n=False, nthreads=2)
     return np.array([d[n + 1 - c] for c in range(n)]).T
 
 
 def image(path):
-    """Flux a beam, whatever the unit of the file."""
+    """The image in flux per beam, also where the unit of the file is kelvin."""
     with fits.open(path) as f:
         plane, h = f[0].data.squeeze().astype(float), f[0].header
     if h["BUNIT"].strip() == "K":
@@ -132,7 +133,7 @@ def test_natural_images_and_beams_are_direct_sums(observed):
     total = weight.sum()
     for name, data in (("d.fits", vis * weight), ("p.fits", weight.astype(complex))):
         want = exact(n, cell, uvw, freq, data) / total
-        # The reference itself, by the sum as it stands, at the corners and some pixels.
+        # The reference itself is compared with the plain sum at the corners and at some other pixels.
         rng = np.random.default_rng(0)
         for r, c in [(0, 0), (0, n - 1), (n - 1, 0), (n - 1, n - 1), *rng.integers(0, n, (4, 2))]:
             l, m = -(c - n // 2) * cell, (r - n // 2) * cell

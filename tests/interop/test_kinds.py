@@ -1,4 +1,4 @@
-"""Files of the kinds that observatories write: `info` agrees with pyuvdata, and exports to every format are read back as equal."""
+"""For files of the kinds that observatories write, `info` agrees with pyuvdata, and pyuvdata reads equal data from exports to every format."""
 import os
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Measurement Sets: pyuvdata, WSClean and CASA judge what we write, and what we read. The inputs are made here, by a plain sum."""
+"""pyuvdata, WSClean and CASA agree with cittert on the Measurement Sets that it writes and reads. The tests make their visibilities by a plain sum."""
 import os
 import subprocess
 import tarfile
@@ -47,7 +47,7 @@ def plain_sum(uvw, freqs, l=L, m=M):
 
 
 def sky_set(pols=("xx", "yy"), first=0, spread=False):
-    """A 2 Jy source off the centre, seen by an array called VLA, with flags and with numbers of samples of its own."""
+    """A source of 2 Jy off the centre, seen by an array called VLA, with random flags and numbers of samples."""
     where = EarthLocation.from_geodetic(-107.6184, 34.0788, 2115.0)
     tel = telescope("VLA", where, spiral(12, 300.0), first)
     freqs = np.array([1.40e9, 1.41e9, 1.42e9, 1.43e9])
@@ -69,7 +69,7 @@ def sky_set(pols=("xx", "yy"), first=0, spread=False):
 
 
 def strict(read, *args):
-    """Read with every warning an error."""
+    """Read a file with pyuvdata. Every warning is an error."""
     uv = UVData()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -92,7 +92,7 @@ def assert_same(a, b, arrays=ARRAYS):
 
 
 def peak(image):
-    """Direction cosines of the highest point, between pixels by a parabola on each axis; the image has l growing to the left."""
+    """Direction cosines of the highest point, by a parabola on each axis. In the image, l increases to the left."""
     row, col = np.unravel_index(np.argmax(image), image.shape)
 
     def between(a, b, c):
@@ -124,7 +124,7 @@ def casa(folder, ms, name):
 
 
 def beam(uv):
-    """The full width at half maximum of the longest baselines' fringe at best: half a turn over the longest baseline."""
+    """The resolution, rad: half of the fringe spacing of the longest baseline."""
     longest = np.linalg.norm(uv.uvw_array[:, :2], axis=1).max()
     return 0.5 * C / (uv.freq_array.max() * longest)
 
@@ -136,7 +136,7 @@ def off(image):
 
 @pytest.mark.parametrize("pols", [("xx", "yy"), ("rr", "ll", "rl", "lr")])
 @pytest.mark.parametrize("first", [0, 1])
-def test_pyuvdata_reads_what_we_write(cittert, pols, first):
+def test_pyuvdata_reads_the_measurement_set_that_cittert_writes(cittert, pols, first):
     uv = sky_set(pols, first, spread=True)
     uv.write_uvh5(cittert.path("x.uvh5"))
     cittert("convert", "x.uvh5", "x.ms")
@@ -180,7 +180,7 @@ def test_casa_lists_a_set_without_a_warning(cittert):
 
 
 def test_an_imager_of_warm_scenes_is_imaged_in_jansky(cittert):
-    """A boresight set in K sr: rescaled in unit and weight, with a made-up sky; CASA's image is not blank and nothing is mirrored."""
+    """A boresight set in K sr becomes a Measurement Set in Jy with a made-up phase centre. Imagers find the source where it is, with its flux."""
     nowhere = EarthLocation.from_geodetic(0.0, 0.0, 0.0)
     tel = telescope("IMAGER", nowhere, spiral(24, 1.2), mount_type="fixed", feeds=["x", "y"], feed_angle=[np.pi / 2, 0])
     freqs = np.array([93e9, 95e9])
@@ -223,12 +223,12 @@ def test_windows_in_any_order_of_rows_are_read(cittert):
     cittert("convert", "gaps.ms", "gaps.uvh5")
     ours, theirs = strict("read_uvh5", cittert.path("gaps.uvh5")), strict("read_ms", cittert.path("gaps.ms"))
     assert ours.flag_array.all(axis=2)[:, 2:].any()
-    # Where a window has no row pyuvdata invents one sample; we say none.
+    # Where a window lacks a row, pyuvdata sets the number of samples to 1, cittert to 0.
     assert_same(theirs, ours, [n for n in ARRAYS if n != "nsample_array"])
 
 
-def test_a_drift_scan_becomes_what_pyuvdata_phases_it_to(cittert, shared):
-    path = os.path.join(shared, "data", "visibilities", "hera_zen.2458432.34569.uvh5")
+def test_a_drift_scan_becomes_what_pyuvdata_phases_it_to(cittert, visibilities):
+    path = os.path.join(visibilities, "hera_zen.2458432.34569.uvh5")
     cittert("convert", path, "hera.ms")
     ms = strict("read_ms", cittert.path("hera.ms"))
     uv = UVData()
@@ -248,15 +248,15 @@ def test_a_drift_scan_becomes_what_pyuvdata_phases_it_to(cittert, shared):
     assert (uv.flag_array == ms.flag_array).all() and (uv.nsample_array == ms.nsample_array).all()
 
 
-def test_a_set_of_the_mwa_is_read_as_pyuvdata_reads_it(cittert, shared):
-    with tarfile.open(os.path.join(shared, "data", "visibilities", "mwa_birli.ms.tar.gz")) as tar:
+def test_a_set_of_the_mwa_is_read_as_pyuvdata_reads_it(cittert, visibilities):
+    with tarfile.open(os.path.join(visibilities, "mwa_birli.ms.tar.gz")) as tar:
         tar.extractall(cittert.folder, filter="data")
     name = "1090008640_birli.ms"
     cittert("convert", name, "mwa.uvh5")
     cittert("convert", name, "again.ms")
     theirs, ours, again = UVData(), UVData(), UVData()
     with warnings.catch_warnings():
-        # The correlator's autocorrelations are not quite real, of which pyuvdata warns.
+        # pyuvdata warns that the autocorrelations of this correlator are not exactly real.
         warnings.simplefilter("ignore")
         theirs.read_ms(cittert.path(name))
         ours.read_uvh5(cittert.path("mwa.uvh5"))

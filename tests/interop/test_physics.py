@@ -1,4 +1,4 @@
-"""Every row of every table of the radiometric physics, asked for on the command line as anybody would."""
+"""The radiometric physics on the command line, compared with every row of the tables of reference values."""
 import csv
 import io
 import os
@@ -8,13 +8,15 @@ from statistics import median
 ATMOSPHERES = ["ussa", "trl", "mls", "mlw", "sas", "saw", "sts", "stw", "as", "aw"]
 
 
-def oracle(shared, name):
-    with open(os.path.join(shared, "oracle", name), newline="") as f:
-        return list(csv.DictReader(f))
+def table(oracle, name):
+    with open(os.path.join(oracle, name), newline="") as f:
+        rows = list(csv.DictReader(f))
+    assert rows, f"the table {name} is empty"
+    return rows
 
 
 def scene(cittert, *words):
-    """Rows that `scene` prints, numbers as floats."""
+    """The rows that `cittert scene` prints. Numbers are floats."""
     out = cittert("scene", *words).stdout
 
     def number(text):
@@ -45,9 +47,9 @@ def relative(ours, want):
     return abs(ours - want) / abs(want)
 
 
-def test_gas(cittert, shared):
+def test_gas(cittert, oracle):
     worst, count = 0.0, 0
-    rows = oracle(shared, "mpm_specific_attenuation_arts.csv")
+    rows = table(oracle, "mpm_specific_attenuation_arts.csv")
     for (model, p, t, e), group in grouped(rows, "model", "p_total_hpa", "t_k", "e_hpa"):
         words = ["--model", model.lower(), "--pressure", p + "hPa", "--temperature", t + "K", "--vapour-pressure", e + "hPa"]
         ours = {r["freq_ghz"]: r for r in scene(cittert, "attenuation", *words, "--freq", freqs(group))}
@@ -58,10 +60,10 @@ def test_gas(cittert, shared):
     assert count == len(rows) and worst < 1e-3
 
 
-def test_gas_against_p676(cittert, shared):
+def test_gas_against_p676(cittert, oracle):
     bands = [(1, 10), (10, 48), (48, 72), (72, 200), (200, 400), (400, 1000)]
     ratios = {b: [] for b in bands}
-    for (p, t, rho), group in grouped(oracle(shared, "itu_p676_12_specific_attenuation.csv"), "p_dry_hpa", "t_k", "rho_g_m3"):
+    for (p, t, rho), group in grouped(table(oracle, "itu_p676_12_specific_attenuation.csv"), "p_dry_hpa", "t_k", "rho_g_m3"):
         total = float(p) + float(rho) * float(t) / 216.68
         if total <= 300:
             continue
@@ -76,9 +78,9 @@ def test_gas_against_p676(cittert, shared):
     assert all(abs(m - 1) < 0.04 for m in medians.values())
 
 
-def test_hydrosols(cittert, shared):
+def test_hydrosols(cittert, oracle):
     worst, count = defaultdict(float), 0
-    for (kind, t, amount), group in grouped(oracle(shared, "mpm93_hydrosol_arts.csv"), "kind", "t_k", "w_gm3_or_rain_mmh"):
+    for (kind, t, amount), group in grouped(table(oracle, "mpm93_hydrosol_arts.csv"), "kind", "t_k", "w_gm3_or_rain_mmh"):
         if kind.startswith("rain") and float(amount) > 25:
             continue
         option, column = {
@@ -96,9 +98,9 @@ def test_hydrosols(cittert, shared):
     assert worst["liq"] < 1e-5 and worst["ice"] < 1e-5 and worst["rai"] < 1e-4
 
 
-def test_droplets_against_p840(cittert, shared):
+def test_droplets_against_p840(cittert, oracle):
     worst = 0.0
-    for (t,), group in grouped(oracle(shared, "itu_p840_cloud_kl.csv"), "t_k"):
+    for (t,), group in grouped(table(oracle, "itu_p840_cloud_kl.csv"), "t_k"):
         words = ["attenuation", "--cloud", "1g/m3", "--temperature", t + "K", "--freq", freqs(group)]
         ours = {r["freq_ghz"]: r["droplets_db_per_km"] for r in scene(cittert, *words)}
         worst = max([worst] + [relative(ours[float(r["f_ghz"])], float(r["kl_dbkm_per_gm3"])) for r in group])
@@ -106,9 +108,9 @@ def test_droplets_against_p840(cittert, shared):
     assert worst < 0.03
 
 
-def test_rain(cittert, shared):
+def test_rain(cittert, oracle):
     worst = 0.0
-    rows = oracle(shared, "itu_p838_3_rain.csv")
+    rows = table(oracle, "itu_p838_3_rain.csv")
     for (rate, elevation, tilt), group in grouped(rows, "rain_mm_h", "elev_deg", "tilt_deg"):
         words = ["--rain", rate + "mm/h", "--elevation", elevation + "deg", "--tilt", tilt + "deg", "--freq", freqs(group)]
         ours = {r["freq_ghz"]: r for r in scene(cittert, "attenuation", *words)}
@@ -126,9 +128,9 @@ def sky(cittert, group, zenith, *words):
     return {(r["freq_ghz"], r["zenith_deg"]): r for r in rows}
 
 
-def test_clear_sky(cittert, shared):
+def test_clear_sky(cittert, oracle):
     worst, squares, count = 0.0, [], 0
-    for (air, model), group in grouped(oracle(shared, "sky_tb_clear.csv"), "atmosphere", "gas_model"):
+    for (air, model), group in grouped(table(oracle, "sky_tb_clear.csv"), "atmosphere", "gas_model"):
         if model == "R98":
             continue
         ours = sky(cittert, group, "zenith_deg", "--atmosphere", air, "--model", "mpm89" if model == "R24" else model.lower())
@@ -145,10 +147,10 @@ def test_clear_sky(cittert, shared):
     assert count == 2400 and worst < 0.15 and rms < 1.4
 
 
-def test_refracted_sky(cittert, shared):
+def test_refracted_sky(cittert, oracle):
     worst = {True: 0.0, False: 0.0}
     key = "zenith_at_surface_deg"
-    for (air,), group in grouped(oracle(shared, "sky_tb_refracted_spherical.csv"), "atmosphere"):
+    for (air,), group in grouped(table(oracle, "sky_tb_refracted_spherical.csv"), "atmosphere"):
         ours = sky(cittert, group, key, "--atmosphere", air, "--geometry", "spherical")
         for row in group:
             mine = ours[float(row["f_ghz"]), float(row[key])]
@@ -168,9 +170,9 @@ LAYERS = {
 }
 
 
-def test_cloudy_sky(cittert, shared):
+def test_cloudy_sky(cittert, oracle):
     worst, depth = 0.0, 0.0
-    rows = oracle(shared, "sky_tb_cloud_fog_rain.csv")
+    rows = table(oracle, "sky_tb_cloud_fog_rain.csv")
     for (air, case), group in grouped(rows, "atmosphere", "case"):
         ours = sky(cittert, group, "zenith_deg", "--atmosphere", air, "--layer", LAYERS[case])
         clear = sky(cittert, group, "zenith_deg", "--atmosphere", air)
@@ -182,9 +184,9 @@ def test_cloudy_sky(cittert, shared):
     assert worst < 0.3 and depth < 5e-3
 
 
-def test_upwelling_and_constant_temperature(cittert, shared):
+def test_upwelling_and_constant_temperature(cittert, oracle):
     worst, low, tall = 0.0, [], []
-    for (air, z), group in grouped(oracle(shared, "upwelling_path.csv"), "atmosphere", "zenith_deg"):
+    for (air, z), group in grouped(table(oracle, "upwelling_path.csv"), "atmosphere", "zenith_deg"):
         heights = ",".join(dict.fromkeys(r["height_km"] + "km" for r in group))
         words = ["path", "--atmosphere", air, "--observer", heights, "--zenith", z + "deg", "--freq", freqs(group)]
         full = {(r["freq_ghz"], r["observer_km"]): r for r in scene(cittert, *words)}
@@ -217,9 +219,9 @@ PARAMETERS = {
 }
 
 
-def test_permittivities(cittert, shared):
+def test_permittivities(cittert, oracle):
     worst, count = defaultdict(float), 0
-    for (label, params), group in grouped(oracle(shared, "permittivity.csv"), "model", "params"):
+    for (label, params), group in grouped(table(oracle, "permittivity.csv"), "model", "params"):
         label = label.split("(")[0]
         name = next((k for k in MODELS if label.startswith(k)), None)
         if name is None:
@@ -227,7 +229,7 @@ def test_permittivities(cittert, shared):
         pairs = dict(p.split("=") for p in params.split())
         words = []
         if label.startswith("soil"):
-            # The reference has a little more clay in its silty clay than the table of textures.
+            # The silty clay of the reference has a little more clay than that of cittert's table of textures.
             texture = label[len(name) + 1:].replace("_", "-")
             words = ["--sand", pairs["sand"], "--clay", pairs["clay"]] if texture == "silty-clay" else ["--texture", texture]
         for key, value in pairs.items():
@@ -247,7 +249,7 @@ def test_permittivities(cittert, shared):
 
 
 def stack(cittert, coherent, layers):
-    """Write a stack file from eps_re;eps_loss;thickness_mm|... and give its name."""
+    """Write a stack file from a text eps_re;eps_loss;thickness_mm|... and return its name."""
     lines = [f"coherent = {str(coherent).lower()}"]
     for layer in layers.split("|"):
         real, loss, mm = layer.split(";")
@@ -261,9 +263,9 @@ def deviation(ours, row, h, v):
     return max(abs(ours["reflectivity_h"] - float(row[h])), abs(ours["reflectivity_v"] - float(row[v])))
 
 
-def test_fresnel(cittert, shared):
+def test_fresnel(cittert, oracle):
     worst = 0.0
-    for (real, loss), group in grouped(oracle(shared, "fresnel_halfspace_tmm.csv"), "eps_real", "eps_loss"):
+    for (real, loss), group in grouped(table(oracle, "fresnel_halfspace_tmm.csv"), "eps_real", "eps_loss"):
         for surface in (["--eps", f"{real},{loss}"], ["--stack", stack(cittert, True, f"{real};{loss};inf")]):
             rows = scene(cittert, "emissivity", *surface, "--freq", "94GHz", "--angle", angles(group, "theta_deg"))
             ours = {r["angle_deg"]: r for r in rows}
@@ -272,10 +274,10 @@ def test_fresnel(cittert, shared):
     assert worst < 1e-8
 
 
-def test_stacks(cittert, shared):
+def test_stacks(cittert, oracle):
     key = "layers(eps_re;eps_loss;thickness_mm|...)"
     worst = defaultdict(float)
-    for (layers,), group in grouped(oracle(shared, "multilayer_tmm.csv"), key):
+    for (layers,), group in grouped(table(oracle, "multilayer_tmm.csv"), key):
         slabs = [s.split(";") for s in layers.split("|")[:-1]]
         thin = "low loss" if all(float(s[1]) / float(s[0]) < 0.06 for s in slabs) else "lossy"
         for coherent, suffix in ((True, "coherent"), (False, "incoherent")):
@@ -289,9 +291,9 @@ def test_stacks(cittert, shared):
     assert worst["coherent"] < 1e-8 and worst["low loss"] < 2e-4 and worst["lossy"] < 0.025
 
 
-def test_small_scale_roughness(cittert, shared):
+def test_small_scale_roughness(cittert, oracle):
     worst = 0.0
-    rows = oracle(shared, "rough_qh_choudhury_smrt.csv")
+    rows = table(oracle, "rough_qh_choudhury_smrt.csv")
     for (model, params, real, loss), group in grouped(rows, "model", "params", "eps_re", "eps_loss"):
         p = dict(x.split("=") for x in params.split())
         rough = {
@@ -306,9 +308,9 @@ def test_small_scale_roughness(cittert, shared):
     assert worst < 1e-5
 
 
-def test_bistatic(cittert, shared):
+def test_bistatic(cittert, oracle):
     worst, count = 0.0, 0
-    rows = oracle(shared, "rough_go_bistatic_smrt.csv")
+    rows = table(oracle, "rough_go_bistatic_smrt.csv")
     for (mss, shadow, real, loss), group in grouped(rows, "mss_per_axis", "shadow", "eps_re", "eps_loss"):
         slope = float(mss) ** 0.5
         words = ["--eps", f"{real},{loss}", "--slopes", f"{slope!r},{slope!r}", "--shadowing", "smith" if shadow == "1" else "none",
@@ -325,9 +327,9 @@ def test_bistatic(cittert, shared):
     assert count == len(rows) and worst < 1e-6
 
 
-def test_facets_against_ray_tracing(cittert, shared):
+def test_facets_against_ray_tracing(cittert, oracle):
     worst = defaultdict(float)
-    for (slope, real, loss), group in grouped(oracle(shared, "rough_surface_monte_carlo.csv"), "rms_slope_per_axis", "eps_re", "eps_loss"):
+    for (slope, real, loss), group in grouped(table(oracle, "rough_surface_monte_carlo.csv"), "rms_slope_per_axis", "eps_re", "eps_loss"):
         slope = float(group[0]["mss_per_axis"]) ** 0.5
         for closure, suffix in (("single", "single_bounce_escape"), ("second-bounce", "total")):
             words = ["--eps", f"{real},{loss}", "--rough", f"go:{slope!r},{slope!r},{closure}", "--freq", "37GHz",
@@ -339,7 +341,7 @@ def test_facets_against_ray_tracing(cittert, shared):
     assert worst["single"] < 0.01 and worst["second-bounce"] < 0.02
 
 
-def test_an_isothermal_world_shows_its_temperature(cittert):
+def test_in_an_isothermal_scene_the_brightness_temperature_is_the_temperature(cittert):
     with open(cittert.path("iso.csv"), "w") as f:
         f.write("z_km,p_hpa,t_k,rh_liquid_pct\n")
         for z in range(0, 31, 3):

@@ -1,4 +1,6 @@
-"""A source off the centre through UVFITS and MS: pyuvdata, CASA, WSClean and ehtim find it; mirrored and conjugated copies are found out."""
+"""pyuvdata, CASA, WSClean and ehtim find a source off the centre in its place in UVFITS files and Measurement Sets that cittert writes.
+
+In mirrored and conjugated copies they do not, so the tests can fail."""
 import os
 import shutil
 
@@ -9,7 +11,7 @@ from casacore import tables
 from pyuvdata import UVData
 from test_ms import C, CELL, SIZE, beam, casa, peak, plain_sum, sky_set, strict, wsclean
 
-# Near enough to the centre that the w term, which ehtim leaves out, moves the source by less than a fiftieth of the beam.
+# ehtim leaves out the w term. So near to the centre this moves the source by less than a fiftieth of the beam.
 L, M = 0.0024, 0.0010
 
 
@@ -25,7 +27,7 @@ def exported(cittert):
     uv.write_uvh5(cittert.path("x.uvh5"))
     cittert("convert", "x.uvh5", "x.uvfits")
     cittert("convert", "x.uvh5", "x.ms")
-    # ehtim averages the channels of a window and keeps one frequency for all, so it is given one.
+    # ehtim averages the channels of a window and keeps one frequency for all of them. It gets a file of one channel.
     uv.select(freq_chans=[1], inplace=False).write_uvh5(cittert.path("one.uvh5"))
     cittert("convert", "one.uvh5", "one.uvfits")
     return cittert, uv
@@ -51,7 +53,7 @@ def spoil(path, out, uvw=(1, 1, 1), conjugate=False):
 
 
 def by_pyuvdata(folder, name):
-    """The dirty image as a plain sum over what pyuvdata reads; its convention is exp(+2 pi i (u l + v m))."""
+    """The dirty image as a plain sum over the visibilities that pyuvdata reads. Its convention is exp(+2 pi i (u l + v m))."""
     uv = UVData()
     uv.read(os.path.join(folder, name), run_check=False)
     uvw = uv.uvw_array[:, None, :] * uv.freq_array[None, :, None] / C
@@ -62,7 +64,7 @@ def by_pyuvdata(folder, name):
 
 
 def zoom(image):
-    """An image with a pixel half as large, by its Fourier transform."""
+    """The image with pixels half as large, by its Fourier transform."""
     n = len(image)
     spectrum = np.zeros((2 * n, 2 * n), complex)
     spectrum[n // 2 : n // 2 + n, n // 2 : n // 2 + n] = np.fft.fftshift(np.fft.fft2(image))
@@ -73,8 +75,8 @@ def by_ehtim(folder, name):
     import ehtim
 
     obs = ehtim.obsdata.load_uvfits(os.path.join(folder, name))
-    # Its pixels lie half a cell off the centre for an even number of them, so one more is asked for and one cut off.
-    # Its image of many pixels is slow: as wide a field in pixels twice as large, each then cut into four.
+    # With an even number of pixels, those of ehtim lie half a pixel off the centre. So the image has one pixel more, which is cut off.
+    # ehtim is slow for many pixels. So the pixels are twice as large, and each is then split into four.
     n = 128
     image = obs.dirtyimage(n + 1, (n + 1) * 2 * CELL).imarr()
     return zoom(image[::-1][:n, :n])
@@ -114,7 +116,7 @@ def test_a_measurement_set_shows_the_source_in_its_place(exported, read):
         assert off(read(cittert.folder, f"{name}.ms", f"image-{name}")) > beam(uv), name
 
 
-def test_our_uvh5_shows_the_source_in_its_place(exported):
+def test_a_uvh5_shows_the_source_in_its_place(exported):
     cittert, uv = exported
     cittert("convert", "x.uvfits", "back.uvh5")
     assert off(by_pyuvdata(cittert.folder, "back.uvh5")) < 0.1 * beam(uv)
@@ -127,7 +129,7 @@ def test_our_uvh5_shows_the_source_in_its_place(exported):
         assert off(by_pyuvdata(cittert.folder, f"{name}.uvh5")) > beam(uv), name
 
 
-def test_our_own_image_shows_it_there_too(exported):
+def test_the_image_of_cittert_shows_the_source_in_its_place(exported):
     from astropy.io import fits
 
     cittert, uv = exported
@@ -137,7 +139,7 @@ def test_our_own_image_shows_it_there_too(exported):
 
 
 def test_simulated_noise_comes_through_ehtim_as_it_was(cittert):
-    """Weights are 1/sigma^2: ehtim's sigmas are those that were put in."""
+    """ehtim reads the antennas and the source of a UVFITS file, and finite noise. Weights are 1/sigma^2."""
     import ehtim
 
     uv = sky_set(pols=("rr", "ll"), first=1)

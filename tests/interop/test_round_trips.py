@@ -1,4 +1,4 @@
-"""Through another format and back, and every real file to every format that can hold it: pyuvdata judges what is kept."""
+"""Sets converted to another format and back, and real files converted to every format. pyuvdata compares the contents."""
 import os
 import subprocess
 import tarfile
@@ -10,7 +10,7 @@ import pytest
 from pyuvdata import UVData
 from test_ms import assert_same, sky_set, strict
 
-VISIBILITIES = os.path.join(os.environ["CITTERT_SHARED"], "data", "visibilities")
+VISIBILITIES = os.path.join(os.environ["CITTERT_DATA"], "visibilities")
 FILES = sorted(os.listdir(VISIBILITIES))
 
 
@@ -28,7 +28,7 @@ def test_there_and_back(cittert, form, pols):
 
 @pytest.mark.parametrize("form", ["uvfits", "ms"])
 def test_weights_come_back(cittert, form):
-    """Noise gives weights of its own, which pyuvdata does not know: compared as they stand in the file."""
+    """Simulated noise sets weights, which pyuvdata does not read. The test compares them as they are stored in the files."""
     with open(cittert.path("s.csv"), "w") as f:
         f.write("ra_deg,dec_deg,flux_jy\n202.9,30.6,1.0\n")
     track = ["--phase-center", "202.7845deg,30.5092deg", "--start", "2025-06-01T01:30:00", "--duration", "5min", "--integration", "60s"]
@@ -59,7 +59,7 @@ def test_weights_come_back(cittert, form):
 def read(path):
     uv = UVData()
     with warnings.catch_warnings():
-        # The real files are not ours: old keywords, correlators' autocorrelations that are not quite real.
+        # Real files have old keywords, and autocorrelations that are not exactly real.
         warnings.simplefilter("ignore")
         more = {"ignore_single_chan": False} if str(path).endswith(".ms") else {}
         uv.read(str(path), run_check=False, **more)
@@ -67,7 +67,7 @@ def read(path):
 
 
 def phased_alike(theirs, ours):
-    """A drift scan is phased by pyuvdata to the centres that the export has."""
+    """Let pyuvdata phase a drift scan to the phase centres of the export."""
     for time in np.unique(theirs.time_array):
         center = ours.phase_center_catalog[ours.phase_center_id_array[np.abs(ours.time_array - time) < 1e-8][0]]
         theirs.phase(lon=center["cat_lon"], lat=center["cat_lat"], phase_frame="icrs", epoch=2000, cat_name=f"t{time}",
@@ -75,7 +75,7 @@ def phased_alike(theirs, ours):
 
 
 def phase_if_drifting(theirs, ours, form):
-    """True where the set had to be phased for the format; then `theirs` is too."""
+    """Return True where the format needs phased visibilities and the set had none. `theirs` is then phased as well."""
     if form == "uvh5" or all(c["cat_type"] == "sidereal" for c in theirs.phase_center_catalog.values()):
         return False
     with warnings.catch_warnings():
@@ -85,7 +85,7 @@ def phase_if_drifting(theirs, ours, form):
 
 
 def by_row(uv):
-    """Order of the rows by time (to 10 ms) and baseline, and the sign that puts antenna 1 first."""
+    """The order of rows by time (to 10 ms) and baseline, and for each row whether its antennas must be exchanged to put the lower number first."""
     a, b = uv.ant_1_array, uv.ant_2_array
     order = np.lexsort((np.maximum(a, b), np.minimum(a, b), np.round(uv.time_array * 8.64e6)))
     return order, (a > b)[order]
@@ -123,7 +123,7 @@ def assert_equal_sets(theirs, ours, note):
             vis.append(np.where(turn[:, None], v.conj(), v))
             flag.append(pick(uv.flag_array))
             samples.append(pick(uv.nsample_array))
-        # What has no weight is flagged in forms where a weight that is not positive means a flag.
+        # In some formats a weight that is not positive means a flag. Samples without weight therefore count as flagged.
         bad, worse = [f | ~np.isfinite(s) | (s <= 0) | ~np.isfinite(v) for f, s, v in zip(flag, samples, vis)]
         assert (bad == worse).all(), (note, p)
         if (~bad).any():
@@ -159,7 +159,7 @@ def test_real_files_keep_their_content(cittert, name, form):
 
 
 def test_the_samples_of_the_library_are_read(cittert):
-    """Sets, gains and images that the library's example writes; any warning is an error."""
+    """pyuvdata and astropy read the sets, gains and images of the library's example `samples`. Every warning is an error."""
     root = os.path.join(os.path.dirname(__file__), "..", "..")
     subprocess.run([os.environ["CITTERT_SAMPLES"], cittert.folder], check=True)
     script = os.path.join(root, "formats", "tests", "interop", "read_samples.py")
@@ -167,7 +167,7 @@ def test_the_samples_of_the_library_are_read(cittert):
     assert run.returncode == 0, run.stdout + run.stderr
 
 
-def test_casa_reads_our_images(cittert):
+def test_casa_reads_the_images_of_cittert(cittert):
     import casatools
 
     subprocess.run([os.environ["CITTERT_SAMPLES"], cittert.folder], check=True)

@@ -1,4 +1,4 @@
-"""One set stored in every way that HDF5 knows: other chunks, filters, byte orders, indices of chunks, texts in chunks. It reads the same."""
+"""cittert reads the same set from every kind of HDF5 storage: chunk shapes, filters, byte orders, chunk indices, chunked strings."""
 import h5py
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def typed(values, order="<", double=False):
 
 
 def stored(source, target, libver, chunks, others=False, **how):
-    """A copy of a UVH5 file, its arrays and columns stored so; `others` with filters that only some types can have."""
+    """Copy a UVH5 file and store its arrays in this way. With `others`, some arrays have filters that exist for some types only."""
     kinds = {k: how.pop(k) for k in ("order", "double") if k in how}
     with h5py.File(source) as old, h5py.File(target, "w", libver=libver) as new:
         old.copy("Header", new)
@@ -63,7 +63,7 @@ def test_a_set_reads_the_same_however_it_is_stored(cittert, way, libver):
         assert np.abs(ours.time_array - uv.time_array).max() < 1e-8 and list(ours.telescope.antenna_names) == list(uv.telescope.antenna_names)
 
 
-def test_what_was_never_written_is_the_fill_value_for_us_as_for_h5py(cittert):
+def test_chunks_that_were_never_written_read_as_the_fill_value(cittert):
     uv = make("VLA")
     uv.write_uvh5(cittert.path("x.uvh5"))
     with h5py.File(cittert.path("x.uvh5"), "a") as f:

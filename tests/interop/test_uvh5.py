@@ -1,4 +1,4 @@
-"""pyuvdata judges our UVH5: no warning, its own consistency checks, and the visibilities of a plain sum."""
+"""pyuvdata reads the UVH5 files of cittert without a warning, its consistency checks pass, and the visibilities equal a plain sum."""
 import warnings
 
 import numpy as np
@@ -60,8 +60,8 @@ def test_recomputed_uvw_of_a_track_agree(cittert):
 
 
 @pytest.mark.parametrize("epsilon", [1e-3, 1e-5, 1e-7])
-def test_degrid_keeps_its_promise(cittert, epsilon):
-    """An image of sources on pixels: degrid against the exact sum."""
+def test_degridding_keeps_its_accuracy(cittert, epsilon):
+    """For an image of sources on pixels, degridding differs from the exact sum by at most epsilon."""
     write_sources(cittert.path("s.csv"), [(30 * 4e-5, -20 * 4e-5, 1.0), (-101 * 4e-5, 77 * 4e-5, 0.5)])
     from astropy.io import fits
 

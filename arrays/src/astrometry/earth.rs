@@ -1,13 +1,13 @@
-//! Where the Earth is and how it is tilted: the slow and costly part of an apparent place, interpolated between nodes in time.
+//! Position and orientation of the Earth. This is the expensive part of an apparent place, so it is interpolated in time.
 //!
-//! Precession, nutation and the Earth's orbit have no period much below five days, so a cubic through nodes an eighth of a day apart
-//! follows them to 1e-12, and a track of many integrations pays for thousands of series terms only at the nodes.
+//! Precession, nutation and the Earth's orbit have no period much shorter than five days. A cubic through nodes an eighth of a day
+//! apart follows them to 1e-12. The series with their thousands of terms are evaluated only at the nodes.
 
 use sofars::eph::epv00;
 use sofars::pnp::{bpn2xy, eors, pnm06a, s06};
 use std::cell::RefCell;
 
-/// Nodes a day.
+/// Number of nodes per day.
 const PER_DAY: f64 = 8.0;
 /// Julian date (TT) of node 0: J2000.
 const EPOCH_JD: f64 = 2_451_545.0;
@@ -21,7 +21,7 @@ pub(super) struct Earth {
     pub equation_of_origins_rad: f64,
     /// Heliocentric position, au.
     pub heliocentric_au: [f64; 3],
-    /// Barycentric position, au, and velocity, au a day.
+    /// Barycentric position, au, and velocity, au per day.
     pub barycentric: [[f64; 3]; 2],
 }
 
@@ -29,12 +29,12 @@ pub(super) struct Earth {
 type Node = [f64; 13];
 
 thread_local! {
-    /// The four nodes last used, and the index of their first.
+    /// The four nodes used last, and the index of the first of them.
     static WINDOW: RefCell<(i64, Vec<Node>)> = const { RefCell::new((0, Vec::new())) };
 }
 
-/// The Earth at a terrestrial time given in two parts, as SOFA splits Julian dates; nothing outside the years 1900 to 2100, for which the
-/// orbit's series was made.
+/// The Earth at a terrestrial time, given in two parts as SOFA splits Julian dates. `None` outside the years 1900 to 2100, the range of
+/// the series of the orbit.
 pub(super) fn at(tt1: f64, tt2: f64) -> Option<Earth> {
     let q = (tt1 - EPOCH_JD + tt2) * PER_DAY;
     let first = q.floor() as i64 - 1;

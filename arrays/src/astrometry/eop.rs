@@ -1,13 +1,13 @@
-//! Earth orientation: UT1 and the pole, day by day from 1973 on, from the IERS series.
+//! Earth orientation: UT1 and the pole for each day since 1973, from the IERS series.
 //!
-//! UT1-TAI is interpolated, not UT1-UTC, so that leap seconds leave no step. Outside the table the last (or first) UT1-UTC and pole are
-//! held: UTC itself keeps within 0.9 s of UT1, so the error of sidereal time stays below about 1.8 s, and within a year after the end
-//! below about 0.1 s.
+//! UT1-TAI is interpolated instead of UT1-UTC, because UT1-UTC has a step at each leap second. Outside the table the last (or first)
+//! UT1-UTC and pole are used. UTC stays within 0.9 s of UT1, so the error of sidereal time is less than about 1.8 s; within a year after
+//! the end of the table it is less than about 0.1 s.
 
 use sofars::ts::dat;
 use std::sync::LazyLock;
 
-/// Where the Earth's rotation and pole are.
+/// Rotation angle and pole of the Earth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EarthOrientation {
     /// UT1 minus UTC, s.
@@ -21,7 +21,7 @@ pub struct EarthOrientation {
 const MJD_JD: f64 = 2_400_000.5;
 const ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
 
-/// UT1-TAI in s and the pole in arcsec, a day an entry.
+/// UT1-TAI in s and the pole in arcsec, one entry per day.
 struct Table {
     first_mjd: f64,
     days: Vec<[f64; 3]>,
@@ -29,7 +29,7 @@ struct Table {
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| read(include_str!("../../data/earth_orientation.txt")));
 
-/// Rows that cannot be read are left out; a test holds the shipped file to having none.
+/// The table is part of the program; a test checks that every row of it can be read.
 fn read(text: &str) -> Table {
     let mut first_mjd = 0.0;
     let mut days = Vec::new();
@@ -67,7 +67,7 @@ pub fn range_jd() -> (f64, f64) {
     (first, first + TABLE.days.len() as f64 - 1.0)
 }
 
-/// Earth orientation at a Julian date in UTC, interpolated linearly between days; held outside [`range_jd`].
+/// Earth orientation at a Julian date in UTC, interpolated linearly between days; constant outside [`range_jd`].
 #[must_use]
 pub fn at(time_jd_utc: f64) -> EarthOrientation {
     let (first, last) = range_jd();

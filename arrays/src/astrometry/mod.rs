@@ -1,8 +1,8 @@
-//! From UTC and a catalogue direction to sidereal time and the apparent place an array looks at.
+//! Sidereal time, and the apparent place of a catalogue direction, at a moment in UTC.
 //!
-//! The models are those of the IAU (precession 2006, nutation 2000A, Earth position by VSOP2000) as SOFA codes them, with UT1 and
-//! polar motion from the IERS series in [`eop`]; no refraction. Apparent right ascension is counted from the equinox, so that the hour
-//! angle is the local apparent sidereal time minus it.
+//! The models are those of the IAU (precession 2006, nutation 2000A, Earth position by VSOP2000) as implemented in SOFA, with UT1 and
+//! polar motion from the IERS series in [`eop`]. Refraction is not included. Apparent right ascension is counted from the equinox: the
+//! hour angle is the local apparent sidereal time minus the apparent right ascension.
 //!
 //! # Reference
 //! Capitaine, Wallace & Chapront 2003, A&A 412, 567 (precession); Mathews, Herring & Buffett 2002, JGR 107, B4 (nutation);
@@ -25,7 +25,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Half the arc over which the position angle of a catalogue frame is measured, rad.
 ///
-/// It is finite because the UVH5 memo's reference implementation takes it so; the angle near a pole depends on it.
+/// The reference implementation of the UVH5 memo uses this finite arc. The angle near a pole depends on it.
 const FRAME_PA_OFFSET_RAD: f64 = PI / 360.0;
 
 /// Rotation of ICRS into FK5 J2000: small angles about x, y and z, arcseconds.
@@ -34,14 +34,14 @@ const FRAME_PA_OFFSET_RAD: f64 = PI / 360.0;
 /// IERS Conventions 2003, chapter 5 (eta0, xi0, dalpha0).
 const FK5_BIAS_ARCSEC: [f64; 3] = [-0.0199, 0.0091, -0.0229];
 
-/// Where a catalogue direction appears at one moment and place.
+/// Apparent place of a catalogue direction at one time and site.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ApparentPlace {
     /// Apparent right ascension from the equinox of date, rad in 0 to 2 pi.
     pub ra_rad: f64,
     /// Apparent declination, rad.
     pub dec_rad: f64,
-    /// Position angle of the catalogue frame's north against that of the apparent frame, rad.
+    /// Position angle of the north of the catalogue frame in the apparent frame, rad.
     pub frame_pa_rad: f64,
 }
 
@@ -53,7 +53,7 @@ pub fn lst_rad(time_jd_utc: f64, site: &Site) -> Result<f64> {
     Ok(LocalSky::at(time_jd_utc, site)?.lst_rad())
 }
 
-/// Apparent place of a catalogue direction; `frame` is `icrs` or `fk5` (J2000), in any case of letters.
+/// Apparent place of a catalogue direction; `frame` is `icrs` or `fk5` (J2000), in upper or lower case.
 ///
 /// # Errors
 /// A date that is not between 1901 and 2099; another frame; a direction that is not finite.
@@ -61,7 +61,7 @@ pub fn apparent_place(ra_rad: f64, dec_rad: f64, frame: &str, time_jd_utc: f64, 
     LocalSky::at(time_jd_utc, site)?.apparent_place(ra_rad, dec_rad, frame)
 }
 
-/// All that is the same for every direction at one moment and place; make it once for all rows of an integration.
+/// Everything that is the same for all directions at one time and site. Make it once for all rows of an integration.
 #[derive(Debug, Clone)]
 pub struct LocalSky {
     astrom: IauAstrom,
@@ -73,7 +73,7 @@ impl LocalSky {
     /// The sky of a site at a Julian date in UTC.
     ///
     /// # Errors
-    /// A date that is not finite or not between 1900 and 2200; a site that is not finite.
+    /// A date that is not finite or not between 1901 and 2099; a site that is not finite.
     pub fn at(time_jd_utc: f64, site: &Site) -> Result<Self> {
         let bad = || ArrayError::BadValue {
             what: "time".into(),
@@ -156,7 +156,7 @@ impl LocalSky {
         (sin_lat * sin_dec + cos_lat * cos_dec * hour_angle.cos()).clamp(-1.0, 1.0).asin()
     }
 
-    /// Catalogue coordinates of an apparent place, whose declination may have passed a pole.
+    /// Catalogue coordinates of an apparent place. The declination may lie beyond a pole.
     fn catalogue(&self, ra: f64, dec: f64, fk5: bool) -> (f64, f64) {
         let (ra, dec) = if dec > FRAC_PI_2 {
             (ra + PI, PI - dec)
@@ -181,7 +181,7 @@ fn is_fk5(frame: &str) -> Result<bool> {
 
 type Matrix = [[f64; 3]; 3];
 
-/// Axes turned about z, then y, then x.
+/// Rotation of the axes about z, then y, then x.
 fn fk5_from_icrs() -> Matrix {
     let [eta, xi, da] = FK5_BIAS_ARCSEC.map(|a| a / 3600.0 * PI / 180.0);
     // astropy's and SOFA's signs: R1(-eta0) R2(xi0) R3(dalpha0).

@@ -1,4 +1,4 @@
-//! Directions as people write them: `19h59m28s,+40d44m02s` or `299.87deg,40.73deg`.
+//! Directions on the sky as texts: `19h59m28s,+40d44m02s` or `299.87deg,40.73deg`.
 
 use crate::quantity::Angle;
 use crate::{ArrayError, PhaseCenter, Result};
@@ -9,7 +9,7 @@ const EXPECTED: &str = "right ascension and declination such as 19h59m28s,+40d44
 /// Right ascension (0 to 2 pi) and declination in rad from a text such as `19h59m28s,+40d44m02s` or `299.87deg,40.73deg`.
 ///
 /// # Errors
-/// A text of another form, minutes or seconds of 60 or more, hours beyond 24, a declination beyond the poles.
+/// A text of another form, minutes or seconds of 60 or more, hours beyond 24, or a declination beyond the poles.
 pub fn parse_direction(text: &str) -> Result<(f64, f64)> {
     let bad = |what: &str, expected| ArrayError::BadValue { what: what.into(), value: format!("{text:?}"), expected };
     let Some((ra, dec)) = text.split_once(',') else { return Err(bad("direction", EXPECTED)) };
@@ -30,7 +30,7 @@ pub fn parse_direction(text: &str) -> Result<(f64, f64)> {
     Ok((ra_rad.rem_euclid(TAU), dec_rad))
 }
 
-/// `[+-]<whole><unit>[<minutes>m[<seconds>s]]` in units of `unit`, or nothing where the text has another form.
+/// `[+-]<whole><unit>[<minutes>m[<seconds>s]]` in units of `unit`, or `None` where the text has another form.
 fn sexagesimal(text: &str, unit: char) -> Option<f64> {
     let text = text.trim();
     let (sign, text) = match text.strip_prefix('-') {
@@ -46,7 +46,7 @@ fn sexagesimal(text: &str, unit: char) -> Option<f64> {
 }
 
 impl PhaseCenter {
-    /// A sidereal phase centre in ICRS from a text such as `19h59m28s,+40d44m02s`, named by that text.
+    /// A sidereal phase centre in ICRS from a text such as `19h59m28s,+40d44m02s`. The text becomes its name.
     ///
     /// # Errors
     /// As [`parse_direction`].

@@ -1,7 +1,7 @@
-//! UTC as people write it, and as a Julian date.
+//! Conversion between UTC as a text and UTC as a Julian date.
 //!
-//! A day with a leap second is one day of 86,401 s (SOFA's quasi Julian date, which astropy and UVH5 also use), so every UTC instant has
-//! its own number.
+//! A day with a leap second is one day of 86,401 s (SOFA's quasi Julian date, which astropy and UVH5 also use), so every
+//! UTC instant has its own number.
 
 use crate::{ArrayError, Result};
 use sofars::ts::{d2dtf, dat, dtf2d};
@@ -11,7 +11,7 @@ const EXPECTED: &str = "an ISO 8601 time in UTC such as 2025-06-01T12:00:00 or 2
 /// Julian date of an ISO 8601 time in UTC: `2025-06-01T12:00:00`, with optional fraction, `Z`, seconds, or time of day.
 ///
 /// # Errors
-/// A text of another form, an offset from UTC, a date or time that does not exist (23:59:60 exists on leap second days only).
+/// A text of another form, an offset from UTC, or a date or time that does not exist (23:59:60 exists only on days with a leap second).
 pub fn parse_utc(text: &str) -> Result<f64> {
     let bad = |expected: &'static str| ArrayError::BadValue { what: "time".into(), value: format!("{text:?}"), expected };
     let trimmed = text.trim();
@@ -53,7 +53,7 @@ pub fn parse_utc(text: &str) -> Result<f64> {
     Ok(day1 + fraction)
 }
 
-/// Length of the leap second at the end of a day that begins at this Julian date: 1, or 0.
+/// Leap seconds at the end of the day that begins at this Julian date: 1 or 0.
 fn leap_second(day_jd: f64) -> Result<f64> {
     let at = |jd: f64| sofars::cal::jd2cal(jd, 0.0).and_then(|(y, m, d, _)| dat(y, m, d, 0.0));
     match (at(day_jd), at(day_jd + 1.0)) {

@@ -1,16 +1,17 @@
-//! The rows of an observation, made when they are asked for: millions of rows need no memory.
+//! The rows of an observation, computed on request, so that millions of rows need no memory.
 
-use super::UvCoverage;
+use super::rows::UvCoverage;
 use super::track::{DAY_S, Track};
 use crate::astrometry::{ApparentPlace, LocalSky};
 use crate::{ArrayError, ArrayLayout, PhaseCenter, PhaseCenterKind, Result, Site};
 use ndarray::Array2;
 use std::ops::Range;
 
-/// Antenna positions, where they look at each time, and so all rows.
+/// Antenna positions and the direction of the phase centre at each time. Together they give all rows.
 ///
 /// Rows run by time, then by first and second antenna with `ant1 < ant2` (or `<=` with autocorrelations). For a sidereal phase centre u
-/// points east and v north in the catalogue frame of the phase centre, w to the source; without one uvw are the baselines as they stand.
+/// points east and v north in the catalogue frame of the phase centre, and w to the source. Without such a phase centre uvw are the
+/// baselines in the frame of the layout.
 #[derive(Debug, Clone)]
 pub struct CoveragePlan {
     /// Antenna positions from the site, m: geocentric axes for a tracked centre, otherwise the layout's own.
@@ -35,7 +36,7 @@ struct TimeSlot {
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl CoveragePlan {
-    /// One integration of baselines as they stand, uvw = r2 - r1: the boresight or zenith of the array.
+    /// One integration towards the boresight or zenith of the array: uvw = r2 - r1 in the frame of the layout.
     ///
     /// # Errors
     /// A time or integration time that is not finite and positive; an array of one antenna.
@@ -192,7 +193,7 @@ impl CoveragePlan {
     /// All rows at once.
     ///
     /// # Errors
-    /// Never for a plan that was made.
+    /// None for a valid plan.
     pub fn coverage(&self) -> Result<UvCoverage> {
         self.rows(0..self.n_rows())
     }
@@ -240,7 +241,7 @@ fn turned(m: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
     m.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// Zenith of an antenna in geocentric axes: its own, for far apart antennas do not share one horizon.
+/// Zenith of an antenna in geocentric axes. Each antenna has its own zenith, because distant antennas have different horizons.
 fn zenith(site: &Site, enu: [f64; 3]) -> [f64; 3] {
     let (center, offset) = (site.to_ecef_m(), site.enu_to_ecef_offset(enu));
     let here = Site::from_ecef_m([0, 1, 2].map(|k| center[k] + offset[k]));

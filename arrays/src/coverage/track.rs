@@ -1,4 +1,4 @@
-//! When an array integrates: a start and a duration, or a range of hour angles near a date.
+//! The times of an observation: a start and a duration, or a range of hour angles near a date.
 
 use crate::astrometry::LocalSky;
 use crate::{ArrayError, PhaseCenter, PhaseCenterKind, Result, Site};
@@ -8,19 +8,19 @@ use std::f64::consts::{PI, TAU};
 pub(super) const DAY_S: f64 = 86_400.0;
 /// Most integrations of one track: eleven days of one second.
 const MOST_TIMES: f64 = 1e6;
-/// Turns of the Earth against the stars in one solar day.
+/// Rotations of the Earth relative to the stars in one solar day.
 const SIDEREAL_RATE: f64 = 1.002_737_909_350_795;
 
-/// Integrations one after another, and the limits of the antennas that take part.
+/// Consecutive integrations, and which antennas are correlated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Track {
     /// Start of the first integration, Julian date UTC.
     pub start_jd: f64,
-    /// Length of the whole track, s; whole integrations that fit are taken.
+    /// Length of the whole track, s. The track has as many whole integrations as fit.
     pub duration_s: f64,
     /// Length of one integration, s.
     pub integration_s: f64,
-    /// Antennas that see the phase centre below this elevation take no part, rad; none takes all.
+    /// Antennas for which the phase centre is below this elevation (rad) are left out; `None` keeps all antennas.
     pub elevation_limit_rad: Option<f64>,
     /// Whether each antenna is also correlated with itself.
     pub autocorrelations: bool,
@@ -65,7 +65,7 @@ impl Track {
             let sky = LocalSky::at(jd, site)?;
             Ok(sky.lst_rad() - sky.apparent_place(ra_rad, dec_rad, &phase_center.frame)?.ra_rad)
         };
-        // The middle of the range is what lies nearest to the date; two steps leave less than a microsecond.
+        // The middle of the range is placed nearest to the date. After two steps the error is less than a microsecond.
         let middle = (from + to) / 2.0;
         let mut jd = near_jd;
         for _ in 0..3 {

@@ -1,6 +1,6 @@
-//! How many different baselines there are, and how much of the u-v disc they fill.
+//! The number of different baselines, and the fraction of the u-v disc that they fill.
 
-use super::Plane;
+use super::plane::Plane;
 use crate::ArrayLayout;
 use std::collections::{HashMap, HashSet};
 
@@ -25,7 +25,8 @@ pub(super) fn unique_baselines(layout: &ArrayLayout, tolerance_m: f64) -> usize 
     unique
 }
 
-/// Whether a baseline within the tolerance is known: it is in the same cell or, along each axis, in the one on the nearer side.
+/// True where a baseline within the tolerance is known. Such a baseline lies in the same cell or, along each axis, in the nearer
+/// neighbouring cell.
 fn near(seen: &Cells, b: [f64; 3], tolerance: f64) -> bool {
     let scaled = b.map(|v| v / (2.0 * tolerance));
     let sides = scaled.map(|v| {
@@ -39,7 +40,7 @@ fn near(seen: &Cells, b: [f64; 3], tolerance: f64) -> bool {
     })
 }
 
-/// Cells hit by a baseline or its opposite, over the cells of the disc of the longest baseline.
+/// Number of cells that contain a baseline or its opposite, divided by the number of cells in the disc of the longest baseline.
 pub(super) fn uv_fill(plane: &Plane, cell: f64) -> f64 {
     let mut hit = HashSet::new();
     for [u, v] in plane.pairs() {
@@ -48,7 +49,7 @@ pub(super) fn uv_fill(plane: &Plane, cell: f64) -> f64 {
         }
     }
     let radius = plane.longest() / cell;
-    // Small discs have few cells; a cell counts by the part of it that the disc covers, which is its area on the whole.
+    // A small disc has few cells. Each cell counts by the fraction of it inside the disc, so the sum is the area of the disc.
     let cells = (std::f64::consts::PI * radius * radius).max(hit.len() as f64);
     hit.len() as f64 / cells
 }

@@ -1,11 +1,14 @@
-//! What an array can do, in numbers: its size, and at a frequency its beam, side lobes and coverage for a snapshot at the zenith.
+//! Figures of merit of an array: its size, and at one frequency its beam, side lobes and u-v coverage for a snapshot at the zenith.
 
 mod coverage;
+mod plane;
 mod psf;
+
+use plane::Plane;
 
 use crate::{ArrayError, ArrayLayout, Result, SPEED_OF_LIGHT_M_S};
 
-/// Most antennas for which figures are made: the pairs are held in memory.
+/// Largest number of antennas for which figures are computed, because the pairs are held in memory.
 const MOST_ANTENNAS: usize = 3000;
 
 /// Baselines of an array.
@@ -24,7 +27,8 @@ pub struct LayoutExtent {
 /// Figures at one frequency, for natural weights and one integration towards the zenith or boresight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LayoutFigures {
-    /// Full width at half maximum of the main lobe along its major axis, rad (Gaussian fit); pi where the array does not resolve at all.
+    /// Full width at half maximum of the main lobe along its major axis, rad (Gaussian fit); pi where the array has no
+    /// resolution.
     pub bmaj_rad: f64,
     /// Full width at half maximum along the minor axis, rad.
     pub bmin_rad: f64,
@@ -36,11 +40,12 @@ pub struct LayoutFigures {
     pub psl_db: f64,
     /// Root mean square of the beam outside the main lobe over its peak, within 30 beams of the centre.
     pub rms_sidelobe: f64,
-    /// Part of the cells of one element diameter (or of the shortest baseline) inside the longest baseline that are hit.
+    /// Fraction of the u-v cells within the longest baseline that contain a baseline. A cell has the size of the smallest element diameter,
+    /// or of the shortest baseline where no diameter is known.
     pub uv_fill: f64,
-    /// Baselines for each different one.
+    /// Number of baselines divided by the number of different baselines.
     pub redundancy: f64,
-    /// Number of different baselines, those within a tenth of a wavelength counted once.
+    /// Number of different baselines. Baselines within a tenth of a wavelength of each other count once.
     pub unique_baselines: usize,
 }
 
@@ -109,33 +114,6 @@ impl ArrayLayout {
             redundancy: self.n_baselines() as f64 / unique_baselines as f64,
             unique_baselines,
         })
-    }
-}
-
-/// Antennas projected on the aperture plane, from their mean, in wavelengths.
-struct Plane {
-    xy: Vec<[f64; 2]>,
-}
-
-impl Plane {
-    fn new(layout: &ArrayLayout, wavelength_m: f64) -> Self {
-        let n = layout.n_ant() as f64;
-        let mean = [0, 1].map(|k| layout.antennas().iter().map(|a| a.position_m[k]).sum::<f64>() / n);
-        Self { xy: layout.antennas().iter().map(|a| [0, 1].map(|k| (a.position_m[k] - mean[k]) / wavelength_m)).collect() }
-    }
-
-    fn pairs(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
-        self.xy.iter().enumerate().flat_map(|(i, a)| self.xy[i + 1..].iter().map(move |b| [b[0] - a[0], b[1] - a[1]]))
-    }
-
-    /// Shortest projected baseline, wavelengths; antennas behind each other do not count.
-    fn shortest(&self) -> f64 {
-        let longest = self.longest();
-        self.pairs().map(|[u, v]| u.hypot(v)).filter(|d| *d > 1e-9 * longest).fold(longest, f64::min)
-    }
-
-    fn longest(&self) -> f64 {
-        self.pairs().map(|[u, v]| u.hypot(v)).fold(0.0, f64::max)
     }
 }
 

@@ -1,17 +1,17 @@
 //! The beam of an array by direct sums: its main lobe and its side lobes.
 //!
 //! With natural weights and no autocorrelations the beam of N antennas is (|AF|^2 - N) / (N (N - 1)), where AF is the sum of the
-//! antennas' phasors, so a grid of beams costs N multiplications a point.
+//! antennas' phasors, so each point of the beam costs N multiplications.
 
-use super::Plane;
+use super::plane::Plane;
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_PI_2, LN_2, PI, TAU};
 
-/// Grid points from the centre to its edge when the main lobe is fitted, and beams from the centre to the edge at first.
+/// Number of grid points from the centre to the edge of the grid on which the main lobe is fitted.
 const FIT_HALF: i64 = 16;
-/// Side lobes are looked for out to this many beams.
+/// Side lobes are searched out to this many beams.
 const BEAMS: f64 = 30.0;
-/// Points across one beam where side lobes are looked for.
+/// Points per beam in the search for side lobes.
 const PER_BEAM: f64 = 4.0;
 
 /// An elliptical Gaussian fitted to the main lobe.
@@ -71,7 +71,7 @@ impl Beam {
         let curvature = eigen(moment(0, 0), moment(0, 1), moment(1, 1));
         // Gaussian of the same curvature: 1 - 4 ln2 x^2 / fwhm^2.
         let fwhm = |m: f64| (2.0 * LN_2 / m.max(f64::MIN_POSITIVE)).sqrt() / PI;
-        // A line of antennas resolves nothing across itself: there the beam is wider than the sky.
+        // A line of antennas has no resolution across the line: there the beam is wider than the sky.
         let narrow = fwhm(curvature.large);
         let wide = fwhm(curvature.small).clamp(narrow, (2.0 * PI).max(narrow));
         let line = wide >= PI;
@@ -86,7 +86,8 @@ impl Beam {
                     let (sx, sy) = (narrow * unit, wide * unit);
                     return Self::of_form(x2 / (sx * sx), xy / (sx * sy), y2 / (sy * sy), along, across);
                 }
-                // A pedestal wider than the curvature says: look further out. Far enough, the beam of any array falls below half.
+                // A wide pedestal makes the beam wider than its curvature suggests, so the grid is enlarged. Far enough out the beam of any array
+                // falls below half.
                 None if reach < 1e4 => reach *= 2.0,
                 None => return Self::of_form(1.0 / (narrow * narrow), 0.0, 1.0 / (wide * wide), along, across),
             }
@@ -111,8 +112,8 @@ impl Beam {
     }
 }
 
-/// Fit ln beam = -4 ln2 (x2 i^2 + 2 xy i j + y2 j^2) to the points connected to the centre above half; nothing where they reach the edge.
-/// Of the beam of a line of antennas only the middle row is fitted: it does not fall across the line.
+/// Fit ln beam = -4 ln2 (x2 i^2 + 2 xy i j + y2 j^2) to the points above half that are connected to the centre; `None` where they reach
+/// the edge. For a line of antennas only the middle row is fitted, because the beam does not fall across the line.
 fn quadratic(grid: &[Vec<f64>], line: bool) -> Option<(f64, f64, f64)> {
     let half = FIT_HALF;
     let at = |i: i64, j: i64| if j >= 0 { grid[j as usize][(i + half) as usize] } else { grid[-j as usize][(half - i) as usize] };

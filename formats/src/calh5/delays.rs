@@ -1,28 +1,30 @@
-//! Delays: a gain of modulus 1 whose phase runs through 0 at frequency 0.
+//! Delays read as gains. The gain of a delay has modulus 1 and phase 0 at frequency 0.
 //!
-//! The gain of a delay tau is exp(-2 pi i nu tau), the sign that pyuvdata takes unless it is told otherwise; the keyword
-//! `cittert_delay_convention` says so in our files.
+//! The gain of a delay tau is exp(-2 pi i nu tau), which is the default sign of pyuvdata. Files written by cittert state the sign in the
+//! keyword `cittert_delay_convention`.
 
-use super::{Extras, Values, begin, write_data};
+use super::names::CONVENTION_KEYWORD;
 use crate::h5::H5In;
 use crate::{FormatError, Result};
-use cittert_arrays::{GainTable, SpectralWindow};
-use ndarray::{Array1, Array2, Array3, Array4, Ix4, s};
+use cittert_arrays::SpectralWindow;
+use ndarray::{Array4, Ix4, s};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
-use std::path::Path;
 
-/// Keyword (of `extra_keywords`) of the sign of the phase.
-const CONVENTION_KEYWORD: &str = "cittert_delay_convention";
 /// Phase that a gain may turn between two channels made for a delay, rad.
 const FINE_RAD: f64 = 0.05;
 /// Most channels made for the delays of a spectral window.
 const MOST_CHANNELS: usize = 4096;
-/// Departure of a gain from that of its delay that is taken for rounding: of the modulus, and of the phase in rad.
-const ROUNDING: f64 = 1e-4;
+/// The gains of a file \[ant, chan, time, jones\].
+pub(super) struct Values {
+    pub(super) gains: Array4<Complex64>,
+    pub(super) spectrum: SpectralWindow,
+    /// For each channel, the index along the axis of the file, where flags and qualities are found.
+    pub(super) own: Vec<usize>,
+}
 
 /// Channels of a set, window by window.
-fn windows(spectrum: &SpectralWindow) -> Vec<Vec<usize>> {
+pub(super) fn windows(spectrum: &SpectralWindow) -> Vec<Vec<usize>> {
     let mut numbers: Vec<u32> = spectrum.spw().to_vec();
     numbers.sort_unstable();
     numbers.dedup();
@@ -78,82 +80,4 @@ fn made(file: &H5In, ranges: &SpectralWindow, delays: &Array4<f64>) -> Result<Sp
         spw.extend(std::iter::repeat_n(w as u32, n));
     }
     SpectralWindow::with_windows(freq, width, spw).map_err(|e| FormatError::values(file.path(), e))
-}
-
-/// Write a table of gains as delays, one for each antenna, interval, feed and spectral window.
-///
-/// # Errors
-/// Gains that are not those of a delay: another modulus than 1, or a phase that does not run through 0 at frequency 0; the error names
-/// the antenna and what would be lost. Else as [`super::write_gains`].
-pub fn write_delays(path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
-    table.check().map_err(|e| FormatError::values(path, e))?;
-    let table = &table.with_each_feed();
-    let windows = windows(&table.spectrum);
-    let (n_time, n_ant, _, n_feed) = table.gains.dim();
-    let shape = (n_time, n_ant, windows.len(), n_feed);
-    let mut delays = Array4::zeros(shape);
-    let mut flags = Array4::from_elem(shape, true);
-    let mut quality = table.quality.as_ref().map(|_| Array4::zeros(shape));
-    for ((time, ant, w, feed), delay) in delays.indexed_iter_mut() {
-        let good: Vec<usize> = windows[w].iter().copied().filter(|c| !table.flags[(time, ant, *c, feed)]).collect();
-        if let (Some(to), Some(from)) = (&mut quality, &table.quality) {
-            to[(time, ant, w, feed)] = windows[w].iter().map(|c| from[(time, ant, *c, feed)]).sum::<f64>() / windows[w].len() as f64;
-        }
-        if good.is_empty() {
-            continue;
-        }
-        let freq: Vec<f64> = good.iter().map(|c| table.spectrum.freq_hz()[*c]).collect();
-        let gains: Vec<Complex64> = good.iter().map(|c| table.gains[(time, ant, *c, feed)]).collect();
-        *delay = delay_of(&freq, &gains).map_err(|found| {
-            let antenna = &table.layout.antennas()[ant].name;
-            let place = format!("antenna {antenna}, interval {time}, feed {}, window {w}", table.feeds[feed]);
-            let expected = "gains that are those of a delay, which is all that a table of delays keeps (write gains instead)";
-            FormatError::malformed(path, place, expected, found)
-        })?;
-        flags[(time, ant, w, feed)] = false;
-    }
-    let total = table.total_quality.as_ref().map(|t| {
-        Array3::from_shape_fn((n_time, windows.len(), n_feed), |(i, w, f)| {
-            windows[w].iter().map(|c| t[(i, *c, f)]).sum::<f64>() / windows[w].len() as f64
-        })
-    });
-    let out = begin(path, table, overwrite)?;
-    out.text("Header/cal_type", "delay")?;
-    out.scalar("Header/wide_band", true)?;
-    // A table with a range for each window has no channels.
-    out.scalar("Header/Nfreqs", 1i64)?;
-    out.scalar("Header/Nspws", windows.len() as i64)?;
-    out.array("Header/spw_array", Array1::from_iter(0..windows.len() as i64).view())?;
-    let (centre, width) = extents(&table.spectrum);
-    let ranges = Array2::from_shape_fn((windows.len(), 2), |(w, end)| centre[w] + (end as f64 - 0.5) * width[w]);
-    out.array("Header/freq_range", ranges.view())?;
-    out.text(&format!("Header/extra_keywords/{CONVENTION_KEYWORD}"), "minus")?;
-    write_data(&out, "Data/delays", delays.view(), &Extras { flags, quality, total })?;
-    out.finish()
-}
-
-/// The delay, s, of gains at increasing or decreasing frequencies; what speaks against one, where there is none.
-fn delay_of(freq: &[f64], gains: &[Complex64]) -> std::result::Result<f64, String> {
-    if let Some(g) = gains.iter().find(|g| (g.norm() - 1.0).abs() > ROUNDING || !g.is_finite()) {
-        return Err(format!("an amplitude of {}", g.norm()));
-    }
-    if freq.len() < 2 {
-        return Err("one channel, which shows no delay".into());
-    }
-    // Phases without their jumps give the slope; the phase at the middle of the band then gives the delay its last digits.
-    let mut phase = vec![gains[0].arg()];
-    for pair in gains.windows(2) {
-        phase.push(phase[phase.len() - 1] + (pair[1] * pair[0].conj()).arg());
-    }
-    let (f, p) = (Array1::from(freq.to_vec()), Array1::from(phase));
-    let (mean_f, mean_p) = (f.mean().unwrap_or(0.0), p.mean().unwrap_or(0.0));
-    let (df, dp) = (f - mean_f, p - mean_p);
-    let coarse = -(&df * &dp).sum() / (&df * &df).sum() / TAU;
-    let left = |delay: f64| freq.iter().zip(gains).map(move |(f, g)| g * Complex64::from_polar(1.0, (TAU * f * delay) % TAU));
-    let delay = coarse - left(coarse).sum::<Complex64>().arg() / (TAU * mean_f);
-    let worst = left(delay).map(|g| g.arg().abs()).fold(0.0, f64::max);
-    if worst > ROUNDING {
-        return Err(format!("a delay of {coarse:.6e} s with a phase of its own: {worst:.3} rad are left"));
-    }
-    Ok(delay)
 }

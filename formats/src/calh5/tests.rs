@@ -1,5 +1,6 @@
 //! Gain tables there and back.
 
+use super::names::MODE_KEYWORD;
 use super::*;
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
 

@@ -1,6 +1,6 @@
 //! Header cards: `KEYWORD = value / comment`, 80 characters each, up to `END`.
 
-use super::{BLOCK, Input, padding};
+use super::input::{BLOCK, Input, padding};
 use crate::{FormatError, Result};
 use std::path::{Path, PathBuf};
 

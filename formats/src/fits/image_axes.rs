@@ -1,7 +1,7 @@
 //! What the axes of an image mean: from keywords to grid, channels and polarisations.
 
-use super::Header;
 use super::celestial::{Projection, recentre};
+use super::header::Header;
 use crate::{FormatError, Result};
 use cittert_arrays::{BrightnessUnit, Polarization, SkyFrame, SkyGrid, SpectralWindow};
 

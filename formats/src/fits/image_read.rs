@@ -1,8 +1,9 @@
 //! Images read: any BITPIX, scaled integers, degenerate axes, in the first header or an extension, plain or .fits.gz.
 
+use super::header::Header;
 use super::image_axes::{Axes, Kind, unit};
+use super::input::{Input, padding};
 use super::table::Table;
-use super::{Header, Input, padding};
 use crate::{FormatError, Result};
 use cittert_arrays::{Image, RestoringBeam, SpectralWindow};
 use ndarray::{ArrayD, Axis, Ix4, IxDyn};

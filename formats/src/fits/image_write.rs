@@ -1,7 +1,9 @@
 //! Images written: four axes (RA---SIN, DEC--SIN, FREQ, STOKES), or linear direction cosines for a boresight.
 
+use super::header::HeaderWriter;
+use super::input::padding;
+use super::linear::LinearAxis;
 use super::table::{Form, TableWriter};
-use super::{HeaderWriter, LinearAxis, padding};
 use crate::atomic::AtomicFile;
 use crate::{FormatError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyFrame};

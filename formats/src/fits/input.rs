@@ -7,12 +7,14 @@ use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
+/// FITS files are made of blocks of this many bytes.
+pub(super) const BLOCK: usize = 2880;
 /// Deflate cannot shrink anything by more than this factor, so a compressed file cannot hold more than this many times its size.
 const LARGEST_DEFLATE_RATIO: u64 = 1032;
 
 /// Bytes that fill up the last block of `len` bytes.
 pub(crate) fn padding(len: u64) -> u64 {
-    (super::BLOCK as u64 - len % super::BLOCK as u64) % super::BLOCK as u64
+    (BLOCK as u64 - len % BLOCK as u64) % BLOCK as u64
 }
 
 /// An open file that knows where it is and how much it can hold at most.

@@ -1,6 +1,7 @@
 //! Plain arrays with linear axes: u-v masks, gridded weights and the like.
 
-use super::{HeaderWriter, padding};
+use super::header::HeaderWriter;
+use super::input::padding;
 use crate::atomic::AtomicFile;
 use crate::{FormatError, Result};
 use ndarray::ArrayView2;

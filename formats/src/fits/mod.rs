@@ -4,6 +4,7 @@
 //! Pence et al. 2010, A&A 524, A42 (FITS 3.0); Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, A&A 395, 1077.
 
 mod celestial;
+mod format;
 mod header;
 mod image_axes;
 mod image_read;
@@ -16,13 +17,6 @@ pub use image_read::read_image;
 pub use image_write::{ImageOptions, write_image};
 pub use linear::{LinearAxis, write_plane};
 
+pub(crate) use format::{FitsImage, is_random_groups};
 pub(crate) use header::{Header, HeaderWriter};
 pub(crate) use input::{Input, padding};
-
-/// FITS files are made of blocks of this many bytes.
-pub(crate) const BLOCK: usize = 2880;
-
-/// True where the file is gzip-compressed FITS.
-pub(crate) fn is_compressed_fits(path: &std::path::Path) -> bool {
-    Input::open(path).and_then(|mut input| Header::read(&mut input, true)).is_ok()
-}

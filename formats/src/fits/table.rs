@@ -1,6 +1,7 @@
 //! Binary tables (BINTABLE): small ones, held in memory.
 
-use super::{Header, HeaderWriter, Input, padding};
+use super::header::{Header, HeaderWriter};
+use super::input::{Input, padding};
 use crate::{FormatError, Result};
 
 /// One column of a table.

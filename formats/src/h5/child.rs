@@ -12,7 +12,7 @@ use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::ptr::null_mut;
-use std::sync::atomic::{AtomicU8, Ordering::SeqCst};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::SeqCst};
 use std::sync::{Mutex, PoisonError};
 
 /// Longest time that a worker may compute on a small file, s, and on each 16 MiB of a larger one; a good one takes milliseconds.
@@ -41,6 +41,14 @@ struct Child {
     /// Process of the program and of the keeper: a copy of the program by fork must not use its pipes.
     owner: u32,
     keeper: libc::pid_t,
+}
+
+/// True in the child process, which reads the files that it looks at.
+static CHILD: AtomicBool = AtomicBool::new(false);
+
+/// True in the child process.
+pub(super) fn in_the_child() -> bool {
+    CHILD.load(SeqCst)
 }
 
 static KEPT: Mutex<Option<Child>> = Mutex::new(None);
@@ -219,6 +227,7 @@ fn alone(requests: &File, replies: &File, lasting: bool) {
 fn work(requests: &File, replies: &File, busy: &AtomicU8, look: Look) -> ! {
     // SAFETY: ends the process at once.
     let end = |code| unsafe { libc::_exit(code) };
+    CHILD.store(true, SeqCst);
     let had = memory();
     for _ in 0..FILES_OF_A_WORKER {
         let Ok(path) = next(requests) else { end(ALONE) };

@@ -2,7 +2,7 @@
 //!
 //! The library unpacks on one thread, puts the values of a chunk to their places one by one, and trusts the size that a filter gives.
 
-use super::probe;
+use super::child::in_the_child;
 use super::unpack::Pipeline;
 use hdf5::{Dataset, Dataspace, Hyperslab, SliceOrIndex};
 use hdf5_sys::h5::{herr_t, hsize_t};
@@ -72,7 +72,7 @@ impl<'a> Chunks<'a> {
         let high = self.chunk[0];
         let mut all = (rows.start / high * high..rows.end).step_by(high).flat_map(|first| (0..columns).map(move |c| (first, c)));
         // A process that was forked has none of the threads.
-        let threads = if probe::in_the_child() { 1 } else { rayon::current_num_threads() };
+        let threads = if in_the_child() { 1 } else { rayon::current_num_threads() };
         let at_once = (BATCH / self.length()?.max(1)).max(threads);
         loop {
             let batch: Vec<(usize, usize)> = all.by_ref().take(at_once).collect();

@@ -1,10 +1,10 @@
 //! Look at a file in a child process first: the system's HDF5 library crashes or loops on some damaged files, and no handler can
 //! catch that, but a parent can. The child visits every object and reads what a reader would read first.
 
-use super::child::{NO_MEMORY, UNSOUND, look_at};
-use super::read::H5In;
-use super::types::{FLAWS, flaw};
-use crate::rehearse::rehearse;
+use super::child::{NO_MEMORY, UNSOUND, in_the_child, look_at};
+use super::flaws::{FLAWS, flaw};
+use super::read::{H5In, SIGNATURE};
+use crate::files::{open_file, read_up_to};
 use crate::{FormatError, Result};
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, Group};
@@ -13,7 +13,6 @@ use num_complex::Complex;
 use std::collections::VecDeque;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
@@ -27,22 +26,34 @@ const REMEMBERED: usize = 16;
 /// A file that changed so shortly ago may change again without a change of its stamp: the clock of file systems ticks every few ms.
 const YOUNG: Duration = Duration::from_millis(50);
 
-/// True in the child process, which reads what it looks at.
-static CHILD: AtomicBool = AtomicBool::new(false);
-
 /// What tells one state of a file from another: device, inode, size, time of change (s, ns).
 type Stamp = (u64, u64, u64, i64, i64);
 
 /// Files that were found good, so that a file is looked at once though it is sniffed and opened by several readers.
 static GOOD: Mutex<VecDeque<Stamp>> = Mutex::new(VecDeque::new());
 
-/// True in the child process.
-pub(super) fn in_the_child() -> bool {
-    CHILD.load(Relaxed)
+/// Open a file to read. `expected` says what it should be, for the error.
+pub(crate) fn open(path: &Path, expected: &str) -> Result<H5In> {
+    let mut magic = [0u8; 8];
+    let got = read_up_to(&mut open_file(path)?, &mut magic).map_err(|e| FormatError::io(path, "read", e))?;
+    if magic[..got] != *SIGNATURE {
+        return Err(FormatError::NotA {
+            path: path.into(),
+            expected: format!("{expected} (an HDF5 file, which begins with \"\\x89HDF\")"),
+            found: format!("it begins with \"{}\"", magic[..got].escape_ascii()),
+        });
+    }
+    probe(path)?;
+    H5In::open_unprobed(path)
+}
+
+/// True where the file is HDF5 and has a dataset of that name.
+pub(crate) fn has(path: &Path, dataset: &str) -> bool {
+    open(path, "").is_ok_and(|f| f.has(dataset))
 }
 
 /// Refuse a file that ends the process which reads it.
-pub(super) fn probe(path: &Path) -> Result<()> {
+fn probe(path: &Path) -> Result<()> {
     if in_the_child() {
         return Ok(());
     }
@@ -84,16 +95,10 @@ fn in_a_child(path: &Path) -> Option<String> {
     }
 }
 
-/// Open a file and visit all that is in it, up to a type that must not be read.
+/// Open a file and visit everything in it. The result is the flaw of the first type that must not be read.
 fn look_through(path: &Path) -> Option<usize> {
-    CHILD.store(true, Relaxed);
-    let file = H5In::open_unseen(path).ok()?;
-    let flaw = file.group("").and_then(|root| visit(&file, &root, "", 0, &mut 0));
-    drop(file);
-    if flaw.is_none() && std::io::Error::last_os_error().raw_os_error() != Some(libc::ENOMEM) {
-        rehearse(path);
-    }
-    flaw
+    let file = H5In::open_unprobed(path).ok()?;
+    file.group("").and_then(|root| visit(&file, &root, "", 0, &mut 0))
 }
 
 /// Read every dataset below a group as far as a reader would at first, up to a type that must not be read. Errors are for the parent to meet
@@ -120,25 +125,39 @@ fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize)
     None
 }
 
-/// Read a dataset as what it is: whole, or its first and last row.
+/// Read the first rows and the last row of a dataset as every type that a reader of this crate asks for: the library also crashes in the
+/// conversion of damaged types.
 fn look(file: &H5In, dataset: &Dataset, name: &str) {
     let (Ok(shape), Ok(space)) = (file.shape(dataset, name), dataset.space()) else { return };
-    let Ok(dtype) = dataset.dtype().and_then(|d| d.to_descriptor()) else { return };
     if space.is_null() {
         return;
     }
-    let whole = dataset.size() <= SMALL;
+    let Ok(dtype) = dataset.dtype().and_then(|d| d.to_descriptor()) else { return };
     let rows = shape.first().copied().unwrap_or(0);
-    let ends = if whole { [0..rows, 0..0] } else { [0..1, rows - 1..rows] };
-    let ends = ends.into_iter().filter(|r| !r.is_empty());
+    let row = shape.iter().skip(1).product::<usize>().max(1);
+    let first = 0..(SMALL / row).clamp(1, rows.max(1)).min(rows);
+    let last = rows.saturating_sub(1).max(first.end)..rows;
+    let whole = dataset.size() <= SMALL;
+    let ends = || [first.clone(), last.clone()].into_iter().filter(|r| !r.is_empty());
     match dtype {
         TypeDescriptor::Compound(_) if file.demand_complex(dataset, name).is_ok() => {
-            ends.for_each(|r| drop(file.rows::<Complex<f32>, IxDyn>(dataset, name, r)));
+            ends().for_each(|r| drop(file.rows::<Complex<f32>, IxDyn>(dataset, name, r)));
+            if whole {
+                drop(file.all::<Complex<f64>>(dataset));
+            }
         }
-        TypeDescriptor::Float(_) if whole => drop(file.all::<f64>(dataset)),
-        TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) if whole => drop(file.all::<i64>(dataset)),
-        TypeDescriptor::Boolean | TypeDescriptor::Enum(_) if whole => drop(file.all::<i8>(dataset)),
-        _ if file.demand_numbers(dataset, name).is_ok() => ends.for_each(|r| drop(file.rows::<f64, IxDyn>(dataset, name, r))),
+        _ if file.demand_numbers(dataset, name).is_ok() && whole => {
+            drop(file.all::<f64>(dataset));
+            drop(file.all::<f32>(dataset));
+            drop(file.all::<i64>(dataset));
+            drop(file.all::<i8>(dataset));
+        }
+        _ if file.demand_numbers(dataset, name).is_ok() => ends().for_each(|r| {
+            drop(file.rows::<f64, IxDyn>(dataset, name, r.clone()));
+            drop(file.rows::<f32, IxDyn>(dataset, name, r.clone()));
+            drop(file.rows::<i64, IxDyn>(dataset, name, r.clone()));
+            drop(file.rows::<i8, IxDyn>(dataset, name, r));
+        }),
         _ => drop(file.strings(dataset)),
     }
 }

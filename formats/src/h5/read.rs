@@ -1,8 +1,8 @@
 //! HDF5 files read: scalars, texts and small arrays by name, large arrays by runs of rows.
 
 use super::chunks::Chunks;
-use super::{SIGNATURE, convert, failed, strings, tiles};
-use crate::files::{open_file, read_up_to};
+use super::failure::failed;
+use super::{contiguous, convert, strings};
 use crate::{FormatError, Result};
 use bytemuck::Pod;
 use hdf5::types::TypeDescriptor;
@@ -11,6 +11,8 @@ use ndarray::{ArrayD, Dimension};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+/// The first bytes of an HDF5 file without a user block.
+pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// Filters as large as these shrink nothing by more than about this factor.
 const LARGEST_RATIO: u64 = 1100;
 /// A chunk below this size is read whatever the size of the file, bytes.
@@ -34,27 +36,8 @@ pub(crate) struct H5In {
 }
 
 impl H5In {
-    /// Open a file to read; `expected` says what it should be, for the error.
-    pub(crate) fn open(path: &Path, expected: &str) -> Result<Self> {
-        let mut file = open_file(path)?;
-        let io = |e| FormatError::io(path, "read", e);
-        let mut magic = [0u8; 8];
-        let got = read_up_to(&mut file, &mut magic).map_err(io)?;
-        if magic[..got] != *SIGNATURE {
-            let shown: String = magic[..got].iter().map(|b| b.escape_ascii().to_string()).collect();
-            return Err(FormatError::NotA {
-                path: path.into(),
-                expected: format!("{expected} (an HDF5 file, which begins with \"\\x89HDF\")"),
-                found: format!("it begins with \"{shown}\""),
-            });
-        }
-        drop(file);
-        super::probe::probe(path)?;
-        Self::open_unseen(path)
-    }
-
-    /// Open a file that was not looked at in a child process.
-    pub(super) fn open_unseen(path: &Path) -> Result<Self> {
+    /// Open a file without the probe of [`super::open`].
+    pub(super) fn open_unprobed(path: &Path) -> Result<Self> {
         let bytes = std::fs::metadata(path).map_err(|e| FormatError::io(path, "read", e))?.len();
         // A chunk that is not kept is read by its true size, one that is kept by what the file says of it.
         let open = hdf5::File::with_options().with_fapl(|p| p.chunk_cache(1, 0, 1.0)).open(path);
@@ -226,12 +209,19 @@ impl H5In {
         }
     }
 
-    /// First number of a dataset.
+    /// The number of a dataset that holds one; `None` where there is no such dataset or it is empty.
     pub(crate) fn real(&self, name: &str) -> Result<Option<f64>> {
-        Ok(self.reals(name)?.and_then(|v| v.1.first().copied()))
+        match self.reals(name)? {
+            None => Ok(None),
+            Some((shape, values)) => match values[..] {
+                [] => Ok(None),
+                [value] => Ok(Some(value)),
+                _ => Err(self.wrong(name, "one number", format!("shape {shape:?}"))),
+            },
+        }
     }
 
-    /// First number of a dataset that must be there.
+    /// The number of a dataset that must be there.
     pub(crate) fn require_real(&self, name: &str) -> Result<f64> {
         self.real(name)?.ok_or_else(|| self.missing(name))
     }
@@ -291,8 +281,8 @@ impl H5In {
                 let values = convert::values(dataset, shape.iter().product(), |out| chunks.read(rows.clone(), out))?;
                 ArrayD::from_shape_vec(shape, values).map_err(|e| hdf5::Error::from(e.to_string()))
             }
-            None => match tiles::tiles::<T>(dataset, rows.len()) {
-                Some(parts) => tiles::read(dataset, rows.clone(), &parts),
+            None => match contiguous::tiles::<T>(dataset, rows.len()) {
+                Some(parts) => contiguous::read(dataset, rows.clone(), &parts),
                 None => dataset.read_slice::<T, _, ndarray::IxDyn>(Selection::new(Hyperslab::from(parts))),
             },
         };

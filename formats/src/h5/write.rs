@@ -1,6 +1,7 @@
 //! HDF5 files written: scalars and small arrays at once, large arrays row by row.
 
-use super::{failed, strings};
+use super::failure::failed;
+use super::strings;
 use crate::atomic::AtomicFile;
 use crate::{FormatError, Result};
 use hdf5::{Dataset, Extents, Group, H5Type, Hyperslab, Selection, SliceOrIndex};

@@ -3,9 +3,11 @@
 //! Coordinate systems: `XYZ` geocentric, `LOC` east, north, up at the observatory (or at `# COFA=longitude,latitude` in degrees), `UTM`
 //! easting, northing and height with `# zone=`, `# datum=WGS84` and `# hemisphere=N|S`.
 
+use super::error::{LayoutError, ReadContext, Result};
+use super::observatories::known_site;
 use super::text::{self, Keeps, Line};
 use super::utm::Datum;
-use super::{LayoutError, LayoutFormat, ReadContext, Result, known_site};
+use crate::format::{Label, LayoutFormat};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Site};
 use std::fmt::Write;
 
@@ -16,16 +18,12 @@ const COLUMNS: &str = "x y z diameter, and optionally a name";
 const NEAR_M: f64 = 100e3;
 
 impl LayoutFormat for CasaCfg {
-    fn name(&self) -> &'static str {
-        "casa-cfg"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["cfg"]
-    }
-
-    fn description(&self) -> &'static str {
-        "CASA simulator configuration: positions (geocentric, local or UTM), diameters, names"
+    fn label(&self) -> Label {
+        Label {
+            name: "casa-cfg",
+            extensions: &["cfg"],
+            description: "CASA simulator configuration: positions (geocentric, local or UTM), diameters, names",
+        }
     }
 
     fn sniff(&self, text: &str, _: &str) -> bool {

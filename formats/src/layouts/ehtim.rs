@@ -1,9 +1,10 @@
 //! Station tables of eht-imaging: `NAME X Y Z SEFD` or `NAME X Y Z SEFDR SEFDL FR_PAR FR_EL FR_OFF DR_RE DR_IM DL_RE DL_IM`,
 //! geocentric metres and Jy.
 
+use super::error::{LayoutError, ReadContext, Result};
 use super::text::{self, Keeps, Line};
-use super::{LayoutError, LayoutFormat, ReadContext, Result};
-use cittert_arrays::{Antenna, ArrayLayout, BOLTZMANN_J_PER_K, Sensitivity};
+use crate::format::{Label, LayoutFormat};
+use cittert_arrays::{Antenna, ArrayLayout, BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, Sensitivity};
 use std::fmt::Write;
 
 pub(crate) struct EhtimText;
@@ -11,16 +12,8 @@ pub(crate) struct EhtimText;
 const COLUMNS: &str = "NAME X Y Z SEFD, or NAME X Y Z SEFDR SEFDL and up to seven feed columns";
 
 impl LayoutFormat for EhtimText {
-    fn name(&self) -> &'static str {
-        "ehtim"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["txt"]
-    }
-
-    fn description(&self) -> &'static str {
-        "eht-imaging station table: names, geocentric positions, SEFDs"
+    fn label(&self) -> Label {
+        Label { name: "ehtim", extensions: &["txt"], description: "eht-imaging station table: names, geocentric positions, SEFDs" }
     }
 
     fn sniff(&self, text: &str, _: &str) -> bool {
@@ -85,7 +78,7 @@ fn is_head(l: &Line<'_>) -> bool {
 fn sefd_jy(a: &Antenna) -> Option<f64> {
     match (a.sensitivity?, a.diameter_m) {
         (Sensitivity::SefdJy(v), _) => Some(v),
-        (Sensitivity::TsysK(t), Some(d)) => Some(2.0 * BOLTZMANN_J_PER_K * t / (std::f64::consts::PI * d * d / 4.0) * 1e26),
+        (Sensitivity::TsysK(t), Some(d)) => Some(2.0 * BOLTZMANN_J_PER_K * t / (std::f64::consts::PI * d * d / 4.0) / JANSKY_W_M2_HZ),
         (Sensitivity::TsysK(_), None) => None,
     }
 }

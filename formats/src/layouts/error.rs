@@ -1,6 +1,6 @@
 //! Why a layout could not be read or written.
 
-use cittert_arrays::ArrayError;
+use cittert_arrays::{ArrayError, Site};
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -64,4 +64,16 @@ pub enum LayoutError {
     /// A layout that is not valid.
     #[error("expected values that make a layout, found this: {0}")]
     Array(#[from] ArrayError),
+}
+
+/// Result of reading or writing a layout.
+pub type Result<T, E = LayoutError> = std::result::Result<T, E>;
+
+/// What the text of a layout may not say itself.
+#[derive(Debug, Clone, Default)]
+pub struct ReadContext {
+    /// Name of the layout where the text holds none; for a file, the name of the file.
+    pub name: String,
+    /// Site for formats that hold none; it replaces the site that the text names.
+    pub site: Option<Site>,
 }

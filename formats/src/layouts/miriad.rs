@@ -4,24 +4,21 @@
 //! z to the pole. Its size is the unit of the columns in nanoseconds of light time, 1 by default. Our writer leaves it in a comment; a
 //! file without one is read with `uvgen`'s default.
 
+use super::error::{LayoutError, ReadContext, Result};
 use super::text::{self, Keeps};
-use super::{LayoutError, LayoutFormat, ReadContext, Result};
+use crate::format::{Label, LayoutFormat};
 use cittert_arrays::{Antenna, ArrayLayout, SPEED_OF_LIGHT_M_S};
 use std::fmt::Write;
 
 pub(crate) struct MiriadAnt;
 
 impl LayoutFormat for MiriadAnt {
-    fn name(&self) -> &'static str {
-        "miriad"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["ant"]
-    }
-
-    fn description(&self) -> &'static str {
-        "Miriad uvgen antenna file: positions only (north, east, up or equatorial)"
+    fn label(&self) -> Label {
+        Label {
+            name: "miriad",
+            extensions: &["ant"],
+            description: "Miriad uvgen antenna file: positions only (north, east, up or equatorial)",
+        }
     }
 
     fn sniff(&self, text: &str, extension: &str) -> bool {

@@ -1,21 +1,18 @@
 //! Our own TOML; the format itself is in `arrays`, where the built-in layouts are read.
 
-use super::{LayoutError, LayoutFormat, ReadContext, Result};
+use super::error::{LayoutError, ReadContext, Result};
+use crate::format::{Label, LayoutFormat};
 use cittert_arrays::{ArrayError, ArrayLayout, LayoutFrame};
 
 pub(crate) struct Native;
 
 impl LayoutFormat for Native {
-    fn name(&self) -> &'static str {
-        "toml"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["toml"]
-    }
-
-    fn description(&self) -> &'static str {
-        "our own: names, positions, diameters, SEFD or Tsys, position errors, site or boresight frame"
+    fn label(&self) -> Label {
+        Label {
+            name: "toml",
+            extensions: &["toml"],
+            description: "our own: names, positions, diameters, SEFD or Tsys, position errors, site or boresight frame",
+        }
     }
 
     fn sniff(&self, text: &str, extension: &str) -> bool {

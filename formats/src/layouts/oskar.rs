@@ -3,8 +3,9 @@
 //! The file holds no site: it is in `position.txt` beside it (longitude, latitude in degrees, optionally altitude in metres), or in the
 //! comments that our writer leaves.
 
+use super::error::{LayoutError, ReadContext, Result};
 use super::text::{self, Keeps};
-use super::{LayoutError, LayoutFormat, ReadContext, Result};
+use crate::format::{Label, LayoutFormat};
 use cittert_arrays::{Antenna, ArrayLayout, Site};
 use std::fmt::Write;
 
@@ -13,20 +14,16 @@ pub(super) const NAME: &str = "oskar";
 pub(crate) struct OskarLayout;
 
 impl LayoutFormat for OskarLayout {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["txt"]
+    fn label(&self) -> Label {
+        Label {
+            name: NAME,
+            extensions: &["txt"],
+            description: "OSKAR layout.txt: east, north, up and position errors; the site from position.txt",
+        }
     }
 
     fn is_folder(&self, path: &std::path::Path) -> bool {
         path.join("layout.txt").is_file()
-    }
-
-    fn description(&self) -> &'static str {
-        "OSKAR layout.txt: east, north, up and position errors; the site from position.txt"
     }
 
     fn sniff(&self, text: &str, _: &str) -> bool {

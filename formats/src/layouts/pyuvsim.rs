@@ -2,24 +2,17 @@
 //!
 //! pyuvsim keeps the site in another file; our writer leaves it in comments, which pyuvsim skips.
 
+use super::error::{LayoutError, ReadContext, Result};
 use super::text::{self, Keeps, Line};
-use super::{LayoutError, LayoutFormat, ReadContext, Result};
+use crate::format::{Label, LayoutFormat};
 use cittert_arrays::{Antenna, ArrayLayout};
 use std::fmt::Write;
 
 pub(crate) struct PyuvsimCsv;
 
 impl LayoutFormat for PyuvsimCsv {
-    fn name(&self) -> &'static str {
-        "pyuvsim"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["csv"]
-    }
-
-    fn description(&self) -> &'static str {
-        "pyuvsim layout table: names, numbers, east, north, up"
+    fn label(&self) -> Label {
+        Label { name: "pyuvsim", extensions: &["csv"], description: "pyuvsim layout table: names, numbers, east, north, up" }
     }
 
     fn sniff(&self, text: &str, _: &str) -> bool {

@@ -1,6 +1,6 @@
 //! What the column formats share: lines of fields, `# key = value` comments, numbers.
 
-use super::{LayoutError, ReadContext, Result};
+use super::error::{LayoutError, ReadContext, Result};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Site};
 use std::fmt::Write;
 

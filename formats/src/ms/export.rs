@@ -1,9 +1,9 @@
 //! What a set becomes in a Measurement Set: products, spectral windows, units; and what is said about it.
 
-use super::MsOptions;
 use super::codes::{code_of, exchanged};
+use super::options::MsOptions;
 use crate::{FormatError, Result};
-use cittert_arrays::{BOLTZMANN_J_PER_K, Polarization, SPEED_OF_LIGHT_M_S, VisUnit, VisibilityHeader};
+use cittert_arrays::{Polarization, VisUnit, VisibilityHeader, jy_per_kelvin_sr};
 use std::path::Path;
 
 /// Where the values of one product of the output come from.
@@ -42,14 +42,6 @@ pub(super) struct Plan {
 
 /// Rows of ANTENNA without an antenna are allowed up to this many for each one with.
 const MAX_GAP: usize = 16;
-
-/// Jy for a visibility of 1 K sr at a frequency: 2 k nu^2 / c^2 in units of 1e-26 W m^-2 Hz^-1.
-///
-/// # Reference
-/// Rayleigh-Jeans law, Thompson, Moran & Swenson 2017, equation 1.2.
-fn jy_per_kelvin_sr(freq_hz: f64) -> f64 {
-    2.0 * BOLTZMANN_J_PER_K * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * 1e26
-}
 
 impl Plan {
     /// Plan the output of a set with this header.
@@ -145,11 +137,5 @@ mod tests {
     fn what_has_no_place_is_refused() {
         assert!(plan(&[RR, XX], false).unwrap_err().to_string().contains("circular and linear"));
         assert!(plan(&[RR, RR], false).unwrap_err().to_string().contains("RR twice"));
-    }
-
-    #[test]
-    fn one_kelvin_steradian_at_94_ghz() {
-        // 2 * 1.380649e-23 J/K * (94e9 Hz / 299792458 m/s)^2 * 1e26
-        assert!((jy_per_kelvin_sr(94e9) / 2.714_735_859_69e8 - 1.0).abs() < 1e-11, "{}", jy_per_kelvin_sr(94e9));
     }
 }

@@ -1,9 +1,10 @@
 //! The row of Measurement Sets in the table of formats.
 
-use super::{MsColumn, MsOptions, MsSource, MsWriter, is_measurement_set};
-use crate::format::{Format, Holds};
-use crate::registry::{Created, VisibilityFormat, refuse_options};
-use crate::{ColumnSink, CreateOptions, FormatError, Result, VisColumn};
+use super::options::{MsColumn, MsOptions, is_measurement_set};
+use super::read::MsSource;
+use super::write::MsWriter;
+use crate::format::{Format, Holds, Label, VisibilityFormat, refuse_options};
+use crate::{ColumnSink, CreateOptions, Created, FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource};
 use ndarray::ArrayView3;
 use num_complex::Complex;
@@ -14,16 +15,12 @@ use std::path::Path;
 pub struct MeasurementSet;
 
 impl Format for MeasurementSet {
-    fn name(&self) -> &'static str {
-        "Measurement Set"
-    }
-
-    fn extensions(&self) -> &'static [&'static str] {
-        &["ms"]
-    }
-
-    fn description(&self) -> &'static str {
-        "a directory of casacore tables, version 2; Jy, and a phase centre on the sky"
+    fn label(&self) -> Label {
+        Label {
+            name: "Measurement Set",
+            extensions: &["ms"],
+            description: "a directory of casacore tables, version 2; Jy, and a phase centre on the sky",
+        }
     }
 
     fn sniff(&self, path: &Path, _: &[u8]) -> bool {

@@ -72,7 +72,10 @@ impl Index {
             let (ant1, ant2) = (main.scalars::<i32>("ANTENNA1", start, n)?, main.scalars::<i32>("ANTENNA2", start, n)?);
             let field = main.scalars::<i32>("FIELD_ID", start, n)?;
             for k in 0..n {
-                let window = ids.binary_search(&id[k]).unwrap_or(0);
+                let window = ids.binary_search(&id[k]).map_err(|_| {
+                    let expected = "the data descriptions found before (did the table change?)";
+                    FormatError::malformed(&main.path, format!("DATA_DESC_ID, row {}", start + k), expected, id[k].to_string())
+                })?;
                 let key = (time[k].to_bits(), ant1[k], ant2[k], field[k]);
                 let first = *known.entry(key).or_insert_with(|| add_slot(&mut rows, ids.len()));
                 let mut slot = first;

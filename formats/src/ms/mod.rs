@@ -15,6 +15,7 @@ mod index;
 mod keywords;
 mod metadata;
 mod observatories;
+mod options;
 mod own;
 mod read;
 mod rows;
@@ -24,61 +25,6 @@ mod table;
 mod write;
 
 pub use format::MeasurementSet;
+pub use options::{MsColumn, MsOptions, is_measurement_set};
 pub use read::MsSource;
 pub use write::MsWriter;
-
-use std::path::Path;
-
-/// How a Measurement Set is written.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct MsOptions {
-    /// Replace an existing Measurement Set.
-    pub overwrite: bool,
-    /// Write MODEL_DATA; every block then brings it.
-    pub model: bool,
-    /// Write CORRECTED_DATA; every block then brings it.
-    pub corrected: bool,
-    /// Write a set of Stokes I as XX and YY instead of RR and LL.
-    pub linear_hands: bool,
-}
-
-/// Which visibilities of a Measurement Set are read.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum MsColumn {
-    /// As observed.
-    #[default]
-    Data,
-    /// After calibration.
-    Corrected,
-    /// Of the model.
-    Model,
-}
-
-impl MsColumn {
-    /// The column of the same meaning, where there is one.
-    #[must_use]
-    pub fn of(column: crate::VisColumn) -> Option<Self> {
-        match column {
-            crate::VisColumn::Data => Some(Self::Data),
-            crate::VisColumn::Corrected => Some(Self::Corrected),
-            crate::VisColumn::Model => Some(Self::Model),
-            crate::VisColumn::Residual => None,
-        }
-    }
-
-    /// Name in the main table.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Data => "DATA",
-            Self::Corrected => "CORRECTED_DATA",
-            Self::Model => "MODEL_DATA",
-        }
-    }
-}
-
-/// True for a directory that holds a casacore table with subtables of a Measurement Set, whole or not.
-#[must_use]
-pub fn is_measurement_set(path: &Path) -> bool {
-    path.join("table.dat").is_file() && ["ANTENNA", "SPECTRAL_WINDOW", "DATA_DESCRIPTION"].iter().any(|name| path.join(name).is_dir())
-}

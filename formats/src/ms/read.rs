@@ -1,10 +1,10 @@
 //! A Measurement Set read in runs of rows.
 
-use super::MsColumn;
 use super::codes::jd_of;
 use super::index::{Index, Run};
 use super::keywords::Place;
 use super::metadata::{self, Description};
+use super::options::MsColumn;
 use super::own;
 use super::table::{Kind, Table};
 use crate::{FormatError, Result};

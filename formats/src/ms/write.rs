@@ -1,10 +1,10 @@
 //! A Measurement Set written in runs of rows, in constant memory.
 
-use super::MsOptions;
 use super::codes::{frame_code, mjd_seconds};
 use super::export::{Plan, Window};
 use super::fields::{Fields, Pointing};
 use super::keywords::Place;
+use super::options::MsOptions;
 use super::own;
 use super::rows::{Counts, Extra, Job};
 use super::schema;

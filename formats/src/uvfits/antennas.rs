@@ -56,10 +56,10 @@ pub(super) fn read(table: &Table, primary: &Header) -> Result<ArrayLayout> {
     let names = (0..table.rows()).map(|row| table.text(row, "ANNAME").unwrap_or_default().replace('!', "")).collect();
     let mut antennas = Vec::with_capacity(positions.len());
     for (row, (name, p)) in unique_names(names).into_iter().zip(positions).enumerate() {
-        let number = table.real(row, "NOSTA").unwrap_or(row as f64 + 1.0);
-        if !(0.0..=65_535.0).contains(&number) {
-            return Err(FormatError::malformed(path, format!("AIPS AN, row {row}, NOSTA"), "0 to 65535", number.to_string()));
-        }
+        let number = table.real(row, "NOSTA").filter(|n| (0.0..=65_535.0).contains(n)).ok_or_else(|| {
+            let found = table.real(row, "NOSTA").map_or("nothing".into(), |n| n.to_string());
+            FormatError::malformed(path, format!("AIPS AN, row {row}, NOSTA"), "a number from 0 to 65535", found)
+        })?;
         let mut antenna = Antenna::new(name, number as u32, site.ecef_offset_to_enu(p));
         let positive = |column: &str| table.real(row, column).filter(|v| v.is_finite() && *v > 0.0);
         antenna.diameter_m = positive("DIAMETER");

@@ -3,10 +3,7 @@
 use crate::drift::Drift;
 use crate::uvh5::{NOMINAL_SITE, site_of};
 use cittert_arrays::astrometry::LocalSky;
-use cittert_arrays::{
-    ArrayError, BOLTZMANN_J_PER_K, PhaseCenter, PhaseCenterKind, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, VisUnit,
-    VisibilityHeader,
-};
+use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Polarization, SpectralWindow, VisUnit, VisibilityHeader, jy_per_kelvin_sr};
 
 /// How one polarisation of the file comes from those of the set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -166,8 +163,7 @@ fn units(header: &VisibilityHeader, notes: &mut Vec<String>) -> (Vec<f64>, &'sta
         VisUnit::KelvinSr => {
             let text = "K str became Jy: multiplied by 2 k f^2 / c^2 in each channel; weights became 1/Jy^2, or stayed near 1 where no noise is known";
             notes.push(text.into());
-            let factor = |f: &f64| 2.0 * BOLTZMANN_J_PER_K * (f / SPEED_OF_LIGHT_M_S).powi(2) * 1e26;
-            (header.spectrum.freq_hz().iter().map(factor).collect(), "Jy")
+            (header.spectrum.freq_hz().iter().map(|f| jy_per_kelvin_sr(*f)).collect(), "Jy")
         }
     }
 }

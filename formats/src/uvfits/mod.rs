@@ -9,6 +9,7 @@
 mod antennas;
 mod axes;
 mod export;
+mod format;
 mod groups;
 mod phase;
 mod read;
@@ -17,3 +18,5 @@ mod write;
 
 pub use read::UvfitsReader;
 pub use write::{UvfitsOptions, UvfitsWriter};
+
+pub(crate) use format::Uvfits;

@@ -1,6 +1,7 @@
 //! What all rows share: channels, polarisations, units, history.
 
-use super::{PEDESTAL_KEYWORD, layout, phase};
+use super::names::PEDESTAL_KEYWORD;
+use super::{layout, phase};
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
 use cittert_arrays::{PhaseCenterKind, Polarization, SpectralWindow, VisUnit, VisibilityHeader};
@@ -85,13 +86,16 @@ pub(crate) fn read_spectrum(file: &H5In) -> Result<SpectralWindow> {
     if width.len() != n {
         return Err(file.wrong("Header/channel_width", format!("one number, or {n}"), format!("shape {shape:?}")));
     }
-    let windows = file.reals("Header/spw_array")?.map(|s| s.1).unwrap_or_default();
-    let spw = match file.reals("Header/flex_spw_id_array")? {
-        Some((_, ids)) if ids.len() == n => {
-            // Numbers of windows may be anything; their order in spw_array is what we keep.
-            ids.iter().map(|id| windows.iter().position(|w| w == id).unwrap_or(0) as u32).collect()
-        }
-        _ => vec![0; n],
+    let spw = if file.reals("Header/flex_spw_id_array")?.is_none() {
+        vec![0; n]
+    } else {
+        // The windows may have any numbers. The order in spw_array is kept.
+        let windows = file.reals("Header/spw_array")?.ok_or_else(|| file.missing("Header/spw_array"))?.1;
+        let index = |id: f64| {
+            let found = windows.iter().position(|w| *w == id).map(|k| k as u32);
+            found.ok_or_else(|| file.wrong("Header/flex_spw_id_array", "numbers of Header/spw_array", id.to_string()))
+        };
+        file.list("Header/flex_spw_id_array", n)?.into_iter().map(index).collect::<Result<_>>()?
     };
     SpectralWindow::with_windows(freq, width, spw).map_err(|e| FormatError::values(file.path(), e))
 }

@@ -1,6 +1,6 @@
 //! Antennas: names, numbers, and positions as ECEF offsets from the array centre.
 
-use super::{ANTENNA_GROUP, BORESIGHT, FRAME_KEYWORD, LAYOUT_KEYWORD, NOMINAL_SITE, SOURCE_KEYWORD};
+use super::names::{ANTENNA_GROUP, BORESIGHT, FRAME_KEYWORD, LAYOUT_KEYWORD, NOMINAL_SITE, SOURCE_KEYWORD};
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
@@ -87,8 +87,10 @@ pub(crate) fn read_telescope(file: &H5In) -> Result<(ArrayLayout, String)> {
     let numbers = file.list("Header/antenna_numbers", n)?;
     let positions = file.list("Header/antenna_positions", 3 * n)?;
     let optional = |name: &str| -> Result<Vec<Option<f64>>> {
-        let values = file.reals(name)?.map(|v| v.1).filter(|v| v.len() == n);
-        Ok(values.map_or(vec![None; n], |v| v.into_iter().map(|d| Some(d).filter(|d| d.is_finite() && *d > 0.0)).collect()))
+        if !file.has(name) {
+            return Ok(vec![None; n]);
+        }
+        Ok(file.list(name, n)?.into_iter().map(|d| Some(d).filter(|d| d.is_finite() && *d > 0.0)).collect())
     };
     let own = |name: &str| optional(&format!("{ANTENNA_GROUP}/antenna_{name}"));
     let (diameters, diameters_too) = (optional("Header/antenna_diameters")?, own("diameter_m")?);

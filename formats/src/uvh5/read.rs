@@ -1,7 +1,8 @@
 //! UVH5 read in runs of rows.
 
 use super::header;
-use crate::h5::H5In;
+use super::names::dataset_of;
+use crate::h5::{self, H5In};
 use crate::{FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use hdf5::Dataset;
@@ -57,8 +58,8 @@ impl Uvh5Reader {
     /// # Errors
     /// Not HDF5, or damaged.
     pub fn columns(path: &Path) -> Result<Vec<VisColumn>> {
-        let file = H5In::open(path, "a UVH5 file")?;
-        Ok(VisColumn::ALL.into_iter().filter(|c| *c != VisColumn::Data && file.has(super::dataset_of(*c))).collect())
+        let file = h5::open(path, "a UVH5 file")?;
+        Ok(VisColumn::ALL.into_iter().filter(|c| *c != VisColumn::Data && file.has(dataset_of(*c))).collect())
     }
 
     /// As [`Uvh5Reader::open`], with the visibilities of a column.
@@ -66,7 +67,7 @@ impl Uvh5Reader {
     /// # Errors
     /// As [`Uvh5Reader::open`]; a column that the file does not have.
     pub fn open_column(path: &Path, column: VisColumn) -> Result<Self> {
-        let file = H5In::open(path, "a UVH5 file")?;
+        let file = h5::open(path, "a UVH5 file")?;
         if file.members("Header")?.is_empty() || !file.has("Data/visdata") {
             return Err(FormatError::NotA {
                 path: path.into(),
@@ -77,7 +78,7 @@ impl Uvh5Reader {
         let header = header::read(&file)?;
         let n_rows = file.count("Header/Nblts")?;
         let columns = Columns::open(&file, n_rows)?;
-        let data = Data::open(&file, super::dataset_of(column), header.shape(n_rows))?;
+        let data = Data::open(&file, dataset_of(column), header.shape(n_rows))?;
         let index_of_number = header.layout.antennas().iter().enumerate().map(|(k, a)| (i64::from(a.number), k as u32)).collect();
         let index_of_center = header.phase_centers.iter().enumerate().map(|(k, c)| (c.id, k as u16)).collect();
         Ok(Self { file, header, n_rows, columns, data, index_of_number, index_of_center })

@@ -1,7 +1,9 @@
 //! UVH5 written in runs of rows, in constant memory.
 
+use super::names::dataset_of;
 use super::phase::{self, Sky};
-use super::{Uvh5Reader, header, layout};
+use super::read::Uvh5Reader;
+use super::{header, layout};
 use crate::h5::{Compression, H5Out, Rows};
 use crate::{ColumnSink, FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
@@ -158,8 +160,7 @@ impl Uvh5Writer {
         columns.push(self.out.rows::<f64>(&header(COLUMNS[9]), &[3], block_rows, Compression::None)?);
         let (_, n_chan, n_pol) = self.header.shape(0);
         let tail = [n_chan, n_pol];
-        let complex =
-            |column: VisColumn| self.out.rows::<Complex<f32>>(super::dataset_of(column), &tail, block_rows, self.options.compression);
+        let complex = |column: VisColumn| self.out.rows::<Complex<f32>>(dataset_of(column), &tail, block_rows, self.options.compression);
         Ok(Growing {
             columns,
             vis: complex(VisColumn::Data)?,
@@ -276,7 +277,7 @@ impl ColumnSink for Uvh5Writer {
         let out = &self.out;
         out.append(&mut growing.vis, "Data/visdata", block.vis.view())?;
         for ((rows, column), values) in growing.beside.iter_mut().zip(&self.options.columns).zip(columns) {
-            out.append(rows, super::dataset_of(*column), values.view())?;
+            out.append(rows, dataset_of(*column), values.view())?;
         }
         out.append(&mut growing.flags, "Data/flags", block.flags.view())?;
         self.write_weights(&mut growing, block)?;

@@ -7,7 +7,7 @@ mod shape;
 
 pub use shape::Shape;
 
-use crate::{Result, SceneError};
+use crate::error::{Result, SceneError};
 use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, SpectralWindow};
 use ndarray::Array4;
 use serde::{Deserialize, Serialize};

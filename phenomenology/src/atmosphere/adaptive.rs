@@ -37,7 +37,7 @@ pub(super) fn refine(
 ) -> Result<Refined, PhysicsError> {
     let mut refined = Refined { nodes: Vec::new(), values: Vec::new(), worst_k: 0.0 };
     let Some((first, rest)) = start.split_first() else {
-        return Ok(refined);
+        return Err(PhysicsError::Empty { what: "node of the table" });
     };
     refined.nodes.push(*first);
     refined.values.push(evaluate(*first)?);

@@ -6,8 +6,9 @@
 use std::sync::Arc;
 
 use super::air::AirState;
-use super::error::{PhysicsError, check_frequency};
+use super::error::{PhysicsError, check_frequency, check_range};
 use super::gas::{GasSpectrum, NEPER_PER_DECIBEL};
+use super::grid::grid_levels;
 use super::hydrosol::{crystal_attenuation_liebe93, droplet_attenuation_liebe93};
 use super::layer::{Layer, Phase};
 use super::model::Atmosphere;
@@ -54,7 +55,7 @@ pub(super) struct Column {
 }
 
 impl AirGrid {
-    pub(super) fn new(atmosphere: &Atmosphere, z_km: Vec<f64>) -> Result<Self, PhysicsError> {
+    fn new(atmosphere: &Atmosphere, z_km: Vec<f64>) -> Result<Self, PhysicsError> {
         let air: Vec<AirState> = z_km.iter().map(|z| atmosphere.profile().air_at(*z)).collect::<Result<_, _>>()?;
         let spectra = air.iter().map(|state| atmosphere.gas().spectrum(state)).collect();
         let layers = z_km
@@ -105,13 +106,39 @@ impl AirGrid {
     }
 }
 
+impl Atmosphere {
+    /// Power absorption at a height, Np/km, gas and layers together.
+    ///
+    /// At the edge of a layer the layer counts.
+    ///
+    /// # Errors
+    /// [`PhysicsError::OutOfRange`] for a frequency or height out of range.
+    pub fn absorption_np_per_km(&self, freq_ghz: f64, z_km: f64) -> Result<f64, PhysicsError> {
+        check_frequency(freq_ghz)?;
+        let air = self.profile().air_at(z_km)?;
+        let gas = self.gas().spectrum(&air).absorption(freq_ghz).total_np_per_km();
+        let inside = |layer: &&Layer| (layer.base_km()..=layer.top_km()).contains(&z_km);
+        let mut sum = gas;
+        for layer in self.layers().iter().filter(inside) {
+            sum += layer_absorption_np_per_km(layer, self.rain(), freq_ghz, air.temperature_k())?;
+        }
+        Ok(sum)
+    }
+
+    /// The grid of air between two heights, with layer edges and `extra_km` as levels.
+    pub(super) fn air_grid(&self, from_km: f64, to_km: f64, extra_km: &[f64]) -> Result<AirGrid, PhysicsError> {
+        let (bottom, top) = (self.profile().bottom_km(), self.profile().top_km());
+        check_range("height", from_km, "km", bottom, top)?;
+        check_range("height", to_km, "km", bottom, top)?;
+        let mut extra = extra_km.to_vec();
+        extra.extend(self.layers().iter().flat_map(|l| [l.base_km(), l.top_km()]));
+        extra.extend(self.profile().levels().iter().map(|level| level.z_km));
+        AirGrid::new(self, grid_levels(from_km, to_km, &extra))
+    }
+}
+
 /// Absorption of a layer where it is present, Np/km.
-pub(super) fn layer_absorption_np_per_km(
-    layer: &Layer,
-    rain: &dyn RainModel,
-    freq_ghz: f64,
-    temperature_k: f64,
-) -> Result<f64, PhysicsError> {
+fn layer_absorption_np_per_km(layer: &Layer, rain: &dyn RainModel, freq_ghz: f64, temperature_k: f64) -> Result<f64, PhysicsError> {
     let amount = layer.amount();
     let db_per_km = match layer.kind().entry().phase {
         Phase::Droplets => droplet_attenuation_liebe93(freq_ghz, temperature_k, amount)?,

@@ -1,10 +1,9 @@
 //! Specific attenuation of one parcel of air, component by component.
 
 use super::air::AirState;
-use super::error::PhysicsError;
+use super::error::{PhysicsError, check_frequencies};
 use super::gas::GasModel;
 use super::hydrosol::{crystal_attenuation_liebe93, droplet_attenuation_liebe93};
-use super::model::check_frequencies;
 use super::rain::{RainModel, rain_attenuation};
 
 /// A parcel of air and what floats or falls in it.

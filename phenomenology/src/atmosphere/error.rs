@@ -1,6 +1,6 @@
-//! What can go wrong in the radiometric physics, with the offending value.
+//! Errors of the radiometric physics, each with the value at fault.
 
-/// An input or table the physics cannot use.
+/// An input or a table that the models cannot use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhysicsError {
@@ -158,7 +158,24 @@ pub enum PhysicsError {
     },
 }
 
-/// Checks `min <= value <= max`; NaN fails.
+/// The row of a table with this name.
+///
+/// # Errors
+/// [`PhysicsError::UnknownName`] with the known names.
+pub(super) fn find_by_name<'a, T>(
+    kind: &'static str,
+    name: &str,
+    rows: &'a [T],
+    name_of: impl Fn(&T) -> &'static str,
+) -> Result<&'a T, PhysicsError> {
+    rows.iter().find(|row| name_of(row) == name).ok_or_else(|| PhysicsError::UnknownName {
+        kind,
+        name: name.to_owned(),
+        known: rows.iter().map(&name_of).collect::<Vec<_>>().join(", "),
+    })
+}
+
+/// Checks `min <= value <= max`. NaN is an error.
 ///
 /// # Errors
 /// [`PhysicsError::OutOfRange`] with the value and the range.
@@ -177,6 +194,14 @@ pub const MAX_FREQ_GHZ: f64 = 1000.0;
 /// [`PhysicsError::OutOfRange`] with the value and the range.
 pub fn check_frequency(freq_ghz: f64) -> Result<f64, PhysicsError> {
     check_range("frequency", freq_ghz, "GHz", MIN_FREQ_GHZ, MAX_FREQ_GHZ)
+}
+
+/// Checks a list of frequencies: not empty, each in 1-1000 GHz.
+pub(super) fn check_frequencies(freqs_ghz: &[f64]) -> Result<(), PhysicsError> {
+    if freqs_ghz.is_empty() {
+        return Err(PhysicsError::Empty { what: "frequency" });
+    }
+    freqs_ghz.iter().try_for_each(|f| check_frequency(*f).map(drop))
 }
 
 #[cfg(test)]

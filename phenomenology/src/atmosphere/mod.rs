@@ -22,6 +22,7 @@ mod adaptive;
 mod air;
 mod air_grid;
 mod attenuation;
+mod csv_table;
 mod error;
 pub mod gas;
 mod grid;

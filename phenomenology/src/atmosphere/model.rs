@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use super::air_grid::AirGrid;
-use super::error::{PhysicsError, check_frequency, check_range};
+use super::error::{PhysicsError, check_range};
 use super::gas::{GasModel, gas_model};
-use super::grid::grid_levels;
 use super::layer::{Layer, check_layers};
 use super::planck::COSMIC_BACKGROUND_K;
 use super::profile::Profile;
@@ -107,43 +105,6 @@ impl Atmosphere {
     pub fn background_k(&self) -> f64 {
         self.background_k
     }
-
-    /// Power absorption at a height, Np/km, gas and layers together.
-    ///
-    /// At the edge of a layer the layer counts.
-    ///
-    /// # Errors
-    /// [`PhysicsError::OutOfRange`] for a frequency or height out of range.
-    pub fn absorption_np_per_km(&self, freq_ghz: f64, z_km: f64) -> Result<f64, PhysicsError> {
-        check_frequency(freq_ghz)?;
-        let air = self.profile.air_at(z_km)?;
-        let gas = self.gas.spectrum(&air).absorption(freq_ghz).total_np_per_km();
-        let inside = |layer: &&Layer| (layer.base_km()..=layer.top_km()).contains(&z_km);
-        let mut sum = gas;
-        for layer in self.layers.iter().filter(inside) {
-            sum += super::air_grid::layer_absorption_np_per_km(layer, self.rain.as_ref(), freq_ghz, air.temperature_k())?;
-        }
-        Ok(sum)
-    }
-
-    /// The grid of air between two heights, with layer edges and `extra_km` as levels.
-    pub(super) fn air_grid(&self, from_km: f64, to_km: f64, extra_km: &[f64]) -> Result<AirGrid, PhysicsError> {
-        let (bottom, top) = (self.profile.bottom_km(), self.profile.top_km());
-        check_range("height", from_km, "km", bottom, top)?;
-        check_range("height", to_km, "km", bottom, top)?;
-        let mut extra = extra_km.to_vec();
-        extra.extend(self.layers.iter().flat_map(|l| [l.base_km(), l.top_km()]));
-        extra.extend(self.profile.levels().iter().map(|level| level.z_km));
-        AirGrid::new(self, grid_levels(from_km, to_km, &extra))
-    }
-}
-
-/// Checks a list of frequencies: not empty, each in 1-1000 GHz.
-pub(super) fn check_frequencies(freqs_ghz: &[f64]) -> Result<(), PhysicsError> {
-    if freqs_ghz.is_empty() {
-        return Err(PhysicsError::Empty { what: "frequency" });
-    }
-    freqs_ghz.iter().try_for_each(|f| check_frequency(*f).map(drop))
 }
 
 #[cfg(test)]

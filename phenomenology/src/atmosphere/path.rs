@@ -4,8 +4,8 @@
 //! tens of kilometres. Radiances add up; Planck temperatures do not, so the results carry
 //! radiance and offer temperatures.
 
-use super::error::{PhysicsError, check_range};
-use super::model::{Atmosphere, check_frequencies};
+use super::error::{PhysicsError, check_frequencies, check_range};
+use super::model::Atmosphere;
 use super::ray::Ray;
 use super::transfer::PathRadiation;
 

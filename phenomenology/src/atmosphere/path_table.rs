@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use super::air_grid::{Column, Levels};
-use super::error::{PhysicsError, check_range};
-use super::model::{Atmosphere, check_frequencies};
+use super::error::{PhysicsError, check_frequencies, check_range};
+use super::model::Atmosphere;
 use super::path::{LEVEL_PATH_KM, PathEnds, PathExtent};
 use super::transfer::PathRadiation;
 

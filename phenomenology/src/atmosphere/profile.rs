@@ -5,7 +5,6 @@
 
 use super::air::{AirState, Humidity};
 use super::error::{PhysicsError, check_range};
-use super::profile_csv;
 
 /// The height where sky integrations end, km.
 pub const TOP_OF_ATMOSPHERE_KM: f64 = 30.0;
@@ -63,20 +62,6 @@ impl Profile {
             }
         }
         Ok(Self { name, levels })
-    }
-
-    /// Reads a profile from CSV text with a header line.
-    ///
-    /// Columns: `z_km`, `p_hpa`, `t_k` and one of `e_hpa`, `rho_v_g_m3`,
-    /// `rh_liquid_pct` (the first present is used). Other columns and lines beginning
-    /// with `#` are ignored.
-    ///
-    /// # Errors
-    /// [`PhysicsError::Table`] with the line at fault, or as [`Profile::new`].
-    pub fn from_csv(name: impl Into<String>, text: &str) -> Result<Self, PhysicsError> {
-        let name = name.into();
-        let levels = profile_csv::read_levels(&name, text)?;
-        Self::new(name, levels)
     }
 
     /// An isothermal profile with hydrostatic pressure and constant relative humidity,

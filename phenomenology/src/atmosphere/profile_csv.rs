@@ -1,8 +1,9 @@
 //! Reads profiles from CSV text.
 
 use super::air::{AirState, Humidity};
+use super::csv_table::CsvTable;
 use super::error::PhysicsError;
-use super::profile::{Level, TOP_OF_ATMOSPHERE_KM};
+use super::profile::{Level, Profile, TOP_OF_ATMOSPHERE_KM};
 
 /// Largest number of levels accepted.
 const MAX_LEVELS: usize = 100_000;
@@ -14,51 +15,48 @@ type ToHumidity = fn(f64) -> Humidity;
 const HUMIDITY_COLUMNS: [(&str, ToHumidity); 3] =
     [("e_hpa", Humidity::VapourPressure), ("rho_v_g_m3", Humidity::VapourDensity), ("rh_liquid_pct", Humidity::RelativePercent)];
 
-/// Reads the levels below a header line.
-///
-/// # Errors
-/// [`PhysicsError::Table`] with the line at fault.
-pub(super) fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsError> {
-    let fault = |line: u64, problem: String| PhysicsError::Table { table: name.to_owned(), line, problem };
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|e| fault(0, e.to_string()))?.clone();
-    let header_line = header.position().map_or(1, csv::Position::line);
-    let find = |column: &str| header.iter().position(|h| h == column);
-    let need = |column: &'static str| {
-        find(column).ok_or_else(|| {
-            fault(
-                header_line,
-                format!(
-                    "no column {column}; needed are z_km, p_hpa, t_k and one of e_hpa, \
-                     rho_v_g_m3, rh_liquid_pct"
-                ),
-            )
-        })
+impl Profile {
+    /// Reads a profile from CSV text with a header line.
+    ///
+    /// Columns: `z_km`, `p_hpa`, `t_k` and one of `e_hpa`, `rho_v_g_m3`,
+    /// `rh_liquid_pct` (the first present is used). Other columns and lines beginning
+    /// with `#` are ignored.
+    ///
+    /// # Errors
+    /// [`PhysicsError::Table`] with the line at fault, or as [`Profile::new`].
+    pub fn from_csv(name: impl Into<String>, text: &str) -> Result<Self, PhysicsError> {
+        let name = name.into();
+        let levels = read_levels(&name, text)?;
+        Self::new(name, levels)
+    }
+}
+
+fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsError> {
+    let table = CsvTable::read(name, text)?;
+    let find = |column: &str| table.header.fields.iter().position(|h| h == column);
+    let missing = |column: &str| {
+        table.fault(
+            table.header.line,
+            format!("no column {column}; needed are z_km, p_hpa, t_k and one of e_hpa, rho_v_g_m3, rh_liquid_pct"),
+        )
     };
+    let need = |column: &str| find(column).ok_or_else(|| missing(column));
     let (z, p, t) = (need("z_km")?, need("p_hpa")?, need("t_k")?);
-    let (humidity_column, humidity) = HUMIDITY_COLUMNS
-        .iter()
-        .find_map(|(column, kind)| find(column).map(|at| (at, *kind)))
-        .ok_or_else(|| fault(header_line, "no humidity; give one of the columns e_hpa, rho_v_g_m3, rh_liquid_pct".to_owned()))?;
+    let (humidity_column, humidity) =
+        HUMIDITY_COLUMNS.iter().find_map(|(column, kind)| find(column).map(|at| (at, *kind))).ok_or_else(|| missing("of humidity"))?;
+    if table.rows.len() > MAX_LEVELS {
+        return Err(table.fault(0, format!("{} levels, expected at most {MAX_LEVELS}", table.rows.len())));
+    }
 
     let mut levels: Vec<Level> = Vec::new();
-    // Nothing above the top of the atmosphere is used: such lines need only be in order,
-    // so that profiles to 100 km can be read although the models end at 3 hPa.
+    // Nothing above the top of the atmosphere is used. The lines above it are only checked for their order, so that profiles to
+    // 100 km can be read although the absorption models end at 3 hPa.
     let mut last_above: Option<f64> = None;
-    for record in reader.records() {
-        let record = record.map_err(|e| fault(0, e.to_string()))?;
-        let line = record.position().map_or(0, csv::Position::line);
-        if levels.len() == MAX_LEVELS {
-            return Err(fault(line, format!("more than {MAX_LEVELS} levels")));
-        }
-        let number = |column: usize| -> Result<f64, PhysicsError> {
-            let field = record.get(column).unwrap_or_default();
-            field.parse().map_err(|_| fault(line, format!("'{field}' is not a number")))
-        };
-        let z_km = number(z)?;
+    for row in &table.rows {
+        let z_km = table.number(row, z)?;
         if let Some(previous) = last_above {
             if z_km.is_nan() || z_km <= previous {
-                return Err(fault(line, format!("height {z_km} km follows {previous} km")));
+                return Err(table.fault(row.line, format!("height {z_km} km follows {previous} km")));
             }
             last_above = Some(z_km);
             continue;
@@ -66,8 +64,9 @@ pub(super) fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsE
         if z_km >= TOP_OF_ATMOSPHERE_KM {
             last_above = Some(z_km);
         }
-        let air =
-            AirState::with_humidity(number(p)?, number(t)?, humidity(number(humidity_column)?)).map_err(|e| fault(line, e.to_string()))?;
+        let humidity = humidity(table.number(row, humidity_column)?);
+        let air = AirState::with_humidity(table.number(row, p)?, table.number(row, t)?, humidity)
+            .map_err(|e| table.fault(row.line, e.to_string()))?;
         levels.push(Level { z_km, air });
     }
     Ok(levels)

@@ -1,6 +1,6 @@
 //! The ten reference atmospheres, one row each.
 
-use super::error::PhysicsError;
+use super::error::{PhysicsError, find_by_name};
 use super::profile::Profile;
 
 /// A row of the table of reference atmospheres.
@@ -48,14 +48,8 @@ pub const ATMOSPHERES: &[ReferenceAtmosphere] = &[
 /// # Errors
 /// [`PhysicsError::UnknownName`] with the known names.
 pub fn reference_profile(name: &str) -> Result<Profile, PhysicsError> {
-    match ATMOSPHERES.iter().find(|entry| entry.name == name) {
-        Some(entry) => Profile::from_csv(entry.name, entry.csv),
-        None => Err(PhysicsError::UnknownName {
-            kind: "atmosphere",
-            name: name.to_owned(),
-            known: ATMOSPHERES.iter().map(|e| e.name).collect::<Vec<_>>().join(", "),
-        }),
-    }
+    let entry = find_by_name("atmosphere", name, ATMOSPHERES, |e| e.name)?;
+    Profile::from_csv(entry.name, entry.csv)
 }
 
 #[cfg(test)]

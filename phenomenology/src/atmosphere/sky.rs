@@ -3,8 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::error::{PhysicsError, check_range};
-use super::model::{Atmosphere, check_frequencies};
+use super::error::{PhysicsError, check_frequencies, check_range, find_by_name};
+use super::model::Atmosphere;
 use super::planck::{black_body_radiance, planck_temperature_k, rayleigh_jeans_temperature_k};
 use super::ray::Ray;
 
@@ -28,11 +28,7 @@ impl FromStr for Geometry {
     type Err = PhysicsError;
 
     fn from_str(name: &str) -> Result<Self, PhysicsError> {
-        GEOMETRIES.iter().find(|(known, _, _)| *known == name).map(|(_, g, _)| *g).ok_or_else(|| PhysicsError::UnknownName {
-            kind: "geometry",
-            name: name.to_owned(),
-            known: GEOMETRIES.iter().map(|(n, _, _)| *n).collect::<Vec<_>>().join(", "),
-        })
+        Ok(find_by_name("geometry", name, GEOMETRIES, |row| row.0)?.1)
     }
 }
 

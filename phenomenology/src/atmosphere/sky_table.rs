@@ -7,8 +7,8 @@
 
 use super::adaptive::{Refined, Target, bracket, refine};
 use super::air_grid::{AirGrid, Column};
-use super::error::{PhysicsError, check_frequency, check_range};
-use super::model::{Atmosphere, check_frequencies};
+use super::error::{PhysicsError, check_frequencies, check_frequency, check_range};
+use super::model::Atmosphere;
 use super::path_table::find_channel;
 use super::planck::{black_body_radiance, planck_of_rayleigh_jeans_k, rayleigh_jeans_temperature_k};
 use super::ray::{Ray, RayEnd};
@@ -177,8 +177,8 @@ impl Builder {
         let ground_k = options.ground_k.unwrap_or_else(|| profile.surface().temperature_k());
         check_range("ground temperature", ground_k, "K", 0.1, 2000.0)?;
         let grid = atmosphere.air_grid(bottom, top, &[observer_km])?;
-        let distance = |i: &usize| (grid.levels().z_km[*i] - observer_km).abs();
-        let observer = (0..grid.levels().z_km.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+        // The observer is a level of the grid; the grid joins levels that are closer than half of this.
+        let observer = grid.levels().z_km.partition_point(|z| *z < observer_km - 2e-7);
         let horizon_deg = Ray::horizon_deg(grid.levels(), observer);
         Ok(Self { grid, observer, horizon_deg, background_k: atmosphere.background_k(), ground_k, tolerance_k: options.tolerance_k })
     }

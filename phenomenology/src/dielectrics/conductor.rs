@@ -1,8 +1,7 @@
 //! Metals: conduction alone.
 
-use super::error::DielectricError;
-use super::material::Constants;
-use super::model::{Bands, Model, SAME_FORMULA};
+use super::model::{Bands, Model, SAME_FORMULA, no_constants};
+use super::spec::Constants;
 use crate::constants::VACUUM_PERMITTIVITY_F_M;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
@@ -15,13 +14,9 @@ pub(super) const MODEL: Model = Model {
     bands: Bands::fixed(0.001, 1000.0),
     ranges: &[],
     extension: SAME_FORMULA,
-    formula: |q| match q.material.constants {
+    formula: |q| match q.constants {
         Constants::Conductivity(sigma) => Ok(conductor_permittivity(q.freq_hz, sigma)),
-        _ => Err(DielectricError::ModelNotForMaterial {
-            model: MODEL.name.to_owned(),
-            material: q.material.name,
-            known: q.material.model_names().collect::<Vec<_>>().join(", "),
-        }),
+        _ => Err(no_constants(q.material, &MODEL)),
     },
 };
 

@@ -1,8 +1,8 @@
 //! Materials with one permittivity: paint and frozen soil.
 
 use super::error::DielectricError;
-use super::material::Constants;
-use super::model::{Bands, Model, Query, Range, permittivity_of};
+use super::model::{Bands, Model, Query, Range, no_constants, permittivity_of};
+use super::spec::Constants;
 use super::state::Parameter;
 use num_complex::Complex64;
 
@@ -31,8 +31,8 @@ pub(super) const FROZEN_SOIL: Model = Model {
 };
 
 fn fixed(q: &Query<'_>) -> Result<Complex64, DielectricError> {
-    match q.material.constants {
+    match q.constants {
         Constants::Fixed(real, loss) => Ok(permittivity_of(real, loss)),
-        _ => Err(DielectricError::Table { table: "materials", message: format!("`{}` has no fixed permittivity", q.material.name) }),
+        _ => Err(no_constants(q.material, &PAINT)),
     }
 }

@@ -1,4 +1,4 @@
-//! What can go wrong in the dielectric data base.
+//! Errors of the dielectric data base.
 
 use super::state::Parameter;
 use num_complex::Complex64;
@@ -7,18 +7,12 @@ use thiserror::Error;
 /// An error of the dielectric data base.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DielectricError {
-    /// No material has this name.
-    #[error("unknown material `{name}`; known: {known}")]
-    UnknownMaterial {
-        /// The name asked for.
-        name: String,
-        /// The known names, separated by commas.
-        known: String,
-    },
-    /// No permittivity model has this name.
-    #[error("unknown permittivity model `{name}`; known: {known}")]
-    UnknownModel {
-        /// The name asked for.
+    /// A name that no table holds.
+    #[error("unknown {what} `{name}`; known: {known}")]
+    Unknown {
+        /// Material, permittivity model or soil texture.
+        what: &'static str,
+        /// The name given.
         name: String,
         /// The known names, separated by commas.
         known: String,
@@ -27,7 +21,7 @@ pub enum DielectricError {
     #[error("model `{model}` does not describe `{material}`; its models are: {known}")]
     ModelNotForMaterial {
         /// The model asked for.
-        model: String,
+        model: &'static str,
         /// The material.
         material: &'static str,
         /// The models of the material, separated by commas.
@@ -41,14 +35,6 @@ pub enum DielectricError {
         /// The parameter asked for.
         parameter: String,
         /// The parameters of the material, separated by commas.
-        known: String,
-    },
-    /// No soil texture has this name.
-    #[error("unknown soil texture `{name}`; known: {known}")]
-    UnknownTexture {
-        /// The name asked for.
-        name: String,
-        /// The known names, separated by commas.
         known: String,
     },
     /// A value no such material can have.
@@ -162,4 +148,14 @@ pub enum DielectricError {
         /// What is wrong.
         message: String,
     },
+}
+
+/// The error for a name that no table holds.
+pub(super) fn unknown<'a>(what: &'static str, name: &str, known: impl Iterator<Item = &'a str>) -> DielectricError {
+    DielectricError::Unknown { what, name: name.to_owned(), known: join(known) }
+}
+
+/// Names separated by commas.
+pub(super) fn join<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.collect::<Vec<_>>().join(", ")
 }

@@ -17,7 +17,7 @@ pub(super) const MODEL: Model = Model {
     formula: |q| Ok(sea_water_permittivity_klein_swift77(q.freq_ghz(), q.state.temperature_k, q.state.salinity_psu)),
 };
 
-/// High-frequency permittivity.
+/// Permittivity of water at high frequencies.
 pub(super) const E_INF: f64 = 4.9;
 
 /// Static permittivity of pure water at `t` degrees Celsius.

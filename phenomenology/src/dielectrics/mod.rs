@@ -1,9 +1,8 @@
 //! The dielectric data base: permittivity of natural and built materials.
 //!
 //! Permittivities are `eps' - j eps''` with positive loss, for the time factor `exp(+j w t)`.
-//! A [`Material`] has parameters with defaults and one or more models; a [`Model`] is one
-//! published formula with its range. One model a file; to add one, write the file and add its
-//! row to [`MODELS`], then name it in a row of the material table.
+//! A [`Material`] has parameters with defaults and one or more models. A [`Model`] is one published formula with its range. Each file holds
+//! one model. To add a model, write its file, add its row to [`MODELS`], and name it in a row of the material table.
 //!
 //! ```
 //! use cittert_phenomenology::dielectrics::Material;
@@ -16,8 +15,10 @@
 mod brine_volume;
 mod conductor;
 mod constant;
+mod csv_table;
 mod dobson85;
 mod error;
+mod evaluate;
 mod fresh_ice;
 mod hallikainen86;
 mod hufford91;
@@ -34,10 +35,12 @@ mod model;
 mod oracle_tests;
 mod p2040;
 mod polder_van_santen46;
+mod registry;
 mod rows;
 mod sea_ice;
 mod soil_texture;
 mod soil_water;
+mod spec;
 mod state;
 mod stogryn95;
 mod stogryn_desargant85;
@@ -50,64 +53,28 @@ pub use brine_volume::brine_volume_cox_weeks83;
 pub use conductor::conductor_permittivity;
 pub use dobson85::soil_permittivity_dobson85;
 pub use error::DielectricError;
+pub use evaluate::{Permittivity, material_of_model};
 pub use hallikainen86::wet_snow_permittivity_hallikainen86;
 pub use hufford91::ice_permittivity_hufford91;
 pub use klein_swift77::sea_water_permittivity_klein_swift77;
 pub use liebe91::water_permittivity_liebe91;
 pub use maetzler06::ice_permittivity_maetzler06;
 pub use maetzler96::{dry_snow_permittivity_maetzler96, grain_factors_maetzler96};
-pub use material::{Constants, Material, ParameterSpec, Permittivity, Pores, material_of_model};
+pub use material::Material;
 pub use meissner_wentz04::sea_water_permittivity_meissner_wentz04;
 pub use mironov09::soil_permittivity_mironov09;
 pub use model::{Band, Bands, Extrapolation, Formula, Model, Query, Range, permittivity_of};
 pub use p2040::{BuildingRow, building_permittivity_p2040, building_table};
 pub use polder_van_santen46::wet_snow_permittivity_polder_van_santen46;
+pub use registry::{MODELS, model_by_name};
 pub use rows::{PermittivityRow, permittivity_rows};
 pub use sea_ice::{BrinePockets, sea_ice_permittivity};
 pub use soil_texture::SoilTexture;
 pub use soil_water::SOIL_PARTICLE_DENSITY_KG_M3;
+pub use spec::{Constants, ParameterSpec, Pores};
 pub use state::{MaterialState, Parameter};
 pub use stogryn_desargant85::brine_permittivity_stogryn_desargant85;
 pub use stogryn95::{sea_water_conductivity_stogryn95, sea_water_permittivity_stogryn95};
 pub use turner16::water_permittivity_turner16;
 pub use ulaby_el_rayes87::leaf_permittivity_ulaby_el_rayes87;
 pub use ulaby86::{soil_permittivity_ulaby86, soil_water_ulaby86};
-
-/// Every permittivity model.
-pub static MODELS: &[Model] = &[
-    liebe91::MODEL,
-    turner16::MODEL,
-    stogryn95::MODEL,
-    klein_swift77::MODEL,
-    meissner_wentz04::MODEL,
-    maetzler06::MODEL,
-    hufford91::MODEL,
-    stogryn_desargant85::MODEL,
-    sea_ice::SPHERES,
-    sea_ice::MAXWELL_GARNETT,
-    sea_ice::NEEDLES,
-    maetzler96::MODEL,
-    hallikainen86::MODEL,
-    polder_van_santen46::MODEL,
-    dobson85::MODEL,
-    ulaby86::MODEL,
-    ulaby86::DOUBLE_DEBYE,
-    mironov09::MODEL,
-    constant::FROZEN_SOIL,
-    p2040::MODEL,
-    ulaby_el_rayes87::MODEL,
-    conductor::MODEL,
-    constant::PAINT,
-];
-
-/// The permittivity model of this name.
-///
-/// # Errors
-/// [`DielectricError::UnknownModel`] with the known names.
-pub fn model_by_name(name: &str) -> Result<&'static Model, DielectricError> {
-    let wanted = name.trim().to_ascii_lowercase().replace('_', "-");
-    MODELS
-        .iter()
-        .find(|m| m.name == wanted)
-        .ok_or_else(|| DielectricError::UnknownModel { name: name.to_owned(), known: material::join(MODELS.iter().map(|m| m.name)) })
-}

@@ -1,7 +1,7 @@
-//! A permittivity model: one row of the table in `mod.rs`.
+//! A permittivity model: one row of the table in `registry.rs`.
 
 use super::error::DielectricError;
-use super::material::Material;
+use super::spec::Constants;
 use super::state::{MaterialState, Parameter};
 use crate::constants::ZERO_CELSIUS_K;
 use num_complex::Complex64;
@@ -53,7 +53,7 @@ pub enum Bands {
     /// One band for every material.
     Fixed(Band),
     /// Bands that depend on the material.
-    OfMaterial(fn(&Material) -> Result<Vec<Band>, DielectricError>),
+    OfMaterial(fn(&'static str, Constants) -> Result<Vec<Band>, DielectricError>),
 }
 
 impl Bands {
@@ -83,11 +83,13 @@ impl Range {
     }
 }
 
-/// What a formula is asked: a material, its state and a frequency, all checked.
+/// Input of a formula: a material, its state and a frequency, all checked.
 #[derive(Debug, Clone, Copy)]
 pub struct Query<'a> {
-    /// The material.
-    pub material: &'a Material,
+    /// Name of the material.
+    pub material: &'static str,
+    /// The constants that the material gives to the model.
+    pub constants: Constants,
     /// Its state.
     pub state: &'a MaterialState,
     /// Frequency, Hz.
@@ -138,10 +140,10 @@ impl Model {
     ///
     /// # Errors
     /// [`DielectricError::Table`] if a built-in table is damaged.
-    pub fn bands_of(&self, material: &Material) -> Result<Vec<Band>, DielectricError> {
+    pub fn bands_of(&self, material: &'static str, constants: Constants) -> Result<Vec<Band>, DielectricError> {
         match self.bands {
             Bands::Fixed(band) => Ok(vec![band]),
-            Bands::OfMaterial(bands) => bands(material),
+            Bands::OfMaterial(bands) => bands(material, constants),
         }
     }
 
@@ -150,12 +152,12 @@ impl Model {
     /// # Errors
     /// [`DielectricError::OutOfBand`] or [`DielectricError::OutOfRange`].
     pub fn check_range(&self, query: &Query<'_>) -> Result<(), DielectricError> {
-        let bands = self.bands_of(query.material)?;
+        let bands = self.bands_of(query.material, query.constants)?;
         let freq_ghz = query.freq_ghz();
         if !bands.iter().any(|b| b.contains(freq_ghz)) {
             return Err(DielectricError::OutOfBand {
                 model: self.name,
-                material: query.material.name,
+                material: query.material,
                 freq_ghz,
                 bands: bands.iter().map(|b| format!("{}-{}", b.min_ghz, b.max_ghz)).collect::<Vec<_>>().join(", "),
                 extension: self.extension,
@@ -178,6 +180,11 @@ impl Model {
         }
         Ok(())
     }
+}
+
+/// The error for a material whose row lacks the constants that a model needs.
+pub(super) fn no_constants(material: &str, model: &Model) -> DielectricError {
+    DielectricError::Table { table: "materials", message: format!("`{material}` has no constants for model `{}`", model.name) }
 }
 
 /// Permittivity from its real part and its (positive) loss.

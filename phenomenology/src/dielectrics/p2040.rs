@@ -1,11 +1,11 @@
 //! Building materials and ground: Recommendation ITU-R P.2040.
 
+use super::csv_table::read_table;
 use super::error::DielectricError;
 use super::liebe91::water_permittivity_liebe91;
-use super::material::{Constants, Material};
 use super::mixing::{SPHERE, polder_van_santen46};
-use super::model::{Band, Bands, Model, permittivity_of};
-use super::soil_texture::read_table;
+use super::model::{Band, Bands, Model, no_constants, permittivity_of};
+use super::spec::Constants;
 use num_complex::Complex64;
 use serde::Deserialize;
 use std::sync::OnceLock;
@@ -15,11 +15,11 @@ pub(super) const MODEL: Model = Model {
     name: "p2040",
     describes: "building materials and ground, power laws in frequency",
     reference: "Recommendation ITU-R P.2040, table 3: eps' = a f^b, sigma = c f^d",
-    bands: Bands::OfMaterial(bands),
+    bands: Bands::OfMaterial(|material, constants| Ok(rows(key(material, constants)?)?.iter().map(|r| r.band()).collect())),
     ranges: &[],
     extension: "real part and loss tangent are held at the nearest band edge",
     formula: |q| {
-        let dry = building_permittivity_p2040(key(q.material)?, q.freq_ghz())?;
+        let dry = building_permittivity_p2040(key(q.material, q.constants)?, q.freq_ghz())?;
         if q.state.moisture == 0.0 {
             return Ok(dry);
         }
@@ -80,19 +80,11 @@ fn rows(key: &str) -> Result<Vec<&'static BuildingRow>, DielectricError> {
     Ok(rows)
 }
 
-fn key(material: &Material) -> Result<&'static str, DielectricError> {
-    match material.constants {
+fn key(material: &str, constants: Constants) -> Result<&'static str, DielectricError> {
+    match constants {
         Constants::P2040(key) => Ok(key),
-        _ => Err(DielectricError::ModelNotForMaterial {
-            model: MODEL.name.to_owned(),
-            material: material.name,
-            known: material.model_names().collect::<Vec<_>>().join(", "),
-        }),
+        _ => Err(no_constants(material, &MODEL)),
     }
-}
-
-fn bands(material: &Material) -> Result<Vec<Band>, DielectricError> {
-    Ok(rows(key(material)?)?.iter().map(|r| r.band()).collect())
 }
 
 /// Permittivity of a material of the table, frequency in GHz.
@@ -104,7 +96,7 @@ fn bands(material: &Material) -> Result<Vec<Band>, DielectricError> {
 /// [`DielectricError::Table`] if the table has no such material.
 ///
 /// # Reference
-/// ITU-R P.2040; the rule outside the bands is our own.
+/// ITU-R P.2040. The Recommendation gives no rule outside the bands; the rule here belongs to this crate.
 pub fn building_permittivity_p2040(key: &str, freq_ghz: f64) -> Result<Complex64, DielectricError> {
     let rows = rows(key)?;
     let mut nearest = rows[0];
@@ -121,6 +113,7 @@ pub fn building_permittivity_p2040(key: &str, freq_ghz: f64) -> Result<Complex64
 mod tests {
     use super::super::model::Extrapolation;
     use super::*;
+    use crate::dielectrics::Material;
 
     #[test]
     fn concrete_at_ten_gigahertz() {

@@ -4,48 +4,34 @@ use super::brine_volume::brine_volume_cox_weeks83;
 use super::error::DielectricError;
 use super::maetzler06::ice_permittivity_maetzler06;
 use super::mixing::{NEEDLE, SPHERE, maxwell_garnett04, polder_van_santen46};
-use super::model::{Bands, Model, Range, SAME_FORMULA};
+use super::model::{Bands, Formula, Model, Query, Range, SAME_FORMULA};
 use super::state::Parameter;
 use super::stogryn_desargant85::brine_permittivity_stogryn_desargant85;
 use num_complex::Complex64;
 
-const BANDS: Bands = Bands::fixed(1.0, 1000.0);
-const RANGES: &[Range] = &[Range::new(Parameter::Temperature, 243.15, 273.15), Range::new(Parameter::Salinity, 0.0, 40.0)];
 const REFERENCE: &str = "host Maetzler 2006, brine Stogryn & Desargant 1985, brine volume \
      Cox & Weeks 1983 and Lepparanta & Manninen 1988";
 
+const fn row(name: &'static str, describes: &'static str, formula: Formula) -> Model {
+    const RANGES: &[Range] = &[Range::new(Parameter::Temperature, 243.15, 273.15), Range::new(Parameter::Salinity, 0.0, 40.0)];
+    Model { name, describes, reference: REFERENCE, bands: Bands::fixed(1.0, 1000.0), ranges: RANGES, extension: SAME_FORMULA, formula }
+}
+
 /// Table row: spherical pockets, the default.
-pub(super) const SPHERES: Model = Model {
-    name: "sea-ice-spheres",
-    describes: "sea ice, spherical brine pockets (Polder & van Santen 1946)",
-    reference: REFERENCE,
-    bands: BANDS,
-    ranges: RANGES,
-    extension: SAME_FORMULA,
-    formula: |q| sea_ice_permittivity(q.freq_ghz(), q.state.temperature_k, q.state.salinity_psu, BrinePockets::Spheres),
-};
+pub(super) const SPHERES: Model =
+    row("sea-ice-spheres", "sea ice, spherical brine pockets (Polder & van Santen 1946)", |q| by_shape(q, BrinePockets::Spheres));
 
 /// Table row: spherical pockets far apart.
-pub(super) const MAXWELL_GARNETT: Model = Model {
-    name: "sea-ice-maxwell-garnett",
-    describes: "sea ice, spherical brine pockets (Maxwell Garnett 1904)",
-    reference: REFERENCE,
-    bands: BANDS,
-    ranges: RANGES,
-    extension: SAME_FORMULA,
-    formula: |q| sea_ice_permittivity(q.freq_ghz(), q.state.temperature_k, q.state.salinity_psu, BrinePockets::SpheresApart),
-};
+pub(super) const MAXWELL_GARNETT: Model =
+    row("sea-ice-maxwell-garnett", "sea ice, spherical brine pockets (Maxwell Garnett 1904)", |q| by_shape(q, BrinePockets::SpheresApart));
 
-/// Table row: random needles.
-pub(super) const NEEDLES: Model = Model {
-    name: "sea-ice-needles",
-    describes: "sea ice, random brine needles (Polder & van Santen 1946)",
-    reference: REFERENCE,
-    bands: BANDS,
-    ranges: RANGES,
-    extension: SAME_FORMULA,
-    formula: |q| sea_ice_permittivity(q.freq_ghz(), q.state.temperature_k, q.state.salinity_psu, BrinePockets::Needles),
-};
+/// Table row: randomly oriented needles.
+pub(super) const NEEDLES: Model =
+    row("sea-ice-needles", "sea ice, random brine needles (Polder & van Santen 1946)", |q| by_shape(q, BrinePockets::Needles));
+
+fn by_shape(q: &Query<'_>, pockets: BrinePockets) -> Result<Complex64, DielectricError> {
+    sea_ice_permittivity(q.freq_ghz(), q.state.temperature_k, q.state.salinity_psu, pockets)
+}
 
 /// Shape and mixing of the brine pockets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Soil textures by name.
 
-use super::error::DielectricError;
-use super::material::join;
+use super::csv_table::read_table;
+use super::error::{DielectricError, unknown};
 use serde::Deserialize;
 use std::sync::OnceLock;
 
@@ -29,17 +29,14 @@ impl SoilTexture {
     /// The texture of this name; `-` and `_` are the same, and `silt-loam` is `silt_loam_3`.
     ///
     /// # Errors
-    /// [`DielectricError::UnknownTexture`] with the known names.
+    /// [`DielectricError::Unknown`] with the known names.
     pub fn by_name(name: &str) -> Result<&'static Self, DielectricError> {
         let mut wanted = name.trim().to_ascii_lowercase().replace(['-', ' '], "_");
         if wanted == "silt_loam" {
             wanted.push_str("_3");
         }
         let textures = Self::all()?;
-        textures
-            .iter()
-            .find(|t| t.name == wanted)
-            .ok_or_else(|| DielectricError::UnknownTexture { name: name.to_owned(), known: join(textures.iter().map(|t| t.name.as_str())) })
+        textures.iter().find(|t| t.name == wanted).ok_or_else(|| unknown("soil texture", name, textures.iter().map(|t| t.name.as_str())))
     }
 
     /// Every texture of the table.
@@ -50,24 +47,6 @@ impl SoilTexture {
         static ROWS: OnceLock<Result<Vec<SoilTexture>, String>> = OnceLock::new();
         read_table(&ROWS, TABLE, TABLE_NAME)
     }
-}
-
-/// Rows of a built-in CSV table with `#` comments, read once.
-pub(super) fn read_table<T: for<'de> Deserialize<'de>>(
-    rows: &'static OnceLock<Result<Vec<T>, String>>,
-    text: &'static str,
-    table: &'static str,
-) -> Result<&'static [T], DielectricError> {
-    rows.get_or_init(|| {
-        csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .from_reader(text.as_bytes())
-            .deserialize()
-            .collect::<Result<_, _>>()
-            .map_err(|e| e.to_string())
-    })
-    .as_deref()
-    .map_err(|message| DielectricError::Table { table, message: message.clone() })
 }
 
 #[cfg(test)]

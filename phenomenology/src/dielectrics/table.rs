@@ -1,7 +1,9 @@
 //! The materials: one row each.
 
-use super::material::{Constants, Material, ParameterSpec, Pores};
+use super::error::{DielectricError, unknown};
+use super::material::Material;
 use super::soil_water::SOIL_PARTICLE_DENSITY_KG_M3;
+use super::spec::{Constants, ParameterSpec, Pores};
 use super::state::Parameter;
 use crate::constants::ICE_DENSITY_KG_M3;
 
@@ -162,3 +164,23 @@ pub(super) const MATERIALS: &[Material] = &[
         ..plain("paint", &[], "dried paint film", (&[("paint-constant", ALWAYS)], &[]), &[temperature(290.0)])
     },
 ];
+
+impl Material {
+    /// The material of this name or alias; `_` and `-` are the same.
+    ///
+    /// # Errors
+    /// [`DielectricError::Unknown`] with the known names.
+    pub fn by_name(name: &str) -> Result<&'static Self, DielectricError> {
+        let wanted = name.trim().to_ascii_lowercase().replace('_', "-");
+        MATERIALS
+            .iter()
+            .find(|m| m.name == wanted || m.aliases.contains(&wanted.as_str()))
+            .ok_or_else(|| unknown("material", name, MATERIALS.iter().map(|m| m.name)))
+    }
+
+    /// Every material, in table order.
+    #[must_use]
+    pub fn all() -> &'static [Self] {
+        MATERIALS
+    }
+}

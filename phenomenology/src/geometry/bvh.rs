@@ -1,7 +1,7 @@
 //! A tree of bounding boxes.
 
-use super::bounds::Bounds;
-use super::ray::Ray;
+use crate::space::Bounds;
+use crate::space::Ray;
 
 /// Most items of a leaf.
 const LEAF: usize = 2;
@@ -176,7 +176,7 @@ fn best_bin(bounds: &[Bounds], items: &[u32], bin_of: impl Fn(u32) -> usize) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vector::Vec3;
+    use crate::space::Vec3;
 
     fn boxes(n: usize) -> Vec<Bounds> {
         // A spread without pattern, from an integer hash.

@@ -7,14 +7,11 @@
 //! - [`read_text`], [`write_text`]: the MORSE/GIFT-style text of bodies and regions.
 //! - [`probe`]: what rays hit and where points lie.
 
-mod bounds;
 mod bvh;
 mod error;
 mod expression;
 mod model;
 pub mod probe;
-mod ray;
-mod similarity;
 mod term;
 mod text_read;
 mod text_write;
@@ -24,15 +21,12 @@ mod model_tests;
 #[cfg(test)]
 mod oracle_tests;
 
-pub use bounds::Bounds;
 pub use bvh::Bvh;
 pub(crate) use error::some_names;
 pub use error::{At, GeometryError};
 pub(crate) use expression::is_valid_name;
 pub use expression::{Expression, Literal};
 pub use model::{Geometry, Hit, NamedBody, Region, RegionSource};
-pub use ray::{Ray, Span};
-pub use similarity::Similarity;
 pub(crate) use text_read::is_void;
 pub use text_read::{TextModel, looks_like_bodies, read_text};
 pub use text_write::write_text;

@@ -1,13 +1,13 @@
 //! Bodies and regions ready for rays.
 
-use super::bounds::Bounds;
 use super::bvh::Bvh;
 use super::error::{At, GeometryError, some_names};
 use super::expression::Expression;
-use super::ray::Ray;
 use super::term::{Crossing, Term, union};
 use crate::primitives::Body;
-use crate::vector::Vec3;
+use crate::space::Bounds;
+use crate::space::Ray;
+use crate::space::Vec3;
 use std::collections::HashMap;
 
 /// Most terms into which empty regions may cut a solid one.

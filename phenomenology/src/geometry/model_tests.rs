@@ -2,7 +2,7 @@
 
 use super::probe::{PointRow, RayRow};
 use super::*;
-use crate::vector::Vec3;
+use crate::space::{Ray, Vec3};
 use proptest::prelude::*;
 
 fn geometry(text: &str) -> Geometry {

@@ -2,18 +2,13 @@
 
 use super::probe::{PointRow, RayRow, read_rows};
 use super::{Geometry, read_text};
+use crate::oracle_tests::text as oracle;
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
-fn oracle(name: &str) -> Option<String> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../tests/oracle").join(name);
-    std::fs::read_to_string(path).ok()
-}
-
-fn geometry() -> Option<Geometry> {
-    let model = read_text(&oracle("csg_bodies_regions.txt")?, 1).unwrap();
-    Some(Geometry::new(model.bodies, model.regions).unwrap())
+fn geometry() -> Geometry {
+    let model = read_text(&oracle("csg_bodies_regions.txt"), 1).unwrap();
+    Geometry::new(model.bodies, model.regions).unwrap()
 }
 
 #[derive(Deserialize)]
@@ -30,8 +25,8 @@ struct Traced {
 
 #[test]
 fn rays_agree_with_pov_ray() {
-    let Some(geometry) = geometry() else { return };
-    let text = oracle("csg_rays_povray.csv").unwrap();
+    let geometry = geometry();
+    let text = oracle("csg_rays_povray.csv");
     let rows: Vec<Traced> = read_rows(text.as_bytes()).unwrap();
     assert_eq!(rows.len(), 1280);
     let (mut flags, mut worst_t, mut worst_n) = (0, 0.0_f64, 0.0_f64);
@@ -70,8 +65,8 @@ struct Placed {
 
 #[test]
 fn points_agree_with_pov_ray() {
-    let Some(geometry) = geometry() else { return };
-    let text = oracle("csg_inside_povray.csv").unwrap();
+    let geometry = geometry();
+    let text = oracle("csg_inside_povray.csv");
     let rows: Vec<Placed> = read_rows(text.as_bytes()).unwrap();
     assert_eq!(rows.len(), 1280);
     for row in rows {

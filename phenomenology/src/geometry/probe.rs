@@ -2,8 +2,8 @@
 
 use super::error::GeometryError;
 use super::model::{Geometry, Hit};
-use super::ray::Ray;
-use crate::vector::Vec3;
+use crate::space::Ray;
+use crate::space::Vec3;
 use serde::{Deserialize, Serialize};
 use std::io::Read;
 

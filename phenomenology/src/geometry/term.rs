@@ -1,7 +1,7 @@
 //! One term of a region on a ray: inside some bodies, outside others.
 
-use super::ray::{Ray, Span};
 use crate::primitives::Body;
+use crate::space::{Ray, Span};
 
 /// A crossing of the border of a term.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,7 +101,7 @@ impl Term {
     }
 
     /// Whether a point lies in the term.
-    pub(super) fn contains(&self, bodies: &[Body], p: crate::vector::Vec3) -> bool {
+    pub(super) fn contains(&self, bodies: &[Body], p: crate::space::Vec3) -> bool {
         let has = |b: &u32| bodies[*b as usize].solid.contains(p);
         self.plus.iter().all(has) && !self.minus.iter().any(has)
     }

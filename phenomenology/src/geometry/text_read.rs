@@ -11,7 +11,7 @@
 use super::error::{At, GeometryError};
 use super::expression::{Expression, is_valid_name};
 use super::model::{NamedBody, RegionSource};
-use crate::primitives::{Body, PrimitiveEntry};
+use crate::primitives::{Body, Primitive};
 
 /// What a text holds.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -36,7 +36,7 @@ pub(crate) fn is_void(surface: &str) -> bool {
 #[must_use]
 pub fn looks_like_bodies(text: &str) -> bool {
     let first = text.lines().map(without_comment).find(|l| !l.is_empty()).unwrap_or("");
-    first.split_whitespace().take(2).any(|word| PrimitiveEntry::by_code(word).is_some()) || starts_region(first)
+    first.split_whitespace().take(2).any(|word| Primitive::by_code(word).is_some()) || starts_region(first)
 }
 
 /// Reads a text of bodies and regions; `first_line` is the number of its first line in its file (1 for a file of its own).
@@ -100,7 +100,7 @@ impl OpenBody {
     fn start(content: &str, line: usize) -> Result<Self, GeometryError> {
         let mut words = content.split_whitespace();
         let (first, second) = (words.next().unwrap_or(""), words.next().unwrap_or(""));
-        let (name, code) = match (PrimitiveEntry::by_code(first), PrimitiveEntry::by_code(second)) {
+        let (name, code) = match (Primitive::by_code(first), Primitive::by_code(second)) {
             (_, Some(_)) => (first, second),
             (Some(_), None) => (second, first),
             // The second word is taken for the type, so that the message names it.

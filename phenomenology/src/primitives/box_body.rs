@@ -1,10 +1,9 @@
 //! BOX: a box of any attitude.
 
+use super::entry::{Group, PrimitiveEntry};
 use super::fault::PrimitiveFault;
 use super::frame::Frame;
-use super::{Group, PrimitiveEntry, Solid};
-use crate::geometry::{Bounds, Ray, Span};
-use crate::vector::Vec3;
+use crate::space::{Bounds, Ray, Span, Vec3};
 
 /// Row of the table.
 pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
@@ -14,7 +13,6 @@ pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
     layout: &[Group::Point, Group::Vector, Group::Vector, Group::Vector],
     faces: &["at V across H1", "at V+H1", "at V across H2", "at V+H2", "at V across H3", "at V+H3"],
     describes: "box by a corner and three perpendicular edges",
-    build: |p| BoxBody::new(p).map(Solid::Box),
 };
 
 /// A box by a corner and three perpendicular edges. Faces 1 to 6: the two ends of H1, of H2, of H3.
@@ -24,7 +22,7 @@ pub struct BoxBody {
 }
 
 impl BoxBody {
-    fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
+    pub(super) fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
         Ok(Self { frame: Frame::new("BOX", p)? })
     }
 

@@ -1,10 +1,9 @@
 //! ELL: ellipsoid of revolution about the line of its foci.
 
+use super::axis::disc_reach;
+use super::entry::{Group, PrimitiveEntry};
 use super::fault::{PrimitiveFault, positive};
-use super::rcc::disc_reach;
-use super::{Group, PrimitiveEntry, Solid};
-use crate::geometry::{Bounds, Ray, Span};
-use crate::vector::Vec3;
+use crate::space::{Bounds, Ray, Span, Vec3};
 
 /// Row of the table.
 pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
@@ -14,7 +13,6 @@ pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
     layout: &[Group::Point, Group::Point, Group::Length],
     faces: &["surface"],
     describes: "ellipsoid by its foci and the length of its major axis",
-    build: |p| Ell::new(p).map(Solid::Ell),
 };
 
 /// An ellipsoid of revolution; its one face is 1.
@@ -27,7 +25,7 @@ pub struct Ell {
 }
 
 impl Ell {
-    fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
+    pub(super) fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
         let (f1, f2) = (Vec3::from_slice(p), Vec3::from_slice(&p[3..6]));
         let length = positive("ELL", "major axis L", p[6])?;
         let distance = (f2 - f1).norm();

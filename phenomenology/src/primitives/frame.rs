@@ -1,7 +1,7 @@
 //! Bodies with a corner or base and perpendicular edges or axes.
 
 use super::fault::PrimitiveFault;
-use crate::vector::Vec3;
+use crate::space::Vec3;
 
 /// Largest cosine of the angle between vectors that count as perpendicular; edges given with five digits meet it.
 const SQUARENESS: f64 = 1e-4;

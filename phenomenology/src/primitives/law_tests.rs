@@ -1,6 +1,7 @@
 //! Laws that every body obeys.
 
 use super::*;
+use crate::space::{Ray, Similarity, Vec3};
 use proptest::prelude::*;
 
 /// One of each kind, none along the axes but the RPP.

@@ -1,9 +1,8 @@
 //! RPP: rectangular parallelepiped along the axes.
 
+use super::entry::{Group, PrimitiveEntry};
 use super::fault::PrimitiveFault;
-use super::{Group, PrimitiveEntry, Solid};
-use crate::geometry::{Bounds, Ray, Span};
-use crate::vector::Vec3;
+use crate::space::{Bounds, Ray, Span, Vec3};
 
 /// Row of the table.
 pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
@@ -13,7 +12,6 @@ pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
     layout: &[Group::Extents],
     faces: &["xmin", "xmax", "ymin", "ymax", "zmin", "zmax"],
     describes: "box along the axes",
-    build: |p| Rpp::new(p).map(Solid::Rpp),
 };
 
 /// A box along the axes. Faces 1 to 6: xmin, xmax, ymin, ymax, zmin, zmax.
@@ -23,7 +21,7 @@ pub struct Rpp {
 }
 
 impl Rpp {
-    fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
+    pub(super) fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
         for (axis, pair) in ['x', 'y', 'z'].into_iter().zip(p.chunks_exact(2)) {
             if !(pair[0] < pair[1]) {
                 return Err(PrimitiveFault::Inverted { axis, min: pair[0], max: pair[1] });

@@ -1,9 +1,8 @@
 //! SPH: sphere.
 
+use super::entry::{Group, PrimitiveEntry};
 use super::fault::{PrimitiveFault, positive};
-use super::{Group, PrimitiveEntry, Solid};
-use crate::geometry::{Bounds, Ray, Span};
-use crate::vector::Vec3;
+use crate::space::{Bounds, Ray, Span, Vec3};
 
 /// Row of the table.
 pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
@@ -13,7 +12,6 @@ pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
     layout: &[Group::Point, Group::Length],
     faces: &["surface"],
     describes: "sphere by centre and radius",
-    build: |p| Sph::new(p).map(Solid::Sph),
 };
 
 /// A sphere; its one face is 1.
@@ -24,7 +22,7 @@ pub struct Sph {
 }
 
 impl Sph {
-    fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
+    pub(super) fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
         Ok(Self { center: Vec3::from_slice(p), radius: positive("SPH", "radius R", p[3])? })
     }
 

@@ -1,11 +1,9 @@
 //! TRC: truncated right cone.
 
+use super::axis::{Axis, disc_reach};
+use super::entry::{AXIAL_FACES, Group, PrimitiveEntry};
 use super::fault::PrimitiveFault;
-use super::frame::length;
-use super::rcc::disc_reach;
-use super::{Group, PrimitiveEntry, Solid};
-use crate::geometry::{Bounds, Ray, Span};
-use crate::vector::Vec3;
+use crate::space::{Bounds, Ray, Span, Vec3};
 
 /// Row of the table.
 pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
@@ -13,33 +11,29 @@ pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
     aliases: &[],
     parameters: "Vx Vy Vz Hx Hy Hz R1 R2",
     layout: &[Group::Point, Group::Vector, Group::Length, Group::Length],
-    faces: &["side", "base at V", "top at V+H"],
+    faces: AXIAL_FACES,
     describes: "truncated cone by base centre, axis vector, base radius and top radius; one of the radii may be 0",
-    build: |p| Trc::new(p).map(Solid::Trc),
 };
 
 /// A truncated cone. Faces: 1 side, 2 base, 3 top.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trc {
-    base: Vec3,
-    axis: Vec3,
-    height: f64,
+    axis: Axis,
     radius: [f64; 2],
     /// Change of radius along the axis.
     slope: f64,
 }
 
 impl Trc {
-    fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
-        let h = Vec3::from_slice(&p[3..6]);
-        let height = length("TRC", "H", h)?;
+    pub(super) fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
+        let axis = Axis::new("TRC", p)?;
         let radius = [p[6], p[7]];
         for (what, value) in [("radius R1", p[6]), ("radius R2", p[7])] {
             if value < 0.0 || radius == [0.0, 0.0] {
                 return Err(PrimitiveFault::NotPositive { code: "TRC", what, value });
             }
         }
-        Ok(Self { base: Vec3::from_slice(p), axis: h * (1.0 / height), height, radius, slope: (p[7] - p[6]) / height })
+        Ok(Self { axis, radius, slope: (p[7] - p[6]) / axis.height })
     }
 
     /// The part of a line inside.
@@ -49,15 +43,13 @@ impl Trc {
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Span> {
         // Counted from the point nearest to the middle of the axis, so that far cones lose no digits.
-        let middle = self.base + self.axis * (0.5 * self.height);
+        let middle = self.axis.base + self.axis.direction * (0.5 * self.axis.height);
         let start = (middle - ray.origin).dot(ray.direction);
-        let o = ray.at(start) - self.base;
-        let (z, dz) = (o.dot(self.axis), ray.direction.dot(self.axis));
+        let ((z, p), (dz, d)) = (self.axis.split(ray.at(start) - self.axis.base), self.axis.split(ray.direction));
         let mut span = Span::ALL;
-        if !span.slab(z, dz, 0.0, self.height, (2, 3)) {
+        if !self.axis.slab(&mut span, z, dz) {
             return None;
         }
-        let (p, d) = (o - self.axis * z, ray.direction - self.axis * dz);
         let (r, dr) = (self.radius[0] + self.slope * z, self.slope * dz);
         // a t^2 + 2 b t + c <= 0
         let (a, b, c) = (d.norm2() - dr * dr, p.dot(d) - r * dr, p.norm2() - r * r);
@@ -92,32 +84,22 @@ impl Trc {
     /// Outward normal of a face at a point.
     #[must_use]
     pub fn normal(&self, face: u8, point: Vec3) -> Vec3 {
-        match face {
-            2 => -self.axis,
-            3 => self.axis,
-            _ => {
-                let o = point - self.base;
-                let across = o - self.axis * o.dot(self.axis);
-                // At the apex every direction across is as good; the axis is left.
-                (across.unit() - self.axis * self.slope).unit()
-            }
-        }
+        // At the apex no direction across the axis is defined. The normal there is the axis.
+        self.axis.normal(face, || (self.axis.split(point - self.axis.base).1.unit() - self.axis.direction * self.slope).unit())
     }
 
-    /// Box around the discs of its ends.
+    /// The box around its two ends.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
-        let [r1, r2] = self.radius;
-        Bounds::around(self.base, disc_reach(self.axis, r1))
-            .union(Bounds::around(self.base + self.axis * self.height, disc_reach(self.axis, r2)))
+        let [base, top] = self.radius.map(|r| disc_reach(self.axis.direction, r));
+        self.axis.bounds(base, top)
     }
 
     /// Whether a point lies inside or on it.
     #[must_use]
     pub fn contains(&self, point: Vec3) -> bool {
-        let o = point - self.base;
-        let z = o.dot(self.axis);
+        let (z, across) = self.axis.split(point - self.axis.base);
         let r = self.radius[0] + self.slope * z;
-        (0.0..=self.height).contains(&z) && (o - self.axis * z).norm2() <= r * r
+        self.axis.holds(z) && across.norm2() <= r * r
     }
 }

@@ -1,10 +1,9 @@
 //! WED: half of a box, a right triangle swept along an edge.
 
+use super::entry::{Group, PrimitiveEntry};
 use super::fault::PrimitiveFault;
 use super::frame::Frame;
-use super::{Group, PrimitiveEntry, Solid};
-use crate::geometry::{Bounds, Ray, Span};
-use crate::vector::Vec3;
+use crate::space::{Bounds, Ray, Span, Vec3};
 
 /// Row of the table.
 pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
@@ -14,7 +13,6 @@ pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
     layout: &[Group::Point, Group::Vector, Group::Vector, Group::Vector],
     faces: &["at V across H1", "at V across H2", "slope", "at V across H3", "at V+H3"],
     describes: "right triangle V, V+H1, V+H2 swept along H3",
-    build: |p| Wed::new(p).map(Solid::Wed),
 };
 
 /// A wedge. Faces: 1 the leg across H1, 2 the leg across H2, 3 the slope, 4 and 5 the ends of H3.
@@ -25,7 +23,7 @@ pub struct Wed {
 }
 
 impl Wed {
-    fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
+    pub(super) fn new(p: &[f64]) -> Result<Self, PrimitiveFault> {
         let frame = Frame::new("WED", p)?;
         Ok(Self { frame, slope: (frame.dual[0] + frame.dual[1]).unit() })
     }

@@ -1,11 +1,11 @@
-//! Numbers against the angle of incidence.
+//! A table of numbers against the angle of incidence.
 
-/// Most intervals; the error that is left is stated.
+/// Largest number of intervals. [`AngleTable::error`] gives the error that is left.
 const LIMIT: usize = 1 << 15;
 
 /// `N` numbers against the cosine of an angle, interpolated linearly in its fourth root.
 ///
-/// The fourth root gathers nodes at grazing angles, where reflections of metals change fastest, and needs only two square roots.
+/// The fourth root concentrates the nodes at grazing angles, where the reflection of metals changes fastest. It costs two square roots.
 #[derive(Debug, Clone)]
 pub struct AngleTable<const N: usize> {
     rows: Vec<[f64; N]>,
@@ -14,11 +14,12 @@ pub struct AngleTable<const N: usize> {
 }
 
 impl<const N: usize> AngleTable<N> {
-    /// Tabulates `f(cos)` from `first` intervals to at most twice `most`, halving the step until the error in the middle of every interval is at most `tolerance` in the measure
-    /// `scale` (the factors that make the numbers comparable).
+    /// Tabulates `f(cos)`. The table begins with `first` intervals. The intervals are halved until the error in the middle of each is
+    /// at most `tolerance`, or until there are `most` intervals. The factors `scale` multiply the error of each number, so that the
+    /// numbers are comparable.
     ///
     /// # Errors
-    /// Whatever `f` fails with.
+    /// The errors of `f`.
     pub fn new<E>(
         tolerance: f64,
         scale: [f64; N],
@@ -36,7 +37,7 @@ impl<const N: usize> AngleTable<N> {
                     error = error.max((0.5 * (pair[0][i] + pair[1][i]) - m[i]).abs() * scale[i]);
                 }
             }
-            // The middles are known now, so they are kept: the error falls by four.
+            // The values in the middle become nodes too. That divides the error by four.
             let mut finer = Vec::with_capacity(2 * n + 1);
             for (row, m) in rows.iter().zip(&middles) {
                 finer.push(*row);
@@ -62,14 +63,14 @@ impl<const N: usize> AngleTable<N> {
         std::array::from_fn(|i| a[i] + w * (b[i] - a[i]))
     }
 
-    /// Error of interpolation met, in the measure of the tolerance.
+    /// Largest error of interpolation, in the unit of the tolerance.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.error
     }
 }
 
-/// The cosine at a node; exactly grazing rays have no reflection, so the first node lies a hair above.
+/// The cosine at a node. The reflection is not defined at exactly grazing incidence, so the first node lies slightly above it.
 fn cosine(u: f64) -> f64 {
     u.powi(4).max(1e-9)
 }

@@ -1,11 +1,13 @@
-//! Tables for the tracer: what surfaces, sky and air do, ready to be looked up.
+//! Tables for the tracer: reflection and emission of surfaces, and the temperature of the sky.
 //!
-//! Radiances are Rayleigh-Jeans temperatures `x B(T)` in K, which add up; only the finished picture is read as Planck temperature.
+//! Radiances are Rayleigh-Jeans temperatures `x B(T)` in K, which add up. Only the finished picture is converted to Planck temperature.
 
 mod angle_table;
+mod options;
 mod sky_lookup;
 mod surface_table;
 
 pub use angle_table::AngleTable;
+pub use options::TableOptions;
 pub use sky_lookup::SkyLookup;
 pub use surface_table::{Response, RoughSky, SurfaceTable};

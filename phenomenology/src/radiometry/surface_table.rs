@@ -1,25 +1,26 @@
-//! What a surface reflects and emits, tabulated against the angle.
+//! Reflection and emission of a surface, tabulated against the angle of incidence.
 
 use super::angle_table::AngleTable;
+use super::options::TableOptions;
 use crate::atmosphere::planck::{black_body_radiance, rayleigh_jeans_temperature_k};
+use crate::space::Vec3;
 use crate::surfaces::{Layer, Reflection, Roughness, Sky, Stack, SurfaceError, SurfaceModel};
-use crate::vector::Vec3;
 use std::f64::consts::PI;
 
-/// Kelvins that a reflectivity of 1 stands for in the tolerance.
+/// Temperature of the radiation for which an error of a reflectivity is counted in kelvins.
 const KELVIN: f64 = 300.0;
-/// Error of interpolation, K.
-const TOLERANCE_K: f64 = 0.003;
-/// Error of interpolation of facets, K; each entry is an integral over slopes.
-const ROUGH_TOLERANCE_K: f64 = 0.05;
-/// Intervals of the first try and most of them: of a mirror, and of facets.
+/// First and largest number of intervals of the table of a mirror. The largest number is never reached with a tolerance of 1e-3 K.
 const MIRROR_ANGLES: (usize, usize) = (128, 1 << 15);
-/// The same for facets.
-const ROUGH_ANGLES: (usize, usize) = (32, 256);
-/// Azimuths of unequal slopes, from along to across; the response is a polynomial in the cosine of twice the azimuth.
+/// First number of intervals of a table of facets.
+const FACET_ANGLES: usize = 32;
+/// Number of azimuths that are tabulated if the slopes along and across differ, from along to across. The response is a polynomial in the
+/// cosine of twice the azimuth, and degree 4 represents it to 0.1 K for sea slopes (test).
 const AZIMUTHS: usize = 5;
+/// Smallest cosine of incidence for which the facet integrals are evaluated. Beyond it the facets hide each other, and the integrals are
+/// not valid; the value at this cosine is used.
+const GRAZING_COSINE: f64 = 1e-4;
 
-/// Reflection and emission at one angle: powers `r_h`, `r_v`, the cross term of the amplitudes, emitted temperatures (RJ, K).
+/// Reflection and emission of a surface at one angle of incidence. Temperatures are Rayleigh-Jeans temperatures in K.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
     /// Power reflectivity, h and v.
@@ -36,31 +37,31 @@ impl Response {
     }
 }
 
-/// Sky scattered by level facets, RJ, K, `[h, v]`.
+/// Sky radiation that level facets scatter to the observer, Rayleigh-Jeans temperature in K, `[h, v]`.
 pub type RoughSky = [f64; 2];
 
-/// One surface in one channel.
+/// The table of one surface in one channel.
 #[derive(Debug, Clone)]
 pub struct SurfaceTable {
     kind: Kind,
-    /// Temperature of its top, RJ, K: what is taken for radiation that is followed no further.
+    /// Rayleigh-Jeans temperature of its top layer, K. It replaces radiation that is not followed any further.
     top_k: f64,
 }
 
 #[derive(Debug, Clone)]
 enum Kind {
     Mirror(AngleTable<6>),
-    /// Facets, one table for each azimuth; with the sky scattered where the surface is level.
+    /// One table for each azimuth. The last two numbers of a row are the sky that a level surface scatters.
     Facets {
         tables: Vec<AngleTable<8>>,
         cos_twice: f64,
         sin_twice: f64,
-        /// East and north part of a standard slope along and across the first axis.
+        /// East and north component of one rms slope, along and across the first slope axis.
         axes: [[f64; 2]; 2],
     },
 }
 
-/// A stack with its temperatures read as Rayleigh-Jeans temperatures.
+/// The stack with its temperatures converted to Rayleigh-Jeans temperatures.
 fn in_radiance(stack: &Stack) -> Result<Stack, SurfaceError> {
     let freq_ghz = stack.freq_hz() * 1e-9;
     let layers = stack
@@ -72,12 +73,17 @@ fn in_radiance(stack: &Stack) -> Result<Stack, SurfaceError> {
 }
 
 impl SurfaceTable {
-    /// Tabulates a surface under a sky given against the cosine of the zenith angle (RJ, K); `slope_azimuth_rad` is where
-    /// its first slope axis points, from north over east.
+    /// Tabulates a surface. `sky` gives the Rayleigh-Jeans temperature of the sky in K against the cosine of the zenith angle.
+    /// `slope_azimuth_rad` is the direction of the first slope axis, from north over east.
     ///
     /// # Errors
     /// As [`SurfaceModel::response`].
-    pub fn new(model: &SurfaceModel, slope_azimuth_rad: f64, sky: &dyn Fn(f64) -> f64) -> Result<Self, SurfaceError> {
+    pub fn new(
+        model: &SurfaceModel,
+        slope_azimuth_rad: f64,
+        sky: &dyn Fn(f64) -> f64,
+        options: &TableOptions,
+    ) -> Result<Self, SurfaceError> {
         let freq_ghz = model.stack.freq_hz() * 1e-9;
         let mut model = model.clone();
         model.stack = in_radiance(&model.stack)?;
@@ -93,9 +99,8 @@ impl SurfaceTable {
                 let tables = (0..azimuths)
                     .map(|k| {
                         let azimuth = PI / 8.0 * k as f64;
-                        AngleTable::new(ROUGH_TOLERANCE_K, scale, ROUGH_ANGLES, |cos| {
-                            // Beyond this the facets hide each other; the integrals are no longer good.
-                            let theta = cos.max(1e-4).acos();
+                        AngleTable::new(options.facets_k, scale, (FACET_ANGLES, options.facet_intervals), |cos| {
+                            let theta = cos.max(GRAZING_COSINE).acos();
                             let r = model.response(theta, azimuth, Sky::Symmetric(&by_zenith))?;
                             let smooth = model.stack.reflection(theta)?;
                             let row = row_of(&smooth, r.reflectivity, r.emitted_k);
@@ -111,7 +116,7 @@ impl SurfaceTable {
             _ => {
                 let dark = |_: f64| 0.0;
                 let scale = [KELVIN, KELVIN, KELVIN, KELVIN, 1.0, 1.0];
-                Kind::Mirror(AngleTable::new(TOLERANCE_K, scale, MIRROR_ANGLES, |cos| {
+                Kind::Mirror(AngleTable::new(options.mirror_k, scale, MIRROR_ANGLES, |cos| {
                     let theta = cos.min(1.0).acos();
                     let r = model.response(theta, 0.0, Sky::Symmetric(&dark))?;
                     Ok::<_, SurfaceError>(row_of(&model.reflection(theta)?, r.reflectivity, r.emitted_k))
@@ -121,14 +126,14 @@ impl SurfaceTable {
         Ok(Self { kind, top_k })
     }
 
-    /// Temperature of the top, RJ, K.
+    /// Rayleigh-Jeans temperature of the top layer, K.
     #[must_use]
     #[inline]
     pub fn top_k(&self) -> f64 {
         self.top_k
     }
 
-    /// Largest error of interpolation met, K.
+    /// Largest error of interpolation, K.
     #[must_use]
     pub fn error_k(&self) -> f64 {
         match &self.kind {
@@ -137,13 +142,7 @@ impl SurfaceTable {
         }
     }
 
-    /// Whether it scatters the sky from many directions.
-    #[must_use]
-    pub fn is_rough(&self) -> bool {
-        matches!(self.kind, Kind::Facets { .. })
-    }
-
-    /// The normal of one facet of a level rough surface, drawn by two standard normal numbers.
+    /// The normal of one facet of a level rough surface, drawn by two standard normal numbers. `None` for a surface without facets.
     #[must_use]
     pub fn facet(&self, draw: [f64; 2]) -> Option<Vec3> {
         let Kind::Facets { axes, .. } = &self.kind else { return None };
@@ -151,8 +150,8 @@ impl SurfaceTable {
         Some(Vec3::new(-slope(0), -slope(1), 1.0).unit())
     }
 
-    /// Response at a cosine of incidence, seen along a direction with horizontal components `x` (east) and `y` (north), and
-    /// the sky that a level rough surface scatters there.
+    /// Response at a cosine of incidence, and the sky that a level surface of facets scatters to the observer. The ray runs along a
+    /// direction with horizontal components `x` (east) and `y` (north).
     #[must_use]
     #[inline]
     pub fn at(&self, cos: f64, x: f64, y: f64) -> (Response, Option<RoughSky>) {
@@ -217,7 +216,7 @@ mod tests {
     #[test]
     fn mirrors_are_tabulated_to_a_hundredth_of_a_kelvin() {
         let model = sea("smooth");
-        let table = SurfaceTable::new(&model, 0.0, &sky).unwrap();
+        let table = SurfaceTable::new(&model, 0.0, &sky, &TableOptions::default()).unwrap();
         let radiant = in_radiance(&model.stack).unwrap();
         for k in 0..900 {
             let theta = (f64::from(k) * 0.0999).to_radians();
@@ -235,7 +234,7 @@ mod tests {
     #[test]
     fn facets_are_tabulated_to_a_tenth_of_a_kelvin() {
         let model = sea("sea:10");
-        let table = SurfaceTable::new(&model, 0.3, &sky).unwrap();
+        let table = SurfaceTable::new(&model, 0.3, &sky, &TableOptions::default()).unwrap();
         let mut radiant = model.clone();
         radiant.stack = in_radiance(&model.stack).unwrap();
         let by_zenith = |z: f64| sky(z.cos());

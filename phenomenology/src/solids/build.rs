@@ -1,10 +1,11 @@
 //! From the file to the scene.
 
+use super::air::atmosphere;
 use super::covers::Covers;
 use super::file::{AtmosphereRow, GroundRow, HeightFieldRow, MapRow, PatchRow, SceneFile, SurfaceRow};
+use super::images::{ReadGrey, resolve};
 use super::place::{Lines, Placed, place};
-use super::scene::{Air, SolidScene, SurfaceSource};
-use crate::atmosphere::{Atmosphere, Humidity, Layer, PhysicsError, Profile, SurfaceWeather, gas_model, rain_model, reference_profile};
+use super::scene::{SolidScene, SurfaceSource};
 use crate::error::{Result, SceneError};
 use crate::geometry::{At, Geometry, is_void};
 use crate::surfaces::{Canopy, Roughness, StackDescription, SurfaceError};
@@ -15,8 +16,31 @@ use toml::Spanned;
 /// Most nodes of a height field and cells of a map.
 const MAX_CELLS: usize = 1 << 24;
 
+impl SolidScene {
+    /// Read from TOML.
+    ///
+    /// # Errors
+    /// The line and the fault: TOML that does not parse, unknown keys, bodies that cannot be, unknown bodies, surfaces or
+    /// assemblies, regions without material, an empty scene, a camera inside a solid or under the ground.
+    pub fn from_toml(text: &str) -> Result<Self> {
+        let file: SceneFile = toml::from_str(text)?;
+        build(file, text)
+    }
+
+    /// As [`SolidScene::from_toml`], with the pictures that the scene names.
+    ///
+    /// # Errors
+    /// As [`SolidScene::from_toml`], and a picture that cannot be read.
+    pub fn from_toml_with(text: &str, read: ReadGrey<'_>) -> Result<Self> {
+        let mut file: SceneFile = toml::from_str(text)?;
+        let lines = Lines::new(text);
+        resolve(&mut file, read, &|offset| lines.of(offset))?;
+        build(file, text)
+    }
+}
+
 /// Makes the scene; `text` is what the file was read from, for the lines (empty: no lines).
-pub(super) fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
+fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     if file.kind != "solids" {
         return Err(SceneError::BadValue { what: "key `kind`".into(), value: file.kind, expected: "\"solids\"" });
     }
@@ -173,33 +197,4 @@ fn height_field(row: &Spanned<HeightFieldRow>, at: usize) -> Result<HeightField>
     HeightField::new(row.origin_m, row.cell_m, columns, heights)
         .filter(|_| even)
         .ok_or_else(|| SceneError::at(at, "the height field needs at least 2 x 2 finite heights in rows of one length, and cell_m above 0"))
-}
-
-/// The air that a row describes.
-pub(super) fn atmosphere(row: &AtmosphereRow) -> Result<Air, PhysicsError> {
-    let geometry = row.geometry.parse()?;
-    let background_k = crate::atmosphere::check_range("background temperature", row.background_k, "K", 0.1, 1e3)?;
-    let altitude_km = crate::atmosphere::check_range("altitude of the scene", row.altitude_m * 1e-3, "km", 0.0, 20.0)?;
-    if row.vacuum {
-        return Ok(Air { atmosphere: None, geometry, altitude_km, background_k });
-    }
-    let weather = SurfaceWeather {
-        pressure_hpa: row.surface_pressure_hpa,
-        temperature_k: row.surface_temperature_k,
-        humidity: row.relative_humidity_percent.map(Humidity::RelativePercent),
-    };
-    let (profile, background_k) = match row.isothermal_k {
-        // One temperature everywhere, space included.
-        Some(t) => {
-            let (pressure, humidity) = (row.surface_pressure_hpa.unwrap_or(1013.25), row.relative_humidity_percent.unwrap_or(50.0));
-            (Profile::isothermal(t, pressure, humidity)?, t)
-        }
-        None => (reference_profile(&row.profile)?.with_surface_weather(&weather)?, background_k),
-    };
-    let layers = row.layers.iter().map(|l| l.parse::<Layer>()).collect::<Result<Vec<_>, _>>()?;
-    let atmosphere = Atmosphere::new(profile, gas_model(&row.gas)?)?
-        .with_rain_model(rain_model(&row.rain)?)
-        .with_background(background_k)?
-        .with_layers(layers)?;
-    Ok(Air { atmosphere: Some(atmosphere), geometry, altitude_km, background_k })
 }

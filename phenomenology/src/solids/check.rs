@@ -4,9 +4,20 @@ use super::scene::SolidScene;
 use crate::camera::Camera;
 use crate::error::{Result, SceneError};
 use crate::geometry::At;
-use crate::vector::Vec3;
+use crate::space::Vec3;
 
 impl SolidScene {
+    /// The same scene before another camera.
+    ///
+    /// # Errors
+    /// A camera inside a solid, under the ground, or that cannot be.
+    pub fn with_camera(mut self, camera: Camera) -> Result<Self> {
+        self.file.camera = Some(toml::Spanned::new(0..0, camera));
+        self.camera_line = 0;
+        self.check_camera()?;
+        Ok(self)
+    }
+
     /// The camera of the file stands in the open.
     pub(super) fn check_camera(&self) -> Result<()> {
         let Some(camera) = &self.file.camera else { return Ok(()) };

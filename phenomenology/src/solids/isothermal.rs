@@ -1,6 +1,6 @@
 //! A scene of one temperature, to check the tracer: it must show that temperature and nothing else.
 
-use super::build::atmosphere;
+use super::air::atmosphere;
 use super::file::AtmosphereRow;
 use super::scene::SolidScene;
 use crate::error::{Result, SceneError};

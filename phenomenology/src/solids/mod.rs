@@ -3,6 +3,7 @@
 //! [`SceneFile`] is the TOML as written; [`SolidScene`] is the scene made of it: assemblies placed, names looked up,
 //! everything checked. [`crate::trace::Tracer`] turns it into temperatures.
 
+mod air;
 mod build;
 mod check;
 mod covers;
@@ -23,5 +24,5 @@ pub use file::{
     SceneFile, SurfaceRow,
 };
 pub use images::ReadGrey;
-pub use probe::{Probed, read_geometry, read_probe, read_probe_with};
+pub use probe::{Probed, read_geometry, read_probe_with};
 pub use scene::{Air, SolidScene, SurfaceSource};

@@ -2,9 +2,9 @@
 
 use super::file::{AssemblyRow, BodyRow, FaceRow, InstanceRow, RegionRow, SceneFile};
 use crate::error::{Result, SceneError};
-use crate::geometry::{At, Expression, GeometryError, NamedBody, RegionSource, Similarity, is_valid_name, is_void};
+use crate::geometry::{At, Expression, GeometryError, NamedBody, RegionSource, is_valid_name, is_void};
 use crate::primitives::Body;
-use crate::vector::Vec3;
+use crate::space::{Similarity, Vec3};
 use std::collections::BTreeMap;
 use toml::Spanned;
 

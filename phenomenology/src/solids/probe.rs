@@ -7,7 +7,6 @@ use super::scene::SolidScene;
 use crate::error::Result;
 use crate::geometry::probe::{PointAnswer, PointRow, RayAnswer, RayRow};
 use crate::geometry::{Geometry, looks_like_bodies, read_text};
-use crate::surfaces::StackDescription;
 
 /// Bodies and regions of a scene TOML or of a bare text; surfaces are not asked for.
 ///
@@ -32,27 +31,16 @@ pub enum Probed {
     Bare(Box<Geometry>),
 }
 
-/// A scene of solids from its TOML, or bodies and regions from their text.
+/// A scene of solids from its TOML, or bodies and regions from their text. `read` reads the pictures that a scene names.
 ///
 /// # Errors
-/// The line and the fault.
-pub fn read_probe(text: &str) -> Result<Probed> {
+/// The line and the fault, and a picture that cannot be read.
+pub fn read_probe_with(text: &str, read: ReadGrey<'_>) -> Result<Probed> {
     if looks_like_bodies(text) {
         read_geometry(text).map(|g| Probed::Bare(Box::new(g)))
     } else {
-        SolidScene::from_toml(text).map(|s| Probed::Scene(Box::new(s)))
+        SolidScene::from_toml_with(text, read).map(|s| Probed::Scene(Box::new(s)))
     }
-}
-
-/// As [`read_probe`], with the pictures that a scene names.
-///
-/// # Errors
-/// As [`read_probe`], and a picture that cannot be read.
-pub fn read_probe_with(text: &str, read: ReadGrey<'_>) -> Result<Probed> {
-    if looks_like_bodies(text) {
-        return read_probe(text);
-    }
-    SolidScene::from_toml_with(text, read).map(|s| Probed::Scene(Box::new(s)))
 }
 
 impl Probed {
@@ -106,11 +94,5 @@ impl SolidScene {
             }
         }
         Ok(answers)
-    }
-
-    /// The layers of a surface by name, as described.
-    #[must_use]
-    pub fn surface_stack(&self, name: &str) -> Option<&StackDescription> {
-        self.surfaces.iter().find(|s| s.name == name).map(|s| &s.stack)
     }
 }

@@ -86,7 +86,9 @@ fn toml_and_text_round_trip() {
     let again = SolidScene::from_toml(&scene.to_toml().unwrap()).unwrap();
     assert_eq!(again.geometry().bodies().len(), 6);
     assert_eq!(again.to_text(), scene.to_text());
-    let Probed::Bare(bare) = read_probe(&scene.to_text()).unwrap() else { panic!("the text was not seen as text") };
+    let Probed::Bare(bare) = read_probe_with(&scene.to_text(), &|name| panic!("the text names no picture {name}")).unwrap() else {
+        panic!("the text was not seen as text")
+    };
     let p = PointRow { x: 5.0, y: 4.5, z: 1.0 };
     assert_eq!(bare.probe_points(None, &[p]).unwrap()[0].region.as_deref(), Some("second.hull"));
     let model = crate::geometry::read_text(&scene.to_text(), 1).unwrap();
@@ -173,7 +175,7 @@ fn the_example_of_the_book_is_a_scene() {
 
 mod hostile {
     use super::TANK;
-    use crate::solids::{SolidScene, read_probe};
+    use crate::solids::{SolidScene, read_probe_with};
     use proptest::prelude::*;
 
     const TEXT: &str =
@@ -191,7 +193,7 @@ mod hostile {
                         text.replace_range(at..(at + put.len()).min(text.len()), put);
                     }
                 }
-                if let Err(e) = read_probe(&text) {
+                if let Err(e) = read_probe_with(&text, &|_| Err("no pictures here".into())) {
                     prop_assert!(!e.to_string().is_empty());
                 }
             }

@@ -38,14 +38,6 @@ impl QhRoughness {
         Self { q: 0.0, h: h * h, n: 2.0 }
     }
 
-    /// The mixing Q that Wang 1983 guessed from the rms height: `0.35 (1 - exp(-0.6 s^2 f))`
-    /// with the height in cm and the frequency in GHz.
-    #[must_use]
-    pub fn mixing_wang83(rms_height_m: f64, freq_hz: f64) -> f64 {
-        let s_cm = rms_height_m * 100.0;
-        0.35 * (1.0 - (-0.6 * s_cm * s_cm * freq_hz * 1e-9).exp())
-    }
-
     /// The reflection of the rough surface from that of the smooth one.
     ///
     /// # Reference

@@ -2,11 +2,10 @@
 //!
 //! Media are numbered 0 (air), 1..N (the layers); interface `n` lies between `n` and `n+1`.
 
-use super::fresnel::{Reflection, interface, normal_wavenumber};
-use super::stack::Layer;
+use super::fresnel::{Reflection, interface, medium, normal_wavenumber};
+use super::layer::Layer;
 use num_complex::Complex64;
 
-const AIR: Complex64 = Complex64::new(1.0, 0.0);
 const J: Complex64 = Complex64::new(0.0, 1.0);
 
 /// Round-trip phase and attenuation of a layer, `exp(-2 j k0 q d)`.
@@ -26,16 +25,11 @@ pub(super) fn coherent_reflection(layers: &[Layer], k0: f64, cos_theta: f64) -> 
 
 /// Run the recursion; `visit` sees every interface (from the last up) with its amplitudes.
 fn generalised(layers: &[Layer], k0: f64, cos_theta: f64, mut visit: impl FnMut(usize, [Complex64; 2])) -> [Complex64; 2] {
-    let sin2 = 1.0 - cos_theta * cos_theta;
-    let medium = |n: usize| match n {
-        0 => (AIR, Complex64::new(cos_theta, 0.0)),
-        n => (layers[n - 1].eps, normal_wavenumber(layers[n - 1].eps, sin2)),
-    };
     let last = layers.len() - 1;
-    let (mut eps2, mut q2) = medium(last + 1);
+    let (mut eps2, mut q2) = medium(layers, last + 1, cos_theta);
     let mut r = [Complex64::new(0.0, 0.0); 2];
     for n in (0..=last).rev() {
-        let (eps1, q1) = medium(n);
+        let (eps1, q1) = medium(layers, n, cos_theta);
         let step = interface(eps1, q1, eps2, q2);
         if n == last {
             r = step;

@@ -1,10 +1,8 @@
 //! Stacks whose layers are too thick or uneven for their echoes to interfere: powers add.
 
-use super::fresnel::{Reflection, interface, normal_wavenumber};
-use super::stack::Layer;
+use super::fresnel::{Reflection, interface, medium};
+use super::layer::Layer;
 use num_complex::Complex64;
-
-const AIR: Complex64 = Complex64::new(1.0, 0.0);
 
 /// One interface and the layer below it.
 struct Step {
@@ -15,13 +13,9 @@ struct Step {
 }
 
 fn step(layers: &[Layer], n: usize, k0: f64, cos_theta: f64) -> Step {
-    let sin2 = 1.0 - cos_theta * cos_theta;
-    let (eps1, q1) = match n {
-        0 => (AIR, Complex64::new(cos_theta, 0.0)),
-        n => (layers[n - 1].eps, normal_wavenumber(layers[n - 1].eps, sin2)),
-    };
+    let (eps1, q1) = medium(layers, n, cos_theta);
+    let (_, q2) = medium(layers, n + 1, cos_theta);
     let below = &layers[n];
-    let q2 = normal_wavenumber(below.eps, sin2);
     let transmission = if n + 1 == layers.len() { 0.0 } else { (2.0 * k0 * q2.im * below.thickness_m).exp() };
     Step { r: interface(eps1, q1, below.eps, q2), transmission }
 }

@@ -28,6 +28,7 @@ mod geometric_optics;
 mod incoherent;
 #[cfg(test)]
 mod law_tests;
+mod layer;
 mod model;
 #[cfg(test)]
 mod oracle_tests;
@@ -39,7 +40,8 @@ mod shadowing;
 mod slopes;
 mod stack;
 mod stack_file;
-mod stokes;
+#[cfg(test)]
+pub(crate) mod stokes_tests;
 mod tau_omega;
 mod wagner_lynch;
 mod wegmuller_matzler99;
@@ -47,16 +49,16 @@ mod wegmuller_matzler99;
 pub use bistatic::{Bistatic, BistaticGeometry, bistatic_coefficient};
 pub use choudhury79::QhRoughness;
 pub use error::SurfaceError;
-pub use fresnel::{Reflection, fresnel, fresnel_between};
+pub use fresnel::{Reflection, fresnel};
 pub use geometric_optics::{Closure, GeometricOptics, SurfaceResponse};
+pub use layer::Layer;
 pub use model::SurfaceModel;
 pub use roughness::{ROUGHNESS_KINDS, Roughness, RoughnessKind};
 pub use rows::{EmissivityRow, emissivity_rows};
 pub use shadowing::{Shadowing, shadow_lambda, shadow_lambda_v};
 pub use slopes::Slopes;
-pub use stack::{Layer, Stack};
+pub use stack::Stack;
 pub use stack_file::{DEFAULT_TEMPERATURE_K, LayerDescription, RawLayer, StackDescription, Substance};
-pub use stokes::{AntennaPolarisation, Mueller, PolarisedRay, Vector, reflection_mueller, rotation_mueller};
 pub use tau_omega::{Canopy, CanopyBudget};
 pub use wagner_lynch::{FacetIntegrals, Sky};
 pub use wegmuller_matzler99::wegmuller_matzler99;

@@ -30,14 +30,6 @@ impl SurfaceModel {
         Self { stack, roughness, canopy: None }
     }
 
-    /// Whether it mirrors the sky in one direction, so that one reflected ray is enough.
-    ///
-    /// Facets scatter the sky over many directions; for them use [`SurfaceModel::response`].
-    #[must_use]
-    pub fn is_specular(&self) -> bool {
-        !matches!(self.roughness, Roughness::GeometricOptics(_))
-    }
-
     /// Local reflection at an angle of incidence: amplitudes and powers with roughness, before
     /// any canopy.
     ///

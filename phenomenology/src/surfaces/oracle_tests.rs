@@ -1,35 +1,11 @@
 //! Surfaces against numbers made by independent software; every row of every file.
 
 use super::*;
+use crate::oracle_tests::Table;
 use num_complex::Complex64;
-use std::path::PathBuf;
 
-struct Table {
-    names: Vec<String>,
-    rows: Vec<csv::StringRecord>,
-}
-
-impl Table {
-    fn open(name: &str) -> Self {
-        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../tests/oracle").join(name);
-        let mut reader = csv::Reader::from_path(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        let names = reader.headers().unwrap().iter().map(str::to_owned).collect();
-        let rows = reader.records().map(Result::unwrap).collect();
-        Self { names, rows }
-    }
-
-    fn text<'a>(&self, row: &'a csv::StringRecord, name: &str) -> &'a str {
-        let i = self.names.iter().position(|n| n == name).unwrap_or_else(|| panic!("{name}"));
-        &row[i]
-    }
-
-    fn number(&self, row: &csv::StringRecord, name: &str) -> f64 {
-        self.text(row, name).parse().unwrap()
-    }
-
-    fn eps(&self, row: &csv::StringRecord, real: &str, loss: &str) -> Complex64 {
-        Complex64::new(self.number(row, real), -self.number(row, loss))
-    }
+fn eps(t: &Table, row: &csv::StringRecord, real: &str, loss: &str) -> Complex64 {
+    Complex64::new(t.number(row, real), -t.number(row, loss))
 }
 
 #[test]
@@ -38,7 +14,7 @@ fn fresnel_powers() {
     let mut worst = 0.0f64;
     for row in &t.rows {
         let theta = t.number(row, "theta_deg").to_radians();
-        let r = fresnel(t.eps(row, "eps_real", "eps_loss"), theta).unwrap();
+        let r = fresnel(eps(&t, row, "eps_real", "eps_loss"), theta).unwrap();
         worst = worst.max((r.power_h - t.number(row, "r_h_power")).abs());
         worst = worst.max((r.power_v - t.number(row, "r_v_power")).abs());
         // The oracle's p amplitude has the opposite sign.
@@ -90,7 +66,7 @@ fn small_scale_roughness() {
     let mut worst = 0.0f64;
     for row in &t.rows {
         let freq_hz = t.number(row, "f_ghz") * 1e9;
-        let stack = Stack::half_space(t.eps(row, "eps_re", "eps_loss"), 290.0, freq_hz).unwrap();
+        let stack = Stack::half_space(eps(&t, row, "eps_re", "eps_loss"), 290.0, freq_hz).unwrap();
         let params: Vec<(String, f64)> = t
             .text(row, "params")
             .split_whitespace()
@@ -137,7 +113,7 @@ fn bistatic_values() {
     let t = Table::open("rough_go_bistatic_smrt.csv");
     let mut worst = 0.0f64;
     for row in &t.rows {
-        let stack = Stack::half_space(t.eps(row, "eps_re", "eps_loss"), 290.0, 37e9).unwrap();
+        let stack = Stack::half_space(eps(&t, row, "eps_re", "eps_loss"), 290.0, 37e9).unwrap();
         let slopes = Slopes::isotropic(t.number(row, "mss_per_axis").sqrt()).unwrap();
         let shadowing = match t.text(row, "shadow") {
             "1" => Shadowing::Smith,
@@ -173,7 +149,7 @@ fn facets_against_ray_traced_height_fields() {
     let t = Table::open("rough_surface_monte_carlo.csv");
     let (mut single, mut total) = (0.0f64, 0.0f64);
     for row in &t.rows {
-        let stack = Stack::half_space(t.eps(row, "eps_re", "eps_loss"), 290.0, 37e9).unwrap();
+        let stack = Stack::half_space(eps(&t, row, "eps_re", "eps_loss"), 290.0, 37e9).unwrap();
         let mut go = GeometricOptics::new(Slopes::isotropic(t.number(row, "mss_per_axis").sqrt()).unwrap());
         let theta = t.number(row, "theta_deg").to_radians();
         let cold = |_: f64| 0.0;

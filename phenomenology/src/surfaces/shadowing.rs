@@ -70,22 +70,6 @@ impl Shadowing {
     pub fn bistatic(self, lambda_a: f64, lambda_b: f64, same_azimuth: bool) -> f64 {
         self.single(if same_azimuth { lambda_a.max(lambda_b) } else { lambda_a + lambda_b })
     }
-
-    /// Probability that any point, facing or not, is seen from a direction with argument `v`
-    /// along one line: the conditional form times `(1 + erf v)/2`.
-    ///
-    /// # Reference
-    /// Wagner 1967, J. Acoust. Soc. Am. 41, 138.
-    #[must_use]
-    pub fn single_unconditional(self, v: f64) -> f64 {
-        self.single(shadow_lambda_v(v)) * 0.5 * (1.0 + libm::erf(v))
-    }
-
-    /// The same for two opposite directions: the conditional form times `(erf v1 + erf v2)/2`.
-    #[must_use]
-    pub fn bistatic_unconditional(self, v_a: f64, v_b: f64) -> f64 {
-        self.bistatic(shadow_lambda_v(v_a), shadow_lambda_v(v_b), false) * 0.5 * (libm::erf(v_a) + libm::erf(v_b))
-    }
 }
 
 #[cfg(test)]
@@ -114,8 +98,8 @@ mod tests {
     fn nadir_sees_everything_and_the_horizon_nothing() {
         let slopes = Slopes::isotropic(0.2).unwrap();
         assert_eq!(shadow_lambda(&slopes, 0.0, 0.3), 0.0);
-        let u = Shadowing::Smith.single_unconditional(30.0);
-        assert!((u - 1.0).abs() < 1e-12);
-        assert!(Shadowing::Smith.bistatic_unconditional(1e-6, 1e-6) < 1e-4);
+        assert!((Shadowing::Smith.single(shadow_lambda_v(30.0)) - 1.0).abs() < 1e-12);
+        let horizon = shadow_lambda_v(1e-6);
+        assert!(Shadowing::Smith.bistatic(horizon, horizon, false) < 1e-4);
     }
 }

@@ -1,7 +1,8 @@
 //! Stacks described in TOML: materials and thicknesses, before a frequency is chosen.
 
 use super::error::SurfaceError;
-use super::stack::{Layer, Stack};
+use super::layer::Layer;
+use super::stack::Stack;
 use crate::dielectrics::{DielectricError, Extrapolation, Material, MaterialState, Model, permittivity_of};
 use num_complex::Complex64;
 use schemars::JsonSchema;

@@ -40,15 +40,6 @@ impl Canopy {
         })
     }
 
-    /// Optical depth from the water in the canopy: `tau = b W`, W in kg/m2 (`b` about 0.1 to
-    /// 0.15 m2/kg at 1.4 GHz, rising about linearly to about 1 at 37 GHz).
-    ///
-    /// # Errors
-    /// As [`Canopy::new`].
-    pub fn from_water(b_m2_kg: f64, water_kg_m2: f64, omega: f64, temperature_k: f64) -> Result<Self, SurfaceError> {
-        Self::new(b_m2_kg * water_kg_m2, omega, temperature_k)
-    }
-
     /// Shares of canopy, ground and sky over a ground of power reflectivity `r`.
     ///
     /// # Reference

@@ -1,8 +1,7 @@
 //! Ground by heights on a grid of nodes; each cell is two triangles.
 
-use super::GroundHit;
-use crate::geometry::Ray;
-use crate::vector::Vec3;
+use super::hit::GroundHit;
+use crate::space::{Ray, Vec3};
 
 /// Heights on a grid.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,31 +4,31 @@ use crate::camera::Camera;
 use crate::error::{Result, SceneError};
 use serde::{Deserialize, Serialize};
 
-/// A place and a point to look at, at a time.
+/// Position of the camera and the point it looks at, at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KeyFrame {
     /// Time, s.
     pub time_s: f64,
-    /// Where the camera stands, m.
+    /// Position of the camera, m.
     pub position_m: [f64; 3],
-    /// The middle of the picture, m.
+    /// Point at the centre of the picture, m.
     pub look_at_m: [f64; 3],
 }
 
-/// A flight: key frames in order of time, and frames a second.
+/// The path of a camera: key frames in order of time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Flight {
-    /// The scene, as a path beside the file of the flight.
+    /// Path of the scene, relative to the file of the flight.
     pub scene: Option<String>,
-    /// Frames a second.
+    /// Number of frames per second.
     pub frames_per_second: f64,
     /// Key frames.
     pub key: Vec<KeyFrame>,
 }
 
-/// Most frames of a flight.
+/// Largest number of frames of a flight.
 const MAX_FRAMES: f64 = 1e5;
 
 impl Flight {
@@ -39,23 +39,24 @@ impl Flight {
     /// that are not finite, too many frames.
     pub fn from_toml(text: &str) -> Result<Self> {
         let flight: Self = toml::from_str(text)?;
-        let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
-        let finite = |k: &KeyFrame| k.time_s.is_finite() && k.position_m.iter().chain(&k.look_at_m).all(|x| x.is_finite());
-        if flight.key.len() < 2 || !flight.key.iter().all(finite) || flight.key.windows(2).any(|w| w[1].time_s <= w[0].time_s) {
-            return bad(
-                "[[key]] of the flight",
-                format!("{} frames", flight.key.len()),
-                "two or more with rising times and finite numbers",
-            );
-        }
-        let frames = flight.frames_per_second * flight.duration_s();
-        if !(flight.frames_per_second > 0.0 && frames <= MAX_FRAMES) {
-            return bad("frames_per_second", flight.frames_per_second.to_string(), "above 0, and at most 100000 frames in all");
-        }
+        flight.check()?;
         Ok(flight)
     }
 
-    /// From the first to the last key frame, s.
+    fn check(&self) -> Result<()> {
+        let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
+        let finite = |k: &KeyFrame| k.time_s.is_finite() && k.position_m.iter().chain(&k.look_at_m).all(|x| x.is_finite());
+        if self.key.len() < 2 || !self.key.iter().all(finite) || self.key.windows(2).any(|w| w[1].time_s <= w[0].time_s) {
+            return bad("[[key]] of the flight", format!("{} frames", self.key.len()), "two or more with rising times and finite numbers");
+        }
+        let frames = self.frames_per_second * self.duration_s();
+        if !(self.frames_per_second > 0.0 && frames <= MAX_FRAMES) {
+            return bad("frames_per_second", self.frames_per_second.to_string(), "above 0, and at most 100000 frames in all");
+        }
+        Ok(())
+    }
+
+    /// Time from the first to the last key frame, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match (self.key.first(), self.key.last()) {
@@ -64,12 +65,15 @@ impl Flight {
         }
     }
 
-    /// A camera for every frame: the given one, moved along straight lines between key frames.
-    #[must_use]
-    pub fn cameras(&self, camera: &Camera) -> Vec<Camera> {
-        let Some(first) = self.key.first() else { return Vec::new() };
+    /// A camera for every frame. The given camera moves along straight lines between the key frames.
+    ///
+    /// # Errors
+    /// As [`Flight::from_toml`], for a flight that was built by hand.
+    pub fn cameras(&self, camera: &Camera) -> Result<Vec<Camera>> {
+        self.check()?;
+        let first = &self.key[0];
         let count = (self.duration_s() * self.frames_per_second + 1e-9).floor() as usize;
-        (0..=count)
+        Ok((0..=count)
             .map(|k| {
                 let t = first.time_s + k as f64 / self.frames_per_second;
                 let next = self.key.iter().position(|f| f.time_s > t).unwrap_or(self.key.len() - 1).max(1);
@@ -78,7 +82,7 @@ impl Flight {
                 let mix = |p: [f64; 3], q: [f64; 3]| std::array::from_fn(|i| p[i] + w * (q[i] - p[i]));
                 Camera { position_m: mix(a.position_m, b.position_m), look_at_m: Some(mix(a.look_at_m, b.look_at_m)), ..camera.clone() }
             })
-            .collect()
+            .collect())
     }
 }
 
@@ -102,7 +106,7 @@ mod tests {
             size_px: [8, 8],
             projection: Projection::Sin,
         };
-        let cameras = Flight::from_toml(PATH).unwrap().cameras(&camera);
+        let cameras = Flight::from_toml(PATH).unwrap().cameras(&camera).unwrap();
         assert_eq!(cameras.len(), 7);
         assert_eq!(cameras[1].position_m, [5.0, 0.0, 10.0]);
         assert_eq!(cameras[5].look_at_m, Some([100.0, 25.0, 0.0]));

@@ -1,14 +1,13 @@
-//! Following one ray: backwards through its reflections, with the weight of every plane and channel.
+//! Following one ray backwards from the antenna through its reflections, with one weight for every plane and channel.
 
 use super::polar::{local_frame, polarised, reflect, turn};
 use super::tracer::{Seen, Spot, Tracer};
-use crate::atmosphere::{PathEnds, PathExtent, PhysicsError};
-use crate::geometry::Ray;
-use crate::vector::Vec3;
+use crate::atmosphere::{PathEnds, PathExtent};
+use crate::error::Result;
+use crate::space::{Ray, Vec3};
 
-/// Upward component of a normal above which a rough surface counts as level.
-const LEVEL: f64 = 0.999;
-/// Longest leg the tables of the air take, km.
+/// Longest leg, km. The ground plane has no end, and a nearly horizontal ray may hit it at any distance. Air near the ground is opaque over
+/// this length, so a longer leg emits the same.
 const LONGEST_KM: f64 = 2000.0;
 
 /// Working memory of a ray; one for each thread.
@@ -16,11 +15,11 @@ const LONGEST_KM: f64 = 2000.0;
 pub(super) struct Scratch {
     /// Antenna rows. // [chan, pol]
     rows: Vec<[f64; 4]>,
-    /// Temperatures gathered so far, RJ, K. // [chan, pol]
+    /// Temperatures summed so far, RJ, K. // [chan, pol]
     pub sums: Vec<f64>,
-    /// Sky scattered by the rough surface just met. // [chan, pol]
+    /// Sky scattered by the surface of facets that was hit last. // [chan, pol]
     scattered: Vec<f64>,
-    /// Weight of unpolarised radiation after the reflection. // [chan, pol]
+    /// Emission (RJ, K) and transmission of the leg. // [chan]
     path: Vec<(f64, f64)>,
 }
 
@@ -31,14 +30,8 @@ impl Tracer<'_> {
         Scratch { rows: vec![[0.0; 4]; n], sums: vec![0.0; n], scattered: vec![0.0; n], path: vec![(0.0, 1.0); self.freqs_ghz.len()] }
     }
 
-    /// Follows a ray with the h direction of its antenna; the temperatures come to lie in `scratch.sums`.
-    pub(super) fn follow(
-        &self,
-        origin: Vec3,
-        direction: Vec3,
-        reference: Vec3,
-        scratch: &mut Scratch,
-    ) -> Result<Option<Seen>, PhysicsError> {
+    /// Follows a ray. `reference` is the h direction of the antenna. Writes the temperatures to `scratch.sums` and returns the first hit.
+    pub(super) fn follow(&self, origin: Vec3, direction: Vec3, reference: Vec3, scratch: &mut Scratch) -> Result<Option<Seen>> {
         let planes = self.antenna.len();
         for (k, row) in scratch.rows.iter_mut().enumerate() {
             *row = self.antenna[k % planes];
@@ -49,7 +42,7 @@ impl Tracer<'_> {
         let mut seen = None;
         let mut from_rough = false;
         for bounce in 0..=self.options.max_bounces {
-            let Some(spot) = self.spot(&ray) else {
+            let Some(spot) = self.spot(&ray)? else {
                 if from_rough && ray.direction.z >= 0.0 {
                     for (sum, s) in scratch.sums.iter_mut().zip(&scratch.scattered) {
                         *sum += s;
@@ -69,7 +62,7 @@ impl Tracer<'_> {
                 reference = local;
             }
             let (rough, heaviest) = self.add_surface(&ray, &spot, cos, scratch);
-            from_rough = rough && spot.normal.z > LEVEL;
+            from_rough = rough && spot.normal.z > self.level;
             if heaviest < self.options.min_weight || bounce == self.options.max_bounces {
                 self.close(spot.cover, from_rough, scratch);
                 return Ok(seen);
@@ -80,13 +73,12 @@ impl Tracer<'_> {
         Ok(seen)
     }
 
-    /// Where a reflected ray goes. A level rough surface sends it off one of its facets, drawn by the place of the hit: what
-    /// stands near the surface is mirrored blurred, and the same picture always comes out.
+    /// Direction of a reflected ray. On a level surface of facets one facet reflects the ray, so that objects near the surface have blurred
+    /// images. The position of the hit selects the facet, so the picture is always the same.
     #[inline]
     fn mirrored(&self, ray: &Ray, spot: &Spot, rough: bool) -> Vec3 {
         if rough
-            && let Some(table) = self.surfaces[spot.cover as usize].first()
-            && let Some(facet) = table.facet(normal_pair(spot.point))
+            && let Some(facet) = self.surfaces[spot.cover as usize][0].facet(normal_pair(spot.point))
             && facet.dot(ray.direction) < 0.0
         {
             let direction = ray.direction.mirrored(facet);
@@ -97,7 +89,7 @@ impl Tracer<'_> {
         ray.direction.mirrored(spot.normal).unit()
     }
 
-    /// Emission of a surface, and the reflection of every row. Tells whether it is rough, and the largest weight that is left.
+    /// Adds the emission of a surface, and reflects every antenna row. Returns whether the surface has facets, and the largest weight left.
     #[inline]
     fn add_surface(&self, ray: &Ray, spot: &Spot, cos: f64, scratch: &mut Scratch) -> (bool, f64) {
         let planes = self.antenna.len();
@@ -118,8 +110,8 @@ impl Tracer<'_> {
         (rough, heaviest)
     }
 
-    /// What is left of the weight when a ray is given up: the scattered sky of a level rough surface, or else radiation of the
-    /// temperature of the last surface, so that a world of one temperature keeps it.
+    /// Ends a ray that is not followed any further. The remaining weight sees the scattered sky of a level surface of facets, or else
+    /// radiation at the temperature of the last surface. A world of one temperature therefore shows exactly that temperature.
     fn close(&self, cover: u32, from_rough: bool, scratch: &mut Scratch) {
         let planes = self.antenna.len();
         for k in 0..scratch.sums.len() {
@@ -131,9 +123,9 @@ impl Tracer<'_> {
         }
     }
 
-    /// Emission and loss of the air between two heights in m over a length in m.
+    /// Adds the emission and the loss of the air between two heights in m over a length in m.
     #[inline]
-    fn add_leg(&self, from_m: f64, to_m: f64, length_m: f64, scratch: &mut Scratch) -> Result<(), PhysicsError> {
+    fn add_leg(&self, from_m: f64, to_m: f64, length_m: f64, scratch: &mut Scratch) -> Result<()> {
         let Some(air) = &self.air else { return Ok(()) };
         let (from, to) = (self.altitude_km + 1e-3 * from_m, self.altitude_km + 1e-3 * to_m);
         // Rounding must not make a leg shorter than its rise.
@@ -157,8 +149,8 @@ impl Tracer<'_> {
         }
     }
 
-    /// The sky, or the black ground under a scene without ground.
-    fn add_sky(&self, ray: &Ray, scratch: &mut Scratch) -> Result<(), PhysicsError> {
+    /// Adds the sky, or the black ground under a scene without ground.
+    fn add_sky(&self, ray: &Ray, scratch: &mut Scratch) -> Result<()> {
         let planes = self.antenna.len();
         let (z, cos) = (ray.origin.z, ray.direction.z);
         if cos < 0.0 && self.air.is_some() {
@@ -170,9 +162,9 @@ impl Tracer<'_> {
             return Ok(());
         }
         let height_km = self.altitude_km + 1e-3 * z;
-        let (level, level_km) = self.sky.level_above(height_km);
+        let (level, level_km) = self.sky.level_above(height_km)?;
         let rise_m = 1e3 * (level_km - height_km);
-        // Tables lie at a few heights; the air up to the next one is added.
+        // There are tables at a few heights. The air between the ray and the next table is added.
         if rise_m > 1e-3 {
             self.add_leg(z, z + rise_m, (rise_m / cos.max(1e-9)).min(1e3 * LONGEST_KM), scratch)?;
         }
@@ -183,7 +175,7 @@ impl Tracer<'_> {
     }
 }
 
-/// Two standard normal numbers that depend on a place alone.
+/// Two standard normal numbers that depend on nothing but a position.
 fn normal_pair(p: Vec3) -> [f64; 2] {
     // splitmix64 (Steele et al. 2014) of the bits of the coordinates.
     let mix = |mut z: u64| {
@@ -195,7 +187,7 @@ fn normal_pair(p: Vec3) -> [f64; 2] {
     let first = mix(mix(p.x.to_bits()) ^ p.y.to_bits().rotate_left(32));
     let unit = |z: u64| ((z >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
     let (radius, angle) = ((-2.0 * unit(first).ln()).sqrt(), std::f64::consts::TAU * unit(mix(first)));
-    // libm gives the same bits on every machine.
+    // The functions of libm give the same bits on every machine.
     [radius * libm::cos(angle), radius * libm::sin(angle)]
 }
 

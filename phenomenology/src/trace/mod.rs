@@ -1,19 +1,25 @@
-//! The tracer: rays from the sensor back to the sky, and the temperatures forward again.
+//! The tracer. It follows rays from the sensor back to the sky, and sums the radiation that arrives along them.
 
 mod flight;
 mod follow;
+mod mesh_options;
 mod options;
 mod picture;
 mod polar;
 mod realtime;
+mod render;
 mod smooth;
 mod tracer;
+mod vertex;
 
 #[cfg(test)]
 mod physics_tests;
+#[cfg(test)]
+mod sensitivity_tests;
 
 pub use flight::{Flight, KeyFrame};
+pub use mesh_options::{EdgeOptions, MeshOptions};
 pub use options::{RenderOptions, Scale};
 pub use picture::{Picture, ProgressFn};
-pub use realtime::{Frame, MeshOptions, error_map};
+pub use realtime::{Frame, error_map};
 pub use tracer::{Seen, Tracer};

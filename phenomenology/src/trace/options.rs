@@ -1,38 +1,45 @@
-//! How a scene is rendered.
+//! Options of a rendering.
 
 use crate::error::{Result, SceneError};
+use crate::radiometry::TableOptions;
 use cittert_arrays::Polarization;
 
-/// How radiance is read as a temperature.
+/// The temperature scale of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
-    /// The black body that has this radiance.
+    /// The temperature of the black body that has this radiance.
     #[default]
     Planck,
-    /// Linear in radiance: what visibilities add up.
+    /// Rayleigh-Jeans temperature, which is linear in radiance. Visibilities are sums of this quantity.
     RayleighJeans,
 }
 
 /// Options of a rendering.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderOptions {
-    /// Planes of the picture: `I` is the mean of h and v, `XX` is h (electric field along l), `YY` is v; Q, U, V are
-    /// always in Rayleigh-Jeans temperature.
+    /// Planes of the picture. `I` is the mean of h and v, `XX` is h (electric field along l), `YY` is v. Q, U and V are always
+    /// Rayleigh-Jeans temperatures.
     pub polarizations: Vec<Polarization>,
-    /// One temperature for every channel instead of one for the band.
+    /// Whether every channel gets its own temperatures. Otherwise the picture holds one channel at the mean frequency.
     pub per_channel: bool,
-    /// How radiance is read.
+    /// Temperature scale of I, XX and YY.
     pub scale: Scale,
-    /// Rays along each side of a pixel on an edge; 1 for none.
+    /// Number of rays along each side of a pixel that lies on an edge. With 1 every pixel has one ray.
     pub antialias: usize,
-    /// Difference between neighbours that makes an edge, K.
+    /// Difference between neighbouring pixels above which they lie on an edge, K. At 2 K an edge that is missed changes a pixel by at
+    /// most 1 K.
     pub edge_k: f64,
-    /// Most reflections of a ray.
+    /// Largest number of reflections of a ray. In the scenes that ship fewer than one ray in 1000 still carries weight after 8.
     pub max_bounces: usize,
-    /// Weight below which a ray is followed no further.
+    /// Weight below which a ray is not followed any further. At 1e-3 and contrasts of 200 K the error is at most 0.2 K, in few pixels.
     pub min_weight: f64,
-    /// Greatest height of any camera the tracer will be used with, m; that of the scene's own camera is always covered.
+    /// Greatest height of any camera that will use the tracer, m. The height of the scene's own camera is always covered.
     pub highest_m: f64,
+    /// Tilt up to which a surface of facets counts as level, degrees. Only level facets scatter the tabulated sky; on a slope the
+    /// reflected ray is followed. A tilt of 2.56 degrees is well below the rms slope of any facets in use.
+    pub level_deg: f64,
+    /// Accuracy of the tables of sky, surfaces and air.
+    pub tables: TableOptions,
 }
 
 impl Default for RenderOptions {
@@ -46,12 +53,14 @@ impl Default for RenderOptions {
             max_bounces: 8,
             min_weight: 1e-3,
             highest_m: 0.0,
+            level_deg: 2.56,
+            tables: TableOptions::default(),
         }
     }
 }
 
 impl RenderOptions {
-    /// Checks the ranges, and gives the antenna row of each plane.
+    /// Checks the ranges, and returns the antenna row of each plane.
     pub(super) fn antenna_rows(&self) -> Result<Vec<[f64; 4]>> {
         let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
         if !(1..=16).contains(&self.antialias) {
@@ -66,6 +75,10 @@ impl RenderOptions {
         if !self.highest_m.is_finite() {
             return bad("highest_m", self.highest_m.to_string(), "a finite height in m");
         }
+        if !(0.0..=90.0).contains(&self.level_deg) {
+            return bad("level_deg", self.level_deg.to_string(), "0 to 90 deg");
+        }
+        self.tables.check()?;
         if !(self.edge_k >= 0.0) {
             return bad("edge_k", self.edge_k.to_string(), "0 K or more");
         }

@@ -260,7 +260,7 @@ fn the_mesh_of_the_real_time_mode_stays_near_one_ray_a_pixel() {
         assert_eq!(map.dim(), (128, 128));
         assert!(rms_k < 1.0, "{name}: {rms_k} K rms");
         assert!(frame.rays < 128 * 128 * 3 / 4, "{name}: {} rays", frame.rays);
-        let every = tracer.frame(&view, &MeshOptions { step: 1, spread_k: 0.0, antialias: false }).unwrap();
+        let every = tracer.frame(&view, &MeshOptions { step: 1, spread_k: 0.0, antialias: false, ..MeshOptions::default() }).unwrap();
         assert!(error_map(&every, full.temperature.plane(0, 0)).unwrap().1 < 1e-9);
     }
 }

@@ -1,28 +1,26 @@
-//! Pictures: rays for every pixel, more of them on edges, and the maps.
+//! A picture: one ray for every pixel, more rays on edges, and maps of range, incidence and material.
 
 use super::follow::Scratch;
 use super::tracer::{Seen, Tracer};
-use crate::atmosphere::PhysicsError;
 use crate::camera::View;
 use crate::error::{Result, SceneError};
-use crate::geometry::At;
 use cittert_arrays::{BrightnessUnit, Image, SpectralWindow};
-use ndarray::{Array, Array2, Array4, Dimension};
+use ndarray::{Array2, Array4, ShapeError};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Most values of a picture.
+/// Largest number of values of a picture (1 GB).
 const MAX_VALUES: usize = 1 << 27;
 
-/// Told how many of how many rows are done, from any thread.
+/// A function that is called from any thread with the number of rows done and the number of all rows.
 pub type ProgressFn<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
 /// A rendered scene.
 #[derive(Debug, Clone)]
 pub struct Picture {
-    /// Brightness temperature, K \[chan, pol, m, l\]; zero beyond the edge of a hemisphere.
+    /// Brightness temperature, K \[chan, pol, m, l\]. It is zero for pixels outside the hemisphere of the projection.
     pub temperature: Image,
-    /// Distance to what the middle of each pixel shows, m; NaN for the sky. // [m, l]
+    /// Distance of the point at the centre of each pixel, m; NaN for the sky. // [m, l]
     pub range_m: Array2<f64>,
     /// Angle of incidence there, deg; NaN for the sky. // [m, l]
     pub incidence_deg: Array2<f64>,
@@ -30,18 +28,18 @@ pub struct Picture {
     pub material: Array2<u32>,
     /// Names of the surfaces; number 1 is the first.
     pub material_names: Vec<String>,
-    /// Rays sent from the sensor.
+    /// Number of rays sent from the camera.
     pub rays: usize,
 }
 
-/// What the rays through the middles of the pixels show. Every array is written by the threads that trace, which is also where the
-/// system hands out its pages. // [m, l]
+/// Results of the rays through the centres of the pixels. The threads that trace write the arrays first, so that each page of memory is
+/// allocated by the thread that uses it. // [m, l]
 struct Middles {
-    range_m: Array2<f64>,
-    incidence_deg: Array2<f64>,
+    range_m: Vec<f64>,
+    incidence_deg: Vec<f64>,
     /// Number of the cover from 1, and of the region from 1 (0 for the ground); 0 and 0 for the sky.
     identity: Vec<(u32, u32)>,
-    material: Array2<u32>,
+    material: Vec<u32>,
     /// First plane and channel, RJ, K.
     first_k: Vec<f64>,
 }
@@ -56,23 +54,22 @@ struct MiddleRow<'a> {
 }
 
 impl Middles {
-    fn new(rows: usize, columns: usize) -> Self {
-        let shape = (rows, columns);
+    fn new(pixels: usize) -> Self {
         Self {
-            range_m: Array2::zeros(shape),
-            incidence_deg: Array2::zeros(shape),
-            identity: vec![(0, 0); rows * columns],
-            material: Array2::zeros(shape),
-            first_k: vec![0.0; rows * columns],
+            range_m: vec![0.0; pixels],
+            incidence_deg: vec![0.0; pixels],
+            identity: vec![(0, 0); pixels],
+            material: vec![0; pixels],
+            first_k: vec![0.0; pixels],
         }
     }
 
     fn rows(&mut self, columns: usize) -> impl IndexedParallelIterator<Item = MiddleRow<'_>> {
-        flat(&mut self.range_m)
+        self.range_m
             .par_chunks_mut(columns)
-            .zip(flat(&mut self.incidence_deg).par_chunks_mut(columns))
+            .zip(self.incidence_deg.par_chunks_mut(columns))
             .zip(self.identity.par_chunks_mut(columns))
-            .zip(flat(&mut self.material).par_chunks_mut(columns))
+            .zip(self.material.par_chunks_mut(columns))
             .zip(self.first_k.par_chunks_mut(columns))
             .map(|((((range_m, incidence_deg), identity), material), first_k)| MiddleRow {
                 range_m,
@@ -85,7 +82,7 @@ impl Middles {
 }
 
 impl Tracer<'_> {
-    /// The picture of a view. `band` holds the channels the tracer was made for.
+    /// The picture of a view. `band` holds the channels of the tracer.
     ///
     /// Every pixel is the mean of its own rays in a fixed order, so the result does not depend on the number of threads.
     ///
@@ -112,49 +109,46 @@ impl Tracer<'_> {
         };
         // First pass: one ray through the middle of every pixel. // [m, l][chan, pol]
         let mut sums = vec![0.0; rows * columns * states];
-        let mut middles = Middles::new(rows, columns);
-        sums.par_chunks_mut(columns * states)
-            .zip(middles.rows(columns))
-            .enumerate()
-            .try_for_each_init(
-                || self.scratch(),
-                |scratch, (row, (sums, middles))| {
-                    for (column, out) in sums.chunks_exact_mut(states).enumerate() {
-                        let shot = self.shoot(view, column as f64, row as f64, scratch)?;
-                        if shot.is_some() {
-                            out.copy_from_slice(&scratch.sums);
-                            middles.first_k[column] = out[0];
-                        }
-                        let seen = shot.flatten();
-                        middles.range_m[column] = seen.map_or(f64::NAN, |s| s.range_m);
-                        middles.incidence_deg[column] = seen.map_or(f64::NAN, |s| s.cos_incidence.acos().to_degrees());
-                        if let Some(seen) = seen {
-                            middles.identity[column] = (seen.cover + 1, seen.region.map_or(0, |r| r + 1));
-                            middles.material[column] =
-                                self.scene.covers.list().get(seen.cover as usize).map_or(0, |c| c.surface as u32 + 1);
-                        }
+        let mut middles = Middles::new(rows * columns);
+        sums.par_chunks_mut(columns * states).zip(middles.rows(columns)).enumerate().try_for_each_init(
+            || self.scratch(),
+            |scratch, (row, (sums, middles))| {
+                for (column, out) in sums.chunks_exact_mut(states).enumerate() {
+                    let shot = self.shoot(view, column as f64, row as f64, scratch)?;
+                    if shot.is_some() {
+                        out.copy_from_slice(&scratch.sums);
+                        middles.first_k[column] = out[0];
                     }
-                    tell();
-                    Ok::<(), PhysicsError>(())
-                },
-            )
-            .map_err(in_air)?;
+                    let seen = shot.flatten();
+                    middles.range_m[column] = seen.map_or(f64::NAN, |s| s.range_m);
+                    middles.incidence_deg[column] = seen.map_or(f64::NAN, |s| s.cos_incidence.acos().to_degrees());
+                    if let Some(seen) = seen {
+                        middles.identity[column] = (seen.cover + 1, seen.region.map_or(0, |r| r + 1));
+                        middles.material[column] = self.scene.covers.list()[seen.cover as usize].surface as u32 + 1;
+                    }
+                }
+                tell();
+                Ok::<(), SceneError>(())
+            },
+        )?;
         // Second pass: pixels on an edge get a grid of rays.
         let extra = if passes == 2 { self.refine(view, &middles, &mut sums, &tell)? } else { 0 };
 
         let planes = self.antenna.len();
-        let mut data = Array4::zeros((self.freqs_ghz.len(), planes, rows, columns));
-        flat(&mut data).par_chunks_mut(columns).enumerate().for_each(|(line, out)| {
+        let mut data = vec![0.0; sums.len()];
+        data.par_chunks_mut(columns).enumerate().for_each(|(line, out)| {
             let (state, row) = (line / rows, line % rows);
             let from = sums[row * columns * states..].iter().skip(state).step_by(states);
             out.iter_mut().zip(from).for_each(|(o, k)| *o = self.scaled(state / planes, state % planes, *k));
         });
+        let data = Array4::from_shape_vec((self.freqs_ghz.len(), planes, rows, columns), data).map_err(shape)?;
+        let map = |values| Array2::from_shape_vec((rows, columns), values).map_err(shape);
         let temperature = Image::new(grid.clone(), band.clone(), self.options.polarizations.clone(), data, BrightnessUnit::Kelvin)?;
         Ok(Picture {
             temperature,
-            range_m: middles.range_m,
-            incidence_deg: middles.incidence_deg,
-            material: middles.material,
+            range_m: map(middles.range_m)?,
+            incidence_deg: map(middles.incidence_deg)?,
+            material: Array2::from_shape_vec((rows, columns), middles.material).map_err(shape)?,
             material_names: self.scene.covers.surface_names().to_vec(),
             rays: rows * columns + extra,
         })
@@ -162,47 +156,44 @@ impl Tracer<'_> {
 
     /// A ray through a fractional pixel; `None` outside the hemisphere.
     #[inline]
-    fn shoot(&self, view: &View, column: f64, row: f64, scratch: &mut Scratch) -> Result<Option<Option<Seen>>, PhysicsError> {
+    fn shoot(&self, view: &View, column: f64, row: f64, scratch: &mut Scratch) -> Result<Option<Option<Seen>>> {
         let Some(direction) = view.direction(column, row) else { return Ok(None) };
         self.follow(view.position, direction, view.reference(direction), scratch).map(Some)
     }
 
-    /// Averages a grid of rays over every pixel that differs from a neighbour.
+    /// Replaces every pixel that lies on an edge by the mean of a grid of rays.
     fn refine(&self, view: &View, middles: &Middles, sums: &mut [f64], tell: &(impl Fn() + Sync)) -> Result<usize> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         let side = self.options.antialias;
         let offset = |k: usize| (k as f64 + 0.5) / side as f64 - 0.5;
         let shot = AtomicUsize::new(0);
-        sums.par_chunks_mut(columns * states)
-            .enumerate()
-            .try_for_each_init(
-                || (self.scratch(), vec![0.0; states]),
-                |(scratch, mean), (row, sums)| {
-                    for (column, out) in sums.chunks_exact_mut(states).enumerate() {
-                        if !self.is_edge(middles, columns, rows, column, row) {
-                            continue;
-                        }
-                        mean.fill(0.0);
-                        let mut count = 0_usize;
-                        for i in 0..side {
-                            for j in 0..side {
-                                if self.shoot(view, column as f64 + offset(j), row as f64 + offset(i), scratch)?.is_some() {
-                                    mean.iter_mut().zip(&scratch.sums).for_each(|(m, s)| *m += s);
-                                    count += 1;
-                                }
+        sums.par_chunks_mut(columns * states).enumerate().try_for_each_init(
+            || (self.scratch(), vec![0.0; states]),
+            |(scratch, mean), (row, sums)| {
+                for (column, out) in sums.chunks_exact_mut(states).enumerate() {
+                    if !self.is_edge(middles, columns, rows, column, row) {
+                        continue;
+                    }
+                    mean.fill(0.0);
+                    let mut count = 0_usize;
+                    for i in 0..side {
+                        for j in 0..side {
+                            if self.shoot(view, column as f64 + offset(j), row as f64 + offset(i), scratch)?.is_some() {
+                                mean.iter_mut().zip(&scratch.sums).for_each(|(m, s)| *m += s);
+                                count += 1;
                             }
                         }
-                        if count > 0 {
-                            out.iter_mut().zip(&*mean).for_each(|(o, m)| *o = m / count as f64);
-                        }
-                        shot.fetch_add(count, Ordering::Relaxed);
                     }
-                    tell();
-                    Ok::<(), PhysicsError>(())
-                },
-            )
-            .map_err(in_air)?;
+                    if count > 0 {
+                        out.iter_mut().zip(&*mean).for_each(|(o, m)| *o = m / count as f64);
+                    }
+                    shot.fetch_add(count, Ordering::Relaxed);
+                }
+                tell();
+                Ok::<(), SceneError>(())
+            },
+        )?;
         Ok(shot.into_inner())
     }
 
@@ -222,11 +213,7 @@ impl Tracer<'_> {
     }
 }
 
-/// The values of an array that this module made, row after row.
-fn flat<T, D: Dimension>(array: &mut Array<T, D>) -> &mut [T] {
-    array.as_slice_mut().unwrap_or_default()
-}
-
-fn in_air(source: PhysicsError) -> SceneError {
-    SceneError::air(At(0), source)
+/// The error for values that do not fill their array.
+fn shape(e: ShapeError) -> SceneError {
+    SceneError::BadValue { what: "shape of the picture".into(), value: e.to_string(), expected: "one value for every pixel" }
 }

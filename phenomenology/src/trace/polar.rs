@@ -1,9 +1,10 @@
-//! Antenna rows carried along a ray: turned at every hit and multiplied by every reflection.
+//! Antenna rows along a ray. A hit turns a row to the plane of incidence, and a reflection multiplies it.
 //!
-//! The algebra of [`crate::surfaces::PolarisedRay`] without trigonometry, for many states that share one ray.
+//! No angle is computed: a turn is held as the cosine and sine of twice its angle. A test compares the result with products of Mueller
+//! matrices.
 
 use crate::radiometry::Response;
-use crate::vector::Vec3;
+use crate::space::Vec3;
 
 /// A turn of the polarisation reference by `psi`, as cosine and sine of twice the angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +13,7 @@ pub(super) struct Turn {
     sin: f64,
 }
 
-/// The local h direction of a hit and the turn that leads to it; none at normal incidence.
+/// The h direction of the plane of incidence, and the turn from the reference to it. `None` at normal incidence, where there is no plane.
 #[inline]
 pub(super) fn local_frame(direction: Vec3, normal: Vec3, reference: Vec3) -> Option<(Vec3, Turn)> {
     let k = -direction;
@@ -34,7 +35,7 @@ pub(super) fn turn(row: &mut [f64; 4], by: Turn) {
     row[2] = q * by.sin + u * by.cos;
 }
 
-/// What a row makes of `[h, v]`.
+/// The antenna temperature of radiation with temperatures `[h, v]`.
 #[inline]
 pub(super) fn polarised(row: &[f64; 4], [h, v]: [f64; 2]) -> f64 {
     row[0] * (v + h) + row[1] * (v - h)
@@ -52,7 +53,8 @@ pub(super) fn reflect(row: &mut [f64; 4], r: &Response) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surfaces::{AntennaPolarisation, PolarisedRay, fresnel};
+    use crate::surfaces::fresnel;
+    use crate::surfaces::stokes_tests::{AntennaPolarisation, PolarisedRay};
     use num_complex::Complex64;
 
     #[test]

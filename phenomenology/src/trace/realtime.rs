@@ -1,62 +1,28 @@
-//! Real-time mode: temperatures at the vertices of a mesh on the picture, interpolated between.
+//! Real-time mode: temperatures at the vertices of a mesh on the picture, with interpolation between them.
 //!
-//! Squares of the picture are split until their four corners see one face of one body at nearly one temperature. The pixels
-//! inside that show the same face by their first hit are interpolated, all others are traced. Tables of sky, surfaces, facets and air are those of the full
-//! model, and so are reflections and shadowing: a vertex is a full ray. Pixels on an edge are then smoothed by
-//! [`super::smooth`].
+//! Each square of the picture is split until its four corners show one face of one body at nearly one temperature. A pixel inside whose
+//! first hit is the same face is interpolated. All other pixels are traced. A vertex is a full ray, with the same tables, reflections and
+//! shadowing as in the full model. [`super::smooth`] then smooths the pixels on an edge.
 
 use super::follow::Scratch;
-use super::tracer::{Seen, Tracer};
-use crate::atmosphere::PhysicsError;
+use super::mesh_options::{MeshOptions, TILE};
+use super::tracer::Tracer;
+use super::vertex::Vertex;
 use crate::camera::View;
-use crate::error::{Result, SceneError};
-use crate::geometry::{At, Ray};
-use crate::vector::Vec3;
+use crate::error::Result;
 use ndarray::Array2;
 use rayon::prelude::*;
-
-/// Side of the squares a thread works on, pixels; a power of two.
-const TILE: usize = 32;
-
-/// How a mesh is made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MeshOptions {
-    /// Side of the largest squares, pixels: 1, 2, 4, 8, 16 or 32.
-    pub step: usize,
-    /// Spread of the corners above which a square is split, K.
-    pub spread_k: f64,
-    /// Whether pixels on an edge are the mean of four rays.
-    pub antialias: bool,
-}
-
-impl Default for MeshOptions {
-    fn default() -> Self {
-        Self { step: 4, spread_k: 6.0, antialias: true }
-    }
-}
 
 /// One frame.
 #[derive(Debug, Clone)]
 pub struct Frame {
     /// Temperature of the first plane and channel, K. // [m, l]
     pub temperature_k: Array2<f64>,
-    /// Rays sent from the sensor.
+    /// Number of rays sent from the camera.
     pub rays: usize,
 }
 
-/// What is on view: a face of a body of a region and its surface; `None` is the sky.
-pub(super) type Face = Option<(Option<u32>, (u32, u8), u32)>;
-
-/// A vertex or pixel: what is seen there and how warm it is.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Vertex {
-    /// What is seen.
-    pub face: Face,
-    /// First plane and channel, RJ, K.
-    pub rj_k: f64,
-}
-
-/// Vertices of a tile, traced when first asked for.
+/// The vertices of a tile. Each is traced when it is needed for the first time.
 struct Tile<'a, 'b> {
     tracer: &'a Tracer<'b>,
     view: &'a View,
@@ -67,7 +33,7 @@ struct Tile<'a, 'b> {
 }
 
 impl Tile<'_, '_> {
-    fn vertex(&mut self, column: usize, row: usize) -> Result<Vertex, PhysicsError> {
+    fn vertex(&mut self, column: usize, row: usize) -> Result<Vertex> {
         let at = row * (TILE + 1) + column;
         if let Some(v) = self.vertices[at] {
             return Ok(v);
@@ -82,15 +48,15 @@ impl Tile<'_, '_> {
         Ok(v)
     }
 
-    /// Whether a pixel shows the face of a vertex, by the first hit alone.
-    fn shows(&self, vertex: &Vertex, column: usize, row: usize) -> bool {
+    /// Whether the first hit of a pixel is the face of a vertex.
+    fn shows(&self, vertex: &Vertex, column: usize, row: usize) -> Result<bool> {
         let (x, y) = ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64);
-        let Some(direction) = self.view.direction(x, y) else { return vertex.face.is_none() };
-        self.tracer.face(self.view, direction) == vertex.face
+        let Some(direction) = self.view.direction(x, y) else { return Ok(vertex.face.is_none()) };
+        Ok(self.tracer.face(self.view, direction)? == vertex.face)
     }
 
-    /// Fills the square of a side from a corner; `out` holds the tile.
-    fn square(&mut self, column: usize, row: usize, side: usize, spread_k: f64, out: &mut [Vertex]) -> Result<(), PhysicsError> {
+    /// Fills the square with this corner and side in the tile `out`.
+    fn square(&mut self, column: usize, row: usize, side: usize, options: &MeshOptions, out: &mut [Vertex]) -> Result<()> {
         if side == 1 {
             out[row * TILE + column] = self.vertex(column, row)?;
             return Ok(());
@@ -104,15 +70,14 @@ impl Tile<'_, '_> {
         let high = c.iter().map(|v| v.rj_k).fold(f64::NEG_INFINITY, f64::max);
         let low = c.iter().map(|v| v.rj_k).fold(f64::INFINITY, f64::min);
         let half = side / 2;
-        let mut split = high - low > spread_k || !c[1..].iter().all(|v| v.face == c[0].face);
+        let mut split = high - low > options.spread_k || !c[1..].iter().all(|v| v.face == c[0].face);
         if !split && side > 2 {
-            // What is mirrored may be smaller than a square; a look at the middle finds most of it.
             let (middle, mean) = (self.vertex(column + half, row + half)?, 0.25 * c.iter().map(|v| v.rj_k).sum::<f64>());
-            split = middle.face != c[0].face || (middle.rj_k - mean).abs() > 0.5 * spread_k;
+            split = middle.face != c[0].face || (middle.rj_k - mean).abs() > options.center_fraction * options.spread_k;
         }
         if split {
             for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
-                self.square(column + dx, row + dy, half, spread_k, out)?;
+                self.square(column + dx, row + dy, half, options, out)?;
             }
             return Ok(());
         }
@@ -120,11 +85,11 @@ impl Tile<'_, '_> {
             let v = j as f64 / side as f64;
             let (left, right) = (c[0].rj_k + v * (c[2].rj_k - c[0].rj_k), c[1].rj_k + v * (c[3].rj_k - c[1].rj_k));
             for i in 0..side {
-                // What stands before the face between its corners must not be lost.
+                // An object in front of the face may lie between the corners.
                 let own = self.vertices[(row + j) * (TILE + 1) + column + i];
                 out[(row + j) * TILE + column + i] = match own {
                     Some(v) => v,
-                    None if !self.shows(&c[0], column + i, row + j) => self.vertex(column + i, row + j)?,
+                    None if !self.shows(&c[0], column + i, row + j)? => self.vertex(column + i, row + j)?,
                     None => Vertex { face: c[0].face, rj_k: left + i as f64 / side as f64 * (right - left) },
                 };
             }
@@ -134,31 +99,12 @@ impl Tile<'_, '_> {
 }
 
 impl Tracer<'_> {
-    /// A full ray along a direction of a view.
-    #[inline]
-    pub(super) fn vertex(&self, view: &View, direction: Vec3, scratch: &mut Scratch) -> Result<Vertex, PhysicsError> {
-        let seen = self.follow(view.position, direction, view.reference(direction), scratch)?;
-        Ok(Vertex { face: seen.map(|s: Seen| (s.region, s.face, s.cover)), rj_k: scratch.sums[0] })
-    }
-
-    /// What a direction of a view shows, by the first hit alone.
-    #[inline]
-    pub(super) fn face(&self, view: &View, direction: Vec3) -> Face {
-        self.spot(&Ray::from_unit(view.position, direction)).map(|s| (s.region, s.face, s.cover))
-    }
-
-    /// One frame of a view by mesh.
+    /// One frame of a view, computed on a mesh.
     ///
     /// # Errors
-    /// A step that is not a power of two up to 32, a spread below 0, or a ray that leaves the tables of the air.
+    /// An option outside its range, a camera above the tables of the sky, or a ray that leaves the tables of the air.
     pub fn frame(&self, view: &View, options: &MeshOptions) -> Result<Frame> {
-        if !(options.step.is_power_of_two() && options.step <= TILE && options.spread_k >= 0.0) {
-            return Err(SceneError::BadValue {
-                what: "mesh of the real-time mode".into(),
-                value: format!("step {} and spread {} K", options.step, options.spread_k),
-                expected: "a step of 1, 2, 4, 8, 16 or 32 pixels and a spread of 0 K or more",
-            });
-        }
+        options.check()?;
         self.check_height(view.position)?;
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let (across, down) = (columns.div_ceil(TILE), rows.div_ceil(TILE));
@@ -174,14 +120,13 @@ impl Tracer<'_> {
                     let (wide, high) = ((columns - corner.0).min(TILE), (rows - corner.1).min(TILE));
                     for row in (0..high).step_by(options.step) {
                         for column in (0..wide).step_by(options.step) {
-                            tile.square(column, row, options.step, options.spread_k, &mut out)?;
+                            tile.square(column, row, options.step, options, &mut out)?;
                         }
                     }
                     Ok((out, tile.rays))
                 },
             )
-            .collect::<Result<_, PhysicsError>>()
-            .map_err(|e| SceneError::air(At(0), e))?;
+            .collect::<Result<_>>()?;
         let mut pixels = Vec::with_capacity(rows * columns);
         for row in 0..rows {
             for tile in &tiles[row / TILE * across..(row / TILE + 1) * across] {
@@ -192,7 +137,7 @@ impl Tracer<'_> {
         let mut rays = tiles.iter().map(|t| t.1).sum();
         let mut rj_k: Vec<f64> = pixels.iter().map(|p| p.rj_k).collect();
         if options.antialias {
-            rays += self.smooth_edges(view, &pixels, &mut rj_k).map_err(|e| SceneError::air(At(0), e))?;
+            rays += self.smooth_edges(view, &options.edges, &pixels, &mut rj_k)?;
         }
         rj_k.par_chunks_mut(columns).for_each(|row| row.iter_mut().for_each(|t| *t = self.scaled(0, 0, *t)));
         let temperature_k = Array2::from_shape_fn((rows, columns), |(row, column)| rj_k[row * columns + column]);
@@ -200,9 +145,9 @@ impl Tracer<'_> {
     }
 }
 
-/// Difference of a frame to a full picture: the map in K and its root mean square.
+/// Difference between a frame and a full picture: the map and its root mean square, both in K.
 ///
-/// `None` if the shapes differ.
+/// Returns `None` if the shapes differ.
 #[must_use]
 pub fn error_map(frame: &Frame, full: ndarray::ArrayView2<'_, f64>) -> Option<(Array2<f64>, f64)> {
     if frame.temperature_k.dim() != full.dim() {

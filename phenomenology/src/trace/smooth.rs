@@ -1,30 +1,25 @@
-//! Smooth edges for the real-time mode: a few looks for a pixel on an edge, and temperatures of its neighbours.
+//! Smooth edges for the real-time mode.
 //!
-//! Weak edges stay as they are, strong ones get nine looks. A look finds the first hit without radiometry. Most looks of a pixel on an edge show what one of the nine pixels around
-//! it shows, and take its temperature; only what none of them shows is followed in full.
+//! A pixel keeps its value if it differs little from its neighbours. Otherwise it becomes the mean of four looks, or of a grid of looks on
+//! a strong edge. A look finds the first hit without radiometry. Most looks hit a face that one of the nine pixels around shows, and take
+//! the temperature of that pixel. Only the others are followed as full rays.
 
 use super::follow::Scratch;
-use super::realtime::{Face, Vertex};
+use super::mesh_options::EdgeOptions;
 use super::tracer::Tracer;
-use crate::atmosphere::PhysicsError;
+use super::vertex::{Face, Vertex};
 use crate::camera::View;
+use crate::error::{Result, SceneError};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Looks of a pixel, as four rooks: one in each quarter of the columns and of the rows.
+/// Positions of four looks in a pixel: one in each quarter of the columns and of the rows, as four rooks on a chess board.
 const ROOKS: [(f64, f64); 4] = [(-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375), (0.375, 0.125)];
-/// Spread of the neighbours below which an edge is left alone, K.
-const WEAK_K: f64 = 6.0;
-/// Spread above which it gets a grid of looks, K.
-const STRONG_K: f64 = 80.0;
-/// Spread of pixels that show one face up to which a look takes the temperature of the nearest, K.
-const ALIKE_K: f64 = 30.0;
-/// Side of that grid.
-const SIDE: usize = 3;
 
 impl Tracer<'_> {
-    /// Replaces every pixel on an edge by the mean of its looks; returns how many were followed in full.
-    pub(super) fn smooth_edges(&self, view: &View, pixels: &[Vertex], rj_k: &mut [f64]) -> Result<usize, PhysicsError> {
+    /// Replaces every pixel on an edge by the mean of its looks. Returns the number of looks that were followed as full rays.
+    pub(super) fn smooth_edges(&self, view: &View, options: &EdgeOptions, pixels: &[Vertex], rj_k: &mut [f64]) -> Result<usize> {
+        let side = options.strong_side;
         let columns = view.grid().n_l;
         let rays = AtomicUsize::new(0);
         rj_k.par_chunks_mut(columns).enumerate().try_for_each_init(
@@ -32,23 +27,24 @@ impl Tracer<'_> {
             |scratch, (row, out)| {
                 let mut followed = 0;
                 for (column, value) in out.iter_mut().enumerate() {
-                    let around = Around::new(pixels, columns, column, row);
+                    let around = Around { pixels, columns, column, row, alike_k: options.alike_k };
                     let spread_k = around.spread_k();
-                    if spread_k > STRONG_K {
-                        let offset = |k: usize| (k as f64 + 0.5) / SIDE as f64 - 0.5;
-                        let looks = (0..SIDE * SIDE).map(|k| (offset(k % SIDE), offset(k / SIDE)));
+                    if spread_k > options.strong_k {
+                        let offset = |k: usize| (k as f64 + 0.5) / side as f64 - 0.5;
+                        let looks = (0..side * side).map(|k| (offset(k % side), offset(k / side)));
                         *value = self.mean_look(view, &around, looks, scratch, &mut followed)?;
-                    } else if spread_k > WEAK_K {
+                    } else if spread_k > options.weak_k {
                         *value = self.mean_look(view, &around, ROOKS.into_iter(), scratch, &mut followed)?;
                     }
                 }
                 rays.fetch_add(followed, Ordering::Relaxed);
-                Ok(())
+                Ok::<(), SceneError>(())
             },
         )?;
         Ok(rays.into_inner())
     }
 
+    /// The mean of the looks at offsets from the centre of a pixel. A pixel with no look inside the hemisphere is 0 K.
     fn mean_look(
         &self,
         view: &View,
@@ -56,13 +52,13 @@ impl Tracer<'_> {
         looks: impl Iterator<Item = (f64, f64)>,
         scratch: &mut Scratch,
         followed: &mut usize,
-    ) -> Result<f64, PhysicsError> {
+    ) -> Result<f64> {
         let one_face = around.is_one_face();
         let (mut sum, mut count) = (0.0, 0_u32);
         for (dx, dy) in looks {
             let Some(direction) = view.direction(around.column as f64 + dx, around.row as f64 + dy) else { continue };
-            // Where only a mirrored edge runs through the pixel, a first hit tells nothing.
-            let known = if one_face { None } else { around.near(self.face(view, direction), dx, dy) };
+            // If all nine pixels show one face, the edge is a mirrored one, and the first hit says nothing about it.
+            let known = if one_face { None } else { around.near(self.face(view, direction)?, dx, dy) };
             sum += match known {
                 Some(rj_k) => rj_k,
                 None => {
@@ -82,18 +78,16 @@ struct Around<'a> {
     columns: usize,
     column: usize,
     row: usize,
+    /// Largest difference between pixels that show one face for which a look takes the temperature of a pixel, K.
+    alike_k: f64,
 }
 
-impl<'a> Around<'a> {
-    fn new(pixels: &'a [Vertex], columns: usize, column: usize, row: usize) -> Self {
-        Self { pixels, columns, column, row }
-    }
-
+impl Around<'_> {
     fn here(&self) -> &Vertex {
         &self.pixels[self.row * self.columns + self.column]
     }
 
-    /// The pixel so many columns and rows away, in the picture.
+    /// The pixel `dx` columns and `dy` rows away; `None` outside the picture.
     fn at(&self, dx: isize, dy: isize) -> Option<&Vertex> {
         let column = self.column.checked_add_signed(dx).filter(|c| *c < self.columns)?;
         let row = self.row.checked_add_signed(dy)?;
@@ -104,7 +98,7 @@ impl<'a> Around<'a> {
         (-1..=1).flat_map(move |dy| (-1..=1).filter_map(move |dx| self.at(dx, dy)))
     }
 
-    /// Between the warmest and the coldest, K.
+    /// Difference between the warmest and the coldest pixel, K.
     fn spread_k(&self) -> f64 {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for v in self.neighbours() {
@@ -117,8 +111,8 @@ impl<'a> Around<'a> {
         self.neighbours().all(|v| v.face == self.here().face)
     }
 
-    /// Temperature of a face in the nearest of the nine pixels to a place in this one; `None` where none shows the face, or
-    /// where they disagree, as on the round edge of a metal body.
+    /// Temperature of the nearest of the nine pixels that show a face, seen from an offset in this pixel. `None` if no pixel shows the
+    /// face, or if the pixels that show it differ too much.
     fn near(&self, face: Face, dx: f64, dy: f64) -> Option<f64> {
         let mut best: Option<(f64, f64)> = None;
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -132,6 +126,6 @@ impl<'a> Around<'a> {
                 }
             }
         }
-        best.filter(|_| high - low <= ALIKE_K).map(|b| b.1)
+        best.filter(|_| high - low <= self.alike_k).map(|b| b.1)
     }
 }

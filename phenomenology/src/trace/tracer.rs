@@ -1,20 +1,17 @@
-//! A scene made ready for rays at some frequencies.
+//! A scene with everything that rays need at given frequencies.
 
 use super::options::{RenderOptions, Scale};
 use crate::atmosphere::PathTable;
 use crate::atmosphere::planck::{black_body_radiance, planck_of_rayleigh_jeans_k, rayleigh_jeans_temperature_k};
 use crate::dielectrics::Extrapolation;
 use crate::error::{Result, SceneError};
-use crate::geometry::{At, Ray};
-use crate::radiometry::{SkyLookup, SurfaceTable};
+use crate::geometry::{At, Hit};
+use crate::radiometry::{SkyLookup, SurfaceTable, TableOptions};
 use crate::solids::SolidScene;
+use crate::space::{Ray, Vec3};
 use crate::surfaces::{StackDescription, Substance, SurfaceModel};
-use crate::vector::Vec3;
 use cittert_arrays::Polarization;
 use rayon::prelude::*;
-
-/// Greatest rise of a piece of a path, km.
-const MAX_RISE_KM: f64 = 0.2;
 
 /// A scene with tables of surfaces, sky and air.
 #[derive(Debug)]
@@ -29,15 +26,17 @@ pub struct Tracer<'a> {
     pub(super) sky: SkyLookup,
     pub(super) air: Option<PathTable>,
     pub(super) altitude_km: f64,
-    /// Black ground for rays that go down past a scene without ground, RJ, K. // [chan]
+    /// Temperature of the black ground that rays meet if they go down past a scene without ground, RJ, K. // [chan]
     pub(super) below_k: Vec<f64>,
-    /// Height up to which the sky is tabulated, m.
+    /// Height of the highest sky table, m.
     top_m: f64,
-    /// Offset of a ray that leaves a surface, m.
+    /// Distance from a surface at which a reflected ray starts, m. It keeps the ray from hitting the same surface again.
     pub(super) eps: f64,
+    /// Smallest upward component of the normal of a surface that counts as level.
+    pub(super) level: f64,
 }
 
-/// What a ray meets first.
+/// The first point that a ray hits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// Distance, m.
@@ -52,7 +51,7 @@ pub struct Seen {
     pub face: (u32, u8),
 }
 
-/// A hit with what the tracer needs of it.
+/// A hit, with the values that the tracer needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spot {
     pub t: f64,
@@ -65,14 +64,16 @@ pub(super) struct Spot {
 }
 
 impl<'a> Tracer<'a> {
-    /// Makes a scene ready at frequencies in Hz.
+    /// Tabulates sky, surfaces and air of a scene at frequencies in Hz.
     ///
     /// # Errors
-    /// A frequency, surface or sky that cannot be had, or options out of range.
+    /// No frequency; a frequency, surface or sky that cannot be computed; an option outside its range.
     pub fn new(scene: &'a SolidScene, freqs_hz: &[f64], options: &RenderOptions) -> Result<Self> {
         let antenna = options.antenna_rows()?;
+        if freqs_hz.is_empty() {
+            return Err(SceneError::BadValue { what: "frequencies".into(), value: "empty".into(), expected: "at least one" });
+        }
         let freqs_ghz: Vec<f64> = freqs_hz.iter().map(|f| f * 1e-9).collect();
-        let faulty = |e| SceneError::air(At(0), e);
         let bounds = scene.geometry.bounds();
         let camera_m = scene.camera().map_or(0.0, |c| c.position_m[2]);
         let (low_m, high_m) = scene.terrain.as_ref().map_or((0.0, 0.0), crate::terrain::Terrain::range_m);
@@ -86,19 +87,32 @@ impl<'a> Tracer<'a> {
         let (sky, air) = match &scene.air.atmosphere {
             None => (SkyLookup::uniform(scene.air.background_k, &freqs_ghz), None),
             Some(atmosphere) => {
-                let path = PathTable::new(atmosphere, &freqs_ghz).and_then(|p| p.with_max_rise(MAX_RISE_KM)).map_err(faulty)?;
-                (SkyLookup::new(atmosphere, scene.air.geometry, &freqs_ghz, &heights).map_err(faulty)?, Some(path))
+                let path = PathTable::new(atmosphere, &freqs_ghz)?.with_max_rise(options.tables.path_rise_km)?;
+                (SkyLookup::new(atmosphere, scene.air.geometry, &freqs_ghz, &heights, &options.tables)?, Some(path))
             }
         };
         let below = scene.air.atmosphere.as_ref().map_or(scene.air.background_k, |a| a.profile().surface().temperature_k());
         let below_k = freqs_ghz.iter().map(|f| rayleigh_jeans_temperature_k(*f, black_body_radiance(*f, below))).collect();
-        let (level, _) = sky.level_above(altitude_km + 1e-3 * ground_m);
-        let surfaces = tables(scene, freqs_hz, &sky, level)?;
-        let reach = scene.geometry.eps().max(1e-9 * (top_m - low_m).abs()).max(1e-9);
-        Ok(Self { scene, freqs_ghz, options: options.clone(), antenna, surfaces, sky, air, altitude_km, below_k, top_m, eps: reach })
+        let (level, _) = sky.level_above(altitude_km + 1e-3 * ground_m)?;
+        let surfaces = tables(scene, freqs_hz, &sky, level, &options.tables)?;
+        let eps = scene.geometry.eps().max(1e-9 * (top_m - low_m).abs()).max(1e-9);
+        Ok(Self {
+            scene,
+            freqs_ghz,
+            options: options.clone(),
+            antenna,
+            surfaces,
+            sky,
+            air,
+            altitude_km,
+            below_k,
+            top_m,
+            eps,
+            level: options.level_deg.to_radians().cos(),
+        })
     }
 
-    /// A camera above the tables of the sky is refused.
+    /// Refuses a camera above the tables of the sky.
     pub(super) fn check_height(&self, position: Vec3) -> Result<()> {
         if position.z <= self.top_m + 1e-3 {
             return Ok(());
@@ -122,7 +136,7 @@ impl<'a> Tracer<'a> {
         self.surfaces.iter().flatten().map(SurfaceTable::error_k).fold(0.0, f64::max)
     }
 
-    /// The temperature scale of the picture, from Rayleigh-Jeans temperature.
+    /// A Rayleigh-Jeans temperature in the temperature scale of the picture.
     pub(super) fn scaled(&self, channel: usize, pol: usize, rj_k: f64) -> f64 {
         let additive = matches!(self.options.polarizations[pol], Polarization::Q | Polarization::U | Polarization::V);
         if additive || self.options.scale == Scale::RayleighJeans {
@@ -132,29 +146,37 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// What a ray meets first.
+    /// The first point that a ray hits; `None` for the sky.
     #[inline]
-    pub(super) fn spot(&self, ray: &Ray) -> Option<Spot> {
-        let ground = self.scene.terrain.as_ref().and_then(|t| t.hit(ray, self.eps, f64::INFINITY));
-        let limit = ground.map_or(f64::INFINITY, |g| g.t);
+    pub(super) fn spot(&self, ray: &Ray) -> Result<Option<Spot>> {
+        let ground = self.scene.terrain.as_ref().and_then(|t| t.hit(ray, self.eps, f64::INFINITY).map(|g| (t, g)));
+        let limit = ground.map_or(f64::INFINITY, |(_, g)| g.t);
         if let Some(hit) = self.scene.geometry.first_hit(ray, limit)
             && hit.t < limit
         {
             let point = ray.at(hit.t);
             let n = self.scene.geometry.normal(&hit, point);
             let normal = if n.dot(ray.direction) > 0.0 { -n } else { n };
-            let cover = self.scene.covers.of_face(hit.region, hit.body, hit.face)?;
-            return Some(Spot { t: hit.t, point, normal, cover, region: Some(hit.region), face: (hit.body, hit.face) });
+            let cover = self.scene.covers.of_face(hit.region, hit.body, hit.face).ok_or_else(|| self.uncovered(&hit))?;
+            return Ok(Some(Spot { t: hit.t, point, normal, cover, region: Some(hit.region), face: (hit.body, hit.face) }));
         }
-        let g = ground?;
-        let point = ray.at(g.t);
-        let cover = self.scene.terrain.as_ref().map_or(0, |t| t.cover(point.x, point.y));
-        Some(Spot { t: g.t, point, normal: g.normal, cover, region: None, face: (0, 0) })
+        Ok(ground.map(|(terrain, g)| {
+            let point = ray.at(g.t);
+            Spot { t: g.t, point, normal: g.normal, cover: terrain.cover(point.x, point.y), region: None, face: (0, 0) }
+        }))
+    }
+
+    /// The error for a face without a surface.
+    #[cold]
+    fn uncovered(&self, hit: &Hit) -> SceneError {
+        let region = &self.scene.geometry.regions()[hit.region as usize].source;
+        let body = &self.scene.geometry.bodies()[hit.body as usize].name;
+        SceneError::at(region.line, format!("region `{}` has no surface on face {} of body `{body}`", region.name, hit.face))
     }
 }
 
-/// Tables of all covers.
-fn tables(scene: &SolidScene, freqs_hz: &[f64], sky: &SkyLookup, level: usize) -> Result<Vec<Vec<SurfaceTable>>> {
+/// Tables of all covers. // [cover][chan]
+fn tables(scene: &SolidScene, freqs_hz: &[f64], sky: &SkyLookup, level: usize, options: &TableOptions) -> Result<Vec<Vec<SurfaceTable>>> {
     let extrapolation = if scene.file().extrapolate { Extrapolation::Documented } else { Extrapolation::Refuse };
     let jobs: Vec<(usize, usize)> = (0..scene.covers.list().len()).flat_map(|c| (0..freqs_hz.len()).map(move |f| (c, f))).collect();
     let done: Vec<SurfaceTable> = jobs
@@ -166,11 +188,10 @@ fn tables(scene: &SolidScene, freqs_hz: &[f64], sky: &SkyLookup, level: usize) -
             let stack = at_temperature(&source.stack, cover.temperature_k).resolve(freqs_hz[channel], extrapolation).map_err(named)?;
             let mut model = SurfaceModel::new(stack, source.roughness);
             model.canopy = source.canopy;
-            SurfaceTable::new(&model, source.slope_azimuth_rad, &|cos| sky.rj_k(level, channel, cos)).map_err(named)
+            SurfaceTable::new(&model, source.slope_azimuth_rad, &|cos| sky.rj_k(level, channel, cos), options).map_err(named)
         })
         .collect::<Result<_>>()?;
-    let per_cover = freqs_hz.len().max(1);
-    Ok(done.chunks(per_cover).map(<[SurfaceTable]>::to_vec).collect())
+    Ok(done.chunks(freqs_hz.len()).map(<[SurfaceTable]>::to_vec).collect())
 }
 
 /// A stack with all its layers at one temperature, if one is given.

@@ -82,7 +82,8 @@ impl SceneArgs {
     pub fn render(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {
         let path = &self.scene;
         let scene = read_scene(path)?;
-        let grid = match (self.how.scene_size, self.how.scene_cell, scene.natural_grid(self.how.scene_size)) {
+        let natural = scene.natural_grid(self.how.scene_size).context(path.display())?;
+        let grid = match (self.how.scene_size, self.how.scene_cell, natural) {
             (Some(size), Some(cell), _) => SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?,
             (_, None, Some(grid)) => grid,
             _ => {

@@ -1,7 +1,8 @@
-//! The air above a scene, as options: profile, gas and rain model, weather at the surface, layers.
+//! Options of the atmosphere: profile, gas and rain model, weather at the surface, layers.
 
-use super::values::exact;
-use crate::cli::failure::{Context as _, Failure, Result};
+use super::table::Cell;
+use super::values::{exact, read_text};
+use crate::cli::failure::{Failure, Result};
 use cittert_arrays::quantity::{Density, Percent, Pressure, Temperature};
 use cittert_phenomenology::atmosphere::{
     ATMOSPHERES, Atmosphere, Humidity, Layer, Profile, SurfaceWeather, gas_model, rain_model, reference_profile,
@@ -9,13 +10,13 @@ use cittert_phenomenology::atmosphere::{
 use clap::Args;
 use std::path::Path;
 
-/// Largest profile file that is read.
+/// Largest profile file that is read, bytes.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 
-/// Options that describe the air.
+/// Options of the atmosphere.
 #[derive(Debug, Args)]
 pub(super) struct AirArgs {
-    /// Built-in atmosphere, or CSV file with z_km, p_hpa, t_k and one of e_hpa, rho_v_g_m3, rh_liquid_pct.
+    /// Built-in atmosphere, or CSV file with the columns z_km, p_hpa, t_k and one of e_hpa, rho_v_g_m3, rh_liquid_pct.
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "ussa")]
     atmosphere: Vec<String>,
     /// Gas model: mpm89 or mpm93.
@@ -27,32 +28,39 @@ pub(super) struct AirArgs {
     /// Layer of cloud, fog, haze, ice or rain, such as cloud:0.5km-1.5km:0.2g/m3 or rain:0km-2km:5mm/h.
     #[arg(long, value_name = "KIND:BASE-TOP:AMOUNT", value_delimiter = ',')]
     layer: Vec<Layer>,
-    /// Pressure at the surface: the profile is multiplied to meet it.
+    /// Pressure at the surface. The profile is scaled to meet it.
     #[arg(long, visible_alias = "pressure", value_name = "PRESSURE", allow_hyphen_values = true)]
     surface_pressure: Option<Pressure>,
-    /// Temperature at the surface: the difference fades out 10 km up.
+    /// Temperature at the surface. The profile is shifted to meet it, by less and less up to a height of 10 km.
     #[arg(long, visible_alias = "temperature", value_name = "TEMP", allow_hyphen_values = true)]
     surface_temperature: Option<Temperature>,
-    /// Relative humidity at the surface: that of the profile is multiplied to meet it.
+    /// Relative humidity at the surface. The humidity of the profile is scaled to meet it.
     #[arg(long, visible_alias = "humidity", value_name = "PERCENT", allow_hyphen_values = true)]
     surface_humidity: Option<Percent>,
-    /// Vapour density at the surface, in place of the relative humidity.
+    /// Density of water vapour at the surface, in place of the relative humidity.
     #[arg(long, visible_alias = "vapour", value_name = "DENSITY", allow_hyphen_values = true, conflicts_with = "surface_humidity")]
     surface_vapour: Option<Density>,
 }
 
-/// One of the atmospheres asked for.
+/// One combination of an atmosphere and a gas model.
 pub(super) struct Air {
-    /// Its name, as typed.
-    pub(super) atmosphere: String,
-    /// Name of its gas model.
-    pub(super) model: String,
-    /// The air.
+    /// Name of the atmosphere, as typed.
+    atmosphere: String,
+    /// Name of the gas model.
+    model: String,
+    /// The atmosphere.
     pub(super) air: Atmosphere,
 }
 
+impl Air {
+    /// The cells that name the atmosphere and its gas model in a table.
+    pub(super) fn cells(&self) -> [(&'static str, Cell); 2] {
+        [("atmosphere", self.atmosphere.as_str().into()), ("model", self.model.as_str().into())]
+    }
+}
+
 impl AirArgs {
-    /// How many atmospheres there are.
+    /// Number of combinations of atmosphere and gas model.
     pub(super) fn count(&self) -> usize {
         self.atmosphere.len() * self.model.len()
     }
@@ -85,19 +93,18 @@ impl AirArgs {
     }
 }
 
-/// A built-in profile, or one in a file.
+/// A built-in profile, or the profile in a file.
 fn load(name: &str) -> Result<Profile> {
     if ATMOSPHERES.iter().any(|a| a.name == name) {
         return Ok(reference_profile(name)?);
     }
     let path = Path::new(name);
-    let Ok(facts) = path.metadata() else {
+    if !path.exists() {
         let known: Vec<&str> = ATMOSPHERES.iter().map(|a| a.name).collect();
-        return Err(Failure::message(format!("{name}: neither a built-in atmosphere nor a file; built in are {}", known.join(", "))));
-    };
-    if !facts.is_file() || facts.len() > MAX_FILE_BYTES {
-        return Err(Failure::message(format!("{name}: no profile; give a CSV file of at most {} MiB", MAX_FILE_BYTES >> 20)));
+        let known = known.join(", ");
+        return Err(Failure::message(format!(
+            "{name}: this is neither a built-in atmosphere nor a file; the built-in atmospheres are {known}"
+        )));
     }
-    let text = std::fs::read_to_string(path).context(name)?;
-    Ok(Profile::from_csv(name, &text)?)
+    Ok(Profile::from_csv(name, &read_text(path, "profile", MAX_FILE_BYTES)?)?)
 }

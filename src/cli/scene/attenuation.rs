@@ -1,7 +1,7 @@
-//! `scene attenuation`: specific attenuation of air and of what floats or falls in it.
+//! `scene attenuation`: specific attenuation of air, cloud, ice and rain.
 
-use super::table::{Cell, Picture, PlotArgs, Table};
-use super::values::{check_rows, exact, ghz};
+use super::table::{Picture, PlotArgs, Table};
+use super::values::{check_rows, combinations, exact, ghz};
 use crate::cli::context::Outcome;
 use crate::cli::failure::{Failure, Result};
 use cittert_arrays::quantity::{Angle, Density, Frequency, Percent, Pressure, RainRate, Temperature};
@@ -16,16 +16,16 @@ pub(crate) struct AttenuationArgs {
     /// Gas model: mpm89 or mpm93.
     #[arg(long, value_name = "NAME", value_delimiter = ',', default_value = "mpm89")]
     model: Vec<String>,
-    /// Frequencies, 1-1000 GHz.
+    /// Frequencies, 1 to 1000 GHz.
     #[arg(long, value_name = "FREQ", value_delimiter = ',', required = true, allow_hyphen_values = true)]
     freq: Vec<Frequency>,
-    /// Total pressures, 3-1200 hPa.
+    /// Total pressures, 3 to 1200 hPa.
     #[arg(long, value_name = "PRESSURE", value_delimiter = ',', default_value = "1013.25hPa", allow_hyphen_values = true)]
     pressure: Vec<Pressure>,
-    /// Temperatures, 150-350 K.
+    /// Temperatures, 150 to 350 K.
     #[arg(long, value_name = "TEMP", value_delimiter = ',', default_value = "288.15K", allow_hyphen_values = true)]
     temperature: Vec<Temperature>,
-    /// Densities of water vapour [default: 7.5g/m3, unless the humidity is given in another way].
+    /// Densities of water vapour [default: 7.5g/m3, unless --humidity or --vapour-pressure is given].
     #[arg(long, alias = "vapor", value_name = "DENSITY", value_delimiter = ',', allow_hyphen_values = true, group = "water")]
     vapour: Vec<Density>,
     /// Relative humidities over liquid water, in place of --vapour.
@@ -34,7 +34,7 @@ pub(crate) struct AttenuationArgs {
     /// Partial pressures of water vapour, in place of --vapour.
     #[arg(long, value_name = "PRESSURE", value_delimiter = ',', allow_hyphen_values = true, group = "water")]
     vapour_pressure: Vec<Pressure>,
-    /// Densities of droplets of cloud, fog or haze.
+    /// Densities of the droplets of cloud, fog or haze.
     #[arg(
         long,
         visible_aliases = ["fog", "haze"],
@@ -53,20 +53,17 @@ pub(crate) struct AttenuationArgs {
     /// Rain model: p838 or olsen78.
     #[arg(long, value_name = "NAME", default_value = "p838")]
     rain_model: String,
-    /// Elevation of the path, for rain seen in one polarisation (p838).
+    /// Elevation of the path, for rain seen in one polarisation (model p838).
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, requires = "tilt")]
     elevation: Option<Angle>,
-    /// Tilt of the polarisation from the horizontal: 0deg h, 90deg v, 45deg circular.
+    /// Tilt of the polarisation from the horizontal: 0deg is h, 90deg is v, 45deg is circular.
     #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, requires = "elevation")]
     tilt: Option<Angle>,
     #[command(flatten)]
     plot: PlotArgs,
 }
 
-const INPUTS: [&str; 8] = ["model", "freq_ghz", "pressure_hpa", "temperature_k", "vapour_g_m3", "cloud_g_m3", "ice_g_m3", "rain_mm_h"];
-const MORE: [&str; 5] = ["rain_db_per_km", "rain_k_h", "rain_alpha_h", "rain_k_v", "rain_alpha_v"];
-
-/// Vapour where none is given, g/m3: the mean at sea level.
+/// Density of water vapour where none is given, g/m3: the mean at sea level.
 const DEFAULT_VAPOUR_G_M3: f64 = 7.5;
 
 impl AttenuationArgs {
@@ -80,39 +77,21 @@ impl AttenuationArgs {
 
     fn parcels(&self) -> Result<Vec<Parcel>> {
         let humidities = self.humidities();
-        let lengths = [&self.cloud, &self.ice].map(Vec::len);
-        check_rows(&[
-            self.model.len(),
-            self.freq.len(),
-            self.pressure.len(),
-            self.temperature.len(),
-            humidities.len(),
-            lengths[0],
-            lengths[1],
-            self.rain.len(),
-        ])?;
-        let mut all = Vec::new();
-        for pressure in &self.pressure {
-            for temperature in &self.temperature {
-                for humidity in &humidities {
-                    let air = AirState::with_humidity(exact(pressure.si() / 1e2), temperature.si(), *humidity)?;
-                    for cloud in &self.cloud {
-                        for ice in &self.ice {
-                            all.extend(self.rain.iter().map(|rain| Parcel {
-                                air,
-                                liquid_g_m3: exact(cloud.si() * 1e3),
-                                ice_g_m3: exact(ice.si() * 1e3),
-                                rain_mm_h: exact(rain.si() * 3.6e6),
-                            }));
-                        }
-                    }
-                }
-            }
-        }
-        Ok(all)
+        let lengths = [self.pressure.len(), self.temperature.len(), humidities.len(), self.cloud.len(), self.ice.len(), self.rain.len()];
+        check_rows(&[&lengths[..], &[self.model.len(), self.freq.len()]].concat())?;
+        let parcel = |[pressure, temperature, humidity, cloud, ice, rain]: [usize; 6]| {
+            let pressure_hpa = exact(self.pressure[pressure].si() / 1e2);
+            Ok(Parcel {
+                air: AirState::with_humidity(pressure_hpa, self.temperature[temperature].si(), humidities[humidity])?,
+                liquid_g_m3: exact(self.cloud[cloud].si() * 1e3),
+                ice_g_m3: exact(self.ice[ice].si() * 1e3),
+                rain_mm_h: exact(self.rain[rain].si() * 3.6e6),
+            })
+        };
+        combinations(lengths).map(parcel).collect()
     }
 
-    /// Rain along one path in one polarisation, dB/km; `None` for the mean of both.
+    /// Attenuation by rain along one path in one polarisation, dB/km; `None` where the mean of both polarisations is wanted.
     fn tilted(&self, freq_ghz: f64, rate_mm_h: f64) -> Result<Option<f64>> {
         let (Some(elevation), Some(tilt)) = (self.elevation, self.tilt) else { return Ok(None) };
         if self.rain_model != "p838" {
@@ -122,21 +101,27 @@ impl AttenuationArgs {
         Ok(Some(law.attenuation_db_per_km(rate_mm_h)))
     }
 
-    fn outputs(&self, row: &AttenuationRow, parcel: &Parcel, rain: &dyn RainModel) -> Result<Vec<f64>> {
+    fn outputs(&self, row: &AttenuationRow, parcel: &Parcel, rain: &dyn RainModel) -> Result<Vec<(&'static str, f64)>> {
         let mean = 0.5 * (row.rain_h_db_per_km + row.rain_v_db_per_km);
         let along = self.tilted(row.freq_ghz, parcel.rain_mm_h)?.unwrap_or(mean);
-        let mut values = row.values()[1..].to_vec();
-        // The total holds the rain of the polarisation that was asked for.
+        let mut values: Vec<_> = AttenuationRow::COLUMNS.into_iter().zip(row.values()).skip(1).collect();
+        // The total contains the rain of the polarisation that was asked for.
         if along != mean {
-            values[0] += along - mean;
+            values[0].1 += along - mean;
         }
         let [h, v] = rain.power_laws(row.freq_ghz);
-        values.extend([along, h.k, h.alpha, v.k, v.alpha]);
+        values.extend([
+            ("rain_db_per_km", along),
+            ("rain_k_h", h.k),
+            ("rain_alpha_h", h.alpha),
+            ("rain_k_v", v.k),
+            ("rain_alpha_v", v.alpha),
+        ]);
         Ok(values)
     }
 }
 
-/// A row for each model, parcel of air and frequency.
+/// Print one row for each model, parcel of air and frequency.
 ///
 /// # Errors
 /// Values out of range, unknown names, a picture that cannot be written.
@@ -145,24 +130,22 @@ pub(super) fn run(args: &AttenuationArgs) -> Result<Outcome> {
     let rain = rain_model(&args.rain_model)?;
     let parcels = args.parcels()?;
     let freqs = ghz(&args.freq);
-    let outputs: Vec<&str> = AttenuationRow::COLUMNS[1..].iter().chain(&MORE).copied().collect();
-    let mut table = Table::new(&INPUTS, &outputs);
+    let mut table = Table::default();
     for name in &args.model {
         let gas = gas_model(name)?;
         for parcel in &parcels {
             for row in attenuation(gas.as_ref(), rain.as_ref(), parcel, &freqs)? {
-                let air = &parcel.air;
-                let numbers = [
-                    row.freq_ghz,
-                    air.pressure_hpa(),
-                    air.temperature_k(),
-                    exact(air.vapour_density_g_m3()),
-                    parcel.liquid_g_m3,
-                    parcel.ice_g_m3,
-                    parcel.rain_mm_h,
+                let inputs = [
+                    ("model", name.as_str().into()),
+                    ("freq_ghz", row.freq_ghz.into()),
+                    ("pressure_hpa", parcel.air.pressure_hpa().into()),
+                    ("temperature_k", parcel.air.temperature_k().into()),
+                    ("vapour_g_m3", exact(parcel.air.vapour_density_g_m3()).into()),
+                    ("cloud_g_m3", parcel.liquid_g_m3.into()),
+                    ("ice_g_m3", parcel.ice_g_m3.into()),
+                    ("rain_mm_h", parcel.rain_mm_h.into()),
                 ];
-                let inputs = std::iter::once(Cell::from(name.as_str())).chain(numbers.map(Cell::from)).collect();
-                table.push(inputs, args.outputs(&row, parcel, rain.as_ref())?);
+                table.push(inputs, args.outputs(&row, parcel, rain.as_ref())?)?;
             }
         }
     }

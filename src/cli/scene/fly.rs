@@ -68,7 +68,7 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let flight = Flight::from_toml(&scene_text(&args.path)?).context(args.path.display())?;
     let scene = scene(args, &flight)?;
     let base = if args.size == 0 { scene.camera()?.clone() } else { scene.camera()?.with_side(args.size) };
-    let cameras = flight.cameras(&base);
+    let cameras = flight.cameras(&base)?;
     for (k, camera) in cameras.iter().enumerate() {
         scene.check_camera_at(camera).context(format!("{}: frame {k}", args.path.display()))?;
     }

@@ -1,9 +1,9 @@
-//! `scene list`: everything that has a name.
+//! `scene list`: every atmosphere, model, material and kind of surface that has a name.
 
 use crate::cli::context::Outcome;
 use crate::cli::failure::Result;
 use cittert_phenomenology::atmosphere::{ATMOSPHERES, GAS_MODELS, GEOMETRIES, LAYER_KINDS, RAIN_MODELS};
-use cittert_phenomenology::dielectrics::{Bands, DielectricError, MODELS, Material, SoilTexture};
+use cittert_phenomenology::dielectrics::{Bands, DielectricError, MODELS, Material, Model, SoilTexture};
 use cittert_phenomenology::surfaces::ROUGHNESS_KINDS;
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
@@ -27,7 +27,7 @@ pub(super) enum Kind {
     Rain,
     /// Kinds of layer.
     Layers,
-    /// Shapes of the air.
+    /// Shapes of the atmosphere.
     Geometries,
     /// Materials.
     Materials,
@@ -39,26 +39,22 @@ pub(super) enum Kind {
     Surfaces,
 }
 
-/// A line of a listing.
+/// A line of a list: a name, its description, and further fields for `--json`.
 struct Entry {
     name: String,
     describes: String,
-    more: Value,
+    json: Value,
 }
 
 impl Entry {
-    fn new(name: &str, describes: impl Into<String>, more: Value) -> Self {
-        Self { name: name.to_owned(), describes: describes.into(), more }
+    fn new(name: &str, describes: impl Into<String>, mut json: Value) -> Self {
+        let describes = describes.into();
+        (json["name"], json["describes"]) = (name.into(), describes.as_str().into());
+        Self { name: name.to_owned(), describes, json }
     }
 
-    fn json(&self) -> Value {
-        let mut all = Map::new();
-        all.insert("name".into(), self.name.clone().into());
-        all.insert("describes".into(), self.describes.clone().into());
-        if let Value::Object(more) = &self.more {
-            all.extend(more.clone());
-        }
-        Value::Object(all)
+    fn sourced(name: &str, summary: &str, reference: &str) -> Self {
+        Self::new(name, format!("{summary}; {reference}"), json!({ "reference": reference }))
     }
 }
 
@@ -70,36 +66,27 @@ pub(super) fn run(args: &ListArgs) -> Result<Outcome> {
     let mut text = Vec::new();
     let mut json = Map::new();
     for kind in Kind::value_variants().iter().filter(|k| args.kind.is_none_or(|only| only == **k)) {
-        let name = kind.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
         let entries = entries(*kind)?;
         let width = entries.iter().map(|e| e.name.len()).max().unwrap_or(0);
-        if args.kind.is_none() {
-            text.push(format!("{}{name}:", if text.is_empty() { "" } else { "\n" }));
-        }
-        text.extend(entries.iter().map(|e| format!("{:width$}  {}", e.name, e.describes)));
-        json.insert(name, entries.iter().map(Entry::json).collect());
+        let lines: Vec<String> = entries.iter().map(|e| format!("{:width$}  {}", e.name, e.describes)).collect();
+        let Some(value) = kind.to_possible_value() else { continue };
+        let heading = if args.kind.is_none() { format!("{}:\n", value.get_name()) } else { String::new() };
+        text.push(heading + &lines.join("\n"));
+        json.insert(value.get_name().to_owned(), entries.into_iter().map(|e| e.json).collect());
     }
-    Ok(Outcome::new(Value::Object(json), text.join("\n")))
+    Ok(Outcome::new(Value::Object(json), text.join("\n\n")))
 }
 
 fn entries(kind: Kind) -> Result<Vec<Entry>, DielectricError> {
-    let sourced =
-        |name: &str, summary: &str, reference: &str| Entry::new(name, format!("{summary}; {reference}"), json!({ "reference": reference }));
     Ok(match kind {
-        Kind::Atmospheres => ATMOSPHERES.iter().map(|a| sourced(a.name, a.summary, a.reference)).collect(),
-        Kind::Gases => GAS_MODELS.iter().map(|m| sourced(m.name, m.summary, m.reference)).collect(),
-        Kind::Rain => RAIN_MODELS.iter().map(|m| sourced(m.name, m.summary, m.reference)).collect(),
+        Kind::Atmospheres => ATMOSPHERES.iter().map(|a| Entry::sourced(a.name, a.summary, a.reference)).collect(),
+        Kind::Gases => GAS_MODELS.iter().map(|m| Entry::sourced(m.name, m.summary, m.reference)).collect(),
+        Kind::Rain => RAIN_MODELS.iter().map(|m| Entry::sourced(m.name, m.summary, m.reference)).collect(),
         Kind::Layers => LAYER_KINDS.iter().map(|l| Entry::new(l.name, l.summary, json!({ "unit": l.unit }))).collect(),
-        Kind::Geometries => GEOMETRIES.iter().map(|(name, _, summary)| Entry::new(name, *summary, Value::Null)).collect(),
+        Kind::Geometries => GEOMETRIES.iter().map(|(name, _, summary)| Entry::new(name, *summary, json!({}))).collect(),
         Kind::Materials => Material::all().iter().map(material).collect(),
         Kind::Models => MODELS.iter().map(model).collect(),
-        Kind::Textures => SoilTexture::all()?
-            .iter()
-            .map(|t| {
-                let describes = format!("sand {}, silt {}, clay {}", t.sand, t.silt, t.clay);
-                Entry::new(&t.name, describes, json!({ "sand": t.sand, "silt": t.silt, "clay": t.clay }))
-            })
-            .collect(),
+        Kind::Textures => SoilTexture::all()?.iter().map(texture).collect(),
         Kind::Surfaces => ROUGHNESS_KINDS
             .iter()
             .map(|k| Entry::new(k.name, format!("{}   {}", k.syntax, k.describes), json!({ "syntax": k.syntax })))
@@ -107,27 +94,26 @@ fn entries(kind: Kind) -> Result<Vec<Entry>, DielectricError> {
     })
 }
 
+fn texture(t: &SoilTexture) -> Entry {
+    let describes = format!("sand {}, silt {}, clay {}", t.sand, t.silt, t.clay);
+    Entry::new(&t.name, describes, json!({ "sand": t.sand, "silt": t.silt, "clay": t.clay }))
+}
+
 fn material(m: &Material) -> Entry {
     let parameters: Vec<String> = m.parameters.iter().map(|p| format!("{} {} {}", p.parameter, p.default, p.parameter.unit())).collect();
     let models: Vec<&str> = m.model_names().collect();
     let defaults: Map<String, Value> = m.parameters.iter().map(|p| (p.parameter.key().to_owned(), p.default.into())).collect();
-    Entry::new(
-        m.name,
-        format!("{}; models {}; {}", m.describes, models.join(", "), parameters.join(", ")),
-        json!({ "aliases": m.aliases, "models": models, "parameters": defaults }),
-    )
+    let describes = format!("{}; models {}; {}", m.describes, models.join(", "), parameters.join(", "));
+    Entry::new(m.name, describes, json!({ "aliases": m.aliases, "models": models, "parameters": defaults }))
 }
 
-fn model(m: &cittert_phenomenology::dielectrics::Model) -> Entry {
+fn model(m: &Model) -> Entry {
     let band = match m.bands {
         Bands::Fixed(b) => format!("{}-{} GHz", b.min_ghz, b.max_ghz),
         Bands::OfMaterial(_) => "bands by material".to_owned(),
     };
-    let ranges: Vec<String> = m.ranges.iter().map(|r| format!("{} {} to {} {}", r.parameter, r.min, r.max, r.parameter.unit())).collect();
-    let range = std::iter::once(band.clone()).chain(ranges).collect::<Vec<_>>().join(", ");
-    Entry::new(
-        m.name,
-        format!("{}; {range}; {}", m.describes, m.reference),
-        json!({ "reference": m.reference, "range": range, "extension": m.extension }),
-    )
+    let ranges = m.ranges.iter().map(|r| format!("{} {} to {} {}", r.parameter, r.min, r.max, r.parameter.unit()));
+    let range = std::iter::once(band).chain(ranges).collect::<Vec<_>>().join(", ");
+    let describes = format!("{}; {range}; {}", m.describes, m.reference);
+    Entry::new(m.name, describes, json!({ "reference": m.reference, "range": range, "extension": m.extension }))
 }

@@ -1,19 +1,20 @@
-//! A material of the dielectric data base and its states, as options.
+//! Options that name a material of the dielectric database and its states.
 
-use super::values::{Fraction, Salinity, exact, or_absent};
+use super::table::Cell;
+use super::values::{Fraction, Salinity, exact};
 use crate::cli::failure::{Context as _, Failure, Result};
 use cittert_arrays::quantity::{Density, Temperature};
 use cittert_phenomenology::dielectrics::{DielectricError, Extrapolation, Material, MaterialState, Model, Parameter, material_of_model};
 use cittert_phenomenology::surfaces::SurfaceError;
 use clap::Args;
 
-/// Options that describe a material.
+/// Options that name a material.
 #[derive(Debug, Args)]
 pub(super) struct MaterialArgs {
-    /// Material, as `scene list materials` names it [default: that of --model].
+    /// Material, as `scene list materials` names it [default: the material that --model describes].
     #[arg(long, value_name = "NAME")]
     pub(super) material: Option<String>,
-    /// Permittivity model, as `scene list models` names it [default: that of the material at the frequency].
+    /// Permittivity model, as `scene list models` names it [default: the material's own at the frequency].
     #[arg(long, value_name = "NAME")]
     pub(super) model: Option<String>,
     /// Physical temperatures [default: that of the material].
@@ -37,12 +38,12 @@ pub(super) struct MaterialArgs {
     /// Mass fraction of clay.
     #[arg(long, value_name = "FRACTION", allow_hyphen_values = true)]
     clay: Option<Fraction>,
-    /// Outside the range of a model use its documented extension instead of refusing.
+    /// Outside the range of a model, use the extension that the model documents instead of stopping with an error.
     #[arg(long)]
     pub(super) extrapolate: bool,
 }
 
-/// A material, the model asked for, and every state.
+/// A material, the model that was named, and every state.
 pub(super) struct Sample {
     /// The material.
     pub(super) material: &'static Material,
@@ -52,22 +53,26 @@ pub(super) struct Sample {
     pub(super) states: Vec<MaterialState>,
 }
 
+impl Sample {
+    /// The cell of a parameter in a state, empty where the material has no such parameter.
+    pub(super) fn cell(&self, state: &MaterialState, parameter: Parameter) -> Cell {
+        self.material.spec(parameter).map_or(Cell::Absent, |_| Cell::Number(state.get(parameter)))
+    }
+}
+
 impl MaterialArgs {
-    /// Number of states.
-    pub(super) fn count(&self) -> [usize; 4] {
+    /// Number of values of each parameter.
+    pub(super) fn lengths(&self) -> [usize; 4] {
         [self.temperature.len(), self.salinity.len(), self.moisture.len(), self.density.len()]
     }
 
-    /// Whether anything but the temperature of a layer was said.
+    /// Whether no model and no parameter but the temperature is given.
     pub(super) fn is_silent(&self) -> bool {
-        self.model.is_none()
-            && self.count()[1..].iter().all(|n| *n == 0)
-            && self.texture.is_none()
-            && self.sand.is_none()
-            && self.clay.is_none()
+        let named = [&self.model, &self.texture].into_iter().any(Option::is_some);
+        !(named || self.sand.is_some() || self.clay.is_some() || self.lengths()[1..].iter().any(|n| *n > 0))
     }
 
-    /// What to do outside the range of a model.
+    /// What happens outside the range of a model.
     pub(super) fn extrapolation(&self) -> Extrapolation {
         if self.extrapolate { Extrapolation::Documented } else { Extrapolation::Refuse }
     }
@@ -75,13 +80,15 @@ impl MaterialArgs {
     /// The material in every state.
     ///
     /// # Errors
-    /// Neither material nor model, unknown names, a parameter the material does not have.
+    /// Neither material nor model, unknown names, a parameter that the material does not have.
     pub(super) fn sample(&self) -> Result<Sample> {
         let material = match (&self.material, &self.model) {
             (Some(name), _) => Material::by_name(name)?,
             (None, Some(model)) => material_of_model(model)?,
             (None, None) => {
-                return Err(Failure::usage("give --material, or --model for the material it describes; `scene list` names them all"));
+                return Err(Failure::usage(
+                    "give --material, or --model for the material that it describes; `scene list` names all of them",
+                ));
             }
         };
         let model = self.model.as_deref().map(|m| material.model(m)).transpose()?;
@@ -89,32 +96,23 @@ impl MaterialArgs {
         if let Some(texture) = &self.texture {
             material.set_texture(&mut base, texture)?;
         }
-        for (parameter, value) in [(Parameter::Sand, self.sand), (Parameter::Clay, self.clay)] {
-            if let Some(Fraction(x)) = value {
-                material.set(&mut base, parameter.name(), x)?;
-            }
-        }
-        let temperatures: Vec<f64> = self.temperature.iter().map(|t| t.si()).collect();
-        let salinities: Vec<f64> = self.salinity.iter().map(|s| s.0).collect();
-        let moistures: Vec<f64> = self.moisture.iter().map(|m| exact(m.0)).collect();
-        let densities: Vec<f64> = self.density.iter().map(|d| exact(d.si())).collect();
-        let lists = [
-            (Parameter::Temperature, temperatures),
-            (Parameter::Salinity, salinities),
-            (Parameter::Moisture, moistures),
-            (Parameter::Density, densities),
+        let one = |value: Option<Fraction>| value.map(|x| x.0).into_iter().collect();
+        let lists: [(Parameter, Vec<f64>); 6] = [
+            (Parameter::Sand, one(self.sand)),
+            (Parameter::Clay, one(self.clay)),
+            (Parameter::Temperature, self.temperature.iter().map(|t| t.si()).collect()),
+            (Parameter::Salinity, self.salinity.iter().map(|s| s.0).collect()),
+            (Parameter::Moisture, self.moisture.iter().map(|m| exact(m.0)).collect()),
+            (Parameter::Density, self.density.iter().map(|d| exact(d.si())).collect()),
         ];
         let mut states = vec![base];
-        for (parameter, values) in lists {
-            let mut more = Vec::new();
-            for state in &states {
-                for value in or_absent(&values) {
-                    let mut state = *state;
-                    if let Some(value) = value {
-                        material.set(&mut state, parameter.name(), value)?;
-                    }
-                    more.push(state);
-                }
+        // A list that is left out keeps the value of the material.
+        for (parameter, values) in lists.into_iter().filter(|(_, values)| !values.is_empty()) {
+            let mut more = Vec::with_capacity(states.len() * values.len());
+            for (state, value) in states.iter().flat_map(|state| values.iter().map(move |value| (state, value))) {
+                let mut state = *state;
+                material.set(&mut state, parameter.name(), *value)?;
+                more.push(state);
             }
             states = more;
         }
@@ -122,13 +120,14 @@ impl MaterialArgs {
     }
 }
 
-/// Say how to get the extension, where a value lies outside the range of a model.
+/// Name `--extrapolate` in the error where a value lies outside the range of a model.
 pub(super) fn with_hint<T>(result: Result<T, SurfaceError>) -> Result<T> {
-    let outside = match &result {
-        Err(SurfaceError::Dielectric(e) | SurfaceError::LayerMaterial { source: e, .. }) => {
-            matches!(e, DielectricError::OutOfBand { .. } | DielectricError::OutOfRange { .. })
-        }
-        _ => false,
-    };
-    if outside { result.context("outside the range of the model; --extrapolate uses its documented extension") } else { Ok(result?) }
+    use DielectricError::{OutOfBand, OutOfRange};
+    match result {
+        Err(
+            e @ (SurfaceError::Dielectric(OutOfBand { .. } | OutOfRange { .. })
+            | SurfaceError::LayerMaterial { source: OutOfBand { .. } | OutOfRange { .. }, .. }),
+        ) => Err(e).context("a value lies outside the range of the model; --extrapolate uses the extension that the model documents"),
+        other => Ok(other?),
+    }
 }

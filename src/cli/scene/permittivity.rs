@@ -1,4 +1,4 @@
-//! `scene permittivity`: the dielectric data base as numbers.
+//! `scene permittivity`: numbers of the dielectric database.
 
 use super::material::{MaterialArgs, with_hint};
 use super::table::{Cell, Picture, PlotArgs, Table};
@@ -21,40 +21,32 @@ pub(crate) struct PermittivityArgs {
     plot: PlotArgs,
 }
 
-const INPUTS: [&str; 10] =
-    ["material", "model", "freq_ghz", "temperature_k", "salinity_psu", "moisture", "density_kg_m3", "sand", "clay", "extended"];
-
-/// A row for each state of the material and frequency.
+/// Print one row for each state of the material and each frequency.
 ///
 /// # Errors
 /// Values out of range, unknown names, a picture that cannot be written.
 pub(super) fn run(args: &PermittivityArgs) -> Result<Outcome> {
     args.plot.check()?;
-    check_rows(&[&[args.freq.len()][..], &args.material.count()].concat())?;
+    check_rows(&[&[args.freq.len()][..], &args.material.lengths()].concat())?;
     let sample = args.material.sample()?;
     let freqs_hz: Vec<f64> = args.freq.iter().map(|f| exact(f.si())).collect();
-    let mut table = Table::new(&INPUTS, &["eps_real", "eps_loss"]);
+    let mut table = Table::default();
     for state in &sample.states {
         let rows = permittivity_rows(sample.material, sample.model, &[*state], &freqs_hz, args.material.extrapolation());
         for row in with_hint(rows.map_err(Into::into))? {
-            // A parameter the material does not have says nothing.
-            let value = |p: Parameter| match sample.material.spec(p) {
-                Some(_) => Cell::Number(state.get(p)),
-                None => Cell::Absent,
-            };
-            let inputs = vec![
-                row.material.into(),
-                row.model.into(),
-                exact(row.freq_ghz).into(),
-                row.temperature_k.into(),
-                value(Parameter::Salinity),
-                value(Parameter::Moisture),
-                value(Parameter::Density),
-                value(Parameter::Sand),
-                value(Parameter::Clay),
-                Cell::Flag(row.extended),
+            let inputs = [
+                ("material", row.material.into()),
+                ("model", row.model.into()),
+                ("freq_ghz", exact(row.freq_ghz).into()),
+                ("temperature_k", row.temperature_k.into()),
+                ("salinity_psu", sample.cell(state, Parameter::Salinity)),
+                ("moisture", sample.cell(state, Parameter::Moisture)),
+                ("density_kg_m3", sample.cell(state, Parameter::Density)),
+                ("sand", sample.cell(state, Parameter::Sand)),
+                ("clay", sample.cell(state, Parameter::Clay)),
+                ("extended", Cell::Flag(row.extended)),
             ];
-            table.push(inputs, [row.eps_real, row.eps_loss]);
+            table.push(inputs, [("eps_real", row.eps_real), ("eps_loss", row.eps_loss)])?;
         }
     }
     let title = format!("Permittivity of {}", sample.material.name);

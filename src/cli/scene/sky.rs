@@ -14,26 +14,26 @@ use clap::Args;
 pub(crate) struct SkyArgs {
     #[command(flatten)]
     air: AirArgs,
-    /// Frequencies, 1-1000 GHz.
+    /// Frequencies, 1 to 1000 GHz.
     #[arg(long, value_name = "FREQ", value_delimiter = ',', required = true, allow_hyphen_values = true)]
     freq: Vec<Frequency>,
     /// Zenith angles, 0 to below 90 degrees.
     #[arg(long, value_name = "ANGLE", value_delimiter = ',', default_value = "0deg", allow_hyphen_values = true)]
     zenith: Vec<Angle>,
-    /// Shape of the air: plane, or spherical with refraction.
+    /// Shape of the atmosphere: plane, or spherical with refraction.
     #[arg(long, value_name = "NAME", default_value = "plane")]
     geometry: String,
     /// Height of the observer [default: the bottom of the profile].
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     height: Option<Length>,
-    /// Temperature of the background behind the air [default: the cosmic 2.728K].
+    /// Temperature of the background behind the atmosphere [default: 2.728K, the cosmic background].
     #[arg(long, value_name = "TEMP", allow_hyphen_values = true)]
     background: Option<Temperature>,
     #[command(flatten)]
     plot: PlotArgs,
 }
 
-/// A row for each atmosphere, gas model, frequency and zenith angle.
+/// Print one row for each atmosphere, gas model, frequency and zenith angle.
 ///
 /// # Errors
 /// Values out of range, profiles that cannot be read, a picture that cannot be written.
@@ -42,20 +42,21 @@ pub(super) fn run(args: &SkyArgs) -> Result<Outcome> {
     check_rows(&[args.air.count(), args.freq.len(), args.zenith.len()])?;
     let geometry: Geometry = args.geometry.parse()?;
     let (freqs, zeniths) = (ghz(&args.freq), degrees(&args.zenith));
-    let mut table = Table::new(&["atmosphere", "model", SkyRow::COLUMNS[0], SkyRow::COLUMNS[1]], &SkyRow::COLUMNS[2..]);
+    let mut table = Table::default();
     for one in args.air.build()? {
-        let mut air = one.air;
-        if let Some(t) = args.background {
-            air = air.with_background(t.si())?;
-        }
+        let names = one.cells();
+        let air = match args.background {
+            Some(t) => one.air.with_background(t.si())?,
+            None => one.air,
+        };
         let rows = match args.height {
             Some(h) => air.sky_from(exact(h.si() / 1e3), &freqs, &zeniths, geometry)?,
             None => air.sky(&freqs, &zeniths, geometry)?,
         };
         for row in rows {
-            let values = row.values();
-            let inputs = vec![one.atmosphere.as_str().into(), one.model.as_str().into(), values[0].into(), values[1].into()];
-            table.push(inputs, values[2..].iter().copied());
+            let mut values = SkyRow::COLUMNS.into_iter().zip(row.values());
+            let inputs = values.by_ref().take(2).map(|(name, value)| (name, value.into()));
+            table.push(names.clone().into_iter().chain(inputs).collect::<Vec<_>>(), values)?;
         }
     }
     table.finish(&args.plot, &Picture { title: "Sky", columns: &["tb_planck_k"], label: "brightness temperature [K]" })

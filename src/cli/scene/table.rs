@@ -5,13 +5,14 @@ use crate::cli::failure::{Failure, Result};
 use crate::cli::options::OutputArgs;
 use crate::plot::{CurveOptions, Series, curves};
 use clap::Args;
-use serde_json::{Map, Value};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
 use std::path::PathBuf;
 
 /// `--plot`, for every table.
 #[derive(Debug, Args)]
 pub(super) struct PlotArgs {
-    /// Draw the table into this PNG.
+    /// Draw the table into this PNG file.
     #[arg(long, value_name = "PNG")]
     plot: Option<PathBuf>,
     /// Replace a picture that exists.
@@ -24,7 +25,7 @@ impl PlotArgs {
         self.plot.as_ref().map(|p| OutputArgs { output: p.clone(), overwrite: self.overwrite })
     }
 
-    /// Refuse a picture that cannot be written before the table is made.
+    /// Refuse a picture that cannot be written before the table is computed.
     ///
     /// # Errors
     /// As [`OutputArgs::check`].
@@ -33,8 +34,9 @@ impl PlotArgs {
     }
 }
 
-/// What stands in one place of a table.
-#[derive(Debug, Clone, PartialEq)]
+/// One cell of a table.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
 pub(super) enum Cell {
     /// A name.
     Text(String),
@@ -42,7 +44,7 @@ pub(super) enum Cell {
     Number(f64),
     /// Yes or no.
     Flag(bool),
-    /// Nothing.
+    /// No value.
     Absent,
 }
 
@@ -68,22 +70,13 @@ impl Cell {
             Self::Absent => String::new(),
         }
     }
-
-    fn json(&self) -> Value {
-        match self {
-            Self::Text(t) => Value::from(t.as_str()),
-            Self::Number(x) => Value::from(*x),
-            Self::Flag(f) => Value::from(*f),
-            Self::Absent => Value::Null,
-        }
-    }
 }
 
-/// Rows under named columns; the first columns are what was asked for, the others what came out.
-#[derive(Debug)]
+/// Rows under named columns. The first columns are the inputs of a row, the others its results.
+#[derive(Debug, Default)]
 pub(super) struct Table {
-    inputs: Vec<&'static str>,
-    outputs: Vec<&'static str>,
+    n_inputs: usize,
+    columns: Vec<&'static str>,
     rows: Vec<Vec<Cell>>,
 }
 
@@ -92,13 +85,13 @@ pub(super) struct Table {
 pub(super) struct Picture<'a> {
     /// Title.
     pub(super) title: &'a str,
-    /// Columns drawn upwards.
+    /// Columns of the y axis.
     pub(super) columns: &'a [&'static str],
-    /// Their common label.
+    /// Label of the y axis.
     pub(super) label: &'a str,
 }
 
-/// Labels of columns that can stand on the x axis.
+/// Columns that may be the x axis, with their labels.
 const X_LABELS: &[(&str, &str)] = &[
     ("freq_ghz", "frequency [GHz]"),
     ("zenith_deg", "zenith angle [deg]"),
@@ -120,24 +113,48 @@ const X_LABELS: &[(&str, &str)] = &[
     ("length_km", "length of the path [km]"),
 ];
 
-/// Most lines of one picture.
+/// Largest number of lines in one picture.
 const MAX_LINES: usize = 12;
 
+/// The text of a CSV file with these records.
+///
+/// # Errors
+/// A record that CSV cannot hold.
+pub(super) fn csv_text(records: impl IntoIterator<Item = impl Serialize>) -> Result<String> {
+    let failed = |e: &dyn std::fmt::Display| Failure::message(format!("the table cannot be written as CSV: {e}"));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for record in records {
+        writer.serialize(record).map_err(|e| failed(&e))?;
+    }
+    String::from_utf8(writer.into_inner().map_err(|e| failed(&e))?).map_err(|e| failed(&e))
+}
+
 impl Table {
-    /// An empty table.
-    pub(super) fn new(inputs: &[&'static str], outputs: &[&'static str]) -> Self {
-        Self { inputs: inputs.to_vec(), outputs: outputs.to_vec(), rows: Vec::new() }
-    }
-
-    /// Add a row: a cell for each input, then one for each output.
-    pub(super) fn push(&mut self, inputs: Vec<Cell>, outputs: impl IntoIterator<Item = f64>) {
-        let mut row = inputs;
-        row.extend(outputs.into_iter().map(Cell::Number));
-        debug_assert_eq!(row.len(), self.inputs.len() + self.outputs.len());
+    /// Add a row of named inputs and results. The first row fixes the columns of the table.
+    ///
+    /// # Errors
+    /// A row with other columns than the first.
+    pub(super) fn push(
+        &mut self,
+        inputs: impl IntoIterator<Item = (&'static str, Cell)>,
+        results: impl IntoIterator<Item = (&'static str, f64)>,
+    ) -> Result<()> {
+        let (mut columns, mut row): (Vec<_>, Vec<_>) = inputs.into_iter().unzip();
+        let n_inputs = columns.len();
+        for (name, value) in results {
+            columns.push(name);
+            row.push(Cell::Number(value));
+        }
+        if self.rows.is_empty() {
+            (self.n_inputs, self.columns) = (n_inputs, columns);
+        } else if columns != self.columns {
+            return Err(Failure::message(format!("a row has the columns {columns:?}, expected {:?}", self.columns)));
+        }
         self.rows.push(row);
+        Ok(())
     }
 
-    /// Print as CSV and JSON, and draw if that was asked for.
+    /// Print as CSV and JSON, and draw the picture that `--plot` asks for.
     ///
     /// # Errors
     /// A picture that cannot be drawn or written.
@@ -149,31 +166,17 @@ impl Table {
         Ok(outcome.wrote(&out.output))
     }
 
-    fn columns(&self) -> impl Iterator<Item = &'static str> + '_ {
-        self.inputs.iter().chain(&self.outputs).copied()
-    }
-
     fn csv(&self) -> Result<String> {
-        let mut out = csv::Writer::from_writer(Vec::new());
-        let fault = |e: csv::Error| Failure::message(format!("the table cannot be written as CSV: {e}"));
-        out.write_record(self.columns()).map_err(fault)?;
-        for row in &self.rows {
-            out.write_record(row.iter().map(Cell::text)).map_err(fault)?;
-        }
-        let bytes = out.into_inner().map_err(|e| Failure::message(e.to_string()))?;
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
+        let names = self.columns.iter().map(|c| (*c).to_owned()).collect::<Vec<_>>();
+        csv_text(std::iter::once(names).chain(self.rows.iter().map(|row| row.iter().map(Cell::text).collect())))
     }
 
     fn json(&self) -> Value {
-        let rows: Vec<Value> = self
-            .rows
-            .iter()
-            .map(|row| Value::Object(self.columns().zip(row).map(|(name, cell)| (name.to_owned(), cell.json())).collect::<Map<_, _>>()))
-            .collect();
-        serde_json::json!({ "rows": rows })
+        let object = |row: &Vec<Cell>| self.columns.iter().zip(row).map(|(name, cell)| ((*name).to_owned(), json!(cell))).collect();
+        json!({ "rows": self.rows.iter().map(object).collect::<Vec<Map<_, _>>>() })
     }
 
-    /// Number of different values in a column of inputs.
+    /// Number of different values in a column.
     fn variety(&self, column: usize) -> usize {
         let mut seen: Vec<String> = self.rows.iter().map(|r| r[column].text()).collect();
         seen.sort_unstable();
@@ -182,36 +185,32 @@ impl Table {
     }
 
     fn draw(&self, picture: &Picture<'_>) -> Result<Vec<u8>> {
-        let drawable = |name: &str| X_LABELS.iter().find(|(n, _)| *n == name).map(|(_, label)| *label);
-        let variety: Vec<usize> = (0..self.inputs.len()).map(|i| self.variety(i)).collect();
-        // The longest list is the x axis; the first of equals.
-        let along = (0..self.inputs.len()).filter(|i| drawable(self.inputs[*i]).is_some()).max_by_key(|i| (variety[*i], usize::MAX - i));
-        let Some(x) = along else { return Err(Failure::message("the table has no column to draw along")) };
-        let others: Vec<usize> = (0..self.inputs.len()).filter(|i| *i != x && variety[*i] > 1).collect();
-        let mut lines: Vec<(Vec<String>, Series)> = Vec::new();
+        let label_of = |column: usize| X_LABELS.iter().find(|(name, _)| *name == self.columns[column]).map(|(_, label)| *label);
+        let variety: Vec<usize> = (0..self.n_inputs).map(|i| self.variety(i)).collect();
+        // The longest list is the x axis, and of equally long lists the first.
+        let along = (0..self.n_inputs).filter_map(|i| Some((i, label_of(i)?))).max_by_key(|(i, _)| (variety[*i], usize::MAX - i));
+        let Some((x, x_label)) = along else { return Err(Failure::message("the table has no column to draw along")) };
+        let others: Vec<usize> = (0..self.n_inputs).filter(|i| *i != x && variety[*i] > 1).collect();
+        let mut series: Vec<Series> = Vec::new();
         for row in &self.rows {
             for name in picture.columns {
-                let Some(y) = self.columns().position(|c| c == *name) else { continue };
+                let Some(y) = self.columns.iter().position(|c| c == name) else {
+                    return Err(Failure::message(format!("the table has no column {name:?} to draw")));
+                };
+                // A missing value has no place in the picture.
                 let (Cell::Number(px), Cell::Number(py)) = (&row[x], &row[y]) else { continue };
-                let mut key: Vec<String> = others.iter().map(|o| self.named(*o, &row[*o])).collect();
-                if picture.columns.len() > 1 {
-                    key.insert(0, (*name).to_owned());
+                let column = (picture.columns.len() > 1).then(|| (*name).to_owned());
+                let key = column.into_iter().chain(others.iter().map(|o| self.named(*o, &row[*o]))).collect::<Vec<_>>().join(", ");
+                match series.iter_mut().find(|s| s.name == key) {
+                    Some(line) => line.points.push((*px, *py)),
+                    None => series.push(Series { name: key, points: vec![(*px, *py)], errors: Vec::new() }),
                 }
-                match lines.iter_mut().find(|(k, _)| *k == key) {
-                    Some((_, line)) => line.points.push((*px, *py)),
-                    None => {
-                        let line = Series { name: key.join(", "), points: vec![(*px, *py)], errors: Vec::new() };
-                        lines.push((key, line));
-                    }
-                }
-                if lines.len() > MAX_LINES {
-                    return Err(Failure::usage(format!(
-                        "the picture would have more than {MAX_LINES} lines; give fewer values for --plot"
-                    )));
+                if series.len() > MAX_LINES {
+                    let why = format!("the picture would have more than {MAX_LINES} lines; give fewer values for --plot");
+                    return Err(Failure::usage(why));
                 }
             }
         }
-        let mut series: Vec<Series> = lines.into_iter().map(|(_, s)| s).collect();
         for line in &mut series {
             line.points.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
@@ -222,9 +221,9 @@ impl Table {
         };
         let options = CurveOptions {
             title: picture.title.to_owned(),
-            x_label: drawable(self.inputs[x]).unwrap_or_default().to_owned(),
+            x_label: x_label.to_owned(),
             y_label: picture.label.to_owned(),
-            log_x: spread(|p| p.0) > 20.0 && !self.inputs[x].ends_with("_deg"),
+            log_x: spread(|p| p.0) > 20.0 && !self.columns[x].ends_with("_deg"),
             log_y: spread(|p| p.1) > 100.0,
             markers: variety[x] <= 60,
             ..CurveOptions::default()
@@ -235,7 +234,7 @@ impl Table {
     fn named(&self, column: usize, cell: &Cell) -> String {
         match cell {
             Cell::Text(t) => t.clone(),
-            _ => format!("{} {}", self.inputs[column], cell.text()),
+            _ => format!("{} {}", self.columns[column], cell.text()),
         }
     }
 }
@@ -244,32 +243,36 @@ impl Table {
 mod tests {
     use super::*;
 
+    fn push(t: &mut Table, model: &str, freq_ghz: f64, tau: f64) {
+        t.push([("model", model.into()), ("freq_ghz", freq_ghz.into())], [("tau_np", tau)]).unwrap();
+    }
+
     fn table() -> Table {
-        let mut t = Table::new(&["model", "freq_ghz"], &["tau_np"]);
+        let mut t = Table::default();
         for (model, f, tau) in [("a", 10.0, 1e-7), ("a", 22.235, 0.5), ("b,c", 10.0, 2.0), ("b,c", 22.235, 3.0)] {
-            t.push(vec![model.into(), f.into()], [tau]);
+            push(&mut t, model, f, tau);
         }
         t
     }
 
     #[test]
     fn csv_and_json_hold_the_same() {
-        let t = table();
+        let mut t = table();
         assert_eq!(t.csv().unwrap(), "model,freq_ghz,tau_np\na,10,1e-7\na,22.235,0.5\n\"b,c\",10,2\n\"b,c\",22.235,3\n");
         assert_eq!(t.json()["rows"][2]["model"], "b,c");
         assert_eq!(t.json()["rows"][1]["freq_ghz"], 22.235);
+        let e = t.push([("model", "a".into())], [("tau_np", 1.0)]).unwrap_err().to_string();
+        assert!(e.contains("expected [\"model\", \"freq_ghz\", \"tau_np\"]"), "{e}");
     }
 
     #[test]
     fn a_picture_has_a_line_for_each_model() {
-        let png = table().draw(&Picture { title: "t", columns: &["tau_np"], label: "depth [Np]" }).unwrap();
-        let picture = image::load_from_memory(&png).unwrap();
-        assert!(picture.width() > 400);
-        let many = Picture { title: "t", columns: &["tau_np"; 1], label: "" };
-        let mut t = Table::new(&["model", "freq_ghz"], &["tau_np"]);
-        for i in 0..13 {
-            t.push(vec![format!("m{i}").as_str().into(), 1.0.into()], [1.0]);
-        }
-        assert!(t.draw(&many).unwrap_err().to_string().contains("more than 12 lines"));
+        let picture = Picture { title: "t", columns: &["tau_np"], label: "depth [Np]" };
+        let png = table().draw(&picture).unwrap();
+        assert!(image::load_from_memory(&png).unwrap().width() > 400);
+        let mut t = Table::default();
+        (0..13).for_each(|i| push(&mut t, &format!("m{i}"), 1.0, 1.0));
+        assert!(t.draw(&picture).unwrap_err().to_string().contains("more than 12 lines"));
+        assert!(table().draw(&Picture { columns: &["tau_db"], ..picture }).is_err());
     }
 }

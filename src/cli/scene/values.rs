@@ -1,14 +1,16 @@
-//! Values of the tables: numbers as they were typed, shares and salinities, and their combinations.
+//! Numbers of the tables: values as they were typed, combinations of lists, fractions and salinities.
 
 use crate::cli::failure::{Failure, Result};
 use cittert_arrays::quantity::{Angle, Frequency};
+use std::path::Path;
 use std::str::FromStr;
 
-/// Most rows of one table.
+/// Largest number of rows of one table.
 const MAX_ROWS: usize = 1_000_000;
 
-/// A number freed of the rounding of its unit conversion: 15 digits are kept, so that 22.235 GHz is 22.235 again.
+/// A number without the rounding error of its unit conversion. 15 significant digits are kept, so that 22.235 GHz prints as 22.235 again.
 pub(super) fn exact(x: f64) -> f64 {
+    // A formatted number always parses.
     format!("{x:.14e}").parse().unwrap_or(x)
 }
 
@@ -22,21 +24,39 @@ pub(super) fn degrees(angles: &[Angle]) -> Vec<f64> {
     angles.iter().map(|a| exact(a.si().to_degrees())).collect()
 }
 
-/// Refuse tables that nobody wants before their first row is made.
+/// Check the number of rows of a table before the first row is computed. A list that is left out counts as one value.
 ///
 /// # Errors
 /// More than a million combinations.
 pub(super) fn check_rows(lengths: &[usize]) -> Result<()> {
-    let rows = lengths.iter().try_fold(1_usize, |n, l| n.checked_mul((*l).max(1)));
-    match rows {
+    match lengths.iter().try_fold(1_usize, |n, l| n.checked_mul((*l).max(1))) {
         Some(n) if n <= MAX_ROWS => Ok(()),
         _ => Err(Failure::usage(format!("the lists combine to more than {MAX_ROWS} rows; give fewer values"))),
     }
 }
 
-/// Values for a list that may be left out: none at all stands for one absent value.
-pub(super) fn or_absent<T: Copy>(values: &[T]) -> Vec<Option<T>> {
-    if values.is_empty() { vec![None] } else { values.iter().copied().map(Some).collect() }
+/// Indices of every combination of lists of these lengths; the index of the last list changes fastest.
+pub(super) fn combinations<const N: usize>(lengths: [usize; N]) -> impl Iterator<Item = [usize; N]> {
+    (0..lengths.iter().product()).map(move |row: usize| {
+        let (mut left, mut index) = (row, [0; N]);
+        for (i, length) in index.iter_mut().zip(lengths).rev() {
+            (*i, left) = (left % length, left / length);
+        }
+        index
+    })
+}
+
+/// The text of an input file.
+///
+/// # Errors
+/// A path that is no regular file, a file above `max_bytes`, a file that cannot be read as text. The message names `what`, such as "profile".
+pub(super) fn read_text(path: &Path, what: &str, max_bytes: u64) -> Result<String> {
+    let refuse = |why: String| Failure::message(format!("{}: {why}", path.display()));
+    let facts = path.metadata().map_err(|e| refuse(e.to_string()))?;
+    if !facts.is_file() || facts.len() > max_bytes {
+        return Err(refuse(format!("this is no {what}; give a text file of at most {} MiB", max_bytes >> 20)));
+    }
+    std::fs::read_to_string(path).map_err(|e| refuse(e.to_string()))
 }
 
 /// A fraction: `0.2` or `20%`.
@@ -47,11 +67,11 @@ impl FromStr for Fraction {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        number(text, &[("%", 100.0)]).map(Self).ok_or_else(|| format!("{text:?} is no fraction: write 0.2 or 20%"))
+        number(text, &[("%", 100.0)]).map(Self).ok_or_else(|| format!("{text:?} is not a fraction: write 0.2 or 20%"))
     }
 }
 
-/// A salinity in psu, parts per thousand: `35` or `35psu`.
+/// A salinity in psu (practical salinity units, parts per thousand): `35` or `35psu`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Salinity(pub(super) f64);
 
@@ -59,17 +79,16 @@ impl FromStr for Salinity {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        number(text, &[("psu", 1.0), ("g/kg", 1.0)])
-            .map(Self)
-            .ok_or_else(|| format!("{text:?} is no salinity: write parts per thousand, 35 or 35psu"))
+        let value = number(text, &[("psu", 1.0), ("g/kg", 1.0)]);
+        value.map(Self).ok_or_else(|| format!("{text:?} is not a salinity: write parts per thousand, 35 or 35psu"))
     }
 }
 
-/// A finite number alone, or with a unit that divides it.
+/// A finite number, either alone or followed by a unit. Each unit comes with the number that divides the value.
 fn number(text: &str, units: &[(&str, f64)]) -> Option<f64> {
     let text = text.trim();
-    let (digits, divisor) =
-        units.iter().find_map(|(unit, divisor)| text.strip_suffix(unit).map(|d| (d.trim_end(), *divisor))).unwrap_or((text, 1.0));
+    let with_unit = units.iter().find_map(|(unit, divisor)| Some((text.strip_suffix(unit)?.trim_end(), *divisor)));
+    let (digits, divisor) = with_unit.unwrap_or((text, 1.0));
     digits.parse::<f64>().ok().filter(|x| x.is_finite()).map(|x| x / divisor)
 }
 
@@ -103,6 +122,11 @@ mod tests {
         assert!(check_rows(&[1000, 1000]).is_ok());
         assert!(check_rows(&[1000, 1001]).is_err());
         assert!(check_rows(&[usize::MAX, 2]).is_err());
-        assert_eq!(or_absent::<f64>(&[]), [None]);
+    }
+
+    #[test]
+    fn the_last_list_changes_fastest() {
+        assert_eq!(combinations([2, 1, 2]).collect::<Vec<_>>(), [[0, 0, 0], [0, 0, 1], [1, 0, 0], [1, 0, 1]]);
+        assert_eq!(combinations([3, 0]).count(), 0);
     }
 }

@@ -1,6 +1,9 @@
 //! Line shape and continua shared by the Liebe models.
 
-use super::NEPER_PER_DECIBEL;
+use super::nitrogen::nitrogen_refractivity_ppm;
+
+/// Power absorption in Np/km of one dB/km: `ln(10)/10`.
+pub const NEPER_PER_DECIBEL: f64 = std::f64::consts::LN_10 / 10.0;
 
 /// One line of a gas at one state of air.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,7 +111,7 @@ impl GasSpectrum {
         // First-order mixing can push the far wing of the band below zero.
         let oxygen_lines = sum(&self.oxygen_lines).max(0.0);
         let oxygen = oxygen_lines + self.oxygen_debye.refractivity_ppm(freq_ghz);
-        let nitrogen = super::nitrogen_refractivity_ppm(freq_ghz, self.dry_pressure_hpa, self.theta);
+        let nitrogen = nitrogen_refractivity_ppm(freq_ghz, self.dry_pressure_hpa, self.theta);
         let to_db = 0.1820 * freq_ghz;
         GasAbsorption { water_db_per_km: to_db * water, oxygen_db_per_km: to_db * oxygen, nitrogen_db_per_km: to_db * nitrogen }
     }

@@ -3,29 +3,13 @@
 //! # Reference
 //! Recommendation ITU-R P.838-3 (2005), equations (1) to (5).
 
-use super::RainModel;
+use super::model::{PowerLaw, RainModel};
+use crate::atmosphere::csv_table::CsvTable;
 use crate::atmosphere::error::{PhysicsError, check_frequency, check_range};
 
 pub(super) const NAME: &str = "p838";
 
 const COEFFICIENTS: &str = include_str!("../../../tables/rain/itu_p838_3.csv");
-
-/// `gamma = k R^alpha`, gamma in dB/km and R in mm/h.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PowerLaw {
-    /// Factor.
-    pub k: f64,
-    /// Exponent.
-    pub alpha: f64,
-}
-
-impl PowerLaw {
-    /// Specific attenuation in dB/km at a rain rate in mm/h.
-    #[must_use]
-    pub fn attenuation_db_per_km(&self, rate_mm_h: f64) -> f64 {
-        self.k * rate_mm_h.powf(self.alpha)
-    }
-}
 
 /// One curve: a sum of Gaussians in log10 f and a straight line.
 #[derive(Debug, Clone, Default)]
@@ -55,7 +39,9 @@ impl ItuP838 {
     /// # Errors
     /// [`PhysicsError::Table`] if the table is damaged.
     pub fn new() -> Result<Self, PhysicsError> {
-        Ok(Self { log_k: [read_curve("kH", 4)?, read_curve("kV", 4)?], alpha: [read_curve("alphaH", 5)?, read_curve("alphaV", 5)?] })
+        let table = CsvTable::read("itu_p838_3", COEFFICIENTS)?;
+        let curve = |name, gaussians| read_curve(&table, name, gaussians);
+        Ok(Self { log_k: [curve("kH", 4)?, curve("kV", 4)?], alpha: [curve("alphaH", 5)?, curve("alphaV", 5)?] })
     }
 
     /// Power law for a path of any elevation and any linear polarisation.
@@ -95,22 +81,12 @@ impl RainModel for ItuP838 {
     }
 }
 
-fn read_curve(name: &str, gaussians: usize) -> Result<Curve, PhysicsError> {
-    let fault = |line: u64, problem: String| PhysicsError::Table { table: "itu_p838_3".to_owned(), line, problem };
-    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(COEFFICIENTS.as_bytes());
+fn read_curve(table: &CsvTable, name: &str, gaussians: usize) -> Result<Curve, PhysicsError> {
     let mut curve = Curve::default();
     let mut has_line = false;
-    for record in reader.records() {
-        let record = record.map_err(|e| fault(0, e.to_string()))?;
-        let line = record.position().map_or(0, csv::Position::line);
-        if record.get(0) != Some(name) {
-            continue;
-        }
-        let number = |column: usize| -> Result<f64, PhysicsError> {
-            let field = record.get(column).unwrap_or_default();
-            field.parse().map_err(|_| fault(line, format!("'{field}' is not a number")))
-        };
-        if record.get(1) == Some("m_and_c") {
+    for row in table.rows.iter().filter(|row| row.fields.get(0) == Some(name)) {
+        let number = |column| table.number(row, column);
+        if row.fields.get(1) == Some("m_and_c") {
             (curve.slope, curve.constant) = (number(2)?, number(3)?);
             has_line = true;
         } else {
@@ -118,7 +94,7 @@ fn read_curve(name: &str, gaussians: usize) -> Result<Curve, PhysicsError> {
         }
     }
     if curve.gaussians.len() != gaussians || !has_line {
-        return Err(fault(0, format!("curve {name} is incomplete")));
+        return Err(table.fault(0, format!("curve {name} is incomplete")));
     }
     Ok(curve)
 }

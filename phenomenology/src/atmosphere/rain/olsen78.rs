@@ -3,7 +3,7 @@
 //! # Reference
 //! Olsen, Rogers & Hodge 1978, IEEE Trans. AP 26, 318.
 
-use super::{PowerLaw, RainModel};
+use super::model::{PowerLaw, RainModel};
 
 pub(super) const NAME: &str = "olsen78";
 

@@ -6,18 +6,9 @@ mod oracle_path;
 mod oracle_sky;
 mod tables;
 
-/// Rows of an oracle file as text fields, header left out; `None` where the oracle tables
-/// are not at hand.
-fn oracle(name: &str) -> Option<Vec<Vec<String>>> {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/oracle").join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        eprintln!("skipped: no {}", path.display());
-        return None;
-    };
-    let rows: Vec<Vec<String>> =
-        text.lines().filter(|line| !line.starts_with('#')).skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect();
-    assert!(!rows.is_empty(), "{name} has no rows");
-    Some(rows)
+/// Rows of an oracle table as text fields.
+fn oracle(name: &str) -> Vec<Vec<String>> {
+    crate::oracle_tests::Table::open(name).rows.iter().map(|row| row.iter().map(str::to_owned).collect()).collect()
 }
 
 fn number(row: &[String], column: usize) -> f64 {

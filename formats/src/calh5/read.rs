@@ -1,0 +1,159 @@
+//! Gain tables read from CalH5.
+
+use super::delays::{self, Values};
+use super::names::{DAY_S, JONES, MODE_KEYWORD};
+use crate::h5::{self, H5In};
+use crate::uvh5::{read_spectrum, read_telescope};
+use crate::{FormatError, Result};
+use cittert_arrays::{GainTable, SpectralWindow};
+use ndarray::{Array3, Array4, Axis, Ix3, Ix4};
+use std::path::Path;
+
+/// Most gains of one table.
+const MOST_GAINS: usize = 1 << 27;
+
+/// True where the content of a file is a gain table.
+#[must_use]
+pub fn is_gains(path: &Path) -> bool {
+    h5::has(path, "Data/gains") || h5::has(path, "Data/delays")
+}
+
+/// Read a gain table written by this program or by pyuvdata. Delays without channels become gains on channels made for them.
+///
+/// # Errors
+/// Not HDF5 or no gains in it, an item that is missing or of the wrong shape.
+pub fn read_gains(path: &Path) -> Result<GainTable> {
+    read(path, None)
+}
+
+/// As [`read_gains`], but delays become gains at the channels `channels` of the data that they are for.
+///
+/// # Errors
+/// As [`read_gains`].
+pub fn read_gains_for(path: &Path, channels: &SpectralWindow) -> Result<GainTable> {
+    read(path, Some(channels))
+}
+
+fn read(path: &Path, channels: Option<&SpectralWindow>) -> Result<GainTable> {
+    let file = h5::open(path, "a CalH5 gain table")?;
+    let delays = !file.has("Data/gains");
+    if delays && !file.has("Data/delays") {
+        let found = "an HDF5 file without Data/gains or Data/delays".into();
+        return Err(FormatError::NotA { path: path.into(), expected: "a CalH5 gain table".into(), found });
+    }
+    let (layout, _) = read_telescope(&file)?;
+    let own = spectrum(&file, delays)?;
+    let shape = [file.count("Header/Nants_data")?, own.n_chan(), file.count("Header/Ntimes")?, file.count("Header/Njones")?];
+    if shape.iter().try_fold(1usize, |p, k| p.checked_mul(*k)).is_none_or(|p| p == 0 || p > MOST_GAINS) {
+        return Err(file.wrong(
+            "Header/Nants_data, Nfreqs, Ntimes, Njones",
+            format!("1 to {MOST_GAINS} gains in all"),
+            format!("{shape:?}"),
+        ));
+    }
+    let feeds = file.list("Header/jones_array", shape[3])?.iter().map(|j| feed_name(&file, *j)).collect::<Result<Vec<_>>>()?;
+    let invert = match file.text("Header/gain_convention")?.as_deref() {
+        Some("divide") => false,
+        Some("multiply") => true,
+        None => return Err(file.missing("Header/gain_convention")),
+        Some(other) => return Err(file.wrong("Header/gain_convention", "divide or multiply", format!("{other:?}"))),
+    };
+    let values = if delays { delays::read(&file, own, shape, channels)? } else { gains(&file, own, shape)? };
+    let (time_jd, interval_s) = times(&file, shape[2])?;
+    if shape[2].saturating_mul(layout.n_ant()).saturating_mul(values.spectrum.n_chan()) > MOST_GAINS {
+        return Err(file.wrong("Header/Nants_telescope", format!("at most {MOST_GAINS} gains in all"), layout.n_ant().to_string()));
+    }
+    let mut table =
+        GainTable::unity(layout, values.spectrum.clone(), feeds, time_jd, interval_s).map_err(|e| FormatError::values(path, e))?;
+    fill(&file, &mut table, &values, shape, invert)?;
+    if let Some(name) = file.text("Header/ref_antenna_name")?.filter(|name| !name.is_empty()) {
+        let index = table.layout.index_of(&name);
+        table.refant = Some(index.ok_or_else(|| file.wrong("Header/ref_antenna_name", "the name of an antenna of the table", name))?);
+    }
+    table.mode =
+        file.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"))?.unwrap_or_else(|| if delays { "delay" } else { "gain" }.into());
+    table.history = file.text("Header/history")?.unwrap_or_default().lines().map(String::from).collect();
+    table.check().map_err(|e| FormatError::values(path, e))?;
+    Ok(table.with_equal_feeds_joined())
+}
+
+/// The gains of a file that holds gains.
+fn gains(file: &H5In, spectrum: SpectralWindow, shape: [usize; 4]) -> Result<Values> {
+    let dataset = file.shaped("Data/gains", &[&shape])?;
+    file.demand_complex(&dataset, "Data/gains")?;
+    let gains = file.rows::<_, Ix4>(&dataset, "Data/gains", 0..shape[0])?;
+    Ok(Values { gains, own: (0..spectrum.n_chan()).collect(), spectrum })
+}
+
+fn feed_name(file: &H5In, jones: f64) -> Result<String> {
+    JONES.iter().find(|j| j.1 as f64 == jones).map(|j| j.0.to_string()).ok_or_else(|| {
+        file.wrong("Header/jones_array", "0, -1 (R), -2 (L), -5 (X) or -6 (Y); leakage terms are not read", jones.to_string())
+    })
+}
+
+/// Channels; a wide-band table, and every one of delays, has one value for each spectral window.
+fn spectrum(file: &H5In, delays: bool) -> Result<SpectralWindow> {
+    if !delays && file.real("Header/wide_band")?.unwrap_or(0.0) == 0.0 {
+        return read_spectrum(file);
+    }
+    let n = file.count("Header/Nspws")?;
+    let (centre, width) = if file.has("Header/freq_range") {
+        let ranges = file.list("Header/freq_range", 2 * n)?;
+        ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, r[1] - r[0])).unzip()
+    } else {
+        delays::extents(&read_spectrum(file)?)
+    };
+    SpectralWindow::with_windows(centre, width, (0..n as u32).collect()).map_err(|e| FormatError::values(file.path(), e))
+}
+
+/// Middle (Julian date) and length (s) of the solution intervals.
+fn times(file: &H5In, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
+    let lengths = || match file.reals("Header/integration_time")? {
+        Some((_, v)) if v.len() == 1 => Ok(vec![v[0]; n]),
+        _ => file.list("Header/integration_time", n),
+    };
+    if file.has("Header/time_array") {
+        return Ok((file.list("Header/time_array", n)?, lengths()?));
+    }
+    let ranges = file.list("Header/time_range", 2 * n)?;
+    let (middle, length): (Vec<f64>, Vec<f64>) = ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, (r[1] - r[0]) * DAY_S)).unzip();
+    // Lengths that are written are exact; a Julian date is good to 40 microseconds.
+    Ok((middle, if file.has("Header/integration_time") { lengths()? } else { length }))
+}
+
+/// Gains, flags and qualities of the antennas that the file has; the others stay at 1 and are flagged.
+fn fill(file: &H5In, table: &mut GainTable, values: &Values, n: [usize; 4], invert: bool) -> Result<()> {
+    let place = |number: f64| {
+        let found = table.layout.antennas().iter().position(|a| f64::from(a.number) == number);
+        found.ok_or_else(|| file.wrong("Header/ant_array", "a number of Header/antenna_numbers", number.to_string()))
+    };
+    let at = file.list("Header/ant_array", n[0])?.into_iter().map(place).collect::<Result<Vec<usize>>>()?;
+    let numbers = |name: &str, shape: &[usize]| -> Result<hdf5::Dataset> {
+        let dataset = file.shaped(name, &[shape])?;
+        file.demand_numbers(&dataset, name)?;
+        Ok(dataset)
+    };
+    let flags: Array4<i8> = file.rows::<_, Ix4>(&numbers("Data/flags", &n)?, "Data/flags", 0..n[0])?;
+    let quality = match file.has("Data/qualities") {
+        true => Some(file.rows::<f64, Ix4>(&numbers("Data/qualities", &n)?, "Data/qualities", 0..n[0])?),
+        false => None,
+    };
+    table.flags.fill(true);
+    let mut own_quality = quality.as_ref().map(|_| Array4::zeros(table.gains.raw_dim()));
+    for ((a, chan, time, feed), gain) in values.gains.indexed_iter() {
+        let (to, from) = ((time, at[a], chan, feed), (a, values.own[chan], time, feed));
+        table.gains[to] = if invert { gain.inv() } else { *gain };
+        table.flags[to] = flags[from] != 0;
+        if let (Some(own), Some(q)) = (&mut own_quality, &quality) {
+            own[to] = q[from];
+        }
+    }
+    table.quality = own_quality;
+    if file.has("Data/total_qualities") {
+        let dataset = numbers("Data/total_qualities", &n[1..])?;
+        let total: Array3<f64> = file.rows::<_, Ix3>(&dataset, "Data/total_qualities", 0..n[1])?;
+        let of_channels = total.select(Axis(0), &values.own);
+        table.total_quality = Some(of_channels.permuted_axes([1, 0, 2]).as_standard_layout().into_owned());
+    }
+    Ok(())
+}

@@ -1,0 +1,42 @@
+//! UVFITS in the table of formats.
+
+use super::read::UvfitsReader;
+use super::write::{UvfitsOptions, UvfitsWriter};
+use crate::fits::is_random_groups;
+use crate::format::{Format, Holds, Label, VisibilityFormat, refuse_options};
+use crate::{CreateOptions, Created, Result};
+use cittert_arrays::{VisibilityHeader, VisibilitySource};
+use std::path::Path;
+
+pub(crate) struct Uvfits;
+
+impl Format for Uvfits {
+    fn label(&self) -> Label {
+        Label {
+            name: "UVFITS",
+            extensions: &["uvfits", "uvf"],
+            description: "FITS random groups with AIPS tables; Jy, and a phase centre on the sky",
+        }
+    }
+
+    fn sniff(&self, _: &Path, start: &[u8]) -> bool {
+        is_random_groups(start)
+    }
+
+    fn holds(&self) -> Holds<'_> {
+        Holds::Visibilities(self)
+    }
+}
+
+impl VisibilityFormat for Uvfits {
+    fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>> {
+        Ok(Box::new(UvfitsReader::open(path)?))
+    }
+
+    fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>> {
+        refuse_options(self, path, options)?;
+        let writer = UvfitsWriter::create(path, header, UvfitsOptions { overwrite: options.overwrite, stokes_i: false })?;
+        let notes = writer.notes().to_vec();
+        Ok(Some(Created { sink: Box::new(writer), notes }))
+    }
+}

@@ -1,0 +1,124 @@
+//! The permittivity of a material by one of its models.
+
+use super::error::{DielectricError, join};
+use super::material::Material;
+use super::model::{Extrapolation, Model, Query};
+use super::registry::model_by_name;
+use super::state::MaterialState;
+use super::table::MATERIALS;
+use num_complex::Complex64;
+
+/// A permittivity and how it was made.
+#[derive(Debug, Clone, Copy)]
+pub struct Permittivity {
+    /// `eps' - j eps''`.
+    pub eps: Complex64,
+    /// The model that gave it.
+    pub model: &'static Model,
+    /// Whether the documented extension of the model was used.
+    pub extended: bool,
+}
+
+impl Material {
+    /// The model of this name, if it describes this material.
+    ///
+    /// # Errors
+    /// [`DielectricError::Unknown`] or [`DielectricError::ModelNotForMaterial`].
+    pub fn model(&self, name: &str) -> Result<&'static Model, DielectricError> {
+        let model = model_by_name(name)?;
+        self.check_model(model)?;
+        Ok(model)
+    }
+
+    fn check_model(&self, model: &Model) -> Result<(), DielectricError> {
+        if self.model_names().any(|n| n == model.name) {
+            return Ok(());
+        }
+        Err(DielectricError::ModelNotForMaterial { model: model.name, material: self.name, known: join(self.model_names()) })
+    }
+
+    /// The model used where none is named: the first preferred default whose band holds the
+    /// frequency, or else the one whose band is nearest.
+    ///
+    /// # Errors
+    /// [`DielectricError::Table`] if a built-in table is damaged.
+    pub fn default_model(&self, freq_hz: f64) -> Result<&'static Model, DielectricError> {
+        let mut best: Option<(f64, &'static Model)> = None;
+        let freq_ghz = freq_hz * 1e-9;
+        for &(name, until_ghz) in self.defaults {
+            if freq_ghz > until_ghz * (1.0 + 1e-9) {
+                continue;
+            }
+            let model = model_by_name(name)?;
+            for band in model.bands_of(self.name, self.constants)? {
+                let distance = band.distance(freq_ghz);
+                if best.is_none_or(|(d, _)| distance < d) {
+                    best = Some((distance, model));
+                }
+            }
+        }
+        best.map(|(_, model)| model)
+            .ok_or(DielectricError::Table { table: "materials", message: format!("`{}` has no default model", self.name) })
+    }
+
+    /// Permittivity `eps' - j eps''` of the default model, inside its range only.
+    ///
+    /// # Errors
+    /// A state or frequency that cannot be, or one outside the range of the model.
+    pub fn permittivity(&self, state: &MaterialState, freq_hz: f64) -> Result<Complex64, DielectricError> {
+        self.evaluate(None, state, freq_hz, Extrapolation::Refuse).map(|p| p.eps)
+    }
+
+    /// Permittivity of a chosen model (`None`: the default), with the extension if asked for.
+    ///
+    /// # Errors
+    /// A state or frequency that cannot be; outside the range with [`Extrapolation::Refuse`].
+    pub fn evaluate(
+        &self,
+        model: Option<&'static Model>,
+        state: &MaterialState,
+        freq_hz: f64,
+        extrapolation: Extrapolation,
+    ) -> Result<Permittivity, DielectricError> {
+        if !(freq_hz.is_finite() && freq_hz > 0.0) {
+            return Err(DielectricError::Frequency { value: freq_hz });
+        }
+        self.check_state(state)?;
+        let model = match model {
+            Some(model) => {
+                self.check_model(model)?;
+                model
+            }
+            None => self.default_model(freq_hz)?,
+        };
+        let query = Query { material: self.name, constants: self.constants, state, freq_hz };
+        let extended = match model.check_range(&query) {
+            Ok(()) => false,
+            Err(DielectricError::OutOfBand { .. } | DielectricError::OutOfRange { .. }) if extrapolation == Extrapolation::Documented => {
+                true
+            }
+            Err(error) => return Err(error),
+        };
+        let mut eps = (model.formula)(&query)?;
+        if eps.im > 0.0 && eps.im < 1e-9 * eps.norm() {
+            eps.im = 0.0; // a lossless limit, missed by rounding
+        }
+        if !(eps.re.is_finite() && eps.im.is_finite() && eps.im <= 0.0) {
+            return Err(DielectricError::Unphysical { model: model.name, eps });
+        }
+        Ok(Permittivity { eps, model, extended })
+    }
+}
+
+/// A material that has the named model, its home where only a model is named.
+///
+/// # Errors
+/// [`DielectricError::Unknown`].
+pub fn material_of_model(name: &str) -> Result<&'static Material, DielectricError> {
+    let model = model_by_name(name)?;
+    MATERIALS
+        .iter()
+        .find(|m| m.defaults.iter().any(|d| d.0 == model.name))
+        .or_else(|| MATERIALS.iter().find(|m| m.others.contains(&model.name)))
+        .ok_or_else(|| DielectricError::Table { table: "materials", message: format!("no material has the model `{name}`") })
+}

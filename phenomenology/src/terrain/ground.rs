@@ -1,0 +1,104 @@
+//! The ground of a scene: a plane or a height field, with patches of several surfaces.
+
+use super::height_field::HeightField;
+use super::hit::GroundHit;
+use super::map::SurfaceMap;
+use super::patch::{Patch, PatchIndex};
+use crate::space::{Ray, Vec3};
+
+/// The ground of a scene.
+#[derive(Debug, Clone)]
+pub struct Terrain {
+    height_m: f64,
+    field: Option<HeightField>,
+    cover: u32,
+    map: Option<SurfaceMap>,
+    patches: PatchIndex,
+}
+
+impl Terrain {
+    /// A plane at a height in m with one cover, a map over it and patches on top, later ones highest.
+    #[must_use]
+    pub fn new(height_m: f64, field: Option<HeightField>, cover: u32, map: Option<SurfaceMap>, patches: Vec<Patch>) -> Self {
+        Self { height_m, field, cover, map, patches: PatchIndex::new(patches) }
+    }
+
+    /// Height at a place, m.
+    #[must_use]
+    pub fn height_m(&self, x: f64, y: f64) -> f64 {
+        self.field.as_ref().and_then(|f| f.height_m(x, y)).unwrap_or(self.height_m)
+    }
+
+    /// Height of the plane, m.
+    #[must_use]
+    pub fn plane_m(&self) -> f64 {
+        self.height_m
+    }
+
+    /// Highest and lowest ground, m.
+    #[must_use]
+    pub fn range_m(&self) -> (f64, f64) {
+        let (lo, hi) = self.field.as_ref().map_or((self.height_m, self.height_m), HeightField::range_m);
+        (lo.min(self.height_m), hi.max(self.height_m))
+    }
+
+    /// Where a ray first meets the ground beyond `t_min`.
+    #[must_use]
+    #[inline]
+    pub fn hit(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<GroundHit> {
+        if let Some(field) = &self.field {
+            if let Some(hit) = field.hit(ray, t_min, t_max) {
+                return Some(hit);
+            }
+            // The plane goes on around the field only.
+            let hit = self.plane_hit(ray, t_min, t_max)?;
+            let p = ray.at(hit.t);
+            return field.height_m(p.x, p.y).is_none().then_some(hit);
+        }
+        self.plane_hit(ray, t_min, t_max)
+    }
+
+    #[inline]
+    fn plane_hit(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<GroundHit> {
+        if ray.direction.z >= 0.0 {
+            return None;
+        }
+        let t = (self.height_m - ray.origin.z) * ray.inverse.z;
+        (t > t_min && t <= t_max).then_some(GroundHit { t, normal: Vec3::UP })
+    }
+
+    /// The cover of a place.
+    #[must_use]
+    #[inline]
+    pub fn cover(&self, x: f64, y: f64) -> u32 {
+        self.patches.cover(x, y).or_else(|| self.map.as_ref().and_then(|m| m.cover(x, y))).unwrap_or(self.cover)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::terrain::Shape;
+
+    #[test]
+    fn patches_lie_over_the_map_over_the_ground() {
+        let map = SurfaceMap::new([0.0, 0.0], 10.0, 2, vec![Some(5), None, Some(6), Some(6)]);
+        let circle = Patch::new(Shape::Circle { center: [5.0, 5.0], radius: 2.0 }, 8);
+        let ground = Terrain::new(0.0, None, 1, Some(map), vec![circle]);
+        assert_eq!(ground.cover(-1.0, 5.0), 1);
+        assert_eq!(ground.cover(1.0, 19.0), 5);
+        assert_eq!(ground.cover(11.0, 19.0), 1);
+        assert_eq!(ground.cover(1.0, 1.0), 6);
+        assert_eq!(ground.cover(5.5, 5.0), 8);
+    }
+
+    #[test]
+    fn a_plane_is_met_from_above_only() {
+        let ground = Terrain::new(-2.0, None, 0, None, Vec::new());
+        let down = Ray::new(Vec3::new(0.0, 0.0, 8.0), Vec3::new(0.6, 0.0, -0.8));
+        assert!((ground.hit(&down, 1e-9, 1e9).unwrap().t - 12.5).abs() < 1e-12);
+        let up = Ray::new(Vec3::new(0.0, 0.0, 8.0), Vec3::new(0.6, 0.0, 0.8));
+        assert!(ground.hit(&up, 1e-9, 1e9).is_none());
+        assert!(ground.hit(&down, 1e-9, 12.0).is_none());
+    }
+}

@@ -1,0 +1,51 @@
+//! Pictures of a scene of solids.
+
+use super::options::RenderOptions;
+use super::picture::{Picture, ProgressFn};
+use super::tracer::Tracer;
+use crate::camera::View;
+use crate::error::Result;
+use crate::solids::SolidScene;
+use cittert_arrays::{Image, SkyGrid, SpectralWindow};
+
+impl SolidScene {
+    /// Brightness temperature in K on a grid of direction cosines around the axis of the camera, \[chan = 1, pol = I, m, l\]: no
+    /// resampling lies between the scene and the visibilities.
+    ///
+    /// # Errors
+    /// No camera, or a surface or sky that cannot be had at this frequency.
+    pub fn render(&self, grid: &SkyGrid, spectrum: &SpectralWindow) -> Result<Image> {
+        let view = View::on_grid(self.camera()?, grid)?;
+        Ok(self.picture(&view, spectrum, &RenderOptions::default())?.temperature)
+    }
+
+    /// A picture of a view with its maps.
+    ///
+    /// # Errors
+    /// As [`SolidScene::render`], and options out of range.
+    pub fn picture(&self, view: &View, spectrum: &SpectralWindow, options: &RenderOptions) -> Result<Picture> {
+        self.picture_observed(view, spectrum, options, None)
+    }
+
+    /// As [`SolidScene::picture`], telling how many rows are done.
+    ///
+    /// # Errors
+    /// As [`SolidScene::picture`].
+    pub fn picture_observed(
+        &self,
+        view: &View,
+        spectrum: &SpectralWindow,
+        options: &RenderOptions,
+        progress: Option<ProgressFn<'_>>,
+    ) -> Result<Picture> {
+        self.check_position(view.position)?;
+        let freqs: Vec<f64> = if options.per_channel { spectrum.freq_hz().to_vec() } else { vec![spectrum.mean_hz()] };
+        let options = RenderOptions { highest_m: options.highest_m.max(view.position.z), ..options.clone() };
+        let tracer = Tracer::new(self, &freqs, &options)?;
+        let band =
+            if options.per_channel { spectrum.clone() } else { SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])? };
+        let mut picture = tracer.picture(view, &band, progress)?;
+        picture.temperature.object.clone_from(&self.file.name);
+        Ok(picture)
+    }
+}

@@ -1,0 +1,99 @@
+//! Half or twice a value that steers a picture changes the picture little.
+
+use super::*;
+use crate::camera::{Camera, View};
+use crate::solids::SolidScene;
+use cittert_arrays::SpectralWindow;
+use ndarray::Array2;
+
+const SCENES: [&str; 4] = ["airport", "runway-fog-4", "ship", "t-72"];
+
+/// A scene that ships, with a picture of 64 x 64 pixels.
+fn shipped(name: &str) -> SolidScene {
+    let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let scene = SolidScene::from_toml(&std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"))).unwrap();
+    let camera = Camera { size_px: [64, 64], ..scene.camera().unwrap().clone() };
+    scene.with_camera(camera).unwrap()
+}
+
+fn full(scene: &SolidScene, options: &RenderOptions) -> Array2<f64> {
+    let view = View::of_camera(scene.camera().unwrap()).unwrap();
+    let band = SpectralWindow::band(94e9, 1e9, 1).unwrap();
+    scene.picture(&view, &band, options).unwrap().temperature.plane(0, 0).to_owned()
+}
+
+fn rms(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
+    ((a - b).mapv(|d| d * d).mean().unwrap()).sqrt()
+}
+
+/// Half and twice one value of some options.
+fn two<O: Clone>(options: &O, change: impl Fn(&mut O, f64)) -> [O; 2] {
+    [0.5, 2.0].map(|factor| {
+        let mut other = options.clone();
+        change(&mut other, factor);
+        other
+    })
+}
+
+fn scaled(value: usize, factor: f64) -> usize {
+    (value as f64 * factor).ceil() as usize
+}
+
+#[test]
+fn half_or_twice_an_option_changes_a_picture_little() {
+    let o = RenderOptions::default();
+    // The bar of each option is what its description says, K rms.
+    let variants = [
+        ("antialias", 1.5, two(&o, |o, f| o.antialias = scaled(o.antialias, f))),
+        ("edge_k", 0.2, two(&o, |o, f| o.edge_k *= f)),
+        ("max_bounces", 0.02, two(&o, |o, f| o.max_bounces = scaled(o.max_bounces, f))),
+        ("min_weight", 0.02, two(&o, |o, f| o.min_weight *= f)),
+        ("level_deg", 0.02, two(&o, |o, f| o.level_deg *= f)),
+        ("mirror_k", 0.02, two(&o, |o, f| o.tables.mirror_k *= f)),
+        ("facets_k", 0.02, two(&o, |o, f| o.tables.facets_k *= f)),
+        ("facet_intervals", 0.02, two(&o, |o, f| o.tables.facet_intervals = scaled(o.tables.facet_intervals, f))),
+        ("sky_intervals", 0.02, two(&o, |o, f| o.tables.sky_intervals = scaled(o.tables.sky_intervals, f))),
+        ("sky_k", 0.02, two(&o, |o, f| o.tables.sky_k *= f)),
+        ("path_rise_km", 0.02, two(&o, |o, f| o.tables.path_rise_km *= f)),
+    ];
+    for name in SCENES {
+        let scene = shipped(name);
+        let plain = full(&scene, &o);
+        for (option, bar_k, [half, twice]) in &variants {
+            for (word, other) in [("half", half), ("twice", twice)] {
+                let change_k = rms(&full(&scene, other), &plain);
+                println!("{name}: {word} {option}: {change_k:.4} K rms, bar {bar_k}");
+                assert!(change_k < *bar_k, "{name}: {word} {option}: {change_k} K rms");
+            }
+        }
+    }
+}
+
+#[test]
+fn half_or_twice_an_option_of_the_mesh_changes_its_error_little() {
+    let o = MeshOptions::default();
+    let variants = [
+        ("step", two(&o, |o, f| o.step = scaled(o.step, f))),
+        ("spread_k", two(&o, |o, f| o.spread_k *= f)),
+        ("center_fraction", two(&o, |o, f| o.center_fraction *= f)),
+        ("weak_k", two(&o, |o, f| o.edges.weak_k *= f)),
+        ("strong_k", two(&o, |o, f| o.edges.strong_k *= f)),
+        ("strong_side", two(&o, |o, f| o.edges.strong_side = scaled(o.edges.strong_side, f))),
+        ("alike_k", two(&o, |o, f| o.edges.alike_k *= f)),
+    ];
+    for name in SCENES {
+        let scene = shipped(name);
+        let picture = full(&scene, &RenderOptions::default());
+        let tracer = Tracer::new(&scene, &[94e9], &RenderOptions::default()).unwrap();
+        let view = View::of_camera(scene.camera().unwrap()).unwrap();
+        let error_k = |options| error_map(&tracer.frame(&view, options).unwrap(), picture.view()).unwrap().1;
+        let plain_k = error_k(&o);
+        for (option, [half, twice]) in &variants {
+            for (word, other) in [("half", half), ("twice", twice)] {
+                let change_k = error_k(other) - plain_k;
+                println!("{name}: {word} {option}: error {plain_k:.2} K rms changes by {change_k:.3} K");
+                assert!(change_k.abs() < 1.0, "{name}: {word} {option}: the error {plain_k} K rms changes by {change_k} K");
+            }
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! What one ray of the real-time mode shows.
+
+use super::follow::Scratch;
+use super::tracer::Tracer;
+use crate::camera::View;
+use crate::error::Result;
+use crate::space::{Ray, Vec3};
+
+/// What a ray hits first: region, body and face, and surface. `None` is the sky.
+pub(super) type Face = Option<(Option<u32>, (u32, u8), u32)>;
+
+/// A vertex or pixel: what it shows, and its temperature. Outside the hemisphere it shows the sky at 0 K.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Vertex {
+    /// What the ray hits first.
+    pub face: Face,
+    /// First plane and channel, RJ, K.
+    pub rj_k: f64,
+}
+
+impl Tracer<'_> {
+    /// Follows a full ray along a direction of a view.
+    #[inline]
+    pub(super) fn vertex(&self, view: &View, direction: Vec3, scratch: &mut Scratch) -> Result<Vertex> {
+        let seen = self.follow(view.position, direction, view.reference(direction), scratch)?;
+        Ok(Vertex { face: seen.map(|s| (s.region, s.face, s.cover)), rj_k: scratch.sums[0] })
+    }
+
+    /// The first hit along a direction of a view, without radiometry.
+    #[inline]
+    pub(super) fn face(&self, view: &View, direction: Vec3) -> Result<Face> {
+        Ok(self.spot(&Ray::from_unit(view.position, direction))?.map(|s| (s.region, s.face, s.cover)))
+    }
+}
