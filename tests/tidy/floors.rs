@@ -15,6 +15,7 @@ const FLOORS: &[&[&str]] = &[
     &["closure", "fidelity"],
     &["plot"],
     &["fourier", "linalg"],
+    &["values"],
     &["memory", "progress", "error"],
 ];
 

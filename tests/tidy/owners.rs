@@ -19,8 +19,8 @@ const RULES: &[Rule] = &[
     Rule { package: "argmin", owners: &["src/mem", "src/design"], text: "argmin belongs to src/mem, and to src/design where it optimises" },
     Rule {
         package: "clap",
-        owners: &["src/cli", "src/main.rs", "*/options.rs"],
-        text: "clap belongs to src/cli and to the options of each module",
+        owners: &["src/cli", "src/main.rs"],
+        text: "clap belongs to src/cli; types of options name it only in attributes under the feature cli",
     },
     Rule { package: "cittert_formats", owners: &["src/cli", "src/lib.rs"], text: JOINS },
     Rule { package: "cittert_phenomenology", owners: &["src/cli"], text: JOINS },
@@ -53,8 +53,11 @@ fn packages_are_named_by_their_owners_only() {
     let mut broken = Vec::new();
     for (file, text) in &files {
         let tokens = tokens(text);
+        // Types of options derive their arguments where the command line is built in.
+        let derived = |line: &usize| text.lines().nth(line - 1).is_some_and(|l| l.trim_start().starts_with("#[cfg_attr(feature = \"cli\""));
         for rule in RULES.iter().filter(|r| !r.owners.iter().any(|o| owns(o, file))) {
-            broken.extend(lines(&tokens, rule.package).iter().map(|line| format!("{file}:{line} names {}: {}", rule.package, rule.text)));
+            let named = lines(&tokens, rule.package).into_iter().filter(|line| !derived(line));
+            broken.extend(named.map(|line| format!("{file}:{line} names {}: {}", rule.package, rule.text)));
         }
     }
     assert!(broken.is_empty(), "\n{}", broken.join("\n"));
