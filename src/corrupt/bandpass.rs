@@ -1,4 +1,4 @@
-//! Receivers whose response is not flat over the band.
+//! Errors of the receivers over the band.
 
 use super::{Context, Corruption, need, need_size};
 use crate::Result;

@@ -1,8 +1,8 @@
-//! Known errors put into data: the first half of asking how much of the truth a calibration brings back.
+//! Injects known errors into visibilities, so that the result of a calibration can be compared with the true gains.
 //!
-//! Errors of an antenna are gains in the convention V_corrupt = g1 conj(g2) V; their product is returned as a [`GainTable`], the truth
-//! that a solution can be compared with. Other errors change the data alone. Each kind is one file and one variant of [`Error`];
-//! every draw comes from a stream of random numbers of its own, so that one error does not change when another is added.
+//! Errors of an antenna are gains in the convention V_corrupt = g1 conj(g2) V. Their product is returned as a
+//! [`cittert_arrays::GainTable`]: the true gains. Other errors change only the data. Each kind of error has one file and one variant of
+//! [`Error`]. Each draw uses a random stream of its own, so an error does not change when another error is added.
 //!
 //! The order is fixed: gains, then offsets, then noise, then flags.
 
@@ -10,6 +10,7 @@ mod amplitude;
 mod bandpass;
 mod baseline;
 mod context;
+mod corruption;
 mod delay;
 mod dropout;
 mod engine;
@@ -26,6 +27,8 @@ pub use amplitude::AmplitudeError;
 pub use bandpass::BandpassError;
 pub use baseline::BaselineOffset;
 pub use context::Context;
+pub use corruption::Corruption;
+pub(crate) use corruption::{need, need_size};
 pub use delay::DelayError;
 pub use dropout::Dropout;
 pub use engine::{corrupt, corrupted_header};
@@ -36,44 +39,7 @@ pub use position::PositionError;
 pub use troposphere::Troposphere;
 pub use variation::Variation;
 
-use crate::Result;
-use cittert_arrays::{GainTable, VisibilityBlock};
 use serde::{Deserialize, Serialize};
-
-/// What a kind of error does. The methods that do not concern it stay empty.
-pub trait Corruption: std::fmt::Debug + Send + Sync {
-    /// Check the parameters.
-    ///
-    /// # Errors
-    /// The first parameter that is outside its range.
-    fn check(&self) -> Result<()>;
-
-    /// True where the gains differ from channel to channel.
-    fn chromatic(&self) -> bool {
-        false
-    }
-
-    /// True where the direction of the phase centre over the array is needed.
-    fn needs_direction(&self) -> bool {
-        false
-    }
-
-    /// Multiply this error into the gains.
-    ///
-    /// # Errors
-    /// What the layout does not tell (such as uncertainties of positions).
-    fn gains(&self, _context: &Context<'_>, _table: &mut GainTable) -> Result<()> {
-        Ok(())
-    }
-
-    /// Change data to which the gains have been applied; `first_row` rows of the set come before the block.
-    ///
-    /// # Errors
-    /// As the kind of error says.
-    fn data(&self, _context: &Context<'_>, _table: &GainTable, _block: &mut VisibilityBlock, _first_row: u64) -> Result<()> {
-        Ok(())
-    }
-}
 
 /// One error to inject.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -154,14 +120,4 @@ pub struct CorruptOptions {
     pub errors: Vec<Error>,
     /// Different errors for the two feeds of an antenna; otherwise both have the same.
     pub per_feed: bool,
-}
-
-/// An error for a parameter outside its range.
-pub(crate) fn need(option: &'static str, value: f64, good: bool, expected: &str) -> Result<()> {
-    if good { Ok(()) } else { Err(crate::ChainError::BadOption { option, value: value.to_string(), expected: expected.into() }) }
-}
-
-/// The check of a size: finite and not negative.
-pub(crate) fn need_size(option: &'static str, value: f64) -> Result<()> {
-    need(option, value, value.is_finite() && value >= 0.0, "a finite number of at least 0")
 }

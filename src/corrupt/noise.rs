@@ -1,4 +1,4 @@
-//! Thermal noise on top of the other errors.
+//! Thermal noise in addition to the other errors.
 
 use super::{Context, Corruption, need_size};
 use crate::Result;

@@ -15,7 +15,7 @@ mod tiles;
 mod tuning;
 
 pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop};
-pub(crate) use minor::{peak_of, peak_size};
+pub(crate) use minor::peak_size;
 pub use table::{Entry, Make, TABLE, by_name};
 pub use tuning::CleanTuning;
 

@@ -1,7 +1,9 @@
 //! The deconvolvers against plain versions of themselves and against known components.
 
+use super::minor::{Peak, peak_of};
 use super::*;
 use crate::fixtures::Noise;
+use ndarray::Array2;
 
 /// A beam with wide side lobes all over the image.
 fn beam(n_m: usize, n_l: usize) -> Array2<f64> {
@@ -36,7 +38,7 @@ fn dirty(psf: &Array2<f64>, sources: &[(usize, usize, f64)]) -> Array2<f64> {
 fn plain(psf: &Array2<f64>, residual: &mut Array2<f64>, mask: Option<&Array2<bool>>, limits: &MinorLimits) -> Vec<Component> {
     let mut out = Vec::new();
     while out.len() < limits.iterations {
-        let Some((value, (row, column))) = peak_of(residual.view(), mask, limits.negative) else { break };
+        let Some(Peak { value, row, column }) = peak_of(residual.view(), mask, limits.negative) else { break };
         if value.abs() <= limits.level {
             break;
         }
@@ -54,7 +56,7 @@ fn run(
     mask: Option<&Array2<bool>>,
     limits: MinorLimits,
 ) -> (MinorReport, Array2<f64>, Array2<f64>) {
-    let mut d = (by_name(name).unwrap().make)(psf.view(), &DeconvolveOptions::default()).unwrap();
+    let mut d = (by_name(name).unwrap().make)(psf.view(), &DeconvolveOptions::default(), &CleanTuning::default()).unwrap();
     let (mut residual, mut model) = (image.clone(), Array2::zeros(image.dim()));
     let report = d.minor(Minor { residual: &mut residual, model: &mut model, mask, limits }).unwrap();
     (report, residual, model)
@@ -167,12 +169,12 @@ fn multiscale_takes_an_extended_source_with_few_wide_components() {
 #[test]
 fn bad_beams_masks_and_names_are_refused() {
     let make = by_name("hogbom").unwrap().make;
-    assert!(make(Array2::zeros((8, 8)).view(), &DeconvolveOptions::default()).is_err());
+    assert!(make(Array2::zeros((8, 8)).view(), &DeconvolveOptions::default(), &CleanTuning::default()).is_err());
     assert!(by_name("magic").unwrap_err().to_string().contains("hogbom, clark, multiscale"));
     let psf = beam(16, 16);
-    let mut d = make(psf.view(), &DeconvolveOptions::default()).unwrap();
+    let mut d = make(psf.view(), &DeconvolveOptions::default(), &CleanTuning::default()).unwrap();
     let (mut residual, mut model) = (Array2::zeros((16, 16)), Array2::zeros((16, 15)));
     assert!(d.minor(Minor { residual: &mut residual, model: &mut model, mask: None, limits: LIMITS }).is_err());
     let scales = DeconvolveOptions { scales_px: vec![-1.0], ..DeconvolveOptions::default() };
-    assert!((by_name("multiscale").unwrap().make)(psf.view(), &scales).is_err());
+    assert!((by_name("multiscale").unwrap().make)(psf.view(), &scales, &CleanTuning::default()).is_err());
 }

@@ -3,7 +3,7 @@
 use crate::fixtures::{positions, snapshot};
 use super::*;
 use crate::Result;
-use crate::deconvolve::{Component, DeconvolveOptions, Deconvolver, Entry, Minor, MinorReport, MinorStop, by_name};
+use crate::deconvolve::{CleanTuning, Component, DeconvolveOptions, Deconvolver, Entry, Minor, MinorReport, MinorStop, by_name};
 use crate::progress::Silent;
 use cittert_arrays::{Polarization, SkyFrame, SkyGrid, VisUnit, VisibilitySet};
 use major::{CleanOptions, StopReason};
@@ -75,7 +75,7 @@ impl Deconvolver for Wrong {
     }
 }
 
-fn wrong(_: ArrayView2<'_, f64>, _: &DeconvolveOptions) -> Result<Box<dyn Deconvolver>> {
+fn wrong(_: ArrayView2<'_, f64>, _: &DeconvolveOptions, _: &CleanTuning) -> Result<Box<dyn Deconvolver>> {
     Ok(Box::new(Wrong))
 }
 

@@ -4,7 +4,7 @@
 
 mod tracks;
 
-use cittert::deconvolve::{DeconvolveOptions, Minor, MinorLimits, TABLE};
+use cittert::deconvolve::{CleanTuning, DeconvolveOptions, Minor, MinorLimits, TABLE};
 use cittert::fourier::{Convolver, GridOptions, Gridder, UvwExtent};
 use cittert_arrays::{SkyFrame, SkyGrid};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -39,7 +39,7 @@ fn minor_cycles(c: &mut Criterion) {
     for n in [512, 2048] {
         let (psf, field) = beam_and_field(n);
         for entry in TABLE.iter().filter(|e| n == 512 || e.name != "multiscale") {
-            let mut d = (entry.make)(psf.view(), &DeconvolveOptions::default()).expect("a beam");
+            let mut d = (entry.make)(psf.view(), &DeconvolveOptions::default(), &CleanTuning::default()).expect("a beam");
             group.bench_with_input(BenchmarkId::new(entry.name, n), &field, |b, field| {
                 b.iter(|| {
                     let (mut residual, mut model) = (field.clone(), Array2::zeros(field.dim()));

@@ -8,7 +8,7 @@ mod book;
 mod limits;
 mod tracks;
 
-use cittert::deconvolve::{DeconvolveOptions, Minor, MinorLimits, by_name};
+use cittert::deconvolve::{CleanTuning, DeconvolveOptions, Minor, MinorLimits, by_name};
 use cittert::fourier::{GridOptions, Transform, UvwExtent};
 use cittert_arrays::{BrightnessUnit, SkyGrid, for_each_block};
 use cittert_formats::fits::{ImageOptions, write_image};
@@ -108,7 +108,7 @@ fn minor(name: &str, (psf, dirty): (&Path, &Path), iterations: usize, model_path
     let field = dirty.plane(0, 0).to_owned();
     let limits = MinorLimits { gain: 0.1, level: 0.0, iterations, negative: true };
     let entry = by_name(name)?;
-    let (made_s, deconvolver) = least(1, || (entry.make)(psf.view(), &DeconvolveOptions::default()));
+    let (made_s, deconvolver) = least(1, || (entry.make)(psf.view(), &DeconvolveOptions::default(), &CleanTuning::default()));
     let mut deconvolver = deconvolver?;
     let (mut residual, mut model) = (field.clone(), Array2::zeros(field.dim()));
     let (cpu_s, report) = least(1, || deconvolver.minor(Minor { residual: &mut residual, model: &mut model, mask: None, limits }));
