@@ -1,14 +1,14 @@
-//! Random numbers that depend on the seed, the purpose and the index alone: never on threads or on the size of blocks.
+//! Random numbers that depend only on the seed, the purpose and the index. They do not depend on threads or on the size of blocks.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// The stream of random numbers of one `purpose` (such as "thermal noise") and one `index` (such as a row) under a seed.
 ///
-/// Different purposes have different keys, different indices different streams of the ChaCha cipher, so none overlap.
+/// Different purposes have different keys, and different indices have different streams of the ChaCha cipher, so that no two overlap.
 #[must_use]
 pub fn stream(seed: u64, purpose: &str, index: u64) -> ChaCha8Rng {
-    // FNV-1a: only has to tell a handful of names apart.
+    // FNV-1a is sufficient to distinguish a few names.
     let name = purpose.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0000_0100_0000_01b3));
     let mut key = [0_u8; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());

@@ -57,7 +57,7 @@ fn maker() -> JointMaker {
 /// Normalised error of an image laid over the scene.
 fn nrmse(image: &Array2<f64>) -> f64 {
     let truth = scene();
-    let by = crate::fidelity::find_shift(image.view(), truth.view());
+    let by = crate::fidelity::find_shift(image.view(), truth.view()).unwrap();
     let over = crate::fidelity::shifted(image.view(), by);
     ((over - &truth).mapv(|v| v * v).sum() / truth.mapv(|v| v * v).sum()).sqrt()
 }

@@ -111,7 +111,7 @@ fn images(args: &CompareArgs, context: &Context) -> Result<Outcome> {
             args.image.display(),
             args.truth.display()
         ))?;
-        let (moved, by) = register(&image, &truth);
+        let (moved, by) = register(&image, &truth).context("moving the image onto the truth")?;
         (image, shift) = (moved, Some(by));
     }
     let region = args.disc.map_or(Region::All, |radius| Region::Disc { radius });

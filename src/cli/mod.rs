@@ -57,6 +57,9 @@ struct Cli {
     /// Number of threads [default: one for each processor].
     #[arg(long, global = true, value_name = "N")]
     threads: Option<usize>,
+    /// Memory that the data and the transforms may take, such as 4GB [default: half of what the machine has].
+    #[arg(long, global = true, value_name = "SIZE")]
+    memory: Option<crate::memory::MemoryBudget>,
     /// Print the results as one JSON object, in SI units.
     #[arg(long, global = true)]
     json: bool,
@@ -177,6 +180,9 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         }
         // This fails only where a thread pool exists already, as in tests that call this function twice.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    }
+    if let Some(memory) = cli.memory {
+        memory.set();
     }
     let context = Context { command_line, console: Console::new(loudness) };
     let outcome = guarded(|| cli.command.run(&context))?;

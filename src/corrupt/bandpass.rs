@@ -1,4 +1,4 @@
-//! Receivers whose response is not flat over the band.
+//! Errors of the receivers over the band.
 
 use super::context::Context;
 use super::corruption::{Corruption, need, need_size};

@@ -1,4 +1,4 @@
-//! Constants added to visibilities, which no antenna gain can take out.
+//! Constants that are added to the visibilities of a baseline. No antenna gain can remove them.
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
@@ -47,7 +47,7 @@ impl Corruption for BaselineOffset {
             if a == b {
                 continue;
             }
-            // The same offset whichever antenna comes first, conjugated.
+            // The offset does not depend on which antenna is first, except that it is conjugated.
             let mut rng = context.rng(u64::from(a.min(b)) << 32 | u64::from(a.max(b)));
             for pol in 0..n_pol {
                 let (re, im): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));

@@ -1,32 +1,33 @@
-//! What an error may know of the set that it is put into.
+//! The properties of the set that an error may use.
 
 use crate::random::stream;
-use cittert_arrays::{ArrayLayout, LayoutFrame, UvCoverage, VisibilityHeader};
+use crate::{ChainError, Result};
+use cittert_arrays::{ArrayError, ArrayLayout, LayoutFrame, UvCoverage, VisibilityHeader};
 use rand_chacha::ChaCha8Rng;
 
 /// The set, its integrations, and random numbers.
 #[derive(Debug, Clone)]
 pub struct Context<'a> {
-    /// What all rows share.
+    /// Header of the set.
     pub header: &'a VisibilityHeader,
-    /// Midpoints of the integrations, Julian date UTC, growing \[time\].
+    /// Midpoints of the integrations, Julian date UTC, in ascending order \[time\].
     pub time_jd: &'a [f64],
-    /// The same in s from the first \[time\].
+    /// The same times in s after the first one \[time\].
     pub seconds: &'a [f64],
-    /// Unit vector towards the phase centre in the axes of the layout \[time\]; empty where no error needs it.
+    /// Unit vector towards the phase centre in the axes of the layout \[time\]. It is empty if no error needs it.
     pub toward: &'a [[f64; 3]],
     /// Channels of the gains, Hz \[chan\].
     pub freq_hz: &'a [f64],
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Name of the error, and its place among those of the same call.
+    /// Name of the kind of error.
     pub name: &'static str,
-    /// See `name`.
+    /// Index of the error among the errors of the same kind.
     pub place: usize,
 }
 
 impl Context<'_> {
-    /// The random numbers of one item (an antenna, a baseline, a row) of this error.
+    /// The random numbers of this error for one item (an antenna, a baseline, a row).
     #[must_use]
     pub fn rng(&self, item: u64) -> ChaCha8Rng {
         stream(self.seed, &format!("{} {}", self.name, self.place), item)
@@ -39,7 +40,7 @@ impl Context<'_> {
     }
 }
 
-/// Index of the value of a growing list that is nearest to `x`; 0 for an empty list.
+/// Index of the value that is nearest to `x` in a list in ascending order; 0 for an empty list.
 pub(crate) fn nearest_index(values: &[f64], x: f64) -> usize {
     let after = values.partition_point(|v| *v < x);
     match (after.checked_sub(1), values.get(after)) {
@@ -49,71 +50,89 @@ pub(crate) fn nearest_index(values: &[f64], x: f64) -> usize {
     }
 }
 
-/// Finds the integrations of a set and, where asked, the direction of the phase centre in each.
+/// One integration of a set.
+#[derive(Debug, Clone)]
+pub(crate) struct Integration {
+    pub(crate) time_jd: f64,
+    pub(crate) length_s: f64,
+    /// Normal equations of the direction: upper triangle, right side.
+    sums: [f64; 9],
+}
+
+/// Finds the integrations of a set, and the direction of the phase centre in each.
 ///
-/// The direction comes from the data themselves: w = (r2 - r1) . s for every row, solved for s by least squares.
+/// The direction follows from the data: w = (r2 - r1) . s for every row is solved for s by least squares.
 #[derive(Debug, Default)]
 pub(crate) struct Survey {
-    /// Time, integration, normal equations (upper triangle, right side).
-    found: Vec<(f64, f64, [f64; 9])>,
+    found: Vec<Integration>,
     index: std::collections::HashMap<u64, usize>,
 }
 
-/// Times closer than this are one integration: Julian dates in f64 are good to 0.05 ms.
+/// Times that differ by less than this belong to one integration. Julian dates in f64 are accurate to 0.05 ms.
 const SAME_TIME_S: f64 = 1e-3;
 
 impl Survey {
-    /// Take the rows of a block.
-    pub(crate) fn add(&mut self, coverage: &UvCoverage, layout: &ArrayLayout) {
+    /// Add the rows of a block.
+    ///
+    /// # Errors
+    /// A row has an antenna that the layout does not have.
+    pub(crate) fn add(&mut self, coverage: &UvCoverage, layout: &ArrayLayout) -> Result<()> {
+        let position = |index: u32| {
+            let (index, len) = (index as usize, layout.n_ant());
+            let antenna = layout.antennas().get(index).ok_or(ArrayError::OutOfRange { what: "antenna", index, len });
+            antenna.map(|a| a.position_m)
+        };
         for row in 0..coverage.n_rows() {
-            let time = coverage.time_jd[row];
-            let k = *self.index.entry(time.to_bits()).or_insert_with(|| {
-                self.found.push((time, 0.0, [0.0; 9]));
+            let time_jd = coverage.time_jd[row];
+            let k = *self.index.entry(time_jd.to_bits()).or_insert_with(|| {
+                self.found.push(Integration { time_jd, length_s: 0.0, sums: [0.0; 9] });
                 self.found.len() - 1
             });
-            let (_, integration, sums) = &mut self.found[k];
-            *integration = integration.max(coverage.integration_s[row]);
-            let (a, b) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
-            if let (Some(a), Some(b)) = (layout.antennas().get(a), layout.antennas().get(b)) {
-                let d = [0, 1, 2].map(|k| b.position_m[k] - a.position_m[k]);
-                let w = coverage.uvw_m[[row, 2]];
-                let terms = [d[0] * d[0], d[0] * d[1], d[0] * d[2], d[1] * d[1], d[1] * d[2], d[2] * d[2], d[0] * w, d[1] * w, d[2] * w];
-                sums.iter_mut().zip(terms).for_each(|(s, t)| *s += t);
-            }
+            let found = &mut self.found[k];
+            found.length_s = found.length_s.max(coverage.integration_s[row]);
+            let (a, b) = (position(coverage.ant1[row])?, position(coverage.ant2[row])?);
+            let d = [0, 1, 2].map(|k| b[k] - a[k]);
+            let w = coverage.uvw_m[[row, 2]];
+            let terms = [d[0] * d[0], d[0] * d[1], d[0] * d[2], d[1] * d[1], d[1] * d[2], d[2] * d[2], d[0] * w, d[1] * w, d[2] * w];
+            found.sums.iter_mut().zip(terms).for_each(|(s, t)| *s += t);
         }
+        Ok(())
     }
 
-    /// Times, integrations and directions, in the order of time.
-    pub(crate) fn finish(mut self, layout: &ArrayLayout) -> (Vec<f64>, Vec<f64>, Vec<[f64; 3]>) {
-        self.found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut merged: Vec<(f64, f64, [f64; 9])> = Vec::with_capacity(self.found.len());
+    /// The integrations in the order of time.
+    pub(crate) fn finish(mut self) -> Vec<Integration> {
+        self.found.sort_by(|a, b| a.time_jd.total_cmp(&b.time_jd));
+        let mut merged: Vec<Integration> = Vec::with_capacity(self.found.len());
         for next in self.found {
             match merged.last_mut() {
-                Some(last) if (next.0 - last.0) * 86_400.0 < SAME_TIME_S => {
-                    last.1 = last.1.max(next.1);
-                    last.2.iter_mut().zip(next.2).for_each(|(s, t)| *s += t);
+                Some(last) if (next.time_jd - last.time_jd) * 86_400.0 < SAME_TIME_S => {
+                    last.length_s = last.length_s.max(next.length_s);
+                    last.sums.iter_mut().zip(next.sums).for_each(|(s, t)| *s += t);
                 }
                 _ => merged.push(next),
             }
         }
-        let toward = merged.iter().map(|m| direction(&m.2, layout)).collect();
-        (merged.iter().map(|m| m.0).collect(), merged.iter().map(|m| m.1).collect(), toward)
+        merged
     }
 }
 
-/// Unit vector s from the normal equations of w = d . s.
+/// Unit vector s towards the phase centre in an integration, from the normal equations of w = d . s.
 ///
-/// Antennas in a plane leave the component across it open: it follows from the length of 1 and from the source being above the
-/// horizon.
-fn direction(sums: &[f64; 9], layout: &ArrayLayout) -> [f64; 3] {
+/// If the antennas lie in a plane, the baselines do not determine the component across it. It follows from the length of 1, with the source above
+/// the horizon.
+///
+/// # Errors
+/// The integration has no baseline between antennas at different positions.
+pub(crate) fn direction(integration: &Integration, layout: &ArrayLayout) -> Result<[f64; 3]> {
     if matches!(layout.frame, LayoutFrame::Boresight) {
-        return [0.0, 0.0, 1.0];
+        return Ok([0.0, 0.0, 1.0]);
     }
-    let [xx, xy, xz, yy, yz, zz, xw, yw, zw] = *sums;
-    // Small against every direction in which antennas are spread, so that it only decides where none are.
+    let [xx, xy, xz, yy, yz, zz, xw, yw, zw] = integration.sums;
+    // Small compared with every direction in which the antennas are spread, so it only matters in directions in which they are not.
     let ridge = 1e-10 * (xx + yy + zz);
-    if ridge == 0.0 {
-        return [0.0, 0.0, 1.0];
+    if !(ridge > 0.0) {
+        let message = format!("the direction of the phase centre at JD {} is unknown: no baseline has a length", integration.time_jd);
+        return Err(ChainError::NoData(message));
     }
     let (a, d, f) = (xx + ridge, yy + ridge, zz + ridge);
     let det = |m: [[f64; 3]; 3]| {
@@ -135,7 +154,7 @@ fn direction(sums: &[f64; 9], layout: &ArrayLayout) -> [f64; 3] {
         s[2] = rest.sqrt();
     }
     let length = (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]).sqrt();
-    s.map(|x| x / length)
+    Ok(s.map(|x| x / length))
 }
 
 #[cfg(test)]
@@ -161,11 +180,12 @@ mod tests {
             let (ant1, ant2) = pairs.into_iter().unzip();
             let coverage = UvCoverage::new(uvw, ant1, ant2, vec![2.46e6; n], vec![10.0; n], vec![0; n]).unwrap();
             let mut survey = Survey::default();
-            survey.add(&coverage, &layout);
-            let (times, integrations, toward) = survey.finish(&layout);
-            assert_eq!((times.len(), integrations[0]), (1, 10.0));
+            survey.add(&coverage, &layout).unwrap();
+            let found = survey.finish();
+            assert_eq!((found.len(), found[0].length_s), (1, 10.0));
+            let toward = direction(&found[0], &layout).unwrap();
             for k in 0..3 {
-                assert!((toward[0][k] - truth[k]).abs() < 1e-4, "hill {hill}: {:?}", toward[0]);
+                assert!((toward[k] - truth[k]).abs() < 1e-4, "hill {hill}: {toward:?}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Antennas that fall silent for a while.
+//! Antennas that have no signal for some time.
 
 use super::context::Context;
 use super::corruption::{Corruption, need};
@@ -69,7 +69,7 @@ impl Corruption for Dropout {
             let mean = |off: bool| if off { self.mean_s } else { mean_on };
             let mut until = exponential(mean(off), &mut rng);
             for (time, t) in context.seconds.iter().enumerate() {
-                // After a long gap the state is as random as at the start.
+                // After a long gap the state is drawn again, as at the start.
                 if t - until > 1e4 * (self.mean_s + mean_on) {
                     off = rng.random::<f64>() < self.fraction;
                     until = t + exponential(mean(off), &mut rng);

@@ -1,21 +1,19 @@
-//! The errors of a call, put into a set of any length.
+//! Injects errors into a set of any length.
 
-use super::context::{Context, Survey, nearest_index};
+use super::context::{Context, Survey, direction, nearest_index};
 use super::{CorruptOptions, Error};
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{
-    ArrayError, GainTable, Polarization, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource,
-    for_each_block,
+    GainTable, Polarization, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block,
 };
 use num_complex::{Complex, Complex64};
 
-/// Rows are read in blocks of about this size, bytes.
-const BLOCK_BYTES: usize = 32 << 20;
-/// Gains of a set are held in memory up to this size, bytes.
-const MOST_GAIN_BYTES: usize = 4 << 30;
+/// Size in bytes of one gain: a complex number and a flag.
+const GAIN_BYTES: usize = 17;
 
-/// Header of the output: that of the input with a line of history.
+/// Header of the output: the header of the input with a line of history.
 #[must_use]
 pub fn corrupted_header(header: &VisibilityHeader, options: &CorruptOptions) -> VisibilityHeader {
     let mut header = header.clone();
@@ -28,14 +26,14 @@ fn describe(options: &CorruptOptions) -> String {
     format!("corrupt: seed {}, {}, {}", options.seed, if options.per_feed { "per feed" } else { "feeds alike" }, errors.join(", "))
 }
 
-/// Read a set, put the errors into it, write it, and return the true gains: V_corrupt = g1 conj(g2) V. The source is read twice, once
-/// for its times. The caller opens the sink with [`corrupted_header`] and finishes it.
+/// Read a set, inject the errors, write the result, and return the true gains: V_corrupt = g1 conj(g2) V. The source is read twice, the first
+/// time for the times of its rows. The caller opens the sink with [`corrupted_header`] and finishes it.
 ///
-/// Weights follow the amplitude of the gains, as they are those of the data as written.
+/// The weights are divided by the power of the gains, so that they remain those of the written data.
 ///
 /// # Errors
-/// A parameter outside its range, an empty set, gains of more than 4 GiB, errors of the source, the sink or a kind of error, a
-/// request to stop.
+/// A parameter is outside its range, the set is empty, the gains are larger than the memory budget, the source, the sink or a kind of error
+/// fails, or the observer asks to stop.
 pub fn corrupt(
     source: &mut dyn VisibilitySource,
     sink: &mut dyn VisibilitySink,
@@ -46,15 +44,23 @@ pub fn corrupt(
         error.model().check()?;
     }
     let header = source.header().clone();
+    let memory = MemoryBudget::default();
     let mut survey = Survey::default();
-    for_each_block::<ChainError>(source, BLOCK_BYTES, |_, block| {
-        survey.add(&block.coverage, &header.layout);
+    for_each_block::<ChainError>(source, memory.block(), |_, block| {
+        survey.add(&block.coverage, &header.layout)?;
         if observer.cancelled() { Err(ChainError::Cancelled) } else { Ok(()) }
     })?;
-    let (time_jd, interval_s, toward) = survey.finish(&header.layout);
-    if time_jd.is_empty() {
-        return Err(ChainError::NoData("the set holds no rows to put errors into".into()));
+    let integrations = survey.finish();
+    if integrations.is_empty() {
+        return Err(ChainError::NoData("the set has no rows".into()));
     }
+    let time_jd: Vec<f64> = integrations.iter().map(|i| i.time_jd).collect();
+    let interval_s = integrations.iter().map(|i| i.length_s).collect();
+    let toward: Vec<[f64; 3]> = if options.errors.iter().any(|e| e.model().needs_direction()) {
+        integrations.iter().map(|i| direction(i, &header.layout)).collect::<Result<_>>()?
+    } else {
+        Vec::new()
+    };
     if let Some(t) = time_jd.iter().find(|t| !t.is_finite()) {
         return Err(ChainError::NoData(format!("a row has the time {t}: repair or remove it first")));
     }
@@ -62,18 +68,16 @@ pub fn corrupt(
     let spectrum = gain_spectrum(&header, options)?;
     let freq_hz = spectrum.freq_hz().to_vec();
     let feeds = feed_names(&header, options.per_feed);
-    let bytes = 17 * time_jd.len() * header.layout.n_ant() * freq_hz.len() * feeds.len();
-    if bytes > MOST_GAIN_BYTES {
-        return Err(ChainError::BadOption {
-            option: "errors that differ from channel to channel",
-            value: format!("{:.1} GiB of gains", bytes as f64 / f64::from(1 << 30)),
-            expected: "at most 4 GiB: corrupt fewer channels or times in one call".into(),
-        });
+    let bytes = GAIN_BYTES * time_jd.len() * header.layout.n_ant() * freq_hz.len() * feeds.len();
+    if bytes > memory.bytes() {
+        let gib = |bytes: usize| format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30));
+        let expected = format!("at most the memory budget of {}: corrupt fewer channels or times in one call", gib(memory.bytes()));
+        return Err(ChainError::bad_option("size of the gain table", gib(bytes), expected));
     }
     let mut table = GainTable::unity(header.layout.clone(), spectrum, feeds, time_jd.clone(), interval_s)?;
     table.mode = "injected truth".into();
     table.history.push(describe(options));
-    // Kinds act in the order of their table; within a kind, in the order given.
+    // The kinds act in the order of their table, and the errors of one kind in the given order.
     let mut order: Vec<(usize, &Error)> = options.errors.iter().enumerate().collect();
     order.sort_by_key(|(_, e)| Error::TABLE.iter().position(|t| t.0 == e.name()));
     let context = |(place, error): &(usize, &Error)| Context {
@@ -92,11 +96,10 @@ pub fn corrupt(
     let pairs = feed_pairs(&header, table.feeds.len());
     let total = (source.n_rows() * header.spectrum.n_chan() * header.polarizations.len()) as u64;
     observer.event(Event::Phase { name: "corrupting", total: Some(total), unit: "vis" });
-    for_each_block::<ChainError>(source, BLOCK_BYTES, |first_row, mut block| {
+    for_each_block::<ChainError>(source, memory.block(), |first_row, mut block| {
         if observer.cancelled() {
             return Err(ChainError::Cancelled);
         }
-        check_antennas(&block, header.layout.n_ant())?;
         apply(&table, &pairs, &mut block);
         for entry in &order {
             entry.1.model().data(&context(entry), &table, &mut block, first_row as u64)?;
@@ -108,7 +111,7 @@ pub fn corrupt(
     Ok(table)
 }
 
-/// The channels of the set where an error needs them, else one as wide as the band.
+/// The channels of the gains: those of the set if an error differs from channel to channel, otherwise one channel as wide as the band.
 fn gain_spectrum(header: &VisibilityHeader, options: &CorruptOptions) -> Result<SpectralWindow> {
     if options.errors.iter().any(|e| e.model().chromatic()) {
         return Ok(header.spectrum.clone());
@@ -116,7 +119,7 @@ fn gain_spectrum(header: &VisibilityHeader, options: &CorruptOptions) -> Result<
     Ok(SpectralWindow::new(vec![header.spectrum.mean_hz()], vec![header.spectrum.extent_hz()])?)
 }
 
-/// Feeds that get errors of their own: both of the set's basis, or one entry for all.
+/// The feeds of the gains: both feeds of the set if each has errors of its own, otherwise one entry for all feeds.
 fn feed_names(header: &VisibilityHeader, per_feed: bool) -> Vec<String> {
     let has = |list: &[Polarization]| header.polarizations.iter().any(|p| list.contains(p));
     let names: &[&str] = match per_feed {
@@ -129,16 +132,8 @@ fn feed_names(header: &VisibilityHeader, per_feed: bool) -> Vec<String> {
 
 /// Feed of the first and second antenna in each product \[pol\].
 fn feed_pairs(header: &VisibilityHeader, n_feed: usize) -> Vec<(usize, usize)> {
-    let last = n_feed - 1;
-    header.polarizations.iter().map(|p| p.feeds().map_or((0, 0), |(a, b)| (a.min(last), b.min(last)))).collect()
-}
-
-fn check_antennas(block: &VisibilityBlock, n_ant: usize) -> Result<()> {
-    let all = block.coverage.ant1.iter().chain(&block.coverage.ant2);
-    match all.map(|a| *a as usize).find(|a| *a >= n_ant) {
-        Some(index) => Err(ArrayError::OutOfRange { what: "antenna", index, len: n_ant }.into()),
-        None => Ok(()),
-    }
+    let of = |p: &Polarization| if n_feed == 1 { None } else { p.feeds() };
+    header.polarizations.iter().map(|p| of(p).unwrap_or((0, 0))).collect()
 }
 
 /// V_corrupt = g1 conj(g2) V.

@@ -1,4 +1,4 @@
-//! Flags where there should be none, and none where there should be.
+//! Wrong flags: flags on good data, and missing flags on bad data.
 
 use super::context::Context;
 use super::corruption::{Corruption, need};

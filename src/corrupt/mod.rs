@@ -1,8 +1,8 @@
-//! Known errors put into data: the first half of asking how much of the truth a calibration brings back.
+//! Injects known errors into visibilities, so that the result of a calibration can be compared with the true gains.
 //!
-//! Errors of an antenna are gains in the convention V_corrupt = g1 conj(g2) V; their product is returned as a [`GainTable`], the truth
-//! that a solution can be compared with. Other errors change the data alone. Each kind is one file and one variant of [`Error`];
-//! every draw comes from a stream of random numbers of its own, so that one error does not change when another is added.
+//! Errors of an antenna are gains in the convention V_corrupt = g1 conj(g2) V. Their product is returned as a
+//! [`cittert_arrays::GainTable`]: the true gains. Other errors change only the data. Each kind of error has one file and one variant of
+//! [`Error`]. Each draw uses a random stream of its own, so an error does not change when another error is added.
 //!
 //! The order is fixed: gains, then offsets, then noise, then flags.
 

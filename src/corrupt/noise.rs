@@ -1,4 +1,4 @@
-//! Thermal noise on top of the other errors.
+//! Thermal noise in addition to the other errors.
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};

@@ -52,7 +52,7 @@ impl Corruption for PhaseError {
     }
 }
 
-/// Multiply a function of a unit Gaussian of each antenna and feed into all channels.
+/// Multiply the gains of each antenna and feed in all channels by `gain` of a random value with unit variance.
 pub(super) fn multiply(context: &Context<'_>, table: &mut GainTable, variation: &Variation, gain: impl Fn(f64) -> Complex64) {
     let (_, n_ant, _, n_feed) = table.gains.dim();
     for ant in 0..n_ant {

@@ -1,4 +1,4 @@
-//! Antennas that do not stand where the layout says.
+//! Errors of the antenna positions.
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
@@ -26,10 +26,10 @@ pub struct PositionError {
 }
 
 impl PositionError {
-    /// The offsets that are injected, m, in the axes of the layout \[ant\].
+    /// The injected offsets in m, in the axes of the layout \[ant\].
     ///
     /// # Errors
-    /// No `rms_m` and an antenna without uncertainties in the layout.
+    /// `rms_m` is not given, and the layout has no uncertainty for an antenna.
     pub fn offsets(&self, context: &Context<'_>) -> Result<Vec<[f64; 3]>> {
         context
             .header

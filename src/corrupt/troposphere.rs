@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::corruption::{Corruption, need, need_size};
 use super::variation::Variation;
-use crate::Result;
+use crate::{ChainError, Result};
 use cittert_arrays::quantity::{Angle, Length, Speed};
 use cittert_arrays::{GainTable, LayoutFrame, VisUnit};
 use num_complex::Complex64;
@@ -34,19 +34,32 @@ pub struct Troposphere {
     pub outer_scale_m: f64,
 }
 
-/// Rings of wave numbers to a factor of 10, and waves in each ring.
+/// Number of rings of wave numbers per decade.
 const RINGS_A_DECADE: f64 = 16.0;
+/// Number of waves in each ring.
 const WAVES_A_RING: usize = 24;
+/// Lowest sine of the elevation: the path through a flat screen is wrong by the curvature of the Earth below 3 degrees.
+const LOWEST_SINE: f64 = 0.05;
 
-/// The screen as a sum of plane waves: no grid, so no edge and no repetition however far the wind blows.
+/// One plane wave of the screen.
+#[derive(Debug)]
+struct Wave {
+    /// Wave vector, rad/m.
+    kx: f64,
+    ky: f64,
+    /// Amplitude and phase, rad.
+    size: f64,
+    phase: f64,
+}
+
+/// The screen as a sum of plane waves. It has no grid, so it has no edge and no period, however far the wind moves it.
 #[derive(Debug)]
 struct Screen {
-    /// Wave vector, amplitude, phase.
-    waves: Vec<[f64; 4]>,
+    waves: Vec<Wave>,
 }
 
 impl Screen {
-    /// A draw of the screen; `finest_m` is the smallest distance that matters.
+    /// Draw a screen. `finest_m` is the smallest distance that matters.
     fn new(model: &Troposphere, finest_m: f64, rng: &mut impl rand::Rng) -> Self {
         let rings = rings(model, finest_m);
         let mut waves = Vec::with_capacity(rings.len() * WAVES_A_RING);
@@ -56,18 +69,18 @@ impl Screen {
             for j in 0..WAVES_A_RING {
                 let angle = std::f64::consts::TAU * (start + j as f64) / WAVES_A_RING as f64;
                 let amplitude = (2.0 * variance / WAVES_A_RING as f64).sqrt();
-                // Two quadratures with Gaussian sizes: the phase at a point is then Gaussian as well.
+                // Two quadratures with Gaussian sizes give a Gaussian phase at every point.
                 let (a, b): (f64, f64) = (normal(rng), normal(rng));
                 let size = amplitude * a.hypot(b) / std::f64::consts::SQRT_2;
-                waves.push([k * angle.cos(), k * angle.sin(), size, b.atan2(a)]);
+                waves.push(Wave { kx: k * angle.cos(), ky: k * angle.sin(), size, phase: b.atan2(a) });
             }
         }
         Self { waves }
     }
 
-    /// Phase at a place of the screen, rad.
+    /// Phase at a point of the screen, rad.
     fn at(&self, x: f64, y: f64) -> f64 {
-        self.waves.iter().map(|[kx, ky, size, phase]| size * (kx * x + ky * y + phase).cos()).sum()
+        self.waves.iter().map(|w| w.size * (w.kx * x + w.ky * y + w.phase).cos()).sum()
     }
 }
 
@@ -78,8 +91,8 @@ fn normal(rng: &mut impl rand::Rng) -> f64 {
 /// Wave numbers (rad/m) of the rings and the variance of the phase in each, scaled to D(baseline) = rms^2.
 fn rings(model: &Troposphere, finest_m: f64) -> Vec<(f64, f64)> {
     let k0 = std::f64::consts::TAU / model.outer_scale_m;
-    // An eighth of the outer scale's wave number holds a hundredth of the plateau; a quarter of the finest distance leaves out
-    // (1/4)^(5/3), a tenth, of the variance at it.
+    // Wave numbers below an eighth of that of the outer scale contain a hundredth of the plateau. Waves shorter than a quarter of the finest
+    // distance contain (1/4)^(5/3), a tenth, of the variance at that distance.
     let (low, high) = (k0 / 8.0, (std::f64::consts::TAU * 4.0 / finest_m).max(100.0 * k0));
     let n = ((high / low).log10() * RINGS_A_DECADE).ceil().max(1.0);
     let step = (high / low).powf(1.0 / n);
@@ -189,10 +202,18 @@ impl Corruption for Troposphere {
         let (n_time, n_ant, n_chan, n_feed) = table.gains.dim();
         for time in 0..n_time {
             let blown = self.wind_m_s * context.seconds[time];
-            // Lines of sight cross the screen beside the antenna, and slantwise.
+            // The line of sight crosses the screen beside the antenna and at an angle.
             let s = context.toward[time];
             let (shift, secant) = if on_earth {
-                let up = s[2].max(0.05);
+                let up = s[2];
+                if !(up >= LOWEST_SINE) {
+                    return Err(ChainError::Incompatible(format!(
+                        "the phase centre is {:.2} deg above the horizon at JD {}: a flat troposphere needs at least {:.2} deg",
+                        up.asin().to_degrees(),
+                        context.time_jd[time],
+                        LOWEST_SINE.asin().to_degrees()
+                    )));
+                }
                 ([self.height_m * s[0] / up, self.height_m * s[1] / up], 1.0 / up)
             } else {
                 ([0.0, 0.0], 1.0)
@@ -212,7 +233,7 @@ impl Corruption for Troposphere {
     }
 }
 
-/// Smallest horizontal distance of two antennas, m; 1 m where there is one antenna or several at one place.
+/// Smallest horizontal distance of two antennas, m. It is 1 m if all antennas are at one position.
 fn shortest_distance(positions: impl Iterator<Item = [f64; 3]>) -> f64 {
     let positions: Vec<[f64; 3]> = positions.collect();
     let mut shortest = f64::INFINITY;

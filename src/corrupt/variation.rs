@@ -85,7 +85,7 @@ impl Variation {
     /// Check the parameters.
     ///
     /// # Errors
-    /// A time that is not positive.
+    /// A time is not positive.
     pub fn check(&self) -> Result<()> {
         let (option, t) = match *self {
             Self::Constant | Self::Integration => return Ok(()),
@@ -97,7 +97,7 @@ impl Variation {
         need(option, t, t.is_finite() && t > 0.0, "a positive time")
     }
 
-    /// Values at growing times in s from the first \[time\].
+    /// Values at times in ascending order, in s after the first one \[time\].
     pub fn series(&self, seconds: &[f64], rng: &mut impl Rng) -> Vec<f64> {
         let draw = |rng: &mut _| -> f64 { StandardNormal.sample(rng) };
         let mut value = if matches!(self, Self::RandomWalk { .. }) { 0.0 } else { draw(rng) };
@@ -115,8 +115,8 @@ impl Variation {
                     Self::Integration if k > 0 => value = draw(rng),
                     Self::Integration => {}
                     Self::Interval { length_s } => {
-                        // Every interval that passes takes its draw, so that gaps do not shift the later ones. Julian dates
-                        // are only good to 0.05 ms, hence the millisecond.
+                        // Every interval has its own draw, also in a gap, so that a gap does not change the later draws. The millisecond
+                        // allows for Julian dates, which are accurate to 0.05 ms. After a million intervals a draw is random anyway.
                         let interval = |t: f64| ((t - seconds[0] + 1e-3) / length_s).floor();
                         let passed = interval(t) - interval(last);
                         for _ in 0..(passed as u64).min(1_000_000) {
@@ -127,7 +127,7 @@ impl Variation {
                     Self::Jumps { mean_s } => {
                         while t >= next_jump {
                             value = draw(rng);
-                            // A gap of a million mean times is as good as one jump.
+                            // A longer gap than a million mean times needs no more jumps: the value is random already.
                             next_jump = next_jump.max(t - 1e6 * mean_s) + exponential(mean_s, rng);
                         }
                     }

@@ -16,7 +16,7 @@ mod tiles;
 mod tuning;
 
 pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales};
-pub(crate) use minor::{peak_of, peak_size};
+pub(crate) use minor::peak_size;
 pub use options::{Algorithm, CleanOptions, SkyBox};
 pub use table::{Entry, Make, TABLE, by_name};
 pub use tuning::CleanTuning;

@@ -1,7 +1,9 @@
 //! The deconvolvers against plain versions of themselves and against known components.
 
+use super::minor::{Peak, peak_of};
 use super::*;
 use crate::fixtures::Noise;
+use ndarray::Array2;
 
 /// A beam with wide side lobes all over the image.
 fn beam(n_m: usize, n_l: usize) -> Array2<f64> {
@@ -36,7 +38,7 @@ fn dirty(psf: &Array2<f64>, sources: &[(usize, usize, f64)]) -> Array2<f64> {
 fn plain(psf: &Array2<f64>, residual: &mut Array2<f64>, mask: Option<&Array2<bool>>, limits: &MinorLimits) -> Vec<Component> {
     let mut out = Vec::new();
     while out.len() < limits.iterations {
-        let Some((value, (row, column))) = peak_of(residual.view(), mask, limits.negative) else { break };
+        let Some(Peak { value, row, column }) = peak_of(residual.view(), mask, limits.negative) else { break };
         if value.abs() <= limits.level {
             break;
         }

@@ -1,16 +1,16 @@
-//! The noise of an image from its median of absolute deviations, on all threads.
+//! The noise of an image from its median of absolute deviations, computed on all threads.
 
 use ndarray::ArrayView2;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Values below which one thread sorts them out.
+/// A list with fewer values is sorted by one thread.
 const FEW: usize = 1 << 16;
-/// Bits of a number that its bin is known by.
+/// Number of leading bits of a value that give its bin.
 const BITS: u32 = 14;
 
-/// Noise of an image with sources in it: 1.4826 times the median distance from the median, which a minority of bright pixels
-/// hardly moves.
+/// Noise of an image that contains sources: 1.4826 times the median distance of the pixels from their median. A minority of bright pixels
+/// hardly changes it. Pixels that are not finite are left out. The result is NaN if no pixel is finite.
 ///
 /// # Reference
 /// Rousseeuw & Croux 1993, J. Am. Stat. Assoc. 88, 1273, eq. 1.2.
@@ -25,17 +25,17 @@ pub fn robust_rms(plane: ArrayView2<'_, f64>) -> f64 {
     1.482_602_218_505_602 * median(&values, |v| (v - center).abs())
 }
 
-/// The median of a function of finite values: the mean of the middle two of an even number; 0 of none.
+/// The median of a function of finite values: for an even number of values the mean of the two in the middle. NaN for an empty list.
 fn median(values: &[f64], f: impl Fn(f64) -> f64 + Sync) -> f64 {
     let n = values.len();
     if n == 0 {
-        return 0.0;
+        return f64::NAN;
     }
     if n < FEW {
         let mut all: Vec<f64> = values.iter().map(|v| f(*v)).collect();
-        return middle(&mut all, n / 2, n.is_multiple_of(2), || 0.0);
+        return middle(&mut all, n / 2, n.is_multiple_of(2), || f64::NAN);
     }
-    // Numbers in order have keys in order; the first bits of the keys are counted, and only the bin of the middle is sorted out.
+    // The keys have the order of the numbers. The leading bits of the keys are counted, and only the bin of the median is sorted.
     let bin = |v: f64| (key(v) >> (64 - BITS)) as usize;
     let count = |mut counts: Vec<usize>, part: &[f64]| {
         part.iter().for_each(|v| counts[bin(f(*v))] += 1);
@@ -57,7 +57,7 @@ fn median(values: &[f64], f: impl Fn(f64) -> f64 + Sync) -> f64 {
     middle(&mut inside, n / 2 - below, n.is_multiple_of(2), before)
 }
 
-/// The value of rank `rank`, or its mean with the one before, which is `before` where these have none.
+/// The value of rank `rank`, or its mean with the value before it. If that value is not in the list, `before` gives it.
 fn middle(values: &mut [f64], rank: usize, mean: bool, before: impl Fn() -> f64) -> f64 {
     let (low, upper, _) = values.select_nth_unstable_by(rank, f64::total_cmp);
     let upper = *upper;
@@ -68,7 +68,7 @@ fn middle(values: &mut [f64], rank: usize, mean: bool, before: impl Fn() -> f64)
     0.5 * (upper + if rank > 0 { lower } else { before() })
 }
 
-/// Bits in the order of the numbers.
+/// The bits of a number, changed so that they have the order of the numbers.
 fn key(v: f64) -> u64 {
     let bits = v.to_bits();
     if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }

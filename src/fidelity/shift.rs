@@ -1,19 +1,23 @@
-//! Images laid over each other: the shift between them, which self-calibration of a free model leaves open.
+//! The shift between two images. Self-calibration without a fixed model does not determine the position of the image.
 
 use crate::fourier::Convolver;
+use crate::{ChainError, Result};
 use cittert_arrays::Image;
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
 /// Half width of the interpolation kernel, pixels.
 const LANCZOS: f64 = 6.0;
-/// Rounds of shifting and correlating again; each brings the error of the parabola down manyfold.
+/// Number of times that the image is shifted and correlated again. Each round reduces the error of the parabola by a large factor.
 const ROUNDS: usize = 4;
 
-/// Shift in pixels (along m, along l) that brings `image` over `truth` \[m, l\], by the peak of their correlation.
-#[must_use]
-pub fn find_shift(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>) -> (f64, f64) {
+/// The shift in pixels (along m, along l) that moves `image` onto `truth` \[m, l\], from the peak of their correlation.
+///
+/// # Errors
+/// The images have different shapes, or no pixel.
+pub fn find_shift(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>) -> Result<(f64, f64)> {
     if image.dim() != truth.dim() || image.is_empty() {
-        return (0.0, 0.0);
+        let message = format!("an image of {:?} pixels cannot be moved onto one of {:?} pixels", image.dim(), truth.dim());
+        return Err(ChainError::Incompatible(message));
     }
     let (n_m, n_l) = truth.dim();
     let centered = |a: ArrayView2<'_, f64>| {
@@ -22,15 +26,15 @@ pub fn find_shift(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>) -> (f6
     };
     let convolver = Convolver::<f64>::new((n_m, n_l), n_m.max(n_l));
     let truth = centered(truth);
-    // What comes in from outside is 0, which for a centred image is its mean and makes no edge.
+    // Pixels from outside the image are 0. This is the mean of the centred image, so they make no edge.
     let image = centered(image);
     let (mut total, mut moved) = ((0.0, 0.0), image.clone());
     for _ in 0..ROUNDS {
-        // Correlation is convolution with the mirrored image; its kernel has the centre at n / 2.
+        // Correlation is convolution with the mirrored image. The kernel has its centre at n / 2.
         let mirrored = convolver.kernel(moved.slice(s![..;-1, ..;-1]));
         let correlation = convolver.convolve(truth.view(), &mirrored);
         let step = peak(&correlation);
-        // The mirrored pixel n - 1 - k lies at n - 1 - k - n / 2 of the kernel.
+        // Pixel k is mirrored to n - 1 - k, which has the coordinate n - 1 - k - n / 2 in the kernel.
         let zero = |n: usize| (n - 1 - n / 2) as f64;
         let step = (step.0 - zero(n_m), step.1 - zero(n_l));
         total = (total.0 + step.0, total.1 + step.1);
@@ -39,10 +43,10 @@ pub fn find_shift(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>) -> (f6
             break;
         }
     }
-    total
+    Ok(total)
 }
 
-/// Place of the largest value, by parabolas through it and its neighbours.
+/// Position of the largest value, from parabolas through the value and its neighbours.
 fn peak(a: &Array2<f64>) -> (f64, f64) {
     let best = a.indexed_iter().fold(((0, 0), f64::NEG_INFINITY), |b, (at, v)| if *v > b.1 { (at, *v) } else { b });
     let (row, column) = best.0;
@@ -56,7 +60,7 @@ fn peak(a: &Array2<f64>) -> (f64, f64) {
     (row as f64 + rows, column as f64 + columns)
 }
 
-/// An image \[m, l\] moved by so many pixels (along m, along l); what comes in from outside is 0.
+/// An image \[m, l\] moved by a number of pixels (along m, along l). Pixels from outside the image are 0.
 #[must_use]
 pub fn shifted(image: ArrayView2<'_, f64>, (by_m, by_l): (f64, f64)) -> Array2<f64> {
     let mut out = image.to_owned();
@@ -77,7 +81,7 @@ pub fn shifted(image: ArrayView2<'_, f64>, (by_m, by_l): (f64, f64)) -> Array2<f
     out
 }
 
-/// Weights of the pixels -LANCZOS..=LANCZOS around the one before the place that moves onto a pixel by `fraction`.
+/// Weights of the pixels from -LANCZOS to LANCZOS for a shift by `fraction` of a pixel.
 ///
 /// # Reference
 /// Duchon 1979, J. Appl. Meteor. 18, 1016 (the window).
@@ -93,10 +97,12 @@ fn taps(fraction: f64) -> Vec<f64> {
     all.into_iter().map(|w| w / sum).collect()
 }
 
-/// The image moved over the truth, and the shift in rad (l, m) that it took. All planes move alike.
-#[must_use]
-pub fn register(image: &Image, truth: &Image) -> (Image, (f64, f64)) {
-    let by = find_shift(image.plane(0, 0), truth.plane(0, 0));
+/// The image moved onto the truth, and the shift (l, m) in rad. All planes move by the shift of the first plane.
+///
+/// # Errors
+/// As [`find_shift`].
+pub fn register(image: &Image, truth: &Image) -> Result<(Image, (f64, f64))> {
+    let by = find_shift(image.plane(0, 0), truth.plane(0, 0))?;
     let mut out = image.clone();
     for (chan, mut channel) in out.data.axis_iter_mut(Axis(0)).enumerate() {
         for (pol, mut plane) in channel.axis_iter_mut(Axis(0)).enumerate() {
@@ -106,7 +112,7 @@ pub fn register(image: &Image, truth: &Image) -> (Image, (f64, f64)) {
     let grid = &image.grid;
     let l = grid.l_at(by.1) - grid.l_at(0.0);
     let m = grid.m_at(by.0) - grid.m_at(0.0);
-    (out, (l, m))
+    Ok((out, (l, m)))
 }
 
 #[cfg(test)]
@@ -126,7 +132,7 @@ mod tests {
         for (n_m, n_l, by) in [(64, 64, (3.3, -2.7)), (61, 80, (-5.0, 0.25)), (50, 49, (0.0, 0.0))] {
             let truth = blobs(n_m, n_l, (30.0, 31.0));
             let image = blobs(n_m, n_l, (30.0 - by.0, 31.0 - by.1));
-            let found = find_shift(image.view(), truth.view());
+            let found = find_shift(image.view(), truth.view()).unwrap();
             assert!((found.0 - by.0).abs() < 0.02 && (found.1 - by.1).abs() < 0.02, "{by:?} {found:?}");
             let back = shifted(image.view(), found);
             let inner = s![16..44, 16..44];

@@ -8,7 +8,7 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex64;
 
-/// A source seen from one phase centre.
+/// A source relative to one phase centre.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seen {
     pub(crate) l: f64,
@@ -22,7 +22,8 @@ pub(crate) struct Seen {
 /// Check the numbers of a source and find its direction cosines.
 ///
 /// # Errors
-/// A number that is not finite, a negative width, a source behind the horizon; `number` counts sources from 1 in the message.
+/// A number is not finite, a width is negative, or the source is behind the horizon. `number` is the number of the source in the message,
+/// starting at 1.
 pub(crate) fn seen_from(source: &Source, number: usize, center: &PhaseCenter) -> Result<Seen> {
     let check = |what: &str, value: f64, good: bool, expected: &'static str| {
         if good {
@@ -52,13 +53,14 @@ pub(crate) fn seen_from(source: &Source, number: usize, center: &PhaseCenter) ->
             Some([[sin * major_rad * scale, cos * major_rad * scale], [cos * minor_rad * scale, -sin * minor_rad * scale]])
         }
     };
-    let nm1 = n_minus_1(l, m).unwrap_or(-1.0);
+    let behind = || ArrayError::BadValue { what: format!("position of source {number}"), value: format!("{l}, {m}"), expected: "l^2 + m^2 <= 1" };
+    let nm1 = n_minus_1(l, m).ok_or_else(behind)?;
     Ok(Seen { l, m, nm1, axes, source: *source })
 }
 
 /// Visibilities of sources at `uvw_m` \[row, 3\] as \[row, freq\]; `amplitude(source, freq)` gives the apparent flux density.
 ///
-/// A Gaussian keeps the w phase of its centre: its own extent in n is left out, as in every component list.
+/// A Gaussian has the w phase of its centre. The change of n over the Gaussian is neglected, as usual in component lists.
 pub(crate) fn sources_dft(
     sources: &[Seen],
     uvw_m: ArrayView2<'_, f64>,

@@ -1,4 +1,4 @@
-//! Visibilities of an image by FFT and interpolation, kept ready from block to block.
+//! Visibilities of an image by FFT and interpolation. The transform is kept between blocks.
 
 use crate::Result;
 use crate::fourier::{Degridder, GridOptions, UvwExtent};
@@ -6,7 +6,7 @@ use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::{Array2, ArrayView2};
 use num_complex::{Complex, Complex64};
 
-/// One plane with the degridder that serves it, which is made anew when rows reach beyond what it was made for.
+/// One plane with its degridder. A new degridder is made if rows lie outside the uvw range of the present one.
 pub(crate) struct DegridPlane {
     grid: SkyGrid,
     plane: Array2<f64>,
@@ -15,20 +15,20 @@ pub(crate) struct DegridPlane {
     ready: Option<(UvwExtent, Precision)>,
 }
 
-/// Single precision is enough, and twice as fast, for errors that it can reach.
+/// The precision of the degridder. Single precision is twice as fast, and is used for errors that it can reach.
 enum Precision {
     Single(Degridder<f32>),
     Double(Degridder<f64>),
 }
 
 impl DegridPlane {
-    /// A plane \[m, l\] of values per cell, to be seen at some frequencies with an error of at most `epsilon` of the total flux.
+    /// A plane \[m, l\] of values per cell, for some frequencies and an error of at most `epsilon` of the total flux.
     pub(crate) fn new(grid: &SkyGrid, plane: Array2<f64>, freq_hz: Vec<f64>, epsilon: f64, w_term: bool) -> Self {
         let options = GridOptions { epsilon, w_term, divide_by_n: false, ..GridOptions::default() };
         Self { grid: grid.clone(), plane, freq_hz, options, ready: None }
     }
 
-    /// About how much memory this takes, bytes.
+    /// Approximate size in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let w_planes = self.ready.as_ref().map_or(0, |(extent, _)| {
             let f_max = self.freq_hz.iter().copied().fold(0.0, f64::max);
@@ -44,7 +44,7 @@ impl DegridPlane {
     /// Visibilities \[row, freq\] at uvw in m \[row, 3\].
     ///
     /// # Errors
-    /// uvw that are not finite, an epsilon beyond the transform.
+    /// A uvw is not finite, or no transform reaches epsilon.
     pub(crate) fn predict(&mut self, uvw_m: ArrayView2<'_, f64>) -> Result<Array2<Complex64>> {
         let needed = UvwExtent::of(uvw_m);
         let covers = |e: &UvwExtent| e.u_m >= needed.u_m && e.v_m >= needed.v_m && e.w_m >= needed.w_m;
@@ -70,7 +70,7 @@ impl DegridPlane {
         Ok(vis)
     }
 
-    /// A degridder with a tenth more room than needed, as the next block is likely to reach a little farther.
+    /// A degridder for a uvw range that is larger by a tenth than needed, because the next block often needs a slightly larger range.
     fn make(&self, needed: UvwExtent) -> Result<(UvwExtent, Precision)> {
         let room = UvwExtent { u_m: 1.1 * needed.u_m, v_m: 1.1 * needed.v_m, w_m: 1.1 * needed.w_m };
         let plane = self.plane.view();

@@ -1,4 +1,4 @@
-//! Exact Fourier sums: the truth that every faster method is measured against.
+//! Exact Fourier sums. The faster methods are tested against them.
 //!
 //! V(u, v, w) = sum over cells of I(l, m) exp(+2 pi i (u l + v m + w (n - 1))), with u, v, w in wavelengths of each frequency.
 
@@ -9,20 +9,20 @@ use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex64;
 
-/// Cells that are summed together; a multiple of `LANES`.
+/// Number of cells that are summed together, a multiple of `LANES`. Their phases fit into the first cache.
 const CHUNK: usize = 64;
-/// Independent partial sums, so that the additions need not wait for each other.
+/// Number of independent partial sums, so that an addition need not wait for the one before it.
 const LANES: usize = 8;
-/// Channels after which the phase recurrence starts afresh: its error stays below 32 roundings, 1e-14.
+/// Number of channels after which the phase recurrence starts again. Its error stays below 32 roundings, 1e-14.
 pub(crate) const RESTART: usize = 32;
 
-/// n - 1 for direction cosines, without cancellation; `None` beyond the horizon.
+/// n - 1 for direction cosines, without loss of digits; `None` behind the horizon.
 pub(crate) fn n_minus_1(l: f64, m: f64) -> Option<f64> {
     let r2 = l * l + m * m;
     (r2 <= 1.0).then(|| -r2 / (1.0 + (1.0 - r2).sqrt()))
 }
 
-/// The cells of a plane that are not zero, column by column.
+/// The cells of a plane that are not zero.
 struct Cells {
     l: Vec<f64>,
     m: Vec<f64>,
@@ -31,7 +31,7 @@ struct Cells {
 }
 
 impl Cells {
-    /// Padded with zeros to a whole number of chunks. Cells beyond the horizon hold nothing that can be seen.
+    /// Padded with zeros to a whole number of chunks. Cells behind the horizon are left out.
     fn of(grid: &SkyGrid, plane: ArrayView2<'_, f64>) -> Self {
         let mut cells = Self { l: Vec::new(), m: Vec::new(), nm1: Vec::new(), value: Vec::new() };
         for ((row, column), &value) in plane.indexed_iter() {
@@ -58,10 +58,10 @@ impl Cells {
 
 /// Exact visibilities of one image plane \[m, l\] (values per cell) at baselines `uvw_m` \[row, 3\] in metres, as \[row, freq\].
 ///
-/// Without the w term (or where every w is 0) the sum is separable and several times faster; the result is the same to rounding.
+/// Without the w term, or if every w is 0, the sum is separable and several times faster. The result is the same to rounding.
 ///
 /// # Errors
-/// A plane of another shape than the grid, or uvw that are not \[row, 3\].
+/// The plane has another shape than the grid, or the uvw are not \[row, 3\].
 ///
 /// # Reference
 /// Thompson, Moran & Swenson 2017, eq. 3.7, with the sign convention uvw = r2 - r1.
@@ -101,7 +101,7 @@ fn check_shapes(grid: &SkyGrid, plane: ArrayView2<'_, f64>, uvw_m: ArrayView2<'_
     Ok(())
 }
 
-/// One baseline, all frequencies, any geometry.
+/// The sum over the cells for one baseline and all frequencies.
 fn sum_cells(cells: &Cells, uvw: [f64; 3], freq_hz: &[f64], step: Option<f64>, add: &mut impl FnMut(usize, Complex64)) {
     let mut delay = [0.0; CHUNK]; // in seconds of light time
     let (mut re, mut im) = ([0.0; CHUNK], [0.0; CHUNK]);
@@ -144,16 +144,14 @@ fn lane_sum(values: &[f64; CHUNK]) -> f64 {
     lanes.iter().sum()
 }
 
-/// exp(2 pi i (u l + v m)) = exp(2 pi i u l) exp(2 pi i v m): one phasor a row and a column instead of one a cell.
+/// The sum without w. Because exp(2 pi i (u l + v m)) = exp(2 pi i u l) exp(2 pi i v m), it needs one phasor for each row and each column instead
+/// of one for each cell.
 fn separable(grid: &SkyGrid, plane: ArrayView2<'_, f64>, uvw_m: ArrayView2<'_, f64>, freq_hz: &[f64], out: &mut Array2<Complex64>) {
-    // Cells beyond the horizon are set to zero here as the list of cells leaves them out.
-    let mut seen = plane.to_owned();
-    for ((row, column), value) in seen.indexed_iter_mut() {
-        if n_minus_1(grid.l_at(column as f64), grid.m_at(row as f64)).is_none() {
-            *value = 0.0;
-        }
-    }
-    let rows: Vec<usize> = (0..grid.n_m).filter(|r| seen.row(*r).iter().any(|v| *v != 0.0)).collect();
+    // A copy in row order, in which cells behind the horizon are 0.
+    let visible = |at: (usize, usize)| n_minus_1(grid.l_at(at.1 as f64), grid.m_at(at.0 as f64)).is_some();
+    let cells: Vec<f64> = plane.indexed_iter().map(|(at, v)| if visible(at) { *v } else { 0.0 }).collect();
+    let lines: Vec<(usize, &[f64])> =
+        cells.chunks_exact(grid.n_l).enumerate().filter(|(_, line)| line.iter().any(|v| *v != 0.0)).collect();
     out.axis_iter_mut(Axis(0)).into_par_iter().zip(uvw_m.axis_iter(Axis(0)).into_par_iter()).for_each(|(mut out, uvw)| {
         let (mut cos, mut sin) = (vec![0.0; grid.n_l], vec![0.0; grid.n_l]);
         for (c, freq) in freq_hz.iter().enumerate() {
@@ -162,11 +160,9 @@ fn separable(grid: &SkyGrid, plane: ArrayView2<'_, f64>, uvw_m: ArrayView2<'_, f
                 (cos[column], sin[column]) = cos_sin_turns(u * grid.l_at(column as f64));
             }
             let mut sum = Complex64::ZERO;
-            for &row in &rows {
-                let line = seen.row(row);
-                let inner = line.as_slice().map_or(Complex64::ZERO, |line| Complex64::new(dot(line, &cos), dot(line, &sin)));
-                let (re, im) = cos_sin_turns(v * grid.m_at(row as f64));
-                sum += inner * Complex64::new(re, im);
+            for (row, line) in &lines {
+                let (re, im) = cos_sin_turns(v * grid.m_at(*row as f64));
+                sum += Complex64::new(dot(line, &cos), dot(line, &sin)) * Complex64::new(re, im);
             }
             out[c] += sum;
         }
@@ -247,6 +243,18 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// The order of the numbers in memory does not matter.
+    #[test]
+    fn a_transposed_plane_gives_the_sum_of_its_copy() {
+        let grid = SkyGrid::new(12, 9, 1e-3, SkyFrame::Boresight).unwrap();
+        let plane = Array2::from_shape_fn((12, 9), |(r, c)| (r * 9 + c) as f64).reversed_axes();
+        let uvw = array![[30.0, 20.0, 0.0]];
+        let vis = image_dft(&grid, plane.view(), uvw.view(), &[1e9], true).unwrap();
+        let copy = Array2::from_shape_fn((9, 12), |at| plane[at]);
+        assert_eq!(vis, image_dft(&grid, copy.view(), uvw.view(), &[1e9], true).unwrap());
+        assert!(vis[[0, 0]].norm() > 1.0);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The pattern of one antenna or receiving element, the same for all of them.
+//! The power pattern of an antenna or a receiving element. All elements have the same pattern.
 
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayLayout, SPEED_OF_LIGHT_M_S};
@@ -33,7 +33,7 @@ impl ElementPattern {
     /// An Airy pattern for the diameter that all antennas of a layout share.
     ///
     /// # Errors
-    /// No diameters in the layout, or different ones.
+    /// The layout has no diameters, or different ones.
     pub fn airy_of(layout: &ArrayLayout) -> Result<Self> {
         let Some(diameter_m) = layout.antennas().first().and_then(|a| a.diameter_m) else {
             return Err(ChainError::Incompatible(format!("layout {:?} gives no antenna diameter: state one", layout.name)));
@@ -52,7 +52,7 @@ impl ElementPattern {
     /// Check the parameters.
     ///
     /// # Errors
-    /// A width or diameter that is not positive, a negative exponent.
+    /// A width or a diameter is not positive, or the exponent is negative.
     pub fn check(&self) -> Result<()> {
         let (option, value, good) = match *self {
             Self::None => return Ok(()),
@@ -68,7 +68,7 @@ impl ElementPattern {
         if good { Ok(()) } else { Err(bad(option, value, "a positive, finite number")) }
     }
 
-    /// True where the pattern differs from channel to channel.
+    /// True if the pattern differs from channel to channel.
     #[must_use]
     pub fn varies_with_frequency(&self) -> bool {
         matches!(self, Self::Airy { .. } | Self::Gaussian { ref_freq_hz: Some(_), .. })
@@ -92,7 +92,7 @@ impl ElementPattern {
             }
             Self::Airy { diameter_m } => {
                 let x = std::f64::consts::PI * diameter_m * sin_theta * freq_hz / SPEED_OF_LIGHT_M_S;
-                // Near the axis the quotient loses its digits; the series is exact there to 1e-17.
+                // Near the axis the quotient loses digits. The series is accurate to 1e-17 there.
                 if x < 1e-4 { (1.0 - x * x / 8.0).powi(2) } else { (2.0 * libm::j1(x) / x).powi(2) }
             }
             Self::CosPower { exponent } => (1.0 - sin_theta * sin_theta).max(0.0).powf(exponent / 2.0),
@@ -106,11 +106,11 @@ impl ElementPattern {
         match *self {
             Self::None => None,
             Self::CosPower { exponent } => Some(2.0 * PI / (exponent + 1.0)),
-            // Effective area times solid angle is the wavelength squared.
+            // The product of effective area and solid angle is the square of the wavelength.
             Self::Airy { diameter_m } => Some((SPEED_OF_LIGHT_M_S / freq_hz).powi(2) / (PI * diameter_m * diameter_m / 4.0)),
             Self::Gaussian { fwhm_rad, ref_freq_hz } => {
                 let fwhm = ref_freq_hz.map_or(fwhm_rad, |f| fwhm_rad * f / freq_hz);
-                // Simpson's rule out to where the pattern is below 1e-19.
+                // Simpson's rule, out to an angle where the pattern is below 1e-19.
                 let end = (4.0 * fwhm).min(FRAC_PI_2);
                 let steps = 2000;
                 let h = end / f64::from(steps);

@@ -7,7 +7,9 @@ use super::mask::MaskPlane;
 use super::noise::NoiseModel;
 use super::options::check;
 use super::sky::{SkyModel, apparent_plane, check_image, from_jy, nearest_channels, stokes_coefficient, unit_factor};
-use super::{ElementPattern, Method, SimulateOptions, pedestal};
+use super::method::Method;
+use super::{ElementPattern, SimulateOptions, pedestal};
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{
@@ -16,30 +18,25 @@ use cittert_arrays::{
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::{Complex, Complex64};
 
-/// Working memory of one pass over a block, bytes.
-const PASS_BYTES: usize = 64 << 20;
-/// Transforms of scenes are kept from block to block up to this size, bytes.
-const KEEP_BYTES: usize = 1 << 30;
-
-/// One image plane that serves some channels of the set.
+/// One image plane that is used for some channels of the set.
 struct Plane {
     image: usize,
     image_chan: usize,
     pol: usize,
-    /// Channels of the set that see this plane.
+    /// The channels of the set that use this plane.
     chans: Vec<usize>,
-    /// Its transform, once made, where there is memory to keep it.
+    /// Its transform, if it was made and the memory budget allows to keep it.
     ready: Option<Transform>,
 }
 
-/// A plane ready to be sampled.
+/// A transformed plane, from which visibilities are sampled.
 enum Transform {
     Exact {
         plane: Array2<f64>,
     },
     Degrid(Box<DegridPlane>),
     Mask(MaskPlane),
-    /// Nothing to see.
+    /// All pixels are 0.
     Empty,
 }
 
@@ -54,25 +51,25 @@ impl Transform {
     }
 }
 
-/// What a simulation made.
+/// The numbers of rows and visibilities of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Summary {
     /// Rows written.
     pub rows: u64,
     /// Visibilities written.
     pub visibilities: u64,
-    /// Of these, flagged because they lie outside the mask's grid.
+    /// Visibilities among these that are flagged because they lie outside the grid of the mask.
     pub flagged: u64,
 }
 
-/// Turns rows of coverage into visibilities of one scene.
+/// Computes the visibilities of one scene for rows of coverage.
 pub struct Simulator<'a> {
     header: VisibilityHeader,
     sky: &'a SkyModel,
     options: SimulateOptions,
     pattern: ElementPattern,
     pedestal_k: f64,
-    /// Sources as seen from each phase centre \[phase centre\]\[source\].
+    /// The sources relative to each phase centre \[phase centre\]\[source\].
     sources: Vec<Vec<Seen>>,
     planes: Vec<Plane>,
     kept_bytes: usize,
@@ -80,15 +77,16 @@ pub struct Simulator<'a> {
     /// Frequencies within each channel, Hz \[chan\]\[sub-channel\].
     freq_hz: Vec<Vec<f64>>,
     warned_coarse: bool,
+    memory: MemoryBudget,
 }
 
 impl<'a> Simulator<'a> {
-    /// Check everything that can be checked before the first row. [`Simulator::header`] then is the header of the output:
-    /// the given one with the pedestal and a line of history.
+    /// Check the header, the scene and the options. [`Simulator::header`] is then the header of the output: the given header with the
+    /// pedestal and a line of history.
     ///
     /// # Errors
-    /// An empty scene, an image in another frame than the set or with NaN or of an unknown unit, a source behind the horizon,
-    /// options outside their range, noise of antennas without SEFD or Tsys.
+    /// The scene is empty, an image has another frame than the set, a NaN or an unknown unit, a source is behind the horizon, an option is
+    /// outside its range, or noise is requested for antennas without SEFD or Tsys.
     pub fn new(header: VisibilityHeader, sky: &'a SkyModel, options: &SimulateOptions, observer: &dyn Observer) -> Result<Self> {
         check(options)?;
         let pattern = options.pattern(&header.layout)?;
@@ -129,6 +127,7 @@ impl<'a> Simulator<'a> {
             kept_bytes: 0,
             noise,
             warned_coarse: false,
+            memory: MemoryBudget::default(),
         };
         simulator.header.pedestal_k = pedestal_k;
         let line = simulator.history();
@@ -154,11 +153,11 @@ impl<'a> Simulator<'a> {
         line
     }
 
-    /// Simulate all rows of an iterator into a sink, which the caller opens with [`Simulator::header`] and finishes.
-    /// `total_rows` is only told to the observer, for its estimate of the time left.
+    /// Simulate all rows of an iterator and write them to a sink. The caller opens the sink with [`Simulator::header`] and finishes it. The
+    /// observer receives `total_rows` for its estimate of the remaining time.
     ///
     /// # Errors
-    /// As [`Simulator::block`]; an error of the iterator or of the sink; a request to stop.
+    /// As [`Simulator::block`]; also if the iterator or the sink fails, or the observer asks to stop.
     pub fn run(
         &mut self,
         rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
@@ -200,14 +199,13 @@ impl<'a> Simulator<'a> {
     fn rows_in_a_pass(&self) -> usize {
         let values: usize =
             self.freq_hz.iter().map(Vec::len).sum::<usize>() + 2 * self.header.spectrum.n_chan() * self.header.polarizations.len();
-        (PASS_BYTES / (16 * values)).max(1)
+        (self.memory.simulated_block() / (16 * values)).max(1)
     }
 
-    /// Simulate the rows of one block, of which `first_row` rows of the set come before.
+    /// Simulate the rows of one block. `first_row` is the index of its first row in the set.
     ///
     /// # Errors
-    /// A row with an antenna or phase centre that the header does not have, or an integration time without length where noise
-    /// is asked for.
+    /// A row has an antenna or a phase centre that the header does not have, or noise is requested and an integration time is not positive.
     pub fn block(&mut self, coverage: UvCoverage, first_row: u64, observer: &dyn Observer) -> Result<VisibilityBlock> {
         self.check_rows(&coverage, observer)?;
         let (n_rows, n_chan, n_pol) = self.header.shape(coverage.n_rows());
@@ -292,10 +290,10 @@ impl<'a> Simulator<'a> {
                 }
             }
         }
-        // A degridder grows with the range of w that it meets.
+        // The degridder grows with the range of w of the rows.
         self.kept_bytes += transform.bytes() - before;
-        // What does not fit into memory is made anew for every block.
-        if self.kept_bytes <= KEEP_BYTES {
+        // A transform that does not fit into the budget is made again for every block.
+        if self.kept_bytes <= self.memory.kept_scenes() {
             self.planes[k].ready = Some(transform);
         } else {
             self.kept_bytes -= transform.bytes();
@@ -327,7 +325,7 @@ impl<'a> Simulator<'a> {
         let (unit, pattern, sub) = (self.header.unit, self.pattern, self.options.subchannels);
         let freqs: Vec<f64> = self.freq_hz.iter().flatten().copied().collect();
         let terms = products(Polarization::I, &self.header.polarizations);
-        // In method mask the sources are seen where the image is: at the centre of the cell, without w.
+        // In method mask the sources are sampled like the image: at the centre of the cell and without w.
         let snap = (self.options.method == Method::Mask).then(|| &self.sky.images[0].grid);
         for (center, sources) in self.sources.iter().enumerate() {
             let rows: Vec<usize> = (0..coverage.n_rows()).filter(|r| usize::from(coverage.phase_center[*r]) == center).collect();
@@ -349,7 +347,7 @@ impl<'a> Simulator<'a> {
     }
 }
 
-/// Sources at the centres of the cells of the Fourier grid, which differ from channel to channel.
+/// Visibilities of sources at the centres of the cells of the Fourier grid. The cells differ from channel to channel.
 fn snapped_sources(
     grid: &SkyGrid,
     sources: &[Seen],
@@ -377,13 +375,13 @@ fn warn_beyond_horizon(image: &cittert_arrays::Image, observer: &dyn Observer) {
     let count = hidden.count();
     if count > 0 {
         observer.event(Event::Warning(&format!(
-            "{count} pixels of scene {:?} lie beyond the horizon (l^2 + m^2 > 1) and are not seen",
+            "{count} pixels of scene {:?} lie behind the horizon (l^2 + m^2 > 1) and do not contribute",
             image.object
         )));
     }
 }
 
-/// Products of the set that a Stokes plane contributes to, with their coefficients.
+/// The products of the set to which a Stokes plane contributes, with their coefficients.
 fn products(scene: Polarization, set: &[Polarization]) -> Vec<(usize, Complex64)> {
     set.iter().enumerate().map(|(k, p)| (k, stokes_coefficient(scene, *p))).filter(|(_, c)| *c != Complex64::ZERO).collect()
 }

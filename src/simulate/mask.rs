@@ -1,10 +1,10 @@
-//! The u-v mask of an array on the grid of the FFT, and visibilities sampled through it.
+//! The u-v mask of an array on the grid of the FFT, and visibilities that are sampled with it.
 //!
-//! A scene of N cells of size d transforms into N cells of 1 / (N d) wavelengths. Method `mask` gives each visibility the value
-//! of the cell nearest to it, as aperture-plane imagers have traditionally been simulated. The uvw of the set stay what they are:
-//! with several channels no single baseline in metres could stand at the centre of a cell in each. What the shift to the centre of
-//! the cell costs is the error of the method, and grows with the distance from the phase centre: sinc(l / width of the frame) for
-//! shifts spread evenly over the cell.
+//! The FFT of a scene of N cells of size d has N cells of 1 / (N d) wavelengths. Method `mask` gives each visibility the value of the nearest
+//! cell, which is the traditional way to simulate aperture-plane imagers. The uvw of the set are not changed: with several channels, no baseline
+//! in metres could be at the centre of a cell in every channel. The error of the method comes from the shift to the centre of the cell. It grows
+//! with the distance from the phase centre: for shifts that are evenly distributed over the cell, a source at l is reduced by
+//! sinc(l / width of the frame).
 
 use crate::fourier;
 use crate::{ChainError, Result};
@@ -12,7 +12,7 @@ use cittert_arrays::{BrightnessUnit, Image, Polarization, SPEED_OF_LIGHT_M_S, Sk
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex64;
 
-/// Cell (column, row) of the Fourier grid nearest to (u, v) in wavelengths, with u = 0 at n / 2; `None` off the grid.
+/// The cell (column, row) of the Fourier grid nearest to (u, v) in wavelengths, with u = 0 at n / 2. `None` if it is outside the grid.
 fn nearest_cell(n_u: usize, n_v: usize, cell_rad: f64, u: f64, v: f64) -> Option<(usize, usize)> {
     let index = |n: usize, x: f64| {
         let k = (x * n as f64 * cell_rad).round() + (n / 2) as f64;
@@ -38,7 +38,7 @@ impl MaskPlane {
         16 * self.cells.len()
     }
 
-    /// Values \[row, freq\]; `outside(row, freq)` is told of those off the grid, which get 0.
+    /// Values \[row, freq\]. `outside(row, freq)` is called for each visibility outside the grid; its value is 0.
     pub(crate) fn predict(&self, uvw_m: ArrayView2<'_, f64>, freq_hz: &[f64], mut outside: impl FnMut(usize, usize)) -> Array2<Complex64> {
         let (n_v, n_u) = self.cells.dim();
         let mut out = Array2::zeros((uvw_m.nrows(), freq_hz.len()));
@@ -53,11 +53,11 @@ impl MaskPlane {
     }
 }
 
-/// Which cells of the Fourier grid an array fills in a band, and how often. Each visibility counts at (u, v) and, as the
-/// scene is real, at (-u, -v).
+/// The number of visibilities of an array in each cell of the Fourier grid, over a band. Each visibility counts at (u, v) and, because the scene
+/// is real, at (-u, -v).
 #[derive(Debug, Clone, PartialEq)]
 pub struct UvMask {
-    /// Hits of each cell \[v, u\]; u = 0 is column n / 2, u grows to the right, v up.
+    /// Number of visibilities in each cell \[v, u\]. u = 0 is column n / 2; u increases to the right, v upwards.
     pub counts: Array2<u32>,
     /// Width of a cell along u, wavelengths.
     pub cell_u: f64,
@@ -65,9 +65,9 @@ pub struct UvMask {
     pub cell_v: f64,
     /// Size of the image cell, rad.
     pub image_cell_rad: f64,
-    /// Visibilities counted, each with its conjugate as one.
+    /// Number of visibilities. A visibility and its conjugate count as one.
     pub samples: u64,
-    /// Of these, off the grid.
+    /// Number of these that are outside the grid.
     pub outside: u64,
     /// Longest baseline in the band, wavelengths.
     pub longest_wavelengths: f64,
@@ -131,17 +131,17 @@ impl UvMaskBuilder {
 }
 
 impl UvMask {
-    /// Cells hit at least once.
+    /// Number of cells with at least one visibility.
     #[must_use]
     pub fn cells_hit(&self) -> usize {
         self.counts.iter().filter(|c| **c > 0).count()
     }
 
-    /// Cells hit over the cells whose centres lie within the longest baseline (and on the grid); 0 without samples.
+    /// Number of filled cells divided by the number of cells of the grid whose centres lie within the longest baseline; 0 without samples.
     #[must_use]
     pub fn fill_fraction(&self) -> f64 {
         let (n_v, n_u) = self.counts.dim();
-        // Half a cell more, as a sample at the end of the longest baseline lies in a cell whose centre may be beyond it.
+        // The radius is larger by half a cell: the centre of the cell with the longest baseline may lie beyond that baseline.
         let (a, b) = (self.longest_wavelengths / self.cell_u + 0.5, self.longest_wavelengths / self.cell_v + 0.5);
         let within = |((v, u), _): &((usize, usize), &u32)| {
             let (x, y) = (*u as f64 - (n_u / 2) as f64, *v as f64 - (n_v / 2) as f64);
@@ -152,13 +152,13 @@ impl UvMask {
         if self.samples == 0 || cells == 0 { 0.0 } else { hit as f64 / cells as f64 }
     }
 
-    /// Cells hit over all cells of the grid.
+    /// Number of filled cells divided by the number of all cells.
     #[must_use]
     pub fn grid_fraction(&self) -> f64 {
         self.cells_hit() as f64 / self.counts.len() as f64
     }
 
-    /// Mean number of hits of a cell that is hit; 1 where no two visibilities share a cell, 0 without any.
+    /// Mean number of visibilities in a filled cell. It is 1 if no two visibilities share a cell, and 0 without visibilities.
     #[must_use]
     pub fn redundancy(&self) -> f64 {
         let hits: f64 = self.counts.iter().map(|c| f64::from(*c)).sum();
@@ -166,11 +166,11 @@ impl UvMask {
         if cells == 0 { 0.0 } else { hits / cells as f64 }
     }
 
-    /// The counts as an image (unit one) for pictures and files. The grid carries the image cell; the size of a u-v cell in
-    /// wavelengths is `cell_u` by `cell_v`, and is written in the history.
+    /// The counts as an image without unit, for pictures and files. The grid of the image has the image cell. The history records the size
+    /// of a u-v cell in wavelengths, `cell_u` by `cell_v`.
     ///
     /// # Errors
-    /// Never for a mask made by [`UvMaskBuilder`] with a valid grid.
+    /// The sizes do not make a valid grid. This cannot happen for a mask that [`UvMaskBuilder`] made.
     pub fn to_image(&self) -> Result<Image> {
         let (n_v, n_u) = self.counts.dim();
         let grid = SkyGrid::new(n_u, n_v, self.image_cell_rad, SkyFrame::Boresight)?;
@@ -190,10 +190,10 @@ impl UvMask {
     }
 }
 
-/// Cover a grid by rows from an iterator.
+/// The mask of all rows of an iterator.
 ///
 /// # Errors
-/// The first error of the iterator; no rows at all.
+/// The iterator fails, or no row is a baseline between two antennas.
 pub fn uv_mask(
     grid: &SkyGrid,
     spectrum: &SpectralWindow,

@@ -1,6 +1,6 @@
 //! Thermal noise of the receivers.
 //!
-//! Each of the real and imaginary parts of a visibility has the standard deviation
+//! The real and the imaginary part of a visibility each have the standard deviation
 //! sigma = sqrt(SEFD1 SEFD2 / (2 B t)) / eta_c for bandwidth B, integration time t and correlator efficiency eta_c.
 //! With SEFD = 2 k Tsys / A_e and the Rayleigh-Jeans law this is, in K sr,
 //! sigma = sqrt(Tsys1 Tsys2 / (2 B t)) lambda^2 / A_e / eta_c = sqrt(Tsys1 Tsys2 / (2 B t)) Omega_A / eta_c,
@@ -55,7 +55,7 @@ impl NoiseOptions {
     }
 }
 
-/// Noise of one set: knows sigma of every datum and adds it.
+/// The thermal noise of one set.
 ///
 /// # Reference
 /// Wrobel & Walker 1999, ASP Conf. 180, 171, eqs 9-5 and 9-14; Thompson, Moran & Swenson 2017, sect. 6.2.
@@ -69,17 +69,17 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// The noise of a set; `pattern` gives the solid angle where Tsys is known but no diameter.
+    /// The noise of a set. `pattern` gives the solid angle if Tsys is known but no diameter.
     ///
     /// # Errors
-    /// An antenna of which neither SEFD nor Tsys is known, Tsys without diameter and pattern, efficiencies outside (0, 1],
-    /// a set in correlator units.
+    /// An antenna has neither SEFD nor Tsys, or Tsys without diameter and pattern. An efficiency is outside (0, 1]. The set is in correlator
+    /// units.
     pub fn new(header: &VisibilityHeader, options: &NoiseOptions, pattern: &ElementPattern) -> Result<Self> {
         for (option, value) in
             [("aperture efficiency", options.aperture_efficiency), ("correlator efficiency", options.correlator_efficiency)]
         {
             if !(value > 0.0 && value <= 1.0) {
-                return Err(ChainError::BadOption { option, value: value.to_string(), expected: "a number above 0 and at most 1".into() });
+                return Err(ChainError::bad_option(option, value, "a number above 0 and at most 1"));
             }
         }
         let given = match options.sensitivity {
@@ -90,11 +90,11 @@ impl NoiseModel {
         let more = [("diameter for the noise", options.diameter_m), ("solid angle for the noise", options.solid_angle_sr)];
         for (option, value) in given.into_iter().chain(more.into_iter().filter_map(|(o, v)| Some((o, v?)))) {
             if !(value.is_finite() && value > 0.0) {
-                return Err(ChainError::BadOption { option, value: value.to_string(), expected: "a positive, finite number".into() });
+                return Err(ChainError::bad_option(option, value, "a positive, finite number"));
             }
         }
         if header.unit == VisUnit::Uncalibrated {
-            return Err(ChainError::Incompatible("thermal noise has no size in a set of correlator units: use Jy or K sr".into()));
+            return Err(ChainError::Incompatible("the size of thermal noise is unknown in correlator units: use a set in Jy or K sr".into()));
         }
         let freq = header.spectrum.freq_hz();
         let mut sefd = Array2::zeros((header.layout.n_ant(), freq.len()));
@@ -107,7 +107,7 @@ impl NoiseModel {
     }
 
     /// Standard deviation of the real and of the imaginary part of a visibility, in the unit of the set.
-    /// An autocorrelation is real and has sqrt(2) times as much.
+    /// An autocorrelation is real, and its standard deviation is larger by sqrt(2).
     #[must_use]
     pub fn sigma(&self, ant1: usize, ant2: usize, chan: usize, pol: usize, integration_s: f64) -> f64 {
         let hands = if self.options.dual_hands && self.products[pol].aips() > 0 { 2.0 } else { 1.0 };
@@ -116,18 +116,15 @@ impl NoiseModel {
         (self.sefd[[ant1, chan]] * self.sefd[[ant2, chan]] / samples).sqrt() / self.options.correlator_efficiency
     }
 
-    /// Add noise to a block and set its weights to 1 / sigma^2. `first_row` counts rows from the start of the set, so that
-    /// the noise of a row is the same however the set is cut into blocks.
+    /// Add noise to a block and set its weights to 1 / sigma^2. `first_row` is the index of its first row in the set, so the noise of a row does
+    /// not depend on the blocks.
     ///
     /// # Errors
-    /// An integration time that is not positive.
+    /// An integration time is not positive.
     pub fn apply(&self, block: &mut VisibilityBlock, first_row: u64) -> Result<()> {
         if let Some((row, t)) = block.coverage.integration_s.iter().enumerate().find(|(_, t)| !(t.is_finite() && **t > 0.0)) {
-            return Err(ChainError::BadOption {
-                option: "integration time",
-                value: format!("{t} s (row {})", first_row + row as u64),
-                expected: "a positive time, as thermal noise depends on it".into(),
-            });
+            let value = format!("{t} s (row {})", first_row + row as u64);
+            return Err(ChainError::bad_option("integration time", value, "a positive time, because thermal noise depends on it"));
         }
         let coverage = &block.coverage;
         let rows = block.vis.axis_iter_mut(Axis(0)).into_par_iter().zip(block.weights.axis_iter_mut(Axis(0)));
@@ -146,7 +143,7 @@ impl NoiseModel {
     }
 }
 
-/// SEFD of an antenna at a frequency, Jy: as given, or 2 k Tsys / A_e.
+/// SEFD of an antenna at a frequency, Jy: the given one, or 2 k Tsys / A_e.
 fn sefd_jy(antenna: &Antenna, options: &NoiseOptions, pattern: &ElementPattern, freq_hz: f64) -> Result<f64> {
     let tsys = match options.sensitivity.or(antenna.sensitivity) {
         Some(Sensitivity::SefdJy(v)) => return Ok(v),

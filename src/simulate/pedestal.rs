@@ -1,7 +1,7 @@
-//! A constant brightness temperature that is taken off the scene before the transform.
+//! The pedestal: a constant brightness temperature that is subtracted from the scene before the transform.
 //!
-//! An interferometer does not measure the zero spacing, so a warm background only adds the side lobes of a bright square.
-//! The constant is recorded in the header and added back to the images.
+//! An interferometer does not measure the zero spacing, so a warm background only adds the side lobes of a bright square. The header records the
+//! constant, and the images add it back.
 
 use super::dft::n_minus_1;
 use super::element::ElementPattern;
@@ -9,10 +9,10 @@ use super::sky::{SkyModel, holds_intensity};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, VisUnit};
 
-/// What is removed from a scene in kelvin.
+/// The constant that is subtracted from a scene in kelvin.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Pedestal {
-    /// The mean seen through the element pattern, where the background is warm; otherwise nothing.
+    /// The mean of the scene weighted with the element pattern if the background is warm, otherwise nothing.
     #[default]
     Auto,
     /// Nothing.
@@ -21,13 +21,13 @@ pub enum Pedestal {
     Kelvin(f64),
 }
 
-/// A background counts as warm where nine tenths of the frame are above this part of the mean.
+/// A background is warm if nine tenths of the frame are above this fraction of the mean.
 const WARM: f64 = 0.1;
 
-/// The constant to remove, K, or `None` where nothing is removed.
+/// The constant to subtract in K, or `None` if nothing is subtracted.
 ///
 /// # Errors
-/// A temperature that is not finite, or one for a scene or a set that is not in kelvin.
+/// The temperature is not finite, or a temperature is given but the scene or the set is not in kelvin.
 pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &ElementPattern, freq_hz: f64) -> Result<Option<f64>> {
     let warm: Vec<&Image> = sky.images.iter().filter(|i| i.unit == BrightnessUnit::Kelvin).collect();
     let fits = unit == VisUnit::KelvinSr && warm.len() == 1;
@@ -46,7 +46,7 @@ pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &
     }
 }
 
-/// Mean over the frame weighted with pattern / n, so that the zero spacing of the rest is 0.
+/// Mean over the frame with the weights pattern / n. The zero spacing of the rest of the scene is then 0.
 fn mean_if_warm(image: &Image, pattern: &ElementPattern, freq_hz: f64) -> Option<f64> {
     let pol = image.polarizations.iter().position(|p| holds_intensity(*p))?;
     let (mut sum, mut weight, mut values) = (0.0, 0.0, Vec::with_capacity(image.grid.n_l * image.grid.n_m));

@@ -1,6 +1,6 @@
-//! exp(2 pi i x) of many phases at once, without branches, so that the compiler can use vector registers.
+//! exp(2 pi i x) for many phases. The code has no branches, so the compiler can use vector registers.
 
-/// Adding and subtracting this rounds an f64 below 2^51 to the nearest integer, whose low bits are then the low bits of the sum.
+/// Adding and subtracting this number rounds an f64 below 2^51 to the nearest integer. The low bits of the sum are the low bits of the integer.
 const ROUND: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
 
 /// cos(2 pi x) and sin(2 pi x) for x in turns, |x| < 2^48; the absolute error is below 3e-16.
@@ -35,7 +35,7 @@ pub(crate) fn cos_sin_turns(x: f64) -> (f64, f64) {
     (f64::from_bits(c.to_bits() ^ flip_c), f64::from_bits(s.to_bits() ^ flip_s))
 }
 
-/// Distance between equally spaced values, or `None` where they are not equally spaced to rounding or fewer than two.
+/// Distance between equally spaced values. `None` if they are not equally spaced to within rounding, or if there are fewer than two.
 pub(crate) fn uniform_step(values: &[f64]) -> Option<f64> {
     let n = values.len();
     if n < 2 {

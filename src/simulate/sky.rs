@@ -1,4 +1,4 @@
-//! The scene, checked and brought into the unit of the visibilities.
+//! The scene: its checks and its conversion to the unit of the visibilities.
 
 use super::dft::n_minus_1;
 use super::element::ElementPattern;
@@ -10,24 +10,24 @@ use cittert_arrays::{
 use ndarray::Array2;
 use num_complex::Complex64;
 
-/// What the array looks at: images and analytic sources, all added together.
+/// The observed scene: the sum of images and analytic sources.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SkyModel {
-    /// Images in K, Jy/pixel or Jy/beam. An image of one channel serves the whole band; of several, each channel of the
-    /// set takes the nearest.
+    /// Images in K, Jy/pixel or Jy/beam. An image with one channel is used for the whole band. If an image has several channels, each channel
+    /// of the set uses the nearest one.
     pub images: Vec<Image>,
     /// Points and Gaussians, unpolarised.
     pub sources: Vec<Source>,
 }
 
 impl SkyModel {
-    /// One image alone.
+    /// A scene with one image.
     #[must_use]
     pub fn of_image(image: Image) -> Self {
         Self { images: vec![image], sources: Vec::new() }
     }
 
-    /// Sources alone.
+    /// A scene with sources only.
     #[must_use]
     pub fn of_sources(sources: Vec<Source>) -> Self {
         Self { images: Vec::new(), sources }
@@ -54,7 +54,7 @@ pub(crate) fn unit_factor(image: BrightnessUnit, unit: VisUnit, freq_hz: f64) ->
     }
 }
 
-/// What a Stokes parameter (or a correlation) of the scene adds to a product of the set.
+/// The coefficient with which a Stokes parameter (or a correlation) of the scene contributes to a product of the set.
 ///
 /// # Reference
 /// Hamaker & Bregman 1996, A&AS 117, 161, with I = (XX + YY) / 2 = (RR + LL) / 2: an unpolarised source has XX = I.
@@ -74,7 +74,8 @@ pub(crate) fn stokes_coefficient(scene: Polarization, product: Polarization) -> 
 /// Check an image against the phase centres of a set and the numbers in it.
 ///
 /// # Errors
-/// Another frame or centre than the set's, NaN or infinity in a pixel, a unit that is no brightness, Jy/beam without a beam.
+/// The image has another frame or centre than the set, a pixel is not finite, the unit is not a brightness, or an image in Jy/beam has neither
+/// one beam nor one for each channel.
 pub(crate) fn check_image(image: &Image, centers: &[PhaseCenter]) -> Result<()> {
     for center in centers {
         check_frame(&image.grid, center)?;
@@ -87,11 +88,17 @@ pub(crate) fn check_image(image: &Image, centers: &[PhaseCenter]) -> Result<()> 
     }
     match image.unit {
         BrightnessUnit::Kelvin | BrightnessUnit::JyPerPixel => Ok(()),
-        BrightnessUnit::JyPerBeam if !image.beams.is_empty() => Ok(()),
-        BrightnessUnit::JyPerBeam => Err(ChainError::Incompatible(format!(
+        BrightnessUnit::JyPerBeam if image.beams.is_empty() => Err(ChainError::Incompatible(format!(
             "scene {:?} is in Jy/beam but has no beam (BMAJ, BMIN, BPA): its flux density is unknown",
             image.object
         ))),
+        BrightnessUnit::JyPerBeam if ![1, image.spectrum.n_chan()].contains(&image.beams.len()) => Err(ChainError::Incompatible(format!(
+            "scene {:?} has {} beams for {} channels: one beam, or one for each channel is needed",
+            image.object,
+            image.beams.len(),
+            image.spectrum.n_chan()
+        ))),
+        BrightnessUnit::JyPerBeam => Ok(()),
         other => Err(ChainError::Incompatible(format!("scene {:?} has unit {other:?}: K, Jy/pixel or Jy/beam is needed", image.object))),
     }
 }
@@ -126,15 +133,15 @@ fn check_frame(grid: &SkyGrid, center: &PhaseCenter) -> Result<()> {
     }
 }
 
-/// True for the products that total intensity, and so the pedestal, goes into.
+/// True for the products to which the total intensity, and therefore the pedestal, contributes.
 pub(crate) fn holds_intensity(pol: Polarization) -> bool {
     stokes_coefficient(Polarization::I, pol).re != 0.0
 }
 
-/// One plane as the array sees it \[m, l\]: the integral of the brightness over each cell, times the element pattern.
+/// The apparent brightness of one plane \[m, l\]: the integral of the brightness over each cell, times the element pattern.
 ///
-/// K gives K sr: T cell^2 / n, as dOmega = dl dm / n. Jy/pixel is that integral already. In Jy/beam both the cell and the
-/// beam shrink with n, so the ratio of their areas at the centre serves everywhere.
+/// An image in K gives K sr: T cell^2 / n, because dOmega = dl dm / n. An image in Jy/pixel already contains the integral. In Jy/beam, the
+/// solid angles of the cell and of the beam depend on n in the same way, so the ratio of their areas at the centre applies everywhere.
 pub(crate) fn apparent_plane(
     image: &Image,
     (chan, pol): (usize, usize),
@@ -165,7 +172,7 @@ pub(crate) fn apparent_plane(
     })
 }
 
-/// For each channel of the set the channel of the image that is nearest in frequency \[chan\].
+/// For each channel of the set, the channel of the image with the nearest frequency \[chan\].
 pub(crate) fn nearest_channels(image: &SpectralWindow, set: &SpectralWindow) -> Vec<usize> {
     let distance = |c: &usize, f: f64| (image.freq_hz()[*c] - f).abs();
     set.freq_hz().iter().map(|f| (0..image.n_chan()).min_by(|a, b| distance(a, *f).total_cmp(&distance(b, *f))).unwrap_or(0)).collect()

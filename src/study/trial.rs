@@ -131,14 +131,14 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
                 result.rounds = run.rounds.len();
                 result.note = run.warnings.join("; ");
                 let phase = phase_rms(&truth, &run.best().gains, plan.rounds.start == StartFrom::Data)?;
-                result.after = maker.products().map(|p| {
+                if let Some(p) = maker.products() {
                     let mut last = seen(p, &base.deconvolution);
                     if plan.rounds.start == StartFrom::Data && matches!(base.deconvolution, Deconvolution::Mem(_)) {
-                        let by = find_shift(last.image.view(), reference.image.view());
+                        let by = find_shift(last.image.view(), reference.image.view())?;
                         last.image = shifted(last.image.view(), by);
                     }
-                    quality(&last, &reference, phase)
-                });
+                    result.after = Some(quality(&last, &reference, phase));
+                }
             }
             Err(ChainError::NoData(why) | ChainError::Incompatible(why)) => result.note = why,
             Err(e) => return Err(e),
