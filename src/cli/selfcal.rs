@@ -259,6 +259,7 @@ fn options(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<SelfcalO
         apply: ApplyOptions { interpolation, flag_unsolved: !args.keep_unsolved, ..ApplyOptions::default() },
         improvement: args.improvement,
         patience: args.patience,
+        tuning: crate::calibrate::SelfcalTuning::default(),
     })
 }
 

@@ -1,4 +1,5 @@
-//! From a set of visibilities to the few hundred data of a sparse array: one product, averaged over scans, with systematic errors.
+//! Reads a set of visibilities as the few hundred data of a sparse array: one polarisation product, averaged over scans, with systematic
+//! errors.
 
 use super::samples::Samples;
 use crate::imaging::{DataCounts, PolSelector};
@@ -15,9 +16,9 @@ type Sum = (f64, Complex64, [f64; 2]);
 
 /// Bytes of file rows read at once.
 const BLOCK_BYTES: usize = 64 << 20;
-/// Samples beyond which the direct transform is the wrong tool.
+/// Samples at most: the transform is direct, and its cost grows with samples times cells.
 const MOST_SAMPLES: usize = 50_000;
-/// A pause of so many times the usual step of time ends a scan.
+/// A pause longer than this many times the usual step of time ends a scan.
 const PAUSE: f64 = 6.0;
 /// Longest scan that is averaged into one datum, s.
 const LONGEST_SCAN_S: f64 = 600.0;
@@ -38,7 +39,7 @@ pub enum Average {
 /// The data of a sparse array.
 #[derive(Debug, Clone)]
 pub struct SparseSet {
-    /// Who measured what.
+    /// The visibilities with their antennas and times.
     pub samples: Samples,
     /// u and v in wavelengths \[n\], for the antennas p < q in the order of the samples.
     pub uv: Vec<[f64; 2]>,
@@ -78,7 +79,7 @@ impl SparseSet {
     ) -> Result<Self> {
         if !(0.0..1.0).contains(&systematic) {
             let (value, expected) = (systematic.to_string(), "a fraction from 0 to 1".into());
-            return Err(ChainError::BadOption { option: "--systematic-noise", value, expected });
+            return Err(ChainError::BadOption { option: "systematic", value, expected });
         }
         let header = source.header().clone();
         let (data, counts, phase_center) = read(source, &header, polarization, observer)?;
@@ -231,7 +232,7 @@ fn intervals(data: &[Datum], average: Average) -> Result<Vec<f64>> {
         Average::Seconds(s) if s > 0.0 && s.is_finite() => s,
         Average::Seconds(s) => {
             let expected = "a positive time, scan or none".into();
-            return Err(ChainError::BadOption { option: "--average", value: format!("{s} s"), expected });
+            return Err(ChainError::BadOption { option: "average", value: format!("{s} s"), expected });
         }
         Average::Scans if steps.last().is_some_and(|last| *last > PAUSE * usual) => LONGEST_SCAN_S,
         Average::Scans => 0.0,

@@ -1,8 +1,9 @@
-//! What closure imaging is asked for.
+//! Options of closure imaging.
 
 use super::gather::Average;
 use super::penalty::PenaltyWeights;
 use super::phase_term::PhaseForm;
+use super::tuning::ClosureImagingControl;
 use crate::closure::ClosureSet;
 use crate::{ChainError, Result};
 use cittert_arrays::Polarization;
@@ -37,7 +38,7 @@ impl Term {
 /// # Errors
 /// An unknown name, one that occurs twice, a weight that is not positive, no term but `vis`.
 pub fn parse_terms(text: &str) -> Result<Vec<(Term, f64)>> {
-    let bad = |expected: String| ChainError::BadOption { option: "--terms", value: format!("{text:?}"), expected };
+    let bad = |expected: String| ChainError::BadOption { option: "terms", value: format!("{text:?}"), expected };
     let mut terms: Vec<(Term, f64)> = Vec::new();
     for part in text.split(',').map(str::trim) {
         let (name, weight) = part.split_once('=').map_or((part, Ok(1.0)), |(n, w)| (n.trim(), w.trim().parse::<f64>()));
@@ -104,6 +105,8 @@ pub struct ClosureImagingOptions {
     pub starts: usize,
     /// Seed of the random starts.
     pub seed: u64,
+    /// How field, prior and flux are chosen where they are not given.
+    pub tuning: ClosureImagingControl,
 }
 
 impl Default for ClosureImagingOptions {
@@ -128,12 +131,13 @@ impl Default for ClosureImagingOptions {
             selfcal_rounds: 2,
             starts: 1,
             seed: 1,
+            tuning: ClosureImagingControl::default(),
         }
     }
 }
 
 impl ClosureImagingOptions {
-    /// Refuse what cannot be.
+    /// Refuse values out of their range.
     ///
     /// # Errors
     /// A flux, width or error that is not positive, nothing to do, sizes beyond what a direct transform should be asked for.
@@ -143,36 +147,36 @@ impl ClosureImagingOptions {
         if let FluxFrom::Given(f) = self.flux
             && !(f > 0.0 && f.is_finite())
         {
-            return bad("--flux", f.to_string(), "a positive flux");
+            return bad("flux", f.to_string(), "a positive flux");
         }
         if let Some(f) = self.prior_fwhm_rad
             && !(f > 0.0 && f.is_finite())
         {
-            return bad("--prior-fwhm", f.to_string(), "a positive angle");
+            return bad("prior_fwhm_rad", f.to_string(), "a positive angle");
         }
         if let Some((n, m)) = self.size
             && !((4..=512).contains(&n) && (4..=512).contains(&m))
         {
-            return bad("--size", format!("{n}x{m}"), "4 to 512 cells a side for closure imaging");
+            return bad("size", format!("{n}x{m}"), "4 to 512 cells a side for closure imaging");
         }
         for (option, value) in [
-            ("--gain-error", self.gain_error),
-            ("--penalties entropy", self.penalty.entropy),
-            ("--penalties tv", self.penalty.tv),
-            ("--penalties tv2", self.penalty.tv2),
-            ("--uv-min", self.uv_min_wl),
+            ("gain_error", self.gain_error),
+            ("penalty.entropy", self.penalty.entropy),
+            ("penalty.tv", self.penalty.tv),
+            ("penalty.tv2", self.penalty.tv2),
+            ("uv_min_wl", self.uv_min_wl),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
                 return bad(option, value.to_string(), "a number of 0 or more");
             }
         }
-        for (option, value) in [("--closure-rounds", self.rounds), ("--round-niter", self.iterations), ("--starts", self.starts)] {
+        for (option, value) in [("rounds", self.rounds), ("iterations", self.iterations), ("starts", self.starts)] {
             if value == 0 {
                 return bad(option, "0".into(), "1 or more");
             }
         }
         if !self.terms.iter().any(|(t, _)| *t != Term::Visibility) {
-            return bad("--terms", "vis alone".into(), "at least one of amp, cphase and logcamp, that the self-calibration can start from");
+            return bad("terms", "vis alone".into(), "at least one of amp, cphase and logcamp, that the self-calibration can start from");
         }
         Ok(())
     }
@@ -193,7 +197,7 @@ mod tests {
         let terms = parse_terms("cphase, logcamp=2,amp=0.5").unwrap();
         assert_eq!(terms, [(Term::ClosurePhase, 1.0), (Term::LogClosureAmplitude, 2.0), (Term::Amplitude, 0.5)]);
         for bad in ["", "amp,phase", "amp=0", "amp=x", "amp,amp"] {
-            assert!(parse_terms(bad).unwrap_err().to_string().contains("--terms"), "{bad}");
+            assert!(parse_terms(bad).unwrap_err().to_string().contains("terms"), "{bad}");
         }
         assert!(Term::ALL.iter().all(|(n, t)| t.name() == *n));
     }
@@ -203,12 +207,12 @@ mod tests {
         let ok = ClosureImagingOptions::default();
         assert!(ok.check().is_ok());
         let cases = [
-            (ClosureImagingOptions { flux: FluxFrom::Given(0.0), ..ok.clone() }, "--flux"),
-            (ClosureImagingOptions { prior_fwhm_rad: Some(-1.0), ..ok.clone() }, "--prior-fwhm"),
-            (ClosureImagingOptions { size: Some((4096, 4096)), ..ok.clone() }, "--size"),
-            (ClosureImagingOptions { gain_error: f64::NAN, ..ok.clone() }, "--gain-error"),
-            (ClosureImagingOptions { rounds: 0, ..ok.clone() }, "--closure-rounds"),
-            (ClosureImagingOptions { terms: vec![(Term::Visibility, 1.0)], ..ok.clone() }, "--terms"),
+            (ClosureImagingOptions { flux: FluxFrom::Given(0.0), ..ok.clone() }, "flux"),
+            (ClosureImagingOptions { prior_fwhm_rad: Some(-1.0), ..ok.clone() }, "prior_fwhm_rad"),
+            (ClosureImagingOptions { size: Some((4096, 4096)), ..ok.clone() }, "size"),
+            (ClosureImagingOptions { gain_error: f64::NAN, ..ok.clone() }, "gain_error"),
+            (ClosureImagingOptions { rounds: 0, ..ok.clone() }, "rounds"),
+            (ClosureImagingOptions { terms: vec![(Term::Visibility, 1.0)], ..ok.clone() }, "terms"),
         ];
         for (options, name) in cases {
             assert!(options.check().unwrap_err().to_string().contains(name), "{name}");

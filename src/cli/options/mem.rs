@@ -136,6 +136,7 @@ impl MemArgs {
             total_variation: self.total_variation,
             l1: self.l1,
             uncertainty: self.map()?,
+            ..MemOptions::default()
         })
     }
 

@@ -32,11 +32,11 @@ pub const ENTROPIES: [Entry; 3] = [
 pub fn entropy_by_name(name: &str) -> Result<&'static Entry> {
     ENTROPIES.iter().find(|e| e.name == name).ok_or_else(|| {
         let names: Vec<&str> = ENTROPIES.iter().map(|e| e.name).collect();
-        ChainError::BadOption { option: "--entropy", value: format!("{name:?}"), expected: names.join(", ") }
+        ChainError::BadOption { option: "entropy", value: format!("{name:?}"), expected: names.join(", ") }
     })
 }
 
-/// Refuse a prior that no positive image can be compared with.
+/// Refuse a prior with pixels that are not positive.
 ///
 /// # Errors
 /// A pixel that is not positive and finite, inside the mask where there is one.
@@ -45,7 +45,7 @@ pub fn check_prior(prior: &Array2<f64>, inside: Option<&Array2<bool>>) -> Result
     match prior.indexed_iter().find(bad) {
         None => Ok(()),
         Some(((row, column), v)) => Err(ChainError::BadOption {
-            option: "--prior",
+            option: "prior",
             value: format!("{v} at column {column}, row {row}"),
             expected: "a prior that is positive and finite in every pixel".into(),
         }),
