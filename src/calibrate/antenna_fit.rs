@@ -1,4 +1,4 @@
-//! One solution interval: which antennas can be solved, their gains, and why the others cannot.
+//! One solution interval: the antennas that can be solved, their gains, and the reason why others cannot.
 
 use super::delay::solve_delays;
 use super::least_squares::{Fit, Pairs, solve_pairs};
@@ -83,7 +83,8 @@ impl IntervalData<'_> {
     }
 }
 
-/// Reduced chi squared below which weights cannot be 1/sigma^2. With 30 degrees of freedom noise alone never comes near.
+/// Reduced chi squared below which weights cannot be 1/sigma^2. With 30 degrees of freedom the noise gives such a value less than once in
+/// 10^9 intervals.
 const NO_SCALE: f64 = 0.1;
 
 /// Solve an interval; `needed` is the number of baselines an antenna must have.
@@ -121,7 +122,7 @@ pub(crate) fn solve_interval(data: &IntervalData<'_>, options: &SolveOptions, ne
         let mut lost = false;
         let subsets: Vec<Pairs> = pairs.iter().map(|c| c.subset(&active)).collect();
         for (i, &p) in active.iter().enumerate() {
-            // Each channel is a matched filter of its own; together they gain with the root of their number.
+            // Each channel is a matched filter. Together their signal to noise grows with the root of their number.
             let each: Vec<f64> = subsets.iter().zip(&gains).map(|(c, g)| c.snr(i, g)).collect();
             out.snr[p] = each.iter().sum::<f64>() / (each.len() as f64).sqrt() / scale;
             if !(out.snr[p] >= options.min_snr) {
@@ -138,7 +139,7 @@ pub(crate) fn solve_interval(data: &IntervalData<'_>, options: &SolveOptions, ne
     }
 }
 
-/// Gains \[chan\]\[active\] of the antennas that are left, with robust weights where asked for.
+/// Gains \[chan\]\[active\] of the active antennas, with robust weights where the options ask for them.
 fn solve_active(
     data: &IntervalData<'_>,
     pairs: &mut Vec<Pairs>,
@@ -201,7 +202,7 @@ fn robust_weight(options: &SolveOptions, chi2: f64, n: f64) -> f64 {
     }
 }
 
-/// Median of the rows' chi^2 for each real datum: a noise scale that outliers do not move.
+/// Median over the rows of chi^2 a real datum: a noise scale that outliers do not change.
 fn typical_scale(data: &IntervalData<'_>, chi2: &[Option<f64>]) -> f64 {
     let mut ratios: Vec<f64> = chi2.iter().zip(&data.rows).filter_map(|(x, (_, _, c))| x.map(|x| x / (2.0 * f64::from(c.n)))).collect();
     if ratios.is_empty() {
@@ -235,8 +236,7 @@ fn misfit(data: &IntervalData<'_>, active: &[usize], gains: &[Vec<Complex64>], m
     (chi2, 2.0 * samples - unknowns)
 }
 
-/// Flag antennas without data, then those with too few baselines among the rest until none is left, then all but the
-/// largest connected group.
+/// Flag antennas without data, then repeatedly those with too few baselines to the rest, then all outside the largest connected group.
 pub(crate) fn prune(pairs: &[Pairs], flagged: &mut [Option<FlagReason>], needed: usize) {
     let n = flagged.len();
     let linked: Vec<bool> = (0..n * n).map(|i| pairs.iter().any(|c| c.measured(i / n, i % n))).collect();

@@ -9,7 +9,7 @@ use cittert_arrays::{GainTable, SpectralWindow, VisibilityBlock, VisibilityHeade
 use ndarray::Axis;
 use num_complex::{Complex, Complex64};
 
-/// Whether gains are taken out of the data or put on.
+/// Whether gains are removed from the data or applied to them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// Divide by g1 conj(g2): corrupted data become calibrated.
@@ -46,7 +46,7 @@ impl Default for ApplyOptions {
     }
 }
 
-/// What became of the samples.
+/// Counts of the samples that were changed and flagged.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ApplyCounts {
     /// Samples multiplied or divided by gains.
@@ -55,7 +55,7 @@ pub struct ApplyCounts {
     pub flagged: u64,
 }
 
-/// A gain table made ready for the rows of one set.
+/// A gain table matched to the rows of one set.
 #[derive(Debug, Clone)]
 pub struct GainApplier<'a> {
     table: &'a GainTable,
@@ -209,14 +209,19 @@ pub(crate) fn nearest_channel(table: &GainTable, freq_hz: f64) -> usize {
         let d = (s.freq_hz()[*c] - freq_hz).abs();
         ((d - s.width_hz()[*c] / 2.0).max(0.0), d)
     };
-    (0..s.n_chan()).min_by(|a, b| distance(a).partial_cmp(&distance(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(0)
+    let nearer = |a: &usize, b: &usize| {
+        let (a, b) = (distance(a), distance(b));
+        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+    };
+    // A spectral window has at least one channel.
+    (0..s.n_chan()).min_by(nearer).unwrap_or(0)
 }
 
-/// Gains on the disk and in memory at most, where a table is spread over channels.
+/// Gains of a table at most, where it is spread over channels.
 const MOST_SPREAD: usize = 1 << 25;
 
-/// A table with an entry for each channel of `spectrum`: that of the nearest of its own channels, as [`GainApplier`] takes it. Programs
-/// that apply tables channel by channel need it so. A table that would become larger than half a gigabyte stays as it is.
+/// A table with an entry for each channel of `spectrum`, taken from the nearest of its own channels as in [`GainApplier`]. Programs that
+/// apply tables channel by channel need this form. A table that would become larger than half a gigabyte stays as it is.
 #[must_use]
 pub fn on_channels(table: &GainTable, spectrum: &SpectralWindow) -> GainTable {
     let (n_time, n_ant, _, n_feed) = table.gains.dim();
@@ -290,14 +295,14 @@ pub fn apply(
     Ok(total)
 }
 
-/// A set seen through its gains: rows come out calibrated (or corrupted), nothing is stored.
+/// A set whose rows are calibrated (or corrupted) as they are read. Nothing is stored.
 pub struct CalibratedSource<'a> {
     source: &'a mut dyn VisibilitySource,
     applier: GainApplier<'a>,
 }
 
 impl<'a> CalibratedSource<'a> {
-    /// See `source` through `table`.
+    /// Apply `table` to the rows of `source`.
     ///
     /// # Errors
     /// As [`GainApplier::new`].

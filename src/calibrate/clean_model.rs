@@ -2,7 +2,8 @@
 
 use super::model::{ModelVisibilities, sees_unpolarized};
 use super::predicted::{Left, Predicted, Unpolarized};
-use super::selfcal::{ModelMaker, ModelMetrics, RoundPlan};
+use super::rounds::{ModelMaker, ModelMetrics, RoundPlan};
+use super::selfcal_tuning::SelfcalTuning;
 use crate::fourier::{Degridder, GridOptions, Real, UvwExtent};
 use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Continue, Imager, ImagingOptions, Tools, clean_from, joined};
@@ -16,10 +17,10 @@ use std::ops::Range;
 
 /// Images and cleans the data of each round, and predicts from the model. The grid of the first round stays.
 ///
-/// The first image begins with nothing; later ones go on from the model as it is. All but the last take one major cycle: what the
-/// model leaves of the newly calibrated data is gridded, and one minor cycle brings it down. So a round costs two transforms, one to
-/// predict the model and one to grid what it leaves, and many short rounds cost no more than a few deep images. That is also what
-/// solves extended scenes: gains and image are found together, before either has taken the errors of the other for its own.
+/// The first image starts from an empty model; later ones continue from the present model. All rounds but the last take one major
+/// cycle: the residual visibilities of the newly calibrated data are gridded, and one minor cycle cleans them. A round costs two
+/// transforms, one to predict the model and one to grid the residual, so many short rounds cost no more than a few deep images. Short
+/// rounds also solve extended scenes: gains and image improve together, before either takes up the errors of the other.
 pub struct CleanMaker {
     imaging: ImagingOptions,
     clean: CleanOptions,
@@ -27,6 +28,7 @@ pub struct CleanMaker {
     best: Option<State>,
     tools: Option<Tools>,
     predicted: Predicted,
+    tuning: SelfcalTuning,
 }
 
 #[derive(Clone)]
@@ -65,14 +67,8 @@ enum Predictors {
     Double(Vec<Degridder<f64>>),
 }
 
-/// Error of the transforms in short rounds. What they grid is small against the source already.
-const SHORT_EPSILON: f64 = 1e-4;
-/// Multiple of the noise at which short rounds stop taking points.
-const SHORT_NSIGMA: f64 = 3.0;
 /// The deconvolver of extended structure.
 const EXTENDED: &str = "multiscale";
-/// Error of a prediction, as a part of the depth that its model has.
-const PREDICTED_EPSILON: f64 = 0.01;
 
 impl CleanMaker {
     /// A maker with these options. In each round `clean.threshold` is raised to the plan's depth times the peak of the round
@@ -80,16 +76,23 @@ impl CleanMaker {
     /// `clean.niter` are those of each round.
     #[must_use]
     pub fn new(imaging: ImagingOptions, clean: CleanOptions) -> Self {
-        Self { imaging, clean, now: None, best: None, tools: None, predicted: Predicted::default() }
+        Self { imaging, clean, now: None, best: None, tools: None, predicted: Predicted::default(), tuning: SelfcalTuning::default() }
     }
 
-    /// Images of the present round: after the loop, those of the best.
+    /// The same with other constants of the short rounds.
+    #[must_use]
+    pub fn tuned(mut self, tuning: SelfcalTuning) -> Self {
+        self.tuning = tuning;
+        self
+    }
+
+    /// Images of the present round; after the loop, those of the best round.
     #[must_use]
     pub fn products(&self) -> Option<&CleanProducts> {
         self.now.as_ref().map(|s| &s.products)
     }
 
-    /// Take a model from elsewhere: predictions come from it, and the products show it and what it leaves of the data.
+    /// Take a model that was made elsewhere. Predictions come from it, and the products show it and its residual.
     ///
     /// # Errors
     /// As for an image; a model (flux a pixel \[m, l\]) of another shape.
@@ -104,7 +107,7 @@ impl CleanMaker {
         self.hold(place, products, self.imaging.epsilon)
     }
 
-    /// Keep what was made, ready to predict with an error of `epsilon`.
+    /// Keep the products, and prepare predictions with an error of `epsilon`.
     fn hold(&mut self, place: Place, products: CleanProducts, epsilon: f64) -> Result<ModelMetrics> {
         let Place { channels, freq_hz, extent } = place;
         let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
@@ -134,8 +137,8 @@ impl ModelMaker for CleanMaker {
     fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
         let header = data.header().clone();
         let mut state = self.now.take();
-        // Points are cleaned anew at the end: what the first rounds took for points in poorly calibrated data shall not stay. An
-        // extended scene goes on, as it has been put together from all of its rounds.
+        // At the end points are cleaned from an empty model, so that false points of the first, poorly calibrated rounds do not stay.
+        // An extended scene continues, since its model was built up in all rounds.
         if plan.last && self.clean.algorithm.name() != EXTENDED {
             state = None;
         }
@@ -144,7 +147,7 @@ impl ModelMaker for CleanMaker {
         let subtracted = state.is_some() && !plan.last;
         let mut imaging = self.imaging.clone();
         if subtracted && self.tools.is_some() {
-            imaging.epsilon = imaging.epsilon.max(SHORT_EPSILON);
+            imaging.epsilon = imaging.epsilon.max(self.tuning.short_epsilon);
         }
         let mut left;
         let source: &mut dyn VisibilitySource = match &mut state {
@@ -160,11 +163,12 @@ impl ModelMaker for CleanMaker {
         let mut options = self.clean.clone();
         if !plan.last {
             options.max_major = options.max_major.min(1);
-            // What one cycle takes wrongly for want of an exact residual, the next round sees: no fear of side lobes.
+            // A minor cycle works on an approximate residual, so it may place some flux wrongly. The next round computes the exact residual and
+            // corrects it. The minor cycle may therefore go deeper than the side-lobe limit.
             options.cyclefactor = 0.0;
-            // Points in the noise would be solved against as if they were there. (Extended structure is brighter than any of its residuals.)
+            // Gains solved against points in the noise would fit the noise. (Extended structure is brighter than any of its residuals.)
             if options.algorithm.name() != EXTENDED {
-                options.nsigma = options.nsigma.max(SHORT_NSIGMA);
+                options.nsigma = options.nsigma.max(self.tuning.short_nsigma);
             }
         }
         match peak_before {
@@ -172,7 +176,7 @@ impl ModelMaker for CleanMaker {
                 let given = options.threshold.map_or(Ok(0.0), |level| level.in_unit("threshold", header.unit))?;
                 options.threshold = Some(Level::of(given.max(plan.depth * before), header.unit));
             }
-            // Its one cycle stops at a part of the peak that nobody knows yet.
+            // The peak is not known before the first image, so its one cycle stops at a fraction of whatever the peak is.
             None if !plan.last => options.mgain = options.mgain.min(1.0 - plan.depth.min(0.99)),
             None => {}
         }
@@ -182,7 +186,8 @@ impl ModelMaker for CleanMaker {
         if let Some(before) = state {
             products.components = joined(before.products.components.into_iter().chain(products.components));
         }
-        let epsilon = if plan.last { self.imaging.epsilon } else { (PREDICTED_EPSILON * plan.depth).clamp(self.imaging.epsilon, 1e-3) };
+        let epsilon =
+            if plan.last { self.imaging.epsilon } else { (self.tuning.predicted_epsilon * plan.depth).clamp(self.imaging.epsilon, 1e-3) };
         self.hold(place, products, epsilon)
     }
 
@@ -224,7 +229,7 @@ impl Unpolarized for State {
             let made = Predictors::new(&self.products.model, &self.channels, freq, extent, &self.grid_options)?;
             (self.extent, self.predictors) = (extent, std::sync::Arc::new(made));
         }
-        // Rows without a place in the u-v plane have no model; they are predicted at the origin and then marked.
+        // Rows whose u, v, w are not finite have no model. They are predicted at the origin and then set to NaN.
         let lost: Vec<usize> = (0..coverage.n_rows()).filter(|r| coverage.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
         let mut uvw_m = coverage.uvw_m.clone();
         lost.iter().for_each(|r| uvw_m.row_mut(*r).fill(0.0));
@@ -275,7 +280,7 @@ fn flux(model: &Image, channel: usize) -> Array2<f64> {
     Array2::from_shape_fn(plane.dim(), |(i, j)| {
         let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
         let n2 = 1.0 - l * l - m * m;
-        // A cell of direction cosines sees 1/n of solid angle more than one at the centre.
+        // The solid angle of a cell of direction cosines is 1/n times that of a cell at the centre.
         if n2 > 0.0 { (plane[(i, j)] - constant) * grid.cell_sr() / n2.sqrt() } else { 0.0 }
     })
 }

@@ -1,11 +1,11 @@
-//! Comparing gain tables modulo what calibration cannot know.
+//! Comparison of gain tables without the phases and scales that calibration cannot determine.
 //!
-//! A common phase of all antennas is never observable. Where the model is free, a phase gradient over the aperture is not
-//! either: it shifts the image. Where amplitudes are solved together with the model, their scale is the flux scale. Each
-//! is removed where asked for, and what is left is the error.
+//! A common phase of all antennas is never observable. Where the model is free, a phase gradient over the aperture is not observable
+//! either: it shifts the image. Where amplitudes are solved together with the model, their scale is the flux scale. Each of these is
+//! removed where the options ask for it. The rest is the error.
 //!
-//! The gradient is found on the complex ratio of the gains, which knows no turns: a search over slopes finds the
-//! strongest coherent sum, then least squares on the phase of the residual is repeated until it settles.
+//! The gradient is found on the complex ratio of the gains, which has no ambiguity of turns. A search over slopes finds the largest
+//! coherent sum. Least squares on the phase of the residual is then repeated until it settles.
 
 use super::apply::{interval_of, known, nearest_channel};
 use crate::linalg::{Cholesky, Matrix};
@@ -23,7 +23,7 @@ pub struct CompareOptions {
     pub flux_scale: bool,
 }
 
-/// What is left between two gain tables.
+/// The difference of two gain tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainComparison {
     /// Largest phase difference, rad.
@@ -131,7 +131,7 @@ fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) -> Result<usi
     Err(ChainError::Incompatible(format!("feed {name} is not in the other gain table, which has {}", truth.feeds.join(", "))))
 }
 
-/// Phases after the common one is gone: first the direction of the sum, then the mean of what is left.
+/// Phases without the common one: first the direction of the sum is removed, then the mean of the rest.
 fn center(residual: &[Complex64]) -> Vec<f64> {
     let mut turn = unit(residual.iter().sum());
     let mut phases = Vec::new();
@@ -202,7 +202,7 @@ fn plane_fit(phases: &[f64], place_m: &[[f64; 2]]) -> [f64; 2] {
             }
         }
     }
-    // A whisper of damping picks the shortest slope for antennas on a line.
+    // A very small damping selects the smallest slope for antennas on a line.
     let trace = a[(0, 0)] + a[(1, 1)];
     (0..2).for_each(|i| a[(i, i)] += 1e-12 * trace);
     Cholesky::new(&a).map_or([0.0; 2], |c| {

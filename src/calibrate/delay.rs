@@ -1,7 +1,7 @@
 //! Phases and delays: antenna phases that grow linearly over the channels.
 //!
-//! The delays are first searched on a grid, antenna by antenna against all the others at once, as in a fringe search; the
-//! least squares problem in phases and slopes together then finishes.
+//! The delays are first searched on a grid, one antenna against all others at a time, as in a fringe search. Least squares in phases and
+//! slopes together then gives the solution.
 //!
 //! # Reference
 //! Schwab & Cotton 1983, AJ 88, 688 (global fringe fitting).
@@ -42,7 +42,7 @@ impl Band<'_> {
         best.map_or_else(Line::default, |(slope, z)| Line { phase: z.arg(), slope })
     }
 
-    /// Lines handed on along the strongest baselines.
+    /// Lines that follow from antenna to antenna along the strongest baselines.
     fn tree(&self) -> Option<Vec<Line>> {
         let n = self.n;
         let strength = |p: usize, q: usize| self.pairs.iter().map(|c| c.vm(p, q).norm()).sum::<f64>();
@@ -121,7 +121,7 @@ impl Band<'_> {
                 }
             }
         }
-        // A common phase and a common slope cost their mean curvature instead of nothing.
+        // A common phase and a common slope, which have no curvature, are given the mean curvature.
         for block in [0, n] {
             let mean = (0..n).map(|p| a[(block + p, block + p)]).sum::<f64>() / (n * n) as f64;
             for p in 0..n {
@@ -145,7 +145,7 @@ pub(crate) fn solve_delays(pairs: &[Pairs], freq_hz: &[f64], max_iterations: usi
     let mut sorted = x.clone();
     sorted.sort_by(f64::total_cmp);
     let spacing = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 1e-9).fold(2.0, f64::min);
-    // A slope of pi a channel is the end of what the channels can tell apart; the peak of the search is about pi wide.
+    // The channels cannot distinguish slopes beyond pi a channel. The peak of the search is about pi wide.
     let reach = std::f64::consts::PI / spacing;
     let steps = ((reach / (std::f64::consts::PI / 4.0)).ceil() as i64).min(8192);
     let grid = (-steps..=steps).map(|i| reach * i as f64 / steps as f64).collect();

@@ -1,10 +1,9 @@
-//! What a calibration can know: unknowns, independent observables, and the modes that nothing measures.
+//! What a calibration can determine: its unknowns, its independent observables, and the modes that no observable measures.
 //!
-//! The logarithm of a visibility is linear in the logarithms of the gains, so one Jacobian tells all, whatever the
-//! values. Phases and amplitudes separate. The visibilities of a free image are unknowns too, one for each different
-//! baseline; they are eliminated first: a baseline that occurs once says nothing about gains, baselines that repeat say
-//! how their gains differ. The rank is that of the singular values; each known degeneracy is then projected on the null
-//! space, and named if it lies in it.
+//! The logarithm of a visibility is linear in the logarithms of the gains, so one Jacobian holds for all values. Phases and amplitudes
+//! separate. The visibilities of a free image are unknowns too, one for each different baseline. They are eliminated first: a baseline
+//! that occurs once gives no information about gains, and baselines that repeat give the differences of their gains. The rank follows
+//! from the singular values. Each known degeneracy is projected on the null space, and named if it lies in it.
 //!
 //! # Reference
 //! Pearson & Readhead 1984, ARA&A 22, 97 (closure and its counts); Wieringa 1992, Exp. Astron. 2, 203 and Liu et al. 2010,
@@ -20,11 +19,11 @@ use std::f64::consts::TAU;
 /// What is known of the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKnowledge {
-    /// Everything.
+    /// All of it.
     Known,
-    /// It is one point, of unknown place and flux.
+    /// It is one point of unknown position and flux.
     UnknownPoint,
-    /// Nothing: every different baseline has a visibility of its own.
+    /// Nothing is known: every different baseline has its own visibility.
     FreeImage,
 }
 
@@ -49,7 +48,7 @@ impl Default for IdentifyOptions {
     }
 }
 
-/// A direction in the space of unknowns that no observable sees.
+/// A direction in the space of unknowns on which no observable depends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DegenerateMode {
     /// Its name, such as "common phase" or "image shift along l".
@@ -250,7 +249,7 @@ fn scale_of(position: &[[f64; 3]], freq_hz: f64) -> f64 {
 pub(super) struct RowStack {
     columns: usize,
     rows: Vec<Vec<f64>>,
-    /// Rows that went through here.
+    /// Rows that were added.
     seen: usize,
 }
 
@@ -262,7 +261,7 @@ impl RowStack {
     fn push(&mut self, row: Vec<f64>) {
         self.seen += 1;
         self.rows.push(row);
-        // A triangle says as much as all the rows above it.
+        // The triangle has the same normal matrix as all rows before it.
         if self.rows.len() >= 4 * self.columns.max(16) {
             let mut m = self.matrix();
             triangularise(&mut m);

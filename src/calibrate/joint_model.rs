@@ -1,19 +1,22 @@
 //! The joint solution of image and gains as a model maker of self-calibration.
 //!
-//! The first image it is asked for is made together with gains of its own, from data whose gains nobody knows. The loop then solves
-//! the gains against that image as against any other model, and the images of calibrated data only show what it leaves.
+//! The first call makes an image together with its own gains, from data whose gains are unknown. The loop of self-calibration then
+//! solves the gains against that image as against any other model. Later calls image the calibrated data only to show the residuals.
 
 use super::clean_model::CleanMaker;
 use super::joint_solution::{Joint, JointGoals, Lattice, faint, joint};
+use super::joint_tuning::JointSchedule;
 use super::model::ModelVisibilities;
 use super::options::SolveOptions;
-use super::selfcal::{ModelMaker, ModelMetrics, RoundPlan};
+use super::rounds::{ModelMaker, ModelMetrics, RoundPlan};
 use super::unknown_gains::{UnknownGains, UnknownGainsBuilder};
 use crate::fourier::GridOptions;
 use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
 use crate::mem::regulariser::WeightedSum;
-use crate::mem::{ChiSquared, Gathered, MemImager, MemPlan, Objective, Prior, flux_of_one, noise_from_hands, prepared, sum_inside};
+use crate::mem::{
+    ChiSquared, Gathered, MemImager, MemPlan, Objective, Prior, flat_prior, flux_of_one, in_front, noise_from_hands, prepared, sum_inside,
+};
 use crate::misfit::VisibilityTerm;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
@@ -23,15 +26,6 @@ use num_complex::Complex;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Error of the transforms of the joint solution.
-const EPSILON: f64 = 1e-4;
-/// Most guesses of an unknown prior.
-const PRIORS: usize = 4;
-/// Flux of the image over that of the prior up to which the prior is bright enough: the image hardly depends on it.
-const PRIOR_SETTLED: f64 = 1.1;
-/// What a prior made of the data is multiplied with. On the scene of the common workload c, priors of 1.5 to 3.6 times the mean
-/// brightness end within 5 % of the same error, one of the mean brightness 20 % above.
-const BRIGHTER: f64 = 2.0;
 
 /// How the joint solution is made.
 #[derive(Debug, Clone)]
@@ -42,11 +36,11 @@ pub struct JointOptions {
     pub prior: Prior,
     /// Where the image may be bright \[m, l\].
     pub mask: Option<Array2<bool>>,
-    /// When it is done; the noise is found where the weights are mere counts, whatever this says.
+    /// When it is done. Where the weights are counts of samples, the noise is estimated in any case.
     pub goals: JointGoals,
 }
 
-/// Makes image and gains at once from the first data it sees, and shows what the image leaves of those that follow.
+/// Makes image and gains together from the first data, and shows the residuals of the image in the data that follow.
 pub struct JointMaker {
     imaging: ImagingOptions,
     options: JointOptions,
@@ -82,25 +76,26 @@ impl JointMaker {
         let one = flux_of_one(&imager);
         let pedestal = imager.header().pedestal_k.filter(|_| imager.header().unit == VisUnit::KelvinSr);
         let offset = pedestal.map(|t| &one * t);
-        let inside = inside(&one, self.options.mask.clone());
+        let inside = in_front(&one, self.options.mask.clone());
         let (prior, known) = match &self.options.prior {
             Prior::Flat(t) => (&one * *t, true),
             Prior::Image(image) => (&one * image, true),
             Prior::Auto | Prior::Smoothed => {
                 let hidden = offset.as_ref().map_or(0.0, |o| sum_inside(o, inside.as_ref()));
-                // Amplitudes on the shortest baselines know at least a part of the flux, whatever the phases are.
-                let seen = Gathered::new(&mut imager, 0, observer)?.flux_seen() + hidden;
-                (&one * (seen / sum_inside(&one, inside.as_ref()).max(f64::MIN_POSITIVE)), false)
+                // Amplitudes on the shortest baselines give at least a part of the flux, whatever the phases are.
+                let seen = Gathered::new(&mut imager, 0, observer)?.flux_seen()? + hidden;
+                (flat_prior(&one, seen, inside.as_ref())?, false)
             }
         };
-        let grid_options = GridOptions { epsilon: self.imaging.epsilon.max(EPSILON), ..self.imaging.grid_options() };
+        let epsilon = self.imaging.epsilon.max(self.options.goals.tuning.epsilon);
+        let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
         let chi2 = ChiSquared::new(imager.grid(), &freq_hz, uvw_m.view(), &grid_options, vec![(1.0, term)])?;
         drop(imager);
         let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux: None, beam: None, unit: 1.0 };
         let mut solver = prepared(objective, prior, &MemPlan::default())?;
         if !known {
-            solver = of_its_flux(solver, &gains, observer)?;
+            solver = of_its_flux(solver, &gains, &self.options.goals.tuning, observer)?;
         }
         let goals = JointGoals { find_noise: counts, ..self.options.goals };
         let found = solved(&mut solver, &gains, (&uvw_m, &freq_hz), &goals, observer)?;
@@ -112,22 +107,22 @@ impl JointMaker {
     }
 }
 
-/// The problem with a flat prior raised to the flux that its first faint image has: the shortest baselines may resolve most of a scene.
-/// It is then made brighter still: that costs nothing, while one that is too dark keeps the image from the data.
-fn of_its_flux(mut solver: MemImager, gains: &UnknownGains, observer: &dyn Observer) -> Result<MemImager> {
+/// The problem with a flat prior raised to the flux of its first faint image, since the shortest baselines may resolve most of a scene.
+/// The prior is then multiplied by [`JointSchedule::brighter`].
+fn of_its_flux(mut solver: MemImager, gains: &UnknownGains, tuning: &JointSchedule, observer: &dyn Observer) -> Result<MemImager> {
     let brighter = |solver: MemImager, factor: f64| -> Result<MemImager> {
         let prior = solver.prior() * factor;
         prepared(solver.into_objective(), prior, &MemPlan::default())
     };
-    for _ in 0..PRIORS {
-        let image = faint(&mut solver, gains, observer)?.image;
+    for _ in 0..tuning.priors {
+        let image = faint(&mut solver, gains, tuning.stages[0], observer)?.image;
         let ratio = image.sum() / solver.prior().sum();
-        if !(ratio.is_finite() && ratio > PRIOR_SETTLED) {
+        if !(ratio.is_finite() && ratio > tuning.prior_settled) {
             break;
         }
         solver = brighter(solver, ratio)?;
     }
-    brighter(solver, BRIGHTER)
+    brighter(solver, tuning.brighter)
 }
 
 fn solved(
@@ -153,22 +148,12 @@ fn solved(
     Ok(found)
 }
 
-/// The mask without pixels behind the horizon, which show nothing.
-fn inside(one: &Array2<f64>, mask: Option<Array2<bool>>) -> Option<Array2<bool>> {
-    let mut mask = mask;
-    if one.iter().any(|v| *v == 0.0) {
-        let all = mask.get_or_insert_with(|| Array2::from_elem(one.dim(), true));
-        ndarray::Zip::from(all).and(one).for_each(|m, v| *m &= *v > 0.0);
-    }
-    mask
-}
-
 /// A model maker with images to show.
 pub trait ImageMaker: ModelMaker {
     /// Images of the present round: after the loop, those of the best.
     fn products(&self) -> Option<&CleanProducts>;
 
-    /// How image and gains were solved together, by makers that do so.
+    /// The joint solution of image and gains, for makers that have one.
     fn solution(&self) -> Option<&Joint> {
         None
     }

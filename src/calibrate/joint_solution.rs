@@ -1,50 +1,23 @@
-//! Image and antenna gains solved as one problem, from data whose gains nobody knows.
+//! Image and antenna gains solved as one problem, from data whose gains are unknown.
 //!
-//! Every step of the image meets the gains that fit it best (see [`UnknownGains`]), so it descends on chi squared through free
-//! gains instead of waiting for the next calibration. The data are first heard faintly, so that the image is smooth and cannot take
-//! up errors, then ever more. Positivity and the dark around the scene do what a known model does elsewhere.
+//! At every step the gains are those that fit the image best (see [`UnknownGains`]). The image therefore descends on chi squared with
+//! free gains, and does not wait for the next calibration. The data first have a small weight against the entropy, so that the image is
+//! smooth and cannot take up errors of the gains. The weight then grows from stage to stage. The positive image and the dark frame
+//! around the scene replace the known model of an ordinary calibration.
 //!
-//! Unknown phases leave open where the scene lies, and the image comes out anywhere. It is brought to the middle of the frame once;
-//! after that a band, or the rotation of the Earth, tells where it belongs (see [`UnknownGains::shift`]), and it is moved there.
+//! Unknown phases leave the position of the scene open. The image is moved to the middle of the frame once. After that a band of
+//! frequencies, or the rotation of the Earth, shows where it belongs (see [`UnknownGains::shift`]), and it is moved there.
 //!
 //! # Reference
 //! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413; Cornwell & Wilkinson 1981, MNRAS 196, 1067.
 
+use super::joint_tuning::{JointSchedule, JointStep};
 use super::unknown_gains::UnknownGains;
-use crate::Result;
 use crate::mem::{MemGoals, MemImager, MemState, Method, Progress};
 use crate::progress::{Event, Observer};
+use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, s};
-
-/// Strength of the data against the entropy in each stage (lambda times the sum of the weights times the mean prior), steps, and how
-/// the image may be moved after it.
-const STAGES: [(f64, usize, Move); 7] = [
-    (0.6, 15, Move::Middle),
-    (0.6, 15, Move::Data),
-    (0.6, 8, Move::Data),
-    (6.0, 15, Move::Data),
-    (60.0, 20, Move::Data),
-    (600.0, 20, Move::Data),
-    (6000.0, 20, Move::Data),
-];
-/// Chi squared over its target at which the stages end: a final solution finds the strength from there.
-const NEAR: f64 = 1.5;
-/// Part of the prior that a pixel gets that comes into the frame from outside. A darker one takes long to become bright.
-const DARK: f64 = 0.1;
-/// Evaluations of a final solution at most. It ends as soon as chi squared is what it should be.
-const FINAL: usize = 60;
-/// Final solutions; each but the first follows a move of the image by a pixel or more.
-const FINALS: usize = 3;
-
-/// How the image may be moved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Move {
-    /// Its centre of brightness to the middle of the frame.
-    Middle,
-    /// To where the data want it, if they tell.
-    Data,
-}
 
 /// What one stage did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,20 +32,20 @@ pub struct JointStage {
     pub moved: (i64, i64),
 }
 
-/// An image, found together with the gains.
+/// An image that was found together with the gains.
 #[derive(Debug, Clone)]
 pub struct Joint {
     /// The image with its multipliers.
     pub state: MemState,
     /// The last solution.
     pub progress: Progress,
-    /// The variance of the data over what the weights say, where it was to be found out.
+    /// The variance of the data over that of the weights, where it was estimated.
     pub noise_factor: Option<f64>,
     /// Every stage, in order.
     pub stages: Vec<JointStage>,
 }
 
-/// Where the visibilities of a problem lie in the u-v plane, wavelengths \[n\].
+/// Coordinates of the visibilities in the u-v plane, wavelengths \[n\].
 #[derive(Debug, Clone, Copy)]
 pub struct Lattice<'a> {
     /// Along l.
@@ -81,18 +54,20 @@ pub struct Lattice<'a> {
     pub v: &'a [f64],
 }
 
-/// How far to go.
+/// When the joint solution is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointGoals {
     /// Chi squared over its expected value, and its largest relative departure.
     pub chi2: (f64, f64),
-    /// Find the noise from the difference of two hands, for weights that do not tell it.
+    /// Estimate the noise from the difference of two hands, for weights that do not hold it.
     pub find_noise: bool,
+    /// Stages and other constants.
+    pub tuning: JointSchedule,
 }
 
 impl Default for JointGoals {
     fn default() -> Self {
-        Self { chi2: (1.0, 0.01), find_noise: false }
+        Self { chi2: (1.0, 0.01), find_noise: false, tuning: JointSchedule::default() }
     }
 }
 
@@ -109,31 +84,35 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
     let mut noise_factor = None;
     gains.restart();
     observer.event(Event::Phase { name: "image and gains", total: None, unit: "evaluations" });
-    for (strength, steps, then) in STAGES {
+    let tuning = &goals.tuning;
+    for (k, &JointStep { strength, steps }) in tuning.stages.iter().enumerate() {
         let progress = imager.improve(&mut state, strength / (weight * unit * unit), steps, observer)?;
         if goals.find_noise {
             noise_factor = gains.noise_factor(imager.predict(&state.image)?);
         }
-        let explained = state.chi2_per_datum <= NEAR * goals.chi2.0 * noise_factor.unwrap_or(1.0);
-        let moved = match then {
-            Move::Middle => to_the_middle(&state.image),
-            Move::Data => asked_for(imager, gains, at, &grid, &state)?,
-        };
-        shift(imager, gains, &mut state, moved);
+        let explained = state.chi2_per_datum <= tuning.near * goals.chi2.0 * noise_factor.unwrap_or(1.0);
+        let moved = if k == 0 { to_the_middle(&state.image)? } else { asked_for(imager, gains, at, &grid, &state)? };
+        shift(imager, gains, &mut state, moved, tuning.dark);
         stages.push(JointStage { strength, evaluations: progress.evaluations, chi2_per_datum: state.chi2_per_datum, moved });
-        if explained && then == Move::Data && moved == (0, 0) {
+        if explained && k > 0 && moved == (0, 0) {
             break;
         }
     }
     let target = goals.chi2.0 * noise_factor.unwrap_or(1.0);
-    // Gains that move with the image keep the gradient from the last digits, which the data do not hold either.
-    let last = MemGoals { chi2: target, chi2_tolerance: goals.chi2.1, kkt: f64::INFINITY, evaluations: FINAL, ..MemGoals::default() };
-    let mut left = FINALS;
+    // The gains follow the image, so the KKT residual cannot reach its usual limit. The data do not determine those digits anyway.
+    let last = MemGoals {
+        chi2: target,
+        chi2_tolerance: goals.chi2.1,
+        kkt: f64::INFINITY,
+        evaluations: tuning.final_evaluations,
+        ..MemGoals::default()
+    };
+    let mut left = tuning.finals;
     let progress = loop {
         let progress = imager.solve(&mut state, &last, Method::QuasiNewton, observer)?;
-        left -= 1;
+        left = left.saturating_sub(1);
         let moved = if left > 0 { asked_for(imager, gains, at, &grid, &state)? } else { (0, 0) };
-        shift(imager, gains, &mut state, moved);
+        shift(imager, gains, &mut state, moved, tuning.dark);
         stages.push(JointStage { strength: 0.0, evaluations: progress.evaluations, chi2_per_datum: state.chi2_per_datum, moved });
         if moved == (0, 0) {
             break progress;
@@ -143,18 +122,18 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
     Ok(Joint { state, progress, noise_factor, stages })
 }
 
-/// The image of the first stage, for data that are heard faintly.
-pub(super) fn faint(imager: &mut MemImager, gains: &UnknownGains, observer: &dyn Observer) -> Result<MemState> {
+/// The image of the first stage, in which the data have little weight.
+pub(super) fn faint(imager: &mut MemImager, gains: &UnknownGains, first: JointStep, observer: &dyn Observer) -> Result<MemState> {
     let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
     let unit = imager.objective().unit;
     let mut state = imager.start();
     gains.restart();
-    imager.improve(&mut state, STAGES[0].0 / (weight * unit * unit), STAGES[0].1, observer)?;
+    imager.improve(&mut state, first.strength / (weight * unit * unit), first.steps, observer)?;
     Ok(state)
 }
 
 /// Cells (columns, rows) from the centre of brightness to the middle of the frame.
-fn to_the_middle(image: &Array2<f64>) -> (i64, i64) {
+fn to_the_middle(image: &Array2<f64>) -> Result<(i64, i64)> {
     let (rows, columns) = image.dim();
     let (mut sum, mut x, mut y) = (0.0, 0.0, 0.0);
     for ((i, j), v) in image.indexed_iter() {
@@ -162,14 +141,17 @@ fn to_the_middle(image: &Array2<f64>) -> (i64, i64) {
         x += v * (j as f64 - (columns / 2) as f64);
         y += v * (i as f64 - (rows / 2) as f64);
     }
-    if sum > 0.0 { (-(x / sum).round() as i64, -(y / sum).round() as i64) } else { (0, 0) }
+    if sum > 0.0 {
+        return Ok((-(x / sum).round() as i64, -(y / sum).round() as i64));
+    }
+    Err(ChainError::NoData("the first image of the joint solution is black: the data hold no flux".into()))
 }
 
-/// Cells by which the data want the image moved: 0 where they do not tell to within a cell.
+/// Cells by which the image must move to fit the data best. It is 0 where the data do not determine the move to within a cell.
 fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid: &SkyGrid, state: &MemState) -> Result<(i64, i64)> {
     let model = imager.predict(&state.image)?;
     let Some((shift, sigma)) = gains.shift(model, at.u, at.v) else { return Ok((0, 0)) };
-    // The misfit itself, whatever the weights say: an image still far from the data knows its shift no better than it fits.
+    // The error of the shift grows with the misfit: an image that is far from the data has no better shift.
     let worse = state.chi2_per_datum.sqrt();
     let cells = |shift: f64, sigma: f64, limit: usize| {
         let (d, s) = (shift / grid.cell_rad, worse * sigma / grid.cell_rad);
@@ -179,8 +161,8 @@ fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid
     Ok((grid.l_sign() as i64 * cells(shift[0], sigma[0], grid.n_l), cells(shift[1], sigma[1], grid.n_m)))
 }
 
-/// Over five pixels along both axes, with binomial weights: an edge of one pixel, such as that of what came in from outside, is finer than any
-/// beam, so the data would never take it away.
+/// Smoothed over five pixels along both axes with binomial weights. The edge of the pixels that entered the frame is finer than any beam, so
+/// the data could not remove it.
 fn smoothed(image: &Array2<f64>) -> Array2<f64> {
     const WEIGHTS: [f64; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
     let (n_m, n_l) = image.dim();
@@ -192,12 +174,12 @@ fn smoothed(image: &Array2<f64>) -> Array2<f64> {
     along(&rows, &|i, j, k| (at(i, k, n_m), j))
 }
 
-/// Move the image; what comes in from outside is dark.
-fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (columns, rows): (i64, i64)) {
+/// Move the image. Pixels that enter the frame are `dark` times the prior.
+fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (columns, rows): (i64, i64), dark: f64) {
     if (columns, rows) == (0, 0) {
         return;
     }
-    let mut image = imager.prior() * DARK;
+    let mut image = imager.prior() * dark;
     let (n_m, n_l) = image.dim();
     let spans = |d: i64, n: usize| {
         let d = d.clamp(-(n as i64), n as i64);
@@ -209,6 +191,6 @@ fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (column
     image.slice_mut(s![to_m, to_l]).assign(&state.image.slice(s![from_m, from_l]));
     let moved = imager.start_at(smoothed(&image));
     state.image = moved.image;
-    // The gains follow by a phase gradient of many turns: they are found anew.
+    // The gains would follow by a phase gradient of many turns: they are solved again from the start.
     gains.restart();
 }

@@ -1,10 +1,10 @@
 //! The least squares problem of one solution interval: antenna gains from one sum for each baseline.
 //!
 //! Minimises sum w |V_pq - g_p conj(g_q) M_pq|^2 over the gains. The data enter only through `vm` = sum w V conj(M) and
-//! `mm` = sum w |M|^2 of each baseline. The start is the better of a spanning tree and a leading eigenvector, so that no
-//! closed loop is wound the wrong way; alternating least squares (StefCal) gives the first amplitudes; Gauss-Newton steps
-//! finish, which converge quadratically where the alternation is linear. In log gains the two halves of the Gauss-Newton
-//! system separate: a graph Laplacian for the phases, a signless one for the amplitudes.
+//! `mm` = sum w |M|^2 of each baseline. The start is the better of a spanning tree and a leading eigenvector, so that no phase along a
+//! closed loop of baselines is off by a whole turn. Alternating least squares (StefCal) gives the first amplitudes. Gauss-Newton steps
+//! finish; they converge quadratically, where the alternation converges linearly. In log gains the two halves of the Gauss-Newton system
+//! separate: a graph Laplacian for the phases, a signless one for the amplitudes.
 //!
 //! # Reference
 //! Salvini & Wijnholds 2014, A&A 571, A97 (StefCal); Boonstra & van der Veen 2003, IEEE Trans. Signal Process. 51, 25
@@ -69,7 +69,7 @@ impl Pairs {
         self.vm[p * self.n..(p + 1) * self.n].iter().zip(g).map(|(v, g)| v * g).sum()
     }
 
-    /// How much of the data the phases of `g` align: sum over p < q of Re(vm conj(g_p) g_q).
+    /// Alignment of the data with the phases of `g`: the sum over p < q of Re(vm conj(g_p) g_q).
     pub(crate) fn alignment(&self, g: &[Complex64]) -> f64 {
         (0..self.n).map(|p| (self.pull(p, g) * g[p].conj()).re).sum::<f64>() / 2.0
     }
@@ -125,7 +125,7 @@ pub(crate) fn solve_pairs(pairs: &Pairs, amplitudes: bool, max_iterations: usize
     (condition < SINGULAR).then_some(Fit { gains: g, iterations: max_iterations, converged: false, condition })
 }
 
-/// Go on from gains that are near the solution: the same minimum, found again after a small change of the model.
+/// Improve gains that are near the solution, such as those of a slightly different model.
 ///
 /// Gains that cannot be improved stay as they are.
 pub(crate) fn refine_pairs(pairs: &Pairs, g: &mut Vec<Complex64>, amplitudes: bool, max_iterations: usize, tolerance: f64) {
@@ -140,7 +140,7 @@ pub(crate) fn refine_pairs(pairs: &Pairs, g: &mut Vec<Complex64>, amplitudes: bo
     }
 }
 
-/// What the iteration lowers: chi^2 for amplitudes, and for phases the part that depends on them.
+/// The function that the iteration lowers: chi^2 for amplitudes, and its part that depends on phases for phases.
 fn objective(pairs: &Pairs, g: &[Complex64], amplitudes: bool) -> f64 {
     if amplitudes { pairs.cost(g) } else { -pairs.alignment(g) }
 }
@@ -152,7 +152,7 @@ fn start(pairs: &Pairs) -> Option<Vec<Complex64>> {
     Some(if pairs.alignment(&spectral) > pairs.alignment(&tree) { spectral } else { tree })
 }
 
-/// Phases handed on from antenna to antenna along the strongest baselines; `None` if the antennas are not connected.
+/// Phases that follow from antenna to antenna along the strongest baselines; `None` if the antennas are not connected.
 fn spanning_tree(pairs: &Pairs) -> Option<Vec<Complex64>> {
     let n = pairs.n;
     let mut g = vec![ONE; n];
@@ -291,7 +291,7 @@ fn graph_matrix(n: usize, sign: f64, weight: impl Fn(usize, usize) -> f64) -> Ma
     m
 }
 
-/// The factored Laplacian of the phases; a common phase costs the mean curvature instead of nothing. `None` where it is
+/// The factored Laplacian of the phases. A common phase, which has no curvature, is given the mean curvature. `None` where it is
 /// not positive definite.
 fn laplacian(pairs: &Pairs, g: &[Complex64], weight: impl Fn(Complex64) -> f64) -> Option<Cholesky> {
     let mut l = graph_matrix(pairs.n, -1.0, |p, q| weight(pairs.vm(p, q) * g[p].conj() * g[q]));

@@ -1,9 +1,9 @@
-//! Antenna gains: solving, applying and comparing them, and what can be known without them.
+//! Antenna gains: solving, applying and comparing them, and what the data can determine.
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `options` | what a solution is asked for |
-//! | `model` | the visibilities that gains are solved against |
+//! | `options` | options of a gain solution |
+//! | `model` | the model visibilities that gains are solved against |
 //! | `normal` | one pass over the data: sums for each baseline and interval |
 //! | `least_squares`, `delay` | the least squares problems of one interval |
 //! | `antenna_fit` | which antennas can be solved in an interval |
@@ -11,14 +11,16 @@
 //! | `reference` | the reference antenna and its substitutes |
 //! | `solve` | the whole set |
 //! | `apply` | gains onto or out of the data |
-//! | `degeneracy` | gain tables compared modulo what cannot be known |
+//! | `degeneracy` | gain tables compared without the phases and scales that no data determine |
 //! | `support` | do the closure phases support the model? |
+//! | `rounds` | the rounds of self-calibration, and who makes their models |
 //! | `selfcal` | the loop of solving and imaging |
-//! | `predicted` | predictions of the model, kept from a solution to the image that follows |
+//! | `selfcal_tuning`, `joint_tuning` | constants that steer these solutions |
+//! | `predicted` | predictions of the model, kept from a gain solution to the image that follows it |
 //! | `clean_model` | CLEAN as the model maker of the loop |
-//! | `unknown_gains` | chi squared through gains that nobody knows |
+//! | `unknown_gains` | chi squared at the gains that fit a model best |
 //! | `joint_solution`, `joint_model` | image and gains solved as one problem |
-//! | `identify` | what can be known |
+//! | `identify` | what a calibration can determine |
 
 mod antenna_fit;
 mod apply;
@@ -35,15 +37,18 @@ mod joint_model;
 mod joint_solution;
 #[cfg(test)]
 mod joint_tests;
+mod joint_tuning;
 mod least_squares;
 mod model;
 mod normal;
 mod options;
 mod predicted;
 mod reference;
+mod rounds;
 mod selfcal;
 #[cfg(test)]
 mod selfcal_tests;
+mod selfcal_tuning;
 mod sky_prediction;
 mod solve;
 #[cfg(test)]
@@ -63,10 +68,13 @@ pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
 pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
 pub use joint_model::{ImageMaker, JointMaker, JointOptions};
 pub use joint_solution::{Joint, JointGoals, JointStage, Lattice, joint};
+pub use joint_tuning::{JointSchedule, JointStep};
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{AntennaNames, ChannelGroups, FeedGroups, GainMode, Outliers, RoundOptions, SolveOptions, StartFrom};
-pub use selfcal::{ModelMaker, ModelMetrics, RoundPlan, RoundRecord, Selfcal, SelfcalOptions, SelfcalStop, Start, schedule, selfcal};
+pub use rounds::{ModelMaker, ModelMetrics, RoundPlan, schedule, tuned_schedule};
+pub use selfcal::{RoundRecord, Selfcal, SelfcalOptions, SelfcalStop, Start, selfcal};
+pub use selfcal_tuning::SelfcalTuning;
 pub use sky_prediction::{Accuracy, SkyPrediction};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use starting_phases::{StartPhases, starting_phases};

@@ -1,4 +1,4 @@
-//! Where the visibilities that gains are solved against come from.
+//! Model visibilities, against which gains are solved.
 
 use crate::{ChainError, Result};
 use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, UvCoverage, VisibilityHeader, VisibilitySource};
@@ -6,12 +6,12 @@ use ndarray::Array3;
 use num_complex::{Complex, Complex64};
 use std::f64::consts::TAU;
 
-/// Something that tells what the array would have measured with perfect antennas.
+/// Something that predicts what the array would have measured with perfect antennas.
 pub trait ModelVisibilities {
     /// Visibilities of rows `first_row..first_row + coverage.n_rows()` of the set, \[blt, chan, pol\] in the unit of the header.
     ///
     /// # Errors
-    /// Whatever keeps the model from being evaluated there.
+    /// The model cannot be evaluated there.
     fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>>;
 }
 

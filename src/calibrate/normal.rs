@@ -1,6 +1,6 @@
-//! Normal equations of the gains: one pass over the visibilities, one sum for each baseline of each interval.
+//! Normal equations of the gains: sums over the visibilities of each baseline and interval, from one pass over the data.
 //!
-//! A sum serves any number of solutions (phase, amplitude, other thresholds), the test against closure phases, and chi^2.
+//! The sums serve any number of solutions (phases, amplitudes, other thresholds), the test against closure phases, and chi^2.
 
 use super::grouping::{ChannelPlan, FeedPlan};
 use super::model::ModelVisibilities;
@@ -26,7 +26,7 @@ pub(crate) struct Cell {
     pub(crate) vv: f64,
     /// Samples.
     pub(crate) n: u32,
-    /// Every second sample's part of `vm` and `mm`.
+    /// The parts of `vm` and `mm` that come from every second sample.
     pub(crate) half_vm: Complex64,
     pub(crate) half_mm: f64,
 }
@@ -60,7 +60,7 @@ pub(crate) struct IntervalSums {
     pub(crate) rows: Vec<(u32, Cell)>,
 }
 
-/// What became of the samples.
+/// Counts of the samples that were used and left out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SampleCounts {
     /// Samples that entered the solution.
@@ -233,7 +233,7 @@ impl NormalEquations {
         Ok(sums)
     }
 
-    /// Refuse sums from which nothing can be solved.
+    /// Refuse sums without usable data or with a model of zero.
     pub(crate) fn check_usable(&self) -> Result<()> {
         let c = &self.counts;
         if c.used == 0 {

@@ -1,4 +1,4 @@
-//! Visibilities of the model that a solution was found against, kept for the image that follows it.
+//! Model visibilities of a gain solution, kept for the image that follows it, and the residual visibilities.
 
 use super::model::sees_unpolarized;
 use crate::Result;
@@ -7,7 +7,7 @@ use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySo
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 
-/// Predictions of the rows of a set from the first on \[row, chan\], with the places that they are for.
+/// Predictions of the rows of a set from the first on \[row, chan\], with the uvw for which they hold.
 #[derive(Default)]
 pub(super) struct Predicted {
     vis: Vec<Complex<f32>>,
@@ -16,7 +16,7 @@ pub(super) struct Predicted {
 }
 
 impl Predicted {
-    /// Forget all: the model is another one.
+    /// Drop everything, since the model has changed.
     pub(super) fn clear(&mut self) {
         self.vis.clear();
         self.uvw_m.clear();
@@ -35,7 +35,7 @@ impl Predicted {
         }
     }
 
-    /// The predictions of rows at exactly these places, where they are kept.
+    /// The predictions of rows with exactly these uvw, where they are kept.
     fn of(&self, first_row: usize, uvw_m: ArrayView2<'_, f64>) -> Option<ArrayView2<'_, Complex<f32>>> {
         let (n, places) = (uvw_m.nrows(), self.uvw_m.get(3 * first_row..3 * (first_row + uvw_m.nrows()))?);
         let same = places.iter().zip(uvw_m).all(|(a, b)| a.to_bits() == b.to_bits());
@@ -53,13 +53,13 @@ pub(super) trait Unpolarized: Send {
     fn one(&mut self, header: &VisibilityHeader, coverage: &UvCoverage) -> Result<Array2<Complex<f32>>>;
 }
 
-/// What a model leaves of a set. Only the hands that make up total intensity have a model.
+/// A set with the model subtracted. Only the parallel hands and Stokes I have a model.
 pub(super) struct Left<'a> {
     /// The set.
     pub(super) inner: &'a mut dyn VisibilitySource,
     /// The model.
     pub(super) model: &'a mut dyn Unpolarized,
-    /// Its predictions as far as they are known.
+    /// Its predictions as far as they are kept.
     pub(super) known: &'a Predicted,
 }
 

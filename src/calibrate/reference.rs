@@ -1,11 +1,11 @@
-//! The reference antenna: its phase is zero, and another takes over where it has no solution.
+//! The reference antenna, whose phase is zero, and its substitutes where it has no solution.
 
 use cittert_arrays::GainTable;
 use ndarray::Array4;
 use num_complex::Complex64;
 
-/// Antennas in the order in which they serve as reference: the wished ones that are solved somewhere, then the others by
-/// how often and how well they are solved.
+/// Antennas in the order in which they serve as reference: first those asked for that are solved somewhere, then the others by how
+/// often and how well they are solved.
 pub(crate) fn reference_priority(flags: &Array4<bool>, quality: &Array4<f64>, wished: &[usize]) -> Vec<usize> {
     let n_ant = flags.dim().1;
     let score = |a: usize| {
@@ -21,8 +21,8 @@ pub(crate) fn reference_priority(flags: &Array4<bool>, quality: &Array4<f64>, wi
     order
 }
 
-/// Turn each solution so that the first antenna of `priority` that is solved in it has the phase it is due: zero for the
-/// first choice; for a substitute the phase it had when last solved, so that the other antennas do not jump.
+/// Turn the phases of each solution to the first antenna of `priority` that is solved in it. The first choice gets the phase zero. A
+/// substitute keeps the phase of its last solution, so that the phases of the other antennas do not jump.
 /// Returns the number of solutions (interval and feed) with a substitute.
 pub(crate) fn reference_phases(table: &mut GainTable, quality: &Array4<f64>, priority: &[usize]) -> usize {
     let (n_time, n_ant, n_chan, n_feed) = table.gains.dim();
@@ -37,7 +37,7 @@ pub(crate) fn reference_phases(table: &mut GainTable, quality: &Array4<f64>, pri
                 let chosen = if solved(first) {
                     Some(*first)
                 } else {
-                    // A substitute whose phase is known keeps the frame; among those the best solved now.
+                    // A substitute with an earlier phase is preferred, and among those the one with the best solution now.
                     let best = |known: bool| {
                         priority
                             .iter()

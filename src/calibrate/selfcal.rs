@@ -1,8 +1,8 @@
-//! Self-calibration: gains from a model, a better model from the calibrated data, and round again.
+//! Self-calibration: gains are solved against a model, a better model is made from the calibrated data, and so on.
 //!
-//! The loop owns the gains; the sky is owned by a [`ModelMaker`], which any deconvolver can be. Each round solves the total
-//! gains from the raw data (never increments on increments), hands the maker the data as seen through them, and asks it for
-//! the next model. Rounds follow a schedule; those that bring nothing end their stage, and the best round wins.
+//! The loop holds the gains and a [`ModelMaker`] holds the model of the sky; any deconvolver can be one. Each round solves the total
+//! gains from the raw data, never increments to earlier gains. It then gives the calibrated data to the maker, which makes the next
+//! model. Rounds follow a schedule. A stage ends when its rounds no longer improve the image. The result is the best round.
 //!
 //! # Reference
 //! Cornwell & Wilkinson 1981, MNRAS 196, 1067; Pearson & Readhead 1984, ARA&A 22, 97.
@@ -11,97 +11,14 @@ use super::apply::CalibratedSource;
 use super::model::{ModelVisibilities, PointModel};
 use super::normal::{Cell, NormalEquations};
 use super::options::{GainMode, RoundOptions, SolveOptions};
+use super::rounds::{ModelMaker, ModelMetrics, RoundPlan, schedule};
+use super::selfcal_tuning::SelfcalTuning;
 use super::solve::{Solution, SolveReport};
 use super::support::ClosureSupport;
 use crate::closure::SolutionInterval;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, VisibilitySource};
-
-/// What an image of a round is worth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModelMetrics {
-    /// Peak of the image.
-    pub peak: f64,
-    /// Rms of the residual image.
-    pub residual_rms: f64,
-    /// Flux in the model.
-    pub model_flux: f64,
-    /// Components or iterations that made the model.
-    pub iterations: usize,
-}
-
-impl ModelMetrics {
-    /// Peak over residual rms, by which rounds are judged.
-    #[must_use]
-    pub fn dynamic_range(&self) -> f64 {
-        if self.residual_rms > 0.0 { self.peak / self.residual_rms } else { 0.0 }
-    }
-}
-
-/// Makes a model of the sky from calibrated data, and predicts its visibilities.
-pub trait ModelMaker: ModelVisibilities {
-    /// Image and deconvolve; the model then is what [`ModelVisibilities::predict`] uses.
-    ///
-    /// # Errors
-    /// Whatever keeps an image from being made.
-    fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics>;
-
-    /// The present images are the best so far: keep them.
-    fn remember(&mut self) {}
-
-    /// Go back to the images last remembered.
-    fn recall(&mut self) {}
-}
-
-/// What one round does.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RoundPlan {
-    /// What is solved for.
-    pub mode: GainMode,
-    /// How long a solution holds.
-    pub solint: SolutionInterval,
-    /// The model stops at this fraction of the image's peak: high at first, so that errors of the uncalibrated image do not
-    /// enter the model, lower from round to round, so that more of the source does. 0 leaves the depth to the maker.
-    pub depth: f64,
-    /// True in the last planned rounds, in which the model may go to its final depth. In all others a maker takes a short step from
-    /// the model that it has: many short steps between many solutions find both, few deep images take errors for structure.
-    pub last: bool,
-}
-
-/// Depth of the first image of data that are not calibrated: errors of half a radian of phase stay below a tenth of the peak.
-const FIRST_DEPTH: f64 = 0.1;
-
-/// How many times deeper each round may go than the one before: as deep as one minor cycle brings the peak.
-const DEEPER: f64 = 5.0;
-
-/// Rounds of a mode at an interval: phases first; with amplitudes, a last third (at least one round) of amplitude and phase.
-///
-/// With `shrink`, schedules of four phase rounds or more begin with intervals of four and two times `solint`. That helps
-/// weak sources while phases drift slowly, and harms where they change within the longer intervals.
-#[must_use]
-pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, shrink: bool) -> Vec<RoundPlan> {
-    let rounds = rounds.max(1);
-    let amplitude = if mode == GainMode::AmpPhase && rounds > 1 { (rounds / 3).max(1) } else { 0 };
-    let first = if mode == GainMode::AmpPhase && rounds > 1 { GainMode::Phase } else { mode };
-    let phase = rounds - amplitude;
-    (0..rounds)
-        .map(|i| {
-            let amp = i >= phase;
-            let (at, of) = if amp { (i - phase, amplitude) } else { (i, phase) };
-            let longer = if shrink && of >= 4 && !amp { [4.0, 2.0][..].get(at).copied().unwrap_or(1.0) } else { 1.0 };
-            let solint = match solint {
-                SolutionInterval::Seconds(s) => SolutionInterval::Seconds(s * longer),
-                other => other,
-            };
-            // Two deep images: the gains that are kept are solved against a deep model too.
-            let last = i + 1 == rounds || (rounds >= 3 && i + 2 == rounds);
-            // Each round brings the errors down severalfold, and what its image can be trusted with.
-            let depth = if last { 0.0 } else { FIRST_DEPTH * DEEPER.powi(-(i.min(100) as i32) - 1) };
-            RoundPlan { mode: if amp { mode } else { first }, solint, depth, last }
-        })
-        .collect()
-}
 
 /// What the first gains are solved against.
 pub enum Start<'a> {
@@ -129,6 +46,8 @@ pub struct SelfcalOptions {
     pub schedule: Vec<RoundPlan>,
     /// When rounds count as better, and how gains are applied to the data before imaging.
     pub rounds: RoundOptions,
+    /// Depth of the models and precision of the short rounds.
+    pub tuning: SelfcalTuning,
 }
 
 impl SelfcalOptions {
@@ -141,7 +60,8 @@ impl SelfcalOptions {
     /// The schedule that the options of the rounds ask for.
     #[must_use]
     pub fn of(solve: SolveOptions, rounds: RoundOptions) -> Self {
-        Self { schedule: schedule(solve.mode, solve.solint, rounds.rounds, rounds.shrink), solve, rounds }
+        let schedule = schedule(solve.mode, solve.solint, rounds.rounds, rounds.shrink);
+        Self { solve, schedule, rounds, tuning: SelfcalTuning::default() }
     }
 }
 
@@ -194,7 +114,7 @@ pub struct Selfcal {
     pub deepened: Option<ModelMetrics>,
     /// Why it ended.
     pub stop: SelfcalStop,
-    /// What makes the result doubtful, in sentences; they went to the observer too.
+    /// Sentences about what makes the result doubtful. The observer has received them too.
     pub warnings: Vec<String>,
 }
 
@@ -229,7 +149,7 @@ pub fn selfcal(
     let mut out = Selfcal { rounds: Vec::new(), best: 0, before: None, deepened: None, stop: SelfcalStop::Completed, warnings: Vec::new() };
     let mut start = Some(start);
     if matches!(start, Some(Start::Data)) {
-        out.before = Some(maker.update(data, &RoundPlan { last: false, depth: FIRST_DEPTH, ..*first }, observer)?);
+        out.before = Some(maker.update(data, &RoundPlan { last: false, depth: options.tuning.first_depth, ..*first }, observer)?);
     }
     let mut idle = 0;
     let mut next = 0;
@@ -288,14 +208,19 @@ pub fn selfcal(
     if out.best().plan.last {
         maker.recall();
     } else {
-        // The best gains deserve an image of full depth, which the plan of their round did not allow.
+        // The image of the best gains is made again to the full depth, which the plan of their round did not allow.
         maker.recall();
         let best = &out.rounds[out.best];
         let plan = RoundPlan { last: true, depth: 0.0, ..best.plan };
         match maker.update(&mut CalibratedSource::new(data, &best.gains, options.rounds.apply())?, &plan, observer) {
             Ok(metrics) => out.deepened = Some(metrics),
             Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
-            Err(_) => maker.recall(),
+            Err(e) => {
+                maker.recall();
+                let warning = format!("the image of the best round could not be made to its full depth: {e}");
+                observer.event(Event::Warning(&warning));
+                out.warnings.push(warning);
+            }
         }
     }
     if let Some(warning) = out.rounds.last().and_then(|r| r.support.misfit_warning()) {
@@ -317,7 +242,7 @@ fn judge_start(support: &ClosureSupport, warnings: &mut Vec<String>, observer: &
     }
 }
 
-/// Solve against the present model, image what the gains make of the data.
+/// Solve gains against the present model, and image the data that these gains calibrate.
 fn round(
     data: &mut dyn VisibilitySource,
     maker: &mut dyn ModelMaker,
@@ -334,7 +259,7 @@ fn round(
         Some(Start::Data) => {
             let sums = NormalEquations::of(data, maker, &solve, observer)?;
             if sums.counts.used > 0 && sums.check_usable().is_err() {
-                observer.event(Event::Note("nothing in the first image stands out: starting from a point at the phase centre"));
+                observer.event(Event::Note("the first image has no source above the noise: starting from a point at the phase centre"));
                 (point_sums(data, None, (0.0, 0.0), &solve, observer)?, true)
             } else {
                 (sums, false)
@@ -344,7 +269,8 @@ fn round(
     };
     let support = ClosureSupport { independent_model, ..sums.closure_support() };
     let solved = match sums.solve(observer) {
-        // Noise rarely reaches the least signal to noise. The user is told that it is noise, with an image that shows it.
+        // Noise rarely reaches the least signal to noise ratio. The gains are solved without that limit, and a warning says that the data
+        // may be noise.
         Err(ChainError::NoData(_)) if first && !support.is_signal() && solve.min_snr > 0.0 => {
             sums.options.min_snr = 0.0;
             sums.solve(observer)
@@ -357,7 +283,7 @@ fn round(
     Ok(RoundRecord { plan: *plan, gains, report, metrics, support })
 }
 
-/// Sums against a point, of a flux that explains the data where none is given.
+/// Sums against a point. Where its flux is not given, it is the one that explains the power of the data.
 fn point_sums(
     data: &mut dyn VisibilitySource,
     flux: Option<f64>,
@@ -382,7 +308,7 @@ impl NormalEquations {
             noise += 2.0 * scale2 * c.mm;
             unit += c.mm * c.mm;
         }
-        // Where nothing rises above the noise, any flux will do: the noise's own.
+        // Where the power does not exceed the noise, any flux serves: that of the noise is taken.
         let signal = if power > noise { power - noise } else { noise };
         if unit > 0.0 && signal > 0.0 { (signal / unit).sqrt() } else { 1.0 }
     }

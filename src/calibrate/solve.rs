@@ -13,7 +13,7 @@ use ndarray::{Array3, Array4};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// How one interval of one channel group and feed went.
+/// The solution of one interval, channel group and feed in numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct IntervalReport {
     /// Index of the solution interval.
@@ -36,7 +36,7 @@ pub struct IntervalReport {
     pub freedom: f64,
 }
 
-/// How the whole solution went.
+/// The whole solution in numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolveReport {
     /// Every interval, channel group and feed.
@@ -73,12 +73,12 @@ impl SolveReport {
     }
 }
 
-/// Gains and how they were found.
+/// Gains and the report of their solution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// The gains, in the convention V = g1 conj(g2) M; flagged (and 1) where they could not be solved.
     pub gains: GainTable,
-    /// How it went.
+    /// Its numbers.
     pub report: SolveReport,
 }
 
@@ -147,7 +147,7 @@ impl NormalEquations {
         IntervalData { n_ant, cells, rows, freq_hz: self.header.spectrum.freq_hz() }
     }
 
-    /// Put the fits into a table, give their phases a reference, and say how it went.
+    /// Put the fits into a table, refer their phases to the reference antenna, and report.
     fn collect(
         &self,
         intervals: &[&IntervalSums],

@@ -1,14 +1,13 @@
-//! Do the closure phases support the model, or could the data be noise?
+//! A test whether the closure phases support the model, or whether the data could be noise.
 //!
-//! Self-calibration against a point makes any noise look like a point: the antenna phases have as many degrees of freedom
-//! as there are antennas, and they all pull towards the model. Closure phases cannot be pulled. On each triangle the
-//! product of the three sums of data times conjugate model has mean zero if the data are noise, and a positive real part
-//! if they hold the model, whatever the antenna phases. Products of different triangles are uncorrelated under noise even
-//! if they share a baseline, so their sum over its standard deviation is a significance.
+//! Self-calibration against a point makes any noise look like a point, since the solved antenna phases align the noise with the model.
+//! Antenna phases do not change closure phases. On each triangle the product of the three sums of data times conjugate model has mean
+//! zero if the data are noise, and a positive real part if they hold the model, whatever the antenna phases. Under noise the products of
+//! different triangles are uncorrelated even if they share a baseline. Their sum over its standard deviation is therefore a significance.
 //!
-//! A model that was made from the data cannot be tested against the same noise. The second test needs none: samples are
-//! dealt alternately into two halves, and the triangle products of one half are correlated with those of the other; the
-//! model's phases drop out.
+//! A model that was made from the data cannot be tested against the same noise. A second test needs no model: the samples are divided
+//! alternately into two halves, and the triangle products of one half are correlated with those of the other. The phases of the model
+//! cancel.
 
 use super::normal::{Cell, NormalEquations};
 use crate::closure::{n_pairs, pair_index};
@@ -19,12 +18,12 @@ use rayon::prelude::*;
 /// wide tails, and products of two halves wider ones: hence more than the usual 3.
 const MODEL_LIMIT: f64 = 4.0;
 const HALVES_LIMIT: f64 = 10.0;
-/// Triangles looked at in all; beyond, intervals are sampled evenly.
+/// Triangles that are used at most. Of more, every n-th interval is used.
 const MOST_TRIANGLES: usize = 20_000_000;
-/// Closure phases less certain than this say too little about the model's shape, rad.
+/// Closure phases with a larger standard deviation do not enter the misfit of the model, rad.
 const CERTAIN_RAD: f64 = 0.5;
 
-/// What the closure phases of a set say about a model.
+/// The comparison of the closure phases of a set with those of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosureSupport {
     /// True where the model was not made from these data, so that it does not share their noise.
@@ -36,15 +35,15 @@ pub struct ClosureSupport {
     pub halves_sigmas: Option<f64>,
     /// Rms difference between the closure phases of data and model beyond noise, rad; `None` where no closure phase is certain enough.
     pub misfit_rad: Option<f64>,
-    /// Triangles (of all intervals) that were looked at.
+    /// Triangles (of all intervals) that were used.
     pub triangles: usize,
-    /// Noise found over the noise that the weights promise.
+    /// Noise of the samples over the noise of the weights.
     pub noise_scale: f64,
 }
 
 impl ClosureSupport {
-    /// False where the closure phases are those of noise. A model that was made from the data counts only where there are no
-    /// two halves to compare.
+    /// False where the closure phases are those of noise. The significance of a model that was made from the data counts only where two
+    /// halves cannot be compared.
     #[must_use]
     pub fn is_signal(&self) -> bool {
         let model = self.model_sigmas >= MODEL_LIMIT && (self.independent_model || self.halves_sigmas.is_none());
@@ -124,7 +123,7 @@ impl NormalEquations {
         }
     }
 
-    /// Variance of the samples within the cells over what the weights promise; 1 where too few cells hold several samples.
+    /// Variance of the samples within the cells over that of the weights; 1 where too few cells hold several samples.
     pub(crate) fn noise_scale2(&self) -> f64 {
         let (mut scatter, mut freedom) = (0.0, 0.0);
         for c in self.intervals.values().flat_map(|i| &i.cells).filter(|c| c.n > 1 && c.mm > 0.0) {
@@ -157,7 +156,7 @@ fn triangles(n: usize, cells: &[Cell], scale2: f64) -> Sums {
                 }
                 let variance: f64 = [x, y, z].iter().map(|c| scale2 * c.mm / c.vm.norm_sqr()).sum();
                 if variance < CERTAIN_RAD * CERTAIN_RAD {
-                    // Equal weights for all that are certain: a bright triangle must not hide that the others disagree.
+                    // All certain triangles have equal weights, so that a bright one does not hide that the others disagree.
                     s.bend += 1.0 - product.re / product.norm();
                     s.bend_noise += 1.0 - (-variance / 2.0).exp();
                     s.bend_weight += 1.0;

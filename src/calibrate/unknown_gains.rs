@@ -1,8 +1,8 @@
-//! Visibilities through antenna gains that nobody knows: chi squared at the gains that fit best.
+//! Chi squared of visibilities with unknown antenna gains, at the gains that fit a model best.
 //!
-//! For every model of the sky the gains that minimise chi squared are found, and because they are at the bottom its gradient
-//! with respect to the model is the one with these gains held still. So an image can be optimised as if the data were
-//! calibrated, and gains and image are solved as one problem instead of in turns.
+//! For every model of the sky the gains that minimise chi squared are found. At this minimum the gradient of chi squared with respect to
+//! the model equals the gradient at fixed gains. An image can therefore be optimised as if the data were calibrated: gains and image are
+//! solved as one problem instead of in turns.
 //!
 //! # Reference
 //! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413 (variable projection); Cornwell & Wilkinson 1981, MNRAS 196, 1067.
@@ -26,7 +26,7 @@ const ONE: Complex64 = Complex64::new(1.0, 0.0);
 const SHARE: usize = 256;
 /// Iterations of the gains for each new model; they begin at the gains of the last one.
 const ITERATIONS: usize = 50;
-/// Phases (rad) and log amplitudes settle to this, so that chi squared is exact to rounding.
+/// Largest last change of a phase (rad) or log amplitude, so that chi squared is exact to rounding.
 const TOLERANCE: f64 = 1e-7;
 
 /// Where a row belongs.
@@ -48,7 +48,7 @@ struct Problem {
     gains: Vec<Complex64>,
 }
 
-/// The data of a set with gains to be found: a [`VisibilityTerm`] over the flat list row by row, channel by channel.
+/// The data of a set with unknown gains: a [`VisibilityTerm`] over the flat list row by row, channel by channel.
 ///
 /// Every parallel hand measures the same unpolarised model. Antennas that cannot be solved in an interval take no part there.
 #[derive(Debug)]
@@ -205,7 +205,7 @@ impl UnknownGainsBuilder {
                 Problem { place, active: active as usize, gains: Vec::new() }
             })
             .collect();
-        // What belongs to an antenna without a solution is not calibrated by anything: it takes no part.
+        // Data of an antenna without a solution are not calibrated, so they take no part.
         let mut used = 0_usize;
         for r in 0..term.rows.len() {
             let row = term.rows[r];
@@ -243,7 +243,7 @@ impl UnknownGains {
         self.rows.len() * self.n_chan
     }
 
-    /// Forget the gains: the next model is met with the best gains from anywhere, not with those near the last ones.
+    /// Drop the gains. For the next model they are solved from the start, not from the last ones.
     pub fn restart(&self) {
         self.lock().iter_mut().for_each(|p| p.gains.clear());
     }
@@ -254,7 +254,7 @@ impl UnknownGains {
         self.weight.chunks(self.hands.len()).map(|w| w.iter().sum()).collect()
     }
 
-    /// The data seen through the gains that fit `model` \[n\] best, averaged over the hands \[n\].
+    /// The data calibrated with the gains that fit `model` \[n\] best, averaged over the hands \[n\].
     #[must_use]
     pub fn calibrated(&self, model: &[Complex64]) -> Vec<Complex32> {
         let problems = self.solve(model);
@@ -273,8 +273,8 @@ impl UnknownGains {
         out
     }
 
-    /// The variance of the data over what their weights say, from what differs between two hands that see one sky through gains that
-    /// are known by now; `None` for a single hand.
+    /// The variance of the data over that of their weights, from the difference of two calibrated hands, which measure the same sky; `None`
+    /// for a single hand.
     #[must_use]
     pub fn noise_factor(&self, model: &[Complex64]) -> Option<f64> {
         let problems = self.solve(model);
@@ -296,8 +296,8 @@ impl UnknownGains {
         (count > 0).then(|| sum / count as f64)
     }
 
-    /// The shift of the image, in the unit that makes `u` and `v` \[n\] cycles, by which the data would be explained better,
-    /// with its standard deviation, gains being free; `None` where the data do not tell.
+    /// The shift of the image, in the unit that makes `u` and `v` \[n\] cycles, that fits the data best with free gains,
+    /// and its standard deviation; `None` where the data do not determine it.
     ///
     /// Gains take up any shift of a single channel in a single moment. Over a band or a rotation of the Earth they cannot:
     /// a shift moves phases in proportion to frequency, and gains of the whole band do not follow.
@@ -333,7 +333,7 @@ impl UnknownGains {
             s.iter_mut().zip(less).for_each(|(s, l)| *s -= l / p[0]);
         }
         let det = s[0] * s[2] - s[1] * s[1];
-        // What rounding leaves of a shift that a phase takes up is no information.
+        // Where phases take up the shift completely, only rounding errors are left.
         if !(det > 1e-9 * s[0] * s[2] && s[0] > 1e-9 * whole[0] && s[2] > 1e-9 * whole[1]) {
             return None;
         }
@@ -342,7 +342,7 @@ impl UnknownGains {
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Problem>> {
-        // A panic elsewhere leaves gains that are only a worse start.
+        // After a panic elsewhere the gains are only a worse start.
         self.problems.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -376,7 +376,7 @@ impl UnknownGains {
         }
     }
 
-    /// Gains of every problem for a model \[n\], from those of the last model on.
+    /// Gains of every problem for a model \[n\], starting from those of the last model.
     fn solve(&self, model: &[Complex64]) -> MutexGuard<'_, Vec<Problem>> {
         let (n, n_hand) = (self.n_group * self.n_feed, self.hands.len());
         let mut sums = vec![Sum::default(); self.rows.len() * n];
@@ -426,12 +426,13 @@ impl Problem {
     fn product(&self, row: &Row) -> Complex64 {
         match self.ends(row) {
             Some((p, q)) if !self.gains.is_empty() => self.gains[p] * self.gains[q].conj(),
+            // While the model does not connect the antennas, their gains stay 1.
             _ => ONE,
         }
     }
 }
 
-/// Shared, so that an image's objective and the one who reads the gains hold the same.
+/// Shared, so that the objective of the image and the reader of the gains hold the same term.
 impl VisibilityTerm for Arc<UnknownGains> {
     fn name(&self) -> &'static str {
         self.as_ref().name()

@@ -1,7 +1,7 @@
-//! Whether the phases of a set can be those of anything inside a field.
+//! A test whether the phases of a set can be calibrated.
 //!
-//! A baseline too short to see structure inside the field measures the total flux there with a phase near 0. Where strong visibilities on
-//! such baselines have other phases, the antennas' phases are not calibrated, and an image of the data as they are means nothing.
+//! A baseline that is too short to resolve the field measures its total flux with a phase near 0. Where strong visibilities on such
+//! baselines have other phases, the phases of the antennas are not calibrated, and an image of the data has no meaning.
 
 use super::model::sees_unpolarized;
 use crate::Result;
@@ -13,10 +13,10 @@ use std::f64::consts::PI;
 const SMALL_PHASE: f64 = 0.1;
 /// Visibilities below this many sigmas do not count.
 const SIGNIFICANT: f64 = 5.0;
-/// With fewer visibilities nothing is said.
+/// Fewer visibilities than this are too few for a judgement.
 const FEWEST: u64 = 10;
 
-/// What the baselines tell that resolve nothing inside a field.
+/// The visibilities of the baselines that do not resolve a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unresolved {
     /// Number of significant visibilities on such baselines.
@@ -26,7 +26,7 @@ pub struct Unresolved {
 }
 
 impl Unresolved {
-    /// True where the phases cannot be calibrated.
+    /// True where the phases are certainly not calibrated.
     #[must_use]
     pub fn is_incoherent(&self) -> bool {
         self.count >= FEWEST && self.coherence < 0.5
@@ -39,7 +39,7 @@ pub fn resolves(length_wl: f64, half_field_rad: f64) -> bool {
     2.0 * PI * length_wl * half_field_rad > SMALL_PHASE
 }
 
-/// Read a set and judge the baselines that resolve nothing within `half_field_rad` of the phase centre.
+/// Read a set and test the baselines that do not resolve a field of `half_field_rad` around the phase centre.
 ///
 /// # Errors
 /// Whatever the source says.

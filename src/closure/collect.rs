@@ -1,4 +1,4 @@
-//! The samples of each averaging interval, gathered from a set that may be too large to hold, and the combinations of antennas in it.
+//! The samples of each averaging interval, read from a set that may be too large for the memory, and the combinations of antennas in it.
 
 use super::baselines::{n_pairs, pair_index, pairs_of};
 use super::options::{ClosureChannels, ClosureOptions};
@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use std::collections::{BTreeMap, HashMap};
 
 const BLOCK_BYTES: usize = 32 << 20;
-/// Visibilities held while waiting for the rest of their integration, bytes.
+/// Bytes of visibilities that are held until the rest of their interval has been read.
 const HELD_BYTES: usize = 256 << 20;
 
 /// Where and when a closure quantity was measured.
@@ -72,6 +72,7 @@ impl Collector<'_> {
     fn add(&mut self, block: &VisibilityBlock) -> Result<()> {
         let (n_ant, n_chan) = (self.header.layout.n_ant(), self.n_chan());
         let n_pol = self.header.polarizations.len();
+        let averaged = self.options.channels == ClosureChannels::AverageVisibilities;
         let coverage = &block.coverage;
         for row in 0..block.n_rows() {
             let (a1, a2) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
@@ -99,7 +100,8 @@ impl Collector<'_> {
                     if w > 0.0 {
                         let v = block.vis[(row, chan, pol)];
                         let im = if a1 < a2 { v.im } else { -v.im };
-                        let s = &mut samples[(chan.min(n_chan - 1) * n_pol + pol) * n_pairs(n_ant) + pair];
+                        let group = if averaged { 0 } else { chan };
+                        let s = &mut samples[(group * n_pol + pol) * n_pairs(n_ant) + pair];
                         s.wv += w * Complex64::new(f64::from(v.re), f64::from(im));
                         s.w += w;
                     }
@@ -115,7 +117,7 @@ impl Collector<'_> {
         self.held.values().map(|b| b.integrations.len()).sum::<usize>() * each
     }
 
-    /// Hand on the oldest bin, but never the newest, which may still grow.
+    /// Give the oldest bins to `work` while too much is held. The newest bin stays, since it may still grow.
     fn release_if_large(&mut self, work: &mut dyn FnMut(&Bin) -> Result<()>) -> Result<()> {
         while self.held.len() > 1 && self.held_bytes() > HELD_BYTES {
             if let Some((key, bin)) = self.held.pop_first() {
@@ -159,8 +161,8 @@ pub(super) fn collect(
     Ok(())
 }
 
-/// The baselines of one channel and polarisation that have data anywhere in a bin, and the antennas by their number of
-/// baselines. Neither depends on gains, so the same combinations are formed before and after calibration.
+/// The baselines of one channel and polarisation that have data anywhere in a bin, and the antennas ordered by their number of baselines.
+/// Neither depends on gains, so the same combinations are formed before and after calibration.
 fn links_and_order(header: &VisibilityHeader, bin: &Bin, block: usize) -> (Links, Vec<usize>) {
     let n = header.layout.n_ant();
     let mut links = Links::new(n);
@@ -189,11 +191,11 @@ fn channel_groups(n_chan: usize, channels: ClosureChannels) -> Vec<Vec<usize>> {
     }
 }
 
-/// Takes the samples \[pair\] of each integration and channel that one combination of antennas is formed from.
+/// A function of one combination of antennas: it takes the samples \[pair\] of each integration and channel.
 pub(super) type CombinationWork<'a, const K: usize> =
     dyn FnMut(ClosureKey, [usize; K], &mut dyn Iterator<Item = &[Sample]>) -> Result<()> + 'a;
 
-/// Walk over the quantities of a bin: `sets` chooses the antennas, `work` takes the samples of one combination.
+/// Call `work` with the samples of each combination of antennas of a bin. `sets` chooses the combinations.
 pub(super) fn each_combination<const K: usize>(
     header: &VisibilityHeader,
     options: &ClosureOptions,

@@ -3,7 +3,7 @@
 use super::sets::ClosureSet;
 use super::time::SolutionInterval;
 
-/// What happens to the channels.
+/// How the channels are averaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ClosureChannels {
     /// One quantity for each.

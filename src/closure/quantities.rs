@@ -1,9 +1,8 @@
-//! Closure phases and closure amplitudes: what the data say that no antenna error can touch.
+//! Closure phases and closure amplitudes of a set, which antenna gains do not change.
 //!
-//! They are formed in each integration and only then averaged: the bispectrum V_ab V_bc V_ca by its vector mean, the
-//! logarithm of the amplitude ratio by its weighted mean. So gains may change from one integration to the next. Channels
-//! are kept, averaged after the quantities are formed, or averaged before (more sensitive, but then gains must not change
-//! over the band).
+//! They are formed in each integration and then averaged: the bispectrum V_ab V_bc V_ca by its vector mean, the logarithm of the
+//! amplitude ratio by its weighted mean. Gains may therefore change from one integration to the next. Channels are kept, averaged after
+//! the quantities are formed, or averaged before. The last is more sensitive, but then gains must not change over the band.
 //!
 //! # Reference
 //! Jennison 1958, MNRAS 118, 276; Twiss, Carter & Little 1960, Observatory 80, 153; Rogers et al. 1974, ApJ 193, 293;
@@ -17,7 +16,7 @@ use crate::{ChainError, Result};
 use cittert_arrays::VisibilitySource;
 use num_complex::Complex64;
 
-/// Standard deviation of a phase of which nothing is known, pi / sqrt(3) rad.
+/// Standard deviation of a phase that may be anything, pi / sqrt(3) rad.
 const UNKNOWN_PHASE_RAD: f64 = 1.813_799_364_234_218;
 
 /// arg(V_ab V_bc V_ca) for antennas a, b, c.
@@ -29,7 +28,7 @@ pub struct ClosurePhase {
     pub antennas: [usize; 3],
     /// The phase, rad.
     pub phase_rad: f64,
-    /// Its standard deviation, rad; at most pi / sqrt(3), that of a phase of which nothing is known.
+    /// Its standard deviation, rad; at most pi / sqrt(3), that of a phase that may be anything.
     pub sigma_rad: f64,
     /// Cube root of the modulus of the mean bispectrum, in the unit of the visibilities.
     pub amplitude: f64,
@@ -48,7 +47,7 @@ pub struct ClosureAmplitude {
     pub sigma: f64,
 }
 
-/// Form the closure phases of a set and hand them on one by one, in order of time.
+/// Form the closure phases of a set and give them to `emit` one by one, in order of time.
 ///
 /// # Errors
 /// Fewer than 3 antennas, an interval shorter than an integration, a set too large to hold whose rows are not in order of
@@ -73,7 +72,7 @@ pub fn closure_phases(
                 let clean = [x, y, z].map(|s| (s.vis().norm_sqr() - 2.0 * s.variance()).max(0.0));
                 let w = 1.0 / (x.variance() + y.variance() + z.variance());
                 sum += w * x.vis() * y.vis() * z.vis();
-                // Half the variance of a product of noisy complex numbers, that across its direction.
+                // Half the variance of a product of noisy complex numbers: the part perpendicular to its direction.
                 variance += w * w * (power.iter().product::<f64>() - clean.iter().product::<f64>()) / 2.0;
                 weight += w;
                 key.samples += 1;
@@ -92,8 +91,8 @@ pub fn closure_phases(
     })
 }
 
-/// Form the logarithms of the closure amplitudes of a set and hand them on one by one, in order of time. They need no
-/// correction for noise bias: the mean of ln|V| over complex Gaussian noise is ln|S| up to terms exp(-SNR^2 / 2).
+/// Form the logarithms of the closure amplitudes of a set and give them to `emit` one by one, in order of time. They need no correction
+/// for noise bias: the mean of ln|V| over complex Gaussian noise is ln|S| up to terms exp(-SNR^2 / 2).
 ///
 /// # Errors
 /// Fewer than 4 antennas, otherwise as [`closure_phases`].

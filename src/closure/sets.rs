@@ -1,9 +1,9 @@
-//! Which triangles and quadrangles of antennas to form closure quantities on.
+//! The triangles and quadrangles of antennas on which closure quantities are formed.
 //!
 //! A minimal set holds as many independent quantities as the baselines allow, and no more: E - (N - 1) closure phases and
 //! E - N closure amplitudes for E connected baselines of N antennas, that is (N - 1)(N - 2)/2 and N(N - 3)/2 when none is
-//! missing. It grows baseline by baseline: each new triangle closes one baseline over others that are closed already, so no
-//! quantity can be a combination of the earlier ones.
+//! missing. It grows baseline by baseline: each new triangle adds one baseline to others that belong to the set already, so
+//! no quantity is a combination of earlier ones.
 //!
 //! # Reference
 //! Thompson, Moran & Swenson 2017, section 10.3; Blackburn et al. 2020, ApJ 894, 31.
@@ -87,7 +87,7 @@ fn close_over<const K: usize>(
             break;
         }
         if out.len() == before {
-            // Nothing reaches these baselines yet: take one as given and see what follows from it.
+            // No combination reaches these baselines yet: take one as given and continue from it.
             let (p, q) = open.remove(0);
             done.set(p, q);
         }
@@ -115,7 +115,7 @@ pub(crate) fn quadrangles(links: &Links, set: ClosureSet, preferred: &[usize]) -
     }
     let mut done = spanning_forest(links, preferred);
     let mut open = remaining(links, &done);
-    // An odd loop is what lets single amplitudes, not only their ratios, be traced through the tree.
+    // With one odd loop single amplitudes follow from the tree, and not only their ratios.
     if let Some(i) = open.iter().position(|(p, q)| preferred.iter().any(|r| done.has(*r, *p) && done.has(*r, *q))) {
         let (p, q) = open.remove(i);
         done.set(p, q);

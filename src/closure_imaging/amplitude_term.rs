@@ -54,7 +54,7 @@ impl VisibilityTerm for Amplitudes {
             let size = m.norm();
             if *w == 0.0 || size == 0.0 {
                 sum += w * a * a;
-                continue; // at 0 the amplitude has no direction to grow in
+                continue; // at 0 the amplitude has no gradient
             }
             let d = size - a;
             sum += w * d * d;

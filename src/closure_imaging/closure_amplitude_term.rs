@@ -1,6 +1,6 @@
-//! Logarithms of closure amplitudes: what the amplitudes say that no antenna error can touch.
+//! Logarithms of closure amplitudes: combinations of amplitudes that antenna errors do not change.
 
-use super::samples::Samples;
+use super::samples::{Formed, Samples};
 use crate::closure::{ClosureSet, quadrangles};
 use crate::misfit::VisibilityTerm;
 use crate::{ChainError, Result};
@@ -9,11 +9,9 @@ use num_complex::Complex;
 /// Measured ln(|V_ab| |V_cd| / (|V_ac| |V_bd|)).
 #[derive(Debug, Clone)]
 pub struct ClosureAmplitudes {
-    /// Where V_ab, V_cd, V_ac and V_bd are in the list of model visibilities.
-    sides: Vec<[usize; 4]>,
+    /// On V_ab, V_cd, V_ac and V_bd.
+    closures: Formed<4>,
     log: Vec<f64>,
-    weight: Vec<f64>,
-    independent: usize,
 }
 
 /// Signs of the logarithms of the four sides.
@@ -21,8 +19,8 @@ const SIGNS: [f64; 4] = [1.0, 1.0, -1.0, -1.0];
 
 impl ClosureAmplitudes {
     /// The log closure amplitudes of every moment, on the entries that `used` \[n\] admits. Their variance is the sum of
-    /// sigma^2 / |V|^2 over the four sides; a minimal set is built on the antenna with the most information, and with all quadrangles
-    /// each weighs as much less as there are more of them than independent ones.
+    /// sigma^2 / |V|^2 over the four sides. A minimal set is built on the antenna with the most information. In a set of all quadrangles
+    /// the weight of each is reduced by the ratio of independent quadrangles to all.
     ///
     /// # Errors
     /// No quadrangle with data.
@@ -30,28 +28,12 @@ impl ClosureAmplitudes {
     /// # Reference
     /// Chael et al. 2018, ApJ 857, 23, eqs. 12 and 15; Blackburn et al. 2020, ApJ 894, 31.
     pub fn new(samples: &Samples, used: &[bool], set: ClosureSet) -> Result<Self> {
-        let mut term = Self { sides: Vec::new(), log: Vec::new(), weight: Vec::new(), independent: 0 };
-        for moment in samples.closures(used, set, quadrangles) {
-            term.independent += moment.independent;
-            for &[a, b, c, d] in &moment.formed {
-                let Some(sides) = moment.entries([(a, b), (c, d), (a, c), (b, d)]) else { continue };
-                let log = sides.iter().zip(SIGNS).map(|(k, s)| s * samples.vis()[*k].norm().ln()).sum();
-                let variance: f64 = sides.iter().map(|k| samples.relative_variance(*k)).sum();
-                term.sides.push(sides);
-                term.log.push(log);
-                term.weight.push(moment.share / variance);
-            }
-        }
-        if term.sides.is_empty() {
+        let closures = samples.formed(used, set, quadrangles, |[a, b, c, d]| [(a, b), (c, d), (a, c), (b, d)])?;
+        if closures.sides.is_empty() {
             return Err(ChainError::NoData("no four antennas have data at one time: there are no closure amplitudes".into()));
         }
-        Ok(term)
-    }
-
-    /// Closure amplitudes that are formed.
-    #[must_use]
-    pub fn formed(&self) -> usize {
-        self.sides.len()
+        let log = |sides: &[usize; 4]| sides.iter().zip(SIGNS).map(|(k, s)| s * samples.vis()[*k].norm().ln()).sum();
+        Ok(Self { log: closures.sides.iter().map(log).collect(), closures })
     }
 }
 
@@ -62,12 +44,12 @@ impl VisibilityTerm for ClosureAmplitudes {
 
     /// Independent ones.
     fn data(&self) -> usize {
-        self.independent
+        self.closures.independent
     }
 
     fn add(&self, model: &[Complex<f64>], weight: f64, gradient: &mut [Complex<f64>]) -> f64 {
         let mut sum = 0.0;
-        for ((sides, log), w) in self.sides.iter().zip(&self.log).zip(&self.weight) {
+        for ((sides, log), w) in self.closures.sides.iter().zip(&self.log).zip(&self.closures.weight) {
             let power = sides.map(|k| model[k].norm_sqr().max(f64::MIN_POSITIVE));
             let d = 0.5 * (power[0] / power[2] * (power[1] / power[3])).ln() - log;
             sum += w * d * d;

@@ -1,42 +1,34 @@
-//! What the coverage and the amplitudes say about the field: its grid, which baselines see only its total flux, its size.
+//! The field as the coverage and the amplitudes show it: its grid, the baselines that measure only its total flux, and its size.
 
 use super::gather::SparseSet;
+use super::options::ClosureImagingOptions;
+use super::tuning::ClosureImagingControl;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{SkyFrame, SkyGrid};
 
-/// Cells in 1 / (longest baseline).
-const CELLS: f64 = 6.0;
-/// The field in parts of 1 / (shortest baseline that resolves it).
-const FIELD: f64 = 0.8;
-/// Most cells a side that are chosen on their own.
-const LARGEST: usize = 128;
-/// Baselines below this part of the longest may belong to co-located antennas.
-const CO_LOCATED: f64 = 0.05;
-/// A gap in the lengths, as a ratio, that sets co-located antennas apart.
-const GAP: f64 = 8.0;
-
-/// Which baselines join co-located antennas: they see the total flux of everything and resolve nothing \[n\].
+/// Which baselines join co-located antennas \[n\]: these measure the total flux and resolve nothing.
 ///
-/// They are told by a gap: the shortest of all others is many times longer.
+/// A gap in the lengths shows them: the shortest of all other baselines is many times longer.
 #[must_use]
-pub fn co_located(set: &SparseSet) -> Vec<bool> {
+pub fn co_located(set: &SparseSet, tuning: &ClosureImagingControl) -> Vec<bool> {
     let lengths = set.lengths_wl();
     let mut sorted = lengths.clone();
     sorted.sort_by(f64::total_cmp);
     let longest = sorted.last().copied().unwrap_or(0.0);
-    let gaps = sorted.windows(2).filter(|w| w[0] < CO_LOCATED * longest && w[1] > GAP * w[0]);
+    let gaps = sorted.windows(2).filter(|w| w[0] < tuning.co_located * longest && w[1] > tuning.gap * w[0]);
     let cut = gaps.max_by(|a, b| (a[1] / a[0].max(1e-3)).total_cmp(&(b[1] / b[0].max(1e-3)))).map(|w| w[0]);
     lengths.iter().map(|l| cut.is_some_and(|c| *l <= c)).collect()
 }
 
-/// Median of a list that is not empty.
+/// Median of a list; `None` of an empty one.
 pub(super) fn median(mut list: Vec<f64>) -> Option<f64> {
     list.sort_by(f64::total_cmp);
     list.get(list.len() / 2).copied()
 }
 
-/// The grid: as given, or cells of a sixth of 1 / (longest baseline) over most of what the shortest baseline sees.
+/// The grid as given, or chosen from the coverage: cells of a sixth of 1 / (longest baseline) over most of the field that the shortest
+/// baseline measures.
 ///
 /// # Errors
 /// No baseline longer than 0, a grid that cannot be.
@@ -44,19 +36,20 @@ pub fn choose_grid(
     set: &SparseSet,
     short: &[bool],
     frame: SkyFrame,
-    (size, cell): (Option<(usize, usize)>, Option<f64>),
+    options: &ClosureImagingOptions,
     observer: &dyn Observer,
 ) -> Result<SkyGrid> {
+    let (size, cell, tuning) = (options.size.map(|s| (s.columns, s.rows)), options.cell.map(|c| c.si()), &options.tuning);
     let lengths = set.lengths_wl();
     let longest = lengths.iter().fold(0.0_f64, |a, l| a.max(*l));
     let shortest = lengths.iter().zip(short).filter(|(_, s)| !**s).fold(f64::INFINITY, |a, (l, _)| a.min(*l));
     if !(longest > 0.0) {
         return Err(ChainError::NoData("no baseline is longer than 0: nothing can be imaged".into()));
     }
-    let field = FIELD / shortest.max(1e-9 * longest);
+    let field = tuning.field / shortest.max(1e-9 * longest);
     let cell_rad =
-        cell.unwrap_or_else(|| size.map_or(1.0 / (CELLS * longest), |(n, m)| (field / n.max(m) as f64).min(1.0 / (3.0 * longest))));
-    let side = ((field / cell_rad).ceil() as usize).clamp(16, LARGEST).next_multiple_of(2);
+        cell.unwrap_or_else(|| size.map_or(1.0 / (tuning.cells * longest), |(n, m)| (field / n.max(m) as f64).min(1.0 / (3.0 * longest))));
+    let side = ((field / cell_rad).ceil() as usize).clamp(16, tuning.largest).next_multiple_of(2);
     let (n_l, n_m) = size.unwrap_or((side, side));
     let grid = SkyGrid::new(n_l, n_m, cell_rad, frame)?;
     if cell.is_none() || size.is_none() {
@@ -96,8 +89,8 @@ pub fn fitted_fwhm(set: &SparseSet, short: &[bool]) -> Option<f64> {
     (slope < 0.0).then(|| (-slope * 4.0 * std::f64::consts::LN_2).sqrt() / (std::f64::consts::PI * longest))
 }
 
-/// A circular Gaussian of total flux `flux` \[m * l\] in the middle, with a thousandth of it one width up and to the left: the closure
-/// phases of a symmetric image have no slope to follow.
+/// A circular Gaussian of total flux `flux` \[m * l\] in the middle, with a thousandth of it one width up and to the left: at a symmetric
+/// image the gradient of the closure phases is zero, so that no step would start.
 #[must_use]
 pub fn gaussian(grid: &SkyGrid, fwhm_rad: f64, flux: f64) -> Vec<f64> {
     let middle = |n: usize| (n as f64 - 1.0) / 2.0;
@@ -113,7 +106,7 @@ pub fn gaussian(grid: &SkyGrid, fwhm_rad: f64, flux: f64) -> Vec<f64> {
     image.into_iter().map(|v| v * flux / sum).collect()
 }
 
-/// An image \[m * l\] smoothed by a circular Gaussian; what leaves the frame is lost.
+/// An image \[m * l\] smoothed by a circular Gaussian. Flux that leaves the frame is lost.
 #[must_use]
 pub fn smoothed(image: &[f64], (n_l, n_m): (usize, usize), fwhm_cells: f64) -> Vec<f64> {
     let k = 4.0 * std::f64::consts::LN_2 / (fwhm_cells * fwhm_cells);
@@ -142,14 +135,17 @@ mod tests {
 
     #[test]
     fn co_located_antennas_are_told_by_a_gap() {
+        let tuning = ClosureImagingControl::default();
         let uv = |lengths: &[f64]| lengths.iter().map(|l| [*l, 0.0]).collect::<Vec<_>>();
         let eht = set(uv(&[1e5, 2e6, 1.3e9, 2e9, 4e9, 8e9]), |_| 1.0);
-        assert_eq!(co_located(&eht), [true, true, false, false, false, false]);
+        assert_eq!(co_located(&eht, &tuning), [true, true, false, false, false, false]);
         let dense = set(uv(&[1e3, 3e3, 8e3, 2e4, 5e4]), |_| 1.0);
-        assert!(co_located(&dense).iter().all(|s| !s));
-        let grid = choose_grid(&eht, &co_located(&eht), SkyFrame::Boresight, (None, None), &crate::progress::Silent).unwrap();
+        assert!(co_located(&dense, &tuning).iter().all(|s| !s));
+        let grid =
+            choose_grid(&eht, &co_located(&eht, &tuning), SkyFrame::Boresight, &ClosureImagingOptions::default(), &crate::progress::Silent)
+                .unwrap();
         assert!((grid.cell_rad * 6.0 * 8e9 - 1.0).abs() < 1e-12);
-        assert!(grid.n_l.is_multiple_of(2) && (grid.n_l as f64 * grid.cell_rad * 1.3e9 - FIELD).abs() < 0.1, "{}", grid.n_l);
+        assert!(grid.n_l.is_multiple_of(2) && (grid.n_l as f64 * grid.cell_rad * 1.3e9 - tuning.field).abs() < 0.1, "{}", grid.n_l);
     }
 
     #[test]

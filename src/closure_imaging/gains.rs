@@ -5,6 +5,7 @@
 
 use super::samples::Samples;
 use super::station_term::LogGains;
+use crate::{ChainError, Result};
 use num_complex::Complex64;
 
 /// Gains of all antennas; the data have g_p conj(g_q) times the model.
@@ -20,7 +21,7 @@ const SWEEPS: usize = 200;
 const SETTLED_RAD: f64 = 1e-10;
 
 impl StationGains {
-    /// Solve for the phases and take the amplitudes from `log` where they are given.
+    /// Solve for the phases, and take the amplitudes from `log` where they are given.
     #[must_use]
     pub fn solve(samples: &Samples, model: &[Complex64], log: Option<&LogGains>) -> Self {
         let n = samples.n_ant();
@@ -34,7 +35,7 @@ impl StationGains {
                 links[p].push((q, z));
                 links[q].push((p, z.conj()));
             }
-            // From the best antenna outward, so that every phase starts near where its data want it.
+            // Antennas are added from the best one outward, so that every phase starts near the value that its data give.
             let order: Vec<usize> = samples.by_information(moment).into_iter().filter(|a| !links[*a].is_empty()).collect();
             let mut left = order.clone();
             while !left.is_empty() {
@@ -56,27 +57,31 @@ impl StationGains {
                     break;
                 }
             }
-            let size = |a: usize| log.and_then(|l| l.mean.get(t)?.get(a).copied().flatten()).unwrap_or(0.0).exp();
+            // An antenna without a usable amplitude keeps the amplitude 1.
+            let size = |a: usize| log.and_then(|l| l.mean[t][a]).map_or(1.0, f64::exp);
             phasor.iter().enumerate().map(|(a, p)| p.map(|p| p * size(a))).collect()
         });
         Self { gains: gains.collect() }
     }
 
-    /// Visibilities and errors with the gains taken out.
-    #[must_use]
-    pub fn corrected(&self, samples: &Samples) -> (Vec<Complex64>, Vec<f64>) {
+    /// Visibilities divided by the gains, and their errors.
+    ///
+    /// # Errors
+    /// A visibility of an antenna without a gain.
+    pub fn corrected(&self, samples: &Samples) -> Result<(Vec<Complex64>, Vec<f64>)> {
         let (mut vis, mut sigma) = (samples.vis().to_vec(), samples.sigma().to_vec());
         for (t, moment) in samples.moments().iter().enumerate() {
             for k in moment.clone() {
                 let (p, q) = samples.pairs()[k];
-                if let (Some(gp), Some(gq)) = (self.gains[t][p], self.gains[t][q]) {
-                    let g = gp * gq.conj();
-                    vis[k] /= g;
-                    sigma[k] /= g.norm();
-                }
+                let (Some(gp), Some(gq)) = (self.gains[t][p], self.gains[t][q]) else {
+                    return Err(ChainError::Incompatible(format!("baseline {p}-{q} has data and no gains in moment {t}")));
+                };
+                let g = gp * gq.conj();
+                vis[k] /= g;
+                sigma[k] /= g.norm();
             }
         }
-        (vis, sigma)
+        Ok((vis, sigma))
     }
 }
 
@@ -96,7 +101,7 @@ mod tests {
         let s = samples(7, 4);
         let truth = |t: usize, a: usize| Complex64::from_polar(1.0, (t * 3 + a * a) as f64);
         let bad = with(&s, corrupted(&s, s.vis(), truth));
-        let (vis, _) = StationGains::solve(&bad, s.vis(), None).corrected(&bad);
+        let (vis, _) = StationGains::solve(&bad, s.vis(), None).corrected(&bad).unwrap();
         for (v, m) in vis.iter().zip(s.vis()) {
             assert!((v - m).norm() < 1e-6, "{v} {m}");
         }

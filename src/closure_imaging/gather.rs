@@ -1,4 +1,5 @@
-//! From a set of visibilities to the few hundred data of a sparse array: one product, averaged over scans, with systematic errors.
+//! Reads a set of visibilities as the few hundred data of a sparse array: one polarisation product, averaged over scans, with systematic
+//! errors.
 
 use super::samples::Samples;
 use crate::imaging::{DataCounts, PolSelector};
@@ -14,9 +15,9 @@ type Cell = (usize, u32, (u32, u32));
 /// Sums of w, w V and w uvw.
 type Sum = (f64, Complex64, [f64; 2]);
 
-/// Samples beyond which the direct transform is the wrong tool.
+/// Samples at most: the transform is direct, and its cost grows with samples times cells.
 const MOST_SAMPLES: usize = 50_000;
-/// A pause of so many times the usual step of time ends a scan.
+/// A pause longer than this many times the usual step of time ends a scan.
 const PAUSE: f64 = 6.0;
 /// Longest scan that is averaged into one datum, s.
 const LONGEST_SCAN_S: f64 = 600.0;
@@ -37,7 +38,7 @@ pub enum Average {
 /// The data of a sparse array.
 #[derive(Debug, Clone)]
 pub struct SparseSet {
-    /// Who measured what.
+    /// The visibilities with their antennas and times.
     pub samples: Samples,
     /// u and v in wavelengths \[n\], for the antennas p < q in the order of the samples.
     pub uv: Vec<[f64; 2]>,

@@ -1,7 +1,7 @@
 //! Limited-memory quasi-Newton minimisation, value and gradient together.
 //!
-//! argmin asks for value and gradient apart, which doubles the transforms; this one asks once for both and accepts most steps at the
-//! first try.
+//! The solvers of argmin ask for value and gradient separately, which doubles the number of transforms. This one asks once for both and
+//! accepts most steps at the first try.
 //!
 //! # Reference
 //! Nocedal & Wright 2006, Numerical Optimization, algorithms 7.4 and 7.5 (two loops), 3.5 and 3.6 (strong Wolfe conditions).
@@ -17,7 +17,7 @@ pub(super) struct Limits {
     pub decrease: f64,
 }
 
-/// Where it stopped.
+/// The result of a minimisation.
 #[derive(Debug, Clone)]
 pub(super) struct Minimum {
     pub x: Vec<f64>,

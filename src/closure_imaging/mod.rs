@@ -1,16 +1,17 @@
-//! Images of sparse arrays whose antennas are not calibrated: from closure phases, closure amplitudes and amplitudes.
+//! Images of sparse arrays without calibrated antennas, from closure phases, closure amplitudes and amplitudes.
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `samples` | the data: who measured what with whom, and when |
+//! | `samples` | the data, grouped by time and channel |
 //! | `amplitude_term`, `station_term`, `phase_term`, `closure_amplitude_term` | the terms of chi squared |
-//! | `gather` | a set of visibilities to a few hundred data: one product, averaged over scans |
+//! | `gather` | reads a set as a few hundred data: one product, averaged over scans |
 //! | `field` | the grid, the co-located antennas and the size of the source |
 //! | `dft` | exact transforms of small images |
-//! | `penalty` | what the image should look like where the data leave a choice |
+//! | `penalty` | penalties that choose among the images that fit the data |
 //! | `lbfgs` | minimisation |
 //! | `problem` | all terms together as a function of ln I |
 //! | `gains` | gains of the antennas given an image |
+//! | `tuning` | constants that choose the field, the prior and the flux |
 //! | `reconstruct` | rounds of imaging, starts, the total flux |
 //!
 //! # Reference
@@ -32,6 +33,7 @@ mod samples;
 mod station_term;
 #[cfg(test)]
 mod tests;
+mod tuning;
 
 pub use amplitude_term::Amplitudes;
 pub use closure_amplitude_term::ClosureAmplitudes;
@@ -45,3 +47,4 @@ pub use phase_term::{ClosurePhases, PhaseForm};
 pub use reconstruct::{ClosureImage, StartRecord, TermMisfit, reconstruct};
 pub use samples::Samples;
 pub use station_term::{LogGains, StationAmplitudes};
+pub use tuning::ClosureImagingControl;

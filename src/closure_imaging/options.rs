@@ -1,8 +1,9 @@
-//! What closure imaging is asked for.
+//! Options of closure imaging.
 
 use super::gather::Average;
 use super::penalty::PenaltyWeights;
 use super::phase_term::PhaseForm;
+use super::tuning::ClosureImagingControl;
 use crate::closure::ClosureSet;
 use crate::imaging::ImageSize;
 use crate::values::{bad_value, by_text};
@@ -165,6 +166,10 @@ pub struct ClosureImagingOptions {
     #[serde(skip)]
     #[cfg_attr(feature = "cli", arg(skip = ClosureImagingOptions::default().selfcal_rounds))]
     pub selfcal_rounds: usize,
+    /// How field, prior and flux are chosen where they are not given.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub tuning: ClosureImagingControl,
 }
 
 impl Default for ClosureImagingOptions {
@@ -189,12 +194,13 @@ impl Default for ClosureImagingOptions {
             flux: FluxFrom::Likelihood,
             form: PhaseForm::OneMinusCos,
             selfcal_rounds: 2,
+            tuning: ClosureImagingControl::default(),
         }
     }
 }
 
 impl ClosureImagingOptions {
-    /// Refuse what cannot be.
+    /// Refuse values out of their range.
     ///
     /// # Errors
     /// A flux, width or error that is not positive, nothing to do, sizes beyond what a direct transform should be asked for.

@@ -1,7 +1,7 @@
-//! What a small image should look like where the data leave a choice: near its prior, smooth, of a given flux, in the middle.
+//! Penalties on a small image: departure from the prior, roughness, departure of the total flux, departure of the centroid from the middle.
 //!
-//! Each is made dimensionless by the total flux F and by the pixels in a resolution, so that the same weights serve any source, cell
-//! and array.
+//! Each is dimensionless: it is divided by powers of the total flux F and of the pixels in a resolution element. The same weights therefore
+//! serve any source, cell and array.
 
 /// Weights of the penalties.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,7 @@ pub(super) struct Penalty {
     pub cells: f64,
 }
 
-/// Rounds the corner of total variation, in parts of the mean brightness.
+/// Rounds the corner of the total variation, as a fraction of the mean brightness: small enough to leave edges as they are.
 const CORNER: f64 = 1e-3;
 
 impl Penalty {
@@ -90,7 +90,7 @@ impl Penalty {
         let corner = (CORNER * f / (nx * ny) as f64).powi(2);
         let (k1, k2) = (self.weights.tv * self.cells / f, self.weights.tv2 * self.cells.powi(4) / (f * f));
         let mut value = 0.0;
-        // The image with a dark frame, so that no cell needs to ask whether it has neighbours.
+        // The image with a dark frame, so that every cell has neighbours.
         let wide = nx + 2;
         let mut framed = vec![0.0; wide * (ny + 2)];
         for (row, from) in framed.chunks_exact_mut(wide).skip(1).zip(image.chunks_exact(nx)) {

@@ -1,9 +1,9 @@
-//! Closure phases: what the phases say that no antenna error can touch.
+//! Closure phases: combinations of phases that antenna errors do not change.
 //!
-//! Two forms of chi squared. `OneMinusCos` is 2 (1 - cos d) / sigma^2 of the difference d: smooth, right for small errors, bounded for
-//! large ones. `Wrapped` is d^2 / sigma^2 of d brought to -pi..pi, with its edge at pi.
+//! Chi squared of a difference d has two forms. `OneMinusCos` is 2 (1 - cos d) / sigma^2: it is smooth, exact for small errors and bounded
+//! for large ones. `Wrapped` is d^2 / sigma^2 with d in -pi..pi, and has a corner at pi.
 
-use super::samples::Samples;
+use super::samples::{Formed, Samples};
 use crate::closure::{ClosureSet, triangles};
 use crate::misfit::VisibilityTerm;
 use crate::{ChainError, Result};
@@ -22,12 +22,10 @@ pub enum PhaseForm {
 /// Measured closure phases arg(V_ab V_bc V_ca), a < b < c.
 #[derive(Debug, Clone)]
 pub struct ClosurePhases {
-    /// Where V_ab, V_bc and V_ac are in the list of model visibilities.
-    sides: Vec<[usize; 3]>,
+    /// On V_ab, V_bc and V_ac.
+    closures: Formed<3>,
     /// exp(i phase) of the data.
     phasor: Vec<Complex64>,
-    weight: Vec<f64>,
-    independent: usize,
     form: PhaseForm,
 }
 
@@ -42,29 +40,16 @@ impl ClosurePhases {
     /// # Reference
     /// Chael et al. 2018, ApJ 857, 23, eqs. 11 and 13; Blackburn et al. 2020, ApJ 894, 31.
     pub fn new(samples: &Samples, used: &[bool], set: ClosureSet, form: PhaseForm) -> Result<Self> {
-        let mut term = Self { sides: Vec::new(), phasor: Vec::new(), weight: Vec::new(), independent: 0, form };
-        for moment in samples.closures(used, set, triangles) {
-            term.independent += moment.independent;
-            for &[a, b, c] in &moment.formed {
-                let Some(sides) = moment.entries([(a, b), (b, c), (a, c)]) else { continue };
-                let [ab, bc, ac] = sides.map(|k| samples.vis()[k]);
-                let bispectrum = ab * bc * ac.conj();
-                let variance: f64 = sides.iter().map(|k| samples.relative_variance(*k)).sum();
-                term.sides.push(sides);
-                term.phasor.push(bispectrum / bispectrum.norm());
-                term.weight.push(moment.share / variance);
-            }
-        }
-        if term.sides.is_empty() {
+        let closures = samples.formed(used, set, triangles, |[a, b, c]| [(a, b), (b, c), (a, c)])?;
+        if closures.sides.is_empty() {
             return Err(ChainError::NoData("no triangle of antennas has data at one time: there are no closure phases".into()));
         }
-        Ok(term)
-    }
-
-    /// Closure phases that are formed.
-    #[must_use]
-    pub fn formed(&self) -> usize {
-        self.sides.len()
+        let phasor = |sides: &[usize; 3]| {
+            let [ab, bc, ac] = sides.map(|k| samples.vis()[k]);
+            let bispectrum = ab * bc * ac.conj();
+            bispectrum / bispectrum.norm()
+        };
+        Ok(Self { phasor: closures.sides.iter().map(phasor).collect(), closures, form })
     }
 }
 
@@ -75,17 +60,17 @@ impl VisibilityTerm for ClosurePhases {
 
     /// Independent ones.
     fn data(&self) -> usize {
-        self.independent
+        self.closures.independent
     }
 
     fn add(&self, model: &[Complex<f64>], weight: f64, gradient: &mut [Complex<f64>]) -> f64 {
         let mut sum = 0.0;
-        for ((sides, phasor), w) in self.sides.iter().zip(&self.phasor).zip(&self.weight) {
+        for ((sides, phasor), w) in self.closures.sides.iter().zip(&self.phasor).zip(&self.closures.weight) {
             let [ab, bc, ac] = sides.map(|k| model[k]);
             let b = ab * bc * ac.conj();
             let size = b.norm();
             if !(size > 0.0) {
-                sum += 2.0 * w; // no phase: as wrong as on average
+                sum += 2.0 * w; // a model without flux has no phase: the mean over all phases
                 continue;
             }
             let d = b * phasor.conj() / size;

@@ -1,4 +1,4 @@
-//! Everything an image is judged by, as one function of its logarithm.
+//! All terms of closure imaging as one function of the logarithm of the image.
 
 use super::dft::Transform;
 use super::penalty::Penalty;
@@ -12,7 +12,7 @@ pub(super) struct Problem<'a> {
     pub penalty: &'a Penalty,
 }
 
-/// Logarithms beyond this are runaway steps, not images: e^300 squares without overflow.
+/// Logarithms beyond this come from steps that are far too long. e^300 squares without overflow.
 const LARGEST_LOG: f64 = 300.0;
 
 impl Problem<'_> {

@@ -46,14 +46,14 @@ pub struct StartRecord {
     pub correlation: f64,
 }
 
-/// What closure imaging found.
+/// The result of closure imaging.
 #[derive(Debug, Clone)]
 pub struct ClosureImage {
     /// Where the cells are.
     pub grid: SkyGrid,
     /// The image of the best start, flux a cell \[m, l\].
     pub model: Array2<f64>,
-    /// What is left of the visibilities after calibration against the model, naturally weighted, flux a beam \[m, l\].
+    /// The residual image after calibration against the model, with natural weights, flux a beam \[m, l\].
     pub residual: Array2<f64>,
     /// Standard deviation over the starts \[m, l\], each moved by whole cells onto the best, where there are several.
     pub spread: Option<Array2<f64>>,
@@ -65,7 +65,7 @@ pub struct ClosureImage {
     pub flux: f64,
     /// Fluxes that were tried and twice the negative log likelihood of the amplitudes a datum, to a constant.
     pub fluxes_tried: Vec<(f64, f64)>,
-    /// What the co-located antennas see, where there are any.
+    /// The flux that the co-located antennas measure, where there are any.
     pub total_flux: Option<f64>,
     /// Misfits of all terms, asked for or not.
     pub misfits: Vec<TermMisfit>,
@@ -85,16 +85,6 @@ pub struct ClosureImage {
     pub seconds: [f64; 2],
 }
 
-/// Fluxes that are tried, as parts of what the shortest baselines see: all of it, or less where part of it is on scales beyond the image.
-const FLUXES: [f64; 5] = [1.0, 0.75, 0.55, 0.4, 0.3];
-/// Rounds and iterations of a trial of a flux.
-const TRIAL: (usize, usize) = (2, 40);
-/// Width of the prior in resolutions where the amplitudes do not say.
-const USUAL_PRIOR: f64 = 1.6;
-const PRIOR_RANGE: (f64, f64) = (1.0, 4.0);
-/// Relative decrease below which a round is over.
-const DECREASE: f64 = 1e-6;
-
 /// Image a set from its closure quantities and amplitudes.
 ///
 /// Each round minimises the sum of the weighted chi squared a datum and of the penalties over ln I, from the image of the last smoothed
@@ -113,27 +103,29 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
         let keep: Vec<bool> = set.lengths_wl().iter().map(|l| *l >= options.uv_min_wl).collect();
         set.retain(&keep)?;
     }
-    let short = co_located(&set);
-    let grid = choose_grid(&set, &short, frame, (options.size.map(|s| (s.columns, s.rows)), options.cell.map(|c| c.si())), observer)?;
+    let tuning = &options.tuning;
+    let short = co_located(&set, tuning);
+    let grid = choose_grid(&set, &short, frame, options, observer)?;
     let lengths = set.lengths_wl();
     let resolution_rad = 1.0 / lengths.iter().fold(0.0_f64, |a, l| a.max(*l));
     let total_flux = median(short.iter().zip(set.samples.vis()).filter(|(s, _)| **s).map(|(_, v)| v.norm()).collect());
     let prior_fwhm_rad = options.prior_fwhm.map(|a| a.si()).unwrap_or_else(|| {
-        let fitted = fitted_fwhm(&set, &short).unwrap_or(USUAL_PRIOR * resolution_rad);
-        fitted.clamp(PRIOR_RANGE.0 * resolution_rad, PRIOR_RANGE.1 * resolution_rad)
+        let fitted = fitted_fwhm(&set, &short).unwrap_or(tuning.usual_prior * resolution_rad);
+        fitted.clamp(tuning.least_prior * resolution_rad, tuning.largest_prior * resolution_rad)
     });
     let transform = SmallDft::new(&grid, &set.uv);
     let field = Field { set: &set, short: &short, grid: &grid, transform: &transform, options, total_flux, prior_fwhm_rad, resolution_rad };
     let clock = Instant::now();
-    let fluxes_tried = match options.flux {
+    let trials = match options.flux {
         FluxFrom::Given(_) => Vec::new(),
         FluxFrom::Likelihood => field.try_fluxes(&lengths)?,
     };
+    let fluxes_tried: Vec<(f64, f64)> = trials.iter().map(|t| (t.flux, t.misfit)).collect();
     let flux = match options.flux {
         FluxFrom::Given(f) => f,
-        FluxFrom::Likelihood => likeliest(&fluxes_tried),
+        FluxFrom::Likelihood => likeliest(&fluxes_tried)?,
     };
-    let trial_evaluations: usize = field.trial_evaluations(&fluxes_tried);
+    let trial_evaluations: usize = trials.iter().map(|t| t.evaluations).sum();
     let seconds_flux = clock.elapsed().as_secs_f64();
     if observer.cancelled() {
         return Err(ChainError::Cancelled);
@@ -143,16 +135,22 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
     let runs: Vec<Run> = (0..options.starts)
         .into_par_iter()
         .map(|k| {
-            let run = field.run(flux, k, options.rounds, options.iterations, options.selfcal_rounds);
+            let run = field.run(
+                flux,
+                k,
+                Length { rounds: options.rounds, iterations: options.iterations, selfcal_rounds: options.selfcal_rounds },
+            );
             observer.event(Event::Advance(1));
             run
         })
         .collect::<Result<_>>()?;
     observer.event(Event::Done);
-    let best = (0..runs.len()).min_by(|a, b| runs[*a].value.total_cmp(&runs[*b].value)).unwrap_or(0);
-    let (gains, residual) = field.calibrated(&runs[best]);
+    let Some(best) = (0..runs.len()).min_by(|a, b| runs[*a].value.total_cmp(&runs[*b].value)) else {
+        return Err(ChainError::NoData("closure imaging made no run".into()));
+    };
+    let (gains, residual) = field.calibrated(&runs[best])?;
     let shape = (grid.n_m, grid.n_l);
-    // Closures leave the position open: images are compared where they match best.
+    // Closure quantities do not determine the position, so images are compared at the shift where they match best.
     let aligned: Vec<(f64, Vec<f64>)> = runs.iter().map(|r| align(&r.image, &runs[best].image, grid.n_l)).collect();
     let starts = runs.iter().zip(&aligned).map(|(r, (correlation, _))| StartRecord {
         value: r.value,
@@ -160,14 +158,14 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
         correlation: *correlation,
     });
     let image = ClosureImage {
-        model: plane(shape, runs[best].image.clone()),
-        residual: plane(shape, residual),
-        spread: (runs.len() > 1).then(|| plane(shape, deviation(&aligned))),
+        model: plane(shape, runs[best].image.clone())?,
+        residual: plane(shape, residual)?,
+        spread: if runs.len() > 1 { Some(plane(shape, deviation(&aligned))?) } else { None },
         resolution_rad,
         prior_fwhm_rad,
         flux,
         total_flux,
-        misfits: field.misfits(&runs[best], &gains),
+        misfits: field.misfits(&runs[best], &gains)?,
         gain_sigma: runs[best].station.gain_sigma().to_vec(),
         gains,
         best,
@@ -185,19 +183,23 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
 }
 
 /// The flux at the minimum of the parabola in ln flux through the best of those tried and its neighbours.
-fn likeliest(tried: &[(f64, f64)]) -> f64 {
-    let best = (0..tried.len()).min_by(|a, b| tried[*a].1.total_cmp(&tried[*b].1)).unwrap_or(0);
-    if best == 0 || best + 1 >= tried.len() {
-        return tried.get(best).map_or(1.0, |f| f.0);
+fn likeliest(tried: &[(f64, f64)]) -> Result<f64> {
+    let Some(best) = (0..tried.len()).min_by(|a, b| tried[*a].1.total_cmp(&tried[*b].1)) else {
+        return Err(ChainError::NoData("no total flux was tried".into()));
+    };
+    if best == 0 || best + 1 == tried.len() {
+        return Ok(tried[best].0);
     }
     let at = |k: usize| (tried[k].0.ln(), tried[k].1);
     let ((x0, y0), (x1, y1), (x2, y2)) = (at(best - 1), at(best), at(best + 1));
     let (a, b) = ((x1 - x0) * (y1 - y2), (x1 - x2) * (y1 - y0));
-    (x1 - 0.5 * ((x1 - x0) * a - (x1 - x2) * b) / (a - b)).exp()
+    Ok((x1 - 0.5 * ((x1 - x0) * a - (x1 - x2) * b) / (a - b)).exp())
 }
 
-fn plane(shape: (usize, usize), data: Vec<f64>) -> Array2<f64> {
-    Array2::from_shape_vec(shape, data).unwrap_or_else(|_| Array2::zeros(shape))
+fn plane(shape: (usize, usize), data: Vec<f64>) -> Result<Array2<f64>> {
+    let n = data.len();
+    Array2::from_shape_vec(shape, data)
+        .map_err(|_| ChainError::Incompatible(format!("an image of {n} cells, expected {} rows of {}", shape.0, shape.1)))
 }
 
 /// An image moved by whole cells to where it matches another best, and their normalised cross-correlation there.
@@ -230,7 +232,7 @@ fn deviation(aligned: &[(f64, Vec<f64>)]) -> Vec<f64> {
         let mean = aligned.iter().map(|(_, a)| a[i]).sum::<f64>() / n;
         (aligned.iter().map(|(_, a)| (a[i] - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
     };
-    (0..aligned.first().map_or(0, |a| a.1.len())).map(at).collect()
+    (0..aligned[0].1.len()).map(at).collect()
 }
 
 /// One run of imaging.
@@ -242,7 +244,23 @@ struct Run {
     samples: Samples,
 }
 
-/// What all runs share.
+/// How long a run is.
+#[derive(Clone, Copy)]
+struct Length {
+    rounds: usize,
+    iterations: usize,
+    selfcal_rounds: usize,
+}
+
+/// The trial of a total flux.
+struct FluxTrial {
+    flux: f64,
+    /// Twice the negative log likelihood of the amplitudes a datum, to a constant.
+    misfit: f64,
+    evaluations: usize,
+}
+
+/// The data and options that all runs share.
 struct Field<'a> {
     set: &'a SparseSet,
     short: &'a [bool],
@@ -255,7 +273,7 @@ struct Field<'a> {
 }
 
 impl Field<'_> {
-    /// The data with what the co-located antennas see brought to the flux of the image: the rest is on scales beyond it.
+    /// The data with the visibilities of co-located antennas scaled to the flux of the image. The rest of their flux is on scales beyond it.
     fn samples(&self, flux: f64) -> Samples {
         let mut samples = self.set.samples.clone();
         if let Some(total) = self.total_flux {
@@ -265,30 +283,31 @@ impl Field<'_> {
     }
 
     /// Likelihood of the amplitudes for some total fluxes, at the end of short runs.
-    fn try_fluxes(&self, lengths: &[f64]) -> Result<Vec<(f64, f64)>> {
+    fn try_fluxes(&self, lengths: &[f64]) -> Result<Vec<FluxTrial>> {
+        let tuning = &self.options.tuning;
         let (top, parts) = match self.total_flux {
-            Some(total) => (total, FLUXES),
+            Some(total) => (total, tuning.fluxes),
             None => {
-                // Nothing sees the total: at least what the shortest baselines do.
+                // No baseline measures the total flux: it is at least that of the shortest baselines.
                 let mut order: Vec<usize> = (0..lengths.len()).collect();
                 order.sort_by(|a, b| lengths[*a].total_cmp(&lengths[*b]));
                 let shortest = order.iter().take(lengths.len().div_ceil(10)).map(|k| self.set.samples.vis()[*k].norm()).collect();
-                (median(shortest).unwrap_or(1.0), FLUXES.map(|f| 1.0 / f))
+                let Some(flux) = median(shortest) else {
+                    return Err(ChainError::NoData("no visibility is left to estimate the flux from".into()));
+                };
+                (flux, tuning.fluxes.map(|f| 1.0 / f))
             }
         };
         let likelihood = |part: f64| {
-            let run = self.run(top * part, 0, TRIAL.0, TRIAL.1, 0)?;
+            let length = Length { rounds: tuning.trial_rounds, iterations: tuning.trial_iterations, selfcal_rounds: 0 };
+            let run = self.run(top * part, 0, length)?;
             let vis = model(self.transform, &run.image);
             let chi2 = run.station.add(&vis, 0.0, &mut vec![Complex64::default(); vis.len()]);
             // Scaling the short baselines scales their errors with them: the likelihood is of the logarithms.
-            Ok((top * part, chi2 / run.station.data() as f64 + run.station.log_determinant()))
+            let misfit = chi2 / run.station.data() as f64 + run.station.log_determinant();
+            Ok(FluxTrial { flux: top * part, misfit, evaluations: run.evaluations })
         };
         parts.into_par_iter().map(likelihood).collect()
-    }
-
-    /// Evaluations that the trials may have taken at most.
-    fn trial_evaluations(&self, tried: &[(f64, f64)]) -> usize {
-        tried.len() * TRIAL.0 * TRIAL.1
     }
 
     /// The first image of a run: the prior, or a random image like it.
@@ -308,8 +327,8 @@ impl Field<'_> {
     }
 
     /// Several rounds from one start.
-    fn run(&self, flux: f64, start: usize, rounds: usize, iterations: usize, selfcal_rounds: usize) -> Result<Run> {
-        let o = self.options;
+    fn run(&self, flux: f64, start: usize, length: Length) -> Result<Run> {
+        let (o, Length { rounds, iterations, selfcal_rounds }) = (self.options, length);
         let samples = self.samples(flux);
         let all = vec![true; samples.len()];
         let resolving: Vec<bool> = self.short.iter().map(|s| !s).collect();
@@ -333,7 +352,7 @@ impl Field<'_> {
             let complex = if round >= rounds {
                 let vis = model(self.transform, &image);
                 let gains = StationGains::solve(&samples, &vis, Some(&station.gains(&vis)));
-                let (vis, sigma) = gains.corrected(&samples);
+                let (vis, sigma) = gains.corrected(&samples)?;
                 let weight = sigma.iter().map(|s| (1.0 / (s * s)) as f32).collect();
                 Some(Visibilities::new(vis.iter().map(|v| Complex32::new(v.re as f32, v.im as f32)).collect(), weight)?)
             } else {
@@ -358,7 +377,7 @@ impl Field<'_> {
             let from = if round == 0 { image } else { self.smoothed(&image) };
             let dark = 1e-10 * from.iter().fold(0.0_f64, |a, v| a.max(*v));
             let x = from.iter().map(|v| v.max(dark).ln()).collect();
-            let limits = Limits { iterations, decrease: DECREASE };
+            let limits = Limits { iterations, decrease: o.tuning.decrease };
             let found = minimise(x, limits, &mut |x, g| problem.value(x, g));
             evaluations += found.evaluations;
             value = found.value;
@@ -371,21 +390,21 @@ impl Field<'_> {
         Ok(Run { image, value, evaluations, station, samples })
     }
 
-    /// Gains against the image of a run, and the dirty image of what is left.
-    fn calibrated(&self, run: &Run) -> (StationGains, Vec<f64>) {
+    /// Gains against the image of a run, and the dirty image of the residual.
+    fn calibrated(&self, run: &Run) -> Result<(StationGains, Vec<f64>)> {
         let vis = model(self.transform, &run.image);
         let gains = StationGains::solve(&run.samples, &vis, Some(&run.station.gains(&vis)));
-        let (corrected, sigma) = gains.corrected(&run.samples);
+        let (corrected, sigma) = gains.corrected(&run.samples)?;
         let weight: Vec<f64> = sigma.iter().map(|s| 1.0 / (s * s)).collect();
         let total: f64 = weight.iter().sum();
         let left: Vec<Complex64> = corrected.iter().zip(&vis).zip(&weight).map(|((v, m), w)| (v - m) * (w / total)).collect();
         let mut residual = vec![0.0; run.image.len()];
         self.transform.adjoint(&left, &mut residual);
-        (gains, residual)
+        Ok((gains, residual))
     }
 
     /// Misfits of the image of a run, on minimal sets.
-    fn misfits(&self, run: &Run, gains: &StationGains) -> Vec<TermMisfit> {
+    fn misfits(&self, run: &Run, gains: &StationGains) -> Result<Vec<TermMisfit>> {
         let vis = model(self.transform, &run.image);
         let all = vec![true; run.samples.len()];
         let resolving: Vec<bool> = self.short.iter().map(|s| !s).collect();
@@ -394,16 +413,21 @@ impl Field<'_> {
             TermMisfit { name, data: term.data(), chi2_per_datum: chi2 / term.data().max(1) as f64 }
         };
         let mut out = vec![each("amplitudes, gains integrated out", &run.station)];
-        if let Ok(term) = ClosurePhases::new(&run.samples, &resolving, ClosureSet::Minimal, self.options.form) {
-            out.push(each("closure phases", &term));
+        // Three antennas have no closure amplitudes, two have no closure phases either: these lines are then left out.
+        match ClosurePhases::new(&run.samples, &resolving, ClosureSet::Minimal, self.options.form) {
+            Ok(term) => out.push(each("closure phases", &term)),
+            Err(ChainError::NoData(_)) => {}
+            Err(e) => return Err(e),
         }
-        if let Ok(term) = ClosureAmplitudes::new(&run.samples, &all, ClosureSet::Minimal) {
-            out.push(each("log closure amplitudes", &term));
+        match ClosureAmplitudes::new(&run.samples, &all, ClosureSet::Minimal) {
+            Ok(term) => out.push(each("log closure amplitudes", &term)),
+            Err(ChainError::NoData(_)) => {}
+            Err(e) => return Err(e),
         }
-        let (corrected, sigma) = gains.corrected(&run.samples);
+        let (corrected, sigma) = gains.corrected(&run.samples)?;
         let chi2: f64 = corrected.iter().zip(&vis).zip(&sigma).map(|((v, m), s)| (v - m).norm_sqr() / (s * s)).sum();
         let n = 2 * corrected.len();
         out.push(TermMisfit { name: "visibilities, self-calibrated", data: n, chi2_per_datum: chi2 / n as f64 });
-        out
+        Ok(out)
     }
 }

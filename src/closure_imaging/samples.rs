@@ -1,4 +1,4 @@
-//! The data of a sparse array as the closure terms see them: who measured what with whom, and when.
+//! The data of a sparse array as the closure terms use them: visibilities of pairs of antennas, grouped by time and channel.
 
 use crate::closure::{ClosureSet, Links};
 use crate::{ChainError, Result};
@@ -19,25 +19,37 @@ pub struct Samples {
     moments: Vec<std::ops::Range<usize>>,
 }
 
+/// The closures over `K` antennas of all moments, each on `M` baselines.
+#[derive(Debug, Clone)]
+pub(super) struct Formed<const M: usize> {
+    /// Where the visibilities of the baselines are in the list.
+    pub(super) sides: Vec<[usize; M]>,
+    /// 1 / variance, times the independent closures of the moment over those formed.
+    pub(super) weight: Vec<f64>,
+    /// How many of the closures are independent.
+    pub(super) independent: usize,
+}
+
 /// Closures of one moment over `K` antennas each.
-pub(crate) struct Closures<const K: usize> {
-    pub formed: Vec<[usize; K]>,
+struct Closures<const K: usize> {
+    formed: Vec<[usize; K]>,
     /// How many of them are independent.
-    pub independent: usize,
-    /// Independent ones over formed ones: what each of them weighs.
-    pub share: f64,
+    independent: usize,
+    /// Independent ones over formed ones: the weight of each.
+    share: f64,
     at: Vec<Option<usize>>,
     n: usize,
 }
 
 impl<const K: usize> Closures<K> {
-    /// Where baselines, of antennas in any order, are in the list of visibilities; `None` where one of them has no data.
-    pub(crate) fn entries<const M: usize>(&self, baselines: [(usize, usize); M]) -> Option<[usize; M]> {
+    /// Where baselines, of antennas in any order, are in the list of visibilities.
+    fn entries<const M: usize>(&self, baselines: [(usize, usize); M]) -> Result<[usize; M]> {
         let mut out = [0; M];
         for (to, (p, q)) in out.iter_mut().zip(baselines) {
-            *to = self.at[p.min(q) * self.n + p.max(q)]?;
+            let found = self.at[p.min(q) * self.n + p.max(q)];
+            *to = found.ok_or_else(|| ChainError::Incompatible(format!("a closure on baseline {p}-{q}, which has no data")))?;
         }
-        Some(out)
+        Ok(out)
     }
 }
 
@@ -75,7 +87,10 @@ impl Samples {
                 return wrong(format!("a moment covers the data {}..{}, the one before ended at {end}", m.start, m.end));
             }
             end = m.end;
-            let mut seen: Vec<_> = pairs.get(m.clone()).unwrap_or_default().to_vec();
+            if m.end > pairs.len() {
+                return wrong(format!("a moment covers the data {}..{} of {}", m.start, m.end, pairs.len()));
+            }
+            let mut seen = pairs[m.clone()].to_vec();
             seen.sort_unstable();
             if let Some(w) = seen.windows(2).find(|w| w[0] == w[1]) {
                 return wrong(format!("baseline {}-{} occurs twice in a moment", w[0].0, w[0].1));
@@ -144,8 +159,32 @@ impl Samples {
         }
     }
 
+    /// The closures of all moments on the entries that `used` \[n\] admits. `find` forms them of linked antennas, `baselines` names the
+    /// baselines of each. The variance of a closure is the sum of sigma^2 / |V|^2 over its baselines.
+    ///
+    /// # Errors
+    /// A closure on a baseline without data.
+    pub(super) fn formed<const K: usize, const M: usize>(
+        &self,
+        used: &[bool],
+        set: ClosureSet,
+        find: impl Fn(&Links, ClosureSet, &[usize]) -> Vec<[usize; K]>,
+        baselines: fn([usize; K]) -> [(usize, usize); M],
+    ) -> Result<Formed<M>> {
+        let mut out = Formed { sides: Vec::new(), weight: Vec::new(), independent: 0 };
+        for moment in self.closures(used, set, find) {
+            out.independent += moment.independent;
+            for antennas in &moment.formed {
+                let sides = moment.entries(baselines(*antennas))?;
+                out.sides.push(sides);
+                out.weight.push(moment.share / sides.iter().map(|k| self.relative_variance(*k)).sum::<f64>());
+            }
+        }
+        Ok(out)
+    }
+
     /// The closures of every moment on the entries that `used` admits, as `find` forms them of linked antennas.
-    pub(crate) fn closures<const K: usize>(
+    fn closures<const K: usize>(
         &self,
         used: &[bool],
         set: ClosureSet,
@@ -174,11 +213,11 @@ impl Samples {
         at
     }
 
-    /// Antennas, the one whose baselines say most first: closures built on it have the smallest errors.
+    /// Antennas in falling order of the information on their baselines: closures on the first one have the smallest errors.
     pub(crate) fn by_information(&self, moment: &std::ops::Range<usize>) -> Vec<usize> {
         let mut sum = vec![0.0; self.n_ant];
         for k in moment.clone() {
-            // A baseline's information saturates: systematic errors take over.
+            // The information of a baseline saturates where systematic errors exceed the noise.
             let information = 1.0 / (self.relative_variance(k) + 1e-4);
             let (p, q) = self.pairs[k];
             sum[p] += information;

@@ -3,8 +3,8 @@
 //! The logarithm of a measured amplitude is ln|V| + g_p + g_q plus noise, with an unknown log gain g for each antenna and moment that
 //! is Gaussian around 0 with a standard deviation s_p. Integrating over the gains leaves a Gaussian with covariance
 //! C = diag(sigma^2 / |V|^2) + A diag(s^2) A', where row k of A has a 1 at both antennas of baseline k. So s = 0 means calibrated
-//! amplitudes, s without bound means closure amplitudes with their full covariance, and anything between is weighed as it deserves.
-//! The marginal likelihood also says which s the data want, antenna by antenna.
+//! amplitudes, and infinite s means closure amplitudes with their full covariance. Any s between these has its proper weight. The marginal
+//! likelihood also gives the most likely s of each antenna.
 
 use super::samples::Samples;
 use crate::linalg::{Cholesky, Matrix};
@@ -98,7 +98,7 @@ impl StationAmplitudes {
                     c[(i, j)] = shared + if i == j { self.variance[*k] } else { 0.0 };
                 }
             }
-            // Scaled to a unit diagonal: errors of a few per cent and of many times the signal occur together.
+            // Scaled to a unit diagonal, since errors of a few per cent and of many times the signal occur together.
             let scale: Vec<f64> = (0..n).map(|i| c[(i, i)].sqrt().recip()).collect();
             (0..n).for_each(|i| (0..n).for_each(|j| c[(i, j)] *= scale[i] * scale[j]));
             let Some(factor) = Cholesky::new(&c) else {
@@ -152,8 +152,8 @@ impl StationAmplitudes {
         out
     }
 
-    /// Standard deviations of the log gains that the data want, given the model: a few steps of expectation and maximisation, held
-    /// above `floor` \[antenna\] by two pseudo-observations, so that an antenna with little data keeps what it had.
+    /// Estimate the standard deviations of the log gains from the data, given the model, by a few steps of expectation and maximisation.
+    /// They stay above `floor` \[antenna\]. Two pseudo-observations at that value keep an antenna with little data near it.
     ///
     /// # Errors
     /// As [`Self::set_gain_sigma`].

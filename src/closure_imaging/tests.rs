@@ -116,7 +116,7 @@ fn closures_alone_show_the_source_through_any_gains() {
 #[test]
 fn the_total_flux_is_found_where_short_baselines_see_more() {
     let (mut set, _, _) = observed(0.03);
-    let short = co_located(&set);
+    let short = co_located(&set, &ClosureImagingControl::default());
     assert_eq!(short.iter().filter(|s| **s).count(), 10);
     // Twice the flux of the image lies on scales that only the co-located antennas see.
     set.samples.scale(&short, 2.0);

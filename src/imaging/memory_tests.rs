@@ -33,9 +33,14 @@ fn a_tiny_and_a_large_budget_give_the_same_image() {
     let set = snapshot(&positions(60, 0.5, 0.3, 3), &freq, &[Polarization::I], &[(0.1, 0.05, 1.0), (-0.14, 0.09, 0.4)], (0.01, VisUnit::Jy));
     let run = |bytes: u64| {
         let mut source = Counting(set.clone(), 0);
-        let weights = WeightOptions { weighting: Weighting::Briggs { robust: 0.5 }, ..WeightOptions::default() };
         let memory = crate::memory::MemoryBudget::new(bytes).unwrap();
-        let opts = ImagingOptions { size: Some((256, 256)), cell_rad: Some(1.5e-3), weights, memory, ..ImagingOptions::default() };
+        let opts = ImagingOptions {
+            size: Some(ImageSize::square(256)),
+            cell: Some(cittert_arrays::quantity::Angle(1.5e-3)),
+            weighting: Weighting::Briggs,
+            robust: 0.5,
+            memory,
+            ..ImagingOptions::default() };
         let mut imager = Imager::new(&mut source, opts, &Silent).unwrap();
         let (dirty, psf) = (imager.dirty(0, &Silent).unwrap(), imager.psf(0, &Silent).unwrap());
         let mut model = ndarray::Array2::zeros((256, 256));

@@ -1,8 +1,8 @@
 //! The curvature of chi squared: a convolution with the dirty beam of the data's own weights.
 //!
-//! For visibilities the Hessian of chi2 / 2 is A^T W A, which for a field without a w term is exactly a convolution with the beam,
-//! whatever the image. So a Newton step needs no transform of visibilities: only fast convolutions. Its inverse is approximated by that
-//! of the circulant matrix next to it, which is diagonal after a Fourier transform.
+//! For visibilities the Hessian of chi2 / 2 is A^T W A. For a field without a w term this is exactly a convolution with the beam, whatever
+//! the image. A Newton step therefore needs fast convolutions and no transform of visibilities. The inverse is approximated by that of the
+//! nearest circulant matrix, which is diagonal after a Fourier transform.
 //!
 //! # Reference
 //! Chan 1988, SIAM J. Sci. Stat. Comput. 9, 766 (the circulant); Cornwell & Evans 1985, A&A 143, 77 (the diagonal alone).
@@ -13,7 +13,7 @@ use cittert_arrays::SkyGrid;
 use ndarray::{Array2, ArrayView2, Zip, s};
 use num_complex::Complex64;
 
-/// Stretch of uvw and shrinking of the cell that leaves u l as it is and keeps a field of twice the width in front of the horizon.
+/// Factor on the cell, and its inverse on uvw. It leaves u l unchanged and keeps a field of twice the width in front of the horizon.
 const SHRINK: f64 = 1e-4;
 
 /// The Hessian of half of chi squared as a convolution.
@@ -54,7 +54,7 @@ impl BeamHessian {
         let round = Convolver::new((grid.n_m, grid.n_l), 0);
         let eigenvalues = round.kernel(circulant(&beam, (grid.n_m, grid.n_l), round.padded()).view()).map_real(|v| v.max(0.0));
         let largest = eigenvalues.real_parts().fold(0.0_f32, f32::max);
-        // The wide transform may be shorter than twice an odd side; what is cut is the outermost line, which no pixel pair spans.
+        // The wide transform may be shorter than twice an odd side. Only the outermost line is cut, which no pair of pixels spans.
         let (p_m, p_l) = wide.padded();
         let (h_m, h_l) = (grid.n_m.min(p_m / 2), grid.n_l.min(p_l / 2));
         let part = beam.slice(s![grid.n_m - h_m..grid.n_m + h_m, grid.n_l - h_l..grid.n_l + h_l]);

@@ -1,4 +1,4 @@
-//! What a result is worth: whether its constraints are met, and what it took.
+//! Whether an image meets its constraints, and what it cost.
 
 use serde::Serialize;
 
@@ -44,7 +44,7 @@ impl Certificate {
         self.seconds / self.seconds_per_evaluation.max(f64::MIN_POSITIVE)
     }
 
-    /// What is not met, in words.
+    /// A sentence about the goals that are not met; `None` where all are.
     #[must_use]
     pub fn shortfall(&self, chi2_tolerance: f64, flux: f64, kkt: f64) -> Option<String> {
         if self.met {

@@ -88,18 +88,6 @@ impl ChiSquared {
         self.model.len()
     }
 
-    /// Replace the terms, as a calibration does between two images.
-    ///
-    /// # Errors
-    /// A list without data.
-    pub fn set_terms(&mut self, terms: Vec<(f64, Box<dyn VisibilityTerm>)>) -> Result<()> {
-        if terms.iter().map(|(_, t)| t.data()).sum::<usize>() == 0 {
-            return Err(ChainError::NoData("no term holds any datum: nothing constrains the image".into()));
-        }
-        self.terms = terms;
-        Ok(())
-    }
-
     /// Evaluations so far, each a pair of transforms, and the seconds they took.
     #[must_use]
     pub fn cost(&self) -> (usize, f64) {
@@ -140,7 +128,7 @@ impl ChiSquared {
         Ok(Misfit { chi2, gradient })
     }
 
-    /// The slope turned into an image.
+    /// The adjoint transform of the gradient by the visibilities.
     fn transpose(&mut self) -> Result<Array2<f64>> {
         let top = self.slope.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
         if !top.is_finite() {

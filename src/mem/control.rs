@@ -1,54 +1,42 @@
-//! How the Lagrange multiplier of chi squared is found: raised while the data are not yet explained, trimmed once they are.
+//! How the Lagrange multiplier of chi squared, lambda, is found.
 //!
-//! The image starts at the prior, which explains nothing, with a multiplier so small that one step fits. Each step may raise it by a
-//! factor, as soon as the image has followed the last one half way: an image that is far from its optimum is not worth polishing.
-//! Near the target the multiplier moves with chi squared itself, and only when the image has settled. How much chi squared gives way
-//! differs by orders of magnitude between scenes (near a few points in noise hardly at all), so it is measured between two images that
-//! have settled, and the next multiplier follows from the power law through both.
+//! The image starts at the prior, which explains nothing, with a lambda so small that one step can fit. While chi squared is above its
+//! target, each step may raise lambda by a factor, as soon as the image has followed the last change half way: an image that is far from
+//! its optimum is not worth polishing. Near the target lambda moves with chi squared itself, and only when the image has settled. The
+//! response of chi squared to lambda differs by orders of magnitude between scenes (with a few points in noise it is nearly zero). It is
+//! therefore measured between two images that have settled, and the next lambda follows from the power law through both.
+
+use super::tuning::MemControl;
 
 /// How lambda changes from step to step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
     /// It stays.
     Fixed,
-    /// It is led to where chi2 is its expected value times `target`, within `tolerance`.
+    /// It moves until chi squared is its expected value times `target`, within `tolerance`.
     Target {
         /// Chi squared over its expected value.
         target: f64,
-        /// Largest departure of it, relative.
+        /// Largest departure of chi squared from the target, relative.
         tolerance: f64,
     },
 }
 
-/// Largest factor of a step.
-const RISE: f64 = 4.0;
-/// KKT residual at which the image has followed half way.
-const FOLLOWED: f64 = 0.5;
-/// KKT residual below which chi squared is what it will stay at this lambda.
-const SETTLED: f64 = 0.03;
-/// Departure of chi squared from its target within which a power law holds.
-const NEAR: f64 = 0.2;
-/// Largest factor by the power law.
-const JUMP: f64 = 3.0;
+/// How exactly a Newton step is solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Effort {
+    /// Residual of the linear system over its right-hand side.
+    pub(super) tolerance: f64,
+    /// Steps of conjugate gradients at most.
+    pub(super) steps: usize,
+}
+
+/// Far from the target the next lambda makes an exact step worthless. This changes the cost and not the result.
+const FAR: Effort = Effort { tolerance: 0.3, steps: 8 };
+const CLOSE: Effort = Effort { tolerance: 0.2, steps: 30 };
 
 impl Control {
-    /// The next lambda, from chi squared over its expected value and the KKT residual.
-    #[must_use]
-    pub fn next(&self, lambda: f64, chi2: f64, kkt: f64) -> f64 {
-        let Self::Target { target, tolerance } = *self else { return lambda };
-        let excess = chi2 / target;
-        if excess > 1.0 + tolerance && kkt < FOLLOWED {
-            lambda * excess.clamp(1.03, RISE)
-        } else if excess > 1.0 + 0.6 * tolerance && kkt < 0.05 {
-            lambda * excess.powf(1.3)
-        } else if excess < 1.0 - 0.6 * tolerance && kkt < 0.2 {
-            lambda * excess.powf(1.5).max(0.5)
-        } else {
-            lambda
-        }
-    }
-
-    /// True where chi squared is as it should be.
+    /// True where chi squared is at its target.
     #[must_use]
     pub fn met(&self, chi2: f64) -> bool {
         match *self {
@@ -56,61 +44,84 @@ impl Control {
             Self::Target { target, tolerance } => (chi2 / target - 1.0).abs() <= tolerance,
         }
     }
-
-    /// How exactly a Newton step should be solved: the relative residual and the most steps of conjugate gradients.
-    #[must_use]
-    pub(super) fn effort(&self, chi2: f64, kkt: f64) -> (f64, usize) {
-        let far = match *self {
-            Self::Fixed => kkt > FOLLOWED,
-            Self::Target { target, .. } => chi2 / target > 1.1,
-        };
-        if far { (0.3, 8) } else { (0.2, 30) }
-    }
 }
 
-/// A control with what it has learnt: how chi squared answers to lambda.
+/// A control with what it has measured: the response of chi squared to lambda.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steering {
     pub(super) control: Control,
-    /// Lambda and chi squared of the last image that had settled.
-    settled: Option<(f64, f64)>,
+    tuning: MemControl,
+    /// The last image that had settled.
+    settled: Option<Settled>,
     /// d ln(chi2) / d ln(lambda) between two of them.
     power: Option<f64>,
 }
 
-impl From<Control> for Steering {
-    fn from(control: Control) -> Self {
-        Self { control, settled: None, power: None }
-    }
+/// Chi squared over its expected value, of an image that has settled at this lambda.
+#[derive(Debug, Clone, Copy)]
+struct Settled {
+    lambda: f64,
+    chi2: f64,
 }
 
 impl Steering {
-    /// As [`Control::next`], with the secant where it is known.
+    pub(super) fn new(control: Control, tuning: MemControl) -> Self {
+        Self { control, tuning, settled: None, power: None }
+    }
+
+    /// The next lambda, from chi squared over its expected value and the KKT residual.
     pub(super) fn next(&mut self, lambda: f64, chi2: f64, kkt: f64) -> f64 {
         let Control::Target { target, tolerance } = self.control else { return lambda };
-        if kkt < SETTLED {
-            self.learn(lambda, chi2);
+        let t = self.tuning;
+        if kkt < t.settled {
+            self.learn(Settled { lambda, chi2 });
         }
         let excess = chi2 / target;
+        let departure = (excess - 1.0).abs();
         match self.power {
-            Some(_) if (excess - 1.0).abs() <= 0.6 * tolerance => lambda,
-            Some(_) if (excess - 1.0).abs() < NEAR && kkt >= SETTLED => lambda,
-            Some(power) if (excess - 1.0).abs() < NEAR => lambda * excess.powf(-1.0 / power).clamp(1.0 / JUMP, JUMP),
-            _ => self.control.next(lambda, chi2, kkt),
+            Some(_) if departure <= t.dead_band * tolerance => lambda,
+            Some(_) if departure < t.near && kkt >= t.settled => lambda,
+            Some(power) if departure < t.near => lambda * excess.powf(-1.0 / power).clamp(1.0 / t.jump, t.jump),
+            _ => self.by_rule(lambda, chi2, kkt),
         }
     }
 
-    fn learn(&mut self, lambda: f64, chi2: f64) {
-        let Some((before, was)) = self.settled else {
-            self.settled = Some((lambda, chi2));
+    /// The next lambda while the power law is not known.
+    fn by_rule(&self, lambda: f64, chi2: f64, kkt: f64) -> f64 {
+        let Control::Target { target, tolerance } = self.control else { return lambda };
+        let t = self.tuning;
+        let excess = chi2 / target;
+        if excess > 1.0 + tolerance && kkt < t.followed {
+            lambda * excess.clamp(t.least_rise, t.rise)
+        } else if excess > 1.0 + t.dead_band * tolerance && kkt < t.trim_up_kkt {
+            lambda * excess.powf(t.trim_up)
+        } else if excess < 1.0 - t.dead_band * tolerance && kkt < t.trim_down_kkt {
+            lambda * excess.powf(t.trim_down).max(0.5)
+        } else {
+            lambda
+        }
+    }
+
+    /// How exactly the next Newton step should be solved.
+    pub(super) fn effort(&self, chi2: f64, kkt: f64) -> Effort {
+        let far = match self.control {
+            Control::Fixed => kkt > self.tuning.followed,
+            Control::Target { target, .. } => chi2 / target > 1.1,
+        };
+        if far { FAR } else { CLOSE }
+    }
+
+    fn learn(&mut self, now: Settled) {
+        let Some(before) = self.settled else {
+            self.settled = Some(now);
             return;
         };
-        let change = (lambda / before).ln();
-        // Two images at nearly one lambda differ by what is left of their errors.
+        let change = (now.lambda / before.lambda).ln();
+        // Two images at nearly the same lambda differ by what is left of their errors.
         if change.abs() > 0.02 {
-            let power = (chi2 / was).ln() / change;
+            let power = (now.chi2 / before.chi2).ln() / change;
             self.power = (power < -0.01).then_some(power.max(-2.0));
-            self.settled = Some((lambda, chi2));
+            self.settled = Some(now);
         }
     }
 }
@@ -124,7 +135,7 @@ mod tests {
         // chi2 = 0.99 + 0.06 lambda^-1/2, the image always settled.
         let chi2 = |lambda: f64| 0.99 + 0.06 / lambda.sqrt();
         let control = Control::Target { target: 1.0, tolerance: 0.008 };
-        let mut steering = Steering::from(control);
+        let mut steering = Steering::new(control, MemControl::default());
         let mut lambda = 1.0;
         let mut steps = 0;
         while !control.met(chi2(lambda)) && steps < 50 {
@@ -133,20 +144,21 @@ mod tests {
         }
         assert!(steps <= 5, "{steps} steps to {lambda}");
         let mut plain = 1.0;
-        (0..5).for_each(|_| plain = control.next(plain, chi2(plain), 1e-3));
+        (0..5).for_each(|_| plain = Steering::new(control, MemControl::default()).by_rule(plain, chi2(plain), 1e-3));
         assert!(!control.met(chi2(plain)), "the rule alone is as good: {plain}");
     }
 
     #[test]
     fn it_rises_falls_and_rests() {
         let c = Control::Target { target: 1.0, tolerance: 0.01 };
-        assert_eq!(c.next(2.0, 100.0, 0.1), 8.0);
-        assert_eq!(c.next(2.0, 100.0, 0.9), 2.0, "an image that has not followed");
-        assert!((c.next(2.0, 1.5, 0.4) - 3.0).abs() < 1e-12);
-        assert!(c.next(2.0, 0.5, 0.1) < 2.0);
-        assert_eq!(c.next(2.0, 1.001, 0.01), 2.0);
+        let next = |lambda, chi2, kkt| Steering::new(c, MemControl::default()).by_rule(lambda, chi2, kkt);
+        assert_eq!(next(2.0, 100.0, 0.1), 8.0);
+        assert_eq!(next(2.0, 100.0, 0.9), 2.0, "an image that has not followed");
+        assert!((next(2.0, 1.5, 0.4) - 3.0).abs() < 1e-12);
+        assert!(next(2.0, 0.5, 0.1) < 2.0);
+        assert_eq!(next(2.0, 1.001, 0.01), 2.0);
         assert!(c.met(1.009) && !c.met(1.02) && !c.met(0.98));
-        assert_eq!(Control::Fixed.next(2.0, 100.0, 0.0), 2.0);
+        assert_eq!(Steering::new(Control::Fixed, MemControl::default()).next(2.0, 100.0, 0.0), 2.0);
         assert!(Control::Fixed.met(100.0));
     }
 }

@@ -1,8 +1,8 @@
-//! The visibilities of one output channel as lists, and a prior from what they show.
+//! The visibilities of one output channel as lists, and the flux that the shortest baselines measure.
 
-use crate::Result;
 use crate::imaging::Imager;
 use crate::progress::Observer;
+use crate::{ChainError, Result};
 use cittert_arrays::SPEED_OF_LIGHT_M_S;
 use ndarray::{Array2, Axis, s};
 use num_complex::Complex32;
@@ -18,6 +18,13 @@ pub struct Gathered {
     pub vis: Vec<Complex32>,
     /// Weights of the data, 1/sigma^2; 0 for what must not count \[row x chan\].
     pub weight: Vec<f32>,
+}
+
+/// Power of a visibility on a baseline of this length in wavelengths, and the power of its noise.
+struct Power {
+    length: f64,
+    signal: f64,
+    noise: f64,
 }
 
 impl Gathered {
@@ -51,35 +58,42 @@ impl Gathered {
         self.weight.iter_mut().for_each(|w| *w = (f64::from(*w) * factor) as f32);
     }
 
-    /// Middle of the weights that count.
-    #[must_use]
-    pub fn median_weight(&self) -> f64 {
+    /// Median of the weights that are not 0.
+    ///
+    /// # Errors
+    /// No weight above 0.
+    pub fn median_weight(&self) -> Result<f64> {
         let mut used: Vec<f32> = self.weight.iter().copied().filter(|w| *w > 0.0).collect();
         if used.is_empty() {
-            return 0.0;
+            return Err(ChainError::NoData("no visibility has a weight above 0".into()));
         }
         let middle = used.len() / 2;
-        f64::from(*used.select_nth_unstable_by(middle, f32::total_cmp).1)
+        Ok(f64::from(*used.select_nth_unstable_by(middle, f32::total_cmp).1))
     }
 
-    /// The flux that the shortest baselines see: the root mean square amplitude on the shortest hundredth of them, less the noise, and
-    /// at least that of the noise of a mean.
-    #[must_use]
-    pub fn flux_seen(&self) -> f64 {
+    /// The flux that the shortest baselines measure: the root mean square amplitude on the shortest hundredth of all data, corrected for
+    /// noise. It is at least the noise of the mean of these data.
+    ///
+    /// # Errors
+    /// No weight above 0.
+    pub fn flux_seen(&self) -> Result<f64> {
         let n_chan = self.freq_hz.len();
-        let mut data: Vec<(f64, f64, f64)> = Vec::with_capacity(self.vis.len());
+        let mut data: Vec<Power> = Vec::with_capacity(self.vis.len());
         for (k, (v, w)) in self.vis.iter().zip(&self.weight).enumerate() {
             if *w > 0.0 {
                 let length = self.uvw_m[(k / n_chan, 0)].hypot(self.uvw_m[(k / n_chan, 1)]) * self.freq_hz[k % n_chan] / SPEED_OF_LIGHT_M_S;
-                data.push((length, f64::from(v.norm_sqr()), 2.0 / f64::from(*w)));
+                data.push(Power { length, signal: f64::from(v.norm_sqr()), noise: 2.0 / f64::from(*w) });
             }
+        }
+        if data.is_empty() {
+            return Err(ChainError::NoData("no visibility has a weight above 0".into()));
         }
         let n = data.len().div_ceil(100);
         if n < data.len() {
-            data.select_nth_unstable_by(n, |a, b| a.0.total_cmp(&b.0));
+            data.select_nth_unstable_by(n, |a, b| a.length.total_cmp(&b.length));
         }
-        let (power, noise) = data[..n.min(data.len())].iter().fold((0.0, 0.0), |(p, q), (_, a, b)| (p + a, q + b));
-        let count = n.max(1) as f64;
-        ((power - noise) / count).max(noise / count / count).max(0.0).sqrt()
+        let (power, noise) = data[..n].iter().fold((0.0, 0.0), |(p, q), d| (p + d.signal, q + d.noise));
+        let count = n as f64;
+        Ok(((power - noise) / count).max(noise / count / count).sqrt())
     }
 }

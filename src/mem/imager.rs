@@ -1,19 +1,20 @@
-//! The images: a prior to start from, steps at a fixed multiplier, or the whole way to the target.
+//! Images of maximum entropy: from the prior, a few steps at a fixed multiplier, or all steps to the target.
 
-use super::control::Control;
-use super::objective::{Multipliers, Objective, Point};
+use super::control::{Control, Steering};
+use super::objective::{Multipliers, Objective};
 use super::quasi_newton::QuasiNewton;
 use super::regulariser::check_prior;
-use super::solver::{Goals, Shared};
+use super::solver::{Found, Goals, Shared, Solves, State, has_stalled};
+use super::tuning::MemTuning;
 use super::vtess::Vtess;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
-use argmin::core::{Executor, TerminationStatus};
+use argmin::core::{Executor, Solver};
 use ndarray::Array2;
 use num_complex::Complex64;
 use std::cell::RefCell;
 
-/// An image on its way, with its multipliers: the warm start of the next call.
+/// An image between two calls, with its multipliers: the next call starts from it.
 #[derive(Debug, Clone)]
 pub struct MemState {
     /// The image, flux a pixel \[m, l\].
@@ -39,9 +40,9 @@ pub struct Progress {
     pub iterations: usize,
     /// Convolutions with the beam.
     pub convolutions: usize,
-    /// All that was asked for is met.
+    /// All goals are met.
     pub met: bool,
-    /// No step along any direction improved the image any more.
+    /// No step in any direction improves the image any more.
     pub stalled: bool,
 }
 
@@ -71,6 +72,7 @@ impl Default for MemGoals {
 pub struct MemImager {
     objective: Objective,
     prior: Array2<f64>,
+    tuning: MemTuning,
 }
 
 /// The solvers.
@@ -85,13 +87,13 @@ pub enum Method {
     Vtess,
 }
 
-/// An error of argmin is one of ours inside.
+/// An error of argmin holds one of this crate.
 fn ours(e: argmin::core::Error) -> ChainError {
     e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into()))
 }
 
 impl MemImager {
-    /// For an objective; `prior` \[m, l\] in flux a pixel is where images start.
+    /// For an objective. Images start at `prior` \[m, l\], flux a pixel.
     ///
     /// # Errors
     /// A prior that is not positive where the image may be bright, a flux that is not positive, a mask that leaves no pixel.
@@ -104,7 +106,14 @@ impl MemImager {
         if objective.inside.as_ref().is_some_and(|m| !m.iter().any(|x| *x)) {
             return Err(ChainError::NoData("the mask leaves no pixel for the image".into()));
         }
-        Ok(Self { objective, prior })
+        Ok(Self { objective, prior, tuning: MemTuning::default() })
+    }
+
+    /// The same with other constants of the solvers.
+    #[must_use]
+    pub fn tuned(mut self, tuning: MemTuning) -> Self {
+        self.tuning = tuning;
+        self
     }
 
     /// What is minimised.
@@ -118,7 +127,7 @@ impl MemImager {
         &mut self.objective
     }
 
-    /// The objective back, to be given another prior.
+    /// The objective, so that another imager can be made of it with another prior.
     #[must_use]
     pub fn into_objective(self) -> Objective {
         self.objective
@@ -136,7 +145,7 @@ impl MemImager {
         self.start_at(self.prior.clone())
     }
 
-    /// A state at any image, such as one of an earlier run. Pixels that must be positive and are not start at a thousandth of the prior.
+    /// A state at any image, such as one of an earlier run. Pixels below a thousandth of the prior start there: s = 0 has no gradient.
     #[must_use]
     pub fn start_at(&self, mut image: Array2<f64>) -> MemState {
         ndarray::Zip::from(&mut image).and(&self.prior).for_each(|i, m| *i = i.max(1e-3 * m.max(0.0)));
@@ -156,7 +165,7 @@ impl MemImager {
         }
     }
 
-    /// A few steps at this `lambda` (in units of the mean prior), from where the state is: what a calibration does between two
+    /// A few steps at this `lambda` (in units of the mean prior), from the present state. A calibration does so between two gain
     /// solutions. Every step costs one evaluation of the data term, rarely more.
     ///
     /// # Errors
@@ -168,10 +177,11 @@ impl MemImager {
         }
         state.lambda = lambda;
         let goals = Goals { kkt: 1e-5, flux: 1e-5, evaluations: usize::MAX };
-        self.run(state, Control::Fixed, goals, (iterations, observer))
+        self.run(state, Control::Fixed, Method::QuasiNewton, goals, Limit { steps: iterations, observer })
     }
 
-    /// From where the state is to chi squared at its target, the flux where it is known, and the KKT residual.
+    /// Go on from the present state until chi squared is at its target, the flux (where it is known) at its value, and the KKT residual
+    /// below its limit.
     ///
     /// # Errors
     /// Values that are not finite; a request to stop. A goal that is not reached is no error: see [`Progress::met`].
@@ -181,13 +191,10 @@ impl MemImager {
         }
         let control = Control::Target { target: goals.chi2, tolerance: goals.chi2_tolerance };
         let inner = Goals { kkt: goals.kkt, flux: goals.flux, evaluations: goals.evaluations };
-        match method {
-            Method::QuasiNewton => self.run(state, control, inner, (goals.evaluations, observer)),
-            Method::Vtess => self.run_vtess(state, control, inner, observer),
-        }
+        self.run(state, control, method, inner, Limit { steps: goals.evaluations, observer })
     }
 
-    /// A multiplier at which the data just begin to matter, in units of the mean prior.
+    /// A multiplier at which the data begin to outweigh the entropy, in units of the mean prior.
     fn first_lambda(&mut self, state: &MemState) -> Result<f64> {
         if let Some(beam) = &self.objective.beam {
             return Ok(0.1 / (beam.largest() * self.objective.unit * self.objective.unit));
@@ -199,55 +206,56 @@ impl MemImager {
             data += i * g * g;
             size += i;
         });
-        let lambda = 0.1 * size.sqrt() / data.sqrt().max(f64::MIN_POSITIVE) / self.objective.unit;
-        Ok(if lambda.is_finite() && lambda > 0.0 { lambda } else { 1.0 })
-    }
-
-    fn run(&mut self, state: &mut MemState, control: Control, goals: Goals, limit: (usize, &dyn Observer)) -> Result<Progress> {
-        let unit = self.objective.unit;
-        let multipliers = Multipliers { lambda: state.lambda * unit, beta: state.beta, rho: self.objective.rho() };
-        let s = self.objective.variable(&state.image);
-        let (iterations, observer) = limit;
-        let shared: Shared<'_> = RefCell::new(&mut self.objective);
-        let solver = QuasiNewton::new(multipliers, control, goals, None, observer);
-        let executor = Executor::new(shared, solver).configure(|s0| s0.param(s).max_iters(iterations as u64));
-        let result = executor.run().map_err(ours)?;
-        let (iterations, termination) = (result.state.iter as usize, result.state.termination_status.clone());
-        let solver = result.solver;
-        let Some(point) = solver.point else { return Err(ChainError::NoData("the solver made no step".into())) };
-        let (m, evaluations) = (solver.multipliers, solver.evaluations);
-        let stalled = matches!(&termination, TerminationStatus::Terminated(r) if r.text() == "stalled");
-        let progress = Progress { evaluations, iterations, convolutions: solver.inner, met: solver.met, stalled };
-        self.keep(state, point, m, evaluations);
-        Ok(progress)
-    }
-
-    fn run_vtess(&mut self, state: &mut MemState, control: Control, goals: Goals, observer: &dyn Observer) -> Result<Progress> {
-        if self.objective.beam.is_none() {
-            return Err(ChainError::Incompatible("vtess needs visibilities with a dirty beam: use the quasi-Newton solver".into()));
+        let lambda = 0.1 * size.sqrt() / data.sqrt() / self.objective.unit;
+        if lambda.is_finite() && lambda > 0.0 {
+            return Ok(lambda);
         }
-        let multipliers = Multipliers { lambda: state.lambda * self.objective.unit, beta: state.beta, rho: 0.0 };
-        let s = self.objective.variable(&state.image);
-        let shared: Shared<'_> = RefCell::new(&mut self.objective);
-        let solver = Vtess::new(multipliers, control, goals, observer);
-        let executor = Executor::new(shared, solver).configure(|s0| s0.param(s).max_iters(goals.evaluations as u64));
-        let result = executor.run().map_err(ours)?;
-        let (iterations, termination) = (result.state.iter as usize, result.state.termination_status.clone());
-        let solver = result.solver;
-        let Some(point) = solver.point else { return Err(ChainError::NoData("the solver made no step".into())) };
-        let (m, evaluations) = (solver.multipliers, solver.evaluations);
-        let stalled = matches!(&termination, TerminationStatus::Terminated(r) if r.text() == "stalled");
-        let progress = Progress { evaluations, iterations, convolutions: solver.inner, met: solver.met, stalled };
-        self.keep(state, point, m, evaluations);
+        Err(ChainError::NoData(format!(
+            "chi squared does not change with the first image (lambda would be {lambda}): nothing constrains it"
+        )))
+    }
+
+    /// Run a solver from where the state is, for this number of steps at most.
+    fn run(&mut self, state: &mut MemState, control: Control, method: Method, goals: Goals, limit: Limit<'_>) -> Result<Progress> {
+        let rho = match method {
+            Method::QuasiNewton => self.objective.rho(),
+            Method::Vtess if self.objective.beam.is_none() => {
+                return Err(ChainError::Incompatible("vtess needs visibilities with a dirty beam: use the quasi-Newton solver".into()));
+            }
+            Method::Vtess => 0.0,
+        };
+        let multipliers = Multipliers { lambda: state.lambda * self.objective.unit, beta: state.beta, rho };
+        let (s, observer) = (self.objective.variable(&state.image), limit.observer);
+        let (steering, vtess) = (Steering::new(control, self.tuning.control), self.tuning.vtess);
+        let (found, progress) = match method {
+            Method::QuasiNewton => self.execute(QuasiNewton::new(multipliers, steering, goals, observer), s, limit.steps)?,
+            Method::Vtess => self.execute(Vtess::new(multipliers, steering, vtess, goals, observer), s, limit.steps)?,
+        };
+        let Some(point) = found.point else { return Err(ChainError::NoData("the solver made no step".into())) };
+        state.lambda = found.multipliers.lambda / self.objective.unit;
+        state.beta = found.multipliers.beta;
+        state.chi2_per_datum = point.chi2 / self.objective.chi2.expected();
+        state.kkt = self.objective.kkt(&point, &found.multipliers);
+        state.evaluations += found.evaluations;
+        state.image = point.image;
         Ok(progress)
     }
 
-    fn keep(&self, state: &mut MemState, point: Point, m: Multipliers, evaluations: usize) {
-        state.lambda = m.lambda / self.objective.unit;
-        state.beta = m.beta;
-        state.chi2_per_datum = point.chi2 / self.objective.chi2.expected();
-        state.kkt = self.objective.kkt(&point, &m);
-        state.evaluations += evaluations;
-        state.image = point.image;
+    fn execute<S>(&mut self, solver: S, s: Array2<f64>, steps: usize) -> Result<(Found, Progress)>
+    where
+        S: Solves + for<'a> Solver<Shared<'a>, State>,
+    {
+        let shared: Shared<'_> = RefCell::new(&mut self.objective);
+        let result = Executor::new(shared, solver).configure(|s0| s0.param(s).max_iters(steps as u64)).run().map_err(ours)?;
+        let (iterations, stalled) = (result.state.iter as usize, has_stalled(&result.state.termination_status));
+        let found = result.solver.found();
+        let (evaluations, convolutions, met) = (found.evaluations, found.convolutions, found.met);
+        Ok((found, Progress { evaluations, iterations, convolutions, met, stalled }))
     }
+}
+
+/// How far a run may go, and to whom it reports.
+struct Limit<'o> {
+    steps: usize,
+    observer: &'o dyn Observer,
 }

@@ -1,7 +1,7 @@
-//! The two-loop recursion of L-BFGS with the gradients of the two sides of the objective kept apart.
+//! The two-loop recursion of L-BFGS with the gradients of data and penalty stored apart.
 //!
-//! J = lambda (chi2 / 2) + R, so a difference of gradients is lambda times one of the data plus one of the penalty. Kept apart they serve
-//! any lambda: the multiplier may change at every step and no curvature is forgotten.
+//! J = lambda (chi2 / 2) + R, so a difference of gradients is lambda times that of the data plus that of the penalty. Stored apart they are
+//! valid for any lambda. The multiplier may therefore change at every step without loss of the stored curvature.
 //!
 //! # Reference
 //! Nocedal 1980, Math. Comput. 35, 773.
@@ -22,13 +22,13 @@ struct Pair {
     step: Vec<f64>,
     data: Vec<f64>,
     penalty: Vec<f64>,
-    /// Products: of the step with itself, the data and the penalty, and of those two with each other (data data, data penalty,
-    /// penalty penalty). They give every product that a lambda needs.
+    /// Scalar products of the step with itself, the data and the penalty, and of the latter two with each other (data data, data penalty,
+    /// penalty penalty). All products for any lambda follow from these.
     step_with: [f64; 3],
     sides: [f64; 3],
 }
 
-/// Pixels that one task takes. A fixed length, so that any number of threads gives the same sums.
+/// Pixels of one task. The length is fixed, so that any number of threads gives the same sums.
 const SHARE: usize = 1 << 15;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -92,7 +92,7 @@ impl Memory {
         self.pairs.push_back(Pair::new(flat(step), flat(data), flat(penalty)));
     }
 
-    /// The direction -B g for this lambda; minus the gradient where nothing is remembered.
+    /// The direction -B g for this lambda; minus the gradient while the memory is empty.
     pub(super) fn direction(&self, gradient: &Array2<f64>, lambda: f64) -> Array2<f64> {
         let mut q: Vec<f64> = gradient.iter().map(|g| -g).collect();
         let mut used = Vec::with_capacity(self.pairs.len());

@@ -1,8 +1,8 @@
 //! Maximum entropy: the most featureless positive image that the data allow.
 //!
-//! Of all positive images whose chi squared is what the noise makes one expect, the one of largest entropy relative to a prior is chosen.
+//! Of all positive images whose chi squared has its expected value, the image of largest entropy relative to a prior is chosen.
 //! [`crate::misfit`] holds the terms of chi squared, [`regulariser`] the entropies and other penalties, [`Objective`] their sum with its
-//! Lagrange multipliers. [`MemImager`] takes an image from its prior to the target, or a few steps at a fixed multiplier for a calibration.
+//! Lagrange multipliers. [`MemImager`] goes from the prior to the target, or takes a few steps at a fixed multiplier for a calibration.
 
 mod beam;
 mod certificate;
@@ -21,6 +21,7 @@ pub mod regulariser;
 mod solver;
 #[cfg(test)]
 mod tests;
+mod tuning;
 mod uncertainty;
 mod vtess;
 
@@ -34,5 +35,6 @@ pub use noise::{HandsNoise, Noise, noise_from_hands};
 pub use objective::{Multipliers, Objective, Point};
 pub use options::{Entropy, MemInputs, MemOptions, NoiseChoice, PriorChoice, UncertaintyChoice};
 pub use pipeline::{Flux, MemPlan, MemProducts, Prior, announce_noise, flux_of_one, mem};
-pub(crate) use pipeline::{prepared, sum_inside};
+pub(crate) use pipeline::{flat_prior, in_front, prepared, sum_inside};
+pub use tuning::{MemControl, MemTuning, VtessControl};
 pub use uncertainty::{Uncertainty, uncertainty};

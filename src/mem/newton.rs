@@ -1,18 +1,21 @@
 //! The Newton direction in s: conjugate gradients on the beam's Hessian, with a circulant in place of its inverse.
 //!
 //! The Hessian of J is E + lambda D H D + rho D 1 1^T D, with D = s / 2, H the beam, and E diagonal. Bright and dark pixels differ
-//! by orders of magnitude in D, which no circulant knows. So the inverse is blended: the circulant's for the mean brightness where
-//! pixels are bright, that of E alone where they are dark.
+//! by orders of magnitude in D. A circulant matrix has one value for all pixels, so the preconditioner blends two inverses: that of
+//! the circulant for the mean brightness where pixels are bright, and that of E alone where they are dark.
 //!
 //! # Reference
 //! Nocedal & Wright 2006, Numerical Optimization, alg. 7.1 (inexact Newton).
 
 use super::beam::BeamHessian;
+use super::control::Effort;
 use super::objective::{Multipliers, Point};
 use crate::fourier::Spectrum;
+use crate::{ChainError, Result};
 use ndarray::Array2;
 
-/// Part of the mean brightness at which a pixel counts half as bright, half as dark.
+/// Fraction of the mean brightness at which a pixel counts half as bright and half as dark. It belongs to the preconditioner: it
+/// changes the number of steps of conjugate gradients and not their solution.
 const HALF_BRIGHT: f32 = 0.1;
 
 /// The linear system of one Newton step.
@@ -20,9 +23,9 @@ pub(super) struct NewtonSystem<'a> {
     beam: &'a BeamHessian,
     /// s / 2.
     d: Array2<f32>,
-    /// Curvature of everything but the data.
+    /// Curvature of all terms except the data.
     e: Array2<f32>,
-    /// Its root.
+    /// Square root of `e`.
     root: Vec<f32>,
     /// lambda times the diagonal of the beam's Hessian.
     weight: f32,
@@ -31,16 +34,20 @@ pub(super) struct NewtonSystem<'a> {
     circulant: Spectrum<f32>,
 }
 
-/// Pixels of an image that this module made, row after row. Plain slices are what compilers turn into vector code in every build.
-fn flat(a: &Array2<f32>) -> &[f32] {
-    a.as_slice().unwrap_or_default()
+/// Pixels of an image, row after row. Compilers turn loops over plain slices into vector code in every build.
+fn flat(a: &Array2<f32>) -> Result<&[f32]> {
+    a.as_slice().ok_or_else(scattered)
 }
 
-fn flat_mut(a: &mut Array2<f32>) -> &mut [f32] {
-    a.as_slice_mut().unwrap_or_default()
+fn flat_mut(a: &mut Array2<f32>) -> Result<&mut [f32]> {
+    a.as_slice_mut().ok_or_else(scattered)
 }
 
-fn dot(a: &Array2<f32>, b: &Array2<f32>) -> f64 {
+fn scattered() -> ChainError {
+    ChainError::Incompatible("an image of the Newton step does not lie in memory row after row".into())
+}
+
+fn dot(a: &Array2<f32>, b: &Array2<f32>) -> Result<f64> {
     // Short sums in single precision, their sum in double.
     let part = |(a, b): (&[f32], &[f32])| {
         let mut sums = [0.0_f32; 8];
@@ -52,100 +59,101 @@ fn dot(a: &Array2<f32>, b: &Array2<f32>) -> f64 {
         let rest = a.chunks_exact(8).remainder().iter().zip(b.chunks_exact(8).remainder());
         sums.iter().map(|s| f64::from(*s)).sum::<f64>() + rest.map(|(a, b)| f64::from(a * b)).sum::<f64>()
     };
-    flat(a).chunks(256).zip(flat(b).chunks(256)).map(part).sum()
+    Ok(flat(a)?.chunks(256).zip(flat(b)?.chunks(256)).map(part).sum())
 }
 
 impl<'a> NewtonSystem<'a> {
     /// At a point; `residual` is dJ/dI there.
-    pub(super) fn new(beam: &'a BeamHessian, point: &Point, residual: &Array2<f64>, m: &Multipliers) -> Self {
+    pub(super) fn new(beam: &'a BeamHessian, point: &Point, residual: &Array2<f64>, m: &Multipliers) -> Result<Self> {
         let d = point.s.mapv(|s| (0.5 * s) as f32);
         let mut e = point.stiffness.mapv(|c| c as f32);
-        // Where the image must come down the parametrisation adds stiffness; where it must rise it would take some away.
-        flat_mut(&mut e).iter_mut().zip(residual).for_each(|(e, r)| *e = (*e + (0.5 * r).clamp(0.0, 1e6) as f32).max(1e-4));
+        // The variable s adds stiffness where the image must decrease. Where it must increase, s would take stiffness away: left out.
+        flat_mut(&mut e)?.iter_mut().zip(residual).for_each(|(e, r)| *e = (*e + (0.5 * r).clamp(0.0, 1e6) as f32).max(1e-4));
         let weight = (m.lambda * beam.diagonal()) as f32;
         let (mut first, mut second) = (0.0, 0.0);
-        flat(&d).iter().zip(flat(&e)).for_each(|(d, e)| {
+        flat(&d)?.iter().zip(flat(&e)?).for_each(|(d, e)| {
             let x = f64::from(d * d / e);
             first += x;
             second += x * x;
         });
         let mean = if first > 0.0 { (second / first) as f32 } else { 0.0 };
         let mut bright = Array2::zeros(d.dim());
-        flat_mut(&mut bright).iter_mut().zip(flat(&d).iter().zip(flat(&e))).for_each(|(b, (d, e))| {
+        flat_mut(&mut bright)?.iter_mut().zip(flat(&d)?.iter().zip(flat(&e)?)).for_each(|(b, (d, e))| {
             let x = d * d / e;
             *b = if x > 0.0 { (x / (x + HALF_BRIGHT * mean)).sqrt() } else { 0.0 };
         });
         let circulant = beam.damping(weight * mean);
-        let root = flat(&e).iter().map(|e| e.sqrt()).collect();
-        Self { beam, d, e, root, weight, rho: m.rho as f32, bright, circulant }
+        let root = flat(&e)?.iter().map(|e| e.sqrt()).collect();
+        Ok(Self { beam, d, e, root, weight, rho: m.rho as f32, bright, circulant })
     }
 
-    fn hessian(&self, v: &Array2<f32>) -> Array2<f32> {
+    fn hessian(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
         let mut seen = v.clone();
-        flat_mut(&mut seen).iter_mut().zip(flat(&self.d)).for_each(|(s, d)| *s *= d);
-        let common = if self.rho == 0.0 { 0.0 } else { self.rho * flat(&seen).iter().map(|x| f64::from(*x)).sum::<f64>() as f32 };
+        flat_mut(&mut seen)?.iter_mut().zip(flat(&self.d)?).for_each(|(s, d)| *s *= d);
+        let common = if self.rho == 0.0 { 0.0 } else { self.rho * flat(&seen)?.iter().map(|x| f64::from(*x)).sum::<f64>() as f32 };
         let mut out = self.beam.apply(seen.view());
-        let parts = flat(v).iter().zip(flat(&self.d)).zip(flat(&self.e));
+        let parts = flat(v)?.iter().zip(flat(&self.d)?).zip(flat(&self.e)?);
         let weight = self.weight;
-        flat_mut(&mut out).iter_mut().zip(parts).for_each(|(o, ((v, d), e))| *o = e * v + d * (weight * *o + common));
-        out
+        flat_mut(&mut out)?.iter_mut().zip(parts).for_each(|(o, ((v, d), e))| *o = e * v + d * (weight * *o + common));
+        Ok(out)
     }
 
     /// The curvature of the data along two directions, x D H D y.
-    pub(super) fn data_curvature(&self, x: &Array2<f64>, y: &Array2<f64>) -> f64 {
+    pub(super) fn data_curvature(&self, x: &Array2<f64>, y: &Array2<f64>) -> Result<f64> {
         let top = x.iter().chain(y).fold(f64::MIN_POSITIVE, |a, v| a.max(v.abs()));
-        let seen = |v: &Array2<f64>| {
+        let seen = |v: &Array2<f64>| -> Result<Array2<f32>> {
             let mut out = self.d.clone();
-            flat_mut(&mut out).iter_mut().zip(v).for_each(|(o, v)| *o *= (v / top) as f32);
-            out
+            flat_mut(&mut out)?.iter_mut().zip(v).for_each(|(o, v)| *o *= (v / top) as f32);
+            Ok(out)
         };
-        let h = self.beam.apply(seen(x).view());
-        dot(&h, &seen(y)) * self.beam.diagonal() * top * top
+        let h = self.beam.apply(seen(x)?.view());
+        Ok(dot(&h, &seen(y)?)? * self.beam.diagonal() * top * top)
     }
 
-    fn precondition(&self, v: &Array2<f32>) -> Array2<f32> {
+    fn precondition(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
         let mut part = v.clone();
-        let blend = || flat(&self.bright).iter().zip(&self.root);
-        flat_mut(&mut part).iter_mut().zip(blend()).for_each(|(p, (b, root))| *p *= b / root);
+        let bright = flat(&self.bright)?;
+        let blend = || bright.iter().zip(&self.root);
+        flat_mut(&mut part)?.iter_mut().zip(blend()).for_each(|(p, (b, root))| *p *= b / root);
         let mut out = self.beam.filter(part.view(), &self.circulant);
-        let given = flat(v).iter().zip(blend());
-        flat_mut(&mut out).iter_mut().zip(given).for_each(|(o, (v, (b, root)))| *o = ((1.0 - b * b) * v / root + b * *o) / root);
-        out
+        let given = flat(v)?.iter().zip(blend());
+        flat_mut(&mut out)?.iter_mut().zip(given).for_each(|(o, (v, (b, root)))| *o = ((1.0 - b * b) * v / root + b * *o) / root);
+        Ok(out)
     }
 
-    /// The solution of Hessian x = `rhs`, to a residual of `tolerance` times the right hand side or after `limit` steps, and the steps.
-    pub(super) fn solve(&self, rhs: &Array2<f64>, tolerance: f64, limit: usize) -> (Array2<f64>, usize) {
-        // The scale keeps single precision in its range whatever the unit of flux.
+    /// The solution of Hessian x = `rhs` and the number of steps of conjugate gradients that it took.
+    pub(super) fn solve(&self, rhs: &Array2<f64>, effort: Effort) -> Result<(Array2<f64>, usize)> {
+        // The scale keeps the numbers within the range of single precision, whatever the unit of flux.
         let top = rhs.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         if !(top > 0.0) {
-            return (Array2::zeros(rhs.dim()), 0);
+            return Ok((Array2::zeros(rhs.dim()), 0));
         }
         let mut r = rhs.mapv(|v| (v / top) as f32);
         let mut x = Array2::<f32>::zeros(rhs.dim());
-        let mut z = self.precondition(&r);
+        let mut z = self.precondition(&r)?;
         let mut p = z.clone();
-        let mut rz = dot(&r, &z);
-        let goal = tolerance * dot(&r, &r).sqrt();
+        let mut rz = dot(&r, &z)?;
+        let goal = effort.tolerance * dot(&r, &r)?.sqrt();
         let mut steps = 0;
-        while steps < limit && rz > 0.0 {
-            let h = self.hessian(&p);
-            let curvature = dot(&p, &h);
+        while steps < effort.steps && rz > 0.0 {
+            let h = self.hessian(&p)?;
+            let curvature = dot(&p, &h)?;
             if !(curvature > 0.0) {
                 break;
             }
             let a = (rz / curvature) as f32;
-            flat_mut(&mut x).iter_mut().zip(flat(&p)).for_each(|(x, p)| *x += a * p);
-            flat_mut(&mut r).iter_mut().zip(flat(&h)).for_each(|(r, h)| *r -= a * h);
+            flat_mut(&mut x)?.iter_mut().zip(flat(&p)?).for_each(|(x, p)| *x += a * p);
+            flat_mut(&mut r)?.iter_mut().zip(flat(&h)?).for_each(|(r, h)| *r -= a * h);
             steps += 1;
-            if dot(&r, &r).sqrt() <= goal {
+            if dot(&r, &r)?.sqrt() <= goal {
                 break;
             }
-            z = self.precondition(&r);
-            let next = dot(&r, &z);
+            z = self.precondition(&r)?;
+            let next = dot(&r, &z)?;
             let b = (next / rz) as f32;
-            flat_mut(&mut p).iter_mut().zip(flat(&z)).for_each(|(p, z)| *p = z + b * *p);
+            flat_mut(&mut p)?.iter_mut().zip(flat(&z)?).for_each(|(p, z)| *p = z + b * *p);
             rz = next;
         }
-        (x.mapv(|v| f64::from(v) * top), steps)
+        Ok((x.mapv(|v| f64::from(v) * top), steps))
     }
 }

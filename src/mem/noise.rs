@@ -1,4 +1,5 @@
-//! What the noise is, so that chi squared has an expected value: from the weights, given, or estimated from two hands that see one sky.
+//! The noise of the data, which gives chi squared its expected value. It comes from the weights, from an option, or from the difference of
+//! two parallel hands that measure the same sky.
 
 use super::gather::Gathered;
 use crate::memory::MemoryBudget;
@@ -10,7 +11,7 @@ use cittert_arrays::{Polarization, VisibilityBlock, VisibilitySource, for_each_b
 pub enum Noise {
     /// The weights are 1/sigma^2.
     Weights,
-    /// The variance is this many times what the weights say.
+    /// The variance is this many times 1/weight.
     Factor(f64),
     /// The standard deviation of the real part of a visibility of the median weight, in the unit of the data.
     Sigma(f64),
@@ -33,7 +34,7 @@ impl Noise {
                 Ok(())
             }
             Self::Sigma(s) if s > 0.0 && s.is_finite() => {
-                let median = data.median_weight();
+                let median = data.median_weight()?;
                 data.scale_weights(1.0 / (s * s * median));
                 Ok(())
             }
@@ -42,12 +43,12 @@ impl Noise {
     }
 }
 
-/// What the differences of two parallel hands say.
+/// The noise estimated from the differences of two parallel hands.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HandsNoise {
-    /// The variance over what the weights say; `None` where no datum has both hands.
+    /// The variance of the data over that of the weights; `None` where no datum has both hands.
     pub factor: Option<f64>,
-    /// True where every weight is the number of samples: the file knows nothing of the noise.
+    /// True where every weight is the number of samples: the file does not hold the noise.
     pub weights_are_counts: bool,
 }
 
@@ -115,7 +116,7 @@ mod tests {
         Noise::Factor(2.0).apply(&mut data).unwrap();
         assert_eq!(data.weight, [1.0, 2.0, 4.0]);
         for bad in [Noise::Sigma(0.0), Noise::Sigma(f64::NAN), Noise::Factor(0.0), Noise::Sigma(-1.0)] {
-            assert!(bad.apply(&mut make()).unwrap_err().to_string().contains("--noise"));
+            assert!(bad.apply(&mut make()).unwrap_err().to_string().contains("noise"));
         }
     }
 }

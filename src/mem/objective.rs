@@ -1,8 +1,8 @@
-//! What is minimised: J = lambda chi2 / 2 + R + beta (F - F0) + rho (F - F0)^2 / 2 over positive images I = s^2 / 4.
+//! The objective J = lambda chi2 / 2 + R + beta (F - F0) + rho (F - F0)^2 / 2, which is minimised over positive images I = s^2 / 4.
 //!
-//! R is the penalty (minus the entropy), F the total flux. The variable s makes the image positive, and the metric of the entropy the
-//! identity: d2R/ds2 is 1 for the relative entropy. lambda, beta are the Lagrange multipliers of chi squared and of the flux; rho is the
-//! strength of the augmented Lagrangian, which leaves the solution where it is and lets beta be found in a few steps.
+//! R is the penalty (minus the entropy) and F the total flux. The variable s keeps the image positive and makes the metric of the entropy
+//! the identity: d2R/ds2 is 1 for the relative entropy. lambda and beta are the Lagrange multipliers of chi squared and of the flux. rho
+//! is the strength of the augmented Lagrangian. It does not move the solution; it lets beta be found in a few steps.
 //!
 //! # Reference
 //! Nocedal & Wright 2006, Numerical Optimization, sect. 17.3 (augmented Lagrangian).
@@ -13,23 +13,23 @@ use super::regulariser::{Regulariser, WeightedSum};
 use crate::Result;
 use ndarray::{Array2, Zip};
 
-/// Stiffness of the flux constraint in units of that of the entropy.
+/// Stiffness of the flux constraint in units of that of the entropy. It changes the number of steps and not the solution.
 const FLUX_STIFFNESS: f64 = 100.0;
 
-/// Everything that the image is judged by.
+/// All terms of the objective.
 #[derive(Debug)]
 pub struct Objective {
-    /// The data.
+    /// Chi squared of the data.
     pub chi2: ChiSquared,
     /// The penalty.
     pub penalty: WeightedSum,
     /// Where the image may be bright \[m, l\]; everywhere without it.
     pub inside: Option<Array2<bool>>,
-    /// What is taken from the image before it meets the data \[m, l\], such as a pedestal that the data have lost; flux a pixel.
+    /// Subtracted from the image before it is compared with the data \[m, l\], flux a pixel. An example is a pedestal that the data do not hold.
     pub offset: Option<Array2<f64>>,
     /// The total flux, where it is known.
     pub flux: Option<f64>,
-    /// Curvature of the data term, where it has one that a beam describes.
+    /// Curvature of the data term, where a beam describes it.
     pub beam: Option<BeamHessian>,
     /// Mean prior, flux a pixel: the natural unit of lambda.
     pub unit: f64,
@@ -74,7 +74,7 @@ impl Objective {
         self.flux.map_or(0.0, |f| FLUX_STIFFNESS / f)
     }
 
-    /// The variable of an image; what lies outside the mask is black.
+    /// The variable s of an image; pixels outside the mask become 0.
     #[must_use]
     pub fn variable(&self, image: &Array2<f64>) -> Array2<f64> {
         let mut s = image.mapv(|v| 2.0 * v.max(0.0).sqrt());
@@ -98,7 +98,7 @@ impl Objective {
         Ok(self.assemble(s, image, misfit.chi2, misfit.gradient))
     }
 
-    /// A point whose data side is known already.
+    /// A point whose chi squared and gradient are known already.
     pub(super) fn assemble(&self, s: Array2<f64>, image: Array2<f64>, chi2: f64, slope: Array2<f64>) -> Point {
         let (mut penalty_slope, mut stiffness) = (Array2::zeros(image.dim()), Array2::zeros(image.dim()));
         let penalty = self.penalty.add(&image, 1.0, &mut penalty_slope, &mut stiffness);
@@ -107,13 +107,13 @@ impl Objective {
         Point { s, image, chi2, slope, penalty, penalty_slope, stiffness, flux }
     }
 
-    /// Departure of the flux from what it should be.
+    /// Departure of the flux from its constraint; 0 without one.
     #[must_use]
     pub fn excess(&self, point: &Point) -> f64 {
         self.flux.map_or(0.0, |f| point.flux - f)
     }
 
-    /// J.
+    /// The objective J.
     #[must_use]
     pub fn value(&self, point: &Point, m: &Multipliers) -> f64 {
         let excess = self.excess(point);
@@ -137,8 +137,8 @@ impl Objective {
         out
     }
 
-    /// The KKT residual: the length of the gradient of J over the sum of the lengths of its two sides, in the metric of the entropy.
-    /// It is 0 at the solution and near 1 where the sides do not balance.
+    /// The residual of the Karush-Kuhn-Tucker conditions: the length of the gradient of J over the sum of the lengths of its data side and
+    /// its entropy side, in the metric of the entropy. It is 0 at the solution and near 1 where the two sides do not balance.
     #[must_use]
     pub fn kkt(&self, point: &Point, m: &Multipliers) -> f64 {
         let beta = m.beta + m.rho * self.excess(point);

@@ -1,4 +1,4 @@
-//! From an imager to images: gather, choose the prior, solve, restore, certify; for each output channel.
+//! Images of maximum entropy of every output channel: gather the data, choose the prior, solve, restore, certify.
 
 use super::beam::BeamHessian;
 use super::certificate::Certificate;
@@ -8,6 +8,7 @@ use super::imager::{MemGoals, MemImager, MemState, Method, Progress};
 use super::noise::Noise;
 use super::objective::{Multipliers, Objective};
 use super::regulariser::{ENTROPIES, Entry, L1, Regulariser, TotalVariation, WeightedSum, check_prior};
+use super::tuning::MemTuning;
 use super::uncertainty::{Uncertainty, uncertainty};
 use crate::imaging::{Imager, Kind, with_beam};
 use crate::misfit::Visibilities;
@@ -17,9 +18,6 @@ use cittert_arrays::{Image, RestoringBeam, VisUnit};
 use ndarray::{Array2, Zip};
 use std::collections::BTreeMap;
 use std::time::Instant;
-
-/// Softening of the total variation, in units of the mean prior.
-const SOFTENING: f64 = 0.01;
 
 /// Where the prior comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,10 +32,10 @@ pub enum Prior {
     Smoothed,
 }
 
-/// What the total flux is held to.
+/// The constraint on the total flux.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Flux {
-    /// Nothing.
+    /// No constraint.
     Free,
     /// This total flux of the image, Jy or K sr.
     Total(f64),
@@ -68,6 +66,8 @@ pub struct MemPlan {
     pub l1: f64,
     /// The map of uncertainties.
     pub uncertainty: Uncertainty,
+    /// Constants of the solvers.
+    pub tuning: MemTuning,
 }
 
 impl Default for MemPlan {
@@ -83,18 +83,19 @@ impl Default for MemPlan {
             total_variation: 0.0,
             l1: 0.0,
             uncertainty: Uncertainty::Circulant,
+            tuning: MemTuning::default(),
         }
     }
 }
 
-/// Images and facts.
+/// The images with their certificates.
 #[derive(Debug, Clone)]
 pub struct MemProducts {
     /// The image itself, unconvolved: K or Jy/pixel.
     pub model: Image,
-    /// What it leaves of the data.
+    /// Residual image: the dirty image of what the model leaves of the data.
     pub residual: Image,
-    /// The image seen with the restoring beam, plus the residual.
+    /// The image convolved with the restoring beam, plus the residual.
     pub restored: Image,
     /// Standard deviation of the image, in its unit.
     pub uncertainty: Option<Image>,
@@ -131,6 +132,15 @@ pub fn flux_of_one(imager: &Imager<'_>) -> Array2<f64> {
     })
 }
 
+/// The mask without pixels behind the horizon; `one` is 0 there \[m, l\].
+pub(crate) fn in_front(one: &Array2<f64>, mut mask: Option<Array2<bool>>) -> Option<Array2<bool>> {
+    if one.iter().any(|v| *v == 0.0) {
+        let all = mask.get_or_insert_with(|| Array2::from_elem(one.dim(), true));
+        Zip::from(all).and(one).for_each(|m, v| *m &= *v > 0.0);
+    }
+    mask
+}
+
 /// Images of maximum entropy of all output channels of an imager.
 ///
 /// # Errors
@@ -138,7 +148,7 @@ pub fn flux_of_one(imager: &Imager<'_>) -> Array2<f64> {
 /// met are no error: see [`Certificate::met`].
 pub fn mem(imager: &mut Imager<'_>, opts: &MemPlan, observer: &dyn Observer) -> Result<MemProducts> {
     let shape = (imager.grid().n_m, imager.grid().n_l);
-    for (option, found) in [("--mask", opts.mask.as_ref().map(Array2::dim)), ("--prior", prior_shape(&opts.prior))] {
+    for (option, found) in [("mask", opts.mask.as_ref().map(Array2::dim)), ("prior", prior_shape(&opts.prior))] {
         if let Some(found) = found.filter(|f| *f != shape) {
             let expected = format!("an image of the shape of the result, {shape:?}");
             return Err(ChainError::BadOption { option, value: format!("{found:?}"), expected });
@@ -170,12 +180,7 @@ fn time<R>(seconds: &mut Seconds, stage: &'static str, work: impl FnOnce() -> R)
 
 fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, seconds): (&dyn Observer, &mut Seconds)) -> Result<Channel> {
     let one = flux_of_one(imager);
-    let mut inside = opts.mask.clone();
-    if one.iter().any(|v| *v == 0.0) {
-        // Pixels behind the horizon show nothing.
-        let all = inside.get_or_insert_with(|| Array2::from_elem(one.dim(), true));
-        Zip::from(all).and(&one).for_each(|m, v| *m &= *v > 0.0);
-    }
+    let inside = in_front(&one, opts.mask.clone());
     let psf = time(seconds, "psf", || imager.psf_core(k, observer))?;
     let beam = imager.beam_of(&psf)?;
     let mut data = time(seconds, "gather", || Gathered::new(imager, k, observer))?;
@@ -188,10 +193,9 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, seconds
         Flux::Total(f) => Some(f),
         Flux::ZeroSpacing(v) => Some(v + hidden),
     };
-    let seen = flux.unwrap_or_else(|| data.flux_seen() + hidden);
-    let flat = |one: &Array2<f64>| one * (seen / sum_inside(one, inside.as_ref()).max(f64::MIN_POSITIVE));
+    let seen = flux.map_or_else(|| Ok(data.flux_seen()? + hidden), Ok::<f64, ChainError>)?;
     let prior = match &opts.prior {
-        Prior::Auto | Prior::Smoothed => flat(&one),
+        Prior::Auto | Prior::Smoothed => flat_prior(&one, seen, inside.as_ref())?,
         Prior::Flat(t) => &one * *t,
         Prior::Image(image) => &one * image,
     };
@@ -227,6 +231,15 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, seconds
     Ok(Channel { model, residual: residual.image, sigma, beam, certificate })
 }
 
+/// A prior of equal brightness inside the mask with this total flux; `one` is the flux a pixel of one unit of brightness \[m, l\].
+pub(crate) fn flat_prior(one: &Array2<f64>, flux: f64, inside: Option<&Array2<bool>>) -> Result<Array2<f64>> {
+    let sum = sum_inside(one, inside);
+    if sum > 0.0 {
+        return Ok(one * (flux / sum));
+    }
+    Err(ChainError::NoData("the mask leaves no pixel in front of the horizon for the image".into()))
+}
+
 /// Sum over the pixels of a mask, or over all.
 pub(crate) fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> f64 {
     inside.map_or_else(|| image.sum(), |m| image.iter().zip(m).filter(|(_, m)| **m).map(|(v, _)| v).sum())
@@ -236,16 +249,19 @@ pub(crate) fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> 
 pub(crate) fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemPlan) -> Result<MemImager> {
     check_prior(&prior, objective.inside.as_ref())?;
     let count = objective.inside.as_ref().map_or(prior.len(), |m| m.iter().filter(|x| **x).count());
-    objective.unit = sum_inside(&prior, objective.inside.as_ref()) / count.max(1) as f64;
+    if count == 0 {
+        return Err(ChainError::NoData("the mask leaves no pixel for the image".into()));
+    }
+    objective.unit = sum_inside(&prior, objective.inside.as_ref()) / count as f64;
     let mut penalty = WeightedSum::of((opts.entropy.make)(prior.clone()));
     if opts.total_variation != 0.0 {
-        penalty = penalty.and(opts.total_variation, Box::new(TotalVariation::new(SOFTENING * objective.unit)?))?;
+        penalty = penalty.and(opts.total_variation, Box::new(TotalVariation::new(opts.tuning.softening * objective.unit)?))?;
     }
     if opts.l1 != 0.0 {
         penalty = penalty.and(opts.l1, Box::new(L1))?;
     }
     objective.penalty = penalty;
-    MemImager::new(objective, prior)
+    Ok(MemImager::new(objective, prior)?.tuned(opts.tuning))
 }
 
 fn multipliers(solver: &MemImager, state: &MemState) -> Multipliers {
@@ -289,7 +305,7 @@ fn map(solver: &mut MemImager, state: &MemState, how: Uncertainty) -> Result<Opt
     let m = multipliers(solver, state);
     let o = solver.objective_mut();
     let point = o.evaluate(o.variable(&state.image))?;
-    Ok(uncertainty(o, &point, &m, how))
+    uncertainty(o, &point, &m, how)
 }
 
 fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut seconds: Seconds) -> Result<MemProducts> {
@@ -306,7 +322,7 @@ fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut seconds: Seconds) -
     }
     let uncertainty = if sigmas.len() == models.len() {
         let mut image = imager.image(sigmas, Kind::Model, &beams)?;
-        // A standard deviation knows no pedestal.
+        // A standard deviation has no pedestal.
         let pedestal = image.pedestal_k.take().unwrap_or(0.0);
         image.data -= pedestal;
         Some(image)
@@ -324,11 +340,11 @@ fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut seconds: Seconds) -
     })
 }
 
-/// Tell what the noise is taken from.
+/// Report where the noise is taken from, if it is not the weights.
 pub fn announce_noise(noise: Noise, observer: &dyn Observer) {
     if let Noise::Factor(f) = noise {
         let text = format!(
-            "the weights are counts of samples, not 1/sigma^2: the difference of the two hands gives a variance of {f:.4e} a count (--noise overrides)"
+            "the weights are counts of samples, not 1/sigma^2: the difference of the two hands gives a variance of {f:.4e} a count (the option noise overrides it)"
         );
         observer.event(Event::Note(&text));
     }

@@ -3,12 +3,12 @@
 //! Value and gradient come from one evaluation, so each trial of the line search costs one pair of transforms and nothing is computed
 //! twice. The Lagrange multipliers move between the steps.
 
-use super::control::{Control, Steering};
+use super::control::Steering;
 use super::memory::Memory;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
-use super::solver::{Goals, Shared, State, dot, with};
-use crate::progress::{Event, Observer};
+use super::solver::{Found, Goals, Shared, Solves, State, accept, dot, evaluate, with};
+use crate::progress::Observer;
 use argmin::core::{Error, KV, Problem, Solver, TerminationStatus};
 use ndarray::{Array2, Zip};
 
@@ -19,17 +19,11 @@ const ROUNDING: f64 = 1e-6;
 /// Steps in a row without progress after which the solver gives up.
 const STALLS: usize = 4;
 
-/// The solver and what it has found.
+/// The solver and what it has found so far.
 pub(super) struct QuasiNewton<'o> {
-    pub(super) multipliers: Multipliers,
-    pub(super) steering: Steering,
-    pub(super) goals: Goals,
-    pub(super) point: Option<Point>,
-    /// Evaluations of this run.
-    pub(super) evaluations: usize,
-    /// Iterations of conjugate gradients.
-    pub(super) inner: usize,
-    pub(super) met: bool,
+    found: Found,
+    steering: Steering,
+    goals: Goals,
     memory: Memory,
     stalled: usize,
     observer: &'o dyn Observer,
@@ -43,32 +37,26 @@ struct Trial {
 }
 
 impl<'o> QuasiNewton<'o> {
-    /// With these multipliers at the start; `point` where it is known already.
-    pub(super) fn new(multipliers: Multipliers, control: Control, goals: Goals, point: Option<Point>, observer: &'o dyn Observer) -> Self {
-        let steering = control.into();
-        Self { multipliers, steering, goals, point, evaluations: 0, inner: 0, met: false, memory: Memory::new(12), stalled: 0, observer }
+    /// With these multipliers at the start.
+    pub(super) fn new(multipliers: Multipliers, steering: Steering, goals: Goals, observer: &'o dyn Observer) -> Self {
+        let found = Found { multipliers, point: None, evaluations: 0, convolutions: 0, met: false };
+        Self { found, steering, goals, memory: Memory::new(12), stalled: 0, observer }
     }
 
-    fn evaluate(&mut self, problem: &mut Problem<Shared<'_>>, s: Array2<f64>) -> Result<Point, Error> {
-        self.evaluations += 1;
-        problem.problem("evaluations", |o| Ok(o.borrow_mut().evaluate(s)?))
-    }
-
-    /// The direction at a point, and whether it is a Newton step whose natural length is 1.
-    fn direction(&mut self, o: &Objective, point: &Point, gradient: &Array2<f64>, chi2: f64, kkt: f64) -> Array2<f64> {
-        let m = &self.multipliers;
+    /// The direction at a point: a Newton step whose natural length is 1 where the data have a beam, one of L-BFGS where not.
+    fn direction(&mut self, o: &Objective, point: &Point, gradient: &Array2<f64>, chi2: f64, kkt: f64) -> crate::Result<Array2<f64>> {
+        let m = &self.found.multipliers;
         let mut d = match &o.beam {
             Some(beam) => {
-                let system = NewtonSystem::new(beam, point, &o.residual(point, m), m);
-                let (tolerance, limit) = self.steering.control.effort(chi2, kkt);
-                let (d, steps) = system.solve(&gradient.mapv(|g| -g), tolerance, limit);
-                self.inner += steps;
+                let system = NewtonSystem::new(beam, point, &o.residual(point, m), m)?;
+                let (d, steps) = system.solve(&gradient.mapv(|g| -g), self.steering.effort(chi2, kkt))?;
+                self.found.convolutions += steps;
                 d
             }
             None => {
                 let mut d = self.memory.direction(gradient, m.lambda);
                 if self.memory.is_empty() {
-                    // The first step has no length of its own: change no pixel by more than half the prior.
+                    // L-BFGS has no natural length in its first step: no pixel changes by more than half the prior.
                     let top = d.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
                     d *= o.unit.sqrt() / top.max(f64::MIN_POSITIVE);
                 }
@@ -77,7 +65,7 @@ impl<'o> QuasiNewton<'o> {
         };
         if o.beam.is_some() {
             let more = 0.5 * o.unit.sqrt();
-            // s keeps its sign and grows at most threefold: further out the quadratic model means nothing.
+            // s keeps its sign and grows at most threefold: the quadratic model does not hold further out.
             Zip::from(&mut d).and(&point.s).for_each(|d, s| {
                 let towards = if *s < 0.0 { -1.0 } else { 1.0 };
                 *d = towards * (towards * *d).clamp(-0.9 * s.abs(), 2.0 * s.abs() + more);
@@ -86,18 +74,19 @@ impl<'o> QuasiNewton<'o> {
         if let Some(inside) = &o.inside {
             Zip::from(&mut d).and(inside).for_each(|d, inside| *d *= f64::from(u8::from(*inside)));
         }
-        if dot(&d, gradient) < 0.0 { d } else { gradient.mapv(|g| -g * self.damped(o, point)) }
+        Ok(if dot(&d, gradient) < 0.0 { d } else { gradient.mapv(|g| -g * self.damped(o, point)) })
     }
 
     /// Length of a safe step down the gradient.
     fn damped(&self, o: &Objective, point: &Point) -> f64 {
-        let curvature = o.beam.as_ref().map_or(0.0, |b| self.multipliers.lambda * b.largest() * point.flux / point.image.len() as f64);
+        let curvature =
+            o.beam.as_ref().map_or(0.0, |b| self.found.multipliers.lambda * b.largest() * point.flux / point.image.len() as f64);
         1.0 / (1.0 + curvature)
     }
 
     /// Search along a direction; `None` where nothing better was found.
     fn search(&mut self, problem: &mut Problem<Shared<'_>>, from: &Point, d: &Array2<f64>, slope: f64) -> Result<Option<Point>, Error> {
-        let m = self.multipliers;
+        let m = self.found.multipliers;
         let value = with(problem, |o| o.value(from, &m))?;
         let noise = ROUNDING * (m.lambda * from.chi2 + from.penalty.abs());
         let mut length = 1.0;
@@ -105,7 +94,7 @@ impl<'o> QuasiNewton<'o> {
         for _ in 0..TRIALS {
             let mut s = from.s.clone();
             s.scaled_add(length, d);
-            let point = self.evaluate(problem, s)?;
+            let point = evaluate(&mut self.found, problem, s)?;
             let (new, gradient) = with(problem, |o| (o.value(&point, &m), o.gradient(&point, &m)))?;
             let trial = Trial { value: new, slope: dot(&gradient, d), point };
             let descends = trial.value <= value + 1e-4 * length * slope;
@@ -114,7 +103,7 @@ impl<'o> QuasiNewton<'o> {
             if descends || flat {
                 return Ok(Some(trial.point));
             }
-            // Slopes say more than values near the minimum, values more where the step was far too long.
+            // Slopes are more accurate than values near the minimum. Values are more accurate where the step was far too long.
             let by_slopes = slope / (slope - trial.slope);
             let by_values = -0.5 * slope * length / (trial.value - value - slope * length);
             let factor = if trial.slope > 0.0 && by_slopes.is_finite() { by_slopes } else { by_values / length };
@@ -125,11 +114,6 @@ impl<'o> QuasiNewton<'o> {
         }
         Ok(best.filter(|b| b.value < value).map(|b| b.point))
     }
-
-    fn report(&self, number: u64, point: &Point, chi2: f64, kkt: f64) {
-        let (evaluations, lambda) = (self.evaluations, self.multipliers.lambda);
-        self.observer.event(Event::Entropy { number: number as usize, evaluations, chi2, kkt, flux: point.flux, lambda });
-    }
 }
 
 impl<'a> Solver<Shared<'a>, State> for QuasiNewton<'_> {
@@ -139,9 +123,7 @@ impl<'a> Solver<Shared<'a>, State> for QuasiNewton<'_> {
 
     fn init(&mut self, problem: &mut Problem<Shared<'a>>, mut state: State) -> Result<(State, Option<KV>), Error> {
         let start = state.take_param().ok_or_else(|| Error::msg("no image to start from"))?;
-        if self.point.is_none() {
-            self.point = Some(self.evaluate(problem, start.clone())?);
-        }
+        self.found.point = Some(evaluate(&mut self.found, problem, start.clone())?);
         Ok((state.param(start), None))
     }
 
@@ -149,19 +131,19 @@ impl<'a> Solver<Shared<'a>, State> for QuasiNewton<'_> {
         if self.observer.cancelled() {
             return Err(crate::ChainError::Cancelled.into());
         }
-        let Some(point) = self.point.take() else { return Err(Error::msg("the solver was not initialised")) };
+        let Some(point) = self.found.point.take() else { return Err(Error::msg("the solver was not initialised")) };
         let expected = with(problem, |o| o.chi2.expected())?;
         let chi2 = point.chi2 / expected;
-        let (kkt, excess) = with(problem, |o| (o.kkt(&point, &self.multipliers), o.excess(&point)))?;
-        self.multipliers.lambda = self.steering.next(self.multipliers.lambda, chi2, kkt);
+        let (kkt, excess) = with(problem, |o| (o.kkt(&point, &self.found.multipliers), o.excess(&point)))?;
+        self.found.multipliers.lambda = self.steering.next(self.found.multipliers.lambda, chi2, kkt);
         // The first-order update of the augmented Lagrangian.
-        self.multipliers.beta += self.multipliers.rho * excess;
-        let m = self.multipliers;
+        self.found.multipliers.beta += self.found.multipliers.rho * excess;
+        let m = self.found.multipliers;
         let gradient = with(problem, |o| o.gradient(&point, &m))?;
         let d = {
             let shared = problem.problem.as_ref().ok_or_else(|| Error::msg("the problem was taken away from the solver"))?;
             let guard = shared.borrow();
-            self.direction(&guard, &point, &gradient, chi2, kkt)
+            self.direction(&guard, &point, &gradient, chi2, kkt)?
         };
         let slope = dot(&d, &gradient);
         let next = self.search(problem, &point, &d, slope)?;
@@ -177,19 +159,12 @@ impl<'a> Solver<Shared<'a>, State> for QuasiNewton<'_> {
                 point
             }
         };
-        let chi2 = point.chi2 / expected;
-        let (kkt, error, value) = with(problem, |o| {
-            (o.kkt(&point, &self.multipliers), o.flux.map_or(0.0, |f| o.excess(&point).abs() / f), o.value(&point, &self.multipliers))
-        })?;
-        self.report(state.iter + 1, &point, chi2, kkt);
-        self.met = self.steering.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
-        let s = point.s.clone();
-        self.point = Some(point);
+        let (s, value) = accept(&mut self.found, problem, (&self.steering.control, &self.goals), (state.iter + 1, point), self.observer)?;
         Ok((state.param(s).cost(value), None))
     }
 
     fn terminate(&mut self, _state: &State) -> TerminationStatus {
-        self.goals.reached(self.met, self.stalled >= STALLS, self.evaluations)
+        self.goals.reached(&self.found, self.stalled >= STALLS)
     }
 }
 
@@ -199,7 +174,7 @@ impl QuasiNewton<'_> {
         if with(problem, |o| o.beam.is_some())? {
             return Ok(());
         }
-        let m = self.multipliers;
+        let m = self.found.multipliers;
         let beta = with(problem, |o| (m.beta + m.rho * o.excess(old), m.beta + m.rho * o.excess(new)))?;
         let side = |p: &Point, slope: &Array2<f64>, beta: f64| {
             let mut out = slope + beta;
@@ -210,5 +185,11 @@ impl QuasiNewton<'_> {
         let penalty = side(new, &new.penalty_slope, beta.1) - side(old, &old.penalty_slope, beta.0);
         self.memory.push(&new.s - &old.s, data, penalty);
         Ok(())
+    }
+}
+
+impl Solves for QuasiNewton<'_> {
+    fn found(self) -> Found {
+        self.found
     }
 }

@@ -1,6 +1,8 @@
-//! What the solvers share: the problem as argmin holds it, and when to stop.
+//! What both solvers share: the problem as argmin holds it, and when to stop.
 
-use super::objective::Objective;
+use super::control::Control;
+use super::objective::{Multipliers, Objective, Point};
+use crate::progress::{Event, Observer};
 use argmin::core::{Error, IterState, Problem, TerminationReason, TerminationStatus};
 use ndarray::{Array2, Zip};
 use std::cell::RefCell;
@@ -21,25 +23,79 @@ pub(super) struct Goals {
     pub(super) evaluations: usize,
 }
 
+/// What a solver has found.
+pub(super) struct Found {
+    pub(super) multipliers: Multipliers,
+    pub(super) point: Option<Point>,
+    /// Evaluations of the data term in this run.
+    pub(super) evaluations: usize,
+    /// Convolutions with the beam.
+    pub(super) convolutions: usize,
+    /// All goals are met.
+    pub(super) met: bool,
+}
+
+/// A solver that gives back what it has found.
+pub(super) trait Solves {
+    fn found(self) -> Found;
+}
+
+/// Reason of termination of a solver that no step improves any more.
+const STALLED: &str = "stalled";
+
 impl Goals {
     /// Whether and why a solver ends.
-    pub(super) fn reached(&self, met: bool, stalled: bool, evaluations: usize) -> TerminationStatus {
+    pub(super) fn reached(&self, found: &Found, stalled: bool) -> TerminationStatus {
         let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
-        match (met, stalled) {
+        match (found.met, stalled) {
             (true, _) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
-            (_, true) => because("stalled"),
-            _ if evaluations >= self.evaluations => because("evaluations"),
+            (_, true) => because(STALLED),
+            _ if found.evaluations >= self.evaluations => because("evaluations"),
             _ => TerminationStatus::NotTerminated,
         }
     }
 }
 
+/// True where a solver ended because no step improved the image.
+pub(super) fn has_stalled(status: &TerminationStatus) -> bool {
+    matches!(status, TerminationStatus::Terminated(r) if r.text() == STALLED)
+}
+
+/// Report a new point, note whether all goals are met there, and keep it. Returns the variable and the value of J.
+pub(super) fn accept(
+    found: &mut Found,
+    problem: &Problem<Shared<'_>>,
+    (control, goals): (&Control, &Goals),
+    (number, point): (u64, Point),
+    observer: &dyn Observer,
+) -> Result<(Array2<f64>, f64), Error> {
+    let m = found.multipliers;
+    let (chi2, kkt, error, value) = with(problem, |o| {
+        let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
+        (point.chi2 / o.chi2.expected(), o.kkt(&point, &m), error, o.value(&point, &m))
+    })?;
+    let (number, evaluations) = (number as usize, found.evaluations);
+    observer.event(Event::Entropy { number, evaluations, chi2, kkt, flux: point.flux, lambda: m.lambda });
+    found.met = control.met(chi2) && kkt <= goals.kkt && error <= goals.flux;
+    let s = point.s.clone();
+    found.point = Some(point);
+    Ok((s, value))
+}
+
+/// One evaluation of the objective, counted.
+pub(super) fn evaluate(found: &mut Found, problem: &mut Problem<Shared<'_>>, s: Array2<f64>) -> Result<Point, Error> {
+    found.evaluations += 1;
+    problem.problem("evaluations", |o| Ok(o.borrow_mut().evaluate(s)?))
+}
+
+/// Scalar product of two images.
 pub(super) fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
     let mut sum = 0.0;
     Zip::from(a).and(b).for_each(|a, b| sum += a * b);
     sum
 }
 
+/// Look at the objective.
 pub(super) fn with<T>(problem: &Problem<Shared<'_>>, work: impl FnOnce(&Objective) -> T) -> Result<T, Error> {
     let shared = problem.problem.as_ref().ok_or_else(|| Error::msg("the problem was taken away from the solver"))?;
     let guard = shared.borrow();

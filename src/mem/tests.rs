@@ -253,15 +253,15 @@ fn the_uncertainty_covers_the_errors_of_the_image() {
     let m = Multipliers { lambda: state.lambda * imager.objective().unit, beta: state.beta, rho: 0.0 };
     let o = imager.objective_mut();
     let point = o.evaluate(o.variable(&state.image)).unwrap();
-    let fast = uncertainty(o, &point, &m, Uncertainty::Circulant).unwrap();
-    let probed = uncertainty(o, &point, &m, Uncertainty::Probes(200, 3)).unwrap();
-    assert!(uncertainty(o, &point, &m, Uncertainty::None).is_none());
+    let fast = uncertainty(o, &point, &m, Uncertainty::Circulant).unwrap().unwrap();
+    let probed = uncertainty(o, &point, &m, Uncertainty::Probes(200, 3)).unwrap().unwrap();
+    assert!(uncertainty(o, &point, &m, Uncertainty::None).unwrap().is_none());
     let flat = Array2::zeros((SIDE, SIDE));
-    let system = super::newton::NewtonSystem::new(o.beam.as_ref().unwrap(), &point, &flat, &m);
+    let system = super::newton::NewtonSystem::new(o.beam.as_ref().unwrap(), &point, &flat, &m).unwrap();
     for at in [(16, 8), (22, 16), (11, 20), (8, 14)] {
         let mut unit = Array2::zeros((SIDE, SIDE));
         unit[at] = 1.0;
-        let (x, _) = system.solve(&unit, 1e-4, 400);
+        let (x, _) = system.solve(&unit, super::control::Effort { tolerance: 1e-4, steps: 400 }).unwrap();
         let exact = (m.lambda * point.image[at] * x[at]).sqrt();
         let (a, b) = (fast[at] / exact, probed[at] / exact);
         assert!((0.6..1.6).contains(&a) && (0.7..1.4).contains(&b), "{at:?}: {exact}, {a} and {b} of it");

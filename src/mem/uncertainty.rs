@@ -1,4 +1,4 @@
-//! How well each pixel is known: the diagonal of the inverse Hessian, as a standard deviation.
+//! The standard deviation of each pixel, from the diagonal of the inverse Hessian.
 //!
 //! With chi2 / 2 as minus the logarithm of the likelihood and R / lambda as that of the prior, the Hessian at the solution is
 //! H = A^T W A + diag(R'') / lambda, and the standard deviation of a pixel the root of the diagonal of its inverse. For a pixel of
@@ -9,20 +9,19 @@
 //! Bekas, Kokiopoulou & Saad 2007, Appl. Numer. Math. 57, 1214 (the diagonal from probes); Hutchinson 1990, Commun. Stat. 19, 433.
 
 use super::beam::BeamHessian;
+use super::control::Effort;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
+use crate::{ChainError, Result};
 use ndarray::{Array2, Zip};
 use rand::{RngExt, SeedableRng};
 
 /// Points of the table of the circulant approximation.
 const TABLE: usize = 64;
-/// Relative residual of the solution for a probe.
-const EXACT: f64 = 1e-2;
-/// Steps of conjugate gradients for a probe.
-const STEPS: usize = 100;
-
-/// Relative residual and steps of the probe that the circulant map is scaled by.
-const ROUGH: (f64, usize) = (0.05, 60);
+/// How exactly the system is solved for a probe.
+const EXACT: Effort = Effort { tolerance: 1e-2, steps: 100 };
+/// How exactly it is solved for the one probe that scales the circulant map.
+const ROUGH: Effort = Effort { tolerance: 0.05, steps: 60 };
 
 /// How the map is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,11 +35,13 @@ pub enum Uncertainty {
 }
 
 /// Standard deviation of each pixel \[m, l\], flux a pixel; `None` where it is not asked for or the data have no beam.
-#[must_use]
-pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertainty) -> Option<Array2<f64>> {
-    let beam = o.beam.as_ref()?;
+///
+/// # Errors
+/// No probe.
+pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertainty) -> Result<Option<Array2<f64>>> {
+    let Some(beam) = &o.beam else { return Ok(None) };
     match how {
-        Uncertainty::None => None,
+        Uncertainty::None => Ok(None),
         Uncertainty::Circulant => {
             // The variance of a pixel with x = I / (I R'') is lambda x times the mean over the spectrum of 1 / (1 + lambda x k).
             let x = |i: f64, e: f64| if i > 0.0 { m.lambda * i / e.max(1e-6) } else { 0.0 };
@@ -53,7 +54,7 @@ pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertain
                 }
             });
             if !(hi > 0.0) {
-                return Some(Array2::zeros(point.image.dim()));
+                return Ok(Some(Array2::zeros(point.image.dim())));
             }
             // Below a millionth of the brightest no pixel is restrained by the data.
             let (from, to) = (lo.max(1e-9 * hi).ln(), hi.ln());
@@ -70,7 +71,7 @@ pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertain
                 }
             });
             // The circulant leaks weight into what is not measured, which makes the map too small everywhere.
-            let (probe, _) = Probe::new(beam, point, m, 1).next(ROUGH);
+            let probe = Probe::new(beam, point, m, 1)?.next(ROUGH)?;
             let (mut true_sum, mut sum) = (0.0, 0.0);
             Zip::from(&point.image).and(&probe).and(&out).for_each(|i, p, o| {
                 true_sum += m.lambda * i * p;
@@ -79,17 +80,20 @@ pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertain
             if true_sum > 0.0 && sum > 0.0 {
                 out *= (true_sum / sum).sqrt();
             }
-            Some(out)
+            Ok(Some(out))
+        }
+        Uncertainty::Probes(0, _) => {
+            Err(ChainError::BadOption { option: "uncertainty", value: "0 probes".into(), expected: "1 probe or more".into() })
         }
         Uncertainty::Probes(n, seed) => {
-            let mut probes = Probe::new(beam, point, m, seed);
+            let mut probes = Probe::new(beam, point, m, seed)?;
             let mut sum = Array2::<f64>::zeros(point.image.dim());
-            for _ in 0..n.max(1) {
-                sum += &probes.next((EXACT, STEPS)).0;
+            for _ in 0..n {
+                sum += &probes.next(EXACT)?;
             }
             // H in I is D^-1 (E + lambda D H D) D^-1 / lambda: the variance is lambda D (...)^-1 D.
-            Zip::from(&mut sum).and(&point.image).for_each(|s, i| *s = (m.lambda * i * (*s / n.max(1) as f64).max(0.0)).sqrt());
-            Some(sum)
+            Zip::from(&mut sum).and(&point.image).for_each(|s, i| *s = (m.lambda * i * (*s / n as f64).max(0.0)).sqrt());
+            Ok(Some(sum))
         }
     }
 }
@@ -102,15 +106,15 @@ struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    fn new(beam: &'a BeamHessian, point: &Point, m: &Multipliers, seed: u64) -> Self {
+    fn new(beam: &'a BeamHessian, point: &Point, m: &Multipliers, seed: u64) -> Result<Self> {
         let shape = point.image.dim();
-        let system = NewtonSystem::new(beam, point, &Array2::zeros(shape), m);
-        Self { system, rng: rand_chacha::ChaCha8Rng::seed_from_u64(seed), shape }
+        let system = NewtonSystem::new(beam, point, &Array2::zeros(shape), m)?;
+        Ok(Self { system, rng: rand_chacha::ChaCha8Rng::seed_from_u64(seed), shape })
     }
 
-    fn next(&mut self, (tolerance, steps): (f64, usize)) -> (Array2<f64>, usize) {
+    fn next(&mut self, effort: Effort) -> Result<Array2<f64>> {
         let v = Array2::from_shape_fn(self.shape, |_| if self.rng.random::<bool>() { 1.0 } else { -1.0 });
-        let (x, steps) = self.system.solve(&v, tolerance, steps);
-        (v * x, steps)
+        let (x, _) = self.system.solve(&v, effort)?;
+        Ok(v * x)
     }
 }

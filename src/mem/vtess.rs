@@ -1,11 +1,11 @@
 //! The solver of Cornwell and Evans: a Newton step in the image, and multipliers that move with it.
 //!
-//! Each iteration looks at the gradients of chi squared (C), the flux (F) and the penalty in the metric of the inverse Hessian. From
-//! their products follow how far chi squared and the flux will move with a step, and by how much each multiplier must change for both
-//! to land on their targets. The change is bounded: the gradient of the Lagrangian may not grow beyond a part of its sides, or the
-//! quadratic model would not hold. The step is taken in the image, kept positive, and shortened by interpolation between the gradients
-//! at its two ends. Since visibilities are linear in the image that interpolation needs no transform: an iteration costs exactly one
-//! evaluation of the data term.
+//! Each iteration forms the products of the gradients of chi squared (C), the flux (F) and the penalty in the metric of the inverse
+//! Hessian. These predict how far chi squared and the flux move with a step, and by how much each multiplier must change so that both
+//! reach their targets. The change is bounded: the quadratic model does not hold where the gradient of the Lagrangian grows beyond a
+//! multiple of its two sides. The step is taken in the image, kept positive, and shortened by interpolation between the gradients at its
+//! two ends. Visibilities are linear in the image, so that interpolation needs no transform. An iteration costs exactly one evaluation
+//! of the data term.
 //!
 //! Cornwell and Evans keep the diagonal of the Hessian only. Here its inverse is applied by conjugate gradients with the dirty beam, so
 //! the predictions hold for beams with side lobes and for oversampled images.
@@ -16,30 +16,20 @@
 use super::control::{Control, Steering};
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
-use super::solver::{Goals, Shared, State, dot, with};
-use crate::progress::{Event, Observer};
+use super::solver::{Found, Goals, Shared, Solves, State, accept, dot, evaluate, with};
+use super::tuning::VtessControl;
+use crate::progress::Observer;
 use argmin::core::{Error, KV, Problem, Solver, TerminationStatus};
 use ndarray::{Array2, Zip};
 
-/// Length of the gradient after a change of multipliers over the lengths of its sides, both squared.
-const GROWTH: f64 = 4.0;
-/// Largest factor of lambda in one step.
-const RISE: f64 = 5.0;
-/// Part of a pixel that a step may take away.
-const LOSS: f64 = 0.9;
-/// Factor by which a step may brighten a pixel.
-const GAIN: f64 = 8.0;
 /// Steps in a row that are interpolated to almost nothing before the solver gives up.
 const STALLS: usize = 5;
 
-/// The solver and what it has found.
+/// The solver and what it has found so far.
 pub(super) struct Vtess<'o> {
-    pub(super) multipliers: Multipliers,
-    pub(super) point: Option<Point>,
-    pub(super) evaluations: usize,
-    pub(super) inner: usize,
-    pub(super) met: bool,
+    found: Found,
     steering: Steering,
+    tuning: VtessControl,
     goals: Goals,
     stalled: usize,
     observer: &'o dyn Observer,
@@ -102,37 +92,40 @@ fn in_s(point: &Point, v: &Array2<f64>) -> Array2<f64> {
 }
 
 impl<'o> Vtess<'o> {
-    pub(super) fn new(multipliers: Multipliers, control: Control, goals: Goals, observer: &'o dyn Observer) -> Self {
-        Self { multipliers, point: None, evaluations: 0, inner: 0, met: false, steering: control.into(), goals, stalled: 0, observer }
-    }
-
-    fn evaluate(&mut self, problem: &mut Problem<Shared<'_>>, s: Array2<f64>) -> Result<Point, Error> {
-        self.evaluations += 1;
-        problem.problem("evaluations", |o| Ok(o.borrow_mut().evaluate(s)?))
+    /// With these multipliers at the start.
+    pub(super) fn new(
+        multipliers: Multipliers,
+        steering: Steering,
+        tuning: VtessControl,
+        goals: Goals,
+        observer: &'o dyn Observer,
+    ) -> Self {
+        let found = Found { multipliers, point: None, evaluations: 0, convolutions: 0, met: false };
+        Self { found, steering, tuning, goals, stalled: 0, observer }
     }
 
     /// The step and the multipliers from the products of the gradients.
     fn step(&mut self, o: &Objective, point: &Point) -> Result<Step, Error> {
         let Some(beam) = &o.beam else { return Err(Error::msg("vtess needs a beam")) };
-        let m = self.multipliers;
+        let m = self.found.multipliers;
         let expected = o.chi2.expected();
         let residual = o.residual(point, &m);
-        let system = NewtonSystem::new(beam, point, &residual, &m);
-        let (tolerance, limit) = self.steering.control.effort(point.chi2 / expected, o.kkt(point, &m));
+        let system = NewtonSystem::new(beam, point, &residual, &m)?;
+        let effort = self.steering.effort(point.chi2 / expected, o.kkt(point, &m));
         let mut inner = 0;
-        let mut solve = |g: &Array2<f64>| {
-            let (x, steps) = system.solve(&g.mapv(|v| -v), tolerance, limit);
+        let mut solve = |g: &Array2<f64>| -> crate::Result<Array2<f64>> {
+            let (x, steps) = system.solve(&g.mapv(|v| -v), effort)?;
             inner += steps;
-            x
+            Ok(x)
         };
         let (gj, gc) = (in_s(point, &residual), in_s(point, &point.slope));
-        let (mut d0, mut d1) = (solve(&gj), solve(&gc));
-        let range = bounds(&gj, &gc, (&d0, &d1), m.lambda);
+        let (mut d0, mut d1) = (solve(&gj)?, solve(&gc)?);
+        let range = self.bounds(&gj, &gc, (&d0, &d1));
         let mut beta = [0.0, 0.0];
         if o.flux.is_some() {
             // The flux is led to its value whatever lambda does.
             let gf = in_s(point, &Array2::ones(point.s.dim()));
-            let df = solve(&gf);
+            let df = solve(&gf)?;
             let ff = -dot(&gf, &df);
             if ff > 0.0 {
                 beta = [(o.excess(point) + dot(&gf, &d0)) / ff, dot(&gf, &d1) / ff];
@@ -140,8 +133,8 @@ impl<'o> Vtess<'o> {
                 d1.scaled_add(beta[1], &df);
             }
         }
-        let c00 = system.data_curvature(&d0, &d0);
-        let (c01, c11) = (system.data_curvature(&d0, &d1), system.data_curvature(&d1, &d1));
+        let c00 = system.data_curvature(&d0, &d0)?;
+        let (c01, c11) = (system.data_curvature(&d0, &d1)?, system.data_curvature(&d1, &d1)?);
         inner += 3;
         let model = Model { now: 0.5 * point.chi2, slope: [dot(&gc, &d0), dot(&gc, &d1)], curvature: [c00, c01, c11] };
         let (chi2, kkt) = (point.chi2 / expected, o.kkt(point, &m));
@@ -154,44 +147,45 @@ impl<'o> Vtess<'o> {
     /// The change of lambda that leads chi squared to its target.
     fn change(&mut self, model: &Model, range: (f64, f64), (chi2, kkt): (f64, f64), expected: f64) -> f64 {
         let Control::Target { target, tolerance } = self.steering.control else { return 0.0 };
-        let lambda = self.multipliers.lambda;
+        let lambda = self.found.multipliers.lambda;
         let excess = chi2 / target;
         let by_rule = self.steering.next(lambda, chi2, kkt) - lambda;
-        // Near the target the model's error is as large as what is left, and a flux that is held may leave lambda without a say.
-        if (excess - 1.0).abs() < 20.0 * tolerance || model.response() * lambda > -1e-3 * model.now {
+        // Near the target the error of the model is as large as the departure, and where the flux is held lambda may have no effect.
+        if (excess - 1.0).abs() < self.tuning.close * tolerance || model.response() * lambda > -1e-3 * model.now {
             return by_rule;
         }
         model.change_for(0.5 * target * expected, range)
     }
 
+    /// How far lambda may change: until the squared length of the gradient exceeds `growth` times that of its sides.
+    fn bounds(&self, gj: &Array2<f64>, gc: &Array2<f64>, (d0, d1): (&Array2<f64>, &Array2<f64>)) -> (f64, f64) {
+        let (lambda, VtessControl { growth, rise, .. }) = (self.found.multipliers.lambda, self.tuning);
+        let (jj, cj, cc) = (-dot(gj, d0), -dot(gc, d0), -dot(gc, d1));
+        if !(cc > 0.0) {
+            return (0.0, 0.0);
+        }
+        // The penalty's side is what the data's side leaves of the gradient.
+        let rr = (jj - 2.0 * lambda * cj + lambda * lambda * cc).max(0.0);
+        let sides = rr + lambda * lambda * cc;
+        let root = (cj / cc).powi(2) - (jj - growth * sides) / cc;
+        let reach = root.max(0.0).sqrt();
+        let (lo, hi) = (-cj / cc - reach, -cj / cc + reach);
+        (lo.max(-0.5 * lambda).min(0.0), hi.min((rise - 1.0) * lambda).max(0.0))
+    }
+
     /// The new image of a step: positive, and no pixel changed by more than the quadratic model bears.
     fn moved(&self, o: &Objective, point: &Point, direction: &Array2<f64>) -> Array2<f64> {
         let mut image = point.image.clone();
-        let unit = o.unit;
+        let (unit, VtessControl { loss, gain, .. }) = (o.unit, self.tuning);
         Zip::from(&mut image).and(&point.s).and(direction).for_each(|i, s, d| {
             let step = 0.5 * s * d;
-            *i += step.clamp(-LOSS * *i, GAIN * *i + 0.5 * unit);
+            *i += step.clamp(-loss * *i, gain * *i + 0.5 * unit);
         });
         if let Some(inside) = &o.inside {
             Zip::from(&mut image).and(inside).for_each(|i, inside| *i *= f64::from(u8::from(*inside)));
         }
         image
     }
-}
-
-/// How far lambda may change: until the squared length of the gradient exceeds `GROWTH` times that of its sides.
-fn bounds(gj: &Array2<f64>, gc: &Array2<f64>, (d0, d1): (&Array2<f64>, &Array2<f64>), lambda: f64) -> (f64, f64) {
-    let (jj, cj, cc) = (-dot(gj, d0), -dot(gc, d0), -dot(gc, d1));
-    if !(cc > 0.0) {
-        return (0.0, 0.0);
-    }
-    // The penalty's side is what the data's side leaves of the gradient.
-    let rr = (jj - 2.0 * lambda * cj + lambda * lambda * cc).max(0.0);
-    let sides = rr + lambda * lambda * cc;
-    let root = (cj / cc).powi(2) - (jj - GROWTH * sides) / cc;
-    let reach = root.max(0.0).sqrt();
-    let (lo, hi) = (-cj / cc - reach, -cj / cc + reach);
-    (lo.max(-0.5 * lambda).min(0.0), hi.min((RISE - 1.0) * lambda).max(0.0))
 }
 
 impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
@@ -201,7 +195,7 @@ impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
 
     fn init(&mut self, problem: &mut Problem<Shared<'a>>, mut state: State) -> Result<(State, Option<KV>), Error> {
         let start = state.take_param().ok_or_else(|| Error::msg("no image to start from"))?;
-        self.point = Some(self.evaluate(problem, start.clone())?);
+        self.found.point = Some(evaluate(&mut self.found, problem, start.clone())?);
         Ok((state.param(start), None))
     }
 
@@ -209,14 +203,14 @@ impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
         if self.observer.cancelled() {
             return Err(crate::ChainError::Cancelled.into());
         }
-        let Some(old) = self.point.take() else { return Err(Error::msg("the solver was not initialised")) };
+        let Some(old) = self.found.point.take() else { return Err(Error::msg("the solver was not initialised")) };
         let step = with(problem, |o| self.step(o, &old))??;
-        self.inner += step.inner;
+        self.found.convolutions += step.inner;
         let m = step.multipliers;
-        self.multipliers = m;
+        self.found.multipliers = m;
         let image = with(problem, |o| self.moved(o, &old, &step.direction))?;
         let change = &image - &old.image;
-        let trial = self.evaluate(problem, image.mapv(|i| 2.0 * i.sqrt()))?;
+        let trial = evaluate(&mut self.found, problem, image.mapv(|i| 2.0 * i.sqrt()))?;
         let (from, to) = with(problem, |o| (dot(&o.residual(&old, &m), &change), dot(&o.residual(&trial, &m), &change)))?;
         // Where the gradient has turned, the minimum lies between the two ends.
         let t = if from < 0.0 && to > 0.0 { from / (from - to) } else { 1.0 };
@@ -232,20 +226,18 @@ impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
             with(problem, |o| o.assemble(image.mapv(|i| 2.0 * i.sqrt()), image, chi2, slope))?
         };
         self.stalled = if t < 0.02 { self.stalled + 1 } else { 0 };
-        let (chi2, kkt, error, value) = with(problem, |o| {
-            let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
-            (point.chi2 / o.chi2.expected(), o.kkt(&point, &m), error, o.value(&point, &m))
-        })?;
-        let (number, evaluations, lambda) = (state.iter as usize + 1, self.evaluations, m.lambda);
-        self.observer.event(Event::Entropy { number, evaluations, chi2, kkt, flux: point.flux, lambda });
-        self.met = self.steering.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
-        let s = point.s.clone();
-        self.point = Some(point);
+        let (s, value) = accept(&mut self.found, problem, (&self.steering.control, &self.goals), (state.iter + 1, point), self.observer)?;
         Ok((state.param(s).cost(value), None))
     }
 
     fn terminate(&mut self, _state: &State) -> TerminationStatus {
-        self.goals.reached(self.met, self.stalled >= STALLS, self.evaluations)
+        self.goals.reached(&self.found, self.stalled >= STALLS)
+    }
+}
+
+impl Solves for Vtess<'_> {
+    fn found(self) -> Found {
+        self.found
     }
 }
 

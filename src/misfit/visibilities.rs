@@ -6,7 +6,7 @@ use cittert_arrays::ArrayError;
 use num_complex::{Complex, Complex32};
 use rayon::prelude::*;
 
-/// Data that one task sums: enough to outweigh its start, few enough to share.
+/// Data that one task sums: enough to outweigh the start of a task, and few enough that all threads have some.
 const SHARE: usize = 1 << 14;
 
 /// Measured visibilities; a weight of 0 takes no part.
@@ -37,22 +37,6 @@ impl Visibilities {
             return Err(ChainError::NoData("no visibility has a weight: nothing constrains the image".into()));
         }
         Ok(Self { vis, weight, used })
-    }
-
-    /// The weights \[n\].
-    #[must_use]
-    pub fn weights(&self) -> &[f32] {
-        &self.weight
-    }
-
-    /// Replace the visibilities, such as by newly calibrated ones; the weights stay.
-    ///
-    /// # Errors
-    /// A list of another length.
-    pub fn set(&mut self, vis: Vec<Complex32>) -> Result<()> {
-        let mut new = Self::new(vis, std::mem::take(&mut self.weight))?;
-        std::mem::swap(self, &mut new);
-        Ok(())
     }
 }
 

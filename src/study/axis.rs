@@ -5,7 +5,7 @@ use crate::{ChainError, Result};
 /// One value of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisValue {
-    /// As a person writes it, such as `20deg` or `vla-c`.
+    /// As it is written in the configuration, such as `20deg` or `vla-c`.
     pub text: String,
     /// The number in it, in the unit of the axis; `None` on axes of names.
     pub number: Option<f64>,
@@ -23,7 +23,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis of values as people write them. Where all are numbers of one unit, the axis is one of numbers.
+    /// An axis of values as they are written. Where all are numbers of one unit, the axis is numeric.
     ///
     /// # Errors
     /// No value, or the same value twice.
@@ -75,7 +75,7 @@ pub struct Grid {
     pub axes: Vec<Axis>,
 }
 
-/// Points of a grid at most: beyond this the tables alone fill a memory.
+/// Points of a grid at most: the tables of more points would not fit into the memory.
 const MOST_POINTS: usize = 1_000_000;
 
 impl Grid {

@@ -1,4 +1,4 @@
-//! The error-free observation of a point of the grid, and the image that its trials are held against.
+//! The error-free observation of a point of the grid, and the image with which its trials are compared.
 
 use crate::imaging::major::{CleanOptions, clean};
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
@@ -22,12 +22,12 @@ pub enum Antennas {
     Random(usize),
 }
 
-/// How the images of a study are deconvolved, and what they are held against.
+/// How the images of a study are deconvolved, and with what they are compared.
 #[derive(Debug, Clone)]
 pub enum Deconvolution {
-    /// CLEAN, held against the restored image of the error-free data.
+    /// CLEAN, compared with the restored image of the error-free data.
     Clean(CleanOptions),
-    /// Maximum entropy: the unconvolved image, held against the scene itself on the same grid \[m, l\], in the unit of the image.
+    /// Maximum entropy: the unconvolved image, compared with the scene itself on the same grid \[m, l\], in the unit of the image.
     Mem(Array2<f64>),
 }
 
@@ -35,7 +35,7 @@ pub enum Deconvolution {
 pub(super) struct Seen {
     /// Restored by CLEAN, unconvolved by maximum entropy; without a constant that was added back \[m, l\].
     pub(super) image: Array2<f64>,
-    /// Rms of what it leaves of the dirty image.
+    /// Rms of the residual image.
     pub(super) residual_rms: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct Base {
     reference: OnceLock<Arc<Reference>>,
 }
 
-/// The image that the errors spoil.
+/// The image without errors.
 #[derive(Debug, Clone)]
 pub struct Reference {
     /// The restored image of the error-free data, without a constant that images add back, or the scene \[m, l\].
@@ -62,9 +62,9 @@ pub struct Reference {
     pub imaging: ImagingOptions,
 }
 
-/// Evaluations of maximum entropy on data with gain errors, which no image explains.
+/// Evaluations of maximum entropy at most on data with gain errors: no image explains these, so the solver would not end.
 const HOPELESS: usize = 40;
-/// Part of the peak above which a pixel belongs to the source.
+/// Fraction of the peak above which a pixel belongs to the source.
 pub const ON_SOURCE: f64 = 1e-3;
 
 impl Base {
@@ -91,7 +91,7 @@ impl Base {
     /// The image of the error-free data, made when it is first asked for.
     ///
     /// # Errors
-    /// Whatever keeps an image from being made; an image without a source.
+    /// The image cannot be made, or shows no source.
     pub fn reference(&self) -> Result<Arc<Reference>> {
         if let Some(r) = self.reference.get() {
             return Ok(r.clone());
@@ -162,7 +162,7 @@ fn subset(set: &VisibilitySet, chosen: &[usize]) -> Result<VisibilitySet> {
     }
     let mut coverage: UvCoverage = from.coverage.select(&rows)?;
     for ant in coverage.ant1.iter_mut().chain(&mut coverage.ant2) {
-        *ant = at(*ant).unwrap_or_default();
+        *ant = at(*ant).ok_or_else(|| ChainError::Incompatible(format!("a row names antenna {ant}, which is not among those chosen")))?;
     }
     let data = VisibilityBlock::new(
         coverage,
@@ -191,7 +191,7 @@ pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, ho
     }
 }
 
-/// What a trial looks at in the images of self-calibration.
+/// The image of a trial from the products of self-calibration.
 pub(super) fn seen(products: &CleanProducts, how: &Deconvolution) -> Seen {
     let image = match how {
         Deconvolution::Clean(_) => plane(&products.restored),

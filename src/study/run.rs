@@ -34,14 +34,14 @@ impl Study {
     }
 }
 
-/// Time between two words on the time left.
+/// Time between two messages about the time left.
 const TELL_EVERY: Duration = Duration::from_secs(10);
 
-/// Run the trials that are not in `done` on so many threads and hand each result with its index to `each`, on the calling thread, in the
-/// order in which they finish. Every trial runs on a rayon pool of one thread, so that sums are never shared out differently.
+/// Run the trials that are not in `done` on `threads` threads. Each result and its index go to `each`, on the calling thread, in the order
+/// in which the trials finish. Every trial runs on a rayon pool of one thread, so that sums always have the same order.
 ///
 /// # Errors
-/// The first error of a trial (with its point and seed) or of `each`; a request to stop. Trials that were finished have been handed on.
+/// The first error of a trial (with its point and seed) or of `each`; a request to stop. Results of finished trials have been given to `each`.
 pub fn run(
     study: &Study,
     done: &BTreeSet<usize>,

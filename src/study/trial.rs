@@ -36,7 +36,7 @@ pub struct SelfcalPlan {
     pub rounds: RoundOptions,
 }
 
-/// How good an image and its gains are.
+/// The quality of an image and its gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
     /// Peak of the restored image over its rms off the source; over the rms of the residual where the source fills nine tenths of it.
@@ -83,7 +83,7 @@ impl Quality {
     }
 }
 
-/// What a trial found.
+/// The result of a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrialResult {
     /// The corrupted data as they are.
@@ -92,7 +92,7 @@ pub struct TrialResult {
     pub after: Option<Quality>,
     /// Rounds of self-calibration.
     pub rounds: usize,
-    /// Why self-calibration failed, or what makes it doubtful; empty for nothing.
+    /// Why self-calibration failed or is doubtful; empty otherwise.
     pub note: String,
 }
 

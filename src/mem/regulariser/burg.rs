@@ -3,7 +3,7 @@
 use super::penalty::Regulariser;
 use ndarray::{Array2, Zip};
 
-/// Parts of the prior below which a pixel counts as this much: the second derivative grows as 1 / I^2.
+/// Pixels below this fraction of the prior count as this fraction: the second derivative grows as 1 / I^2.
 const FLOOR: f64 = 1e-100;
 
 /// The entropy of a Gaussian field with the image as its variance; it favours peaks more than the relative entropy does.

@@ -1,4 +1,4 @@
-//! The sum of the image: what an l1 norm is where all pixels are positive.
+//! The sum of the image, which is its l1 norm since all pixels are positive.
 
 use super::penalty::Regulariser;
 use ndarray::Array2;

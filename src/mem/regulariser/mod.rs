@@ -1,4 +1,4 @@
-//! What makes one image better than another where the data leave a choice: penalties on a positive image, one a file, and their sum.
+//! Penalties that choose among the positive images that fit the data, one a file, and their weighted sum.
 //!
 //! A penalty is the negative of an entropy, has the unit of flux, and is smallest at the most featureless image.
 

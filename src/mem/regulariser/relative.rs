@@ -3,7 +3,7 @@
 use super::penalty::Regulariser;
 use ndarray::{Array2, Zip};
 
-/// Images below this part of the prior count as this much, so that no logarithm is of 0.
+/// Pixels below this fraction of the prior count as this fraction, so that the logarithm of 0 is never taken.
 const FLOOR: f64 = 1e-250;
 
 /// The entropy of configurations, with a prior image.

@@ -36,7 +36,7 @@ pub fn entropy_by_name(name: &str) -> Result<&'static Entry> {
     })
 }
 
-/// Refuse a prior that no positive image can be compared with.
+/// Refuse a prior with pixels that are not positive.
 ///
 /// # Errors
 /// A pixel that is not positive and finite, inside the mask where there is one.

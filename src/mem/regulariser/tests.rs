@@ -65,7 +65,7 @@ fn bad_priors_weights_and_names_are_refused() {
         let mut prior = Array2::ones((2, 3));
         prior[(1, 2)] = v;
         let text = check_prior(&prior, None).unwrap_err().to_string();
-        assert!(text.contains("--prior") && text.contains("column 2, row 1"), "{text}");
+        assert!(text.contains("prior") && text.contains("column 2, row 1"), "{text}");
         let mut inside = Array2::from_elem((2, 3), true);
         inside[(1, 2)] = false;
         assert!(check_prior(&prior, Some(&inside)).is_ok());

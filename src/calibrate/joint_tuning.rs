@@ -1,0 +1,57 @@
+//! Constants of the joint solution of image and gains, each with its reason.
+//!
+//! `docs/algorithms/heuristics.md` lists how far the image moves when each is halved and doubled.
+
+/// One stage: the strength of the data against the entropy is held for some steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointStep {
+    /// lambda times the sum of the weights times the square of the mean prior. At 1 the data and the entropy of a mean pixel pull equally.
+    pub strength: f64,
+    /// Steps of the image.
+    pub steps: usize,
+}
+
+/// The stages of a joint solution and the way to its prior.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointSchedule {
+    /// The stages. The first two and the third have the data below the entropy, so that the image is smooth and the gains cannot put
+    /// errors of the phases into it. After the first the image moves to the middle of the frame, after the others to where the data
+    /// show it. Then the strength grows tenfold from stage to stage: chi squared follows lambda over about as many decades as the
+    /// signal to noise ratio of a visibility squared, and the stages end as soon as chi squared is near its target.
+    pub stages: [JointStep; 7],
+    /// Chi squared over its target at which the stages end. The final solution finds lambda from there.
+    pub near: f64,
+    /// Brightness of pixels that enter the frame when the image moves, in units of the prior. A darker pixel brightens only slowly,
+    /// since its step is proportional to its root.
+    pub dark: f64,
+    /// Evaluations of a final solution at most. It ends as soon as chi squared is at its target.
+    pub final_evaluations: usize,
+    /// Final solutions. Each but the first follows a move of the image by one cell or more.
+    pub finals: usize,
+    /// Error of the transforms. It is below the noise of a visibility wherever phases can be solved at all.
+    pub epsilon: f64,
+    /// Estimates of an unknown prior at most.
+    pub priors: usize,
+    /// Flux of the first faint image over that of the prior up to which the prior is bright enough.
+    pub prior_settled: f64,
+    /// Factor on a prior that was estimated from the data. A prior below the mean brightness keeps the image from the data; one above
+    /// it has little effect, so the estimate is doubled.
+    pub brighter: f64,
+}
+
+impl Default for JointSchedule {
+    fn default() -> Self {
+        let stage = |strength, steps| JointStep { strength, steps };
+        Self {
+            stages: [stage(0.6, 15), stage(0.6, 15), stage(0.6, 8), stage(6.0, 15), stage(60.0, 20), stage(600.0, 20), stage(6000.0, 20)],
+            near: 1.5,
+            dark: 0.1,
+            final_evaluations: 60,
+            finals: 3,
+            epsilon: 1e-4,
+            priors: 4,
+            prior_settled: 1.1,
+            brighter: 2.0,
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! The rounds of self-calibration: what each does, and who makes its model.
+
+use super::model::ModelVisibilities;
+use super::options::GainMode;
+use super::selfcal_tuning::SelfcalTuning;
+use crate::Result;
+use crate::closure::SolutionInterval;
+use crate::progress::Observer;
+use cittert_arrays::VisibilitySource;
+
+/// Numbers by which the image of a round is judged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelMetrics {
+    /// Peak of the image.
+    pub peak: f64,
+    /// Rms of the residual image.
+    pub residual_rms: f64,
+    /// Flux in the model.
+    pub model_flux: f64,
+    /// Components or iterations that made the model.
+    pub iterations: usize,
+}
+
+impl ModelMetrics {
+    /// Peak over residual rms, by which rounds are judged.
+    #[must_use]
+    pub fn dynamic_range(&self) -> f64 {
+        if self.residual_rms > 0.0 { self.peak / self.residual_rms } else { 0.0 }
+    }
+}
+
+/// Something that makes a model of the sky from calibrated data, and predicts its visibilities.
+pub trait ModelMaker: ModelVisibilities {
+    /// Image and deconvolve. [`ModelVisibilities::predict`] uses the new model from then on.
+    ///
+    /// # Errors
+    /// Whatever keeps an image from being made.
+    fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics>;
+
+    /// The present images are the best so far: keep them.
+    fn remember(&mut self) {}
+
+    /// Go back to the images last remembered.
+    fn recall(&mut self) {}
+}
+
+/// What one round does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RoundPlan {
+    /// What is solved for.
+    pub mode: GainMode,
+    /// How long a solution holds.
+    pub solint: SolutionInterval,
+    /// The model stops at this fraction of the peak of the image. It is high at first, so that errors of the uncalibrated image do not
+    /// enter the model, and lower from round to round, so that more of the source enters it. 0 leaves the depth to the maker.
+    pub depth: f64,
+    /// True in the last planned rounds, in which the model may go to its final depth. In all others a maker takes a short step from
+    /// its present model. Many short steps with a gain solution after each find both image and gains; a few deep images would take
+    /// errors for structure.
+    pub last: bool,
+}
+
+/// Rounds of a mode at an interval: phases first; with amplitudes, a last third (at least one round) of amplitude and phase.
+///
+/// With `shrink`, schedules of four phase rounds or more begin with intervals of four and two times `solint`. This helps with weak
+/// sources whose phases drift slowly. It does harm where the phases change within the longer intervals.
+#[must_use]
+pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, shrink: bool) -> Vec<RoundPlan> {
+    tuned_schedule(mode, solint, rounds, shrink, &SelfcalTuning::default())
+}
+
+/// As [`schedule`], with other depths.
+#[must_use]
+pub fn tuned_schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, shrink: bool, tuning: &SelfcalTuning) -> Vec<RoundPlan> {
+    let rounds = rounds.max(1);
+    let amplitude = if mode == GainMode::AmpPhase && rounds > 1 { (rounds / 3).max(1) } else { 0 };
+    let first = if mode == GainMode::AmpPhase && rounds > 1 { GainMode::Phase } else { mode };
+    let phase = rounds - amplitude;
+    (0..rounds)
+        .map(|i| {
+            let amp = i >= phase;
+            let (at, of) = if amp { (i - phase, amplitude) } else { (i, phase) };
+            let longer = if shrink && of >= 4 && !amp { [4.0, 2.0][..].get(at).copied().unwrap_or(1.0) } else { 1.0 };
+            let solint = match solint {
+                SolutionInterval::Seconds(s) => SolutionInterval::Seconds(s * longer),
+                other => other,
+            };
+            // The last two images are deep, so that the gains that are kept are solved against a deep model too.
+            let last = i + 1 == rounds || (rounds >= 3 && i + 2 == rounds);
+            // Each round lowers the errors severalfold, so that its image can be trusted to a lower level.
+            let depth = if last { 0.0 } else { tuning.first_depth * tuning.deeper.powi(-(i.min(100) as i32) - 1) };
+            RoundPlan { mode: if amp { mode } else { first }, solint, depth, last }
+        })
+        .collect()
+}

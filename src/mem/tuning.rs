@@ -1,0 +1,89 @@
+//! Constants that steer the solvers of maximum entropy, each with its reason.
+//!
+//! The solvers stop where chi squared and the KKT residual meet their goals. These constants change the way to that point and hardly
+//! the point itself: `docs/algorithms/heuristics.md` lists how far the image moves when each is halved and doubled.
+
+/// Constants of the solvers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MemTuning {
+    /// How lambda moves from step to step.
+    pub control: MemControl,
+    /// Bounds of a step of the solver of Cornwell and Evans.
+    pub vtess: VtessControl,
+    /// Softening of the total variation, in units of the mean prior. Differences between pixels below it count as their square. It must
+    /// be well below the brightness of the structure and above rounding; a hundredth of the mean is both.
+    pub softening: f64,
+}
+
+impl Default for MemTuning {
+    fn default() -> Self {
+        Self { control: MemControl::default(), vtess: VtessControl::default(), softening: 0.01 }
+    }
+}
+
+/// How lambda, the multiplier of chi squared, moves from step to step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MemControl {
+    /// Largest factor of lambda in one step far from the target. A Newton step follows a change of this size to within `followed`.
+    pub rise: f64,
+    /// Least factor of such a step: an image that is nearly at the target must not wait for ever.
+    pub least_rise: f64,
+    /// KKT residual below which the image has followed the last change of lambda half way, so that lambda may rise again.
+    pub followed: f64,
+    /// KKT residual below which chi squared is what it will stay at this lambda, so that its response to lambda can be measured.
+    pub settled: f64,
+    /// Departure of chi squared from its target, relative, within which a power law chi2 ~ lambda^p holds.
+    pub near: f64,
+    /// Largest factor of lambda by the power law: its exponent comes from two points alone.
+    pub jump: f64,
+    /// Part of the tolerance of chi squared within which lambda rests, so that the goal is met with a margin.
+    pub dead_band: f64,
+    /// Exponent of the excess of chi squared by which lambda rises close to the target, while the power law is not known.
+    pub trim_up: f64,
+    /// KKT residual below which it does so.
+    pub trim_up_kkt: f64,
+    /// Exponent of the excess by which lambda falls, while the power law is not known.
+    pub trim_down: f64,
+    /// KKT residual below which it does so.
+    pub trim_down_kkt: f64,
+}
+
+impl Default for MemControl {
+    fn default() -> Self {
+        Self {
+            rise: 4.0,
+            least_rise: 1.03,
+            followed: 0.5,
+            settled: 0.03,
+            near: 0.2,
+            jump: 3.0,
+            dead_band: 0.6,
+            trim_up: 1.3,
+            trim_up_kkt: 0.05,
+            trim_down: 1.5,
+            trim_down_kkt: 0.2,
+        }
+    }
+}
+
+/// Bounds of a step of the solver of Cornwell and Evans: beyond them the quadratic model does not hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VtessControl {
+    /// Squared length of the gradient after a change of the multipliers over the sum of the squared lengths of its two sides.
+    pub growth: f64,
+    /// Largest factor of lambda in one step.
+    pub rise: f64,
+    /// Largest fraction of a pixel that a step may take away; below 1, so that the pixel stays positive.
+    pub loss: f64,
+    /// Largest increase of a pixel in one step, in units of its value.
+    pub gain: f64,
+    /// Departure of chi squared from its target, in units of the tolerance, below which the rule of [`MemControl`] replaces the
+    /// prediction: there the error of the prediction is as large as the departure.
+    pub close: f64,
+}
+
+impl Default for VtessControl {
+    fn default() -> Self {
+        Self { growth: 4.0, rise: 5.0, loss: 0.9, gain: 8.0, close: 20.0 }
+    }
+}
