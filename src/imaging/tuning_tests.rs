@@ -71,7 +71,7 @@ fn rms(a: &Array2<f64>) -> f64 {
 fn error(case: &Case, algorithm: &str, tuning: CleanTuning) -> f64 {
     let mut set = case.set.clone();
     let mut imager = Imager::new(&mut set, options(), &Silent).unwrap();
-    let algorithm = by_name(algorithm).unwrap();
+    let algorithm = by_name(algorithm).unwrap().into();
     let opts = CleanOptions { algorithm, niter: 1500, nsigma: 4.0, auto_mask: Some(5.0), max_major: 20, tuning, ..CleanOptions::default() };
     let out = clean(&mut imager, &opts, &Silent).unwrap();
     rms(&(&out.restored.plane(0, 0) - &case.truth)) / rms(&case.truth)
