@@ -7,4 +7,5 @@ mod mem;
 mod physics;
 mod run;
 mod scenes;
+mod shell;
 mod study;
