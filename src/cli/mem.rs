@@ -51,7 +51,7 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     }
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(UNCERTAINTY))?;
-    context.log_cycles(args.log.as_deref(), &args.out)?;
+    super::cycle_log::open(args.log.as_deref(), &args.out, context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let noise = noise(&args.mem, source.as_mut(), context).context(&what)?;

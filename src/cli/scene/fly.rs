@@ -1,6 +1,6 @@
 //! `scene fly`: frames of a moving camera in the real-time mode, and a film of them.
 
-use super::solids::MeshArgs;
+use super::image::MeshArgs;
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::cli::options::{TracerArgs, read_scene, scene_text};

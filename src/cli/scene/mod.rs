@@ -6,6 +6,7 @@ mod bistatic;
 mod convert;
 mod emissivity;
 mod fly;
+mod image;
 mod list;
 mod material;
 mod path;
@@ -26,7 +27,7 @@ use clap::Subcommand;
 #[derive(Debug, Subcommand)]
 pub(crate) enum SceneCommand {
     /// Render a scene description (or read a PNG or FITS scene) into a FITS image in K.
-    Render(Box<render::RenderArgs>),
+    Render(Box<image::RenderArgs>),
     /// Render the frames of a camera that moves through a scene of solids, and a film of them.
     Fly(Box<fly::FlyArgs>),
     /// Convert a scene of solids between TOML and the text of bodies and regions.

@@ -1,36 +1,16 @@
 //! `scene render` for scenes of solids: the full model with its maps, or the real-time mode with its error.
 
-use super::render::{Mode, RenderArgs, outcome};
+use super::image::{Mode, RenderArgs, outcome};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::progress::{Event, Observer};
-use cittert_arrays::quantity::Temperature;
 use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyGrid, SpectralWindow};
 use cittert_phenomenology::camera::Projection;
-use cittert_phenomenology::trace::{MeshOptions, Picture, error_map};
+use cittert_phenomenology::trace::{Picture, error_map};
 use cittert_phenomenology::{RenderOptions, SolidScene, Tracer, View};
-use clap::Args;
 use ndarray::{Array2, Axis};
 use std::path::Path;
 use std::time::Instant;
-
-/// The mesh of the real-time mode.
-#[derive(Debug, Clone, Copy, Args)]
-pub(crate) struct MeshArgs {
-    /// Real-time mode: side of the largest squares of the mesh, pixels (1, 2, 4, 8, 16 or 32).
-    #[arg(long, value_name = "N", default_value_t = 4)]
-    step: usize,
-    /// Real-time mode: a square whose corners differ by more than this is split.
-    #[arg(long, value_name = "TEMP", default_value = "6K")]
-    spread: Temperature,
-}
-
-impl MeshArgs {
-    /// The options of a frame.
-    pub(super) fn options(self, antialias: bool) -> MeshOptions {
-        MeshOptions { step: self.step, spread_k: self.spread.si(), antialias }
-    }
-}
 
 /// Render a scene of solids.
 ///
