@@ -49,7 +49,7 @@ const COMPONENTS: &str = "-components.csv";
 pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(COMPONENTS))?;
-    context.log_cycles(args.log.as_deref(), &args.out)?;
+    super::cycle_log::open(args.log.as_deref(), &args.out, context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let options = args.imaging.clone();

@@ -1,8 +1,6 @@
 //! What every subcommand shares: the options of the whole program, and the form of a result.
 
 use super::console::Console;
-use super::failure::{Failure, Result};
-use super::options::OutputArgs;
 use std::path::{Path, PathBuf};
 
 /// The result of a command: JSON for programs, text for people.
@@ -47,18 +45,6 @@ impl Context {
     #[must_use]
     pub fn history(&self) -> String {
         format!("cittert {}: {}", env!("CARGO_PKG_VERSION"), self.command_line)
-    }
-
-    /// Write each cycle or step as one line of JSON to `path`, where a path is given.
-    ///
-    /// # Errors
-    /// A file that may not be replaced, or an error of the file system.
-    pub fn log_cycles(&self, path: Option<&Path>, out: &OutputArgs) -> Result<()> {
-        let Some(path) = path else { return Ok(()) };
-        out.check(path)?;
-        let file = std::fs::File::create(path).map_err(|e| Failure::message(format!("{}: cannot write the log: {e}", path.display())))?;
-        self.console.log_cycles(file);
-        Ok(())
     }
 }
 

@@ -14,6 +14,7 @@ mod console;
 mod context;
 mod convert;
 mod corrupt;
+mod cycle_log;
 mod dirty;
 mod failure;
 mod grid;

@@ -8,4 +8,5 @@ mod options;
 mod physics;
 mod run;
 mod scenes;
+mod shell;
 mod study;

@@ -52,7 +52,7 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     }
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(UNCERTAINTY))?;
-    context.log_cycles(args.log.as_deref(), &args.out)?;
+    super::cycle_log::open(args.log.as_deref(), &args.out, context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     args.mem.check().map_err(Failure::call)?;

@@ -1,4 +1,4 @@
-//! `scene convert`: a scene of solids between TOML and the text of bodies and regions; `scene schema`: the keys of the TOML.
+//! `scene convert`: convert a scene of solids between TOML and the text of bodies and regions. `scene schema`: the keys of the TOML.
 
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result};
@@ -13,13 +13,13 @@ use std::path::PathBuf;
 /// Options of `scene convert`.
 #[derive(Debug, Args)]
 pub(crate) struct ConvertArgs {
-    /// Scene of solids (TOML), or a bare text of bodies and regions; its content tells which.
+    /// Scene of solids (TOML), or text of bodies and regions. The format is recognised by the content.
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// File to write: TOML if its name ends in .toml, else the text of bodies and regions.
+    /// File to write: TOML if its name ends in .toml, otherwise the text of bodies and regions.
     #[arg(value_name = "OUT")]
     output: PathBuf,
-    /// Name of the scene, if a text becomes a TOML [default: the name of the input].
+    /// Name of the scene, where a text is converted to TOML [default: the name of the input].
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
     /// Replace an output that exists.
@@ -27,11 +27,11 @@ pub(crate) struct ConvertArgs {
     overwrite: bool,
 }
 
-/// Convert a scene. A text holds bodies and regions with the names of their surfaces: assemblies are placed, and camera, ground,
-/// air, layers and the surfaces of single faces stay behind.
+/// Convert a scene. A text holds bodies, regions and the names of their surfaces. Assemblies are therefore written as placed bodies, and
+/// camera, ground, atmosphere, layers and the surfaces of single faces are not written.
 ///
 /// # Errors
-/// A scene that is wrong, with the line, or what the disk says.
+/// A scene that is wrong, with the line, or an error of the file system.
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite };
     out.check(&args.output)?;
@@ -40,12 +40,12 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let to_toml = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     let (written, bodies, regions) = if looks_like_bodies(&text) {
         let model = read_text(&text, 1).context(named())?;
-        // Names are looked up before anything is written.
+        // This checks the names before anything is written.
         Geometry::new(model.bodies.clone(), model.regions.clone()).context(named())?;
-        let stem = args.input.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let name = args.name.clone().unwrap_or(stem);
+        let stem = || args.input.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = args.name.clone().unwrap_or_else(stem);
         let written = if to_toml {
-            context.console.note("camera, ground and air are left to be added; surfaces that name no material are black");
+            context.console.note("the TOML has no camera, ground and atmosphere yet; surfaces whose names are no material are black");
             SceneFile::of_text(&name, &model).to_toml().context(named())?
         } else {
             write_text(&model.bodies, &model.regions, &model.surfaces)
@@ -53,7 +53,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         (written, model.bodies.len(), model.regions.len())
     } else {
         if args.name.is_some() {
-            return Err(Failure::usage("--name is for a text of bodies and regions; a TOML has a name"));
+            return Err(Failure::usage("--name is for a text of bodies and regions; a scene in TOML has a name already"));
         }
         let scene = SolidScene::from_toml_with(&text, &pictures_beside(&args.input)).context(named())?;
         let written = if to_toml { scene.to_toml().context(named())? } else { scene.to_text() };

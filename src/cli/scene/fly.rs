@@ -1,6 +1,6 @@
-//! `scene fly`: the pictures of a moving camera by the real-time mode, and a film of them.
+//! `scene fly`: frames of a moving camera in the real-time mode, and a film of them.
 
-use super::solids::MeshArgs;
+use super::image::MeshArgs;
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::cli::options::{TracerArgs, read_scene, scene_text};
@@ -22,22 +22,22 @@ pub(crate) struct FlyArgs {
     /// Path of the camera: key frames with time_s, position_m and look_at_m, and frames_per_second (TOML).
     #[arg(value_name = "PATH.toml")]
     path: PathBuf,
-    /// Scene of solids [default: the one that the path names, beside it].
+    /// Scene of solids [default: the scene that the path file names, in the folder of the path file].
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// Pixels along each side of a frame; 0 for those of the scene's camera.
+    /// Pixels along each side of a frame; 0 takes the number of pixels of the scene's camera.
     #[arg(long, value_name = "N", default_value_t = 256)]
     size: usize,
     /// Frequency.
     #[arg(long, value_name = "FREQ", default_value = "94GHz")]
     freq: Frequency,
-    /// Temperature of black [default: the 0.5 % point of the first frame].
+    /// Temperature that is drawn black [default: the 0.5th percentile of the first frame].
     #[arg(long, value_name = "TEMP")]
     black: Option<Temperature>,
-    /// Temperature of white [default: the 99.5 % point of the first frame].
+    /// Temperature that is drawn white [default: the 99.5th percentile of the first frame].
     #[arg(long, value_name = "TEMP")]
     white: Option<Temperature>,
-    /// Write no film, even where ffmpeg is found.
+    /// Write no film, even where ffmpeg is installed.
     #[arg(long)]
     no_video: bool,
     #[command(flatten)]
@@ -54,16 +54,16 @@ pub(crate) struct FlyArgs {
 
 /// Name of the film in the folder.
 const FILM: &str = "flight.mp4";
-/// Name of the numbers in the folder; a folder without it is not replaced.
+/// Name of the file of numbers in the folder. A folder without this file is not replaced.
 const NUMBERS: &str = "flight.json";
 
-/// Fly along a path: frame-00000.png and so on, flight.mp4, and flight.json with the numbers.
+/// Render the frames along a path: frame-00000.png and so on, flight.mp4, and flight.json with the numbers.
 ///
 /// # Errors
-/// A path or scene that is wrong, a camera that runs into something, or what the disk says.
+/// A path or scene that is wrong, a camera inside a solid, or an error of the file system.
 pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     if args.tracer.pol.len() != 1 {
-        return Err(Failure::usage("scene fly shows one plane; give one --pol"));
+        return Err(Failure::usage("scene fly renders one plane; give one --pol"));
     }
     let flight = Flight::from_toml(&scene_text(&args.path)?).context(args.path.display())?;
     let scene = scene(args, &flight)?;
@@ -79,23 +79,31 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let mesh = args.mesh.options(options.antialias > 1);
 
     context.console.event(Event::Phase { name: "flying", total: Some(cameras.len() as u64), unit: "frames" });
-    let (mut seconds, mut rays, mut scale) = (0.0, 0_usize, None);
+    let (mut seconds, mut rays) = (0.0, 0_usize);
+    let mut scale: Option<GreyScale> = None;
     for (k, camera) in cameras.iter().enumerate() {
         let started = Instant::now();
         let frame = tracer.frame(&View::of_camera(camera)?, &mesh).context(format!("frame {k}"))?;
         seconds += started.elapsed().as_secs_f64();
         rays += frame.rays;
-        let (low, high) = *scale.get_or_insert_with(|| ends(frame.temperature_k.iter().copied().collect(), args));
-        std::fs::write(folder.path().join(format!("frame-{k:05}.png")), plot::grey(frame.temperature_k.view(), low, high)?)?;
+        let grey = match scale {
+            Some(grey) => grey,
+            None => GreyScale::new(frame.temperature_k.iter().copied().collect(), args)?,
+        };
+        scale = Some(grey);
+        std::fs::write(
+            folder.path().join(format!("frame-{k:05}.png")),
+            plot::grey(frame.temperature_k.view(), grey.black_k, grey.white_k)?,
+        )?;
         context.console.event(Event::Advance(1));
     }
     context.console.event(Event::Done);
     let film = !args.no_video && film(folder.path(), flight.frames_per_second, context);
     let rate = cameras.len() as f64 / seconds;
-    let (low, high) = scale.unwrap_or((0.0, 0.0));
+    let Some(grey) = scale else { return Err(Failure::message(format!("{}: the path has no frame", args.path.display()))) };
     let json = json!({
         "output": args.output, "frames": cameras.len(), "frames_per_second": rate, "seconds": seconds, "rays": rays,
-        "size": base.size_px, "black_k": low, "white_k": high, "video": film.then(|| args.output.join(FILM)),
+        "size": base.size_px, "black_k": grey.black_k, "white_k": grey.white_k, "video": film.then(|| args.output.join(FILM)),
         "history": context.history(),
     });
     std::fs::write(folder.path().join(NUMBERS), serde_json::to_vec_pretty(&json)?)?;
@@ -118,30 +126,47 @@ fn scene(args: &FlyArgs, flight: &Flight) -> Result<SolidScene> {
         (Some(path), _) => path.clone(),
         (None, Some(name)) => args.path.parent().unwrap_or(Path::new("")).join(name),
         (None, None) => {
-            return Err(Failure::usage(format!("{}: it names no scene; write scene = \"...\" or give --scene", args.path.display())));
+            return Err(Failure::usage(format!(
+                "{}: the path file names no scene; write scene = \"...\" in it, or give --scene",
+                args.path.display()
+            )));
         }
     };
     match read_scene(&path)? {
         Scene::Solids(scene) => args.tracer.scene(*scene),
-        _ => Err(Failure::usage(format!("{}: a camera can only fly through a scene of solids", path.display()))),
+        _ => Err(Failure::usage(format!("{}: this is not a scene of solids, which scene fly needs", path.display()))),
     }
 }
 
-/// Temperatures of black and white.
-fn ends(mut values: Vec<f64>, args: &FlyArgs) -> (f64, f64) {
-    values.sort_by(f64::total_cmp);
-    let at = |share: f64| values.get((share * values.len() as f64) as usize).copied().unwrap_or(0.0);
-    let low = args.black.map_or_else(|| at(0.005), |t| t.si());
-    let high = args.white.map_or_else(|| at(0.995), |t| t.si());
-    (low, if high > low { high } else { low + 1.0 })
+/// Temperatures that are drawn black and white.
+#[derive(Debug, Clone, Copy)]
+struct GreyScale {
+    black_k: f64,
+    white_k: f64,
 }
 
-/// A film of the frames in a folder; `false` where ffmpeg is missing or fails, and then it is said.
+impl GreyScale {
+    /// The given temperatures, or percentiles of the first frame.
+    fn new(mut values: Vec<f64>, args: &FlyArgs) -> Result<Self> {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((share * values.len() as f64) as usize).min(values.len() - 1)];
+        let black_k = args.black.map_or_else(|| at(0.005), Temperature::si);
+        let white_k = args.white.map_or_else(|| at(0.995), Temperature::si);
+        let given = args.black.is_some() || args.white.is_some();
+        if given && !(white_k > black_k) {
+            return Err(Failure::usage(format!("black is {black_k} K and white is {white_k} K, expected white above black")));
+        }
+        // A first frame of one temperature has no range of its own.
+        Ok(Self { black_k, white_k: if white_k > black_k { white_k } else { black_k + 1.0 } })
+    }
+}
+
+/// Make a film of the frames in a folder. The result is `false` where ffmpeg is missing or fails, and a message says so.
 fn film(folder: &Path, frames_per_second: f64, context: &Context) -> bool {
     let done = Command::new("ffmpeg")
         .current_dir(folder)
         .args(["-hide_banner", "-loglevel", "error", "-framerate", &frames_per_second.to_string(), "-i", "frame-%05d.png"])
-        // Players want even sides and colours of half the resolution.
+        // Many players need even sides and colours of half the resolution.
         .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", FILM])
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -153,7 +178,7 @@ fn film(folder: &Path, frames_per_second: f64, context: &Context) -> bool {
             false
         }
         Err(_) => {
-            context.console.note("no film: ffmpeg is not installed; the frames are there");
+            context.console.note("no film: ffmpeg is not installed; the frames are written");
             false
         }
     }

@@ -1,4 +1,4 @@
-//! `scene`: brightness scenes, and the physics behind them as tables.
+//! `scene`: render scenes, and print the physics behind them as tables.
 
 mod air;
 mod attenuation;
@@ -6,6 +6,7 @@ mod bistatic;
 mod convert;
 mod emissivity;
 mod fly;
+mod image;
 mod list;
 mod material;
 mod path;
@@ -22,39 +23,39 @@ use super::context::{Context, Outcome};
 use super::failure::Result;
 use clap::Subcommand;
 
-/// What to do with a scene: one row each, one file each beside this one.
+/// The subcommands of `scene`. Each is one row here and one file beside this one.
 #[derive(Debug, Subcommand)]
 pub(crate) enum SceneCommand {
     /// Render a scene description (or read a PNG or FITS scene) into a FITS image in K.
-    Render(Box<render::RenderArgs>),
-    /// The pictures of a camera that moves through a scene of solids, and a film of them.
+    Render(Box<image::RenderArgs>),
+    /// Render the frames of a camera that moves through a scene of solids, and a film of them.
     Fly(Box<fly::FlyArgs>),
-    /// A scene of solids between TOML and the text of bodies and regions.
+    /// Convert a scene of solids between TOML and the text of bodies and regions.
     Convert(convert::ConvertArgs),
     /// Print the JSON schema of a scene of solids.
     Schema,
-    /// What rays hit and where points lie in a scene of solids, as CSV.
+    /// Print which surfaces rays hit, or in which regions points lie, as CSV.
     Probe(probe::ProbeArgs),
-    /// Sky temperatures against zenith angle, as CSV.
+    /// Print sky temperatures against zenith angle as CSV.
     Sky(sky::SkyArgs),
-    /// Specific attenuation of air, cloud and rain, as CSV.
+    /// Print the specific attenuation of air, cloud, ice and rain as CSV.
     Attenuation(attenuation::AttenuationArgs),
-    /// Emission and depth of the air between two heights, as CSV.
+    /// Print emission and optical depth of the air between two heights as CSV.
     Path(path::PathArgs),
-    /// Permittivity of a material, as CSV.
+    /// Print the permittivity of a material as CSV.
     Permittivity(permittivity::PermittivityArgs),
-    /// Emissivity and reflectivity of a surface, as CSV.
+    /// Print emissivity and reflectivity of a surface as CSV.
     Emissivity(emissivity::EmissivityArgs),
-    /// Bistatic scattering coefficients of a rough surface, as CSV.
+    /// Print bistatic scattering coefficients of a rough surface as CSV.
     Bistatic(bistatic::BistaticArgs),
-    /// Name the built-in atmospheres, materials, models and surfaces.
+    /// List the built-in atmospheres, materials, models and surfaces.
     List(list::ListArgs),
 }
 
 /// Run a subcommand of `scene`.
 ///
 /// # Errors
-/// Anything wrong with the scene, the values or the disk.
+/// A scene or values that are wrong, or an error of the file system.
 pub(super) fn run(command: &SceneCommand, context: &Context) -> Result<Outcome> {
     match command {
         SceneCommand::Render(args) => render::run(args, context),

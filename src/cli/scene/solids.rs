@@ -1,41 +1,21 @@
-//! `scene render` of a scene of solids: the full model with its maps, or the real-time mode with its error.
+//! `scene render` for scenes of solids: the full model with its maps, or the real-time mode with its error.
 
-use super::render::{Mode, RenderArgs, outcome};
+use super::image::{Mode, RenderArgs, outcome};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::progress::{Event, Observer};
-use cittert_arrays::quantity::Temperature;
 use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyGrid, SpectralWindow};
-use cittert_formats::fits::{ImageOptions, write_image};
 use cittert_phenomenology::camera::Projection;
-use cittert_phenomenology::trace::{Frame, MeshOptions, Picture, error_map};
+use cittert_phenomenology::trace::{Picture, error_map};
 use cittert_phenomenology::{RenderOptions, SolidScene, Tracer, View};
-use clap::Args;
 use ndarray::{Array2, Axis};
+use std::path::Path;
 use std::time::Instant;
 
-/// The mesh of the real-time mode.
-#[derive(Debug, Clone, Copy, Args)]
-pub(crate) struct MeshArgs {
-    /// Real-time mode: side of the largest squares of the mesh, pixels (1, 2, 4, 8, 16 or 32).
-    #[arg(long, value_name = "N", default_value_t = 4)]
-    step: usize,
-    /// Real-time mode: spread of the corners of a square above which it is split.
-    #[arg(long, value_name = "TEMP", default_value = "6K")]
-    spread: Temperature,
-}
-
-impl MeshArgs {
-    /// As options of a frame.
-    pub(super) fn options(self, antialias: bool) -> MeshOptions {
-        MeshOptions { step: self.step, spread_k: self.spread.si(), antialias, ..MeshOptions::default() }
-    }
-}
-
-/// Renders a scene of solids.
+/// Render a scene of solids.
 ///
 /// # Errors
-/// Options that exclude each other, a scene that cannot be rendered, or what the disk says.
+/// Options that exclude each other, a scene that cannot be rendered, or an error of the file system.
 pub(super) fn run(
     args: &RenderArgs,
     scene: SolidScene,
@@ -56,21 +36,19 @@ pub(super) fn run(
     let picture = full(&scene, &view, spectrum, &options, context).context(named())?;
     let mut image = picture.temperature.clone();
     note_projection(&mut image, args, &scene);
-    image.history.push(context.history());
-    write(args, &args.out.output, &image)?;
+    args.write(&args.out.output, &mut image, context.history())?;
     let mut outcome = outcome(&image, scene.name(), args);
     outcome.json["rays"] = picture.rays.into();
-    for (path, (plane, unit, what)) in args.maps().into_iter().zip(planes(picture)) {
-        let Some(path) = path else { continue };
-        let mut map = plane_image(&image, plane, unit)?;
-        map.history = vec![context.history(), what];
-        write(args, path, &map)?;
-        outcome = outcome.wrote(path);
+    for (path, map) in args.maps().into_iter().zip(maps(picture)) {
+        if let Some(path) = path {
+            map.write(args, path, &image, context)?;
+            outcome = outcome.wrote(path);
+        }
     }
     Ok(outcome)
 }
 
-/// Direction cosines of the asked cell, or the camera's own projection with its own or the asked number of pixels.
+/// The view on a grid of direction cosines where a cell is given, otherwise in the projection of the camera.
 fn view(args: &RenderArgs, scene: &SolidScene, center: &PhaseCenter) -> Result<View> {
     let camera = scene.camera()?;
     Ok(match (args.scene_size, args.scene_cell) {
@@ -91,7 +69,7 @@ fn full(scene: &SolidScene, view: &View, spectrum: &SpectralWindow, options: &Re
     Ok(picture?)
 }
 
-/// One frame of the real-time mode; its error if asked for.
+/// Render one frame in the real-time mode, with its error map where one is asked for.
 fn realtime(
     args: &RenderArgs,
     scene: &SolidScene,
@@ -101,7 +79,7 @@ fn realtime(
     context: &Context,
 ) -> Result<Outcome> {
     if options.polarizations.len() != 1 || options.per_channel || args.maps().iter().any(Option::is_some) {
-        return Err(Failure::usage("--mode realtime makes one plane: give one --pol, one channel, and ask --mode full for maps"));
+        return Err(Failure::usage("--mode realtime renders one plane: give one --pol and one channel, and use --mode full for maps"));
     }
     let named = || args.scene.display().to_string();
     let tracer = Tracer::new(scene, &[spectrum.mean_hz()], options).context(named())?;
@@ -109,12 +87,12 @@ fn realtime(
     let started = Instant::now();
     let frame = tracer.frame(view, &mesh).context(named())?;
     let seconds = started.elapsed().as_secs_f64();
-    let band = SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])?;
-    let mut image = frame_image(&frame, view, &band, options.polarizations[0])?;
+    let band = mean_band(spectrum)?;
+    let data = frame.temperature_k.clone().insert_axis(Axis(0)).insert_axis(Axis(0));
+    let mut image = Image::new(view.grid().clone(), band.clone(), options.polarizations.clone(), data, BrightnessUnit::Kelvin)?;
     image.object = scene.name().to_owned();
     note_projection(&mut image, args, scene);
-    image.history.push(context.history());
-    write(args, &args.out.output, &image)?;
+    args.write(&args.out.output, &mut image, context.history())?;
     let mut outcome = outcome(&image, scene.name(), args);
     outcome.json["rays"] = frame.rays.into();
     outcome.json["frame_s"] = seconds.into();
@@ -132,9 +110,8 @@ fn realtime(
             return Err(Failure::message("the frame and the full model have different sizes"));
         };
         let worst = map.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
-        let mut map = plane_image(&image, map, BrightnessUnit::Kelvin)?;
-        map.history = vec![context.history(), format!("real-time mode minus full model, K; rms {rms_k:.4} K")];
-        write(args, path, &map)?;
+        let meaning = format!("real-time mode minus full model, K; rms {rms_k:.4} K");
+        Map { plane: map, unit: BrightnessUnit::Kelvin, meaning }.write(args, path, &image, context)?;
         outcome.json["error_rms_k"] = rms_k.into();
         outcome.json["error_max_k"] = worst.into();
         outcome.text += &format!("\nreal-time mode minus full model: {rms_k:.3} K rms");
@@ -143,40 +120,42 @@ fn realtime(
     Ok(outcome)
 }
 
-fn frame_image(frame: &Frame, view: &View, band: &SpectralWindow, pol: Polarization) -> Result<Image> {
-    let data = frame.temperature_k.clone().insert_axis(Axis(0)).insert_axis(Axis(0));
-    Ok(Image::new(view.grid().clone(), band.clone(), vec![pol], data, BrightnessUnit::Kelvin)?)
+/// One channel over the whole band.
+fn mean_band(spectrum: &SpectralWindow) -> Result<SpectralWindow> {
+    Ok(SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])?)
 }
 
-fn planes(picture: Picture) -> [(Array2<f64>, BrightnessUnit, String); 3] {
+/// A plane beside the image, with the line of history that says what it means.
+struct Map {
+    plane: Array2<f64>,
+    unit: BrightnessUnit,
+    meaning: String,
+}
+
+impl Map {
+    /// Write the map on the grid of an image.
+    fn write(self, args: &RenderArgs, path: &Path, image: &Image, context: &Context) -> Result<()> {
+        let data = self.plane.insert_axis(Axis(0)).insert_axis(Axis(0));
+        let mut map = Image::new(image.grid.clone(), mean_band(&image.spectrum)?, vec![Polarization::I], data, self.unit)?;
+        map.object.clone_from(&image.object);
+        map.history.push(context.history());
+        args.write(path, &mut map, self.meaning)
+    }
+}
+
+/// Distance, angle of incidence and surface numbers, in the order of [`RenderArgs::maps`].
+fn maps(picture: Picture) -> [Map; 3] {
+    let surfaces = format!("surfaces from 1: {}; 0 is the sky", picture.material_names.join(", "));
     [
-        (picture.range_m, BrightnessUnit::Metre, "distance, m; NaN is the sky".into()),
-        (picture.incidence_deg, BrightnessUnit::Other, "angle of incidence, deg; NaN is the sky".into()),
-        (
-            picture.material.mapv(f64::from),
-            BrightnessUnit::One,
-            format!("surfaces from 1: {}; 0 is the sky", picture.material_names.join(", ")),
-        ),
+        Map { plane: picture.range_m, unit: BrightnessUnit::Metre, meaning: "distance, m; NaN is the sky".into() },
+        Map { plane: picture.incidence_deg, unit: BrightnessUnit::Other, meaning: "angle of incidence, deg; NaN is the sky".into() },
+        Map { plane: picture.material.mapv(f64::from), unit: BrightnessUnit::One, meaning: surfaces },
     ]
 }
 
-/// A plane on the grid of an image.
-fn plane_image(image: &Image, plane: Array2<f64>, unit: BrightnessUnit) -> Result<Image> {
-    let data = plane.insert_axis(Axis(0)).insert_axis(Axis(0));
-    let band = SpectralWindow::new(vec![image.spectrum.mean_hz()], vec![image.spectrum.extent_hz()])?;
-    let mut map = Image::new(image.grid.clone(), band, vec![Polarization::I], data, unit)?;
-    map.object.clone_from(&image.object);
-    Ok(map)
-}
-
-/// An image of tangents says so; all others are direction cosines.
+/// Note in the history of a pinhole image that its axes are tangents. All other images have direction cosines.
 fn note_projection(image: &mut Image, args: &RenderArgs, scene: &SolidScene) {
     if args.scene_cell.is_none() && scene.camera().is_ok_and(|c| c.projection == Projection::Pinhole) {
         image.history.push("pinhole camera: the axes are tangents, not direction cosines".into());
     }
-}
-
-fn write(args: &RenderArgs, path: &std::path::Path, image: &Image) -> Result<()> {
-    write_image(path, image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
-    Ok(())
 }

@@ -1,0 +1,130 @@
+//! The options of `scene render`, and the image that it writes and describes.
+
+use crate::cli::context::Outcome;
+use crate::cli::failure::Result;
+use crate::cli::options::{OutputArgs, TracerArgs};
+use cittert_arrays::Image;
+use cittert_arrays::quantity::{Angle, Frequency, Temperature};
+use cittert_formats::fits::{ImageOptions, write_image};
+use cittert_phenomenology::trace::MeshOptions;
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
+
+/// The mesh of the real-time mode.
+#[derive(Debug, Clone, Copy, Args)]
+pub(crate) struct MeshArgs {
+    /// Real-time mode: side of the largest squares of the mesh, pixels (1, 2, 4, 8, 16 or 32).
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    step: usize,
+    /// Real-time mode: a square whose corners differ by more than this is split.
+    #[arg(long, value_name = "TEMP", default_value = "6K")]
+    spread: Temperature,
+}
+
+impl MeshArgs {
+    /// The options of a frame.
+    pub(super) fn options(self, antialias: bool) -> MeshOptions {
+        MeshOptions { step: self.step, spread_k: self.spread.si(), antialias }
+    }
+}
+
+/// Options of `scene render`.
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// Scene description (TOML), PNG or FITS image.
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: PathBuf,
+    /// Pixels along each side of a rendered scene. Without --scene-cell they cover the field of view of its camera.
+    #[arg(long, value_name = "N")]
+    pub(super) scene_size: Option<usize>,
+    /// Size of a pixel of a PNG or of a rendered scene.
+    #[arg(long, value_name = "ANGLE")]
+    pub(super) scene_cell: Option<Angle>,
+    /// Temperature of black in a PNG.
+    #[arg(long, value_name = "TEMP")]
+    pub(super) scene_min: Option<Temperature>,
+    /// Temperature of white in a PNG.
+    #[arg(long, value_name = "TEMP")]
+    pub(super) scene_max: Option<Temperature>,
+    /// Centre of the band.
+    #[arg(long, value_name = "FREQ", default_value = "94GHz")]
+    pub(super) freq: Frequency,
+    /// Width of the band.
+    #[arg(long, value_name = "FREQ", default_value = "1GHz")]
+    pub(super) bandwidth: Frequency,
+    /// Number of channels, each rendered at its own frequency (scenes of solids).
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(super) channels: usize,
+    /// Centre of the image on the sky [default: none, the image is around a boresight].
+    #[arg(long, value_name = "RA,DEC", allow_hyphen_values = true)]
+    pub(super) phase_center: Option<String>,
+    /// full sends a ray through every pixel, and more rays on edges; realtime interpolates between fewer rays.
+    #[arg(long, value_enum, default_value_t = Mode::Full)]
+    pub(super) mode: Mode,
+    #[command(flatten)]
+    pub(super) tracer: TracerArgs,
+    #[command(flatten)]
+    pub(super) mesh: MeshArgs,
+    /// With --mode realtime: also write the difference from the full model, K, and print its rms.
+    #[arg(long, value_name = "FITS")]
+    pub(super) error_map: Option<PathBuf>,
+    /// Also write the distance to the surface in each pixel of a scene of solids, m.
+    #[arg(long, value_name = "FITS")]
+    pub(super) range: Option<PathBuf>,
+    /// Also write the angle of incidence on that surface, deg.
+    #[arg(long, value_name = "FITS")]
+    pub(super) incidence: Option<PathBuf>,
+    /// Also write the number of that surface; the history of the file lists the names.
+    #[arg(long, value_name = "FITS")]
+    pub(super) material: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) out: OutputArgs,
+}
+
+/// How a scene of solids is rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Mode {
+    /// The full model.
+    Full,
+    /// The real-time mode, which interpolates on a mesh.
+    Realtime,
+}
+
+impl RenderArgs {
+    /// Paths of the maps beside the temperature.
+    pub(super) fn maps(&self) -> [Option<&PathBuf>; 3] {
+        [self.range.as_ref(), self.incidence.as_ref(), self.material.as_ref()]
+    }
+
+    /// Write an image or a map with a last line of history.
+    pub(super) fn write(&self, path: &Path, image: &mut Image, history: String) -> Result<()> {
+        image.history.push(history);
+        Ok(write_image(path, image, ImageOptions { overwrite: self.out.overwrite, ..ImageOptions::default() })?)
+    }
+
+    /// Whether an option needs the ray tracer.
+    pub(super) fn asks_tracer(&self) -> bool {
+        self.mode == Mode::Realtime || self.error_map.is_some() || self.channels != 1 || self.maps().iter().any(Option::is_some)
+    }
+}
+
+/// The summary of an image, as text and JSON.
+pub(super) fn outcome(image: &Image, name: &str, args: &RenderArgs) -> Outcome {
+    let (min, max) = image.data.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), t| (lo.min(*t), hi.max(*t)));
+    let mean = image.data.iter().sum::<f64>() / image.data.len() as f64;
+    let pols: Vec<String> = image.polarizations.iter().map(ToString::to_string).collect();
+    let json = serde_json::json!({
+        "output": args.out.output, "name": name, "size": [image.grid.n_l, image.grid.n_m], "cell_rad": image.grid.cell_rad,
+        "unit": image.unit.bunit(), "min": min, "max": max, "mean": mean,
+        "n_freqs": image.spectrum.n_chan(), "polarizations": pols,
+    });
+    let text = format!(
+        "{}: {} x {} pixels of {}, {min:.2} to {max:.2} {}, mean {mean:.2}",
+        args.out.output.display(),
+        image.grid.n_l,
+        image.grid.n_m,
+        Angle(image.grid.cell_rad),
+        image.unit.bunit()
+    );
+    Outcome::new(json, text).wrote(&args.out.output)
+}
