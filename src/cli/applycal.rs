@@ -1,4 +1,4 @@
-//! `applycal`: gains onto or out of the data.
+//! `applycal`: remove gains from the data, or apply them.
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
@@ -16,7 +16,7 @@ pub struct ApplycalArgs {
     /// Gain table (CalH5).
     #[arg(value_name = "GAINS")]
     gains: PathBuf,
-    /// Multiply by the gains instead of dividing: put the errors back.
+    /// Multiply by the gains instead of dividing. This puts the errors into the data again.
     #[arg(long)]
     invert: bool,
     /// The gain between the middles of solution intervals.
@@ -32,7 +32,7 @@ pub struct ApplycalArgs {
 /// Apply gains to a set.
 ///
 /// # Errors
-/// Files that do not belong together, or what the disk says.
+/// The files do not belong together, or an error of the file system.
 pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     args.out.check(path)?;
@@ -47,7 +47,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
         flag_unsolved: !args.keep_unsolved,
     };
     let what = format!("applying {} to {}", args.gains.display(), args.input.display());
-    // Refuse what does not match before an output is begun.
+    // Check that table and data match before the output is created.
     crate::calibrate::GainApplier::new(&table, &header, options).context(&what)?;
     if !missing.is_empty() {
         let fate = if args.keep_unsolved { "pass as they are" } else { "are flagged" };
@@ -66,6 +66,6 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
         "n_antennas_without_gain": missing.len(), "inverted": args.invert,
     });
     let verb = if args.invert { "multiplied by gains" } else { "calibrated" };
-    let text = format!("{}: {} visibilities {verb}, {} flagged for want of a gain", path.display(), counts.applied, counts.flagged);
+    let text = format!("{}: {} visibilities {verb}, {} flagged because they have no gain", path.display(), counts.applied, counts.flagged);
     Ok(Outcome::new(json, text).wrote(path))
 }

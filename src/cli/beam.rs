@@ -18,7 +18,7 @@ pub struct BeamArgs {
 /// Make the dirty beam and write it as FITS.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk.
+/// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
     let (mut image, beams) = args.of.imaged("imaging", context, |imager| psf_image(imager, &context.console))?;
     let path = args.of.write(&mut image, context)?;

@@ -45,7 +45,7 @@ const COMPONENTS: &str = "-components.csv";
 /// Deconvolve and write PREFIX-psf, -dirty, -model, -residual, -image .fits and -components.csv.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk.
+/// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(COMPONENTS))?;
@@ -99,7 +99,7 @@ fn save(args: &CleanCommandArgs, products: CleanProducts, json: Value, unit: Vis
     Ok(outcome.wrote(path))
 }
 
-/// Component list: a source list, as `simulate --scene` reads it, where all are points in Jy.
+/// The component list. If all components are points in Jy, `simulate --scene` reads it as a source list.
 pub(super) fn components(list: &[CleanComponent], unit: VisUnit) -> String {
     let scales = list.iter().any(|c| c.scale_rad > 0.0);
     let channels = list.iter().any(|c| c.channel > 0);

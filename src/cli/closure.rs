@@ -52,10 +52,10 @@ enum Channels {
     Each,
 }
 
-/// Points of a picture; more could not be told apart.
+/// Largest number of points of a picture. More could not be distinguished.
 const MOST_POINTS: usize = 20_000;
 
-/// What is told of many quantities of one kind.
+/// Sums over all quantities of one kind.
 #[derive(Default)]
 struct Tally {
     count: u64,
@@ -75,7 +75,7 @@ impl Tally {
             self.points.push((time_jd, value, sigma));
             self.sigma.push(sigma);
             if self.points.len() >= 2 * MOST_POINTS {
-                // Half as many from here on, and of those that are held.
+                // From here on every second point is kept, and half of those that were kept before.
                 self.stride *= 2;
                 let mut keep = false;
                 self.points.retain(|_| {
@@ -191,10 +191,10 @@ impl Table {
     }
 }
 
-/// Form closure quantities, write them and sum them up.
+/// Form closure quantities, write them, and print a summary.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk; fewer than three antennas.
+/// The file or an option is wrong, the array has fewer than three antennas, or an error of the file system.
 pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
     let outputs = [&args.output, &args.plot, &args.plot_amplitudes];
     for path in outputs.into_iter().flatten() {

@@ -1,4 +1,4 @@
-//! `corrupt`: known antenna errors, and the truth about them.
+//! `corrupt`: put known errors into visibilities, and keep the true gains.
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
@@ -17,7 +17,7 @@ pub struct CorruptArgs {
     /// Visibilities.
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// Where the true gains go [default: the output's name with .calh5].
+    /// File of the true gains [default: the output with the extension .calh5].
     #[arg(long, value_name = "CALH5")]
     gains: Option<PathBuf>,
     /// Errors from a file: tables [[error]] with the names of these options as keys. The errors of the other options are added.
@@ -63,10 +63,10 @@ fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
     Ok(CorruptOptions { seed: args.errors.seed.or(config.seed).unwrap_or(1), errors, per_feed: config.per_feed || args.errors.per_feed })
 }
 
-/// Put errors into a set; write it and the true gains.
+/// Put errors into a set, and write the set and the true gains.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk.
+/// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     let gains_path = args.gains.clone().unwrap_or_else(|| path.with_extension("calh5"));
@@ -85,7 +85,7 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let what = format!("corrupting {}", args.input.display());
     let mut table = corrupt(source.as_mut(), sink.as_mut(), &options, &context.console).context(&what)?;
     table.history.push(context.history());
-    // The truth first: data without it would be lost work.
+    // The true gains are written first: corrupted data without them would be useless.
     let on_all = on_channels(&table, &source.header().spectrum);
     cittert_formats::calh5::write_gains(&gains_path, &on_all, args.out.overwrite)?;
     sink.finish().context(format!("{}", path.display()))?;

@@ -19,7 +19,7 @@ pub struct DirtyArgs {
 /// Make the dirty image and write it as FITS.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk.
+/// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
     let (mut image, counts) =
         args.of.imaged("imaging", context, |imager| Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts)))?;

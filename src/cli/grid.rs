@@ -14,10 +14,10 @@ pub struct GridArgs {
     of: ImageOfArgs,
 }
 
-/// Put the visibilities into cells and write them as HDF5.
+/// Sum the visibilities in cells of the u-v plane and write the cells as HDF5.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk.
+/// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
     let mut grid = args.of.imaged("gridding", context, |imager| imager.cells(&context.console))?;
     grid.history.push(context.history());

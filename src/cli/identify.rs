@@ -1,4 +1,4 @@
-//! `identify`: what a calibration of an array can know.
+//! `identify`: count the unknowns that a calibration of an array can and cannot determine.
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
@@ -15,10 +15,10 @@ pub struct IdentifyArgs {
     /// Name of a built-in layout, or a layout file.
     #[arg(value_name = "LAYOUT")]
     layout: String,
-    /// What of the gains is solved for.
+    /// Which part of the gains is solved for.
     #[arg(long, value_enum, default_value_t = GainMode::AmpPhase)]
     mode: GainMode,
-    /// What is known of the sky.
+    /// What is known about the sky.
     #[arg(long, value_enum, default_value_t = Knowledge::Free)]
     model: Knowledge,
     /// Frequency.
@@ -27,23 +27,23 @@ pub struct IdentifyArgs {
     /// Bandwidth over which delays are measured.
     #[arg(long, value_name = "FREQ", default_value = "100MHz")]
     bandwidth: Frequency,
-    /// Baselines that differ by less count as the same.
+    /// Baselines that differ by less than this count as the same.
     #[arg(long, value_name = "LENGTH", default_value = "0.1mm")]
     redundancy: Length,
 }
 
-/// What is known of the sky.
+/// What is known about the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Knowledge {
     /// Everything.
     Known,
-    /// It is one point, of unknown place and flux.
+    /// The sky is one point of unknown position and flux.
     Point,
-    /// Nothing: every different baseline has a visibility of its own.
+    /// Nothing: the visibility of every different baseline is an unknown.
     Free,
 }
 
-/// Count the unknowns and the observables, and name what nothing measures.
+/// Count the unknowns and the observables, and name the combinations that no observable determines.
 ///
 /// # Errors
 /// A layout that cannot be read, or one too large for dense matrices.

@@ -1,4 +1,4 @@
-//! `mask`: which cells of the FFT grid an array fills.
+//! `mask`: the cells of the FFT grid that an array fills.
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result};
@@ -21,10 +21,10 @@ pub struct MaskArgs {
     band: BandOptions,
     #[command(flatten)]
     track: TrackOptions,
-    /// Pixels along each side of the image, and so cells of its Fourier grid.
+    /// Number of pixels along each side of the image, which is also the number of cells of its Fourier grid.
     #[arg(long, value_name = "N")]
     size: usize,
-    /// Size of a pixel of the image; a u-v cell is 1 / (size x cell) wavelengths.
+    /// Size of a pixel of the image. A u-v cell is 1 / (size x cell) wavelengths.
     #[arg(long, value_name = "ANGLE")]
     cell: Angle,
     /// Do not write the picture beside the FITS file.
@@ -34,13 +34,13 @@ pub struct MaskArgs {
     out: OutputArgs,
 }
 
-/// Rows made at a time.
+/// Number of rows in a block.
 const BLOCK_ROWS: usize = 65_536;
 
 /// Make the mask and write it as FITS (counts on the u-v grid, in wavelengths) and PNG.
 ///
 /// # Errors
-/// Anything wrong with the layout, the options or the disk.
+/// The layout or an option is wrong, or an error of the file system.
 pub fn run(args: &MaskArgs, context: &Context) -> Result<Outcome> {
     let fits = &args.out.output;
     if fits.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {

@@ -24,13 +24,13 @@ pub struct SimulateArgs {
     out: OutputArgs,
 }
 
-/// Rows made at a time.
+/// Number of rows in a block.
 const BLOCK_ROWS: usize = 16_384;
 
 /// Simulate and write UVH5.
 ///
 /// # Errors
-/// Anything wrong with the layout, the scene, the options or the disk.
+/// The layout, the scene or an option is wrong, or an error of the file system.
 pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     args.out.check(&args.out.output)?;
     let layout = load_layout(&args.layout)?;

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
-/// The parts of the command line that matter here.
+/// The parts of the command line that closure imaging uses.
 pub(super) struct ClosureRun<'a> {
     pub input: &'a Path,
     pub column: &'a ColumnArgs,
@@ -29,15 +29,16 @@ const MODEL: &str = "-model.fits";
 const RESIDUAL: &str = "-residual.fits";
 const IMAGE: &str = "-image.fits";
 const SPREAD: &str = "-spread.fits";
-/// The image is the model smoothed to this part of 1 / (longest baseline): what positivity and the prior resolve beyond it.
+/// The restored image is the model smoothed to this fraction of 1 / (longest baseline). Positivity and the prior resolve finer structure than
+/// the longest baseline.
 const RESTORED: f64 = 0.5;
 /// Reduced chi squared above which the data are not explained.
 const POOR: f64 = 1.5;
 
-/// Image and write PREFIX-model, -residual, -image .fits, and -spread.fits where there are several starts.
+/// Make the image and write PREFIX-model, -residual and -image .fits, and -spread.fits if there are several starts.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk.
+/// The file or an option is wrong, or an error of the file system.
 pub(super) fn run(args: &ClosureRun<'_>, context: &Context) -> Result<Outcome> {
     let suffixes: &[&str] = &[MODEL, RESIDUAL, IMAGE, SPREAD];
     args.out.check_all(suffixes)?;

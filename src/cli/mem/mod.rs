@@ -43,8 +43,8 @@ const UNCERTAINTY: &str = "-uncertainty.fits";
 /// Image by maximum entropy and write PREFIX-model, -residual, -image and -uncertainty .fits.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk. Where the constraints are not met within the limit the images are written and
-/// the outcome is a failure.
+/// The file or an option is wrong, or an error of the file system. If the constraints are not met within the limit of evaluations, the images
+/// are written and the outcome is a failure.
 pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     if args.terms.terms.is_some() {
         let MemCommandArgs { input, column, imaging, mem, terms, out, .. } = args;
@@ -95,7 +95,7 @@ fn save(args: &MemCommandArgs, products: MemProducts, options: &MemPlan, context
     Ok(outcome)
 }
 
-/// The worst of all output channels, and each of them.
+/// The worst values over all output channels, and the values of each.
 fn statistics(p: &MemProducts, args: &MemCommandArgs, options: &MemPlan) -> Value {
     let c = &p.certificates;
     let n = c.len().max(1) as f64;

@@ -15,7 +15,7 @@ pub struct ColumnArgs {
 }
 
 impl ColumnArgs {
-    /// The column that was asked for by name.
+    /// The column, if one was named.
     #[must_use]
     pub fn chosen(&self) -> Option<VisColumn> {
         self.column.as_deref().and_then(VisColumn::named)

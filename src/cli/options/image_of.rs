@@ -1,4 +1,4 @@
-//! One image of one set of visibilities in one file: what `beam`, `dirty` and `grid` have in common.
+//! The arguments and steps that `beam`, `dirty` and `grid` share: one set of visibilities, one image, one output.
 
 use super::{ColumnArgs, OutputArgs};
 use crate::cli::context::Context;
@@ -9,7 +9,7 @@ use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// Visibilities, what to make of them, and where it goes.
+/// The visibilities, the options of their image, and the output.
 #[derive(Debug, Clone, Args)]
 pub struct ImageOfArgs {
     /// Visibilities.
@@ -25,10 +25,10 @@ pub struct ImageOfArgs {
 }
 
 impl ImageOfArgs {
-    /// Refuse an output that is in the way, open the set, and hand its imager to `work`; errors say what was done to which file.
+    /// Check the output, open the set, and pass its imager to `work`. Errors name the work and the file.
     ///
     /// # Errors
-    /// Anything wrong with the file or the options, and those of `work`.
+    /// The file or an option is wrong, and the errors of `work`.
     pub fn imaged<R>(&self, doing: &str, context: &Context, work: impl FnOnce(&mut Imager<'_>) -> crate::Result<R>) -> Result<R> {
         self.out.check(&self.out.output)?;
         let mut source = self.column.open(&self.input)?;
@@ -37,10 +37,10 @@ impl ImageOfArgs {
         work(&mut imager).context(&what)
     }
 
-    /// Write the image as FITS with the command line in its history; the path it has then.
+    /// Write the image as FITS with the command line in its history, and return its path.
     ///
     /// # Errors
-    /// What the disk says.
+    /// An error of the file system.
     pub fn write(&self, image: &mut Image, context: &Context) -> Result<&Path> {
         image.history.push(context.history());
         write_image(&self.out.output, image, ImageOptions { overwrite: self.out.overwrite, ..ImageOptions::default() })?;

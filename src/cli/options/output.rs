@@ -24,7 +24,7 @@ impl OutputArgs {
         PathBuf::from(name)
     }
 
-    /// Refuse early, before hours of work, what would be refused at the end.
+    /// Check early, before the work, whether the output can be written.
     ///
     /// # Errors
     /// An output that exists without `--overwrite`, or a folder that does not.
@@ -50,7 +50,7 @@ impl OutputArgs {
     /// Write bytes to a file that appears under its name only when it is complete.
     ///
     /// # Errors
-    /// What the disk says, with the path.
+    /// An error of the file system, with the path.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
         Ok(cittert_formats::atomic::write_file(path, self.overwrite, bytes)?)
     }

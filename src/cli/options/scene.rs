@@ -1,4 +1,4 @@
-//! `--scene`: a FITS image, a PNG, a source list or a scene description, told apart by what they hold.
+//! `--scene`: a FITS image, a PNG, a source list or a scene description, distinguished by their contents.
 
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result};
@@ -10,7 +10,7 @@ use ndarray::Array4;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// What is looked at, and how large its pixels are where it has none of its own.
+/// The scene, and the size of its pixels if the file does not give it.
 #[derive(Debug, Clone, Args)]
 pub struct SceneArgs {
     /// FITS image (K, Jy/pixel or Jy/beam), grey-scale PNG, source list (CSV) or scene description (TOML).

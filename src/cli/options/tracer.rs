@@ -19,21 +19,21 @@ pub struct TracerArgs {
     /// Rays along each side of a pixel on an edge, 1 to 16; 1 sends one ray through every pixel.
     #[arg(long, value_name = "N", default_value_t = 4)]
     antialias: usize,
-    /// Difference between neighbours that makes an edge.
+    /// Smallest temperature difference between neighbouring pixels that counts as an edge.
     #[arg(long, value_name = "TEMP", default_value = "2K")]
     edge: Temperature,
-    /// Most reflections of a ray.
+    /// Largest number of reflections of a ray.
     #[arg(long, value_name = "N", default_value_t = 8)]
     max_bounces: usize,
-    /// Weight below which a ray is followed no further.
+    /// A ray ends when its weight is below this.
     #[arg(long, value_name = "X", default_value_t = 1e-3)]
     min_weight: f64,
-    /// Give all materials, all air and space this one temperature: the picture must then show nothing else.
+    /// Give all materials, the air and space this temperature. The image must then have this temperature everywhere.
     #[arg(long, value_name = "TEMP")]
     isothermal: Option<Temperature>,
 }
 
-/// How radiance is told as a temperature.
+/// How radiance is expressed as a temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ScaleName {
     /// The black body that has this radiance.
@@ -58,7 +58,7 @@ impl TracerArgs {
         }
     }
 
-    /// The scene, or its isothermal twin.
+    /// The scene, or the same scene with one temperature.
     ///
     /// # Errors
     /// A temperature outside the range of the air.

@@ -9,12 +9,13 @@ use std::path::Path;
 
 const SECTION: &str = "Errors and self-calibration";
 
-/// The image of the error-free data, the corrupted and the self-calibrated set and their images, and how far each is from the truth.
-/// `image` are the words of every image, `clean` the deconvolution of the error-free data, `truth` the image of the scene.
+/// The steps that corrupt the data, self-calibrate them, image each set, and compare each image with the scene.
+///
+/// `image` holds the words of every image, `clean` the deconvolution of the error-free data, `truth` the path of the image of the scene.
 pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Section<CleanOptions>, truth: Option<&str>) -> Vec<Step> {
     let mut all = Vec::new();
     let mut set = "vis.uvh5";
-    // All three with the colours of the first.
+    // All three pictures have the colours of the first.
     let picture = |name: &str, caption: &str| {
         let mut step = plot(SECTION, &format!("{name}-image.fits"), &format!("{name}-like.png"), &[], caption);
         step.words.extend([format!("--like={DIR}/clean-image.fits"), format!("--title={}", caption.trim_end_matches('.'))]);
@@ -57,7 +58,7 @@ pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Se
         all.push(picture("selfcal", "Image after self-calibration."));
         all.extend(compare("selfcal", true));
         if config.corrupt.is_some() {
-            // A model made of the data themselves leaves the place of the sky open, and with amplitudes its flux.
+            // A model that is made from the data does not fix the position of the sky, and with amplitudes it does not fix the flux.
             let mut w = strings(&["compare", "{dir}/selfcal.calh5", "{dir}/truth.calh5"]);
             let of = &section.options;
             let free = of.rounds.model.is_none() && of.rounds.start != StartFrom::Point;
@@ -73,7 +74,7 @@ pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Se
     all
 }
 
-/// Keys of the deconvolution that the section may leave open: those of the first `[[clean]]` of the same algorithm.
+/// Keys of the first `[[clean]]` with the same algorithm. They are used where the section does not give its own.
 fn deconvolver(own: &toml::Table, all: &[Section<CleanOptions>], first: &Section<CleanOptions>) -> toml::Table {
     let named = own.get("deconvolver").or_else(|| own.get("algorithm")).and_then(toml::Value::as_str);
     let like = match named {

@@ -52,7 +52,7 @@ pub struct LayoutSection {
     pub name: String,
 }
 
-/// Options of `mask`. What is left out is that of the images.
+/// Options of `mask`. Keys that are left out are those of the images.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct MaskSection {

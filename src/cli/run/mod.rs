@@ -1,6 +1,6 @@
 //! `run`: the whole chain from one file.
 //!
-//! Each section of the file becomes the words of a subcommand, which is then run as if it had been typed; the report shows those words.
+//! Each section of the file becomes the words of a subcommand. The subcommand then runs as if it had been typed, and the report shows its words.
 
 mod calibration;
 mod config;
@@ -37,7 +37,7 @@ pub struct RunArgs {
     check: bool,
 }
 
-/// What a step left behind.
+/// The results of a step.
 struct Done {
     step: Step,
     command: String,
@@ -49,7 +49,7 @@ struct Done {
 /// Run a configuration.
 ///
 /// # Errors
-/// A configuration that is wrong (with the line), or the first step that failed; nothing is then left under the name of the output.
+/// The configuration is wrong (the message names the line), or a step failed. The output then does not exist.
 pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
     if args.schema {
         return schema::<Config>();
@@ -93,10 +93,10 @@ fn commands(steps: &[Step]) -> Result<Vec<String>> {
     Ok(steps.iter().map(|s| s.shown("OUT")).collect())
 }
 
-/// The commands that a configuration stands for; `path` is where its text was read, for messages and for the files that it names.
+/// The commands of a configuration. `path` is the file from which its text was read: messages name it, and paths are relative to it.
 ///
 /// # Errors
-/// A configuration that is wrong, with the line.
+/// The configuration is wrong. The message names the line.
 pub fn run_commands(text: &str, path: &Path) -> Result<Vec<String>> {
     commands(&check(text, path)?.1)
 }
@@ -139,7 +139,7 @@ fn metrics(config: &Config, done: &[Done], context: &Context) -> Value {
     Value::Object(all)
 }
 
-/// A command line as a person would type it.
+/// A command line as it would be typed.
 fn shown(words: &[String]) -> String {
     std::iter::once("cittert".to_owned()).chain(words.iter().map(|w| shell_word(w))).collect::<Vec<_>>().join(" ")
 }

@@ -1,4 +1,4 @@
-//! The report of a run: which pictures and numbers stand where.
+//! The report of a run: its pictures and numbers in their order.
 
 use super::Done;
 use super::config::Config;
@@ -9,11 +9,11 @@ use crate::plot::report::{Figure, Report, Section, Table, page as html};
 use serde_json::Value;
 use std::path::Path;
 
-/// Pictures to see first, in this order, where the run made them.
+/// Pictures at the top of the report, in this order, if the run made them.
 const HIGHLIGHTS: [&str; 7] =
     ["scene.png", "dirty.png", "clean-image.png", "clean-multiscale-image.png", "mem-model.png", "corrupted-like.png", "selfcal-like.png"];
 
-/// The page of a run whose files lie in `folder`.
+/// The page of a run whose files are in `folder`.
 ///
 /// # Errors
 /// A picture that cannot be read.

@@ -14,13 +14,13 @@ pub(super) const DIR: &str = "{dir}";
 pub(super) struct Step {
     /// Heading in the report.
     pub title: String,
-    /// Key of its numbers in `metrics.json`; empty for pictures. `a.b` nests.
+    /// Key of its numbers in `metrics.json`, empty for pictures. `a.b` is the entry `b` of the object `a`.
     pub key: String,
     /// Section of the report it belongs to.
     pub section: &'static str,
     /// Words after the program's name.
     pub words: Vec<String>,
-    /// Picture that it leaves, with its caption.
+    /// Picture that it makes, with its caption.
     pub picture: Option<(String, String)>,
 }
 
@@ -33,7 +33,7 @@ impl Step {
         self.words.iter().map(|w| w.replace(DIR, dir)).collect()
     }
 
-    /// The command as a person would type it, with the output folder `dir`.
+    /// The command as it would be typed, with the output folder `dir`.
     pub(super) fn shown(&self, dir: &str) -> String {
         super::shown(&self.in_dir(dir))
     }
@@ -56,16 +56,16 @@ pub(super) fn plot(section: &'static str, file: &str, png: &str, options: &[&str
     step
 }
 
-/// A name stays; a path is meant relative to the configuration.
+/// A path relative to the configuration. The name of a built-in layout stays as it is.
 pub(super) fn relative(name: &str, folder: &Path) -> String {
     let path = folder.join(name);
     if path.exists() { path.display().to_string() } else { name.to_owned() }
 }
 
-/// All steps of a configuration whose file lies in `folder`.
+/// All steps of a configuration whose file is in `folder`.
 ///
 /// # Errors
-/// A scene without a file.
+/// The scene has no file.
 pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     let mut all = Vec::new();
     let layout = relative(&config.layout.name, folder);
@@ -117,11 +117,11 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     let mut cleans = config.clean.clone();
     let calibrated = config.corrupt.is_some() || config.selfcal.is_some();
     if calibrated && cleans.is_empty() {
-        // What errors do to an image is seen against the image without them.
+        // The effect of errors is judged by the image without errors.
         cleans.push(Section::default());
     }
     for (i, clean) in cleans.iter().enumerate() {
-        // Two runs of one algorithm get numbers.
+        // The second section with the same algorithm gets the number 2.
         let algorithm = clean.options.algorithm;
         let twin = cleans[..i].iter().filter(|c| c.options.algorithm == algorithm).count();
         let name = if twin == 0 { algorithm.to_string() } else { format!("{algorithm}{}", twin + 1) };
@@ -146,7 +146,7 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     Ok(all)
 }
 
-/// The image of maximum entropy. It needs no restoring beam, so it is compared with the scene as it is.
+/// The image of maximum entropy. It needs no restoring beam, so it is compared with the scene without convolution.
 fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) -> Vec<Step> {
     const SECTION: &str = "Maximum entropy";
     let Some(section) = &config.mem else { return Vec::new() };
@@ -160,7 +160,7 @@ fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) ->
     let mut all = vec![
         Step::new(SECTION, "mem", "mem", w),
         plot(SECTION, "mem-model.fits", "mem-model.png", &[], "Image of maximum entropy, unconvolved."),
-        plot(SECTION, "mem-residual.fits", "mem-residual.png", &["--symmetric"], "What it leaves of the dirty image."),
+        plot(SECTION, "mem-residual.fits", "mem-residual.png", &["--symmetric"], "Residual of the dirty image."),
     ];
     if let Some(truth) = truth {
         let w = strings(&["compare", "{dir}/mem-model.fits", truth]);
@@ -169,7 +169,7 @@ fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) ->
     all
 }
 
-/// The mask that the array and its channels leave on the FFT grid.
+/// The mask of the array and its channels on the FFT grid.
 fn mask(config: &Config, layout: &str) -> Option<Step> {
     let mut w = vec!["mask".to_owned(), layout.to_owned()];
     let (own, image) = (config.mask.as_ref()?, &config.image.options);
@@ -186,7 +186,7 @@ fn mask(config: &Config, layout: &str) -> Option<Step> {
     Some(step)
 }
 
-/// The step that makes an image of the scene, where it has one, and the path of that image.
+/// Adds the step that makes an image of the scene, and returns the path of that image. A source list has none.
 fn all_truth(config: &Config, scene_file: &str, all: &mut Vec<Step>) -> Option<String> {
     let lower = scene_file.to_ascii_lowercase();
     if lower.ends_with(".csv") {

@@ -1,4 +1,4 @@
-//! The model maker of the loop, with its images of each round kept and its time taken.
+//! The model maker of the loop. It keeps the image of each round and measures its time.
 
 use crate::Result;
 use crate::calibrate::{ImageMaker, JointStage, ModelMaker, ModelMetrics, ModelVisibilities, RoundPlan};
@@ -27,7 +27,7 @@ impl Seconds {
     }
 }
 
-/// A maker that hands each round's image to `keep`. Round 0 is the image before any calibration.
+/// A maker that passes the image of each round to `keep`. Round 0 is the image before any calibration.
 pub(super) struct KeepingMaker<K> {
     inner: Box<dyn ImageMaker>,
     first: usize,
@@ -38,7 +38,7 @@ pub(super) struct KeepingMaker<K> {
 }
 
 impl<K: FnMut(usize, &Image) -> Result<()>> KeepingMaker<K> {
-    /// `before` says that the first image is one of the data as they are.
+    /// `before` is true if the first image is made from the data before any calibration.
     pub(super) fn new(inner: Box<dyn ImageMaker>, before: bool, keep: K) -> Self {
         Self { inner, first: usize::from(!before), next: usize::from(!before), keep, seconds: 0.0 }
     }
@@ -48,7 +48,7 @@ impl<K: FnMut(usize, &Image) -> Result<()>> KeepingMaker<K> {
         (from.max(self.first)..self.next).for_each(remove);
     }
 
-    /// How image and gains were solved together, where they were.
+    /// The joint solution of image and gains, if there is one.
     pub(super) fn joint(&self) -> Option<Value> {
         self.inner.solution().map(|j| {
             let stage = |s: &JointStage| {
@@ -63,7 +63,7 @@ impl<K: FnMut(usize, &Image) -> Result<()>> KeepingMaker<K> {
         })
     }
 
-    /// The images of the best round. A joint solution knows chi squared and the noise better than an image of weights that may be counts.
+    /// The images of the best round. A joint solution knows chi squared and the noise better than the images, whose weights may be counts of samples.
     pub(super) fn into_products(self) -> Option<CleanProducts> {
         let mut products = self.inner.products().cloned();
         if let (Some(p), Some(j)) = (&mut products, self.inner.solution()) {

@@ -37,7 +37,7 @@ pub struct SelfcalArgs {
     #[command(flatten)]
     clean: CleanOptions,
     /// Prior of deconvolver mem, which solves image and gains together: a temperature (250K), a flux density in a pixel or a FITS image
-    /// [default: flat, made of the data: see the book].
+    /// [default: flat, made from the data as the book describes].
     #[arg(long, value_name = "PRIOR", help_heading = "CLEAN")]
     prior: Option<PriorChoice>,
     #[command(flatten)]
@@ -45,7 +45,7 @@ pub struct SelfcalArgs {
 }
 
 impl SelfcalArgs {
-    /// True where image and gains are solved together.
+    /// True if image and gains are solved together.
     fn joint(&self) -> bool {
         self.clean.algorithm.is_mem()
     }
@@ -53,9 +53,9 @@ impl SelfcalArgs {
 
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
-/// Bytes of a set that is kept in memory at most.
+/// Largest size in bytes of a set that is kept in memory.
 const MEMORY: usize = 2 << 30;
-/// Visibility, weight, number of samples and flag.
+/// Size in bytes of a visibility, its weight, its number of samples and its flag.
 const BYTES_PER_SAMPLE: usize = 17;
 
 fn round_file(round: usize, ending: &str) -> String {
@@ -65,7 +65,7 @@ fn round_file(round: usize, ending: &str) -> String {
 /// Self-calibrate and write PREFIX.uvh5, PREFIX.calh5, the images of the best round, and gains, image and metrics of each.
 ///
 /// # Errors
-/// Anything wrong with the file, the options or the disk; data that allow no solution.
+/// The file or an option is wrong, the data allow no solution, or an error of the file system.
 pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let begun = Instant::now();
     check(args)?;
@@ -95,7 +95,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
         (None, StartFrom::Data) => Start::Data,
         (None, StartFrom::Truth) => return Err(Failure::usage("--start truth: only a study has the error-free visibilities")),
     };
-    // An image that belongs to no round: made before a failure, or the final one, which has its own name.
+    // Removes an image that belongs to no round: it was made before a failure, or it is the final image, which has its own name.
     let remove = |round| {
         let _ = std::fs::remove_file(args.out.suffixed(&round_file(round, "-image.fits")));
     };
@@ -112,7 +112,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let counts = save_data(args, source.as_mut(), &mut result, &options.rounds.apply(), context).context(&what)?;
     let rounds_from = usize::from(result.before.is_none());
     for path in before.iter().filter(|p| !(rounds_from..=result.rounds.len()).any(|k| is_of_round(args, p, k))) {
-        // An earlier run had more rounds: they are not of this one. An image of no round had such a name and is gone already.
+        // Files of an earlier run with more rounds do not belong to this run. An image of no round may have had such a name and is removed already.
         match std::fs::remove_file(path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
                 return Err(e).context(format!("{}: cannot remove what an earlier run left", path.display()));
@@ -147,7 +147,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
 }
 
-/// What makes the model: CLEAN, or maximum entropy with gains of its own; and its name.
+/// The maker of the model (CLEAN, or maximum entropy with gains of its own), and its name.
 fn image_maker(
     args: &SelfcalArgs,
     imaging: ImagingOptions,
@@ -171,7 +171,7 @@ fn image_maker(
     Ok((Box::new(JointMaker::new(imaging, joint)), args.clean.algorithm.name()))
 }
 
-/// The set in memory, where it fits: every round reads it twice.
+/// The set in memory, if it fits, because every round reads it twice.
 fn in_memory(mut source: Box<dyn VisibilitySource>) -> Result<Box<dyn VisibilitySource>> {
     let header = source.header().clone();
     let samples = source.n_rows().saturating_mul(header.spectrum.n_chan()).saturating_mul(header.polarizations.len());
@@ -186,7 +186,7 @@ fn is_of_round(args: &SelfcalArgs, path: &Path, round: usize) -> bool {
     [".calh5", "-image.fits"].iter().any(|e| args.out.suffixed(&round_file(round, e)).file_name() == path.file_name())
 }
 
-/// Gains and images of any round under this prefix.
+/// Files of gains and images of any round with this prefix.
 fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
     let prefix = args.out.suffixed("-round");
     let folder = prefix.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -199,7 +199,7 @@ fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
     Ok(entries.flatten().filter(|e| is_round(&e.file_name().to_string_lossy())).map(|e| e.path()).collect())
 }
 
-/// Refuse at once what would be refused after hours.
+/// Check the options and outputs at once instead of after the calibration.
 fn check(args: &SelfcalArgs) -> Result<()> {
     args.rounds.check().map_err(Failure::call)?;
     let (data, input) = (args.out.suffixed(".uvh5").canonicalize(), args.input.canonicalize());
@@ -227,13 +227,13 @@ fn imaging(args: &SelfcalArgs, source: &mut dyn VisibilitySource, context: &Cont
     let options = args.imaging.clone();
     let grid = match (options.size, options.cell, source.header().phase_centers.first()) {
         (Some(size), Some(cell), Some(center)) => SkyGrid::new(size.columns, size.rows, cell.si(), SkyGrid::frame_of(center))?,
-        // The coverage chooses, and says so once.
+        // Size and cell are chosen from the coverage, with one note.
         _ => Imager::new(source, options.clone(), &context.console)?.grid().clone(),
     };
     Ok((options.on_grid(&grid), grid))
 }
 
-/// The gains of every round and of the best, and the calibrated set.
+/// Write the gains of every round and of the best, and the calibrated set.
 fn save_data(
     args: &SelfcalArgs,
     source: &mut dyn VisibilitySource,

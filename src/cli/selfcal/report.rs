@@ -1,4 +1,4 @@
-//! What `selfcal` tells: one object for each round, one for the whole, and a few lines for a person.
+//! The results of `selfcal`: a JSON object for each round, one for all rounds, and a few lines of text.
 
 use crate::calibrate::{ClosureSupport, ModelMetrics, RoundRecord, Selfcal, SolutionInterval};
 use crate::cli::text::number;
@@ -50,7 +50,7 @@ pub(super) fn rounds(result: &Selfcal) -> Vec<Value> {
     result.rounds.iter().enumerate().map(|(k, r)| round(k + 1, r)).collect()
 }
 
-/// The whole, without its times.
+/// The results of all rounds, without times.
 pub(super) fn json(output: &Path, result: &Selfcal, p: &CleanProducts, rounds: Vec<Value>) -> Value {
     let (s, best) = (&p.statistics, result.best());
     let stops: Vec<&str> = s.stop.iter().map(|r| r.name()).collect();
@@ -70,7 +70,7 @@ pub(super) fn json(output: &Path, result: &Selfcal, p: &CleanProducts, rounds: V
     out
 }
 
-/// A line for each round and the end.
+/// A line for each round, and the final results.
 pub(super) fn text(result: &Selfcal, p: &CleanProducts) -> String {
     let unit = p.restored.unit.bunit();
     let mut out = String::from("round  mode       solved  flagged  dynamic range  residual rms\n");

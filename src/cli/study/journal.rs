@@ -1,7 +1,7 @@
-//! The journal of finished trials: one line of JSON each, on the disk before the next trial counts.
+//! The journal of finished trials: one line of JSON for each trial, written to the disk before the next trial is counted.
 //!
-//! Numbers are written as texts of the shortest decimals that read back to the same bits, so that a resumed study has the same bytes
-//! as one that ran through, and NaN has a place.
+//! Numbers are written as the shortest decimals that read back to the same bits, as text, so that NaN can be written. A resumed study therefore
+//! has the same bytes as one that was not interrupted.
 
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result};
@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 
 /// Name of the journal in the folder of a study.
 const NAME: &str = "journal.jsonl";
-/// Held by the process that runs the study; it frees itself when the process ends, however it ends.
+/// Locked by the process that runs the study. The lock is released when the process ends, also when it is killed.
 const LOCK: &str = "journal.lock";
-/// Files that a finished study leaves beside its journal, removed when it begins anew.
+/// Files of a finished study beside its journal. They are removed when the study starts again.
 const RESULTS: [&str; 4] = ["trials.csv", "summary.csv", "study.h5", "report.html"];
 
 #[derive(Serialize, Deserialize)]
@@ -65,10 +65,10 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Open the journal of a folder, or begin one; returns the trials that are done.
+    /// Open the journal of a folder, or make one. Returns it with the finished trials.
     ///
     /// # Errors
-    /// A folder with other things in it, a journal of another study without `overwrite`, what the disk says.
+    /// The folder holds other files, the journal is of another study and `overwrite` is false, or an error of the file system.
     pub(super) fn open(
         folder: &Path,
         fingerprint: &str,
@@ -110,7 +110,7 @@ impl Journal {
         if !whole {
             std::fs::create_dir_all(folder).context(format!("{}: cannot make the folder", folder.display()))?;
             for name in RESULTS.iter().filter(|_| overwrite) {
-                // A result that is not there is as good as removed.
+                // A result that does not exist needs no removal.
                 let _ = std::fs::remove_file(folder.join(name));
             }
             let mut text = head + "\n";
@@ -124,13 +124,13 @@ impl Journal {
         Ok((Self { file, path, _lock: lock }, done))
     }
 
-    /// Add a trial; it is on the disk when this returns.
+    /// Add a trial. It is on the disk when this function returns.
     ///
     /// # Errors
-    /// What the disk says.
+    /// An error of the file system.
     pub(super) fn append(&mut self, index: usize, result: &TrialResult) -> Result<()> {
         let line = serde_json::to_string(&Line::of(index, result))? + "\n";
-        // One write a line: a kill leaves whole lines and at most one torn one at the end.
+        // One write for each line: a killed process leaves whole lines, and at most one incomplete line at the end.
         self.file
             .write_all(line.as_bytes())
             .and_then(|()| self.file.sync_data())
@@ -138,7 +138,7 @@ impl Journal {
     }
 }
 
-/// The lock of a folder, which is made where there is none.
+/// The lock of a folder. The folder is made if it does not exist.
 fn lock(folder: &Path) -> Result<File> {
     std::fs::create_dir_all(folder).context(format!("{}: cannot make the folder", folder.display()))?;
     let path = folder.join(LOCK);
@@ -161,7 +161,7 @@ fn folder_is_free(folder: &Path) -> Result<bool> {
     }
 }
 
-/// Trials of whole lines, and the number of lines that are none.
+/// The trials of all complete lines, and the number of other lines.
 fn read_lines<'a>(lines: impl Iterator<Item = &'a str>, trials: usize) -> (BTreeMap<usize, TrialResult>, usize) {
     let (mut done, mut damaged) = (BTreeMap::new(), 0);
     for line in lines {

@@ -1,7 +1,7 @@
 //! `study`: Monte-Carlo over seeds and over any parameter of a configuration.
 //!
-//! The folder of the output holds the journal of finished trials from the start, so that a study that was killed goes on where it
-//! stopped; tables, pictures and the page are written when all trials are done.
+//! The output folder holds a journal of the finished trials from the start, so that a study that was killed continues where it stopped. Tables,
+//! pictures and the page are written when all trials are done.
 
 mod config;
 mod journal;
@@ -22,10 +22,10 @@ pub struct StudyArgs {
     /// The study, as TOML.
     #[arg(value_name = "CONFIG.toml", required_unless_present = "schema")]
     config: Option<PathBuf>,
-    /// Folder of the results; an unfinished study of the same configuration in it is continued.
+    /// Folder of the results. An unfinished study of the same configuration in it is continued.
     #[arg(short, long, value_name = "DIR", required_unless_present_any = ["schema", "check"])]
     output: Option<PathBuf>,
-    /// Replace another study in that folder, or begin this one anew.
+    /// Replace another study in that folder, or start this one again.
     #[arg(long)]
     overwrite: bool,
     /// Print the JSON schema of the configuration and stop.
@@ -36,10 +36,10 @@ pub struct StudyArgs {
     check: bool,
 }
 
-/// Run a study, or what is left of it.
+/// Run a study, or its remaining trials.
 ///
 /// # Errors
-/// A configuration that is wrong, a folder that holds something else, the first trial that fails, what the disk says.
+/// The configuration is wrong, the folder holds other files, a trial fails, or an error of the file system.
 pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
     if args.schema {
         return schema::<config::Config>();

@@ -15,24 +15,24 @@ use std::path::Path;
 
 /// Names of the statistics in tables.
 const STATISTICS: [&str; 5] = ["mean", "std", "median", "p16", "p84"];
-/// Points of a summary in the page and in JSON; the CSV has all.
+/// Largest number of points of the summary in the page and in JSON. The CSV file has all points.
 const MOST_SHOWN: usize = 200;
 
 fn values(s: &Statistics) -> [f64; 5] {
     [s.mean, s.std, s.median, s.p16, s.p84]
 }
 
-/// Write everything into the folder; returns the summary for `--json`.
+/// Write everything into the folder. Returns the summary for `--json`.
 ///
 /// # Errors
-/// What the disk says.
+/// An error of the file system.
 pub(super) fn write(folder: &Path, plan: &Plan, done: &BTreeMap<usize, TrialResult>, config: &Path, context: &Context) -> Result<Value> {
     let trials = trials(plan, done);
     let stats = statistics(plan, done);
     let summary = summary(plan, &stats);
     write_file(&folder.join("trials.csv"), true, &csv(&trials)?)?;
     write_file(&folder.join("summary.csv"), true, &csv(&summary)?)?;
-    // No command line: the same study is the same bytes, whatever folder and threads were asked for.
+    // The history has no command line, so that a study has the same bytes in any folder and with any number of threads.
     let history = [format!("cittert {} study: {}", env!("CARGO_PKG_VERSION"), plan.title)];
     write_tables(&folder.join("study.h5"), &[trials, summary.clone()], &history, true)?;
     let figures = pictures(plan, &stats)?;
@@ -105,7 +105,7 @@ fn summary(plan: &Plan, stats: &AllStatistics) -> Columns {
     let points: Vec<usize> = (0..plan.study.setups.len()).collect();
     let mut columns = axis_columns(plan, &points);
     for (name, stage) in stages(plan).iter().zip(stats) {
-        // The phase error is a number wherever there are gains at all.
+        // The phase error is a number if there are any gains.
         let n = stage[4].iter().map(|s| i64::try_from(s.n).unwrap_or(i64::MAX)).collect();
         columns.push((format!("trials_{name}"), Column::Integer(n)));
         for (c, at) in COLUMNS.iter().zip(stage) {
@@ -156,8 +156,8 @@ fn json(summary: &Columns) -> Value {
         .collect()
 }
 
-/// One picture for each column: the median over the seeds with the 16th and 84th percentile, against the first axis; a line for each
-/// stage and each combination of the other axes.
+/// One picture for each column: the median over the seeds with the 16th and 84th percentile, against the first axis. Each stage and each
+/// combination of the other axes has a line.
 fn pictures(plan: &Plan, stats: &AllStatistics) -> Result<Vec<(String, Figure)>> {
     let Some(axis) = plan.study.grid.axes.first() else { return Ok(Vec::new()) };
     let grid = &plan.study.grid;
@@ -175,7 +175,7 @@ fn pictures(plan: &Plan, stats: &AllStatistics) -> Result<Vec<(String, Figure)>>
     let mut out = Vec::new();
     for (c, column) in COLUMNS.iter().enumerate() {
         let mut series = Vec::new();
-        // More lines than a dozen cannot be told apart.
+        // More than a dozen lines cannot be distinguished.
         for other in 0..others.min(6) {
             for (name, stage) in stages(plan).iter().zip(stats) {
                 let at: Vec<Statistics> = (0..xs.len()).map(|k| stage[c][k * others + other]).collect();

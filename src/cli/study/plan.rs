@@ -1,4 +1,4 @@
-//! From the file to the points of a study.
+//! Reads the file of a study and prepares its points.
 
 use super::config::{AxisSection, Choose, Config};
 use crate::calibrate::StartFrom;
@@ -21,20 +21,20 @@ use std::sync::Arc;
 pub(super) struct Plan {
     pub title: String,
     pub study: Study,
-    /// What makes two studies the same: configuration, input files and version.
+    /// Configuration, input files and version. Two studies with the same fingerprint are the same.
     pub fingerprint: String,
     /// Unit of residual images.
     pub unit: &'static str,
 }
 
-/// Finished bases by the sections that make them.
+/// Finished bases. The key is the text of the sections that they are made from.
 type Bases = HashMap<String, (Arc<Base>, VisUnit)>;
 
 impl Plan {
-    /// Read the file, put the values of the axes in, and make what the trials share.
+    /// Read the file, insert the values of the axes, and make the observations that trials share.
     ///
     /// # Errors
-    /// Anything wrong in the file, with the line or the values of the axes; layouts and scenes that cannot be read.
+    /// The file is wrong (the message names the line or the values of the axes), or a layout or a scene cannot be read.
     pub(super) fn new(text: &str, path: &Path, context: &Context) -> Result<Self> {
         let table: toml::Table = toml::from_str(text)?;
         let sections = toml::from_str::<Axes>(text)?.axis;
@@ -44,7 +44,7 @@ impl Plan {
         let folder = path.parent().unwrap_or(Path::new(""));
         let (mut bases, mut setups, mut head) = (Bases::new(), Vec::new(), None);
         let mut files = String::new();
-        // Bases are made on one thread, so that they too are the same bytes with any number of threads.
+        // Bases are made on one thread, so that they have the same bytes with any number of threads.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| Failure::message(e.to_string()))?;
         for point in 0..grid.n_points() {
             let mut tree = table.clone();
@@ -57,7 +57,7 @@ impl Plan {
                 || grid.axes.iter().zip(grid.point(point)).map(|(a, v)| format!("{} = {}", a.name, v.text)).collect::<Vec<_>>().join(", ");
             let config = match toml::Value::Table(tree.clone()).try_into::<Config>() {
                 Ok(config) => config,
-                // The file itself shows the line; a value of an axis has none.
+                // The error of the file itself names the line. A value of an axis has no line.
                 Err(e) => return toml::from_str::<Config>(text).map_err(Failure::from).and(Err(e.into())).context(place()),
             };
             let setup = pool.install(|| setup(&config, &tree, folder, &mut bases, (&mut files, context)));
@@ -82,7 +82,7 @@ struct Axes {
     axis: Vec<AxisSection>,
 }
 
-/// A value as a person would write it on a command line.
+/// A value as it is written on a command line.
 fn shown(value: &toml::Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
@@ -106,7 +106,7 @@ fn values(axis: &AxisSection) -> Result<Vec<toml::Value>> {
     let at = |k: usize| {
         let t = k as f64 / (count - 1) as f64;
         let x = if axis.log { a * (b / a).powf(t) } else { a + t * (b - a) };
-        // Twelve digits: the ends and round steps come out as they were typed.
+        // With twelve digits the ends and round steps are printed as they were typed.
         format!("{x:.11e}").parse::<f64>().unwrap_or(x)
     };
     Ok((0..count)
@@ -118,7 +118,7 @@ fn values(axis: &AxisSection) -> Result<Vec<toml::Value>> {
         .collect())
 }
 
-/// Put a value at a place such as `errors.phase.rms`.
+/// Put a value at a place such as `corrupt.phase-rms`.
 fn put(table: &mut toml::Table, parameter: &str, value: toml::Value) -> Result<()> {
     if let Some((head, rest)) = parameter.split_once('.') {
         let entry = table.entry(head).or_insert_with(|| toml::Value::Table(toml::Table::new()));
@@ -215,7 +215,7 @@ fn observe(c: &Config, folder: &Path, (files, context): (&mut String, &Context))
     Ok((Base::new(set, c.image.options.clone(), deconvolution(c, &sky, frame)?), unit))
 }
 
-/// CLEAN, or maximum entropy with the scene to hold its images against.
+/// CLEAN, or maximum entropy with the scene with which its images are compared.
 fn deconvolution(c: &Config, sky: &SkyModel, frame: SkyFrame) -> Result<Deconvolution> {
     let clean = &c.clean.options;
     if clean.algorithm.is_mem() {
@@ -232,11 +232,11 @@ fn deconvolution(c: &Config, sky: &SkyModel, frame: SkyFrame) -> Result<Deconvol
     Ok(Deconvolution::Clean(loaded(clean, &grid)?))
 }
 
-/// The image of the scene, which must have the pixels of the images of the study; `mem` is judged without any beam.
+/// The image of the scene. It must have the pixels of the images of the study, because images of `mem` are compared without a beam.
 fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
     let wrong = |found: String| {
         Failure::message(format!(
-            "clean.algorithm is \"mem\", whose images are held against the scene itself: expected a scene that is an image of one channel on \
+            "clean.algorithm is \"mem\", whose images are compared with the scene itself: expected a scene that is an image of one channel on \
              the grid of image.size and image.cell, found {found}"
         ))
     };
@@ -257,10 +257,10 @@ fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
     Ok(image.plane(0, 0).to_owned())
 }
 
-/// Files are known by their bytes, so that a changed scene is another study.
+/// Add the bytes of a file to the fingerprint, so that a changed scene is another study.
 fn note_file(files: &mut String, path: &Path) {
     if let Ok(bytes) = std::fs::read(path) {
-        // FNV-1a: tells an edited file from the old one; nobody forges a scene.
+        // FNV-1a suffices to detect an edited file.
         let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3));
         files.push_str(&format!("{} {hash:016x} ", bytes.len()));
     }
