@@ -4,6 +4,7 @@ use super::imager::{MemGoals, Method};
 use super::noise::{Noise, noise_from_hands};
 use super::pipeline::{Flux, MemPlan, Prior, announce_noise};
 use super::regulariser::{ENTROPIES, Entry, entropy_by_name};
+use super::tuning::MemTuning;
 use super::uncertainty::Uncertainty;
 use crate::imaging::Imager;
 use crate::progress::{Event, Observer};
@@ -204,6 +205,7 @@ impl MemOptions {
                 UncertaintyChoice::Beam => Uncertainty::Circulant,
                 UncertaintyChoice::Probes(n) => Uncertainty::Probes(n, self.seed),
             },
+            tuning: MemTuning::default(),
         })
     }
 }
