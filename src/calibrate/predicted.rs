@@ -1,7 +1,7 @@
 //! Visibilities of the model that a solution was found against, kept for the image that follows it.
 
-use crate::memory::MemoryBudget;
 use crate::Result;
+use crate::memory::MemoryBudget;
 use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;

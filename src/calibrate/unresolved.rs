@@ -3,8 +3,8 @@
 //! A baseline too short to see structure inside the field measures the total flux there with a phase near 0. Where strong visibilities on
 //! such baselines have other phases, the antennas' phases are not calibrated, and an image of the data as they are means nothing.
 
-use crate::memory::MemoryBudget;
 use crate::Result;
+use crate::memory::MemoryBudget;
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilitySource, for_each_block};
 use std::f64::consts::PI;
 

@@ -14,8 +14,8 @@ mod tests;
 mod tiles;
 mod tuning;
 
-pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop};
 pub(crate) use minor::peak_size;
+pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop};
 pub use table::{Entry, Make, TABLE, by_name};
 pub use tuning::CleanTuning;
 

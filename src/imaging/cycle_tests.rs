@@ -1,9 +1,9 @@
 //! Runs of CLEAN as a whole: masks that make themselves, several output channels, and a deconvolver that does harm.
 
-use crate::fixtures::{positions, snapshot};
 use super::*;
 use crate::Result;
 use crate::deconvolve::{CleanTuning, Component, DeconvolveOptions, Deconvolver, Entry, Minor, MinorReport, MinorStop, by_name};
+use crate::fixtures::{positions, snapshot};
 use crate::progress::Silent;
 use cittert_arrays::{Polarization, SkyFrame, SkyGrid, VisUnit, VisibilitySet};
 use major::{CleanOptions, StopReason};

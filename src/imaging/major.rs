@@ -12,9 +12,7 @@ use super::auto_mask::AutoMask;
 use super::cleaned::{Channel, Clock, products};
 use super::continued::{Continue, Tool, Tools};
 use super::imager::{Imager, Residual};
-use crate::deconvolve::{
-    CleanTuning, DeconvolveOptions, Deconvolver, Entry, Minor, MinorLimits, MinorReport, MinorStop, TABLE, peak_size,
-};
+use crate::deconvolve::{CleanTuning, DeconvolveOptions, Deconvolver, Entry, Minor, MinorLimits, MinorReport, MinorStop, TABLE, peak_size};
 use crate::fidelity::robust_rms;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};

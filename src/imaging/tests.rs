@@ -1,8 +1,8 @@
 //! Beams and images of small sets against the direct sum and against formulas.
 
-use crate::fixtures::{positions, snapshot};
 use super::*;
 use crate::deconvolve::by_name;
+use crate::fixtures::{positions, snapshot};
 use crate::fourier::dft::vis_to_image_exact;
 use crate::memory::MemoryBudget;
 use crate::progress::{Recorder, Silent};
