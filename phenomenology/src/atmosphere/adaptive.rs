@@ -1,8 +1,8 @@
-//! Nodes of a table, halved until linear interpolation is good enough.
+//! Adaptive nodes of a table: intervals are halved until linear interpolation is accurate enough.
 
 use super::error::PhysicsError;
 
-/// What an axis is refined towards.
+/// Target of the refinement of an axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Target {
     /// Name of the axis for errors.
@@ -11,7 +11,7 @@ pub(super) struct Target {
     pub(super) tolerance_k: f64,
     /// Intervals below this width are not halved any more.
     pub(super) min_width: f64,
-    /// Most nodes accepted.
+    /// Largest number of nodes.
     pub(super) limit: usize,
 }
 
@@ -20,15 +20,14 @@ pub(super) struct Target {
 pub(super) struct Refined {
     pub(super) nodes: Vec<f64>,
     pub(super) values: Vec<Vec<f64>>,
-    /// Largest error met at an accepted middle; the middle then became a node too.
+    /// Largest error at the middle of an accepted interval. The middle is a node too.
     pub(super) worst_k: f64,
 }
 
 /// Halves the intervals between `start` nodes until `error_k(x, interpolated, exact)` at
 /// every middle is within tolerance.
 ///
-/// Every middle that was evaluated is kept, so the error left is about a quarter of the
-/// worst one met.
+/// Every middle that is evaluated becomes a node, so the error that is left is about a quarter of `worst_k`.
 pub(super) fn refine(
     start: &[f64],
     target: Target,
@@ -41,7 +40,7 @@ pub(super) fn refine(
     };
     refined.nodes.push(*first);
     refined.values.push(evaluate(*first)?);
-    // Intervals still to do, the leftmost on top; each holds its right end.
+    // Right ends of the intervals that are not done, the leftmost on top.
     let mut pending: Vec<(f64, Vec<f64>)> = Vec::new();
     for &right in rest {
         let exact = evaluate(right)?;
@@ -69,7 +68,7 @@ pub(super) fn refine(
     Ok(refined)
 }
 
-/// Interval of `x` between rising nodes as (index, fraction); outside, the nearest end.
+/// Interval of `x` between rising nodes, as index and fraction. Outside the nodes it is the nearest end; callers check the range.
 pub(super) fn bracket(nodes: &[f64], x: f64) -> (usize, f64) {
     let last = nodes.len() - 1;
     let right = nodes.partition_point(|node| *node <= x).clamp(1, last.max(1));

@@ -1,4 +1,4 @@
-//! Paths of constant temperature with depths from a table: the fast form for ray tracing.
+//! Paths of constant temperature with optical depths from a table, for ray tracing.
 //!
 //! `T_up = T_m (1 - exp(-tau))` in radiance, `tau = (L/dz) |tau(0, z1) - tau(0, z2)|`,
 //! `T_m` the temperature at the middle height. The error is at most half the temperature
@@ -12,10 +12,10 @@ use super::model::Atmosphere;
 use super::path::{LEVEL_PATH_KM, PathEnds, PathExtent};
 use super::transfer::PathRadiation;
 
-/// Width of the bins that begin a search, km.
+/// Width of the bins in which a search starts, km. It affects only the speed.
 const BIN_KM: f64 = 0.05;
 
-/// Depth below the profile to which its lowest air is taken to reach, km.
+/// Depth below the profile down to which its lowest air is used, km.
 const BELOW_BOTTOM_KM: f64 = 0.5;
 
 /// Optical depths from the lowest level up, for a list of frequencies.
@@ -23,7 +23,7 @@ const BELOW_BOTTOM_KM: f64 = 0.5;
 pub struct PathTable {
     freqs_ghz: Vec<f64>,
     levels: Arc<Levels>,
-    /// Segment of the lower edge of every 50 m of height: where a search begins.
+    /// Segment at the lower edge of every bin, where a search starts.
     bins: Vec<u32>,
     channels: Vec<Vec<Segment>>,
     max_rise_km: f64,
@@ -72,11 +72,10 @@ impl PathTable {
         })
     }
 
-    /// The same table, cutting paths into equal pieces that rise at most `max_rise_km`.
+    /// The same table, but paths are divided into equal pieces that rise by at most `max_rise_km`.
     ///
-    /// Without it a path is one piece. With 0.2 km the error in the reference atmospheres
-    /// stays below 0.8 K however high the path reaches, at a cost that grows with the
-    /// number of pieces.
+    /// Without this a path is one piece. With 0.2 km the error in the reference atmospheres is below 0.8 K for paths to any height. The cost
+    /// is proportional to the number of pieces.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] outside 0.01-30 km.
@@ -115,8 +114,7 @@ impl PathTable {
 
     /// Emission and transmission of a path in a channel.
     ///
-    /// Heights down to 0.5 km below the profile are taken to hold its lowest air, so that
-    /// uneven ground does not break a trace.
+    /// Heights down to 0.5 km below the profile have its lowest air, because the ground of a scene may lie below its origin.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for an unknown channel or an end outside the table.
@@ -206,7 +204,7 @@ fn bins(z_km: &[f64]) -> Vec<u32> {
     let count = ((z_km[last] - z_km[0]) / BIN_KM).ceil() as usize;
     (0..=count)
         .map(|bin| {
-            // A little low, so that rounding of the edge never starts a search too high.
+            // The edge is lowered a little, so that rounding does not start a search too high.
             let edge = z_km[0] + (bin as f64 - 1e-6) * BIN_KM;
             z_km.partition_point(|level| *level <= edge).clamp(1, last) as u32 - 1
         })

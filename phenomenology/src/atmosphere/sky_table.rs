@@ -1,9 +1,8 @@
-//! A table of sky temperatures, angle by frequency, built once and interpolated.
+//! A table of sky temperatures against zenith angle and frequency, for interpolation.
 //!
-//! Rays are refracted round a spherical Earth and cover every direction: up, near the
-//! horizon, past a tangent height, and down to the ground. Nodes are placed by halving
-//! intervals until linear interpolation in Rayleigh-Jeans temperature meets the tolerance
-//! in Planck temperature, so the error is stated, not hoped for.
+//! Rays are refracted around a spherical Earth and cover every direction: up, near the horizon, through a tangent height, and down to the
+//! ground. Intervals are halved until the error of linear interpolation in Rayleigh-Jeans temperature is below the tolerance in Planck
+//! temperature. The error that is left is reported.
 
 use super::adaptive::{Refined, Target, bracket, refine};
 use super::air_grid::{AirGrid, Column};
@@ -15,7 +14,7 @@ use super::ray::{Ray, RayEnd};
 
 /// Distance kept from the exact horizon, degrees.
 const HORIZON_GAP_DEG: f64 = 1e-7;
-/// Zenith angles that decide how finely frequencies are sampled, degrees.
+/// Zenith angles at which the error of the interpolation in frequency is measured, degrees.
 const PROBES_DEG: [f64; 5] = [0.0, 60.0, 80.0, 88.0, 89.9];
 
 /// How a sky table is built.
@@ -56,7 +55,7 @@ struct Axis {
     rj_k: Vec<Vec<f64>>,
 }
 
-/// A sky temperature read both ways.
+/// A sky temperature in both scales.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkyTemperature {
     /// Planck brightness temperature, K.
@@ -101,8 +100,8 @@ impl SkyTable {
         self.horizon_deg
     }
 
-    /// Bound on the error of interpolation, K: the largest seen at the middle of any
-    /// interval along each axis, added. All those middles are nodes now.
+    /// Bound of the interpolation error, K: the sum over both axes of the largest error at the middle of an interval. These middles are
+    /// nodes of the table.
     #[must_use]
     pub fn interpolation_error_k(&self) -> f64 {
         self.angle_error_k + self.frequency_error_k
@@ -157,7 +156,7 @@ impl SkyTable {
     }
 }
 
-/// The grid and the settings shared by all stages of a table.
+/// The grid and the options of a table under construction.
 struct Builder {
     grid: AirGrid,
     observer: usize,
@@ -196,7 +195,7 @@ impl Builder {
         rayleigh_jeans_temperature_k(column.freq_ghz, column.along(ray).seen_before(behind))
     }
 
-    /// Last zenith angle of the sky: the surface sees the horizon itself.
+    /// Largest zenith angle of the sky. It is the horizon itself for an observer at the lowest level.
     fn lowest_sky_deg(&self) -> f64 {
         if self.observer == 0 { 90.0 } else { self.horizon_deg - HORIZON_GAP_DEG }
     }
