@@ -6,11 +6,11 @@ use cittert_arrays::{SkyFrame, SkyGrid};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How directions lie on the picture.
+/// Projection of directions on the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Projection {
-    /// Direction cosines, the plane an interferometer measures on.
+    /// Direction cosines, the coordinates in which an interferometer measures.
     #[default]
     Sin,
     /// Straight lines stay straight, as in a photograph.
@@ -21,17 +21,17 @@ pub enum Projection {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// Where it stands, m: east, north, up.
+    /// Position, m: east, north, up.
     pub position_m: [f64; 3],
-    /// A point in the middle of the picture, m; instead of heading and pitch.
+    /// Point at the centre of the picture, m. It replaces heading and pitch.
     pub look_at_m: Option<[f64; 3]>,
-    /// Where it looks, degrees from north over east.
+    /// Direction of view, degrees from north over east.
     #[serde(default)]
     pub heading_deg: f64,
-    /// How far up it looks, degrees.
+    /// Elevation of the direction of view, degrees.
     #[serde(default)]
     pub pitch_deg: f64,
-    /// How far it leans to the right, degrees.
+    /// Roll of the camera to the right, degrees.
     #[serde(default)]
     pub roll_deg: f64,
     /// Full angle across the wider side of the picture, degrees.

@@ -46,7 +46,7 @@ fn half_or_twice_an_option_changes_a_picture_little() {
     let variants = [
         ("antialias", 8.0, two(&o, |o, f| o.antialias = scaled(o.antialias, f))),
         ("edge_k", 0.2, two(&o, |o, f| o.edge_k *= f)),
-        ("max_bounces", 0.02, two(&o, |o, f| o.max_bounces = scaled(o.max_bounces, f))),
+        ("max_bounces", 4.0, two(&o, |o, f| o.max_bounces = scaled(o.max_bounces, f))),
         ("min_weight", 0.02, two(&o, |o, f| o.min_weight *= f)),
         ("level_deg", 0.02, two(&o, |o, f| o.level_deg *= f)),
         ("mirror_k", 0.02, two(&o, |o, f| o.tables.mirror_k *= f)),
