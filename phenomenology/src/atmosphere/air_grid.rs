@@ -75,11 +75,6 @@ impl AirGrid {
         &self.levels
     }
 
-    /// Centres of all lines of the gas model, GHz.
-    pub(super) fn line_centres_ghz(&self) -> impl Iterator<Item = f64> + '_ {
-        self.spectra.iter().take(1).flat_map(|s| s.water_lines.iter().chain(&s.oxygen_lines).map(|line| line.centre_ghz))
-    }
-
     /// Absorption and source at one frequency.
     pub(super) fn column(&self, freq_ghz: f64) -> Result<Column, PhysicsError> {
         check_frequency(freq_ghz)?;

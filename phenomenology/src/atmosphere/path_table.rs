@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::air_grid::{Column, Levels};
 use super::error::{PhysicsError, check_frequencies, check_range};
 use super::model::Atmosphere;
-use super::path::{LEVEL_PATH_KM, PathEnds, PathExtent};
+use super::path::{LEVEL_PATH_KM, PathEnds};
 use super::transfer::PathRadiation;
 
 /// Width of the bins in which a search starts, km. It affects only the speed.
@@ -96,20 +96,6 @@ impl PathTable {
     /// [`PhysicsError::FrequencyNotInTable`] with the frequencies held.
     pub fn channel(&self, freq_ghz: f64) -> Result<usize, PhysicsError> {
         find_channel(&self.freqs_ghz, freq_ghz)
-    }
-
-    /// Emission and transmission of a path at one frequency.
-    ///
-    /// # Errors
-    /// As [`PathEnds::new`], [`PathTable::channel`] and [`PathTable::radiation`].
-    pub fn path_emission_and_transmission(
-        &self,
-        observer_km: f64,
-        target_km: f64,
-        extent: PathExtent,
-        freq_ghz: f64,
-    ) -> Result<PathRadiation, PhysicsError> {
-        self.radiation(self.channel(freq_ghz)?, &PathEnds::new(observer_km, target_km, extent)?)
     }
 
     /// Emission and transmission of a path in a channel.
@@ -245,6 +231,7 @@ pub(super) fn find_channel(freqs_ghz: &[f64], freq_ghz: f64) -> Result<usize, Ph
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::atmosphere::PathExtent;
 
     fn table(freqs: &[f64]) -> (Atmosphere, PathTable) {
         let atmosphere = Atmosphere::reference("mls", "mpm89").unwrap();
@@ -293,7 +280,7 @@ mod tests {
     fn frequency_and_channel_name_the_same_path() {
         let (_, table) = table(&[35.0, 94.0]);
         let extent = PathExtent::ZenithDeg(45.0);
-        let by_freq = table.path_emission_and_transmission(1.0, 0.0, extent, 94.0).unwrap();
+        let by_freq = table.radiation(table.channel(94.0).unwrap(), &PathEnds::new(1.0, 0.0, extent).unwrap()).unwrap();
         let ends = PathEnds::new(1.0, 0.0, extent).unwrap();
         assert_eq!(by_freq, table.radiation(1, &ends).unwrap());
     }
