@@ -1,5 +1,8 @@
 use super::*;
 use cittert_arrays::{Antenna, BUILTIN_LAYOUTS, LayoutFrame, Sensitivity};
+use cittert_arrays::{ArrayLayout, Site};
+use std::fs;
+use std::path::Path;
 use std::path::PathBuf;
 
 fn shared() -> PathBuf {
