@@ -86,7 +86,7 @@ fn boresight_layouts_survive_or_are_refused() {
 #[test]
 fn every_real_file_is_read_and_converted_within_a_tenth_of_a_millimetre() {
     let mut read = 0;
-    for entry in fs::read_dir(shared()).unwrap() {
+    for entry in fs::read_dir(shared()).unwrap().filter(|e| !e.as_ref().unwrap().path().ends_with("README.md")) {
         let path = entry.unwrap().path();
         let layout = read_layout(&path, None).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let lines = fs::read_to_string(&path).unwrap().lines().filter(|l| !l.starts_with('#') && !l.trim().is_empty()).count();

@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn blank_and_repeated_names_become_unique() {
-        let names = ["A", "", "A", "A#2"].map(String::from);
+        let names = ["A", "", "A", "A#2"].map(String::from).to_vec();
         assert_eq!(unique_names(names), ["A", "ANT1", "A#2", "A#2#2"]);
     }
 }
