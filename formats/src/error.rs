@@ -51,7 +51,7 @@ pub enum FormatError {
         found: String,
     },
     /// Valid, but not supported by this crate.
-    #[error("{}: not supported: {what}", path.display())]
+    #[error("{}: expected something that cittert supports, found this: {what}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
@@ -59,7 +59,7 @@ pub enum FormatError {
         what: String,
     },
     /// The values do not make a valid set, image or table.
-    #[error("{}: the values do not make a valid set, image or table: {source}", path.display())]
+    #[error("{}: expected a valid set, image or table, found this: {source}", path.display())]
     Values {
         /// The file.
         path: PathBuf,

@@ -183,7 +183,7 @@ fn axes(path: &Path, image: &Image) -> Result<[LinearAxis; 4]> {
     if numbers.windows(2).any(|w| w[1] - w[0] != step) || step == 0 {
         return Err(FormatError::unsupported(
             path,
-            format!("polarisations {:?} make no regular STOKES axis: write them one by one", image.polarizations),
+            format!("polarisations {:?} do not form a regular STOKES axis: write them one by one", image.polarizations),
         ));
     }
     let first = numbers.first().copied().unwrap_or(1);

@@ -32,11 +32,11 @@ pub enum LayoutError {
     #[error("expected an antenna layout, found an empty file")]
     Empty,
     /// Bytes that are not UTF-8 text.
-    #[error("expected an antenna layout, found a file that is no text")]
+    #[error("expected an antenna layout, found a file that is not text")]
     NotText,
     /// Text of no known format.
     #[error(
-        "expected a layout, found a text that is none of the known ones: TOML, CASA .cfg (with '# coordsys='), eht-imaging (NAME X Y Z SEFDR SEFDL), pyuvsim csv \
+        "expected a layout, found a text in none of the known formats: TOML, CASA .cfg (with '# coordsys='), eht-imaging (NAME X Y Z SEFDR SEFDL), pyuvsim csv \
          (Name Number BeamID E N U), OSKAR or Miriad (columns of numbers)"
     )]
     Unknown,
@@ -62,7 +62,7 @@ pub enum LayoutError {
         reason: String,
     },
     /// A layout that is not valid.
-    #[error("expected values that make a layout, found this: {0}")]
+    #[error("expected a valid layout, found this: {0}")]
     Array(#[from] ArrayError),
 }
 

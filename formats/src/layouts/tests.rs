@@ -244,7 +244,7 @@ fn files_that_are_no_layouts_are_refused_with_their_path() {
     fs::write(&file, " \n").unwrap();
     assert!(cause(&file).contains("empty"));
     fs::write(&file, [0x89, b'P', b'N', b'G', 0, 0xff]).unwrap();
-    assert!(cause(&file).contains("no text"));
+    assert!(cause(&file).contains("not text"));
 }
 
 #[test]

@@ -119,7 +119,7 @@ fn polarizations(header: &VisibilityHeader, stokes_i: bool, notes: &mut Vec<Stri
     }
     // The numbers have a gap, or Stokes parameters and feed products are mixed: fill the axis from end to end.
     let (first, last) = (present.iter().map(|p| p.0).max().unwrap_or(1), present.iter().map(|p| p.0).min().unwrap_or(1));
-    notes.push("the polarisations make no regular axis; those between them are written as flagged zeros".into());
+    notes.push("the polarisations do not form a regular axis; the missing ones between them are written as flagged zeros".into());
     (last..=first)
         .rev()
         .filter(|n| *n != 0 || (first > 0 && last < 0))
