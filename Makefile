@@ -1,5 +1,6 @@
 # A new user needs two commands: `make demo` and `make test`. Each installs the system packages that are missing.
 CARGO ?= cargo
+TARGET := $(or $(CARGO_TARGET_DIR),target)
 PACKAGES := build-essential pkg-config libhdf5-dev
 # The additional packages that the feature `ms` (Measurement Sets) needs.
 MS_PACKAGES := casacore-dev
@@ -14,7 +15,7 @@ PART ?= 50000
 demo: deps
 	$(CARGO) build --release --locked
 	rm -rf $(DEMO)
-	target/release/cittert run docs/examples/airport.toml -o $(DEMO)
+	$(TARGET)/release/cittert run docs/examples/airport.toml -o $(DEMO)
 	@echo
 	@echo "Open $(DEMO)/report.html; the pictures are $(DEMO)/scene.png, $(DEMO)/dirty.png, $(DEMO)/clean-image.png and $(DEMO)/selfcal-like.png."
 
@@ -60,7 +61,7 @@ bench-peers: deps
 # Measures the processor time of imaging and writes it into the book.
 bench-book: deps
 	$(CARGO) build --release --locked --example core
-	target/release/examples/core book
+	$(TARGET)/release/examples/core book
 
 deps: WANTED = $(PACKAGES)
 deps-ms: WANTED = $(PACKAGES) $(MS_PACKAGES)

@@ -1,7 +1,7 @@
-//! Outputs that appear under their final name only when they are complete.
+//! Outputs that get their final name only when they are complete.
 //!
-//! The bytes go to a hidden file (or directory) beside the final name; `commit` forces them to the disk and renames. A run that
-//! fails, is stopped or is killed therefore leaves the old output, or none.
+//! The bytes go to a hidden file (or directory) beside the final name; `commit` flushes them to the disk and renames the
+//! file. A run that fails or is killed therefore leaves the old output unchanged.
 
 use crate::{FormatError, Result};
 use std::fs::{self, File, OpenOptions};
@@ -9,7 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Tells apart the hidden files of one process.
+/// Counter that makes the names of the hidden files of one process different.
 static COUNTER: AtomicU64 = AtomicU64::new(0);
 
 /// A file being written beside its final name. Dropping it without [`AtomicFile::commit`] removes what was written.
@@ -22,10 +22,10 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Begin an output that will be called `path`.
+    /// Begin an output with the final name `path`.
     ///
     /// # Errors
-    /// The output exists and `overwrite` is false, it is a directory or another special file, or its folder is missing or not writable.
+    /// The output exists and `overwrite` is false, it is a directory or another special file, or its directory is missing or not writable.
     pub fn create(path: &Path, overwrite: bool) -> Result<Self> {
         let target = resolve(path);
         refuse_existing(&target, overwrite)?;
@@ -40,7 +40,7 @@ impl AtomicFile {
         Ok(Self { target, temp, overwrite, done: false })
     }
 
-    /// Where to write: an empty file with a hidden name in the folder of the output.
+    /// The file to write to: an empty file with a hidden name in the directory of the output.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.temp
@@ -55,15 +55,15 @@ impl AtomicFile {
     /// The hidden file, opened to write.
     ///
     /// # Errors
-    /// Whatever the system says.
+    /// An error of the file system.
     pub fn open(&self) -> Result<File> {
         OpenOptions::new().read(true).write(true).open(&self.temp).map_err(|e| FormatError::io(&self.target, "write", e))
     }
 
-    /// Force the bytes to the disk and give the file its final name.
+    /// Flush the bytes to the disk and give the file its final name.
     ///
     /// # Errors
-    /// Whatever the system says (a full disk often says it here); the old output is then still in place.
+    /// An error of the file system; a full disk often shows here. The old output then stays in place.
     pub fn commit(mut self) -> Result<()> {
         let file = self.open()?;
         file.sync_all().map_err(|e| FormatError::io(&self.target, "flush to disk", e))?;
@@ -79,7 +79,7 @@ impl AtomicFile {
 impl Drop for AtomicFile {
     fn drop(&mut self) {
         if !self.done {
-            // Nobody can be told about a failure here, and the file is hidden.
+            // A failure cannot be reported here, and the file is hidden.
             let _ = fs::remove_file(&self.temp);
         }
     }
@@ -94,11 +94,11 @@ pub struct AtomicDir {
 }
 
 impl AtomicDir {
-    /// Begin a directory that will be called `path`. Only a directory that holds a file called `marker` is ever replaced: nobody
-    /// loses a home directory to a mistyped name.
+    /// Begin a directory with the final name `path`. Only a directory that holds a file called `marker` is replaced, so that a mistyped name
+    /// cannot delete another directory.
     ///
     /// # Errors
-    /// The output exists and `overwrite` is false, or is no directory with `marker` in it, or its folder is not writable.
+    /// The output exists and `overwrite` is false, or is not a directory with `marker` in it, or its parent directory is not writable.
     pub fn create(path: &Path, overwrite: bool, marker: &str) -> Result<Self> {
         let target = resolve(path);
         refuse_existing(&target, overwrite)?;
@@ -111,16 +111,16 @@ impl AtomicDir {
         Ok(Self { target, temp, done: false })
     }
 
-    /// Where to write: an empty directory with a hidden name beside the output.
+    /// The directory to write to: an empty directory with a hidden name beside the output.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.temp
     }
 
-    /// Force every file to the disk and give the directory its final name.
+    /// Flush every file to the disk and give the directory its final name.
     ///
     /// # Errors
-    /// Whatever the system says; the old output is then still in place.
+    /// An error of the file system. The old output then stays in place.
     pub fn commit(mut self) -> Result<()> {
         sync_tree(&self.temp).map_err(|e| FormatError::io(&self.target, "flush to disk", e))?;
         let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(|e| FormatError::io(&self.target, "rename to", e));
@@ -174,7 +174,7 @@ fn refuse_existing(target: &Path, overwrite: bool) -> Result<()> {
     Ok(())
 }
 
-/// Folder of an output: `.` for a bare name.
+/// Directory of an output: `.` for a name without a directory.
 fn folder(target: &Path) -> &Path {
     target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
@@ -193,7 +193,7 @@ fn hidden_name(target: &Path) -> Result<PathBuf> {
     Ok(folder(target).join(format!(".{short}.{}-{number}.partial", std::process::id())))
 }
 
-/// Say that it is the folder that is missing, not the file.
+/// An error that says that the directory is missing, not the file.
 fn explain(target: &Path, error: io::Error) -> io::Error {
     let folder = folder(target);
     if error.kind() == io::ErrorKind::NotFound && !folder.is_dir() {
@@ -202,7 +202,7 @@ fn explain(target: &Path, error: io::Error) -> io::Error {
     error
 }
 
-/// Make the rename itself durable; a file system that cannot is no reason to fail.
+/// Flush the rename to the disk. A file system that cannot do this is not an error.
 fn sync_folder(target: &Path) {
     if let Ok(dir) = File::open(folder(target)) {
         let _ = dir.sync_all();

@@ -1,4 +1,4 @@
-//! What is in any file that is read here: found by content, then summed up.
+//! A summary of any file. The format is recognised by the content.
 
 use crate::format::Holds;
 use crate::info::{GainInfo, ImageInfo, VisibilityInfo};
@@ -9,7 +9,7 @@ use cittert_arrays::{ArrayLayout, Source, SourceShape};
 use serde::Serialize;
 use std::path::Path;
 
-/// What is in a layout.
+/// Summary of a layout.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LayoutInfo {
     /// Name of the array.
@@ -49,12 +49,12 @@ impl LayoutInfo {
     }
 }
 
-/// What is in a source list.
+/// Summary of a source list.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SourceListInfo {
     /// Number of sources.
     pub n_sources: usize,
-    /// Number of those that are extended.
+    /// Number of Gaussian sources among them.
     pub n_gaussians: usize,
     /// Sum of the flux densities, Jy.
     pub total_flux_jy: f64,
@@ -72,7 +72,7 @@ impl SourceListInfo {
     }
 }
 
-/// What is in a file, by its kind.
+/// Summary of a file, by its kind.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Contents {
@@ -107,10 +107,10 @@ pub enum Contents {
 }
 
 impl Contents {
-    /// Find out what a file is and sum it up in one pass.
+    /// Recognise the format of a file and sum it up in one pass.
     ///
     /// # Errors
-    /// A file of no known kind, or whatever is wrong inside it.
+    /// A file of no known format, or an error in the file.
     pub fn of(path: &Path) -> Result<Self> {
         let found = format_of(path)?;
         let format = found.name();

@@ -1,4 +1,4 @@
-//! Arrays that do not follow the sky: where they look, and their rows phased to a point of the sky.
+//! Arrays that do not track the sky: their direction, and the phasing of their rows to a fixed point of the sky.
 
 use cittert_arrays::astrometry::LocalSky;
 use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Site};
@@ -21,8 +21,8 @@ fn unit(ra: f64, dec: f64) -> [f64; 3] {
     [dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin()]
 }
 
-/// ICRS direction whose apparent place is the given one, and the position angle of its frame: what the sky moves the direction by
-/// is taken off it, again and again; each round leaves less than a hundredth of the error.
+/// ICRS direction with the given apparent place, and the position angle of its frame. The difference between apparent and catalogue
+/// direction is subtracted repeatedly; each iteration reduces the error by more than a factor of 100.
 pub(crate) fn catalogue(sky: &LocalSky, ra: f64, dec: f64) -> Result<(f64, f64, f64), ArrayError> {
     let want = unit(ra, dec);
     let mut v = want;
@@ -37,7 +37,7 @@ pub(crate) fn catalogue(sky: &LocalSky, ra: f64, dec: f64) -> Result<(f64, f64, 
     Ok((v[1].atan2(v[0]).rem_euclid(TAU), v[2].atan2(v[0].hypot(v[1])), turn))
 }
 
-/// Rows phased to where the array looked at one time, as pyuvdata phases a drift scan that must be.
+/// Phases rows to the direction of the array at one time, as pyuvdata phases a drift scan.
 #[derive(Debug)]
 pub(crate) struct Drift {
     site: Site,
@@ -47,7 +47,7 @@ pub(crate) struct Drift {
     pub(crate) centers: Vec<PhaseCenter>,
 }
 
-/// What becomes of a row.
+/// A phased row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Phased {
     pub(crate) uvw_m: [f64; 3],
@@ -56,10 +56,10 @@ pub(crate) struct Phased {
 }
 
 impl Drift {
-    /// Points of the sky for all phase centres that are none: those where the array looked at `time_jd`.
+    /// Replace each phase centre that is not a point of the sky by the point that the array points at at `time_jd`.
     ///
     /// # Errors
-    /// A time without sidereal time.
+    /// A time outside the years 1901 to 2099.
     pub(crate) fn new(centers: &[PhaseCenter], site: Site, time_jd: f64) -> Result<Self, ArrayError> {
         let sky = LocalSky::at(time_jd, &site)?;
         let point = |c: &PhaseCenter| -> Result<PhaseCenter, ArrayError> {
@@ -82,7 +82,7 @@ impl Drift {
     /// Phase a row of phase centre `index`.
     ///
     /// # Errors
-    /// A time without sidereal time.
+    /// A time outside the years 1901 to 2099.
     pub(crate) fn phased(&mut self, index: usize, time_jd: f64, uvw_m: [f64; 3]) -> Result<Phased, ArrayError> {
         let kind = self.kinds[index];
         if matches!(kind, PhaseCenterKind::Sidereal { .. }) {
@@ -94,7 +94,7 @@ impl Drift {
         let xyz = [0, 1, 2].map(|k| (0..3).map(|a| from[a][k] * uvw_m[a]).sum::<f64>());
         let [u, v, w] = onto.map(|axis| (0..3).map(|k| axis[k] * xyz[k]).sum::<f64>());
         let (sin, cos) = to.frame_pa_rad.sin_cos();
-        // Without a projection the visibilities hold the whole phase; towards a fixed direction that of w is off already.
+        // Unprojected visibilities contain the whole phase. For a direction fixed to the Earth the phase of w is removed already.
         let old_w = if kind == PhaseCenterKind::Unprojected { 0.0 } else { uvw_m[2] };
         Ok(Phased { uvw_m: [u * cos - v * sin, u * sin + v * cos, w], stop_w_m: w - old_w })
     }

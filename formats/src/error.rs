@@ -1,4 +1,4 @@
-//! What can be wrong with a file.
+//! Errors of files.
 
 use crate::layouts::error::LayoutError;
 use cittert_arrays::{ArrayError, BoxError};
@@ -8,22 +8,22 @@ use thiserror::Error;
 /// Result of this crate.
 pub type Result<T, E = FormatError> = std::result::Result<T, E>;
 
-/// Why a file could not be read or written. Every variant names the file.
+/// An error of reading or writing a file. Every variant names the file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FormatError {
-    /// The operating system refused.
+    /// An error of the operating system.
     #[error("{}: cannot {action}: {source}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// What was tried, such as `read` or `create`.
         action: &'static str,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
-    /// The output is there already.
-    #[error("{}: exists already; choose another name or ask to overwrite it (--overwrite)", path.display())]
+    /// The output already exists.
+    #[error("{}: exists already; choose another name, or allow it to be overwritten", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
@@ -50,16 +50,16 @@ pub enum FormatError {
         /// What is there.
         found: String,
     },
-    /// Valid, but outside what is read or written here.
-    #[error("{}: expected what can be read or written here, found this: {what}", path.display())]
+    /// Valid, but not supported by this crate.
+    #[error("{}: expected something that cittert supports, found this: {what}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
         /// What is not supported, and what to do instead.
         what: String,
     },
-    /// The values read make no valid set, image or table.
-    #[error("{}: expected values that belong together, found this: {source}", path.display())]
+    /// The values do not make a valid set, image or table.
+    #[error("{}: expected a valid set, image or table, found this: {source}", path.display())]
     Values {
         /// The file.
         path: PathBuf,
@@ -69,34 +69,34 @@ pub enum FormatError {
     /// A layout could not be read or written.
     #[error(transparent)]
     Layout(#[from] LayoutError),
-    /// The HDF5 library refused.
+    /// An error of the HDF5 library.
     #[error("{}: {place}: expected {expected}, found the error of HDF5: {message}", path.display())]
     Hdf5 {
         /// The file.
         path: PathBuf,
         /// Dataset or group.
         place: String,
-        /// What the library was to do.
+        /// What was expected.
         expected: &'static str,
-        /// What the library said.
+        /// The message of the library.
         message: String,
     },
 }
 
 impl FormatError {
-    /// The system refused to `action` on `path`.
+    /// The operation `action` failed on `path`.
     #[must_use]
     pub fn io(path: &Path, action: &'static str, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), action, source }
     }
 
-    /// At `place`, `expected` was due but `found` was there.
+    /// At `place`, `expected` was expected but `found` was found.
     #[must_use]
     pub fn malformed(path: &Path, place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
         Self::Malformed { path: path.into(), place: place.into(), expected: expected.into(), found: found.into() }
     }
 
-    /// `what` is beyond what is supported.
+    /// `what` is not supported.
     #[must_use]
     pub fn unsupported(path: &Path, what: impl Into<String>) -> Self {
         Self::Unsupported { path: path.into(), what: what.into() }
@@ -108,7 +108,7 @@ impl FormatError {
         Self::Values { path: path.into(), source }
     }
 
-    /// The file this error is about; empty where a layout error names none.
+    /// The file of this error; empty for a layout error without a file.
     #[must_use]
     pub fn path(&self) -> &Path {
         match self {
@@ -125,7 +125,7 @@ impl FormatError {
     }
 }
 
-/// Sources and sinks hand their errors on through the vocabulary's error.
+/// Sources and sinks of visibilities return their errors as errors of the crate of arrays.
 impl From<FormatError> for ArrayError {
     fn from(error: FormatError) -> Self {
         Self::Stream(Box::new(error) as BoxError)

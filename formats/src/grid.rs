@@ -12,7 +12,7 @@ use std::path::Path;
 /// Write a grid.
 ///
 /// # Errors
-/// Arrays of different shapes, an existing output that may not be overwritten, or what the disk says.
+/// Arrays of different shapes, an existing output that may not be overwritten, or an error of the file system.
 pub fn write_grid(path: &Path, grid: &UvGrid, overwrite: bool) -> Result<()> {
     grid.check().map_err(|e| FormatError::values(path, e))?;
     let out = H5Out::create(path, overwrite)?;

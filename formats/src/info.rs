@@ -1,10 +1,10 @@
-//! What is in a file: one pass over it, in constant memory, and numbers in SI units with the unit in the key.
+//! Summaries of files. Visibilities are read in one pass in constant memory. Numbers are in SI units; the key names the unit.
 
 use cittert_arrays::{ArrayError, GainTable, Image, PhaseCenterKind, SkyFrame, VisibilitySource, for_each_block};
 use serde::Serialize;
 use std::collections::{BTreeMap, HashSet};
 
-/// Bytes of visibilities read at a time.
+/// Size of the blocks of visibilities that are read, bytes.
 const BLOCK_BYTES: usize = 1 << 24;
 
 /// A phase centre in plain numbers.
@@ -30,7 +30,7 @@ pub struct PhaseCenterInfo {
     pub el_rad: Option<f64>,
 }
 
-/// What is in a set of visibilities.
+/// Summary of a set of visibilities.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VisibilityInfo {
     /// Name of the telescope.
@@ -71,22 +71,22 @@ pub struct VisibilityInfo {
     pub frame: &'static str,
     /// Phase centres.
     pub phase_centers: Vec<PhaseCenterInfo>,
-    /// Temperature that was removed from the scene, K.
+    /// Constant brightness temperature that was removed from the scene, K.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pedestal_k: Option<f64>,
     /// Longest baseline in the u-v plane, m.
     pub longest_baseline_m: f64,
     /// Shortest baseline between two antennas in the u-v plane, m.
     pub shortest_baseline_m: f64,
-    /// Flagged data over all data.
+    /// Fraction of the data that are flagged.
     pub flagged_fraction: f64,
     /// Number of data that are not flagged, by polarisation.
     pub n_unflagged: BTreeMap<String, u64>,
     /// Mean |V| of the data that are not flagged, by polarisation.
     pub mean_abs_unflagged: BTreeMap<String, f64>,
-    /// Data that are not flagged but have a weight or value that is not finite; imaging leaves them out.
+    /// Number of data that are not flagged but have a weight or value that is not finite. Imaging ignores them.
     pub n_not_finite: u64,
-    /// How the data came to be.
+    /// History of the data.
     pub history: Vec<String>,
 }
 
@@ -160,7 +160,7 @@ fn phase_center(c: &cittert_arrays::PhaseCenter) -> PhaseCenterInfo {
     info
 }
 
-/// What one pass collects.
+/// The sums of one pass over the data.
 struct Count {
     baselines: HashSet<(u32, u32)>,
     antennas: HashSet<u32>,
@@ -169,7 +169,7 @@ struct Count {
     integration_s: f64,
     longest_m: f64,
     shortest_m: f64,
-    /// By polarisation: data not flagged, those of them with a finite value, and the sum of |V| of the latter.
+    /// For each polarisation: number of data that are not flagged, number of these with a finite value, and the sum of |V| over the latter.
     good: Vec<u64>,
     finite: Vec<u64>,
     sum: Vec<f64>,
@@ -225,7 +225,7 @@ impl Count {
     }
 }
 
-/// What is in an image.
+/// Summary of an image.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ImageInfo {
     /// Cells along l and m.
@@ -261,7 +261,7 @@ pub struct ImageInfo {
     pub object: String,
     /// Name of the telescope.
     pub telescope: String,
-    /// How the image came to be.
+    /// History of the image.
     pub history: Vec<String>,
 }
 
@@ -296,7 +296,7 @@ impl ImageInfo {
     }
 }
 
-/// What is in a gain table.
+/// Summary of a gain table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GainInfo {
     /// Name of the telescope or layout.
@@ -311,18 +311,18 @@ pub struct GainInfo {
     pub freq_hz: Vec<f64>,
     /// Names of the feeds.
     pub feeds: Vec<String>,
-    /// What the gains are: phase, amplitude and phase, injected truth ...
+    /// Kind of the gains: phase, amplitude and phase, injected truth ...
     pub mode: String,
     /// Name of the reference antenna.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refant: Option<String>,
-    /// Flagged gains over all gains.
+    /// Fraction of the gains that are flagged.
     pub flagged_fraction: f64,
     /// Mean amplitude of the gains that are not flagged.
     pub mean_amplitude: f64,
     /// Root mean square phase of the gains that are not flagged, rad.
     pub rms_phase_rad: f64,
-    /// How the table came to be.
+    /// History of the table.
     pub history: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Everything on disk, and every sign flip.
+//! All file formats, and all conversions of signs and conventions between files and memory.
 //!
 //! | module | format |
 //! |---|---|
@@ -8,10 +8,10 @@
 //! | [`fits`] | FITS images, cubes and planes |
 //! | [`calh5`] | CalH5 gain tables |
 //! | [`layouts`] | antenna layouts of several programs |
-//! | [`info`] | what is in a file |
-//! | [`atomic`] | outputs that appear only when complete |
+//! | [`info`] | summaries of files |
+//! | [`atomic`] | outputs that get their name only when complete |
 //!
-//! Formats are found by content through one table, [`FORMATS`]; a new format is a file or folder and a row.
+//! One table, [`FORMATS`], lists all formats. A file is recognised by its content. A new format is a file or directory and a row.
 
 pub mod atomic;
 pub mod calh5;

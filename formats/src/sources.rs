@@ -15,7 +15,7 @@ use std::path::Path;
 const COLUMNS: [&str; 10] =
     ["l_rad", "m_rad", "ra_deg", "dec_deg", "flux_jy", "major_rad", "minor_rad", "pa_rad", "spectral_index", "ref_freq_hz"];
 
-/// The row of source lists in the table of formats.
+/// Source lists in the table of formats.
 pub(crate) struct SourceList;
 
 impl Format for SourceList {
@@ -48,7 +48,7 @@ impl SourceFormat for SourceList {
     }
 }
 
-/// Which column of the file holds which quantity.
+/// The columns of a file.
 struct Columns<'a> {
     path: &'a Path,
     /// Index in the file of each of [`COLUMNS`].
@@ -83,7 +83,7 @@ impl<'a> Columns<'a> {
         Ok(Self { path, at, equatorial })
     }
 
-    /// Number of a column in a line; `None` where the column or the field is missing.
+    /// The number in a column of a line; `None` where the column does not exist or the field is empty.
     fn number(&self, line: &Line<'_>, name: &str) -> Result<Option<f64>> {
         let at = COLUMNS.iter().position(|c| *c == name).and_then(|c| self.at[c]);
         let Some(text) = at.and_then(|k| line.record.get(k)).map(str::trim).filter(|t| !t.is_empty()) else { return Ok(None) };
@@ -146,7 +146,8 @@ impl<'a> Columns<'a> {
 /// Read a source list.
 ///
 /// # Errors
-/// A column that is not known or stands twice, a missing position or flux, a field that is no finite number; each names its line.
+/// A column that is not known or is listed twice, a missing position or flux density, or a field that is not a finite number. Each error
+/// names the line.
 pub fn read_sources(path: &Path) -> Result<Vec<Source>> {
     let file = open_file(path)?;
     let mut reader = csv::ReaderBuilder::new().has_headers(false).comment(Some(b'#')).trim(csv::Trim::All).from_reader(file);
@@ -169,10 +170,10 @@ pub fn read_sources(path: &Path) -> Result<Vec<Source>> {
     Ok(sources)
 }
 
-/// Write a source list; what no source has gets no column.
+/// Write a source list. Properties that no source has get no column.
 ///
 /// # Errors
-/// Positions on the sky mixed with direction cosines, an existing output that may not be overwritten, or whatever the disk says.
+/// Positions on the sky mixed with direction cosines, an existing output that may not be overwritten, or an error of the file system.
 pub fn write_sources(path: &Path, sources: &[Source], overwrite: bool) -> Result<()> {
     let equatorial = sources.iter().any(|s| matches!(s.position, SourcePosition::RaDec { .. }));
     let shapes = sources.iter().any(|s| s.shape != SourceShape::Point);

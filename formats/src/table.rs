@@ -1,4 +1,4 @@
-//! Tables of columns as HDF5: one group a table, one dataset a column.
+//! Tables of columns as HDF5: one group per table, one dataset per column.
 
 use crate::h5::H5Out;
 use crate::{FormatError, Result};
@@ -38,7 +38,7 @@ pub struct Table {
 /// Write tables; the datasets `TABLE/COLUMN` hold the values, `history` the text.
 ///
 /// # Errors
-/// Columns of different lengths, an existing output that may not be overwritten, or what the disk says.
+/// Columns of different lengths, an existing output that may not be overwritten, or an error of the file system.
 pub fn write_tables(path: &Path, tables: &[Table], history: &[String], overwrite: bool) -> Result<()> {
     for table in tables {
         let rows = table.columns.first().map_or(0, |c| c.1.len());

@@ -1,4 +1,4 @@
-//! The camera: where it stands, where it looks, and the ray of every pixel.
+//! The camera: its position and direction, and the ray of every pixel.
 
 use crate::error::SceneError;
 use crate::space::Vec3;
@@ -6,11 +6,11 @@ use cittert_arrays::{SkyFrame, SkyGrid};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How directions lie on the picture.
+/// Projection of directions on the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Projection {
-    /// Direction cosines, the plane an interferometer measures on.
+    /// Direction cosines, the coordinates in which an interferometer measures.
     #[default]
     Sin,
     /// Straight lines stay straight, as in a photograph.
@@ -21,17 +21,17 @@ pub enum Projection {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// Where it stands, m: east, north, up.
+    /// Position, m: east, north, up.
     pub position_m: [f64; 3],
-    /// A point in the middle of the picture, m; instead of heading and pitch.
+    /// Point at the centre of the picture, m. It replaces heading and pitch.
     pub look_at_m: Option<[f64; 3]>,
-    /// Where it looks, degrees from north over east.
+    /// Direction of view, degrees from north over east.
     #[serde(default)]
     pub heading_deg: f64,
-    /// How far up it looks, degrees.
+    /// Elevation of the direction of view, degrees.
     #[serde(default)]
     pub pitch_deg: f64,
-    /// How far it leans to the right, degrees.
+    /// Roll of the camera to the right, degrees.
     #[serde(default)]
     pub roll_deg: f64,
     /// Full angle across the wider side of the picture, degrees.
@@ -53,22 +53,22 @@ fn default_size_px() -> [usize; 2] {
     [512, 512]
 }
 
-/// The three directions of a camera.
+/// The three axes of a camera, unit vectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axes {
     /// To the right of the picture.
     pub right: Vec3,
-    /// To its top.
+    /// To the top of the picture.
     pub up: Vec3,
-    /// To its middle.
+    /// To the centre of the picture.
     pub forward: Vec3,
 }
 
 impl Camera {
-    /// The directions of the picture.
+    /// The axes of the camera.
     ///
     /// # Errors
-    /// Numbers that are not finite; a point to look at where the camera stands.
+    /// Numbers that are not finite; a point to look at that is the position of the camera.
     pub fn axes(&self) -> Result<Axes, SceneError> {
         let bad = |value: String, expected| Err(SceneError::BadValue { what: "[camera]".into(), value, expected });
         let angles = [self.heading_deg, self.pitch_deg, self.roll_deg];
@@ -93,19 +93,19 @@ impl Camera {
         Ok(Axes { right: right * cr - up * sr, up: up * cr + right * sr, forward })
     }
 
-    /// The same camera with a square picture of a side in pixels, over the same field of view.
+    /// The same camera with a square picture of `side_px` pixels on each side, over the same field of view.
     #[must_use]
     pub fn with_side(&self, side_px: usize) -> Self {
         Self { size_px: [side_px, side_px], ..self.clone() }
     }
 
-    /// The same camera on direction cosines, as an interferometer sees.
+    /// The same camera with the projection of an interferometer.
     #[must_use]
     pub fn in_direction_cosines(&self) -> Self {
         Self { projection: Projection::Sin, ..self.clone() }
     }
 
-    /// The grid of its picture: direction cosines for [`Projection::Sin`], tangents for [`Projection::Pinhole`].
+    /// The grid of the picture: direction cosines for [`Projection::Sin`], tangents for [`Projection::Pinhole`].
     ///
     /// # Errors
     /// A size or field of view out of range.
@@ -125,17 +125,18 @@ impl Camera {
         Ok(SkyGrid::new(columns, rows, 2.0 * reach / widest, SkyFrame::Boresight)?)
     }
 
-    /// Tangent of half the field of view over its direction cosine on the grid: what stretches the grid of a pinhole.
+    /// Factor between a tangent and its coordinate on the grid. A grid reaches 0.999 at most, and the tangent of a wide pinhole camera
+    /// exceeds it.
     fn stretch(&self) -> f64 {
         let tan = (0.5 * self.fov_deg).to_radians().tan();
         tan / tan.min(0.999)
     }
 }
 
-/// Directions of the pixels of a grid.
+/// A camera with the directions of its pixels.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// Where all rays begin, m.
+    /// Position of the camera, where all rays start, m.
     pub position: Vec3,
     axes: Axes,
     grid: SkyGrid,
@@ -144,7 +145,7 @@ pub struct View {
 }
 
 impl View {
-    /// The view of a camera on a grid of direction cosines, whatever the projection of the camera.
+    /// The view of a camera on a grid of direction cosines. The projection of the camera is not used.
     ///
     /// # Errors
     /// As [`Camera::axes`].
@@ -169,11 +170,11 @@ impl View {
         &self.grid
     }
 
-    /// Direction of a (fractional) pixel; `None` beyond the edge of the visible half-space.
+    /// Direction of a pixel with fractional coordinates. `None` outside the visible hemisphere.
     #[must_use]
     #[inline]
     pub fn direction(&self, column: f64, row: f64) -> Option<Vec3> {
-        // On the sky l grows to the east, which is to the left as seen.
+        // On the sky l increases to the east, which is to the left in the picture.
         let (x, y) = (self.grid.l_sign() * self.grid.l_at(column) * self.scale, self.grid.m_at(row) * self.scale);
         let across = self.axes.right * x + self.axes.up * y;
         match self.projection {
@@ -185,7 +186,7 @@ impl View {
         }
     }
 
-    /// Direction of the horizontal polarisation (along l to the right) of a ray, across it.
+    /// Direction of the horizontal polarisation of a ray: along l to the right, and perpendicular to the ray.
     #[must_use]
     #[inline]
     pub fn reference(&self, direction: Vec3) -> Vec3 {

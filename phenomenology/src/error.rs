@@ -1,4 +1,4 @@
-//! What can be wrong with a scene.
+//! Errors of reading and rendering a scene.
 
 use crate::atmosphere::PhysicsError;
 use crate::geometry::{At, GeometryError};
@@ -12,7 +12,7 @@ pub type Result<T, E = SceneError> = std::result::Result<T, E>;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// The TOML is not a scene; the message points at the line.
+    /// The text is not the TOML of a scene. The message names the line.
     #[error("the scene description is wrong: {0}")]
     Toml(#[from] toml::de::Error),
     /// The scene cannot be written as TOML.
@@ -21,81 +21,81 @@ pub enum SceneError {
     /// A value outside its range.
     #[error("{what} is {value}, expected {expected}")]
     BadValue {
-        /// What it belongs to.
+        /// Name of the value.
         what: String,
-        /// What was given.
+        /// The value given.
         value: String,
-        /// What is accepted.
+        /// The values that are accepted.
         expected: &'static str,
     },
-    /// Something at a line of the scene that cannot be.
+    /// A fault at a line of the scene.
     #[error("{at}{message}")]
     At {
-        /// Where.
+        /// Line of the scene.
         at: At,
         /// What is wrong and what to do.
         message: String,
     },
-    /// Bodies or regions.
+    /// An error of bodies or regions.
     #[error(transparent)]
     Geometry(Box<GeometryError>),
-    /// A surface and its layers.
+    /// An error of a surface or its layers.
     #[error("{at}surface `{name}`")]
     Surface {
-        /// Where.
+        /// Line of the scene.
         at: At,
         /// Name of the surface.
         name: String,
-        /// Why.
+        /// Cause.
         source: Box<SurfaceError>,
     },
-    /// The atmosphere.
+    /// An error of the atmosphere.
     #[error("{at}atmosphere of the scene")]
     Atmosphere {
-        /// Where.
+        /// Line of the scene.
         at: At,
-        /// Why.
+        /// Cause.
         source: Box<PhysicsError>,
     },
     /// A region without a surface.
     #[error("{at}region `{region}` has no material; give it surface = \"...\" ({known})")]
     MissingMaterial {
-        /// Where.
+        /// Line of the scene.
         at: At,
         /// The region.
         region: String,
-        /// The surfaces there are.
+        /// The known surfaces.
         known: String,
     },
     /// A surface that is used but not described.
     #[error("{at}{user} uses unknown surface `{name}`; {known}")]
     UnknownSurface {
-        /// Where.
+        /// Line of the scene.
         at: At,
-        /// What uses it.
+        /// Name of the region, patch or map that uses it.
         user: String,
         /// The surface.
         name: String,
-        /// The surfaces there are.
+        /// The known surfaces.
         known: String,
     },
-    /// A picture that the scene names.
+    /// A picture that the scene names and that could not be read.
     #[error("{at}picture `{name}` of the ground")]
     Picture {
-        /// Where.
+        /// Line of the scene.
         at: At,
         /// Its name.
         name: String,
-        /// Why.
+        /// Cause.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// Neither solids nor ground.
+    /// A scene with neither solids nor ground.
     #[error("the scene is empty: give it a [ground], or bodies and regions")]
     Empty,
     /// The camera lies inside a solid.
     #[error("{at}the camera at {position_m:?} m lies inside region `{region}`; move it out")]
     CameraInside {
-        /// Where.
+        /// Line of the scene.
         at: At,
         /// Position, m.
         position_m: [f64; 3],
@@ -105,7 +105,7 @@ pub enum SceneError {
     /// The camera lies below the ground.
     #[error("{at}the camera at {position_m:?} m lies under the ground, which is at {ground_m} m there; raise it")]
     CameraUnderGround {
-        /// Where.
+        /// Line of the scene.
         at: At,
         /// Position, m.
         position_m: [f64; 3],
@@ -130,7 +130,7 @@ impl From<PhysicsError> for SceneError {
 }
 
 impl SceneError {
-    /// A fault of the air, wherever it was met.
+    /// An error of the atmosphere at a line.
     pub(crate) fn air(at: At, source: PhysicsError) -> Self {
         Self::Atmosphere { at, source: Box::new(source) }
     }

@@ -1,6 +1,6 @@
-//! Scene description to brightness temperature.
+//! Radiometric scene simulator: from the description of a scene to an image of brightness temperature.
 //!
-//! [`Scene`] is the public face: read one from TOML, render it on a [`cittert_arrays::SkyGrid`].
+//! Read a [`Scene`] from TOML, and render it on a [`cittert_arrays::SkyGrid`].
 
 mod analytic;
 pub mod atmosphere;

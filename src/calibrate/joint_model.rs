@@ -26,7 +26,6 @@ use num_complex::Complex;
 use std::sync::Arc;
 use std::time::Instant;
 
-
 /// How the joint solution is made.
 #[derive(Debug, Clone)]
 pub struct JointOptions {

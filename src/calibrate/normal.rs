@@ -14,7 +14,6 @@ use ndarray::Array3;
 use num_complex::{Complex, Complex64};
 use std::collections::BTreeMap;
 
-
 /// Sums over the samples of a baseline (or of one row of it) in an interval. V is taken as antenna p to q with p < q.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Cell {
@@ -150,7 +149,9 @@ impl NormalEquations {
                 continue;
             }
             let key = self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?;
-            if !self.intervals.contains_key(&key) && (self.intervals.len() + 1) * n_cells * size_of::<Cell>() > MemoryBudget::default().bytes() {
+            if !self.intervals.contains_key(&key)
+                && (self.intervals.len() + 1) * n_cells * size_of::<Cell>() > MemoryBudget::default().bytes()
+            {
                 return Err(ChainError::BadOption {
                     option: "solint",
                     value: format!("more than {} intervals of {n_cells} solutions", self.intervals.len()),

@@ -93,7 +93,7 @@ fn told(error: &(dyn std::error::Error + 'static)) -> String {
     match error.downcast_ref::<crate::ChainError>() {
         Some(crate::ChainError::BadOption { option, .. }) if !option.contains(' ') => {
             format!("--{}", error.to_string().replacen(option, &option.replace('_', "-"), 1))
-        },
+        }
         _ => error.to_string(),
     }
 }

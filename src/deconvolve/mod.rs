@@ -15,8 +15,8 @@ mod tests;
 mod tiles;
 mod tuning;
 
-pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales};
 pub(crate) use minor::peak_size;
+pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales};
 pub use options::{Algorithm, CleanOptions, SkyBox};
 pub use table::{Entry, Make, TABLE, by_name};
 pub use tuning::CleanTuning;

@@ -79,9 +79,9 @@ impl<T: Real> Pair<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixtures::Noise;
     use crate::fourier::dft::image_to_vis_exact;
     use crate::fourier::vis_to_image;
-    use crate::fixtures::Noise;
     use cittert_arrays::SkyFrame;
     use num_complex::Complex64;
 

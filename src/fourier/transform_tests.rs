@@ -65,7 +65,8 @@ fn fused_passes_reach_every_epsilon() {
 /// of rounding in sums of some thousand terms (30). Random visibilities do not cancel against the model, so that the residual is as large as they are.
 #[test]
 fn fused_passes_in_single_precision_reach_every_epsilon_that_selects_it() {
-    for (size, cell, rows, w_m) in [((24, 20), 0.002, (40, 3), 200.0), ((50, 36), 0.004, (60, 12), 100.0), ((30, 30), 0.03, (60, 4), 80.0)] {
+    for (size, cell, rows, w_m) in [((24, 20), 0.002, (40, 3), 200.0), ((50, 36), 0.004, (60, 12), 100.0), ((30, 30), 0.03, (60, 4), 80.0)]
+    {
         let c = case(size, cell, sky(), rows, (0.9, w_m));
         for w_term in [true, false] {
             let exact = exact_residual(&c, w_term);

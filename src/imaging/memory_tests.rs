@@ -30,7 +30,8 @@ impl VisibilitySource for Counting {
 fn a_tiny_and_a_large_budget_give_the_same_image() {
     let freq: Vec<f64> = (0..96).map(|c| 94e9 + 2e7 * f64::from(c)).collect();
     // 1770 baselines of 96 channels are 2.7 MB of reduced data, above an eighth of 16 MiB. A height of 0.3 m needs planes of w.
-    let set = snapshot(&positions(60, 0.5, 0.3, 3), &freq, &[Polarization::I], &[(0.1, 0.05, 1.0), (-0.14, 0.09, 0.4)], (0.01, VisUnit::Jy));
+    let set =
+        snapshot(&positions(60, 0.5, 0.3, 3), &freq, &[Polarization::I], &[(0.1, 0.05, 1.0), (-0.14, 0.09, 0.4)], (0.01, VisUnit::Jy));
     let run = |bytes: u64| {
         let mut source = Counting(set.clone(), 0);
         let memory = crate::memory::MemoryBudget::new(bytes).unwrap();
@@ -40,7 +41,8 @@ fn a_tiny_and_a_large_budget_give_the_same_image() {
             weighting: Weighting::Briggs,
             robust: 0.5,
             memory,
-            ..ImagingOptions::default() };
+            ..ImagingOptions::default()
+        };
         let mut imager = Imager::new(&mut source, opts, &Silent).unwrap();
         let (dirty, psf) = (imager.dirty(0, &Silent).unwrap(), imager.psf(0, &Silent).unwrap());
         let mut model = ndarray::Array2::zeros((256, 256));

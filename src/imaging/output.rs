@@ -102,7 +102,13 @@ impl Imager<'_> {
     }
 }
 
-fn in_kelvin(grid: &SkyGrid, mut plane: Array2<f64>, kind: Kind, beam: Option<&RestoringBeam>, pedestal: Option<f64>) -> Result<Array2<f64>> {
+fn in_kelvin(
+    grid: &SkyGrid,
+    mut plane: Array2<f64>,
+    kind: Kind,
+    beam: Option<&RestoringBeam>,
+    pedestal: Option<f64>,
+) -> Result<Array2<f64>> {
     let solid_angle = match (kind, beam) {
         (Kind::Psf, _) => return Ok(plane),
         (Kind::Model, _) => grid.cell_sr(),

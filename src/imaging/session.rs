@@ -3,9 +3,9 @@
 //! If the data are in memory, their rows are sorted once and every pass uses the sorted rows.
 
 use super::data::ReducedBlock;
+use crate::fourier::{Degridder, GridOptions, Gridder, Real, SortedRows, Transform, UvwExtent};
 use crate::memory::MemoryBudget;
 use crate::{ChainError, Result};
-use crate::fourier::{Degridder, GridOptions, Gridder, Real, SortedRows, Transform, UvwExtent};
 use cittert_arrays::SkyGrid;
 use ndarray::Array2;
 use num_complex::Complex;

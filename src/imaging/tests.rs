@@ -98,7 +98,8 @@ fn dirty_images_agree_with_the_direct_sum_for_every_scheme_of_weights() {
             let per_hz = freq[c] / SPEED_OF_LIGHT_M_S;
             density_cell(grid.n_l, grid.cell_rad, uvw[(r, 0)] * per_hz, uvw[(r, 1)] * per_hz)
         };
-        let factors = expected_factors(weighting, 0.0, (0..uvw.nrows()).flat_map(|r| [(cell(r, 0), usable(r, 0)), (cell(r, 1), usable(r, 1))]));
+        let factors =
+            expected_factors(weighting, 0.0, (0..uvw.nrows()).flat_map(|r| [(cell(r, 0), usable(r, 0)), (cell(r, 1), usable(r, 1))]));
         for ((r, c), w) in weights.indexed_iter_mut() {
             *w = if usable(r, c) > 0.0 { usable(r, c) * factors(cell(r, c)) } else { 0.0 };
             if *w > 0.0 {

@@ -38,7 +38,12 @@ struct Case {
 }
 
 fn options() -> ImagingOptions {
-    ImagingOptions { size: Some(ImageSize::square(SIDE)), cell: Some(cittert_arrays::quantity::Angle(CELL)), weighting: Weighting::Natural, ..ImagingOptions::default() }
+    ImagingOptions {
+        size: Some(ImageSize::square(SIDE)),
+        cell: Some(cittert_arrays::quantity::Angle(CELL)),
+        weighting: Weighting::Natural,
+        ..ImagingOptions::default()
+    }
 }
 
 fn cases() -> Vec<Case> {

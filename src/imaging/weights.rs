@@ -218,8 +218,8 @@ fn windows(line: &[f64], sums: &mut [(f64, f64)]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cittert_arrays::quantity::Angle;
     use cittert_arrays::SkyFrame;
+    use cittert_arrays::quantity::Angle;
     use ndarray::{Array2, array};
     use num_complex::Complex32;
 

@@ -53,7 +53,8 @@ pub(crate) fn seen_from(source: &Source, number: usize, center: &PhaseCenter) ->
             Some([[sin * major_rad * scale, cos * major_rad * scale], [cos * minor_rad * scale, -sin * minor_rad * scale]])
         }
     };
-    let behind = || ArrayError::BadValue { what: format!("position of source {number}"), value: format!("{l}, {m}"), expected: "l^2 + m^2 <= 1" };
+    let behind =
+        || ArrayError::BadValue { what: format!("position of source {number}"), value: format!("{l}, {m}"), expected: "l^2 + m^2 <= 1" };
     let nm1 = n_minus_1(l, m).ok_or_else(behind)?;
     Ok(Seen { l, m, nm1, axes, source: *source })
 }

@@ -150,8 +150,7 @@ fn separable(grid: &SkyGrid, plane: ArrayView2<'_, f64>, uvw_m: ArrayView2<'_, f
     // A copy in row order, in which cells behind the horizon are 0.
     let visible = |at: (usize, usize)| n_minus_1(grid.l_at(at.1 as f64), grid.m_at(at.0 as f64)).is_some();
     let cells: Vec<f64> = plane.indexed_iter().map(|(at, v)| if visible(at) { *v } else { 0.0 }).collect();
-    let lines: Vec<(usize, &[f64])> =
-        cells.chunks_exact(grid.n_l).enumerate().filter(|(_, line)| line.iter().any(|v| *v != 0.0)).collect();
+    let lines: Vec<(usize, &[f64])> = cells.chunks_exact(grid.n_l).enumerate().filter(|(_, line)| line.iter().any(|v| *v != 0.0)).collect();
     out.axis_iter_mut(Axis(0)).into_par_iter().zip(uvw_m.axis_iter(Axis(0)).into_par_iter()).for_each(|(mut out, uvw)| {
         let (mut cos, mut sin) = (vec![0.0; grid.n_l], vec![0.0; grid.n_l]);
         for (c, freq) in freq_hz.iter().enumerate() {

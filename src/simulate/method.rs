@@ -36,8 +36,10 @@ impl std::str::FromStr for Method {
     type Err = ChainError;
 
     fn from_str(text: &str) -> Result<Self> {
-        Self::TABLE.iter().find(|t| t.1 == text).map(|t| t.0).ok_or_else(|| {
-            ChainError::bad_option("method", text, Self::TABLE.map(|t| t.1).join(", "))
-        })
+        Self::TABLE
+            .iter()
+            .find(|t| t.1 == text)
+            .map(|t| t.0)
+            .ok_or_else(|| ChainError::bad_option("method", text, Self::TABLE.map(|t| t.1).join(", ")))
     }
 }

@@ -7,8 +7,8 @@
 //! as the effective area and the solid angle of an antenna obey A_e Omega_A = lambda^2.
 
 use super::element::ElementPattern;
-use crate::random::stream;
 use super::sky::from_jy;
+use crate::random::stream;
 use crate::{ChainError, Result};
 use cittert_arrays::{
     Antenna, BOLTZMANN_J_PER_K, Polarization, SPEED_OF_LIGHT_M_S, Sensitivity, VisUnit, VisibilityBlock, VisibilityHeader,
@@ -94,7 +94,9 @@ impl NoiseModel {
             }
         }
         if header.unit == VisUnit::Uncalibrated {
-            return Err(ChainError::Incompatible("the size of thermal noise is unknown in correlator units: use a set in Jy or K sr".into()));
+            return Err(ChainError::Incompatible(
+                "the size of thermal noise is unknown in correlator units: use a set in Jy or K sr".into(),
+            ));
         }
         let freq = header.spectrum.freq_hz();
         let mut sefd = Array2::zeros((header.layout.n_ant(), freq.len()));

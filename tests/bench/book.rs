@@ -1,7 +1,8 @@
-//! The page of the book on cost: time against visibilities and pixels, and how far each stage is from what the machine can do.
+//! Writes the page of the book on the cost of imaging: processor time against the number of visibilities and of pixels, and the speed of each
+//! stage as a fraction of the machine's limit.
 
 use crate::limits::{cpu_s, least, multiply_adds, triad};
-use crate::tracks::{CELL_RAD, Tracks, tracks_from};
+use crate::tracks::{CELL_RAD, Tracks, tracks};
 use crate::{Done, Value};
 use cittert::fourier::{GridOptions, Transform, UvwExtent};
 use cittert::plot::{CurveOptions, Series, curves};
@@ -11,7 +12,7 @@ use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Visibilities of one block, the most that is in memory at once.
+/// Visibilities of one block. Only one block is in memory at a time.
 const BLOCK: usize = 10_000_000;
 const CHANNELS: usize = 64;
 const BASELINES: usize = 351;
@@ -19,7 +20,7 @@ const SIDE: usize = 2048;
 const BEGIN: &str = "<!-- measured: written by `make bench-book` -->";
 const END: &str = "<!-- end of what was measured -->";
 
-/// Processor seconds of one way there and one way back, and of their parts.
+/// Processor seconds from visibilities to an image and back, and of the parts.
 #[derive(Debug, Clone, Copy, Default)]
 struct Times {
     plan: f64,
@@ -28,7 +29,7 @@ struct Times {
     to_image: f64,
     from_image: f64,
     gather: f64,
-    /// Multiply-adds of spreading, and bytes and multiply-adds of one transform of the planes.
+    /// Multiply-adds of gridding, and bytes and multiply-adds of one transform of the planes.
     spread_ops: f64,
     fourier_ops: f64,
     fourier_bytes: f64,
@@ -36,18 +37,18 @@ struct Times {
 }
 
 impl Times {
-    /// From visibilities to an image, whatever order the steps are taken in: planes that do not fit into memory at once are made in groups.
+    /// Time from visibilities to an image. The order of the steps does not matter: planes that do not fit into memory together are made in groups.
     fn there(&self) -> f64 {
         self.sort + self.spread + self.to_image
     }
 
-    /// From an image to visibilities.
+    /// Time from an image to visibilities.
     fn back(&self) -> f64 {
         self.sort + self.from_image + self.gather
     }
 }
 
-/// The same field in any number of pixels, so that what w takes does not change with them.
+/// The same field of view with any number of pixels, so that the cost of the w term does not depend on their number.
 fn grid(n: usize) -> Done<SkyGrid> {
     let cell = CELL_RAD * SIDE as f64 / n as f64;
     Ok(SkyGrid::new(n, n, cell, SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.5, frame: "icrs".into() })?)
@@ -58,13 +59,13 @@ fn measure(n_vis: usize, side: usize, turns: usize) -> Done<(usize, Times)> {
     let n_times = n_vis.div_ceil(BASELINES * CHANNELS).max(1);
     let a_block = (BLOCK / (BASELINES * CHANNELS)).min(n_times);
     let blocks = n_times.div_ceil(a_block);
-    let extent = UvwExtent::of(tracks_from((0, 64), 64, 1).uvw_m.view());
+    let extent = UvwExtent::of(tracks(0..64, 64, 1).uvw_m.view());
     let mut t = Times::default();
     let mut done = 0;
-    // The longest baseline of any hour angle, with some room.
+    // A little more than the longest baseline at any hour angle.
     let extent = UvwExtent { u_m: extent.u_m * 1.1, v_m: extent.v_m * 1.1, w_m: extent.w_m * 1.1 };
     let options = GridOptions::default();
-    let freq = tracks_from((0, 1), 1, CHANNELS).freq_hz;
+    let freq = tracks(0..1, 1, CHANNELS).freq_hz;
     let grid = grid(side)?;
     let (plan, transform) = least(turns, || Transform::<f32>::new(&grid, &freq, extent, &options, n_vis as u64));
     let transform = transform?;
@@ -74,7 +75,7 @@ fn measure(n_vis: usize, side: usize, turns: usize) -> Done<(usize, Times)> {
     for pass in 0..2 {
         for b in 0..blocks {
             let from = b * a_block;
-            let Tracks { uvw_m, vis, .. } = tracks_from((from, (from + a_block).min(n_times)), n_times, CHANNELS);
+            let Tracks { uvw_m, vis, .. } = tracks(from..(from + a_block).min(n_times), n_times, CHANNELS);
             if pass == 0 {
                 let (s, rows) = least(turns, || transform.sort(uvw_m.view()));
                 let rows = rows?;
@@ -91,7 +92,7 @@ fn measure(n_vis: usize, side: usize, turns: usize) -> Done<(usize, Times)> {
             } else {
                 let model = transform.degridder(ndarray::ArrayView2::from(image.as_ref().ok_or("no image")?))?;
                 let mut out = vis;
-                // Sorting is part of a prediction that is made once; it has its own line.
+                // A prediction that runs once sorts the rows as well. Sorting has its own column in the table.
                 let (s, result) = least(turns, || model.predict(uvw_m.view(), out.view_mut()));
                 result?;
                 t.gather += s;
@@ -189,7 +190,7 @@ fn measured() -> Done<Value> {
          ![Processor time against visibilities](img/cost-visibilities.png)\n\n![Processor time against pixels](img/cost-pixels.png)\n",
         slopes_vis.0, slopes_vis.1, slopes_pixels.0, slopes_pixels.1
     )?;
-    // How far from the limits: ten million visibilities.
+    // The fraction of the machine's limits that each stage reaches, with ten million visibilities.
     let t = by_vis.iter().map(|v| v.1).nth(2).unwrap_or_default();
     text += "| stage (ten million visibilities) | part of peak arithmetic | part of memory bandwidth |\n|---|---|---|\n";
     for (name, s, ops, bytes) in [

@@ -1,5 +1,5 @@
-//! Minor cycles: components a second on a crowded field, and the transforms under them.
-// A bench that cannot be set up should stop at once; criterion generates undocumented items.
+//! Minor cycles on a crowded field, in components a second, and the convolutions that they use.
+// A benchmark that cannot be set up stops at once. criterion generates items without documentation.
 #![allow(missing_docs, clippy::expect_used)]
 
 mod tracks;
@@ -10,13 +10,13 @@ use cittert_arrays::{SkyFrame, SkyGrid};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use ndarray::{Array2, s};
 use num_complex::Complex32;
-use tracks::tracks;
+use tracks::{CELL_RAD, tracks};
 
-/// The beam of a short observation and a field of points seen with it.
+/// The dirty beam of a short observation, and the dirty image of a field of points.
 fn beam_and_field(n: usize) -> (Array2<f64>, Array2<f64>) {
-    let t = tracks(12, 8);
+    let t = tracks(0..12, 12, 8);
     let frame = SkyFrame::Sky { ra_rad: 0.0, dec_rad: 0.5, frame: "icrs".into() };
-    let grid = SkyGrid::new(n, n, 0.25 / 206_264.806, frame).expect("a small field");
+    let grid = SkyGrid::new(n, n, CELL_RAD, frame).expect("a small field");
     let mut g = Gridder::<f32>::new(&grid, &t.freq_hz, UvwExtent::of(t.uvw_m.view()), &GridOptions::default()).expect("options");
     g.add(t.uvw_m.view(), Array2::from_elem(t.vis.dim(), Complex32::new(1.0, 0.0)).view()).expect("rows");
     let mut psf = g.finish();

@@ -1,7 +1,8 @@
-//! Times of the cores, as one line of JSON, for comparisons with other programs; and the page of the book on cost.
+//! Times gridding and minor cycles without reading and writing, for comparisons with other programs, and prints one line of JSON. With `book` it
+//! writes the page of the book on the cost of imaging.
 //!
 //! `core transform FILE PIXELS CELL_ARCSEC EPSILON TURNS`, `core minor ALGORITHM PSF.fits DIRTY.fits COMPONENTS MODEL.fits`, `core book`.
-// A bench that cannot be set up should stop at once, and it prints.
+// This program prints its result.
 #![allow(clippy::print_stdout)]
 
 mod book;
@@ -58,7 +59,7 @@ fn read(path: &Path) -> Done<Contents> {
     Ok((uvw, freq_hz, vis, SkyGrid::new(2, 2, 1e-6, SkyGrid::frame_of(&center))?))
 }
 
-/// Visibilities to an image and back, on one thread and on two: everything from uvw in memory on, sorting included.
+/// Time the way from visibilities to an image and back, on one thread and on two. The time includes sorting, and no reading of the file.
 fn transform(path: &Path, (n, cell_arcsec): (usize, f64), (epsilon, turns): (f64, usize)) -> Done<Value> {
     let (uvw, freq_hz, vis, any) = read(path)?;
     let grid = SkyGrid::new(n, n, cell_arcsec.to_radians() / 3600.0, any.frame)?;
@@ -99,7 +100,7 @@ fn transform(path: &Path, (n, cell_arcsec): (usize, f64), (epsilon, turns): (f64
     Ok(said)
 }
 
-/// One minor cycle to the last component on images of any program.
+/// Time one minor cycle with a given number of components, on a beam and a dirty image that any program may have written.
 fn minor(name: &str, (psf, dirty): (&Path, &Path), iterations: usize, model_path: &Path) -> Done<Value> {
     let (mut psf, dirty) = (open_image(psf)?.plane(0, 0).to_owned(), open_image(dirty)?);
     let center = (psf.nrows() / 2, psf.ncols() / 2);

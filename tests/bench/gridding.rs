@@ -1,5 +1,5 @@
-//! Gridding and prediction: visibilities a second against their number and against the size of the image.
-// A bench that cannot be set up should stop at once; criterion generates undocumented items.
+//! Gridding and prediction in visibilities a second, for several numbers of visibilities and sizes of the image.
+// A benchmark that cannot be set up stops at once. criterion generates items without documentation.
 #![allow(missing_docs, clippy::expect_used)]
 
 mod tracks;
@@ -32,7 +32,7 @@ fn against_visibilities(c: &mut Criterion) {
     let mut group = c.benchmark_group("visibilities at 512 x 512");
     group.sample_size(10);
     for n_times in [18, 180, 720] {
-        let t = tracks(n_times, 16);
+        let t = tracks(0..n_times, n_times, 16);
         group.throughput(Throughput::Elements(t.vis.len() as u64));
         group.bench_with_input(BenchmarkId::new("to image", t.vis.len()), &t, |b, t| b.iter(|| to_image(t, 512)));
         let image = to_image(&t, 512);
@@ -45,7 +45,7 @@ fn against_visibilities(c: &mut Criterion) {
 fn against_pixels(c: &mut Criterion) {
     let mut group = c.benchmark_group("pixels with one million visibilities");
     group.sample_size(10);
-    let t = tracks(178, 16);
+    let t = tracks(0..178, 178, 16);
     for n in [256, 512, 1024, 2048, 4096] {
         group.throughput(Throughput::Elements((n * n) as u64));
         group.bench_with_input(BenchmarkId::new("to image", n), &n, |b, n| b.iter(|| to_image(&t, *n)));

@@ -1,8 +1,8 @@
-//! What the machine can do at most: bytes a second to and from memory, and multiply-adds a second.
+//! Measures the limits of the machine: bytes a second to and from memory, and multiply-adds a second.
 
 use std::hint::black_box;
 
-/// Processor seconds of this process, all threads.
+/// Processor seconds of all threads of this process.
 pub(crate) fn cpu_s() -> f64 {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let nanoseconds = |task: std::fs::DirEntry| -> Option<f64> {
@@ -11,7 +11,7 @@ pub(crate) fn cpu_s() -> f64 {
     tasks.filter_map(nanoseconds).sum::<f64>() * 1e-9
 }
 
-/// The least processor time of several turns, s, and what the last one gave. Other programs can only add to it.
+/// The least processor time of several turns, s, and the result of the last turn. The least is taken because other programs only add time.
 pub(crate) fn least<R>(turns: usize, mut work: impl FnMut() -> R) -> (f64, R) {
     let mut best = f64::INFINITY;
     let mut timed = || {
@@ -27,7 +27,7 @@ pub(crate) fn least<R>(turns: usize, mut work: impl FnMut() -> R) -> (f64, R) {
     (best, result)
 }
 
-/// Bytes a second of a = b + s c on arrays far larger than the caches, one thread; the write counts once.
+/// Bytes a second of a = b + s c on one thread, with arrays far larger than the caches. A write counts once.
 pub(crate) fn triad() -> f64 {
     const N: usize = 1 << 24;
     let (mut a, b, c) = (vec![0.0_f32; N], vec![1.0_f32; N], vec![2.0_f32; N]);
@@ -64,12 +64,12 @@ fn chains_avx2() -> f32 {
     chains::<true>()
 }
 
-/// Single-precision multiply-adds a second with the instructions that the transforms use, one thread.
+/// Single-precision multiply-adds a second on one thread, with the instructions that the transforms use.
 pub(crate) fn multiply_adds() -> f64 {
     let (s, _) = least(3, || {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            // SAFETY: the machine has just been found to have AVX2 and FMA.
+            // SAFETY: the condition above says that the machine has AVX2 and FMA.
             return black_box(unsafe { chains_avx2() });
         }
         black_box(chains::<false>())

@@ -7,7 +7,7 @@ set -euo pipefail
 HERE=$(cd "$(dirname "$0")" && pwd)
 ROOT=$(cd "$HERE/../.." && pwd)
 export PEERS=${PEERS:-$HOME/.cache/cittert-peers}
-export CITTERT=${CITTERT:-$ROOT/target/release/cittert}
+export CITTERT=${CITTERT:-${CARGO_TARGET_DIR:-$ROOT/target}/release/cittert}
 export CITTERT_CORE=${CITTERT_CORE:-$(dirname "$CITTERT")/examples/core}
 for program in "$CITTERT" "$CITTERT_CORE"; do
   [ -x "$program" ] || { echo "bench: there is no program $program: run \`make bench-peers\`" >&2; exit 1; }

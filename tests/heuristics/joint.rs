@@ -2,19 +2,24 @@
 
 use crate::scenes::{CELL, Case, SIDE, cases, error_of};
 use crate::table::{Knob, Row, measure};
+use cittert::arrays::quantity::Angle;
 use cittert::calibrate::{
     FeedGroups, GainMode, ImageMaker, JointGoals, JointMaker, JointOptions, JointSchedule, ModelMaker, SolutionInterval, SolveOptions,
     schedule,
 };
 use cittert::fidelity::{find_shift, shifted};
-use cittert::arrays::quantity::Angle;
 use cittert::imaging::{ImageSize, ImagingOptions, Weighting};
 use cittert::mem::Prior;
 use cittert::progress::Silent;
 
 fn error(case: &Case, tuning: &JointSchedule) -> f64 {
     let (mut set, _) = case.observed(3, std::f64::consts::PI);
-    let imaging = ImagingOptions { size: Some(ImageSize::square(SIDE)), cell: Some(Angle(CELL)), weighting: Weighting::Natural, ..ImagingOptions::default() };
+    let imaging = ImagingOptions {
+        size: Some(ImageSize::square(SIDE)),
+        cell: Some(Angle(CELL)),
+        weighting: Weighting::Natural,
+        ..ImagingOptions::default()
+    };
     let goals = JointGoals { tuning: *tuning, ..JointGoals::default() };
     let solve = SolveOptions { feeds: FeedGroups::Joined, solint: SolutionInterval::Infinite, ..SolveOptions::default() };
     let mut maker = JointMaker::new(imaging, JointOptions { solve, prior: Prior::Auto, mask: None, goals });

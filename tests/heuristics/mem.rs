@@ -9,7 +9,12 @@ use cittert::progress::Silent;
 
 fn error(case: &Case, method: Method, tv: f64, tuning: &MemTuning) -> f64 {
     let (mut set, _) = case.observed(1, 0.0);
-    let imaging = ImagingOptions { size: Some(ImageSize::square(SIDE)), cell: Some(Angle(CELL)), weighting: Weighting::Natural, ..ImagingOptions::default() };
+    let imaging = ImagingOptions {
+        size: Some(ImageSize::square(SIDE)),
+        cell: Some(Angle(CELL)),
+        weighting: Weighting::Natural,
+        ..ImagingOptions::default()
+    };
     let mut imager = Imager::new(&mut set, imaging, &Silent).unwrap();
     let options = MemPlan { method, total_variation: tv, uncertainty: Uncertainty::None, tuning: *tuning, ..MemPlan::default() };
     error_of(&mem(&mut imager, &options, &Silent).unwrap().model.plane(0, 0).to_owned(), &case.scene)

@@ -2,14 +2,14 @@
 
 use crate::scenes::{CELL, Case, SIDE, cases};
 use crate::table::{Knob, Row, measure};
+use cittert::arrays::quantity::Angle;
 use cittert::calibrate::{
     CleanMaker, CompareOptions, FeedGroups, GainMode, SelfcalOptions, SelfcalTuning, SolutionInterval, Start, compare_gains, selfcal,
     tuned_schedule,
 };
 use cittert::deconvolve::by_name;
-use cittert::arrays::quantity::Angle;
-use cittert::imaging::{ImageSize, ImagingOptions, Weighting};
 use cittert::imaging::major::CleanOptions;
+use cittert::imaging::{ImageSize, ImagingOptions, Weighting};
 use cittert::progress::Silent;
 
 /// Rounds of each self-calibration.
@@ -17,7 +17,12 @@ const ROUNDS: usize = 6;
 
 fn error(case: &Case, tuning: &SelfcalTuning) -> f64 {
     let (mut set, truth) = case.observed(1, 0.7);
-    let imaging = ImagingOptions { size: Some(ImageSize::square(SIDE)), cell: Some(Angle(CELL)), weighting: Weighting::Natural, ..ImagingOptions::default() };
+    let imaging = ImagingOptions {
+        size: Some(ImageSize::square(SIDE)),
+        cell: Some(Angle(CELL)),
+        weighting: Weighting::Natural,
+        ..ImagingOptions::default()
+    };
     let clean = CleanOptions { algorithm: by_name("multiscale").unwrap().into(), niter: 2000, ..CleanOptions::default() };
     let mut maker = CleanMaker::new(imaging, clean).tuned(*tuning);
     let (mode, solint) = (GainMode::Phase, SolutionInterval::Infinite);

@@ -16,7 +16,7 @@ fail() {
 [ -d "$CITTERT_DATA/visibilities" ] || fail "there is no folder $CITTERT_DATA/visibilities: set CITTERT_DATA to the folder that holds visibilities/"
 [ "${1:-}" != --check ] || exit 0
 CITTERT_DATA=$(cd "$CITTERT_DATA" && pwd)
-export CITTERT=${CITTERT:-$ROOT/target/release/cittert}
+export CITTERT=${CITTERT:-${CARGO_TARGET_DIR:-$ROOT/target}/release/cittert}
 [ -x "$CITTERT" ] || fail "there is no program $CITTERT: run \`make interop\`, or set CITTERT to one built with --features ms"
 # This example writes a small file of every kind.
 export CITTERT_SAMPLES=${CITTERT_SAMPLES:-$(dirname "$CITTERT")/examples/samples}

@@ -11,9 +11,9 @@ use ndarray::{Array4, Ix4, s};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Phase that a gain may turn between two channels made for a delay, rad.
+/// Largest phase step between two channels that are made for a delay, rad.
 const FINE_RAD: f64 = 0.05;
-/// Most channels made for the delays of a spectral window.
+/// Largest number of channels that are made for the delays of a spectral window.
 const MOST_CHANNELS: usize = 4096;
 /// The gains of a file \[ant, chan, time, jones\].
 pub(super) struct Values {
@@ -42,8 +42,8 @@ pub(super) fn extents(spectrum: &SpectralWindow) -> (Vec<f64>, Vec<f64>) {
     windows(spectrum).iter().map(extent).unzip()
 }
 
-/// The delays of a file as gains, at `channels`, else at the channels of the file, else at channels made for them. `ranges` are the
-/// spectral windows.
+/// Read the delays of a file as gains: at `channels` where given, else at the channels of the file, else at channels made for the delays.
+/// `ranges` are the spectral windows.
 pub(super) fn read(file: &H5In, ranges: SpectralWindow, shape: [usize; 4], channels: Option<&SpectralWindow>) -> Result<Values> {
     let dataset = file.shaped("Data/delays", &[&shape])?;
     file.demand_numbers(&dataset, "Data/delays")?;
@@ -58,7 +58,7 @@ pub(super) fn read(file: &H5In, ranges: SpectralWindow, shape: [usize; 4], chann
         None if file.has("Header/freq_array") => crate::uvh5::read_spectrum(file)?,
         None => made(file, &ranges, &delays)?,
     };
-    // A channel belongs to the window whose range holds it, else to the nearest one.
+    // A channel belongs to the window that contains it, else to the nearest window.
     let distance = |f: f64, w: usize| ((f - ranges.freq_hz()[w]).abs() - ranges.width_hz()[w].abs() / 2.0).max(0.0);
     let nearest = |f: &f64| (0..shape[1]).min_by(|a, b| distance(*f, *a).total_cmp(&distance(*f, *b))).unwrap_or(0);
     let own: Vec<usize> = spectrum.freq_hz().iter().map(nearest).collect();
@@ -68,7 +68,7 @@ pub(super) fn read(file: &H5In, ranges: SpectralWindow, shape: [usize; 4], chann
     Ok(Values { gains, spectrum, own })
 }
 
-/// Channels so fine that a gain hardly turns from one to the next.
+/// Make channels so narrow that the phase of a gain changes little from one to the next.
 fn made(file: &H5In, ranges: &SpectralWindow, delays: &Array4<f64>) -> Result<SpectralWindow> {
     let (mut freq, mut width, mut spw) = (Vec::new(), Vec::new(), Vec::new());
     for (w, (centre, range)) in ranges.freq_hz().iter().zip(ranges.width_hz()).enumerate() {

@@ -1,7 +1,8 @@
-//! CalH5: antenna gains as pyuvdata's UVCal keeps them, in HDF5.
+//! CalH5: antenna gains in HDF5, the format of UVCal in pyuvdata.
 //!
-//! On disk gains are \[ant, chan, time, jones\] and say how they are meant: `divide` is ours, V_corrupt = g1 conj(g2) V for
-//! uvw = r2 - r1. Tables that say `multiply` are inverted on reading. Delays become gains of modulus 1, see [`write_delays`].
+//! In the file gains are \[ant, chan, time, jones\], and a keyword states their convention. `divide` is the convention in memory,
+//! V_corrupt = g1 conj(g2) V for uvw = r2 - r1. Gains with the convention `multiply` are inverted on reading. Delays become gains of
+//! modulus 1, see [`write_delays`].
 //!
 //! # Reference
 //! Hazelton et al. 2017, JOSS 2, 140 (pyuvdata); the CalH5 memo of that project.

@@ -18,15 +18,15 @@ pub fn is_gains(path: &Path) -> bool {
     h5::has(path, "Data/gains") || h5::has(path, "Data/delays")
 }
 
-/// Read a gain table written by this program or by pyuvdata. Delays without channels become gains on channels made for them.
+/// Read a gain table written by cittert or by pyuvdata. Delays without channels become gains on channels that are made for them.
 ///
 /// # Errors
-/// Not HDF5 or no gains in it, an item that is missing or of the wrong shape.
+/// A file that is not HDF5 or has no gains, or an item that is missing or has the wrong shape.
 pub fn read_gains(path: &Path) -> Result<GainTable> {
     read(path, None)
 }
 
-/// As [`read_gains`], but delays become gains at the channels `channels` of the data that they are for.
+/// As [`read_gains`], but delays become gains at `channels`, the channels of the data to be calibrated.
 ///
 /// # Errors
 /// As [`read_gains`].
@@ -91,7 +91,7 @@ fn feed_name(file: &H5In, jones: f64) -> Result<String> {
     })
 }
 
-/// Channels; a wide-band table, and every one of delays, has one value for each spectral window.
+/// Read the channels. A wide-band table and a table of delays have one value for each spectral window.
 fn spectrum(file: &H5In, delays: bool) -> Result<SpectralWindow> {
     if !delays && file.real("Header/wide_band")?.unwrap_or(0.0) == 0.0 {
         return read_spectrum(file);
@@ -106,7 +106,7 @@ fn spectrum(file: &H5In, delays: bool) -> Result<SpectralWindow> {
     SpectralWindow::with_windows(centre, width, (0..n as u32).collect()).map_err(|e| FormatError::values(file.path(), e))
 }
 
-/// Middle (Julian date) and length (s) of the solution intervals.
+/// Read the midpoints (Julian date) and lengths (s) of the solution intervals.
 fn times(file: &H5In, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
     let lengths = || match file.reals("Header/integration_time")? {
         Some((_, v)) if v.len() == 1 => Ok(vec![v[0]; n]),
@@ -117,11 +117,11 @@ fn times(file: &H5In, n: usize) -> Result<(Vec<f64>, Vec<f64>)> {
     }
     let ranges = file.list("Header/time_range", 2 * n)?;
     let (middle, length): (Vec<f64>, Vec<f64>) = ranges.chunks_exact(2).map(|r| ((r[0] + r[1]) / 2.0, (r[1] - r[0]) * DAY_S)).unzip();
-    // Lengths that are written are exact; a Julian date is good to 40 microseconds.
+    // Lengths in the file are exact. Differences of Julian dates are accurate only to 40 microseconds.
     Ok((middle, if file.has("Header/integration_time") { lengths()? } else { length }))
 }
 
-/// Gains, flags and qualities of the antennas that the file has; the others stay at 1 and are flagged.
+/// Fill in the gains, flags and qualities of the antennas in the file. The gains of other antennas stay 1 and are flagged.
 fn fill(file: &H5In, table: &mut GainTable, values: &Values, n: [usize; 4], invert: bool) -> Result<()> {
     let place = |number: f64| {
         let found = table.layout.antennas().iter().position(|a| f64::from(a.number) == number);

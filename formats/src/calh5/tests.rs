@@ -1,8 +1,9 @@
 //! Gain tables there and back.
 
-use super::names::MODE_KEYWORD;
 use super::*;
-use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
+use cittert_arrays::{Antenna, ArrayLayout, GainTable, LayoutFrame, SpectralWindow};
+use ndarray::{Array3, Array4, Axis};
+use num_complex::Complex64;
 
 fn table() -> GainTable {
     let antennas = (0..4).map(|k| Antenna::new(format!("A{k}"), k + 3, [f64::from(k), 0.5, 0.0])).collect();

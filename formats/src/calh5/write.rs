@@ -21,7 +21,7 @@ fn jones_of(path: &Path, feed: &str) -> Result<i64> {
 /// Write a gain table.
 ///
 /// # Errors
-/// Arrays of unequal shapes, an existing output that may not be overwritten, or whatever the disk says.
+/// Arrays of unequal shapes, an existing output that may not be overwritten, or an error of the file system.
 pub fn write_gains(path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
     table.check().map_err(|e| FormatError::values(path, e))?;
     let table = &table.with_each_feed();
@@ -46,7 +46,7 @@ impl Extras {
     }
 }
 
-/// Begin a file with the header items that gains and delays share.
+/// Begin a file with the header items that are common to gains and delays.
 pub(super) fn begin(path: &Path, table: &GainTable, overwrite: bool) -> Result<H5Out> {
     let failed = |e: ArrayError| FormatError::values(path, e);
     let (n_time, n_ant) = (table.time_jd.len(), table.layout.n_ant());
@@ -59,7 +59,7 @@ pub(super) fn begin(path: &Path, table: &GainTable, overwrite: bool) -> Result<H
     }
     let numbers = table.layout.antennas().iter().map(|a| i64::from(a.number));
     out.array("Header/ant_array", Array1::from_iter(numbers).view())?;
-    // Ranges, not middles: UVCal applies a gain to the times within its range.
+    // Ranges instead of midpoints, because UVCal applies a gain to the times within its range.
     let ranges = time_ranges(table);
     out.array("Header/time_range", ranges.view())?;
     out.array("Header/integration_time", Array1::from_vec(table.interval_s.clone()).view())?;
@@ -76,14 +76,14 @@ pub(super) fn begin(path: &Path, table: &GainTable, overwrite: bool) -> Result<H
             out.text("Header/ref_antenna_name", &antenna.name)?;
             out.text("Header/sky_catalog", "cittert")?;
         }
-        // Without a reference antenna the format's other style is the only one left.
+        // The style `sky` needs a reference antenna. Without one, `redundant` is the only other style.
         None => out.text("Header/cal_style", "redundant")?,
     }
     out.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"), &table.mode)?;
     Ok(out)
 }
 
-/// First and last moment (Julian dates) of each interval \[solint, 2\]; they meet, but never overlap by a rounding.
+/// Start and end (Julian dates) of each interval \[solint, 2\]. Adjacent intervals do not overlap by rounding.
 fn time_ranges(table: &GainTable) -> Array2<f64> {
     let half = |i: usize| table.interval_s[i] / 2.0 / DAY_S;
     let start = |i: usize| table.time_jd[i] - half(i);
@@ -94,7 +94,8 @@ fn time_ranges(table: &GainTable) -> Array2<f64> {
     Array2::from_shape_fn((table.time_jd.len(), 2), |(i, side)| if side == 0 { start(i) } else { end(i) })
 }
 
-/// Write gains or delays with their flags and qualities: ours are [solint, ant, chan, feed], theirs [ant, chan, time, jones].
+/// Write gains or delays with their flags and qualities. In memory the axes are [solint, ant, chan, feed], in the file
+/// [ant, chan, time, jones].
 pub(super) fn write_data<T: hdf5::H5Type + Clone>(out: &H5Out, name: &str, values: ArrayView4<'_, T>, extras: &Extras) -> Result<()> {
     let order = [1, 2, 0, 3];
     out.array(name, values.permuted_axes(order).as_standard_layout().view())?;
@@ -108,7 +109,7 @@ pub(super) fn write_data<T: hdf5::H5Type + Clone>(out: &H5Out, name: &str, value
     Ok(())
 }
 
-/// Feeds of the antennas, which UVCal demands: circular ones unless the table names X or Y; the first points north.
+/// Write the feeds of the antennas, which UVCal requires. They are circular unless the table names X or Y. The first points north.
 fn write_feeds(out: &H5Out, table: &GainTable) -> Result<()> {
     let linear = table.feeds.iter().any(|f| ["X", "Y"].contains(&f.as_str()));
     let (n, names) = (table.layout.n_ant(), if linear { ["x", "y"] } else { ["r", "l"] });

@@ -10,14 +10,14 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// Departure of a gain from that of its delay that is taken for rounding: of the modulus, and of the phase in rad.
+/// Largest rounding error of a gain against the gain of its delay, in modulus and in phase (rad).
 const ROUNDING: f64 = 1e-4;
 
 /// Write a table of gains as delays, one for each antenna, interval, feed and spectral window.
 ///
 /// # Errors
-/// Gains that are not those of a delay: another modulus than 1, or a phase that does not run through 0 at frequency 0; the error names
-/// the antenna and what would be lost. Else as [`super::write_gains`].
+/// Gains that are not the gains of a delay, because the modulus is not 1 or the phase is not 0 at frequency 0 (the error names the antenna
+/// and what would be lost); or as [`super::write_gains`].
 pub fn write_delays(path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
     table.check().map_err(|e| FormatError::values(path, e))?;
     let table = &table.with_each_feed();
@@ -65,7 +65,7 @@ pub fn write_delays(path: &Path, table: &GainTable, overwrite: bool) -> Result<(
     out.finish()
 }
 
-/// The delay, s, of gains at increasing or decreasing frequencies; what speaks against one, where there is none.
+/// The delay in s of gains at increasing or decreasing frequencies. The error says why the gains are not those of a delay.
 fn delay_of(freq: &[f64], gains: &[Complex64]) -> std::result::Result<f64, String> {
     if let Some(g) = gains.iter().find(|g| (g.norm() - 1.0).abs() > ROUNDING || !g.is_finite()) {
         return Err(format!("an amplitude of {}", g.norm()));
@@ -73,7 +73,7 @@ fn delay_of(freq: &[f64], gains: &[Complex64]) -> std::result::Result<f64, Strin
     if freq.len() < 2 {
         return Err("one channel, which shows no delay".into());
     }
-    // Phases without their jumps give the slope; the phase at the middle of the band then gives the delay its last digits.
+    // The unwrapped phases give the slope. The phase at the middle of the band then refines the delay.
     let mut phase = vec![gains[0].arg()];
     for pair in gains.windows(2) {
         phase.push(phase[phase.len() - 1] + (pair[1] * pair[0].conj()).arg());

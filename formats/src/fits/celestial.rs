@@ -1,4 +1,4 @@
-//! Zenithal projections, and the move of an image's reference to its centre.
+//! Zenithal projections, and the shift of the reference of an image to its centre.
 
 use crate::{FormatError, Result};
 use std::path::Path;
@@ -17,7 +17,7 @@ impl Projection {
     /// From the last letters of CTYPE, such as `RA---SIN`.
     pub(crate) fn from_ctype(path: &Path, ctype: &str) -> Result<Self> {
         Ok(match ctype.get(5..8).unwrap_or("").trim() {
-            // Without a code the axes are linear near the centre, as SIN is.
+            // Axes without a code are taken as SIN, which is linear near the centre.
             "SIN" | "" => Self::Sin,
             "TAN" => Self::Tan,
             "ARC" => Self::Arc,
@@ -73,7 +73,7 @@ fn direction_cosines(place: (f64, f64), centre: (f64, f64)) -> Option<(f64, f64)
 /// `reference_pixel` counts from 0; `step` is the (square) cell in rad; columns run to the west, rows to the north.
 ///
 /// # Errors
-/// A picture whose corners would fall more than a tenth of a cell from where the SIN grid of this program has them.
+/// A picture whose corners would be more than a tenth of a cell away from their places on a SIN grid.
 pub(crate) fn recentre(
     path: &Path,
     projection: Projection,
@@ -96,7 +96,7 @@ pub(crate) fn recentre(
     let centre = sky(mid_l, mid_m).ok_or_else(|| refuse("the centre of the image lies off the sky".into()))?;
     let (last_l, last_m) = (size.0 as f64 - 1.0, size.1 as f64 - 1.0);
     for (column, row) in [(0.0, 0.0), (last_l, 0.0), (0.0, last_m), (last_l, last_m)] {
-        // A corner off the sky holds nothing.
+        // A corner outside the sky has no direction to compare.
         let Some(place) = sky(column, row) else { continue };
         let (l, m) = direction_cosines(place, centre).unwrap_or((f64::NAN, f64::NAN));
         let off = ((mid_l - l / step) - column).hypot((mid_m + m / step) - row);

@@ -4,7 +4,7 @@ use super::input::{BLOCK, Input, padding};
 use crate::{FormatError, Result};
 use std::path::{Path, PathBuf};
 
-/// Most blocks a header may have: 36 cards each, about 130,000 in all.
+/// Largest number of blocks of a header; a block has 36 cards, so this allows about 130,000 cards.
 const MOST_BLOCKS: usize = 3600;
 
 /// Value of a card.
@@ -32,7 +32,7 @@ pub(crate) struct Header {
 }
 
 impl Header {
-    /// Read blocks up to the one with END. `None` at a clean end of the file.
+    /// Read blocks up to the block with END. `None` where the file ends before the first block.
     pub(crate) fn read(input: &mut Input, first: bool) -> Result<Option<Self>> {
         let mut header = Self { path: input.path().into(), cards: Vec::new(), history: Vec::new() };
         let mut block = [0u8; BLOCK];
@@ -41,7 +41,7 @@ impl Header {
             if n == 0 {
                 let start = if first { &b"SIMPLE  ="[..] } else { b"XTENSION=" };
                 if !block[..got].starts_with(start) {
-                    // Anything may follow the last extension: some writers leave padding.
+                    // Some writers leave padding after the last extension.
                     if !first {
                         return Ok(None);
                     }
@@ -70,9 +70,9 @@ impl Header {
         Err(FormatError::malformed(&header.path, "header", "an END card", format!("none in {MOST_BLOCKS} blocks")))
     }
 
-    /// Take one card; true at END.
+    /// Parse one card. True for END.
     fn take(&mut self, card: &[u8]) -> bool {
-        // Bytes outside printable ASCII do occur in real files; they must not break the columns.
+        // Real files contain bytes outside printable ASCII. They must not shift the columns.
         let text: String = card.iter().map(|b| if (32..127).contains(b) { *b as char } else { ' ' }).collect();
         let key = text[..8].trim_end();
         match key {
@@ -152,7 +152,7 @@ impl Header {
         (1..=n).map(|k| self.require(&format!("NAXIS{k}"), 0..=i64::MAX).map(|v| v as u64)).collect()
     }
 
-    /// Bytes of the data that follow this header, without padding.
+    /// Size of the data that follow this header, without padding, bytes.
     pub(crate) fn data_bytes(&self) -> Result<u64> {
         let bitpix = self.require("BITPIX", -64..=64)?.unsigned_abs();
         let mut axes = self.axes()?;
@@ -184,7 +184,7 @@ fn parse_value(text: &str) -> Value {
         let mut out = String::new();
         let mut chars = quoted.chars().peekable();
         while let Some(c) = chars.next() {
-            // Two quotes stand for one; a single one ends the text.
+            // Two quotes mean one quote; a single quote ends the text.
             if c == '\'' && chars.next_if_eq(&'\'').is_none() {
                 break;
             }
@@ -246,7 +246,7 @@ impl HeaderWriter {
         self.value(key, &format!("{text:>20}"), comment);
     }
 
-    /// A text; what does not fit into the card is cut.
+    /// A text. It is cut where it does not fit into the card.
     pub(crate) fn text(&mut self, key: &str, value: &str, comment: &str) {
         let mut escaped = String::new();
         for c in value.chars() {

@@ -1,14 +1,14 @@
-//! What the axes of an image mean: from keywords to grid, channels and polarisations.
+//! The axes of an image: grid, channels and polarisations from the keywords of the header.
 
 use super::celestial::{Projection, recentre};
 use super::header::Header;
 use crate::{FormatError, Result};
 use cittert_arrays::{BrightnessUnit, Polarization, SkyFrame, SkyGrid, SpectralWindow};
 
-/// Frequency of an image that states none, Hz: a mark, not a measurement.
+/// Frequency that is used for an image without a stated frequency, Hz. It is a placeholder.
 const NO_FREQUENCY_HZ: f64 = 1.0;
 
-/// The axes of an image, understood.
+/// The axes of an image.
 pub(super) struct Axes {
     pub(super) grid: SkyGrid,
     pub(super) spectrum: SpectralWindow,
@@ -84,7 +84,7 @@ fn step(header: &Header, k: usize) -> Result<f64> {
 }
 
 impl Axes {
-    /// Understand the axes of an image header.
+    /// Read the axes from an image header.
     pub(super) fn of(header: &Header) -> Result<Self> {
         let path = header.path();
         let lengths = header.axes()?;
@@ -226,7 +226,7 @@ pub(super) fn unit(bunit: &str, cell_sr: f64) -> (BrightnessUnit, f64) {
     let lower = text.to_ascii_lowercase();
     let prefixed = |base: &str| -> Option<f64> {
         let prefix = lower.strip_suffix(base)?;
-        // M and m differ in the case that was lost above.
+        // The prefixes M and m differ only by upper and lower case.
         Some(match (prefix, text.chars().next()) {
             ("", _) => 1.0,
             ("m", Some('m')) => 1e-3,

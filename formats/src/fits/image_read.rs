@@ -1,4 +1,4 @@
-//! Images read: any BITPIX, scaled integers, degenerate axes, in the first header or an extension, plain or .fits.gz.
+//! Reading images: any BITPIX, scaled integers, degenerate axes, in the primary header or an extension, plain or .fits.gz.
 
 use super::header::Header;
 use super::image_axes::{Axes, Kind, unit};
@@ -9,16 +9,17 @@ use cittert_arrays::{Image, RestoringBeam, SpectralWindow};
 use ndarray::{ArrayD, Axis, Ix4, IxDyn};
 use std::path::Path;
 
-/// Most pixels of one image: 8 GiB as 64-bit floats.
+/// Largest number of pixels of one image: 8 GiB as 64-bit floats.
 const MOST_PIXELS: u64 = 1 << 30;
 
 /// Read the first image of a FITS file, columns running to the west (sky) or to the right (boresight) and rows up.
 ///
-/// Values come in K, Jy/pixel or Jy/beam where BUNIT says so (prefixes and Jy/sr are converted). Blank pixels are NaN; what to do with
-/// them is for the caller to say.
+/// Values come in K, Jy/pixel or Jy/beam where BUNIT says so (prefixes and Jy/sr are converted). Blank pixels are NaN;
+/// the caller must handle them.
 ///
 /// # Errors
-/// Not FITS, truncated, no image, no cell size, axes that make no (l, m) grid, or sizes that the file cannot hold.
+/// A file that is not FITS, is truncated or holds no image; no cell size; axes that do not form an (l, m) grid; or sizes that the file
+/// cannot hold.
 pub fn read_image(path: &Path) -> Result<Image> {
     let mut input = Input::open(path)?;
     let mut first = true;
@@ -41,7 +42,7 @@ pub fn read_image(path: &Path) -> Result<Image> {
     Err(FormatError::NotA { path: path.into(), expected: "a FITS image".into(), found: "no header in it has image data".into() })
 }
 
-/// The image that follows `header`, and the tables behind it that tell more about it.
+/// Read the image that follows `header`, and the tables that belong to it.
 fn read_here(input: &mut Input, header: &Header) -> Result<Image> {
     let path = header.path();
     let axes = Axes::of(header)?;
@@ -52,7 +53,7 @@ fn read_here(input: &mut Input, header: &Header) -> Result<Image> {
     let shape_text = format!("{shape:?}");
     let mut cube = ArrayD::from_shape_vec(IxDyn(&shape), values)
         .map_err(|e| FormatError::malformed(path, "image data", format!("an array of shape {shape_text}"), e.to_string()))?;
-    // Bring [.., axis 4, axis 3, m, l] to [chan, pol, m, l]; axes of neither kind have length 1.
+    // Reorder [.., axis 4, axis 3, m, l] to [chan, pol, m, l]. Other axes have length 1.
     let n_other = axes.others.len();
     let at = |kind| axes.others.iter().position(|o| o.1 == kind).map(|k| n_other - 1 - k);
     let mut order: Vec<usize> = [at(Kind::Channel), at(Kind::Polarization)].into_iter().flatten().collect();
@@ -97,7 +98,7 @@ fn read_here(input: &mut Input, header: &Header) -> Result<Image> {
     Ok(image)
 }
 
-/// All pixels in the order of the file, scaled, blanks as NaN. Memory grows with what is read, not with what the header claims.
+/// All pixels in the order of the file, scaled, with NaN for blanks. Memory is allocated as the pixels are read, not as the header claims.
 fn pixels(input: &mut Input, header: &Header) -> Result<Vec<f64>> {
     let bytes = header.data_bytes()?;
     let bitpix = header.require("BITPIX", -64..=64)?;
@@ -133,7 +134,7 @@ fn pixels(input: &mut Input, header: &Header) -> Result<Vec<f64>> {
     Ok(values)
 }
 
-/// BEAMS (a beam for each channel, as CASA writes it) and CHANNELS (centres and widths of uneven channels).
+/// Read the tables BEAMS (a beam for each channel, as CASA writes it) and CHANNELS (centres and widths of uneven channels).
 fn read_tables(input: &mut Input, image: &mut Image) -> Result<()> {
     let n_chan = image.spectrum.n_chan();
     while let Some(header) = Header::read(input, false)? {

@@ -1,4 +1,4 @@
-//! Images written: four axes (RA---SIN, DEC--SIN, FREQ, STOKES), or linear direction cosines for a boresight.
+//! Writing images: four axes (RA---SIN, DEC--SIN, FREQ, STOKES), or linear direction cosines for a boresight image.
 
 use super::header::HeaderWriter;
 use super::input::padding;
@@ -12,7 +12,7 @@ use flate2::write::GzEncoder;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// How an image is written.
+/// Options of a new image.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ImageOptions {
     /// Replace an existing file.
@@ -23,18 +23,18 @@ pub struct ImageOptions {
 
 /// Write an image or cube, compressed where the name ends in `.gz`.
 ///
-/// One beam goes into BMAJ, BMIN, BPA of the header; beams that differ between channels go into a BEAMS table too, and channels that
-/// are not evenly spaced into a CHANNELS table.
+/// The header holds one beam (BMAJ, BMIN, BPA). Beams that differ between channels are also written to a BEAMS table, and channels that are
+/// not evenly spaced to a CHANNELS table.
 ///
 /// # Errors
-/// As [`AtomicFile::create`]; a full disk; polarisations that make no regular STOKES axis.
+/// As [`AtomicFile::create`]; a full disk; polarisations that do not form a regular STOKES axis.
 pub fn write_image(path: &Path, image: &Image, options: ImageOptions) -> Result<()> {
     let header = header(path, image, options)?.finish();
     let out = AtomicFile::create(path, options.overwrite)?;
     let io = |e| FormatError::io(path, "write", e);
     let file = BufWriter::with_capacity(1 << 16, out.open()?);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
-        // The time of writing is left out of the gzip header, so that equal images are equal files.
+        // The gzip header has no time of writing, so that equal images give equal files.
         let mut packed = GzEncoder::new(file, Compression::default());
         write_content(&mut packed, &header, image, options).map_err(io)?;
         packed.finish().and_then(|mut file| file.flush()).map_err(io)?;
@@ -75,7 +75,7 @@ fn write_content(file: &mut impl Write, header: &[u8], image: &Image, options: I
     Ok(())
 }
 
-/// True where one beam does not serve all channels.
+/// True where the beams of the channels differ.
 fn several_beams(image: &Image) -> bool {
     image.beams.windows(2).any(|b| b[0] != b[1])
 }
@@ -88,7 +88,7 @@ fn channel_step(image: &Image) -> f64 {
     }
 }
 
-/// True where first frequency and step tell all channels and their widths.
+/// True where the first frequency and the step give all channels and their widths.
 fn even_channels(image: &Image) -> bool {
     let (step, first) = (channel_step(image), image.spectrum.freq_hz()[0]);
     let even = |(c, f): (usize, &f64)| (f - first - c as f64 * step).abs() <= 1e-6 * step.abs();
@@ -183,7 +183,7 @@ fn axes(path: &Path, image: &Image) -> Result<[LinearAxis; 4]> {
     if numbers.windows(2).any(|w| w[1] - w[0] != step) || step == 0 {
         return Err(FormatError::unsupported(
             path,
-            format!("polarisations {:?} make no regular STOKES axis: write them one by one", image.polarizations),
+            format!("polarisations {:?} do not form a regular STOKES axis: write them one by one", image.polarizations),
         ));
     }
     let first = numbers.first().copied().unwrap_or(1);

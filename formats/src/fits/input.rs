@@ -9,15 +9,15 @@ use std::path::{Path, PathBuf};
 
 /// FITS files are made of blocks of this many bytes.
 pub(super) const BLOCK: usize = 2880;
-/// Deflate cannot shrink anything by more than this factor, so a compressed file cannot hold more than this many times its size.
+/// Largest compression factor of deflate. A compressed file cannot hold more than this many times its size.
 const LARGEST_DEFLATE_RATIO: u64 = 1032;
 
-/// Bytes that fill up the last block of `len` bytes.
+/// Number of bytes after `len` bytes up to the end of the last block.
 pub(crate) fn padding(len: u64) -> u64 {
     (BLOCK as u64 - len % BLOCK as u64) % BLOCK as u64
 }
 
-/// An open file that knows where it is and how much it can hold at most.
+/// An open file with the current position and the largest possible length.
 pub(crate) struct Input {
     source: Source,
     path: PathBuf,
@@ -40,7 +40,7 @@ impl Read for Source {
 }
 
 impl Input {
-    /// Open a file, looking through gzip.
+    /// Open a file; a gzip-compressed file is decompressed on reading.
     pub(crate) fn open(path: &Path) -> Result<Self> {
         let mut file = open_file(path)?;
         let io = |e| FormatError::io(path, "read", e);
@@ -73,7 +73,7 @@ impl Input {
         self.position
     }
 
-    /// Refuse `len` more bytes where the file cannot hold them: before anything is allocated for them.
+    /// Check that the file can hold `len` more bytes, before memory is allocated for them.
     pub(crate) fn demand(&self, place: &str, len: u64) -> Result<()> {
         let left = self.limit.saturating_sub(self.position);
         if len > left {
@@ -102,7 +102,7 @@ impl Input {
         Ok(())
     }
 
-    /// Read until the buffer is full or the file ends; how many bytes there were.
+    /// Read until the buffer is full or the file ends. Returns the number of bytes.
     pub(crate) fn read_some(&mut self, buffer: &mut [u8]) -> Result<usize> {
         let got = read_up_to(&mut self.source, buffer).map_err(|e| match self.source {
             Source::Plain(_) => FormatError::io(&self.path, "read", e),
@@ -115,7 +115,7 @@ impl Input {
         Ok(got)
     }
 
-    /// Read past `len` bytes.
+    /// Skip `len` bytes.
     pub(crate) fn skip(&mut self, place: &str, mut len: u64) -> Result<()> {
         self.demand(place, len)?;
         if let Source::Plain(reader) = &mut self.source {

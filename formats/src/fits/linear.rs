@@ -1,4 +1,4 @@
-//! Plain arrays with linear axes: u-v masks, gridded weights and the like.
+//! Two-dimensional arrays with linear axes, such as u-v masks and gridded weights.
 
 use super::header::HeaderWriter;
 use super::input::padding;

@@ -1,4 +1,4 @@
-//! FITS: headers, images and binary tables, read and written without an outside library.
+//! FITS: headers, images and binary tables, without an external library.
 //!
 //! # Reference
 //! Pence et al. 2010, A&A 524, A42 (FITS 3.0); Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, A&A 395, 1077.

@@ -1,4 +1,4 @@
-//! Binary tables (BINTABLE): small ones, held in memory.
+//! Small binary tables (BINTABLE), held in memory.
 
 use super::header::{Header, HeaderWriter};
 use super::input::{Input, padding};
@@ -52,7 +52,7 @@ impl Table {
         input.demand(&name, bytes)?;
         let mut data = vec![0; own as usize];
         input.read_exact(&name, &mut data)?;
-        // A missing last padding is forgiven, as every reader does.
+        // A missing padding at the end of the file is accepted, as in other readers.
         let rest = bytes - own + padding(bytes);
         let _ = input.read_some(&mut vec![0; rest.min(1 << 20) as usize])?;
         let mut columns = Vec::new();
@@ -120,7 +120,7 @@ impl Table {
         self.reals(row, column)?.first().copied()
     }
 
-    /// Text of a cell: printable ASCII without the blanks at its end; real files pad with NUL, blanks or worse.
+    /// Text of a cell: printable ASCII without the blanks at its end; real files pad with NUL, blanks or other characters.
     pub(crate) fn text(&self, row: usize, column: &str) -> Option<String> {
         let (c, bytes) = self.cell(row, column)?;
         (c.kind == b'A').then(|| {
@@ -133,7 +133,7 @@ impl Table {
 /// Type of a column to be written.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Form {
-    /// Text of so many characters.
+    /// Text with this number of characters.
     Text(usize),
     /// 32-bit integers.
     Int(usize),
@@ -188,7 +188,7 @@ impl TableWriter {
         form
     }
 
-    /// A text, cut or padded with NUL to the width of its column: readers keep blanks as part of a name.
+    /// A text, cut or padded with NUL to the width of its column. Blanks are not used, because readers keep them as part of a name.
     pub(crate) fn text(&mut self, value: &str) {
         let width = self.form().bytes();
         let mut bytes: Vec<u8> = value.chars().map(|c| if (' '..='~').contains(&c) { c as u8 } else { b'?' }).collect();

@@ -1,8 +1,8 @@
-//! A process that looks at files for this one, kept from file to file: a fork for each file would cost more than the look.
+//! A child process that reads files on trial. It is kept from file to file, because a fork for each file would cost more than the trial.
 //!
-//! Three processes: the program sends paths through a pipe; a worker reads them, looks, and answers 0; between the two stands the
-//! keeper, which never touches a file. When the worker dies of a file, the keeper answers with the signal and starts another one.
-//! The worker also makes room for another one after some files, or where the library kept a part of a damaged file open.
+//! There are three processes. The program sends paths through a pipe. A worker receives each path, reads the file and answers 0. The keeper
+//! starts the worker and never opens a file: when a file crashes the worker, the keeper answers with the signal and starts another worker.
+//! A worker is also replaced after a number of files, and when the library has left a part of a damaged file open.
 
 use hdf5_sys::h5f::{H5F_OBJ_DATASET, H5F_OBJ_FILE, H5F_OBJ_GROUP, H5Fget_obj_count};
 use std::fs::File;
@@ -15,30 +15,30 @@ use std::ptr::null_mut;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering::SeqCst};
 use std::sync::{Mutex, PoisonError};
 
-/// Longest time that a worker may compute on a small file, s, and on each 16 MiB of a larger one; a good one takes milliseconds.
+/// Largest computing time of a worker on a small file, and on each 16 MiB of a larger one, s. A sound file takes milliseconds.
 const PATIENCE_S: u64 = 1;
-/// Longest time for one file where the disk is slow, s.
+/// Largest elapsed time for one file, s. A slow disk may need this long.
 const LONG_PATIENCE_S: u32 = 60;
-/// Memory that a worker may take above what the process has and twice the file, bytes.
+/// Memory that a worker may use in addition to the memory of the program and twice the size of the file, bytes.
 const MORE_MEMORY: u64 = 2 << 30;
-/// Answer in place of a signal where the file made the library ask for more memory than that.
+/// Answer where the file made the library ask for more memory than that. It takes the place of a signal number.
 pub(super) const NO_MEMORY: i32 = 255;
-/// Least answer where the look itself found what must not be read; which flaw is added to it. Signals are smaller.
+/// Base of the answers for files with a flaw: the number of the flaw is added. Signal numbers are smaller.
 pub(super) const UNSOUND: i32 = 200;
-/// Files that one worker looks at.
+/// Number of files that one worker reads.
 const FILES_OF_A_WORKER: usize = 500;
-/// Exit codes of a worker: the program is gone; another one shall follow.
+/// Exit codes of a worker: the program has ended; the keeper must start another worker.
 const ALONE: i32 = 0;
 const NEXT: i32 = 1;
 
-/// What a worker does with a file; the number of the flaw for which it must not be read.
+/// The function that a worker runs on a file. The result is the number of the flaw, for a file that must not be read.
 type Look = fn(&Path) -> Option<usize>;
 
-/// The keeper, seen from the program.
+/// The keeper, as the program holds it.
 struct Child {
     requests: File,
     replies: File,
-    /// Process of the program and of the keeper: a copy of the program by fork must not use its pipes.
+    /// Process number of the program: a forked copy of the program must not use these pipes.
     owner: u32,
     keeper: libc::pid_t,
 }
@@ -53,8 +53,8 @@ pub(super) fn in_the_child() -> bool {
 
 static KEPT: Mutex<Option<Child>> = Mutex::new(None);
 
-/// 0 for a file that did the worker no harm, else the signal of which it died, [`NO_MEMORY`], or [`UNSOUND`] plus the number of a flaw; `None`
-/// where no process can be started.
+/// Let a worker read a file. The answer is 0 for a sound file, or the signal that ended the worker, or [`NO_MEMORY`], or [`UNSOUND`] plus the
+/// number of a flaw. It is `None` where no process can be started.
 pub(super) fn look_at(path: &Path, look: Look) -> Option<i32> {
     let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
     let owner = std::process::id();
@@ -63,7 +63,7 @@ pub(super) fn look_at(path: &Path, look: Look) -> Option<i32> {
     {
         return Some(signal);
     }
-    // None yet, or somebody ended it.
+    // There is no keeper yet, or it was ended from outside.
     drop(kept.take());
     let (mut child, lasting) = Child::start(look).ok()?;
     let signal = child.ask(path).ok()?;
@@ -74,21 +74,21 @@ pub(super) fn look_at(path: &Path, look: Look) -> Option<i32> {
 }
 
 impl Child {
-    /// Start a keeper; true where it may be kept. While this process has HDF5 files open, a child would take them for its own, long
-    /// after they changed: such a child serves for one file.
+    /// Start a keeper; true where it may be kept. A child that is forked while this process has HDF5 files open inherits them, and would use
+    /// their old state later. Such a child is used for one file only.
     fn start(look: Look) -> Result<(Self, bool)> {
         let (their_requests, requests) = pipe()?;
         let (replies, their_replies) = pipe()?;
         let owner = std::process::id();
-        // The library's lock is held over the fork, so that no other thread is inside it then.
+        // The lock of the library is held during the fork, so that no other thread is inside the library.
         let (keeper, lasting) = hdf5::sync::sync(|| {
             let lasting = open_objects(H5F_OBJ_FILE) == 0;
-            // SAFETY: the child uses nothing of other threads: it holds the lock of HDF5, the C library sees to the lock of its allocator,
-            // and it ends without running what the parent left to do at its end.
+            // SAFETY: the child uses nothing of other threads. It holds the lock of HDF5, and the C library handles the lock of its allocator.
+            // The child ends without running the exit handlers of the parent.
             let pid = unsafe { libc::fork() };
             if pid == 0 {
-                // Its copies of the program's ends would keep it waiting for itself.
-                // SAFETY: the copies are used no more, as the keeper never returns.
+                // With its copies of the program's pipe ends open, the keeper would never see that the program has closed them.
+                // SAFETY: the copies are not used again, because the keeper never returns.
                 unsafe {
                     libc::close(requests.as_raw_fd());
                     libc::close(replies.as_raw_fd());
@@ -101,7 +101,7 @@ impl Child {
     }
 
     fn ask(&mut self, path: &Path) -> Result<i32> {
-        // A relative path, or one through links of this process, means what it means to the program now.
+        // The path is resolved now: the child has another working directory.
         let path = path.canonicalize().or_else(|_| std::path::absolute(path))?;
         let bytes = path.as_os_str().as_bytes();
         let mut request = Vec::with_capacity(bytes.len() + 4);
@@ -119,7 +119,7 @@ impl Drop for Child {
         if self.owner != std::process::id() {
             return;
         }
-        // Without this pipe the worker and its keeper end by themselves; then nothing of them is left to the system.
+        // When this pipe is closed the worker and the keeper end. Waiting for the keeper removes it from the process table.
         if let Ok(nothing) = File::open("/dev/null") {
             drop(std::mem::replace(&mut self.requests, nothing));
             wait(self.keeper);
@@ -127,7 +127,7 @@ impl Drop for Child {
     }
 }
 
-/// A pipe: its end to read and its end to write.
+/// A pipe: the end for reading and the end for writing.
 fn pipe() -> Result<(File, File)> {
     let mut ends: [RawFd; 2] = [-1; 2];
     // SAFETY: the array has room for the two ends, which nobody else owns.
@@ -135,7 +135,7 @@ fn pipe() -> Result<(File, File)> {
         if libc::pipe(ends.as_mut_ptr()) < 0 {
             return Err(Error::last_os_error());
         }
-        // Programs that this one starts must not hold the ends open.
+        // Programs started by this one must not inherit the ends.
         ends.iter().for_each(|end| {
             libc::fcntl(*end, libc::F_SETFD, libc::FD_CLOEXEC);
         });
@@ -143,13 +143,13 @@ fn pipe() -> Result<(File, File)> {
     }
 }
 
-/// Objects of these kinds that HDF5 has open in this process.
+/// Number of objects of these kinds that HDF5 has open in this process.
 fn open_objects(kinds: u32) -> isize {
     // SAFETY: counts only; the lock of the library is held.
     hdf5::sync::sync(|| unsafe { H5Fget_obj_count(i64::from(hdf5_sys::h5f::H5F_OBJ_ALL), kinds) })
 }
 
-/// How a process ended; `None` where there is none to wait for.
+/// Wait for a process; its exit status, or `None` where there is no such process.
 fn wait(pid: libc::pid_t) -> Option<i32> {
     let mut status = 0;
     // SAFETY: `status` outlives the call.
@@ -161,7 +161,7 @@ fn wait(pid: libc::pid_t) -> Option<i32> {
     Some(status)
 }
 
-/// The life of the keeper.
+/// The main loop of the keeper.
 fn keep(requests: &File, replies: &File, lasting: bool, look: Look) -> ! {
     alone(requests, replies, lasting);
     // SAFETY: memory that no other code knows, shared with the workers and never unmapped.
@@ -181,7 +181,7 @@ fn keep(requests: &File, replies: &File, lasting: bool, look: Look) -> ! {
         let status = if worker > 0 { wait(worker) } else { None };
         match status {
             Some(s) if libc::WIFSIGNALED(s) => {
-                // Nobody waits for an answer where the worker was ended between two files.
+                // The program waits for an answer only while the worker is busy with a file.
                 let signal = u8::try_from(libc::WTERMSIG(s)).unwrap_or(u8::MAX);
                 if busy.swap(0, SeqCst) == 1 && (&*replies).write_all(&[signal]).is_err() {
                     break;
@@ -195,10 +195,10 @@ fn keep(requests: &File, replies: &File, lasting: bool, look: Look) -> ! {
     unsafe { libc::_exit(ALONE) }
 }
 
-/// No output, no core file, the usual ends by signals, and no files of the program but the two pipes.
+/// Prepare the child: no output, no core file, default signal handling, and no open files of the program except the two pipes.
 fn alone(requests: &File, replies: &File, lasting: bool) {
-    // SAFETY: plain calls of the C library in a process of one thread; what is closed is used no more, as the process never returns from
-    // its keeper.
+    // SAFETY: plain calls of the C library in a process of one thread; what is closed is not used again, because the process never
+    // returns from the keeper.
     unsafe {
         let none = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
         libc::setrlimit(libc::RLIMIT_CORE, &none);
@@ -211,7 +211,7 @@ fn alone(requests: &File, replies: &File, lasting: bool) {
         signals.iter().for_each(|s| {
             libc::signal(*s, libc::SIG_DFL);
         });
-        // The program may handle this key; it then closes the pipe when it ends.
+        // The program may handle the interrupt key. It closes the pipe when it ends.
         libc::signal(libc::SIGINT, libc::SIG_IGN);
         if lasting {
             libc::chdir(c"/".as_ptr());
@@ -223,7 +223,7 @@ fn alone(requests: &File, replies: &File, lasting: bool) {
     }
 }
 
-/// The life of a worker.
+/// The main loop of a worker.
 fn work(requests: &File, replies: &File, busy: &AtomicU8, look: Look) -> ! {
     // SAFETY: ends the process at once.
     let end = |code| unsafe { libc::_exit(code) };
@@ -236,16 +236,16 @@ fn work(requests: &File, replies: &File, busy: &AtomicU8, look: Look) -> ! {
         if had > 0 {
             bound_memory(had.saturating_add(MORE_MEMORY).saturating_add(bytes.saturating_mul(2)));
         }
-        // A failure of another kind, so that the mark below is this file's.
+        // This call fails on purpose. It replaces the last error, so that the check below sees only errors of this file.
         // SAFETY: there is no such file.
         unsafe { libc::close(-1) };
         bound_time(LONG_PATIENCE_S, PATIENCE_S * (1 + (bytes >> 24)));
-        // A panic is for the program to meet as well.
+        // The program will meet the same panic and report it.
         let flaw = catch_unwind(AssertUnwindSafe(|| look(&path))).unwrap_or(None);
         bound_time(0, 0);
         busy.store(0, SeqCst);
-        // The program has no bound: where this process got no memory the library would go on there, and may crash. The C library
-        // leaves this mark, which nothing takes away but another failure.
+        // The program itself has no memory limit: where this process ran out of memory, the library would continue there and may crash.
+        // The C library keeps ENOMEM as the last error until another call fails.
         let greedy = Error::last_os_error().raw_os_error() == Some(libc::ENOMEM);
         let answer = if greedy { NO_MEMORY } else { flaw.map_or(0, |f| UNSOUND + f as i32) };
         if (&*replies).write_all(&[answer as u8]).is_err() {
@@ -261,7 +261,7 @@ fn work(requests: &File, replies: &File, busy: &AtomicU8, look: Look) -> ! {
     end(NEXT)
 }
 
-/// The next path; an error where the program is gone.
+/// The next path; an error where the program has ended.
 fn next(mut requests: &File) -> Result<PathBuf> {
     let mut length = [0; 4];
     requests.read_exact(&mut length)?;
@@ -270,7 +270,7 @@ fn next(mut requests: &File) -> Result<PathBuf> {
     Ok(PathBuf::from(std::ffi::OsString::from_vec(bytes)))
 }
 
-/// End this process after so much time on the wall and of computing, s; 0 for never.
+/// End this process after the given elapsed time and computing time, s; 0 means never.
 fn bound_time(wall: u32, computing: u64) {
     let zero = libc::timeval { tv_sec: 0, tv_usec: 0 };
     let timer = libc::itimerval { it_interval: zero, it_value: libc::timeval { tv_sec: computing as libc::time_t, tv_usec: 0 } };
@@ -281,7 +281,7 @@ fn bound_time(wall: u32, computing: u64) {
     }
 }
 
-/// Address space that this process has, bytes; 0 where the system does not say.
+/// Address space of this process, bytes; 0 where the system does not report it.
 fn memory() -> u64 {
     let digits = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = digits.split(' ').next().and_then(|n| n.parse::<u64>().ok()).unwrap_or(0);
@@ -289,7 +289,7 @@ fn memory() -> u64 {
     pages.saturating_mul(u64::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).unwrap_or(4096))
 }
 
-/// Bound the address space of this process. The hard bound stays, so that the next file may have another one.
+/// Limit the address space of this process. Only the soft limit changes, so that the next file may get another limit.
 fn bound_memory(bytes: u64) {
     let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
     // SAFETY: plain calls; the limit outlives them.

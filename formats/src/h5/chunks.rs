@@ -1,6 +1,6 @@
-//! Rows of a dataset of filtered chunks: the chunks are read as they lie in the file and unpacked here, on all threads.
+//! Rows of a dataset with filtered chunks. The chunks are read as stored and unpacked in this crate, on all threads.
 //!
-//! The library unpacks on one thread, puts the values of a chunk to their places one by one, and trusts the size that a filter gives.
+//! The HDF5 library unpacks on one thread, copies the values of a chunk one by one, and does not check the size that a filter gives.
 
 use super::child::in_the_child;
 use super::unpack::Pipeline;
@@ -14,25 +14,25 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// Bytes of chunks that are unpacked before they are put to their places, at least one chunk a thread.
+/// Size of the chunks that are unpacked together, bytes; at least one chunk per thread.
 const BATCH: usize = 1 << 24;
 
 unsafe extern "C" {
-    /// In the library since 1.10.2; the bindings leave it out.
+    /// Part of the library since 1.10.2, but missing in the bindings.
     fn H5Dget_chunk_storage_size(dataset: hid_t, offset: *const hsize_t, bytes: *mut hsize_t) -> herr_t;
 }
 
-/// A dataset of chunks with filters that are undone here.
+/// A dataset whose filtered chunks this crate unpacks.
 pub(super) struct Chunks<'a> {
     dataset: &'a Dataset,
     pipeline: Pipeline,
     shape: Vec<usize>,
     chunk: Vec<usize>,
-    /// Bytes of an element in the file.
+    /// Size of an element in the file, bytes.
     size: usize,
 }
 
-/// Elements that lie side by side both in a row of a chunk and in a row of the array, counted from where the chunk begins there.
+/// Elements that are contiguous both in a row of a chunk and in a row of the array. `to` and `from` count from the start of the chunk.
 #[derive(Clone, Copy)]
 struct Run {
     to: usize,
@@ -40,10 +40,10 @@ struct Run {
     n: usize,
 }
 
-/// Runs of the chunks that reach so far on all axes but the first: those at the ends of an axis may reach less far than the others.
+/// Runs by the extent of a chunk on all axes but the first. Chunks at the end of an axis may be cut off.
 type Runs = BTreeMap<Vec<usize>, Vec<Run>>;
 
-/// An unpacked chunk: the first row that it holds, and its place in rows of the array.
+/// An unpacked chunk: its first row, and its place within the rows of the array.
 struct Unpacked<'r> {
     first: usize,
     to: usize,
@@ -52,7 +52,7 @@ struct Unpacked<'r> {
 }
 
 impl<'a> Chunks<'a> {
-    /// `None` where the library shall read the dataset: no chunks, no filters, or filters that are not undone here.
+    /// `None` where the library must read the dataset: no chunks, no filters, or filters that this crate does not know.
     pub(super) fn of(dataset: &'a Dataset) -> hdf5::Result<Option<Self>> {
         let (Some(chunk), Some(pipeline)) = (dataset.chunk(), Pipeline::of(&dataset.filters())) else { return Ok(None) };
         let (shape, file_type) = (dataset.get_shape()?, dataset.dtype()?);
@@ -63,7 +63,7 @@ impl<'a> Chunks<'a> {
         Ok(Some(Self { dataset, pipeline, shape, chunk, size }))
     }
 
-    /// Bytes of these rows, in the type of the file, into `out`, which has their size.
+    /// Read these rows into `out`, as bytes in the type of the file. `out` has exactly their size.
     pub(super) fn read(&self, rows: Range<usize>, out: &mut [u8]) -> hdf5::Result<()> {
         if out.is_empty() {
             return Ok(());
@@ -71,13 +71,13 @@ impl<'a> Chunks<'a> {
         let (runs, columns) = (self.runs(), self.columns()?);
         let high = self.chunk[0];
         let mut all = (rows.start / high * high..rows.end).step_by(high).flat_map(|first| (0..columns).map(move |c| (first, c)));
-        // A process that was forked has none of the threads.
+        // The threads of the pool do not exist in a forked process.
         let threads = if in_the_child() { 1 } else { rayon::current_num_threads() };
         let at_once = (BATCH / self.length()?.max(1)).max(threads);
         loop {
             let batch: Vec<(usize, usize)> = all.by_ref().take(at_once).collect();
             let Some(last) = batch.last() else { return Ok(()) };
-            // Rows that this batch has a part of.
+            // The rows of which this batch holds a part.
             let part = batch[0].0.max(rows.start)..(last.0 + high).min(rows.end);
             let unpacked = shared(threads, &batch, |(first, column)| self.unpacked(*first, *column, &runs))?;
             let row = out.len() / rows.len();
@@ -92,13 +92,13 @@ impl<'a> Chunks<'a> {
         }
     }
 
-    /// Bytes of an unpacked chunk.
+    /// Size of an unpacked chunk, bytes.
     fn length(&self) -> hdf5::Result<usize> {
         let length = self.chunk.iter().try_fold(self.size, |n, c| n.checked_mul(*c));
         length.ok_or_else(|| "chunks larger than memory".into())
     }
 
-    /// Columns of chunks in a row of the array.
+    /// Number of chunks side by side in a row of the array.
     fn columns(&self) -> hdf5::Result<usize> {
         let mut counts = self.shape.iter().zip(&self.chunk).skip(1).map(|(n, step)| n.div_ceil(*step));
         counts.try_fold(1_usize, |all, n| all.checked_mul(n)).ok_or_else(|| "more chunks than memory holds".into())
@@ -118,7 +118,7 @@ impl<'a> Chunks<'a> {
         let mut runs = vec![Run { to: 0, from: 0, n: 1 }];
         for (k, inside) in reach.iter().enumerate() {
             let (n, step) = (self.shape[k + 1], self.chunk[k + 1]);
-            // Axes that a chunk spans follow each other without a gap.
+            // Axes that the chunk spans completely are contiguous.
             if (k + 1..reach.len()).all(|j| self.chunk[j + 1] == self.shape[j + 1]) {
                 let behind: usize = self.shape[k + 2..].iter().product();
                 runs.iter_mut().for_each(|r| *r = Run { to: r.to * n * behind, from: r.from * step * behind, n: inside * behind });
@@ -130,7 +130,7 @@ impl<'a> Chunks<'a> {
         runs
     }
 
-    /// The chunk that begins at row `first` in a column.
+    /// Unpack the chunk that begins at row `first` in a column of chunks.
     fn unpacked<'r>(&self, first: usize, column: usize, runs: &'r Runs) -> hdf5::Result<Unpacked<'r>> {
         let (mut rest, mut to, mut stride) = (column, 0, 1);
         let (mut offset, mut reach) = (vec![first as hsize_t; self.shape.len()], vec![0; self.shape.len() - 1]);
@@ -151,7 +151,7 @@ impl<'a> Chunks<'a> {
         Ok(Unpacked { first, to, runs, bytes })
     }
 
-    /// What the file has of a chunk, with the filters that were not applied; `None` where it has no such chunk.
+    /// The stored bytes of a chunk, and the mask of the filters that were not applied; `None` where the chunk was never written.
     fn stored(&self, offset: &[hsize_t], length: usize) -> hdf5::Result<Option<(Vec<u8>, u32)>> {
         let (id, mut bytes, mut skipped) = (self.dataset.id(), 0, 0);
         hdf5::sync::sync(|| {
@@ -172,8 +172,8 @@ impl<'a> Chunks<'a> {
         })
     }
 
-    /// The value of every element of a chunk that was never written, as the library gives it for one of them: it tells such a chunk from one
-    /// that it cannot find.
+    /// The bytes of one element of a chunk that was never written: the fill value. The library gives it, because it can tell such a chunk from
+    /// a chunk that it cannot find.
     fn unwritten(&self, offset: &[hsize_t]) -> hdf5::Result<Vec<u8>> {
         let corner: Vec<SliceOrIndex> = offset.iter().map(|k| SliceOrIndex::from(*k as usize)).collect();
         let there = self.dataset.space()?.select(Hyperslab::from(corner))?;
@@ -185,7 +185,7 @@ impl<'a> Chunks<'a> {
         if status < 0 { Err(format!("a chunk that is not found, at {offset:?}").into()) } else { Ok(element) }
     }
 
-    /// Put what a chunk has of the rows from `first` on into their bytes, `row` bytes each.
+    /// Copy the part of a chunk that lies in the rows from `first` on into `out`, which has `row` bytes per row.
     fn place(&self, from: &Unpacked<'_>, first: usize, row: usize, out: &mut [u8]) {
         let end = first + out.len() / row;
         let rows = from.first.max(first)..(from.first + self.chunk[0]).min(end);
@@ -210,7 +210,7 @@ impl<'a> Chunks<'a> {
     }
 }
 
-/// Runs of elements of `N` bytes from rows of `wide` to rows of `row` bytes.
+/// Copy runs of elements of `N` bytes from rows of `wide` bytes to rows of `row` bytes.
 fn place_rows<const N: usize>(source: &[u8], wide: usize, target: &mut [u8], row: usize, runs: &[Run]) {
     for (from, to) in source.chunks_exact(wide).zip(target.chunks_mut(row)) {
         let (from, to) = (from.as_chunks::<N>().0, to.as_chunks_mut::<N>().0);
@@ -225,8 +225,8 @@ fn place_rows<const N: usize>(source: &[u8], wide: usize, target: &mut [u8], row
     }
 }
 
-/// The results of some work on each item, in their order, by so many threads: its own ones, because a reader may run beside the work of the
-/// pool, which may wait for what is read.
+/// Do some work on each item with the given number of threads; the results keep the order of the items. The threads are not those of the
+/// pool: the work of the pool may wait for what a reader reads.
 fn shared<I: Sync, R: Send>(threads: usize, items: &[I], work: impl Fn(&I) -> hdf5::Result<R> + Sync) -> hdf5::Result<Vec<R>> {
     if threads < 2 || items.len() < 2 {
         return items.iter().map(work).collect();

@@ -1,18 +1,18 @@
-//! Rows of a dataset whose chunks do not span them, tile by tile.
+//! Rows of a dataset without filters whose chunks are narrower than a row, read tile by tile.
 //!
-//! h5py guesses chunks that hold a few channels of one polarisation. The library copies such a chunk to its place value by value, which takes
-//! longer than everything else that is done to it; into an array of the chunk's own shape it copies it at once. So each column of chunks is
-//! read alone, and put in place here.
+//! The default chunks of h5py hold a few channels of one polarisation. The library copies such a chunk into a wider array value by value,
+//! which takes longer than everything else. Into an array of the shape of the chunk it copies the chunk at once. Each column of chunks is
+//! therefore read alone and copied to its place here.
 
 use bytemuck::{Pod, zeroed_vec};
 use hdf5::{Dataset, H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayD, IxDyn};
 use std::ops::Range;
 
-/// Bytes of a tile below which reading it alone costs more than it saves.
+/// Smallest size of a tile for which this pays off, bytes.
 const LEAST_BYTES: usize = 1 << 14;
 
-/// Columns of chunks: the ranges of all axes but the first. `None` where rows are best read whole.
+/// The columns of chunks, as ranges of all axes but the first. `None` where whole rows are read faster.
 pub(super) fn tiles<T>(dataset: &Dataset, rows: usize) -> Option<Vec<Vec<Range<usize>>>> {
     let (shape, chunk) = (dataset.shape(), dataset.chunk()?);
     let split = |k: usize| chunk[k] < shape[k];
@@ -35,7 +35,7 @@ pub(super) fn tiles<T>(dataset: &Dataset, rows: usize) -> Option<Vec<Vec<Range<u
     Some(out)
 }
 
-/// These rows of a dataset, from tiles of the other axes.
+/// Read rows of a dataset from tiles of the other axes.
 pub(super) fn read<T: H5Type + Pod>(dataset: &Dataset, rows: Range<usize>, tiles: &[Vec<Range<usize>>]) -> hdf5::Result<ArrayD<T>> {
     let mut shape = dataset.shape();
     shape[0] = rows.len();
@@ -45,7 +45,7 @@ pub(super) fn read<T: H5Type + Pod>(dataset: &Dataset, rows: Range<usize>, tiles
         let mut parts = vec![SliceOrIndex::from(rows.clone())];
         parts.extend(tile.iter().cloned().map(SliceOrIndex::from));
         let values: ArrayD<T> = dataset.read_slice::<T, _, IxDyn>(Selection::new(Hyperslab::from(parts)))?;
-        // Where the values of a row go to.
+        // The places of the values of one row.
         let mut places = vec![0];
         for (n, range) in shape[1..].iter().zip(tile) {
             places = places.iter().flat_map(|p| range.clone().map(move |k| p * n + k)).collect();
@@ -55,7 +55,7 @@ pub(super) fn read<T: H5Type + Pod>(dataset: &Dataset, rows: Range<usize>, tiles
     ArrayD::from_shape_vec(shape, out).map_err(|e| hdf5::Error::from(e.to_string()))
 }
 
-/// Put the values of each row of a tile to their places in rows of `row` values. Plain loops: there are few values to a row.
+/// Copy the values of each row of a tile to their places in rows of `row` values. Plain loops are fastest, because a row has few values.
 fn scatter<T: Copy>(values: &[T], places: &[usize], out: &mut [T], row: usize) {
     let n = places.len();
     let mut at = 0;

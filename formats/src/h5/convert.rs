@@ -1,14 +1,14 @@
-//! Values in the type of a file, converted by the library to the type that is asked for.
+//! Conversion of values from the type of the file to the requested type, by the library.
 
 use bytemuck::{Pod, cast_slice_mut, zeroed_vec};
 use hdf5::{Dataset, Datatype, H5Type};
 use hdf5_sys::h5p::H5P_DEFAULT;
 use hdf5_sys::h5t::{H5T_class_t, H5Tclose, H5Tconvert, H5Tequal, H5Tget_class, H5Tget_super};
 
-/// Elements that are converted at once.
+/// Number of elements that are converted at once.
 const AT_ONCE: usize = 1 << 16;
 
-/// `n` values of a dataset: `fill` puts them, in the dataset's own type, into the buffer that it is given.
+/// `n` values of a dataset. `fill` writes them, in the type of the dataset, into its buffer.
 pub(super) fn values<T: H5Type + Pod>(
     dataset: &Dataset,
     n: usize,
@@ -27,7 +27,7 @@ pub(super) fn values<T: H5Type + Pod>(
     let mut bytes: Vec<u8> = zeroed_vec(n.checked_mul(size).ok_or("more values than memory holds")?);
     fill(&mut bytes)?;
     let width = size.max(size_of::<T>());
-    // What the members of a compound are put on; the library takes it where it needs it.
+    // The background buffer for the members of compounds, which the library uses where it needs it.
     let (mut work, mut ground) = (vec![0_u8; width * AT_ONCE.min(n)], vec![0_u8; width * AT_ONCE.min(n)]);
     for (part, to_part) in bytes.chunks(size.max(1) * AT_ONCE).zip(out.chunks_mut(AT_ONCE)) {
         work[..part.len()].copy_from_slice(part);
@@ -44,7 +44,7 @@ pub(super) fn values<T: H5Type + Pod>(
     Ok(out)
 }
 
-/// True where elements of the two types are the same bytes: equal types, or an enumeration of such numbers (h5py's booleans are one).
+/// True where elements of the two types have the same bytes: equal types, or an enumeration of such numbers (h5py's booleans).
 fn alike(from: &Datatype, to: &Datatype) -> bool {
     from == to
         || hdf5::sync::sync(|| {

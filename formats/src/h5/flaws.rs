@@ -1,6 +1,6 @@
-//! Types of HDF5 as the library sees them, before they are described: damaged ones may claim tens of thousands of members, members that
-//! lie outside their compound, numbers with more bits than bytes, and enumerations of numbers as wide as megabytes. Version 1.10 of the
-//! library follows them beyond its buffers.
+//! Checks of HDF5 types before they are used. A damaged type may claim tens of thousands of members, members outside their compound, numbers
+//! with more bits than their bytes hold, or enumerations of numbers of a megabyte each. Version 1.10 of the library then reads beyond its
+//! buffers.
 
 use hdf5::Dataset;
 use hdf5_sys::h5i::hid_t;
@@ -9,19 +9,20 @@ use hdf5_sys::h5t::{
     H5Tget_precision, H5Tget_size, H5Tget_super,
 };
 
-/// Types inside types that are looked into.
+/// Largest depth of nested types.
 const DEEPEST: usize = 4;
-/// Widest number, bytes.
+/// Largest size of a number, bytes.
 const WIDEST: usize = 16;
-/// Most members of a type with those of its members: the library compares types in a time that grows with the square of it.
+/// Largest number of members of a type, including the members of its members. The library compares types in a time that grows with the
+/// square of this number.
 const MOST_MEMBERS: usize = 1024;
 
-/// What is wrong with the type of a dataset, as one of [`FLAWS`].
+/// The flaw of the type of a dataset, as an index into [`FLAWS`].
 pub(super) fn flaw(dataset: &Dataset) -> Option<usize> {
     dataset.dtype().ok().and_then(|t| of(t.id(), 0, &mut 0).err())
 }
 
-/// What may be wrong with a type.
+/// Flaws of types.
 pub(super) const FLAWS: [&str; 4] = [
     "a type of more than 1024 members",
     "a type with a member that lies outside of it",
@@ -29,7 +30,7 @@ pub(super) const FLAWS: [&str; 4] = [
     "a number of more than 16 bytes",
 ];
 
-/// Look at a type and those of its members; `seen` counts the members.
+/// Check a type and the types of its members; `seen` counts the members.
 fn of(id: hid_t, depth: usize, seen: &mut usize) -> Result<(), usize> {
     // SAFETY: the identifier is that of an open type; the lock of the library is held.
     let (class, size, n) = hdf5::sync::sync(|| unsafe { (H5Tget_class(id), H5Tget_size(id), H5Tget_nmembers(id)) });
@@ -75,7 +76,7 @@ fn of(id: hid_t, depth: usize, seen: &mut usize) -> Result<(), usize> {
     Ok(())
 }
 
-/// Whether the bits of a number, and of its exponent and mantissa, lie within its bytes.
+/// True where the bits of a number, and of its exponent and mantissa, lie within its bytes.
 fn bits_fit(id: hid_t, size: usize, float: bool) -> bool {
     let within = |first: usize, count: usize, all: usize| first.checked_add(count).is_some_and(|end| end <= all);
     // SAFETY: the identifier is that of an open type, the numbers outlive the call; the lock of the library is held.

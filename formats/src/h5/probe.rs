@@ -1,5 +1,7 @@
-//! Look at a file in a child process first: the system's HDF5 library crashes or loops on some damaged files, and no handler can
-//! catch that, but a parent can. The child visits every object and reads what a reader would read first.
+//! Opening HDF5 files after a trial in a child process.
+//!
+//! The HDF5 library of the system crashes or loops on some damaged files. A program cannot catch that in itself, but it can see that a child
+//! process has crashed. The child visits every object of the file and reads what a reader would read first.
 
 use super::child::{NO_MEMORY, UNSOUND, in_the_child, look_at};
 use super::flaws::{FLAWS, flaw};
@@ -16,20 +18,20 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
-/// A dataset below this number of elements is read whole; of a larger one the first and the last row.
+/// A dataset of at most this number of elements is read whole. Of a larger dataset the first rows and the last row are read.
 const SMALL: usize = 1 << 17;
-/// Deepest nesting of groups that is looked at, and most objects.
+/// Largest depth of groups, and largest number of objects, that are visited.
 const DEEPEST: usize = 8;
 const MOST_OBJECTS: usize = 10_000;
-/// Files remembered as good.
+/// Number of sound files that are remembered.
 const REMEMBERED: usize = 16;
-/// A file that changed so shortly ago may change again without a change of its stamp: the clock of file systems ticks every few ms.
+/// The clock of file systems advances in steps of a few ms. A file that is younger than this may change without a change of its stamp.
 const YOUNG: Duration = Duration::from_millis(50);
 
-/// What tells one state of a file from another: device, inode, size, time of change (s, ns).
+/// Identifies one state of a file: device, inode, size, time of change (s, ns).
 type Stamp = (u64, u64, u64, i64, i64);
 
-/// Files that were found good, so that a file is looked at once though it is sniffed and opened by several readers.
+/// Files that were found sound, so that a file that several readers open is tried only once.
 static GOOD: Mutex<VecDeque<Stamp>> = Mutex::new(VecDeque::new());
 
 /// Open a file to read. `expected` says what it should be, for the error.
@@ -52,7 +54,7 @@ pub(crate) fn has(path: &Path, dataset: &str) -> bool {
     open(path, "").is_ok_and(|f| f.has(dataset))
 }
 
-/// Refuse a file that ends the process which reads it.
+/// Refuse a file that would crash the process that reads it.
 fn probe(path: &Path) -> Result<()> {
     if in_the_child() {
         return Ok(());
@@ -77,11 +79,11 @@ fn probe(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What was wrong, where a child dies of the file. Where no child can be started the file is not looked at.
+/// The damage of a file that crashes a child process. Where no child can be started, the file is not tried.
 fn in_a_child(path: &Path) -> Option<String> {
     let mut signal = look_at(path, look_through)?;
     if signal != 0 && signal < UNSOUND && signal != libc::SIGPROF {
-        // An earlier file may have hurt the process without ending it: the next one has seen no other file.
+        // An earlier file may have damaged the process without ending it. The next process is a fresh one.
         signal = look_at(path, look_through)?;
     }
     match signal {
@@ -101,8 +103,8 @@ fn look_through(path: &Path) -> Option<usize> {
     file.group("").and_then(|root| visit(&file, &root, "", 0, &mut 0))
 }
 
-/// Read every dataset below a group as far as a reader would at first, up to a type that must not be read. Errors are for the parent to meet
-/// and to word.
+/// Read the start of every dataset below a group. The result is the flaw of the first type that must not be read. Errors are ignored here,
+/// because the program meets and reports them.
 fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize) -> Option<usize> {
     for member in group.member_names().unwrap_or_default() {
         *seen += 1;

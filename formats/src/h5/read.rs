@@ -1,4 +1,4 @@
-//! HDF5 files read: scalars, texts and small arrays by name, large arrays by runs of rows.
+//! Reading HDF5 files: scalars, texts and small arrays by name, large arrays in runs of rows.
 
 use super::chunks::Chunks;
 use super::failure::failed;
@@ -13,16 +13,16 @@ use std::path::{Path, PathBuf};
 
 /// The first bytes of an HDF5 file without a user block.
 pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
-/// Filters as large as these shrink nothing by more than about this factor.
+/// Largest factor by which the filters can shrink data, approximately.
 const LARGEST_RATIO: u64 = 1100;
-/// A chunk below this size is read whatever the size of the file, bytes.
+/// A chunk below this size (bytes) is read even where it is large compared to the file.
 const SMALL_CHUNK: u64 = 1 << 24;
-/// Most elements of an array that is read whole.
+/// Largest number of elements of an array that is read at once.
 const MOST_WHOLE: usize = 1 << 24;
-/// HDF5's number of the bitshuffle filter.
+/// Number of the bitshuffle filter in HDF5.
 const BITSHUFFLE: i32 = 32008;
 
-/// What a dataset should be.
+/// What a dataset must be, for errors.
 const SOUND: &str = "data that can be read (are they damaged?)";
 
 /// Shape of a dataset.
@@ -39,7 +39,7 @@ impl H5In {
     /// Open a file without the probe of [`super::open`].
     pub(super) fn open_unprobed(path: &Path) -> Result<Self> {
         let bytes = std::fs::metadata(path).map_err(|e| FormatError::io(path, "read", e))?.len();
-        // A chunk that is not kept is read by its true size, one that is kept by what the file says of it.
+        // Without a chunk cache the library reads a chunk by its true size. With a cache it trusts the size that the file states.
         let open = hdf5::File::with_options().with_fapl(|p| p.chunk_cache(1, 0, 1.0)).open(path);
         let file = open.map_err(|e| failed(path, "HDF5 structure", "a whole file (is it truncated or damaged?)", &e))?;
         Ok(Self { file, path: path.into(), bytes })
@@ -52,7 +52,7 @@ impl H5In {
 
     /// The dataset of that name, where there is one.
     pub(crate) fn dataset(&self, name: &str) -> Result<Option<Dataset>> {
-        // A path through a missing group is an error to the library, so each part is asked for.
+        // The library reports an error for a path through a missing group, so each part is checked.
         let mut at = String::new();
         for part in name.split('/') {
             at = if at.is_empty() { part.to_string() } else { format!("{at}/{part}") };
@@ -98,7 +98,7 @@ impl H5In {
         FormatError::malformed(&self.path, name, "a dataset of this name", "none")
     }
 
-    /// `name` is something else than was expected.
+    /// The content of `name` is not what was expected.
     pub(crate) fn wrong(&self, name: &str, expected: impl Into<String>, found: impl Into<String>) -> FormatError {
         FormatError::malformed(&self.path, name, expected, found)
     }
@@ -130,7 +130,7 @@ impl H5In {
                 format!("{held} bytes stored (damaged, or never written)"),
             ));
         }
-        // The library lays out chunks by these sizes, and reads beyond what there is of them.
+        // The library trusts these sizes and reads beyond its buffers where they are wrong.
         let extents = dataset.space().and_then(|s| s.extents()).map_err(|e| self.fail(name, &e))?;
         let limits = extents.iter().map(|e| e.max.unwrap_or(usize::MAX));
         if chunks.iter().zip(limits).any(|(c, most)| *c > most) {
@@ -156,7 +156,7 @@ impl H5In {
         }
         let values = match self.number_kind(&dataset, name)? {
             Number::Real => self.all::<f64>(&dataset),
-            // Integers of 64 bits are exact to 2^53 here, far beyond any count or number in these files.
+            // 64-bit integers are exact up to 2^53, far more than any count or number in these files.
             Number::Integer => self.all::<i64>(&dataset).map(|v| v.into_iter().map(|i| i as f64).collect()),
             Number::Enum => self.all::<i8>(&dataset).map(|v| v.into_iter().map(f64::from).collect()),
         };
@@ -176,7 +176,7 @@ impl H5In {
         self.number_kind(dataset, name).map(|_| ())
     }
 
-    /// Refuse anything but complex numbers: compounds of r and i. A part that is missing would be read as whatever was in memory.
+    /// Refuse anything but complex numbers: compounds of r and i. The library would leave a missing part uninitialised.
     pub(crate) fn demand_complex(&self, dataset: &Dataset, name: &str) -> Result<()> {
         let dtype = dataset.dtype().and_then(|d| d.to_descriptor()).map_err(|e| self.fail(name, &e))?;
         let number = |t: &TypeDescriptor| matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_));
@@ -287,7 +287,7 @@ impl H5In {
             },
         };
         let mut all: ArrayD<T> = read().map_err(|e| place(&e))?;
-        // The old fourth axis of length 1 disappears here.
+        // Old versions of the format have a fourth axis of length 1, which is removed.
         while D::NDIM.is_some_and(|n| all.ndim() > n) {
             let Some(axis) = (1..all.ndim()).find(|a| all.shape()[*a] == 1) else { break };
             all = all.index_axis_move(ndarray::Axis(axis), 0);

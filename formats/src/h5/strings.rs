@@ -1,6 +1,6 @@
 //! Texts in HDF5: fixed length (read and written) and variable length (read only).
 //!
-//! The safe interface knows fixed texts only by lengths that are constants of the program, so these few lines call the C library.
+//! The safe bindings support fixed-length texts only for lengths known at compile time, so these lines call the C library.
 
 use super::chunks::Chunks;
 use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
@@ -32,7 +32,7 @@ pub(super) fn write(group: &Group, name: &str, texts: &[&str], shape: &[usize]) 
     if status < 0 { Err(format!("cannot write the text {name}").into()) } else { Ok(()) }
 }
 
-/// Read all texts of a dataset, without the NUL bytes and blanks at their ends. `None` where it holds no texts.
+/// Read all texts of a dataset, without trailing NUL bytes and blanks. `None` where the dataset holds no texts.
 pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Vec<String>>> {
     let clean = |bytes: &[u8]| {
         let end = bytes.iter().position(|b| *b == 0).unwrap_or(bytes.len());
@@ -76,7 +76,7 @@ pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Ve
     }
 }
 
-/// Refuse references to texts whose chunks are not what the library takes them for: it follows them without a look.
+/// Check the chunks of references to texts. The library follows such references without a check.
 fn references(dataset: &Dataset, guard: &dyn Fn(usize) -> hdf5::Result<()>) -> hdf5::Result<()> {
     let bytes = dataset.dtype()?.size().saturating_mul(dataset.size());
     guard(bytes)?;

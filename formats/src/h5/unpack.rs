@@ -1,11 +1,12 @@
-//! One chunk, from the bytes that lie in the file to its values: the filters of HDF5 undone in memory of the size that is due.
+//! The filters of an HDF5 chunk, undone: from the bytes in the file to the values, in a buffer of known size.
 //!
-//! The library never compares what a filter gives with the size of a chunk, and reads beyond it where a damaged or hostile chunk gives less.
+//! The HDF5 library does not compare the output of a filter with the size of the chunk. Where a damaged or hostile chunk gives less, the
+//! library reads beyond its buffer.
 
 use flate2::{Decompress, FlushDecompress, Status};
 use hdf5::filters::Filter;
 
-/// Filters of a dataset in the order of writing, all of which are undone here.
+/// The filters of a dataset in the order of writing.
 pub(super) struct Pipeline {
     steps: Vec<Step>,
 }
@@ -18,11 +19,11 @@ enum Step {
     Fletcher32,
 }
 
-/// Bytes of the checksum behind a chunk.
+/// Size of the checksum at the end of a chunk, bytes.
 const CHECKSUM: usize = 4;
 
 impl Pipeline {
-    /// `None` where there is no filter, or one that is left to the library.
+    /// `None` where there is no filter, or a filter that only the library knows.
     pub(super) fn of(filters: &[Filter]) -> Option<Self> {
         let step = |f: &Filter| match f {
             Filter::Deflate(_) => Some(Step::Deflate),
@@ -32,17 +33,17 @@ impl Pipeline {
             _ => None,
         };
         let steps: Vec<Step> = filters.iter().map(step).collect::<Option<_>>()?;
-        // What lies between two of these has no size that is known.
+        // Between two of these filters the size of the data is not known.
         let compressors = steps.iter().filter(|s| matches!(s, Step::Deflate | Step::Lzf)).count();
         (!steps.is_empty() && compressors < 2).then_some(Self { steps })
     }
 
-    /// Most bytes that a chunk of `length` bytes takes in a file: no filter makes more of it than this.
+    /// Largest size in the file of a chunk of `length` bytes.
     pub(super) fn most_stored(length: usize) -> usize {
         length.saturating_mul(2).saturating_add(4096)
     }
 
-    /// The `length` bytes of a chunk of elements of `size` bytes; a filter whose bit is set in `skipped` was not applied to it.
+    /// Unpack a chunk of `length` bytes with elements of `size` bytes. A filter whose bit is set in `skipped` was not applied.
     pub(super) fn unpack(&self, mut bytes: Vec<u8>, skipped: u32, size: usize, length: usize) -> Result<Vec<u8>, String> {
         for (k, step) in self.steps.iter().enumerate().rev() {
             if k < 32 && skipped >> k & 1 == 1 {
@@ -71,16 +72,18 @@ fn inflate(bytes: &[u8], due: usize) -> Result<Vec<u8>, String> {
     }
 }
 
-/// The filter of h5py (Lehmann 2005, LibLZF): a byte below 32 is followed by so many bytes and one more; any other begins a copy of what
-/// lies behind, of 2 bytes more than its upper three bits say (with the next byte where these are 7), from as far as its lower five bits and
-/// the byte after say, and one more.
+/// The LZF filter of h5py (Lehmann 2005, LibLZF).
+///
+/// A byte n below 32 is followed by n + 1 literal bytes. Any other byte begins a copy of earlier output. The length of the copy is 2 plus
+/// the upper three bits (plus the next byte where these are 7). The distance is 1 plus the number made of the lower five bits and the
+/// following byte.
 fn expand(bytes: &[u8], due: usize) -> Result<Vec<u8>, String> {
     let mut out = Vec::with_capacity(due);
     let whole = pieces(bytes, &mut out, due).is_some() && out.len() == due;
     if whole { Ok(out) } else { Err(format!("an LZF chunk that does not unpack to {due} bytes")) }
 }
 
-/// `None` where the input ends within a piece, or a piece reaches beyond what is due or before the first byte.
+/// `None` where the input ends within a piece, or a piece reaches past the end or before the start of the output.
 fn pieces(mut bytes: &[u8], out: &mut Vec<u8>, due: usize) -> Option<()> {
     while let Some((control, rest)) = bytes.split_first() {
         let control = usize::from(*control);
@@ -102,7 +105,7 @@ fn pieces(mut bytes: &[u8], out: &mut Vec<u8>, due: usize) -> Option<()> {
     Some(())
 }
 
-/// Append `length` bytes from `from` on, which may reach into what is appended.
+/// Append a copy of `length` bytes from `from` on. The source may overlap the appended bytes.
 fn copy_behind(out: &mut Vec<u8>, from: usize, length: usize) {
     let end = out.len() + length;
     while out.len() < end {
@@ -111,7 +114,7 @@ fn copy_behind(out: &mut Vec<u8>, from: usize, length: usize) {
     }
 }
 
-/// Bytes of equal place in their elements, brought back to the elements; what is left over of the last one stays.
+/// Undo the shuffle filter, which groups the bytes by their place in the element. Bytes after the last whole element stay as they are.
 fn unshuffle(bytes: &[u8], size: usize) -> Vec<u8> {
     match size {
         0 | 1 => bytes.to_vec(),
@@ -142,7 +145,7 @@ fn planes<const N: usize>(bytes: &[u8]) -> Vec<u8> {
     out
 }
 
-/// A chunk without its checksum, which must be right.
+/// A chunk without its checksum. A wrong checksum is an error.
 fn checked(mut bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     let Some((_, sum)) = bytes.split_last_chunk::<CHECKSUM>() else { return Err("a chunk without its checksum".into()) };
     let sum = u32::from_le_bytes(*sum);
@@ -150,11 +153,11 @@ fn checked(mut bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     if sum == fletcher32(&bytes) { Ok(bytes) } else { Err("a chunk that differs from its checksum".into()) }
 }
 
-/// Checksum of Fletcher (1982) over words of 16 bits, the first byte the higher one, as HDF5 stores it.
+/// Checksum of Fletcher (1982) over words of 16 bits, high byte first, as HDF5 stores it.
 fn fletcher32(bytes: &[u8]) -> u32 {
     let fold = |s: u32| (s & 0xffff) + (s >> 16);
     let (mut a, mut b) = (0_u32, 0_u32);
-    // So many words do not overflow the sums.
+    // The sums cannot overflow within this number of words.
     for run in bytes.chunks(720) {
         for word in run.chunks(2) {
             a += u32::from(word[0]) << 8 | word.get(1).map_or(0, |w| u32::from(*w));

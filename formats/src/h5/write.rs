@@ -1,4 +1,4 @@
-//! HDF5 files written: scalars and small arrays at once, large arrays row by row.
+//! Writing HDF5 files: scalars and small arrays at once, large arrays in runs of rows.
 
 use super::failure::failed;
 use super::strings;
@@ -11,24 +11,24 @@ use std::path::Path;
 /// Compression of the large arrays of an HDF5 file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Compression {
-    /// None: fastest, and measured visibilities hardly shrink.
+    /// None. This is fastest, and compression hardly shrinks measured visibilities.
     #[default]
     None,
-    /// LZF: fast, read by h5py and by this program.
+    /// LZF: fast; readable by h5py and by cittert.
     Lzf,
-    /// Gzip of level 1 to 9, after a shuffle of bytes: read everywhere.
+    /// Gzip of level 1 to 9 after a shuffle of bytes; readable by every program.
     Gzip(u8),
 }
 
-/// Largest chunk, bytes: well inside the library's cache of 1 MiB for each dataset, so that runs of rows never read a chunk back.
+/// Largest chunk, bytes. It is well below the chunk cache of 1 MiB of the library, so that appending rows never reads a chunk back.
 const CHUNK_BYTES: usize = 1 << 18;
 
-/// What should become of an output.
+/// What the output must be, for errors.
 const WRITTEN: &str = "room on the disk and leave to write";
 
 /// An HDF5 file being written beside its final name.
 pub(crate) struct H5Out {
-    // Order matters: the file must be closed before the hidden file is removed.
+    // The order of the fields matters: the file must be closed before the hidden file is removed.
     file: hdf5::File,
     out: AtomicFile,
 }
@@ -44,7 +44,7 @@ impl H5Out {
     /// Begin a file.
     pub(crate) fn create(path: &Path, overwrite: bool) -> Result<Self> {
         let out = AtomicFile::create(path, overwrite)?;
-        // The structures of HDF5 1.10 carry checksums, so damage is found when a file is read.
+        // The structures of HDF5 1.10 have checksums, so that damage is found on reading.
         let file = hdf5::File::with_options().with_fapl(|p| p.libver_v110()).create(out.path());
         let file = file.map_err(|e| failed(path, "new HDF5 file", WRITTEN, &e))?;
         Ok(Self { file, out })
@@ -59,7 +59,7 @@ impl H5Out {
         failed(self.path(), name, WRITTEN, error)
     }
 
-    /// Make a group with its parents.
+    /// Create a group and its parents.
     fn group_of<'a>(&self, name: &'a str) -> Result<(Group, &'a str)> {
         let (folder, leaf) = name.rsplit_once('/').unwrap_or(("", name));
         let mut at = String::new();
@@ -79,7 +79,7 @@ impl H5Out {
         group.new_dataset::<T>().create(leaf).and_then(|d| d.write_scalar(&value)).map_err(|e| self.fail(name, &e))
     }
 
-    /// A text of exactly its length.
+    /// A text, stored with exactly its length.
     pub(crate) fn text(&self, name: &str, text: &str) -> Result<()> {
         let (group, leaf) = self.group_of(name)?;
         strings::write(&group, leaf, &[text], &[]).map_err(|e| self.fail(name, &e))
@@ -91,25 +91,25 @@ impl H5Out {
         strings::write(&group, leaf, texts, shape).map_err(|e| self.fail(name, &e))
     }
 
-    /// An array, whole.
+    /// A whole array.
     pub(crate) fn array<T: H5Type, D: Dimension>(&self, name: &str, values: ArrayView<'_, T, D>) -> Result<()> {
         let (group, leaf) = self.group_of(name)?;
         group.new_dataset_builder().with_data(values).create(leaf).map(|_| ()).map_err(|e| self.fail(name, &e))
     }
 
-    /// A dataset without a value, as Python's None.
+    /// A dataset without a value, as h5py writes for None.
     pub(crate) fn none(&self, name: &str) -> Result<()> {
         let (group, leaf) = self.group_of(name)?;
         group.new_dataset::<f32>().shape(Extents::Null).create(leaf).map(|_| ()).map_err(|e| self.fail(name, &e))
     }
 
-    /// A dataset that grows by rows of `tail` elements each. `expected_rows` of the first block sets the chunks.
+    /// A dataset that grows by rows of shape `tail`. `expected_rows`, the size of the first block, sets the size of the chunks.
     pub(crate) fn rows<T: H5Type>(&self, name: &str, tail: &[usize], expected_rows: usize, compression: Compression) -> Result<Rows> {
         let (group, leaf) = self.group_of(name)?;
         let row_bytes = (tail.iter().product::<usize>() * T::type_descriptor().size()).max(1);
         let mut chunk = vec![(CHUNK_BYTES / row_bytes).clamp(1, expected_rows.clamp(1, 8192))];
         chunk.extend_from_slice(tail);
-        // A row wider than a chunk is cut along the channels.
+        // A row larger than a chunk is cut along the channels.
         if let [_, channels, rest @ ..] = &mut chunk[..] {
             let one = rest.iter().product::<usize>().max(1) * T::type_descriptor().size();
             *channels = (*channels).min((CHUNK_BYTES / one).max(1));
@@ -154,7 +154,7 @@ impl H5Out {
     /// Flush, close and give the file its final name.
     pub(crate) fn finish(self) -> Result<()> {
         let Self { file, out } = self;
-        // Closing alone may hide that the last bytes found no room.
+        // Closing alone may hide that the disk was full for the last bytes.
         file.flush().map_err(|e| failed(out.target(), "flush to disk", WRITTEN, &e))?;
         file.close().map_err(|e| failed(out.target(), "close", WRITTEN, &e))?;
         out.commit()

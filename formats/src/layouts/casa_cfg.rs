@@ -14,7 +14,7 @@ use std::fmt::Write;
 pub(crate) struct CasaCfg;
 
 const COLUMNS: &str = "x y z diameter, and optionally a name";
-/// An observatory farther from the antennas than this is not their site, m.
+/// Largest distance of the observatory from the antennas, m. A more distant observatory is not their site.
 const NEAR_M: f64 = 100e3;
 
 impl LayoutFormat for CasaCfg {
@@ -100,7 +100,7 @@ fn antenna(l: &Line<'_>, index: usize) -> Result<Antenna> {
     Ok(Antenna { diameter_m: Some(diameter), ..Antenna::new(name, index as u32, position_m) })
 }
 
-/// The centre of the array from `# COFA=longitude,latitude`, degrees, on the ellipsoid as CASA takes it.
+/// The centre of the array from `# COFA=longitude,latitude`, degrees, on the ellipsoid, as in CASA.
 fn cofa(text: &str) -> Result<Option<Site>> {
     let Some((line, value)) = text::comment(text, "COFA") else { return Ok(None) };
     let Some((lon, lat)) = value.split_once(',') else {
@@ -110,13 +110,13 @@ fn cofa(text: &str) -> Result<Option<Site>> {
     Ok(Some(Site { latitude_rad: lat.to_radians(), longitude_rad: lon.to_radians(), altitude_m: 0.0 }))
 }
 
-/// A layout about the named observatory where the antennas are there, else about their own middle.
+/// A layout with the named observatory as its site where the antennas are near it, else with their centroid as its site.
 fn geocentric(name: &str, observatory: Option<&str>, context: &ReadContext, antennas: Vec<Antenna>) -> Result<ArrayLayout> {
     let near = observatory.and_then(known_site).filter(|s| antennas.iter().all(|a| distance_m(s, a.position_m) < NEAR_M));
     Ok(ArrayLayout::from_ecef(name, context.site.or(near), antennas)?)
 }
 
-/// Zone, whether it is south of the equator, and the datum.
+/// Zone, true for the southern hemisphere, and datum.
 fn utm_zone(text: &str) -> Result<(u32, bool, &'static Datum)> {
     let need = |key: &str| {
         text::comment(text, key).ok_or_else(|| {

@@ -36,7 +36,7 @@ impl LayoutFormat for EhtimText {
             if right < 0.0 || left < 0.0 {
                 return Err(l.expected("SEFDs that are not negative (0 where unknown)"));
             }
-            // One value serves both hands: their geometric mean. Zero stands for an ideal or unknown station.
+            // The geometric mean of both hands is used. Zero means an ideal or unknown station.
             let sefd_jy = (right * left).sqrt();
             let sensitivity = (sefd_jy > 0.0).then_some(Sensitivity::SefdJy(sefd_jy));
             antennas.push(Antenna { sensitivity, ..Antenna::new(l.fields[0], antennas.len() as u32, position_m) });
@@ -74,7 +74,7 @@ fn is_head(l: &Line<'_>) -> bool {
     l.number == 1 && (l.fields[0].eq_ignore_ascii_case("site") || l.fields[0].eq_ignore_ascii_case("name"))
 }
 
-/// SEFD as given, or of a Tsys on a circular aperture of the antenna's diameter.
+/// The SEFD as given, or computed from Tsys for a circular aperture with the diameter of the antenna.
 fn sefd_jy(a: &Antenna) -> Option<f64> {
     match (a.sensitivity?, a.diameter_m) {
         (Sensitivity::SefdJy(v), _) => Some(v),

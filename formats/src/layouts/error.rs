@@ -1,10 +1,10 @@
-//! Why a layout could not be read or written.
+//! Errors of layouts, and what a text of a layout may leave out.
 
 use cittert_arrays::{ArrayError, Site};
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why a layout could not be read or written.
+/// An error of reading or writing a layout.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LayoutError {
@@ -16,10 +16,10 @@ pub enum LayoutError {
         /// What is wrong with it.
         source: Box<LayoutError>,
     },
-    /// The disk refused.
+    /// An error of the file system.
     #[error(transparent)]
     Io(#[from] std::io::Error),
-    /// A folder that is not an OSKAR telescope model.
+    /// A directory that is not an OSKAR telescope model.
     #[error("expected a layout file (or an OSKAR telescope model with a layout.txt), found a folder")]
     Folder,
     /// A file too large to be a layout.
@@ -32,11 +32,11 @@ pub enum LayoutError {
     #[error("expected an antenna layout, found an empty file")]
     Empty,
     /// Bytes that are not UTF-8 text.
-    #[error("expected an antenna layout, found a file that is no text")]
+    #[error("expected an antenna layout, found a file that is not text")]
     NotText,
     /// Text of no known format.
     #[error(
-        "expected a layout, found a text that is none of the known ones: TOML, CASA .cfg (with '# coordsys='), eht-imaging (NAME X Y Z SEFDR SEFDL), pyuvsim csv \
+        "expected a layout, found a text in none of the known formats: TOML, CASA .cfg (with '# coordsys='), eht-imaging (NAME X Y Z SEFDR SEFDL), pyuvsim csv \
          (Name Number BeamID E N U), OSKAR or Miriad (columns of numbers)"
     )]
     Unknown,
@@ -50,7 +50,7 @@ pub enum LayoutError {
         /// What is there.
         found: String,
     },
-    /// Something the whole file lacks.
+    /// Something is missing in the file.
     #[error("{0}")]
     Missing(String),
     /// A layout that a format cannot hold.
@@ -62,14 +62,14 @@ pub enum LayoutError {
         reason: String,
     },
     /// A layout that is not valid.
-    #[error("expected values that make a layout, found this: {0}")]
+    #[error("expected a valid layout, found this: {0}")]
     Array(#[from] ArrayError),
 }
 
 /// Result of reading or writing a layout.
 pub type Result<T, E = LayoutError> = std::result::Result<T, E>;
 
-/// What the text of a layout may not say itself.
+/// Properties that the text of a layout may not contain.
 #[derive(Debug, Clone, Default)]
 pub struct ReadContext {
     /// Name of the layout where the text holds none; for a file, the name of the file.

@@ -14,7 +14,7 @@ use std::fs;
 use std::io::Read;
 use std::path::Path;
 
-/// Largest layout file that is read, bytes: 65,535 antennas need less than 20 MB in the most wordy format.
+/// Largest layout file that is read, bytes. 65,535 antennas need less than 20 MB in the longest format.
 const LARGEST_FILE: u64 = 64 << 20;
 
 /// All formats of layouts, in the order in which they are tried.

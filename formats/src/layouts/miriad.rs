@@ -1,8 +1,8 @@
-//! Antenna files of Miriad's `uvgen`: three columns of numbers, whose meaning `uvgen` is told by its parameter `baseunit`.
+//! Antenna files of `uvgen` of Miriad: three columns of numbers. The parameter `baseunit` of `uvgen` gives their meaning.
 //!
 //! A negative baseunit means north, east, up; a positive one the equatorial axes of the site: x to the meridian on the equator, y east,
-//! z to the pole. Its size is the unit of the columns in nanoseconds of light time, 1 by default. Our writer leaves it in a comment; a
-//! file without one is read with `uvgen`'s default.
+//! z to the pole. Its size is the unit of the columns in nanoseconds of light time, 1 by default. cittert writes it as a
+//! comment; a file without the comment is read with the default of `uvgen`.
 
 use super::error::{LayoutError, ReadContext, Result};
 use super::text::{self, Keeps};

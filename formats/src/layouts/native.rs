@@ -1,4 +1,4 @@
-//! Our own TOML; the format itself is in `arrays`, where the built-in layouts are read.
+//! TOML layouts. The crate of arrays reads and writes the text, because the built-in layouts have this format.
 
 use super::error::{LayoutError, ReadContext, Result};
 use crate::format::{Label, LayoutFormat};
@@ -11,7 +11,7 @@ impl LayoutFormat for Native {
         Label {
             name: "toml",
             extensions: &["toml"],
-            description: "our own: names, positions, diameters, SEFD or Tsys, position errors, site or boresight frame",
+            description: "the native format: names, positions, diameters, SEFD or Tsys, position errors, site or boresight frame",
         }
     }
 

@@ -1,4 +1,4 @@
-//! Reference positions of observatories, for files that name one instead of a place.
+//! Positions of observatories, for files that name an observatory instead of a position.
 
 use cittert_arrays::Site;
 use std::sync::LazyLock;
@@ -16,7 +16,7 @@ static SITES: LazyLock<Vec<(String, Site)>> = LazyLock::new(|| {
     sites
 });
 
-/// The site of an observatory by its name, or by the longest known name that it begins with (`ALMASD` is at ALMA), in any case of letters.
+/// The site of an observatory by its name, or by the longest known name that it begins with (`ALMASD` is at ALMA), in upper or lower case.
 #[must_use]
 pub fn known_site(name: &str) -> Option<Site> {
     let name = name.trim().to_lowercase();

@@ -1,7 +1,7 @@
 //! `layout.txt` of an OSKAR telescope model: east, north and optionally up in metres, then optionally the errors of the three.
 //!
 //! The file holds no site: it is in `position.txt` beside it (longitude, latitude in degrees, optionally altitude in metres), or in the
-//! comments that our writer leaves.
+//! comments that cittert writes.
 
 use super::error::{LayoutError, ReadContext, Result};
 use super::text::{self, Keeps};
@@ -45,7 +45,7 @@ impl LayoutFormat for OskarLayout {
             let position_m = [l.number(0, "east")?, l.number(1, "north")?, or_zero(2, "up")?];
             let mut a = Antenna::new(format!("A{:03}", antennas.len()), antennas.len() as u32, position_m);
             if n > 3 {
-                // OSKAR's errors are displacements; their sizes are what we know of the uncertainty.
+                // The errors of OSKAR are displacements. Their absolute values are used as uncertainties.
                 let error = |i: usize| or_zero(i, "position error").map(f64::abs);
                 a.position_error_m = Some([error(3)?, error(4)?, error(5)?]);
             }

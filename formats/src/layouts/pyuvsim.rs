@@ -1,6 +1,6 @@
 //! Layout tables of pyuvsim: a head line `Name Number BeamID E N U`, then a line for each antenna, metres.
 //!
-//! pyuvsim keeps the site in another file; our writer leaves it in comments, which pyuvsim skips.
+//! pyuvsim keeps the site in another file. cittert writes the site as comments, which pyuvsim ignores.
 
 use super::error::{LayoutError, ReadContext, Result};
 use super::text::{self, Keeps, Line};

@@ -1,5 +1,8 @@
 use super::*;
 use cittert_arrays::{Antenna, BUILTIN_LAYOUTS, LayoutFrame, Sensitivity};
+use cittert_arrays::{ArrayLayout, Site};
+use std::fs;
+use std::path::Path;
 use std::path::PathBuf;
 
 fn shared() -> PathBuf {
@@ -83,7 +86,7 @@ fn boresight_layouts_survive_or_are_refused() {
 #[test]
 fn every_real_file_is_read_and_converted_within_a_tenth_of_a_millimetre() {
     let mut read = 0;
-    for entry in fs::read_dir(shared()).unwrap() {
+    for entry in fs::read_dir(shared()).unwrap().filter(|e| !e.as_ref().unwrap().path().ends_with("README.md")) {
         let path = entry.unwrap().path();
         let layout = read_layout(&path, None).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let lines = fs::read_to_string(&path).unwrap().lines().filter(|l| !l.starts_with('#') && !l.trim().is_empty()).count();
@@ -241,7 +244,7 @@ fn files_that_are_no_layouts_are_refused_with_their_path() {
     fs::write(&file, " \n").unwrap();
     assert!(cause(&file).contains("empty"));
     fs::write(&file, [0x89, b'P', b'N', b'G', 0, 0xff]).unwrap();
-    assert!(cause(&file).contains("no text"));
+    assert!(cause(&file).contains("not text"));
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! What the column formats share: lines of fields, `# key = value` comments, numbers.
+//! Helpers of the column formats: lines of fields, `# key = value` comments, numbers.
 
 use super::error::{LayoutError, ReadContext, Result};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Site};
 use std::fmt::Write;
 
-/// A line with something on it, split into fields.
+/// A line that is not empty, split into fields.
 pub(super) struct Line<'a> {
     /// From 1.
     pub number: usize,
@@ -20,7 +20,7 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = Line<'_>> {
     })
 }
 
-/// The value and line of the last comment `# key = value`, the key in any case of letters.
+/// The value and line of the last comment `# key = value`, the key in upper or lower case.
 pub(super) fn comment<'a>(text: &'a str, key: &str) -> Option<(usize, &'a str)> {
     let found = text.lines().enumerate().filter_map(|(i, line)| {
         let (k, value) = line.trim_start().strip_prefix('#')?.split_once('=')?;
@@ -46,13 +46,13 @@ impl Line<'_> {
         LayoutError::Line { line: self.number, expected: expected.into(), found: self.fields.join(" ") }
     }
 
-    /// Whether all fields are numbers, of whatever value.
+    /// True where all fields are numbers.
     pub(super) fn is_numeric(&self) -> bool {
         self.fields.iter().all(|f| f.parse::<f64>().is_ok())
     }
 }
 
-/// The site in comments `latitude_deg`, `longitude_deg`, `altitude_m`, as our own writers leave it; nothing where there is none.
+/// The site in comments `latitude_deg`, `longitude_deg`, `altitude_m`, as cittert writes them; `None` without such comments.
 pub(super) fn commented_site(text: &str) -> Result<Option<Site>> {
     let value = |key: &str| comment(text, key).map(|(line, v)| number(line, v, key)).transpose();
     match (value("latitude_deg")?, value("longitude_deg")?, value("altitude_m")?) {
@@ -66,7 +66,7 @@ pub(super) fn commented_site(text: &str) -> Result<Option<Site>> {
     }
 }
 
-/// Antennas in the horizon of a site that comes from the caller or from comments, or in the boresight frame where a comment says so.
+/// A layout in east, north, up at a site from the caller or from comments, or in the boresight frame where a comment says so.
 pub(super) fn local_layout(text: &str, context: &ReadContext, antennas: Vec<Antenna>) -> Result<ArrayLayout> {
     let site = match context.site {
         Some(site) => Some(site),
@@ -105,17 +105,17 @@ pub(super) fn local_header(layout: &ArrayLayout) -> String {
     t
 }
 
-/// A text with nothing in it that would end a comment line.
+/// A text without characters that would end a comment line.
 pub(super) fn one_line(text: &str) -> String {
     text.replace(['\n', '\r', '#', '='], " ")
 }
 
-/// A name that is one field of a column format.
+/// A name as one field of a column format.
 pub(super) fn one_field(name: &str) -> String {
     name.split(|c: char| c.is_whitespace() || c == ',' || c == '#').collect::<Vec<_>>().join("_")
 }
 
-/// What formats without a place for them lose of the antennas.
+/// The properties of a layout that a format cannot hold.
 pub(super) fn lost(layout: &ArrayLayout, keeps: Keeps) -> Vec<String> {
     let antennas = layout.antennas();
     let mut lost = Vec::new();
@@ -136,7 +136,7 @@ pub(super) fn lost(layout: &ArrayLayout, keeps: Keeps) -> Vec<String> {
     lost
 }
 
-/// What a format has a place for.
+/// The properties that a format can hold.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Keeps {
     pub names: bool,

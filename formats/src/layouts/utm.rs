@@ -1,6 +1,6 @@
-//! From universal transverse Mercator, on the datums that antenna surveys use, to geocentric positions.
+//! Conversion of universal transverse Mercator coordinates, on the datums of antenna surveys, to geocentric positions.
 
-/// An ellipsoid and where its centre lies in WGS84.
+/// An ellipsoid and the position of its centre in WGS84.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Datum {
     name: &'static str,
@@ -14,7 +14,7 @@ const K0: f64 = 0.9996;
 
 macro_rules! datums {
     ($($name:literal $dx:literal $dy:literal $dz:literal $a:literal $rf:literal;)*) => {
-        /// Mean shifts of local datums against WGS84, good to some metres.
+        /// Mean shifts of local datums relative to WGS84, accurate to some metres.
         ///
         /// # Reference
         /// US Defense Mapping Agency 1991, TR 8350.2, as CASA's simulator names them.
@@ -45,7 +45,7 @@ datums! {
 }
 
 impl Datum {
-    /// The datum of that name, in any case of letters.
+    /// The datum of that name, in upper or lower case.
     pub(super) fn find(name: &str) -> Option<&'static Self> {
         DATUMS.iter().find(|d| d.name.eq_ignore_ascii_case(name))
     }

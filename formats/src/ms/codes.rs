@@ -1,18 +1,18 @@
-//! Codes by which Measurement Sets name polarisation products and celestial frames.
+//! Codes of polarisation products and celestial frames in Measurement Sets.
 
 use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
 use cittert_arrays::Polarization;
 
-/// Code of casacore's Stokes type, product. In this order CASA keeps the products of a row.
+/// Code of the Stokes type in casacore, and product, in the order in which CASA stores the products of a row.
 const PRODUCTS: [(i32, Polarization); 12] =
     [(1, I), (2, Q), (3, U), (4, V), (5, RR), (6, RL), (7, LR), (8, LL), (9, XX), (10, XY), (11, YX), (12, YY)];
 
-/// casacore's code of a product.
+/// Code of a product in casacore.
 pub(super) fn code_of(product: Polarization) -> i32 {
     PRODUCTS.iter().find(|p| p.1 == product).map_or(0, |p| p.0)
 }
 
-/// The product of casacore's code.
+/// The product with a code of casacore.
 pub(super) fn product_of(code: i32) -> Option<Polarization> {
     PRODUCTS.iter().find(|p| p.0 == code).map(|p| p.1)
 }
@@ -28,11 +28,11 @@ pub(super) fn exchanged(product: Polarization) -> Polarization {
     }
 }
 
-/// casacore's frame, the name in our headers, its epoch in years.
+/// Frame of casacore, its name in a header in memory, and its epoch in years.
 const FRAMES: [(&str, &str, f64); 5] =
     [("J2000", "fk5", 2000.0), ("ICRS", "icrs", 2000.0), ("B1950", "fk4", 1950.0), ("B1950_VLA", "fk4", 1979.0), ("APP", "gcrs", 2000.0)];
 
-/// casacore's name of a celestial frame; `None` where it has none.
+/// Name of a celestial frame in casacore; `None` where casacore does not know the frame.
 pub(super) fn frame_code(frame: &str, epoch: Option<f64>) -> Option<&'static str> {
     let frame = if frame.is_empty() { "icrs" } else { frame };
     let found = FRAMES.iter().filter(|f| f.1.eq_ignore_ascii_case(frame));
@@ -40,7 +40,7 @@ pub(super) fn frame_code(frame: &str, epoch: Option<f64>) -> Option<&'static str
     fitting.next().map(|f| f.0)
 }
 
-/// Our name and the epoch of casacore's celestial frame.
+/// Name in memory and epoch of a celestial frame of casacore.
 pub(super) fn frame_of(code: &str) -> Option<(&'static str, f64)> {
     FRAMES.iter().find(|f| f.0.eq_ignore_ascii_case(code)).map(|f| (f.1, f.2))
 }

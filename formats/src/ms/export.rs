@@ -1,4 +1,4 @@
-//! What a set becomes in a Measurement Set: products, spectral windows, units; and what is said about it.
+//! The changes to a set for a Measurement Set: products, spectral windows, units; and the notes about them.
 
 use super::codes::{code_of, exchanged};
 use super::options::MsOptions;
@@ -6,10 +6,10 @@ use crate::{FormatError, Result};
 use cittert_arrays::{Polarization, VisUnit, VisibilityHeader, jy_per_kelvin_sr};
 use std::path::Path;
 
-/// Where the values of one product of the output come from.
+/// The source of one product of the output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Product {
-    /// What is written.
+    /// The product that is written.
     pub(super) product: Polarization,
     /// Index into the products of the header.
     pub(super) from: usize,
@@ -24,11 +24,11 @@ pub(super) struct Window {
     pub(super) channels: Vec<usize>,
 }
 
-/// How the values of a set are turned into those of the output.
+/// The conversion of a set to the output.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plan {
     pub(super) products: Vec<Product>,
-    /// Weights of the output over weights of the set, for the same unit.
+    /// Weights of the output divided by weights of the set, for the same unit.
     pub(super) weight_factor: f64,
     pub(super) windows: Vec<Window>,
     /// Factor to the unit of the output \[chan\].
@@ -36,11 +36,11 @@ pub(super) struct Plan {
     pub(super) unit: VisUnit,
     /// Number in ANTENNA of each antenna of the layout.
     pub(super) antenna_rows: Vec<i32>,
-    /// For the reader and for the history.
+    /// Notes for the user and for the history.
     pub(super) notes: Vec<String>,
 }
 
-/// Rows of ANTENNA without an antenna are allowed up to this many for each one with.
+/// Largest number of rows of ANTENNA without an antenna, for each row with an antenna.
 const MAX_GAP: usize = 16;
 
 impl Plan {
@@ -95,7 +95,7 @@ fn windows(spw: &[u32]) -> Vec<Window> {
     ids.into_iter().map(|id| Window { channels: (0..spw.len()).filter(|c| spw[*c] == id).collect() }).collect()
 }
 
-/// An antenna's number is its row in ANTENNA; numbers that would leave too many rows empty are replaced.
+/// Rows of the antennas in ANTENNA. The number of an antenna is its row, unless this would leave too many rows empty.
 fn antenna_rows(header: &VisibilityHeader, notes: &mut Vec<String>) -> Vec<i32> {
     let antennas = header.layout.antennas();
     let largest = antennas.iter().map(|a| a.number as usize).max().unwrap_or(0);

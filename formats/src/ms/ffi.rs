@@ -1,4 +1,4 @@
-//! The shim's functions as C declares them; see `casacore/shim.h`. Everything unsafe of this format is called from `table` and `keywords`.
+//! Declarations of the C functions of the shim, see `casacore/shim.h`. Only `table` and `keywords` call them.
 
 use std::ffi::{c_char, c_int, c_void};
 

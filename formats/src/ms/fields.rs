@@ -1,4 +1,4 @@
-//! Phase centres as rows of FIELD: sidereal ones as they are, others as the point of the sky that they see.
+//! Phase centres as rows of FIELD: sidereal ones unchanged, others as the point of the sky in their direction.
 
 use super::codes::frame_code;
 use crate::drift::{apparent_direction, catalogue};
@@ -14,23 +14,23 @@ pub(super) struct Field {
     pub(super) name: String,
     pub(super) ra_rad: f64,
     pub(super) dec_rad: f64,
-    /// casacore's name of the frame.
+    /// Name of the frame in casacore.
     pub(super) frame: &'static str,
     pub(super) source_id: i32,
 }
 
-/// How the rows of a phase centre at one time are turned towards their field.
+/// The field of a phase centre at one time, and the rotation of its rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pointing {
     /// Row of FIELD.
     pub(super) field: i32,
-    /// Position angle by which u and v are turned, rad.
+    /// Position angle by which u and v are rotated, rad.
     pub(super) turn_rad: f64,
-    /// True where the visibilities still hold the phase of w at the phase centre.
+    /// True where the visibilities still contain the phase of w at the phase centre.
     pub(super) stop_w: bool,
 }
 
-/// The fields of an output; those of arrays that do not follow the sky come into being with the times.
+/// The fields of an output. For arrays that do not track the sky, each time adds a field.
 #[derive(Debug)]
 pub(super) struct Fields {
     path: PathBuf,
@@ -43,11 +43,11 @@ pub(super) struct Fields {
     ids_from_header: bool,
 }
 
-/// Rows of the main table index FIELD; more fields than this make no sense and would fill the memory.
+/// Largest number of fields. More would use too much memory.
 const MAX_FIELDS: usize = 65_536;
 
 impl Fields {
-    /// The phase centres of a set, and what must be said about them.
+    /// The phase centres of a set, and notes about changes to them.
     ///
     /// # Errors
     /// A celestial frame that Measurement Sets do not know.
@@ -77,7 +77,7 @@ impl Fields {
         let ids_from_header = !moving && ids.len() == centers.len() && ids.iter().all(|i| (0..=i64::from(i32::MAX)).contains(i));
         let mut fields = Self { path: path.into(), centers, site, rows: Vec::new(), known: HashMap::new(), last: None, ids_from_header };
         if !moving {
-            // Also the phase centres that no row uses keep their place.
+            // Phase centres that no row uses keep their row too.
             for k in 0..fields.centers.len() {
                 let pointing = fields.make(k as u16, 0.0)?;
                 fields.known.insert((k as u16, 0), pointing);
@@ -94,7 +94,7 @@ impl Fields {
     /// The field of a phase centre at a time.
     ///
     /// # Errors
-    /// A time without sidereal time, or too many fields.
+    /// A time outside the years 1901 to 2099, or too many fields.
     pub(super) fn at(&mut self, center: u16, time_jd: f64) -> Result<Pointing> {
         let follows = self.site.is_some() && !matches!(self.centers[usize::from(center)].kind, PhaseCenterKind::Sidereal { .. });
         let key = (center, if follows { time_jd.to_bits() } else { 0 });
@@ -129,11 +129,11 @@ impl Fields {
                 let sky = LocalSky::at(time_jd, &at).map_err(|e| FormatError::values(&self.path, e))?;
                 let (ra, dec) = apparent_direction(kind, at.latitude_rad, sky.lst_rad());
                 if site.is_none() {
-                    // A made-up sky: no reason to turn it.
+                    // The site is nominal, so there is no position angle to correct.
                     (Field { name, ra_rad: ra, dec_rad: dec, frame: "ICRS", source_id }, still)
                 } else {
                     let (ra_rad, dec_rad, turn_rad) = catalogue(&sky, ra, dec).map_err(|e| FormatError::values(&self.path, e))?;
-                    // A driftscan has the phase of w taken off towards its direction already.
+                    // For a driftscan the phase of w towards its direction is already removed.
                     let stop_w = kind == PhaseCenterKind::Unprojected;
                     (Field { name, ra_rad, dec_rad, frame: "ICRS", source_id }, Pointing { field, turn_rad, stop_w })
                 }

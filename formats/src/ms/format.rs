@@ -1,4 +1,4 @@
-//! The row of Measurement Sets in the table of formats.
+//! Measurement Sets in the table of formats.
 
 use super::options::{MsColumn, MsOptions, is_measurement_set};
 use super::read::MsSource;

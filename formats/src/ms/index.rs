@@ -1,28 +1,28 @@
-//! Rows of the main table as rows of a set: the spectral windows of one baseline and time come together.
+//! Rows of the main table as rows of a set. The spectral windows of one baseline and time form one row of the set.
 
 use super::table::Table;
 use crate::{FormatError, Result};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Rows read at once while the index is made.
+/// Number of rows that are read together while the index is made.
 const STEP: usize = 65_536;
-/// Where a spectral window has no row.
+/// Marks a spectral window without a row.
 const NONE: u64 = u64::MAX;
-/// More data descriptions in use than this are no spectral windows but a broken file.
+/// Largest number of data descriptions in use. More than this indicate a damaged file.
 const MAX_WINDOWS: usize = 4096;
 
-/// Where the rows of a set lie in the main table.
+/// Places of the rows of a set in the main table.
 #[derive(Debug)]
 pub(super) enum Index {
-    /// One window: row for row.
+    /// One window: the rows are those of the table.
     One {
         /// Data description.
         id: i32,
         /// Number of rows.
         rows: usize,
     },
-    /// Several windows: row of the table for each window of each row of the set, NONE where there is none.
+    /// Several windows: the row of the table for each window of each row of the set; NONE where there is no such row.
     Several {
         /// Data descriptions, ascending.
         ids: Vec<i32>,
@@ -36,16 +36,16 @@ pub(super) enum Index {
 pub(super) struct Run {
     /// First row in the table.
     pub(super) start: usize,
-    /// First row in what is read.
+    /// First row in the block that is read.
     pub(super) at: usize,
     pub(super) rows: usize,
 }
 
 impl Index {
-    /// Read which rows belong together. A table of one window costs no memory; of several, 8 bytes for each row.
+    /// Find the rows that belong together. A table with one window needs no memory; with several windows the index has 8 bytes per row.
     ///
     /// # Errors
-    /// Columns that are missing or broken, data descriptions without end.
+    /// Columns that are missing or damaged, or too many data descriptions.
     pub(super) fn new(main: &Table, n_rows: usize) -> Result<Self> {
         let mut ids: Vec<i32> = Vec::new();
         for start in (0..n_rows).step_by(STEP) {
@@ -64,7 +64,8 @@ impl Index {
         }
         let mut rows: Vec<u64> = Vec::new();
         let mut known: HashMap<(u64, i32, i32, i32), usize> = HashMap::new();
-        // Rows of the set with the same key: the next one, and for the first one and a window the last that has a row of it.
+        // Rows of the set with the same key. `next_of` gives the next of them. `last_of` gives, for the first of them and a window, the last one
+        // that has a row of this window.
         let (mut next_of, mut last_of): (HashMap<usize, usize>, HashMap<(usize, usize), usize>) = Default::default();
         for start in (0..n_rows).step_by(STEP) {
             let n = STEP.min(n_rows - start);
@@ -80,7 +81,7 @@ impl Index {
                 let first = *known.entry(key).or_insert_with(|| add_slot(&mut rows, ids.len()));
                 let mut slot = first;
                 if rows[first * ids.len() + window] != NONE {
-                    // The same baseline, time and window again: the next of the rows of the set that share them.
+                    // The same baseline, time and window again: use the next row of the set with this key.
                     let last = last_of.get(&(first, window)).copied().unwrap_or(first);
                     slot = *next_of.entry(last).or_insert_with(|| add_slot(&mut rows, ids.len()));
                     last_of.insert((first, window), slot);
@@ -132,7 +133,7 @@ impl Index {
     }
 }
 
-/// A further row of the set, without rows of the table.
+/// Add a row of the set, still without rows of the table.
 fn add_slot(rows: &mut Vec<u64>, windows: usize) -> usize {
     rows.resize(rows.len() + windows, NONE);
     rows.len() / windows - 1

@@ -7,7 +7,7 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::Path;
 use std::ptr;
 
-/// Where a keyword is: of the table or of a column, at the top or in a record such as MEASINFO.
+/// Place of a keyword: in the table or in a column, at the top level or in a record such as MEASINFO.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place<'a> {
     column: Option<&'a str>,

@@ -1,4 +1,4 @@
-//! The subtables of a Measurement Set as the header of a set.
+//! Reading the subtables of a Measurement Set as the header of a set.
 
 use super::codes::{frame_of, product_of};
 use super::keywords::Place;
@@ -6,15 +6,15 @@ use super::observatories;
 use super::own::Own;
 use super::subtables::APPLICATION;
 use super::table::{Kind, Table};
-use crate::uvh5::NOMINAL_SITE;
+use crate::uvh5::{NOMINAL_SITE, unique_names};
 use crate::{FormatError, Result};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, Site, SpectralWindow};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// No subtable has more rows than this, unless it is broken.
+/// Largest number of rows of a subtable. More indicate a damaged file.
 const MAX_ROWS: u64 = 1 << 20;
-/// Lines of HISTORY that are read.
+/// Largest number of lines of HISTORY that are read.
 const MAX_HISTORY: usize = 10_000;
 
 /// Open a subtable and count its rows.
@@ -118,7 +118,7 @@ pub(super) fn array(ms: &Path, own: &Own, from_importuvfits: bool) -> Result<Arr
     let texts = |column: &str| (0..rows).map(|r| t.get_text(column, r, 0)).collect::<Result<Vec<_>>>();
     let (names, stations) = (texts("NAME")?, texts("STATION")?);
     let place = |r: usize| [positions[3 * r], positions[3 * r + 1], positions[3 * r + 2]];
-    // Numbers that no antenna has leave rows at the centre of the Earth.
+    // Rows without an antenna have a position at the centre of the Earth.
     let real: Vec<usize> = (0..rows).filter(|r| place(*r) != [0.0; 3]).collect();
     let real = if real.is_empty() { (0..rows).collect() } else { real };
     if real.is_empty() {
@@ -128,10 +128,10 @@ pub(super) fn array(ms: &Path, own: &Own, from_importuvfits: bool) -> Result<Arr
     let mean = || [0, 1, 2].map(|k| real.iter().map(|r| place(*r)[k]).sum::<f64>() / real.len() as f64);
     let center = center.or_else(|| observatories::center_m(&telescope)).unwrap_or_else(mean);
     let site = if own.boresight { NOMINAL_SITE } else { Site::from_ecef_m(center) };
-    // The axes of importuvfits: antenna numbers as names, and the names as stations.
+    // importuvfits writes antenna numbers as names, and the names as stations.
     let distinct = real.iter().map(|r| names[*r].as_str()).collect::<HashSet<_>>().len() == real.len();
     let named = !from_importuvfits && distinct && real.iter().all(|r| !names[*r].is_empty());
-    let labels = unique(real.iter().map(|r| if named { &names[*r] } else { &stations[*r] }));
+    let labels = unique_names(real.iter().map(|r| if named { names[*r].clone() } else { stations[*r].clone() }).collect());
     let mut of_row = vec![None; rows];
     let mut antennas = Vec::with_capacity(real.len());
     for ((k, r), label) in real.iter().enumerate().zip(labels) {
@@ -148,7 +148,7 @@ pub(super) fn array(ms: &Path, own: &Own, from_importuvfits: bool) -> Result<Arr
     Ok(Array { layout, telescope, of_row })
 }
 
-/// The array's centre, which pyuvdata and we keep in a column of OBSERVATION.
+/// The centre of the array, which pyuvdata and cittert store in a column of OBSERVATION.
 fn location(observation: &Table, rows: usize) -> Result<Option<[f64; 3]>> {
     const COLUMN: &str = "TELESCOPE_LOCATION";
     if rows == 0 || observation.column_ndim(COLUMN, Kind::Double)?.is_none() {
@@ -159,24 +159,6 @@ fn location(observation: &Table, rows: usize) -> Result<Option<[f64; 3]>> {
         [x, y, z] if [x, y, z].iter().all(|v| v.is_finite()) && [x, y, z] != [0.0; 3] => Some([x, y, z]),
         _ => None,
     })
-}
-
-/// Names made unique: real sets have blank names and pads that stand twice.
-fn unique<'a>(names: impl Iterator<Item = &'a String>) -> Vec<String> {
-    let mut seen = HashSet::new();
-    names
-        .enumerate()
-        .map(|(k, name)| {
-            let base = if name.is_empty() { format!("ANT{k}") } else { name.clone() };
-            let mut candidate = base.clone();
-            let mut n = 1;
-            while !seen.insert(candidate.clone()) {
-                n += 1;
-                candidate = format!("{base}#{n}");
-            }
-            candidate
-        })
-        .collect()
 }
 
 /// Read FIELD.
@@ -234,7 +216,7 @@ fn frame(t: &Table, row: usize) -> Result<(&'static str, f64)> {
             name
         }
     };
-    // Sets without a word about their frame are in J2000, as the definition says.
+    // Sets that do not state a frame are in J2000, according to the definition.
     let code = of_row.unwrap_or_else(|| "J2000".into());
     frame_of(&code).ok_or_else(|| {
         FormatError::unsupported(&t.path, format!("field {row} is in the frame {code}; J2000, ICRS, B1950 and APP are read"))
@@ -276,7 +258,7 @@ mod tests {
 
     #[test]
     fn blank_and_repeated_names_become_unique() {
-        let names = ["A", "", "A", "A#2"].map(String::from);
-        assert_eq!(unique(names.iter()), ["A", "ANT1", "A#2", "A#2#2"]);
+        let names = ["A", "", "A", "A#2"].map(String::from).to_vec();
+        assert_eq!(unique_names(names), ["A", "ANT1", "A#2", "A#2#2"]);
     }
 }

@@ -1,7 +1,7 @@
 //! Measurement Sets of version 2, through casacore's tables (cargo feature `ms`, system package casacore-dev).
 //!
-//! Imagers of Measurement Sets expect antenna 1 before antenna 2, the baseline from antenna 2 to antenna 1, and the visibilities that
-//! belong to it: against the convention in memory uvw are negated and visibilities conjugated, both ways.
+//! Imagers of Measurement Sets expect antenna 1 before antenna 2, the baseline from antenna 2 to antenna 1, and the visibilities of this
+//! baseline. Compared to memory, uvw are negated and visibilities are conjugated, on reading and on writing.
 //!
 //! # Reference
 //! Kemball & Wieringa 2000, MeasurementSet definition version 2.0 (AIPS++ Note 229).

@@ -1,7 +1,7 @@
-//! Centres of arrays whose Measurement Sets do not say where they stand: the definition has no place for it.
+//! Centres of known arrays, for Measurement Sets that do not state the centre. The definition has no place for it.
 
-/// Name, and geocentric coordinates in m to the millimetre. From the Observatories table of casacore and the site registry of astropy,
-/// which pyuvdata takes, so that positions relative to the centre agree with its.
+/// Name, and geocentric coordinates in m to the millimetre. From the Observatories table of casacore and the site registry of astropy.
+/// pyuvdata uses the same values, so positions relative to the centre agree with pyuvdata.
 const OBSERVATORIES: [(&str, [f64; 3]); 18] = [
     ("ACA", [2_225_066.246, -5_440_107.534, -2_481_532.701]),
     ("ALMA", [2_225_142.180, -5_440_307.370, -2_481_029.852]),

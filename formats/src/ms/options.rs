@@ -3,28 +3,28 @@
 use crate::VisColumn;
 use std::path::Path;
 
-/// How a Measurement Set is written.
+/// Options of a new Measurement Set.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct MsOptions {
     /// Replace an existing Measurement Set.
     pub overwrite: bool,
-    /// Write MODEL_DATA; every block then brings it.
+    /// Write MODEL_DATA. Every block must then bring it.
     pub model: bool,
-    /// Write CORRECTED_DATA; every block then brings it.
+    /// Write CORRECTED_DATA. Every block must then bring it.
     pub corrected: bool,
     /// Write a set of Stokes I as XX and YY instead of RR and LL.
     pub linear_hands: bool,
 }
 
-/// Which visibilities of a Measurement Set are read.
+/// A column of visibilities of a Measurement Set.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum MsColumn {
-    /// As observed.
+    /// The observed visibilities.
     #[default]
     Data,
-    /// After calibration.
+    /// The data after calibration.
     Corrected,
-    /// Of the model.
+    /// The visibilities of the model.
     Model,
 }
 
@@ -51,7 +51,7 @@ impl MsColumn {
     }
 }
 
-/// True for a directory that holds a casacore table with subtables of a Measurement Set, whole or not.
+/// True for a directory that holds a casacore table with subtables of a Measurement Set, complete or not.
 #[must_use]
 pub fn is_measurement_set(path: &Path) -> bool {
     path.join("table.dat").is_file() && ["ANTENNA", "SPECTRAL_WINDOW", "DATA_DESCRIPTION"].iter().any(|name| path.join(name).is_dir())

@@ -1,4 +1,4 @@
-//! Keywords of the main table for what a Measurement Set has no place for.
+//! Keywords of the main table for properties that a Measurement Set has no place for.
 
 use super::keywords::Place;
 use super::table::Table;
@@ -13,7 +13,7 @@ const INSTRUMENT: &str = "cittert_instrument";
 const PEDESTAL: &str = "pedestal_k";
 const WEIGHT_SCALE: &str = "cittert_weight_scale";
 
-/// What our keywords say.
+/// The values of these keywords.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub(super) struct Own {
     pub(super) boresight: bool,
@@ -21,7 +21,7 @@ pub(super) struct Own {
     pub(super) source: Option<String>,
     pub(super) instrument: Option<String>,
     pub(super) pedestal_k: Option<f64>,
-    /// Weights of the file over weights of the data.
+    /// Weights of the file divided by weights of the data.
     pub(super) weight_scale: Option<f64>,
 }
 
@@ -41,7 +41,7 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
         text(INSTRUMENT, &header.instrument)?;
     }
     if header.unit != VisUnit::Uncalibrated {
-        // pyuvdata's name for the convention that Stokes I is half the sum of the parallel hands.
+        // The name in pyuvdata of the convention that Stokes I is half the sum of the parallel hands.
         text("pyuvdata_polconv", "avg")?;
     }
     match header.pedestal_k {
@@ -50,7 +50,7 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
     }
 }
 
-/// Say by what the weights were multiplied.
+/// Write the factor by which the weights were multiplied.
 pub(super) fn write_weight_scale(main: &mut Table, scale: f64) -> Result<()> {
     if scale == 1.0 { Ok(()) } else { main.put_keyword_value(Place::table(WEIGHT_SCALE), scale) }
 }

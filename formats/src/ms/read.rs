@@ -1,4 +1,4 @@
-//! A Measurement Set read in runs of rows.
+//! Reading a Measurement Set in runs of rows.
 
 use super::codes::jd_of;
 use super::index::{Index, Run};
@@ -16,7 +16,7 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// In which time the column TIME counts.
+/// Time scale of the column TIME.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Clock {
     Utc,
@@ -25,15 +25,15 @@ enum Clock {
     Tt,
 }
 
-/// Where the channels of a window lie in the set.
+/// The channels of a window within the channels of the set.
 #[derive(Debug, Clone, Copy)]
 struct Channels {
     first: usize,
     n: usize,
 }
 
-/// A Measurement Set as a source of visibilities. Rows come in the order of the file; where a set has several spectral windows, the
-/// rows of one baseline, time and field become one row, in the order in which they first appear, and a window without a row is flagged.
+/// A Measurement Set as a source of visibilities. Rows have the order of the file. Where a set has several spectral windows, the rows of one
+/// baseline, time and field become one row, in the order of their first appearance. A window without a row is flagged.
 #[derive(Debug)]
 pub struct MsSource {
     main: Table,
@@ -42,14 +42,14 @@ pub struct MsSource {
     header: VisibilityHeader,
     index: Index,
     windows: Vec<Channels>,
-    /// Where each product of the header lies in a row.
+    /// Place of each product of the header in a row.
     order: Vec<usize>,
     antenna_of_row: Vec<Option<u32>>,
     clock: Clock,
-    /// uvw and visibilities are as imagers of Measurement Sets expect them, against our convention.
+    /// True where uvw and visibilities have the convention of imagers of Measurement Sets, which is opposite to the convention in memory.
     flipped: bool,
     has_spectrum: bool,
-    /// Weights of the data over weights of the file.
+    /// Weights of the data divided by weights of the file.
     weight_factor: f32,
 }
 
@@ -57,7 +57,8 @@ impl MsSource {
     /// Open a Measurement Set to read one of its columns of visibilities.
     ///
     /// # Errors
-    /// No Measurement Set of version 2, a column or subtable that is missing or broken, windows with different products, moving fields.
+    /// A directory that is not a Measurement Set of version 2, a column or subtable that is missing or damaged, windows with different products,
+    /// or moving fields.
     pub fn open(path: &Path, column: MsColumn) -> Result<Self> {
         let main = open_main(path)?;
         let n_rows = count_rows(path, &main)?;
@@ -99,7 +100,7 @@ impl MsSource {
             order,
             antenna_of_row: array.of_row,
             clock: clock(&main)?,
-            // Old sets of pyuvdata alone were written in its own convention, which is ours.
+            // Only old sets of pyuvdata have the convention in memory.
             flipped: flag.map_or(!history.from_pyuvdata, |f| f != 0.0),
             has_spectrum: main.column_ndim("WEIGHT_SPECTRUM", Kind::Float)?.is_some(),
             weight_factor: own.weight_scale.map_or(1.0, |s| (1.0 / s) as f32),
@@ -117,7 +118,7 @@ impl MsSource {
         [MsColumn::Data, MsColumn::Corrected, MsColumn::Model].into_iter().filter(has).collect()
     }
 
-    /// The first row of each window has the shape that the subtables claim.
+    /// Check that the first row of each window has the shape that the subtables state.
     fn check_shapes(&self, descriptions: &[Description]) -> Result<()> {
         for (k, d) in descriptions.iter().enumerate() {
             let Some(row) = self.index.first_row(k) else { continue };
@@ -259,7 +260,7 @@ impl Clock {
         match self {
             Self::Utc => jd,
             Self::Ut1 => jd - eop::at(jd).ut1_utc_s / 86_400.0,
-            // Within a minute of a leap second the day may be the wrong one; the offset is that of the day itself everywhere else.
+            // Within a minute of a leap second this may be the offset of the wrong day.
             Self::Tai => jd - eop::tai_utc_s(jd) / 86_400.0,
             Self::Tt => jd - (eop::tai_utc_s(jd) + TT_TAI_S) / 86_400.0,
         }
@@ -283,7 +284,7 @@ fn clock(main: &Table) -> Result<Clock> {
     })
 }
 
-/// The unit that the column states; without a word calibrated columns are in Jy.
+/// The unit of the column. Calibrated columns without a stated unit are in Jy.
 fn unit(main: &Table, column: MsColumn) -> Result<VisUnit> {
     let stated = main.keyword_text(Place::column(column.name(), "QuantumUnits"), 0)?;
     Ok(match (stated, column) {
@@ -314,7 +315,7 @@ fn open_main(path: &Path) -> Result<Table> {
     }
 }
 
-/// Number of rows; a table that claims more rows than its files have bytes is broken.
+/// Number of rows. A table that claims more rows than its files have bytes is damaged.
 fn count_rows(path: &Path, main: &Table) -> Result<usize> {
     let rows = main.n_rows();
     let files = fs::read_dir(path).map_err(|e| FormatError::io(path, "read", e))?;

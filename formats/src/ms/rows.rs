@@ -1,4 +1,4 @@
-//! The sign flips: rows in memory as rows of a Measurement Set.
+//! Conversion of rows in memory to rows of a Measurement Set, with the changes of sign.
 
 use super::export::{Plan, Window};
 use super::fields::Pointing;
@@ -16,7 +16,7 @@ pub(super) struct Extra<'a> {
     pub(super) values: ArrayView3<'a, Complex<f32>>,
 }
 
-/// Data that could not be written as they were.
+/// Numbers of data that could not be written unchanged.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Counts {
     bad_weights: u64,
@@ -36,7 +36,7 @@ impl Counts {
     }
 }
 
-/// Columns of one window of a block, cells one after another: \[row\], \[row, 3\], \[row, pol\] or \[row, chan, pol\].
+/// Columns of one window of a block, with the cells in sequence: \[row\], \[row, 3\], \[row, pol\] or \[row, chan, pol\].
 #[derive(Debug, Default)]
 pub(super) struct Values {
     pub(super) ant1: Vec<i32>,
@@ -52,15 +52,15 @@ pub(super) struct Values {
     pub(super) weights_vary: bool,
 }
 
-/// How one row is turned into its form on the disk.
+/// Changes to one row for the file.
 struct Turn {
-    /// The antennas are exchanged: the products too, and the baseline points the other way.
+    /// True where the antennas are exchanged. The products are then exchanged too, and the baseline changes its sign.
     exchange: bool,
-    /// w in m whose phase is taken off.
+    /// The phase of this w (m) is removed.
     stop_w_m: f64,
 }
 
-/// A block and how one window of it is to be written.
+/// One spectral window of a block, with everything needed to write it.
 #[derive(Debug)]
 pub(super) struct Job<'a, 'e> {
     pub(super) path: &'a Path,
@@ -144,7 +144,7 @@ impl Values {
             let used = column().zip(flags.iter().skip(pol).step_by(n_pol)).filter(|(w, f)| !**f && *w > 0.0).map(|(w, _)| w);
             let (sum, n) = used.fold((0.0_f64, 0_u32), |(s, n), w| (s + f64::from(w), n + 1));
             let first = weights[pol];
-            // The mean of equal weights is exactly that weight: sums of up to 2^29 f32 are exact in f64.
+            // The mean of equal weights is exactly that weight, because sums of up to 2^29 f32 are exact in f64.
             let mean = if n > 0 { (sum / f64::from(n)) as f32 } else { first };
             self.weights_vary |= column().any(|w| w != first);
             self.weight.push(mean);
@@ -162,7 +162,7 @@ fn source(product: &super::export::Product, turn: &Turn) -> usize {
 }
 
 impl Turn {
-    /// Conjugated once for the convention on the disk, and once more where the antennas are exchanged.
+    /// The visibility for the file. It is conjugated for the convention of the file, and once more where the antennas are exchanged.
     fn visibility(&self, v: Complex<f32>, freq_hz: f64, factor: f64) -> Complex<f32> {
         let mut v = v;
         if self.stop_w_m != 0.0 {
@@ -177,7 +177,7 @@ impl Turn {
     }
 }
 
-/// uvw on the disk: turned about w by the position angle of the frame, negated unless the antennas are exchanged.
+/// uvw for the file: rotated about w by the position angle of the frame, and negated unless the antennas are exchanged.
 fn baseline(uvw: [f64; 3], turn: &Turn, angle: f64) -> [f64; 3] {
     let (sin, cos) = angle.sin_cos();
     let turned = if angle == 0.0 { uvw } else { [uvw[0] * cos - uvw[1] * sin, uvw[0] * sin + uvw[1] * cos, uvw[2]] };

@@ -8,7 +8,7 @@ use super::table::{Cell, Column, Kind, Manager, Table};
 use crate::Result;
 use std::path::Path;
 
-/// What a column measures, for programs that convert between frames.
+/// The measure of a column, for programs that convert between frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Measure {
     None,
@@ -215,7 +215,7 @@ const OBSERVATION: Subtable = Subtable {
         epoch("RELEASE_DATE"),
         string("SCHEDULE_TYPE"),
         string("TELESCOPE_NAME"),
-        // Not in the definition: pyuvdata keeps the array's centre here, to which antenna positions are relative.
+        // Not part of the definition: pyuvdata stores the centre of the array here. Antenna positions are relative to it.
         position("TELESCOPE_LOCATION"),
     ],
 };
@@ -280,7 +280,7 @@ const STATE: Subtable = Subtable {
 pub(super) const SUBTABLES: [Subtable; 12] =
     [ANTENNA, DATA_DESCRIPTION, FEED, FIELD, FLAG_CMD, HISTORY, OBSERVATION, POINTING, POLARIZATION, PROCESSOR, SPECTRAL_WINDOW, STATE];
 
-/// Frequency frames by code, as casacore numbers them.
+/// Frequency frames and their codes in casacore.
 const FREQUENCY_FRAMES: [(&str, i32); 10] = [
     ("REST", 0),
     ("LSRK", 1),
@@ -293,10 +293,10 @@ const FREQUENCY_FRAMES: [(&str, i32); 10] = [
     ("CMB", 8),
     ("Undefined", 64),
 ];
-/// Code of frequencies as the telescope receives them.
+/// Code of topocentric frequencies.
 pub(super) const TOPO: i32 = 5;
 
-/// Add columns that share a storage manager, with their units and measures; `frame` is that of directions.
+/// Add columns that share a storage manager, with their units and measures; `frame` is the frame of directions.
 pub(super) fn add(table: &mut Table, specs: &[Spec], manager: &Manager, name: &str, frame: &str) -> Result<()> {
     let columns: Vec<Column> = specs.iter().map(|s| s.column).collect();
     table.add_columns(&columns, manager, name)?;
@@ -325,7 +325,7 @@ pub(super) fn add(table: &mut Table, specs: &[Spec], manager: &Manager, name: &s
     Ok(())
 }
 
-/// Make one subtable below the main table at `main`; errors name it below `label`.
+/// Create one subtable in the directory `main` of the main table. Errors name it below `label`.
 pub(super) fn create_subtable(main: &Path, label: &Path, subtable: &Subtable, frame: &str) -> Result<Table> {
     let mut table = Table::create(&main.join(subtable.name), &label.join(subtable.name))?;
     add(&mut table, subtable.columns, &Manager::Standard, "SSM", frame)?;

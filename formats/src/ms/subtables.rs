@@ -12,7 +12,7 @@ use cittert_arrays::VisibilityHeader;
 use num_complex::Complex;
 use std::path::Path;
 
-/// All that the subtables are made of.
+/// The data for the subtables.
 #[derive(Debug)]
 pub(super) struct Contents<'a> {
     pub(super) header: &'a VisibilityHeader,
@@ -22,13 +22,13 @@ pub(super) struct Contents<'a> {
     pub(super) time_range: [f64; 2],
     /// Lines for HISTORY.
     pub(super) history: &'a [String],
-    /// When HISTORY is written, seconds of the modified Julian day.
+    /// Time of writing for HISTORY, seconds of the modified Julian day.
     pub(super) now: f64,
     /// Frame of directions without one of their own.
     pub(super) frame: &'static str,
 }
 
-/// Make, fill and flush every subtable, and link it to the main table.
+/// Create, fill and flush every subtable, and link it to the main table.
 pub(super) fn write(main: &mut Table, folder: &Path, label: &Path, contents: &Contents<'_>) -> Result<()> {
     for subtable in &SUBTABLES {
         let mut table = schema::create_subtable(folder, label, subtable, contents.frame)?;
@@ -54,7 +54,7 @@ fn fill(table: &mut Table, subtable: &Subtable, c: &Contents<'_>) -> Result<()> 
     }
 }
 
-/// Telescope name as it is written: programs look it up in their lists of observatories.
+/// Telescope name for the file. Other programs look it up in their lists of observatories.
 pub(super) fn telescope(header: &VisibilityHeader) -> &str {
     [header.telescope.as_str(), header.layout.name.as_str(), "unknown"].into_iter().find(|n| !n.is_empty()).unwrap_or("unknown")
 }
@@ -65,8 +65,8 @@ fn antenna(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     let site = layout.site().unwrap_or(NOMINAL_SITE);
     let center = site.to_ecef_m();
     t.add_rows(rows)?;
-    // Rows of numbers that no antenna has lie at the centre of the Earth, by which readers know them. Their dish is that of the first
-    // antenna: CASA takes dishes that differ for a mixed array.
+    // Rows without an antenna get a position at the centre of the Earth, by which readers recognise them. They get the diameter of the first
+    // antenna, because CASA takes different diameters as a heterogeneous array.
     let dish = layout.antennas().first().and_then(|a| a.diameter_m).unwrap_or(0.0);
     let (mut positions, mut diameters) = (vec![0.0; 3 * rows], vec![dish; rows]);
     let mut empty = vec![true; rows];
@@ -115,7 +115,7 @@ fn feed(t: &mut Table, c: &Contents<'_>) -> Result<()> {
         t.put(name, 0, &[], &vec![value; rows])?;
     }
     t.put("TIME", 0, &[], &vec![middle; rows])?;
-    // Longer than any observation: the feeds never change.
+    // The interval is longer than any observation, because the feeds never change.
     t.put("INTERVAL", 0, &[], &vec![1e12; rows])?;
     t.put("POSITION", 0, &[3], &vec![0.0; 3 * rows])?;
     t.put("BEAM_OFFSET", 0, &[2, 2], &vec![0.0; 4 * rows])?;
@@ -181,7 +181,7 @@ fn history(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     Ok(())
 }
 
-/// By this name in HISTORY we know our own lines again.
+/// Name of cittert in HISTORY, by which its own lines are recognised.
 pub(super) const APPLICATION: &str = "cittert";
 
 fn observation(t: &mut Table, c: &Contents<'_>) -> Result<()> {

@@ -1,4 +1,4 @@
-//! A casacore table as a safe type: every length is checked here, every exception comes back as an error that names the table.
+//! A casacore table as a safe type. Every length is checked here, and every C++ exception becomes an error that names the table.
 
 use super::ffi::{self, CtColumn, CtTable};
 use crate::{FormatError, Result};
@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 use std::ptr::{self, NonNull};
 use std::sync::{Mutex, MutexGuard};
 
-/// casacore keeps one cache of open tables for the whole process and guards it against nobody: one call at a time.
+/// casacore has one cache of open tables for the whole process, without a lock. This lock allows one call at a time.
 static CASACORE: Mutex<()> = Mutex::new(());
 
 pub(super) fn lock() -> MutexGuard<'static, ()> {
-    // A panic of another thread between two calls leaves nothing half done in casacore.
+    // A panic in another thread happens between two calls, so casacore is in a consistent state.
     CASACORE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
@@ -28,7 +28,7 @@ pub(super) enum Kind {
     String = 5,
 }
 
-/// A type whose values lie in memory as casacore's do.
+/// A type with the same memory layout as a type of casacore.
 ///
 /// # Safety
 /// `KIND` must name casacore's type of the same size and layout, and every bit pattern that casacore writes must be valid.
@@ -57,17 +57,17 @@ unsafe impl Element for Complex<f32> {
     const KIND: Kind = Kind::Complex;
 }
 
-/// What a cell holds.
+/// Content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cell {
     Scalar,
-    /// An array with so many axes, of any shape.
+    /// An array with this number of axes, of any shape.
     Array(i32),
     /// An array of this shape, fastest axis first.
     Fixed(&'static [i64]),
 }
 
-/// A column to be made.
+/// A new column.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Column {
     pub(super) name: &'static str,
@@ -76,12 +76,12 @@ pub(super) struct Column {
     pub(super) comment: &'static str,
 }
 
-/// How casacore lays the cells of some columns out on the disk.
+/// Storage manager of some columns: the layout of the cells on the disk.
 #[derive(Debug, Clone)]
 pub(super) enum Manager {
     /// Buckets of rows.
     Standard,
-    /// Only changes from row to row are stored.
+    /// Incremental: only changes from row to row are stored.
     Incremental,
     /// Tiles of this shape (the last axis counts rows), for cells of any shape.
     TiledShape(Vec<i64>),
@@ -93,7 +93,7 @@ pub(super) enum Manager {
 #[derive(Debug)]
 pub(super) struct Table {
     pub(super) handle: NonNull<CtTable>,
-    /// What errors name: of an output its final name, not the hidden one it has while it is written.
+    /// Path for errors. For an output it is the final name, not the hidden name that the table has while it is written.
     pub(super) path: PathBuf,
     discard: bool,
 }
@@ -105,22 +105,21 @@ pub(super) fn text(path: &Path, s: &str) -> Result<CString> {
     CString::new(s).map_err(|_| FormatError::unsupported(path, format!("the text {s:?} holds a NUL, which no table can")))
 }
 
-/// Caller holds the lock.
+/// The last error of casacore. The caller must hold the lock.
 fn message() -> String {
     // SAFETY: the shim returns a NUL-terminated text that lives until its next call, which the lock delays.
     let text = unsafe { CStr::from_ptr(ffi::ct_error()) };
     text.to_string_lossy().into_owned()
 }
 
-/// Refuse to go on where fewer than `need` bytes can be written below `folder`. casacore writes in destructors, where a full disk ends
-/// the process; so it must not come to that.
+/// An error where fewer than `need` bytes are free in `folder`. casacore writes in destructors, and there a full disk ends the process.
 pub(super) fn check_space(folder: &Path, label: &Path, need: u64) -> Result<()> {
     let name = text(label, &folder.to_string_lossy())?;
     let mut free = 0;
     // SAFETY: NUL-terminated text, a place for one number; casacore is not involved.
     let code = unsafe { ffi::ct_free_bytes(name.as_ptr(), &mut free) };
     if code != 0 || free >= need {
-        // A file system that cannot tell is no reason to stop.
+        // A file system that does not report its free space is not an error.
         return Ok(());
     }
     let what = format!("No space left on device: {need} bytes are needed, {free} are free");
@@ -141,7 +140,7 @@ impl Table {
         let mut out = ptr::null_mut();
         let _lock = lock();
         // SAFETY: `name` is NUL-terminated and `out` is a place for the handle.
-        // The lock is held through the fork of the probe, so that no other thread is inside casacore then.
+        // The lock is held during the fork of the probe, so that no other thread is inside casacore.
         let code = unsafe { if create { 0 } else { ffi::ct_probe(name.as_ptr()) } };
         check(code, label, "table")?;
         // SAFETY: as above.
@@ -153,7 +152,7 @@ impl Table {
         }
     }
 
-    /// Make a new table without columns at `path`; errors name `label`.
+    /// Create a table without columns at `path`. Errors name `label`.
     pub(super) fn create(path: &Path, label: &Path) -> Result<Self> {
         Self::with_path(path, label, true)
     }
@@ -177,7 +176,7 @@ impl Table {
         Ok(())
     }
 
-    /// Type and a line of text in `table.info`, by which programs tell a Measurement Set.
+    /// Write type and a line of text to `table.info`, by which programs recognise a Measurement Set.
     pub(super) fn set_info(&mut self, kind: &str, readme: &str) -> Result<()> {
         let (kind, readme) = (text(&self.path, kind)?, text(&self.path, readme)?);
         let _lock = lock();
@@ -238,7 +237,7 @@ impl Table {
         unsafe { ffi::ct_n_rows(self.handle.as_ptr()) }
     }
 
-    /// Number of axes of a column's cells: -1 for scalars, 0 for any; `None` where there is no such column of that type.
+    /// Number of axes of the cells of a column: -1 for scalars, 0 for any number; `None` where there is no such column of this type.
     pub(super) fn column_ndim(&self, column: &str, kind: Kind) -> Result<Option<i32>> {
         let name = text(&self.path, column)?;
         let (mut found, mut ndim) = (-1, -1);
@@ -249,7 +248,7 @@ impl Table {
         Ok((found == kind as i32).then_some(ndim))
     }
 
-    /// Shape of a cell, fastest axis first; `None` where nothing was ever put.
+    /// Shape of a cell, fastest axis first; `None` for a cell that was never written.
     pub(super) fn cell_shape(&self, column: &str, row: usize) -> Result<Option<Vec<usize>>> {
         let name = text(&self.path, column)?;
         let (mut shape, mut n) = ([0_i64; 8], 0);
@@ -260,7 +259,7 @@ impl Table {
         Ok(usize::try_from(n).ok().map(|n| shape.iter().take(n).map(|s| usize::try_from(*s).unwrap_or(0)).collect()))
     }
 
-    /// The name of a column and the shape of its cells as the shim takes them, and how many rows so many values are.
+    /// The name of a column and the shape of its cells for the shim, and the number of rows of `values` values.
     fn cells(&self, column: &str, cell: &[usize], values: usize) -> Result<(CString, Vec<i64>, usize)> {
         let size: usize = cell.iter().product();
         if size == 0 || !values.is_multiple_of(size) {

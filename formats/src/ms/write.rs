@@ -1,4 +1,4 @@
-//! A Measurement Set written in runs of rows, in constant memory.
+//! Writing a Measurement Set in runs of rows, in constant memory.
 
 use super::codes::{frame_code, mjd_seconds};
 use super::export::{Plan, Window};
@@ -26,15 +26,15 @@ struct Run {
     window: usize,
 }
 
-/// Where each row of a block points, and its scan.
+/// Field and rotation of each row of a block, and its scan number.
 type Columns = (Vec<Pointing>, Vec<i32>);
 
 /// A Measurement Set being written.
 ///
-/// uvw are negated and visibilities conjugated against the convention in memory, as imagers of Measurement Sets expect them.
+/// uvw are negated and visibilities conjugated compared to memory, as imagers of Measurement Sets expect.
 #[derive(Debug)]
 pub struct MsWriter {
-    // Tables close before the directory is removed or renamed.
+    // This order closes the tables before the directory is removed or renamed.
     main: Table,
     dir: AtomicDir,
     path: PathBuf,
@@ -57,8 +57,8 @@ impl MsWriter {
     /// Begin a Measurement Set for sets with this header.
     ///
     /// # Errors
-    /// The output exists and may not be overwritten, or is no Measurement Set; its folder is missing or not writable; the header has
-    /// polarisation products or celestial frames that no Measurement Set can hold.
+    /// The output exists and may not be overwritten, or is not a Measurement Set; its directory is missing or not writable; the header has
+    /// polarisation products or celestial frames that a Measurement Set cannot hold.
     pub fn create(path: &Path, header: &VisibilityHeader, options: MsOptions) -> Result<Self> {
         let mut plan = Plan::new(path, header, options)?;
         let fields = Fields::new(path, header, &mut plan.notes)?;
@@ -85,8 +85,7 @@ impl MsWriter {
         })
     }
 
-    /// What is lost or changed on the way as far as it is known yet, for the user to be told; [`MsWriter::complete`] returns all of it.
-    /// The same lines go into HISTORY.
+    /// What is lost or changed, as far as it is known now. [`MsWriter::complete`] returns all notes. They are also written to HISTORY.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.plan.notes
@@ -100,12 +99,12 @@ impl MsWriter {
         self.write_with(block, None, None)
     }
 
-    /// Append a block as DATA, with MODEL_DATA and CORRECTED_DATA \[blt, chan, pol\] in the unit of the header where the options
-    /// have asked for these columns.
+    /// Append a block as DATA, with MODEL_DATA and CORRECTED_DATA \[blt, chan, pol\] in the unit of the header, where the options
+    /// request these columns.
     ///
     /// # Errors
-    /// A block of another shape than the header's, a column that the options ask for and that is not given or the reverse, a row whose
-    /// antennas must be exchanged in a set with one cross product but not the other, or whatever the disk says.
+    /// A block whose shape is not that of the header, a requested column that is not given, or a given column that is not requested, a row whose
+    /// antennas must be exchanged in a set with one cross product but not the other, or an error of the file system.
     pub fn write_with(
         &mut self,
         block: &VisibilityBlock,
@@ -117,7 +116,7 @@ impl MsWriter {
         if block.n_rows() == 0 {
             return Ok(());
         }
-        // Visibilities, weights and flags of a datum; further columns of visibilities; then the columns of a row.
+        // Bytes of one visibility with weight and flag, then those of the further columns, then those of the other columns of a row.
         let datum = 13 + 8 * extras.len();
         let bytes = block.n_rows() * (self.plan.factor.len() * self.plan.products.len() * datum + 200 * self.plan.windows.len());
         check_space(self.dir.path(), &self.path, bytes as u64 + self.reserve())?;
@@ -131,8 +130,8 @@ impl MsWriter {
         Ok(())
     }
 
-    /// Raise weights that CASA would take for none: its images stay blank where the sum of weights is below about 1e-8, and noise in Jy
-    /// is large for an imager of warm scenes. A power of two costs no digit, and the reader takes it off again.
+    /// Multiply small weights by a power of two. Images of CASA stay blank where the sum of weights is below about 1e-8, and an imager of warm
+    /// scenes has large noise in Jy. A power of two keeps all digits, and the reader divides by it again.
     fn scale_weights(&mut self, block: &VisibilityBlock) {
         /// Mean weight below which weights are raised to about 1.
         const SMALL: f64 = 1e-6;
@@ -151,13 +150,13 @@ impl MsWriter {
         }
     }
 
-    /// What casacore may still hold in memory: a tile of each column, subtables.
+    /// Bytes that casacore may still hold in memory: a tile of each column, and the subtables.
     fn reserve(&self) -> u64 {
         let antennas = self.plan.antenna_rows.iter().max().map_or(0, |m| *m as u64);
         (4 << 20) + 2048 * (antennas + self.fields.rows().len() as u64) + 1024 * self.header.history.len() as u64
     }
 
-    /// The further columns of a block, which must be those that were asked for.
+    /// The further columns of a block, which must be the requested ones.
     fn extras<'a>(
         &self,
         block: &VisibilityBlock,
@@ -180,7 +179,7 @@ impl MsWriter {
         Ok(extras)
     }
 
-    /// What is the same for all windows: where each row points, and its scan.
+    /// Field, rotation and scan number of each row, which are the same for all windows.
     fn columns(&mut self, block: &VisibilityBlock) -> Result<Columns> {
         let c = &block.coverage;
         let (mut pointing, mut scan) = (Vec::new(), Vec::new());
@@ -250,9 +249,9 @@ impl MsWriter {
         Ok(())
     }
 
-    /// Add WEIGHT_SPECTRUM when weights first differ between channels; in the rows before, they were those of WEIGHT.
+    /// Add WEIGHT_SPECTRUM when weights first differ between channels. For the earlier rows the weights of WEIGHT are copied.
     fn add_spectrum(&mut self) -> Result<()> {
-        /// Rows copied at once.
+        /// Number of rows that are copied together.
         const STEP: usize = 4096;
         let tile = tile(&self.plan, &self.plan.windows);
         schema::add(&mut self.main, &[schema::WEIGHT_SPECTRUM], &Manager::TiledShape(tile), "TiledWeightSpectrum", self.frame)?;
@@ -273,11 +272,11 @@ impl MsWriter {
         Ok(())
     }
 
-    /// Write the subtables and give the directory its final name. Returns everything that was said about the output, with what the
-    /// data showed.
+    /// Write the subtables and give the directory its final name. Returns all notes about the
+    /// output, including those that depend on the data.
     ///
     /// # Errors
-    /// A set without rows, or whatever the disk says; the old output is then still in place.
+    /// A set without rows, or an error of the file system. The old output then stays in place.
     pub fn complete(mut self) -> Result<Vec<String>> {
         if self.n_rows == 0 {
             let none =
@@ -295,7 +294,7 @@ impl MsWriter {
             fields: self.fields.rows(),
             time_range: self.time_range,
             history: &history,
-            // The epoch of Unix is day 40587 of the modified Julian calendar.
+            // The epoch of Unix is the modified Julian day 40587.
             now: now + 40_587.0 * 86_400.0,
             frame: self.frame,
         };
@@ -324,7 +323,7 @@ impl VisibilitySink for MsWriter {
     }
 }
 
-/// Tiles of about 256 KiB of visibilities with as many rows as fit: imagers read all channels of a run of rows.
+/// Shape of a tile of about 256 KiB of visibilities with as many rows as fit, because imagers read all channels of a run of rows.
 fn tile(plan: &Plan, windows: &[Window]) -> Vec<i64> {
     const ELEMENTS: usize = 32_768;
     let n_pol = plan.products.len().max(1);
@@ -332,7 +331,7 @@ fn tile(plan: &Plan, windows: &[Window]) -> Vec<i64> {
     vec![n_pol as i64, n_chan as i64, (ELEMENTS / (n_pol * n_chan)).max(1) as i64]
 }
 
-/// The main table without rows.
+/// Create the main table without rows.
 fn main_table(folder: &Path, label: &Path, header: &VisibilityHeader, plan: &Plan, options: MsOptions, frame: &str) -> Result<Table> {
     let mut t = Table::create(folder, label)?;
     t.set_info("Measurement Set", "Measurement Set of version 2, written by cittert")?;

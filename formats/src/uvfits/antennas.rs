@@ -1,14 +1,14 @@
-//! The AIPS AN table: antennas and the place of the array.
+//! The AIPS AN table: the antennas and the site of the array.
 
 use crate::fits::{Header, table::Table};
 use crate::uvh5::{NOMINAL_SITE, unique_names};
 use crate::{FormatError, Result};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
 
-/// Closer to the centre of the Earth than this, geocentric coordinates are no place of an array, m.
+/// Geocentric coordinates closer to the centre of the Earth than this are not the position of an array, m.
 const SMALLEST_RADIUS_M: f64 = 1e6;
 
-/// The layout of an AN table. `primary` may hold the place of the array where the table does not know it.
+/// The layout of an AN table. The primary header may hold the site where the table does not.
 pub(super) fn read(table: &Table, primary: &Header) -> Result<ArrayLayout> {
     let header = &table.header;
     let path = header.path();
@@ -32,19 +32,19 @@ pub(super) fn read(table: &Table, primary: &Header) -> Result<ArrayLayout> {
     let far = |p: &[f64; 3]| p.iter().map(|v| v * v).sum::<f64>().sqrt() > SMALLEST_RADIUS_M;
     let stated = ["LAT", "LON", "ALT"].map(|k| primary.real(k));
     let mut site = None;
-    // Where the frame is unknown, a place in the primary header is the better one.
+    // Where the frame is unknown, the site of the primary header is more reliable.
     if let (true, [Some(lat), Some(lon), Some(altitude_m)]) = (unknown, stated) {
         site = Some(Site { latitude_rad: lat.to_radians(), longitude_rad: lon.to_radians(), altitude_m });
     }
     // Offsets from the array centre in the geocentric axes.
     if far(&centre) {
         let place = Site::from_ecef_m(centre);
-        // AIPS turns the axes so that x points to the array's own meridian.
+        // In AIPS the x axis points to the meridian of the array.
         let (sin, cos) = place.longitude_rad.sin_cos();
         positions.iter_mut().for_each(|p| *p = [p[0] * cos - p[1] * sin, p[0] * sin + p[1] * cos, p[2]]);
         site = site.or(Some(place));
     } else {
-        // Positions from the centre of the Earth: the array is where its antennas are on average.
+        // The positions are geocentric: the site is their mean.
         let n = positions.len() as f64;
         let mean = [0, 1, 2].map(|k| positions.iter().map(|p| p[k]).sum::<f64>() / n);
         if far(&mean) {

@@ -1,4 +1,4 @@
-//! The axes of a group: where the real part, imaginary part and weight of each channel and polarisation lie.
+//! The axes of a group: the places of real part, imaginary part and weight of each channel and polarisation.
 
 use crate::fits::{Header, table::Table};
 use crate::{FormatError, Result};
@@ -130,7 +130,7 @@ impl GroupAxes {
         for i in 0..self.n_if {
             let offset = offsets.as_ref().map_or(0.0, |o| o[i]);
             let mut own = steps.as_ref().map_or(step, |s| s[i]);
-            // The table holds 32-bit floats; the header says the same with more digits.
+            // The table holds 32-bit floats. The header holds the same value with more digits.
             if own == 0.0 || (own - step).abs() <= 1e-6 * step.abs() {
                 own = step;
             }

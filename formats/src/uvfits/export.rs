@@ -1,16 +1,16 @@
-//! What UVFITS cannot hold as it is, and what becomes of it: each change is a note for the user and for the history.
+//! Changes to a set that UVFITS cannot hold as it is. Each change is noted for the user and in the history.
 
 use crate::drift::Drift;
 use crate::uvh5::{NOMINAL_SITE, site_of};
 use cittert_arrays::astrometry::LocalSky;
 use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Polarization, SpectralWindow, VisUnit, VisibilityHeader, jy_per_kelvin_sr};
 
-/// How one polarisation of the file comes from those of the set.
+/// One polarisation of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PolOut {
     /// AIPS number.
     pub(super) aips: i32,
-    /// Polarisation of the set, or none to fill a gap in the regular axis with flagged zeros.
+    /// Index of the polarisation in the set; `None` fills a gap in the regular axis with flagged zeros.
     pub(super) from: Option<usize>,
     /// Factor on the weight.
     pub(super) weight: f32,
@@ -57,7 +57,7 @@ impl Export {
     }
 }
 
-/// What becomes of phase centres that are not points of the sky.
+/// Note the change of phase centres that are not points of the sky.
 fn moving_centers(header: &VisibilityHeader, notes: &mut Vec<String>) {
     let moving = header.phase_centers.iter().any(|c| c.ra_dec_rad().is_none());
     if header.is_boresight() {
@@ -76,7 +76,7 @@ pub(super) fn zenith(name: &str, time_jd: f64) -> Result<PhaseCenter, ArrayError
     let sky = LocalSky::at(time_jd, &NOMINAL_SITE)?;
     let (goal_ra, goal_dec) = (sky.lst_rad(), NOMINAL_SITE.latitude_rad);
     let (mut ra, mut dec) = (goal_ra, goal_dec);
-    // Apparent and catalogue places differ by a fraction of a degree that hardly changes, so this converges at once.
+    // The difference between apparent and catalogue place is a fraction of a degree and nearly constant, so this converges quickly.
     for _ in 0..6 {
         let place = sky.apparent_place(ra, dec, "icrs")?;
         let off = (goal_ra - place.ra_rad + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
@@ -86,7 +86,7 @@ pub(super) fn zenith(name: &str, time_jd: f64) -> Result<PhaseCenter, ArrayError
     PhaseCenter::sidereal(name, ra, dec)
 }
 
-/// Phase centres as they are written, numbered from 1, and the turn of the rows of an array that does not follow the sky.
+/// The phase centres as written, numbered from 1, and the phasing of the rows of an array that does not track the sky.
 pub(super) fn phase_centers(header: &VisibilityHeader, time_jd: f64) -> Result<(Vec<PhaseCenter>, Option<Drift>), ArrayError> {
     let moving = header.phase_centers.iter().any(|c| c.ra_dec_rad().is_none());
     let drift = match header.layout.site().filter(|_| moving) {
@@ -105,7 +105,7 @@ pub(super) fn phase_centers(header: &VisibilityHeader, time_jd: f64) -> Result<(
     Ok((centers, drift))
 }
 
-/// STOKES must be a regular axis; Stokes I alone is refused by importers, so it becomes two equal hands.
+/// The polarisations of the file. STOKES must be a regular axis. Importers refuse Stokes I alone, so it becomes two equal hands.
 fn polarizations(header: &VisibilityHeader, stokes_i: bool, notes: &mut Vec<String>) -> Vec<PolOut> {
     if header.polarizations == [Polarization::I] && !stokes_i {
         notes.push("Stokes I became two equal hands RR and LL of half the weight each (the sky is unpolarised)".into());
@@ -117,9 +117,9 @@ fn polarizations(header: &VisibilityHeader, stokes_i: bool, notes: &mut Vec<Stri
     if present.windows(2).all(|w| w[1].0 - w[0].0 == step) {
         return present.iter().map(|(aips, k)| PolOut { aips: *aips, from: Some(*k), weight: 1.0 }).collect();
     }
-    // The numbers have a gap (or I..V stand beside RR..): fill the axis from end to end.
+    // The numbers have a gap, or Stokes parameters and feed products are mixed: fill the axis from end to end.
     let (first, last) = (present.iter().map(|p| p.0).max().unwrap_or(1), present.iter().map(|p| p.0).min().unwrap_or(1));
-    notes.push("the polarisations make no regular axis; those between them are written as flagged zeros".into());
+    notes.push("the polarisations do not form a regular axis; the missing ones between them are written as flagged zeros".into());
     (last..=first)
         .rev()
         .filter(|n| *n != 0 || (first > 0 && last < 0))
@@ -127,7 +127,8 @@ fn polarizations(header: &VisibilityHeader, stokes_i: bool, notes: &mut Vec<Stri
         .collect()
 }
 
-/// IFs of equal length with evenly spaced channels as wide as their spacing; else one IF for each channel.
+/// Divide the channels into IFs of equal length with evenly spaced channels as wide as their spacing. Where this is not possible, each
+/// channel becomes one IF.
 fn windows(spectrum: &SpectralWindow, notes: &mut Vec<String>) -> Windows {
     let (freq, width, spw) = (spectrum.freq_hz(), spectrum.width_hz(), spectrum.spw());
     let n = freq.len();
@@ -151,7 +152,7 @@ fn windows(spectrum: &SpectralWindow, notes: &mut Vec<String>) -> Windows {
     Windows { n_if: n, n_freq: 1, first_hz: freq.to_vec(), step_hz: width.to_vec() }
 }
 
-/// K str becomes Jy: S = 2 k f^2 / c^2 times the integral of brightness temperature over solid angle.
+/// Factors to the unit of the file. K str becomes Jy: S = 2 k f^2 / c^2 times the integral of brightness temperature over solid angle.
 fn units(header: &VisibilityHeader, notes: &mut Vec<String>) -> (Vec<f64>, &'static str) {
     if let Some(pedestal) = header.pedestal_k {
         notes.push(format!("a constant of {pedestal} K was removed from the scene before the transform; images of this file lack it"));
@@ -168,7 +169,7 @@ fn units(header: &VisibilityHeader, notes: &mut Vec<String>) -> (Vec<f64>, &'sta
     }
 }
 
-/// Importers count antennas from 1, and BASELINE holds numbers up to 255.
+/// Antenna numbers in the file. Importers count antennas from 1, and BASELINE holds numbers up to 255.
 fn numbers(header: &VisibilityHeader, notes: &mut Vec<String>) -> Vec<u32> {
     let own: Vec<u32> = header.layout.antennas().iter().map(|a| a.number).collect();
     let (least, most) = (own.iter().min().copied().unwrap_or(1), own.iter().max().copied().unwrap_or(1));

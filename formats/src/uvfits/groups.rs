@@ -4,7 +4,7 @@ use crate::fits::Header;
 use crate::{FormatError, Result};
 use cittert_arrays::SPEED_OF_LIGHT_M_S;
 
-/// How the numbers of a file are stored.
+/// Type of the numbers in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Number {
     Byte,
@@ -51,7 +51,7 @@ impl Number {
     }
 }
 
-/// A parameter: the sum over its parts of number x scale + zero. Two parameters of one name are two halves of one value.
+/// A parameter: the sum over its parts of number x scale + zero. Two parameters with the same name are two parts of one value.
 #[derive(Debug, Clone)]
 pub(super) struct Parameter {
     parts: Vec<Part>,
@@ -76,16 +76,16 @@ impl Parameter {
     }
 }
 
-/// How uvw are given.
+/// Convention of uvw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum UvwKind {
-    /// Along the phase centre, as we keep them.
+    /// w along the phase centre, as in memory.
     Sin,
-    /// w along the celestial pole; turned with the declination.
+    /// w along the celestial pole; rotated by the declination on reading.
     Ncp,
 }
 
-/// Where the parameters of a file are.
+/// The parameters of the groups of a file.
 #[derive(Debug, Clone)]
 pub(super) struct Parameters {
     /// Numbers before the array of a group.
@@ -112,7 +112,7 @@ pub(super) struct Pair {
 }
 
 impl Parameters {
-    /// Read PTYPEn, PSCALn, PZEROn; `frequency_hz` serves files with uvw in wavelengths.
+    /// Read PTYPEn, PSCALn, PZEROn; `frequency_hz` converts uvw in wavelengths to metres.
     pub(super) fn of(header: &Header, frequency_hz: f64) -> Result<Self> {
         let path = header.path();
         let count = header.require("PCOUNT", 0..=999)? as usize;

@@ -1,7 +1,7 @@
 //! UVFITS: visibilities as FITS random groups with AIPS tables.
 //!
-//! On disk a baseline is r1 - r2 in seconds of light time and visibilities are the conjugates of ours; both signs are turned here
-//! and nowhere else.
+//! In the file a baseline is r1 - r2 in seconds of light time, and the visibilities are the complex conjugates of those in memory. Only this
+//! module converts these signs.
 //!
 //! # Reference
 //! Greisen 2020, AIPS Memo 117.

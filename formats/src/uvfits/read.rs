@@ -1,4 +1,4 @@
-//! UVFITS read in runs of rows: only the rows asked for are in memory.
+//! Reading UVFITS in runs of rows: only the requested rows are in memory.
 
 use super::axes::GroupAxes;
 use super::groups::{Number, Parameters, UvwKind};
@@ -26,7 +26,7 @@ pub struct UvfitsReader {
     data_start: u64,
     group_bytes: usize,
     n_rows: usize,
-    /// Scale and zero of the array's numbers.
+    /// Scale and zero of the numbers of the array.
     scale: (f64, f64),
     integration_s: f64,
     index_of_number: HashMap<i64, u32>,
@@ -34,7 +34,7 @@ pub struct UvfitsReader {
     sky: Sky,
 }
 
-/// The AIPS tables behind the groups.
+/// The AIPS tables after the groups.
 #[derive(Default)]
 struct Tables {
     an: Option<Table>,
@@ -70,7 +70,7 @@ impl UvfitsReader {
     /// Open a UVFITS file.
     ///
     /// # Errors
-    /// Not FITS or without random groups, truncated, no AN table, axes or parameters that are missing.
+    /// A file that is not FITS, has no random groups or is truncated; a missing AN table, axis or parameter.
     pub fn open(path: &Path) -> Result<Self> {
         let mut input = Input::open(path)?;
         if !input.is_plain() {
@@ -139,7 +139,7 @@ impl UvfitsReader {
         Ok(reader)
     }
 
-    /// Shortest time between rows, s, for files that do not say how long an integration was; 0 with a single time.
+    /// Shortest time between rows, s, for files that do not state the integration time; 0 with a single time.
     fn shortest_step_s(&mut self) -> Result<f64> {
         let mut times = Vec::new();
         for start in (0..self.n_rows.min(200_000)).step_by(1000) {
@@ -153,7 +153,7 @@ impl UvfitsReader {
         Ok(if step.is_finite() { step } else { 0.0 })
     }
 
-    /// The bytes of the groups of `range`.
+    /// Read the bytes of the groups of `range`.
     fn bytes(&mut self, range: Range<usize>) -> Result<Vec<u8>> {
         let io = |e| FormatError::io(&self.path, "read", e);
         let mut buffer = vec![0; range.len() * self.group_bytes];
@@ -199,7 +199,7 @@ impl UvfitsReader {
         VisibilityBlock::new(coverage, vis, weights, flags, nsamples).map_err(|e| FormatError::values(&self.path, e))
     }
 
-    /// Take the parameters of one group into row `r` of the block, row `row` of the file.
+    /// Copy the parameters of one group into row `r` of the block. `row` is the row in the file.
     fn row(&mut self, coverage: &mut UvCoverage, r: usize, row: usize, group: &[u8]) -> Result<()> {
         let (p, number) = (&self.parameters, self.number);
         let bad = |place: &str, expected: &str, found: String| {
@@ -243,7 +243,7 @@ impl UvfitsReader {
     }
 }
 
-/// uvw along the phase centre from uvw with w along the pole: a turn about u by 90 deg less the apparent declination.
+/// Convert uvw with w along the pole to uvw with w along the phase centre: a rotation about u by 90 deg minus the apparent declination.
 fn from_ncp([u, v, w]: [f64; 3], dec: f64) -> [f64; 3] {
     let (sin, cos) = dec.sin_cos();
     [u, v * sin + w * cos, w * sin - v * cos]

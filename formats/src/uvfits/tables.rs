@@ -1,11 +1,11 @@
-//! The AIPS tables behind the groups: AN (antennas), FQ (frequencies), SU (sources).
+//! Writing the AIPS tables after the groups: AN (antennas), FQ (frequencies), SU (sources).
 
 use super::export::{Export, site};
 use crate::fits::table::{Form, TableWriter};
 use cittert_arrays::astrometry::{LocalSky, eop};
 use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Polarization, Site, VisibilityHeader};
 
-/// Rotation of the Earth, degrees a day.
+/// Rotation of the Earth, degrees per day.
 const DEGREES_A_DAY: f64 = 360.985_643_859_3;
 
 /// AIPS AN: `midnight_jd` is 0 h UTC of the reference date.
@@ -34,7 +34,7 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
     let linear =
         header.polarizations.iter().any(|p| matches!(p, Polarization::XX | Polarization::YY | Polarization::XY | Polarization::YX));
     let (feed_a, feed_b) = if linear { ("X", "Y") } else { ("R", "L") };
-    // The mean of antennas all over the Earth lies deep inside it; then positions are given from the centre of the Earth.
+    // For antennas all over the Earth the mean lies deep inside the Earth. Positions are then geocentric.
     let mut centre = place.to_ecef_m();
     let radius = centre.iter().map(|v| v * v).sum::<f64>().sqrt();
     let local = (6.3e6..6.5e6).contains(&radius);
@@ -43,7 +43,7 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
     for (antenna, number) in all.iter().zip(&export.numbers) {
         let [x, y, z] = place.enu_to_ecef_offset(antenna.position_m);
         table.text(&antenna.name);
-        // The x axis of the table points to the array's own meridian.
+        // The x axis of the table points to the meridian of the array.
         table.numbers(&[x * cos + y * sin + offset[0], y * cos - x * sin + offset[1], z + offset[2]]);
         table.numbers(&[]);
         table.numbers(&[f64::from(*number)]);
@@ -87,7 +87,7 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
     }))
 }
 
-/// Name of the telescope as other programs see it.
+/// Name of the telescope, as it is written for other programs.
 pub(super) fn telescope(header: &VisibilityHeader) -> &str {
     [header.telescope.as_str(), header.layout.name.as_str()].into_iter().find(|n| !n.is_empty()).unwrap_or("unknown")
 }

@@ -1,4 +1,4 @@
-//! UVFITS written in runs of rows, in constant memory.
+//! Writing UVFITS in runs of rows, in constant memory.
 
 use super::export::{Export, phase_centers};
 use super::tables;
@@ -14,12 +14,12 @@ use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// How a UVFITS file is written.
+/// Options of a new UVFITS file.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct UvfitsOptions {
     /// Replace an existing file.
     pub overwrite: bool,
-    /// Keep a set of Stokes I as it is, which CASA's importer refuses, instead of writing two equal hands RR and LL.
+    /// Keep a set of Stokes I as it is. By default it is written as two equal hands RR and LL, because the importer of CASA refuses Stokes I.
     pub stokes_i: bool,
 }
 
@@ -33,12 +33,12 @@ pub struct UvfitsWriter {
     rows: u64,
 }
 
-/// What the first row decides.
+/// Properties of the file that depend on the first row.
 struct Start {
     /// 0 h UTC of the day of the first row.
     midnight_jd: f64,
     centers: Vec<PhaseCenter>,
-    /// How rows are turned to them, where the array does not follow the sky.
+    /// The phasing of rows to them, where the array does not track the sky.
     drift: Option<Drift>,
     /// Factor on the weights of each channel.
     weights: Vec<f32>,
@@ -56,7 +56,7 @@ impl UvfitsWriter {
         Ok(Self { file, out, header: header.clone(), export, start: None, rows: 0 })
     }
 
-    /// What was changed or is not kept, one sentence each; the same stands in the history of the file.
+    /// What was changed or is not kept, one sentence each. The history of the file holds the same sentences.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.export.notes
@@ -152,7 +152,7 @@ impl UvfitsWriter {
         let date = crate::time::fits_date(start.midnight_jd).unwrap_or_default();
         h.text("DATE-OBS", date.get(..10).unwrap_or(""), "");
         h.real("EPOCH", center.epoch.unwrap_or(2000.0), "");
-        // The standard writes ICRS; readers of UVFITS know it in small letters only.
+        // The standard writes ICRS, but readers of UVFITS know the name in small letters only.
         h.text("RADESYS", &center.frame.to_ascii_lowercase(), "");
         if !several {
             h.real("OBSRA", ra, "deg");
@@ -170,7 +170,7 @@ impl UvfitsWriter {
     /// Append a block.
     ///
     /// # Errors
-    /// A block of another shape than the header's, or whatever the disk says.
+    /// A block whose shape is not that of the header, or an error of the file system.
     pub fn write(&mut self, block: &VisibilityBlock) -> Result<()> {
         self.header.check_block(block).map_err(self.values())?;
         let Some(first) = block.coverage.time_jd.first() else { return Ok(()) };
@@ -203,8 +203,8 @@ impl UvfitsWriter {
         Ok(())
     }
 
-    /// Factors on the weights, 1/Jy^2 for Jy. Weights that are only numbers of samples say nothing of the noise; they keep their size, as
-    /// importers take weights near the smallest 32-bit float for none.
+    /// Factors on the weights, which are 1/Jy^2 for data in Jy. Weights that are only numbers of samples carry no information on the noise. They
+    /// keep their size, because importers take weights near the smallest 32-bit float as zero.
     fn weights(&self, block: &VisibilityBlock) -> Vec<f32> {
         let jy = &self.export.jy;
         let unit = if block.weights == block.nsamples { jy.iter().map(|f| f * f).sum::<f64>() / jy.len() as f64 } else { 1.0 };
@@ -220,7 +220,7 @@ impl UvfitsWriter {
         if self.short_numbers() {
             push(256.0 * a + b);
         }
-        // Two 32-bit parts hold the time to better than a microsecond.
+        // The time in two 32-bit parts is accurate to better than a microsecond.
         let day = c.time_jd[row] - midnight_jd;
         push(day);
         push(day - f64::from(day as f32));
@@ -262,7 +262,7 @@ impl UvfitsWriter {
     /// Write the tables and give the file its final name.
     ///
     /// # Errors
-    /// A set without rows, or whatever the disk says; the old file is then still in place.
+    /// A set without rows, or an error of the file system. The old file then stays in place.
     pub fn complete(mut self) -> Result<()> {
         let (io, values) = (self.io(), self.values());
         let Some(start) = self.start.take() else {
@@ -282,7 +282,7 @@ impl UvfitsWriter {
             let su = tables::sources(&self.export, &start.centers, start.midnight_jd, &self.header).map_err(&values)?;
             self.file.write_all(&su).map_err(&io)?;
         }
-        // Only now is the number of rows known.
+        // The number of rows is known only now.
         let primary = self.primary(&start, self.rows);
         self.file.seek(SeekFrom::Start(0)).map_err(&io)?;
         self.file.write_all(&primary).map_err(&io)?;

@@ -1,4 +1,4 @@
-//! What all rows share: channels, polarisations, units, history.
+//! The header: channels, polarisations, units, history.
 
 use super::names::PEDESTAL_KEYWORD;
 use super::{layout, phase};
@@ -17,7 +17,7 @@ pub(super) fn write(out: &H5Out, header: &VisibilityHeader) -> Result<()> {
     out.array("Header/polarization_array", pols.view())?;
     out.text("Header/vis_units", header.unit.name())?;
     if header.unit != VisUnit::Uncalibrated {
-        // Stokes I is half the sum of the parallel hands here, so a source of 1 Jy has XX = YY = 1 Jy.
+        // Stokes I is half the sum of the parallel hands, so a source of 1 Jy has XX = YY = 1 Jy.
         out.text("Header/pol_convention", "avg")?;
     }
     phase::write_catalog(out, &header.phase_centers)?;
@@ -27,7 +27,7 @@ pub(super) fn write(out: &H5Out, header: &VisibilityHeader) -> Result<()> {
     out.text("Header/history", &header.history.join("\n"))
 }
 
-/// Channels, as UVH5 and CalH5 share them.
+/// Write the channels; UVH5 and CalH5 share this part.
 pub(crate) fn write_spectrum(out: &H5Out, spectrum: &SpectralWindow) -> Result<()> {
     let mut windows: Vec<u32> = spectrum.spw().to_vec();
     windows.sort_unstable();
@@ -75,7 +75,7 @@ pub(super) fn read(file: &H5In) -> Result<VisibilityHeader> {
     })
 }
 
-/// Channels of any version of the format.
+/// Read the channels of any version of the format.
 pub(crate) fn read_spectrum(file: &H5In) -> Result<SpectralWindow> {
     let n = file.count("Header/Nfreqs")?;
     let freq = file.list("Header/freq_array", n)?;
@@ -100,12 +100,12 @@ pub(crate) fn read_spectrum(file: &H5In) -> Result<SpectralWindow> {
     SpectralWindow::with_windows(freq, width, spw).map_err(|e| FormatError::values(file.path(), e))
 }
 
-/// The first thing in which the rows of two headers mean something different, and how each says it.
+/// The first difference between two headers that changes the meaning of rows: its name and the two values.
 pub(super) fn difference(a: &VisibilityHeader, b: &VisibilityHeader) -> Option<(&'static str, String, String)> {
     let text = |h: &VisibilityHeader| -> Vec<(&'static str, String)> {
         let antennas = h.layout.antennas();
         let names = antennas.iter().map(|x| format!("{}={}", x.number, x.name)).collect::<Vec<_>>().join(" ");
-        // Positions to a tenth of a millimetre, directions to a billionth of a turn.
+        // Positions are compared to 0.1 mm, directions to 1e-8 rad.
         let places = antennas.iter().map(|x| x.position_m.map(|v| format!("{:.4}", v + 0.0)).join(",")).collect::<Vec<_>>().join(" ");
         let centers = h.phase_centers.iter().map(|c| match c.kind {
             PhaseCenterKind::Sidereal { ra_rad, dec_rad } => format!("{} {:.8} {:.8} {}", c.name, ra_rad, dec_rad, c.frame),

@@ -7,12 +7,12 @@ use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
 use ndarray::{Array1, Array2};
 use std::collections::HashSet;
 
-/// Where the array stands for programs that know only the Earth.
+/// The site of a layout, or the nominal site for a boresight layout.
 pub(crate) fn site_of(layout: &ArrayLayout) -> Site {
     layout.site().unwrap_or(NOMINAL_SITE)
 }
 
-/// Write the telescope part of a header, as UVH5 and CalH5 share it.
+/// Write the telescope part of a header; UVH5 and CalH5 share this part.
 pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str, instrument: &str) -> Result<()> {
     let site = site_of(layout);
     let name = if telescope.is_empty() { layout.name.as_str() } else { telescope };
@@ -32,7 +32,7 @@ pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str
         row.assign(&Array1::from_vec(site.enu_to_ecef_offset(a.position_m).to_vec()));
     }
     out.array("Header/antenna_positions", positions.view())?;
-    // "fixed" is true of an aperture-plane imager; of other arrays the mounts are not known here.
+    // An aperture-plane imager has fixed elements. The mounts of other arrays are not known here.
     let mount = if layout.site().is_none() { "fixed" } else { "other" };
     out.texts("Header/mount_type", &vec![mount; antennas.len()], &[antennas.len()])?;
     if let Some(diameters) = antennas.iter().map(|a| a.diameter_m).collect::<Option<Vec<f64>>>() {
@@ -63,7 +63,7 @@ pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str
     Ok(())
 }
 
-/// A property that UVH5 has no place for; nothing is written where no antenna has it.
+/// Write a property for which UVH5 has no place. Nothing is written where no antenna has the property.
 fn property(out: &H5Out, name: &str, antennas: &[Antenna], get: impl Fn(&Antenna) -> Option<f64>) -> Result<()> {
     if antennas.iter().any(|a| get(a).is_some()) {
         let values = Array1::from_iter(antennas.iter().map(|a| get(a).unwrap_or(f64::NAN)));
@@ -136,7 +136,7 @@ fn read_site(file: &H5In) -> Result<Site> {
     }
 }
 
-/// Names made unique: real files have blank names and pads that stand twice.
+/// Make names unique. Files of real arrays have blank names, and pads that are listed twice.
 pub(crate) fn unique_names(names: Vec<String>) -> Vec<String> {
     let mut seen = HashSet::new();
     names

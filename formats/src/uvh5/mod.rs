@@ -1,4 +1,4 @@
-//! UVH5, the native format: HDF5 with a Header of named arrays and a Data group, version 1.2.
+//! UVH5, the native format: HDF5 with the groups `Header` and `Data`, version 1.2.
 //!
 //! # Reference
 //! Hazelton et al. 2017, JOSS 2, 140 (pyuvdata); the UVH5 memo of that project.

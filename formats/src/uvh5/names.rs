@@ -1,10 +1,10 @@
-//! Names in a UVH5 file, and the site of arrays that have none.
+//! Names of datasets and keywords in a UVH5 file, and the site of arrays that have none.
 
 use crate::VisColumn;
 use cittert_arrays::Site;
 
-/// Where the array of a boresight layout is placed for programs that know only the Earth: on the equator at longitude 0, where
-/// east, north and up are the axes y, z and x of the geocentric frame, so that positions keep every digit.
+/// The site of a boresight layout, for programs that need a place on the Earth: on the equator at longitude 0. There east, north and up are
+/// the axes y, z and x of the geocentric frame, so that positions keep all digits.
 pub const NOMINAL_SITE: Site = Site { latitude_rad: 0.0, longitude_rad: 0.0, altitude_m: 0.0 };
 
 /// Keyword (of `extra_keywords`) and value that mark a set in the boresight frame.
@@ -12,14 +12,14 @@ pub(super) const FRAME_KEYWORD: &str = "cittert_frame";
 pub(super) const BORESIGHT: &str = "boresight";
 /// Keyword of the temperature that was removed from the scene, K.
 pub(super) const PEDESTAL_KEYWORD: &str = "pedestal_k";
-/// Keyword of the name of the layout, where it is not the telescope's.
+/// Keyword of the name of the layout, where it differs from the name of the telescope.
 pub(super) const LAYOUT_KEYWORD: &str = "cittert_layout";
 /// Keyword of the source of the antenna positions.
 pub(super) const SOURCE_KEYWORD: &str = "cittert_layout_source";
-/// Group of antenna properties that UVH5 has no place for.
+/// Group of the antenna properties for which UVH5 has no place.
 pub(super) const ANTENNA_GROUP: &str = "Cittert";
 
-/// Where the visibilities of a column are kept. Other programs know the first one and pass over the others.
+/// Dataset of a column. Other programs know only `Data/visdata` and ignore the others.
 pub(super) fn dataset_of(column: VisColumn) -> &'static str {
     match column {
         VisColumn::Data => "Data/visdata",

@@ -1,4 +1,4 @@
-//! Phase centres: their catalogue in the file, and their apparent places row by row.
+//! Phase centres: the catalogue in the file, and the apparent place for each row.
 
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
@@ -6,7 +6,7 @@ use cittert_arrays::astrometry::{ApparentPlace, LocalSky};
 use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Site};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Catalogue numbers of the phase centres: their own where these differ, else their order.
+/// Catalogue numbers of the phase centres. Where two have the same number, the index is used instead.
 pub(super) fn ids(centers: &[PhaseCenter]) -> Vec<i64> {
     let own: Vec<i64> = centers.iter().map(|c| c.id).collect();
     let unique: std::collections::HashSet<_> = own.iter().collect();
@@ -74,11 +74,11 @@ fn from_group(file: &H5In, entry: &str, name: &str) -> Result<PhaseCenter> {
     Ok(center)
 }
 
-/// Before version 1.1 each entry was a text in JSON, named by the source.
+/// Versions before 1.1 have one JSON text for each source, under the name of the source.
 fn from_json(file: &H5In, entry: &str, name: &str) -> Result<PhaseCenter> {
     let json = file.text(entry)?.ok_or_else(|| file.wrong(entry, "a group or a text in JSON", "neither"))?;
     let value: serde_json::Value = serde_json::from_str(&json).map_err(|e| file.wrong(entry, "JSON", e.to_string()))?;
-    // Moving sources have lists; their first place stands for them.
+    // Moving sources have lists of positions. The first position is used.
     let number = |key: &str| value.get(key).and_then(|v| v.as_f64().or_else(|| v.get(0).and_then(serde_json::Value::as_f64)));
     let angle = |key: &str| number(key).ok_or_else(|| file.wrong(entry, format!("a number {key}"), "none"));
     let text = |key: &str| value.get(key).and_then(|v| v.as_str()).unwrap_or_default().to_string();
@@ -106,7 +106,7 @@ fn kind(file: &H5In, entry: &str, cat_type: &str, lon: impl Fn() -> Result<f64>,
     })
 }
 
-/// Before version 1.0 there was one phase centre: `phased`, or `drift`.
+/// Versions before 1.0 have one phase centre: `phased` or `drift`.
 fn from_phase_type(file: &H5In) -> Result<PhaseCenter> {
     let phase_type = file.text("Header/phase_type")?.ok_or_else(|| file.missing("Header/phase_center_catalog"))?;
     let name = file.text("Header/object_name")?;
@@ -119,7 +119,7 @@ fn from_phase_type(file: &H5In) -> Result<PhaseCenter> {
     Ok(PhaseCenter { frame, epoch: file.real("Header/phase_center_epoch")?, ..center })
 }
 
-/// The sky over the array at the time of a row, kept while the time stays the same.
+/// The sky over the array at the time of a row. It is kept as long as the time does not change.
 #[derive(Debug)]
 pub(crate) struct Sky {
     site: Site,
@@ -170,7 +170,7 @@ impl Sky {
     }
 }
 
-/// J2000 (FK5) direction of a B1950 (FK4) one without proper motion, to about 0.1 arcsec.
+/// Convert a B1950 (FK4) direction without proper motion to J2000 (FK5), to about 0.1 arcsec.
 ///
 /// # Reference
 /// Aoki et al. 1983, A&A 128, 263 (rotation and E-terms of aberration).

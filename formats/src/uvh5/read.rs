@@ -1,4 +1,4 @@
-//! UVH5 read in runs of rows.
+//! Reading UVH5 in runs of rows.
 
 use super::header;
 use super::names::dataset_of;
@@ -23,13 +23,13 @@ pub struct Uvh5Reader {
     index_of_center: HashMap<i64, u16>,
 }
 
-/// Arrays with one element a row.
+/// Arrays with one element per row.
 struct Columns {
     uvw: Dataset,
     ant1: Dataset,
     ant2: Dataset,
     time: Dataset,
-    /// One for each row, or one for all in old files.
+    /// One value per row, or a single value in old files.
     integration: Dataset,
     centers: Option<Dataset>,
 }
@@ -53,7 +53,7 @@ impl Uvh5Reader {
         Self::open_column(path, VisColumn::Data)
     }
 
-    /// Columns that a file has beside the data.
+    /// The columns beside the data that a file has.
     ///
     /// # Errors
     /// Not HDF5, or damaged.
@@ -65,7 +65,7 @@ impl Uvh5Reader {
     /// As [`Uvh5Reader::open`], with the visibilities of a column.
     ///
     /// # Errors
-    /// As [`Uvh5Reader::open`]; a column that the file does not have.
+    /// A column that the file does not have, or as [`Uvh5Reader::open`].
     pub fn open_column(path: &Path, column: VisColumn) -> Result<Self> {
         let file = h5::open(path, "a UVH5 file")?;
         if file.members("Header")?.is_empty() || !file.has("Data/visdata") {
@@ -87,7 +87,7 @@ impl Uvh5Reader {
     /// Read the rows of `range`.
     ///
     /// # Errors
-    /// A range past the last row, an antenna or phase centre that the header does not have, or damage to the file.
+    /// A range past the last row, an antenna or phase centre that the header does not have, or a damaged file.
     pub fn read(&self, range: Range<usize>) -> Result<VisibilityBlock> {
         let values = |e| FormatError::values(self.file.path(), e);
         if range.end > self.n_rows || range.start > range.end {
@@ -166,7 +166,7 @@ impl Columns {
 
 impl Data {
     fn open(file: &H5In, name: &'static str, (n, chan, pol): (usize, usize, usize)) -> Result<Self> {
-        // Until version 1.0 there was a spectral-window axis of length 1.
+        // Versions before 1.0 have a spectral-window axis of length 1.
         let shapes: [&[usize]; 2] = [&[n, chan, pol], &[n, 1, chan, pol]];
         let vis = file.shaped(name, &shapes)?;
         file.demand_complex(&vis, name)?;

@@ -1,4 +1,4 @@
-//! UVH5 written in runs of rows, in constant memory.
+//! Writing UVH5 in runs of rows, in constant memory.
 
 use super::names::dataset_of;
 use super::phase::{self, Sky};
@@ -12,21 +12,21 @@ use num_complex::Complex;
 use std::collections::HashSet;
 use std::path::Path;
 
-/// How a UVH5 file is written.
+/// Options of a new UVH5 file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Uvh5Options {
     /// Replace an existing file.
     pub overwrite: bool,
-    /// Compression of the visibilities; flags and samples, which shrink well, are always compressed (LZF).
+    /// Compression of the visibilities. Flags and numbers of samples shrink well and are always compressed (LZF).
     pub compression: Compression,
-    /// Columns beside the data, which every block then brings.
+    /// Columns beside the data. Every block must then bring them.
     pub columns: Vec<VisColumn>,
 }
 
-/// Bytes that are copied at a time.
+/// Size of the blocks that are copied, bytes.
 const COPY_BYTES: usize = 1 << 24;
 
-/// Names of the arrays with one element a row, in the order of [`Columns`].
+/// Names of the arrays with one element per row, in the order of [`Columns`].
 const COLUMNS: [&str; 10] = [
     "ant_1_array",
     "ant_2_array",
@@ -48,7 +48,7 @@ struct Growing {
     beside: Vec<Rows>,
     flags: Rows,
     nsamples: Rows,
-    /// Only where weights are not simply the numbers of samples.
+    /// Written only where weights differ from the numbers of samples.
     weights: Option<Rows>,
     chunk_rows: usize,
 }
@@ -65,7 +65,7 @@ pub struct Uvh5Writer {
     baselines: HashSet<(u32, u32)>,
     antennas: HashSet<u32>,
     times: HashSet<u64>,
-    /// Time and baseline of the last row, while rows run by time, then baseline.
+    /// Time and baseline of the last row, to see whether rows run by time, then baseline.
     last: Option<(f64, u32, u32)>,
     in_order: bool,
 }
@@ -95,11 +95,11 @@ impl Uvh5Writer {
         })
     }
 
-    /// Begin a file with all that an existing one holds, to append to it; the old file stays until the new one is complete.
+    /// Begin a file with the content of an existing file, to append to it. The old file stays until the new one is complete.
     ///
     /// # Errors
-    /// Whatever is wrong with the existing file; a header or columns that are not those of the existing file, with the first
-    /// difference; or as [`Uvh5Writer::create`].
+    /// An error in the existing file; a header or columns that are not those of the existing file (the error names the first difference);
+    /// or as [`Uvh5Writer::create`].
     pub fn append(path: &Path, header: &VisibilityHeader, options: Uvh5Options) -> Result<Self> {
         let mut old = Uvh5Reader::open(path)?;
         let columns = Uvh5Reader::columns(path)?;
@@ -129,7 +129,7 @@ impl Uvh5Writer {
     /// Append a block.
     ///
     /// # Errors
-    /// A block of another shape than the header's, a time for which there is no sidereal time, or whatever the disk says.
+    /// A block whose shape is not that of the header, a time for which there is no sidereal time, or an error of the file system.
     pub fn write(&mut self, block: &VisibilityBlock) -> Result<()> {
         self.write_columns(block, &[])
     }
@@ -147,7 +147,7 @@ impl Uvh5Writer {
             .collect()
     }
 
-    /// Make the arrays that grow, with chunks that suit the first block.
+    /// Create the arrays that grow. The first block sets the size of the chunks.
     fn begin(&self, block_rows: usize) -> Result<Growing> {
         let header = |name: &str| format!("Header/{name}");
         let mut columns = Vec::new();
@@ -190,7 +190,7 @@ impl Uvh5Writer {
         self.out.append(&mut growing.columns[9], COLUMNS[9], c.uvw_m.view())
     }
 
-    /// Weights are written only from where they first differ from the numbers of samples; the rows before are then copied.
+    /// Write weights once they differ from the numbers of samples. The numbers of samples of the earlier rows are then copied as their weights.
     fn write_weights(&self, growing: &mut Growing, block: &VisibilityBlock) -> Result<()> {
         const NAME: &str = "Data/weights";
         let same = |(a, b): (&f32, &f32)| a == b || (a.is_nan() && b.is_nan());
@@ -215,7 +215,7 @@ impl Uvh5Writer {
         }
     }
 
-    /// Keep count of what the header states: baselines, antennas, times, order.
+    /// Count the baselines, antennas and times for the header, and check the order of the rows.
     fn count(&mut self, block: &VisibilityBlock) {
         let c = &block.coverage;
         for ((a, b), t) in c.ant1.iter().zip(&c.ant2).zip(&c.time_jd) {
@@ -231,7 +231,7 @@ impl Uvh5Writer {
     /// Complete the header and give the file its final name.
     ///
     /// # Errors
-    /// A set without rows, or whatever the disk says; the old file is then still in place.
+    /// A set without rows, or an error of the file system. The old file then stays in place.
     pub fn complete(mut self) -> Result<()> {
         if self.growing.take().is_none() {
             return Err(FormatError::values(

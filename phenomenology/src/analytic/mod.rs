@@ -1,4 +1,4 @@
-//! Scenes of analytic shapes: a background and a list of shapes painted over it in order.
+//! Scenes of analytic shapes: a background, and shapes painted over it in order.
 //!
 //! Angles are given in degrees as they appear from the sensor; a shape's coordinates are direction cosines
 //! l (to the right or the east) and m (up or north) times 180/pi, so that small angles read as degrees.
@@ -12,7 +12,7 @@ use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, SpectralWindo
 use ndarray::Array4;
 use serde::{Deserialize, Serialize};
 
-/// The brightness where no shape lies.
+/// The brightness of the background.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Background {
@@ -23,13 +23,13 @@ pub struct Background {
     pub gradient_k_per_deg: [f64; 2],
 }
 
-/// The field of view beyond which the scene is empty.
+/// A field of view with a soft edge.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Window {
-    /// Radius inside which the scene is complete, deg.
+    /// Radius inside which the scene is unchanged, deg.
     pub inner_deg: f64,
-    /// Radius outside which it is zero, deg; between the two it falls as a raised cosine.
+    /// Radius outside which it is zero, deg. Between the two radii it falls as a raised cosine.
     pub outer_deg: f64,
 }
 
@@ -41,10 +41,10 @@ pub struct AnalyticScene {
     kind: String,
     /// Name of the scene.
     pub name: String,
-    /// What it shows and where its numbers come from.
+    /// Content of the scene, and the sources of its numbers.
     #[serde(default)]
     pub description: String,
-    /// Brightness under the shapes.
+    /// Background of the shapes.
     pub background: Background,
     /// Soft-edged field of view.
     pub window: Option<Window>,
@@ -53,7 +53,7 @@ pub struct AnalyticScene {
     pub shapes: Vec<Shape>,
 }
 
-/// Samples along each side of a pixel that lies on the edge of a shape.
+/// Number of samples along each side of a pixel. With 4 x 4 samples an edge is wrong by at most 1/8 of its contrast in one pixel.
 const SUBSAMPLES: usize = 4;
 
 fn degrees_to_cosine(deg: f64) -> f64 {
@@ -110,7 +110,7 @@ impl AnalyticScene {
     /// Brightness temperature in K \[1, 1, m, l\]: the mean over each pixel of 4 x 4 samples.
     ///
     /// # Errors
-    /// A shape of the data that does not fit the grid (never for a valid grid).
+    /// An invalid spectrum or grid.
     pub fn render(&self, grid: &SkyGrid, spectrum: &SpectralWindow) -> Result<Image> {
         let offset = |k: usize| (k as f64 + 0.5) / SUBSAMPLES as f64 - 0.5;
         let mut data = Array4::zeros((1, 1, grid.n_m, grid.n_l));

@@ -2,8 +2,7 @@
 
 use super::error::{PhysicsError, check_range};
 
-/// Lowest total pressure of the absorption models, hPa: above it neither Zeeman
-/// splitting nor Doppler broadening matters.
+/// Lowest total pressure of the absorption models, hPa. At higher pressures Zeeman splitting and Doppler broadening are negligible.
 pub const MIN_PRESSURE_HPA: f64 = 3.0;
 /// Highest total pressure accepted, hPa.
 pub const MAX_PRESSURE_HPA: f64 = 1200.0;
@@ -20,7 +19,7 @@ pub struct AirState {
     vapour_pressure_hpa: f64,
 }
 
-/// How much water vapour the air holds.
+/// Amount of water vapour in the air.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Humidity {
     /// Relative humidity over liquid water, percent (0-100).
@@ -121,7 +120,7 @@ impl Humidity {
     }
 }
 
-/// g K / (m3 hPa) of water vapour as an ideal gas.
+/// Ideal-gas constant of water vapour, g K / (m3 hPa).
 const VAPOUR_CONSTANT: f64 = 216.68;
 
 /// Vapour density in g/m3 of a vapour pressure in hPa at a temperature in K.

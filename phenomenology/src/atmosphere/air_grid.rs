@@ -1,7 +1,7 @@
 //! Air on the vertical grid, and the absorption column of one frequency on it.
 //!
-//! Line parameters depend on the air alone, so they are worked out once for a level and
-//! serve every frequency. A column serves every ray.
+//! The line parameters depend only on the air, so they are computed once for each level and used for every frequency. A column is used
+//! for every ray.
 
 use std::sync::Arc;
 
@@ -75,11 +75,6 @@ impl AirGrid {
         &self.levels
     }
 
-    /// Centres of all lines of the gas model, GHz.
-    pub(super) fn line_centres_ghz(&self) -> impl Iterator<Item = f64> + '_ {
-        self.spectra.iter().take(1).flat_map(|s| s.water_lines.iter().chain(&s.oxygen_lines).map(|line| line.centre_ghz))
-    }
-
     /// Absorption and source at one frequency.
     pub(super) fn column(&self, freq_ghz: f64) -> Result<Column, PhysicsError> {
         check_frequency(freq_ghz)?;
@@ -109,7 +104,7 @@ impl AirGrid {
 impl Atmosphere {
     /// Power absorption at a height, Np/km, gas and layers together.
     ///
-    /// At the edge of a layer the layer counts.
+    /// The edges belong to the layer.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for a frequency or height out of range.
@@ -152,7 +147,7 @@ fn layer_absorption_np_per_km(layer: &Layer, rain: &dyn RainModel, freq_ghz: f64
 pub(super) fn logarithmic_mean(a: f64, b: f64) -> f64 {
     if a > 0.0 && b > 0.0 {
         let u = b / a - 1.0;
-        // Near equality the quotient loses digits; the series does not.
+        // If the values are nearly equal, the quotient loses digits and the series does not.
         if u.abs() < 1e-4 { a * (1.0 + u * (0.5 - u / 12.0)) } else { (b - a) / u.ln_1p() }
     } else {
         0.5 * (a + b)

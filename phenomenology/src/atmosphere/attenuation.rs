@@ -6,7 +6,7 @@ use super::gas::GasModel;
 use super::hydrosol::{crystal_attenuation_liebe93, droplet_attenuation_liebe93};
 use super::rain::{RainModel, rain_attenuation};
 
-/// A parcel of air and what floats or falls in it.
+/// A parcel of air with droplets, ice crystals and rain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parcel {
     /// The air.
@@ -100,7 +100,7 @@ pub fn attenuation(
         .iter()
         .map(|&freq_ghz| {
             let gases = spectrum.absorption(freq_ghz);
-            // Air too cold or too warm for a phase is no fault while that phase is absent.
+            // The temperature range of a phase is checked only if the phase is present.
             let droplets = match parcel.liquid_g_m3 {
                 0.0 => 0.0,
                 density => droplet_attenuation_liebe93(freq_ghz, t, density)?,

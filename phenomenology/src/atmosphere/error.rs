@@ -146,11 +146,9 @@ pub enum PhysicsError {
     },
     /// An adaptive table did not reach its tolerance within its size limit.
     #[error(
-        "the sky table needs more than {limit} {axis} nodes for a tolerance of {tolerance_k} K; ask for a larger tolerance or a narrower range"
+        "the sky table needs more than {limit} zenith angles for a tolerance of {tolerance_k} K; ask for a larger tolerance or a narrower range"
     )]
     TableTooLarge {
-        /// The axis being refined.
-        axis: &'static str,
         /// The limit of its nodes.
         limit: usize,
         /// The tolerance asked for, K.

@@ -1,8 +1,8 @@
 //! The vertical grid of the integrations.
 
-/// Steps of the grid: up to a height in km, the step in km.
+/// Steps of the grid: the height in km up to which a step is used, and the step in km.
 ///
-/// Halving every step changes a sky temperature by less than 0.06 K.
+/// Half of every step changes a sky temperature by less than 0.06 K.
 const STEPS: [(f64, f64); 3] = [(5.0, 0.05), (15.0, 0.1), (f64::INFINITY, 0.25)];
 
 /// Heights closer than this are one level, km.
@@ -25,7 +25,7 @@ pub(super) fn grid_levels(from_km: f64, to_km: f64, extra_km: &[f64]) -> Vec<f64
         start = start.max(end);
     }
     levels.sort_by(f64::total_cmp);
-    // Keep the ends exact: a near-duplicate of the top goes, not the top.
+    // Both ends stay exact. Of two nearly equal levels at the top, the lower one is removed.
     let mut kept: Vec<f64> = Vec::with_capacity(levels.len());
     for z in levels {
         match kept.last_mut() {

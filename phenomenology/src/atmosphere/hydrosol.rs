@@ -1,13 +1,13 @@
 //! Absorption by suspended droplets and ice crystals much smaller than the wavelength.
 //!
-//! Haze, fog and cloud differ only in how much water they hold. Scattering is left out:
-//! the Rayleigh approximation holds for radii below about 50 um.
+//! Haze, fog and cloud differ only in the amount of water. Scattering is not included. The Rayleigh approximation is valid for radii below
+//! about 50 um.
 
 use num_complex::Complex64;
 
 use super::error::{PhysicsError, check_frequency, check_range};
 
-/// Lowest temperature of liquid droplets, K: below it they freeze by themselves.
+/// Lowest temperature of liquid droplets, K. Colder droplets freeze spontaneously.
 pub const MIN_DROPLET_K: f64 = 233.0;
 /// Highest temperature of liquid droplets, K.
 pub const MAX_DROPLET_K: f64 = 333.0;

@@ -1,4 +1,4 @@
-//! Layers of cloud, fog, haze, ice and rain laid over a profile.
+//! Layers of cloud, fog, haze, ice and rain.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,7 +6,7 @@ use std::str::FromStr;
 use super::error::{PhysicsError, check_range};
 use super::hydrosol::MAX_DENSITY_G_M3;
 
-/// What a layer holds.
+/// Content of a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerKind {
     /// Cloud droplets.
@@ -21,7 +21,7 @@ pub enum LayerKind {
     Rain,
 }
 
-/// What absorbs in a layer: layers of one phase must not overlap.
+/// The absorber of a layer. Layers of one phase must not overlap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Phase {
     /// Suspended droplets.
@@ -72,7 +72,7 @@ impl LayerKind {
     /// The row of this kind.
     #[must_use]
     pub fn entry(self) -> &'static LayerKindEntry {
-        // The order of the table is the order of the enum; a test holds them together.
+        // The table has the order of the enum, which a test checks.
         &LAYER_KINDS[self as usize]
     }
 }
@@ -88,7 +88,7 @@ pub struct Layer {
 
 /// Highest top of a layer, km.
 const MAX_TOP_KM: f64 = 30.0;
-/// Highest rain rate of a layer, mm/h; the rain model in use may allow less.
+/// Highest rain rate of a layer, mm/h. A rain model may have a lower limit.
 const MAX_RATE_MM_H: f64 = 300.0;
 
 impl Layer {
@@ -96,7 +96,7 @@ impl Layer {
     ///
     /// # Errors
     /// [`PhysicsError::LayerExtent`] unless -1 km <= base < top <= 30 km;
-    /// [`PhysicsError::OutOfRange`] for a negative or absurd amount.
+    /// [`PhysicsError::OutOfRange`] for a negative or too large amount.
     pub fn new(kind: LayerKind, base_km: f64, top_km: f64, amount: f64) -> Result<Self, PhysicsError> {
         let layer = Self { kind, base_km, top_km, amount };
         if !(base_km >= -1.0 && base_km < top_km && top_km <= MAX_TOP_KM) {
@@ -113,7 +113,7 @@ impl Layer {
         PhysicsError::LayerExtent { layer: self.to_string(), min_km, max_km }
     }
 
-    /// What the layer holds.
+    /// Content of the layer.
     #[must_use]
     pub fn kind(&self) -> LayerKind {
         self.kind
@@ -142,7 +142,7 @@ impl Layer {
     }
 }
 
-/// Checks that layers of one phase do not overlap; cloud in rain is allowed.
+/// Checks that layers of one phase do not overlap. Cloud and rain may overlap.
 ///
 /// # Errors
 /// [`PhysicsError::LayersOverlap`] with both layers.
@@ -184,14 +184,14 @@ impl FromStr for Layer {
     }
 }
 
-/// `BASE-TOP` in km; the dash that separates is one that follows a unit.
+/// `BASE-TOP` in km. The separating dash is the first dash that follows a unit.
 fn split_heights(text: &str) -> Option<(f64, f64)> {
     let dash = text.match_indices('-').map(|(at, _)| at).find(|at| text[..*at].ends_with('m'))?;
     let units = [("km", 1.0), ("m", 1e-3)];
     Some((quantity(&text[..dash], &units)?, quantity(&text[dash + 1..], &units)?))
 }
 
-/// A number followed by one of the units; a number alone is refused.
+/// A number followed by one of the units. A number without unit gives `None`.
 fn quantity(text: &str, units: &[(&str, f64)]) -> Option<f64> {
     units.iter().find_map(|(unit, factor)| {
         let number = text.trim().strip_suffix(unit)?.trim();

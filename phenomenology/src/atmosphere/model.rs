@@ -10,7 +10,7 @@ use super::profile::Profile;
 use super::rain::{RainModel, rain_model};
 use super::reference::reference_profile;
 
-/// A complete description of the air: what sky and path computations start from.
+/// A complete description of the air for the computation of sky and paths.
 #[derive(Debug, Clone)]
 pub struct Atmosphere {
     profile: Profile,
@@ -38,7 +38,7 @@ impl Atmosphere {
         Self::new(reference_profile(atmosphere)?, gas_model(gas)?)
     }
 
-    /// The same atmosphere with layers laid on it.
+    /// The same atmosphere with layers.
     ///
     /// # Errors
     /// [`PhysicsError::LayersOverlap`]; [`PhysicsError::LayerExtent`] for a layer that
@@ -62,8 +62,7 @@ impl Atmosphere {
         self
     }
 
-    /// The same atmosphere before another background than the cosmic one (tests of the
-    /// isothermal world need it).
+    /// The same atmosphere with another background than the cosmic one, for tests of the isothermal world.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] outside 0.1-1000 K.

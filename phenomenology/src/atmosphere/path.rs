@@ -1,8 +1,7 @@
 //! Emission and transmission of the air between any two points.
 //!
-//! Paths are straight and the air is plane-parallel, which is right for legs up to some
-//! tens of kilometres. Radiances add up; Planck temperatures do not, so the results carry
-//! radiance and offer temperatures.
+//! Paths are straight and the air is plane-parallel, which is accurate for paths up to some tens of kilometres. Radiances add up, but Planck
+//! temperatures do not. The results therefore hold radiance, and functions convert it to temperatures.
 
 use super::error::{PhysicsError, check_frequencies, check_range};
 use super::model::Atmosphere;
@@ -12,7 +11,7 @@ use super::transfer::PathRadiation;
 /// Height differences below this are a horizontal path, km.
 pub(super) const LEVEL_PATH_KM: f64 = 1e-6;
 
-/// How long a path is: by its length, or by its direction.
+/// Extent of a path, given by its length or by its direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PathExtent {
     /// Length, km; the only choice for a horizontal path.
@@ -84,7 +83,7 @@ impl PathEnds {
 impl Atmosphere {
     /// Emission towards the observer and optical depth of a path, one for each frequency.
     ///
-    /// This is the full integral: absorption line by line at every level on the way.
+    /// This is the full integral, with line-by-line absorption at every level of the path.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for a frequency outside 1-1000 GHz or an end outside

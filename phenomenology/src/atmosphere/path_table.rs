@@ -1,4 +1,4 @@
-//! Paths of constant temperature with depths from a table: the fast form for ray tracing.
+//! Paths of constant temperature with optical depths from a table, for ray tracing.
 //!
 //! `T_up = T_m (1 - exp(-tau))` in radiance, `tau = (L/dz) |tau(0, z1) - tau(0, z2)|`,
 //! `T_m` the temperature at the middle height. The error is at most half the temperature
@@ -9,13 +9,13 @@ use std::sync::Arc;
 use super::air_grid::{Column, Levels};
 use super::error::{PhysicsError, check_frequencies, check_range};
 use super::model::Atmosphere;
-use super::path::{LEVEL_PATH_KM, PathEnds, PathExtent};
+use super::path::{LEVEL_PATH_KM, PathEnds};
 use super::transfer::PathRadiation;
 
-/// Width of the bins that begin a search, km.
+/// Width of the bins in which a search starts, km. It affects only the speed.
 const BIN_KM: f64 = 0.05;
 
-/// Depth below the profile to which its lowest air is taken to reach, km.
+/// Depth below the profile down to which its lowest air is used, km.
 const BELOW_BOTTOM_KM: f64 = 0.5;
 
 /// Optical depths from the lowest level up, for a list of frequencies.
@@ -23,7 +23,7 @@ const BELOW_BOTTOM_KM: f64 = 0.5;
 pub struct PathTable {
     freqs_ghz: Vec<f64>,
     levels: Arc<Levels>,
-    /// Segment of the lower edge of every 50 m of height: where a search begins.
+    /// Segment at the lower edge of every bin, where a search starts.
     bins: Vec<u32>,
     channels: Vec<Vec<Segment>>,
     max_rise_km: f64,
@@ -72,11 +72,10 @@ impl PathTable {
         })
     }
 
-    /// The same table, cutting paths into equal pieces that rise at most `max_rise_km`.
+    /// The same table, but paths are divided into equal pieces that rise by at most `max_rise_km`.
     ///
-    /// Without it a path is one piece. With 0.2 km the error in the reference atmospheres
-    /// stays below 0.8 K however high the path reaches, at a cost that grows with the
-    /// number of pieces.
+    /// Without this a path is one piece. With 0.2 km the error in the reference atmospheres is below 0.8 K for paths to any height. The cost
+    /// is proportional to the number of pieces.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] outside 0.01-30 km.
@@ -99,24 +98,9 @@ impl PathTable {
         find_channel(&self.freqs_ghz, freq_ghz)
     }
 
-    /// Emission and transmission of a path at one frequency.
-    ///
-    /// # Errors
-    /// As [`PathEnds::new`], [`PathTable::channel`] and [`PathTable::radiation`].
-    pub fn path_emission_and_transmission(
-        &self,
-        observer_km: f64,
-        target_km: f64,
-        extent: PathExtent,
-        freq_ghz: f64,
-    ) -> Result<PathRadiation, PhysicsError> {
-        self.radiation(self.channel(freq_ghz)?, &PathEnds::new(observer_km, target_km, extent)?)
-    }
-
     /// Emission and transmission of a path in a channel.
     ///
-    /// Heights down to 0.5 km below the profile are taken to hold its lowest air, so that
-    /// uneven ground does not break a trace.
+    /// Heights down to 0.5 km below the profile have its lowest air, because the ground of a scene may lie below its origin.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for an unknown channel or an end outside the table.
@@ -206,7 +190,7 @@ fn bins(z_km: &[f64]) -> Vec<u32> {
     let count = ((z_km[last] - z_km[0]) / BIN_KM).ceil() as usize;
     (0..=count)
         .map(|bin| {
-            // A little low, so that rounding of the edge never starts a search too high.
+            // The edge is lowered a little, so that rounding does not start a search too high.
             let edge = z_km[0] + (bin as f64 - 1e-6) * BIN_KM;
             z_km.partition_point(|level| *level <= edge).clamp(1, last) as u32 - 1
         })
@@ -247,6 +231,7 @@ pub(super) fn find_channel(freqs_ghz: &[f64], freq_ghz: f64) -> Result<usize, Ph
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::atmosphere::PathExtent;
 
     fn table(freqs: &[f64]) -> (Atmosphere, PathTable) {
         let atmosphere = Atmosphere::reference("mls", "mpm89").unwrap();
@@ -295,7 +280,7 @@ mod tests {
     fn frequency_and_channel_name_the_same_path() {
         let (_, table) = table(&[35.0, 94.0]);
         let extent = PathExtent::ZenithDeg(45.0);
-        let by_freq = table.path_emission_and_transmission(1.0, 0.0, extent, 94.0).unwrap();
+        let by_freq = table.radiation(table.channel(94.0).unwrap(), &PathEnds::new(1.0, 0.0, extent).unwrap()).unwrap();
         let ends = PathEnds::new(1.0, 0.0, extent).unwrap();
         assert_eq!(by_freq, table.radiation(1, &ends).unwrap());
     }

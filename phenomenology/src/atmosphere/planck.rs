@@ -1,8 +1,7 @@
 //! Thermal radiance and the two brightness temperatures.
 //!
-//! Radiative transfer adds radiances. The radiance used everywhere here is the
-//! photon occupation number `B = 1/(exp(x/T) - 1)` with `x = h f / k`, which is
-//! dimensionless. Only at the end is it read as a temperature.
+//! Radiative transfer adds radiances. Radiance here is the photon occupation number `B = 1/(exp(x/T) - 1)` with `x = h f / k`, which is
+//! dimensionless. It is converted to a temperature only at the end.
 
 use crate::constants::{BOLTZMANN_J_K, PLANCK_J_S};
 

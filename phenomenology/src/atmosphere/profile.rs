@@ -64,8 +64,8 @@ impl Profile {
         Ok(Self { name, levels })
     }
 
-    /// An isothermal profile with hydrostatic pressure and constant relative humidity,
-    /// 0-30 km: the world in which every brightness temperature must equal `temperature_k`.
+    /// An isothermal profile with hydrostatic pressure and constant relative humidity, 0-30 km. With a background of the same temperature,
+    /// every brightness temperature equals `temperature_k`.
     ///
     /// # Errors
     /// As [`AirState::with_humidity`].
@@ -100,7 +100,7 @@ impl Profile {
         self.levels[0].z_km
     }
 
-    /// Height where the atmosphere ends for us, km: 30 or the last level, if lower.
+    /// Height where the integrations end, km: 30, or the last level if it is lower.
     #[must_use]
     pub fn top_km(&self) -> f64 {
         self.levels[self.levels.len() - 1].z_km.min(TOP_OF_ATMOSPHERE_KM)

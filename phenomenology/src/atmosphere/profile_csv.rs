@@ -43,7 +43,9 @@ fn read_levels(name: &str, text: &str) -> Result<Vec<Level>, PhysicsError> {
     let need = |column: &str| find(column).ok_or_else(|| missing(column));
     let (z, p, t) = (need("z_km")?, need("p_hpa")?, need("t_k")?);
     let (humidity_column, humidity) =
-        HUMIDITY_COLUMNS.iter().find_map(|(column, kind)| find(column).map(|at| (at, *kind))).ok_or_else(|| missing("of humidity"))?;
+        HUMIDITY_COLUMNS.iter().find_map(|(column, kind)| find(column).map(|at| (at, *kind))).ok_or_else(|| {
+            table.fault(table.header.line, "no humidity; give one of the columns e_hpa, rho_v_g_m3, rh_liquid_pct".to_owned())
+        })?;
     if table.rows.len() > MAX_LEVELS {
         return Err(table.fault(0, format!("{} levels, expected at most {MAX_LEVELS}", table.rows.len())));
     }

@@ -1,4 +1,4 @@
-//! Rays through the grid: plane-parallel, or bent by refraction round a spherical Earth.
+//! Rays through the grid: straight in plane-parallel air, or refracted around a spherical Earth.
 
 use super::air_grid::Levels;
 use super::error::PhysicsError;
@@ -6,7 +6,7 @@ use super::error::PhysicsError;
 /// Mean radius of the Earth, km.
 pub const EARTH_RADIUS_KM: f64 = 6370.95;
 
-/// Where a ray leaves the grid.
+/// The end of a ray at the border of the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum RayEnd {
     /// Through the top.
@@ -75,7 +75,7 @@ impl Ray {
         let q = |i: usize| levels.index[i] * radius(i);
         let last = levels.z_km.len() - 1;
         let cosine = if zenith_deg == 90.0 { 0.0 } else { zenith_deg.to_radians().cos() };
-        // s^2 is carried along by differences, so that nothing cancels near 90 degrees.
+        // s^2 is updated by differences, so that no digits are lost near 90 degrees.
         let mut s = q(from) * cosine.abs();
         let mut level = from;
         let mut steps = Vec::with_capacity(last);
@@ -94,7 +94,7 @@ impl Ray {
                     s = s_low;
                     level = below;
                 } else {
-                    // Tangent inside the segment: the same way down and up again.
+                    // The tangent point lies inside the segment. The ray goes down to it and up again by the same length.
                     let q_tangent = (q_high * q_high - s * s).sqrt();
                     let drop = s * s / (q_high + q_tangent) / (q_high - q_low);
                     let length_km = ray_length(dr * drop, q_high + q_tangent, s);

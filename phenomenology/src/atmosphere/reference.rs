@@ -1,4 +1,4 @@
-//! The ten reference atmospheres, one row each.
+//! The table of the ten reference atmospheres.
 
 use super::error::{PhysicsError, find_by_name};
 use super::profile::Profile;
@@ -6,11 +6,11 @@ use super::profile::Profile;
 /// A row of the table of reference atmospheres.
 #[derive(Debug, Clone, Copy)]
 pub struct ReferenceAtmosphere {
-    /// Name on the command line.
+    /// Name of the atmosphere.
     pub name: &'static str,
     /// Climate, for help texts and the book.
     pub summary: &'static str,
-    /// Where the numbers come from.
+    /// Source of the numbers.
     pub reference: &'static str,
     csv: &'static str,
 }

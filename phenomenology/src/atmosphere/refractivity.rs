@@ -1,4 +1,4 @@
-//! Radio refractivity of air, which bends rays near the horizon.
+//! Radio refractivity of air, which refracts rays near the horizon.
 
 use super::air::AirState;
 

@@ -1,13 +1,12 @@
-//! A table of sky temperatures, angle by frequency, built once and interpolated.
+//! A table of sky temperatures against zenith angle, one for each frequency.
 //!
-//! Rays are refracted round a spherical Earth and cover every direction: up, near the
-//! horizon, past a tangent height, and down to the ground. Nodes are placed by halving
-//! intervals until linear interpolation in Rayleigh-Jeans temperature meets the tolerance
-//! in Planck temperature, so the error is stated, not hoped for.
+//! Rays are refracted around a spherical Earth and cover every direction: up, near the horizon, through a tangent height, and down to the
+//! ground. Intervals are halved until the error of linear interpolation in Rayleigh-Jeans temperature is below the tolerance in Planck
+//! temperature. The error that is left is reported.
 
-use super::adaptive::{Refined, Target, bracket, refine};
+use super::adaptive::{bracket, refine};
 use super::air_grid::{AirGrid, Column};
-use super::error::{PhysicsError, check_frequencies, check_frequency, check_range};
+use super::error::{PhysicsError, check_frequencies, check_range};
 use super::model::Atmosphere;
 use super::path_table::find_channel;
 use super::planck::{black_body_radiance, planck_of_rayleigh_jeans_k, rayleigh_jeans_temperature_k};
@@ -15,9 +14,6 @@ use super::ray::{Ray, RayEnd};
 
 /// Distance kept from the exact horizon, degrees.
 const HORIZON_GAP_DEG: f64 = 1e-7;
-/// Zenith angles that decide how finely frequencies are sampled, degrees.
-const PROBES_DEG: [f64; 5] = [0.0, 60.0, 80.0, 88.0, 89.9];
-
 /// How a sky table is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkyTableOptions {
@@ -26,7 +22,7 @@ pub struct SkyTableOptions {
     /// Temperature of the black ground that rays below the horizon meet, K; `None` for the
     /// temperature of the lowest air.
     pub ground_k: Option<f64>,
-    /// Largest interpolation error along each axis, K.
+    /// Largest interpolation error, K.
     pub tolerance_k: f64,
 }
 
@@ -36,16 +32,14 @@ impl Default for SkyTableOptions {
     }
 }
 
-/// Sky temperatures against zenith angle for a list of frequencies, or for a band.
+/// Sky temperatures against zenith angle for a list of frequencies.
 #[derive(Debug, Clone)]
 pub struct SkyTable {
     freqs_ghz: Vec<f64>,
-    is_band: bool,
     horizon_deg: f64,
     sky: Axis,
     ground: Axis,
     angle_error_k: f64,
-    frequency_error_k: f64,
 }
 
 /// One side of the horizon.
@@ -56,7 +50,7 @@ struct Axis {
     rj_k: Vec<Vec<f64>>,
 }
 
-/// A sky temperature read both ways.
+/// A sky temperature in both scales.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SkyTemperature {
     /// Planck brightness temperature, K.
@@ -73,23 +67,10 @@ impl SkyTable {
     /// ground temperature; [`PhysicsError::TableTooLarge`]; [`PhysicsError::Ducting`].
     pub fn for_frequencies(atmosphere: &Atmosphere, freqs_ghz: &[f64], options: &SkyTableOptions) -> Result<Self, PhysicsError> {
         check_frequencies(freqs_ghz)?;
-        let builder = Builder::new(atmosphere, options)?;
-        builder.build(freqs_ghz, false, 0.0)
+        Builder::new(atmosphere, options)?.build(freqs_ghz)
     }
 
-    /// Builds a table for every frequency from `low_ghz` to `high_ghz`.
-    ///
-    /// # Errors
-    /// As [`SkyTable::for_frequencies`].
-    pub fn for_band(atmosphere: &Atmosphere, low_ghz: f64, high_ghz: f64, options: &SkyTableOptions) -> Result<Self, PhysicsError> {
-        check_frequency(low_ghz)?;
-        check_range("upper band edge", high_ghz, "GHz", low_ghz, super::error::MAX_FREQ_GHZ)?;
-        let builder = Builder::new(atmosphere, options)?;
-        let refined = builder.band_nodes(low_ghz, high_ghz)?;
-        builder.build(&refined.nodes, true, refined.worst_k)
-    }
-
-    /// Frequencies of the nodes, GHz.
+    /// The frequencies, GHz. The index is the channel.
     #[must_use]
     pub fn freqs_ghz(&self) -> &[f64] {
         &self.freqs_ghz
@@ -101,11 +82,10 @@ impl SkyTable {
         self.horizon_deg
     }
 
-    /// Bound on the error of interpolation, K: the largest seen at the middle of any
-    /// interval along each axis, added. All those middles are nodes now.
+    /// Bound of the interpolation error, K: the largest error at the middle of an interval. These middles are nodes of the table.
     #[must_use]
     pub fn interpolation_error_k(&self) -> f64 {
-        self.angle_error_k + self.frequency_error_k
+        self.angle_error_k
     }
 
     /// The channel of a frequency.
@@ -136,28 +116,17 @@ impl SkyTable {
         Ok(values[left] + w * (values[left + 1] - values[left]))
     }
 
-    /// Sky temperature in a direction, at a frequency of the list or anywhere in the band.
+    /// Sky temperature in a direction, at a frequency of the list.
     ///
     /// # Errors
     /// As [`SkyTable::rayleigh_jeans_k`]; [`PhysicsError::FrequencyNotInTable`].
     pub fn temperature(&self, zenith_deg: f64, freq_ghz: f64) -> Result<SkyTemperature, PhysicsError> {
-        let rj_k = if self.is_band {
-            let (low, high) = (self.freqs_ghz[0], self.freqs_ghz[self.freqs_ghz.len() - 1]);
-            if !(low..=high).contains(&freq_ghz) {
-                let held = format!("{low} to {high} GHz");
-                return Err(PhysicsError::FrequencyNotInTable { freq_ghz, held });
-            }
-            let (left, w) = bracket(&self.freqs_ghz, freq_ghz);
-            let a = self.rayleigh_jeans_k(left, zenith_deg)?;
-            if w == 0.0 { a } else { a + w * (self.rayleigh_jeans_k(left + 1, zenith_deg)? - a) }
-        } else {
-            self.rayleigh_jeans_k(self.channel(freq_ghz)?, zenith_deg)?
-        };
+        let rj_k = self.rayleigh_jeans_k(self.channel(freq_ghz)?, zenith_deg)?;
         Ok(SkyTemperature { planck_k: planck_of_rayleigh_jeans_k(freq_ghz, rj_k), rj_k })
     }
 }
 
-/// The grid and the settings shared by all stages of a table.
+/// The grid and the options of a table under construction.
 struct Builder {
     grid: AirGrid,
     observer: usize,
@@ -196,29 +165,12 @@ impl Builder {
         rayleigh_jeans_temperature_k(column.freq_ghz, column.along(ray).seen_before(behind))
     }
 
-    /// Last zenith angle of the sky: the surface sees the horizon itself.
+    /// Largest zenith angle of the sky. It is the horizon itself for an observer at the lowest level.
     fn lowest_sky_deg(&self) -> f64 {
         if self.observer == 0 { 90.0 } else { self.horizon_deg - HORIZON_GAP_DEG }
     }
 
-    /// Frequencies for a band: half-gigahertz steps and line centres, then halved.
-    fn band_nodes(&self, low_ghz: f64, high_ghz: f64) -> Result<Refined, PhysicsError> {
-        let rays = PROBES_DEG.iter().map(|z| self.ray(*z)).collect::<Result<Vec<_>, _>>()?;
-        let mut start = vec![low_ghz, high_ghz];
-        let count = ((high_ghz - low_ghz) / 0.5).ceil() as usize;
-        start.extend((1..count).map(|i| low_ghz + 0.5 * i as f64));
-        start.extend(self.grid.line_centres_ghz().filter(|f| (low_ghz..high_ghz).contains(f)));
-        start.sort_by(f64::total_cmp);
-        start.dedup_by(|b, a| *b - *a < 1e-6);
-        let target = Target { axis: "frequency", tolerance_k: self.tolerance_k, min_width: 1e-4, limit: 8192 };
-        let evaluate = |freq: f64| {
-            let column = self.grid.column(freq)?;
-            Ok(rays.iter().map(|ray| self.seen_rj_k(&column, ray)).collect())
-        };
-        refine(&start, target, evaluate, |freq, a, b| a.iter().zip(b).map(|(x, y)| planck_distance_k(freq, *x, *y)).fold(0.0, f64::max))
-    }
-
-    fn build(&self, freqs_ghz: &[f64], is_band: bool, frequency_error_k: f64) -> Result<SkyTable, PhysicsError> {
+    fn build(&self, freqs_ghz: &[f64]) -> Result<SkyTable, PhysicsError> {
         let columns = self.grid.columns(freqs_ghz)?;
         let lowest = self.lowest_sky_deg();
         let up: Vec<f64> = [0.0, 30.0, 60.0, 80.0, 88.0, 89.9, 90.0].into_iter().filter(|z| *z < lowest).chain([lowest]).collect();
@@ -231,22 +183,19 @@ impl Builder {
         let (ground, ground_error) = self.axis(&columns, &down)?;
         Ok(SkyTable {
             freqs_ghz: freqs_ghz.to_vec(),
-            is_band,
             horizon_deg: self.horizon_deg,
             sky,
             ground,
             angle_error_k: sky_error.max(ground_error),
-            frequency_error_k,
         })
     }
 
     fn axis(&self, columns: &[Column], start: &[f64]) -> Result<(Axis, f64), PhysicsError> {
-        let target = Target { axis: "zenith angle", tolerance_k: self.tolerance_k, min_width: 1e-4, limit: 8192 };
         let evaluate = |zenith: f64| {
             let ray = self.ray(zenith)?;
             Ok(columns.iter().map(|column| self.seen_rj_k(column, &ray)).collect())
         };
-        let refined = refine(start, target, evaluate, |_, a, b| {
+        let refined = refine(start, self.tolerance_k, evaluate, |a, b| {
             columns.iter().zip(a.iter().zip(b)).map(|(column, (x, y))| planck_distance_k(column.freq_ghz, *x, *y)).fold(0.0, f64::max)
         })?;
         let rj_k = (0..columns.len()).map(|channel| refined.values.iter().map(|node| node[channel]).collect()).collect();

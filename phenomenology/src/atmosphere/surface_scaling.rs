@@ -1,13 +1,13 @@
-//! Fits a profile to weather measured at the surface.
+//! Scales a profile to weather measured at the surface.
 
 use super::air::{AirState, Humidity, saturation_pressure_hpa_goff46};
 use super::error::PhysicsError;
 use super::profile::{Level, Profile};
 
-/// Height above the surface where a change of surface temperature has died out, km.
+/// Height above the surface at which a change of the surface temperature has no effect, km.
 const TEMPERATURE_TAPER_KM: f64 = 10.0;
 
-/// Weather measured at the surface; what is absent keeps the value of the profile.
+/// Weather measured at the surface. A value that is absent stays that of the profile.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SurfaceWeather {
     /// Total pressure, hPa: the whole pressure profile is multiplied to meet it.
@@ -21,8 +21,7 @@ pub struct SurfaceWeather {
 impl Profile {
     /// The profile scaled to weather measured at the surface.
     ///
-    /// Relative humidity is what stays when only the temperature changes, and it never
-    /// exceeds 100 % (or its old value, if that was higher).
+    /// If only the temperature changes, the relative humidity stays the same. It never exceeds 100 % (or its old value, if that was higher).
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for values outside those of [`AirState`].
@@ -51,7 +50,7 @@ impl Profile {
             let taper = (1.0 - (level.z_km - bottom) / TEMPERATURE_TAPER_KM).max(0.0);
             let t = level.air.temperature_k() + warming * taper;
             let old_rh = level.air.relative_humidity_percent();
-            // A bone-dry surface level gives no ratio to apply: the humidity aloft then stays.
+            // If the lowest level of the profile is completely dry, there is no ratio, and the humidity above stays the same.
             let ratio = if old_surface_rh > 0.0 { surface_rh / old_surface_rh } else { 1.0 };
             let rh = (old_rh * ratio).min(old_rh.max(100.0));
             let e = rh / 100.0 * saturation_pressure_hpa_goff46(t);

@@ -9,7 +9,7 @@ use super::air_grid::{Column, logarithmic_mean};
 use super::planck::{black_body_radiance, planck_temperature_k, rayleigh_jeans_temperature_k};
 use super::ray::Ray;
 
-/// What the air on a path does: it dims what is behind and adds its own radiance.
+/// Absorption and emission of the air on a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathRadiation {
     /// Frequency, GHz.
@@ -27,13 +27,13 @@ impl PathRadiation {
         (-self.tau_np).exp()
     }
 
-    /// Emission of the path as a Rayleigh-Jeans temperature, K: it adds up along paths.
+    /// Emission of the path as a Rayleigh-Jeans temperature, K. These temperatures add up along paths.
     #[must_use]
     pub fn emission_rj_k(&self) -> f64 {
         rayleigh_jeans_temperature_k(self.freq_ghz, self.emission)
     }
 
-    /// Emission of the path as a Planck temperature, K: for display only, it does not add up.
+    /// Emission of the path as a Planck temperature, K. It is for display only, because it does not add up.
     #[must_use]
     pub fn emission_planck_k(&self) -> f64 {
         planck_temperature_k(self.freq_ghz, self.emission)

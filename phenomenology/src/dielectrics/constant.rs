@@ -1,4 +1,4 @@
-//! Materials with one permittivity: paint and frozen soil.
+//! Materials of constant permittivity: paint and frozen soil.
 
 use super::error::DielectricError;
 use super::model::{Bands, Model, Query, Range, no_constants, permittivity_of};

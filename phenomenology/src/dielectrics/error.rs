@@ -37,7 +37,7 @@ pub enum DielectricError {
         /// The parameters of the material, separated by commas.
         known: String,
     },
-    /// A value no such material can have.
+    /// A value that is impossible for the material.
     #[error("{parameter} of `{material}` is {value} {unit}; it must lie in {min} to {max} {unit}")]
     Impossible {
         /// The material.
@@ -65,7 +65,7 @@ pub enum DielectricError {
         /// The value given, Hz.
         value: f64,
     },
-    /// More water than there is room between the grains.
+    /// More water than fits into the pores.
     #[error(
         "moisture {moisture} of `{material}` is above its porosity {porosity:.4} \
          (dry density {density_kg_m3} kg/m3); give less moisture or a lower density"
@@ -75,7 +75,7 @@ pub enum DielectricError {
         material: &'static str,
         /// Volume fraction of water given.
         moisture: f64,
-        /// Volume fraction that is free.
+        /// Volume fraction of the pores.
         porosity: f64,
         /// Dry bulk density, kg/m3.
         density_kg_m3: f64,
@@ -88,7 +88,7 @@ pub enum DielectricError {
         /// Mass fraction of clay.
         clay: f64,
     },
-    /// A parameter lies outside the range the model was made for.
+    /// A parameter lies outside the range of the model.
     #[error(
         "model `{model}` holds for {parameter} {min} to {max} {unit}, not {value} {unit} \
          (extension on request: {extension})"
@@ -106,10 +106,10 @@ pub enum DielectricError {
         min: f64,
         /// Upper end of the range.
         max: f64,
-        /// What the documented extension does.
+        /// The documented extension.
         extension: &'static str,
     },
-    /// The frequency lies outside the bands the model was made for.
+    /// The frequency lies outside the bands of the model.
     #[error(
         "model `{model}` of `{material}` holds for {bands} GHz, not {freq_ghz} GHz \
          (extension on request: {extension})"
@@ -123,18 +123,18 @@ pub enum DielectricError {
         freq_ghz: f64,
         /// The bands, such as `1-100, 110-330`.
         bands: String,
-        /// What the documented extension does.
+        /// The documented extension.
         extension: &'static str,
     },
-    /// A formula gave no possible permittivity, far outside its range.
-    #[error("model `{model}` gives eps = {eps} for this state, which is no lossy permittivity")]
+    /// A formula gave an impossible permittivity, far outside its range.
+    #[error("model `{model}` gives eps = {eps} for this state, which is not the permittivity of a lossy material")]
     Unphysical {
         /// The model.
         model: &'static str,
         /// What it gave, `eps' - j eps''`.
         eps: Complex64,
     },
-    /// The mixing iteration did not settle.
+    /// The iteration of the mixing formula did not converge.
     #[error("the mixing formula did not converge after {iterations} iterations")]
     NoConvergence {
         /// Iterations done.

@@ -8,7 +8,7 @@ use super::state::MaterialState;
 use super::table::MATERIALS;
 use num_complex::Complex64;
 
-/// A permittivity and how it was made.
+/// A permittivity and the model that gave it.
 #[derive(Debug, Clone, Copy)]
 pub struct Permittivity {
     /// `eps' - j eps''`.
@@ -37,8 +37,8 @@ impl Material {
         Err(DielectricError::ModelNotForMaterial { model: model.name, material: self.name, known: join(self.model_names()) })
     }
 
-    /// The model used where none is named: the first preferred default whose band holds the
-    /// frequency, or else the one whose band is nearest.
+    /// The model that is used if none is named: the first preferred default whose band contains the frequency, or else the one whose band
+    /// is nearest.
     ///
     /// # Errors
     /// [`DielectricError::Table`] if a built-in table is damaged.
@@ -61,10 +61,10 @@ impl Material {
             .ok_or(DielectricError::Table { table: "materials", message: format!("`{}` has no default model", self.name) })
     }
 
-    /// Permittivity `eps' - j eps''` of the default model, inside its range only.
+    /// Permittivity `eps' - j eps''` by the default model, inside its range only.
     ///
     /// # Errors
-    /// A state or frequency that cannot be, or one outside the range of the model.
+    /// An impossible state or frequency, or one outside the range of the model.
     pub fn permittivity(&self, state: &MaterialState, freq_hz: f64) -> Result<Complex64, DielectricError> {
         self.evaluate(None, state, freq_hz, Extrapolation::Refuse).map(|p| p.eps)
     }
@@ -72,7 +72,8 @@ impl Material {
     /// Permittivity of a chosen model (`None`: the default), with the extension if asked for.
     ///
     /// # Errors
-    /// A state or frequency that cannot be; outside the range with [`Extrapolation::Refuse`].
+    /// A model that does not describe the material; an impossible state or frequency; a state or frequency outside the range of the model,
+    /// with [`Extrapolation::Refuse`].
     pub fn evaluate(
         &self,
         model: Option<&'static Model>,
@@ -101,7 +102,7 @@ impl Material {
         };
         let mut eps = (model.formula)(&query)?;
         if eps.im > 0.0 && eps.im < 1e-9 * eps.norm() {
-            eps.im = 0.0; // a lossless limit, missed by rounding
+            eps.im = 0.0; // rounding error of a lossless material
         }
         if !(eps.re.is_finite() && eps.im.is_finite() && eps.im <= 0.0) {
             return Err(DielectricError::Unphysical { model: model.name, eps });
@@ -110,7 +111,7 @@ impl Material {
     }
 }
 
-/// A material that has the named model, its home where only a model is named.
+/// The first material of the table that has the named model. It is used if only a model is named.
 ///
 /// # Errors
 /// [`DielectricError::Unknown`].

@@ -1,4 +1,4 @@
-//! What the two models of fresh ice share: the real part and the low-frequency loss.
+//! The real part and the low-frequency loss, which both models of fresh ice use.
 
 use super::model::permittivity_of;
 use crate::constants::ZERO_CELSIUS_K;
@@ -13,7 +13,7 @@ pub(super) fn ice_real_part(temperature_k: f64) -> f64 {
     3.1884 + 9.1e-4 * (temperature_k - ZERO_CELSIUS_K)
 }
 
-/// Loss `alpha/f + beta f`, with the `alpha` both models share.
+/// Permittivity of pure ice with the loss `alpha/f + beta f`. Both models have the same `alpha`.
 #[must_use]
 pub(super) fn ice_from_beta(freq_ghz: f64, temperature_k: f64, beta: f64) -> Complex64 {
     let excess = 300.0 / temperature_k - 1.0;

@@ -12,8 +12,7 @@ pub(super) const MODEL: Model = Model {
                 (coefficients as in Ulaby & Long 2014)",
     bands: Bands::fixed(3.0, 37.0),
     ranges: &[
-        // Published as 1-12 %; the wetness fit goes smoothly into its dry limit, so 0.5 % is
-        // still taken rather than refused.
+        // The published range is 1-12 %. The fit approaches its dry limit smoothly, so 0.5 % is accepted.
         Range::new(Parameter::Moisture, 0.005, 0.12),
         Range::new(Parameter::Density, 90.0, 380.0),
     ],

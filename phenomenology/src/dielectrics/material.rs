@@ -10,20 +10,20 @@ use super::state::{MaterialState, Parameter};
 pub struct Material {
     /// Name.
     pub name: &'static str,
-    /// Other names it answers to.
+    /// Other names of the material.
     pub aliases: &'static [&'static str],
-    /// One line about it.
+    /// Description in one line.
     pub describes: &'static str,
-    /// Default models with the frequency in GHz up to which each is preferred: the first that
-    /// is preferred and whose band holds the frequency is used.
+    /// Default models, each with the frequency in GHz up to which it is preferred. The first preferred model whose band contains the
+    /// frequency is used.
     pub defaults: &'static [(&'static str, f64)],
-    /// Further models that may be asked for by name.
+    /// Other models, which are used only if they are named.
     pub others: &'static [&'static str],
     /// Its parameters.
     pub parameters: &'static [ParameterSpec],
-    /// Its numbers for shared models.
+    /// Constants for a model that describes several materials.
     pub constants: Constants,
-    /// What limits its water.
+    /// The limit of its water.
     pub pores: Pores,
 }
 
@@ -38,9 +38,9 @@ impl Material {
         state
     }
 
-    /// Set a parameter of a state by its option name or file key (`salinity`, `salinity_psu`).
+    /// Sets a parameter of a state by its option name or file key (`salinity`, `salinity_psu`).
     ///
-    /// Temperature may be set for every material, since every material emits.
+    /// The temperature may be set for every material, because every material emits.
     ///
     /// # Errors
     /// [`DielectricError::NotAParameter`] if this material has no such parameter.
@@ -58,7 +58,7 @@ impl Material {
         }
     }
 
-    /// Set sand and clay of a state from a named soil texture.
+    /// Sets sand and clay of a state from a named soil texture.
     ///
     /// # Errors
     /// [`DielectricError::Unknown`], or [`DielectricError::NotAParameter`] if this
@@ -80,7 +80,7 @@ impl Material {
         self.defaults.iter().map(|d| d.0).chain(self.others.iter().copied())
     }
 
-    /// Whether the state can exist at all, whatever the model.
+    /// Checks that a state is possible. The ranges of the models are not checked.
     ///
     /// # Errors
     /// Temperatures at or below 0 K, values out of bounds or not numbers, moisture above porosity.

@@ -3,7 +3,7 @@
 use super::error::DielectricError;
 use num_complex::Complex64;
 
-/// Iterations after which a mixing formula is given up.
+/// Largest number of iterations.
 const MAX_ITERATIONS: usize = 2000;
 /// Relative change at which the iteration stops.
 const TOLERANCE: f64 = 1e-14;
@@ -16,7 +16,7 @@ pub const NEEDLE: [f64; 3] = [0.5, 0.5, 0.0];
 /// Effective permittivity of randomly oriented ellipsoids by Polder and van Santen.
 ///
 /// `fraction` is the volume fraction of the inclusions, `factors` the three depolarisation
-/// factors (sum 1). The inclusions see the effective medium around them.
+/// factors (sum 1). The effective medium surrounds each inclusion.
 ///
 /// # Errors
 /// [`DielectricError::NoConvergence`].
@@ -30,7 +30,7 @@ pub fn polder_van_santen46(host: Complex64, inclusion: Complex64, fraction: f64,
     for iteration in 0..MAX_ITERATIONS {
         let sum: Complex64 = factors.iter().map(|&a| eps / (eps + (inclusion - eps) * a)).sum();
         let mut next = host + contrast * sum * (fraction / 3.0);
-        // The plain iteration can hop around the root at high contrast; averaging settles it.
+        // At high contrast the plain iteration can oscillate around the root. The mean of two steps converges.
         if iteration > 50 {
             next = (next + eps) * 0.5;
         }

@@ -6,13 +6,13 @@ use super::state::{MaterialState, Parameter};
 use crate::constants::ZERO_CELSIUS_K;
 use num_complex::Complex64;
 
-/// What to do outside the range a model was made for.
+/// Treatment of states and frequencies outside the range of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Extrapolation {
-    /// Return an error that names the range.
+    /// An error that names the range.
     #[default]
     Refuse,
-    /// Use the extension the model documents.
+    /// The extension that the model documents.
     Documented,
 }
 
@@ -29,7 +29,7 @@ impl Band {
     /// Whether a frequency lies in the band.
     #[must_use]
     pub fn contains(&self, freq_ghz: f64) -> bool {
-        // A frequency typed as the band edge may miss it by rounding.
+        // A frequency equal to a band edge may differ from it by rounding.
         let slack = 1.0 + 1e-9;
         freq_ghz * slack >= self.min_ghz && freq_ghz <= self.max_ghz * slack
     }
@@ -64,7 +64,7 @@ impl Bands {
     }
 }
 
-/// The range of one parameter a model was made for, both ends included.
+/// The range of one parameter of a model, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     /// The parameter.
@@ -120,19 +120,19 @@ pub struct Model {
     pub name: &'static str,
     /// What it describes.
     pub describes: &'static str,
-    /// Where the formula was published.
+    /// Publication of the formula.
     pub reference: &'static str,
     /// Frequencies it covers.
     pub bands: Bands,
     /// Ranges of its other parameters.
     pub ranges: &'static [Range],
-    /// What happens outside the range when the extension is asked for.
+    /// The extension outside the range.
     pub extension: &'static str,
     /// The formula.
     pub formula: Formula,
 }
 
-/// The extension most models share.
+/// The extension of most models.
 pub(super) const SAME_FORMULA: &str = "the same formula is continued";
 
 impl Model {
@@ -147,7 +147,7 @@ impl Model {
         }
     }
 
-    /// Whether frequency and state lie in the range, as an error when they do not.
+    /// Checks that frequency and state lie in the range of the model.
     ///
     /// # Errors
     /// [`DielectricError::OutOfBand`] or [`DielectricError::OutOfRange`].

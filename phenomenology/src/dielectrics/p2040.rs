@@ -89,8 +89,7 @@ fn key(material: &str, constants: Constants) -> Result<&'static str, DielectricE
 
 /// Permittivity of a material of the table, frequency in GHz.
 ///
-/// Outside its bands the real part and the loss tangent of the band edge nearest in
-/// `log f` are held.
+/// Outside the bands, the value at the nearest band edge in `log f` is used, and its real part and loss tangent stay constant.
 ///
 /// # Errors
 /// [`DielectricError::Table`] if the table has no such material.

@@ -1,4 +1,4 @@
-//! Free water in soil: the single Debye model the soil models share.
+//! Free water in soil: the single Debye model that the soil models use.
 
 use super::klein_swift77::E_INF;
 use num_complex::Complex64;

@@ -2,12 +2,12 @@
 
 use super::state::Parameter;
 
-/// A parameter of a material: its default, and the values such a material can have at all.
+/// A parameter of a material: its default and its possible values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterSpec {
     /// The parameter.
     pub parameter: Parameter,
-    /// Value where none is given.
+    /// Value if none is given.
     pub default: f64,
     /// Least possible value.
     pub min: f64,
@@ -15,10 +15,10 @@ pub struct ParameterSpec {
     pub max: f64,
 }
 
-/// Numbers a material brings to a model that serves several materials.
+/// Constants of a material for a model that describes several materials.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Constants {
-    /// None needed.
+    /// No constants.
     None,
     /// Row of the P.2040 table.
     P2040(&'static str),
@@ -28,11 +28,11 @@ pub enum Constants {
     Fixed(f64, f64),
 }
 
-/// What limits the water a material can hold.
+/// The limit of the water that a material can hold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pores {
-    /// Nothing beyond the range of the parameter.
+    /// The range of the parameter alone.
     None,
-    /// Pores between solid grains of this density, kg/m3.
+    /// The pores between solid grains of this density, kg/m3.
     Grains(f64),
 }

@@ -25,7 +25,7 @@ impl Parameter {
     /// Every parameter, in the order tables list them.
     pub const ALL: [Self; 6] = [Self::Temperature, Self::Salinity, Self::Moisture, Self::Density, Self::Sand, Self::Clay];
 
-    /// The word used for options, such as `salinity`.
+    /// The name of the option, such as `salinity`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -75,8 +75,8 @@ impl fmt::Display for Parameter {
 
 /// Values of all parameters of one material sample.
 ///
-/// Start from [`Material::state`](super::Material::state), which fills in the defaults of the
-/// material; parameters the material does not have are ignored by its models.
+/// [`Material::state`](super::Material::state) gives a state with the defaults of a material. The models of a material ignore parameters
+/// that the material does not have.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MaterialState {
     /// Physical temperature, K.
@@ -107,7 +107,7 @@ impl MaterialState {
         }
     }
 
-    /// Set the value of one parameter; it is checked when a permittivity is asked for.
+    /// Sets the value of one parameter. It is checked when a permittivity is computed.
     pub fn set(&mut self, parameter: Parameter, value: f64) {
         match parameter {
             Parameter::Temperature => self.temperature_k = value,

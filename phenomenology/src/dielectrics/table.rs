@@ -1,4 +1,4 @@
-//! The materials: one row each.
+//! The table of materials.
 
 use super::error::{DielectricError, unknown};
 use super::material::Material;
@@ -19,14 +19,14 @@ const fn salinity(default: f64) -> ParameterSpec {
     spec(Parameter::Salinity, default, 0.0, 300.0)
 }
 
-/// A default model preferred at every frequency.
+/// Limit of a default model that is preferred at every frequency.
 const ALWAYS: f64 = f64::INFINITY;
-/// Parameters of a material with nothing but a temperature.
+/// Parameters of a material that has only a temperature.
 const TEMPERATURE_ONLY: &[ParameterSpec] = &[temperature(290.0)];
 /// Parameters of a building material that can take up water.
 const POROUS: &[ParameterSpec] = &[temperature(290.0), spec(Parameter::Moisture, 0.0, 0.0, 0.5)];
 
-/// Rows that share everything but name and row of P.2040.
+/// A building material of P.2040.
 const fn building(name: &'static str, aliases: &'static [&'static str], describes: &'static str, key: &'static str) -> Material {
     Material {
         name,
@@ -40,7 +40,7 @@ const fn building(name: &'static str, aliases: &'static [&'static str], describe
     }
 }
 
-/// Ground of P.2040: its rows already hold their water.
+/// A ground of P.2040. The rows of the Recommendation already contain its water.
 const fn ground(name: &'static str, describes: &'static str, key: &'static str) -> Material {
     Material { parameters: TEMPERATURE_ONLY, ..building(name, &[], describes, key) }
 }
@@ -68,7 +68,7 @@ const fn plain(
     Material { name, aliases, describes, defaults: models.0, others: models.1, parameters, constants: Constants::None, pores: Pores::None }
 }
 
-/// Snow: dry density and water share the room between the grains.
+/// Snow: water fills the pores between grains of ice.
 const SNOW: Pores = Pores::Grains(ICE_DENSITY_KG_M3);
 
 /// Every material.
@@ -117,7 +117,7 @@ pub(super) const MATERIALS: &[Material] = &[
             &["earth"],
             "moist soil by texture (default loam), dry density and water volume fraction",
             (
-                // Above 37 GHz one relaxation no longer describes the water.
+                // Above 37 GHz a single relaxation does not describe water.
                 &[("dobson85", 18.0), ("ulaby86", 37.0), ("ulaby86-liebe91", ALWAYS)],
                 &["mironov09"],
             ),

@@ -3,11 +3,11 @@
 use crate::space::Bounds;
 use crate::space::Ray;
 
-/// Most items of a leaf.
+/// Largest number of items of a leaf.
 const LEAF: usize = 2;
-/// Bins of the split search.
+/// Number of bins of the search for the best split.
 const BINS: usize = 16;
-/// Deepest tree the search stack allows; splits in the middle keep far below it.
+/// Largest depth of the tree, which is the size of the search stack. Half of it is left to splits in the middle, which add at most 32 levels.
 const STACK: usize = 64;
 
 #[derive(Debug, Clone, Copy)]
@@ -26,14 +26,14 @@ struct Node {
 pub struct Bvh {
     nodes: Vec<Node>,
     items: Vec<u32>,
-    /// Items without finite bounds: they are always tried.
+    /// Items without finite bounds. Every search tests them.
     endless: Vec<u32>,
 }
 
 impl Bvh {
-    /// A tree over items with these bounds; empty ones are left out.
+    /// A tree over items with these bounds. Items with empty bounds are left out.
     ///
-    /// Splits go by the surface area heuristic in bins.
+    /// The surface area heuristic, evaluated in bins, selects the splits.
     #[must_use]
     pub fn new(bounds: &[Bounds]) -> Self {
         let mut tree = Self::default();
@@ -77,10 +77,10 @@ impl Bvh {
                     k += 1;
                 }
             }
-            // Rounding may leave one side empty.
+            // Rounding may put all items on one side.
             if k == 0 || k == items.len() { halves(items) } else { k }
         } else {
-            // Boxes on one centre, or a tree grown lopsided: halves keep it shallow.
+            // All boxes have one centre, or the tree is unbalanced. Splits into halves limit its depth.
             halves(items)
         };
         let (left, right) = items.split_at_mut(middle);
@@ -90,7 +90,7 @@ impl Bvh {
         self.nodes[at] = Node { bounds: all, link, count: 0, axis: axis as u16 };
     }
 
-    /// Visits the items whose boxes a ray meets before `t_max`, near ones first; `visit` returns the new `t_max`.
+    /// Visits the items whose boxes a ray meets before `t_max`, the nearest first. `visit` returns the new `t_max`.
     #[inline]
     pub fn visit(&self, ray: &Ray, mut t_max: f64, mut visit: impl FnMut(u32, f64) -> f64) {
         for &item in &self.endless {
@@ -145,7 +145,7 @@ impl Bvh {
     }
 }
 
-/// First bin of the right part of the cheapest split; both parts hold an item.
+/// First bin of the right part of the split of least cost. Both parts hold at least one item.
 fn best_bin(bounds: &[Bounds], items: &[u32], bin_of: impl Fn(u32) -> usize) -> usize {
     let mut bins = [(Bounds::EMPTY, 0_usize); BINS];
     for &i in items {

@@ -1,10 +1,10 @@
-//! What can be wrong with bodies and regions, with the line.
+//! Errors of bodies and regions, with the line of the file.
 
 use crate::primitives::PrimitiveFault;
 use std::fmt;
 use thiserror::Error;
 
-/// A line of a file, from 1; 0 where there is no file, and then nothing is shown.
+/// Number of a line of a file, from 1. It is 0, and is not shown, if there is no file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct At(pub usize);
 
@@ -14,32 +14,32 @@ impl fmt::Display for At {
     }
 }
 
-/// Bodies or regions that make no geometry.
+/// An error of bodies or regions.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GeometryError {
     /// A line that cannot be read.
     #[error("{at}{message}")]
     Syntax {
-        /// Where.
+        /// Line of the file.
         at: At,
         /// What is wrong and what is expected.
         message: String,
     },
-    /// A body that cannot be.
+    /// A body with wrong parameters.
     #[error("{at}body `{name}`: {fault}")]
     Body {
-        /// Where.
+        /// Line of the file.
         at: At,
         /// Its name.
         name: String,
-        /// Why.
+        /// The fault.
         fault: PrimitiveFault,
     },
     /// Two bodies or two regions of one name.
     #[error("{at}{what} `{name}` was already given at line {first}; names must differ")]
     Duplicate {
-        /// Where.
+        /// Line of the file.
         at: At,
         /// Body or region.
         what: &'static str,
@@ -48,42 +48,42 @@ pub enum GeometryError {
         /// Line of the first.
         first: usize,
     },
-    /// A region that names a body that is not there.
+    /// A region that names an unknown body.
     #[error("{at}region `{region}` names unknown body `{body}`; {known}")]
     UnknownBody {
-        /// Where.
+        /// Line of the file.
         at: At,
         /// The region.
         region: String,
         /// The body.
         body: String,
-        /// What there is.
+        /// The known names.
         known: String,
     },
-    /// A region without any body.
+    /// A region without bodies.
     #[error("{at}region `{region}` names no body; give an expression such as `+1 -2 OR +3`")]
     NoBody {
-        /// Where.
+        /// Line of the file.
         at: At,
         /// The region.
         region: String,
     },
-    /// A solid region that reaches to infinity.
-    #[error("{at}region `{region}` has a term without a + body, so it has no end; add the body it lies in")]
+    /// A solid region of infinite size.
+    #[error("{at}region `{region}` has a term without a + body, so it is infinite; add a + body that contains it")]
     Unbounded {
-        /// Where.
+        /// Line of the file.
         at: At,
         /// The region.
         region: String,
     },
-    /// Too many overlapping empty regions before a solid one.
-    #[error("{at}region `{region}` is cut by so many empty regions listed before it that it falls into more than {limit} terms")]
+    /// A solid region that overlaps with too many empty regions listed before it.
+    #[error("{at}region `{region}` has more than {limit} terms after the empty regions listed before it are cut away")]
     TooComplex {
-        /// Where.
+        /// Line of the file.
         at: At,
         /// The region.
         region: String,
-        /// Most terms allowed.
+        /// Largest number of terms.
         limit: usize,
     },
     /// No region of this name.
@@ -91,7 +91,7 @@ pub enum GeometryError {
     UnknownRegion {
         /// The name asked for.
         name: String,
-        /// What there is.
+        /// The known names.
         known: String,
     },
     /// A row of rays or points that cannot be used.
@@ -104,7 +104,7 @@ pub enum GeometryError {
     },
 }
 
-/// A few of the known names, for messages.
+/// The first of the known names, for messages.
 pub(crate) fn some_names<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> String {
     let all: Vec<&str> = names.collect();
     match all.len() {

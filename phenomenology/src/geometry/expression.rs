@@ -35,10 +35,10 @@ impl Expression {
         Self { terms: vec![vec![Literal { inside: true, body: body.to_owned() }]] }
     }
 
-    /// Read `+1 -7 OR +6 +4`; blanks between literals may be left out.
+    /// Reads an expression such as `+1 -7 OR +6 +4`. Blanks between literals may be left out.
     ///
     /// # Errors
-    /// A text with a missing sign or name, a dangling `OR`, or a character that is neither.
+    /// A text with a missing sign or name, an `OR` without a term on each side, or an unexpected character.
     pub fn parse(text: &str) -> Result<Self, String> {
         let mut terms = Vec::new();
         let mut term: Vec<Literal> = Vec::new();
@@ -48,7 +48,7 @@ impl Expression {
                 let after = after.trim_start();
                 let end = after.find(|c| !is_name(c)).unwrap_or(after.len());
                 let mut name = &after[..end];
-                // `+1OR+2`: a number runs straight into the word.
+                // `+1OR+2`: there is no blank between the number and the word.
                 if let Some(digits) = name.strip_suffix("OR").filter(|d| !d.is_empty() && d.bytes().all(|b| b.is_ascii_digit())) {
                     name = digits;
                 }

@@ -1,11 +1,11 @@
-//! Combinatorial geometry: regions of bodies, and the rays that meet them.
+//! Combinatorial geometry: regions made of bodies, and their intersections with rays.
 //!
-//! A region is a union of terms; a term is what lies inside some bodies and outside others ([`Expression`]). A line meets a body in
-//! one [`Span`], a term in a few, so a region is evaluated on the stretches of a ray and never on points. [`Geometry`] holds
-//! everything flattened, with a [`Bvh`] over the terms.
+//! A region is a union of terms. A term is the space inside some bodies and outside others ([`Expression`]). A line meets a body in one
+//! [`crate::space::Span`] and a term in a few stretches, so a region is evaluated on stretches of a ray and not on points. [`Geometry`] holds the terms
+//! of all regions, with a [`Bvh`] over them.
 //!
-//! - [`read_text`], [`write_text`]: the MORSE/GIFT-style text of bodies and regions.
-//! - [`probe`]: what rays hit and where points lie.
+//! - [`read_text`], [`write_text`]: the text of bodies and regions in the style of MORSE and GIFT.
+//! - [`probe`]: the first hits of given rays, and the regions of given points.
 
 mod bvh;
 mod error;

@@ -1,4 +1,4 @@
-//! Bodies and regions ready for rays.
+//! Bodies and regions, prepared for the intersection with rays.
 
 use super::bvh::Bvh;
 use super::error::{At, GeometryError, some_names};
@@ -10,7 +10,7 @@ use crate::space::Ray;
 use crate::space::Vec3;
 use std::collections::HashMap;
 
-/// Most terms into which empty regions may cut a solid one.
+/// Largest number of terms of a solid region after empty regions are cut away.
 const MAX_TERMS: usize = 512;
 
 /// A body with its name.
@@ -24,14 +24,14 @@ pub struct NamedBody {
     pub line: usize,
 }
 
-/// A region before its bodies are looked up.
+/// A region as it is written: its bodies are names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RegionSource {
     /// Name, unique in the geometry.
     pub name: String,
     /// The bodies it is made of.
     pub expression: Expression,
-    /// Whether it is empty space, which cuts away what is listed after it.
+    /// Whether it is empty space. An empty region is cut away from the solid regions listed after it.
     pub void: bool,
     /// Line of its file, 0 if there is none.
     pub line: usize,
@@ -45,7 +45,7 @@ pub struct Region {
     terms: Vec<Term>,
 }
 
-/// What a ray hits.
+/// The point where a ray hits a region.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Distance, m.
@@ -56,17 +56,17 @@ pub struct Hit {
     pub body: u32,
     /// Face of the body, from 1.
     pub face: u8,
-    /// Whether the body is cut away there.
+    /// Whether the body is subtracted, so that its normal points into the region.
     pub subtracted: bool,
 }
 
-/// Everything that rays can hit.
+/// All bodies and regions of a scene.
 #[derive(Debug, Clone)]
 pub struct Geometry {
     bodies: Vec<NamedBody>,
     regions: Vec<Region>,
     solids: Vec<Body>,
-    /// Terms of solid regions, empty regions before them cut away. // [leaf]
+    /// Terms of solid regions, without the empty regions listed before them, and the numbers of the regions. // [leaf]
     leaves: Vec<(Term, u32)>,
     tree: Bvh,
     bounds: Bounds,
@@ -74,12 +74,12 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Looks up bodies, cuts empty regions away and builds the tree.
+    /// Finds the bodies of the regions, cuts empty regions away and builds the tree.
     ///
-    /// The first listed region that holds a point wins.
+    /// A point that lies in several regions belongs to the first of them in the list.
     ///
     /// # Errors
-    /// Names given twice, unknown bodies, regions without bodies or without end.
+    /// Names given twice, unknown bodies, regions without bodies or of infinite size.
     pub fn new(bodies: Vec<NamedBody>, regions: Vec<RegionSource>) -> Result<Self, GeometryError> {
         let names = index(bodies.iter().map(|b| (b.name.as_str(), b.line)), "body")?;
         index(regions.iter().map(|r| (r.name.as_str(), r.line)), "region")?;
@@ -106,7 +106,7 @@ impl Geometry {
         let bounds = boxes.iter().filter(|b| !b.is_empty()).fold(Bounds::EMPTY, |a, b| a.union(*b));
         let reach = if bounds.is_empty() { 1.0 } else { bounds.size().norm().max(bounds.min.norm()).max(bounds.max.norm()) };
         let eps = 1e-9 * reach.clamp(1e-3, 1e9);
-        // A ray in the plane of a face must still meet the box of its body.
+        // The boxes are enlarged a little, so that a ray in the plane of a face meets the box of its body.
         let tree = Bvh::new(&boxes.iter().map(|b| if b.is_empty() { *b } else { b.grown(eps) }).collect::<Vec<_>>());
         Ok(Self { bodies, regions, solids, leaves, tree, bounds, eps })
     }
@@ -123,13 +123,13 @@ impl Geometry {
         &self.regions
     }
 
-    /// Box around all solid regions; empty without any.
+    /// The box around all solid regions. It is empty if there are none.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// Distance below which two crossings are one, m: 1e-9 of the size.
+    /// Distance below which two crossings count as one, m. It is 1e-9 of the size of the scene.
     #[must_use]
     pub fn eps(&self) -> f64 {
         self.eps
@@ -138,7 +138,7 @@ impl Geometry {
     /// Index of a region by name.
     ///
     /// # Errors
-    /// [`GeometryError::UnknownRegion`] with the names there are.
+    /// [`GeometryError::UnknownRegion`] with the known names.
     pub fn region_index(&self, name: &str) -> Result<usize, GeometryError> {
         self.regions.iter().position(|r| r.source.name == name).ok_or_else(|| GeometryError::UnknownRegion {
             name: name.to_owned(),
@@ -146,7 +146,8 @@ impl Geometry {
         })
     }
 
-    /// The first solid region a ray from empty space enters before `t_max`; where several begin, the first listed.
+    /// The first solid region that a ray from empty space enters before `t_max`. If several regions begin at one point, the first in the
+    /// list is returned.
     #[must_use]
     #[inline]
     pub fn first_hit(&self, ray: &Ray, t_max: f64) -> Option<Hit> {
@@ -163,10 +164,10 @@ impl Geometry {
         best
     }
 
-    /// The nearest border of one region along a ray, from outside or from inside.
+    /// The nearest border of one region along a ray that starts outside or inside. `None` if there is none.
     #[must_use]
     pub fn nearest_border(&self, region: usize, ray: &Ray) -> Option<Hit> {
-        let terms = &self.regions.get(region)?.terms;
+        let terms = &self.regions[region].terms;
         let stretches = terms.iter().flat_map(|t| t.stretches(&self.solids, ray, self.eps)).collect();
         let crossing = union(stretches, self.eps).into_iter().flat_map(|(a, b)| [a, b]).find(|c| c.t > self.eps && c.t.is_finite())?;
         let Crossing { t, body, face, subtracted } = crossing;
@@ -181,13 +182,13 @@ impl Geometry {
         if hit.subtracted { -n } else { n }
     }
 
-    /// Whether a region holds a point, whatever is listed before it.
+    /// Whether a region contains a point, regardless of the regions listed before it.
     #[must_use]
     pub fn region_contains(&self, region: usize, point: Vec3) -> bool {
-        self.regions.get(region).is_some_and(|r| r.terms.iter().any(|t| t.contains(&self.solids, point)))
+        self.regions[region].terms.iter().any(|t| t.contains(&self.solids, point))
     }
 
-    /// The first listed region that holds a point.
+    /// The first region in the list that contains a point.
     #[must_use]
     pub fn region_at(&self, point: Vec3) -> Option<usize> {
         (0..self.regions.len()).find(|r| self.region_contains(*r, point))

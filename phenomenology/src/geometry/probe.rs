@@ -1,4 +1,4 @@
-//! What rays hit and in which regions points lie, row by row.
+//! The first hits of given rays, and the regions of given points, row by row.
 
 use super::error::GeometryError;
 use super::model::{Geometry, Hit};
@@ -7,7 +7,7 @@ use crate::space::Vec3;
 use serde::{Deserialize, Serialize};
 use std::io::Read;
 
-/// A ray to follow; columns `ox,oy,oz,dx,dy,dz` in m, further columns are left alone.
+/// A ray; columns `ox,oy,oz,dx,dy,dz` in m. Other columns are ignored.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct RayRow {
     /// Start, m.
@@ -24,7 +24,7 @@ pub struct RayRow {
     pub dz: f64,
 }
 
-/// A point to look up; columns `x,y,z` in m.
+/// A point; columns `x,y,z` in m.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct PointRow {
     /// East, m.
@@ -35,14 +35,14 @@ pub struct PointRow {
     pub z: f64,
 }
 
-/// What a ray hits; the fields after `hit` are empty if it hits nothing.
+/// The first hit of a ray. The fields after `hit` are empty if it hits nothing.
 #[derive(Debug, Clone, PartialEq, Serialize, Default)]
 pub struct RayAnswer {
     /// 1 if it hits.
     pub hit: u8,
     /// Distance, m.
     pub t: Option<f64>,
-    /// Outward unit normal of what is hit.
+    /// Outward unit normal at the hit.
     pub nx: Option<f64>,
     /// Normal.
     pub ny: Option<f64>,
@@ -56,10 +56,10 @@ pub struct RayAnswer {
     pub face: Option<u8>,
 }
 
-/// Where a point lies.
+/// The region of a point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointAnswer {
-    /// 1 if it lies in the region asked for, or in any.
+    /// 1 if the point lies in the region asked for, or in any solid region if none is asked for.
     pub inside: u8,
     /// The first listed region that holds it.
     pub region: Option<String>,
@@ -91,7 +91,7 @@ pub fn read_rows<T: for<'de> Deserialize<'de>>(csv: impl Read) -> Result<Vec<T>,
 }
 
 impl Geometry {
-    /// What a ray meets first: the border of one region, or of any.
+    /// The first hit of a ray on the border of one region, or of any region.
     #[must_use]
     pub fn probe(&self, region: Option<usize>, ray: &Ray) -> Option<Hit> {
         match region {
@@ -120,10 +120,10 @@ impl Geometry {
         }
     }
 
-    /// What rays hit, one answer each.
+    /// The first hits of rays.
     ///
     /// # Errors
-    /// An unknown region, or a ray that cannot be.
+    /// An unknown region; a ray with a number that is not finite or without a direction.
     pub fn probe_rays(&self, region: Option<&str>, rays: &[RayRow]) -> Result<Vec<RayAnswer>, GeometryError> {
         let region = region.map(|name| self.region_index(name)).transpose()?;
         rays.iter()
@@ -135,7 +135,7 @@ impl Geometry {
             .collect()
     }
 
-    /// Where points lie, one answer each.
+    /// The regions of points.
     ///
     /// # Errors
     /// An unknown region, or a point that is not finite.

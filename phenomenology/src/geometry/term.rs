@@ -1,4 +1,4 @@
-//! One term of a region on a ray: inside some bodies, outside others.
+//! The intersection of a ray with one term of a region: the space inside some bodies and outside others.
 
 use crate::primitives::Body;
 use crate::space::{Ray, Span};
@@ -11,7 +11,7 @@ pub(super) struct Crossing {
     pub body: u32,
     /// Its face.
     pub face: u8,
-    /// Whether the body is cut away, so that its normal points into the solid.
+    /// Whether the body is subtracted, so that its normal points into the region.
     pub subtracted: bool,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Term {
 }
 
 impl Term {
-    /// What all bodies with a plus have in common with a ray.
+    /// The stretch of a ray inside all bodies with a plus.
     #[inline]
     fn common(&self, bodies: &[Body], ray: &Ray) -> Option<Stretch> {
         let at = |t, body, face| Crossing { t, body, face, subtracted: false };
@@ -46,7 +46,7 @@ impl Term {
         Some(stretch)
     }
 
-    /// The first place beyond `eps` where a ray enters the term. A ray that starts inside must leave before it can enter.
+    /// The first point beyond `eps` where a ray enters the term. A ray that starts inside the term must leave it first.
     #[inline]
     pub(super) fn entry(&self, bodies: &[Body], ray: &Ray, eps: f64, t_max: f64) -> Option<Crossing> {
         let (first, last) = self.common(bodies, ray)?;
@@ -59,7 +59,7 @@ impl Term {
         let mut here = first;
         let mut in_solid_at_start = first.t <= eps;
         let mut t = first.t.max(eps);
-        // Every pass leaves one of the bodies for good, so this ends.
+        // In every pass the ray leaves one body or moves to the entry of one. A convex body is left only once, so the loop always returns.
         for _ in 0..=2 * self.minus.len() {
             let mut left: Option<Crossing> = None;
             let mut next_hole = f64::INFINITY;
@@ -107,18 +107,18 @@ impl Term {
     }
 }
 
-/// What is left of a stretch outside a body.
+/// The parts of a stretch outside a body.
 fn cut(stretch: Stretch, body: u32, s: &Span) -> impl Iterator<Item = Stretch> {
     let (a, b) = stretch;
     let at = |t, face| Crossing { t, body, face, subtracted: true };
     let before = (a.t < s.t_in).then(|| (a, if s.t_in < b.t { at(s.t_in, s.face_in) } else { b }));
     let after = (b.t > s.t_out).then(|| (if s.t_out > a.t { at(s.t_out, s.face_out) } else { a }, b));
-    // A body that lies wholly before or behind leaves one and the same stretch twice.
+    // If the body lies completely before or behind the stretch, both parts are the whole stretch. Only one is kept.
     let apart = s.t_out <= a.t || s.t_in >= b.t;
     before.into_iter().chain(after.filter(move |_| !apart || before.is_none()))
 }
 
-/// The union of stretches: sorted, and joined where they touch or overlap.
+/// The union of stretches, sorted. Stretches that touch or overlap are joined.
 pub(super) fn union(mut stretches: Vec<Stretch>, eps: f64) -> Vec<Stretch> {
     stretches.sort_by(|p, q| p.0.t.total_cmp(&q.0.t));
     let mut out: Vec<Stretch> = Vec::new();

@@ -13,36 +13,36 @@ use super::expression::{Expression, is_valid_name};
 use super::model::{NamedBody, RegionSource};
 use crate::primitives::{Body, Primitive};
 
-/// What a text holds.
+/// The bodies and regions of a text.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TextModel {
     /// Bodies in order.
     pub bodies: Vec<NamedBody>,
     /// Regions in order.
     pub regions: Vec<RegionSource>,
-    /// Surface of each region, where one is named. \[region\]
+    /// Name of the surface of each region, if the text gives one. \[region\]
     pub surfaces: Vec<Option<String>>,
 }
 
-/// Surface names that mean empty space.
+/// Names of surfaces that stand for empty space.
 const VOID: [&str; 3] = ["air", "void", "vacuum"];
 
-/// Whether a surface name means empty space.
+/// Whether the name of a surface stands for empty space.
 pub(crate) fn is_void(surface: &str) -> bool {
     VOID.iter().any(|v| surface.eq_ignore_ascii_case(v))
 }
 
-/// Whether a text looks like bodies and regions rather than TOML: its first line with content is a body.
+/// Whether a text holds bodies and regions and not TOML: its first line with content is a body or a region.
 #[must_use]
 pub fn looks_like_bodies(text: &str) -> bool {
     let first = text.lines().map(without_comment).find(|l| !l.is_empty()).unwrap_or("");
     first.split_whitespace().take(2).any(|word| Primitive::by_code(word).is_some()) || starts_region(first)
 }
 
-/// Reads a text of bodies and regions; `first_line` is the number of its first line in its file (1 for a file of its own).
+/// Reads a text of bodies and regions. `first_line` is the number of its first line in the file.
 ///
 /// # Errors
-/// The line and the fault: a line that is neither body nor region, a body that cannot be, a wrong expression.
+/// The line and the fault: a line that is neither a body nor a region, a body with wrong parameters, a wrong expression.
 pub fn read_text(text: &str, first_line: usize) -> Result<TextModel, GeometryError> {
     let mut model = TextModel::default();
     let mut open: Option<OpenBody> = None;
@@ -93,7 +93,7 @@ struct OpenBody {
     parameters: Vec<f64>,
 }
 
-/// Most parameters of any body, with some room for a clear message about too many.
+/// Largest number of parameters that is read for a body. It exceeds that of any body, so that a message can give the number found.
 const MAX_PARAMETERS: usize = 64;
 
 impl OpenBody {
@@ -103,7 +103,7 @@ impl OpenBody {
         let (name, code) = match (Primitive::by_code(first), Primitive::by_code(second)) {
             (_, Some(_)) => (first, second),
             (Some(_), None) => (second, first),
-            // The second word is taken for the type, so that the message names it.
+            // Neither word is a type. The second is taken as the type, and the message names it.
             (None, None) => (first, second),
         };
         if !is_valid_name(name) {

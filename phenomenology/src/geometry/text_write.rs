@@ -3,7 +3,8 @@
 use super::model::{NamedBody, RegionSource};
 use std::fmt::Write;
 
-/// The text of bodies and regions; `surface` names what a region is covered with, where known. \[region\]
+/// The text of bodies and regions. `surface` holds the name of the surface of each region, if it has one \[region\]; it has one entry
+/// for every region.
 ///
 /// Reading it back gives the same bodies to the last bit.
 #[must_use]
@@ -19,7 +20,7 @@ pub fn write_text(bodies: &[NamedBody], regions: &[RegionSource], surface: &[Opt
     out.push_str("# regions: REGION name ; expression ; surface\n");
     for (i, r) in regions.iter().enumerate() {
         let _ = write!(out, "REGION {} ; {}", r.name, r.expression);
-        if let Some(Some(s)) = surface.get(i) {
+        if let Some(s) = &surface[i] {
             let _ = write!(out, " ; {s}");
         }
         out.push('\n');

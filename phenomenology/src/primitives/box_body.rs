@@ -1,4 +1,4 @@
-//! BOX: a box of any attitude.
+//! BOX: a box of any orientation.
 
 use super::entry::{Group, PrimitiveEntry};
 use super::fault::PrimitiveFault;
@@ -44,7 +44,7 @@ impl BoxBody {
     /// Outward normal of a face.
     #[must_use]
     pub fn normal(&self, face: u8, _point: Vec3) -> Vec3 {
-        let n = self.frame.normal[usize::from(face.saturating_sub(1) / 2).min(2)];
+        let n = self.frame.normal[usize::from((face - 1) / 2)];
         if face.is_multiple_of(2) { n } else { -n }
     }
 

@@ -15,7 +15,7 @@ pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
     describes: "ellipsoid by its foci and the length of its major axis",
 };
 
-/// An ellipsoid of revolution; its one face is 1.
+/// An ellipsoid of revolution. It has one face, number 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ell {
     center: Vec3,

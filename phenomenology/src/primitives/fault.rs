@@ -1,12 +1,12 @@
-//! What can be wrong with a body.
+//! Errors of a body.
 
 use thiserror::Error;
 
-/// A body that cannot be.
+/// A code or parameters that give no body.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PrimitiveFault {
-    /// No body has this code.
+    /// The code of no body.
     #[error("unknown body type `{code}`; known: {known}")]
     UnknownCode {
         /// The code given.
@@ -36,7 +36,7 @@ pub enum PrimitiveFault {
         /// Its value.
         value: f64,
     },
-    /// A length that must be above zero is not.
+    /// A length that is not above zero.
     #[error("{what} of the {code} is {value} m; it must be above 0")]
     NotPositive {
         /// The code.
@@ -46,7 +46,7 @@ pub enum PrimitiveFault {
         /// Its value, m.
         value: f64,
     },
-    /// A limit at or above its upper partner.
+    /// A lower limit at or above the upper limit.
     #[error("the RPP has {axis}min = {min} m and {axis}max = {max} m; the first must be less than the second")]
     Inverted {
         /// The axis.
@@ -56,7 +56,7 @@ pub enum PrimitiveFault {
         /// Upper limit, m.
         max: f64,
     },
-    /// A vector of no length, so that the body has no volume.
+    /// A vector of length zero, so that the body has no volume.
     #[error("the {code} is singular: {what} has length {length} m; every edge and axis needs a length above 0")]
     Singular {
         /// The code.
@@ -78,7 +78,7 @@ pub enum PrimitiveFault {
         /// Angle between them, degrees.
         degrees: f64,
     },
-    /// A major axis no longer than the distance of the foci.
+    /// A major axis that is not longer than the distance between the foci.
     #[error("the ELL has L = {major_m} m and foci {distance_m} m apart; L must be larger")]
     ShortEllipsoid {
         /// Length of the major axis, m.

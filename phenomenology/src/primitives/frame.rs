@@ -3,16 +3,16 @@
 use super::fault::PrimitiveFault;
 use crate::space::Vec3;
 
-/// Largest cosine of the angle between vectors that count as perpendicular; edges given with five digits meet it.
+/// Largest cosine of the angle between two vectors that count as perpendicular. Edges written with five digits fulfil it.
 const SQUARENESS: f64 = 1e-4;
 
-/// Length of a vector that must have one.
+/// Length of a vector, which must be above zero.
 pub(super) fn length(code: &'static str, what: &'static str, v: Vec3) -> Result<f64, PrimitiveFault> {
     let length = v.norm();
     if length > 0.0 && length.is_finite() { Ok(length) } else { Err(PrimitiveFault::Singular { code, what, length }) }
 }
 
-/// Check that two vectors of known lengths are perpendicular.
+/// Checks that two vectors are perpendicular.
 pub(super) fn perpendicular(
     code: &'static str,
     (first, a): (&'static str, Vec3),
@@ -37,7 +37,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// From the corner and three edges that must be perpendicular.
+    /// From the corner and three edges. The edges must be perpendicular.
     pub(super) fn new(code: &'static str, p: &[f64]) -> Result<Self, PrimitiveFault> {
         const NAMES: [&str; 3] = ["H1", "H2", "H3"];
         let edges = [3, 6, 9].map(|at| Vec3::from_slice(&p[at..at + 3]));

@@ -14,7 +14,7 @@ pub(super) const ENTRY: PrimitiveEntry = PrimitiveEntry {
     describes: "sphere by centre and radius",
 };
 
-/// A sphere; its one face is 1.
+/// A sphere. It has one face, number 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sph {
     center: Vec3,
@@ -28,7 +28,7 @@ impl Sph {
 
     /// The part of a line inside.
     ///
-    /// Counted from the point nearest to the centre, so that far spheres lose no digits.
+    /// Distances count from the point nearest to the centre, so that no digits are lost for spheres far away.
     #[must_use]
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Span> {

@@ -38,11 +38,11 @@ impl Trc {
 
     /// The part of a line inside.
     ///
-    /// Between the end planes the radius is not negative, and there `|across| <= radius` is a single stretch of the line.
+    /// The radius is not negative between the end planes, so the line fulfils `|across| <= radius` there in a single stretch.
     #[must_use]
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Span> {
-        // Counted from the point nearest to the middle of the axis, so that far cones lose no digits.
+        // Distances count from the point nearest to the middle of the axis, so that no digits are lost for cones far away.
         let middle = self.axis.base + self.axis.direction * (0.5 * self.axis.height);
         let start = (middle - ray.origin).dot(ray.direction);
         let ((z, p), (dz, d)) = (self.axis.split(ray.at(start) - self.axis.base), self.axis.split(ray.direction));
@@ -63,7 +63,7 @@ impl Trc {
         } else {
             let discriminant = b * b - a * c;
             if discriminant <= 0.0 {
-                // Steeper than the cone, the line is always inside one nappe.
+                // The line is steeper than the cone and stays inside one nappe.
                 a < 0.0
             } else {
                 let q = -(b + discriminant.sqrt().copysign(b));

@@ -4,8 +4,8 @@ use crate::error::{Result, SceneError};
 
 /// Accuracy of the tables of a tracer.
 ///
-/// The defaults keep the sum of all table errors of a pixel well below 0.1 K. Half or twice any of these values changes the scenes that
-/// ship by less than 0.02 K rms (test `half_or_twice_an_option_changes_a_picture_little`).
+/// Half or twice any of these values changes the scenes that ship by less than 0.02 K rms (test
+/// `half_or_twice_an_option_changes_a_picture_little`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TableOptions {
     /// Largest interpolation error of a surface that mirrors, K, for radiation of 300 K. The default is far below the noise of any

@@ -6,7 +6,7 @@ use crate::atmosphere::{
     Atmosphere, Humidity, Layer, PhysicsError, Profile, SurfaceWeather, check_range, gas_model, rain_model, reference_profile,
 };
 
-/// The air that a row describes.
+/// The air that the table `[atmosphere]` describes.
 pub(super) fn atmosphere(row: &AtmosphereRow) -> Result<Air, PhysicsError> {
     let geometry = row.geometry.parse()?;
     let background_k = check_range("background temperature", row.background_k, "K", 0.1, 1e3)?;
@@ -20,7 +20,7 @@ pub(super) fn atmosphere(row: &AtmosphereRow) -> Result<Air, PhysicsError> {
         humidity: row.relative_humidity_percent.map(Humidity::RelativePercent),
     };
     let (profile, background_k) = match row.isothermal_k {
-        // One temperature everywhere, space included.
+        // Space has the same temperature as the air.
         Some(t) => {
             let (pressure, humidity) = (row.surface_pressure_hpa.unwrap_or(1013.25), row.relative_humidity_percent.unwrap_or(50.0));
             (Profile::isothermal(t, pressure, humidity)?, t)

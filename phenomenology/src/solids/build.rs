@@ -1,4 +1,4 @@
-//! From the file to the scene.
+//! Makes a scene from its file.
 
 use super::air::atmosphere;
 use super::covers::Covers;
@@ -13,21 +13,21 @@ use crate::terrain::{HeightField, Patch, Shape, SurfaceMap, Terrain, strip};
 use std::collections::HashMap;
 use toml::Spanned;
 
-/// Most nodes of a height field and cells of a map.
+/// Largest number of nodes of a height field, and of cells of a map.
 const MAX_CELLS: usize = 1 << 24;
 
 impl SolidScene {
     /// Read from TOML.
     ///
     /// # Errors
-    /// The line and the fault: TOML that does not parse, unknown keys, bodies that cannot be, unknown bodies, surfaces or
+    /// The line and the fault: TOML that does not parse, unknown keys, bodies with wrong parameters, unknown bodies, surfaces or
     /// assemblies, regions without material, an empty scene, a camera inside a solid or under the ground.
     pub fn from_toml(text: &str) -> Result<Self> {
         let file: SceneFile = toml::from_str(text)?;
         build(file, text)
     }
 
-    /// As [`SolidScene::from_toml`], with the pictures that the scene names.
+    /// As [`SolidScene::from_toml`]. `read` reads the pictures that the scene names.
     ///
     /// # Errors
     /// As [`SolidScene::from_toml`], and a picture that cannot be read.
@@ -39,7 +39,7 @@ impl SolidScene {
     }
 }
 
-/// Makes the scene; `text` is what the file was read from, for the lines (empty: no lines).
+/// Makes the scene. `text` is the text of the file; error messages take line numbers from it. It is empty for a scene made in memory.
 fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     if file.kind != "solids" {
         return Err(SceneError::BadValue { what: "key `kind`".into(), value: file.kind, expected: "\"solids\"" });

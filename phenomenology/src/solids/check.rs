@@ -1,4 +1,4 @@
-//! Whether a scene can be looked at.
+//! Checks of the position of a camera.
 
 use super::scene::SolidScene;
 use crate::camera::Camera;
@@ -7,10 +7,10 @@ use crate::geometry::At;
 use crate::space::Vec3;
 
 impl SolidScene {
-    /// The same scene before another camera.
+    /// The same scene with another camera.
     ///
     /// # Errors
-    /// A camera inside a solid, under the ground, or that cannot be.
+    /// A camera inside a solid or under the ground, or with impossible numbers.
     pub fn with_camera(mut self, camera: Camera) -> Result<Self> {
         self.file.camera = Some(toml::Spanned::new(0..0, camera));
         self.camera_line = 0;
@@ -18,13 +18,13 @@ impl SolidScene {
         Ok(self)
     }
 
-    /// The camera of the file stands in the open.
+    /// Checks that the camera of the file is outside all solids.
     pub(super) fn check_camera(&self) -> Result<()> {
         let Some(camera) = &self.file.camera else { return Ok(()) };
         self.check_camera_line(camera.get_ref(), self.camera_line)
     }
 
-    /// A camera stands in the open and its picture can be.
+    /// Checks that a camera is outside all solids and that its picture has a grid.
     ///
     /// # Errors
     /// A camera inside a solid, under the ground, or with impossible numbers.
@@ -37,7 +37,7 @@ impl SolidScene {
         self.check_position_at(Vec3::from(camera.position_m), line)
     }
 
-    /// A position lies in the open.
+    /// Checks that a position is outside all solids and above the ground.
     pub(crate) fn check_position(&self, position: Vec3) -> Result<()> {
         self.check_position_at(position, self.camera_line)
     }

@@ -1,19 +1,19 @@
-//! Which surface and temperature every face has.
+//! The surface and the temperature of every face.
 
 use crate::error::SceneError;
 use crate::geometry::At;
 use std::collections::BTreeMap;
 
-/// A surface with the temperature it has somewhere.
+/// A surface with a temperature.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cover {
     /// Index of the surface.
     pub surface: usize,
-    /// Temperature instead of that of the surface, K.
+    /// Temperature that replaces the one of the surface, K.
     pub temperature_k: Option<f64>,
 }
 
-/// Covers of a region.
+/// The covers of a region.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct OfRegion {
     main: Option<u32>,
@@ -21,7 +21,7 @@ struct OfRegion {
     faces: Vec<(u32, u8, u32)>,
 }
 
-/// All covers, and who has which.
+/// All covers, and the cover of every region and face.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Covers {
     list: Vec<Cover>,
@@ -31,17 +31,17 @@ pub struct Covers {
 }
 
 impl Covers {
-    /// For surfaces of these names.
+    /// No covers yet, for surfaces of these names.
     pub(super) fn new<'a>(names: impl Iterator<Item = &'a str>) -> Self {
         let names: Vec<String> = names.map(str::to_owned).collect();
         let by_name = names.iter().enumerate().map(|(i, n)| (n.clone(), i)).collect();
         Self { names, by_name, ..Self::default() }
     }
 
-    /// Number of a cover; equal ones share it.
+    /// Number of the cover with this surface and temperature. It is added if it is new.
     ///
     /// # Errors
-    /// [`SceneError::UnknownSurface`], or a temperature that cannot be.
+    /// [`SceneError::UnknownSurface`], or a temperature outside its range.
     pub(super) fn add(&mut self, line: usize, user: &str, surface: &str, temperature_k: Option<f64>) -> Result<u32, SceneError> {
         let Some(&surface) = self.by_name.get(surface) else {
             return Err(SceneError::UnknownSurface { at: At(line), user: user.to_owned(), name: surface.to_owned(), known: self.known() });
@@ -64,12 +64,12 @@ impl Covers {
         crate::geometry::some_names("surfaces", self.names.iter().map(String::as_str))
     }
 
-    /// Gives the next region its covers.
+    /// Sets the covers of the next region.
     pub(super) fn push_region(&mut self, main: Option<u32>, faces: Vec<(u32, u8, u32)>) {
         self.regions.push(OfRegion { main, faces });
     }
 
-    /// Leaves every cover at the temperature of its surface.
+    /// Removes all temperatures that replace those of the surfaces.
     pub(super) fn forget_temperatures(&mut self) {
         self.list.iter_mut().for_each(|c| c.temperature_k = None);
     }
@@ -83,7 +83,7 @@ impl Covers {
     /// Name of the surface of a cover.
     #[must_use]
     pub fn name(&self, cover: u32) -> &str {
-        self.list.get(cover as usize).map_or("", |c| self.names[c.surface].as_str())
+        &self.names[self.list[cover as usize].surface]
     }
 
     /// Names of all surfaces; covers index into them.
@@ -92,13 +92,13 @@ impl Covers {
         &self.names
     }
 
-    /// Cover of a region where nothing else is said.
+    /// Cover of the faces of a region that have no cover of their own. `None` for an empty region.
     #[must_use]
     pub fn of_region(&self, region: usize) -> Option<u32> {
         self.regions.get(region).and_then(|r| r.main)
     }
 
-    /// Cover of a face of a body that bounds a region.
+    /// Cover of a face of a body that bounds a region. `None` for a face of an empty region.
     #[must_use]
     #[inline]
     pub fn of_face(&self, region: u32, body: u32, face: u8) -> Option<u32> {

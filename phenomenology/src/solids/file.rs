@@ -15,19 +15,19 @@ pub struct SceneFile {
     pub kind: String,
     /// Name of the scene.
     pub name: String,
-    /// What it shows and where its dimensions come from.
+    /// Content of the scene, and the sources of its dimensions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
-    /// Whether dielectric models may be used beyond the range they were made for, by their documented extension.
+    /// Whether dielectric models may be used beyond their range, by their documented extension.
     #[serde(default)]
     pub extrapolate: bool,
-    /// Where the picture is taken from.
+    /// The camera.
     #[schemars(with = "Option<Camera>")]
     pub camera: Option<Spanned<Camera>>,
     /// The air.
     #[schemars(with = "Option<AtmosphereRow>")]
     pub atmosphere: Option<Spanned<AtmosphereRow>>,
-    /// What lies under everything.
+    /// The ground.
     #[schemars(with = "Option<GroundRow>")]
     pub ground: Option<Spanned<GroundRow>>,
     /// Surfaces by name.
@@ -37,11 +37,11 @@ pub struct SceneFile {
     /// Bodies and regions as MORSE/GIFT-style text.
     #[schemars(with = "Option<String>")]
     pub bodies_and_regions: Option<Spanned<String>>,
-    /// Bodies that stand where they are described.
+    /// Bodies at their given positions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Vec<BodyRow>")]
     pub body: Vec<Spanned<BodyRow>>,
-    /// Regions made of them.
+    /// Regions made of these bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Vec<RegionRow>")]
     pub region: Vec<Spanned<RegionRow>>,
@@ -67,21 +67,21 @@ pub struct AtmosphereRow {
     pub rain: String,
     /// Layers such as `fog:0m-200m:0.2g/m3`.
     pub layers: Vec<String>,
-    /// Height of the scene's zero above the foot of the profile, m.
+    /// Height of the origin of the scene above the lowest level of the profile, m.
     pub altitude_m: f64,
-    /// `plane` or `spherical`: how rays to the sky run.
+    /// Shape of the path of rays to the sky: `plane` or `spherical`.
     pub geometry: String,
-    /// Temperature behind the atmosphere, K.
+    /// Temperature of the background behind the atmosphere, K.
     pub background_k: f64,
-    /// Temperature of the air at the foot of the profile, K.
+    /// Temperature of the air at the lowest level of the profile, K.
     pub surface_temperature_k: Option<f64>,
-    /// Pressure there, hPa.
+    /// Pressure at the lowest level of the profile, hPa.
     pub surface_pressure_hpa: Option<f64>,
-    /// Relative humidity there, percent.
+    /// Relative humidity at the lowest level of the profile, percent.
     pub relative_humidity_percent: Option<f64>,
-    /// All air, and space behind it, of this one temperature, K (for tests of the isothermal world).
+    /// One temperature for the whole air and the background, K, for tests of the isothermal world.
     pub isothermal_k: Option<f64>,
-    /// Without air: rays see the background.
+    /// Whether there is no air, so that rays see the background.
     pub vacuum: bool,
 }
 
@@ -108,7 +108,7 @@ impl Default for AtmosphereRow {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceRow {
-    /// Whether echoes in the layers interfere.
+    /// Whether reflections of different layers interfere.
     #[serde(default = "yes")]
     pub coherent: bool,
     /// Layers from the top; the last has no thickness.
@@ -120,7 +120,7 @@ pub struct SurfaceRow {
     /// Azimuth of the first slope axis, degrees from north over east.
     #[serde(default)]
     pub slope_azimuth_deg: f64,
-    /// What grows on it.
+    /// Vegetation on it.
     pub canopy: Option<CanopyRow>,
 }
 
@@ -145,7 +145,7 @@ pub struct CanopyRow {
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroundRow {
-    /// Surface where no patch lies.
+    /// Surface outside all patches.
     pub surface: String,
     /// Height of the plane, m.
     #[serde(default)]
@@ -174,7 +174,7 @@ pub struct PatchRow {
     pub temperature_k: Option<f64>,
     /// Corners, m.
     pub polygon_m: Option<Vec<[f64; 2]>>,
-    /// Middle line, m; every piece becomes a rectangle.
+    /// Centre line of a strip, m; every piece becomes a rectangle.
     pub strip_m: Option<Vec<[f64; 2]>>,
     /// Width of the strip, m.
     pub width_m: Option<f64>,
@@ -209,17 +209,17 @@ pub struct MapRow {
 pub struct HeightFieldRow {
     /// South-west node, m.
     pub origin_m: [f64; 2],
-    /// Distance of nodes, m.
+    /// Distance between nodes, m.
     pub cell_m: f64,
     /// Heights above the zero of the scene, m, rows from north to south.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rows_m: Vec<Vec<f64>>,
     /// Instead of rows: a grey PNG of 8 or 16 bits beside the scene, one pixel a node, north on top.
     pub image: Option<String>,
-    /// Height of black in it, m.
+    /// Height of black pixels, m.
     #[serde(default)]
     pub low_m: f64,
-    /// Height of white in it, m.
+    /// Height of white pixels, m.
     #[serde(default)]
     pub high_m: f64,
 }
@@ -235,7 +235,7 @@ pub struct BodyRow {
     pub code: String,
     /// Parameters in MORSE/GIFT order, m.
     pub data: Vec<f64>,
-    /// Surface, if the body alone is a region.
+    /// Surface. With it the body alone is a region.
     pub surface: Option<String>,
     /// Temperature instead of that of the surface, K.
     pub temperature_k: Option<f64>,
@@ -272,11 +272,11 @@ pub struct FaceRow {
     pub temperature_k: Option<f64>,
 }
 
-/// `[assembly.NAME]`: bodies and regions written once.
+/// `[assembly.NAME]`: bodies and regions that instances place.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AssemblyRow {
-    /// What it is.
+    /// Description of the assembly.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub description: String,
     /// Its bodies.
@@ -293,18 +293,18 @@ pub struct AssemblyRow {
     pub instance: Vec<Spanned<InstanceRow>>,
 }
 
-/// An assembly placed.
+/// An assembly placed in the scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InstanceRow {
-    /// Which assembly.
+    /// Name of the assembly.
     pub assembly: String,
     /// Name of the instance; by default that of the assembly and a number.
     pub name: Option<String>,
-    /// Where its zero comes to lie, m.
+    /// Position of the origin of the assembly, m.
     #[serde(default)]
     pub position_m: [f64; 3],
-    /// Turns about x, then y, then z, degrees, right-handed.
+    /// Rotations about x, then y, then z, degrees, right-handed.
     #[serde(default)]
     pub rotate_deg: [f64; 3],
     /// Scale.

@@ -1,17 +1,17 @@
-//! Pictures that a scene file names: maps of surfaces and heights become rows.
+//! Pictures that a scene file names. Pictures of surfaces and heights are converted to rows.
 
 use super::file::{HeightFieldRow, MapRow, SceneFile};
 use crate::error::{Result, SceneError};
 use crate::geometry::At;
 use ndarray::Array2;
 
-/// Reads the grey picture of a name beside the scene: values of 0 to 1, the first row is the lowest. // [row, column]
+/// A function that reads a grey picture by its name. Values are 0 to 1, and the first row is the lowest. // [row, column]
 pub type ReadGrey<'a> = &'a dyn Fn(&str) -> std::result::Result<Array2<f64>, Box<dyn std::error::Error + Send + Sync>>;
 
-/// First of the characters that stand for the grey values of a map; far from any that a person types.
+/// First of the characters that stand for the grey values of a map, in the private area of Unicode.
 const FIRST_CHARACTER: u32 = 0xE000;
 
-/// Replaces every picture of a file by its rows; `line` gives the line of a place in the text.
+/// Replaces every picture of a file by rows. `line` returns the line of a position in the text.
 pub(super) fn resolve(file: &mut SceneFile, read: ReadGrey<'_>, line: &dyn Fn(usize) -> usize) -> Result<()> {
     let Some(ground) = &mut file.ground else { return Ok(()) };
     let ground = ground.get_mut();
@@ -27,7 +27,11 @@ pub(super) fn resolve(file: &mut SceneFile, read: ReadGrey<'_>, line: &dyn Fn(us
 }
 
 fn picture(name: &str, read: ReadGrey<'_>, at: At) -> Result<Array2<f64>> {
-    read(name).map_err(|source| SceneError::Picture { at, name: name.to_owned(), source })
+    let grey = read(name).map_err(|source| SceneError::Picture { at, name: name.to_owned(), source })?;
+    match grey.iter().find(|v| !(0.0..=1.0).contains(*v)) {
+        Some(v) => Err(SceneError::At { at, message: format!("picture `{name}` of the ground has a value {v}, expected 0 to 1") }),
+        None => Ok(grey),
+    }
 }
 
 fn map_rows(map: &mut MapRow, read: ReadGrey<'_>, at: At) -> Result<()> {
@@ -40,7 +44,9 @@ fn map_rows(map: &mut MapRow, read: ReadGrey<'_>, at: At) -> Result<()> {
         let Ok(value) = grey.parse::<u8>() else {
             return Err(SceneError::At { at, message: format!("grey value `{grey}` of the map; it must be a whole number of 0 to 255") });
         };
-        let letter = char::from_u32(FIRST_CHARACTER + k as u32).unwrap_or(' ');
+        let Some(letter) = char::from_u32(FIRST_CHARACTER + k as u32).filter(|_| letters[usize::from(value)] == ' ') else {
+            return Err(SceneError::At { at, message: format!("grey value {value} of the map is given twice") });
+        };
         letters[usize::from(value)] = letter;
         map.legend.insert(letter.to_string(), surface.clone());
     }

@@ -1,4 +1,4 @@
-//! A scene of one temperature, to check the tracer: it must show that temperature and nothing else.
+//! A scene of one temperature, for tests of the tracer: every pixel must show that temperature.
 
 use super::air::atmosphere;
 use super::file::AtmosphereRow;
@@ -8,8 +8,8 @@ use crate::geometry::At;
 use toml::Spanned;
 
 impl SolidScene {
-    /// The same scene with all materials, all air and space at one temperature in K. Permittivities stay those of the scene's own
-    /// temperatures, so that every reflection is what it was.
+    /// The same scene with all materials, the air and space at one temperature in K. The permittivities stay those at the temperatures of
+    /// the scene, so the reflections do not change.
     ///
     /// # Errors
     /// A temperature outside the range of the air.

@@ -1,7 +1,7 @@
-//! Scenes of solids: bodies and regions with surfaces, on a ground, under an atmosphere, before a camera.
+//! Scenes of solids: bodies and regions with surfaces, a ground, an atmosphere and a camera.
 //!
-//! [`SceneFile`] is the TOML as written; [`SolidScene`] is the scene made of it: assemblies placed, names looked up,
-//! everything checked. [`crate::trace::Tracer`] turns it into temperatures.
+//! [`SceneFile`] is the TOML as written. [`SolidScene`] is the checked scene: its assemblies are placed and its names resolved.
+//! [`crate::trace::Tracer`] computes its temperatures.
 
 mod air;
 mod build;

@@ -1,4 +1,4 @@
-//! Placing assemblies: names become unique, bodies are moved.
+//! Places the assemblies of a scene: moves the bodies and makes the names unique.
 
 use super::file::{AssemblyRow, BodyRow, FaceRow, InstanceRow, RegionRow, SceneFile};
 use crate::error::{Result, SceneError};
@@ -8,12 +8,12 @@ use crate::space::{Similarity, Vec3};
 use std::collections::BTreeMap;
 use toml::Spanned;
 
-/// Deepest nesting of assemblies.
+/// Largest depth of nested assemblies.
 const MAX_DEPTH: usize = 8;
-/// Most bodies of a scene.
+/// Largest number of bodies of a scene.
 const MAX_BODIES: usize = 1_000_000;
 
-/// What a region is covered with, by name.
+/// Surface and temperature of a region, as written.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Dress {
     pub surface: Option<String>,
@@ -27,11 +27,11 @@ pub(super) struct Dress {
 pub(super) struct Placed {
     pub bodies: Vec<NamedBody>,
     pub regions: Vec<RegionSource>,
-    /// What each region is covered with. // [region]
+    /// Surface and temperature of each region. // [region]
     pub dresses: Vec<Dress>,
 }
 
-/// The lines of a text; a scene of many bodies asks for thousands.
+/// Finds the line of a position in a text.
 #[derive(Debug)]
 pub(super) struct Lines {
     /// Where each line ends.
@@ -46,7 +46,7 @@ impl Lines {
         Self { ends: text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at).collect(), none: text.is_empty() }
     }
 
-    /// Number of the line of a place, from 1; 0 without a text.
+    /// Number of the line of a position, from 1. It is 0 without a text.
     pub(super) fn of(&self, offset: usize) -> usize {
         if self.none { 0 } else { 1 + self.ends.partition_point(|end| *end < offset) }
     }

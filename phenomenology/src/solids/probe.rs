@@ -1,4 +1,4 @@
-//! Rays and points in a whole scene, or in a bare text of bodies and regions.
+//! Hits of rays and regions of points, in a scene or in a text of bodies and regions.
 
 use super::file::SceneFile;
 use super::images::ReadGrey;
@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::geometry::probe::{PointAnswer, PointRow, RayAnswer, RayRow};
 use crate::geometry::{Geometry, looks_like_bodies, read_text};
 
-/// Bodies and regions of a scene TOML or of a bare text; surfaces are not asked for.
+/// Bodies and regions of the TOML of a scene or of a text. Surfaces are not read.
 ///
 /// # Errors
 /// The line and the fault.
@@ -22,7 +22,7 @@ pub fn read_geometry(text: &str) -> Result<Geometry> {
     Ok(Geometry::new(placed.bodies, placed.regions)?)
 }
 
-/// What can be probed: a scene with its ground, or bare bodies and regions.
+/// A scene with its ground, or bodies and regions alone.
 #[derive(Debug, Clone)]
 pub enum Probed {
     /// A scene of solids.
@@ -44,10 +44,10 @@ pub fn read_probe_with(text: &str, read: ReadGrey<'_>) -> Result<Probed> {
 }
 
 impl Probed {
-    /// What rays hit: solids, or the ground where no region is asked for.
+    /// The first hits of rays on one region, or on any region and the ground.
     ///
     /// # Errors
-    /// An unknown region or a ray that cannot be.
+    /// An unknown region; a ray with a number that is not finite or without a direction.
     pub fn rays(&self, region: Option<&str>, rays: &[RayRow]) -> Result<Vec<RayAnswer>> {
         match self {
             Self::Bare(g) => Ok(g.probe_rays(region, rays)?),
@@ -55,7 +55,7 @@ impl Probed {
         }
     }
 
-    /// Where points lie.
+    /// The regions of points.
     ///
     /// # Errors
     /// An unknown region or a point that is not finite.
@@ -69,10 +69,10 @@ impl Probed {
 }
 
 impl SolidScene {
-    /// What rays hit: one region, or any region and the ground.
+    /// The first hits of rays on one region, or on any region and the ground.
     ///
     /// # Errors
-    /// An unknown region or a ray that cannot be.
+    /// An unknown region; a ray with a number that is not finite or without a direction.
     pub fn probe_rays(&self, region: Option<&str>, rays: &[RayRow]) -> Result<Vec<RayAnswer>> {
         let mut answers = self.geometry.probe_rays(region, rays)?;
         if let (None, Some(ground)) = (region, &self.terrain) {

@@ -1,4 +1,4 @@
-//! The scene made of a file: everything placed, looked up and checked.
+//! A checked scene of solids.
 
 use super::covers::Covers;
 use super::file::SceneFile;
@@ -22,7 +22,7 @@ pub struct SurfaceSource {
     pub roughness: Roughness,
     /// Azimuth of the first slope axis from north over east, rad.
     pub slope_azimuth_rad: f64,
-    /// What grows on it.
+    /// Vegetation on it.
     pub canopy: Option<Canopy>,
 }
 
@@ -31,9 +31,9 @@ pub struct SurfaceSource {
 pub struct Air {
     /// Profile, layers and models; `None` for a scene in vacuum.
     pub atmosphere: Option<Atmosphere>,
-    /// How rays to the sky run.
+    /// Shape of the path of rays to the sky.
     pub geometry: SkyGeometry,
-    /// Height of the scene's zero, km.
+    /// Height of the origin of the scene above the lowest level of the profile, km.
     pub altitude_km: f64,
     /// Temperature behind the air, K.
     pub background_k: f64,

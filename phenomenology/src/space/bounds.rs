@@ -1,4 +1,4 @@
-//! Boxes along the axes that bound bodies.
+//! Boxes along the axes that hold bodies.
 
 use super::ray::Ray;
 use super::vector::Vec3;
@@ -13,18 +13,18 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// A box that holds nothing.
+    /// A box without any point.
     pub const EMPTY: Self = Self {
         min: Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         max: Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
-    /// A box that holds everything.
+    /// The box of all points.
     pub const ALL: Self = Self {
         min: Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
         max: Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
     };
 
-    /// The box of some points.
+    /// The smallest box that holds the points.
     pub fn of_points(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
     }
@@ -35,13 +35,13 @@ impl Bounds {
         Self { min: center - half, max: center + half }
     }
 
-    /// The box around both.
+    /// The smallest box that holds both boxes.
     #[must_use]
     pub fn union(self, o: Self) -> Self {
         Self { min: self.min.min(o.min), max: self.max.max(o.max) }
     }
 
-    /// The box common to both.
+    /// The part that is common to both boxes.
     #[must_use]
     pub fn intersection(self, o: Self) -> Self {
         Self { min: self.min.max(o.min), max: self.max.min(o.max) }
@@ -71,7 +71,7 @@ impl Bounds {
         self.max - self.min
     }
 
-    /// Half the surface area, m2: the chance of a random ray to meet it goes with this.
+    /// Half the surface area, m2. The probability that a random ray meets the box is proportional to it.
     #[must_use]
     pub fn half_area(self) -> f64 {
         if self.is_empty() {
@@ -94,7 +94,7 @@ impl Bounds {
         p.x >= self.min.x && p.y >= self.min.y && p.z >= self.min.z && p.x <= self.max.x && p.y <= self.max.y && p.z <= self.max.z
     }
 
-    /// Distance at which a ray enters the box, if it does so before `t_max` and leaves it after 0.
+    /// Distance at which a ray enters the box. `None` if it enters beyond `t_max` or misses the box. A ray that starts inside enters at 0.
     #[must_use]
     #[inline]
     pub fn entry(&self, ray: &Ray, t_max: f64) -> Option<f64> {

@@ -1,24 +1,24 @@
-//! Turning, scaling and moving.
+//! Rotation, scaling and translation.
 
 use super::vector::Vec3;
 
-/// A turn, a scale and a shift, in this order.
+/// A rotation, then a scaling, then a translation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Similarity {
-    /// Columns: what x, y and z become, unit vectors.
+    /// Images of the unit vectors along x, y and z.
     columns: [Vec3; 3],
     scale: f64,
     shift: Vec3,
 }
 
 impl Similarity {
-    /// Nothing changes.
+    /// The transform that changes nothing.
     pub const IDENTITY: Self =
         Self { columns: [Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0), Vec3::new(0.0, 0.0, 1.0)], scale: 1.0, shift: Vec3::ZERO };
 
-    /// Turn about x, then y, then z by angles in degrees (right-handed), scale, and move by `shift` in m.
+    /// Rotates about x, then y, then z by angles in degrees (right-handed), scales, and moves by `shift` in m.
     ///
-    /// `None` if the scale is not above zero or a number is not finite.
+    /// Returns `None` if the scale is not above zero or a number is not finite.
     #[must_use]
     pub fn new(shift: Vec3, angles_deg: Vec3, scale: f64) -> Option<Self> {
         if !(scale > 0.0 && scale.is_finite() && shift.is_finite() && angles_deg.is_finite()) {
@@ -41,7 +41,7 @@ impl Similarity {
         self.scale
     }
 
-    /// Whether axes do not stay along themselves.
+    /// Whether the transform rotates.
     #[must_use]
     pub fn is_turned(&self) -> bool {
         self.columns != Self::IDENTITY.columns
@@ -51,26 +51,26 @@ impl Similarity {
         self.columns[0] * v.x + self.columns[1] * v.y + self.columns[2] * v.z
     }
 
-    /// Where a point goes.
+    /// The image of a point.
     #[must_use]
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.vector(p) + self.shift
     }
 
-    /// What a vector becomes.
+    /// The image of a vector.
     #[must_use]
     pub fn vector(&self, v: Vec3) -> Vec3 {
         self.turned(v) * self.scale
     }
 
-    /// This one first, then `outer`.
+    /// This transform followed by `outer`.
     #[must_use]
     pub fn then(&self, outer: &Self) -> Self {
         Self { columns: self.columns.map(|c| outer.turned(c)), scale: self.scale * outer.scale, shift: outer.point(self.shift) }
     }
 }
 
-/// Exact for multiples of 90 degrees, so that boxes turned by them stay along the axes.
+/// Sine and cosine of an angle. They are exact for multiples of 90 degrees, so that boxes turned by them stay along the axes.
 fn sin_cos_deg(degrees: f64) -> (f64, f64) {
     match degrees.rem_euclid(360.0) {
         0.0 => (0.0, 1.0),

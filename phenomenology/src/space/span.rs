@@ -1,11 +1,11 @@
 //! The part of a line inside a convex body.
 
-/// The part of a line inside a convex body: distances (of either sign) and the faces passed.
+/// The part of a line inside a convex body: the distances of its ends, of either sign, and the faces at the ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
-    /// Where it enters.
+    /// Distance at which the line enters.
     pub t_in: f64,
-    /// Where it leaves.
+    /// Distance at which it leaves.
     pub t_out: f64,
     /// Face by which it enters, from 1.
     pub face_in: u8,
@@ -17,7 +17,7 @@ impl Span {
     /// The whole line.
     pub const ALL: Self = Self { t_in: f64::NEG_INFINITY, t_out: f64::INFINITY, face_in: 0, face_out: 0 };
 
-    /// Keep what lies between two crossings of one face (in and out).
+    /// Keeps the part between two distances. Returns whether anything is left.
     #[inline]
     pub fn clip(&mut self, t_in: f64, face_in: u8, t_out: f64, face_out: u8) -> bool {
         if t_in > self.t_in {
@@ -31,7 +31,8 @@ impl Span {
         self.t_in < self.t_out
     }
 
-    /// Keep what lies between two parallel planes: the coordinate along the ray is `o + d t`, and must lie in `lo` to `hi`.
+    /// Keeps the part between two parallel planes, where the coordinate `o + d t` along the ray lies in `lo` to `hi`. Returns whether
+    /// anything is left.
     #[inline]
     pub fn slab(&mut self, o: f64, d: f64, lo: f64, hi: f64, faces: (u8, u8)) -> bool {
         if d == 0.0 {
@@ -42,7 +43,7 @@ impl Span {
         if d > 0.0 { self.clip(a, faces.0, b, faces.1) } else { self.clip(b, faces.1, a, faces.0) }
     }
 
-    /// Keep what lies where `o + d t <= limit`.
+    /// Keeps the part where `o + d t <= limit`. Returns whether anything is left.
     #[inline]
     pub fn below(&mut self, o: f64, d: f64, limit: f64, face: u8) -> bool {
         if d == 0.0 {

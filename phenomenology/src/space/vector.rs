@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Index, Mul, Neg, Sub};
 
-/// A point or direction, m or dimensionless: x east, y north, z up.
+/// A point (m) or a direction: x points east, y north and z up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Vec3 {
     /// East.
@@ -16,7 +16,7 @@ pub struct Vec3 {
 impl Vec3 {
     /// The vector of zeros.
     pub const ZERO: Self = Self::new(0.0, 0.0, 0.0);
-    /// Up.
+    /// The unit vector that points up.
     pub const UP: Self = Self::new(0.0, 0.0, 1.0);
 
     /// From its components.
@@ -65,7 +65,7 @@ impl Vec3 {
         self.norm2().sqrt()
     }
 
-    /// The unit vector; the vector itself if it is zero.
+    /// The unit vector of the same direction. A vector of zeros stays as it is.
     #[must_use]
     #[inline]
     pub fn unit(self) -> Self {
@@ -93,7 +93,7 @@ impl Vec3 {
         self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
     }
 
-    /// The direction after a mirror with this unit normal.
+    /// The direction after reflection by a mirror with this unit normal.
     #[must_use]
     #[inline]
     pub fn mirrored(self, normal: Self) -> Self {

@@ -44,7 +44,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Azimuths this close count as one, radians.
+/// Difference below which two azimuths count as equal, radians.
 const SAME_AZIMUTH_RAD: f64 = 1e-6;
 
 /// The four bistatic coefficients.
@@ -76,7 +76,7 @@ pub fn bistatic_coefficient(
     let (say_s, cay_s) = g.scattered_azimuth_rad.sin_cos();
     let k_i = [sin_i * cay_i, sin_i * say_i, -cos_i];
     let k_s = [sin_s * cay_s, sin_s * say_s, cos_s];
-    // z x k needs no division when written by azimuth, also for vertical rays.
+    // Written with the azimuth, z x k needs no division, even for vertical rays.
     let h_i = [-say_i, cay_i, 0.0];
     let h_s = [-say_s, cay_s, 0.0];
     let (v_i, v_s) = (cross(h_i, k_i), cross(h_s, k_s));
@@ -99,7 +99,7 @@ pub fn bistatic_coefficient(
     let local = stack.reflection_cos(cos_chi);
     let across = cross(k_i, n);
     let across_size = dot(across, across).sqrt();
-    // At normal incidence on the facet any direction across will do.
+    // At normal incidence on the facet any perpendicular direction can be used.
     let t_h = if across_size > 1e-12 { across.map(|x| x / across_size) } else { h_i };
     let (t_vi, t_vs) = (cross(t_h, k_i), cross(t_h, k_s));
     let amplitude =

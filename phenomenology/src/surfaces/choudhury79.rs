@@ -48,7 +48,7 @@ impl QhRoughness {
         let damping = (-self.h * cos_theta.powf(self.n)).exp();
         let [h, v] = self.mix(smooth.powers());
         let rough = smooth.with_powers(h * damping, v * damping);
-        // Only the unmixed part keeps its phase relation.
+        // Only the part that is not mixed keeps its phase relation.
         Reflection { cross: smooth.cross * ((1.0 - self.q) * damping), ..rough }
     }
 

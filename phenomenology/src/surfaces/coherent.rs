@@ -1,4 +1,4 @@
-//! Stacks of smooth layers whose echoes interfere.
+//! Stacks of smooth layers with interference between the layers.
 //!
 //! Media are numbered 0 (air), 1..N (the layers); interface `n` lies between `n` and `n+1`.
 
@@ -23,7 +23,7 @@ pub(super) fn coherent_reflection(layers: &[Layer], k0: f64, cos_theta: f64) -> 
     Reflection::from_amplitudes(r_h, r_v)
 }
 
-/// Run the recursion; `visit` sees every interface (from the last up) with its amplitudes.
+/// Runs the recursion. `visit` receives every interface with its amplitudes, from the last interface up.
 fn generalised(layers: &[Layer], k0: f64, cos_theta: f64, mut visit: impl FnMut(usize, [Complex64; 2])) -> [Complex64; 2] {
     let last = layers.len() - 1;
     let (mut eps2, mut q2) = medium(layers, last + 1, cos_theta);
@@ -47,8 +47,8 @@ fn generalised(layers: &[Layer], k0: f64, cos_theta: f64, mut visit: impl FnMut(
 
 /// Fraction of the power absorbed in each layer, `[h, v]` for every layer from the top.
 ///
-/// By reciprocity it is also the weight of the temperature of that layer in the emission. The
-/// weights and the reflectivity add up to 1.
+/// By reciprocity this is also the weight of the temperature of the layer in the emission. The sum of the weights and the reflectivity
+/// is 1.
 pub(super) fn coherent_absorption(layers: &[Layer], k0: f64, cos_theta: f64) -> Vec<[f64; 2]> {
     let count = layers.len();
     let sin2 = 1.0 - cos_theta * cos_theta;

@@ -1,4 +1,4 @@
-//! What can go wrong with surfaces.
+//! Errors of the surface models.
 
 use crate::dielectrics::DielectricError;
 use thiserror::Error;
@@ -27,10 +27,10 @@ pub enum SurfaceError {
         /// The value given, Hz.
         value: f64,
     },
-    /// A number is outside what its meaning allows.
+    /// A number is outside its range.
     #[error("{what} is {value}; it must lie in {min} to {max}")]
     Value {
-        /// What the number is.
+        /// Name of the number.
         what: &'static str,
         /// The value given.
         value: f64,
@@ -47,7 +47,7 @@ pub enum SurfaceError {
     Layer {
         /// Number of the layer from the top, starting at 1.
         layer: usize,
-        /// Where it stands in the file, such as ` (line 7)`; empty if not from a file.
+        /// Its line in the file, such as ` (line 7)`; empty if not from a file.
         place: String,
         /// What is wrong and what to do.
         message: String,
@@ -57,9 +57,9 @@ pub enum SurfaceError {
     LayerMaterial {
         /// Number of the layer from the top, starting at 1.
         layer: usize,
-        /// Where it stands in the file.
+        /// Its line in the file.
         place: String,
-        /// Why.
+        /// Cause.
         source: DielectricError,
     },
     /// A stack file that is not valid TOML or has an unknown key.
@@ -68,7 +68,7 @@ pub enum SurfaceError {
         /// What is wrong, with line and column.
         message: String,
     },
-    /// A roughness that could not be read.
+    /// A text that is not a roughness.
     #[error("roughness `{text}`: {message}")]
     Roughness {
         /// The text given.

@@ -1,14 +1,13 @@
 //! Fresnel reflection at one plane interface.
 //!
-//! `h` has the electric field perpendicular to the plane of incidence, `v` in it. The sign of
-//! `r_v` belongs to the basis `v = h x k`: at normal incidence `r_v = -r_h`, and a perfect
-//! conductor has `r_h = -1`, `r_v = +1`.
+//! The electric field of `h` is perpendicular to the plane of incidence, and that of `v` lies in it. The sign of `r_v` belongs to the
+//! basis `v = h x k`: at normal incidence `r_v = -r_h`, and a perfect conductor has `r_h = -1`, `r_v = +1`.
 
 use super::error::{SurfaceError, cos_incidence};
 use super::layer::Layer;
 use num_complex::Complex64;
 
-/// How a surface reflects at one angle.
+/// Reflection of a surface at one angle of incidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reflection {
     /// Amplitude, h.
@@ -42,7 +41,7 @@ impl Reflection {
         [1.0 - self.power_h, 1.0 - self.power_v]
     }
 
-    /// The same phases with other powers; the cross term shrinks with them.
+    /// The same phases with other powers. The cross term is scaled accordingly.
     #[must_use]
     pub fn with_powers(&self, power_h: f64, power_v: f64) -> Self {
         let scale = |from: f64, to: f64| if from > 0.0 { (to / from).sqrt() } else { 0.0 };
@@ -58,7 +57,7 @@ pub(super) const AIR: Complex64 = Complex64::new(1.0, 0.0);
 #[must_use]
 pub(super) fn normal_wavenumber(eps: Complex64, sin2: f64) -> Complex64 {
     let q = (eps - sin2).sqrt();
-    // A negative real argument with a positive zero imaginary part takes the growing branch.
+    // For a negative real argument with a positive zero as imaginary part, the square root is the growing wave.
     if q.im > 0.0 { -q } else { q }
 }
 
@@ -79,7 +78,7 @@ pub(super) fn interface(eps1: Complex64, q1: Complex64, eps2: Complex64, q2: Com
     [(q1 - q2) / (q1 + q2), (a - b) / (a + b)]
 }
 
-/// Reflection from air at a cosine of incidence, no checks.
+/// Reflection from air at a cosine of incidence, which is not checked.
 #[must_use]
 pub(super) fn fresnel_cos(eps: Complex64, cos_theta: f64) -> Reflection {
     let q1 = Complex64::new(cos_theta, 0.0);

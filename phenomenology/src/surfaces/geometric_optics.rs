@@ -1,4 +1,4 @@
-//! Geometric optics of a rough surface: what becomes of the power after the first bounce.
+//! Geometric optics of a rough surface, with the treatment of multiple scattering.
 
 use super::quadrature::legendre_12;
 use super::second_bounce::second_bounce;
@@ -7,16 +7,15 @@ use super::slopes::Slopes;
 use super::stack::Stack;
 use super::wagner_lynch::{FacetIntegrals, FacetSurface, Rules, Sky, View, facet_integrals};
 
-/// What is done with power that a single bounce does not let out.
+/// Treatment of the power that does not leave the surface after one reflection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Closure {
-    /// Nothing: it is lost, and emissivity and reflectivity add up to less than 1.
+    /// The power is lost. Emissivity and reflectivity add up to less than 1.
     Single,
-    /// It is taken to be absorbed, so that it comes back as emission of the surface. A
-    /// reflectivity above 1, which Wagner shadowing can give, is brought back to 1.
+    /// The surface absorbs the power, so it counts as emission. A reflectivity above 1, which Wagner shadowing can give, is set to 1.
     #[default]
     ReEmit,
-    /// A second bounce is followed; what is still left is taken to be absorbed.
+    /// A second reflection is followed. The surface absorbs the rest.
     SecondBounce,
 }
 
@@ -40,7 +39,7 @@ pub struct SurfaceResponse {
     pub reflectivity: [f64; 2],
     /// Brightness the surface emits, K.
     pub emitted_k: [f64; 2],
-    /// Sky brightness it sends to the observer, K.
+    /// Sky brightness that it scatters to the observer, K.
     pub scattered_sky_k: [f64; 2],
 }
 
@@ -63,7 +62,7 @@ impl GeometricOptics {
         FacetSurface { stack, slopes: &self.slopes, shadowing: self.shadowing }
     }
 
-    /// The plain integrals: emission of visible facets and one bounce, before any closure.
+    /// The integrals over visible facets: emission and one reflection, without closure.
     ///
     /// Angles in radians, checked by the caller: zenith 0 to below 90 degrees; azimuth of the
     /// observer from the first slope axis.
@@ -92,7 +91,7 @@ impl GeometricOptics {
                 scattered_sky_k[p] += twice.scattered_sky_k[p];
             }
         }
-        // The Wagner form can give back more than it gets near grazing angles.
+        // Near grazing angles, Wagner shadowing can give a reflectivity above 1.
         for p in 0..2 {
             if reflectivity[p] > 1.0 {
                 scattered_sky_k[p] /= reflectivity[p];
@@ -100,8 +99,7 @@ impl GeometricOptics {
             }
         }
         let emissivity = reflectivity.map(|r| 1.0 - r);
-        // Layers may differ in temperature: multiply scattered power is absorbed where the
-        // visible facets emit.
+        // Layers may have different temperatures. Multiply scattered power is absorbed in the same layers as the visible facets emit from.
         let emitted_k = [0, 1].map(|p| {
             let mean_k = if once.emissivity[p] > 1e-9 { once.emitted_k[p] / once.emissivity[p] } else { stack.top_temperature_k() };
             emissivity[p] * mean_k

@@ -1,4 +1,4 @@
-//! Stacks whose layers are too thick or uneven for their echoes to interfere: powers add.
+//! Stacks of layers that are too thick or uneven for interference. Powers are added.
 
 use super::fresnel::{Reflection, interface, medium};
 use super::layer::Layer;
@@ -20,10 +20,9 @@ fn step(layers: &[Layer], n: usize, k0: f64, cos_theta: f64) -> Step {
     Step { r: interface(eps1, q1, below.eps, q2), transmission }
 }
 
-/// Reflection of the stack, all orders of the echoes summed in closed form.
+/// Reflection of the stack. All orders of multiple reflections are summed in closed form.
 ///
-/// The amplitudes have the phase of the top interface and the power of the whole; the cross
-/// term sums the echoes as the powers do.
+/// The amplitudes have the phase of the top interface and the power of the whole stack. The cross term is the same sum as the powers.
 ///
 /// # Reference
 /// `R <- G + (1-G)^2 R L^2/(1 - G R L^2)` bottom up (Ulaby, Moore & Fung 1981, section 4-14).
@@ -60,8 +59,8 @@ pub(super) fn incoherent_reflection(layers: &[Layer], k0: f64, cos_theta: f64) -
 
 /// Weight of the temperature of each layer in the emission, `[h, v]` from the top.
 ///
-/// Power leaving a layer upward is what it emits itself, up and (reflected below) down, and what
-/// comes through from below; the interface above lets it out after any number of echoes.
+/// The power that leaves a layer upward is the emission of the layer upward, its emission downward after reflection below, and the power
+/// transmitted from below. It passes the interface above after any number of reflections.
 pub(super) fn incoherent_absorption(layers: &[Layer], k0: f64, cos_theta: f64) -> Vec<[f64; 2]> {
     let count = layers.len();
     let mut weights = vec![[0.0; 2]; count];

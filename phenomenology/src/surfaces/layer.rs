@@ -1,10 +1,10 @@
-//! One layer of a stack.
+//! A layer of a stack.
 
 use num_complex::Complex64;
 
-/// Largest permittivity taken; any metal lies far below.
+/// Largest size of a permittivity. That of every metal is far smaller.
 const MAX_PERMITTIVITY: f64 = 1e15;
-/// Thickest layer taken; anything thicker is a half-space.
+/// Largest thickness of a layer. A thicker layer is a half-space.
 const MAX_THICKNESS_M: f64 = 1e6;
 
 /// One layer of a stack.

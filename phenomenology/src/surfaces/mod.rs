@@ -1,8 +1,7 @@
-//! Surfaces: how much a boundary emits, reflects and scatters.
+//! Surfaces: emission, reflection and scattering of a boundary.
 //!
-//! A [`Stack`] of layers is resolved from a [`StackDescription`] at one frequency; a
-//! [`SurfaceModel`] adds [`Roughness`] and a canopy. Pairs are `[h, v]`; angles are radians from
-//! the normal; `h` has its electric field across the plane of incidence.
+//! A [`StackDescription`] gives a [`Stack`] of layers at one frequency. A [`SurfaceModel`] adds [`Roughness`] and a canopy. Pairs are
+//! `[h, v]`. Angles are in radians from the normal. The electric field of `h` is perpendicular to the plane of incidence.
 //!
 //! ```
 //! use cittert_phenomenology::dielectrics::{Extrapolation, Material};

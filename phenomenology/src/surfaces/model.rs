@@ -1,4 +1,4 @@
-//! A surface as a scene uses it: layers, roughness and a canopy, at one frequency.
+//! A surface of a scene at one frequency: layers, roughness and a canopy.
 
 use super::choudhury79::QhRoughness;
 use super::error::{SurfaceError, bounded, cos_incidence};
@@ -15,11 +15,11 @@ use std::f64::consts::TAU;
 /// A surface at one frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceModel {
-    /// What it is made of.
+    /// Its layers.
     pub stack: Stack,
-    /// How rough it is.
+    /// Its roughness.
     pub roughness: Roughness,
-    /// What grows on it.
+    /// Vegetation on it.
     pub canopy: Option<Canopy>,
 }
 
@@ -30,11 +30,9 @@ impl SurfaceModel {
         Self { stack, roughness, canopy: None }
     }
 
-    /// Local reflection at an angle of incidence: amplitudes and powers with roughness, before
-    /// any canopy.
+    /// Reflection at an angle of incidence: amplitudes and powers with roughness, without the canopy.
     ///
-    /// For facets the powers are those scattered to the observer from all directions, and the
-    /// phases those of a smooth surface.
+    /// For facets, the powers are the sums over all directions that scatter to the observer, and the phases are those of a smooth surface.
     ///
     /// # Errors
     /// [`SurfaceError::Angle`], or an angle beyond the fit of the roughness.
@@ -56,8 +54,8 @@ impl SurfaceModel {
 
     /// Emissivity, reflectivity, emission and scattered sky towards an observer.
     ///
-    /// `azimuth_rad` is that of the observer from the first slope axis; only facets of unequal
-    /// slopes depend on it. Specular surfaces ask the sky for the mirrored direction.
+    /// `azimuth_rad` is the azimuth of the observer from the first slope axis. It matters only for facets of unequal slopes. Specular
+    /// surfaces reflect the sky in the mirror direction.
     ///
     /// # Errors
     /// [`SurfaceError::Angle`], [`SurfaceError::Azimuth`], or an angle beyond the fit of the
@@ -78,7 +76,7 @@ impl SurfaceModel {
         Ok(response)
     }
 
-    /// Brightness `[h, v]` the surface emits, K, its layers each at their own temperature.
+    /// Brightness `[h, v]` that the surface emits, K. Each layer has its own temperature.
     ///
     /// # Errors
     /// As [`SurfaceModel::response`].
@@ -110,7 +108,7 @@ impl SurfaceModel {
             emitted = qh.mix(emitted);
             absorbed = qh.mix(absorbed);
         }
-        // What roughness adds to the emission comes from the layers as the smooth emission does.
+        // The emission that roughness adds has the same mean temperature as the smooth emission.
         let emitted_k = [0, 1].map(|p| {
             let mean_k = if absorbed[p] > 1e-9 { emitted[p] / absorbed[p] } else { self.stack.top_temperature_k() };
             emissivity[p] * mean_k
@@ -119,7 +117,7 @@ impl SurfaceModel {
     }
 }
 
-/// Sky in the direction a plane mirror shows; the mirrored ray goes on away from the observer.
+/// Sky brightness in the mirror direction, on the side of the surface opposite to the observer.
 fn sky_at_mirror(sky: Sky<'_>, theta_rad: f64, azimuth_rad: f64) -> f64 {
     match sky {
         Sky::Symmetric(t) => t(theta_rad),
@@ -130,7 +128,7 @@ fn sky_at_mirror(sky: Sky<'_>, theta_rad: f64, azimuth_rad: f64) -> f64 {
     }
 }
 
-/// The response seen through a canopy; sky scattered by leaves is taken from the mirror angle.
+/// The response through a canopy. The sky that leaves scatter is taken at the mirror angle.
 fn under_canopy(canopy: &Canopy, ground: &SurfaceResponse, cos: f64, sky_k: f64) -> SurfaceResponse {
     let mut out = *ground;
     for p in 0..2 {

@@ -1,9 +1,8 @@
 //! The second bounce on a surface of Gaussian facets.
 //!
-//! A mirror ray that does not leave meets another facet. Which one follows from the slopes alone:
-//! along a ray of direction `r` facets are met in proportion to their projected area `-n.r`
-//! against it. The second mirror ray leaves with the shadowing probability of its direction.
-//! Heights of the two facets are taken as independent, as the bistatic shadowing does.
+//! A mirror ray that does not leave the surface hits a second facet. The probability of a facet follows from the slopes alone: along a
+//! ray of direction `r` it is proportional to the projected area `-n.r`. The second mirror ray leaves with the shadowing probability of
+//! its direction. The heights of the two facets are assumed to be independent, as in bistatic shadowing.
 
 use super::fresnel::Reflection;
 use super::quadrature::{Rule, legendre_12, normal_8};
@@ -12,7 +11,7 @@ use super::wagner_lynch::{Facet, FacetSurface, REACH, Sky, View};
 
 type Vector = [f64; 3];
 
-/// Share of the power below which a blocked ray is not followed.
+/// Fraction of the power below which a blocked ray is not followed.
 const NEGLIGIBLE: f64 = 1e-9;
 
 fn dot(a: Vector, b: Vector) -> f64 {
@@ -59,17 +58,17 @@ impl RayField {
     }
 }
 
-/// What the second bounce adds, `[h, v]`.
+/// Contribution of the second reflection, `[h, v]`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SecondBounce {
     pub reflectivity: [f64; 2],
     pub scattered_sky_k: [f64; 2],
 }
 
-/// Reflectivity and scattered sky by two bounces.
+/// Reflectivity and scattered sky by two reflections.
 ///
-/// `escaping` is what a first bounce lets out if every facet is a perfect mirror; `rule` is that
-/// of the first facets.
+/// `escaping` is the power that leaves after one reflection if every facet is a perfect mirror. `rule` is the quadrature rule of the first
+/// facets.
 pub(super) fn second_bounce(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, escaping: f64, rule: &'static Rule) -> SecondBounce {
     let FacetSurface { slopes, shadowing, .. } = surface;
     let mut sums = SecondBounce::default();
@@ -78,7 +77,7 @@ pub(super) fn second_bounce(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>
     let top = reach.min(view.facing_limit());
     let (up_lo, up_hi) = view.upward_interval();
     let mut blocked_sum = 0.0;
-    // The blocked share has a kink where mirror rays turn downward.
+    // The blocked fraction has a kink at the slope where mirror rays begin to point down.
     for (a, wa) in pieces(rule, -reach, top, [up_lo, 0.0, up_hi]) {
         let (lo, hi) = view.occurring_interval(a);
         let limit = view.upward_limit(a).unwrap_or(0.0);
@@ -98,7 +97,7 @@ pub(super) fn second_bounce(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>
             }
         }
     }
-    // The coarser rule here must not give out more than the first bounce has left.
+    // The rule here is coarser than that of the first reflection. The sum must not exceed the power that is left.
     let left = (seen * (1.0 + view.lambda) - escaping).max(0.0);
     if blocked_sum > left {
         let scale = left / blocked_sum;
@@ -108,14 +107,14 @@ pub(super) fn second_bounce(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>
     sums
 }
 
-/// Nodes of a rule on an interval cut at points that may lie outside it.
+/// Nodes of a rule on the pieces of an interval. Cuts outside the interval have no effect.
 fn pieces(rule: &'static Rule, lo: f64, hi: f64, cuts: [f64; 3]) -> impl Iterator<Item = (f64, f64)> {
     let mut edges = [lo, cuts[0].clamp(lo, hi), cuts[1].clamp(lo, hi), cuts[2].clamp(lo, hi), hi];
     edges.sort_by(f64::total_cmp);
     (0..4).filter(move |&i| edges[i + 1] - edges[i] > 1e-12 * (hi - lo)).flat_map(move |i| rule.on(edges[i], edges[i + 1]))
 }
 
-/// Follow the blocked ray of one facet to its second facets.
+/// Follows the blocked ray of one facet to the second facets.
 fn add_path(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, (first, blocked): (&Facet, f64), sums: &mut SecondBounce) {
     let FacetSurface { stack, slopes, shadowing } = surface;
     let s = [view.sin, 0.0, view.cos];
@@ -136,7 +135,7 @@ fn add_path(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, (first, blocke
     let frame = slopes.in_frame(cx, cy);
     let least = if horizontal > 1e-9 { r[2] / horizontal } else { -f64::INFINITY * -r[2].signum() };
     if least == f64::INFINITY {
-        return; // straight up: nothing is in the way
+        return; // a vertical ray meets no other facet
     }
     let span = REACH * frame.sigma_a;
     let (lo, hi) = if least > 0.0 { (least, least.hypot(span)) } else { (least.max(-span), span) };

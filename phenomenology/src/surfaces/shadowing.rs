@@ -1,4 +1,4 @@
-//! Shadowing of Gaussian slopes, seen from one direction or two.
+//! Shadowing on a surface of Gaussian slopes, for one or two directions.
 
 use super::slopes::Slopes;
 use std::f64::consts::{PI, SQRT_2};
@@ -15,7 +15,7 @@ pub enum Shadowing {
     None,
 }
 
-/// Argument at which `Lambda` has fallen below the smallest weight that matters in an integral.
+/// Argument above which `Lambda` is negligible in an integral (below 1e-17).
 const NEGLIGIBLE_V: f64 = 6.0;
 
 /// `Lambda` for `v = cot(zenith)/(sqrt(2) slope)`; infinite at the horizon.
@@ -65,7 +65,7 @@ impl Shadowing {
 
     /// Probability that a facet that faces two directions is seen from both.
     ///
-    /// With `same_azimuth` what hides one hides the other, and only the larger counts.
+    /// With `same_azimuth` the same obstacle blocks both directions, and only the larger `Lambda` counts.
     #[must_use]
     pub fn bistatic(self, lambda_a: f64, lambda_b: f64, same_azimuth: bool) -> f64 {
         self.single(if same_azimuth { lambda_a.max(lambda_b) } else { lambda_a + lambda_b })

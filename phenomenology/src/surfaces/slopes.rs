@@ -1,8 +1,8 @@
-//! Gaussian slopes of a rough surface, also different along and across.
+//! Gaussian slopes of a rough surface. They may differ along and across an axis.
 
 use super::error::{SurfaceError, bounded};
 
-/// Steepest rms slope for which geometric optics is offered.
+/// Largest rms slope for which geometric optics is valid here.
 const MAX_SLOPE: f64 = 1.0;
 
 /// Rms slopes along two principal axes; azimuths count from the first.

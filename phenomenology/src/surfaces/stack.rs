@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 pub struct Stack {
     layers: Vec<Layer>,
     coherent: bool,
-    /// The temperature, if all layers share one.
+    /// The temperature, if all layers have the same.
     isothermal_k: Option<f64>,
     k0: f64,
     freq_hz: f64,
@@ -59,7 +59,7 @@ impl Stack {
         &self.layers
     }
 
-    /// Whether echoes interfere.
+    /// Whether reflections of different layers interfere.
     #[must_use]
     pub fn is_coherent(&self) -> bool {
         self.coherent
@@ -85,8 +85,8 @@ impl Stack {
         Ok(self.reflection_cos(cos_incidence(theta_rad)?))
     }
 
-    /// Fraction of incident power absorbed by each layer from the top, `[h, v]`; with the
-    /// reflectivity it adds up to 1. It is the weight of the temperature of that layer.
+    /// Fraction of incident power that each layer absorbs, from the top, `[h, v]`. It is the weight of the temperature of the layer. The
+    /// sum over layers and the reflectivity is 1.
     ///
     /// # Errors
     /// [`SurfaceError::Angle`].
@@ -94,7 +94,7 @@ impl Stack {
         Ok(self.absorption_cos(cos_incidence(theta_rad)?))
     }
 
-    /// Emitted brightness `[h, v]`, K: the sum of weight times temperature of the layers.
+    /// Emitted brightness `[h, v]`, K: the sum of the temperatures of the layers times their weights.
     ///
     /// # Errors
     /// [`SurfaceError::Angle`].
@@ -131,7 +131,7 @@ impl Stack {
         emitted
     }
 
-    /// Reflection and emission together, as a facet of a rough surface needs them.
+    /// Reflection and emission together, for a facet of a rough surface.
     pub(super) fn local_cos(&self, cos_theta: f64) -> (Reflection, [f64; 2]) {
         let reflection = self.reflection_cos(cos_theta);
         let emission = match self.isothermal_k {

@@ -1,4 +1,4 @@
-//! Stacks described in TOML: materials and thicknesses, before a frequency is chosen.
+//! Stacks described in TOML by materials and thicknesses. They do not depend on frequency.
 
 use super::error::SurfaceError;
 use super::layer::Layer;
@@ -13,7 +13,7 @@ use toml::Spanned;
 /// Temperature of a layer given as `eps` alone, K.
 pub const DEFAULT_TEMPERATURE_K: f64 = 290.0;
 
-/// What a layer is made of.
+/// Material of a layer.
 #[derive(Debug, Clone)]
 pub enum Substance {
     /// A material of the data base in some state, with a model (`None`: its default).
@@ -32,20 +32,20 @@ pub enum Substance {
 /// One layer of a description.
 #[derive(Debug, Clone)]
 pub struct LayerDescription {
-    /// What it is made of.
+    /// Its material.
     pub substance: Substance,
     /// Thickness, m; infinite for the last layer.
     pub thickness_m: f64,
     /// Physical temperature, K.
     pub temperature_k: f64,
-    /// Where it was read, such as ` (line 7)`; empty if it was not.
+    /// Its line in the file, such as ` (line 7)`. It is empty for a layer made in memory.
     pub place: String,
 }
 
-/// A stack before a frequency is chosen.
+/// The description of a stack at any frequency.
 #[derive(Debug, Clone)]
 pub struct StackDescription {
-    /// Whether echoes interfere.
+    /// Whether reflections of different layers interfere.
     pub coherent: bool,
     /// Layers from the top.
     pub layers: Vec<LayerDescription>,
@@ -109,7 +109,7 @@ impl StackDescription {
     /// `coherent = true|false`, then one `[[layer]]` each from the top, with `material` and its
     /// parameters (`temperature_k`, `salinity_psu`, `moisture`, `density_kg_m3`, `texture`,
     /// `sand`, `clay`, `model`) or `eps = [real, loss]`; `thickness_m` on all but the last.
-    /// A temperature that is not given is the default of the material, or 290 K.
+    /// If no temperature is given, it is the default of the material, or 290 K.
     ///
     /// # Errors
     /// [`SurfaceError::Syntax`] with line and column, [`SurfaceError::Layer`] or
@@ -119,7 +119,7 @@ impl StackDescription {
         Self::from_layers(text, raw.coherent, raw.layer)
     }
 
-    /// A stack from layers that were read as part of another file, whose text gives the lines.
+    /// A stack from layers that are part of another file. `text` is the text of that file, for line numbers.
     ///
     /// # Errors
     /// As [`StackDescription::from_toml`].
@@ -174,7 +174,7 @@ fn place_of(text: &str, span: &Range<usize>) -> String {
     format!(" (line {line})")
 }
 
-/// Why a layer could not be read.
+/// A fault of a layer.
 enum LayerFault {
     Message(String),
     Material(DielectricError),

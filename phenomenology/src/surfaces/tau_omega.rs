@@ -13,7 +13,7 @@ pub struct Canopy {
     pub temperature_k: f64,
 }
 
-/// Parts of the brightness above a canopy at one angle and polarisation.
+/// Weights of the parts of the brightness above a canopy, at one angle and polarisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CanopyBudget {
     /// Weight of the canopy temperature.
@@ -22,8 +22,8 @@ pub struct CanopyBudget {
     pub ground: f64,
     /// Weight of the sky mirrored by the ground: `R g^2`.
     pub mirrored_sky: f64,
-    /// What scattering takes from the canopy emission. The plain model leaves it out; by
-    /// Kirchhoff's law as much sky is scattered to the observer.
+    /// Weight of the sky that the canopy scatters. The published model omits it. By Kirchhoff's law it equals the emission that the canopy
+    /// loses by scattering.
     pub scattered_sky: f64,
 }
 
@@ -40,7 +40,7 @@ impl Canopy {
         })
     }
 
-    /// Shares of canopy, ground and sky over a ground of power reflectivity `r`.
+    /// Weights of canopy, ground and sky over a ground of power reflectivity `r`.
     ///
     /// # Reference
     /// Mo et al. 1982, J. Geophys. Res. 87, 11229:

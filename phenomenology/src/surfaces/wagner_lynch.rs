@@ -1,7 +1,7 @@
 //! Emission and single scatter of a surface of Gaussian facets: geometric optics.
 //!
-//! The frame of an integral is turned to the observer: `x` along the azimuth, facet slopes `a`
-//! along and `b` across it, so that the observer stands at `(sin, 0, cos)` of the zenith angle.
+//! The frame of an integral has its `x` axis along the azimuth of the observer. Facets have the slopes `a` along and `b` across it. The
+//! direction of the observer is `(sin, 0, cos)` of the zenith angle.
 
 use super::quadrature::{Rule, legendre_24, legendre_32};
 use super::shadowing::{Shadowing, lambda_of_direction};
@@ -9,10 +9,10 @@ use super::slopes::{SlopeFrame, Slopes};
 use super::stack::Stack;
 use std::f64::consts::PI;
 
-/// Standard deviations beyond which slopes are left out; 2e-11 of the facets lie there.
+/// Number of standard deviations up to which slopes are integrated. A fraction of 2e-11 of the facets lies beyond.
 pub(super) const REACH: f64 = 6.7;
 
-/// Sky brightness seen by a surface.
+/// Sky brightness above a surface.
 #[derive(Clone, Copy)]
 pub enum Sky<'a> {
     /// Depends on zenith angle only (radians): K.
@@ -28,9 +28,9 @@ pub struct FacetIntegrals {
     pub emissivity: [f64; 2],
     /// Brightness they emit, K.
     pub emitted_k: [f64; 2],
-    /// Reflectivity by one bounce that leaves the surface.
+    /// Reflectivity by one reflection that leaves the surface.
     pub reflectivity: [f64; 2],
-    /// Sky brightness scattered by that bounce, K.
+    /// Sky brightness scattered by one reflection, K.
     pub scattered_sky_k: [f64; 2],
     /// The same reflectivity if every facet were a perfect mirror.
     pub escaping: f64,
@@ -47,11 +47,11 @@ pub(super) struct View {
     pub frame: SlopeFrame,
     /// `Lambda` of the observer.
     pub lambda: f64,
-    /// Whether facets of slopes `b` and `-b` count alike, so that half of them is enough.
+    /// Whether the integrand is symmetric in `b`, so that only `b >= 0` is integrated.
     mirrored: bool,
 }
 
-/// A surface of facets: what each is made of, how they lie, how they hide each other.
+/// A surface of facets: the stack of each facet, the slopes, and the shadowing.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FacetSurface<'a> {
     pub stack: &'a Stack,
@@ -59,7 +59,7 @@ pub(super) struct FacetSurface<'a> {
     pub shadowing: Shadowing,
 }
 
-/// One facet as the observer sees it.
+/// One facet seen by the observer.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facet {
     /// Slope along the view.
@@ -110,7 +110,7 @@ impl View {
         Facet { a, b, d, weight: area * density * facing / self.cos, cos_chi: (facing / d).min(1.0) }
     }
 
-    /// The direction a ray to the observer comes from by the mirror of the facet.
+    /// Direction of the ray that the facet reflects to the observer.
     pub(super) fn mirrored(&self, f: &Facet) -> [f64; 3] {
         let twice = 2.0 * f.cos_chi / f.d;
         [-twice * f.a - self.sin, -twice * f.b, twice - self.cos]
@@ -123,38 +123,37 @@ impl View {
         if size > 0.0 { along * along / size } else { 1.0 }
     }
 
-    /// Slopes `b` from which the mirror ray goes up lie within this of zero, for a given `a`;
-    /// `None` if it goes down from all.
+    /// For a given `a`, the largest `|b|` for which the mirror ray points up. `None` if it points down for every `b`.
     pub(super) fn upward_limit(&self, a: f64) -> Option<f64> {
         let (lo, hi) = self.upward_interval();
         (a > lo && a < hi).then(|| ((a - lo) * (hi - a)).sqrt())
     }
 
-    /// Slopes `a` from which some mirror ray goes up: `-tan - sec` to `-tan + sec`, the latter
-    /// written without its cancellation at grazing angles.
+    /// Slopes `a` for which some mirror ray points up: `-tan - sec` to `-tan + sec`. The upper limit is written in a form without
+    /// cancellation at grazing angles.
     pub(super) fn upward_interval(&self) -> (f64, f64) {
         let sec = 1.0 / self.cos;
         (-self.tan - sec, 1.0 / (self.tan + sec))
     }
 
-    /// Slopes `b` that occur at a given `a`, the lower half left out if both signs are alike.
+    /// Interval of the slopes `b` at a given `a`. The lower half is omitted if the integrand is symmetric.
     pub(super) fn occurring_interval(&self, a: f64) -> (f64, f64) {
         let (mean, sigma) = self.frame.b_given_a(a);
         if self.mirrored { (0.0, REACH * sigma) } else { (mean - REACH * sigma, mean + REACH * sigma) }
     }
 
-    /// What counts a facet of one sign of `b` for both, where they are alike.
+    /// Factor for the omitted half of the slopes `b`.
     pub(super) fn multiplicity(&self) -> f64 {
         if self.mirrored { 2.0 } else { 1.0 }
     }
 
-    /// Steepest slope towards the observer that is still seen from its front.
+    /// Largest slope `a` whose facet faces the observer.
     pub(super) fn facing_limit(&self) -> f64 {
         if self.sin > 0.0 { self.cos / self.sin } else { f64::INFINITY }
     }
 }
 
-/// Rules of the two slope integrals.
+/// Quadrature rules of the two slope integrals. The convergence tests compare them with 160 points.
 #[derive(Clone, Copy)]
 pub(super) struct Rules {
     pub inner: &'static Rule,
@@ -169,7 +168,7 @@ impl Default for Rules {
 
 /// Integrals over the facets of a surface seen from a direction.
 ///
-/// `sky` is asked for the direction every mirror ray comes from.
+/// `sky` is evaluated in the direction of every mirror ray.
 pub(super) fn facet_integrals(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, rules: Rules) -> FacetIntegrals {
     let mut sums = FacetIntegrals::default();
     emission(surface, view, rules, &mut sums);
@@ -201,11 +200,10 @@ fn emission(surface: FacetSurface<'_>, view: &View, rules: Rules, sums: &mut Fac
     }
 }
 
-/// `r = int W S12 Gamma` over the facets whose mirror ray goes up, and the same with the sky.
+/// `r = int W S12 Gamma` over the facets whose mirror ray points up, and the same integral weighted with the sky.
 fn single_scatter(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, rules: Rules, sums: &mut FacetIntegrals) {
-    // Mirror rays go up inside a circle of slopes of radius sec about (-tan, 0). With
-    // a = hi - 2 sec sin^2 w its borders are smooth in w, and nodes gather at the upper border,
-    // where mirror rays graze.
+    // Mirror rays point up for slopes inside a circle of radius sec around (-tan, 0). With a = hi - 2 sec sin^2 w the integrand is smooth
+    // in w at the borders, and the nodes are dense at the upper border, where mirror rays are grazing.
     let sec = 1.0 / view.cos;
     let (_, up_hi) = view.upward_interval();
     let reach = REACH * view.frame.sigma_a;
@@ -247,7 +245,7 @@ fn single_scatter(surface: FacetSurface<'_>, view: &View, sky: Sky<'_>, rules: R
     }
 }
 
-/// A local pair `[h, v]` as the observer's h and v see it.
+/// A pair `[h, v]` of the facet in the h and v of the observer.
 fn turn(cos2_psi: f64, local: [f64; 2]) -> [f64; 2] {
     let sin2 = 1.0 - cos2_psi;
     [cos2_psi * local[0] + sin2 * local[1], cos2_psi * local[1] + sin2 * local[0]]

@@ -3,13 +3,13 @@
 use super::error::SurfaceError;
 use super::fresnel::Reflection;
 
-/// Steepest angle the fit covers, degrees.
+/// Largest angle of the fit, degrees.
 const MAX_DEGREES: f64 = 70.0;
 
 /// The reflection of a rough soil from that of the smooth one.
 ///
-/// `ks` is the rms height times the free-space wavenumber. Phases are those of the smooth
-/// surface; the real amplitude of a diffuse reflection has none.
+/// `ks` is the rms height times the free-space wavenumber. The phases are those of the smooth surface,
+/// although a diffuse reflection has no phase.
 ///
 /// # Errors
 /// [`SurfaceError::Value`] beyond 70 degrees, where there is no fit.

@@ -17,13 +17,13 @@ pub struct Terrain {
 }
 
 impl Terrain {
-    /// A plane at a height in m with one cover, a map over it and patches on top, later ones highest.
+    /// A plane at a height in m with one cover. A map lies over it, and patches lie over the map. A later patch covers an earlier one.
     #[must_use]
     pub fn new(height_m: f64, field: Option<HeightField>, cover: u32, map: Option<SurfaceMap>, patches: Vec<Patch>) -> Self {
         Self { height_m, field, cover, map, patches: PatchIndex::new(patches) }
     }
 
-    /// Height at a place, m.
+    /// Height at a point, m.
     #[must_use]
     pub fn height_m(&self, x: f64, y: f64) -> f64 {
         self.field.as_ref().and_then(|f| f.height_m(x, y)).unwrap_or(self.height_m)
@@ -42,7 +42,7 @@ impl Terrain {
         (lo.min(self.height_m), hi.max(self.height_m))
     }
 
-    /// Where a ray first meets the ground beyond `t_min`.
+    /// The first point beyond `t_min` where a ray meets the ground.
     #[must_use]
     #[inline]
     pub fn hit(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<GroundHit> {
@@ -50,7 +50,7 @@ impl Terrain {
             if let Some(hit) = field.hit(ray, t_min, t_max) {
                 return Some(hit);
             }
-            // The plane goes on around the field only.
+            // Inside the area of the field there is no plane.
             let hit = self.plane_hit(ray, t_min, t_max)?;
             let p = ray.at(hit.t);
             return field.height_m(p.x, p.y).is_none().then_some(hit);
@@ -67,7 +67,7 @@ impl Terrain {
         (t > t_min && t <= t_max).then_some(GroundHit { t, normal: Vec3::UP })
     }
 
-    /// The cover of a place.
+    /// The cover of a point.
     #[must_use]
     #[inline]
     pub fn cover(&self, x: f64, y: f64) -> u32 {

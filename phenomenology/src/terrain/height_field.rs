@@ -1,4 +1,4 @@
-//! Ground by heights on a grid of nodes; each cell is two triangles.
+//! Ground given by heights on a grid of nodes. Each cell consists of two triangles.
 
 use super::hit::GroundHit;
 use crate::space::{Ray, Vec3};
@@ -17,9 +17,9 @@ pub struct HeightField {
 }
 
 impl HeightField {
-    /// Nodes at distance `cell_m` from a south-west one, rows from south to north, each of `columns`; m.
+    /// Heights in m of nodes `cell_m` apart, from the south-west node `origin_m`, in rows of `columns` from south to north.
     ///
-    /// `None` for fewer than 2 x 2 nodes, an incomplete row, a cell that is not positive or a number that is not finite.
+    /// Returns `None` for fewer than 2 x 2 nodes, an incomplete row, a cell that is not positive or a number that is not finite.
     #[must_use]
     pub fn new(origin_m: [f64; 2], cell_m: f64, columns: usize, heights_m: Vec<f64>) -> Option<Self> {
         let rows = heights_m.len().checked_div(columns)?;
@@ -42,7 +42,7 @@ impl HeightField {
         self.heights[row * self.columns + column]
     }
 
-    /// The cell and the place in it, 0 to 1.
+    /// The cell that contains a point, and the coordinates of the point in the cell, 0 to 1.
     fn locate(&self, x: f64, y: f64) -> Option<(usize, usize, f64, f64)> {
         let (u, v) = ((x - self.origin[0]) / self.cell, (y - self.origin[1]) / self.cell);
         let (last_u, last_v) = ((self.columns - 1) as f64, (self.rows - 1) as f64);
@@ -53,13 +53,13 @@ impl HeightField {
         Some((i, j, u - i as f64, v - j as f64))
     }
 
-    /// Height of a cell's triangle and its slopes: the lower right one where `u >= v`, else the upper left one.
+    /// Height and slopes of one triangle of a cell: the lower right triangle (`u >= v`), or the upper left one.
     fn plane(&self, i: usize, j: usize, lower: bool) -> (f64, f64, f64) {
         let (h00, h10, h01, h11) = (self.at(i, j), self.at(i + 1, j), self.at(i, j + 1), self.at(i + 1, j + 1));
         if lower { (h00, h10 - h00, h11 - h10) } else { (h00, h11 - h01, h01 - h00) }
     }
 
-    /// Height at a place, m; `None` outside the grid.
+    /// Height at a point, m. `None` outside the grid.
     #[must_use]
     pub fn height_m(&self, x: f64, y: f64) -> Option<f64> {
         let (i, j, u, v) = self.locate(x, y)?;
@@ -67,7 +67,7 @@ impl HeightField {
         Some(h + su * u + sv * v)
     }
 
-    /// Where a ray first meets the ground beyond `t_min`: cells in the order the ray passes over them.
+    /// The first point beyond `t_min` where a ray meets the ground. The cells are tested in the order in which the ray passes over them.
     #[must_use]
     pub fn hit(&self, ray: &Ray, t_min: f64, t_max: f64) -> Option<GroundHit> {
         let (o, d) = (ray.origin, ray.direction);
@@ -95,7 +95,7 @@ impl HeightField {
             return None;
         }
         let start = ray.at(near_t);
-        // Coming in at the rim below the surface, a ray meets the cut side of the field.
+        // A ray that enters at the rim below the surface hits the vertical side of the field.
         if side != Vec3::ZERO {
             let inner = start - side * (1e-9 * self.cell);
             if self.height_m(inner.x, inner.y).is_some_and(|h| h > start.z) {
@@ -145,7 +145,7 @@ impl HeightField {
             let t = (foot - ray.origin).dot(across) / slope;
             let p = ray.at(t);
             let (u, v) = ((p.x - corner[0]) / self.cell, (p.y - corner[1]) / self.cell);
-            // A hair of overlap, so that no ray slips between triangles.
+            // The triangles overlap a little, so that no ray passes between them.
             let e = 1e-9;
             let inside = u >= -e && v >= -e && u <= 1.0 + e && v <= 1.0 + e && if lower { u >= v - e } else { v >= u - e };
             if inside && t > t_min && t <= t_max && best.is_none_or(|b| t < b.t) {

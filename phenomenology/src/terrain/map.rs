@@ -1,6 +1,6 @@
-//! Surfaces of the ground by an image map.
+//! A map of the surfaces of the ground.
 
-/// One cover a cell.
+/// A map with one cover for each cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceMap {
     origin: [f64; 2],
@@ -11,13 +11,13 @@ pub struct SurfaceMap {
 }
 
 impl SurfaceMap {
-    /// A map with its south-west corner and cell in m; `covers` in rows of `columns` from north to south.
+    /// A map with its south-west corner and the side of a cell in m. `covers` holds rows of `columns` cells, from north to south.
     #[must_use]
     pub fn new(origin_m: [f64; 2], cell_m: f64, columns: usize, covers: Vec<Option<u32>>) -> Self {
-        Self { origin: origin_m, cell: cell_m, columns: columns.max(1), covers }
+        Self { origin: origin_m, cell: cell_m, columns, covers }
     }
 
-    /// The cover of a place, if the map has one there.
+    /// The cover of a point, if the map has one there.
     #[must_use]
     #[inline]
     pub fn cover(&self, x: f64, y: f64) -> Option<u32> {
@@ -27,6 +27,6 @@ impl SurfaceMap {
             return None;
         }
         let row = rows - 1 - v as usize;
-        self.covers.get(row * self.columns + u as usize).copied().flatten()
+        self.covers[row * self.columns + u as usize]
     }
 }

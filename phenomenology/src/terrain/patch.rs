@@ -1,9 +1,9 @@
-//! Patches of ground and the search among them.
+//! Patches of ground, and a grid that finds the patch at a point.
 
 /// Outline of a patch, m.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// A polygon, also a concave one.
+    /// A polygon, which may be concave.
     Polygon(Vec<[f64; 2]>),
     /// A disc.
     Circle {
@@ -36,7 +36,7 @@ impl Patch {
         Self { shape, cover, low, high }
     }
 
-    /// Whether a place lies in it; the even-odd rule for polygons that cross themselves.
+    /// Whether a point lies in the patch. The even-odd rule applies to polygons that cross themselves.
     #[must_use]
     #[inline]
     pub fn contains(&self, x: f64, y: f64) -> bool {
@@ -63,13 +63,13 @@ impl Patch {
 /// Cells along each side of the search grid.
 const CELLS: usize = 48;
 
-/// Patches sorted into cells, so that a place asks only those near it.
+/// Patches sorted into cells, so that only patches near a point are tested.
 #[derive(Debug, Clone, Default)]
 pub(super) struct PatchIndex {
     patches: Vec<Patch>,
     low: [f64; 2],
     per_m: [f64; 2],
-    /// Candidates of each cell, the highest first.
+    /// Patches that overlap each cell, the topmost first.
     cells: Vec<Vec<u32>>,
 }
 
@@ -94,7 +94,7 @@ impl PatchIndex {
         Self { patches, low, per_m, cells }
     }
 
-    /// The cover of the highest patch at a place.
+    /// The cover of the topmost patch at a point.
     #[inline]
     pub(super) fn cover(&self, x: f64, y: f64) -> Option<u32> {
         if self.patches.is_empty() {
@@ -110,7 +110,7 @@ impl PatchIndex {
     }
 }
 
-/// The rectangles of a strip along a middle line.
+/// The rectangles of a strip along a centre line. Two equal points in succession give no rectangle.
 pub(crate) fn strip(line: &[[f64; 2]], width: f64) -> Vec<Vec<[f64; 2]>> {
     line.windows(2)
         .filter_map(|w| {

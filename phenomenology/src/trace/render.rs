@@ -9,17 +9,17 @@ use crate::solids::SolidScene;
 use cittert_arrays::{Image, SkyGrid, SpectralWindow};
 
 impl SolidScene {
-    /// Brightness temperature in K on a grid of direction cosines around the axis of the camera, \[chan = 1, pol = I, m, l\]: no
-    /// resampling lies between the scene and the visibilities.
+    /// Brightness temperature in K on a grid of direction cosines around the axis of the camera \[chan = 1, pol = I, m, l\]. Visibilities
+    /// can be computed from this grid without resampling.
     ///
     /// # Errors
-    /// No camera, or a surface or sky that cannot be had at this frequency.
+    /// No camera, or a surface or sky that cannot be computed at this frequency.
     pub fn render(&self, grid: &SkyGrid, spectrum: &SpectralWindow) -> Result<Image> {
         let view = View::on_grid(self.camera()?, grid)?;
         Ok(self.picture(&view, spectrum, &RenderOptions::default())?.temperature)
     }
 
-    /// A picture of a view with its maps.
+    /// A picture of a view, with maps of range, incidence and material.
     ///
     /// # Errors
     /// As [`SolidScene::render`], and options out of range.
@@ -27,7 +27,7 @@ impl SolidScene {
         self.picture_observed(view, spectrum, options, None)
     }
 
-    /// As [`SolidScene::picture`], telling how many rows are done.
+    /// As [`SolidScene::picture`], with reports of the number of rows done.
     ///
     /// # Errors
     /// As [`SolidScene::picture`].

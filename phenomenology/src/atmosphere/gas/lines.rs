@@ -58,7 +58,7 @@ pub struct WaterContinuum {
     pub slope_ppm_per_ghz: f64,
 }
 
-/// Everything needed to evaluate a gas model at one state of air, at any frequency.
+/// A gas model at one state of air, ready to be evaluated at any frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GasSpectrum {
     /// Water vapour lines.
@@ -103,12 +103,12 @@ impl GasAbsorption {
 impl GasSpectrum {
     /// Specific attenuation at a frequency: `0.1820 f N''` dB/km.
     ///
-    /// The frequency is not checked here: this is the inner loop.
+    /// The frequency is not checked, because this is the inner loop.
     #[must_use]
     pub fn absorption(&self, freq_ghz: f64) -> GasAbsorption {
         let sum = |lines: &[SpectralLine]| -> f64 { lines.iter().map(|line| line.refractivity_ppm(freq_ghz)).sum() };
         let water = sum(&self.water_lines) + self.water_continuum.slope_ppm_per_ghz * freq_ghz;
-        // First-order mixing can push the far wing of the band below zero.
+        // With first-order mixing the far wing of the band can become negative.
         let oxygen_lines = sum(&self.oxygen_lines).max(0.0);
         let oxygen = oxygen_lines + self.oxygen_debye.refractivity_ppm(freq_ghz);
         let nitrogen = nitrogen_refractivity_ppm(freq_ghz, self.dry_pressure_hpa, self.theta);

@@ -21,7 +21,7 @@ impl PowerLaw {
 
 /// A power law of rain attenuation.
 pub trait RainModel: std::fmt::Debug + Send + Sync {
-    /// Name in the table, as the command line uses it.
+    /// Name of the model in [`super::RAIN_MODELS`].
     fn name(&self) -> &'static str;
 
     /// Largest rain rate the model covers, mm/h.

@@ -1,4 +1,4 @@
-//! The rain power law of the period, in frequency bands, without polarisation.
+//! The rain power law of 1978, in frequency bands, without polarisation.
 //!
 //! # Reference
 //! Olsen, Rogers & Hodge 1978, IEEE Trans. AP 26, 318.

@@ -9,11 +9,11 @@ use std::sync::Arc;
 /// A row of the table of rain models.
 #[derive(Debug, Clone, Copy)]
 pub struct RainModelEntry {
-    /// Name on the command line.
+    /// Name of the model.
     pub name: &'static str,
     /// One line for help texts and the book.
     pub summary: &'static str,
-    /// Where it was published.
+    /// Publication.
     pub reference: &'static str,
     /// Reads the coefficients of the model.
     pub build: fn() -> Result<Arc<dyn RainModel>, PhysicsError>,

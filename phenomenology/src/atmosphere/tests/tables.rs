@@ -22,32 +22,6 @@ fn table_of_frequencies_keeps_its_stated_error() {
 }
 
 #[test]
-fn table_of_a_band_keeps_its_stated_error() {
-    let options = SkyTableOptions { tolerance_k: 0.3, ..SkyTableOptions::default() };
-    let table = SkyTable::for_band(&mls(), 88.0, 100.0, &options).unwrap();
-    assert!(table.interpolation_error_k() <= 0.6);
-    let freqs: Vec<f64> = (0..40).map(|i| 88.0 + 0.3 * f64::from(i) + 0.011).collect();
-    for row in mls().sky(&freqs, &[0.0, 47.0, 83.0, 89.7], Geometry::Spherical).unwrap() {
-        let ours = table.temperature(row.zenith_deg, row.freq_ghz).unwrap();
-        let off = (ours.planck_k - row.tb_planck_k).abs();
-        assert!(off <= table.interpolation_error_k(), "{row:?} {off}");
-    }
-    assert!(table.temperature(0.0, 87.9).unwrap_err().to_string().contains("88 to 100 GHz"));
-}
-
-#[test]
-fn band_over_a_line_seen_from_high_up_is_refined() {
-    let options = SkyTableOptions { tolerance_k: 1.0, observer_km: Some(12.0), ..Default::default() };
-    let table = SkyTable::for_band(&mls(), 182.0, 184.5, &options).unwrap();
-    let freqs = [182.6, 183.2, 183.305, 183.312, 183.4];
-    for row in mls().sky_from(12.0, &freqs, &[0.0, 70.0], Geometry::Spherical).unwrap() {
-        let ours = table.temperature(row.zenith_deg, row.freq_ghz).unwrap();
-        let off = (ours.planck_k - row.tb_planck_k).abs();
-        assert!(off <= table.interpolation_error_k(), "{row:?} {off}");
-    }
-}
-
-#[test]
 fn below_the_horizon_the_ground_is_seen_through_the_air() {
     let options = SkyTableOptions { ground_k: Some(310.0), ..SkyTableOptions::default() };
     let surface = SkyTable::for_frequencies(&mls(), &[94.0], &options).unwrap();
@@ -130,5 +104,4 @@ fn bad_options_are_named() {
     assert!(table.temperature(f64::NAN, 94.0).is_err());
     assert!(table.temperature(0.0, 95.0).is_err());
     assert!(table.rayleigh_jeans_k(1, 0.0).is_err());
-    assert!(SkyTable::for_band(&mls(), 94.0, 90.0, &base).is_err());
 }
