@@ -1,4 +1,4 @@
-//! What a gain solution is asked for.
+//! Options of a gain solution.
 
 use crate::closure::SolutionInterval;
 use crate::{ChainError, Result};
@@ -114,7 +114,7 @@ impl Default for SolveOptions {
 }
 
 impl SolveOptions {
-    /// Check every number against what the solver can do, for an array of `n_ant` antennas.
+    /// Check that every number is within its range, for an array of `n_ant` antennas.
     ///
     /// # Errors
     /// The first option out of its range, or an array of fewer than two antennas (three for amplitudes).

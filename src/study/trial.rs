@@ -43,7 +43,7 @@ pub struct SelfcalPlan {
     pub start: StartFrom,
 }
 
-/// What the first gains are solved against.
+/// The model against which the first gains are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StartFrom {
     /// A point at the phase centre.
