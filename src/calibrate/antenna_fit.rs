@@ -53,11 +53,18 @@ pub(crate) struct AntennaFit {
     pub(crate) freedom: f64,
 }
 
-/// Sums of an interval: cells \[chan\]\[pair\], and with robust weights the rows (chan, pair, sums).
+/// The sums of one row in a channel.
+pub(crate) struct RowSums {
+    pub(crate) chan: usize,
+    pub(crate) pair: usize,
+    pub(crate) cell: Cell,
+}
+
+/// Sums of an interval: cells \[chan\]\[pair\], and with robust weights those of each row.
 pub(crate) struct IntervalData<'a> {
     pub(crate) n_ant: usize,
     pub(crate) cells: Vec<&'a [Cell]>,
-    pub(crate) rows: Vec<(usize, usize, Cell)>,
+    pub(crate) rows: Vec<RowSums>,
     /// Channel centres, used in delay mode.
     pub(crate) freq_hz: &'a [f64],
 }
@@ -76,8 +83,9 @@ impl IntervalData<'_> {
 
     fn weighted_pairs(&self, weights: &[f64], ends: &[(usize, usize)]) -> Vec<Pairs> {
         let mut pairs = vec![Pairs::new(self.n_ant); self.cells.len()];
-        for ((chan, pair, c), w) in self.rows.iter().zip(weights).filter(|((_, _, c), _)| c.mm > 0.0) {
-            pairs[*chan].add(ends[*pair].0, ends[*pair].1, c.vm * *w, c.mm * w);
+        for (row, w) in self.rows.iter().zip(weights).filter(|(row, _)| row.cell.mm > 0.0) {
+            let (p, q) = ends[row.pair];
+            pairs[row.chan].add(p, q, row.cell.vm * *w, row.cell.mm * w);
         }
         pairs
     }
@@ -167,16 +175,17 @@ fn solve_active(
         let chi2: Vec<Option<f64>> = data
             .rows
             .iter()
-            .map(|(chan, pair, c)| {
-                let (p, q) = (place[ends[*pair].0], place[ends[*pair].1]);
-                (p != usize::MAX && q != usize::MAX).then(|| c.chi2(result.0[*chan][p] * result.0[*chan][q].conj()))
+            .map(|row| {
+                let (p, q) = (place[ends[row.pair].0], place[ends[row.pair].1]);
+                let gains = &result.0[row.chan];
+                (p != usize::MAX && q != usize::MAX).then(|| row.cell.chi2(gains[p] * gains[q].conj()))
             })
             .collect();
         let scale = if options.noise_from_residuals { typical_scale(data, &chi2) } else { 1.0 };
         let mut change = 0.0_f64;
-        for ((w, chi2), (_, _, c)) in weights.iter_mut().zip(&chi2).zip(&data.rows) {
+        for ((w, chi2), row) in weights.iter_mut().zip(&chi2).zip(&data.rows) {
             let Some(chi2) = chi2 else { continue };
-            let new = robust_weight(options, chi2 / scale, f64::from(c.n));
+            let new = robust_weight(options, chi2 / scale, f64::from(row.cell.n));
             change = change.max((new - *w).abs());
             *w = new;
         }
@@ -204,7 +213,7 @@ fn robust_weight(options: &SolveOptions, chi2: f64, n: f64) -> f64 {
 
 /// Median over the rows of chi^2 a real datum: a noise scale that outliers do not change.
 fn typical_scale(data: &IntervalData<'_>, chi2: &[Option<f64>]) -> f64 {
-    let mut ratios: Vec<f64> = chi2.iter().zip(&data.rows).filter_map(|(x, (_, _, c))| x.map(|x| x / (2.0 * f64::from(c.n)))).collect();
+    let mut ratios: Vec<f64> = chi2.iter().zip(&data.rows).filter_map(|(x, row)| x.map(|x| x / (2.0 * f64::from(row.cell.n)))).collect();
     if ratios.is_empty() {
         return 1.0;
     }

@@ -72,7 +72,7 @@ const EXTENDED: &str = "multiscale";
 
 impl CleanMaker {
     /// A maker with these options. In each round `clean.threshold` is raised to the plan's depth times the peak of the round
-    /// before, so that the model grows from round to round; the last round goes as deep as the options say. The components of
+    /// before, so that the model grows from round to round; the last round goes to the depth of the options. The components of
     /// `clean.niter` are those of each round.
     #[must_use]
     pub fn new(imaging: ImagingOptions, clean: CleanOptions) -> Self {

@@ -14,7 +14,7 @@ use cittert_arrays::GainTable;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// What is removed before the comparison, beyond the common phase.
+/// Degeneracies that are removed before the comparison, in addition to the common phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CompareOptions {
     /// A phase gradient over the aperture plane, for each interval, channel and feed: image shift.

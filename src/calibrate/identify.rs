@@ -16,7 +16,7 @@ use crate::{ChainError, Result};
 use cittert_arrays::{ArrayLayout, SPEED_OF_LIGHT_M_S};
 use std::f64::consts::TAU;
 
-/// What is known of the sky.
+/// Knowledge of the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKnowledge {
     /// All of it.
@@ -296,13 +296,18 @@ impl RowStack {
     /// The rows a_p + sign a_q less the mean of their group of equal baselines, which a free image takes up. Phases (sign -1)
     /// of reversed baselines are turned.
     fn add_groups(&mut self, parts: &[Vec<f64>], group: &[(usize, f64)], sign: f64) {
-        let mut members: Vec<(usize, f64, usize, usize)> =
-            pairs_of(parts.len()).zip(group).map(|((p, q), (g, turn))| (*g, *turn, p, q)).collect();
-        members.sort_by_key(|m| m.0);
-        for group in members.chunk_by(|a, b| a.0 == b.0).filter(|g| g.len() > 1) {
-            let row = |(_, turn, p, q): &(usize, f64, usize, usize)| {
-                let turn = if sign < 0.0 { *turn } else { 1.0 };
-                parts[*p].iter().zip(&parts[*q]).map(|(a, b)| turn * (a + sign * b)).collect::<Vec<f64>>()
+        struct Member {
+            group: usize,
+            turn: f64,
+            pair: (usize, usize),
+        }
+        let mut members: Vec<Member> =
+            pairs_of(parts.len()).zip(group).map(|(pair, (g, turn))| Member { group: *g, turn: *turn, pair }).collect();
+        members.sort_by_key(|m| m.group);
+        for group in members.chunk_by(|a, b| a.group == b.group).filter(|g| g.len() > 1) {
+            let row = |m: &Member| {
+                let turn = if sign < 0.0 { m.turn } else { 1.0 };
+                parts[m.pair.0].iter().zip(&parts[m.pair.1]).map(|(a, b)| turn * (a + sign * b)).collect::<Vec<f64>>()
             };
             let mut mean = vec![0.0; self.columns];
             for m in group {
@@ -388,7 +393,7 @@ fn name_modes(null: &[Vec<f64>], candidates: Vec<(String, Vec<f64>)>, named: &mu
             }
         }
         let size = dot(&rest, &rest).sqrt();
-        // A gradient along an axis in which the array has no extent is no mode of its own.
+        // A gradient along an axis in which the array has no extent is a combination of other modes.
         if size > 1e-6 * length && basis.len() < null.len() {
             rest.iter_mut().for_each(|r| *r /= size);
             basis.push(rest);

@@ -19,7 +19,7 @@ use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, s};
 
-/// What one stage did.
+/// The record of one stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointStage {
     /// Strength of the data against the entropy; 0 in the final solutions, which find it.

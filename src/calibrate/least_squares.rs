@@ -230,7 +230,7 @@ fn step(pairs: &Pairs, g: &[Complex64], amplitudes: bool, cost: f64) -> Option<(
     };
     let moved = |phase: &[f64], fraction: f64| -> Vec<Complex64> {
         let one = |p: usize| {
-            // Far from the solution a log amplitude may ask for absurd steps.
+            // Far from the solution the step of a log amplitude may be far too long.
             let a = (log_amp[p] * fraction).clamp(-1.0, 1.0);
             g[p] * Complex64::from_polar(a.exp(), phase[p] * fraction)
         };

@@ -147,7 +147,7 @@ impl Default for SolveOptions {
 }
 
 impl SolveOptions {
-    /// Check every number against what the solver can do, for an array of `n_ant` antennas.
+    /// Check that every number is within its range, for an array of `n_ant` antennas.
     ///
     /// # Errors
     /// The first option out of its range, or an array of fewer than two antennas (three for amplitudes).

@@ -1,4 +1,4 @@
-//! The rounds of self-calibration: what each does, and who makes its model.
+//! The rounds of self-calibration: their plan, and the maker of their models.
 
 use super::model::ModelVisibilities;
 use super::options::GainMode;
@@ -34,7 +34,7 @@ pub trait ModelMaker: ModelVisibilities {
     /// Image and deconvolve. [`ModelVisibilities::predict`] uses the new model from then on.
     ///
     /// # Errors
-    /// Whatever keeps an image from being made.
+    /// The image cannot be made.
     fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics>;
 
     /// The present images are the best so far: keep them.
@@ -44,10 +44,10 @@ pub trait ModelMaker: ModelVisibilities {
     fn recall(&mut self) {}
 }
 
-/// What one round does.
+/// The plan of one round.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RoundPlan {
-    /// What is solved for.
+    /// Phases, amplitudes and phases, or delays.
     pub mode: GainMode,
     /// How long a solution holds.
     pub solint: SolutionInterval,

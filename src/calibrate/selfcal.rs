@@ -20,7 +20,7 @@ use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, VisibilitySource};
 
-/// What the first gains are solved against.
+/// The model against which the first gains are solved.
 pub enum Start<'a> {
     /// A point at the phase centre (or at l, m); its flux is estimated from the data where it is not given.
     Point {
@@ -40,7 +40,7 @@ pub enum Start<'a> {
 /// Options of [`selfcal`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfcalOptions {
-    /// Everything about the solutions that the schedule does not say.
+    /// Options of the gain solutions; the schedule sets mode and interval.
     pub solve: SolveOptions,
     /// The rounds.
     pub schedule: Vec<RoundPlan>,
@@ -65,10 +65,10 @@ impl SelfcalOptions {
     }
 }
 
-/// What one round did.
+/// The record of one round.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoundRecord {
-    /// What it was to do.
+    /// Its plan.
     pub plan: RoundPlan,
     /// Its gains.
     pub gains: GainTable,

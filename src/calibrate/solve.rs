@@ -1,6 +1,6 @@
 //! Antenna gains of a whole set: one pass over the data, one least squares problem for each solution interval.
 
-use super::antenna_fit::{AntennaFit, FlagReason, IntervalData, solve_interval};
+use super::antenna_fit::{AntennaFit, FlagReason, IntervalData, RowSums, solve_interval};
 use super::model::ModelVisibilities;
 use super::normal::{IntervalSums, NormalEquations, SampleCounts};
 use super::options::{GainMode, SolveOptions};
@@ -82,11 +82,19 @@ pub struct Solution {
     pub report: SolveReport,
 }
 
+/// One solution of a set.
+#[derive(Clone, Copy)]
+struct Job {
+    interval: usize,
+    group: usize,
+    feed: usize,
+}
+
 /// Solve antenna gains of a set against a model.
 ///
 /// # Errors
 /// Options out of range, an interval shorter than an integration, nothing usable (all flagged, model zero), no antenna
-/// solvable in any interval, or whatever source and model say.
+/// solvable in any interval, or an error of source or model.
 ///
 /// # Reference
 /// Salvini & Wijnholds 2014, A&A 571, A97; Cornwell & Wilkinson 1981, MNRAS 196, 1067.
@@ -111,16 +119,17 @@ impl NormalEquations {
         let n_feed = self.feeds.names.len();
         let groups = if delay { 1 } else { self.channels.n_groups() };
         let intervals: Vec<&IntervalSums> = self.intervals.values().filter(|i| i.cells.iter().any(|c| c.n > 0)).collect();
-        let jobs: Vec<(usize, usize, usize)> =
-            (0..intervals.len()).flat_map(|t| (0..groups).flat_map(move |g| (0..n_feed).map(move |f| (t, g, f)))).collect();
+        let jobs: Vec<Job> = (0..intervals.len() * groups * n_feed)
+            .map(|k| Job { interval: k / (groups * n_feed), group: k / n_feed % groups, feed: k % n_feed })
+            .collect();
         observer.event(Event::Phase { name: "gain solutions", total: Some(jobs.len() as u64), unit: "solutions" });
         let fits: Vec<AntennaFit> = jobs
             .par_iter()
-            .map(|&(t, g, f)| {
+            .map(|job| {
                 if observer.cancelled() {
                     return Err(ChainError::Cancelled);
                 }
-                let fit = solve_interval(&self.interval_data(intervals[t], g, f), &self.options, needed);
+                let fit = solve_interval(&self.interval_data(intervals[job.interval], job.group, job.feed), &self.options, needed);
                 observer.event(Event::Advance(1));
                 Ok(fit)
             })
@@ -140,7 +149,7 @@ impl NormalEquations {
             .filter_map(|(index, cell)| {
                 let (block, pair) = (*index as usize / n, *index as usize % n);
                 let (g, f) = (block / n_feed, block % n_feed);
-                (f == feed && chans.contains(&g)).then(|| (g - chans.start, pair, *cell))
+                (f == feed && chans.contains(&g)).then(|| RowSums { chan: g - chans.start, pair, cell: *cell })
             })
             .collect();
         let cells = chans.clone().map(|c| self.cells(sums, c, feed)).collect();
@@ -148,13 +157,7 @@ impl NormalEquations {
     }
 
     /// Put the fits into a table, refer their phases to the reference antenna, and report.
-    fn collect(
-        &self,
-        intervals: &[&IntervalSums],
-        jobs: &[(usize, usize, usize)],
-        fits: &[AntennaFit],
-        observer: &dyn Observer,
-    ) -> Result<Solution> {
+    fn collect(&self, intervals: &[&IntervalSums], jobs: &[Job], fits: &[AntennaFit], observer: &dyn Observer) -> Result<Solution> {
         let layout = &self.header.layout;
         let n_feed = self.feeds.names.len();
         let mut table = GainTable::unity(
@@ -173,7 +176,7 @@ impl NormalEquations {
             samples: self.counts,
             refant_fallbacks: 0,
         };
-        for (&(t, group, f), fit) in jobs.iter().zip(fits) {
+        for (&Job { interval: t, group, feed: f }, fit) in jobs.iter().zip(fits) {
             for (c, gains) in fit.gains.iter().enumerate() {
                 for (p, gain) in gains.iter().enumerate() {
                     let at = (t, p, group + c, f);

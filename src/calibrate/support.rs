@@ -78,7 +78,7 @@ struct Sums {
     model_var: f64,
     halves: f64,
     halves_var: f64,
-    /// Weighted sum of 1 - cos over certain triangles, what noise alone gives, and the weight.
+    /// Sum of 1 - cos over certain triangles, its expected value for noise alone, and the number of triangles.
     bend: f64,
     bend_noise: f64,
     bend_weight: f64,

@@ -84,7 +84,7 @@ pub struct UnknownGainsBuilder {
 }
 
 impl UnknownGainsBuilder {
-    /// For sets of this header; `options` say mode, interval, channels, feeds and the baselines an antenna needs.
+    /// For sets of this header; `options` give mode, interval, channels, feeds and the number of baselines that an antenna needs.
     ///
     /// # Errors
     /// Options out of range, delay mode or robust weights (which this term does not have), no polarisation to solve on.
@@ -306,7 +306,7 @@ impl UnknownGains {
         let problems = self.solve(model);
         let n = self.n_group * self.n_feed;
         let mut s = [0.0; 5];
-        // Of each baseline and problem: what the derivatives by the shifts and the residual have in common with a phase.
+        // For each baseline and problem: the parts of the derivatives by the shifts, and of the residual, that a phase takes up.
         let mut phase: BTreeMap<(u32, u32, usize), [f64; 4]> = BTreeMap::new();
         for (r, row) in self.rows.iter().enumerate() {
             let first = r * self.n_chan;

@@ -42,7 +42,7 @@ pub fn resolves(length_wl: f64, half_field_rad: f64) -> bool {
 /// Read a set and test the baselines that do not resolve a field of `half_field_rad` around the phase centre.
 ///
 /// # Errors
-/// Whatever the source says.
+/// The source cannot be read.
 pub fn unresolved_phases(source: &mut dyn VisibilitySource, half_field_rad: f64) -> Result<Unresolved> {
     let header = source.header();
     let freq_hz = header.spectrum.freq_hz().to_vec();

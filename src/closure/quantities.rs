@@ -51,7 +51,7 @@ pub struct ClosureAmplitude {
 ///
 /// # Errors
 /// Fewer than 3 antennas, an interval shorter than an integration, a set too large to hold whose rows are not in order of
-/// time, or what source and `emit` say.
+/// time, or an error of source or `emit`.
 pub fn closure_phases(
     source: &mut dyn VisibilitySource,
     options: &ClosureOptions,

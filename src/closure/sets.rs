@@ -1,6 +1,6 @@
 //! The triangles and quadrangles of antennas on which closure quantities are formed.
 //!
-//! A minimal set holds as many independent quantities as the baselines allow, and no more: E - (N - 1) closure phases and
+//! A minimal set holds exactly as many independent quantities as the baselines allow: E - (N - 1) closure phases and
 //! E - N closure amplitudes for E connected baselines of N antennas, that is (N - 1)(N - 2)/2 and N(N - 3)/2 when none is
 //! missing. It grows baseline by baseline: each new triangle adds one baseline to others that belong to the set already, so
 //! no quantity is a combination of earlier ones.

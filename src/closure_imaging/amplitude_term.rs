@@ -9,7 +9,7 @@ use num_complex::Complex;
 #[derive(Debug, Clone)]
 pub struct Amplitudes {
     amplitude: Vec<f64>,
-    /// 1 / variance, 0 for what takes no part \[n\].
+    /// 1 / variance, 0 for data that take no part \[n\].
     weight: Vec<f64>,
     used: usize,
 }

@@ -138,7 +138,7 @@ pub struct SmallDft {
 
 impl SmallDft {
     /// The transform of images on `grid` to baselines `uv` \[n\] in wavelengths; an image has an even number of columns. The w term is
-    /// left out: the caller sees to it that the field is small.
+    /// left out, so the field must be small.
     #[must_use]
     pub fn new(grid: &SkyGrid, uv: &[[f64; 2]]) -> Self {
         let (n_l, n_m, n_vis) = (grid.n_l, grid.n_m, uv.len());

@@ -10,10 +10,21 @@ use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisibilityHeader, Visibil
 use num_complex::{Complex32, Complex64};
 use std::collections::BTreeMap;
 
-/// Interval, channel and baseline.
-type Cell = (usize, u32, (u32, u32));
-/// Sums of w, w V and w uvw.
-type Sum = (f64, Complex64, [f64; 2]);
+/// Data that are averaged into one.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Cell {
+    scan: usize,
+    chan: u32,
+    pair: (u32, u32),
+}
+
+/// Sums of w, w V and w (u, v).
+#[derive(Default)]
+struct Sum {
+    w: f64,
+    wv: Complex64,
+    wuv: [f64; 2],
+}
 
 /// Samples at most: the transform is direct, and its cost grows with samples times cells.
 const MOST_SAMPLES: usize = 50_000;
@@ -23,10 +34,10 @@ const PAUSE: f64 = 6.0;
 const LONGEST_SCAN_S: f64 = 600.0;
 const DAY_S: f64 = 86_400.0;
 
-/// What is averaged before the closure quantities are formed.
+/// Averaging before the closure quantities are formed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Average {
-    /// Scans, where pauses show what they are; single integrations where nothing does. At most 10 minutes.
+    /// Scans of at most 10 minutes. Pauses between integrations separate them; without pauses single integrations are used.
     #[default]
     Scans,
     /// Every integration for itself.
@@ -42,13 +53,13 @@ pub struct SparseSet {
     pub samples: Samples,
     /// u and v in wavelengths \[n\], for the antennas p < q in the order of the samples.
     pub uv: Vec<[f64; 2]>,
-    /// Middle of each moment, Julian date.
+    /// Time of the last integration of each moment, Julian date.
     pub times_jd: Vec<f64>,
     /// Names of the antennas.
     pub names: Vec<String>,
     /// Index of the phase centre.
     pub phase_center: usize,
-    /// What became of the data of the file.
+    /// Counts of the data that were used and left out.
     pub counts: DataCounts,
 }
 
@@ -94,34 +105,34 @@ impl SparseSet {
         }
         let scans = intervals(&data, average)?;
         let n_ant = header.layout.n_ant();
-        // Sums of w, w V and w uvw of each interval, channel and baseline.
         let mut sums: BTreeMap<Cell, Sum> = BTreeMap::new();
         let freq = header.spectrum.freq_hz();
         for d in &data {
             let scan = scans.partition_point(|end| *end < d.time_jd);
-            let sum = sums.entry((scan, d.chan, d.pair)).or_default();
+            let sum = sums.entry(Cell { scan, chan: d.chan, pair: d.pair }).or_default();
             let per_m = freq[d.chan as usize] / SPEED_OF_LIGHT_M_S;
-            sum.0 += d.weight;
-            sum.1 += d.weight * d.vis;
-            (0..2).for_each(|i| sum.2[i] += d.weight * d.uvw[i] * per_m);
+            sum.w += d.weight;
+            sum.wv += d.weight * d.vis;
+            (0..2).for_each(|i| sum.wuv[i] += d.weight * d.uvw[i] * per_m);
         }
         if sums.len() > MOST_SAMPLES {
             return Err(ChainError::Incompatible(format!(
-                "{} visibilities are left after averaging, at most {MOST_SAMPLES} can be imaged from closure quantities: average more (--average), or \
+                "{} visibilities are left after averaging, at most {MOST_SAMPLES} can be imaged from closure quantities: average more, or \
                  self-calibrate and image complex visibilities",
                 sums.len()
             )));
         }
         let (mut pairs, mut vis, mut sigma, mut uv) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let (mut moments, mut times_jd, mut last) = (Vec::new(), Vec::new(), None);
-        for ((scan, chan, (p, q)), (w, wv, wuv)) in &sums {
+        let (mut moments, mut times_jd): (Vec<std::ops::Range<usize>>, _) = (Vec::new(), Vec::new());
+        let mut last = None;
+        for (Cell { scan, chan, pair }, Sum { w, wv, wuv }) in &sums {
             if last != Some((*scan, *chan)) {
                 last = Some((*scan, *chan));
                 moments.push(pairs.len()..pairs.len());
                 times_jd.push(scans[*scan]);
             }
             let v = wv / *w;
-            pairs.push((*p as usize, *q as usize));
+            pairs.push((pair.0 as usize, pair.1 as usize));
             vis.push(v);
             sigma.push((1.0 / w).sqrt().hypot(systematic * v.norm()));
             uv.push(wuv.map(|x| x / w));

@@ -42,6 +42,13 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
 }
 
+/// One step and the change of the gradient along it, with 1 / (step times change).
+struct Pair {
+    step: Vec<f64>,
+    change: Vec<f64>,
+    rho: f64,
+}
+
 #[derive(Clone)]
 struct State {
     step: f64,
@@ -57,7 +64,7 @@ pub(super) fn minimise(x: Vec<f64>, limits: Limits, f: &mut dyn FnMut(&[f64], &m
     let value = f(&x, &mut gradient);
     let mut evaluations = 1;
     let mut at = State { step: 0.0, value, slope: 0.0, x, gradient };
-    let mut memory: VecDeque<(Vec<f64>, Vec<f64>, f64)> = VecDeque::with_capacity(MEMORY);
+    let mut memory: VecDeque<Pair> = VecDeque::with_capacity(MEMORY);
     for _ in 0..limits.iterations {
         let mut direction = downhill(&memory, &at.gradient);
         let mut slope = dot(&direction, &at.gradient);
@@ -87,7 +94,7 @@ pub(super) fn minimise(x: Vec<f64>, limits: Limits, f: &mut dyn FnMut(&[f64], &m
             if memory.len() == MEMORY {
                 memory.pop_front();
             }
-            memory.push_back((s, y, 1.0 / sy));
+            memory.push_back(Pair { step: s, change: y, rho: 1.0 / sy });
         }
         let gained = (at.value - next.value) / at.value.abs().max(next.value.abs()).max(1e-300);
         at = next;
@@ -99,19 +106,19 @@ pub(super) fn minimise(x: Vec<f64>, limits: Limits, f: &mut dyn FnMut(&[f64], &m
 }
 
 /// Minus the approximate inverse Hessian times the gradient.
-fn downhill(memory: &VecDeque<(Vec<f64>, Vec<f64>, f64)>, gradient: &[f64]) -> Vec<f64> {
+fn downhill(memory: &VecDeque<Pair>, gradient: &[f64]) -> Vec<f64> {
     let mut q: Vec<f64> = gradient.iter().map(|g| -g).collect();
     let mut alpha = Vec::with_capacity(memory.len());
-    for (s, y, rho) in memory.iter().rev() {
+    for Pair { step: s, change: y, rho } in memory.iter().rev() {
         let a = rho * dot(s, &q);
         q.iter_mut().zip(y).for_each(|(q, y)| *q -= a * y);
         alpha.push(a);
     }
-    if let Some((_, y, rho)) = memory.back() {
+    if let Some(Pair { change: y, rho, .. }) = memory.back() {
         let scale = 1.0 / (rho * dot(y, y));
         q.iter_mut().for_each(|q| *q *= scale);
     }
-    for ((s, y, rho), a) in memory.iter().zip(alpha.iter().rev()) {
+    for (Pair { step: s, change: y, rho }, a) in memory.iter().zip(alpha.iter().rev()) {
         let b = rho * dot(y, &q);
         q.iter_mut().zip(s).for_each(|(q, s)| *q += (a - b) * s);
     }

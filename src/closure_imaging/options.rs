@@ -203,7 +203,7 @@ impl ClosureImagingOptions {
     /// Refuse values out of their range.
     ///
     /// # Errors
-    /// A flux, width or error that is not positive, nothing to do, sizes beyond what a direct transform should be asked for.
+    /// A flux, width or error that is not positive, no round, no term but visibilities, an image too large for the direct transform.
     pub fn check(&self) -> Result<()> {
         let bad = |field, value: String, expected: &str| bad_value(field, value, expected);
         if let FluxFrom::Given(f) = self.flux

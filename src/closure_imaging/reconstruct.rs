@@ -27,7 +27,7 @@ use std::time::Instant;
 /// How well one kind of data is explained.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TermMisfit {
-    /// What it is.
+    /// Name of the kind of data.
     pub name: &'static str,
     /// Independent data.
     pub data: usize,

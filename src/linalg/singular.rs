@@ -30,7 +30,7 @@ pub(crate) fn singular_values(mut a: Matrix) -> (Vec<f64>, Matrix) {
             for q in p + 1..n {
                 let (alpha, beta) = (dot(work.row(p), work.row(p)), dot(work.row(q), work.row(q)));
                 let gamma = dot(work.row(p), work.row(q));
-                // Columns that have shrunk to rounding errors have no direction worth turning.
+                // Columns that consist of rounding errors need no rotation.
                 let pointless = alpha.min(beta).sqrt() <= floor;
                 if gamma == 0.0 || pointless || gamma.abs() <= 1e-14 * (alpha * beta).sqrt() {
                     continue;

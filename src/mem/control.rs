@@ -46,7 +46,7 @@ impl Control {
     }
 }
 
-/// A control with what it has measured: the response of chi squared to lambda.
+/// A control with the response of chi squared to lambda that it has measured.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Steering {
     pub(super) control: Control,
@@ -117,7 +117,7 @@ impl Steering {
             return;
         };
         let change = (now.lambda / before.lambda).ln();
-        // Two images at nearly the same lambda differ by what is left of their errors.
+        // Two images at nearly the same lambda differ by their remaining errors.
         if change.abs() > 0.02 {
             let power = (now.chi2 / before.chi2).ln() / change;
             self.power = (power < -0.01).then_some(power.max(-2.0));

@@ -16,7 +16,7 @@ pub struct Gathered {
     pub freq_hz: Vec<f64>,
     /// Visibilities \[row x chan\].
     pub vis: Vec<Complex32>,
-    /// Weights of the data, 1/sigma^2; 0 for what must not count \[row x chan\].
+    /// Weights of the data, 1/sigma^2; 0 for data that do not count \[row x chan\].
     pub weight: Vec<f32>,
 }
 
@@ -31,7 +31,7 @@ impl Gathered {
     /// The data of an output channel of an imager.
     ///
     /// # Errors
-    /// Whatever the source says.
+    /// The source cannot be read.
     pub fn new(imager: &mut Imager<'_>, channel: usize, observer: &dyn Observer) -> Result<Self> {
         let range = imager.channels()[channel].clone();
         let freq_hz = imager.header().spectrum.freq_hz()[range.clone()].to_vec();

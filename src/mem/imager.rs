@@ -31,7 +31,7 @@ pub struct MemState {
     pub evaluations: usize,
 }
 
-/// What a call of [`MemImager::improve`] or [`MemImager::solve`] did.
+/// The work of a call of [`MemImager::improve`] or [`MemImager::solve`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Evaluations of the data term: pairs of transforms.
@@ -116,7 +116,7 @@ impl MemImager {
         self
     }
 
-    /// What is minimised.
+    /// The objective.
     #[must_use]
     pub fn objective(&self) -> &Objective {
         &self.objective

@@ -28,6 +28,13 @@ struct Pair {
     sides: [f64; 3],
 }
 
+/// Step times step, step times y, y times y.
+struct Products {
+    ss: f64,
+    sy: f64,
+    yy: f64,
+}
+
 /// Pixels of one task. The length is fixed, so that any number of threads gives the same sums.
 const SHARE: usize = 1 << 15;
 
@@ -37,6 +44,14 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum()
 }
 
+/// A pair that takes part in a direction, with its coefficient of the first loop.
+struct Used<'a> {
+    pair: &'a Pair,
+    curvature: f64,
+    yy: f64,
+    a: f64,
+}
+
 impl Pair {
     fn new(step: Vec<f64>, data: Vec<f64>, penalty: Vec<f64>) -> Self {
         let step_with = [dot(&step, &step), dot(&step, &data), dot(&step, &penalty)];
@@ -44,11 +59,11 @@ impl Pair {
         Self { step, data, penalty, step_with, sides }
     }
 
-    /// Step times step, step times y, y times y for y = penalty + lambda data.
-    fn products(&self, lambda: f64) -> (f64, f64, f64) {
+    /// Scalar products of step and y = penalty + lambda data.
+    fn products(&self, lambda: f64) -> Products {
         let [ss, sd, sp] = self.step_with;
         let [dd, dp, pp] = self.sides;
-        (ss, sp + lambda * sd, pp + lambda * (2.0 * dp + lambda * dd))
+        Products { ss, sy: sp + lambda * sd, yy: pp + lambda * (2.0 * dp + lambda * dd) }
     }
 
     /// Add a multiple of y to q.
@@ -97,19 +112,19 @@ impl Memory {
         let mut q: Vec<f64> = gradient.iter().map(|g| -g).collect();
         let mut used = Vec::with_capacity(self.pairs.len());
         for pair in self.pairs.iter().rev() {
-            let (ss, curvature, yy) = pair.products(lambda);
+            let Products { ss, sy: curvature, yy } = pair.products(lambda);
             if !(curvature > 1e-10 * (yy * ss).sqrt()) {
                 continue;
             }
             let a = dot(&pair.step, &q) / curvature;
             pair.add_y(-a, lambda, &mut q);
-            used.push((pair, curvature, yy, a));
+            used.push(Used { pair, curvature, yy, a });
         }
-        if let Some((_, curvature, yy, _)) = used.first() {
+        if let Some(Used { curvature, yy, .. }) = used.first() {
             let scale = curvature / yy;
             q.iter_mut().for_each(|q| *q *= scale);
         }
-        for (pair, curvature, _, a) in used.iter().rev() {
+        for Used { pair, curvature, a, .. } in used.iter().rev() {
             let b = pair.y_times(lambda, &q) / curvature;
             pair.add_step(a - b, &mut q);
         }

@@ -55,7 +55,7 @@ pub struct HandsNoise {
 /// Estimate the noise from RR - LL or XX - YY: an unpolarised sky is the same in both, so only noise is left.
 ///
 /// # Errors
-/// Whatever the source says.
+/// The source cannot be read.
 pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise> {
     use Polarization::{LL, RR, XX, YY};
     let find = |p: Polarization| source.header().polarizations.iter().position(|a| *a == p);

@@ -39,7 +39,7 @@ pub enum Flux {
     Free,
     /// This total flux of the image, Jy or K sr.
     Total(f64),
-    /// This visibility at zero spacing, in the unit of the data: the total less what a pedestal adds.
+    /// This visibility at zero spacing, in the unit of the data: the total flux without that of the pedestal.
     ZeroSpacing(f64),
 }
 
@@ -93,7 +93,7 @@ impl Default for MemPlan {
 pub struct MemProducts {
     /// The image itself, unconvolved: K or Jy/pixel.
     pub model: Image,
-    /// Residual image: the dirty image of what the model leaves of the data.
+    /// Residual image: the dirty image of the data less the model.
     pub residual: Image,
     /// The image convolved with the restoring beam, plus the residual.
     pub restored: Image,
@@ -144,7 +144,7 @@ pub(crate) fn in_front(one: &Array2<f64>, mut mask: Option<Array2<bool>>) -> Opt
 /// Images of maximum entropy of all output channels of an imager.
 ///
 /// # Errors
-/// A prior, flux, noise or mask that no image can meet; a dirty beam that no Gaussian fits; whatever the source says. Goals that are not
+/// A prior, flux, noise or mask that no image can meet; a dirty beam that no Gaussian fits; a source that cannot be read. Goals that are not
 /// met are no error: see [`Certificate::met`].
 pub fn mem(imager: &mut Imager<'_>, opts: &MemPlan, observer: &dyn Observer) -> Result<MemProducts> {
     let shape = (imager.grid().n_m, imager.grid().n_l);

@@ -203,9 +203,9 @@ fn bad_priors_fluxes_and_masks_are_refused() {
         objective.inside = mask.then(|| Array2::from_elem((SIDE, SIDE), false));
         MemImager::new(objective, Array2::from_elem((SIDE, SIDE), prior)).map(|_| ()).map_err(|e| e.to_string())
     };
-    assert!(parts(0.0, None, false).unwrap_err().contains("--prior"));
-    assert!(parts(-1.0, None, false).unwrap_err().contains("--prior"));
-    assert!(parts(1.0, Some(0.0), false).unwrap_err().contains("--flux"));
+    assert!(parts(0.0, None, false).unwrap_err().contains("prior"));
+    assert!(parts(-1.0, None, false).unwrap_err().contains("prior"));
+    assert!(parts(1.0, Some(0.0), false).unwrap_err().contains("flux"));
     assert!(parts(1.0, None, true).unwrap_err().contains("mask"));
 }
 

@@ -28,7 +28,7 @@ const ROUGH: Effort = Effort { tolerance: 0.05, steps: 60 };
 pub enum Uncertainty {
     /// No map.
     None,
-    /// From the circulant approximation, scaled to the total variance that one random probe finds: no more work than a step or two.
+    /// From the circulant approximation, scaled to the total variance that one random probe finds. It costs as much as one or two steps.
     Circulant,
     /// From so many random probes with this seed.
     Probes(usize, u64),
@@ -70,7 +70,7 @@ pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertain
                     *o = (x * (table[k] * (1.0 - f) + table[k + 1] * f)).sqrt();
                 }
             });
-            // The circulant leaks weight into what is not measured, which makes the map too small everywhere.
+            // The circulant gives some weight to spatial frequencies without data, which makes the map too small everywhere.
             let probe = Probe::new(beam, point, m, 1)?.next(ROUGH)?;
             let (mut true_sum, mut sum) = (0.0, 0.0);
             Zip::from(&point.image).and(&probe).and(&out).for_each(|i, p, o| {

@@ -123,7 +123,7 @@ impl<'o> Vtess<'o> {
         let range = self.bounds(&gj, &gc, (&d0, &d1));
         let mut beta = [0.0, 0.0];
         if o.flux.is_some() {
-            // The flux is led to its value whatever lambda does.
+            // The flux goes to its value, whatever the change of lambda.
             let gf = in_s(point, &Array2::ones(point.s.dim()));
             let df = solve(&gf)?;
             let ff = -dot(&gf, &df);
@@ -164,7 +164,7 @@ impl<'o> Vtess<'o> {
         if !(cc > 0.0) {
             return (0.0, 0.0);
         }
-        // The penalty's side is what the data's side leaves of the gradient.
+        // The side of the penalty is the gradient less the side of the data.
         let rr = (jj - 2.0 * lambda * cj + lambda * lambda * cc).max(0.0);
         let sides = rr + lambda * lambda * cc;
         let root = (cj / cc).powi(2) - (jj - growth * sides) / cc;

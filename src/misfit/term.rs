@@ -1,4 +1,4 @@
-//! One term of chi squared: what an image must explain.
+//! One term of chi squared over model visibilities.
 
 use num_complex::Complex;
 
@@ -9,7 +9,7 @@ pub trait VisibilityTerm: Send + Sync {
     /// A short name for reports.
     fn name(&self) -> &'static str;
 
-    /// Number of real, independent data: what chi squared is expected to be.
+    /// Number of real, independent data, which is the expected value of chi squared.
     fn data(&self) -> usize;
 
     /// Chi squared of the model visibilities \[n\].

@@ -1,6 +1,6 @@
 //! Statistics over the seeds of a point.
 
-/// What a number is over the seeds, finite values only.
+/// Statistics of a number over the seeds, of its finite values only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
     /// Finite values.

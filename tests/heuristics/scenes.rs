@@ -17,7 +17,6 @@ const NOISE: f64 = 2e-3;
 
 /// One of the six cases: a scene seen by a layout.
 pub struct Case {
-    pub name: String,
     pub scene: Array2<f64>,
     pub places: Vec<[f64; 2]>,
 }
@@ -39,12 +38,11 @@ impl Random {
 
 /// All six cases.
 pub fn cases() -> Vec<Case> {
-    let scenes: [(&str, fn(f64, f64) -> f64); 3] = [("points", points), ("ring", ring), ("bar", bar)];
+    let scenes: [fn(f64, f64) -> f64; 3] = [points, ring, bar];
     let mut out = Vec::new();
-    for (scene, brightness) in scenes {
-        for (layout, places) in [("spiral", spiral()), ("Y", wye())] {
-            let scene = (scene, Array2::from_shape_fn((SIDE, SIDE), |(i, j)| brightness(j as f64 - 31.0, i as f64 - 33.0)));
-            out.push(Case { name: format!("{} with the {layout}", scene.0), scene: scene.1, places });
+    for brightness in scenes {
+        for places in [spiral(), wye()] {
+            out.push(Case { scene: Array2::from_shape_fn((SIDE, SIDE), |(i, j)| brightness(j as f64 - 31.0, i as f64 - 33.0)), places });
         }
     }
     out

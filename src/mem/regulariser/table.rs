@@ -12,7 +12,7 @@ use ndarray::Array2;
 pub struct Entry {
     /// Its name on the command line.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Its formula in one line.
     pub about: &'static str,
     /// Make it from a prior \[m, l\], flux a pixel, that [`check_prior`] has passed.
     pub make: fn(Array2<f64>) -> Box<dyn Regulariser>,
