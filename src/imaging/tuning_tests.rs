@@ -87,18 +87,18 @@ fn error(case: &Case, algorithm: &str, tuning: CleanTuning) -> f64 {
 fn halving_and_doubling_each_constant_stays_within_its_limit() {
     type Change = fn(&mut CleanTuning, f64);
     let table: [(&str, &str, f64, Change); 12] = [
-        ("side_lobe_margin", "hogbom", 0.05, |t, x| t.side_lobe_margin *= x),
-        ("main_lobe_fwhm", "hogbom", 0.05, |t, x| t.main_lobe_fwhm *= x),
-        ("mask_growth", "hogbom", 0.05, |t, x| t.mask_growth *= x),
-        ("major_divergence", "hogbom", 0.05, |t, x| t.major_divergence = 1.0 + (t.major_divergence - 1.0) * x),
-        ("minor_divergence", "hogbom", 0.05, |t, x| t.minor_divergence = 1.0 + (t.minor_divergence - 1.0) * x),
-        ("clark_active", "clark", 0.05, |t, x| t.clark_active = (t.clark_active as f64 * x) as usize),
-        ("clark_patch", "clark", 0.05, |t, x| t.clark_patch *= x),
-        ("clark_patch_least", "clark", 0.05, |t, x| t.clark_patch_least = (t.clark_patch_least as f64 * x) as usize),
-        ("first_scale", "multiscale", 0.05, |t, x| t.first_scale *= x),
-        ("scale_ratio", "multiscale", 0.05, |t, x| t.scale_ratio = 1.0 + (t.scale_ratio - 1.0) * x),
-        ("largest_scale", "multiscale", 0.05, |t, x| t.largest_scale = (t.largest_scale * x).min(0.5)),
-        ("hand_over", "multiscale", 0.05, |t, x| t.hand_over = 1.0 - (1.0 - t.hand_over) * x),
+        ("side_lobe_margin", "hogbom", 0.01, |t, x| t.side_lobe_margin *= x),
+        ("main_lobe_fwhm", "hogbom", 0.01, |t, x| t.main_lobe_fwhm *= x),
+        ("mask_growth", "hogbom", 0.01, |t, x| t.mask_growth *= x),
+        ("major_divergence", "hogbom", 0.01, |t, x| t.major_divergence = 1.0 + (t.major_divergence - 1.0) * x),
+        ("minor_divergence", "hogbom", 0.01, |t, x| t.minor_divergence = 1.0 + (t.minor_divergence - 1.0) * x),
+        ("clark_active", "clark", 0.01, |t, x| t.clark_active = (t.clark_active as f64 * x) as usize),
+        ("clark_patch", "clark", 0.01, |t, x| t.clark_patch *= x),
+        ("clark_patch_least", "clark", 0.01, |t, x| t.clark_patch_least = (t.clark_patch_least as f64 * x) as usize),
+        ("first_scale", "multiscale", 0.15, |t, x| t.first_scale *= x),
+        ("scale_ratio", "multiscale", 0.25, |t, x| t.scale_ratio = 1.0 + (t.scale_ratio - 1.0) * x),
+        ("largest_scale", "multiscale", 0.15, |t, x| t.largest_scale = (t.largest_scale * x).min(0.5)),
+        ("hand_over", "multiscale", 0.25, |t, x| t.hand_over = 1.0 - (1.0 - t.hand_over) * x),
     ];
     let cases = cases();
     let usual = |algorithm: &str| cases.par_iter().map(|c| error(c, algorithm, CleanTuning::default())).collect::<Vec<f64>>();
