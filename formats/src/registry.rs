@@ -38,7 +38,7 @@ fn visibilities<'a>(holds: Holds<'a>) -> Option<&'a dyn VisibilityFormat> {
     if let Holds::Visibilities(f) = holds { Some(f) } else { None }
 }
 
-fn images<'a>(holds: Holds<'a>) -> Option<&'a dyn ImageFormat> {
+fn images(holds: Holds<'_>) -> Option<ImageFormat> {
     if let Holds::Images(f) = holds { Some(f) } else { None }
 }
 
@@ -62,7 +62,7 @@ pub fn visibility_format(path: &Path) -> Result<&'static dyn VisibilityFormat> {
 ///
 /// # Errors
 /// A file that is missing, empty, or does not hold an image; the error says what it seems to be.
-pub fn image_format(path: &Path) -> Result<&'static dyn ImageFormat> {
+pub fn image_format(path: &Path) -> Result<ImageFormat> {
     one_of(path, "an image", |h| images(h).is_some(), |f| images(f.holds()))
 }
 
@@ -147,7 +147,7 @@ pub fn format_to_write(path: &Path) -> Result<&'static dyn VisibilityFormat> {
 /// # Errors
 /// As [`image_format`], or an error in the file.
 pub fn open_image(path: &Path) -> Result<Image> {
-    image_format(path)?.read(path)
+    (image_format(path)?.read)(path)
 }
 
 /// Names of some formats with their usual endings, for messages.
