@@ -66,7 +66,7 @@ fn error(case: &Case, tuning: &ClosureImagingControl) -> f64 {
         if inside { cells[(y as usize, x as usize)] * ratio * ratio } else { 0.0 }
     });
     let by = find_shift(image.view(), case.scene.view());
-    error_of(&shifted(image.view(), by), &case.scene)
+    error_of(&shifted(image.view(), by.unwrap()), &case.scene)
 }
 
 pub fn rows() -> Vec<Row> {

@@ -27,7 +27,7 @@ fn error(case: &Case, tuning: &JointSchedule) -> f64 {
     maker.update(&mut set, &plan, &Silent).unwrap();
     let image = maker.products().unwrap().model.plane(0, 0).to_owned();
     let by = find_shift(image.view(), case.scene.view());
-    error_of(&shifted(image.view(), by), &case.scene)
+    error_of(&shifted(image.view(), by.unwrap()), &case.scene)
 }
 
 pub fn rows() -> Vec<Row> {

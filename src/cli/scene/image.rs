@@ -24,7 +24,7 @@ pub(crate) struct MeshArgs {
 impl MeshArgs {
     /// The options of a frame.
     pub(super) fn options(self, antialias: bool) -> MeshOptions {
-        MeshOptions { step: self.step, spread_k: self.spread.si(), antialias }
+        MeshOptions { step: self.step, spread_k: self.spread.si(), antialias, ..MeshOptions::default() }
     }
 }
 
