@@ -65,8 +65,8 @@ fn error(case: &Case, tuning: &ClosureImagingControl) -> f64 {
         let inside = (0.0..rows as f64).contains(&y) && (0.0..columns as f64).contains(&x);
         if inside { cells[(y as usize, x as usize)] * ratio * ratio } else { 0.0 }
     });
-    let by = find_shift(image.view(), case.scene.view());
-    error_of(&shifted(image.view(), by.unwrap()), &case.scene)
+    let by = find_shift(image.view(), case.scene.view()).unwrap();
+    error_of(&shifted(image.view(), by), &case.scene)
 }
 
 pub fn rows() -> Vec<Row> {

@@ -26,8 +26,8 @@ fn error(case: &Case, tuning: &JointSchedule) -> f64 {
     let plan = schedule(GainMode::Phase, SolutionInterval::Infinite, 1, false)[0];
     maker.update(&mut set, &plan, &Silent).unwrap();
     let image = maker.products().unwrap().model.plane(0, 0).to_owned();
-    let by = find_shift(image.view(), case.scene.view());
-    error_of(&shifted(image.view(), by.unwrap()), &case.scene)
+    let by = find_shift(image.view(), case.scene.view()).unwrap();
+    error_of(&shifted(image.view(), by), &case.scene)
 }
 
 pub fn rows() -> Vec<Row> {
