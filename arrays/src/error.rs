@@ -2,6 +2,9 @@
 
 use thiserror::Error;
 
+/// Any error of a format or of an algorithm.
+pub type BoxError = Box<dyn std::error::Error + Send + Sync + 'static>;
+
 /// Result of this crate.
 pub type Result<T, E = ArrayError> = std::result::Result<T, E>;
 
@@ -60,5 +63,5 @@ pub enum ArrayError {
     Quantity(#[from] crate::quantity::QuantityError),
     /// A source or sink of visibilities failed.
     #[error(transparent)]
-    Stream(crate::BoxError),
+    Stream(BoxError),
 }

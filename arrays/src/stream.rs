@@ -4,9 +4,6 @@ use crate::visibility::check_block;
 use crate::{ArrayError, Result, VisibilityBlock, VisibilityHeader, VisibilitySet};
 use std::ops::Range;
 
-/// Any error of a format or of an algorithm.
-pub type BoxError = Box<dyn std::error::Error + Send + Sync + 'static>;
-
 /// A source of visibilities. It can be read several times, in runs of rows.
 pub trait VisibilitySource: Send {
     /// What all rows share.

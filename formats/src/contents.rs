@@ -119,9 +119,9 @@ impl Contents {
                 let info = VisibilityInfo::of(f.open(path)?.as_mut()).map_err(|e| FormatError::values(path, e))?;
                 Self::Visibilities { format, info: Box::new(info) }
             }
-            Holds::Images(f) => Self::Image { format, info: Box::new(ImageInfo::of(&f.read(path)?)) },
-            Holds::Gains(f) => Self::Gains { format, info: Box::new(GainInfo::of(&f.read(path)?)) },
-            Holds::Sources(f) => Self::Sources(SourceListInfo::of(&f.read(path)?)),
+            Holds::Images(f) => Self::Image { format, info: Box::new(ImageInfo::of(&(f.read)(path)?)) },
+            Holds::Gains(f) => Self::Gains { format, info: Box::new(GainInfo::of(&(f.read)(path)?)) },
+            Holds::Sources(f) => Self::Sources(SourceListInfo::of(&(f.read)(path)?)),
             Holds::Layouts(_) => Self::Layout(LayoutInfo::of(&read_layout(path, None)?)),
         })
     }

@@ -1,4 +1,4 @@
-//! The traits that a format of files implements.
+//! What a format of files implements: the traits, and the functions that read and write its content.
 
 use crate::files::{START_BYTES, extension_of};
 use crate::layouts::error::{LayoutError, ReadContext};
@@ -45,11 +45,11 @@ pub enum Holds<'a> {
     /// Visibilities.
     Visibilities(&'a dyn VisibilityFormat),
     /// Images and cubes.
-    Images(&'a dyn ImageFormat),
+    Images(ImageFormat),
     /// Antenna gains.
-    Gains(&'a dyn GainFormat),
+    Gains(GainFormat),
     /// Lists of sources.
-    Sources(&'a dyn SourceFormat),
+    Sources(SourceFormat),
     /// Antenna layouts.
     Layouts(&'a dyn LayoutFormat),
 }
@@ -123,49 +123,31 @@ pub(crate) fn refuse_options(format: &dyn VisibilityFormat, path: &Path, options
     Err(FormatError::unsupported(path, what))
 }
 
-/// A format of images on disk.
-pub trait ImageFormat: Format {
+/// Functions of a format of images. Errors name the place in the file; `write` takes whether an existing output may be overwritten.
+#[derive(Clone, Copy)]
+pub struct ImageFormat {
     /// Read an image.
-    ///
-    /// # Errors
-    /// An error in the file, with the place where it is.
-    fn read(&self, path: &Path) -> Result<Image>;
-
+    pub read: fn(&Path) -> Result<Image>,
     /// Write an image.
-    ///
-    /// # Errors
-    /// An existing output that may not be overwritten, or an error of the file system.
-    fn write(&self, path: &Path, image: &Image, overwrite: bool) -> Result<()>;
+    pub write: fn(&Path, &Image, bool) -> Result<()>,
 }
 
-/// A format of gain tables.
-pub trait GainFormat: Format {
+/// Functions of a format of gain tables, as in [`ImageFormat`].
+#[derive(Clone, Copy)]
+pub struct GainFormat {
     /// Read a table.
-    ///
-    /// # Errors
-    /// An error in the file, with the place where it is.
-    fn read(&self, path: &Path) -> Result<GainTable>;
-
+    pub read: fn(&Path) -> Result<GainTable>,
     /// Write a table.
-    ///
-    /// # Errors
-    /// An existing output that may not be overwritten, or an error of the file system.
-    fn write(&self, path: &Path, table: &GainTable, overwrite: bool) -> Result<()>;
+    pub write: fn(&Path, &GainTable, bool) -> Result<()>,
 }
 
-/// A format of source lists.
-pub trait SourceFormat: Format {
+/// Functions of a format of source lists, as in [`ImageFormat`].
+#[derive(Clone, Copy)]
+pub struct SourceFormat {
     /// Read a list.
-    ///
-    /// # Errors
-    /// An error in the file, with its line.
-    fn read(&self, path: &Path) -> Result<Vec<Source>>;
-
+    pub read: fn(&Path) -> Result<Vec<Source>>,
     /// Write a list.
-    ///
-    /// # Errors
-    /// An existing output that may not be overwritten, or an error of the file system.
-    fn write(&self, path: &Path, sources: &[Source], overwrite: bool) -> Result<()>;
+    pub write: fn(&Path, &[Source], bool) -> Result<()>,
 }
 
 /// A format of antenna layouts. All of them are texts.

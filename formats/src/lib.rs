@@ -45,8 +45,24 @@ pub use h5::Compression;
 pub use layouts::layout_formats;
 pub use picture::read_grey_png;
 pub use registry::{
-    FORMATS, create_visibilities, create_visibilities_with, format_of, format_to_write, image_format, open_column, open_image,
-    open_visibilities, visibility_format, visibility_formats,
+    create_visibilities, create_visibilities_with, format_of, format_to_write, image_format, open_column, open_image, open_visibilities,
+    visibility_format, visibility_formats,
 };
 pub use sources::{read_sources, write_sources};
 pub use table::{Column, Table, write_tables};
+
+use std::sync::LazyLock;
+
+/// All formats, in the order in which they are tried.
+pub static FORMATS: LazyLock<Vec<&'static dyn Format>> = LazyLock::new(|| {
+    let others: &[&dyn Format] = &[
+        &uvh5::Uvh5,
+        &uvfits::Uvfits,
+        #[cfg(feature = "ms")]
+        &ms::MeasurementSet,
+        &calh5::CalH5,
+        &fits::FitsImage,
+        &sources::SourceList,
+    ];
+    [others, layouts::LAYOUTS].concat()
+});

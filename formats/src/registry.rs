@@ -1,33 +1,12 @@
-//! The table of formats. A file is recognised by its content, not by its name.
+//! Looks files up in the table of formats. A file is recognised by its content, not by its name.
 //!
 //! Reading, `info`, the command line, the table of the book and the conformance test all use [`FORMATS`].
 
-use crate::calh5::CalH5;
 use crate::files::{describe, extension_of, start_of};
-use crate::fits::FitsImage;
 use crate::format::{Format, Holds, ImageFormat, VisibilityFormat};
-use crate::layouts::LAYOUTS;
-use crate::sources::SourceList;
-use crate::uvfits::Uvfits;
-use crate::uvh5::Uvh5;
-use crate::{CreateOptions, Created, FormatError, Result, VisColumn, h5};
+use crate::{CreateOptions, Created, FORMATS, FormatError, Result, VisColumn, h5};
 use cittert_arrays::{Image, VisibilityHeader, VisibilitySource};
 use std::path::Path;
-use std::sync::LazyLock;
-
-/// All formats, in the order in which they are tried.
-pub static FORMATS: LazyLock<Vec<&'static dyn Format>> = LazyLock::new(|| {
-    let others: &[&dyn Format] = &[
-        &Uvh5,
-        &Uvfits,
-        #[cfg(feature = "ms")]
-        &crate::ms::MeasurementSet,
-        &CalH5,
-        &FitsImage,
-        &SourceList,
-    ];
-    [others, LAYOUTS].concat()
-});
 
 /// All formats of visibilities.
 pub fn visibility_formats() -> impl Iterator<Item = &'static dyn VisibilityFormat> {
@@ -38,7 +17,7 @@ fn visibilities<'a>(holds: Holds<'a>) -> Option<&'a dyn VisibilityFormat> {
     if let Holds::Visibilities(f) = holds { Some(f) } else { None }
 }
 
-fn images<'a>(holds: Holds<'a>) -> Option<&'a dyn ImageFormat> {
+fn images(holds: Holds<'_>) -> Option<ImageFormat> {
     if let Holds::Images(f) = holds { Some(f) } else { None }
 }
 
@@ -62,7 +41,7 @@ pub fn visibility_format(path: &Path) -> Result<&'static dyn VisibilityFormat> {
 ///
 /// # Errors
 /// A file that is missing, empty, or does not hold an image; the error says what it seems to be.
-pub fn image_format(path: &Path) -> Result<&'static dyn ImageFormat> {
+pub fn image_format(path: &Path) -> Result<ImageFormat> {
     one_of(path, "an image", |h| images(h).is_some(), |f| images(f.holds()))
 }
 
@@ -147,7 +126,7 @@ pub fn format_to_write(path: &Path) -> Result<&'static dyn VisibilityFormat> {
 /// # Errors
 /// As [`image_format`], or an error in the file.
 pub fn open_image(path: &Path) -> Result<Image> {
-    image_format(path)?.read(path)
+    (image_format(path)?.read)(path)
 }
 
 /// Names of some formats with their usual endings, for messages.

@@ -34,17 +34,7 @@ impl Format for SourceList {
     }
 
     fn holds(&self) -> Holds<'_> {
-        Holds::Sources(self)
-    }
-}
-
-impl SourceFormat for SourceList {
-    fn read(&self, path: &Path) -> Result<Vec<Source>> {
-        read_sources(path)
-    }
-
-    fn write(&self, path: &Path, sources: &[Source], overwrite: bool) -> Result<()> {
-        write_sources(path, sources, overwrite)
+        Holds::Sources(SourceFormat { read: read_sources, write: write_sources })
     }
 }
 

@@ -49,9 +49,9 @@ fn write(format: &dyn Format, path: &Path, overwrite: bool) -> Result<(), String
             let mut out = f.create(path, &set.header, &options).map_err(|e| text(&e))?.unwrap();
             out.sink.write_block(&set.data).and_then(|()| out.sink.finish()).map_err(|e| text(&e))
         }
-        Holds::Images(f) => f.write(path, &image(), overwrite).map_err(|e| text(&e)),
-        Holds::Gains(f) => f.write(path, &gains(), overwrite).map_err(|e| text(&e)),
-        Holds::Sources(f) => f.write(path, &sources(), overwrite).map_err(|e| text(&e)),
+        Holds::Images(f) => (f.write)(path, &image(), overwrite).map_err(|e| text(&e)),
+        Holds::Gains(f) => (f.write)(path, &gains(), overwrite).map_err(|e| text(&e)),
+        Holds::Sources(f) => (f.write)(path, &sources(), overwrite).map_err(|e| text(&e)),
         Holds::Layouts(f) => {
             let content = f.write(&layout()).map_err(|e| text(&e))?;
             cittert_formats::atomic::write_file(path, overwrite, content.as_bytes()).map_err(|e| text(&e))
@@ -67,9 +67,9 @@ fn same(format: &dyn Format, path: &Path) -> bool {
             let block = back.read_rows(0..back.n_rows()).unwrap();
             block.vis.shape() == set.data.vis.shape() && block.vis.iter().zip(&set.data.vis).all(|(a, b)| (a - b).norm() < 1e-5)
         }
-        Holds::Images(f) => f.read(path).unwrap().data == image().data,
-        Holds::Gains(f) => f.read(path).unwrap().gains == gains().gains,
-        Holds::Sources(f) => f.read(path).unwrap() == sources(),
+        Holds::Images(f) => (f.read)(path).unwrap().data == image().data,
+        Holds::Gains(f) => (f.read)(path).unwrap().gains == gains().gains,
+        Holds::Sources(f) => (f.read)(path).unwrap() == sources(),
         Holds::Layouts(_) => {
             let (back, was) = (read_layout(path, Some(common::site())).unwrap(), layout());
             let apart = |(a, b): (&cittert_arrays::Antenna, &cittert_arrays::Antenna)| {
@@ -142,10 +142,10 @@ fn what_is_cut_short_is_refused_by_name() {
                     Ok(mut s) => s.read_rows(0..s.n_rows()).map(drop).map_err(|e| e.to_string()),
                     Err(e) => Err(e.to_string()),
                 },
-                Holds::Images(f) => f.read(&path).map(drop).map_err(|e| e.to_string()),
-                Holds::Gains(f) => f.read(&path).map(drop).map_err(|e| e.to_string()),
+                Holds::Images(f) => (f.read)(&path).map(drop).map_err(|e| e.to_string()),
+                Holds::Gains(f) => (f.read)(&path).map(drop).map_err(|e| e.to_string()),
                 // A text that ends early may be whole: only nothing is surely too little.
-                Holds::Sources(f) if bytes.is_empty() => f.read(&path).map(drop).map_err(|e| e.to_string()),
+                Holds::Sources(f) if bytes.is_empty() => (f.read)(&path).map(drop).map_err(|e| e.to_string()),
                 Holds::Layouts(_) if bytes.is_empty() => read_layout(&path, None).map(drop).map_err(|e| e.to_string()),
                 Holds::Sources(_) | Holds::Layouts(_) => continue,
             };

@@ -58,7 +58,7 @@ fn a_cube_on_the_sky_comes_back() {
     close(&a, &read_image(&packed).unwrap());
     let bytes = std::fs::read(&packed).unwrap();
     assert_eq!(bytes[..2], [0x1f, 0x8b]);
-    assert_eq!(cittert_formats::image_format(&packed).unwrap().name(), "FITS image");
+    assert_eq!(cittert_formats::format_of(&packed).unwrap().name(), "FITS image");
     write_image(&packed, &a, ImageOptions { overwrite: true, ..ImageOptions::default() }).unwrap();
     assert_eq!(std::fs::read(&packed).unwrap(), bytes);
 }

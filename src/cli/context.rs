@@ -1,6 +1,8 @@
 //! What every subcommand shares: the options of the whole program, and the form of a result.
 
 use super::console::Console;
+use super::failure::Result;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// The result of a command: JSON for programs, text for people.
@@ -38,6 +40,17 @@ pub struct Context {
     pub command_line: String,
     /// Progress and notes on stderr.
     pub console: Console,
+    /// How `run` starts the subcommands of its steps.
+    pub subcommands: Subcommands,
+}
+
+/// The way to other subcommands. The table of subcommands lies above all of them, so `run` gets it as two functions.
+#[derive(Debug, Clone, Copy)]
+pub struct Subcommands {
+    /// Check the words of a command line without running them.
+    pub check: fn(&[OsString]) -> Result<()>,
+    /// Run the words of a command line.
+    pub run: fn(&[OsString], &Context) -> Result<Outcome>,
 }
 
 impl Context {

@@ -4,6 +4,7 @@ use super::beside::Beside;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{ColumnArgs, OutputArgs};
+use crate::memory::MemoryBudget;
 use crate::plot::{self, ImagePlot};
 use cittert_arrays::for_each_block;
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
@@ -52,9 +53,6 @@ fn compression(name: &str) -> std::result::Result<Compression, String> {
     }
 }
 
-/// Size in bytes of one block of visibilities.
-const BLOCK_BYTES: usize = 64 << 20;
-
 /// Convert a file.
 ///
 /// # Errors
@@ -95,7 +93,7 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     notes.iter().for_each(|note| context.console.note(note));
     let mut sink = created.sink;
     let mut rows = 0;
-    for_each_block(source.as_mut(), BLOCK_BYTES, |first, block| -> Result<()> {
+    for_each_block(source.as_mut(), MemoryBudget::default().block(), |first, block| -> Result<()> {
         rows += block.n_rows();
         let columns = beside.read(first..first + block.n_rows())?;
         let views: Vec<_> = columns.iter().map(|c| c.view()).collect();

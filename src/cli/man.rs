@@ -46,7 +46,7 @@ fn collect(command: clap::Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result
     for below in command.get_subcommands().filter(|c| !c.is_hide_set()) {
         collect(below.clone(), pages)?;
     }
-    let page = Man::new(command);
+    let page = Man::new(command).source(concat!("cittert ", env!("CARGO_PKG_VERSION")));
     let mut text = Vec::new();
     page.render(&mut text)?;
     pages.push((page.get_filename(), text));

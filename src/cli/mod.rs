@@ -37,13 +37,13 @@ mod study;
 mod text;
 
 pub use failure::{Failure, Result};
-pub use run::run_commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use console::{Console, Loudness};
-use context::{Context, Outcome, shell_word};
+use context::{Context, Outcome, Subcommands, shell_word};
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 
 /// Aperture synthesis: design sparse antenna arrays, simulate visibilities, inject errors, image and self-calibrate.
 #[derive(Debug, Parser)]
@@ -185,7 +185,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
     if let Some(memory) = cli.memory {
         memory.set();
     }
-    let context = Context { command_line, console: Console::new(loudness) };
+    let context = Context { command_line, console: Console::new(loudness), subcommands: SUBCOMMANDS };
     let outcome = guarded(|| cli.command.run(&context))?;
     let text = if cli.json { outcome.json.to_string() } else { outcome.text.trim_end().to_owned() };
     if !text.is_empty() {
@@ -196,6 +196,18 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         Some(why) => Err(Failure::message(why)),
         None => Ok(()),
     }
+}
+
+/// The subcommands, as `run` gets them.
+const SUBCOMMANDS: Subcommands =
+    Subcommands { check: |words| parse(words).map(drop), run: |words, context| parse(words)?.command.run(context) };
+
+/// The commands of a configuration of `run`. `path` is the file from which its text was read.
+///
+/// # Errors
+/// The configuration is wrong. The message names the line.
+pub fn run_commands(text: &str, path: &Path) -> Result<Vec<String>> {
+    run::run_commands(text, path, SUBCOMMANDS.check)
 }
 
 fn parse(words: &[OsString]) -> Result<Cli> {

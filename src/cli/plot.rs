@@ -4,6 +4,7 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
+use crate::memory::MemoryBudget;
 use crate::plot::{self, CurveOptions, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Range, Series, Stretch, VisPlot, curves, uv_coverage};
 use cittert_arrays::{ArrayLayout, BuiltinLayout, UvCoverage, VisibilitySource, for_each_block};
 use cittert_formats::{Holds, format_of};
@@ -64,8 +65,6 @@ pub struct PlotArgs {
     out: OutputArgs,
 }
 
-/// Size in bytes of one block of visibilities.
-const BLOCK_BYTES: usize = 64 << 20;
 /// Largest number of rows of coverage that a picture shows.
 const MOST_ROWS: usize = 400_000;
 
@@ -187,7 +186,7 @@ fn visibilities(args: &PlotArgs) -> Result<Vec<u8>> {
             .and_then(|c| Ok(uv_coverage(&c, &source.header().spectrum, &title, args.width, args.height)?)),
         What::Visibilities => {
             let mut plot = VisPlot::new(source.header());
-            for_each_block(source.as_mut(), BLOCK_BYTES, |_, block| -> Result<()> {
+            for_each_block(source.as_mut(), MemoryBudget::default().block(), |_, block| -> Result<()> {
                 plot.add(&block);
                 Ok(())
             })
@@ -202,7 +201,7 @@ fn visibilities(args: &PlotArgs) -> Result<Vec<u8>> {
 fn coverage(source: &mut dyn VisibilitySource, path: &Path) -> Result<UvCoverage> {
     let every = source.n_rows().div_ceil(MOST_ROWS).max(1);
     let mut kept = UvCoverage::empty();
-    for_each_block(source, BLOCK_BYTES, |first, block| -> Result<()> {
+    for_each_block(source, MemoryBudget::default().block(), |first, block| -> Result<()> {
         let rows: Vec<usize> = (0..block.n_rows()).filter(|r| (first + r) % every == 0).collect();
         kept.append(&block.coverage.select(&rows)?)?;
         Ok(())

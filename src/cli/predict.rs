@@ -6,6 +6,7 @@ use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SceneArgs};
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::simulate::{SceneOptions, SkyModel};
 use cittert_arrays::{ArrayError, PhaseCenter, VisibilityHeader, for_each_block};
@@ -90,9 +91,6 @@ impl Into {
     }
 }
 
-/// Bytes of rows read at a time.
-const BLOCK_BYTES: usize = 32 << 20;
-
 /// Predict a model on the rows of a set and write it, or the residual.
 ///
 /// # Errors
@@ -116,7 +114,7 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let (mut power, mut used) = (0.0, 0_u64);
     let console = &context.console;
     console.event(Event::Phase { name: "predicting", total: Some(source.n_rows() as u64), unit: "rows" });
-    for_each_block::<ChainError>(source.as_mut(), BLOCK_BYTES, |first, mut block| {
+    for_each_block::<ChainError>(source.as_mut(), MemoryBudget::default().block(), |first, mut block| {
         let mut predicted = model.predict(&header, first, &block.coverage)?;
         let mut residual = block.vis.clone();
         for ((at, m), left) in predicted.indexed_iter_mut().zip(&mut residual) {

@@ -4,15 +4,12 @@ use super::baselines::{n_pairs, pair_index, pairs_of};
 use super::options::{ClosureChannels, ClosureOptions};
 use super::sets::{ClosureSet, Links};
 use super::time::{SolutionInterval, TimeBins, TimeSpan};
+use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{Polarization, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 use num_complex::Complex64;
 use std::collections::{BTreeMap, HashMap};
-
-const BLOCK_BYTES: usize = 32 << 20;
-/// Bytes of visibilities that are held until the rest of their interval has been read.
-const HELD_BYTES: usize = 256 << 20;
 
 /// Where and when a closure quantity was measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +116,7 @@ impl Collector<'_> {
 
     /// Give the oldest bins to `work` while too much is held. The newest bin stays, since it may still grow.
     fn release_if_large(&mut self, work: &mut dyn FnMut(&Bin) -> Result<()>) -> Result<()> {
-        while self.held.len() > 1 && self.held_bytes() > HELD_BYTES {
+        while self.held.len() > 1 && self.held_bytes() > MemoryBudget::default().waiting_rows() {
             if let Some((key, bin)) = self.held.pop_first() {
                 self.released = Some(key);
                 work(&bin)?;
@@ -145,7 +142,7 @@ pub(super) fn collect(
         released: None,
     };
     observer.event(Event::Phase { name: "closure quantities", total: Some(source.n_rows() as u64), unit: "rows" });
-    for_each_block(source, BLOCK_BYTES, |_, block| {
+    for_each_block(source, MemoryBudget::default().block(), |_, block| {
         if observer.cancelled() {
             return Err(ChainError::Cancelled);
         }

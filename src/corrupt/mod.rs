@@ -1,8 +1,9 @@
 //! Injects known errors into visibilities, so that the result of a calibration can be compared with the true gains.
 //!
 //! Errors of an antenna are gains in the convention V_corrupt = g1 conj(g2) V. Their product is returned as a
-//! [`cittert_arrays::GainTable`]: the true gains. Other errors change only the data. Each kind of error has one file and one variant of
-//! [`Error`]. Each draw uses a random stream of its own, so an error does not change when another error is added.
+//! [`cittert_arrays::GainTable`]: the true gains. Other errors change only the data. Each kind of error has one file and one row in
+//! this one. The row makes the variant of [`Error`], its place in [`Error::TABLE`], and its part of [`ErrorOptions`], which are the options of
+//! `corrupt` and of that section in the files of `run` and `study`. Each draw uses a random stream of its own, so an error does not change when another error is added.
 //!
 //! The order is fixed: gains, then offsets, then noise, then flags.
 
@@ -17,7 +18,6 @@ mod engine;
 #[cfg(test)]
 mod engine_tests;
 mod flags;
-mod kinds;
 mod noise;
 mod phase;
 mod position;
@@ -33,9 +33,120 @@ pub use delay::DelayError;
 pub use dropout::Dropout;
 pub use engine::{corrupt, corrupted_header};
 pub use flags::WrongFlags;
-pub use kinds::{CorruptOptions, Error, ErrorOptions};
 pub use noise::ThermalNoise;
 pub use phase::PhaseError;
 pub use position::{PositionError, PositionRms};
 pub use troposphere::Troposphere;
 pub use variation::Variation;
+
+use crate::Result;
+use amplitude::AmplitudeOptions;
+use bandpass::BandpassOptions;
+use baseline::BaselineOptions;
+use cittert_arrays::VisUnit;
+use delay::DelayOptions;
+use dropout::DropoutOptions;
+use flags::FlagOptions;
+use noise::ThermalNoiseOptions;
+use phase::PhaseOptions;
+use position::PositionOptions;
+use serde::{Deserialize, Serialize};
+use troposphere::TroposphereOptions;
+
+macro_rules! kinds {
+    ($($(#[doc = $doc:literal])* $field:ident: $variant:ident($model:ty, $options:ty) = $name:literal;)*) => {
+        /// One error to inject.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+        #[serde(tag = "kind", rename_all = "kebab-case")]
+        pub enum Error {
+            $($(#[doc = $doc])* $variant($model),)*
+        }
+
+        impl Error {
+            /// Every kind with its name and one line of help, in the order in which they act.
+            pub const TABLE: &[(&str, &str)] = &[$(($name, concat!($($doc),*)),)*];
+
+            /// Name of the kind.
+            #[must_use]
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$variant(_) => $name,)* }
+            }
+
+            /// What it does.
+            #[must_use]
+            pub fn model(&self) -> &dyn Corruption {
+                match self { $(Self::$variant(e) => e,)* }
+            }
+        }
+
+        /// Errors of antennas and data: options for each kind.
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+        #[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
+        #[cfg_attr(feature = "cli", command(next_help_heading = "Errors"))]
+        pub struct ErrorOptions {
+            /// Seed of every random draw [default: that of the run, or 1].
+            #[cfg_attr(feature = "cli", arg(long, value_name = "N"))]
+            pub seed: Option<u64>,
+            /// How phases, amplitudes and delays change in time: constant, integration, interval:TIME, walk:TIME, jumps:TIME or coherent:TIME.
+            #[cfg_attr(feature = "cli", arg(long, value_name = "KIND[:TIME]", default_value_t = ErrorOptions::default().variation))]
+            pub variation: Variation,
+            /// Draw different errors for the two feeds of an antenna.
+            #[cfg_attr(feature = "cli", arg(long))]
+            pub per_feed: bool,
+            $(
+                /// Options of this kind.
+                #[serde(flatten)]
+                #[cfg_attr(feature = "cli", command(flatten))]
+                pub $field: $options,
+            )*
+        }
+
+        impl ErrorOptions {
+            /// The errors that are asked for, for a set in `unit`.
+            ///
+            /// # Errors
+            /// A value outside its range, or in another unit than the set.
+            pub fn errors(&self, unit: VisUnit) -> Result<Vec<Error>> {
+                let mut all = Vec::new();
+                $(all.extend(self.$field.error(self.variation, unit)?.map(Error::$variant));)*
+                all.iter().try_for_each(|e: &Error| e.model().check())?;
+                Ok(all)
+            }
+        }
+    };
+}
+
+kinds! {
+    /// phases of the antennas: constant, per integration, walking, jumping or with a coherence time
+    phase: Phase(PhaseError, PhaseOptions) = "phase";
+    /// amplitudes of the antennas, with the same choices in time
+    amplitude: Amplitude(AmplitudeError, AmplitudeOptions) = "amplitude";
+    /// delays of the antennas: a phase slope over the channels
+    delay: Delay(DelayError, DelayOptions) = "delay";
+    /// antennas that do not stand where the layout says
+    position: Position(PositionError, PositionOptions) = "position";
+    /// a Kolmogorov screen of water vapour carried over the array by the wind
+    troposphere: Troposphere(Troposphere, TroposphereOptions) = "troposphere";
+    /// standing waves and mismatch of the receivers over the band
+    bandpass: Bandpass(BandpassError, BandpassOptions) = "bandpass";
+    /// constants added to the visibilities of each baseline
+    baseline: Baseline(BaselineOffset, BaselineOptions) = "baseline";
+    /// antennas that fall silent for a while
+    dropout: Dropout(Dropout, DropoutOptions) = "dropout";
+    /// thermal noise of the receivers, on top
+    noise: Noise(ThermalNoise, ThermalNoiseOptions) = "noise";
+    /// flags on good data, and missing flags on bad data
+    flags: Flags(WrongFlags, FlagOptions) = "flags";
+}
+
+/// Which errors to inject.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CorruptOptions {
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// The errors. Several of one kind add up, each with random numbers of its own.
+    pub errors: Vec<Error>,
+    /// Draw different errors for the two feeds of an antenna. Otherwise both have the same.
+    pub per_feed: bool,
+}

@@ -1,7 +1,7 @@
 //! Deconvolvers: they turn a residual and a dirty beam into components.
 //!
 //! A deconvolver runs the minor cycles between two major cycles (see [`crate::imaging::major`]). It removes components from the residual until
-//! the peak is at a given level or the iterations are used. A new deconvolver needs a file in this folder and a row in [`TABLE`]. The names,
+//! the peak is at a given level or the iterations are used. A new deconvolver needs a file in this folder and a row in [`TABLE`] below. The names,
 //! the help texts and the documentation come from the table.
 
 mod clark;
@@ -9,7 +9,6 @@ mod hogbom;
 mod minor;
 mod multiscale;
 mod options;
-mod table;
 #[cfg(test)]
 mod tests;
 mod tiles;
@@ -18,5 +17,56 @@ mod tuning;
 pub(crate) use minor::peak_size;
 pub use minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales};
 pub use options::{Algorithm, CleanOptions, SkyBox};
-pub use table::{Entry, Make, TABLE, by_name};
 pub use tuning::CleanTuning;
+
+use crate::{ChainError, Result};
+use ndarray::ArrayView2;
+
+/// Function that makes a deconvolver for a dirty beam \[m, l\] with its peak of 1 at the centre pixel.
+pub type Make = fn(ArrayView2<'_, f64>, &Scales, &CleanTuning) -> Result<Box<dyn Deconvolver>>;
+
+/// One row of the table of deconvolvers.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// Its name.
+    pub name: &'static str,
+    /// One line of help.
+    pub summary: &'static str,
+    /// The paper that describes it.
+    pub reference: &'static str,
+    /// Function that makes it.
+    pub make: Make,
+}
+
+/// All deconvolvers.
+pub const TABLE: [Entry; 3] = [
+    Entry {
+        name: "hogbom",
+        summary: "exact point components over the whole image",
+        reference: "Högbom 1974, A&AS 15, 417",
+        make: hogbom::make,
+    },
+    Entry {
+        name: "clark",
+        summary: "point components among the brightest pixels with a patch of the beam, corrected by FFT",
+        reference: "Clark 1980, A&A 89, 377",
+        make: clark::make,
+    },
+    Entry {
+        name: "multiscale",
+        summary: "components of several widths, for extended emission",
+        reference: "Cornwell 2008, IEEE JSTSP 2, 793",
+        make: multiscale::make,
+    },
+];
+
+/// The deconvolver with this name.
+///
+/// # Errors
+/// The name is not in the table.
+pub fn by_name(name: &str) -> Result<&'static Entry> {
+    TABLE.iter().find(|e| e.name == name).ok_or_else(|| {
+        let names = TABLE.iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
+        ChainError::bad_option("algorithm", name, names)
+    })
+}

@@ -1,8 +1,8 @@
 //! Options of CLEAN: one type for the library, the command line and the files of `run` and `study`.
 
 use super::minor::Scales;
-use super::table::{Entry, TABLE, by_name};
 use super::tuning::CleanTuning;
+use super::{Entry, TABLE, by_name};
 use crate::values::{Level, bad_value, by_text};
 use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;

@@ -26,6 +26,7 @@ pub mod pedestal;
 mod phasor;
 mod sky;
 
+pub use cittert_arrays::jy_per_kelvin_sr;
 pub use element::ElementPattern;
 pub use engine::{Simulator, Summary, simulate_set};
 pub use mask::{UvMask, UvMaskBuilder};
@@ -35,4 +36,4 @@ pub use options::{
     BandOptions, DataUnit, Direction, Element, HourAngles, PlannedTrack, SceneOptions, SimulateOptions, TrackOptions, UtcTime,
 };
 pub use pedestal::Pedestal;
-pub use sky::{SkyModel, jy_per_kelvin_sr};
+pub use sky::SkyModel;

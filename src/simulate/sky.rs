@@ -4,8 +4,7 @@ use super::dft::n_minus_1;
 use super::element::ElementPattern;
 use crate::{ChainError, Result};
 use cittert_arrays::{
-    BOLTZMANN_J_PER_K, BrightnessUnit, Image, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SkyFrame, SkyGrid, Source, SpectralWindow,
-    VisUnit,
+    BrightnessUnit, Image, PhaseCenter, Polarization, SkyFrame, SkyGrid, Source, SpectralWindow, VisUnit, jy_per_kelvin_sr,
 };
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -32,12 +31,6 @@ impl SkyModel {
     pub fn of_sources(sources: Vec<Source>) -> Self {
         Self { images: Vec::new(), sources }
     }
-}
-
-/// Jy for each K sr at a frequency: the Rayleigh-Jeans law 2 k f^2 / c^2.
-#[must_use]
-pub fn jy_per_kelvin_sr(freq_hz: f64) -> f64 {
-    2.0 * BOLTZMANN_J_PER_K * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * 1e26
 }
 
 /// Factor from flux densities in Jy to the unit of the visibilities.

@@ -6,17 +6,17 @@ use crate::ties::{Ties, ties};
 /// The floors from the top down. Modules on one floor do not use each other. A module that does not exist (yet) is ignored.
 const FLOORS: &[&[&str]] = &[
     &["cli"],
-    &["study"],
+    &["study", "plot"],
     &["calibrate"],
     &["closure_imaging", "mem"],
     &["imaging"],
     &["deconvolve"],
-    &["simulate", "corrupt"],
-    &["closure", "fidelity"],
-    &["plot"],
+    &["corrupt"],
+    &["simulate"],
+    &["closure", "fidelity", "misfit"],
     &["fourier", "linalg"],
-    &["values"],
-    &["memory", "progress", "error"],
+    &["values", "memory"],
+    &["progress", "error", "random"],
 ];
 
 /// The floor of a module, counted from the top.

@@ -92,10 +92,8 @@ impl Crate {
                     self.modules[own].children.insert(name.to_owned(), child);
                     i = end;
                 }
-                word if DEFINING.contains(&word) && is_name(i + 1) => {
-                    if depth == 0 {
-                        self.modules[own].items.insert(text(i + 1).to_owned());
-                    }
+                word if depth == 0 && DEFINING.contains(&word) && is_name(i + 1) => {
+                    self.modules[own].items.insert(text(i + 1).to_owned());
                 }
                 "macro_rules" if is_name(i + 2) => {
                     self.modules[own].items.insert(text(i + 2).to_owned());

@@ -3,8 +3,7 @@
 use super::read::{is_gains, read_gains};
 use super::write::write_gains;
 use crate::format::{Format, GainFormat, Holds, Label};
-use crate::{Result, h5};
-use cittert_arrays::GainTable;
+use crate::h5;
 use std::path::Path;
 
 pub(crate) struct CalH5;
@@ -23,16 +22,6 @@ impl Format for CalH5 {
     }
 
     fn holds(&self) -> Holds<'_> {
-        Holds::Gains(self)
-    }
-}
-
-impl GainFormat for CalH5 {
-    fn read(&self, path: &Path) -> Result<GainTable> {
-        read_gains(path)
-    }
-
-    fn write(&self, path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
-        write_gains(path, table, overwrite)
+        Holds::Gains(GainFormat { read: read_gains, write: write_gains })
     }
 }

@@ -4,7 +4,6 @@ use super::header::Header;
 use super::image_read::read_image;
 use super::image_write::{ImageOptions, write_image};
 use super::input::Input;
-use crate::Result;
 use crate::format::{Format, Holds, ImageFormat, Label};
 use cittert_arrays::Image;
 use std::path::Path;
@@ -26,17 +25,8 @@ impl Format for FitsImage {
     }
 
     fn holds(&self) -> Holds<'_> {
-        Holds::Images(self)
-    }
-}
-
-impl ImageFormat for FitsImage {
-    fn read(&self, path: &Path) -> Result<Image> {
-        read_image(path)
-    }
-
-    fn write(&self, path: &Path, image: &Image, overwrite: bool) -> Result<()> {
-        write_image(path, image, ImageOptions { overwrite, double: false })
+        let write = |path: &Path, image: &Image, overwrite| write_image(path, image, ImageOptions { overwrite, double: false });
+        Holds::Images(ImageFormat { read: read_image, write })
     }
 }
 

@@ -36,26 +36,17 @@ pub(super) unsafe trait Element: Copy + Default {
     const KIND: Kind;
 }
 
-// SAFETY: casacore's Bool is C++ bool (0 or 1), Int int32, Float and Double IEEE, Complex std::complex<float>: two floats in a row.
-unsafe impl Element for bool {
-    const KIND: Kind = Kind::Bool;
+macro_rules! elements {
+    ($($rust:ty => $kind:ident),*) => { $(
+        // SAFETY: casacore's Bool is C++ bool (0 or 1), Int int32, Float and Double IEEE, Complex std::complex<float>: two floats in
+        // sequence, as in num_complex's Complex, which is #[repr(C)].
+        unsafe impl Element for $rust {
+            const KIND: Kind = Kind::$kind;
+        }
+    )* };
 }
-// SAFETY: as above.
-unsafe impl Element for i32 {
-    const KIND: Kind = Kind::Int;
-}
-// SAFETY: as above.
-unsafe impl Element for f32 {
-    const KIND: Kind = Kind::Float;
-}
-// SAFETY: as above.
-unsafe impl Element for f64 {
-    const KIND: Kind = Kind::Double;
-}
-// SAFETY: as above; num_complex's Complex is #[repr(C)].
-unsafe impl Element for Complex<f32> {
-    const KIND: Kind = Kind::Complex;
-}
+
+elements!(bool => Bool, i32 => Int, f32 => Float, f64 => Double, Complex<f32> => Complex);
 
 /// Content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -256,7 +247,12 @@ impl Table {
         // SAFETY: open handle, NUL-terminated text, room for the 8 axes that the shim writes at most.
         let code = unsafe { ffi::ct_cell_shape(self.handle.as_ptr(), name.as_ptr(), row as u64, shape.as_mut_ptr(), &mut n) };
         self.done(code, column)?;
-        Ok(usize::try_from(n).ok().map(|n| shape.iter().take(n).map(|s| usize::try_from(*s).unwrap_or(0)).collect()))
+        let Ok(n) = usize::try_from(n) else { return Ok(None) };
+        let sides = shape.get(..n).map(|sides| sides.iter().map(|s| usize::try_from(*s)).collect::<std::result::Result<Vec<_>, _>>());
+        match sides {
+            Some(Ok(sides)) => Ok(Some(sides)),
+            _ => Err(FormatError::malformed(&self.path, format!("{column}, row {row}"), "at most 8 axes", format!("{n} axes {shape:?}"))),
+        }
     }
 
     /// The name of a column and the shape of its cells for the shim, and the number of rows of `values` values.

@@ -1,6 +1,6 @@
 //! Changes to a set that UVFITS cannot hold as it is. Each change is noted for the user and in the history.
 
-use crate::drift::Drift;
+use crate::drift::{Drift, catalogue};
 use crate::uvh5::{NOMINAL_SITE, site_of};
 use cittert_arrays::astrometry::LocalSky;
 use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Polarization, SpectralWindow, VisUnit, VisibilityHeader, jy_per_kelvin_sr};
@@ -74,15 +74,7 @@ fn moving_centers(header: &VisibilityHeader, notes: &mut Vec<String>) {
 /// The sidereal phase centre of a boresight set: the zenith at `time_jd`.
 pub(super) fn zenith(name: &str, time_jd: f64) -> Result<PhaseCenter, ArrayError> {
     let sky = LocalSky::at(time_jd, &NOMINAL_SITE)?;
-    let (goal_ra, goal_dec) = (sky.lst_rad(), NOMINAL_SITE.latitude_rad);
-    let (mut ra, mut dec) = (goal_ra, goal_dec);
-    // The difference between apparent and catalogue place is a fraction of a degree and nearly constant, so this converges quickly.
-    for _ in 0..6 {
-        let place = sky.apparent_place(ra, dec, "icrs")?;
-        let off = (goal_ra - place.ra_rad + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
-        ra += off;
-        dec += goal_dec - place.dec_rad;
-    }
+    let (ra, dec, _) = catalogue(&sky, sky.lst_rad(), NOMINAL_SITE.latitude_rad)?;
     PhaseCenter::sidereal(name, ra, dec)
 }
 

@@ -52,12 +52,11 @@ pub(super) fn read(file: &H5In) -> Result<VisibilityHeader> {
         ));
     }
     let n_pol = file.count("Header/Npols")?;
-    let polarizations = file
-        .list("Header/polarization_array", n_pol)?
-        .into_iter()
-        .map(|p| Polarization::from_aips(p as i32))
-        .collect::<std::result::Result<Vec<_>, _>>()
-        .map_err(|e| FormatError::values(file.path(), e))?;
+    let product = |number: f64| match Polarization::from_aips(number as i32) {
+        Ok(product) if number.fract() == 0.0 => Ok(product),
+        _ => Err(file.wrong("Header/polarization_array", "numbers 1 to 4 or -1 to -8", number.to_string())),
+    };
+    let polarizations = file.list("Header/polarization_array", n_pol)?.into_iter().map(product).collect::<Result<Vec<_>>>()?;
     if polarizations.is_empty() {
         return Err(file.wrong("Header/Npols", "at least 1", "0"));
     }

@@ -100,8 +100,8 @@ pub(crate) fn read_telescope(file: &H5In) -> Result<(ArrayLayout, String)> {
     let mut antennas = Vec::with_capacity(n);
     for (k, name) in names.into_iter().enumerate() {
         let number = numbers[k];
-        if !(0.0..=f64::from(u32::MAX)).contains(&number) {
-            return Err(file.wrong("Header/antenna_numbers", "numbers from 0 to 4294967295", number.to_string()));
+        if !(0.0..=f64::from(u32::MAX)).contains(&number) || number.fract() != 0.0 {
+            return Err(file.wrong("Header/antenna_numbers", "whole numbers from 0 to 4294967295", number.to_string()));
         }
         let mut antenna =
             Antenna::new(name, number as u32, site.ecef_offset_to_enu([positions[3 * k], positions[3 * k + 1], positions[3 * k + 2]]));

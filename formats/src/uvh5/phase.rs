@@ -80,12 +80,12 @@ fn from_json(file: &H5In, entry: &str, name: &str) -> Result<PhaseCenter> {
     let value: serde_json::Value = serde_json::from_str(&json).map_err(|e| file.wrong(entry, "JSON", e.to_string()))?;
     // Moving sources have lists of positions. The first position is used.
     let number = |key: &str| value.get(key).and_then(|v| v.as_f64().or_else(|| v.get(0).and_then(serde_json::Value::as_f64)));
-    let angle = |key: &str| number(key).ok_or_else(|| file.wrong(entry, format!("a number {key}"), "none"));
+    let required = |key: &str| number(key).ok_or_else(|| file.wrong(entry, format!("a number {key}"), "none"));
     let text = |key: &str| value.get(key).and_then(|v| v.as_str()).unwrap_or_default().to_string();
     Ok(PhaseCenter {
-        id: number("cat_id").unwrap_or(0.0) as i64,
+        id: required("cat_id")? as i64,
         name: name.into(),
-        kind: kind(file, entry, &text("cat_type"), || angle("cat_lon"), || angle("cat_lat"))?,
+        kind: kind(file, entry, &text("cat_type"), || required("cat_lon"), || required("cat_lat"))?,
         frame: text("cat_frame"),
         epoch: number("cat_epoch"),
     })

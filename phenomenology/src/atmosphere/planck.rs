@@ -3,7 +3,7 @@
 //! Radiative transfer adds radiances. Radiance here is the photon occupation number `B = 1/(exp(x/T) - 1)` with `x = h f / k`, which is
 //! dimensionless. It is converted to a temperature only at the end.
 
-use crate::constants::{BOLTZMANN_J_K, PLANCK_J_S};
+use crate::constants::{BOLTZMANN_J_PER_K, PLANCK_J_S};
 
 /// Temperature of the cosmic background, K.
 ///
@@ -14,7 +14,7 @@ pub const COSMIC_BACKGROUND_K: f64 = 2.728;
 /// The quantum temperature `x = h f / k` in K (0.0479924 K per GHz).
 #[must_use]
 pub fn quantum_temperature_k(freq_ghz: f64) -> f64 {
-    PLANCK_J_S / BOLTZMANN_J_K * 1e9 * freq_ghz
+    PLANCK_J_S / BOLTZMANN_J_PER_K * 1e9 * freq_ghz
 }
 
 /// Radiance `B` (photon occupation number) of a black body.

@@ -33,5 +33,6 @@ pub fn brine_volume_cox_weeks83(temperature_k: f64, salinity_psu: f64) -> f64 {
     let ice = 0.9167 - 1.403e-4 * t;
     let bulk = ice * f / (f - ice * salinity_psu * g);
     let volume = bulk * salinity_psu / f;
-    if salinity_psu > 0.0 && (volume < 0.0 || volume > 1.0) { 1.0 } else { volume }
+    let possible = volume.is_nan() || (0.0..=1.0).contains(&volume);
+    if salinity_psu > 0.0 && !possible { 1.0 } else { volume }
 }

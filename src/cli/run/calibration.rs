@@ -1,7 +1,7 @@
 //! The steps of injected errors and of self-calibration.
 
+use super::command::{DIR, Step, plot, relative, strings};
 use super::config::Config;
-use super::steps::{DIR, Step, plot, relative, strings};
 use crate::calibrate::{GainMode, StartFrom};
 use crate::cli::sections::{Section, words};
 use crate::deconvolve::CleanOptions;

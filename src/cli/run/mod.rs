@@ -3,19 +3,22 @@
 //! Each section of the file becomes the words of a subcommand. The subcommand then runs as if it had been typed, and the report shows its words.
 
 mod calibration;
+mod command;
 mod config;
 mod page;
 mod steps;
 
 use super::console::Console;
-use super::context::{Context, Outcome, shell_word};
+use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::sections::schema;
 use clap::Args;
+use command::{Done, Step};
 use config::Config;
 use serde_json::{Map, Value};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use steps::{Step, steps};
+use steps::steps;
 
 /// Options of `run`.
 #[derive(Debug, Args)]
@@ -37,15 +40,6 @@ pub struct RunArgs {
     check: bool,
 }
 
-/// The results of a step.
-struct Done {
-    step: Step,
-    command: String,
-    json: Value,
-    warnings: Vec<String>,
-    seconds: f64,
-}
-
 /// Run a configuration.
 ///
 /// # Errors
@@ -59,7 +53,7 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
         std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
     let (config, steps) = check(&text, path)?;
     let Some(target) = args.output.as_ref().filter(|_| !args.check) else {
-        let lines = commands(&steps)?;
+        let lines = commands(&steps, context.subcommands.check)?;
         return Ok(Outcome::new(serde_json::json!({ "commands": lines }), lines.join("\n")));
     };
     let folder = cittert_formats::atomic::AtomicDir::create(target, args.overwrite, "report.html")?;
@@ -86,28 +80,28 @@ fn check(text: &str, path: &Path) -> Result<(Config, Vec<Step>)> {
     Ok((config, steps))
 }
 
-fn commands(steps: &[Step]) -> Result<Vec<String>> {
+fn commands(steps: &[Step], check: fn(&[OsString]) -> Result<()>) -> Result<Vec<String>> {
     for step in steps {
-        super::parse(&step.argv("OUT")).context(step.shown("OUT"))?;
+        check(&step.argv("OUT")).context(step.shown("OUT"))?;
     }
     Ok(steps.iter().map(|s| s.shown("OUT")).collect())
 }
 
 /// The commands of a configuration. `path` is the file from which its text was read: messages name it, and paths are relative to it.
+/// `check_words` checks the words of one command.
 ///
 /// # Errors
 /// The configuration is wrong. The message names the line.
-pub fn run_commands(text: &str, path: &Path) -> Result<Vec<String>> {
-    commands(&check(text, path)?.1)
+pub fn run_commands(text: &str, path: &Path, check_words: fn(&[OsString]) -> Result<()>) -> Result<Vec<String>> {
+    commands(&check(text, path)?.1, check_words)
 }
 
 fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Done> {
     let command = step.shown(shown);
     let started = std::time::Instant::now();
-    let words = step.argv(here);
-    let cli = super::parse(&words).context(&command)?;
-    let inner = Context { command_line: command.clone(), console: Console::new(context.console.loudness) };
-    let outcome = cli.command.run(&inner).context(&command)?;
+    let (console, subcommands) = (Console::new(context.console.loudness), context.subcommands);
+    let inner = Context { command_line: command.clone(), console, subcommands };
+    let outcome = (subcommands.run)(&step.argv(here), &inner).context(&command)?;
     if let Some(why) = outcome.failed {
         context.console.warn(&format!("{}: {why}", step.title));
     }
@@ -137,9 +131,4 @@ fn metrics(config: &Config, done: &[Done], context: &Context) -> Value {
     let seconds: Map<String, Value> = done.iter().map(|d| (d.step.title.clone(), d.seconds.into())).collect();
     all.insert("seconds".into(), seconds.into());
     Value::Object(all)
-}
-
-/// A command line as it would be typed.
-fn shown(words: &[String]) -> String {
-    std::iter::once("cittert".to_owned()).chain(words.iter().map(|w| shell_word(w))).collect::<Vec<_>>().join(" ")
 }

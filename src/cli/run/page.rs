@@ -1,6 +1,6 @@
 //! The report of a run: its pictures and numbers in their order.
 
-use super::Done;
+use super::command::Done;
 use super::config::Config;
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};

@@ -14,6 +14,7 @@ use crate::calibrate::{
 use crate::deconvolve::CleanOptions;
 use crate::imaging::{Imager, ImagingOptions};
 use crate::mem::{Prior, PriorChoice};
+use crate::memory::MemoryBudget;
 use crate::simulate::SkyModel;
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
@@ -53,8 +54,6 @@ impl SelfcalArgs {
 
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
-/// Largest size in bytes of a set that is kept in memory.
-const MEMORY: usize = 2 << 30;
 /// Size in bytes of a visibility, its weight, its number of samples and its flag.
 const BYTES_PER_SAMPLE: usize = 17;
 
@@ -175,7 +174,7 @@ fn image_maker(
 fn in_memory(mut source: Box<dyn VisibilitySource>) -> Result<Box<dyn VisibilitySource>> {
     let header = source.header().clone();
     let samples = source.n_rows().saturating_mul(header.spectrum.n_chan()).saturating_mul(header.polarizations.len());
-    if samples.saturating_mul(BYTES_PER_SAMPLE) > MEMORY {
+    if samples.saturating_mul(BYTES_PER_SAMPLE) > MemoryBudget::default().kept_visibilities() {
         return Ok(source);
     }
     let data = source.read_rows(0..source.n_rows())?;
