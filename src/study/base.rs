@@ -26,7 +26,7 @@ pub enum Antennas {
 #[derive(Debug, Clone)]
 pub enum Deconvolution {
     /// CLEAN, compared with the restored image of the error-free data.
-    Clean(CleanOptions),
+    Clean(Box<CleanOptions>),
     /// Maximum entropy: the unconvolved image, compared with the scene itself on the same grid \[m, l\], in the unit of the image.
     Mem(Array2<f64>),
 }

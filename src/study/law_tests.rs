@@ -47,7 +47,7 @@ fn base(n_ant: u32, size: usize) -> Arc<Base> {
     };
     // One component takes the whole peak: nothing of the errors is cleaned away.
     let clean = CleanOptions { algorithm: by_name("hogbom").unwrap().into(), gain: 1.0, niter: 1, ..CleanOptions::default() };
-    Arc::new(Base::new(set, imaging, Deconvolution::Clean(clean)))
+    Arc::new(Base::new(set, imaging, Deconvolution::Clean(Box::new(clean))))
 }
 
 fn phase(rms_rad: f64) -> Error {

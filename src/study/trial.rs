@@ -120,7 +120,7 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     if let Some(plan) = &setup.selfcal {
         let options = selfcal_options(&data, setup, plan);
         let mut maker: Box<dyn ImageMaker> = match &base.deconvolution {
-            Deconvolution::Clean(clean) => Box::new(CleanMaker::new(reference.imaging.clone(), clean.clone())),
+            Deconvolution::Clean(clean) => Box::new(CleanMaker::new(reference.imaging.clone(), clean.as_ref().clone())),
             Deconvolution::Mem(_) => {
                 let joint = JointOptions { solve: options.solve.clone(), prior: Prior::Auto, mask: None, goals: JointGoals::default() };
                 Box::new(JointMaker::new(reference.imaging.clone(), joint))

@@ -88,7 +88,7 @@ fn what_cannot_be_solved_is_said_or_flagged_and_counted() {
     // An antenna whose data are all flagged has no gain, and is counted.
     s.write("six.toml", layout(6));
     s.ok(&format!("simulate --layout six.toml {simulate} -o six.uvh5"));
-    s.write("silent.toml", "[[error]]\ndropout = 0.3\ndropout-length = \"100s\"\n");
+    s.write("silent.toml", "[[error]]\ndropout = 0.3\ndropout-length = \"1000s\"\ndropout-noticed = true\n");
     s.ok("corrupt six.uvh5 -o silent.uvh5 --config silent.toml --seed 5");
     let said = s.json(&format!("selfcal silent.uvh5 -o calm {IMAGE} --beam 5mrad,5mrad,0deg --start point --solint inf"));
     assert!(said["rounds"][0]["gains_flagged"]["no data"].as_u64() > Some(0), "{said}");

@@ -122,7 +122,7 @@ fn mask(config: &Config, layout: &str) -> Option<Step> {
     // The band and the track are those of the visibilities.
     let mut keys = config.simulate.keys.clone();
     let shared = ["freq", "bandwidth", "channels", "phase-center", "start", "duration", "hour-angle", "integration", "elevation-limit"];
-    keys.retain(|key, _| shared.iter().any(|s| *s == key));
+    keys.retain(|key, _| shared.contains(&key));
     w.extend(words(&keys));
     w.extend(["-o".into(), format!("{DIR}/mask.fits")]);
     let mut step = Step::new("Visibilities", "mask", "mask", w);

@@ -224,13 +224,13 @@ fn deconvolution(c: &Config, sky: &SkyModel, frame: SkyFrame) -> Result<Deconvol
     }
     let (size, cell) = (c.image.options.size, c.image.options.cell);
     if clean.mask.is_none() && clean.boxes.is_empty() {
-        return Ok(Deconvolution::Clean(clean.clone()));
+        return Ok(Deconvolution::Clean(Box::new(clean.clone())));
     }
     let (Some(size), Some(cell)) = (size, cell) else {
         return Err(Failure::message("clean: a mask or a box needs image.size and image.cell"));
     };
     let grid = SkyGrid::new(size.columns, size.rows, cell.si(), frame)?;
-    Ok(Deconvolution::Clean(loaded(clean, &grid)?))
+    Ok(Deconvolution::Clean(Box::new(loaded(clean, &grid)?)))
 }
 
 /// The image of the scene. It must have the pixels of the images of the study, because images of `mem` are compared without a beam.
@@ -253,7 +253,7 @@ fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
         return Err(wrong(format!("{} x {} pixels of {:.6e} rad", grid.n_l, grid.n_m, grid.cell_rad)));
     }
     if c.selfcal.as_ref().is_some_and(|s| s.options.rounds.start != StartFrom::Data) {
-        return Err(Failure::message(format!("selfcal.start must be \"data\" where clean.algorithm is \"mem\": it needs no other model")));
+        return Err(Failure::message("selfcal.start must be \"data\" where clean.algorithm is \"mem\": it needs no other model"));
     }
     Ok(image.plane(0, 0).to_owned())
 }
