@@ -3,6 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::OutputArgs;
+use super::sections::Section;
 use crate::calibrate::on_channels;
 use crate::corrupt::{CorruptOptions, Error, ErrorOptions, corrupt, corrupted_header};
 use cittert_arrays::{GainTable, VisUnit};
@@ -36,7 +37,7 @@ struct Config {
     seed: Option<u64>,
     per_feed: bool,
     #[serde(rename = "error")]
-    errors: Vec<ErrorOptions>,
+    errors: Vec<Section<ErrorOptions>>,
 }
 
 impl Config {
@@ -50,7 +51,7 @@ impl Config {
 fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
     let config = args.config.as_deref().map_or(Ok(Config::default()), Config::read)?;
     let mut errors = Vec::new();
-    for options in config.errors.iter().chain([&args.errors]) {
+    for options in config.errors.iter().map(|e| &e.options).chain([&args.errors]) {
         errors.extend(options.errors(unit)?);
     }
     if errors.is_empty() {

@@ -33,7 +33,10 @@ impl Failure {
     /// The call was wrong, as the library says of an option: exit code 2.
     #[must_use]
     pub fn call(error: crate::ChainError) -> Self {
-        Self::usage(told(&error))
+        match error {
+            crate::ChainError::BadOption { .. } => Self::usage(told(&error)),
+            other => other.into(),
+        }
     }
 
     /// A failure that is not an error of a library: exit code 1.

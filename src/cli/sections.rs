@@ -5,7 +5,7 @@ use crate::calibrate::{RoundOptions, SolveOptions};
 use crate::corrupt::ErrorOptions;
 use crate::deconvolve::CleanOptions;
 use crate::imaging::ImagingOptions;
-use crate::mem::MemOptions;
+use crate::mem::{MemOptions, PriorChoice};
 use crate::simulate::{BandOptions, SceneOptions, SimulateOptions, TrackOptions};
 use cittert_arrays::quantity::{Angle, FluxDensity};
 use schemars::JsonSchema;
@@ -62,8 +62,9 @@ pub(super) struct SelfcalSection {
     pub(super) solve: SolveOptions,
     #[serde(flatten)]
     pub(super) clean: CleanOptions,
-    /// The prior of `mem`, as in its section.
-    pub(super) prior: Option<String>,
+    /// Prior of deconvolver mem, which solves image and gains together: a temperature (250K), a flux density in a pixel or a FITS image
+    /// [default: flat, made from the data as the book describes].
+    pub(super) prior: Option<PriorChoice>,
 }
 
 /// Options of the self-calibration of a study. Its images are those of the sections `[image]` and `[clean]`.
@@ -77,7 +78,7 @@ pub(super) struct StudySelfcalSection {
 }
 
 /// A type of options that a section holds.
-pub(super) trait Options: DeserializeOwned {
+pub(super) trait Options: DeserializeOwned + JsonSchema {
     /// The keys that must be there, with values that are allowed. The check of one key needs them.
     const REQUIRED: &'static str = "";
 }
@@ -144,6 +145,13 @@ impl<'de, T: Options> Visitor<'de> for SectionVisitor<T> {
     }
 }
 
+/// The keys of a section, from its schema.
+fn keys_of<T: JsonSchema>() -> Vec<String> {
+    let schema = schemars::schema_for!(T);
+    let properties = schema.get("properties").and_then(serde_json::Value::as_object);
+    properties.map(|p| p.keys().cloned().collect()).unwrap_or_default()
+}
+
 /// Reads the value of a key and checks it at once, so that an error points at the line of the key.
 struct Checked<'a, T>(&'a str, PhantomData<T>);
 
@@ -152,7 +160,13 @@ impl<'de, T: Options> DeserializeSeed<'de> for Checked<'_, T> {
 
     fn deserialize<D: Deserializer<'de>>(self, d: D) -> Result<toml::Value, D::Error> {
         let value = toml::Value::deserialize(d)?;
-        let wrong = |e: toml::de::Error| D::Error::custom(e.message());
+        let wrong = |e: toml::de::Error| match e.message().split_once(", expected") {
+            // A section of several groups does not list its keys by itself.
+            None if e.message().starts_with("unknown field") => {
+                D::Error::custom(format!("{}, expected one of `{}`", e.message(), keys_of::<T>().join("`, `")))
+            }
+            _ => D::Error::custom(e.message()),
+        };
         let mut alone: toml::Table = toml::from_str(T::REQUIRED).map_err(wrong)?;
         alone.insert(self.0.to_owned(), value.clone());
         toml::Value::Table(alone).try_into::<T>().map_err(wrong)?;

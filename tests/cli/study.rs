@@ -143,7 +143,7 @@ fn the_tutorial_holds_in_small() {
     let s = scratch(&example);
     assert!(s.ok("study c.toml --check").out.contains("100 points x 20 seeds = 2000 trials"));
     let page = std::fs::read_to_string(docs.join("user/phase-tutorial.md")).unwrap();
-    assert!(page.contains("cittert study phase-study.toml -o phase-study"));
+    assert!(page.contains("cittert study docs/examples/phase-study.toml -o phase-study"));
     let small = example
         .replace("seeds = 20", "seeds = 3")
         .replace("size = 256", "size = 96")

@@ -85,7 +85,7 @@ fn cameras_without_a_scene_and_options_out_of_range() {
     s.write("ok.toml", TANK);
     s.fails("scene render ok.toml --antialias 0 -o x.fits", 1, &["antialias is 0", "1 to 16"]);
     s.fails("scene render ok.toml --max-bounces 5000 -o x.fits", 1, &["max_bounces is 5000"]);
-    s.fails("scene render ok.toml --mode realtime --step 3 -o x.fits", 1, &["step 3", "1, 2, 4, 8, 16 or 32"]);
+    s.fails("scene render ok.toml --mode realtime --step 3 -o x.fits", 1, &["step of the mesh is 3", "1, 2, 4, 8, 16 or 32"]);
     s.fails("scene render ok.toml --scene-cell 1mrad -o x.fits", 2, &["--scene-size"]);
     s.fails("scene render ok.toml --pol RR -o x.fits", 1, &["RR", "one of I, Q, U, V"]);
     s.fails("scene render ok.toml --channels 0 -o x.fits", 1, &["channel"]);

@@ -58,6 +58,7 @@ impl Plan {
             let config = match toml::Value::Table(tree.clone()).try_into::<Config>() {
                 Ok(config) => config,
                 // The error of the file itself names the line. A value of an axis has no line.
+                Err(e) if grid.axes.is_empty() => return toml::from_str::<Config>(text).map_err(Failure::from).and(Err(e.into())),
                 Err(e) => return toml::from_str::<Config>(text).map_err(Failure::from).and(Err(e.into())).context(place()),
             };
             let setup = pool.install(|| setup(&config, &tree, folder, &mut bases, (&mut files, context)));
