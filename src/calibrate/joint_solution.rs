@@ -98,6 +98,11 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
             break;
         }
     }
+    if goals.find_noise && noise_factor.is_none() {
+        observer.event(Event::Warning(
+            "the weights do not hold the noise and no two hands give it: chi squared is computed as if the weights were 1/sigma^2",
+        ));
+    }
     let target = goals.chi2.0 * noise_factor.unwrap_or(1.0);
     // The gains follow the image, so the KKT residual cannot reach its usual limit. The data do not determine those digits anyway.
     let last = MemGoals {
