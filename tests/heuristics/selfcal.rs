@@ -1,7 +1,7 @@
 //! Self-calibration with CLEAN: the error of the antenna phases, rad.
 
 use crate::scenes::{CELL, Case, SIDE, cases};
-use crate::table::{Knob, Row, measure};
+use crate::table::{Group, Knob, measure};
 use cittert::calibrate::{
     CleanMaker, CompareOptions, FeedGroups, GainMode, SelfcalOptions, SelfcalTuning, SolutionInterval, Start, compare_gains, selfcal,
     tuned_schedule,
@@ -31,7 +31,7 @@ fn error(case: &Case, tuning: &SelfcalTuning) -> f64 {
     compare_gains(&found.best().gains, &truth, free).unwrap().rms_phase_rad
 }
 
-pub fn rows() -> Vec<Row> {
+pub fn group() -> Group {
     let d = SelfcalTuning::default();
     let knobs: Vec<Knob<SelfcalTuning>> = vec![
         Knob { name: "SelfcalTuning::first_depth", default: d.first_depth.to_string(), set: |t, x| t.first_depth *= x },
@@ -40,5 +40,5 @@ pub fn rows() -> Vec<Row> {
         Knob { name: "SelfcalTuning::short_nsigma", default: d.short_nsigma.to_string(), set: |t, x| t.short_nsigma *= x },
         Knob { name: "SelfcalTuning::predicted_epsilon", default: d.predicted_epsilon.to_string(), set: |t, x| t.predicted_epsilon *= x },
     ];
-    measure(&cases(), &knobs, error)
+    measure("self-calibration, rad", &cases(), &knobs, error)
 }
