@@ -1,7 +1,7 @@
 //! Closure imaging: the error of the image against the scene, laid over it. Ten antennas follow each scene over a part of a day.
 
 use crate::scenes::{CELL, Case, Random, SIDE, cases, error_of, grid};
-use crate::table::{Knob, Row, measure};
+use crate::table::{Group, Knob, measure};
 use cittert::arrays::SkyFrame;
 use cittert::closure_imaging::Samples;
 use cittert::closure_imaging::{ClosureImagingControl, ClosureImagingOptions, SmallDft, SparseSet, Transform, reconstruct};
@@ -69,7 +69,7 @@ fn error(case: &Case, tuning: &ClosureImagingControl) -> f64 {
     error_of(&shifted(image.view(), by), &case.scene)
 }
 
-pub fn rows() -> Vec<Row> {
+pub fn group() -> Group {
     let d = ClosureImagingControl::default();
     let knobs: Vec<Knob<ClosureImagingControl>> = vec![
         Knob { name: "ClosureImagingControl::cells", default: d.cells.to_string(), set: |t, x| t.cells *= x },
@@ -97,5 +97,5 @@ pub fn rows() -> Vec<Row> {
         },
         Knob { name: "ClosureImagingControl::decrease", default: d.decrease.to_string(), set: |t, x| t.decrease *= x },
     ];
-    measure(&cases(), &knobs, error)
+    measure("closure imaging", &cases(), &knobs, error)
 }

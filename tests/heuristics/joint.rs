@@ -1,7 +1,7 @@
 //! The joint solution of image and gains: the error of the image against the scene, laid over it.
 
 use crate::scenes::{CELL, Case, SIDE, cases, error_of};
-use crate::table::{Knob, Row, measure};
+use crate::table::{Group, Knob, measure};
 use cittert::arrays::quantity::Angle;
 use cittert::calibrate::{
     FeedGroups, GainMode, ImageMaker, JointGoals, JointMaker, JointOptions, JointSchedule, ModelMaker, SolutionInterval, SolveOptions,
@@ -30,7 +30,7 @@ fn error(case: &Case, tuning: &JointSchedule) -> f64 {
     error_of(&shifted(image.view(), by), &case.scene)
 }
 
-pub fn rows() -> Vec<Row> {
+pub fn group() -> Group {
     let d = JointSchedule::default();
     let knobs: Vec<Knob<JointSchedule>> = vec![
         Knob {
@@ -56,5 +56,5 @@ pub fn rows() -> Vec<Row> {
         Knob { name: "JointSchedule::prior_settled", default: d.prior_settled.to_string(), set: |t, x| t.prior_settled = 1.0 + 0.1 * x },
         Knob { name: "JointSchedule::brighter", default: d.brighter.to_string(), set: |t, x| t.brighter *= x },
     ];
-    measure(&cases(), &knobs, error)
+    measure("joint solution", &cases(), &knobs, error)
 }

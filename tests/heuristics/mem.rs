@@ -1,7 +1,7 @@
 //! Maximum entropy: the error of the image against the scene.
 
 use crate::scenes::{CELL, Case, SIDE, cases, error_of};
-use crate::table::{Knob, Row, measure};
+use crate::table::{Group, Knob, measure};
 use cittert::arrays::quantity::Angle;
 use cittert::imaging::{ImageSize, Imager, ImagingOptions, Weighting};
 use cittert::mem::{MemPlan, MemTuning, Method, Uncertainty, mem};
@@ -20,7 +20,7 @@ fn error(case: &Case, method: Method, tv: f64, tuning: &MemTuning) -> f64 {
     error_of(&mem(&mut imager, &options, &Silent).unwrap().model.plane(0, 0).to_owned(), &case.scene)
 }
 
-pub fn rows() -> Vec<Row> {
+pub fn groups() -> Vec<Group> {
     let cases = cases();
     let knob = |name, default: f64, set| Knob { name, default: default.to_string(), set };
     let d = MemTuning::default();
@@ -45,10 +45,9 @@ pub fn rows() -> Vec<Row> {
         knob("VtessControl::close", d.vtess.close, |t: &mut MemTuning, x| t.vtess.close *= x),
     ];
     let softening: Vec<Knob<MemTuning>> = vec![knob("MemTuning::softening", d.softening, |t: &mut MemTuning, x| t.softening *= x)];
-    [
-        measure(&cases, &control, |c, t| error(c, Method::QuasiNewton, 0.0, t)),
-        measure(&cases, &vtess, |c, t| error(c, Method::Vtess, 0.0, t)),
-        measure(&cases, &softening, |c, t| error(c, Method::QuasiNewton, 0.1, t)),
+    vec![
+        measure("maximum entropy", &cases, &control, |c, t| error(c, Method::QuasiNewton, 0.0, t)),
+        measure("maximum entropy, vtess", &cases, &vtess, |c, t| error(c, Method::Vtess, 0.0, t)),
+        measure("maximum entropy with total variation", &cases, &softening, |c, t| error(c, Method::QuasiNewton, 0.1, t)),
     ]
-    .concat()
 }

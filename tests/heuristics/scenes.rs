@@ -17,6 +17,7 @@ const NOISE: f64 = 2e-3;
 
 /// One of the six cases: a scene seen by a layout.
 pub struct Case {
+    pub name: &'static str,
     pub scene: Array2<f64>,
     pub places: Vec<[f64; 2]>,
 }
@@ -36,13 +37,21 @@ impl Random {
     }
 }
 
+/// Brightness at a column and row from the middle of the frame.
+type Brightness = fn(f64, f64) -> f64;
+
 /// All six cases.
 pub fn cases() -> Vec<Case> {
-    let scenes: [fn(f64, f64) -> f64; 3] = [points, ring, bar];
+    let scenes: [(Brightness, [&str; 2]); 3] =
+        [(points, ["points, spiral", "points, Y"]), (ring, ["ring, spiral", "ring, Y"]), (bar, ["bar, spiral", "bar, Y"])];
     let mut out = Vec::new();
-    for brightness in scenes {
-        for places in [spiral(), wye()] {
-            out.push(Case { scene: Array2::from_shape_fn((SIDE, SIDE), |(i, j)| brightness(j as f64 - 31.0, i as f64 - 33.0)), places });
+    for (brightness, names) in scenes {
+        for (name, places) in names.into_iter().zip([spiral(), wye()]) {
+            out.push(Case {
+                name,
+                scene: Array2::from_shape_fn((SIDE, SIDE), |(i, j)| brightness(j as f64 - 31.0, i as f64 - 33.0)),
+                places,
+            });
         }
     }
     out

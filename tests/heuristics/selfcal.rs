@@ -1,7 +1,7 @@
 //! Self-calibration with CLEAN: the error of the antenna phases, rad.
 
 use crate::scenes::{CELL, Case, SIDE, cases};
-use crate::table::{Knob, Row, measure};
+use crate::table::{Group, Knob, measure};
 use cittert::arrays::quantity::Angle;
 use cittert::calibrate::{
     CleanMaker, CompareOptions, FeedGroups, GainMode, SelfcalOptions, SelfcalTuning, SolutionInterval, Start, compare_gains, selfcal,
@@ -23,7 +23,7 @@ fn error(case: &Case, tuning: &SelfcalTuning) -> f64 {
         weighting: Weighting::Natural,
         ..ImagingOptions::default()
     };
-    let clean = CleanOptions { algorithm: by_name("multiscale").unwrap().into(), niter: 2000, ..CleanOptions::default() };
+    let clean = CleanOptions { algorithm: by_name("multiscale").unwrap().into(), niter: 2000, scale_bias: 0.3, ..CleanOptions::default() };
     let mut maker = CleanMaker::new(imaging, clean).tuned(*tuning);
     let (mode, solint) = (GainMode::Phase, SolutionInterval::Infinite);
     let mut options = SelfcalOptions {
@@ -37,7 +37,7 @@ fn error(case: &Case, tuning: &SelfcalTuning) -> f64 {
     compare_gains(&found.best().gains, &truth, free).unwrap().rms_phase_rad
 }
 
-pub fn rows() -> Vec<Row> {
+pub fn group() -> Group {
     let d = SelfcalTuning::default();
     let knobs: Vec<Knob<SelfcalTuning>> = vec![
         Knob { name: "SelfcalTuning::first_depth", default: d.first_depth.to_string(), set: |t, x| t.first_depth *= x },
@@ -46,5 +46,5 @@ pub fn rows() -> Vec<Row> {
         Knob { name: "SelfcalTuning::short_nsigma", default: d.short_nsigma.to_string(), set: |t, x| t.short_nsigma *= x },
         Knob { name: "SelfcalTuning::predicted_epsilon", default: d.predicted_epsilon.to_string(), set: |t, x| t.predicted_epsilon *= x },
     ];
-    measure(&cases(), &knobs, error)
+    measure("self-calibration, rad", &cases(), &knobs, error)
 }
