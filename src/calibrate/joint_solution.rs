@@ -5,8 +5,8 @@
 //! smooth and cannot take up errors of the gains. The weight then grows from stage to stage. The positive image and the dark frame
 //! around the scene replace the known model of an ordinary calibration.
 //!
-//! Unknown phases leave the position of the scene open. The image is moved to the middle of the frame once. After that a band of
-//! frequencies, or the rotation of the Earth, shows where it belongs (see [`UnknownGains::shift`]), and it is moved there.
+//! Unknown phases leave the position of the scene open. The image is moved to the middle of the frame once. After that, a band of
+//! frequencies or the rotation of the Earth determines its position (see [`UnknownGains::shift`]), and it is moved there.
 //!
 //! # Reference
 //! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413; Cornwell & Wilkinson 1981, MNRAS 196, 1067.
@@ -22,7 +22,7 @@ use ndarray::{Array2, s};
 /// The record of one stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointStage {
-    /// Strength of the data against the entropy; 0 in the final solutions, which find it.
+    /// Strength of the data relative to the entropy. It is 0 in the final solutions, which determine it.
     pub strength: f64,
     /// Evaluations of the data term.
     pub evaluations: usize,
@@ -54,12 +54,12 @@ pub struct Lattice<'a> {
     pub v: &'a [f64],
 }
 
-/// When the joint solution is done.
+/// The goals at which the joint solution ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointGoals {
     /// Chi squared over its expected value, and its largest relative departure.
     pub chi2: (f64, f64),
-    /// Estimate the noise from the difference of two hands, for weights that do not hold it.
+    /// Estimate the noise from the difference of two hands, because the weights do not contain it.
     pub find_noise: bool,
     /// Stages and other constants.
     pub tuning: JointSchedule,

@@ -5,7 +5,8 @@
 /// One stage: the strength of the data against the entropy is held for some steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointStep {
-    /// lambda times the sum of the weights times the square of the mean prior. At 1 the data and the entropy of a mean pixel pull equally.
+    /// lambda times the sum of the weights times the square of the mean prior. At 1 the data and the entropy have equal weight in a mean
+    /// pixel.
     pub strength: f64,
     /// Steps of the image.
     pub steps: usize,
@@ -34,8 +35,8 @@ pub struct JointSchedule {
     pub priors: usize,
     /// Flux of the first faint image over that of the prior up to which the prior is bright enough.
     pub prior_settled: f64,
-    /// Factor on a prior that was estimated from the data. A prior below the mean brightness keeps the image from the data; one above
-    /// it has little effect, so the estimate is doubled.
+    /// Factor on a prior that was estimated from the data. A prior below the mean brightness prevents a good fit to the data. A prior above
+    /// it has little effect. The estimate is therefore doubled.
     pub brighter: f64,
 }
 

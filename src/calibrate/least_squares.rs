@@ -127,7 +127,7 @@ pub(crate) fn solve_pairs(pairs: &Pairs, amplitudes: bool, max_iterations: usize
 
 /// Improve gains that are near the solution, such as those of a slightly different model.
 ///
-/// Gains that cannot be improved stay as they are.
+/// Gains that cannot be improved are not changed.
 pub(crate) fn refine_pairs(pairs: &Pairs, g: &mut Vec<Complex64>, amplitudes: bool, max_iterations: usize, tolerance: f64) {
     let mut cost = objective(pairs, g, amplitudes);
     for _ in 0..max_iterations {
@@ -267,7 +267,8 @@ fn step(pairs: &Pairs, g: &[Complex64], amplitudes: bool, cost: f64) -> Option<(
         if phase.is_empty() {
             return None;
         }
-        // A short step along the descent direction of both blocks always lowers chi^2, unless rounding is all that is left.
+        // A short step along the descent direction of both blocks always lowers chi^2, unless the change is smaller than the rounding
+        // errors.
         fraction *= 0.1;
         let trial = moved(&phase, fraction);
         return Some(if objective(pairs, &trial, true) <= cost + slack { (trial, size(&phase, fraction)) } else { (g.to_vec(), 0.0) });
@@ -291,8 +292,8 @@ fn graph_matrix(n: usize, sign: f64, weight: impl Fn(usize, usize) -> f64) -> Ma
     m
 }
 
-/// The factored Laplacian of the phases. A common phase, which has no curvature, is given the mean curvature. `None` where it is
-/// not positive definite.
+/// The factored Laplacian of the phases. A common phase has no curvature; it gets the mean curvature. `None` if the matrix is not positive
+/// definite.
 fn laplacian(pairs: &Pairs, g: &[Complex64], weight: impl Fn(Complex64) -> f64) -> Option<Cholesky> {
     let mut l = graph_matrix(pairs.n, -1.0, |p, q| weight(pairs.vm(p, q) * g[p].conj() * g[q]));
     fill_null(&mut l);
