@@ -1,4 +1,4 @@
-//! Small sets for tests: a random array seen once, point sources, and noise.
+//! Small sets for tests: one observation by a random array, point sources, and noise.
 
 use cittert_arrays::{
     Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage, VisUnit, VisibilityBlock,

@@ -28,7 +28,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const MIB: u64 = 1 << 20;
-/// The least budget: below it a block would hold few rows of a usual set.
+/// The smallest budget. With less, a block would contain only a few rows of a usual set.
 const LEAST: u64 = 16 * MIB;
 /// The budget of a machine that does not say how much memory it has.
 const UNKNOWN_MACHINE: u64 = 4 << 30;

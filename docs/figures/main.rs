@@ -1,7 +1,7 @@
 //! Draws the pictures of the pages on physics: results of cittert as lines, results of independent software as dots.
 //!
-//! `cargo run --example figures` writes them into docs/algorithms/img; it needs the reference tables beside the workspace.
-//! `cargo run --release --example figures tracer` measures and draws the tracer's cost.
+//! `cargo run --example figures` writes them into docs/algorithms/img. It reads the reference tables in tests/oracle. `cargo run --release
+//! --example figures tracer` measures the time of the tracer and draws it.
 
 mod atmosphere;
 mod dielectrics;

@@ -4,8 +4,8 @@ use cittert_arrays::GainTable;
 use ndarray::Array4;
 use num_complex::Complex64;
 
-/// Antennas in the order in which they serve as reference: first those asked for that are solved somewhere, then the others by how
-/// often and how well they are solved.
+/// Antennas in the order in which they are used as reference. The requested antennas come first, if they are solved in any interval. The
+/// others follow in order of the number and quality of their solutions.
 pub(crate) fn reference_priority(flags: &Array4<bool>, quality: &Array4<f64>, wished: &[usize]) -> Vec<usize> {
     let n_ant = flags.dim().1;
     let score = |a: usize| {

@@ -49,7 +49,7 @@ pub trait ModelMaker: ModelVisibilities {
 pub struct RoundPlan {
     /// Phases, amplitudes and phases, or delays.
     pub mode: GainMode,
-    /// How long a solution holds.
+    /// The solution interval.
     pub solint: SolutionInterval,
     /// The model stops at this fraction of the peak of the image. It is high at first, so that errors of the uncalibrated image do not
     /// enter the model, and lower from round to round, so that more of the source enters it. 0 leaves the depth to the maker.
@@ -60,10 +60,11 @@ pub struct RoundPlan {
     pub last: bool,
 }
 
-/// Rounds of a mode at an interval: phases first; with amplitudes, a last third (at least one round) of amplitude and phase.
+/// Rounds of a mode at an interval. The first rounds solve for phases. With amplitudes, the last third of the rounds (at least one) solves
+/// for amplitudes and phases.
 ///
-/// With `shrink`, schedules of four phase rounds or more begin with intervals of four and two times `solint`. This helps with weak
-/// sources whose phases drift slowly. It does harm where the phases change within the longer intervals.
+/// With `shrink`, schedules of four phase rounds or more begin with intervals of four and two times `solint`. This improves the solution
+/// for weak sources whose phases drift slowly. It makes it worse where the phases change within the longer intervals.
 #[must_use]
 pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, shrink: bool) -> Vec<RoundPlan> {
     tuned_schedule(mode, solint, rounds, shrink, &SelfcalTuning::default())

@@ -1,7 +1,7 @@
 //! Self-calibration: gains are solved against a model, a better model is made from the calibrated data, and so on.
 //!
-//! The loop holds the gains and a [`ModelMaker`] holds the model of the sky; any deconvolver can be one. Each round solves the total
-//! gains from the raw data, never increments to earlier gains. It then gives the calibrated data to the maker, which makes the next
+//! The loop holds the gains. A [`ModelMaker`] holds the model of the sky; every deconvolver can be a model maker. Each round solves the
+//! total gains from the raw data, never increments to earlier gains. It then gives the calibrated data to the maker, which makes the next
 //! model. Rounds follow a schedule. A stage ends when its rounds no longer improve the image. The result is the best round.
 //!
 //! # Reference
@@ -57,7 +57,7 @@ impl SelfcalOptions {
         Self::of(SolveOptions { mode, solint, ..SolveOptions::default() }, RoundOptions { rounds, ..RoundOptions::default() })
     }
 
-    /// The schedule that the options of the rounds ask for.
+    /// The schedule of these options.
     #[must_use]
     pub fn of(solve: SolveOptions, rounds: RoundOptions) -> Self {
         let schedule = schedule(solve.mode, solve.solint, rounds.rounds, rounds.shrink);
@@ -76,7 +76,7 @@ pub struct RoundRecord {
     pub report: SolveReport,
     /// The image made with them.
     pub metrics: ModelMetrics,
-    /// How closure phases see the model that the gains were solved against.
+    /// Test of the model, against which the gains were solved, by the closure phases.
     pub support: ClosureSupport,
 }
 
@@ -85,7 +85,7 @@ pub struct RoundRecord {
 pub enum SelfcalStop {
     /// All rounds are done.
     Completed,
-    /// Further rounds brought no better image.
+    /// Further rounds did not improve the image.
     NoImprovement,
     /// A later round could not be solved or imaged; the reason.
     Failed(String),
@@ -308,7 +308,7 @@ impl NormalEquations {
             noise += 2.0 * scale2 * c.mm;
             unit += c.mm * c.mm;
         }
-        // Where the power does not exceed the noise, any flux serves: that of the noise is taken.
+        // If the power does not exceed the noise, any flux is suitable. The flux of the noise is used.
         let signal = if power > noise { power - noise } else { noise };
         if unit > 0.0 && signal > 0.0 { (signal / unit).sqrt() } else { 1.0 }
     }

@@ -167,7 +167,7 @@ fn noise_is_told_when_the_first_model_comes_from_the_data_too() {
     let (mut warned, mut false_alarms) = (0, 0);
     for seed in 0..40 {
         let noise = Scene { sigma: 1.0, seed, sources: Vec::new(), ..Scene::point(10, 6) };
-        // A low threshold lets noise peaks into the model.
+        // With a low threshold the model contains noise peaks.
         let nsigma = if seed % 2 == 0 { 1.5 } else { 30.0 };
         let run = |scene: &Scene| {
             let phase = random_phases(10, 0.5, seed);

@@ -24,7 +24,7 @@ pub struct SkyPrediction<'a> {
 }
 
 impl<'a> SkyPrediction<'a> {
-    /// See `sky` with the array, channels and unit of `header`; correlator units are taken for Jy.
+    /// Predict `sky` with the array, channels and unit of `header`. Correlator units are treated as Jy.
     ///
     /// # Errors
     /// As [`Simulator::new`].

@@ -78,7 +78,7 @@ struct Sums {
     model_var: f64,
     halves: f64,
     halves_var: f64,
-    /// Sum of 1 - cos over certain triangles, its expected value for noise alone, and the number of triangles.
+    /// Sum of 1 - cos over the triangles with little noise, its expected value for noise alone, and the number of these triangles.
     bend: f64,
     bend_noise: f64,
     bend_weight: f64,

@@ -72,7 +72,7 @@ fn with_the_true_model_chi_squared_is_the_number_of_data_and_the_gains_are_taken
     assert!((chi2 / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{chi2} {n}");
     let seen = t.calibrated(&truth);
     let error: f64 = seen.iter().zip(&truth).map(|(s, t)| (Complex64::new(s.re.into(), s.im.into()) - t).norm_sqr()).sum::<f64>();
-    // Two hands are averaged, and gains above 1 make the calibrated data quieter.
+    // Two hands are averaged, and gains above 1 reduce the noise of the calibrated data.
     let rms = (error / truth.len() as f64).sqrt();
     assert!(rms < 0.02 && rms > 0.01, "{rms}");
 }

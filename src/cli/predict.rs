@@ -1,4 +1,4 @@
-//! `predict`: the visibilities of a model on the rows of a set, or what is left of the data without them.
+//! `predict`: the visibilities of a model for the rows of a set, or the data minus these visibilities.
 
 use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
@@ -55,7 +55,7 @@ pub(super) fn load_model(path: &Path, header: &VisibilityHeader, context: &Conte
 struct Into {
     /// Those that the input has already.
     beside: Beside,
-    /// What is predicted, and the column that it goes to.
+    /// Each quantity that is written, and its column in the output.
     columns: Vec<(VisColumn, VisColumn)>,
 }
 

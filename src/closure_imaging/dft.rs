@@ -1,8 +1,8 @@
 //! Exact transforms between small images and few visibilities.
 //!
-//! exp(2 pi i (u l + v m)) is a product, and the cells lie symmetrically about the centre: the sum over l needs the cosine of the even
-//! part and the sine of the odd part of a row only. Both are stored once. For a few hundred visibilities and up to 128 x 128 cells the
-//! two small matrix products stay in cache and beat any gridding.
+//! exp(2 pi i (u l + v m)) is a product, and the cells lie symmetrically about the centre: the sum over l needs only the cosine of the even
+//! part and the sine of the odd part of a row. Both are stored once. For a few hundred visibilities and up to 128 x 128 cells the two small
+//! matrix products stay in cache and are faster than gridding.
 
 use cittert_arrays::SkyGrid;
 use num_complex::Complex64;
@@ -55,10 +55,12 @@ impl Panels {
     }
 }
 
-/// Rows of the left factor that go through a panel together, so that the sums need not wait for each other.
+/// Number of rows of the left factor that are multiplied with a panel together. Their sums are independent, so the processor can compute
+/// them at the same time.
 const ROWS: usize = 4;
 
-/// Some rows of the left factor times a panel. Plain indices: iterators would stay calls where the machine's features are switched on.
+/// Some rows of the left factor times a panel. The loops use plain indices, because iterators are not inlined into functions with target
+/// features.
 #[inline(always)]
 fn rows_times_panel<const N: usize, const FUSED: bool>(left: &[f64], k: usize, panel: &[f64], out: &mut [f64], width: usize) {
     let mut sums = [[0.0; PANEL]; N];

@@ -1,7 +1,7 @@
-//! Complex gains of the antennas in every moment, given the image.
+//! Complex gains of the antennas at every time, given the image.
 //!
-//! Amplitudes are the posterior means of the log gains (see [`StationAmplitudes`](super::station_term::StationAmplitudes)); phases
-//! maximise sum w Re(V conj(M) e^(-i(phi_p - phi_q))), one antenna after the other, each step the exact maximum for its antenna.
+//! Amplitudes are the posterior means of the log gains (see [`StationAmplitudes`](super::station_term::StationAmplitudes)); phases maximise
+//! sum w Re(V conj(M) e^(-i(phi_p - phi_q))), one antenna after the other. Each step is the exact maximum for its antenna.
 
 use super::samples::Samples;
 use super::station_term::LogGains;

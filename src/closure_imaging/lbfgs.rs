@@ -1,7 +1,7 @@
 //! Limited-memory quasi-Newton minimisation, value and gradient together.
 //!
-//! The solvers of argmin ask for value and gradient separately, which doubles the number of transforms. This one asks once for both and
-//! accepts most steps at the first try.
+//! The solvers of argmin ask for value and gradient separately, which doubles the number of transforms. This solver evaluates both together
+//! and accepts most steps at the first trial.
 //!
 //! # Reference
 //! Nocedal & Wright 2006, Numerical Optimization, algorithms 7.4 and 7.5 (two loops), 3.5 and 3.6 (strong Wolfe conditions).
@@ -125,7 +125,7 @@ fn downhill(memory: &VecDeque<Pair>, gradient: &[f64]) -> Vec<f64> {
     q
 }
 
-/// A step that meets the strong Wolfe conditions, or at least goes down; `None` where neither is found.
+/// A step that meets the strong Wolfe conditions, or at least decreases the value. `None` if there is no such step.
 fn search(
     start: &State,
     direction: &[f64],
@@ -153,7 +153,7 @@ fn search(
             if now.slope.abs() <= -CURVATURE * start.slope {
                 return Some(now);
             }
-            // The minimum lies between the new lowest point and the side to which it falls.
+            // The minimum lies between the new lowest point and the end towards which the value decreases.
             let turns = now.slope * (high.as_ref().map_or(1.0, |h| h.step) - now.step);
             let beyond = high.is_none() && now.slope > 0.0;
             if beyond || (high.is_some() && turns >= 0.0) {

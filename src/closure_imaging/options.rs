@@ -250,7 +250,7 @@ impl ClosureImagingOptions {
         self.terms.as_ref().map_or(USUAL, |t| &t.0)
     }
 
-    /// Weight of a term, 0 where it is not asked for.
+    /// Weight of a term, 0 if it is not selected.
     #[must_use]
     pub fn weight(&self, term: Term) -> f64 {
         self.terms().iter().find(|(t, _)| *t == term).map_or(0.0, |(_, w)| *w)

@@ -233,7 +233,7 @@ impl Samples {
 pub(crate) mod fixture {
     use super::*;
 
-    /// Data of `n` antennas at `times` moments: a few Gaussians' worth of structure, deterministic and without zeros.
+    /// Data of `n` antennas at `times` times. The source consists of a few Gaussians; the data are deterministic and never zero.
     pub(crate) fn samples(n: usize, times: usize) -> Samples {
         let (mut pairs, mut vis, mut moments) = (Vec::new(), Vec::new(), Vec::new());
         for t in 0..times {

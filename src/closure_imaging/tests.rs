@@ -82,7 +82,7 @@ fn options(terms: &str) -> ClosureImagingOptions {
     }
 }
 
-/// Largest correlation over shifts by whole cells: closures do not know where the source is.
+/// Largest correlation over shifts by whole cells, because closure quantities do not determine the position of the source.
 fn shifted_correlation(a: &Array2<f64>, b: &[f64]) -> f64 {
     let mut best = 0.0_f64;
     for dr in -6..=6_i64 {
@@ -118,7 +118,7 @@ fn the_total_flux_is_found_where_short_baselines_see_more() {
     let (mut set, _, _) = observed(0.03);
     let short = co_located(&set, &ClosureImagingControl::default());
     assert_eq!(short.iter().filter(|s| **s).count(), 10);
-    // Twice the flux of the image lies on scales that only the co-located antennas see.
+    // Twice the flux of the image is on scales that only the co-located antennas measure.
     set.samples.scale(&short, 2.0);
     let wishes = ClosureImagingOptions { flux: FluxFrom::Likelihood, gain_error: 0.03, ..options("cphase,amp") };
     let image = reconstruct(&set, SkyFrame::Boresight, &wishes, &Silent).unwrap();

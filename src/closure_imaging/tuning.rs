@@ -5,7 +5,7 @@
 /// How the field, the prior and the total flux are chosen where the options do not give them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosureImagingControl {
-    /// Cells in 1 / (longest baseline). Two would sample the visibilities; six let the image resolve structure of half a beam.
+    /// Cells in 1 / (longest baseline). Two cells sample the visibilities. With six the image can resolve structure of half a beam.
     pub cells: f64,
     /// Width of the field in units of 1 / (shortest baseline that resolves the source). At 1 a source at the edge turns by half a turn
     /// on that baseline, so that wider structure is not measured at all.
@@ -18,7 +18,7 @@ pub struct ClosureImagingControl {
     pub gap: f64,
     /// Width of the Gaussian prior in units of the resolution, where the amplitudes do not give one.
     pub usual_prior: f64,
-    /// Least width of a prior that is fitted to the amplitudes, in units of the resolution.
+    /// Smallest width of a prior that is fitted to the amplitudes, in units of the resolution.
     pub least_prior: f64,
     /// Largest width of such a prior.
     pub largest_prior: f64,

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 pub struct Dropout {
     /// Part of the time that an antenna is off, 0 to below 1.
     pub fraction: f64,
-    /// Mean length of a spell, s.
+    /// Mean length of a dropout, s.
     pub mean_s: f64,
     /// True where the array notices and flags the data; otherwise they pass as good.
     pub noticed: bool,
@@ -45,7 +45,7 @@ impl Default for DropoutOptions {
 }
 
 impl DropoutOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<Dropout>> {
         let of = |fraction| Dropout { fraction, mean_s: self.dropout_length.si(), noticed: self.dropout_noticed };
         Ok(self.dropout.map(of))

@@ -15,7 +15,7 @@ fn place(k: u32) -> [f64; 3] {
     [f64::from(k * k) * 10.0, f64::from(k % 3) * 25.0, 0.0]
 }
 
-/// A point source of 2 Jy at the phase centre, seen by six antennas for `times` integrations of 10 s.
+/// A point source of 2 Jy at the phase centre, observed by six antennas for `times` integrations of 10 s.
 fn set(times: usize, channels: usize, frame: LayoutFrame) -> VisibilitySet {
     let antennas =
         (0..N_ANT).map(|k| Antenna { sensitivity: Some(Sensitivity::SefdJy(50.0)), ..Antenna::new(format!("A{k}"), k, place(k)) });
@@ -101,7 +101,7 @@ fn the_rms_of_the_gains_is_what_was_asked_for() {
     let (_, table) = run(&clean, &[Error::Amplitude(AmplitudeError { rms: 0.1, variation: Variation::Integration })], 1);
     let rms = (table.gains.iter().map(|g| g.norm().ln().powi(2)).sum::<f64>() / n).sqrt();
     assert!((rms / 0.1 - 1.0).abs() < 3.0 / (2.0 * n).sqrt(), "{rms}");
-    // A minute of constant phase: six integrations alike, the seventh not.
+    // The phase is constant for a minute: it is the same in six integrations and differs in the seventh.
     let (_, table) = run(&clean, &[phase(0.5, Variation::Interval { length_s: 60.0 })], 1);
     assert_eq!(table.gains[[0, 2, 0, 0]], table.gains[[5, 2, 0, 0]]);
     assert_ne!(table.gains[[5, 2, 0, 0]], table.gains[[6, 2, 0, 0]]);
@@ -148,7 +148,7 @@ fn a_displaced_antenna_turns_the_phase_by_its_path_towards_the_source() {
 
 #[test]
 fn the_screen_moves_with_the_wind() {
-    // Antenna 1 stands 10 m east of antenna 0; a wind of 1 m/s to the east carries what 0 sees to 1 in one integration.
+    // Antenna 1 is 10 m east of antenna 0. A wind of 1 m/s to the east moves the screen from antenna 0 to antenna 1 in one integration.
     let clean = set(5, 1, LayoutFrame::Boresight);
     let model = Troposphere { wind_m_s: 1.0, wind_to_rad: std::f64::consts::FRAC_PI_2, baseline_m: 100.0, ..Troposphere::default() };
     let mut moved = clean.clone();

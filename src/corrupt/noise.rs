@@ -45,7 +45,7 @@ pub struct ThermalNoiseOptions {
 }
 
 impl ThermalNoiseOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<ThermalNoise>> {
         let sensitivity = sensitivity(self.sefd, self.tsys)?;
         let model = ThermalNoise { sensitivity, diameter_m: self.diameter.map(|d| d.si()), data_have_noise: self.data_have_noise };

@@ -27,7 +27,7 @@ pub enum Variation {
         /// Time, s.
         time_s: f64,
     },
-    /// Constant between jumps that come at random (Poisson) with this mean distance; a new draw at each.
+    /// Constant between jumps, with a new random value after each jump. The jumps are a Poisson process with this mean interval.
     Jumps {
         /// Mean time between jumps, s.
         mean_s: f64,
@@ -127,7 +127,8 @@ impl Variation {
                     Self::Jumps { mean_s } => {
                         while t >= next_jump {
                             value = draw(rng);
-                            // A longer gap than a million mean times needs no more jumps: the value is random already.
+                            // The jumps of a gap of more than a million mean times need not be drawn: the value after the gap is
+                            // independent of that before it.
                             next_jump = next_jump.max(t - 1e6 * mean_s) + exponential(mean_s, rng);
                         }
                     }

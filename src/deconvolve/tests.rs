@@ -1,4 +1,4 @@
-//! The deconvolvers against plain versions of themselves and against known components.
+//! Compares the deconvolvers with plain versions of the same algorithms and with known components.
 
 use super::minor::{Peak, peak_of};
 use super::*;

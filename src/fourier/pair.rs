@@ -1,7 +1,7 @@
 //! A transform and its adjoint between one image and one fixed list of rows.
 //!
-//! It serves iterations that predict and grid the same rows hundreds of times. The rows are sorted into tiles once, and their order and the
-//! kernels are kept.
+//! Use it for iterations that predict and grid the same rows hundreds of times. The rows are sorted into tiles once, and their order and
+//! the kernels are kept.
 
 use super::grid_options::GridOptions;
 use super::plan::UvwExtent;

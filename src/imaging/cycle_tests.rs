@@ -1,4 +1,4 @@
-//! Runs of CLEAN as a whole: masks that make themselves, several output channels, and a deconvolver that does harm.
+//! Whole runs of CLEAN: automatic masks, several output channels, and a deconvolver that makes the image worse.
 
 use super::*;
 use crate::Result;
@@ -20,7 +20,7 @@ fn options(n: usize) -> ImagingOptions {
     ImagingOptions { size: Some(ImageSize::square(n)), cell: Some(Angle(1e-3)), weighting: Weighting::Natural, ..ImagingOptions::default() }
 }
 
-/// Without a mask a deep CLEAN takes noise everywhere; the mask that makes itself holds it to the sources.
+/// Without a mask a deep CLEAN takes components from noise everywhere. The automatic mask restricts it to the sources.
 #[test]
 fn auto_mask_keeps_components_at_the_sources() {
     let far = |auto_mask: Option<f64>| {
@@ -59,7 +59,7 @@ fn every_output_channel_is_cleaned_by_itself() {
     }
 }
 
-/// Puts the negative of what it sees into the model.
+/// Adds the negative of the residual to the model.
 struct Wrong;
 
 impl Deconvolver for Wrong {
@@ -142,7 +142,7 @@ fn tapers_widen_and_sharpen_the_beam() {
         (b.bmaj_rad * b.bmin_rad).sqrt()
     };
     let own = fwhm(None, None);
-    // A stronger taper would rest on the few shortest baselines, which are no Gaussian.
+    // With a stronger taper the beam depends on the few shortest baselines, and is not a Gaussian.
     let tapered = fwhm(Some(own), None);
     assert!((tapered / (2_f64.sqrt() * own) - 1.0).abs() < 0.1, "{own} {tapered}");
     assert!(fwhm(None, Some(2.0 * own)) < own);

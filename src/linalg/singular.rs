@@ -66,7 +66,7 @@ fn rotate(m: &mut Matrix, p: usize, q: usize, c: f64, s: f64) {
     }
 }
 
-/// Replace a tall matrix by its triangle R of the QR decomposition; rows below are left as they fall.
+/// Replace a tall matrix by the triangle R of its QR decomposition. The rows below the triangle have no meaning afterwards.
 pub(crate) fn triangularise(a: &mut Matrix) {
     let (rows, cols) = (a.rows, a.cols);
     for k in 0..cols.min(rows) {

@@ -1,4 +1,4 @@
-//! Whether an image meets its constraints, and what it cost.
+//! A record of the constraints that an image meets, and of the work that it took.
 
 use serde::Serialize;
 

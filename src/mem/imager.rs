@@ -87,7 +87,7 @@ pub enum Method {
     Vtess,
 }
 
-/// An error of argmin holds one of this crate.
+/// Convert an error of argmin, which contains an error of this crate.
 fn ours(e: argmin::core::Error) -> ChainError {
     e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into()))
 }
@@ -165,8 +165,8 @@ impl MemImager {
         }
     }
 
-    /// A few steps at this `lambda` (in units of the mean prior), from the present state. A calibration does so between two gain
-    /// solutions. Every step costs one evaluation of the data term, rarely more.
+    /// Make a few steps at this `lambda` (in units of the mean prior), from the present state. A calibration uses this between two gain
+    /// solutions. Each step takes one evaluation of the data term, and rarely more.
     ///
     /// # Errors
     /// A lambda that is not positive; values that are not finite; a request to stop.
@@ -180,11 +180,11 @@ impl MemImager {
         self.run(state, Control::Fixed, Method::QuasiNewton, goals, Limit { steps: iterations, observer })
     }
 
-    /// Go on from the present state until chi squared is at its target, the flux (where it is known) at its value, and the KKT residual
+    /// Continue from the present state until chi squared is at its target, the flux has its value (if it is known), and the KKT residual is
     /// below its limit.
     ///
     /// # Errors
-    /// Values that are not finite; a request to stop. A goal that is not reached is no error: see [`Progress::met`].
+    /// Values that are not finite; a request to stop. A goal that is not reached is not an error: see [`Progress::met`].
     pub fn solve(&mut self, state: &mut MemState, goals: &MemGoals, method: Method, observer: &dyn Observer) -> Result<Progress> {
         if !(state.lambda > 0.0) {
             state.lambda = self.first_lambda(state)?;
@@ -199,7 +199,8 @@ impl MemImager {
         if let Some(beam) = &self.objective.beam {
             return Ok(0.1 / (beam.largest() * self.objective.unit * self.objective.unit));
         }
-        // Without a beam: where the gradient of the data is as long as the image itself in the metric of the entropy.
+        // If the data have no beam, this is the lambda at which the gradient of the data is as long as the image in the metric of the
+        // entropy.
         let point = self.objective.evaluate(self.objective.variable(&state.image))?;
         let (mut data, mut size) = (0.0, 0.0);
         ndarray::Zip::from(&point.image).and(&point.slope).for_each(|i, g| {

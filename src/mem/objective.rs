@@ -1,8 +1,8 @@
 //! The objective J = lambda chi2 / 2 + R + beta (F - F0) + rho (F - F0)^2 / 2, which is minimised over positive images I = s^2 / 4.
 //!
 //! R is the penalty (minus the entropy) and F the total flux. The variable s keeps the image positive and makes the metric of the entropy
-//! the identity: d2R/ds2 is 1 for the relative entropy. lambda and beta are the Lagrange multipliers of chi squared and of the flux. rho
-//! is the strength of the augmented Lagrangian. It does not move the solution; it lets beta be found in a few steps.
+//! the identity: d2R/ds2 is 1 for the relative entropy. lambda and beta are the Lagrange multipliers of chi squared and of the flux. rho is
+//! the strength of the augmented Lagrangian. It does not change the solution, but beta is then found in a few steps.
 //!
 //! # Reference
 //! Nocedal & Wright 2006, Numerical Optimization, sect. 17.3 (augmented Lagrangian).
@@ -25,13 +25,14 @@ pub struct Objective {
     pub penalty: WeightedSum,
     /// Where the image may be bright \[m, l\]; everywhere without it.
     pub inside: Option<Array2<bool>>,
-    /// Subtracted from the image before it is compared with the data \[m, l\], flux a pixel. An example is a pedestal that the data do not hold.
+    /// Subtracted from the image before it is compared with the data \[m, l\], flux a pixel. An example is a pedestal that the data do not
+    /// contain.
     pub offset: Option<Array2<f64>>,
     /// The total flux, where it is known.
     pub flux: Option<f64>,
     /// Curvature of the data term, where a beam describes it.
     pub beam: Option<BeamHessian>,
-    /// Mean prior, flux a pixel: the natural unit of lambda.
+    /// Mean prior, flux per pixel. It is the natural unit of lambda.
     pub unit: f64,
 }
 

@@ -132,7 +132,7 @@ fn a_known_flux_is_kept_whatever_the_prior() {
 fn without_a_beam_l_bfgs_reaches_the_target() {
     let mut imager = imager(1.0, None, false);
     let mut state = imager.start();
-    // L-BFGS alone knows the curvature of few directions: it meets the data long before the gradient is small.
+    // L-BFGS knows the curvature of only a few directions. It reaches the target of chi squared long before the gradient is small.
     let goals = MemGoals { kkt: 0.1, ..MemGoals::default() };
     let progress = imager.solve(&mut state, &goals, Method::QuasiNewton, &Silent).unwrap();
     assert!(progress.met && state.evaluations <= 150, "{progress:?} {} {}", state.chi2_per_datum, state.kkt);

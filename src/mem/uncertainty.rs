@@ -34,10 +34,10 @@ pub enum Uncertainty {
     Probes(usize, u64),
 }
 
-/// Standard deviation of each pixel \[m, l\], flux a pixel; `None` where it is not asked for or the data have no beam.
+/// Standard deviation of each pixel \[m, l\], flux per pixel. `None` if it is not requested or the data have no beam.
 ///
 /// # Errors
-/// No probe.
+/// The number of probes is 0.
 pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertainty) -> Result<Option<Array2<f64>>> {
     let Some(beam) = &o.beam else { return Ok(None) };
     match how {

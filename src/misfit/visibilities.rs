@@ -9,7 +9,7 @@ use rayon::prelude::*;
 /// Data that one task sums: enough to outweigh the start of a task, and few enough that all threads have some.
 const SHARE: usize = 1 << 14;
 
-/// Measured visibilities; a weight of 0 takes no part.
+/// Measured visibilities. Those of weight 0 are not used.
 #[derive(Debug, Clone)]
 pub struct Visibilities {
     vis: Vec<Complex32>,

@@ -191,7 +191,7 @@ mod tests {
         SkyGrid::new(n, n, cell, SkyFrame::Sky { ra_rad: 0.1, dec_rad: 0.2, frame: "icrs".into() }).unwrap()
     }
 
-    /// The sum as it is written in the books, 20 lines, nothing shared with the code above.
+    /// The direct sum in 20 lines, independent of the code above.
     fn naive(grid: &SkyGrid, plane: &Array2<f64>, uvw: [f64; 3], freq: f64) -> Complex64 {
         let wavelength = 299_792_458.0 / freq;
         let mut sum = Complex64::ZERO;

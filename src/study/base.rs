@@ -18,7 +18,7 @@ pub enum Antennas {
     All,
     /// The first so many, in the order of the layout.
     First(usize),
-    /// So many, drawn anew for each seed.
+    /// This number of antennas, drawn again for each seed.
     Random(usize),
 }
 
@@ -56,7 +56,7 @@ pub struct Base {
 pub struct Reference {
     /// The restored image of the error-free data, without a constant that images add back, or the scene \[m, l\].
     pub image: Array2<f64>,
-    /// True where the model, seen with the beam, or the scene exceeds 1e-3 of its peak \[m, l\].
+    /// True where the model, convolved with the beam, or the scene exceeds 1e-3 of its peak \[m, l\].
     pub on_source: Array2<bool>,
     /// Imaging with the size and cell that were chosen.
     pub imaging: ImagingOptions,
@@ -74,10 +74,10 @@ impl Base {
         Self { set, imaging, deconvolution, reference: OnceLock::new() }
     }
 
-    /// The base with some of the antennas alone.
+    /// The base with only some of the antennas.
     ///
     /// # Errors
-    /// Fewer than two antennas, or more than the layout has; no row left.
+    /// There are fewer than two antennas, more than the layout has, or no row between them.
     pub fn with(&self, antennas: Antennas, seed: u64) -> Result<Self> {
         let n_ant = self.set.header.layout.n_ant();
         let chosen: Vec<usize> = match antennas {
@@ -88,7 +88,7 @@ impl Base {
         Ok(Self::new(subset(&self.set, &chosen)?, self.imaging.clone(), self.deconvolution.clone()))
     }
 
-    /// The image of the error-free data, made when it is first asked for.
+    /// The image of the error-free data. It is made at the first call.
     ///
     /// # Errors
     /// The image cannot be made, or shows no source.
@@ -145,7 +145,7 @@ fn draw(n: usize, n_ant: usize, seed: u64) -> Vec<usize> {
     all
 }
 
-/// The rows between chosen antennas, with the layout of these alone.
+/// The rows between chosen antennas, with the layout of only these antennas.
 fn subset(set: &VisibilitySet, chosen: &[usize]) -> Result<VisibilitySet> {
     let header = &set.header;
     if chosen.len() == header.layout.n_ant() {

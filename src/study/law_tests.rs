@@ -18,7 +18,7 @@ use rand::RngExt;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// A point of 1 Jy seen once by antennas strewn over a square of 100 wavelengths.
+/// A point of 1 Jy, observed once by random antennas in a square of 100 wavelengths.
 fn base(n_ant: u32, size: usize) -> Arc<Base> {
     let mut rng = stream(4, "layout of the test", 0);
     let antennas = (0..n_ant).map(|k| Antenna::new(format!("A{k}"), k, [rng.random::<f64>(), rng.random::<f64>(), 0.0])).collect();
@@ -45,7 +45,7 @@ fn base(n_ant: u32, size: usize) -> Arc<Base> {
         no_w: true,
         ..ImagingOptions::default()
     };
-    // One component takes the whole peak: nothing of the errors is cleaned away.
+    // One component takes the whole peak, so CLEAN does not remove the errors.
     let clean = CleanOptions { algorithm: by_name("hogbom").unwrap().into(), gain: 1.0, niter: 1, ..CleanOptions::default() };
     Arc::new(Base::new(set, imaging, Deconvolution::Clean(clean)))
 }

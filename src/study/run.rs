@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 pub struct Study {
     /// The axes.
     pub grid: Grid,
-    /// What to run at each point \[point\].
+    /// The trial to run at each point \[point\].
     pub setups: Vec<Setup>,
     /// Seeds of the trials of every point.
     pub seeds: Vec<u64>,

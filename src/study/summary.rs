@@ -5,7 +5,7 @@
 pub struct Statistics {
     /// Finite values.
     pub n: usize,
-    /// Mean; NaN without values.
+    /// Mean; NaN if there are no values.
     pub mean: f64,
     /// Standard deviation of one value (n - 1); NaN below two values.
     pub std: f64,

@@ -30,9 +30,9 @@ pub struct Setup {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfcalPlan {
     /// How gains are solved. The least signal to noise ratio counts only where thermal noise is among the errors. Reference antennas that
-    /// take no part in a trial are passed over.
+    /// are not in a trial are ignored.
     pub solve: SolveOptions,
-    /// What the first gains are solved against, and the rounds.
+    /// The start of the first gains, and the rounds.
     pub rounds: RoundOptions,
 }
 
@@ -96,13 +96,13 @@ pub struct TrialResult {
     pub note: String,
 }
 
-/// Run one trial. The result depends on the arguments alone; it is the same to the last bit only where the caller runs it on a rayon pool
-/// of one thread.
+/// Run one trial. The result depends only on the arguments. It is the same to the last bit only if the caller runs it on a rayon pool of
+/// one thread.
 ///
-/// Errors are drawn from `seed` alone, so that trials of one seed at neighbouring points have the same errors at another size.
+/// Errors are drawn only from `seed`, so that trials of one seed at neighbouring points have the same errors with another size.
 ///
 /// # Errors
-/// Options out of range, or data of which no image can be made. A self-calibration that fails is a result, not an error.
+/// An option is out of range, or no image can be made of the data. A self-calibration that fails is a result, not an error.
 pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     let base = match setup.antennas {
         Antennas::All => setup.base.clone(),
@@ -154,7 +154,7 @@ fn selfcal_options(data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> S
     if !noisy {
         options.solve.min_snr = 0.0;
     }
-    // Names of antennas that take no part in this trial are passed over.
+    // Names of antennas that are not in this trial are ignored.
     let takes_part = |name: &String| data.header.layout.index_of(name).is_some();
     options.solve.refant =
         plan.solve.refant.as_ref().map(|names| AntennaNames(names.0.iter().filter(|n| takes_part(n)).cloned().collect()));
