@@ -124,8 +124,8 @@ impl MemoryBudget {
         self.share(8, u64::MAX)
     }
 
-    /// Bytes of the buffers of rows that are kept for the next pass. The blocks of a long file need them in many lengths, and more would
-    /// pile up unused.
+    /// Bytes of the buffers of rows that are kept for the next pass. The blocks of a long file need buffers of many lengths, so without a
+    /// limit unused buffers would accumulate.
     #[must_use]
     pub fn kept_buffers(self) -> usize {
         self.share(64, 64 * MIB)

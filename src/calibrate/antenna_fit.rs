@@ -60,7 +60,7 @@ pub(crate) struct RowSums {
     pub(crate) cell: Cell,
 }
 
-/// Sums of an interval: cells \[chan\]\[pair\], and with robust weights those of each row.
+/// Sums of an interval: cells \[chan\]\[pair\]. With robust weights, the sums of each row too.
 pub(crate) struct IntervalData<'a> {
     pub(crate) n_ant: usize,
     pub(crate) cells: Vec<&'a [Cell]>,
@@ -306,7 +306,8 @@ mod tests {
 
     #[test]
     fn pruning_goes_on_until_all_that_are_left_have_their_baselines() {
-        // Five antennas all linked; 5 hangs on three of them, 6 on two and on 5; 7 has no data.
+        // Five antennas are all linked with each other. Antenna 5 is linked with three of them, antenna 6 with two and with antenna 5.
+        // Antenna 7 has no data.
         let pairs = linked(8, |p, q| q < 5 || (q == 5 && p < 3) || (q == 6 && (p < 2 || p == 5)));
         let mut flagged = vec![None; 8];
         prune(&[pairs], &mut flagged, 4);

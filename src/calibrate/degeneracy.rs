@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 /// Degeneracies that are removed before the comparison, in addition to the common phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CompareOptions {
-    /// A phase gradient over the aperture plane, for each interval, channel and feed: image shift.
+    /// A phase gradient over the aperture plane, for each interval, channel and feed. It is a shift of the image.
     pub gradient: bool,
     /// One amplitude scale for the whole table: flux scale.
     pub flux_scale: bool,
@@ -100,7 +100,7 @@ pub fn compare_gains(found: &GainTable, truth: &GainTable, options: CompareOptio
         if options.gradient {
             slope = remove_gradient(&mut residual, &r.place_m, slope);
             for k in 0..2 {
-                // A source at l puts the phase 2 pi u l on a baseline u = x2 - x1, so -2 pi x l / lambda on an antenna.
+                // A source at l has the phase 2 pi u l on a baseline u = x2 - x1, which is -2 pi x l / lambda on an antenna.
                 shift[k] -= slope[k] * cittert_arrays::SPEED_OF_LIGHT_M_S / (TAU * freq_hz) / all.len() as f64;
             }
         }

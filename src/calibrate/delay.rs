@@ -17,7 +17,7 @@ struct Line {
     slope: f64,
 }
 
-/// One sum for each baseline and channel, with the channels as x in -1..1.
+/// One sum for each baseline and channel. The channels have coordinates x in -1..1.
 struct Band<'a> {
     pairs: &'a [Pairs],
     x: Vec<f64>,
@@ -42,7 +42,7 @@ impl Band<'_> {
         best.map_or_else(Line::default, |(slope, z)| Line { phase: z.arg(), slope })
     }
 
-    /// Lines that follow from antenna to antenna along the strongest baselines.
+    /// Lines that are found from antenna to antenna along the strongest baselines.
     fn tree(&self) -> Option<Vec<Line>> {
         let n = self.n;
         let strength = |p: usize, q: usize| self.pairs.iter().map(|c| c.vm(p, q).norm()).sum::<f64>();

@@ -86,7 +86,7 @@ pub struct Identifiability {
     pub condition: f64,
 }
 
-/// One half of the problem, phases or amplitudes, with the sky of a free image eliminated.
+/// One half of the problem: phases or amplitudes. The unknowns of a free image are eliminated.
 struct Half {
     rank: usize,
     null: Vec<Vec<f64>>,
@@ -118,7 +118,7 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     let point = options.model == ModelKnowledge::UnknownPoint;
     let free = options.model == ModelKnowledge::FreeImage;
 
-    // Phases: columns are antenna phases, then delays, then the place of the point.
+    // Phases: the columns are antenna phases, then delays, then the position of the point.
     let per_antenna = channels.len();
     let turns = |x: f64, k: usize, p: usize| TAU * (options.freq_hz + x * options.bandwidth_hz / 2.0) / SPEED_OF_LIGHT_M_S * position[p][k];
     let scale = scale_of(&position, options.freq_hz);
@@ -151,7 +151,7 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
         named.push(DegenerateMode { name: name.into(), dimensions: left });
     }
 
-    // Amplitudes: columns are log amplitudes, where they are solved, then the log flux of the point.
+    // Amplitudes: the columns are log amplitudes, if they are solved, then the log flux of the point.
     let gains = options.mode == GainMode::AmpPhase;
     let columns = if gains { n } else { 0 } + usize::from(point);
     let amplitude_part = |p: usize| {
@@ -214,7 +214,7 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     })
 }
 
-/// Number of the group of equal baselines of each pair p < q, and -1 where the pair measures the group's baseline reversed.
+/// For each pair p < q: the number of its group of equal baselines, and -1 if the pair measures the reversed baseline of the group.
 fn redundant_groups(position: &[[f64; 3]], tolerance_m: f64) -> Vec<(usize, f64)> {
     let mut seen: Vec<[f64; 3]> = Vec::new();
     // Groups by the length of their baseline, so that only groups of the same length are compared.

@@ -149,7 +149,7 @@ fn solved(
 
 /// A model maker with images to show.
 pub trait ImageMaker: ModelMaker {
-    /// Images of the present round: after the loop, those of the best.
+    /// Images of the present round; after the loop, those of the best round.
     fn products(&self) -> Option<&CleanProducts>;
 
     /// The joint solution of image and gains, for makers that have one.

@@ -99,7 +99,8 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
         }
     }
     let target = goals.chi2.0 * noise_factor.unwrap_or(1.0);
-    // The gains follow the image, so the KKT residual cannot reach its usual limit. The data do not determine those digits anyway.
+    // The gains change with the image, so the KKT residual cannot reach its usual limit. The data do not determine these digits of the
+    // image.
     let last = MemGoals {
         chi2: target,
         chi2_tolerance: goals.chi2.1,
@@ -151,7 +152,7 @@ fn to_the_middle(image: &Array2<f64>) -> Result<(i64, i64)> {
 fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid: &SkyGrid, state: &MemState) -> Result<(i64, i64)> {
     let model = imager.predict(&state.image)?;
     let Some((shift, sigma)) = gains.shift(model, at.u, at.v) else { return Ok((0, 0)) };
-    // The error of the shift grows with the misfit: an image that is far from the data has no better shift.
+    // The error of the shift grows with the misfit, because an image far from the data does not determine the shift better.
     let worse = state.chi2_per_datum.sqrt();
     let cells = |shift: f64, sigma: f64, limit: usize| {
         let (d, s) = (shift / grid.cell_rad, worse * sigma / grid.cell_rad);
@@ -191,6 +192,6 @@ fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (column
     image.slice_mut(s![to_m, to_l]).assign(&state.image.slice(s![from_m, from_l]));
     let moved = imager.start_at(smoothed(&image));
     state.image = moved.image;
-    // The gains would follow by a phase gradient of many turns: they are solved again from the start.
+    // After a move the gains differ by a phase gradient of many turns, so they are solved again from the start.
     gains.restart();
 }

@@ -1,4 +1,4 @@
-//! A small extended scene through unknown phases, from end to end.
+//! The whole joint solution of a small extended scene with unknown phases.
 
 use super::*;
 use crate::fixtures::{positions, snapshot};

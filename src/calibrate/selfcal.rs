@@ -22,7 +22,7 @@ use cittert_arrays::{GainTable, VisibilitySource};
 
 /// The model against which the first gains are solved.
 pub enum Start<'a> {
-    /// A point at the phase centre (or at l, m); its flux is estimated from the data where it is not given.
+    /// A point at the phase centre (or at l, m). Its flux is estimated from the data if it is not given.
     Point {
         /// Flux in the unit of the visibilities.
         flux: Option<f64>,
@@ -44,7 +44,7 @@ pub struct SelfcalOptions {
     pub solve: SolveOptions,
     /// The rounds.
     pub schedule: Vec<RoundPlan>,
-    /// When rounds count as better, and how gains are applied to the data before imaging.
+    /// The criterion for a better round, and the way in which gains are applied to the data before imaging.
     pub rounds: RoundOptions,
     /// Depth of the models and precision of the short rounds.
     pub tuning: SelfcalTuning,
@@ -106,11 +106,11 @@ impl std::fmt::Display for SelfcalStop {
 pub struct Selfcal {
     /// Every round, in order.
     pub rounds: Vec<RoundRecord>,
-    /// Index of the best round, from whose gains the images of the maker are.
+    /// Index of the best round. The images of the maker come from its gains.
     pub best: usize,
     /// Metrics of the image before any calibration, where one was made.
     pub before: Option<ModelMetrics>,
-    /// Metrics of the last image, where the best round's was made again to the full depth.
+    /// Metrics of the last image, if the image of the best round was made again to the full depth.
     pub deepened: Option<ModelMetrics>,
     /// Why it ended.
     pub stop: SelfcalStop,
@@ -188,7 +188,7 @@ pub fn selfcal(
         if idle >= options.rounds.patience {
             idle = 0;
             let stage = |p: &RoundPlan| (p.mode, p.solint);
-            // Another stage, or the deep rounds of this one, may still bring something.
+            // Another stage, or the deep rounds of this one, may still improve the image.
             let later = options.schedule.iter().skip(next).position(|p| stage(p) != stage(plan) || (p.last && !plan.last));
             match later {
                 Some(skip) => {
@@ -283,7 +283,7 @@ fn round(
     Ok(RoundRecord { plan: *plan, gains, report, metrics, support })
 }
 
-/// Sums against a point. Where its flux is not given, it is the one that explains the power of the data.
+/// Sums against a point. If its flux is not given, the flux that explains the power of the data is used.
 fn point_sums(
     data: &mut dyn VisibilitySource,
     flux: Option<f64>,

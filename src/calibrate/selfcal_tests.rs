@@ -1,4 +1,4 @@
-//! The loop end to end, with a small direct-sum CLEAN as its model maker.
+//! Runs of the whole loop, with a small CLEAN by direct sums as model maker.
 
 use super::*;
 use crate::Result;
@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 const SIDE: usize = 21;
 const CELL: f64 = 6e-5;
 
-/// Högbom CLEAN on a grid of direct sums: slow, and without any of the machinery that the loop is to be tested apart from.
+/// Högbom CLEAN with direct sums. It is slow, but it tests the loop without the imager.
 struct TinyClean {
     components: Vec<(f64, f64, f64)>,
     kept: Vec<(f64, f64, f64)>,

@@ -1,4 +1,4 @@
-//! Phases to start from: solved against a point, where the phases of the data are not calibrated.
+//! The starting phases. If the phases of the data are not calibrated, they are solved against a point.
 
 use super::model::PointModel;
 use super::options::SolveOptions;

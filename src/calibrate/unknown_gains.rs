@@ -41,7 +41,7 @@ struct Row {
 /// One gain problem: an interval, a group of channels and a feed.
 #[derive(Debug, Clone)]
 struct Problem {
-    /// Place of each antenna among those that are solved \[ant\].
+    /// Index of each antenna among those that are solved \[ant\].
     place: Vec<Option<u32>>,
     active: usize,
     /// Gains of the antennas that are solved; empty before the first solution.
@@ -116,7 +116,7 @@ impl UnknownGainsBuilder {
         })
     }
 
-    /// Add a block; returns which of its rows were taken: autocorrelations and rows without data are not.
+    /// Add a block. Returns the rows that were used, which are all rows except autocorrelations and rows without data.
     ///
     /// # Errors
     /// An interval shorter than an integration, an antenna that the header does not have.
@@ -299,8 +299,8 @@ impl UnknownGains {
     /// The shift of the image, in the unit that makes `u` and `v` \[n\] cycles, that fits the data best with free gains,
     /// and its standard deviation; `None` where the data do not determine it.
     ///
-    /// Gains take up any shift of a single channel in a single moment. Over a band or a rotation of the Earth they cannot:
-    /// a shift moves phases in proportion to frequency, and gains of the whole band do not follow.
+    /// Gains can absorb every shift of a single channel at a single time. They cannot absorb a shift over a band or a rotation of the
+    /// Earth: a shift changes phases in proportion to the frequency, and gains of the whole band are constant.
     #[must_use]
     pub fn shift(&self, model: &[Complex64], u: &[f64], v: &[f64]) -> Option<([f64; 2], [f64; 2])> {
         let problems = self.solve(model);
@@ -342,7 +342,7 @@ impl UnknownGains {
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Problem>> {
-        // After a panic elsewhere the gains are only a worse start.
+        // After a panic in another thread the gains are still a valid start.
         self.problems.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -476,7 +476,7 @@ impl VisibilityTerm for UnknownGains {
                 chi2
             })
             .collect();
-        // Summed in order, so that any number of threads gives the same value.
+        // The sum has a fixed order, so that it is the same for any number of threads.
         sums.iter().sum()
     }
 }

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 const SMALL_PHASE: f64 = 0.1;
 /// Visibilities below this many sigmas do not count.
 const SIGNIFICANT: f64 = 5.0;
-/// Fewer visibilities than this are too few for a judgement.
+/// Smallest number of visibilities for a decision.
 const FEWEST: u64 = 10;
 
 /// The visibilities of the baselines that do not resolve a field.

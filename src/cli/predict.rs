@@ -94,7 +94,7 @@ impl Into {
 /// Predict a model on the rows of a set and write it, or the residual.
 ///
 /// # Errors
-/// Anything wrong with the files, the options or the disk.
+/// A file or an option is wrong, or an error of the file system.
 pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     args.out.check(path)?;

@@ -113,7 +113,7 @@ fn product(fused: bool, left: &[f64], right: &Panels) -> Vec<f64> {
     let mut out = vec![0.0; left.len() / right.rows.max(1) * right.width()];
     #[cfg(target_arch = "x86_64")]
     if fused {
-        // SAFETY: `fused` is true only where the machine was asked.
+        // SAFETY: `fused` is true only if the machine was found to have these instructions.
         unsafe { product_fused(left, right, &mut out) };
         return out;
     }
@@ -146,7 +146,8 @@ impl SmallDft {
         let (n_l, n_m, n_vis) = (grid.n_l, grid.n_m, uv.len());
         let half = n_l.div_ceil(2);
         let dl = grid.l_at(1.0) - grid.l_at(0.0);
-        // Column n_l - 1 - h is at -(h + 1/2), column n_l - half + h' on the other side; an odd number has one at 0 which counts once.
+        // Column n_l - 1 - h is at -(h + 1/2), and column n_l - half + h' is on the other side. An odd number of columns has one at 0,
+        // which counts once.
         let offset = if n_l % 2 == 0 { 0.5 } else { 0.0 };
         let middle = grid.l_at((n_l as f64 - 1.0) / 2.0);
         let turn = |h: usize, k: usize| TAU * (uv[k][0] * dl * (h as f64 + offset)).rem_euclid(1.0);
@@ -171,7 +172,7 @@ impl SmallDft {
         self.n_l.div_ceil(2)
     }
 
-    /// The pair of columns at distance h from the centre: towards growing columns, and away.
+    /// The pair of columns at distance h from the centre: the one with the larger index, and the one with the smaller index.
     fn columns(&self, h: usize) -> (usize, usize) {
         (self.n_l / 2 + h, (self.n_l - 1) / 2 - h)
     }

@@ -1,4 +1,5 @@
-//! The field as the coverage and the amplitudes show it: its grid, the baselines that measure only its total flux, and its size.
+//! Properties of the field that follow from the coverage and the amplitudes: its grid, the baselines that measure only its total flux, and
+//! its size.
 
 use super::gather::SparseSet;
 use super::options::ClosureImagingOptions;
@@ -31,7 +32,7 @@ pub(super) fn median(mut list: Vec<f64>) -> Option<f64> {
 /// baseline measures.
 ///
 /// # Errors
-/// No baseline longer than 0, a grid that cannot be.
+/// All baselines have length 0, or the grid is not valid.
 pub fn choose_grid(
     set: &SparseSet,
     short: &[bool],
@@ -65,8 +66,8 @@ pub fn choose_grid(
     Ok(grid)
 }
 
-/// Width of the circular Gaussian that the amplitudes of the shorter half of the baselines fit, rad; `None` where they do not fall with
-/// length. The fit is linear in ln|V| and u^2 + v^2, each amplitude counting for at most its tenth.
+/// Width of the circular Gaussian that the amplitudes of the shorter half of the baselines fit, rad; `None` if they do not decrease with
+/// length. The fit is linear in ln|V| and u^2 + v^2, and no amplitude counts with an error below a tenth of it.
 #[must_use]
 pub fn fitted_fwhm(set: &SparseSet, short: &[bool]) -> Option<f64> {
     let lengths = set.lengths_wl();

@@ -27,7 +27,7 @@ impl StationGains {
         let n = samples.n_ant();
         let gains = samples.moments().iter().enumerate().map(|(t, moment)| {
             let mut phasor: Vec<Option<Complex64>> = vec![None; n];
-            // Weighted data against the model, from either end of each baseline.
+            // Weighted products of data and conjugate model, for both antennas of each baseline.
             let mut links: Vec<Vec<(usize, Complex64)>> = vec![Vec::new(); n];
             for k in moment.clone() {
                 let (p, q) = samples.pairs()[k];
@@ -35,7 +35,7 @@ impl StationGains {
                 links[p].push((q, z));
                 links[q].push((p, z.conj()));
             }
-            // Antennas are added from the best one outward, so that every phase starts near the value that its data give.
+            // Antennas are added one by one, starting from the best one, so that every phase starts near its solution.
             let order: Vec<usize> = samples.by_information(moment).into_iter().filter(|a| !links[*a].is_empty()).collect();
             let mut left = order.clone();
             while !left.is_empty() {

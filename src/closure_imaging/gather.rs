@@ -26,9 +26,9 @@ struct Sum {
     wuv: [f64; 2],
 }
 
-/// Samples at most: the transform is direct, and its cost grows with samples times cells.
+/// Largest number of samples. The transform is direct, and its time grows with the number of samples times the number of cells.
 const MOST_SAMPLES: usize = 50_000;
-/// A pause longer than this many times the usual step of time ends a scan.
+/// A pause longer than this many usual time steps ends a scan.
 const PAUSE: f64 = 6.0;
 /// Longest scan that is averaged into one datum, s.
 const LONGEST_SCAN_S: f64 = 600.0;

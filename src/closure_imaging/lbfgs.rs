@@ -32,7 +32,7 @@ const CURVATURE: f64 = 0.9;
 /// Evaluations that a line search may take.
 const TRIES: usize = 20;
 
-/// In eight partial sums, so that the additions need not wait for each other.
+/// The sum consists of eight independent partial sums, which the processor can compute at the same time.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];
@@ -170,7 +170,7 @@ fn search(
     (low.step > 0.0).then_some(low)
 }
 
-/// The minimum of the cubic through two points and their slopes, kept away from both.
+/// The minimum of the cubic through two points and their slopes, limited to a range inside the two points.
 fn between(low: &State, high: &State) -> f64 {
     let width = high.step - low.step;
     let cubic = if high.value.is_finite() {

@@ -243,7 +243,7 @@ impl ClosureImagingOptions {
         Ok(())
     }
 
-    /// The terms: amplitudes and closure phases where none are given.
+    /// The terms. The default is amplitudes and closure phases.
     #[must_use]
     pub fn terms(&self) -> &[(Term, f64)] {
         const USUAL: &[(Term, f64)] = &[(Term::Amplitude, 1.0), (Term::ClosurePhase, 1.0)];

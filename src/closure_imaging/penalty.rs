@@ -14,7 +14,8 @@ pub struct PenaltyWeights {
     pub tv2: f64,
     /// Departure of the total flux, squared, over F^2.
     pub flux: f64,
-    /// Departure of the centroid from the middle in resolutions, squared: closure phases leave the position open.
+    /// Squared distance of the centroid from the middle, in units of the resolution. It is needed because closure phases do not determine
+    /// the position.
     pub centroid: f64,
 }
 

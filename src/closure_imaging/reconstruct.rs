@@ -53,7 +53,7 @@ pub struct ClosureImage {
     pub grid: SkyGrid,
     /// The image of the best start, flux a cell \[m, l\].
     pub model: Array2<f64>,
-    /// The residual image after calibration against the model, with natural weights, flux a beam \[m, l\].
+    /// The residual image after calibration against the model, with natural weights, flux per beam \[m, l\].
     pub residual: Array2<f64>,
     /// Standard deviation over the images of several starts \[m, l\], each shifted by whole cells onto the best.
     pub spread: Option<Array2<f64>>,
@@ -63,7 +63,7 @@ pub struct ClosureImage {
     pub prior_fwhm_rad: f64,
     /// Total flux to which the image is constrained.
     pub flux: f64,
-    /// Fluxes that were tried and twice the negative log likelihood of the amplitudes a datum, to a constant.
+    /// Fluxes that were tried. The second number is twice the negative log likelihood of the amplitudes per datum, except for a constant.
     pub fluxes_tried: Vec<(f64, f64)>,
     /// The flux that the co-located antennas measure, if the array has any.
     pub total_flux: Option<f64>,
@@ -182,7 +182,7 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
     Ok(image)
 }
 
-/// The flux at the minimum of the parabola in ln flux through the best of those tried and its neighbours.
+/// The flux at the minimum of a parabola in ln flux, through the best of the tried fluxes and its two neighbours.
 fn likeliest(tried: &[(f64, f64)]) -> Result<f64> {
     let Some(best) = (0..tried.len()).min_by(|a, b| tried[*a].1.total_cmp(&tried[*b].1)) else {
         return Err(ChainError::NoData("no total flux was tried".into()));
@@ -202,7 +202,7 @@ fn plane(shape: (usize, usize), data: Vec<f64>) -> Result<Array2<f64>> {
         .map_err(|_| ChainError::Incompatible(format!("an image of {n} cells, expected {} rows of {}", shape.0, shape.1)))
 }
 
-/// An image moved by whole cells to where it matches another best, and their normalised cross-correlation there.
+/// An image, shifted by whole cells to the best match with another image, and the normalised cross-correlation of the two.
 fn align(image: &[f64], other: &[f64], n_l: usize) -> (f64, Vec<f64>) {
     let (nx, ny) = (n_l as isize, (image.len() / n_l) as isize);
     let moved = |dx: isize, dy: isize| -> Vec<f64> {
@@ -303,7 +303,7 @@ impl Field<'_> {
             let run = self.run(top * part, 0, length)?;
             let vis = model(self.transform, &run.image);
             let chi2 = run.station.add(&vis, 0.0, &mut vec![Complex64::default(); vis.len()]);
-            // Scaling the short baselines scales their errors with them: the likelihood is of the logarithms.
+            // The errors of the short baselines are scaled with them, because the likelihood is that of the logarithms.
             let misfit = chi2 / run.station.data() as f64 + run.station.log_determinant();
             Ok(FluxTrial { flux: top * part, misfit, evaluations: run.evaluations })
         };
@@ -390,7 +390,7 @@ impl Field<'_> {
         Ok(Run { image, value, evaluations, station, samples })
     }
 
-    /// Gains against the image of a run, and the dirty image of the residual.
+    /// The gains that are solved against the image of a run, and the dirty image of the residual.
     fn calibrated(&self, run: &Run) -> Result<(StationGains, Vec<f64>)> {
         let vis = model(self.transform, &run.image);
         let gains = StationGains::solve(&run.samples, &vis, Some(&run.station.gains(&vis)));

@@ -98,7 +98,7 @@ impl StationAmplitudes {
                     c[(i, j)] = shared + if i == j { self.variance[*k] } else { 0.0 };
                 }
             }
-            // Scaled to a unit diagonal, since errors of a few per cent and of many times the signal occur together.
+            // The matrix is scaled to a unit diagonal, because errors of a few per cent and errors of many times the signal occur together.
             let scale: Vec<f64> = (0..n).map(|i| c[(i, i)].sqrt().recip()).collect();
             (0..n).for_each(|i| (0..n).for_each(|j| c[(i, j)] *= scale[i] * scale[j]));
             let Some(factor) = Cholesky::new(&c) else {
@@ -246,7 +246,7 @@ mod tests {
         let (a, b) = (chi2(&loose, &m), chi2(&loose, &corrupted(&s, &m, gain)));
         assert!((a - b).abs() < 1e-3 * a, "{a} {b}");
         assert!(chi2(&loose, &corrupted(&s, s.vis(), gain)) < 1e-4);
-        // A minimal set of closures without its covariance is of the same size, not the same.
+        // The term of a minimal set of closures without its covariance has a similar value, but not the same value.
         let closures = ClosureAmplitudes::new(&s, &vec![true; s.len()], ClosureSet::Minimal).unwrap();
         assert!(closures.data() < loose.data() && chi2(&closures, &m) > 0.1 * a);
     }

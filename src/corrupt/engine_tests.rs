@@ -137,7 +137,7 @@ fn a_displaced_antenna_turns_the_phase_by_its_path_towards_the_source() {
     let offsets = error.offsets(&context).unwrap();
     for row in 0..out.data.n_rows() {
         let (a, b) = (out.data.coverage.ant1[row] as usize, out.data.coverage.ant2[row] as usize);
-        // The true baseline is longer by d2 - d1, and the source at the phase centre appears with that much more of w.
+        // The true baseline is longer by d2 - d1, and its component along the direction of the source is added to w.
         let path: f64 = (0..3).map(|k| (offsets[b][k] - offsets[a][k]) * toward[k]).sum();
         for (chan, f) in freq.iter().enumerate() {
             let truth = Complex64::from_polar(2.0, std::f64::consts::TAU * path * f / 299_792_458.0);
@@ -187,7 +187,7 @@ fn dropouts_last_their_part_of_the_time_and_are_known_to_the_truth() {
     let error = Dropout { fraction: 0.2, mean_s: 60.0, noticed: true };
     let (out, table) = run(&clean, &[Error::Dropout(error)], 6);
     let off = table.flags.iter().filter(|f| **f).count() as f64 / table.flags.len() as f64;
-    // 6 antennas x 20,000 s in cycles of 300 s: 400 spells, 7 per cent of the fraction each way.
+    // 6 antennas x 20,000 s in cycles of 300 s are 400 dropouts. The fraction then scatters by 7 per cent of its value.
     assert!((off - 0.2).abs() < 0.045, "{off}");
     for (v, f) in out.data.vis.iter().zip(&out.data.flags) {
         assert_eq!(*f, v.norm() == 0.0);

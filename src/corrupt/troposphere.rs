@@ -38,7 +38,7 @@ pub struct Troposphere {
 const RINGS_A_DECADE: f64 = 16.0;
 /// Number of waves in each ring.
 const WAVES_A_RING: usize = 24;
-/// Lowest sine of the elevation: the path through a flat screen is wrong by the curvature of the Earth below 3 degrees.
+/// Smallest sine of the elevation. Below 3 degrees the path through a flat screen is wrong because of the curvature of the Earth.
 const LOWEST_SINE: f64 = 0.05;
 
 /// One plane wave of the screen.
@@ -278,7 +278,7 @@ mod tests {
         let wide = Troposphere { outer_scale_m: 1e8, ..model };
         let d = structure(&wide, &[30.0, 1000.0], 250);
         let slope = (d[1] / d[0]).ln() / (1000.0_f64 / 30.0).ln();
-        // Two ends good to 6 per cent each (one sigma) over 3.5 e-folds.
+        // Each of the two ends is accurate to 6 per cent (one sigma), over 3.5 e-folds.
         assert!((slope - 5.0 / 3.0).abs() < 0.07, "{slope}");
     }
 

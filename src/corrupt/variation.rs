@@ -164,7 +164,7 @@ mod tests {
 
     #[test]
     fn every_kind_has_unit_variance_and_its_own_correlation() {
-        // 4000 series: means of products of unit normals are good to 1.4 / sqrt(4000) = 0.022 (one sigma).
+        // With 4000 series, means of products of unit normals have an error of 1.4 / sqrt(4000) = 0.022 (one sigma).
         let seconds: Vec<f64> = (0..61).map(|k| 10.0 * f64::from(k)).collect();
         let limit = 0.08;
         for (variation, at_60, at_600) in [

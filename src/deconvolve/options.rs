@@ -122,7 +122,7 @@ impl CleanOptions {
         }
     }
 
-    /// The scales for a beam whose main lobe is so many pixels wide.
+    /// The scales for a beam whose main lobe has this width in pixels.
     pub(crate) fn scales(&self, beam_px: f64) -> Scales {
         Scales { widths_px: self.scales.clone(), bias: self.scale_bias, beam_px }
     }

@@ -111,7 +111,8 @@ mod tests {
                 let back = vis_to_image(&grid, uvw.view(), &freq, vis.view(), ones.view(), &opts).unwrap();
                 let mine = pair.adjoint(&out, 0.5).unwrap() * 2.0;
                 let norm = |a: &Array2<f64>| a.iter().map(|v| v * v).sum::<f64>().sqrt();
-                // The single transform chooses another grid: they agree to the error of both, which is one of the whole image.
+                // The single transform chooses another grid. The two agree to the sum of their errors, which are relative to the whole
+                // image.
                 let error = norm(&(&mine - &back)) / norm(&back);
                 assert!(error < 2.0 * opts.epsilon, "{reach:?} {error}");
             }

@@ -1,4 +1,4 @@
-//! The fast transforms against the direct sum, and each against its adjoint.
+//! Compares the fast transforms with the direct sum, and each with its adjoint.
 
 use super::dft::{image_to_vis_exact, vis_to_image_exact};
 use super::*;

@@ -36,7 +36,7 @@ fn auto_mask_keeps_components_at_the_sources() {
     let (masked, flux) = far(Some(6.0));
     assert!(everywhere > 100, "{everywhere}");
     assert_eq!(masked, 0);
-    // 276 baselines of 2 channels with noise 0.2 a real part: 0.2 / sqrt(552) for a point.
+    // 276 baselines of 2 channels with noise of 0.2 in each real part: 0.2 / sqrt(552) for a point.
     assert!((flux - 1.4).abs() < 5.0 * 0.2 / 552_f64.sqrt(), "{flux}");
 }
 
@@ -88,7 +88,7 @@ fn a_run_that_does_harm_is_stopped_and_the_best_state_kept() {
     assert!(apart < 1e-9, "{apart}");
 }
 
-/// The middle of the beam gives the restoring beam that the whole beam gives.
+/// The middle of the beam gives the same restoring beam as the whole beam.
 #[test]
 fn the_core_of_the_beam_has_its_main_lobe() {
     for weighting in [Weighting::Natural, Weighting::Uniform] {
@@ -103,7 +103,7 @@ fn the_core_of_the_beam_has_its_main_lobe() {
     }
 }
 
-/// Cells of the density wider by a factor are those of an image smaller by it.
+/// Density cells that are wider by a factor are those of an image that is smaller by this factor.
 #[test]
 fn super_uniform_weights_are_those_of_a_smaller_image() {
     let weights = |n: usize, super_uniform: f64| {
@@ -130,7 +130,8 @@ fn super_uniform_weights_are_those_of_a_smaller_image() {
     assert_ne!(weights(64, 4.0), weights(64, 1.0));
 }
 
-/// Of natural weights, which fall towards long baselines much as a Gaussian does, a Gaussian taper of FWHM theta makes a beam of FWHM near sqrt(theta^2 + own^2), and one on short baselines a sharper beam.
+/// Natural weights decrease towards long baselines, nearly as a Gaussian. With a Gaussian taper of FWHM theta the beam therefore has a FWHM
+/// near sqrt(theta^2 + own^2). A taper of the short baselines makes the beam sharper.
 #[test]
 fn tapers_widen_and_sharpen_the_beam() {
     let fwhm = |taper_rad: Option<f64>, inner_taper_rad: Option<f64>| {

@@ -1,4 +1,4 @@
-//! Beams and images of small sets against the direct sum and against formulas.
+//! Compares beams and images of small sets with the direct sum and with formulas.
 
 use super::*;
 use crate::deconvolve::by_name;

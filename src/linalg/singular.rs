@@ -1,8 +1,8 @@
-//! Singular values of small dense matrices, and the rank that they show.
+//! Singular values of small dense matrices, and their numerical rank.
 
 use super::matrix::{Matrix, dot, norm};
 
-/// Singular values (falling) and right singular vectors (rows, in the same order) of a matrix with any number of rows.
+/// Singular values (in descending order) and right singular vectors (rows, in the same order) of a matrix with any number of rows.
 ///
 /// Householder reduction to a square triangle first, then one-sided Jacobi rotations, which find small singular values to
 /// full relative precision.

@@ -86,7 +86,7 @@ impl BeamHessian {
         self.eigenvalues.map_real(|k| 1.0 / (1.0 + t * k))
     }
 
-    /// An image through an operator of [`BeamHessian::damping`].
+    /// Apply an operator of [`BeamHessian::damping`] to an image.
     #[must_use]
     pub fn filter(&self, v: ArrayView2<'_, f32>, operator: &Spectrum<f32>) -> Array2<f32> {
         self.round.convolve(v, operator)

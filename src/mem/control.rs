@@ -31,7 +31,7 @@ pub(super) struct Effort {
     pub(super) steps: usize,
 }
 
-/// Far from the target the next lambda makes an exact step worthless. This changes the cost and not the result.
+/// Far from the target an exact step is not useful, because lambda will change. This affects the number of steps, but not the result.
 const FAR: Effort = Effort { tolerance: 0.3, steps: 8 };
 const CLOSE: Effort = Effort { tolerance: 0.2, steps: 30 };
 

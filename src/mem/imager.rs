@@ -25,7 +25,7 @@ pub struct MemState {
     pub beta: f64,
     /// Chi squared over its expected value, after the last step.
     pub chi2_per_datum: f64,
-    /// The KKT residual after the last step: the length of the gradient over the sum of the lengths of its two sides.
+    /// The KKT residual after the last step: the length of the gradient divided by the sum of the lengths of its two terms.
     pub kkt: f64,
     /// Evaluations of the data term so far.
     pub evaluations: usize,
@@ -145,7 +145,8 @@ impl MemImager {
         self.start_at(self.prior.clone())
     }
 
-    /// A state at any image, such as one of an earlier run. Pixels below a thousandth of the prior start there: s = 0 has no gradient.
+    /// A state at any image, such as one of an earlier run. Pixels below a thousandth of the prior start at that value, because the
+    /// gradient at s = 0 is zero.
     #[must_use]
     pub fn start_at(&self, mut image: Array2<f64>) -> MemState {
         ndarray::Zip::from(&mut image).and(&self.prior).for_each(|i, m| *i = i.max(1e-3 * m.max(0.0)));
@@ -216,7 +217,7 @@ impl MemImager {
         )))
     }
 
-    /// Run a solver from where the state is, for this number of steps at most.
+    /// Run a solver from the present state, for at most this number of steps.
     fn run(&mut self, state: &mut MemState, control: Control, method: Method, goals: Goals, limit: Limit<'_>) -> Result<Progress> {
         let rho = match method {
             Method::QuasiNewton => self.objective.rho(),

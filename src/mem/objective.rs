@@ -13,7 +13,7 @@ use super::regulariser::{Regulariser, WeightedSum};
 use crate::Result;
 use ndarray::{Array2, Zip};
 
-/// Stiffness of the flux constraint in units of that of the entropy. It changes the number of steps and not the solution.
+/// Curvature of the flux constraint in units of that of the entropy. It changes the number of steps, but not the solution.
 const FLUX_STIFFNESS: f64 = 100.0;
 
 /// All terms of the objective.
@@ -23,7 +23,7 @@ pub struct Objective {
     pub chi2: ChiSquared,
     /// The penalty.
     pub penalty: WeightedSum,
-    /// Where the image may be bright \[m, l\]; everywhere without it.
+    /// The pixels where the image may be bright \[m, l\]. Without a mask these are all pixels.
     pub inside: Option<Array2<bool>>,
     /// Subtracted from the image before it is compared with the data \[m, l\], flux a pixel. An example is a pedestal that the data do not
     /// contain.
@@ -85,7 +85,7 @@ impl Objective {
         s
     }
 
-    /// All values and gradients at `s`: one evaluation of the data term.
+    /// All values and gradients at `s`. This takes one evaluation of the data term.
     ///
     /// # Errors
     /// Values that are not finite.

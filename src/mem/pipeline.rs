@@ -24,7 +24,7 @@ use std::time::Instant;
 pub enum Prior {
     /// Flat, with the given flux, or with the flux that the shortest baselines measure.
     Auto,
-    /// Flat, in K for a set in K sr and in Jy a pixel for one in Jy.
+    /// Flat, in K for a set in K sr, and in Jy/pixel for a set in Jy.
     Flat(f64),
     /// An image \[m, l\] in that unit.
     Image(Array2<f64>),
@@ -93,7 +93,7 @@ impl Default for MemPlan {
 pub struct MemProducts {
     /// The image itself, unconvolved: K or Jy/pixel.
     pub model: Image,
-    /// Residual image: the dirty image of the data less the model.
+    /// Residual image: the dirty image of the data minus the model.
     pub residual: Image,
     /// The image convolved with the restoring beam, plus the residual.
     pub restored: Image,
@@ -116,7 +116,7 @@ struct Channel {
     certificate: Certificate,
 }
 
-/// Flux a pixel of one unit of brightness \[m, l\]: a cell of solid angle for K, 1 for Jy a pixel.
+/// Flux per pixel of one unit of brightness \[m, l\]: the solid angle of a cell for K, and 1 for Jy/pixel.
 #[must_use]
 pub fn flux_of_one(imager: &Imager<'_>) -> Array2<f64> {
     let grid = imager.grid();

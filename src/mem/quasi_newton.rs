@@ -43,7 +43,7 @@ impl<'o> QuasiNewton<'o> {
         Self { found, steering, goals, memory: Memory::new(12), stalled: 0, observer }
     }
 
-    /// The direction at a point: a Newton step whose natural length is 1 where the data have a beam, one of L-BFGS where not.
+    /// The direction at a point. If the data have a beam it is a Newton step, whose natural length is 1. Otherwise it is a step of L-BFGS.
     fn direction(&mut self, o: &Objective, point: &Point, gradient: &Array2<f64>, chi2: f64, kkt: f64) -> crate::Result<Array2<f64>> {
         let m = &self.found.multipliers;
         let mut d = match &o.beam {
@@ -56,7 +56,7 @@ impl<'o> QuasiNewton<'o> {
             None => {
                 let mut d = self.memory.direction(gradient, m.lambda);
                 if self.memory.is_empty() {
-                    // L-BFGS has no natural length in its first step: no pixel changes by more than half the prior.
+                    // The first step of L-BFGS has no natural length. It is limited so that no pixel changes by more than half the prior.
                     let top = d.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
                     d *= o.unit.sqrt() / top.max(f64::MIN_POSITIVE);
                 }

@@ -21,14 +21,15 @@ impl Default for MemTuning {
     }
 }
 
-/// How lambda, the multiplier of chi squared, moves from step to step.
+/// Constants for the change of lambda, the multiplier of chi squared, from step to step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MemControl {
     /// Largest factor of lambda in one step far from the target. A Newton step follows a change of this size to within `followed`.
     pub rise: f64,
     /// Smallest factor of such a step, so that an image near the target still makes progress.
     pub least_rise: f64,
-    /// KKT residual below which the image has followed the last change of lambda half way, so that lambda may rise again.
+    /// KKT residual below which the image has moved half of the way to the optimum of the present lambda, so that lambda may increase
+    /// again.
     pub followed: f64,
     /// KKT residual below which chi squared has reached its final value for this lambda, so that its response to lambda can be measured.
     pub settled: f64,
@@ -36,7 +37,7 @@ pub struct MemControl {
     pub near: f64,
     /// Largest factor of lambda by the power law: its exponent comes from two points alone.
     pub jump: f64,
-    /// Part of the tolerance of chi squared within which lambda rests, so that the goal is met with a margin.
+    /// Part of the tolerance of chi squared within which lambda does not change, so that the goal is met with a margin.
     pub dead_band: f64,
     /// Exponent of the excess of chi squared by which lambda rises close to the target, while the power law is not known.
     pub trim_up: f64,
@@ -69,7 +70,7 @@ impl Default for MemControl {
 /// Bounds of a step of the solver of Cornwell and Evans. For longer steps the quadratic model is not valid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VtessControl {
-    /// Squared length of the gradient after a change of the multipliers over the sum of the squared lengths of its two sides.
+    /// Squared length of the gradient after a change of the multipliers, divided by the sum of the squared lengths of its two terms.
     pub growth: f64,
     /// Largest factor of lambda in one step.
     pub rise: f64,

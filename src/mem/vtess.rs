@@ -62,7 +62,7 @@ impl Model {
         self.slope[1] + self.curvature[1]
     }
 
-    /// The change within `range` that comes nearest to `target`, on the side of the parabola where more weight means a better fit.
+    /// The change within `range` that comes nearest to `target`, on the side of the parabola where a larger lambda gives a better fit.
     fn change_for(&self, target: f64, range: (f64, f64)) -> f64 {
         let vertex = if self.curvature[2] > 0.0 { -self.response() / self.curvature[2] } else { f64::INFINITY };
         let (mut lo, mut hi) = (range.0.min(vertex), range.1.min(vertex));
@@ -150,21 +150,22 @@ impl<'o> Vtess<'o> {
         let lambda = self.found.multipliers.lambda;
         let excess = chi2 / target;
         let by_rule = self.steering.next(lambda, chi2, kkt) - lambda;
-        // Near the target the error of the model is as large as the departure, and where the flux is held lambda may have no effect.
+        // Near the target the error of the model is as large as the difference from the target. With a flux constraint lambda may also have
+        // no effect.
         if (excess - 1.0).abs() < self.tuning.close * tolerance || model.response() * lambda > -1e-3 * model.now {
             return by_rule;
         }
         model.change_for(0.5 * target * expected, range)
     }
 
-    /// How far lambda may change: until the squared length of the gradient exceeds `growth` times that of its sides.
+    /// The range for the change of lambda. Within it the squared length of the gradient is at most `growth` times that of its terms.
     fn bounds(&self, gj: &Array2<f64>, gc: &Array2<f64>, (d0, d1): (&Array2<f64>, &Array2<f64>)) -> (f64, f64) {
         let (lambda, VtessControl { growth, rise, .. }) = (self.found.multipliers.lambda, self.tuning);
         let (jj, cj, cc) = (-dot(gj, d0), -dot(gc, d0), -dot(gc, d1));
         if !(cc > 0.0) {
             return (0.0, 0.0);
         }
-        // The side of the penalty is the gradient less the side of the data.
+        // The term of the penalty is the gradient minus the term of the data.
         let rr = (jj - 2.0 * lambda * cj + lambda * lambda * cc).max(0.0);
         let sides = rr + lambda * lambda * cc;
         let root = (cj / cc).powi(2) - (jj - growth * sides) / cc;
@@ -173,7 +174,7 @@ impl<'o> Vtess<'o> {
         (lo.max(-0.5 * lambda).min(0.0), hi.min((rise - 1.0) * lambda).max(0.0))
     }
 
-    /// The new image of a step: positive, and no pixel changed by more than the quadratic model bears.
+    /// The new image of a step. It is positive, and the change of each pixel is limited to the range of the quadratic model.
     fn moved(&self, o: &Objective, point: &Point, direction: &Array2<f64>) -> Array2<f64> {
         let mut image = point.image.clone();
         let (unit, VtessControl { loss, gain, .. }) = (o.unit, self.tuning);

@@ -14,7 +14,7 @@ pub struct Entry {
     pub name: &'static str,
     /// Its formula in one line.
     pub about: &'static str,
-    /// Make it from a prior \[m, l\], flux a pixel, that [`check_prior`] has passed.
+    /// Make the entropy from a prior \[m, l\], flux per pixel, which [`check_prior`] has accepted.
     pub make: fn(Array2<f64>) -> Box<dyn Regulariser>,
 }
 
