@@ -67,7 +67,7 @@ pub fn choose_grid(
 }
 
 /// Width of the circular Gaussian that the amplitudes of the shorter half of the baselines fit, rad; `None` if they do not decrease with
-/// length. The fit is linear in ln|V| and u^2 + v^2, and no amplitude counts with an error below a tenth of it.
+/// length. The fit is linear in ln|V| and u^2 + v^2, and a relative error of a tenth is added to the error of each amplitude in quadrature.
 #[must_use]
 pub fn fitted_fwhm(set: &SparseSet, short: &[bool]) -> Option<f64> {
     let lengths = set.lengths_wl();

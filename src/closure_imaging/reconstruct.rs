@@ -303,7 +303,8 @@ impl Field<'_> {
             let run = self.run(top * part, 0, length)?;
             let vis = model(self.transform, &run.image);
             let chi2 = run.station.add(&vis, 0.0, &mut vec![Complex64::default(); vis.len()]);
-            // The errors of the short baselines are scaled with them, because the likelihood is that of the logarithms.
+            // The scaling of the short baselines scales their errors too. The likelihood is that of the logarithms, whose errors do not
+            // change.
             let misfit = chi2 / run.station.data() as f64 + run.station.log_determinant();
             Ok(FluxTrial { flux: top * part, misfit, evaluations: run.evaluations })
         };

@@ -19,7 +19,7 @@ const CELL: f64 = 2e-11;
 /// Pairs, u and v of each, and the run of each moment.
 type Coverage = (Vec<(usize, usize)>, Vec<[f64; 2]>, Vec<std::ops::Range<usize>>);
 
-/// Six stations over half of the longitudes of the Earth. The first two are at the same place.
+/// Seven stations at ten times over half a turn of the Earth. The first two stations are co-located.
 fn coverage() -> Coverage {
     let place = [[0.0, 0.0], [1e5, 0.0], [3.1e9, 1.2e9], [-2.2e9, 3.3e9], [0.7e9, -3.6e9], [-1.1e9, -0.9e9], [2.4e9, -1.9e9]];
     let (mut pairs, mut uv, mut moments) = (Vec::new(), Vec::new(), Vec::new());

@@ -101,7 +101,7 @@ fn the_target_is_met_and_the_scene_comes_back() {
 fn three_starts_lead_to_one_image() {
     let mut imager = imager(1.0, None, true);
     let starts = [imager.start(), imager.start_at(scene()), imager.start_at(Array2::from_shape_fn((SIDE, SIDE), |(i, _)| 0.1 * i as f64))];
-    // The multipliers are compared after division by a common factor, because the tolerance of chi squared allows a range of multipliers.
+    // All starts use the same multiplier, because the tolerance of chi squared allows a range of multipliers.
     let lambda = solved(&mut imager, starts[0].clone()).lambda;
     let images: Vec<Array2<f64>> = starts
         .into_iter()

@@ -11,7 +11,7 @@ use num_complex::Complex64;
 
 /// Number of cells that are summed together, a multiple of `LANES`. Their phases fit into the first cache.
 const CHUNK: usize = 64;
-/// Number of independent partial sums, so that an addition need not wait for the one before it.
+/// Number of independent partial sums, so that the processor can do several additions at the same time.
 const LANES: usize = 8;
 /// Number of channels after which the phase recurrence starts again. Its error stays below 32 roundings, 1e-14.
 pub(crate) const RESTART: usize = 32;

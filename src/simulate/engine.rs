@@ -25,7 +25,7 @@ struct Plane {
     pol: usize,
     /// The channels of the set that use this plane.
     chans: Vec<usize>,
-    /// Its transform, if it was made and the memory budget allows to keep it.
+    /// Its transform, if it was made and fits into the memory budget.
     ready: Option<Transform>,
 }
 

@@ -33,13 +33,13 @@ pub enum Deconvolution {
 
 /// An image of a trial.
 pub(super) struct Seen {
-    /// Restored by CLEAN, unconvolved by maximum entropy; without a constant that was added back \[m, l\].
+    /// The restored image of CLEAN, or the unconvolved image of maximum entropy, without a constant that was added back \[m, l\].
     pub(super) image: Array2<f64>,
     /// Rms of the residual image.
     pub(super) residual_rms: f64,
 }
 
-/// An observation without errors, and how it is imaged. Trials share it.
+/// An observation without errors, and the options of its image. Trials share it.
 #[derive(Debug)]
 pub struct Base {
     /// Error-free, noise-free visibilities.
@@ -62,7 +62,7 @@ pub struct Reference {
     pub imaging: ImagingOptions,
 }
 
-/// Evaluations of maximum entropy at most on data with gain errors: no image explains these, so the solver would not end.
+/// Largest number of evaluations of maximum entropy for data with gain errors. No image explains such data, so the solver would not end.
 const HOPELESS: usize = 40;
 /// Fraction of the peak above which a pixel belongs to the source.
 pub const ON_SOURCE: f64 = 1e-3;
@@ -132,7 +132,7 @@ fn checked(n: usize, n_ant: usize) -> Result<usize> {
     Err(ChainError::BadOption { option: "number of antennas", value: n.to_string(), expected: format!("2 to the {n_ant} of the layout") })
 }
 
-/// Indices of `n` of `n_ant` antennas, growing: the start of a shuffle.
+/// Indices of `n` random antennas of `n_ant`, in ascending order. They are the first `n` of a random permutation.
 fn draw(n: usize, n_ant: usize, seed: u64) -> Vec<usize> {
     let mut rng = stream(seed, "antennas of a study", 0);
     let mut all: Vec<usize> = (0..n_ant).collect();

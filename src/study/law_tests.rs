@@ -1,4 +1,4 @@
-//! A study against the law of dynamic range, and its independence of threads.
+//! Compares a study with the law of dynamic range, and tests that the number of threads does not change it.
 
 use super::*;
 use crate::calibrate::{RoundOptions, SolveOptions, StartFrom};
@@ -63,8 +63,8 @@ fn plan() -> SelfcalPlan {
 
 #[test]
 fn the_dynamic_range_of_a_point_follows_n_over_root_two_phi() {
-    // Dynamic range: peak of the restored image over its rms where the source is not, the variance averaged over the trials.
-    // Perley 1999, ASP Conf. 180, 275: N / (sqrt(2) phi). One trial scatters by a fifth, so 200 are good to 1.5 percent.
+    // Dynamic range: the peak of the restored image divided by its rms off the source. The variance is averaged over the trials. Perley
+    // 1999, ASP Conf. 180, 275: N / (sqrt(2) phi). One trial scatters by a fifth, so the mean of 200 has an error of 1.5 percent.
     let (n, phi) = (20, 0.05);
     let setup = Setup { base: base(n, 64), antennas: Antennas::All, errors: vec![phase(phi)], selfcal: None };
     let study = Study { grid: Grid::default(), setups: vec![setup], seeds: (0..200).collect() };

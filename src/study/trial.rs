@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub struct Setup {
     /// The error-free observation.
     pub base: Arc<Base>,
-    /// Antennas drawn for each seed, where not all of the base take part.
+    /// The antennas of each seed, if a trial uses only some antennas of the base.
     pub antennas: Antennas,
     /// The errors that are injected.
     pub errors: Vec<Error>,
@@ -39,15 +39,16 @@ pub struct SelfcalPlan {
 /// The quality of an image and its gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Peak of the restored image over its rms off the source; over the rms of the residual where the source fills nine tenths of it.
+    /// Peak of the restored image divided by its rms off the source. If the source fills nine tenths of the image, the rms of the residual
+    /// is used.
     pub dynamic_range: f64,
-    /// Rms of the difference from the image of error-free data, or of maximum entropy from the scene, over the rms of that image.
+    /// Rms of the difference from the image of error-free data (for maximum entropy: from the scene), divided by the rms of that image.
     pub nrmse: f64,
     /// Fidelity index against the image of error-free data.
     pub fidelity: f64,
     /// Rms of the residual image, in its unit.
     pub residual_rms: f64,
-    /// Rms phase error of the gains, a common phase of each integration removed, rad.
+    /// Rms phase error of the gains, rad, after a common phase of each integration is removed.
     pub phase_rms_rad: f64,
 }
 
@@ -88,11 +89,11 @@ impl Quality {
 pub struct TrialResult {
     /// The corrupted data as they are.
     pub before: Quality,
-    /// After self-calibration; `None` where there was none or it failed.
+    /// After self-calibration; `None` if there was none or it failed.
     pub after: Option<Quality>,
     /// Rounds of self-calibration.
     pub rounds: usize,
-    /// Why self-calibration failed or is doubtful; empty otherwise.
+    /// The reason why self-calibration failed or is doubtful; otherwise empty.
     pub note: String,
 }
 
@@ -149,7 +150,7 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
 
 fn selfcal_options(data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> SelfcalOptions {
     let mut options = SelfcalOptions::of(plan.solve.clone(), plan.rounds.clone());
-    // Weights of data without noise have no scale, and so no signal to noise.
+    // The weights of data without noise have no scale, so there is no signal to noise ratio.
     let noisy = setup.errors.iter().any(|e| matches!(e, Error::Noise(_)));
     if !noisy {
         options.solve.min_snr = 0.0;
@@ -175,7 +176,7 @@ fn calibrate(
     }
 }
 
-/// Rms phase difference over the integrations of the truth; NaN where no gain is known.
+/// Rms phase difference over the integrations of the truth; NaN if no gain is known.
 fn phase_rms(truth: &GainTable, found: &GainTable, gradient: bool) -> Result<f64> {
     match compare_gains(truth, found, CompareOptions { gradient, flux_scale: false }) {
         Ok(c) => Ok(c.rms_phase_rad),
