@@ -274,7 +274,7 @@ fn step(pairs: &Pairs, g: &[Complex64], amplitudes: bool, cost: f64) -> Option<(
         let trial = moved(&phase, fraction);
         return Some(if objective(pairs, &trial, true) <= cost + slack { (trial, size(&phase, fraction)) } else { (g.to_vec(), 0.0) });
     }
-    // |vm| bounds the curvature of every cosine, so this step cannot climb.
+    // |vm| bounds the curvature of every cosine, so this step cannot increase chi^2.
     let phase = laplacian(pairs, g, |v| v.norm())?.solve(&phase_gradient);
     Some((moved(&phase, 1.0), size(&phase, 1.0)))
 }

@@ -1,4 +1,4 @@
-//! A yard of solids for benches and figures, for our tracer and for POV-Ray, and the processor's time.
+//! A yard of solids for benches and figures, for the tracer and for POV-Ray, and the measurement of processor time.
 
 use cittert_phenomenology::SolidScene;
 use std::fmt::Write;
