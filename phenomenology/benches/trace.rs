@@ -28,7 +28,7 @@ fn bench_pov(group: &mut BenchmarkGroup<'_, WallTime>) -> Option<()> {
     Some(())
 }
 
-/// Processor seconds of a picture, the mean of a few.
+/// Processor seconds of a picture, as the mean of several runs.
 fn cpu_of(times: usize, mut run: impl FnMut()) -> Option<f64> {
     run();
     let before = cpu_s(false)?;
