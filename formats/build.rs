@@ -24,7 +24,8 @@ fn casacore() {
         .std("c++17")
         .warnings(true)
         .flag_if_supported("-Wno-unused-parameter")
-        // casacore's headers are not ours to warn about. The compiler's own folder must keep its place in the search order.
+        // Warnings about the headers of casacore are switched off, because they are not part of this project. The folder of the compiler
+        // must keep its place in the search order.
         .flags(includes.iter().filter(|p| p.as_os_str() != "/usr/include").map(|p| format!("-isystem{}", p.display())))
         .file(format!("{folder}/table.cc"))
         .file(format!("{folder}/keywords.cc"))

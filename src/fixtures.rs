@@ -1,4 +1,4 @@
-//! Small sets for tests: a random array seen once, point sources, and noise.
+//! Small sets for tests: one observation by a random array, point sources, and noise.
 
 use cittert_arrays::{
     Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage, VisUnit, VisibilityBlock,
@@ -28,7 +28,7 @@ pub(crate) fn positions(n: usize, radius_m: f64, height_m: f64, seed: u64) -> Ve
     (0..n).map(place).collect()
 }
 
-/// One integration of all baselines at a boresight, with sources (l, m, flux) and noise of this standard deviation a real part.
+/// One integration of all baselines at a boresight, with sources (l, m, flux). The noise has this standard deviation in each real part.
 pub(crate) fn snapshot(
     positions: &[[f64; 3]],
     freq_hz: &[f64],

@@ -13,11 +13,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Blocks of visibilities and planes of the grid come and go by the hundred megabytes. The C library gives each back to the system and
-/// asks for it anew, and the pages of a new one are cleared; kept, they save a quarter of the processor time of a CLEAN (decision 0024).
+/// Keep the memory that the program frees. Blocks of visibilities and planes of the grid take hundreds of megabytes and are allocated again
+/// in every pass. By default the C library returns each block to the system, and the system clears the pages of the next one. Keeping them
+/// saves a quarter of the processor time of a CLEAN (decision 0024).
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn keep_freed_memory() {
-    // SAFETY: there is one thread yet, and these options only say how the allocator grows and shrinks its heap.
+    // SAFETY: there is only one thread at this point, and these options only set how the allocator grows and shrinks its heap.
     unsafe {
         libc::mallopt(libc::M_MMAP_MAX, 0);
         libc::mallopt(libc::M_TRIM_THRESHOLD, 128 << 20);

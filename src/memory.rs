@@ -28,7 +28,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const MIB: u64 = 1 << 20;
-/// The least budget: below it a block would hold few rows of a usual set.
+/// The smallest budget. With less, a block would contain only a few rows of a usual set.
 const LEAST: u64 = 16 * MIB;
 /// The budget of a machine that does not say how much memory it has.
 const UNKNOWN_MACHINE: u64 = 4 << 30;
@@ -124,8 +124,8 @@ impl MemoryBudget {
         self.share(8, u64::MAX)
     }
 
-    /// Bytes of the buffers of rows that are kept for the next pass. The blocks of a long file need them in many lengths, and more would
-    /// pile up unused.
+    /// Bytes of the buffers of rows that are kept for the next pass. The blocks of a long file need buffers of many lengths, so without a
+    /// limit unused buffers would accumulate.
     #[must_use]
     pub fn kept_buffers(self) -> usize {
         self.share(64, 64 * MIB)

@@ -1,4 +1,4 @@
-//! Values of options that are written as one text, such as `1mJy` or `15.7Ksr`, and the macro that gives such a type its form in files.
+//! Values of options that are written as one text, such as `1mJy` or `15.7Ksr`, and the macro that reads and writes such a type in files.
 
 use crate::{ChainError, Result};
 use cittert_arrays::VisUnit;

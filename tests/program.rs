@@ -1,4 +1,4 @@
-//! Our program in a scratch folder, run as a user runs it.
+//! The program in a scratch folder, run as a user runs it.
 
 use assert_cmd::Command;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,8 @@ impl Scratch {
         said
     }
 
-    /// Run a command line that must fail with this code and say all these words, on stderr and without a panic.
+    /// Run a command line that must fail with this exit code. Its message on stderr must contain all these words, and there must be no
+    /// panic.
     pub fn fails(&self, line: &str, code: i32, words: &[&str]) -> String {
         let said = self.run(line);
         assert_eq!(said.code, code, "{line}\n{}\n{}", said.out, said.err);

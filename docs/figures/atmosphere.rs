@@ -28,7 +28,7 @@ fn gas(name: &str, label: &str) -> Drawn {
         let texts = [p, t, e].map(|x: f64| x.to_string());
         let wanted = [("model", label), ("p_total_hpa", texts[0].as_str()), ("t_k", texts[1].as_str()), ("e_hpa", texts[2].as_str())];
         let dots = pick(&rows, &wanted, "f_ghz", "total_dbkm");
-        // The dots sit on line centres; the line must pass there too.
+        // The dots lie at the centres of spectral lines, so the curve needs points there too.
         let mut freqs: Vec<f64> = logarithmic(1.0, 1000.0, 1200);
         freqs.extend(dots.iter().map(|d| d.0));
         freqs.sort_by(f64::total_cmp);
@@ -176,7 +176,7 @@ fn paths() -> Drawn {
         integral.theirs(theirs.clone());
         let errors = heights.iter().map(|h| Ok((*h, (fast(*h)? - full(*h)?).abs()))).collect::<Drawn<Points>>()?;
         constant.ours(&name, errors.into_iter().filter(|e| e.1 > 1e-5).collect());
-        // Below 1 mK the four decimals of the reference say nothing.
+        // The reference has four decimals, so differences below 1 mK have no meaning.
         let errors = theirs.iter().map(|(h, t)| Ok((*h, (fast(*h)? - t).abs()))).collect::<Drawn<Points>>()?;
         constant.theirs(errors.into_iter().filter(|e| e.1 > 1e-3).collect());
     }

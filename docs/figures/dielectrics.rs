@@ -5,7 +5,7 @@ use cittert_phenomenology::dielectrics::{Extrapolation, Material, MaterialState,
 
 const FREQ: &str = "frequency [GHz]";
 
-/// A model, its label in the reference, and the states drawn.
+/// A model, its label in the reference, and the states that are drawn.
 struct Case {
     model: &'static str,
     label: &'static str,
@@ -97,7 +97,8 @@ fn against_frequency(case: &Case, rows: &[Row]) -> Drawn {
     figure.save(&format!("eps-{}", case.model))
 }
 
-/// The samples of wet snow have each their own density, so both sides are dots: ours are joined by a line.
+/// Each sample of wet snow has its own density. Results of cittert and of the reference are therefore both points; a line joins those of
+/// cittert.
 fn wet_snow(rows: &[Row]) -> Drawn {
     let snow = Material::by_name("wet-snow")?;
     let model = snow.model("hallikainen86")?;
@@ -134,7 +135,7 @@ fn brine_volume() -> Drawn {
     figure.save("brine-volume")
 }
 
-/// Models without reference numbers, beside their neighbours.
+/// Models without reference numbers, compared with similar models.
 fn side_by_side() -> Drawn {
     let compare = |name: &str, title: &str, last: f64, loss: bool, list: &[(&str, &str, &str)]| -> Drawn {
         let freqs = logarithmic(1.0, last, 250);

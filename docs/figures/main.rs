@@ -1,7 +1,7 @@
-//! Draws the pictures of the pages on physics: our models as lines, numbers of independent software as dots.
+//! Draws the pictures of the pages on physics: results of cittert as lines, results of independent software as dots.
 //!
-//! `cargo run --example figures` writes them into docs/algorithms/img; it needs the reference tables beside the workspace.
-//! `cargo run --release --example figures tracer` measures and draws the tracer's cost.
+//! `cargo run --example figures` writes them into docs/algorithms/img. It reads the reference tables in tests/oracle. `cargo run --release
+//! --example figures tracer` measures the time of the tracer and draws it.
 
 mod atmosphere;
 mod dielectrics;
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// Points of a line.
 pub(crate) type Points = Vec<(f64, f64)>;
-/// What drawing gives.
+/// The result of drawing.
 pub(crate) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
 
 fn main() -> Drawn {
@@ -45,7 +45,7 @@ impl Row {
         self.text(column).parse().unwrap_or(f64::NAN)
     }
 
-    /// Whether every column has its text, numbers being compared as numbers.
+    /// True if every column has the given text. Numbers are compared by value.
     pub(crate) fn is(&self, wanted: &[(&str, &str)]) -> bool {
         wanted.iter().all(|(column, text)| {
             let found = self.text(column);
@@ -62,7 +62,7 @@ pub(crate) fn oracle(name: &str) -> Drawn<Vec<Row>> {
     Ok(rows.into_iter().map(Row).collect())
 }
 
-/// Points of the rows that are wanted.
+/// Points (x, y) of the rows that have the wanted values, in order of x.
 pub(crate) fn pick(rows: &[Row], wanted: &[(&str, &str)], x: &str, y: &str) -> Points {
     let mut points: Points = rows.iter().filter(|r| r.is(wanted)).map(|r| (r.number(x), r.number(y))).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -79,7 +79,7 @@ pub(crate) fn logarithmic(from: f64, to: f64, count: usize) -> Vec<f64> {
     linear(from.ln(), to.ln(), count).into_iter().map(f64::exp).collect()
 }
 
-/// The same picture in fewer bytes: a repository keeps every version.
+/// The same picture, compressed better, because the repository keeps every version of it.
 fn small(png: &[u8]) -> Drawn<Vec<u8>> {
     let picture = image::load_from_memory(png)?.to_rgb8();
     let mut out = Vec::new();
@@ -113,13 +113,13 @@ impl Figure {
         self
     }
 
-    /// A line of ours.
+    /// Add a line with results of cittert.
     pub(crate) fn ours(&mut self, name: &str, points: Points) {
         self.add(name, points, Style { color: self.colors, line: true, dots: false });
         self.colors += 1;
     }
 
-    /// Dots of others, in the colour of the line before them.
+    /// Add dots with results of other software, in the colour of the line before them.
     pub(crate) fn theirs(&mut self, points: Points) {
         self.add("", points, Style { color: self.colors.saturating_sub(1), line: false, dots: true });
     }

@@ -1,4 +1,4 @@
-//! The tracer's cost against the number of solids.
+//! The processor time of the tracer against the number of solids.
 
 #[path = "../../phenomenology/benches/yard/mod.rs"]
 #[allow(dead_code)] // the bench uses the rest
@@ -10,7 +10,7 @@ use cittert_phenomenology::{RenderOptions, Tracer, View};
 
 const SIDE: usize = 512;
 
-/// Measured anew each time: a picture of this machine. Run it optimised.
+/// Each run measures the times again, so the picture depends on the machine. Use an optimised build.
 pub(crate) fn draw() -> Drawn {
     let options = RenderOptions { antialias: 1, ..RenderOptions::default() };
     let band = SpectralWindow::band(94e9, 1e9, 1)?;
@@ -30,7 +30,7 @@ pub(crate) fn draw() -> Drawn {
     }
     let mut figure =
         Figure::new("Processor time of a primary ray with its reflections", "number of solids", "microseconds").log(true, false);
-    // The straight line through the first and the last third is what growth with the logarithm looks like.
+    // Growth with the logarithm is a straight line through the first and the last third of the points.
     let (first, last) = (points[0], points[points.len() - 1]);
     figure.ours("through the ends", vec![first, last]);
     figure.theirs(points);

@@ -60,7 +60,7 @@ pub struct CreateOptions {
 pub struct Created {
     /// Takes the blocks.
     pub sink: Box<dyn ColumnSink>,
-    /// What of the header was changed or lost, one sentence each, for the user and for the history.
+    /// Changes and losses in the header, one sentence each, for the user and for the history.
     pub notes: Vec<String>,
 }
 

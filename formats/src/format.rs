@@ -171,7 +171,7 @@ pub trait LayoutFormat: Sync {
     /// A layout that lacks something that the format needs.
     fn write(&self, layout: &ArrayLayout) -> Result<String, LayoutError>;
 
-    /// What of this layout the format cannot hold, in words for the user; empty where it holds everything.
+    /// The properties of this layout that the format cannot hold, in words for the user. Empty if it can hold all of them.
     fn loses(&self, layout: &ArrayLayout) -> Vec<String>;
 
     /// True for a directory of this format.

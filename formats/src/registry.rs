@@ -86,7 +86,7 @@ pub fn open_visibilities(path: &Path) -> Result<Box<dyn VisibilitySource>> {
 /// Open one column of visibilities.
 ///
 /// # Errors
-/// As [`open_visibilities`]; a column that there is not.
+/// As [`open_visibilities`]; a column that the file does not have.
 pub fn open_column(path: &Path, column: VisColumn) -> Result<Box<dyn VisibilitySource>> {
     visibility_format(path)?.open_column(path, column)
 }
@@ -99,7 +99,7 @@ pub fn create_visibilities(path: &Path, header: &VisibilityHeader, overwrite: bo
     create_visibilities_with(path, header, &CreateOptions { overwrite, ..CreateOptions::default() })
 }
 
-/// As [`create_visibilities`], with more to choose.
+/// As [`create_visibilities`], with further options.
 ///
 /// # Errors
 /// As [`create_visibilities`]; an option that the format does not know.

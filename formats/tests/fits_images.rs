@@ -1,4 +1,5 @@
-//! FITS images: what we write comes back, what others write is understood, what is broken is refused by name.
+//! FITS images: images that cittert writes are read back unchanged, images of other programs are read, and damaged files are refused with a
+//! message.
 
 use cittert_arrays::{BrightnessUnit, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, SpectralWindow};
 use cittert_formats::fits::{ImageOptions, read_image, write_image};

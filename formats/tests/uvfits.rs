@@ -1,4 +1,4 @@
-//! UVFITS: what we write comes back, conversions are said, odd files are read.
+//! UVFITS: sets that cittert writes are read back unchanged, conversions are reported, and unusual files are read.
 
 use super::common;
 use cittert_arrays::*;

@@ -1,4 +1,4 @@
-//! UVH5: what we write comes back, old and odd files are understood, broken ones are refused.
+//! UVH5: sets that cittert writes are read back unchanged, old and unusual files are read, and damaged files are refused.
 
 use super::common;
 use cittert_arrays::*;

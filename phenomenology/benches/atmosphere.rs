@@ -1,6 +1,6 @@
 //! Speed of the sky profile, the sky table and the constant-temperature path.
 //!
-//! With `PYRTLIB_PYTHON` naming a Python that has pyrtlib, its time for the same profile is told too.
+//! If the variable `PYRTLIB_PYTHON` names a Python that has pyrtlib, the bench also prints the time of pyrtlib for the same profile.
 
 use std::hint::black_box;
 use std::io::Write;

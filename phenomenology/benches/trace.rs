@@ -28,7 +28,7 @@ fn bench_pov(group: &mut BenchmarkGroup<'_, WallTime>) -> Option<()> {
     Some(())
 }
 
-/// Processor seconds of a picture, the mean of a few.
+/// Processor seconds of a picture, as the mean of several runs.
 fn cpu_of(times: usize, mut run: impl FnMut()) -> Option<f64> {
     run();
     let before = cpu_s(false)?;
@@ -36,7 +36,7 @@ fn cpu_of(times: usize, mut run: impl FnMut()) -> Option<f64> {
     Some((cpu_s(false)? - before) / times as f64)
 }
 
-/// What a machine busy with other work does not disturb: processor time, ours and POV-Ray's in one run.
+/// Processor times of the tracer and of POV-Ray in one run. Other work on the machine hardly changes them.
 fn cpu_table() -> Option<()> {
     let mut out = std::io::stdout();
     let options = RenderOptions { antialias: 1, ..RenderOptions::default() };

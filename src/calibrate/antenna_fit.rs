@@ -12,13 +12,13 @@ use num_complex::Complex64;
 pub enum FlagReason {
     /// None of its baselines has usable data.
     NoData,
-    /// Fewer baselines than asked for.
+    /// It has fewer baselines than required.
     FewBaselines,
     /// Not connected to the largest group of antennas.
     Disconnected,
-    /// Below the least signal to noise.
+    /// Its signal to noise ratio is below the limit.
     LowSnr,
-    /// Its gain cannot be told from those of other antennas.
+    /// The data do not determine its gain separately from those of other antennas.
     Singular,
 }
 
@@ -49,7 +49,7 @@ pub(crate) struct AntennaFit {
     pub(crate) converged: bool,
     pub(crate) condition: f64,
     pub(crate) chi2: f64,
-    /// Real data less unknowns.
+    /// Number of real data minus number of unknowns.
     pub(crate) freedom: f64,
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct RowSums {
     pub(crate) cell: Cell,
 }
 
-/// Sums of an interval: cells \[chan\]\[pair\], and with robust weights those of each row.
+/// Sums of an interval: cells \[chan\]\[pair\]. With robust weights, the sums of each row too.
 pub(crate) struct IntervalData<'a> {
     pub(crate) n_ant: usize,
     pub(crate) cells: Vec<&'a [Cell]>,
@@ -123,7 +123,8 @@ pub(crate) fn solve_interval(data: &IntervalData<'_>, options: &SolveOptions, ne
         };
         (out.iterations, out.converged, out.condition) = (fit.iterations, fit.converged, fit.condition);
         (out.chi2, out.freedom) = misfit(data, &active, &gains, options.mode);
-        // Residuals far below what the weights promise: the weights have no scale, and a signal to noise ratio from them means nothing.
+        // If the residuals are far below the noise of the weights, the weights have no scale. A signal to noise ratio from them has no
+        // meaning.
         let no_scale = out.freedom >= 30.0 && out.chi2 > 0.0 && out.chi2 < NO_SCALE * out.freedom;
         let from_residuals = (options.noise_from_residuals || no_scale) && out.freedom > 0.0 && out.chi2 > 0.0;
         let scale = if from_residuals { (out.chi2 / out.freedom).sqrt() } else { 1.0 };
@@ -147,7 +148,7 @@ pub(crate) fn solve_interval(data: &IntervalData<'_>, options: &SolveOptions, ne
     }
 }
 
-/// Gains \[chan\]\[active\] of the active antennas, with robust weights where the options ask for them.
+/// Gains \[chan\]\[active\] of the active antennas, with robust weights if the options select them.
 fn solve_active(
     data: &IntervalData<'_>,
     pairs: &mut Vec<Pairs>,
@@ -211,7 +212,7 @@ fn robust_weight(options: &SolveOptions, chi2: f64, n: f64) -> f64 {
     }
 }
 
-/// Median over the rows of chi^2 a real datum: a noise scale that outliers do not change.
+/// Median over the rows of chi^2 per real datum. It is a scale of the noise that outliers do not change.
 fn typical_scale(data: &IntervalData<'_>, chi2: &[Option<f64>]) -> f64 {
     let mut ratios: Vec<f64> = chi2.iter().zip(&data.rows).filter_map(|(x, row)| x.map(|x| x / (2.0 * f64::from(row.cell.n)))).collect();
     if ratios.is_empty() {
@@ -305,7 +306,8 @@ mod tests {
 
     #[test]
     fn pruning_goes_on_until_all_that_are_left_have_their_baselines() {
-        // Five antennas all linked; 5 hangs on three of them, 6 on two and on 5; 7 has no data.
+        // Five antennas are all linked with each other. Antenna 5 is linked with three of them, antenna 6 with two and with antenna 5.
+        // Antenna 7 has no data.
         let pairs = linked(8, |p, q| q < 5 || (q == 5 && p < 3) || (q == 6 && (p < 2 || p == 5)));
         let mut flagged = vec![None; 8];
         prune(&[pairs], &mut flagged, 4);

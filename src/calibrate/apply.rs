@@ -1,6 +1,7 @@
 //! Applying gains: V = V_corrupt / (g1 conj(g2)), or its inverse, block by block.
 //!
-//! The weights follow: dividing by a product of gains divides the noise by it, so the weight is multiplied by its square.
+//! The weights change too. Division by a product of gains divides the noise by its modulus, so the weight is multiplied by the square of
+//! the modulus.
 
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
@@ -78,8 +79,8 @@ impl<'a> GainApplier<'a> {
     /// Match a table to a set: antennas by name, channels by frequency, feeds by name.
     ///
     /// # Errors
-    /// A table of broken shape, without a common antenna, for feeds of another kind than the set's polarisations, or with a
-    /// gain for each feed while the set has Stokes parameters.
+    /// The shapes within the table do not agree; the table and the set have no antenna in common; the feeds do not match the polarisations
+    /// of the set; or there is a gain for each feed but the set has Stokes parameters.
     pub fn new(table: &'a GainTable, header: &VisibilityHeader, options: ApplyOptions) -> Result<Self> {
         table.check()?;
         let antenna: Vec<Option<usize>> = header.layout.antennas().iter().map(|a| table.layout.index_of(&a.name)).collect();
@@ -204,7 +205,8 @@ pub(crate) fn known(table: &GainTable, at: (usize, usize, usize, usize)) -> Opti
 
 pub(crate) fn nearest_channel(table: &GainTable, freq_hz: f64) -> usize {
     let s = &table.spectrum;
-    // Distance beyond the channel's edge first, so that a wide channel that holds the frequency wins over a near centre.
+    // The distance from the edge of the channel comes first, so that a wide channel that contains the frequency is preferred to a channel
+    // with a near centre.
     let distance = |c: &usize| {
         let d = (s.freq_hz()[*c] - freq_hz).abs();
         ((d - s.width_hz()[*c] / 2.0).max(0.0), d)
@@ -217,11 +219,11 @@ pub(crate) fn nearest_channel(table: &GainTable, freq_hz: f64) -> usize {
     (0..s.n_chan()).min_by(nearer).unwrap_or(0)
 }
 
-/// Gains of a table at most, where it is spread over channels.
+/// Largest number of gains of a table that is spread over channels.
 const MOST_SPREAD: usize = 1 << 25;
 
 /// A table with an entry for each channel of `spectrum`, taken from the nearest of its own channels as in [`GainApplier`]. Programs that
-/// apply tables channel by channel need this form. A table that would become larger than half a gigabyte stays as it is.
+/// apply tables channel by channel need this form. A table that would become larger than half a gigabyte is not changed.
 #[must_use]
 pub fn on_channels(table: &GainTable, spectrum: &SpectralWindow) -> GainTable {
     let (n_time, n_ant, _, n_feed) = table.gains.dim();

@@ -15,7 +15,7 @@ use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
 use std::ops::Range;
 
-/// Images and cleans the data of each round, and predicts from the model. The grid of the first round stays.
+/// Images and cleans the data of each round, and predicts from the model. All rounds use the grid of the first round.
 ///
 /// The first image starts from an empty model; later ones continue from the present model. All rounds but the last take one major
 /// cycle: the residual visibilities of the newly calibrated data are gridded, and one minor cycle cleans them. A round costs two
@@ -42,7 +42,7 @@ struct State {
     grid_options: GridOptions,
 }
 
-/// Where the data of an imager lie.
+/// The grid and the channels of the data of an imager.
 struct Place {
     channels: Vec<Range<usize>>,
     freq_hz: Vec<f64>,
@@ -55,7 +55,7 @@ impl Place {
     }
 }
 
-/// The grid of the first image is that of all that follow.
+/// All later images use the grid of the first image.
 fn stay_on(imaging: &mut ImagingOptions, grid: &SkyGrid) -> SkyGrid {
     *imaging = imaging.on_grid(grid);
     grid.clone()
@@ -67,19 +67,19 @@ enum Predictors {
     Double(Vec<Degridder<f64>>),
 }
 
-/// The deconvolver of extended structure.
+/// Name of the deconvolver for extended structure.
 const EXTENDED: &str = "multiscale";
 
 impl CleanMaker {
-    /// A maker with these options. In each round `clean.threshold` is raised to the plan's depth times the peak of the round
-    /// before, so that the model grows from round to round; the last round goes to the depth of the options. The components of
-    /// `clean.niter` are those of each round.
+    /// A maker with these options. In each round `clean.threshold` is raised to the depth of the plan times the peak of the round before,
+    /// so that the model grows from round to round. The last round goes to the depth of the options. `clean.niter` limits the components of
+    /// each round.
     #[must_use]
     pub fn new(imaging: ImagingOptions, clean: CleanOptions) -> Self {
         Self { imaging, clean, now: None, best: None, tools: None, predicted: Predicted::default(), tuning: SelfcalTuning::default() }
     }
 
-    /// The same with other constants of the short rounds.
+    /// Set other constants for the short rounds.
     #[must_use]
     pub fn tuned(mut self, tuning: SelfcalTuning) -> Self {
         self.tuning = tuning;
@@ -92,7 +92,7 @@ impl CleanMaker {
         self.now.as_ref().map(|s| &s.products)
     }
 
-    /// Take a model that was made elsewhere. Predictions come from it, and the products show it and its residual.
+    /// Use a model that was made elsewhere. Predictions use it, and the products contain it and its residual.
     ///
     /// # Errors
     /// As for an image; a model (flux a pixel \[m, l\]) of another shape.
@@ -124,8 +124,8 @@ impl CleanMaker {
         Ok(metrics)
     }
 
-    /// Least flux of a pixel: a thermal scene is nowhere colder than 0 K. A source in Jy has none, as points between pixels need
-    /// negative neighbours.
+    /// Lower limit of the flux of a pixel. A thermal scene is nowhere colder than 0 K. There is no limit for sources in Jy, because a point
+    /// between pixels needs negative neighbours.
     fn floor(&self, header: &VisibilityHeader, grid: &SkyGrid) -> Option<f64> {
         let thermal = header.unit == VisUnit::KelvinSr && self.imaging.pol == Polarization::I;
         let coldest = -header.pedestal_k.unwrap_or(0.0) * grid.cell_sr();
@@ -137,8 +137,8 @@ impl ModelMaker for CleanMaker {
     fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
         let header = data.header().clone();
         let mut state = self.now.take();
-        // At the end points are cleaned from an empty model, so that false points of the first, poorly calibrated rounds do not stay.
-        // An extended scene continues, since its model was built up in all rounds.
+        // In the last round, point sources are cleaned from an empty model. False points from the first, poorly calibrated rounds therefore
+        // disappear. An extended scene continues from the present model, because all rounds contribute to it.
         if plan.last && self.clean.algorithm.name() != EXTENDED {
             state = None;
         }
@@ -176,7 +176,7 @@ impl ModelMaker for CleanMaker {
                 let given = options.threshold.map_or(Ok(0.0), |level| level.in_unit("threshold", header.unit))?;
                 options.threshold = Some(Level::of(given.max(plan.depth * before), header.unit));
             }
-            // The peak is not known before the first image, so its one cycle stops at a fraction of whatever the peak is.
+            // The peak is not known before the first image, so its only cycle stops at a fraction of the peak.
             None if !plan.last => options.mgain = options.mgain.min(1.0 - plan.depth.min(0.99)),
             None => {}
         }

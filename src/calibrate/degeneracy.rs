@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 /// Degeneracies that are removed before the comparison, in addition to the common phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CompareOptions {
-    /// A phase gradient over the aperture plane, for each interval, channel and feed: image shift.
+    /// A phase gradient over the aperture plane, for each interval, channel and feed. It is a shift of the image.
     pub gradient: bool,
     /// One amplitude scale for the whole table: flux scale.
     pub flux_scale: bool,
@@ -32,10 +32,10 @@ pub struct GainComparison {
     pub rms_phase_rad: f64,
     /// Root mean square relative amplitude difference.
     pub rms_amplitude: f64,
-    /// Amplitude scale of the first table over the second; removed where asked for.
+    /// Amplitude scale of the first table divided by that of the second. It is removed if the options say so.
     pub amplitude_scale: f64,
-    /// Mean image shift (l, m) of the first table against the second, rad, where gradients were removed: for a layout in
-    /// the aperture plane the shift of the image, for others that at the moment when its plane is seen face on.
+    /// Mean image shift (l, m) of the first table relative to the second, rad, if gradients were removed. For a layout on the Earth it is
+    /// the shift at the moment when the plane of the array is seen face on.
     pub shift_rad: Option<(f64, f64)>,
     /// Gains compared.
     pub compared: usize,
@@ -43,7 +43,7 @@ pub struct GainComparison {
     pub flagged: usize,
 }
 
-/// Ratios of one solution with the antennas' places.
+/// Gain ratios of one solution, with the positions of the antennas.
 struct Ratios {
     ratio: Vec<Complex64>,
     place_m: Vec<[f64; 2]>,
@@ -53,7 +53,7 @@ struct Ratios {
 /// serves all).
 ///
 /// # Errors
-/// Tables of broken shape, or with no unflagged gain of the same antenna in common.
+/// The shapes within a table do not agree, or no antenna has an unflagged gain in both tables.
 pub fn compare_gains(found: &GainTable, truth: &GainTable, options: CompareOptions) -> Result<GainComparison> {
     found.check()?;
     truth.check()?;
@@ -100,7 +100,7 @@ pub fn compare_gains(found: &GainTable, truth: &GainTable, options: CompareOptio
         if options.gradient {
             slope = remove_gradient(&mut residual, &r.place_m, slope);
             for k in 0..2 {
-                // A source at l puts the phase 2 pi u l on a baseline u = x2 - x1, so -2 pi x l / lambda on an antenna.
+                // A source at l has the phase 2 pi u l on a baseline u = x2 - x1, which is -2 pi x l / lambda on an antenna.
                 shift[k] -= slope[k] * cittert_arrays::SPEED_OF_LIGHT_M_S / (TAU * freq_hz) / all.len() as f64;
             }
         }
@@ -131,7 +131,7 @@ fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) -> Result<usi
     Err(ChainError::Incompatible(format!("feed {name} is not in the other gain table, which has {}", truth.feeds.join(", "))))
 }
 
-/// Phases without the common one: first the direction of the sum is removed, then the mean of the rest.
+/// Phases without the common phase. First the phase of the sum is removed, then the mean of the remaining phases.
 fn center(residual: &[Complex64]) -> Vec<f64> {
     let mut turn = unit(residual.iter().sum());
     let mut phases = Vec::new();
@@ -151,7 +151,7 @@ fn tilted(residual: &[Complex64], place_m: &[[f64; 2]], slope: [f64; 2]) -> Vec<
     residual.iter().zip(place_m).map(back).collect()
 }
 
-/// Take the best phase gradient out of unit numbers; returns it in rad/m. `guess` is tried before the search.
+/// Remove the best phase gradient from complex numbers of modulus 1, and return it in rad/m. `guess` is tried before the search.
 fn remove_gradient(residual: &mut Vec<Complex64>, place_m: &[[f64; 2]], guess: [f64; 2]) -> [f64; 2] {
     let n = residual.len() as f64;
     let coherence = |slope: [f64; 2]| tilted(residual, place_m, slope).iter().sum::<Complex64>().norm() / n;
@@ -187,7 +187,7 @@ fn remove_gradient(residual: &mut Vec<Complex64>, place_m: &[[f64; 2]], guess: [
     slope
 }
 
-/// Least squares slopes of phases over places; zero along a direction in which the places do not extend.
+/// Least squares slopes of phases over positions. The slope is zero along a direction in which the positions do not extend.
 fn plane_fit(phases: &[f64], place_m: &[[f64; 2]]) -> [f64; 2] {
     let n = phases.len() as f64;
     let mean = [0, 1].map(|k| place_m.iter().map(|p| p[k]).sum::<f64>() / n);

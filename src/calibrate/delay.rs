@@ -17,7 +17,7 @@ struct Line {
     slope: f64,
 }
 
-/// One sum for each baseline and channel, with the channels as x in -1..1.
+/// One sum for each baseline and channel. The channels have coordinates x in -1..1.
 struct Band<'a> {
     pairs: &'a [Pairs],
     x: Vec<f64>,
@@ -42,7 +42,7 @@ impl Band<'_> {
         best.map_or_else(Line::default, |(slope, z)| Line { phase: z.arg(), slope })
     }
 
-    /// Lines that follow from antenna to antenna along the strongest baselines.
+    /// Lines that are found from antenna to antenna along the strongest baselines.
     fn tree(&self) -> Option<Vec<Line>> {
         let n = self.n;
         let strength = |p: usize, q: usize| self.pairs.iter().map(|c| c.vm(p, q).norm()).sum::<f64>();
@@ -75,7 +75,7 @@ impl Band<'_> {
         Some(lines)
     }
 
-    /// Search each antenna again against all the others; true where something better was found.
+    /// Search each antenna again against all the others. The result is true if a better solution was found.
     fn sweep(&self, lines: &mut [Line]) -> bool {
         let mut better = false;
         let mut gains = self.gains(lines);
@@ -121,7 +121,7 @@ impl Band<'_> {
                 }
             }
         }
-        // A common phase and a common slope, which have no curvature, are given the mean curvature.
+        // A common phase and a common slope have no curvature. They get the mean curvature.
         for block in [0, n] {
             let mean = (0..n).map(|p| a[(block + p, block + p)]).sum::<f64>() / (n * n) as f64;
             for p in 0..n {
@@ -145,7 +145,7 @@ pub(crate) fn solve_delays(pairs: &[Pairs], freq_hz: &[f64], max_iterations: usi
     let mut sorted = x.clone();
     sorted.sort_by(f64::total_cmp);
     let spacing = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 1e-9).fold(2.0, f64::min);
-    // The channels cannot distinguish slopes beyond pi a channel. The peak of the search is about pi wide.
+    // The channels cannot distinguish slopes above pi per channel. The peak of the search is about pi wide.
     let reach = std::f64::consts::PI / spacing;
     let steps = ((reach / (std::f64::consts::PI / 4.0)).ceil() as i64).min(8192);
     let grid = (-steps..=steps).map(|i| reach * i as f64 / steps as f64).collect();

@@ -70,7 +70,7 @@ impl FeedPlan {
                 of_pol: pols.iter().map(|p| sees_unpolarized(*p).then_some(0)).collect(),
             });
         }
-        // One feed for each parallel hand that is there, first feed first.
+        // One feed for each parallel hand in the set, in order of the feeds.
         let mut hands: Vec<Polarization> = pols.iter().copied().filter(|p| p.is_parallel_hand()).collect();
         hands.sort_by_key(|p| p.feeds());
         hands.dedup();

@@ -30,9 +30,9 @@ pub enum ModelKnowledge {
 /// Options of [`identify`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IdentifyOptions {
-    /// What of the gains is solved for.
+    /// The parts of the gains that are solved for.
     pub mode: GainMode,
-    /// What is known of the sky.
+    /// What is known about the sky.
     pub model: ModelKnowledge,
     /// Frequency, Hz.
     pub freq_hz: f64,
@@ -53,7 +53,7 @@ impl Default for IdentifyOptions {
 pub struct DegenerateMode {
     /// Its name, such as "common phase" or "image shift along l".
     pub name: String,
-    /// How many dimensions of the null space go by this name.
+    /// Number of dimensions of the null space with this name.
     pub dimensions: usize,
 }
 
@@ -70,15 +70,15 @@ pub struct Identifiability {
     pub gain_unknowns: usize,
     /// Unknowns of the sky.
     pub sky_unknowns: usize,
-    /// Measured phases and amplitudes that bear on the unknowns.
+    /// Measured phases and amplitudes that depend on the unknowns.
     pub observables: usize,
     /// Rank of the Jacobian: independent combinations of unknowns that are measured.
     pub rank: usize,
-    /// Dimensions of the null space: unknowns less rank.
+    /// Dimensions of the null space: number of unknowns minus rank.
     pub null_dimensions: usize,
     /// The null space by name; the dimensions add up to `null_dimensions`.
     pub modes: Vec<DegenerateMode>,
-    /// Independent closure phases: baselines less the rank of the antenna phases in them.
+    /// Independent closure phases: number of baselines minus the rank of the antenna phases in them.
     pub closure_phases: usize,
     /// Independent closure amplitudes.
     pub closure_amplitudes: usize,
@@ -86,7 +86,7 @@ pub struct Identifiability {
     pub condition: f64,
 }
 
-/// One half of the problem, phases or amplitudes, with the sky of a free image eliminated.
+/// One half of the problem: phases or amplitudes. The unknowns of a free image are eliminated.
 struct Half {
     rank: usize,
     null: Vec<Vec<f64>>,
@@ -118,7 +118,7 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     let point = options.model == ModelKnowledge::UnknownPoint;
     let free = options.model == ModelKnowledge::FreeImage;
 
-    // Phases: columns are antenna phases, then delays, then the place of the point.
+    // Phases: the columns are antenna phases, then delays, then the position of the point.
     let per_antenna = channels.len();
     let turns = |x: f64, k: usize, p: usize| TAU * (options.freq_hz + x * options.bandwidth_hz / 2.0) / SPEED_OF_LIGHT_M_S * position[p][k];
     let scale = scale_of(&position, options.freq_hz);
@@ -151,7 +151,7 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
         named.push(DegenerateMode { name: name.into(), dimensions: left });
     }
 
-    // Amplitudes: columns are log amplitudes, where they are solved, then the log flux of the point.
+    // Amplitudes: the columns are log amplitudes, if they are solved, then the log flux of the point.
     let gains = options.mode == GainMode::AmpPhase;
     let columns = if gains { n } else { 0 } + usize::from(point);
     let amplitude_part = |p: usize| {
@@ -186,7 +186,7 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     }
 
     let sky_visibilities = if free { unique * channels.len() } else { 0 };
-    // A free image's amplitudes are unknowns, and measured one for one, in every mode.
+    // The amplitudes of a free image are unknowns in every mode. Each one is measured by one datum.
     let amplitude_unknowns = columns + if free { unique * channels.len() } else { 0 };
     let phase_unknowns = per_antenna * n + if point { 2 } else { 0 } + sky_visibilities;
     let unknowns = phase_unknowns + amplitude_unknowns;
@@ -214,10 +214,10 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     })
 }
 
-/// Number of the group of equal baselines of each pair p < q, and -1 where the pair measures the group's baseline reversed.
+/// For each pair p < q: the number of its group of equal baselines, and -1 if the pair measures the reversed baseline of the group.
 fn redundant_groups(position: &[[f64; 3]], tolerance_m: f64) -> Vec<(usize, f64)> {
     let mut seen: Vec<[f64; 3]> = Vec::new();
-    // Groups by the length of their baseline, so that only those of the same length are looked at.
+    // Groups by the length of their baseline, so that only groups of the same length are compared.
     let mut by_length: Vec<(f64, usize)> = Vec::new();
     pairs_of(position.len())
         .map(|(p, q)| {
@@ -237,15 +237,15 @@ fn redundant_groups(position: &[[f64; 3]], tolerance_m: f64) -> Vec<(usize, f64)
         .collect()
 }
 
-/// A typical number of radians across the array, so that columns have similar sizes.
+/// A typical phase across the array, rad. It gives the columns similar sizes.
 fn scale_of(position: &[[f64; 3]], freq_hz: f64) -> f64 {
     let mean = [0, 1, 2].map(|k| position.iter().map(|p| p[k]).sum::<f64>() / position.len() as f64);
     let spread = position.iter().map(|p| (0..3).map(|k| (p[k] - mean[k]).powi(2)).sum::<f64>()).sum::<f64>() / position.len() as f64;
     (TAU * freq_hz / SPEED_OF_LIGHT_M_S * spread.sqrt()).max(f64::MIN_POSITIVE)
 }
 
-/// Rows of a Jacobian. All pairs of n antennas make n (n - 1) / 2 of them, which are not kept: rows that give the same
-/// normal matrix, and so the same singular values and null space, are.
+/// Rows of a Jacobian. All pairs of n antennas make n (n - 1) / 2 rows. These rows are not kept. Fewer rows with the same normal matrix are
+/// kept instead; they have the same singular values and the same null space.
 pub(super) struct RowStack {
     columns: usize,
     rows: Vec<Vec<f64>>,
@@ -293,8 +293,8 @@ impl RowStack {
         self.push((0..self.columns).map(|c| parts.iter().map(|a| a[c]).sum()).collect());
     }
 
-    /// The rows a_p + sign a_q less the mean of their group of equal baselines, which a free image takes up. Phases (sign -1)
-    /// of reversed baselines are turned.
+    /// The rows a_p + sign a_q minus the mean of their group of equal baselines, because a free image absorbs that mean. Phases (sign -1)
+    /// of reversed baselines get the opposite sign.
     fn add_groups(&mut self, parts: &[Vec<f64>], group: &[(usize, f64)], sign: f64) {
         struct Member {
             group: usize,
@@ -375,8 +375,8 @@ fn phase_candidates(
     out
 }
 
-/// Name the candidates that lie in the null space (to 1e-6 of their length) and are independent of those named before;
-/// returns how many dimensions are left.
+/// Name the candidates that lie in the null space (to 1e-6 of their length) and are independent of the earlier ones. Returns the number of
+/// dimensions without a name.
 fn name_modes(null: &[Vec<f64>], candidates: Vec<(String, Vec<f64>)>, named: &mut Vec<DegenerateMode>) -> usize {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for (name, v) in candidates {

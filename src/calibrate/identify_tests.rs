@@ -73,7 +73,7 @@ fn a_free_image_absorbs_every_antenna_unless_baselines_repeat() {
     let named = names(&i);
     assert!(named.contains(&("antenna phases that the free image absorbs", 6)), "{named:?}");
     assert!(named.contains(&("antenna amplitudes that the free image absorbs", 8)), "{named:?}");
-    // A regular grid calibrates itself but for the classic degeneracies (Liu et al. 2010).
+    // A regular grid determines all gains except the classic degeneracies (Liu et al. 2010).
     let grid: Vec<[f64; 3]> = (0..16).map(|i| [f64::from(i % 4) * 10.0, f64::from(i / 4) * 7.0, 0.0]).collect();
     let i = run(&layout(&grid), GainMode::AmpPhase, ModelKnowledge::FreeImage);
     assert_eq!(names(&i), [("common phase", 1), ("image shift along l", 1), ("image shift along m", 1), ("flux scale", 1)]);

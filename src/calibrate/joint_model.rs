@@ -29,13 +29,13 @@ use std::time::Instant;
 /// How the joint solution is made.
 #[derive(Debug, Clone)]
 pub struct JointOptions {
-    /// What gains are solved for: mode, interval, channels and feeds.
+    /// Mode, interval, channels and feeds of the gains.
     pub solve: SolveOptions,
     /// The prior.
     pub prior: Prior,
     /// Where the image may be bright \[m, l\].
     pub mask: Option<Array2<bool>>,
-    /// When it is done. Where the weights are counts of samples, the noise is estimated in any case.
+    /// The goals at which the solution ends. If the weights are counts of samples, the noise is always estimated.
     pub goals: JointGoals,
 }
 
@@ -57,7 +57,7 @@ impl JointMaker {
         Self { imaging, options, found: None, shown }
     }
 
-    /// Solve image and gains from data as they are.
+    /// Solve image and gains from uncalibrated data.
     fn find(&mut self, data: &mut dyn VisibilitySource, observer: &dyn Observer) -> Result<(Joint, Array2<f64>)> {
         let counts = noise_from_hands(data)?.weights_are_counts;
         let mut builder = UnknownGainsBuilder::new(data.header(), &self.options.solve)?;
@@ -81,7 +81,7 @@ impl JointMaker {
             Prior::Image(image) => (&one * image, true),
             Prior::Auto | Prior::Smoothed => {
                 let hidden = offset.as_ref().map_or(0.0, |o| sum_inside(o, inside.as_ref()));
-                // Amplitudes on the shortest baselines give at least a part of the flux, whatever the phases are.
+                // Amplitudes on the shortest baselines give at least a part of the flux. They do not depend on the phases.
                 let seen = Gathered::new(&mut imager, 0, observer)?.flux_seen()? + hidden;
                 (flat_prior(&one, seen, inside.as_ref())?, false)
             }
@@ -106,8 +106,8 @@ impl JointMaker {
     }
 }
 
-/// The problem with a flat prior raised to the flux of its first faint image, since the shortest baselines may resolve most of a scene.
-/// The prior is then multiplied by [`JointSchedule::brighter`].
+/// The problem with a better flat prior. The shortest baselines may resolve most of a scene, so the prior is raised to the flux of the
+/// first faint image. It is then multiplied by [`JointSchedule::brighter`].
 fn of_its_flux(mut solver: MemImager, gains: &UnknownGains, tuning: &JointSchedule, observer: &dyn Observer) -> Result<MemImager> {
     let brighter = |solver: MemImager, factor: f64| -> Result<MemImager> {
         let prior = solver.prior() * factor;
@@ -149,7 +149,7 @@ fn solved(
 
 /// A model maker with images to show.
 pub trait ImageMaker: ModelMaker {
-    /// Images of the present round: after the loop, those of the best.
+    /// Images of the present round; after the loop, those of the best round.
     fn products(&self) -> Option<&CleanProducts>;
 
     /// The joint solution of image and gains, for makers that have one.

@@ -5,8 +5,8 @@
 //! smooth and cannot take up errors of the gains. The weight then grows from stage to stage. The positive image and the dark frame
 //! around the scene replace the known model of an ordinary calibration.
 //!
-//! Unknown phases leave the position of the scene open. The image is moved to the middle of the frame once. After that a band of
-//! frequencies, or the rotation of the Earth, shows where it belongs (see [`UnknownGains::shift`]), and it is moved there.
+//! Unknown phases leave the position of the scene open. The image is moved to the middle of the frame once. After that, a band of
+//! frequencies or the rotation of the Earth determines its position (see [`UnknownGains::shift`]), and it is moved there.
 //!
 //! # Reference
 //! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413; Cornwell & Wilkinson 1981, MNRAS 196, 1067.
@@ -22,7 +22,7 @@ use ndarray::{Array2, s};
 /// The record of one stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointStage {
-    /// Strength of the data against the entropy; 0 in the final solutions, which find it.
+    /// Strength of the data relative to the entropy. It is 0 in the final solutions, which determine it.
     pub strength: f64,
     /// Evaluations of the data term.
     pub evaluations: usize,
@@ -54,12 +54,12 @@ pub struct Lattice<'a> {
     pub v: &'a [f64],
 }
 
-/// When the joint solution is done.
+/// The goals at which the joint solution ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointGoals {
     /// Chi squared over its expected value, and its largest relative departure.
     pub chi2: (f64, f64),
-    /// Estimate the noise from the difference of two hands, for weights that do not hold it.
+    /// Estimate the noise from the difference of two hands, because the weights do not contain it.
     pub find_noise: bool,
     /// Stages and other constants.
     pub tuning: JointSchedule,
@@ -104,7 +104,8 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
         ));
     }
     let target = goals.chi2.0 * noise_factor.unwrap_or(1.0);
-    // The gains follow the image, so the KKT residual cannot reach its usual limit. The data do not determine those digits anyway.
+    // The gains change with the image, so the KKT residual cannot reach its usual limit. The data do not determine these digits of the
+    // image.
     let last = MemGoals {
         chi2: target,
         chi2_tolerance: goals.chi2.1,
@@ -156,7 +157,7 @@ fn to_the_middle(image: &Array2<f64>) -> Result<(i64, i64)> {
 fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid: &SkyGrid, state: &MemState) -> Result<(i64, i64)> {
     let model = imager.predict(&state.image)?;
     let Some((shift, sigma)) = gains.shift(model, at.u, at.v) else { return Ok((0, 0)) };
-    // The error of the shift grows with the misfit: an image that is far from the data has no better shift.
+    // The error of the shift grows with the misfit, because an image far from the data does not determine the shift better.
     let worse = state.chi2_per_datum.sqrt();
     let cells = |shift: f64, sigma: f64, limit: usize| {
         let (d, s) = (shift / grid.cell_rad, worse * sigma / grid.cell_rad);
@@ -196,6 +197,6 @@ fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (column
     image.slice_mut(s![to_m, to_l]).assign(&state.image.slice(s![from_m, from_l]));
     let moved = imager.start_at(smoothed(&image));
     state.image = moved.image;
-    // The gains would follow by a phase gradient of many turns: they are solved again from the start.
+    // After a move the gains differ by a phase gradient of many turns, so they are solved again from the start.
     gains.restart();
 }

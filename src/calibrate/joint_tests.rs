@@ -1,4 +1,4 @@
-//! A small extended scene through unknown phases, from end to end.
+//! The whole joint solution of a small extended scene with unknown phases.
 
 use super::*;
 use crate::fixtures::{positions, snapshot};
@@ -88,7 +88,7 @@ fn a_scene_comes_back_through_phases_of_which_nothing_is_known() {
         let joint = m.solution().unwrap();
         assert!(joint.state.evaluations < 200, "{}", joint.state.evaluations);
         assert!((joint.state.chi2_per_datum - 1.0).abs() < 0.1, "{}", joint.state.chi2_per_datum);
-        // The gains of the loop are those of the image: what is left is noise.
+        // The gains of the loop are those of the image, so the residual is noise.
         let chi2 = result.best().report.reduced_chi2();
         assert!((chi2 - 1.0).abs() < 0.1, "{chi2}");
     }

@@ -15,7 +15,7 @@ use num_complex::Complex64;
 
 const ZERO: Complex64 = Complex64::new(0.0, 0.0);
 const ONE: Complex64 = Complex64::new(1.0, 0.0);
-/// A condition number beyond this means that some combination of gains is not measured.
+/// With a larger condition number, some combination of gains is not measured.
 const SINGULAR: f64 = 1e12;
 
 /// Sums of the baselines between `n` antennas: `vm` Hermitian, `mm` symmetric, both \[ant, ant\], zero where there are no data.
@@ -127,7 +127,7 @@ pub(crate) fn solve_pairs(pairs: &Pairs, amplitudes: bool, max_iterations: usize
 
 /// Improve gains that are near the solution, such as those of a slightly different model.
 ///
-/// Gains that cannot be improved stay as they are.
+/// Gains that cannot be improved are not changed.
 pub(crate) fn refine_pairs(pairs: &Pairs, g: &mut Vec<Complex64>, amplitudes: bool, max_iterations: usize, tolerance: f64) {
     let mut cost = objective(pairs, g, amplitudes);
     for _ in 0..max_iterations {
@@ -140,12 +140,13 @@ pub(crate) fn refine_pairs(pairs: &Pairs, g: &mut Vec<Complex64>, amplitudes: bo
     }
 }
 
-/// The function that the iteration lowers: chi^2 for amplitudes, and its part that depends on phases for phases.
+/// The function that the iteration reduces. For amplitudes it is chi^2, for phases the part of chi^2 that depends on phases.
 fn objective(pairs: &Pairs, g: &[Complex64], amplitudes: bool) -> f64 {
     if amplitudes { pairs.cost(g) } else { -pairs.alignment(g) }
 }
 
-/// Unit gains near the solution: the better aligned of a strongest spanning tree and a leading eigenvector.
+/// Unit gains near the solution. They come from the strongest spanning tree or from the leading eigenvector, whichever is aligned better
+/// with the data.
 fn start(pairs: &Pairs) -> Option<Vec<Complex64>> {
     let tree = spanning_tree(pairs)?;
     let spectral = leading_phases(pairs, tree.clone());
@@ -185,8 +186,8 @@ fn leading_phases(pairs: &Pairs, mut g: Vec<Complex64>) -> Vec<Complex64> {
     let weight: Vec<f64> = (0..n).map(|p| (0..n).map(|q| pairs.vm(p, q).norm()).sum::<f64>().max(f64::MIN_POSITIVE).sqrt()).collect();
     for _ in 0..30 {
         let scaled: Vec<Complex64> = g.iter().zip(&weight).map(|(g, w)| g / w).collect();
-        // Adding the identity lifts the spectrum of the normalised matrix (-1 to 1) above zero, so that no negative
-        // eigenvalue makes the iteration oscillate.
+        // The identity is added to move the spectrum of the normalised matrix (-1 to 1) above zero. A negative eigenvalue would make the
+        // iteration oscillate.
         g = (0..n).map(|p| pairs.pull(p, &scaled) / weight[p] + g[p]).collect();
         let largest = g.iter().map(|g| g.norm()).fold(f64::MIN_POSITIVE, f64::max);
         g.iter_mut().for_each(|g| *g /= largest);
@@ -230,7 +231,7 @@ fn step(pairs: &Pairs, g: &[Complex64], amplitudes: bool, cost: f64) -> Option<(
     };
     let moved = |phase: &[f64], fraction: f64| -> Vec<Complex64> {
         let one = |p: usize| {
-            // Far from the solution the step of a log amplitude may be far too long.
+            // Far from the solution the step of a log amplitude may be much too long.
             let a = (log_amp[p] * fraction).clamp(-1.0, 1.0);
             g[p] * Complex64::from_polar(a.exp(), phase[p] * fraction)
         };
@@ -244,8 +245,8 @@ fn step(pairs: &Pairs, g: &[Complex64], amplitudes: bool, cost: f64) -> Option<(
         fraction * largest(&relative).max(largest(&log_amp))
     };
     let slack = 1e-13 * cost.abs();
-    // The curvature of -|vm| cos(x): first as it is, which converges quadratically even where noise pulls baselines far
-    // from alignment; then kept positive.
+    // The curvature of -|vm| cos(x). The first choice is the exact curvature, which converges quadratically even if noise moves baselines
+    // far from alignment. The second choice is limited to positive values.
     let exact = |v: Complex64| v.re;
     let positive = |v: Complex64| v.re.max(0.2 * v.norm());
     let mut fraction = 1.0;
@@ -267,12 +268,13 @@ fn step(pairs: &Pairs, g: &[Complex64], amplitudes: bool, cost: f64) -> Option<(
         if phase.is_empty() {
             return None;
         }
-        // A short step along the descent direction of both blocks always lowers chi^2, unless rounding is all that is left.
+        // A short step along the descent direction of both blocks always lowers chi^2, unless the change is smaller than the rounding
+        // errors.
         fraction *= 0.1;
         let trial = moved(&phase, fraction);
         return Some(if objective(pairs, &trial, true) <= cost + slack { (trial, size(&phase, fraction)) } else { (g.to_vec(), 0.0) });
     }
-    // |vm| bounds the curvature of every cosine, so this step cannot climb.
+    // |vm| bounds the curvature of every cosine, so this step cannot increase chi^2.
     let phase = laplacian(pairs, g, |v| v.norm())?.solve(&phase_gradient);
     Some((moved(&phase, 1.0), size(&phase, 1.0)))
 }
@@ -291,8 +293,8 @@ fn graph_matrix(n: usize, sign: f64, weight: impl Fn(usize, usize) -> f64) -> Ma
     m
 }
 
-/// The factored Laplacian of the phases. A common phase, which has no curvature, is given the mean curvature. `None` where it is
-/// not positive definite.
+/// The factored Laplacian of the phases. A common phase has no curvature; it gets the mean curvature. `None` if the matrix is not positive
+/// definite.
 fn laplacian(pairs: &Pairs, g: &[Complex64], weight: impl Fn(Complex64) -> f64) -> Option<Cholesky> {
     let mut l = graph_matrix(pairs.n, -1.0, |p, q| weight(pairs.vm(p, q) * g[p].conj() * g[q]));
     fill_null(&mut l);
@@ -433,7 +435,7 @@ pub(crate) mod tests {
             {
                 let mut g = fit.gains.clone();
                 g[p] *= nudge;
-                // The rise is quadratic, so a slope of even 1e-5 of the curvature would show.
+                // The increase is quadratic, so the test detects a slope of 1e-5 of the curvature.
                 assert!(pairs.cost(&g) > bottom, "{p} {nudge}");
             }
         }

@@ -15,7 +15,7 @@ pub trait ModelVisibilities {
     fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>>;
 }
 
-/// True for the correlations that an unpolarised model fills.
+/// True for the correlations in which an unpolarised model is not zero.
 pub(super) fn sees_unpolarized(pol: Polarization) -> bool {
     pol.is_parallel_hand() || pol == Polarization::I
 }
@@ -64,7 +64,7 @@ impl ModelVisibilities for PointModel {
     }
 }
 
-/// A second set with the same rows, such as a simulation of the model on the data's coverage.
+/// A second set with the same rows, such as a simulation of the model with the coverage of the data.
 pub struct SetModel<'a>(pub &'a mut dyn VisibilitySource);
 
 impl ModelVisibilities for SetModel<'_> {

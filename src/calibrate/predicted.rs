@@ -7,7 +7,7 @@ use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySo
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 
-/// Predictions of the rows of a set from the first on \[row, chan\], with the uvw for which they hold.
+/// Predictions for the first rows of a set \[row, chan\], with the uvw of these rows.
 #[derive(Default)]
 pub(super) struct Predicted {
     vis: Vec<Complex<f32>>,

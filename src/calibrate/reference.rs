@@ -4,8 +4,8 @@ use cittert_arrays::GainTable;
 use ndarray::Array4;
 use num_complex::Complex64;
 
-/// Antennas in the order in which they serve as reference: first those asked for that are solved somewhere, then the others by how
-/// often and how well they are solved.
+/// Antennas in the order in which they are used as reference. The requested antennas come first, if they are solved in any interval. The
+/// others follow in order of the number and quality of their solutions.
 pub(crate) fn reference_priority(flags: &Array4<bool>, quality: &Array4<f64>, wished: &[usize]) -> Vec<usize> {
     let n_ant = flags.dim().1;
     let score = |a: usize| {
@@ -21,9 +21,9 @@ pub(crate) fn reference_priority(flags: &Array4<bool>, quality: &Array4<f64>, wi
     order
 }
 
-/// Turn the phases of each solution to the first antenna of `priority` that is solved in it. The first choice gets the phase zero. A
-/// substitute keeps the phase of its last solution, so that the phases of the other antennas do not jump.
-/// Returns the number of solutions (interval and feed) with a substitute.
+/// Refer the phases of each solution to the first antenna of `priority` that is solved in it. The first choice gets the phase zero. A
+/// substitute keeps the phase of its last solution, so that the phases of the other antennas do not jump. Returns the number of solutions
+/// (interval and feed) with a substitute.
 pub(crate) fn reference_phases(table: &mut GainTable, quality: &Array4<f64>, priority: &[usize]) -> usize {
     let (n_time, n_ant, n_chan, n_feed) = table.gains.dim();
     let mut substitutes = 0;
@@ -37,7 +37,7 @@ pub(crate) fn reference_phases(table: &mut GainTable, quality: &Array4<f64>, pri
                 let chosen = if solved(first) {
                     Some(*first)
                 } else {
-                    // A substitute with an earlier phase is preferred, and among those the one with the best solution now.
+                    // A substitute with an earlier phase is preferred. Among several, the one with the best present solution is used.
                     let best = |known: bool| {
                         priority
                             .iter()

@@ -49,21 +49,23 @@ pub trait ModelMaker: ModelVisibilities {
 pub struct RoundPlan {
     /// Phases, amplitudes and phases, or delays.
     pub mode: GainMode,
-    /// How long a solution holds.
+    /// The solution interval.
     pub solint: SolutionInterval,
-    /// The model stops at this fraction of the peak of the image. It is high at first, so that errors of the uncalibrated image do not
-    /// enter the model, and lower from round to round, so that more of the source enters it. 0 leaves the depth to the maker.
+    /// The model stops at this fraction of the peak of the image. The fraction is high at first, so that errors of the uncalibrated image
+    /// do not enter the model. It decreases from round to round, so that more of the source enters the model. With 0 the maker chooses the
+    /// depth.
     pub depth: f64,
-    /// True in the last planned rounds, in which the model may go to its final depth. In all others a maker takes a short step from
-    /// its present model. Many short steps with a gain solution after each find both image and gains; a few deep images would take
-    /// errors for structure.
+    /// True in the last planned rounds, in which the model may go to its final depth. In all others a maker takes a short step from its
+    /// present model. Many short steps, each followed by a gain solution, find both image and gains. A few deep images would turn errors
+    /// into structure.
     pub last: bool,
 }
 
-/// Rounds of a mode at an interval: phases first; with amplitudes, a last third (at least one round) of amplitude and phase.
+/// Rounds of a mode at an interval. The first rounds solve for phases. With amplitudes, the last third of the rounds (at least one) solves
+/// for amplitudes and phases.
 ///
-/// With `shrink`, schedules of four phase rounds or more begin with intervals of four and two times `solint`. This helps with weak
-/// sources whose phases drift slowly. It does harm where the phases change within the longer intervals.
+/// With `shrink`, schedules of four phase rounds or more begin with intervals of four and two times `solint`. This improves the solution
+/// for weak sources whose phases drift slowly. It makes it worse where the phases change within the longer intervals.
 #[must_use]
 pub fn schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, shrink: bool) -> Vec<RoundPlan> {
     tuned_schedule(mode, solint, rounds, shrink, &SelfcalTuning::default())
@@ -85,9 +87,9 @@ pub fn tuned_schedule(mode: GainMode, solint: SolutionInterval, rounds: usize, s
                 SolutionInterval::Seconds(s) => SolutionInterval::Seconds(s * longer),
                 other => other,
             };
-            // The last two images are deep, so that the gains that are kept are solved against a deep model too.
+            // The last two images are deep, so that the final gains are solved against a deep model.
             let last = i + 1 == rounds || (rounds >= 3 && i + 2 == rounds);
-            // Each round lowers the errors severalfold, so that its image can be trusted to a lower level.
+            // Each round reduces the errors by a large factor, so its image is reliable to a lower level.
             let depth = if last { 0.0 } else { tuning.first_depth * tuning.deeper.powi(-(i.min(100) as i32) - 1) };
             RoundPlan { mode: if amp { mode } else { first }, solint, depth, last }
         })

@@ -1,7 +1,7 @@
 //! Self-calibration: gains are solved against a model, a better model is made from the calibrated data, and so on.
 //!
-//! The loop holds the gains and a [`ModelMaker`] holds the model of the sky; any deconvolver can be one. Each round solves the total
-//! gains from the raw data, never increments to earlier gains. It then gives the calibrated data to the maker, which makes the next
+//! The loop holds the gains. A [`ModelMaker`] holds the model of the sky; every deconvolver can be a model maker. Each round solves the
+//! total gains from the raw data, never increments to earlier gains. It then gives the calibrated data to the maker, which makes the next
 //! model. Rounds follow a schedule. A stage ends when its rounds no longer improve the image. The result is the best round.
 //!
 //! # Reference
@@ -22,7 +22,7 @@ use cittert_arrays::{GainTable, VisibilitySource};
 
 /// The model against which the first gains are solved.
 pub enum Start<'a> {
-    /// A point at the phase centre (or at l, m); its flux is estimated from the data where it is not given.
+    /// A point at the phase centre (or at l, m). Its flux is estimated from the data if it is not given.
     Point {
         /// Flux in the unit of the visibilities.
         flux: Option<f64>,
@@ -44,7 +44,7 @@ pub struct SelfcalOptions {
     pub solve: SolveOptions,
     /// The rounds.
     pub schedule: Vec<RoundPlan>,
-    /// When rounds count as better, and how gains are applied to the data before imaging.
+    /// The criterion for a better round, and the way in which gains are applied to the data before imaging.
     pub rounds: RoundOptions,
     /// Depth of the models and precision of the short rounds.
     pub tuning: SelfcalTuning,
@@ -57,7 +57,7 @@ impl SelfcalOptions {
         Self::of(SolveOptions { mode, solint, ..SolveOptions::default() }, RoundOptions { rounds, ..RoundOptions::default() })
     }
 
-    /// The schedule that the options of the rounds ask for.
+    /// The schedule of these options.
     #[must_use]
     pub fn of(solve: SolveOptions, rounds: RoundOptions) -> Self {
         let schedule = schedule(solve.mode, solve.solint, rounds.rounds, rounds.shrink);
@@ -76,7 +76,7 @@ pub struct RoundRecord {
     pub report: SolveReport,
     /// The image made with them.
     pub metrics: ModelMetrics,
-    /// How closure phases see the model that the gains were solved against.
+    /// Test of the model, against which the gains were solved, by the closure phases.
     pub support: ClosureSupport,
 }
 
@@ -85,7 +85,7 @@ pub struct RoundRecord {
 pub enum SelfcalStop {
     /// All rounds are done.
     Completed,
-    /// Further rounds brought no better image.
+    /// Further rounds did not improve the image.
     NoImprovement,
     /// A later round could not be solved or imaged; the reason.
     Failed(String),
@@ -106,11 +106,11 @@ impl std::fmt::Display for SelfcalStop {
 pub struct Selfcal {
     /// Every round, in order.
     pub rounds: Vec<RoundRecord>,
-    /// Index of the best round, from whose gains the images of the maker are.
+    /// Index of the best round. The images of the maker come from its gains.
     pub best: usize,
     /// Metrics of the image before any calibration, where one was made.
     pub before: Option<ModelMetrics>,
-    /// Metrics of the last image, where the best round's was made again to the full depth.
+    /// Metrics of the last image, if the image of the best round was made again to the full depth.
     pub deepened: Option<ModelMetrics>,
     /// Why it ended.
     pub stop: SelfcalStop,
@@ -188,7 +188,7 @@ pub fn selfcal(
         if idle >= options.rounds.patience {
             idle = 0;
             let stage = |p: &RoundPlan| (p.mode, p.solint);
-            // Another stage, or the deep rounds of this one, may still bring something.
+            // Another stage, or the deep rounds of this one, may still improve the image.
             let later = options.schedule.iter().skip(next).position(|p| stage(p) != stage(plan) || (p.last && !plan.last));
             match later {
                 Some(skip) => {
@@ -283,7 +283,7 @@ fn round(
     Ok(RoundRecord { plan: *plan, gains, report, metrics, support })
 }
 
-/// Sums against a point. Where its flux is not given, it is the one that explains the power of the data.
+/// Sums against a point. If its flux is not given, the flux that explains the power of the data is used.
 fn point_sums(
     data: &mut dyn VisibilitySource,
     flux: Option<f64>,
@@ -308,7 +308,7 @@ impl NormalEquations {
             noise += 2.0 * scale2 * c.mm;
             unit += c.mm * c.mm;
         }
-        // Where the power does not exceed the noise, any flux serves: that of the noise is taken.
+        // If the power does not exceed the noise, any flux is suitable. The flux of the noise is used.
         let signal = if power > noise { power - noise } else { noise };
         if unit > 0.0 && signal > 0.0 { (signal / unit).sqrt() } else { 1.0 }
     }

@@ -1,4 +1,4 @@
-//! The loop end to end, with a small direct-sum CLEAN as its model maker.
+//! Runs of the whole loop, with a small CLEAN by direct sums as model maker.
 
 use super::*;
 use crate::Result;
@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 const SIDE: usize = 21;
 const CELL: f64 = 6e-5;
 
-/// Högbom CLEAN on a grid of direct sums: slow, and without any of the machinery that the loop is to be tested apart from.
+/// Högbom CLEAN with direct sums. It is slow, but it tests the loop without the imager.
 struct TinyClean {
     components: Vec<(f64, f64, f64)>,
     kept: Vec<(f64, f64, f64)>,
@@ -167,7 +167,7 @@ fn noise_is_told_when_the_first_model_comes_from_the_data_too() {
     let (mut warned, mut false_alarms) = (0, 0);
     for seed in 0..40 {
         let noise = Scene { sigma: 1.0, seed, sources: Vec::new(), ..Scene::point(10, 6) };
-        // A low threshold lets noise peaks into the model.
+        // With a low threshold the model contains noise peaks.
         let nsigma = if seed % 2 == 0 { 1.5 } else { 30.0 };
         let run = |scene: &Scene| {
             let phase = random_phases(10, 0.5, seed);

@@ -1,21 +1,22 @@
 //! Constants of self-calibration, each with its reason.
 //!
-//! `docs/algorithms/heuristics.md` lists how far image and phases move when each is halved and doubled.
+//! `docs/algorithms/heuristics.md` lists how much image and phases change when each is halved and doubled.
 
-/// How deep the models of the rounds go, and how exactly the short rounds are made.
+/// The depths of the models in the rounds, and the accuracy of the short rounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelfcalTuning {
-    /// Depth of the first image of data that are not calibrated, as a fraction of its peak. Phase errors of half a radian scatter less
-    /// than a tenth of the peak into any other pixel of an array of a dozen antennas or more, so the model takes up none of it.
+    /// Depth of the first image of data that are not calibrated, as a fraction of its peak. Phase errors of half a radian scatter less than
+    /// a tenth of the peak into any other pixel of an array of a dozen antennas or more, so the model does not contain it.
     pub first_depth: f64,
-    /// Factor between the depths of two rounds. It is the gain of one minor cycle: deeper needs an exact residual first.
+    /// Factor between the depths of two rounds. It is the reduction of the peak in one minor cycle. A deeper cycle needs an exact residual
+    /// first.
     pub deeper: f64,
-    /// Error of the transforms in short rounds. They grid residuals, which are small against the source already.
+    /// Error of the transforms in short rounds. These rounds grid residuals, which are already small compared with the source.
     pub short_epsilon: f64,
-    /// Multiple of the noise at which short rounds stop to take points. Lower components would be noise, and gains solved against them
+    /// Multiple of the noise at which short rounds of point sources stop. Lower components would be noise, and gains solved against them
     /// would fit it.
     pub short_nsigma: f64,
-    /// Error of a prediction as a fraction of the depth of its model: well below what the model leaves out.
+    /// Error of a prediction as a fraction of the depth of its model. It is well below the flux that the model does not contain.
     pub predicted_epsilon: f64,
 }
 

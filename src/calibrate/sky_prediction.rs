@@ -17,14 +17,14 @@ pub struct Accuracy {
     pub no_w: bool,
 }
 
-/// A model of the sky as the visibilities that a set would have of it.
+/// A model of the sky, and the visibilities that a set measures of it.
 pub struct SkyPrediction<'a> {
     simulator: Simulator<'a>,
     observer: &'a dyn Observer,
 }
 
 impl<'a> SkyPrediction<'a> {
-    /// See `sky` with the array, channels and unit of `header`; correlator units are taken for Jy.
+    /// Predict `sky` with the array, channels and unit of `header`. Correlator units are treated as Jy.
     ///
     /// # Errors
     /// As [`Simulator::new`].
@@ -43,7 +43,7 @@ impl<'a> SkyPrediction<'a> {
 impl ModelVisibilities for SkyPrediction<'_> {
     fn predict(&mut self, _header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
         let mut rows = coverage.clone();
-        // Rows without a place in the u-v plane have no model: predicted at the origin, then marked.
+        // Rows whose uvw are not finite have no model. They are predicted at the origin and then marked.
         let lost: Vec<usize> = (0..rows.n_rows()).filter(|r| rows.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
         lost.iter().for_each(|r| rows.uvw_m.row_mut(*r).fill(0.0));
         let mut vis = self.simulator.block(rows, first_row as u64, self.observer)?.vis;

@@ -76,7 +76,7 @@ impl SolveReport {
 /// Gains and the report of their solution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// The gains, in the convention V = g1 conj(g2) M; flagged (and 1) where they could not be solved.
+    /// The gains, in the convention V = g1 conj(g2) M. Gains that could not be solved are flagged and have the value 1.
     pub gains: GainTable,
     /// Its numbers.
     pub report: SolveReport,

@@ -167,7 +167,7 @@ fn another_reference_takes_over_without_a_jump() {
         let jump = (s.gains.gains[(1, a, 0, 0)] * s.gains.gains[(0, a, 0, 0)].conj()).arg();
         assert!(jump.abs() < 0.08, "{a}: {jump}");
     }
-    // A reference that is never there is replaced for good, with a warning.
+    // A reference antenna that never has data is replaced in all intervals, with a warning.
     let mut data = flagged(scene.set(|_, _, _, _| cis(0.0)), |_, p, q| p == 0 || q == 0);
     let told = Recorder::default();
     let s = solve(&mut data, &mut POINT.clone(), &options, &told).unwrap();

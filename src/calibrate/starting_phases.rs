@@ -1,4 +1,4 @@
-//! Phases to start from: solved against a point, where the phases of the data are not calibrated.
+//! The starting phases. If the phases of the data are not calibrated, they are solved against a point.
 
 use super::model::PointModel;
 use super::options::SolveOptions;
@@ -27,7 +27,7 @@ pub enum StartPhases {
 const INTERVAL_S: f64 = 60.0;
 
 impl StartPhases {
-    /// True where the data have to be looked at. In `auto`, data whose every baseline resolves the field tell nothing.
+    /// True if the data must be tested. With `auto`, data in which every baseline resolves the field give no information.
     #[must_use]
     pub fn may_solve(self, shortest_wl: f64, half_field_rad: f64) -> bool {
         match self {
@@ -40,10 +40,10 @@ impl StartPhases {
 
 /// Gains of phases against a point at the phase centre; `None` where the phases of the data are kept as they are.
 ///
-/// `half_field_rad` is half the diagonal of the field: baselines that do not resolve it must see coherent phases.
+/// `half_field_rad` is half the diagonal of the field. Baselines that do not resolve it must have coherent phases.
 ///
 /// # Errors
-/// No gain could be solved, whatever the source says.
+/// No gain could be solved, or the source fails.
 pub fn starting_phases(
     source: &mut dyn VisibilitySource,
     when: StartPhases,

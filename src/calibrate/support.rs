@@ -14,11 +14,11 @@ use crate::closure::{n_pairs, pair_index};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// Significance below which the data do not support the model, in standard deviations of noise. Sums over few triangles have
-/// wide tails, and products of two halves wider ones: hence more than the usual 3.
+/// Significance below which the data do not support the model, in standard deviations of noise. The value is above the usual 3, because
+/// sums over few triangles have wide tails, and products of two halves have wider ones.
 const MODEL_LIMIT: f64 = 4.0;
 const HALVES_LIMIT: f64 = 10.0;
-/// Triangles that are used at most. Of more, every n-th interval is used.
+/// Largest number of triangles that are used. If there are more, every n-th interval is used.
 const MOST_TRIANGLES: usize = 20_000_000;
 /// Closure phases with a larger standard deviation do not enter the misfit of the model, rad.
 const CERTAIN_RAD: f64 = 0.5;
@@ -50,7 +50,7 @@ impl ClosureSupport {
         model || self.halves_sigmas.is_some_and(|z| z >= HALVES_LIMIT)
     }
 
-    /// A sentence for the user where the closure phases are those of noise.
+    /// A sentence for the user if the closure phases are those of noise.
     #[must_use]
     pub fn noise_warning(&self) -> Option<String> {
         (!self.is_signal()).then(|| {
@@ -63,7 +63,7 @@ impl ClosureSupport {
         })
     }
 
-    /// A sentence for the user where the model's closure phases are clearly not those of the data (more than 0.5 rad rms).
+    /// A sentence for the user if the closure phases of the model clearly differ from those of the data (more than 0.5 rad rms).
     #[must_use]
     pub fn misfit_warning(&self) -> Option<String> {
         self.misfit_rad.filter(|m| *m > 0.5).map(|m| {
@@ -78,7 +78,7 @@ struct Sums {
     model_var: f64,
     halves: f64,
     halves_var: f64,
-    /// Sum of 1 - cos over certain triangles, its expected value for noise alone, and the number of triangles.
+    /// Sum of 1 - cos over the triangles with little noise, its expected value for noise alone, and the number of these triangles.
     bend: f64,
     bend_noise: f64,
     bend_weight: f64,
@@ -156,7 +156,8 @@ fn triangles(n: usize, cells: &[Cell], scale2: f64) -> Sums {
                 }
                 let variance: f64 = [x, y, z].iter().map(|c| scale2 * c.mm / c.vm.norm_sqr()).sum();
                 if variance < CERTAIN_RAD * CERTAIN_RAD {
-                    // All certain triangles have equal weights, so that a bright one does not hide that the others disagree.
+                    // All triangles with a small standard deviation have equal weights, so that a bright triangle does not hide
+                    // disagreement of the others.
                     s.bend += 1.0 - product.re / product.norm();
                     s.bend_noise += 1.0 - (-variance / 2.0).exp();
                     s.bend_weight += 1.0;
@@ -189,7 +190,7 @@ mod tests {
             let options = SolveOptions { solint, ..SolveOptions::default() };
             let (mut noise_passes, mut source_fails) = (0, 0);
             for seed in 0..100 {
-                // All samples of the n - 1 baselines of an antenna together give it SNR 20.
+                // All samples of the n - 1 baselines of an antenna together give a signal to noise ratio of 20.
                 let sigma = ((n - 1) as f64 * f64::from(times)).sqrt() / 20.0;
                 let source = Scene { sigma, seed, ..Scene::point(n, times as usize) };
                 let noise = Scene { sources: Vec::new(), ..source.clone() };

@@ -41,7 +41,7 @@ struct Row {
 /// One gain problem: an interval, a group of channels and a feed.
 #[derive(Debug, Clone)]
 struct Problem {
-    /// Place of each antenna among those that are solved \[ant\].
+    /// Index of each antenna among those that are solved \[ant\].
     place: Vec<Option<u32>>,
     active: usize,
     /// Gains of the antennas that are solved; empty before the first solution.
@@ -50,7 +50,7 @@ struct Problem {
 
 /// The data of a set with unknown gains: a [`VisibilityTerm`] over the flat list row by row, channel by channel.
 ///
-/// Every parallel hand measures the same unpolarised model. Antennas that cannot be solved in an interval take no part there.
+/// Every parallel hand measures the same unpolarised model. Antennas that cannot be solved in an interval are not used there.
 #[derive(Debug)]
 pub struct UnknownGains {
     rows: Vec<Row>,
@@ -62,7 +62,7 @@ pub struct UnknownGains {
     n_feed: usize,
     /// \[row, chan, hand\].
     vis: Vec<Complex32>,
-    /// \[row, chan, hand\]; 0 where there is nothing to be used.
+    /// \[row, chan, hand\]; 0 for data that are not used.
     weight: Vec<f32>,
     amplitudes: bool,
     data: usize,
@@ -116,7 +116,7 @@ impl UnknownGainsBuilder {
         })
     }
 
-    /// Add a block; returns which of its rows were taken: autocorrelations and rows without data are not.
+    /// Add a block. Returns the rows that were used, which are all rows except autocorrelations and rows without data.
     ///
     /// # Errors
     /// An interval shorter than an integration, an antenna that the header does not have.
@@ -205,7 +205,7 @@ impl UnknownGainsBuilder {
                 Problem { place, active: active as usize, gains: Vec::new() }
             })
             .collect();
-        // Data of an antenna without a solution are not calibrated, so they take no part.
+        // Data of an antenna without a solution are not calibrated, so they are not used.
         let mut used = 0_usize;
         for r in 0..term.rows.len() {
             let row = term.rows[r];
@@ -299,14 +299,14 @@ impl UnknownGains {
     /// The shift of the image, in the unit that makes `u` and `v` \[n\] cycles, that fits the data best with free gains,
     /// and its standard deviation; `None` where the data do not determine it.
     ///
-    /// Gains take up any shift of a single channel in a single moment. Over a band or a rotation of the Earth they cannot:
-    /// a shift moves phases in proportion to frequency, and gains of the whole band do not follow.
+    /// Gains can absorb every shift of a single channel at a single time. They cannot absorb a shift over a band or a rotation of the
+    /// Earth: a shift changes phases in proportion to the frequency, and gains of the whole band are constant.
     #[must_use]
     pub fn shift(&self, model: &[Complex64], u: &[f64], v: &[f64]) -> Option<([f64; 2], [f64; 2])> {
         let problems = self.solve(model);
         let n = self.n_group * self.n_feed;
         let mut s = [0.0; 5];
-        // For each baseline and problem: the parts of the derivatives by the shifts, and of the residual, that a phase takes up.
+        // For each baseline and problem: the parts of the shift derivatives and of the residual that a change of the phase can absorb.
         let mut phase: BTreeMap<(u32, u32, usize), [f64; 4]> = BTreeMap::new();
         for (r, row) in self.rows.iter().enumerate() {
             let first = r * self.n_chan;
@@ -333,7 +333,7 @@ impl UnknownGains {
             s.iter_mut().zip(less).for_each(|(s, l)| *s -= l / p[0]);
         }
         let det = s[0] * s[2] - s[1] * s[1];
-        // Where phases take up the shift completely, only rounding errors are left.
+        // If the phases can absorb the shift completely, only rounding errors remain.
         if !(det > 1e-9 * s[0] * s[2] && s[0] > 1e-9 * whole[0] && s[2] > 1e-9 * whole[1]) {
             return None;
         }
@@ -342,7 +342,7 @@ impl UnknownGains {
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Problem>> {
-        // After a panic elsewhere the gains are only a worse start.
+        // After a panic in another thread the gains are still a valid start.
         self.problems.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -432,7 +432,7 @@ impl Problem {
     }
 }
 
-/// Shared, so that the objective of the image and the reader of the gains hold the same term.
+/// The term is shared, because the objective of the image and the code that reads the gains use the same one.
 impl VisibilityTerm for Arc<UnknownGains> {
     fn name(&self) -> &'static str {
         self.as_ref().name()
@@ -476,7 +476,7 @@ impl VisibilityTerm for UnknownGains {
                 chi2
             })
             .collect();
-        // Summed in order, so that any number of threads gives the same value.
+        // The sum has a fixed order, so that it is the same for any number of threads.
         sums.iter().sum()
     }
 }

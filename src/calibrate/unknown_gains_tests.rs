@@ -72,7 +72,7 @@ fn with_the_true_model_chi_squared_is_the_number_of_data_and_the_gains_are_taken
     assert!((chi2 / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt(), "{chi2} {n}");
     let seen = t.calibrated(&truth);
     let error: f64 = seen.iter().zip(&truth).map(|(s, t)| (Complex64::new(s.re.into(), s.im.into()) - t).norm_sqr()).sum::<f64>();
-    // Two hands are averaged, and gains above 1 make the calibrated data quieter.
+    // Two hands are averaged, and gains above 1 reduce the noise of the calibrated data.
     let rms = (error / truth.len() as f64).sqrt();
     assert!(rms < 0.02 && rms > 0.01, "{rms}");
 }
@@ -89,7 +89,7 @@ fn a_shift_is_seen_through_unknown_gains_where_the_band_or_the_rotation_tells() 
     let (shift, sigma) = t.shift(&wrong, &u, &v).unwrap();
     assert!((shift[0] - 2e-7).abs() < 1e-8 && (shift[1] + 1e-7).abs() < 1e-8, "{shift:?}");
     assert!(sigma.iter().all(|s| *s < 1e-8), "{sigma:?}");
-    // One channel and one solution for each integration: gains take up the shift.
+    // With one channel and one solution for each integration, the gains absorb the shift.
     (s.n_chan, s.pols) = (1, vec![Polarization::I]);
     let set = s.set(|_, p, _, _| cis(phases[p]));
     let (wrong, u, v) = model(&set, &moved);
@@ -103,7 +103,7 @@ fn flagged_data_and_antennas_that_cannot_be_solved_take_no_part() {
     let mut worse = set.clone();
     for row in 0..worse.data.n_rows() {
         let (p, q) = (worse.data.coverage.ant1[row], worse.data.coverage.ant2[row]);
-        // Antenna 6 keeps two baselines, in which nonsense shows if it leaks.
+        // Antenna 6 keeps two baselines with wrong data. The test fails if these data are used.
         if q == 6 && p > 1 {
             worse.data.flags.slice_mut(ndarray::s![row, .., ..]).fill(true);
         } else if q == 6 {

@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 const SMALL_PHASE: f64 = 0.1;
 /// Visibilities below this many sigmas do not count.
 const SIGNIFICANT: f64 = 5.0;
-/// Fewer visibilities than this are too few for a judgement.
+/// Smallest number of visibilities for a decision.
 const FEWEST: u64 = 10;
 
 /// The visibilities of the baselines that do not resolve a field.
@@ -33,7 +33,7 @@ impl Unresolved {
     }
 }
 
-/// True where a baseline of this length in wavelengths resolves a field, so that its phases may be anything.
+/// True if a baseline of this length in wavelengths resolves a field. Its visibilities may then have any phase.
 #[must_use]
 pub fn resolves(length_wl: f64, half_field_rad: f64) -> bool {
     2.0 * PI * length_wl * half_field_rad > SMALL_PHASE
@@ -88,7 +88,7 @@ mod tests {
         let mut bad = scene.set(|_, a, _, _| cis(2.1 * a as f64));
         let seen = unresolved_phases(&mut bad, 1e-9).unwrap();
         assert!(seen.is_incoherent(), "{seen:?}");
-        // In a field that its baselines resolve, phases may be anything.
+        // If the baselines resolve the field, the phases can have any value.
         assert_eq!(unresolved_phases(&mut bad, 0.9).unwrap().count, 0);
     }
 }

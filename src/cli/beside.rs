@@ -69,8 +69,8 @@ impl Beside {
     }
 }
 
-/// The name under which a column is kept: its own, or `corrected` for the residual where the format has no column of its own for it, as in
-/// CASA's uvsub.
+/// The column in which a column is stored: the same one, or `corrected` for the residual if the format has no column for it, as in uvsub of
+/// CASA.
 pub(super) fn place_of(column: VisColumn, free: impl Fn(VisColumn) -> bool) -> Option<VisColumn> {
     let other = if column == VisColumn::Residual { Some(VisColumn::Corrected) } else { None };
     [Some(column), other].into_iter().flatten().find(|c| free(*c))

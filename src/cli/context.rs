@@ -1,4 +1,4 @@
-//! What every subcommand shares: the options of the whole program, and the form of a result.
+//! Parts that all subcommands share: the options of the whole program, and the form of a result.
 
 use super::console::Console;
 use super::failure::Result;
@@ -44,7 +44,7 @@ pub struct Context {
     pub subcommands: Subcommands,
 }
 
-/// The way to other subcommands. The table of subcommands lies above all of them, so `run` gets it as two functions.
+/// Access to the other subcommands. A subcommand must not use the table of subcommands, so `run` receives it as two functions.
 #[derive(Debug, Clone, Copy)]
 pub struct Subcommands {
     /// Check the words of a command line without running them.

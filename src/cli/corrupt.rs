@@ -110,7 +110,7 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     Ok(Outcome::new(json, text).wrote(path).wrote(gains_path))
 }
 
-/// Rms phase, rms of amplitude less 1, and number of flagged gains.
+/// Rms phase, rms of amplitude minus 1, and number of flagged gains.
 fn sizes(table: &GainTable) -> (f64, f64, usize) {
     let good = || table.gains.iter().zip(&table.flags).filter(|(_, f)| !**f).map(|(g, _)| g);
     let n = good().count().max(1) as f64;

@@ -30,7 +30,7 @@ impl Failure {
         Self { kind: Kind::Usage(message.into()) }
     }
 
-    /// The call was wrong, as the library says of an option: exit code 2.
+    /// The library has found an option that is wrong: exit code 2.
     #[must_use]
     pub fn call(error: crate::ChainError) -> Self {
         match error {

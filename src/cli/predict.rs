@@ -1,4 +1,4 @@
-//! `predict`: the visibilities of a model on the rows of a set, or what is left of the data without them.
+//! `predict`: the visibilities of a model for the rows of a set, or the data minus these visibilities.
 
 use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
@@ -55,7 +55,7 @@ pub(super) fn load_model(path: &Path, header: &VisibilityHeader, context: &Conte
 struct Into {
     /// Those that the input has already.
     beside: Beside,
-    /// What is predicted, and the column that it goes to.
+    /// Each quantity that is written, and its column in the output.
     columns: Vec<(VisColumn, VisColumn)>,
 }
 
@@ -94,7 +94,7 @@ impl Into {
 /// Predict a model on the rows of a set and write it, or the residual.
 ///
 /// # Errors
-/// Anything wrong with the files, the options or the disk.
+/// A file or an option is wrong, or an error of the file system.
 pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     args.out.check(path)?;

@@ -79,7 +79,7 @@ pub(super) struct StudySelfcalSection {
 
 /// A type of options that a section holds.
 pub(super) trait Options: DeserializeOwned + JsonSchema {
-    /// The keys that must be there, with values that are allowed. The check of one key needs them.
+    /// The required keys, with valid values. They are needed when a single key is checked.
     const REQUIRED: &'static str = "";
 }
 
@@ -177,7 +177,7 @@ impl<'de, T: Options> DeserializeSeed<'de> for Checked<'_, T> {
 /// The JSON schema of a file.
 ///
 /// # Errors
-/// None that a schema could cause.
+/// None in practice: the schema is JSON.
 pub(super) fn schema<T: JsonSchema>() -> super::failure::Result<Outcome> {
     let schema = serde_json::to_value(schemars::schema_for!(T))?;
     let text = serde_json::to_string_pretty(&schema)?;

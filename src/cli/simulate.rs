@@ -1,4 +1,4 @@
-//! `simulate`: visibilities of a scene seen by an array.
+//! `simulate`: the visibilities that an array measures of a scene.
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};

@@ -114,7 +114,7 @@ impl Collector<'_> {
         self.held.values().map(|b| b.integrations.len()).sum::<usize>() * each
     }
 
-    /// Give the oldest bins to `work` while too much is held. The newest bin stays, since it may still grow.
+    /// Give the oldest bins to `work` while the bins take too much memory. The newest bin is kept, because it may still receive samples.
     fn release_if_large(&mut self, work: &mut dyn FnMut(&Bin) -> Result<()>) -> Result<()> {
         while self.held.len() > 1 && self.held_bytes() > MemoryBudget::default().waiting_rows() {
             if let Some((key, bin)) = self.held.pop_first() {

@@ -16,7 +16,7 @@ use crate::{ChainError, Result};
 use cittert_arrays::VisibilitySource;
 use num_complex::Complex64;
 
-/// Standard deviation of a phase that may be anything, pi / sqrt(3) rad.
+/// Standard deviation of a uniformly random phase, pi / sqrt(3) rad.
 const UNKNOWN_PHASE_RAD: f64 = 1.813_799_364_234_218;
 
 /// arg(V_ab V_bc V_ca) for antennas a, b, c.
@@ -28,7 +28,7 @@ pub struct ClosurePhase {
     pub antennas: [usize; 3],
     /// The phase, rad.
     pub phase_rad: f64,
-    /// Its standard deviation, rad; at most pi / sqrt(3), that of a phase that may be anything.
+    /// Its standard deviation, rad. It is at most pi / sqrt(3), that of a uniformly random phase.
     pub sigma_rad: f64,
     /// Cube root of the modulus of the mean bispectrum, in the unit of the visibilities.
     pub amplitude: f64,
@@ -50,8 +50,8 @@ pub struct ClosureAmplitude {
 /// Form the closure phases of a set and give them to `emit` one by one, in order of time.
 ///
 /// # Errors
-/// Fewer than 3 antennas, an interval shorter than an integration, a set too large to hold whose rows are not in order of
-/// time, or an error of source or `emit`.
+/// There are fewer than 3 antennas, an interval is shorter than an integration, the rows of a set larger than the memory are not in order
+/// of time, or the source or `emit` fails.
 pub fn closure_phases(
     source: &mut dyn VisibilitySource,
     options: &ClosureOptions,

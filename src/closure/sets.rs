@@ -68,7 +68,7 @@ fn minimal_triangles(links: &Links, preferred: &[usize]) -> Vec<[usize; 3]> {
     })
 }
 
-/// The quantities that close the open baselines one by one, each over baselines that are done, as `find` gives them.
+/// The quantities that close the open baselines one by one. Each uses only baselines that are closed already, and `find` finds it.
 fn close_over<const K: usize>(
     mut done: Links,
     mut open: Vec<(usize, usize)>,
@@ -87,7 +87,7 @@ fn close_over<const K: usize>(
             break;
         }
         if out.len() == before {
-            // No combination reaches these baselines yet: take one as given and continue from it.
+            // No combination reaches these baselines yet. One of them is counted as closed, and the search continues from it.
             let (p, q) = open.remove(0);
             done.set(p, q);
         }
@@ -115,7 +115,7 @@ pub(crate) fn quadrangles(links: &Links, set: ClosureSet, preferred: &[usize]) -
     }
     let mut done = spanning_forest(links, preferred);
     let mut open = remaining(links, &done);
-    // With one odd loop single amplitudes follow from the tree, and not only their ratios.
+    // With one odd loop the tree determines single amplitudes, and not only their ratios.
     if let Some(i) = open.iter().position(|(p, q)| preferred.iter().any(|r| done.has(*r, *p) && done.has(*r, *q))) {
         let (p, q) = open.remove(i);
         done.set(p, q);
@@ -129,7 +129,7 @@ pub(crate) fn quadrangles(links: &Links, set: ClosureSet, preferred: &[usize]) -
     })
 }
 
-/// A spanning tree of each connected group, stars around preferred antennas as far as they reach.
+/// A spanning tree of each connected group. As far as possible it consists of stars around the preferred antennas.
 fn spanning_forest(links: &Links, preferred: &[usize]) -> Links {
     let mut tree = Links::new(links.n);
     let mut seen = vec![false; links.n];

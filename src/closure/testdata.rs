@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 
 pub(crate) const T0_JD: f64 = 2_460_310.5;
 
-/// What to simulate: antennas at random in a disc of 1 km that turns under the sky, point sources (l, m, flux).
+/// The set to simulate: random antennas in a disc of 1 km that rotates under the sky, and point sources (l, m, flux).
 #[derive(Clone)]
 pub(crate) struct Scene {
     pub(crate) n_ant: usize,

@@ -43,7 +43,7 @@ impl FromStr for SolutionInterval {
     }
 }
 
-/// Numbers the intervals of time; the first row that is asked for fixes the start.
+/// Numbers the time intervals. The first integration that is given to [`Self::key`] is the start of interval 0.
 #[derive(Debug, Clone)]
 pub(crate) struct TimeBins {
     solint: SolutionInterval,

@@ -9,7 +9,7 @@ use num_complex::Complex;
 #[derive(Debug, Clone)]
 pub struct Amplitudes {
     amplitude: Vec<f64>,
-    /// 1 / variance, 0 for data that take no part \[n\].
+    /// 1 / variance \[n\]; 0 for data that are not used.
     weight: Vec<f64>,
     used: usize,
 }
@@ -19,7 +19,7 @@ impl Amplitudes {
     /// relative error of every amplitude, added in quadrature.
     ///
     /// # Errors
-    /// Nothing that may be used, a fraction that is negative or not finite.
+    /// No entry can be used, or the fraction is negative or not finite.
     ///
     /// # Reference
     /// Thompson, Moran & Swenson 2017, eq. 9.33; Chael et al. 2018, ApJ 857, 23, eq. 9.
@@ -98,7 +98,7 @@ mod tests {
         let term = Amplitudes::new(&noisy, &vec![true; s.len()], 0.0).unwrap();
         let bias = |a: &dyn Fn(usize) -> f64| (0..s.len()).map(|k| a(k) / s.sigma()[k] - 5.0).sum::<f64>() / s.len() as f64;
         let (raw, debiased) = (bias(&|k| noisy.vis()[k].norm()), bias(&|k| term.amplitude[k]));
-        // 1 / (2 x 5) sigma before; what is left is of third order, and the scatter of the mean is 1 / sqrt(n).
+        // The bias is 1 / (2 x 5) sigma without the correction. With it the bias is of third order. The scatter of the mean is 1 / sqrt(n).
         assert!((raw - 0.1).abs() < 0.03 && debiased.abs() < 0.03, "{raw} {debiased} of {}", s.len());
     }
 }

@@ -18,9 +18,9 @@ pub struct ClosureAmplitudes {
 const SIGNS: [f64; 4] = [1.0, 1.0, -1.0, -1.0];
 
 impl ClosureAmplitudes {
-    /// The log closure amplitudes of every moment, on the entries that `used` \[n\] admits. Their variance is the sum of
-    /// sigma^2 / |V|^2 over the four sides. A minimal set is built on the antenna with the most information. In a set of all quadrangles
-    /// the weight of each is reduced by the ratio of independent quadrangles to all.
+    /// The log closure amplitudes of every time, from the entries that `used` \[n\] marks. Their variance is the sum of sigma^2 / |V|^2
+    /// over the four sides. A minimal set is formed around the antenna with the most information. In a set of all quadrangles the weight of
+    /// each is multiplied by the ratio of independent quadrangles to all.
     ///
     /// # Errors
     /// No quadrangle with data.

@@ -1,8 +1,8 @@
 //! Exact transforms between small images and few visibilities.
 //!
-//! exp(2 pi i (u l + v m)) is a product, and the cells lie symmetrically about the centre: the sum over l needs the cosine of the even
-//! part and the sine of the odd part of a row only. Both are stored once. For a few hundred visibilities and up to 128 x 128 cells the
-//! two small matrix products stay in cache and beat any gridding.
+//! exp(2 pi i (u l + v m)) is a product, and the cells lie symmetrically about the centre: the sum over l needs only the cosine of the even
+//! part and the sine of the odd part of a row. Both are stored once. For a few hundred visibilities and up to 128 x 128 cells the two small
+//! matrix products stay in cache and are faster than gridding.
 
 use cittert_arrays::SkyGrid;
 use num_complex::Complex64;
@@ -55,10 +55,12 @@ impl Panels {
     }
 }
 
-/// Rows of the left factor that go through a panel together, so that the sums need not wait for each other.
+/// Number of rows of the left factor that are multiplied with a panel together. Their sums are independent, so the processor can compute
+/// them at the same time.
 const ROWS: usize = 4;
 
-/// Some rows of the left factor times a panel. Plain indices: iterators would stay calls where the machine's features are switched on.
+/// Some rows of the left factor times a panel. The loops use plain indices, because iterators are not inlined into functions with target
+/// features.
 #[inline(always)]
 fn rows_times_panel<const N: usize, const FUSED: bool>(left: &[f64], k: usize, panel: &[f64], out: &mut [f64], width: usize) {
     let mut sums = [[0.0; PANEL]; N];
@@ -111,7 +113,7 @@ fn product(fused: bool, left: &[f64], right: &Panels) -> Vec<f64> {
     let mut out = vec![0.0; left.len() / right.rows.max(1) * right.width()];
     #[cfg(target_arch = "x86_64")]
     if fused {
-        // SAFETY: `fused` is true only where the machine was asked.
+        // SAFETY: `fused` is true only if the machine was found to have these instructions.
         unsafe { product_fused(left, right, &mut out) };
         return out;
     }
@@ -144,7 +146,8 @@ impl SmallDft {
         let (n_l, n_m, n_vis) = (grid.n_l, grid.n_m, uv.len());
         let half = n_l.div_ceil(2);
         let dl = grid.l_at(1.0) - grid.l_at(0.0);
-        // Column n_l - 1 - h is at -(h + 1/2), column n_l - half + h' on the other side; an odd number has one at 0 which counts once.
+        // Column n_l - 1 - h is at -(h + 1/2), and column n_l - half + h' is on the other side. An odd number of columns has one at 0,
+        // which counts once.
         let offset = if n_l % 2 == 0 { 0.5 } else { 0.0 };
         let middle = grid.l_at((n_l as f64 - 1.0) / 2.0);
         let turn = |h: usize, k: usize| TAU * (uv[k][0] * dl * (h as f64 + offset)).rem_euclid(1.0);
@@ -169,7 +172,7 @@ impl SmallDft {
         self.n_l.div_ceil(2)
     }
 
-    /// The pair of columns at distance h from the centre: towards growing columns, and away.
+    /// The pair of columns at distance h from the centre: the one with the larger index, and the one with the smaller index.
     fn columns(&self, h: usize) -> (usize, usize) {
         (self.n_l / 2 + h, (self.n_l - 1) / 2 - h)
     }

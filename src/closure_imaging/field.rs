@@ -1,4 +1,5 @@
-//! The field as the coverage and the amplitudes show it: its grid, the baselines that measure only its total flux, and its size.
+//! Properties of the field that follow from the coverage and the amplitudes: its grid, the baselines that measure only its total flux, and
+//! its size.
 
 use super::gather::SparseSet;
 use super::options::ClosureImagingOptions;
@@ -7,9 +8,9 @@ use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{SkyFrame, SkyGrid};
 
-/// Which baselines join co-located antennas \[n\]: these measure the total flux and resolve nothing.
+/// True for baselines between co-located antennas \[n\]. They measure the total flux and do not resolve the source.
 ///
-/// A gap in the lengths shows them: the shortest of all other baselines is many times longer.
+/// They are recognised by a gap in the lengths: the shortest of all other baselines is many times longer.
 #[must_use]
 pub fn co_located(set: &SparseSet, tuning: &ClosureImagingControl) -> Vec<bool> {
     let lengths = set.lengths_wl();
@@ -31,7 +32,7 @@ pub(super) fn median(mut list: Vec<f64>) -> Option<f64> {
 /// baseline measures.
 ///
 /// # Errors
-/// No baseline longer than 0, a grid that cannot be.
+/// All baselines have length 0, or the grid is not valid.
 pub fn choose_grid(
     set: &SparseSet,
     short: &[bool],
@@ -65,8 +66,8 @@ pub fn choose_grid(
     Ok(grid)
 }
 
-/// Width of the circular Gaussian that the amplitudes of the shorter half of the baselines fit, rad; `None` where they do not fall with
-/// length. The fit is linear in ln|V| and u^2 + v^2, each amplitude counting for at most its tenth.
+/// Width of the circular Gaussian that the amplitudes of the shorter half of the baselines fit, rad; `None` if they do not decrease with
+/// length. The fit is linear in ln|V| and u^2 + v^2, and a relative error of a tenth is added to the error of each amplitude in quadrature.
 #[must_use]
 pub fn fitted_fwhm(set: &SparseSet, short: &[bool]) -> Option<f64> {
     let lengths = set.lengths_wl();
@@ -89,8 +90,8 @@ pub fn fitted_fwhm(set: &SparseSet, short: &[bool]) -> Option<f64> {
     (slope < 0.0).then(|| (-slope * 4.0 * std::f64::consts::LN_2).sqrt() / (std::f64::consts::PI * longest))
 }
 
-/// A circular Gaussian of total flux `flux` \[m * l\] in the middle, with a thousandth of it one width up and to the left: at a symmetric
-/// image the gradient of the closure phases is zero, so that no step would start.
+/// A circular Gaussian of total flux `flux` \[m * l\] in the middle, with a thousandth of the flux one width up and to the left. For a
+/// symmetric image the gradient of the closure phases is zero, and the solver would not move.
 #[must_use]
 pub fn gaussian(grid: &SkyGrid, fwhm_rad: f64, flux: f64) -> Vec<f64> {
     let middle = |n: usize| (n as f64 - 1.0) / 2.0;

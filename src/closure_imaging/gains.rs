@@ -1,7 +1,7 @@
-//! Complex gains of the antennas in every moment, given the image.
+//! Complex gains of the antennas at every time, given the image.
 //!
-//! Amplitudes are the posterior means of the log gains (see [`StationAmplitudes`](super::station_term::StationAmplitudes)); phases
-//! maximise sum w Re(V conj(M) e^(-i(phi_p - phi_q))), one antenna after the other, each step the exact maximum for its antenna.
+//! Amplitudes are the posterior means of the log gains (see [`StationAmplitudes`](super::station_term::StationAmplitudes)); phases maximise
+//! sum w Re(V conj(M) e^(-i(phi_p - phi_q))), one antenna after the other. Each step is the exact maximum for its antenna.
 
 use super::samples::Samples;
 use super::station_term::LogGains;
@@ -27,7 +27,7 @@ impl StationGains {
         let n = samples.n_ant();
         let gains = samples.moments().iter().enumerate().map(|(t, moment)| {
             let mut phasor: Vec<Option<Complex64>> = vec![None; n];
-            // Weighted data against the model, from either end of each baseline.
+            // Weighted products of data and conjugate model, for both antennas of each baseline.
             let mut links: Vec<Vec<(usize, Complex64)>> = vec![Vec::new(); n];
             for k in moment.clone() {
                 let (p, q) = samples.pairs()[k];
@@ -35,7 +35,7 @@ impl StationGains {
                 links[p].push((q, z));
                 links[q].push((p, z.conj()));
             }
-            // Antennas are added from the best one outward, so that every phase starts near the value that its data give.
+            // Antennas are added one by one, starting from the best one, so that every phase starts near its solution.
             let order: Vec<usize> = samples.by_information(moment).into_iter().filter(|a| !links[*a].is_empty()).collect();
             let mut left = order.clone();
             while !left.is_empty() {

@@ -26,9 +26,9 @@ struct Sum {
     wuv: [f64; 2],
 }
 
-/// Samples at most: the transform is direct, and its cost grows with samples times cells.
+/// Largest number of samples. The transform is direct, and its time grows with the number of samples times the number of cells.
 const MOST_SAMPLES: usize = 50_000;
-/// A pause longer than this many times the usual step of time ends a scan.
+/// A pause longer than this many usual time steps ends a scan.
 const PAUSE: f64 = 6.0;
 /// Longest scan that is averaged into one datum, s.
 const LONGEST_SCAN_S: f64 = 600.0;
@@ -74,12 +74,12 @@ struct Datum {
 }
 
 impl SparseSet {
-    /// Read a set: `polarization` is imaged, `systematic` is the part of every amplitude by which its error is at least raised, in
+    /// Read a set. `polarization` is the product to image. `systematic` is the fraction of every amplitude that is added to its error in
     /// quadrature.
     ///
     /// # Errors
-    /// A source that cannot be read, several phase centres, no usable datum, more data after averaging than a direct transform should
-    /// be asked for, a fraction outside 0..1.
+    /// The source cannot be read, it has several phase centres or no usable datum, it has too many data after averaging for a direct
+    /// transform, or the fraction is outside 0..1.
     pub fn gather(
         source: &mut dyn VisibilitySource,
         polarization: Polarization,
@@ -153,7 +153,7 @@ impl SparseSet {
     /// Keep the entries that `keep` \[n\] marks.
     ///
     /// # Errors
-    /// Nothing is kept.
+    /// No entry is kept.
     pub fn retain(&mut self, keep: &[bool]) -> Result<()> {
         let s = &self.samples;
         let kept: Vec<usize> = (0..s.len()).filter(|k| keep[*k]).collect();

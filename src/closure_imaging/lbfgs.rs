@@ -1,7 +1,7 @@
 //! Limited-memory quasi-Newton minimisation, value and gradient together.
 //!
-//! The solvers of argmin ask for value and gradient separately, which doubles the number of transforms. This one asks once for both and
-//! accepts most steps at the first try.
+//! The solvers of argmin ask for value and gradient separately, which doubles the number of transforms. This solver evaluates both together
+//! and accepts most steps at the first trial.
 //!
 //! # Reference
 //! Nocedal & Wright 2006, Numerical Optimization, algorithms 7.4 and 7.5 (two loops), 3.5 and 3.6 (strong Wolfe conditions).
@@ -32,7 +32,7 @@ const CURVATURE: f64 = 0.9;
 /// Evaluations that a line search may take.
 const TRIES: usize = 20;
 
-/// In eight partial sums, so that the additions need not wait for each other.
+/// The sum consists of eight independent partial sums, which the processor can compute at the same time.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];
@@ -125,7 +125,7 @@ fn downhill(memory: &VecDeque<Pair>, gradient: &[f64]) -> Vec<f64> {
     q
 }
 
-/// A step that meets the strong Wolfe conditions, or at least goes down; `None` where neither is found.
+/// A step that meets the strong Wolfe conditions, or at least decreases the value. `None` if there is no such step.
 fn search(
     start: &State,
     direction: &[f64],
@@ -153,7 +153,7 @@ fn search(
             if now.slope.abs() <= -CURVATURE * start.slope {
                 return Some(now);
             }
-            // The minimum lies between the new lowest point and the side to which it falls.
+            // The minimum lies between the new lowest point and the end towards which the value decreases.
             let turns = now.slope * (high.as_ref().map_or(1.0, |h| h.step) - now.step);
             let beyond = high.is_none() && now.slope > 0.0;
             if beyond || (high.is_some() && turns >= 0.0) {
@@ -170,7 +170,7 @@ fn search(
     (low.step > 0.0).then_some(low)
 }
 
-/// The minimum of the cubic through two points and their slopes, kept away from both.
+/// The minimum of the cubic through two points and their slopes, limited to a range inside the two points.
 fn between(low: &State, high: &State) -> f64 {
     let width = high.step - low.step;
     let cubic = if high.value.is_finite() {

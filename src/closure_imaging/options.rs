@@ -243,14 +243,14 @@ impl ClosureImagingOptions {
         Ok(())
     }
 
-    /// The terms: amplitudes and closure phases where none are given.
+    /// The terms. The default is amplitudes and closure phases.
     #[must_use]
     pub fn terms(&self) -> &[(Term, f64)] {
         const USUAL: &[(Term, f64)] = &[(Term::Amplitude, 1.0), (Term::ClosurePhase, 1.0)];
         self.terms.as_ref().map_or(USUAL, |t| &t.0)
     }
 
-    /// Weight of a term, 0 where it is not asked for.
+    /// Weight of a term, 0 if it is not selected.
     #[must_use]
     pub fn weight(&self, term: Term) -> f64 {
         self.terms().iter().find(|(t, _)| *t == term).map_or(0.0, |(_, w)| *w)

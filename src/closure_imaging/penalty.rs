@@ -1,7 +1,7 @@
 //! Penalties on a small image: departure from the prior, roughness, departure of the total flux, departure of the centroid from the middle.
 //!
-//! Each is dimensionless: it is divided by powers of the total flux F and of the pixels in a resolution element. The same weights therefore
-//! serve any source, cell and array.
+//! Each is dimensionless: it is divided by powers of the total flux F and of the pixels in a resolution element. The same weights are
+//! therefore suitable for any source, cell and array.
 
 /// Weights of the penalties.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +14,8 @@ pub struct PenaltyWeights {
     pub tv2: f64,
     /// Departure of the total flux, squared, over F^2.
     pub flux: f64,
-    /// Departure of the centroid from the middle in resolutions, squared: closure phases leave the position open.
+    /// Squared distance of the centroid from the middle, in units of the resolution. It is needed because closure phases do not determine
+    /// the position.
     pub centroid: f64,
 }
 
@@ -38,7 +39,7 @@ pub(super) struct Penalty {
     pub cells: f64,
 }
 
-/// Rounds the corner of the total variation, as a fraction of the mean brightness: small enough to leave edges as they are.
+/// Smoothing of the total variation near zero, as a fraction of the mean brightness. It is small enough not to change edges.
 const CORNER: f64 = 1e-3;
 
 impl Penalty {

@@ -30,9 +30,9 @@ pub struct ClosurePhases {
 }
 
 impl ClosurePhases {
-    /// The closure phases of every moment, on the entries that `used` \[n\] admits. Their variance is the sum of sigma^2 / |V|^2 over
-    /// the three sides. A minimal set is built on the antenna with the most information; with all triangles each weighs as much less
-    /// as there are more of them than independent ones.
+    /// The closure phases of every time, from the entries that `used` \[n\] marks. Their variance is the sum of sigma^2 / |V|^2 over the
+    /// three sides. A minimal set is formed around the antenna with the most information. With all triangles, the weight of each is
+    /// multiplied by the number of independent triangles divided by the number of all triangles.
     ///
     /// # Errors
     /// No triangle with data.
@@ -147,7 +147,8 @@ mod tests {
             for set in [ClosureSet::Minimal, ClosureSet::All] {
                 let t = term(&noisy, set, form);
                 let each = chi2(&t, s.vis()) / t.data() as f64;
-                // All triangles share their noise: the mean stays, its scatter over 4,000 data is below 0.04.
+                // With all triangles the noise of the closure phases is correlated. The mean does not change. Its scatter over 4,000 data
+                // is below 0.04.
                 assert!((each - 1.0).abs() < 0.05, "{form:?} {set:?} {each}");
             }
         }

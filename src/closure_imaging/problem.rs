@@ -5,14 +5,14 @@ use super::penalty::Penalty;
 use crate::misfit::VisibilityTerm;
 use num_complex::Complex64;
 
-/// The sum of weighted terms of chi squared a datum and of the penalties.
+/// The weighted sum of the terms (chi squared per datum) and of the penalties.
 pub(super) struct Problem<'a> {
     pub transform: &'a dyn Transform,
     pub terms: Vec<(f64, &'a dyn VisibilityTerm)>,
     pub penalty: &'a Penalty,
 }
 
-/// Logarithms beyond this come from steps that are far too long. e^300 squares without overflow.
+/// Larger logarithms come from steps that are much too long. The square of e^300 does not overflow.
 const LARGEST_LOG: f64 = 300.0;
 
 impl Problem<'_> {

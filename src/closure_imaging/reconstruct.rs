@@ -1,4 +1,4 @@
-//! Rounds of imaging, from several starts, with the total flux that the amplitudes make most likely.
+//! Rounds of imaging, from several starts, with the total flux of the largest likelihood of the amplitudes.
 
 use super::amplitude_term::Amplitudes;
 use super::closure_amplitude_term::ClosureAmplitudes;
@@ -53,21 +53,21 @@ pub struct ClosureImage {
     pub grid: SkyGrid,
     /// The image of the best start, flux a cell \[m, l\].
     pub model: Array2<f64>,
-    /// The residual image after calibration against the model, with natural weights, flux a beam \[m, l\].
+    /// The residual image after calibration against the model, with natural weights, flux per beam \[m, l\].
     pub residual: Array2<f64>,
-    /// Standard deviation over the starts \[m, l\], each moved by whole cells onto the best, where there are several.
+    /// Standard deviation over the images of several starts \[m, l\], each shifted by whole cells onto the best.
     pub spread: Option<Array2<f64>>,
     /// 1 / (longest baseline), rad.
     pub resolution_rad: f64,
     /// Width of the prior, rad.
     pub prior_fwhm_rad: f64,
-    /// Total flux that the image was asked for.
+    /// Total flux to which the image is constrained.
     pub flux: f64,
-    /// Fluxes that were tried and twice the negative log likelihood of the amplitudes a datum, to a constant.
+    /// Fluxes that were tried. The second number is twice the negative log likelihood of the amplitudes per datum, except for a constant.
     pub fluxes_tried: Vec<(f64, f64)>,
-    /// The flux that the co-located antennas measure, where there are any.
+    /// The flux that the co-located antennas measure, if the array has any.
     pub total_flux: Option<f64>,
-    /// Misfits of all terms, asked for or not.
+    /// Misfits of all terms, including terms that were not selected.
     pub misfits: Vec<TermMisfit>,
     /// Standard deviations of the log gains \[antenna\].
     pub gain_sigma: Vec<f64>,
@@ -79,7 +79,7 @@ pub struct ClosureImage {
     pub best: usize,
     /// Data that were imaged.
     pub n_vis: usize,
-    /// Evaluations of all terms in all runs, of which each is a pair of transforms.
+    /// Number of evaluations of all terms in all runs. Each takes one pair of transforms.
     pub evaluations: usize,
     /// Seconds for the flux and for the images.
     pub seconds: [f64; 2],
@@ -87,12 +87,12 @@ pub struct ClosureImage {
 
 /// Image a set from its closure quantities and amplitudes.
 ///
-/// Each round minimises the sum of the weighted chi squared a datum and of the penalties over ln I, from the image of the last smoothed
-/// to the resolution; between rounds the gain errors are learnt. Then, where complex visibilities are asked for, the data are
-/// self-calibrated against the image and join the terms.
+/// Each round minimises the sum of the weighted chi squared per datum and of the penalties over ln I. It starts from the image of the last
+/// round, smoothed to the resolution. Between rounds the gain errors are estimated. If complex visibilities are among the terms, the data
+/// are then self-calibrated against the image and added to the terms.
 ///
 /// # Errors
-/// Options that cannot be, data without triangles or quadrangles where these are asked for, images that are not finite.
+/// An option is out of range, the data have no triangles or quadrangles although a term needs them, or an image is not finite.
 ///
 /// # Reference
 /// Chael et al. 2018, ApJ 857, 23; EHT Collaboration 2019, ApJL 875, L4, sect. 6.2.2.
@@ -182,7 +182,7 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
     Ok(image)
 }
 
-/// The flux at the minimum of the parabola in ln flux through the best of those tried and its neighbours.
+/// The flux at the minimum of a parabola in ln flux, through the best of the tried fluxes and its two neighbours.
 fn likeliest(tried: &[(f64, f64)]) -> Result<f64> {
     let Some(best) = (0..tried.len()).min_by(|a, b| tried[*a].1.total_cmp(&tried[*b].1)) else {
         return Err(ChainError::NoData("no total flux was tried".into()));
@@ -202,7 +202,7 @@ fn plane(shape: (usize, usize), data: Vec<f64>) -> Result<Array2<f64>> {
         .map_err(|_| ChainError::Incompatible(format!("an image of {n} cells, expected {} rows of {}", shape.0, shape.1)))
 }
 
-/// An image moved by whole cells to where it matches another best, and their normalised cross-correlation there.
+/// An image, shifted by whole cells to the best match with another image, and the normalised cross-correlation of the two.
 fn align(image: &[f64], other: &[f64], n_l: usize) -> (f64, Vec<f64>) {
     let (nx, ny) = (n_l as isize, (image.len() / n_l) as isize);
     let moved = |dx: isize, dy: isize| -> Vec<f64> {
@@ -303,7 +303,8 @@ impl Field<'_> {
             let run = self.run(top * part, 0, length)?;
             let vis = model(self.transform, &run.image);
             let chi2 = run.station.add(&vis, 0.0, &mut vec![Complex64::default(); vis.len()]);
-            // Scaling the short baselines scales their errors with them: the likelihood is of the logarithms.
+            // The scaling of the short baselines scales their errors too. The likelihood is that of the logarithms, whose errors do not
+            // change.
             let misfit = chi2 / run.station.data() as f64 + run.station.log_determinant();
             Ok(FluxTrial { flux: top * part, misfit, evaluations: run.evaluations })
         };
@@ -390,7 +391,7 @@ impl Field<'_> {
         Ok(Run { image, value, evaluations, station, samples })
     }
 
-    /// Gains against the image of a run, and the dirty image of the residual.
+    /// The gains that are solved against the image of a run, and the dirty image of the residual.
     fn calibrated(&self, run: &Run) -> Result<(StationGains, Vec<f64>)> {
         let vis = model(self.transform, &run.image);
         let gains = StationGains::solve(&run.samples, &vis, Some(&run.station.gains(&vis)));
@@ -413,7 +414,7 @@ impl Field<'_> {
             TermMisfit { name, data: term.data(), chi2_per_datum: chi2 / term.data().max(1) as f64 }
         };
         let mut out = vec![each("amplitudes, gains integrated out", &run.station)];
-        // Three antennas have no closure amplitudes, two have no closure phases either: these lines are then left out.
+        // Three antennas have no closure amplitudes, and two antennas have no closure phases either. These lines are then left out.
         match ClosurePhases::new(&run.samples, &resolving, ClosureSet::Minimal, self.options.form) {
             Ok(term) => out.push(each("closure phases", &term)),
             Err(ChainError::NoData(_)) => {}

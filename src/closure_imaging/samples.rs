@@ -1,10 +1,10 @@
-//! The data of a sparse array as the closure terms use them: visibilities of pairs of antennas, grouped by time and channel.
+//! The data of a sparse array for the closure terms: visibilities of pairs of antennas, grouped by time and channel.
 
 use crate::closure::{ClosureSet, Links};
 use crate::{ChainError, Result};
 use num_complex::Complex64;
 
-/// Visibilities of pairs of antennas, grouped by moment: gains are constant within a moment and unknown between moments.
+/// Visibilities of pairs of antennas, grouped by moment. Gains are constant within a moment and independent from moment to moment.
 ///
 /// A moment is one averaging interval of one channel. The order of the entries is the order of the model visibilities that the
 /// terms are given.
@@ -19,12 +19,12 @@ pub struct Samples {
     moments: Vec<std::ops::Range<usize>>,
 }
 
-/// The closures over `K` antennas of all moments, each on `M` baselines.
+/// The closure quantities of all moments, each of `K` antennas and `M` baselines.
 #[derive(Debug, Clone)]
 pub(super) struct Formed<const M: usize> {
     /// Where the visibilities of the baselines are in the list.
     pub(super) sides: Vec<[usize; M]>,
-    /// 1 / variance, times the independent closures of the moment over those formed.
+    /// 1 / variance, times the number of independent closures of the moment divided by the number of those that are formed.
     pub(super) weight: Vec<f64>,
     /// How many of the closures are independent.
     pub(super) independent: usize,
@@ -42,7 +42,7 @@ struct Closures<const K: usize> {
 }
 
 impl<const K: usize> Closures<K> {
-    /// Where baselines, of antennas in any order, are in the list of visibilities.
+    /// Positions of baselines (with antennas in any order) in the list of visibilities.
     fn entries<const M: usize>(&self, baselines: [(usize, usize); M]) -> Result<[usize; M]> {
         let mut out = [0; M];
         for (to, (p, q)) in out.iter_mut().zip(baselines) {
@@ -213,11 +213,11 @@ impl Samples {
         at
     }
 
-    /// Antennas in falling order of the information on their baselines: closures on the first one have the smallest errors.
+    /// Antennas in descending order of the information on their baselines. Closures around the first one have the smallest errors.
     pub(crate) fn by_information(&self, moment: &std::ops::Range<usize>) -> Vec<usize> {
         let mut sum = vec![0.0; self.n_ant];
         for k in moment.clone() {
-            // The information of a baseline saturates where systematic errors exceed the noise.
+            // The information of a baseline has an upper limit where systematic errors exceed the noise.
             let information = 1.0 / (self.relative_variance(k) + 1e-4);
             let (p, q) = self.pairs[k];
             sum[p] += information;
@@ -233,7 +233,7 @@ impl Samples {
 pub(crate) mod fixture {
     use super::*;
 
-    /// Data of `n` antennas at `times` moments: a few Gaussians' worth of structure, deterministic and without zeros.
+    /// Data of `n` antennas at `times` times. The source consists of a few Gaussians; the data are deterministic and never zero.
     pub(crate) fn samples(n: usize, times: usize) -> Samples {
         let (mut pairs, mut vis, mut moments) = (Vec::new(), Vec::new(), Vec::new());
         for t in 0..times {

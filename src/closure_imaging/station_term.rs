@@ -22,7 +22,7 @@ pub struct StationAmplitudes {
     moments: Vec<Vec<usize>>,
     /// Inverse covariance of each moment, row after row.
     precision: Vec<Vec<f64>>,
-    /// Mean of ln det C a datum.
+    /// Mean of ln det C per datum.
     log_determinant: f64,
     sigma: Vec<f64>,
     used: usize,
@@ -31,17 +31,17 @@ pub struct StationAmplitudes {
 /// Log gains given a model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LogGains {
-    /// Mean \[moment, antenna\]; data have exp(g_p + g_q) of the model.
+    /// Mean \[time, antenna\]. The amplitudes of the data are those of the model times exp(g_p + g_q).
     pub mean: Vec<Vec<Option<f64>>>,
     /// Variance \[moment, antenna\].
     pub variance: Vec<Vec<f64>>,
 }
 
 impl StationAmplitudes {
-    /// Log amplitudes of the entries that `used` \[n\] admits; `sigma` \[antenna\] are the standard deviations of the log gains.
+    /// Log amplitudes of the entries that `used` \[n\] marks; `sigma` \[antenna\] are the standard deviations of the log gains.
     ///
     /// # Errors
-    /// Nothing that may be used, another number of sigma than of antennas, sigma that is negative or not finite.
+    /// No entry can be used, the number of sigma differs from that of the antennas, or a sigma is negative or not finite.
     ///
     /// # Reference
     /// Blackburn et al. 2020, ApJ 894, 31, sect. 4 (closures as the limit of unknown gains); Broderick et al. 2020, ApJ 904, 126.
@@ -72,7 +72,7 @@ impl StationAmplitudes {
         &self.sigma
     }
 
-    /// Mean of ln det C a datum: with chi squared a datum it is twice the negative log likelihood, to a constant.
+    /// Mean of ln det C per datum. The sum of this and chi squared per datum is twice the negative log likelihood, except for a constant.
     #[must_use]
     pub fn log_determinant(&self) -> f64 {
         self.log_determinant
@@ -98,7 +98,7 @@ impl StationAmplitudes {
                     c[(i, j)] = shared + if i == j { self.variance[*k] } else { 0.0 };
                 }
             }
-            // Scaled to a unit diagonal, since errors of a few per cent and of many times the signal occur together.
+            // The matrix is scaled to a unit diagonal, because errors of a few per cent and errors of many times the signal occur together.
             let scale: Vec<f64> = (0..n).map(|i| c[(i, i)].sqrt().recip()).collect();
             (0..n).for_each(|i| (0..n).for_each(|j| c[(i, j)] *= scale[i] * scale[j]));
             let Some(factor) = Cholesky::new(&c) else {
@@ -127,7 +127,7 @@ impl StationAmplitudes {
         self.precision[moment].chunks_exact(n.max(1)).map(|row| row.iter().zip(&*residual).map(|(a, b)| a * b).sum()).collect()
     }
 
-    /// The log gains of every moment, given the model: their mean and variance.
+    /// Mean and variance of the log gains of every time, given the model.
     #[must_use]
     pub fn gains(&self, model: &[Complex<f64>]) -> LogGains {
         let (n_ant, mut out, mut residual) = (self.sigma.len(), LogGains::default(), Vec::new());
@@ -246,7 +246,7 @@ mod tests {
         let (a, b) = (chi2(&loose, &m), chi2(&loose, &corrupted(&s, &m, gain)));
         assert!((a - b).abs() < 1e-3 * a, "{a} {b}");
         assert!(chi2(&loose, &corrupted(&s, s.vis(), gain)) < 1e-4);
-        // A minimal set of closures without its covariance is of the same size, not the same.
+        // The term of a minimal set of closures without its covariance has a similar value, but not the same value.
         let closures = ClosureAmplitudes::new(&s, &vec![true; s.len()], ClosureSet::Minimal).unwrap();
         assert!(closures.data() < loose.data() && chi2(&closures, &m) > 0.1 * a);
     }

@@ -19,7 +19,7 @@ const CELL: f64 = 2e-11;
 /// Pairs, u and v of each, and the run of each moment.
 type Coverage = (Vec<(usize, usize)>, Vec<[f64; 2]>, Vec<std::ops::Range<usize>>);
 
-/// Six places over half a turn of the Earth, the first two of them at one place.
+/// Seven stations at ten times over half a turn of the Earth. The first two stations are co-located.
 fn coverage() -> Coverage {
     let place = [[0.0, 0.0], [1e5, 0.0], [3.1e9, 1.2e9], [-2.2e9, 3.3e9], [0.7e9, -3.6e9], [-1.1e9, -0.9e9], [2.4e9, -1.9e9]];
     let (mut pairs, mut uv, mut moments) = (Vec::new(), Vec::new(), Vec::new());
@@ -82,7 +82,7 @@ fn options(terms: &str) -> ClosureImagingOptions {
     }
 }
 
-/// Largest correlation over shifts by whole cells: closures do not know where the source is.
+/// Largest correlation over shifts by whole cells, because closure quantities do not determine the position of the source.
 fn shifted_correlation(a: &Array2<f64>, b: &[f64]) -> f64 {
     let mut best = 0.0_f64;
     for dr in -6..=6_i64 {
@@ -118,7 +118,7 @@ fn the_total_flux_is_found_where_short_baselines_see_more() {
     let (mut set, _, _) = observed(0.03);
     let short = co_located(&set, &ClosureImagingControl::default());
     assert_eq!(short.iter().filter(|s| **s).count(), 10);
-    // Twice the flux of the image lies on scales that only the co-located antennas see.
+    // Twice the flux of the image is on scales that only the co-located antennas measure.
     set.samples.scale(&short, 2.0);
     let wishes = ClosureImagingOptions { flux: FluxFrom::Likelihood, gain_error: 0.03, ..options("cphase,amp") };
     let image = reconstruct(&set, SkyFrame::Boresight, &wishes, &Silent).unwrap();

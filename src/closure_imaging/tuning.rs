@@ -1,16 +1,16 @@
 //! Constants of closure imaging, each with its reason.
 //!
-//! `docs/algorithms/heuristics.md` lists how far the image moves when each is halved and doubled.
+//! `docs/algorithms/heuristics.md` lists how much the image changes when each is halved and doubled.
 
-/// How the field, the prior and the total flux are chosen where the options do not give them.
+/// Constants that choose the field, the prior and the total flux if the options do not give them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosureImagingControl {
-    /// Cells in 1 / (longest baseline). Two would sample the visibilities; six let the image resolve structure of half a beam.
+    /// Cells in 1 / (longest baseline). Two cells sample the visibilities. With six the image can resolve structure of half a beam.
     pub cells: f64,
-    /// Width of the field in units of 1 / (shortest baseline that resolves the source). At 1 a source at the edge turns by half a turn
-    /// on that baseline, so that wider structure is not measured at all.
+    /// Width of the field in units of 1 / (shortest baseline that resolves the source). At 1 the phase of a source at the edge changes by
+    /// half a turn on that baseline. Wider structure is not measured.
     pub field: f64,
-    /// Cells a side at most, where the coverage chooses them: the transform is direct.
+    /// Largest number of cells on a side that follows from the coverage. It is limited because the transform is direct.
     pub largest: usize,
     /// Fraction of the longest baseline below which antennas may be co-located.
     pub co_located: f64,
@@ -18,7 +18,7 @@ pub struct ClosureImagingControl {
     pub gap: f64,
     /// Width of the Gaussian prior in units of the resolution, where the amplitudes do not give one.
     pub usual_prior: f64,
-    /// Least width of a prior that is fitted to the amplitudes, in units of the resolution.
+    /// Smallest width of a prior that is fitted to the amplitudes, in units of the resolution.
     pub least_prior: f64,
     /// Largest width of such a prior.
     pub largest_prior: f64,

@@ -32,7 +32,7 @@ pub struct AmplitudeOptions {
 }
 
 impl AmplitudeOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, variation: Variation, _unit: VisUnit) -> Result<Option<AmplitudeError>> {
         let variation = self.amp_variation.unwrap_or(variation);
         Ok(self.amp_rms.map(|rms| AmplitudeError { rms, variation }))

@@ -46,7 +46,7 @@ impl Default for BandpassOptions {
 }
 
 impl BandpassOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<BandpassError>> {
         let asked = self.bandpass_ripple.is_some() || self.bandpass_mismatch.is_some();
         Ok(asked.then(|| BandpassError {

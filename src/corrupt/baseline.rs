@@ -10,8 +10,8 @@ use num_complex::Complex;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-/// V + c with a complex c of each baseline, constant in time and over the band, of its own in each product: leakage between the
-/// signal paths of the two antennas, or a correlator offset.
+/// V + c, with a complex c for each baseline and product. c is constant in time and over the band. It describes leakage between the signal
+/// paths of the two antennas, or an offset of the correlator.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BaselineOffset {
     /// Standard deviation of the real and of the imaginary part, in the unit of the set.
@@ -29,7 +29,7 @@ pub struct BaselineOptions {
 }
 
 impl BaselineOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, unit: VisUnit) -> Result<Option<BaselineOffset>> {
         self.baseline_offset.map(|rms| Ok(BaselineOffset { rms: rms.in_unit("baseline-offset", unit)? })).transpose()
     }

@@ -10,7 +10,7 @@ use ndarray::Axis;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-/// g = exp(2 pi i (f - f0) tau) with a Gaussian tau; f0 is the mean of the channels, where the phase stays what it was.
+/// g = exp(2 pi i (f - f0) tau) with a Gaussian tau; f0 is the mean of the channels, where the phase does not change.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DelayError {
     /// Standard deviation of the delay of an antenna, s.
@@ -33,7 +33,7 @@ pub struct DelayOptions {
 }
 
 impl DelayOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, variation: Variation, _unit: VisUnit) -> Result<Option<DelayError>> {
         let variation = self.delay_variation.unwrap_or(variation);
         Ok(self.delay_rms.map(|rms| DelayError { rms_s: rms.si(), variation }))

@@ -10,15 +10,15 @@ use num_complex::Complex64;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-/// Each antenna is off for random spells with exponential lengths. Its gain is then 0 and flagged in the truth, its visibilities are
-/// 0 (plus noise).
+/// Each antenna is off at random times, for durations with an exponential distribution. Its gain is then 0 and flagged in the truth, and
+/// its visibilities are 0 (plus noise).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Dropout {
     /// Part of the time that an antenna is off, 0 to below 1.
     pub fraction: f64,
-    /// Mean length of a spell, s.
+    /// Mean length of a dropout, s.
     pub mean_s: f64,
-    /// True where the array notices and flags the data; otherwise they pass as good.
+    /// True if the array notices the dropout and flags the data. Otherwise the data count as good.
     pub noticed: bool,
 }
 
@@ -45,7 +45,7 @@ impl Default for DropoutOptions {
 }
 
 impl DropoutOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<Dropout>> {
         let of = |fraction| Dropout { fraction, mean_s: self.dropout_length.si(), noticed: self.dropout_noticed };
         Ok(self.dropout.map(of))
@@ -69,7 +69,7 @@ impl Corruption for Dropout {
             let mean = |off: bool| if off { self.mean_s } else { mean_on };
             let mut until = exponential(mean(off), &mut rng);
             for (time, t) in context.seconds.iter().enumerate() {
-                // After a long gap the state is drawn again, as at the start.
+                // After a long gap the state is drawn again, in the same way as at the start.
                 if t - until > 1e4 * (self.mean_s + mean_on) {
                     off = rng.random::<f64>() < self.fraction;
                     until = t + exponential(mean(off), &mut rng);

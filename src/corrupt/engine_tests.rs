@@ -15,7 +15,7 @@ fn place(k: u32) -> [f64; 3] {
     [f64::from(k * k) * 10.0, f64::from(k % 3) * 25.0, 0.0]
 }
 
-/// A point source of 2 Jy at the phase centre, seen by six antennas for `times` integrations of 10 s.
+/// A point source of 2 Jy at the phase centre, observed by six antennas for `times` integrations of 10 s.
 fn set(times: usize, channels: usize, frame: LayoutFrame) -> VisibilitySet {
     let antennas =
         (0..N_ANT).map(|k| Antenna { sensitivity: Some(Sensitivity::SefdJy(50.0)), ..Antenna::new(format!("A{k}"), k, place(k)) });
@@ -101,7 +101,7 @@ fn the_rms_of_the_gains_is_what_was_asked_for() {
     let (_, table) = run(&clean, &[Error::Amplitude(AmplitudeError { rms: 0.1, variation: Variation::Integration })], 1);
     let rms = (table.gains.iter().map(|g| g.norm().ln().powi(2)).sum::<f64>() / n).sqrt();
     assert!((rms / 0.1 - 1.0).abs() < 3.0 / (2.0 * n).sqrt(), "{rms}");
-    // A minute of constant phase: six integrations alike, the seventh not.
+    // The phase is constant for a minute: it is the same in six integrations and differs in the seventh.
     let (_, table) = run(&clean, &[phase(0.5, Variation::Interval { length_s: 60.0 })], 1);
     assert_eq!(table.gains[[0, 2, 0, 0]], table.gains[[5, 2, 0, 0]]);
     assert_ne!(table.gains[[5, 2, 0, 0]], table.gains[[6, 2, 0, 0]]);
@@ -137,7 +137,7 @@ fn a_displaced_antenna_turns_the_phase_by_its_path_towards_the_source() {
     let offsets = error.offsets(&context).unwrap();
     for row in 0..out.data.n_rows() {
         let (a, b) = (out.data.coverage.ant1[row] as usize, out.data.coverage.ant2[row] as usize);
-        // The true baseline is longer by d2 - d1, and the source at the phase centre appears with that much more of w.
+        // The true baseline is longer by d2 - d1, and its component along the direction of the source is added to w.
         let path: f64 = (0..3).map(|k| (offsets[b][k] - offsets[a][k]) * toward[k]).sum();
         for (chan, f) in freq.iter().enumerate() {
             let truth = Complex64::from_polar(2.0, std::f64::consts::TAU * path * f / 299_792_458.0);
@@ -148,7 +148,7 @@ fn a_displaced_antenna_turns_the_phase_by_its_path_towards_the_source() {
 
 #[test]
 fn the_screen_moves_with_the_wind() {
-    // Antenna 1 stands 10 m east of antenna 0; a wind of 1 m/s to the east carries what 0 sees to 1 in one integration.
+    // Antenna 1 is 10 m east of antenna 0. A wind of 1 m/s to the east moves the screen from antenna 0 to antenna 1 in one integration.
     let clean = set(5, 1, LayoutFrame::Boresight);
     let model = Troposphere { wind_m_s: 1.0, wind_to_rad: std::f64::consts::FRAC_PI_2, baseline_m: 100.0, ..Troposphere::default() };
     let mut moved = clean.clone();
@@ -187,7 +187,7 @@ fn dropouts_last_their_part_of_the_time_and_are_known_to_the_truth() {
     let error = Dropout { fraction: 0.2, mean_s: 60.0, noticed: true };
     let (out, table) = run(&clean, &[Error::Dropout(error)], 6);
     let off = table.flags.iter().filter(|f| **f).count() as f64 / table.flags.len() as f64;
-    // 6 antennas x 20,000 s in cycles of 300 s: 400 spells, 7 per cent of the fraction each way.
+    // 6 antennas x 20,000 s in cycles of 300 s are 400 dropouts. The fraction then scatters by 7 per cent of its value.
     assert!((off - 0.2).abs() < 0.045, "{off}");
     for (v, f) in out.data.vis.iter().zip(&out.data.flags) {
         assert_eq!(*f, v.norm() == 0.0);

@@ -8,7 +8,7 @@ use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-/// Each datum is drawn by itself.
+/// Each datum is drawn independently.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WrongFlags {
     /// Part of the good data that is flagged, 0 to 1.
@@ -31,7 +31,7 @@ pub struct FlagOptions {
 }
 
 impl FlagOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<WrongFlags>> {
         let model = WrongFlags { good_flagged: self.flag_good.unwrap_or(0.0), bad_unflagged: self.unflag_bad.unwrap_or(0.0) };
         Ok((self.flag_good.is_some() || self.unflag_bad.is_some()).then_some(model))

@@ -72,7 +72,7 @@ macro_rules! kinds {
                 match self { $(Self::$variant(_) => $name,)* }
             }
 
-            /// What it does.
+            /// The model of the error.
             #[must_use]
             pub fn model(&self) -> &dyn Corruption {
                 match self { $(Self::$variant(e) => e,)* }
@@ -103,7 +103,7 @@ macro_rules! kinds {
         }
 
         impl ErrorOptions {
-            /// The errors that are asked for, for a set in `unit`.
+            /// The errors that the options select, for a set in `unit`.
             ///
             /// # Errors
             /// A value outside its range, or in another unit than the set.

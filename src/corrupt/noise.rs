@@ -14,11 +14,11 @@ use serde::{Deserialize, Serialize};
 /// Noise of the receivers, as in a simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ThermalNoise {
-    /// SEFD or Tsys of every antenna; `None` takes the layout's.
+    /// SEFD or Tsys of every antenna; `None` takes the values of the layout.
     pub sensitivity: Option<Sensitivity>,
-    /// Diameter of every antenna for Tsys, m; `None` takes the layout's.
+    /// Diameter of every antenna for Tsys, m; `None` takes the values of the layout.
     pub diameter_m: Option<f64>,
-    /// True where the data have noise already, whose variance then adds; otherwise the weights become those of the new noise.
+    /// True if the data have noise already. Its variance is then added. Otherwise the weights become those of the new noise.
     pub data_have_noise: bool,
 }
 
@@ -45,7 +45,7 @@ pub struct ThermalNoiseOptions {
 }
 
 impl ThermalNoiseOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<ThermalNoise>> {
         let sensitivity = sensitivity(self.sefd, self.tsys)?;
         let model = ThermalNoise { sensitivity, diameter_m: self.diameter.map(|d| d.si()), data_have_noise: self.data_have_noise };

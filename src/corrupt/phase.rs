@@ -33,7 +33,7 @@ pub struct PhaseOptions {
 }
 
 impl PhaseOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, variation: Variation, _unit: VisUnit) -> Result<Option<PhaseError>> {
         let variation = self.phase_variation.unwrap_or(variation);
         Ok(self.phase_rms.map(|rms| PhaseError { rms_rad: rms.si(), variation }))

@@ -13,9 +13,10 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// An antenna d away from its nominal place sees the phase centre s earlier by d . s / c, which the phase tracking does not know:
-/// g = exp(-2 pi i f d . s / c), as V_corrupt = exp(+2 pi i f (d2 - d1) . s / c) V. Away from the phase centre the error differs by
-/// (u, v) shifts of d, far below this term in a field of few degrees; a set simulated with the true layout has that part too.
+/// An antenna at a distance d from its nominal position receives the phase centre s earlier by d . s / c. The phase tracking does not
+/// correct this: g = exp(-2 pi i f d . s / c), as V_corrupt = exp(+2 pi i f (d2 - d1) . s / c) V. Away from the phase centre, d also shifts
+/// (u, v). In a field of a few degrees this effect is far smaller, and it is not included. A set that is simulated with the true layout
+/// includes it.
 ///
 /// # Reference
 /// Thompson, Moran & Swenson 2017, sect. 4.1 and eq. 4.1.
@@ -92,7 +93,7 @@ pub struct PositionOptions {
 }
 
 impl PositionOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<PositionError>> {
         let rms_m = |rms| match rms {
             PositionRms::Layout => None,

@@ -10,10 +10,10 @@ use num_complex::Complex64;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-/// A thin screen of water vapour. The phase difference between two antennas at a distance r has the variance (structure function)
-/// D(r) = rms^2 (r / baseline)^(5/3) while r is far below the outer scale (the exponent is 1.59 at a hundredth of it), and levels off
-/// beyond it. The path is the same at all
-/// frequencies, so phases grow with frequency; they also grow with the secant of the zenith angle.
+/// A thin screen of water vapour. The phase difference between two antennas at a distance r has the variance (structure function) D(r) =
+/// rms^2 (r / baseline)^(5/3) while r is far below the outer scale (the exponent is 1.59 at a hundredth of it), and levels off beyond it.
+/// The path is the same at all frequencies, so phases are proportional to the frequency. They are also proportional to the secant of the
+/// zenith angle.
 ///
 /// # Reference
 /// Power spectrum (k^2 + k0^2)^(-11/6), k0 = 2 pi / L0: von Karman 1948, PNAS 34, 530; frozen flow: Taylor 1938, Proc. R. Soc. A
@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 pub struct Troposphere {
     /// Rms of the phase difference of two antennas `baseline_m` apart at the middle of the band and the zenith, rad.
     pub rms_rad: f64,
-    /// Distance at which `rms_rad` holds, m.
+    /// Distance between two antennas with the phase difference `rms_rad`, m.
     pub baseline_m: f64,
     /// Speed of the wind, m/s.
     pub wind_m_s: f64,
@@ -38,7 +38,7 @@ pub struct Troposphere {
 const RINGS_A_DECADE: f64 = 16.0;
 /// Number of waves in each ring.
 const WAVES_A_RING: usize = 24;
-/// Lowest sine of the elevation: the path through a flat screen is wrong by the curvature of the Earth below 3 degrees.
+/// Smallest sine of the elevation. Below 3 degrees the path through a flat screen is wrong because of the curvature of the Earth.
 const LOWEST_SINE: f64 = 0.05;
 
 /// One plane wave of the screen.
@@ -148,7 +148,7 @@ impl Default for TroposphereOptions {
 }
 
 impl TroposphereOptions {
-    /// The error, where it is asked for.
+    /// The error, if the options select it.
     pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<Troposphere>> {
         Ok(self.troposphere.map(|rms| self.model(rms)))
     }
@@ -270,15 +270,15 @@ mod tests {
 
     #[test]
     fn the_structure_function_has_its_size_and_rises_with_the_five_thirds_power() {
-        // The squared difference averaged over four directions scatters by 0.94 of its mean from screen to screen, as a gradient over
-        // the array is most of it: 1000 screens are good to 3 per cent, tested at four times that.
+        // The squared difference, averaged over four directions, scatters by 0.94 of its mean from screen to screen, because most of it is
+        // a gradient over the array. The mean of 1000 screens has an error of 3 per cent. The test allows four times as much.
         let model = Troposphere { rms_rad: 0.5, baseline_m: 100.0, outer_scale_m: 1e5, ..Troposphere::default() };
         let d = structure(&model, &[100.0], 1000)[0];
         assert!((d / 0.25 - 1.0).abs() < 0.12, "{d}");
         let wide = Troposphere { outer_scale_m: 1e8, ..model };
         let d = structure(&wide, &[30.0, 1000.0], 250);
         let slope = (d[1] / d[0]).ln() / (1000.0_f64 / 30.0).ln();
-        // Two ends good to 6 per cent each (one sigma) over 3.5 e-folds.
+        // Each of the two ends is accurate to 6 per cent (one sigma), over 3.5 e-folds.
         assert!((slope - 5.0 / 3.0).abs() < 0.07, "{slope}");
     }
 

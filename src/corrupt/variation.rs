@@ -27,7 +27,7 @@ pub enum Variation {
         /// Time, s.
         time_s: f64,
     },
-    /// Constant between jumps that come at random (Poisson) with this mean distance; a new draw at each.
+    /// Constant between jumps, with a new random value after each jump. The jumps are a Poisson process with this mean interval.
     Jumps {
         /// Mean time between jumps, s.
         mean_s: f64,
@@ -127,7 +127,8 @@ impl Variation {
                     Self::Jumps { mean_s } => {
                         while t >= next_jump {
                             value = draw(rng);
-                            // A longer gap than a million mean times needs no more jumps: the value is random already.
+                            // The jumps of a gap of more than a million mean times need not be drawn: the value after the gap is
+                            // independent of that before it.
                             next_jump = next_jump.max(t - 1e6 * mean_s) + exponential(mean_s, rng);
                         }
                     }
@@ -163,7 +164,7 @@ mod tests {
 
     #[test]
     fn every_kind_has_unit_variance_and_its_own_correlation() {
-        // 4000 series: means of products of unit normals are good to 1.4 / sqrt(4000) = 0.022 (one sigma).
+        // With 4000 series, means of products of unit normals have an error of 1.4 / sqrt(4000) = 0.022 (one sigma).
         let seconds: Vec<f64> = (0..61).map(|k| 10.0 * f64::from(k)).collect();
         let limit = 0.08;
         for (variation, at_60, at_600) in [

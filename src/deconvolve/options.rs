@@ -102,7 +102,7 @@ impl Default for CleanOptions {
 }
 
 impl CleanOptions {
-    /// Put where components may be into `region`: the pixels of `mask`, which the caller has read, and of the boxes.
+    /// Set `region`, the pixels where components may be: those of `mask`, which the caller has read, and of the boxes.
     ///
     /// # Errors
     /// No pixel is left for components.
@@ -122,15 +122,15 @@ impl CleanOptions {
         }
     }
 
-    /// The scales for a beam whose main lobe is so many pixels wide.
+    /// The scales for a beam whose main lobe has this width in pixels.
     pub(crate) fn scales(&self, beam_px: f64) -> Scales {
         Scales { widths_px: self.scales.clone(), bias: self.scale_bias, beam_px }
     }
 
-    /// The deconvolver, after a check of what belongs to the whole run.
+    /// The deconvolver, after a check of the options of the whole run.
     ///
     /// # Errors
-    /// Maximum entropy, which is not a CLEAN; a mask or box that nobody has loaded.
+    /// The algorithm is maximum entropy, which is not a CLEAN, or a mask or box is not loaded.
     pub(crate) fn entry(&self) -> Result<&'static Entry> {
         if self.region.is_none() && (self.mask.is_some() || !self.boxes.is_empty()) {
             return Err(ChainError::Incompatible("the mask and the boxes of CLEAN must be loaded for the grid of the image first".into()));

@@ -1,4 +1,4 @@
-//! The deconvolvers against plain versions of themselves and against known components.
+//! Compares the deconvolvers with plain versions of the same algorithms and with known components.
 
 use super::minor::{Peak, peak_of};
 use super::*;
@@ -66,7 +66,7 @@ const LIMITS: MinorLimits = MinorLimits { gain: 0.1, level: 0.0, iterations: 400
 
 #[test]
 fn lazy_tiles_give_the_components_of_the_plain_algorithm() {
-    // Sides that are no multiple of the tile; with and without a mask and negative components.
+    // The sides are not multiples of the tile, with and without a mask and negative components.
     let psf = single(&beam(90, 110));
     let image = dirty(&psf, &[(20, 30, 1.0), (70, 95, -0.6), (45, 50, 0.3), (0, 0, 0.5), (89, 3, 0.2)]);
     let mask = Array2::from_shape_fn(image.dim(), |(i, j)| (i + j) % 7 != 0);
@@ -134,7 +134,7 @@ fn clark_agrees_with_hogbom_where_both_are_done() {
 
 #[test]
 fn a_residual_that_grows_is_stopped_at_its_best() {
-    // A beam with a side lobe of -1.5 makes every component add more than it takes.
+    // With a side lobe of -1.5, every component adds more to the residual than it removes.
     let mut psf = Array2::zeros((40, 40));
     psf[(20, 20)] = 1.0;
     psf[(20, 25)] = -1.5;

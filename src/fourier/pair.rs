@@ -1,7 +1,7 @@
 //! A transform and its adjoint between one image and one fixed list of rows.
 //!
-//! It serves iterations that predict and grid the same rows hundreds of times. The rows are sorted into tiles once, and their order and the
-//! kernels are kept.
+//! Use it for iterations that predict and grid the same rows hundreds of times. The rows are sorted into tiles once, and their order and
+//! the kernels are kept.
 
 use super::grid_options::GridOptions;
 use super::plan::UvwExtent;
@@ -111,7 +111,8 @@ mod tests {
                 let back = vis_to_image(&grid, uvw.view(), &freq, vis.view(), ones.view(), &opts).unwrap();
                 let mine = pair.adjoint(&out, 0.5).unwrap() * 2.0;
                 let norm = |a: &Array2<f64>| a.iter().map(|v| v * v).sum::<f64>().sqrt();
-                // The single transform chooses another grid: they agree to the error of both, which is one of the whole image.
+                // The single transform chooses another grid. The two agree to the sum of their errors, which are relative to the whole
+                // image.
                 let error = norm(&(&mine - &back)) / norm(&back);
                 assert!(error < 2.0 * opts.epsilon, "{reach:?} {error}");
             }

@@ -1,4 +1,4 @@
-//! The fast transforms against the direct sum, and each against its adjoint.
+//! Compares the fast transforms with the direct sum, and each with its adjoint.
 
 use super::dft::{image_to_vis_exact, vis_to_image_exact};
 use super::*;
@@ -141,9 +141,9 @@ fn adjoint_error<T: Real>(c: &Case, opts: &GridOptions) -> f64 {
     (left - right).abs() / (norm(&a) * norm(&vis))
 }
 
-/// In exact arithmetic the two directions are adjoint whatever epsilon is, so the limit is rounding alone: 2^-53 and 2^-24, times about
-/// sqrt(operations) for a sum of a few hundred roundings of either sign. Single precision also rounds the phases of the w term, which the two
-/// directions do alike.
+/// In exact arithmetic the two directions are adjoint for every epsilon, so only rounding sets the limit: 2^-53 and 2^-24, times about
+/// sqrt(operations) for a sum of a few hundred roundings of either sign. Single precision also rounds the phases of the w term, which is
+/// the same in both directions.
 #[test]
 fn the_two_directions_are_adjoint() {
     for w_m in [0.0, 40.0, 4000.0] {
@@ -172,7 +172,7 @@ fn blocks_and_the_whole_give_the_same_and_so_do_conjugate_rows() {
     for start in (0..64).step_by(10) {
         let end = (start + 10).min(64);
         let (uvw, vis) = (c.uvw.slice(ndarray::s![start..end, ..]), c.vis.slice(ndarray::s![start..end, ..]));
-        // Turned rows with conjugate visibilities say the same.
+        // Reversed rows with conjugate visibilities are the same data.
         parts.add(uvw.mapv(|x| -x).view(), vis.mapv(|v| v.conj()).view()).unwrap();
     }
     let parts = parts.finish();

@@ -1,4 +1,4 @@
-//! Passes that share a transform, its buffers and its rows, against the direct sum.
+//! Compares passes that share a transform, its buffers and its rows with the direct sum.
 
 use super::dft::{image_to_vis_exact, vis_to_image_exact};
 use super::tests::{Case, case, relative, rounded, sky};
@@ -36,8 +36,8 @@ fn exact_residual(c: &Case, w_term: bool) -> Array2<f64> {
     vis_to_image_exact(&c.grid, c.uvw.view(), &c.freq, (left.view(), c.weights.view()), (w_term, false))
 }
 
-/// Every digit, with w and without, on 1 thread and 2, on coarse grids (many visibilities expected) and fine ones (few), twice over so that
-/// buffers of the first pass meet the second.
+/// The test covers every digit of accuracy, with and without w, 1 and 2 threads, coarse grids (many visibilities expected) and fine ones
+/// (few). Each case runs twice, so that the second pass uses the buffers of the first.
 #[test]
 fn fused_passes_reach_every_epsilon() {
     let c = case((24, 20), 0.002, sky(), (40, 3), (0.9, 200.0));
@@ -52,7 +52,7 @@ fn fused_passes_reach_every_epsilon() {
                     let rows = transform.sort(c.uvw.view()).unwrap();
                     for _ in 0..2 {
                         let error = relative(residual(&c, &transform, &rows).iter().copied().zip(exact.iter().copied()));
-                        // The model is rounded on its way out and again on its way back.
+                        // The model is rounded in the prediction and again in the gridding.
                         assert!(error <= 2.0 * options.epsilon, "{error:e} for {options:?}, {n_vis} visibilities");
                     }
                 });
@@ -101,7 +101,7 @@ fn the_residual_of_the_true_model_is_rounding_in_single_precision() {
     }
 }
 
-/// Sides of small factors and of none, fields that need planes of w and fields that do not.
+/// Sides with small prime factors and sides without, fields that need planes of w and fields that do not.
 #[test]
 fn fused_passes_on_sizes_of_all_kinds() {
     for (size, cell, w_m) in [((30, 27), 0.004, 100.0), ((50, 36), 0.001, 10.0), ((128, 100), 0.01, 60.0), ((17, 31), 0.03, 80.0)] {

@@ -175,7 +175,7 @@ mod tests {
     use super::*;
     use num_complex::Complex64;
 
-    /// The sum over powers, with as many as the thresholds ask for.
+    /// The sum over as many powers as the thresholds require.
     fn sum_of_powers(term: &WTerm<f64>, w: f64, x: f64) -> Complex64 {
         let WBasis::Powers { inverse_w, enough, screens } = &term.basis else { panic!("powers expected") };
         let t = w * inverse_w;

@@ -1,4 +1,4 @@
-//! Runs of CLEAN as a whole: masks that make themselves, several output channels, and a deconvolver that does harm.
+//! Whole runs of CLEAN: automatic masks, several output channels, and a deconvolver that makes the image worse.
 
 use super::*;
 use crate::Result;
@@ -20,7 +20,7 @@ fn options(n: usize) -> ImagingOptions {
     ImagingOptions { size: Some(ImageSize::square(n)), cell: Some(Angle(1e-3)), weighting: Weighting::Natural, ..ImagingOptions::default() }
 }
 
-/// Without a mask a deep CLEAN takes noise everywhere; the mask that makes itself holds it to the sources.
+/// Without a mask a deep CLEAN takes components from noise everywhere. The automatic mask restricts it to the sources.
 #[test]
 fn auto_mask_keeps_components_at_the_sources() {
     let far = |auto_mask: Option<f64>| {
@@ -36,7 +36,7 @@ fn auto_mask_keeps_components_at_the_sources() {
     let (masked, flux) = far(Some(6.0));
     assert!(everywhere > 100, "{everywhere}");
     assert_eq!(masked, 0);
-    // 276 baselines of 2 channels with noise 0.2 a real part: 0.2 / sqrt(552) for a point.
+    // 276 baselines of 2 channels with noise of 0.2 in each real part: 0.2 / sqrt(552) for a point.
     assert!((flux - 1.4).abs() < 5.0 * 0.2 / 552_f64.sqrt(), "{flux}");
 }
 
@@ -59,7 +59,7 @@ fn every_output_channel_is_cleaned_by_itself() {
     }
 }
 
-/// Puts the negative of what it sees into the model.
+/// Adds the negative of the residual to the model.
 struct Wrong;
 
 impl Deconvolver for Wrong {
@@ -88,7 +88,7 @@ fn a_run_that_does_harm_is_stopped_and_the_best_state_kept() {
     assert!(apart < 1e-9, "{apart}");
 }
 
-/// The middle of the beam gives the restoring beam that the whole beam gives.
+/// The middle of the beam gives the same restoring beam as the whole beam.
 #[test]
 fn the_core_of_the_beam_has_its_main_lobe() {
     for weighting in [Weighting::Natural, Weighting::Uniform] {
@@ -103,7 +103,7 @@ fn the_core_of_the_beam_has_its_main_lobe() {
     }
 }
 
-/// Cells of the density wider by a factor are those of an image smaller by it.
+/// Density cells that are wider by a factor are those of an image that is smaller by this factor.
 #[test]
 fn super_uniform_weights_are_those_of_a_smaller_image() {
     let weights = |n: usize, super_uniform: f64| {
@@ -130,7 +130,8 @@ fn super_uniform_weights_are_those_of_a_smaller_image() {
     assert_ne!(weights(64, 4.0), weights(64, 1.0));
 }
 
-/// Of natural weights, which fall towards long baselines much as a Gaussian does, a Gaussian taper of FWHM theta makes a beam of FWHM near sqrt(theta^2 + own^2), and one on short baselines a sharper beam.
+/// Natural weights decrease towards long baselines, nearly as a Gaussian. With a Gaussian taper of FWHM theta the beam therefore has a FWHM
+/// near sqrt(theta^2 + own^2). A taper of the short baselines makes the beam sharper.
 #[test]
 fn tapers_widen_and_sharpen_the_beam() {
     let fwhm = |taper_rad: Option<f64>, inner_taper_rad: Option<f64>| {
@@ -142,7 +143,7 @@ fn tapers_widen_and_sharpen_the_beam() {
         (b.bmaj_rad * b.bmin_rad).sqrt()
     };
     let own = fwhm(None, None);
-    // A stronger taper would rest on the few shortest baselines, which are no Gaussian.
+    // With a stronger taper the beam depends on the few shortest baselines, and is not a Gaussian.
     let tapered = fwhm(Some(own), None);
     assert!((tapered / (2_f64.sqrt() * own) - 1.0).abs() < 0.1, "{own} {tapered}");
     assert!(fwhm(None, Some(2.0 * own)) < own);

@@ -90,7 +90,7 @@ fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
     o.tuning.check()
 }
 
-/// The threshold in the unit of the images; 0 where none is given.
+/// The threshold in the unit of the images; 0 if there is none.
 fn threshold(imager: &Imager<'_>, opts: &CleanOptions) -> Result<f64> {
     opts.threshold.map_or(Ok(0.0), |level| level.in_unit("threshold", imager.header().unit))
 }

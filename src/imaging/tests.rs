@@ -1,4 +1,4 @@
-//! Beams and images of small sets against the direct sum and against formulas.
+//! Compares beams and images of small sets with the direct sum and with formulas.
 
 use super::*;
 use crate::deconvolve::by_name;
@@ -47,8 +47,8 @@ fn the_beam_of_a_snapshot_is_the_array_factor() {
     }
 }
 
-/// Column and row of the density cell of (u, v) wavelengths: cells of 1 / (2 n cell), folded to v >= 0. Nothing is shared with the code under
-/// test.
+/// Column and row of the density cell of (u, v) wavelengths: cells of 1 / (2 n cell), folded to v >= 0. This code is independent of the
+/// code under test.
 fn density_cell(n: usize, cell_rad: f64, u: f64, v: f64) -> (i64, i64) {
     let (u, v) = if v < 0.0 { (-u, -v) } else { (u, v) };
     let per_wavelength = 2.0 * n as f64 * cell_rad;

@@ -223,7 +223,7 @@ mod tests {
     use ndarray::{Array2, array};
     use num_complex::Complex32;
 
-    /// Three rows: two in one cell (one of them turned around), one alone.
+    /// Three rows: two in one cell (one of them with the reversed baseline), and one in a cell of its own.
     fn block() -> ReducedBlock {
         let wavelength = SPEED_OF_LIGHT_M_S / 1e9;
         let weight = array![[1.0_f32], [3.0], [2.0]];

@@ -55,7 +55,7 @@ impl Cholesky {
 
 /// Largest over smallest eigenvalue of a symmetric positive definite matrix, by power and inverse iteration.
 ///
-/// Good to a few per cent, which is all a condition number is asked for. `deflate` is a direction left out, of unit length.
+/// The result is accurate to a few per cent, which is enough for a condition number. The direction `deflate`, a unit vector, is left out.
 pub(crate) fn condition_number(a: &Matrix, factor: &Cholesky, deflate: Option<&[f64]>) -> f64 {
     let n = a.rows;
     if n < 2 {

@@ -1,8 +1,8 @@
-//! Singular values of small dense matrices, and the rank that they show.
+//! Singular values of small dense matrices, and their numerical rank.
 
 use super::matrix::{Matrix, dot, norm};
 
-/// Singular values (falling) and right singular vectors (rows, in the same order) of a matrix with any number of rows.
+/// Singular values (in descending order) and right singular vectors (rows, in the same order) of a matrix with any number of rows.
 ///
 /// Householder reduction to a square triangle first, then one-sided Jacobi rotations, which find small singular values to
 /// full relative precision.
@@ -66,7 +66,7 @@ fn rotate(m: &mut Matrix, p: usize, q: usize, c: f64, s: f64) {
     }
 }
 
-/// Replace a tall matrix by its triangle R of the QR decomposition; rows below are left as they fall.
+/// Replace a tall matrix by the triangle R of its QR decomposition. The rows below the triangle have no meaning afterwards.
 pub(crate) fn triangularise(a: &mut Matrix) {
     let (rows, cols) = (a.rows, a.cols);
     for k in 0..cols.min(rows) {

@@ -1,8 +1,8 @@
-//! The curvature of chi squared: a convolution with the dirty beam of the data's own weights.
+//! The Hessian of chi squared: a convolution with the dirty beam of the weights of the data.
 //!
-//! For visibilities the Hessian of chi2 / 2 is A^T W A. For a field without a w term this is exactly a convolution with the beam, whatever
-//! the image. A Newton step therefore needs fast convolutions and no transform of visibilities. The inverse is approximated by that of the
-//! nearest circulant matrix, which is diagonal after a Fourier transform.
+//! For visibilities the Hessian of chi2 / 2 is A^T W A. For a field without a w term this is exactly a convolution with the beam. It does
+//! not depend on the image. A Newton step therefore needs fast convolutions and no transform of visibilities. The inverse is approximated
+//! by that of the nearest circulant matrix, which is diagonal after a Fourier transform.
 //!
 //! # Reference
 //! Chan 1988, SIAM J. Sci. Stat. Comput. 9, 766 (the circulant); Cornwell & Evans 1985, A&A 143, 77 (the diagonal alone).
@@ -86,13 +86,13 @@ impl BeamHessian {
         self.eigenvalues.map_real(|k| 1.0 / (1.0 + t * k))
     }
 
-    /// An image through an operator of [`BeamHessian::damping`].
+    /// Apply an operator of [`BeamHessian::damping`] to an image.
     #[must_use]
     pub fn filter(&self, v: ArrayView2<'_, f32>, operator: &Spectrum<f32>) -> Array2<f32> {
         self.round.convolve(v, operator)
     }
 
-    /// Mean over the spectrum of 1 / (1 + t k): the diagonal of that operator.
+    /// Mean over the spectrum of 1 / (1 + t k). This is the diagonal of the operator.
     #[must_use]
     pub fn mean_damping(&self, t: f64) -> f64 {
         let (sum, n) = self.eigenvalues.real_parts().fold((0.0, 0_usize), |(s, n), k| (s + 1.0 / (1.0 + t * f64::from(k)), n + 1));
@@ -102,7 +102,7 @@ impl BeamHessian {
 
 /// The circulant nearest to the Toeplitz matrix of a beam of twice the size \[2 m, 2 l\], with its origin in the middle.
 fn circulant(beam: &Array2<f32>, (n_m, n_l): (usize, usize), (p_m, p_l): (usize, usize)) -> Array2<f32> {
-    // Along an axis of period p the element j is the mean of the beam at j and j - p, in the shares p - j and j.
+    // Along an axis of period p, element j is the mean of the beam at j and at j - p, with the weights p - j and j.
     let parts = |k: usize, p: usize, n: usize| -> [(f32, Option<usize>); 2] {
         let j = (k + p - p / 2) % p;
         let place = |d: isize| usize::try_from(d + n as isize).ok().filter(|i| *i < 2 * n);

@@ -1,4 +1,4 @@
-//! Whether an image meets its constraints, and what it cost.
+//! A record of the constraints that an image meets, and of the work that it took.
 
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ pub struct Certificate {
     pub model_flux: f64,
     /// Entropy (minus the sum of all penalties), Jy or K sr.
     pub entropy: f64,
-    /// Length of the gradient of the Lagrangian over the sum of the lengths of its two sides, in the metric of the entropy.
+    /// Length of the gradient of the Lagrangian divided by the sum of the lengths of its two terms, in the metric of the entropy.
     pub kkt_residual: f64,
     /// Lagrange multiplier of chi2 / 2 in units of the mean prior.
     pub lambda: f64,
@@ -44,7 +44,7 @@ impl Certificate {
         self.seconds / self.seconds_per_evaluation.max(f64::MIN_POSITIVE)
     }
 
-    /// A sentence about the goals that are not met; `None` where all are.
+    /// A sentence about the goals that are not met; `None` if all are met.
     #[must_use]
     pub fn shortfall(&self, chi2_tolerance: f64, flux: f64, kkt: f64) -> Option<String> {
         if self.met {

@@ -94,7 +94,7 @@ impl ChiSquared {
         (self.evaluations, self.seconds)
     }
 
-    /// Visibilities \[row x chan\] of an image \[m, l\] in flux a pixel.
+    /// Visibilities \[row x chan\] of an image \[m, l\] in flux per pixel.
     ///
     /// # Errors
     /// An image of another size.
@@ -106,7 +106,7 @@ impl ChiSquared {
         Ok(&self.model)
     }
 
-    /// Chi squared and its gradient for an image \[m, l\] in flux a pixel.
+    /// Chi squared and its gradient for an image \[m, l\] in flux per pixel.
     ///
     /// # Errors
     /// An image of another size or with values that are not finite.
@@ -128,7 +128,7 @@ impl ChiSquared {
         Ok(Misfit { chi2, gradient })
     }
 
-    /// The adjoint transform of the gradient by the visibilities.
+    /// The adjoint transform of the gradient with respect to the visibilities.
     fn transpose(&mut self) -> Result<Array2<f64>> {
         let top = self.slope.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
         if !top.is_finite() {

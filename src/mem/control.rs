@@ -1,17 +1,17 @@
 //! How the Lagrange multiplier of chi squared, lambda, is found.
 //!
-//! The image starts at the prior, which explains nothing, with a lambda so small that one step can fit. While chi squared is above its
-//! target, each step may raise lambda by a factor, as soon as the image has followed the last change half way: an image that is far from
-//! its optimum is not worth polishing. Near the target lambda moves with chi squared itself, and only when the image has settled. The
-//! response of chi squared to lambda differs by orders of magnitude between scenes (with a few points in noise it is nearly zero). It is
-//! therefore measured between two images that have settled, and the next lambda follows from the power law through both.
+//! The image starts at the prior, with a lambda so small that one step can reach the optimum. While chi squared is above its target, each
+//! step may raise lambda by a factor, as soon as the image has moved half of the way to the optimum of the present lambda. Better
+//! convergence is not useful at a lambda that will change. Near the target, lambda follows from chi squared, and changes only when the
+//! image has converged. The response of chi squared to lambda differs by orders of magnitude between scenes (with a few points in noise it
+//! is nearly zero). It is therefore measured between two converged images, and the next lambda follows from the power law through both.
 
 use super::tuning::MemControl;
 
 /// How lambda changes from step to step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
-    /// It stays.
+    /// It does not change.
     Fixed,
     /// It moves until chi squared is its expected value times `target`, within `tolerance`.
     Target {
@@ -25,13 +25,13 @@ pub enum Control {
 /// How exactly a Newton step is solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Effort {
-    /// Residual of the linear system over its right-hand side.
+    /// Residual of the linear system divided by its right-hand side.
     pub(super) tolerance: f64,
     /// Steps of conjugate gradients at most.
     pub(super) steps: usize,
 }
 
-/// Far from the target the next lambda makes an exact step worthless. This changes the cost and not the result.
+/// Far from the target an exact step is not useful, because lambda will change. This affects the number of steps, but not the result.
 const FAR: Effort = Effort { tolerance: 0.3, steps: 8 };
 const CLOSE: Effort = Effort { tolerance: 0.2, steps: 30 };
 

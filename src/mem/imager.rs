@@ -25,7 +25,7 @@ pub struct MemState {
     pub beta: f64,
     /// Chi squared over its expected value, after the last step.
     pub chi2_per_datum: f64,
-    /// The KKT residual after the last step: the length of the gradient over the sum of the lengths of its two sides.
+    /// The KKT residual after the last step: the length of the gradient divided by the sum of the lengths of its two terms.
     pub kkt: f64,
     /// Evaluations of the data term so far.
     pub evaluations: usize,
@@ -87,7 +87,7 @@ pub enum Method {
     Vtess,
 }
 
-/// An error of argmin holds one of this crate.
+/// Convert an error of argmin, which contains an error of this crate.
 fn ours(e: argmin::core::Error) -> ChainError {
     e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into()))
 }
@@ -145,7 +145,8 @@ impl MemImager {
         self.start_at(self.prior.clone())
     }
 
-    /// A state at any image, such as one of an earlier run. Pixels below a thousandth of the prior start there: s = 0 has no gradient.
+    /// A state at any image, such as one of an earlier run. Pixels below a thousandth of the prior start at that value, because the
+    /// gradient at s = 0 is zero.
     #[must_use]
     pub fn start_at(&self, mut image: Array2<f64>) -> MemState {
         ndarray::Zip::from(&mut image).and(&self.prior).for_each(|i, m| *i = i.max(1e-3 * m.max(0.0)));
@@ -165,8 +166,8 @@ impl MemImager {
         }
     }
 
-    /// A few steps at this `lambda` (in units of the mean prior), from the present state. A calibration does so between two gain
-    /// solutions. Every step costs one evaluation of the data term, rarely more.
+    /// Make a few steps at this `lambda` (in units of the mean prior), from the present state. A calibration uses this between two gain
+    /// solutions. Each step takes one evaluation of the data term, and rarely more.
     ///
     /// # Errors
     /// A lambda that is not positive; values that are not finite; a request to stop.
@@ -180,11 +181,11 @@ impl MemImager {
         self.run(state, Control::Fixed, Method::QuasiNewton, goals, Limit { steps: iterations, observer })
     }
 
-    /// Go on from the present state until chi squared is at its target, the flux (where it is known) at its value, and the KKT residual
+    /// Continue from the present state until chi squared is at its target, the flux has its value (if it is known), and the KKT residual is
     /// below its limit.
     ///
     /// # Errors
-    /// Values that are not finite; a request to stop. A goal that is not reached is no error: see [`Progress::met`].
+    /// Values that are not finite; a request to stop. A goal that is not reached is not an error: see [`Progress::met`].
     pub fn solve(&mut self, state: &mut MemState, goals: &MemGoals, method: Method, observer: &dyn Observer) -> Result<Progress> {
         if !(state.lambda > 0.0) {
             state.lambda = self.first_lambda(state)?;
@@ -199,7 +200,8 @@ impl MemImager {
         if let Some(beam) = &self.objective.beam {
             return Ok(0.1 / (beam.largest() * self.objective.unit * self.objective.unit));
         }
-        // Without a beam: where the gradient of the data is as long as the image itself in the metric of the entropy.
+        // If the data have no beam, this is the lambda at which the gradient of the data is as long as the image in the metric of the
+        // entropy.
         let point = self.objective.evaluate(self.objective.variable(&state.image))?;
         let (mut data, mut size) = (0.0, 0.0);
         ndarray::Zip::from(&point.image).and(&point.slope).for_each(|i, g| {
@@ -215,7 +217,7 @@ impl MemImager {
         )))
     }
 
-    /// Run a solver from where the state is, for this number of steps at most.
+    /// Run a solver from the present state, for at most this number of steps.
     fn run(&mut self, state: &mut MemState, control: Control, method: Method, goals: Goals, limit: Limit<'_>) -> Result<Progress> {
         let rho = match method {
             Method::QuasiNewton => self.objective.rho(),

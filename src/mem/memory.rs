@@ -1,7 +1,7 @@
-//! The two-loop recursion of L-BFGS with the gradients of data and penalty stored apart.
+//! The two-loop recursion of L-BFGS. The gradients of data and penalty are stored separately.
 //!
-//! J = lambda (chi2 / 2) + R, so a difference of gradients is lambda times that of the data plus that of the penalty. Stored apart they are
-//! valid for any lambda. The multiplier may therefore change at every step without loss of the stored curvature.
+//! J = lambda (chi2 / 2) + R, so a difference of gradients is lambda times that of the data plus that of the penalty. The separate
+//! differences are valid for any lambda. The multiplier may therefore change at every step without loss of the stored curvature.
 //!
 //! # Reference
 //! Nocedal 1980, Math. Comput. 35, 773.
@@ -44,7 +44,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum()
 }
 
-/// A pair that takes part in a direction, with its coefficient of the first loop.
+/// A pair that contributes to a direction, with its coefficient of the first loop.
 struct Used<'a> {
     pair: &'a Pair,
     curvature: f64,
@@ -98,7 +98,7 @@ impl Memory {
         self.pairs.is_empty()
     }
 
-    /// Remember a step and the differences of the gradients by s of chi2 / 2 and of the penalty.
+    /// Store a step, and the differences of the gradients of chi2 / 2 and of the penalty with respect to s.
     pub(super) fn push(&mut self, step: Array2<f64>, data: Array2<f64>, penalty: Array2<f64>) {
         if self.pairs.len() == self.depth {
             self.pairs.pop_front();

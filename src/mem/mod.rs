@@ -1,4 +1,4 @@
-//! Maximum entropy: the most featureless positive image that the data allow.
+//! Maximum entropy: the positive image with the least structure that agrees with the data.
 //!
 //! Of all positive images whose chi squared has its expected value, the image of largest entropy relative to a prior is chosen.
 //! [`crate::misfit`] holds the terms of chi squared, [`regulariser`] the entropies and other penalties, [`Objective`] their sum with its

@@ -1,4 +1,4 @@
-//! The Newton direction in s: conjugate gradients on the beam's Hessian, with a circulant in place of its inverse.
+//! The Newton direction in s, by conjugate gradients. The Hessian comes from the dirty beam, and the preconditioner is a circulant.
 //!
 //! The Hessian of J is E + lambda D H D + rho D 1 1^T D, with D = s / 2, H the beam, and E diagonal. Bright and dark pixels differ
 //! by orders of magnitude in D. A circulant matrix has one value for all pixels, so the preconditioner blends two inverses: that of
@@ -14,8 +14,8 @@ use crate::fourier::Spectrum;
 use crate::{ChainError, Result};
 use ndarray::Array2;
 
-/// Fraction of the mean brightness at which a pixel counts half as bright and half as dark. It belongs to the preconditioner: it
-/// changes the number of steps of conjugate gradients and not their solution.
+/// Fraction of the mean brightness at which the preconditioner treats a pixel as half bright and half dark. It changes the number of steps
+/// of the conjugate gradients, but not their solution.
 const HALF_BRIGHT: f32 = 0.1;
 
 /// The linear system of one Newton step.
@@ -67,7 +67,8 @@ impl<'a> NewtonSystem<'a> {
     pub(super) fn new(beam: &'a BeamHessian, point: &Point, residual: &Array2<f64>, m: &Multipliers) -> Result<Self> {
         let d = point.s.mapv(|s| (0.5 * s) as f32);
         let mut e = point.stiffness.mapv(|c| c as f32);
-        // The variable s adds stiffness where the image must decrease. Where it must increase, s would take stiffness away: left out.
+        // The variable s adds curvature where the image must decrease. Where the image must increase, s would reduce the curvature. This
+        // part is left out.
         flat_mut(&mut e)?.iter_mut().zip(residual).for_each(|(e, r)| *e = (*e + (0.5 * r).clamp(0.0, 1e6) as f32).max(1e-4));
         let weight = (m.lambda * beam.diagonal()) as f32;
         let (mut first, mut second) = (0.0, 0.0);
@@ -123,7 +124,7 @@ impl<'a> NewtonSystem<'a> {
 
     /// The solution of Hessian x = `rhs` and the number of steps of conjugate gradients that it took.
     pub(super) fn solve(&self, rhs: &Array2<f64>, effort: Effort) -> Result<(Array2<f64>, usize)> {
-        // The scale keeps the numbers within the range of single precision, whatever the unit of flux.
+        // The scale keeps the numbers within the range of single precision for every unit of flux.
         let top = rhs.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
         if !(top > 0.0) {
             return Ok((Array2::zeros(rhs.dim()), 0));

@@ -1,8 +1,8 @@
 //! The objective J = lambda chi2 / 2 + R + beta (F - F0) + rho (F - F0)^2 / 2, which is minimised over positive images I = s^2 / 4.
 //!
 //! R is the penalty (minus the entropy) and F the total flux. The variable s keeps the image positive and makes the metric of the entropy
-//! the identity: d2R/ds2 is 1 for the relative entropy. lambda and beta are the Lagrange multipliers of chi squared and of the flux. rho
-//! is the strength of the augmented Lagrangian. It does not move the solution; it lets beta be found in a few steps.
+//! the identity: d2R/ds2 is 1 for the relative entropy. lambda and beta are the Lagrange multipliers of chi squared and of the flux. rho is
+//! the strength of the augmented Lagrangian. It does not change the solution, but beta is then found in a few steps.
 //!
 //! # Reference
 //! Nocedal & Wright 2006, Numerical Optimization, sect. 17.3 (augmented Lagrangian).
@@ -13,7 +13,7 @@ use super::regulariser::{Regulariser, WeightedSum};
 use crate::Result;
 use ndarray::{Array2, Zip};
 
-/// Stiffness of the flux constraint in units of that of the entropy. It changes the number of steps and not the solution.
+/// Curvature of the flux constraint in units of that of the entropy. It changes the number of steps, but not the solution.
 const FLUX_STIFFNESS: f64 = 100.0;
 
 /// All terms of the objective.
@@ -23,15 +23,16 @@ pub struct Objective {
     pub chi2: ChiSquared,
     /// The penalty.
     pub penalty: WeightedSum,
-    /// Where the image may be bright \[m, l\]; everywhere without it.
+    /// The pixels where the image may be bright \[m, l\]. Without a mask these are all pixels.
     pub inside: Option<Array2<bool>>,
-    /// Subtracted from the image before it is compared with the data \[m, l\], flux a pixel. An example is a pedestal that the data do not hold.
+    /// Subtracted from the image before it is compared with the data \[m, l\], flux a pixel. An example is a pedestal that the data do not
+    /// contain.
     pub offset: Option<Array2<f64>>,
     /// The total flux, where it is known.
     pub flux: Option<f64>,
     /// Curvature of the data term, where a beam describes it.
     pub beam: Option<BeamHessian>,
-    /// Mean prior, flux a pixel: the natural unit of lambda.
+    /// Mean prior, flux per pixel. It is the natural unit of lambda.
     pub unit: f64,
 }
 
@@ -84,7 +85,7 @@ impl Objective {
         s
     }
 
-    /// All values and gradients at `s`: one evaluation of the data term.
+    /// All values and gradients at `s`. This takes one evaluation of the data term.
     ///
     /// # Errors
     /// Values that are not finite.

@@ -109,7 +109,7 @@ impl MemOptions {
     /// Check what can be checked before any file is read.
     ///
     /// # Errors
-    /// The first option out of its range.
+    /// An option is out of its range.
     pub fn check(&self) -> Result<()> {
         if self.niter < 2 {
             return bad_value("niter", self.niter, "at least 2 evaluations");
@@ -122,10 +122,10 @@ impl MemOptions {
         Ok(())
     }
 
-    /// The noise that these options ask for, or that fits the weights of the data.
+    /// The noise that these options select, or the one that suits the weights of the data.
     ///
     /// # Errors
-    /// A noise that is not positive or in another unit than the data, two hands that are needed and missing, whatever the source says.
+    /// The noise is not positive or has another unit than the data, the estimate needs two hands and the set has one, or the source fails.
     pub fn believed_noise(&self, source: &mut dyn VisibilitySource, observer: &dyn Observer) -> Result<Noise> {
         if let Some(NoiseChoice::Sigma(flux)) = self.noise {
             let sigma = flux.in_unit("noise", source.header().unit)?;
@@ -160,7 +160,7 @@ impl MemOptions {
         Ok(noise)
     }
 
-    /// What an imager is to do, in its units and on its grid.
+    /// The plan for an imager, in its units and on its grid.
     ///
     /// # Errors
     /// A value that is out of range or in another unit than the data, a prior in an unknown unit.
@@ -277,7 +277,7 @@ impl PriorChoice {
     /// The prior for an image on `grid` of data in `unit`; `image` is the file's content.
     ///
     /// # Errors
-    /// A level that is not positive, an image on another grid or in another unit, a file that nobody has read.
+    /// The level is not positive, the image is on another grid or in another unit, or the file has not been read.
     pub fn prior(&self, image: Option<Image>, grid: &SkyGrid, unit: VisUnit, freq_hz: f64) -> Result<Prior> {
         // Rayleigh-Jeans: Jy a pixel for each kelvin.
         let jy_per_k = 2.0 * BOLTZMANN_J_PER_K * (freq_hz / SPEED_OF_LIGHT_M_S).powi(2) * grid.cell_sr() / JANSKY_W_M2_HZ;

@@ -22,9 +22,9 @@ use std::time::Instant;
 /// Where the prior comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Prior {
-    /// Flat, with the flux that is given or that the shortest baselines see.
+    /// Flat, with the given flux, or with the flux that the shortest baselines measure.
     Auto,
-    /// Flat, in K for a set in K sr and in Jy a pixel for one in Jy.
+    /// Flat, in K for a set in K sr, and in Jy/pixel for a set in Jy.
     Flat(f64),
     /// An image \[m, l\] in that unit.
     Image(Array2<f64>),
@@ -43,7 +43,7 @@ pub enum Flux {
     ZeroSpacing(f64),
 }
 
-/// What to do for an image of maximum entropy, in the units and on the grid of an imager.
+/// The plan for an image of maximum entropy, in the units and on the grid of an imager.
 #[derive(Debug, Clone)]
 pub struct MemPlan {
     /// The solver.
@@ -93,7 +93,7 @@ impl Default for MemPlan {
 pub struct MemProducts {
     /// The image itself, unconvolved: K or Jy/pixel.
     pub model: Image,
-    /// Residual image: the dirty image of the data less the model.
+    /// Residual image: the dirty image of the data minus the model.
     pub residual: Image,
     /// The image convolved with the restoring beam, plus the residual.
     pub restored: Image,
@@ -116,7 +116,7 @@ struct Channel {
     certificate: Certificate,
 }
 
-/// Flux a pixel of one unit of brightness \[m, l\]: a cell of solid angle for K, 1 for Jy a pixel.
+/// Flux per pixel of one unit of brightness \[m, l\]: the solid angle of a cell for K, and 1 for Jy/pixel.
 #[must_use]
 pub fn flux_of_one(imager: &Imager<'_>) -> Array2<f64> {
     let grid = imager.grid();
@@ -144,8 +144,8 @@ pub(crate) fn in_front(one: &Array2<f64>, mut mask: Option<Array2<bool>>) -> Opt
 /// Images of maximum entropy of all output channels of an imager.
 ///
 /// # Errors
-/// A prior, flux, noise or mask that no image can meet; a dirty beam that no Gaussian fits; a source that cannot be read. Goals that are not
-/// met are no error: see [`Certificate::met`].
+/// No image can meet the prior, flux, noise or mask; no Gaussian fits the dirty beam; or the source cannot be read. Goals that are not met
+/// are not errors: see [`Certificate::met`].
 pub fn mem(imager: &mut Imager<'_>, opts: &MemPlan, observer: &dyn Observer) -> Result<MemProducts> {
     let shape = (imager.grid().n_m, imager.grid().n_l);
     for (option, found) in [("mask", opts.mask.as_ref().map(Array2::dim)), ("prior", prior_shape(&opts.prior))] {

@@ -1,7 +1,7 @@
-//! The quasi-Newton solver in s: Newton steps on the beam's Hessian where the data have one, L-BFGS where not.
+//! The quasi-Newton solver in s. It takes Newton steps with the Hessian of the dirty beam, or L-BFGS steps if the data have no beam.
 //!
-//! Value and gradient come from one evaluation, so each trial of the line search costs one pair of transforms and nothing is computed
-//! twice. The Lagrange multipliers move between the steps.
+//! One evaluation gives the value and the gradient, so each trial of the line search takes one pair of transforms. The Lagrange multipliers
+//! change between the steps.
 
 use super::control::Steering;
 use super::memory::Memory;
@@ -43,7 +43,7 @@ impl<'o> QuasiNewton<'o> {
         Self { found, steering, goals, memory: Memory::new(12), stalled: 0, observer }
     }
 
-    /// The direction at a point: a Newton step whose natural length is 1 where the data have a beam, one of L-BFGS where not.
+    /// The direction at a point. If the data have a beam it is a Newton step, whose natural length is 1. Otherwise it is a step of L-BFGS.
     fn direction(&mut self, o: &Objective, point: &Point, gradient: &Array2<f64>, chi2: f64, kkt: f64) -> crate::Result<Array2<f64>> {
         let m = &self.found.multipliers;
         let mut d = match &o.beam {
@@ -56,7 +56,7 @@ impl<'o> QuasiNewton<'o> {
             None => {
                 let mut d = self.memory.direction(gradient, m.lambda);
                 if self.memory.is_empty() {
-                    // L-BFGS has no natural length in its first step: no pixel changes by more than half the prior.
+                    // The first step of L-BFGS has no natural length. It is limited so that no pixel changes by more than half the prior.
                     let top = d.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
                     d *= o.unit.sqrt() / top.max(f64::MIN_POSITIVE);
                 }
@@ -65,7 +65,7 @@ impl<'o> QuasiNewton<'o> {
         };
         if o.beam.is_some() {
             let more = 0.5 * o.unit.sqrt();
-            // s keeps its sign and grows at most threefold: the quadratic model does not hold further out.
+            // s keeps its sign and grows at most threefold, because the quadratic model is not valid for longer steps.
             Zip::from(&mut d).and(&point.s).for_each(|d, s| {
                 let towards = if *s < 0.0 { -1.0 } else { 1.0 };
                 *d = towards * (towards * *d).clamp(-0.9 * s.abs(), 2.0 * s.abs() + more);
@@ -84,7 +84,7 @@ impl<'o> QuasiNewton<'o> {
         1.0 / (1.0 + curvature)
     }
 
-    /// Search along a direction; `None` where nothing better was found.
+    /// Search along a direction; `None` if no better point was found.
     fn search(&mut self, problem: &mut Problem<Shared<'_>>, from: &Point, d: &Array2<f64>, slope: f64) -> Result<Option<Point>, Error> {
         let m = self.found.multipliers;
         let value = with(problem, |o| o.value(from, &m))?;

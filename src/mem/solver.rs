@@ -1,4 +1,4 @@
-//! What both solvers share: the problem as argmin holds it, and when to stop.
+//! Code that both solvers share: the form of the problem for argmin, and the conditions to stop.
 
 use super::control::Control;
 use super::objective::{Multipliers, Objective, Point};
@@ -7,7 +7,7 @@ use argmin::core::{Error, IterState, Problem, TerminationReason, TerminationStat
 use ndarray::{Array2, Zip};
 use std::cell::RefCell;
 
-/// The problem as argmin holds it: it hands out shared references only.
+/// The form of the problem for argmin, which gives only shared references.
 pub(super) type Shared<'a> = RefCell<&'a mut Objective>;
 /// The state that argmin keeps: the variable s.
 pub(super) type State = IterState<Array2<f64>, (), (), (), (), f64>;
@@ -23,7 +23,7 @@ pub(super) struct Goals {
     pub(super) evaluations: usize,
 }
 
-/// What a solver has found.
+/// The result of a solver.
 pub(super) struct Found {
     pub(super) multipliers: Multipliers,
     pub(super) point: Option<Point>,
@@ -35,7 +35,7 @@ pub(super) struct Found {
     pub(super) met: bool,
 }
 
-/// A solver that gives back what it has found.
+/// A solver that returns its result.
 pub(super) trait Solves {
     fn found(self) -> Found;
 }
@@ -95,7 +95,7 @@ pub(super) fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
     sum
 }
 
-/// Look at the objective.
+/// Call a function with the objective.
 pub(super) fn with<T>(problem: &Problem<Shared<'_>>, work: impl FnOnce(&Objective) -> T) -> Result<T, Error> {
     let shared = problem.problem.as_ref().ok_or_else(|| Error::msg("the problem was taken away from the solver"))?;
     let guard = shared.borrow();

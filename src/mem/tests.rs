@@ -1,4 +1,4 @@
-//! Small images with known answers, through the whole of the solver.
+//! Tests of the whole solver with small images and known results.
 
 use super::regulariser::{GullSkilling, Regulariser, RelativeEntropy, WeightedSum};
 use super::{BeamHessian, ChiSquared, MemGoals, MemImager, MemState, Method, Objective};
@@ -101,7 +101,7 @@ fn the_target_is_met_and_the_scene_comes_back() {
 fn three_starts_lead_to_one_image() {
     let mut imager = imager(1.0, None, true);
     let starts = [imager.start(), imager.start_at(scene()), imager.start_at(Array2::from_shape_fn((SIDE, SIDE), |(i, _)| 0.1 * i as f64))];
-    // A common multiplier: along the line of multipliers the tolerance of chi squared leaves room.
+    // All starts use the same multiplier, because the tolerance of chi squared allows a range of multipliers.
     let lambda = solved(&mut imager, starts[0].clone()).lambda;
     let images: Vec<Array2<f64>> = starts
         .into_iter()
@@ -132,7 +132,7 @@ fn a_known_flux_is_kept_whatever_the_prior() {
 fn without_a_beam_l_bfgs_reaches_the_target() {
     let mut imager = imager(1.0, None, false);
     let mut state = imager.start();
-    // L-BFGS alone knows the curvature of few directions: it meets the data long before the gradient is small.
+    // L-BFGS knows the curvature of only a few directions. It reaches the target of chi squared long before the gradient is small.
     let goals = MemGoals { kkt: 0.1, ..MemGoals::default() };
     let progress = imager.solve(&mut state, &goals, Method::QuasiNewton, &Silent).unwrap();
     assert!(progress.met && state.evaluations <= 150, "{progress:?} {} {}", state.chi2_per_datum, state.kkt);

@@ -1,7 +1,7 @@
 //! Constants that steer the solvers of maximum entropy, each with its reason.
 //!
-//! The solvers stop where chi squared and the KKT residual meet their goals. These constants change the way to that point and hardly
-//! the point itself: `docs/algorithms/heuristics.md` lists how far the image moves when each is halved and doubled.
+//! The solvers stop where chi squared and the KKT residual meet their goals. These constants change the path to that point, and hardly the
+//! point. `docs/algorithms/heuristics.md` lists how much the image changes when each is halved and doubled.
 
 /// Constants of the solvers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -10,8 +10,8 @@ pub struct MemTuning {
     pub control: MemControl,
     /// Bounds of a step of the solver of Cornwell and Evans.
     pub vtess: VtessControl,
-    /// Softening of the total variation, in units of the mean prior. Differences between pixels below it count as their square. It must
-    /// be well below the brightness of the structure and above rounding; a hundredth of the mean is both.
+    /// Softening of the total variation, in units of the mean prior. Differences between pixels below it count as their square. It must be
+    /// well below the brightness of the structure and well above the rounding errors. A hundredth of the mean meets both conditions.
     pub softening: f64,
 }
 
@@ -21,22 +21,23 @@ impl Default for MemTuning {
     }
 }
 
-/// How lambda, the multiplier of chi squared, moves from step to step.
+/// Constants for the change of lambda, the multiplier of chi squared, from step to step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MemControl {
     /// Largest factor of lambda in one step far from the target. A Newton step follows a change of this size to within `followed`.
     pub rise: f64,
-    /// Least factor of such a step: an image that is nearly at the target must not wait for ever.
+    /// Smallest factor of such a step, so that an image near the target still makes progress.
     pub least_rise: f64,
-    /// KKT residual below which the image has followed the last change of lambda half way, so that lambda may rise again.
+    /// KKT residual below which the image has moved half of the way to the optimum of the present lambda, so that lambda may increase
+    /// again.
     pub followed: f64,
-    /// KKT residual below which chi squared is what it will stay at this lambda, so that its response to lambda can be measured.
+    /// KKT residual below which chi squared has reached its final value for this lambda, so that its response to lambda can be measured.
     pub settled: f64,
-    /// Departure of chi squared from its target, relative, within which a power law chi2 ~ lambda^p holds.
+    /// Relative difference between chi squared and its target below which the power law chi2 ~ lambda^p is used.
     pub near: f64,
     /// Largest factor of lambda by the power law: its exponent comes from two points alone.
     pub jump: f64,
-    /// Part of the tolerance of chi squared within which lambda rests, so that the goal is met with a margin.
+    /// Part of the tolerance of chi squared within which lambda does not change, so that the goal is met with a margin.
     pub dead_band: f64,
     /// Exponent of the excess of chi squared by which lambda rises close to the target, while the power law is not known.
     pub trim_up: f64,
@@ -66,10 +67,10 @@ impl Default for MemControl {
     }
 }
 
-/// Bounds of a step of the solver of Cornwell and Evans: beyond them the quadratic model does not hold.
+/// Bounds of a step of the solver of Cornwell and Evans. For longer steps the quadratic model is not valid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VtessControl {
-    /// Squared length of the gradient after a change of the multipliers over the sum of the squared lengths of its two sides.
+    /// Squared length of the gradient after a change of the multipliers, divided by the sum of the squared lengths of its two terms.
     pub growth: f64,
     /// Largest factor of lambda in one step.
     pub rise: f64,

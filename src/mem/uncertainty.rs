@@ -1,9 +1,9 @@
 //! The standard deviation of each pixel, from the diagonal of the inverse Hessian.
 //!
-//! With chi2 / 2 as minus the logarithm of the likelihood and R / lambda as that of the prior, the Hessian at the solution is
-//! H = A^T W A + diag(R'') / lambda, and the standard deviation of a pixel the root of the diagonal of its inverse. For a pixel of
-//! brightness I the circulant approximation gives it at once; random signs give it for the true Hessian, with an error of one part in
-//! the root of twice their number.
+//! With chi2 / 2 as minus the logarithm of the likelihood and R / lambda as that of the prior, the Hessian at the solution is H = A^T W A +
+//! diag(R'') / lambda, and the standard deviation of a pixel is the root of the diagonal of its inverse. The circulant approximation gives
+//! this as a function of the brightness I of the pixel. Random signs give it for the true Hessian. With n vectors of random signs the
+//! relative error is 1 / sqrt(2 n).
 //!
 //! # Reference
 //! Bekas, Kokiopoulou & Saad 2007, Appl. Numer. Math. 57, 1214 (the diagonal from probes); Hutchinson 1990, Commun. Stat. 19, 433.
@@ -20,7 +20,7 @@ use rand::{RngExt, SeedableRng};
 const TABLE: usize = 64;
 /// How exactly the system is solved for a probe.
 const EXACT: Effort = Effort { tolerance: 1e-2, steps: 100 };
-/// How exactly it is solved for the one probe that scales the circulant map.
+/// Tolerance of the solution for the single probe that scales the circulant map.
 const ROUGH: Effort = Effort { tolerance: 0.05, steps: 60 };
 
 /// How the map is made.
@@ -28,16 +28,16 @@ const ROUGH: Effort = Effort { tolerance: 0.05, steps: 60 };
 pub enum Uncertainty {
     /// No map.
     None,
-    /// From the circulant approximation, scaled to the total variance that one random probe finds. It costs as much as one or two steps.
+    /// The map of the circulant approximation, scaled to the total variance of one random probe. It takes as long as one or two steps.
     Circulant,
     /// From so many random probes with this seed.
     Probes(usize, u64),
 }
 
-/// Standard deviation of each pixel \[m, l\], flux a pixel; `None` where it is not asked for or the data have no beam.
+/// Standard deviation of each pixel \[m, l\], flux per pixel. `None` if it is not requested or the data have no beam.
 ///
 /// # Errors
-/// No probe.
+/// The number of probes is 0.
 pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertainty) -> Result<Option<Array2<f64>>> {
     let Some(beam) = &o.beam else { return Ok(None) };
     match how {
@@ -56,7 +56,7 @@ pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertain
             if !(hi > 0.0) {
                 return Ok(Some(Array2::zeros(point.image.dim())));
             }
-            // Below a millionth of the brightest no pixel is restrained by the data.
+            // The data do not constrain pixels below a millionth of the brightest pixel.
             let (from, to) = (lo.max(1e-9 * hi).ln(), hi.ln());
             let at = |k: usize| from + (to - from) * k as f64 / (TABLE - 1) as f64;
             let table: Vec<f64> = (0..TABLE).map(|k| beam.mean_damping(at(k).exp() * scale)).collect();

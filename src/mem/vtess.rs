@@ -1,14 +1,14 @@
-//! The solver of Cornwell and Evans: a Newton step in the image, and multipliers that move with it.
+//! The solver of Cornwell and Evans: Newton steps in the image, with multipliers that change in each step.
 //!
 //! Each iteration forms the products of the gradients of chi squared (C), the flux (F) and the penalty in the metric of the inverse
-//! Hessian. These predict how far chi squared and the flux move with a step, and by how much each multiplier must change so that both
-//! reach their targets. The change is bounded: the quadratic model does not hold where the gradient of the Lagrangian grows beyond a
-//! multiple of its two sides. The step is taken in the image, kept positive, and shortened by interpolation between the gradients at its
-//! two ends. Visibilities are linear in the image, so that interpolation needs no transform. An iteration costs exactly one evaluation
-//! of the data term.
+//! Hessian. These predict how much a step changes chi squared and the flux, and how much each multiplier must change so that both reach
+//! their targets. The change is bounded, because the quadratic model is not valid where the gradient of the Lagrangian exceeds a multiple
+//! of its two terms. The step is taken in the image, kept positive, and shortened by interpolation between the gradients at its two ends.
+//! Visibilities are linear in the image, so the interpolation needs no transform. An iteration takes exactly one evaluation of the data
+//! term.
 //!
-//! Cornwell and Evans keep the diagonal of the Hessian only. Here its inverse is applied by conjugate gradients with the dirty beam, so
-//! the predictions hold for beams with side lobes and for oversampled images.
+//! Cornwell and Evans use only the diagonal of the Hessian. This solver applies the inverse of the Hessian by conjugate gradients with the
+//! dirty beam, so its predictions are valid for beams with side lobes and for oversampled images.
 //!
 //! # Reference
 //! Cornwell & Evans 1985, A&A 143, 77.
@@ -22,7 +22,7 @@ use crate::progress::Observer;
 use argmin::core::{Error, KV, Problem, Solver, TerminationStatus};
 use ndarray::{Array2, Zip};
 
-/// Steps in a row that are interpolated to almost nothing before the solver gives up.
+/// Number of successive steps of almost zero length after which the solver stops.
 const STALLS: usize = 5;
 
 /// The solver and what it has found so far.
@@ -62,7 +62,7 @@ impl Model {
         self.slope[1] + self.curvature[1]
     }
 
-    /// The change within `range` that comes nearest to `target`, on the side of the parabola where more weight means a better fit.
+    /// The change within `range` that comes nearest to `target`, on the side of the parabola where a larger lambda gives a better fit.
     fn change_for(&self, target: f64, range: (f64, f64)) -> f64 {
         let vertex = if self.curvature[2] > 0.0 { -self.response() / self.curvature[2] } else { f64::INFINITY };
         let (mut lo, mut hi) = (range.0.min(vertex), range.1.min(vertex));
@@ -123,7 +123,7 @@ impl<'o> Vtess<'o> {
         let range = self.bounds(&gj, &gc, (&d0, &d1));
         let mut beta = [0.0, 0.0];
         if o.flux.is_some() {
-            // The flux goes to its value, whatever the change of lambda.
+            // The flux reaches its value for every change of lambda.
             let gf = in_s(point, &Array2::ones(point.s.dim()));
             let df = solve(&gf)?;
             let ff = -dot(&gf, &df);
@@ -150,21 +150,22 @@ impl<'o> Vtess<'o> {
         let lambda = self.found.multipliers.lambda;
         let excess = chi2 / target;
         let by_rule = self.steering.next(lambda, chi2, kkt) - lambda;
-        // Near the target the error of the model is as large as the departure, and where the flux is held lambda may have no effect.
+        // Near the target the error of the model is as large as the difference from the target. With a flux constraint lambda may also have
+        // no effect.
         if (excess - 1.0).abs() < self.tuning.close * tolerance || model.response() * lambda > -1e-3 * model.now {
             return by_rule;
         }
         model.change_for(0.5 * target * expected, range)
     }
 
-    /// How far lambda may change: until the squared length of the gradient exceeds `growth` times that of its sides.
+    /// The range for the change of lambda. Within it the squared length of the gradient is at most `growth` times that of its terms.
     fn bounds(&self, gj: &Array2<f64>, gc: &Array2<f64>, (d0, d1): (&Array2<f64>, &Array2<f64>)) -> (f64, f64) {
         let (lambda, VtessControl { growth, rise, .. }) = (self.found.multipliers.lambda, self.tuning);
         let (jj, cj, cc) = (-dot(gj, d0), -dot(gc, d0), -dot(gc, d1));
         if !(cc > 0.0) {
             return (0.0, 0.0);
         }
-        // The side of the penalty is the gradient less the side of the data.
+        // The term of the penalty is the gradient minus the term of the data.
         let rr = (jj - 2.0 * lambda * cj + lambda * lambda * cc).max(0.0);
         let sides = rr + lambda * lambda * cc;
         let root = (cj / cc).powi(2) - (jj - growth * sides) / cc;
@@ -173,7 +174,7 @@ impl<'o> Vtess<'o> {
         (lo.max(-0.5 * lambda).min(0.0), hi.min((rise - 1.0) * lambda).max(0.0))
     }
 
-    /// The new image of a step: positive, and no pixel changed by more than the quadratic model bears.
+    /// The new image of a step. It is positive, and the change of each pixel is limited to the range of the quadratic model.
     fn moved(&self, o: &Objective, point: &Point, direction: &Array2<f64>) -> Array2<f64> {
         let mut image = point.image.clone();
         let (unit, VtessControl { loss, gain, .. }) = (o.unit, self.tuning);
@@ -212,7 +213,7 @@ impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
         let change = &image - &old.image;
         let trial = evaluate(&mut self.found, problem, image.mapv(|i| 2.0 * i.sqrt()))?;
         let (from, to) = with(problem, |o| (dot(&o.residual(&old, &m), &change), dot(&o.residual(&trial, &m), &change)))?;
-        // Where the gradient has turned, the minimum lies between the two ends.
+        // If the gradient along the step has changed its sign, the minimum lies between the two ends.
         let t = if from < 0.0 && to > 0.0 { from / (from - to) } else { 1.0 };
         let point = if t > 0.8 {
             trial

@@ -1,7 +1,7 @@
 //! Terms of chi squared over model visibilities.
 //!
-//! An image is transformed to visibilities once. Every term compares them with its data and adds its gradient. The sum of the gradients
-//! is transformed back once. So any number of terms costs one pair of transforms.
+//! An image is transformed to visibilities once. Every term compares them with its data and adds its gradient. The sum of the gradients is
+//! transformed back once. Any number of terms therefore takes one pair of transforms.
 
 mod term;
 mod visibilities;

@@ -6,10 +6,10 @@ use cittert_arrays::ArrayError;
 use num_complex::{Complex, Complex32};
 use rayon::prelude::*;
 
-/// Data that one task sums: enough to outweigh the start of a task, and few enough that all threads have some.
+/// Number of data that one task sums. It is large compared with the cost of starting a task, and small enough that all threads have work.
 const SHARE: usize = 1 << 14;
 
-/// Measured visibilities; a weight of 0 takes no part.
+/// Measured visibilities. Those of weight 0 are not used.
 #[derive(Debug, Clone)]
 pub struct Visibilities {
     vis: Vec<Complex32>,
@@ -66,7 +66,7 @@ impl VisibilityTerm for Visibilities {
                 sum
             })
             .collect();
-        // Summed in order, so that any number of threads gives the same value.
+        // The sum has a fixed order, so that it is the same for any number of threads.
         sums.iter().sum()
     }
 }

@@ -13,7 +13,7 @@ const OVER: usize = 2;
 /// Name under which the embedded font is known to plotters.
 const FONT: &str = "DejaVu Sans";
 static FONT_BYTES: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
-/// Height of the font's line over its em, as plotters counts sizes in lines.
+/// Height of a line of the font divided by its em. plotters measures font sizes in lines.
 const LINE_PER_EM: f64 = 1.164;
 
 /// A colour: red, green, blue.

@@ -263,7 +263,7 @@ fn scale_of(plane: ArrayView2<'_, f64>, range: Range, stretch: Stretch) -> Resul
             (-x, x)
         }
     };
-    // The colours of a flat image need a range around its one value.
+    // If all pixels have the same value, the colours need a range around it.
     let margin = if high > low { 0.0 } else { 0.5 * low.abs().max(1.0) };
     let two_sided = range == Range::Symmetric;
     Ok(ColorScale {

@@ -15,7 +15,7 @@ pub(crate) const BOTTOM_ROOM: f64 = 62.0;
 /// Room to the right of a panel that has nothing beside it, pixels.
 pub(crate) const RIGHT_ROOM: f64 = 24.0;
 
-/// A picture as its panels see it: its size in pixels and its heading.
+/// The properties of a picture that its panels need: its size in pixels and its heading.
 pub(crate) struct Sheet<'a> {
     pub(crate) heading: &'a str,
     pub(crate) width: f64,

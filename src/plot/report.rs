@@ -26,7 +26,7 @@ pub struct Table {
 pub struct Section {
     /// Title, such as "Dirty image".
     pub title: String,
-    /// What a reader should know, in a sentence or two.
+    /// A short explanation for the reader, one or two sentences.
     pub text: String,
     /// Commands as a person would type them.
     pub commands: Vec<String>,

@@ -1,4 +1,4 @@
-//! The size of a picture unless another is asked for.
+//! The default size of a picture.
 
 /// Width of a picture, pixels.
 pub const DEFAULT_WIDTH: usize = 900;

@@ -8,7 +8,7 @@ use super::panel::{BOTTOM_ROOM, Panel, RIGHT_ROOM, Sheet};
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisUnit, VisibilityBlock, VisibilityHeader};
 
-/// Largest number of points that is kept. Where there are more, every second point is dropped.
+/// Largest number of points that are kept. If there are more, every second point is removed.
 const MOST_POINTS: usize = 200_000;
 
 /// One visibility of the picture.

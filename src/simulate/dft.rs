@@ -11,7 +11,7 @@ use num_complex::Complex64;
 
 /// Number of cells that are summed together, a multiple of `LANES`. Their phases fit into the first cache.
 const CHUNK: usize = 64;
-/// Number of independent partial sums, so that an addition need not wait for the one before it.
+/// Number of independent partial sums, so that the processor can do several additions at the same time.
 const LANES: usize = 8;
 /// Number of channels after which the phase recurrence starts again. Its error stays below 32 roundings, 1e-14.
 pub(crate) const RESTART: usize = 32;
@@ -191,7 +191,7 @@ mod tests {
         SkyGrid::new(n, n, cell, SkyFrame::Sky { ra_rad: 0.1, dec_rad: 0.2, frame: "icrs".into() }).unwrap()
     }
 
-    /// The sum as it is written in the books, 20 lines, nothing shared with the code above.
+    /// The direct sum in 20 lines, independent of the code above.
     fn naive(grid: &SkyGrid, plane: &Array2<f64>, uvw: [f64; 3], freq: f64) -> Complex64 {
         let wavelength = 299_792_458.0 / freq;
         let mut sum = Complex64::ZERO;

@@ -25,7 +25,7 @@ struct Plane {
     pol: usize,
     /// The channels of the set that use this plane.
     chans: Vec<usize>,
-    /// Its transform, if it was made and the memory budget allows to keep it.
+    /// Its transform, if it was made and fits into the memory budget.
     ready: Option<Transform>,
 }
 
@@ -386,7 +386,7 @@ fn products(scene: Polarization, set: &[Polarization]) -> Vec<(usize, Complex64)
     set.iter().enumerate().map(|(k, p)| (k, stokes_coefficient(scene, *p))).filter(|(_, c)| *c != Complex64::ZERO).collect()
 }
 
-/// Which planes of which images serve which channels: one for each pattern that differs.
+/// The planes of the images, with the channels that use each of them. There is one plane for each different pattern.
 fn list_planes(header: &VisibilityHeader, sky: &SkyModel, pattern: &ElementPattern) -> Vec<Plane> {
     let mut planes = Vec::new();
     for (index, image) in sky.images.iter().enumerate() {

@@ -265,7 +265,7 @@ impl SimulateOptions {
         Ok(pattern)
     }
 
-    /// The noise, where any is asked for.
+    /// The noise, if the options select any.
     ///
     /// # Errors
     /// Both an SEFD and a system temperature.

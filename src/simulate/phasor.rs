@@ -55,7 +55,7 @@ mod tests {
         let mut worst = 0.0_f64;
         for k in -40_000..=40_000 {
             let x = f64::from(k) / 9_973.0;
-            // The library is fed the exactly reduced phase, as its own product 2 pi x is rounded.
+            // The library function gets the exactly reduced phase, because its own product 2 pi x would be rounded.
             let (s, c) = ((x - x.round()) * std::f64::consts::TAU).sin_cos();
             let (mc, ms) = cos_sin_turns(x);
             worst = worst.max((mc - c).abs()).max((ms - s).abs());

@@ -102,7 +102,7 @@ fn check_frame(grid: &SkyGrid, center: &PhaseCenter) -> Result<()> {
         (SkyFrame::Sky { ra_rad, dec_rad, .. }, SkyFrame::Sky { ra_rad: ra, dec_rad: dec, .. }) => {
             let d_ra = (ra_rad - ra + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
             let offset = (d_ra * dec.cos()).hypot(dec_rad - dec);
-            // A FITS header in degrees keeps a centre to far better than this.
+            // The centre in a FITS header in degrees is much more accurate than this.
             if offset <= (1e-3 * grid.cell_rad).max(1e-9) {
                 return Ok(());
             }

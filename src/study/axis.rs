@@ -23,10 +23,10 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// An axis of values as they are written. Where all are numbers of one unit, the axis is numeric.
+    /// An axis with the texts of its values. If all values are numbers with the same unit, the axis is numeric.
     ///
     /// # Errors
-    /// No value, or the same value twice.
+    /// There is no value, or the same value occurs twice.
     pub fn new(name: impl Into<String>, texts: &[String]) -> Result<Self> {
         let name = name.into();
         if texts.is_empty() {
@@ -53,7 +53,7 @@ impl Axis {
         self.values.iter().all(|v| v.number.is_some())
     }
 
-    /// Name with the unit, for the head of a column: `errors.phase.rms_deg`.
+    /// Name with the unit, for the heading of a column: `errors.phase.rms_deg`.
     #[must_use]
     pub fn column(&self) -> String {
         if self.unit.is_empty() { self.name.clone() } else { format!("{}_{}", self.name, self.unit) }
@@ -68,14 +68,14 @@ fn number_and_unit(text: &str) -> Option<(f64, &str)> {
     Some((number, unit.trim()))
 }
 
-/// All combinations of the values of the axes; the last axis runs fastest.
+/// All combinations of the values of the axes. The value of the last axis changes fastest.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Grid {
     /// The axes; none is one point.
     pub axes: Vec<Axis>,
 }
 
-/// Points of a grid at most: the tables of more points would not fit into the memory.
+/// Largest number of points of a grid. The tables of more points would not fit into the memory.
 const MOST_POINTS: usize = 1_000_000;
 
 impl Grid {

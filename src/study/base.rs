@@ -18,7 +18,7 @@ pub enum Antennas {
     All,
     /// The first so many, in the order of the layout.
     First(usize),
-    /// So many, drawn anew for each seed.
+    /// This number of antennas, drawn again for each seed.
     Random(usize),
 }
 
@@ -33,13 +33,13 @@ pub enum Deconvolution {
 
 /// An image of a trial.
 pub(super) struct Seen {
-    /// Restored by CLEAN, unconvolved by maximum entropy; without a constant that was added back \[m, l\].
+    /// The restored image of CLEAN, or the unconvolved image of maximum entropy, without a constant that was added back \[m, l\].
     pub(super) image: Array2<f64>,
     /// Rms of the residual image.
     pub(super) residual_rms: f64,
 }
 
-/// An observation without errors, and how it is imaged. Trials share it.
+/// An observation without errors, and the options of its image. Trials share it.
 #[derive(Debug)]
 pub struct Base {
     /// Error-free, noise-free visibilities.
@@ -56,13 +56,13 @@ pub struct Base {
 pub struct Reference {
     /// The restored image of the error-free data, without a constant that images add back, or the scene \[m, l\].
     pub image: Array2<f64>,
-    /// True where the model, seen with the beam, or the scene exceeds 1e-3 of its peak \[m, l\].
+    /// True where the model, convolved with the beam, or the scene exceeds 1e-3 of its peak \[m, l\].
     pub on_source: Array2<bool>,
     /// Imaging with the size and cell that were chosen.
     pub imaging: ImagingOptions,
 }
 
-/// Evaluations of maximum entropy at most on data with gain errors: no image explains these, so the solver would not end.
+/// Largest number of evaluations of maximum entropy for data with gain errors. No image explains such data, so the solver would not end.
 const HOPELESS: usize = 40;
 /// Fraction of the peak above which a pixel belongs to the source.
 pub const ON_SOURCE: f64 = 1e-3;
@@ -74,10 +74,10 @@ impl Base {
         Self { set, imaging, deconvolution, reference: OnceLock::new() }
     }
 
-    /// The base with some of the antennas alone.
+    /// The base with only some of the antennas.
     ///
     /// # Errors
-    /// Fewer than two antennas, or more than the layout has; no row left.
+    /// There are fewer than two antennas, more than the layout has, or no row between them.
     pub fn with(&self, antennas: Antennas, seed: u64) -> Result<Self> {
         let n_ant = self.set.header.layout.n_ant();
         let chosen: Vec<usize> = match antennas {
@@ -88,7 +88,7 @@ impl Base {
         Ok(Self::new(subset(&self.set, &chosen)?, self.imaging.clone(), self.deconvolution.clone()))
     }
 
-    /// The image of the error-free data, made when it is first asked for.
+    /// The image of the error-free data. It is made at the first call.
     ///
     /// # Errors
     /// The image cannot be made, or shows no source.
@@ -132,7 +132,7 @@ fn checked(n: usize, n_ant: usize) -> Result<usize> {
     Err(ChainError::BadOption { option: "number of antennas", value: n.to_string(), expected: format!("2 to the {n_ant} of the layout") })
 }
 
-/// Indices of `n` of `n_ant` antennas, growing: the start of a shuffle.
+/// Indices of `n` random antennas of `n_ant`, in ascending order. They are the first `n` of a random permutation.
 fn draw(n: usize, n_ant: usize, seed: u64) -> Vec<usize> {
     let mut rng = stream(seed, "antennas of a study", 0);
     let mut all: Vec<usize> = (0..n_ant).collect();
@@ -145,7 +145,7 @@ fn draw(n: usize, n_ant: usize, seed: u64) -> Vec<usize> {
     all
 }
 
-/// The rows between chosen antennas, with the layout of these alone.
+/// The rows between chosen antennas, with the layout of only these antennas.
 fn subset(set: &VisibilitySet, chosen: &[usize]) -> Result<VisibilitySet> {
     let header = &set.header;
     if chosen.len() == header.layout.n_ant() {

@@ -1,4 +1,4 @@
-//! A study against the law of dynamic range, and its independence of threads.
+//! Compares a study with the law of dynamic range, and tests that the number of threads does not change it.
 
 use super::*;
 use crate::calibrate::{RoundOptions, SolveOptions, StartFrom};
@@ -18,7 +18,7 @@ use rand::RngExt;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// A point of 1 Jy seen once by antennas strewn over a square of 100 wavelengths.
+/// A point of 1 Jy, observed once by random antennas in a square of 100 wavelengths.
 fn base(n_ant: u32, size: usize) -> Arc<Base> {
     let mut rng = stream(4, "layout of the test", 0);
     let antennas = (0..n_ant).map(|k| Antenna::new(format!("A{k}"), k, [rng.random::<f64>(), rng.random::<f64>(), 0.0])).collect();
@@ -45,7 +45,7 @@ fn base(n_ant: u32, size: usize) -> Arc<Base> {
         no_w: true,
         ..ImagingOptions::default()
     };
-    // One component takes the whole peak: nothing of the errors is cleaned away.
+    // One component takes the whole peak, so CLEAN does not remove the errors.
     let clean = CleanOptions { algorithm: by_name("hogbom").unwrap().into(), gain: 1.0, niter: 1, ..CleanOptions::default() };
     Arc::new(Base::new(set, imaging, Deconvolution::Clean(Box::new(clean))))
 }
@@ -63,8 +63,8 @@ fn plan() -> SelfcalPlan {
 
 #[test]
 fn the_dynamic_range_of_a_point_follows_n_over_root_two_phi() {
-    // Dynamic range: peak of the restored image over its rms where the source is not, the variance averaged over the trials.
-    // Perley 1999, ASP Conf. 180, 275: N / (sqrt(2) phi). One trial scatters by a fifth, so 200 are good to 1.5 percent.
+    // Dynamic range: the peak of the restored image divided by its rms off the source. The variance is averaged over the trials. Perley
+    // 1999, ASP Conf. 180, 275: N / (sqrt(2) phi). One trial scatters by a fifth, so the mean of 200 has an error of 1.5 percent.
     let (n, phi) = (20, 0.05);
     let setup = Setup { base: base(n, 64), antennas: Antennas::All, errors: vec![phase(phi)], selfcal: None };
     let study = Study { grid: Grid::default(), setups: vec![setup], seeds: (0..200).collect() };

@@ -1,8 +1,8 @@
 //! Monte-Carlo studies: how much an error degrades an image, and how much of that self-calibration recovers.
 //!
-//! A study is a grid of points (one for each combination of the values of its axes) times seeds. Every trial corrupts the same
-//! error-free observation, images it, self-calibrates it, and compares gains and images with the truth. A trial depends on its point
-//! and its seed alone and runs on one thread, so the numbers are identical whatever the order and the number of threads.
+//! A study is a grid of points (one for each combination of the values of its axes) times seeds. Every trial corrupts the same error-free
+//! observation, images it, self-calibrates it, and compares gains and images with the truth. A trial depends only on its point and its
+//! seed, and runs on one thread. The numbers are therefore identical for every order of the trials and every number of threads.
 //!
 //! | file | what it does |
 //! |---|---|

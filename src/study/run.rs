@@ -1,4 +1,4 @@
-//! All trials of a study, on several threads, each trial on one.
+//! Runs all trials of a study on several threads. Each trial runs on one thread.
 
 use super::axis::Grid;
 use super::trial::{Setup, TrialResult, trial};
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 pub struct Study {
     /// The axes.
     pub grid: Grid,
-    /// What to run at each point \[point\].
+    /// The trial to run at each point \[point\].
     pub setups: Vec<Setup>,
     /// Seeds of the trials of every point.
     pub seeds: Vec<u64>,
@@ -55,7 +55,7 @@ pub fn run(
     }
     let threads = threads.clamp(1, todo.len());
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-    // A bounded channel: workers wait where the caller cannot store as fast as they finish.
+    // The channel is bounded: workers wait if they finish trials faster than the caller stores them.
     let (sender, receiver) = mpsc::sync_channel(4 * threads);
     observer.event(Event::Phase { name: "trials", total: Some(todo.len() as u64), unit: "trial" });
     let result = std::thread::scope(|scope| {
@@ -84,7 +84,7 @@ pub fn run(
         drop(sender);
         let result = collect(&receiver, todo.len(), each, observer);
         stop.store(true, Ordering::Relaxed);
-        // Workers that wait to send must find the channel closed, or the scope would wait for them for ever.
+        // The channel must be closed here. Otherwise workers that wait to send would never end, and the scope would wait for them.
         drop(receiver);
         result
     });

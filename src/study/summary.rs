@@ -1,13 +1,13 @@
 //! Statistics over the seeds of a point.
 
-/// Statistics of a number over the seeds, of its finite values only.
+/// Statistics of a number over the seeds. Only finite values are used.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statistics {
     /// Finite values.
     pub n: usize,
-    /// Mean; NaN without values.
+    /// Mean; NaN if there are no values.
     pub mean: f64,
-    /// Standard deviation of one value (n - 1); NaN below two values.
+    /// Standard deviation (with n - 1); NaN with fewer than two values.
     pub std: f64,
     /// Median.
     pub median: f64,
@@ -23,7 +23,7 @@ pub fn summarize(values: impl IntoIterator<Item = f64>) -> Statistics {
     let mut v: Vec<f64> = values.into_iter().filter(|x| x.is_finite()).collect();
     v.sort_by(f64::total_cmp);
     let n = v.len();
-    // A sum in sorted order does not depend on the order of the trials.
+    // The values are summed in sorted order, so the sum does not depend on the order of the trials.
     let mean = if n > 0 { v.iter().sum::<f64>() / n as f64 } else { f64::NAN };
     let squares: f64 = v.iter().map(|x| (x - mean) * (x - mean)).sum();
     let std = if n > 1 { (squares / (n - 1) as f64).sqrt() } else { f64::NAN };

@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub struct Setup {
     /// The error-free observation.
     pub base: Arc<Base>,
-    /// Antennas drawn for each seed, where not all of the base take part.
+    /// The antennas of each seed, if a trial uses only some antennas of the base.
     pub antennas: Antennas,
     /// The errors that are injected.
     pub errors: Vec<Error>,
@@ -30,24 +30,25 @@ pub struct Setup {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SelfcalPlan {
     /// How gains are solved. The least signal to noise ratio counts only where thermal noise is among the errors. Reference antennas that
-    /// take no part in a trial are passed over.
+    /// are not in a trial are ignored.
     pub solve: SolveOptions,
-    /// What the first gains are solved against, and the rounds.
+    /// The start of the first gains, and the rounds.
     pub rounds: RoundOptions,
 }
 
 /// The quality of an image and its gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Peak of the restored image over its rms off the source; over the rms of the residual where the source fills nine tenths of it.
+    /// Peak of the restored image divided by its rms off the source. If the source fills nine tenths of the image, the rms of the residual
+    /// is used.
     pub dynamic_range: f64,
-    /// Rms of the difference from the image of error-free data, or of maximum entropy from the scene, over the rms of that image.
+    /// Rms of the difference from the image of error-free data (for maximum entropy: from the scene), divided by the rms of that image.
     pub nrmse: f64,
     /// Fidelity index against the image of error-free data.
     pub fidelity: f64,
     /// Rms of the residual image, in its unit.
     pub residual_rms: f64,
-    /// Rms phase error of the gains, a common phase of each integration removed, rad.
+    /// Rms phase error of the gains, rad, after a common phase of each integration is removed.
     pub phase_rms_rad: f64,
 }
 
@@ -88,21 +89,21 @@ impl Quality {
 pub struct TrialResult {
     /// The corrupted data as they are.
     pub before: Quality,
-    /// After self-calibration; `None` where there was none or it failed.
+    /// After self-calibration; `None` if there was none or it failed.
     pub after: Option<Quality>,
     /// Rounds of self-calibration.
     pub rounds: usize,
-    /// Why self-calibration failed or is doubtful; empty otherwise.
+    /// The reason why self-calibration failed or is doubtful; otherwise empty.
     pub note: String,
 }
 
-/// Run one trial. The result depends on the arguments alone; it is the same to the last bit only where the caller runs it on a rayon pool
-/// of one thread.
+/// Run one trial. The result depends only on the arguments. It is the same to the last bit only if the caller runs it on a rayon pool of
+/// one thread.
 ///
-/// Errors are drawn from `seed` alone, so that trials of one seed at neighbouring points have the same errors at another size.
+/// Errors are drawn only from `seed`, so that trials of one seed at neighbouring points have the same errors with another size.
 ///
 /// # Errors
-/// Options out of range, or data of which no image can be made. A self-calibration that fails is a result, not an error.
+/// An option is out of range, or no image can be made of the data. A self-calibration that fails is a result, not an error.
 pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     let base = match setup.antennas {
         Antennas::All => setup.base.clone(),
@@ -149,12 +150,12 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
 
 fn selfcal_options(data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> SelfcalOptions {
     let mut options = SelfcalOptions::of(plan.solve.clone(), plan.rounds.clone());
-    // Weights of data without noise have no scale, and so no signal to noise.
+    // The weights of data without noise have no scale, so there is no signal to noise ratio.
     let noisy = setup.errors.iter().any(|e| matches!(e, Error::Noise(_)));
     if !noisy {
         options.solve.min_snr = 0.0;
     }
-    // Names of antennas that take no part in this trial are passed over.
+    // Names of antennas that are not in this trial are ignored.
     let takes_part = |name: &String| data.header.layout.index_of(name).is_some();
     options.solve.refant =
         plan.solve.refant.as_ref().map(|names| AntennaNames(names.0.iter().filter(|n| takes_part(n)).cloned().collect()));
@@ -175,7 +176,7 @@ fn calibrate(
     }
 }
 
-/// Rms phase difference over the integrations of the truth; NaN where no gain is known.
+/// Rms phase difference over the integrations of the truth; NaN if no gain is known.
 fn phase_rms(truth: &GainTable, found: &GainTable, gradient: bool) -> Result<f64> {
     match compare_gains(truth, found, CompareOptions { gradient, flux_scale: false }) {
         Ok(c) => Ok(c.rms_phase_rad),

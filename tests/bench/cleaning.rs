@@ -1,4 +1,4 @@
-//! Minor cycles on a crowded field, in components a second, and the convolutions that they use.
+//! Minor cycles on a crowded field, in components per second, and the convolutions that they use.
 // A benchmark that cannot be set up stops at once. criterion generates items without documentation.
 #![allow(missing_docs, clippy::expect_used)]
 

@@ -1,4 +1,4 @@
-//! Gridding and prediction in visibilities a second, for several numbers of visibilities and sizes of the image.
+//! Gridding and prediction in visibilities per second, for several numbers of visibilities and sizes of the image.
 // A benchmark that cannot be set up stops at once. criterion generates items without documentation.
 #![allow(missing_docs, clippy::expect_used)]
 

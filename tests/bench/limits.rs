@@ -1,4 +1,4 @@
-//! Measures the limits of the machine: bytes a second to and from memory, and multiply-adds a second.
+//! Measures the limits of the machine: bytes per second to and from memory, and multiply-adds per second.
 
 use std::hint::black_box;
 
@@ -11,7 +11,8 @@ pub(crate) fn cpu_s() -> f64 {
     tasks.filter_map(nanoseconds).sum::<f64>() * 1e-9
 }
 
-/// The least processor time of several turns, s, and the result of the last turn. The least is taken because other programs only add time.
+/// The smallest processor time of several runs, s, and the result of the last run. The smallest is used because other programs can only
+/// increase the time.
 pub(crate) fn least<R>(turns: usize, mut work: impl FnMut() -> R) -> (f64, R) {
     let mut best = f64::INFINITY;
     let mut timed = || {
@@ -27,7 +28,7 @@ pub(crate) fn least<R>(turns: usize, mut work: impl FnMut() -> R) -> (f64, R) {
     (best, result)
 }
 
-/// Bytes a second of a = b + s c on one thread, with arrays far larger than the caches. A write counts once.
+/// Bytes per second of a = b + s c on one thread, with arrays far larger than the caches. A write counts once.
 pub(crate) fn triad() -> f64 {
     const N: usize = 1 << 24;
     let (mut a, b, c) = (vec![0.0_f32; N], vec![1.0_f32; N], vec![2.0_f32; N]);
@@ -64,7 +65,7 @@ fn chains_avx2() -> f32 {
     chains::<true>()
 }
 
-/// Single-precision multiply-adds a second on one thread, with the instructions that the transforms use.
+/// Single-precision multiply-adds per second on one thread, with the instructions that the transforms use.
 pub(crate) fn multiply_adds() -> f64 {
     let (s, _) = least(3, || {
         #[cfg(target_arch = "x86_64")]

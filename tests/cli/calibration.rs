@@ -1,4 +1,4 @@
-//! Errors put in and taken out again: corrupt, selfcal, applycal, closure, compare, identify and predict.
+//! Errors are injected and removed again: corrupt, selfcal, applycal, closure, compare, identify and predict.
 
 use crate::program::Scratch;
 use serde_json::Value;
@@ -10,7 +10,7 @@ fn number(v: &Value, key: &str) -> f64 {
 const SIMULATE: &str = "simulate --layout vla-d --freq 1.4GHz --bandwidth 64MHz --channels 2 --phase-center 13h31m08s,+30d30m33s \
                         --start 2025-06-01T01:30:00 --duration 4min --integration 60s --method dft";
 
-/// A point at the phase centre seen by the VLA for four minutes.
+/// A point at the phase centre, observed by the VLA for four minutes.
 fn point(extra: &str) -> Scratch {
     let s = Scratch::new();
     s.write("s.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,1.0\n");
@@ -42,7 +42,7 @@ fn injected_phases_come_back() {
     let c = s.json("compare sc.calh5 t.calh5");
     assert!(number(&c, "max_abs_phase_rad") < 1e-6 && number(&c, "rms_amplitude") < 1e-9, "{c}");
     assert_eq!(c["n_flagged"], 0);
-    // The calibrated set is the set before the errors, up to one phase in each interval, which baselines do not see.
+    // The calibrated set equals the set before the errors. A common phase in each interval may differ, because no baseline measures it.
     let r = s.json("predict sc.uvh5 --model s.csv --residual -o r.uvh5");
     assert!(number(&r, "rms") < 1e-5, "{r}");
 }
@@ -83,7 +83,7 @@ fn fewer_rounds_leave_none_of_an_earlier_run() {
 fn gains_applied_and_put_back_leave_the_data() {
     let s = point("");
     s.ok("corrupt v.uvh5 -o c.uvh5 --seed 2 --phase-rms 1rad --amp-rms 0.2 --delay-rms 2ns --variation walk:2min --bandpass-ripple 0.1");
-    // The truth goes beside the output where no name is given.
+    // If no name is given, the true gains are written beside the output.
     s.ok("applycal c.uvh5 c.calh5 -o back.uvh5");
     let r = s.json("predict back.uvh5 --model s.csv --residual -o r.uvh5");
     assert!(number(&r, "rms") < 1e-6, "{r}");

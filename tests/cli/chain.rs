@@ -1,4 +1,4 @@
-//! From layout to image: where sources come out, what is the same twice.
+//! From layout to image: the positions of sources, and the reproducibility of results.
 
 use crate::program::Scratch;
 use serde_json::Value;
@@ -25,7 +25,7 @@ fn sources_come_out_where_they_were_put() {
         s.ok(&format!("clean {name}.uvh5 --size 256 --cell 0.15mrad --niter 2000 --gain 0.05 -o {name}"));
         let components = std::fs::read_to_string(s.path(&format!("{name}-components.csv"))).unwrap();
         for (l, m) in put {
-            // The flux-weighted mean of the components within a few cells of where it was put.
+            // The flux-weighted mean position of the components within a few cells of the true position of a source.
             let (mut f, mut fl, mut fm) = (0.0, 0.0, 0.0);
             for row in components.lines().skip(1) {
                 let v: Vec<f64> = row.split(',').take(3).map(|x| x.parse().unwrap()).collect();

@@ -1,4 +1,4 @@
-//! The book's pages of the subcommands list the options that there are.
+//! The pages of the subcommands in the book list all options.
 
 use super::options::{keys, plain, resolved, schema};
 use clap::{Arg, Command};

@@ -1,4 +1,4 @@
-//! Maximum entropy as people and checks call it.
+//! Maximum entropy on the command line.
 
 use crate::program::Scratch;
 use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyFrame, SkyGrid, SpectralWindow, VisibilityBlock, for_each_block};
@@ -34,7 +34,7 @@ fn write(s: &Scratch, name: &str, plane: &Array2<f64>, unit: BrightnessUnit) {
     write_image(&s.path(name), &image, ImageOptions::default()).unwrap();
 }
 
-/// The scene seen by an array that fills the transform, with noise; `extra` are more options of `simulate`.
+/// The scene, observed with noise by an array that fills the transform. `extra` contains further options of `simulate`.
 fn observed(extra: &str) -> Scratch {
     let s = Scratch::new();
     write(&s, "scene.fits", &scene(), BrightnessUnit::Kelvin);

@@ -1,4 +1,4 @@
-//! The command line as people and checks call it.
+//! Tests of the command line.
 
 mod calibration;
 mod chain;

@@ -31,7 +31,7 @@ fn attenuation_has_a_row_for_each_combination() {
         rows(&s, "scene attenuation --model mpm89,mpm93 --pressure 1000hPa,500hPa --humidity 10%,50%,90% --freq 22.235GHz,183.31GHz");
     assert_eq!(many.len(), 2 * 2 * 3 * 2);
     assert_eq!(many[1]["freq_ghz"], "183.31");
-    // Whatever is not given is mean air at sea level without cloud and rain.
+    // The defaults are mean air at sea level without cloud and rain.
     let plain = &rows(&s, "scene attenuation --freq 94GHz")[0];
     assert_eq!((plain["vapour_g_m3"].as_str(), plain["pressure_hpa"].as_str(), plain["rain_mm_h"].as_str()), ("7.5", "1013.25", "0"));
     assert!((0.3..0.5).contains(&number(plain, "attenuation_db_per_km")));

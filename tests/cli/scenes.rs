@@ -63,7 +63,7 @@ fn a_flat_sea_is_emissivity_and_sky_combined_by_hand() {
 #[test]
 fn a_mirror_shows_the_sky_of_the_reflected_angle() {
     let s = Scratch::new();
-    // A metal plate leaning by 25 degrees, looked at from straight above, shows the sky 50 degrees from the zenith.
+    // A metal plate is tilted by 25 degrees. Seen from the zenith, it shows the sky 50 degrees from the zenith.
     s.write(
         "mirror.toml",
         "kind = \"solids\"\nname = \"mirror\"\natmosphere = { profile = \"ussa\" }\n\
@@ -113,7 +113,7 @@ fn channels_and_stokes_planes_make_a_cube_and_simulate_takes_it() {
     let cube = cittert_formats::open_image(&s.path("cube.fits")).unwrap();
     assert_eq!(cube.data.shape(), [3, 4, 24, 24]);
     let mean = |c: usize| cube.plane(c, 0).mean().unwrap();
-    // Cold skies grow warmer towards 100 GHz and above.
+    // The temperature of a cold sky increases with frequency near 100 GHz and above.
     assert!(mean(2) > mean(0) + 0.5, "{} {}", mean(0), mean(2));
     assert!(cube.plane(1, 1).iter().any(|q| q.abs() > 5.0));
     let line =
@@ -243,7 +243,7 @@ fn terrain_takes_pictures_for_surfaces_and_heights() {
 #[test]
 fn the_oracle_is_met_by_command() {
     let (bodies, rays) = (oracle("csg_bodies_regions.txt"), oracle("csg_rays_povray.csv"));
-    // One region after another, as the oracle asks them.
+    // Each region separately, as in the oracle.
     let mut by_region: BTreeMap<String, Vec<csv::StringRecord>> = BTreeMap::new();
     let mut reader = csv::Reader::from_path(&rays).unwrap();
     let head = reader.headers().unwrap().clone();

@@ -72,7 +72,7 @@ fn tables_do_not_depend_on_threads_or_on_a_torn_journal() {
     let (before, after) = (column(trials, "nrmse_before"), column(trials, "nrmse_after"));
     assert!((6..12).all(|k| after[k] < 0.5 * before[k]), "{before:?} {after:?}");
 
-    // A journal cut in the middle of a line: the whole lines stay, the rest runs again.
+    // If a journal is cut in the middle of a line, the complete lines are kept and the other trials run again.
     let journal = read(&s, "two/journal.jsonl");
     let keep: usize = journal.split_inclusive('\n').take(6).map(str::len).sum();
     s.write("two/journal.jsonl", &journal[..keep + 40]);
@@ -104,7 +104,7 @@ fn a_killed_study_goes_on_where_it_stopped() {
         std::thread::sleep(Duration::from_millis(2));
     }
     s.fails("study c.toml -o out", 1, &["another process", "out"]);
-    // SIGKILL: nothing of the program runs any more.
+    // With SIGKILL the program cannot run any more code.
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(lines() >= 6 && !s.path("out/trials.csv").exists());
@@ -127,7 +127,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ("seeds = 3", "seeds = 0", vec!["seeds"]),
     ] {
         let config = CONFIG.replace(from, to);
-        // The first axis would put a good value in place of a bad one.
+        // The first axis would replace a bad value by a good one.
         let config = if from.starts_with("phase-rms") { config.split("[[axis]]").next().unwrap().to_owned() } else { config };
         let s = scratch(&config);
         s.fails("study c.toml -o out", 1, &words);
@@ -160,7 +160,7 @@ fn the_tutorial_holds_in_small() {
     let law = 27.0 / (2.0_f64.sqrt() * 3.0_f64.to_radians());
     assert!((before[0] / law - 1.0).abs() < 0.25, "{before:?} {law}");
     assert!((before[0] / before[1] / 4.0 - 1.0).abs() < 0.25, "{before:?}");
-    // After self-calibration the size of the error no longer matters.
+    // After self-calibration the result does not depend on the size of the error.
     assert!((after[0] / after[1] - 1.0).abs() < 0.1 && after[1] > 5.0 * before[1], "{before:?} {after:?}");
     assert!(column(&summary, "phase_rms_rad_after_median").iter().all(|p| *p < 0.01));
 }

@@ -1,4 +1,5 @@
-//! Closure imaging: the error of the image against the scene, laid over it. Ten antennas follow each scene over a part of a day.
+//! Closure imaging: the error of the image relative to the scene, after a shift onto it. Ten antennas observe each scene for a part of a
+//! day.
 
 use crate::scenes::{CELL, Case, Random, SIDE, cases, error_of, grid};
 use crate::table::{Group, Knob, measure};

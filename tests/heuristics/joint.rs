@@ -1,4 +1,4 @@
-//! The joint solution of image and gains: the error of the image against the scene, laid over it.
+//! The joint solution of image and gains: the error of the image relative to the scene, after a shift onto it.
 
 use crate::scenes::{CELL, Case, SIDE, cases, error_of};
 use crate::table::{Group, Knob, measure};

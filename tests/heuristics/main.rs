@@ -1,4 +1,4 @@
-//! How far results move when a constant that steers an algorithm is halved or doubled.
+//! How much results change when a constant that steers an algorithm is halved or doubled.
 //!
 //! Every constant of the option structs `MemTuning`, `SelfcalTuning`, `JointSchedule` and `ClosureImagingControl` is varied over three
 //! scenes and two layouts. The largest change is compared with the table in `docs/algorithms/heuristics.md`; with `CITTERT_BLESS=1` the

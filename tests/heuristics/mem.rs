@@ -1,4 +1,4 @@
-//! Maximum entropy: the error of the image against the scene.
+//! Maximum entropy: the error of the image relative to the scene.
 
 use crate::scenes::{CELL, Case, SIDE, cases, error_of};
 use crate::table::{Group, Knob, measure};

@@ -1,4 +1,4 @@
-//! Three scenes and two layouts that serve no other test or benchmark.
+//! Three scenes and two layouts that no other test or benchmark uses.
 
 use cittert::arrays::{
     Antenna, ArrayLayout, GainTable, LayoutFrame, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SkyFrame, SkyGrid, SpectralWindow,
@@ -15,7 +15,7 @@ pub const CELL: f64 = 3e-3;
 /// Noise of the real part of a visibility as a fraction of the total flux.
 const NOISE: f64 = 2e-3;
 
-/// One of the six cases: a scene seen by a layout.
+/// One of the six cases: a scene observed with a layout.
 pub struct Case {
     pub name: &'static str,
     pub scene: Array2<f64>,

@@ -98,7 +98,7 @@ pub fn compare(cases: &[&str], groups: &[Group]) {
         assert_eq!((cells[0].trim_matches('`'), cells[1]), (row.name, row.default.as_str()));
         for (measured, cell) in [(row.halved.largest, cells[2]), (row.doubled.largest, cells[3])] {
             let bound: f64 = cell.split(", ").nth(1).unwrap().parse().unwrap();
-            // Other processors round other last digits, which decide where an iteration stops.
+            // Other processors round the last digits differently, and these digits decide where an iteration stops.
             assert!(measured <= 1.2 * bound + 5e-3, "{}: {measured}, the book states {bound}", row.name);
         }
     }

@@ -1,4 +1,4 @@
-//! Calibrations that cannot be: a clear message, nothing left behind.
+//! Impossible calibrations give a clear message and leave no files.
 
 use crate::program::Scratch;
 
@@ -80,7 +80,7 @@ fn what_cannot_be_solved_is_said_or_flagged_and_counted() {
     // One antenna alone has no baseline.
     s.write("one.toml", layout(1));
     s.fails(&format!("simulate --layout one.toml {simulate} -o one.uvh5"), 1, &["antenna"]);
-    // Two antennas have one: the phase between them is found, and said to be all that there is.
+    // Two antennas have one baseline. The phase between them is found, and the message says that nothing else is determined.
     s.write("two.toml", layout(2));
     s.ok(&format!("simulate --layout two.toml {simulate} -o two.uvh5"));
     let said = s.json(&format!("selfcal two.uvh5 -o pair {IMAGE} --beam 5mrad,5mrad,0deg --start point --solint inf"));

@@ -1,4 +1,4 @@
-//! Data and sizes that leave an imager little or nothing to work with.
+//! Data and sizes with which an imager can make little or no image.
 
 use crate::program::Scratch;
 use cittert_arrays::{VisibilityBlock, for_each_block};
@@ -6,7 +6,7 @@ use cittert_formats::{create_visibilities, open_visibilities};
 
 const IMAGE: &str = "--size 64 --cell 1mrad --weighting natural";
 
-/// A point of 1 Jy at the centre, seen without noise, with `change` made to all of its data.
+/// A point of 1 Jy at the centre, observed without noise. `change` is applied to all of its data.
 fn changed(s: &Scratch, change: impl Fn(&mut VisibilityBlock)) {
     s.write("s.csv", "l_rad,m_rad,flux_jy\n0,0,1\n");
     s.ok("simulate --layout mm-y --scene s.csv --freq 94GHz --bandwidth 1GHz -o whole.uvh5");

@@ -1,4 +1,4 @@
-//! Physics that cannot be: one clear message each.
+//! Each impossible physical input gives one clear message.
 
 use crate::program::Scratch;
 

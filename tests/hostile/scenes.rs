@@ -1,4 +1,4 @@
-//! Scenes that cannot be: one message with the line, from every command that reads one.
+//! Every command that reads an impossible scene gives one message with the line.
 
 use crate::program::Scratch;
 

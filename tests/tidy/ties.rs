@@ -15,7 +15,7 @@ pub struct Tie {
 /// For each file of a crate, the files that it uses, each with the first line that does so.
 pub type Ties = BTreeMap<String, BTreeMap<String, Tie>>;
 
-/// The ties of a crate. A declaration `mod child;` and the re-export of a child's name are none: they only pass the name on.
+/// The ties of a crate. A declaration `mod child;` and the re-export of a name of a child are not ties, because they only pass the name on.
 pub fn ties(files: &Files, root: &str) -> Ties {
     let all = Crate::read(files, root);
     let mut out = Ties::new();

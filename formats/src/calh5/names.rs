@@ -1,6 +1,6 @@
 //! Names and numbers in a CalH5 file.
 
-/// Keyword (in `extra_keywords`) of what the gains are.
+/// Keyword (in `extra_keywords`) for the kind of the gains.
 pub(super) const MODE_KEYWORD: &str = "cittert_mode";
 /// Keyword (in `extra_keywords`) of the sign of the phase of a delay.
 pub(super) const CONVENTION_KEYWORD: &str = "cittert_delay_convention";

@@ -21,7 +21,7 @@ const PATIENCE_S: u64 = 1;
 const LONG_PATIENCE_S: u32 = 60;
 /// Memory that a worker may use in addition to the memory of the program and twice the size of the file, bytes.
 const MORE_MEMORY: u64 = 2 << 30;
-/// Answer where the file made the library ask for more memory than that. It takes the place of a signal number.
+/// Answer if the library needs more memory than that for the file. It takes the place of a signal number.
 pub(super) const NO_MEMORY: i32 = 255;
 /// Base of the answers for files with a flaw: the number of the flaw is added. Signal numbers are smaller.
 pub(super) const UNSOUND: i32 = 200;
@@ -43,7 +43,7 @@ struct Child {
     keeper: libc::pid_t,
 }
 
-/// True in the child process, which reads the files that it looks at.
+/// True in the child process, which reads the files.
 static CHILD: AtomicBool = AtomicBool::new(false);
 
 /// True in the child process.
@@ -130,7 +130,7 @@ impl Drop for Child {
 /// A pipe: the end for reading and the end for writing.
 fn pipe() -> Result<(File, File)> {
     let mut ends: [RawFd; 2] = [-1; 2];
-    // SAFETY: the array has room for the two ends, which nobody else owns.
+    // SAFETY: the array has room for the two ends, which have no other owner.
     unsafe {
         if libc::pipe(ends.as_mut_ptr()) < 0 {
             return Err(Error::last_os_error());

@@ -77,7 +77,7 @@ impl<'a> Chunks<'a> {
         loop {
             let batch: Vec<(usize, usize)> = all.by_ref().take(at_once).collect();
             let Some(last) = batch.last() else { return Ok(()) };
-            // The rows of which this batch holds a part.
+            // The rows that have a part in this batch.
             let part = batch[0].0.max(rows.start)..(last.0 + high).min(rows.end);
             let unpacked = shared(threads, &batch, |(first, column)| self.unpacked(*first, *column, &runs))?;
             let row = out.len() / rows.len();

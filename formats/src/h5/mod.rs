@@ -1,6 +1,6 @@
-//! HDF5: the only place that speaks to the library, shared by UVH5 and CalH5.
+//! The only module that calls the HDF5 library. UVH5 and CalH5 share it.
 //!
-//! Everything that is read whole is bounded by the size of the file before memory is asked for it, because a file may claim any shape.
+//! A damaged file may claim any shape. Before memory is allocated for an array, its size is therefore compared with the size of the file.
 
 mod child;
 mod chunks;

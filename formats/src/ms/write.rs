@@ -368,7 +368,7 @@ mod tests {
     use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, Site, SpectralWindow, UvCoverage};
     use ndarray::{Array2, Array3};
 
-    /// One row, one source: what an imager of Measurement Sets predicts there is what is on the disk.
+    /// One row and one source: the visibility on the disk is the one that an imager of Measurement Sets predicts there.
     #[test]
     fn on_the_disk_uvw_are_negated_and_visibilities_conjugated() {
         let site = Site { latitude_rad: 0.5, longitude_rad: 0.1, altitude_m: 0.0 };

@@ -1,4 +1,4 @@
-//! A yard of solids for benches and figures, for our tracer and for POV-Ray, and the processor's time.
+//! A yard of solids for benches and figures, for the tracer and for POV-Ray, and the measurement of processor time.
 
 use cittert_phenomenology::SolidScene;
 use std::fmt::Write;
@@ -45,7 +45,7 @@ pub fn yard(solids: usize, side: usize) -> Option<SolidScene> {
     SolidScene::from_toml(&text).ok()
 }
 
-/// The same solids for POV-Ray, every surface a mirror with its own light and nothing to shade.
+/// The same solids for POV-Ray. Every surface is a mirror that emits light, and there is no shading.
 pub fn pov(solids: usize) -> String {
     let mut text = String::from(
         "#version 3.7;\nglobal_settings { assumed_gamma 1 max_trace_level 9 adc_bailout 0.001 }\n\
@@ -71,7 +71,7 @@ pub fn pov(solids: usize) -> String {
     text
 }
 
-/// Time of the processor that this process, or the processes it waited for, used so far, s; `None` where the system does not tell.
+/// Processor time in s that this process, or the processes for which it waited, have used so far; `None` if the system does not report it.
 pub fn cpu_s(children: bool) -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The name in brackets may hold spaces; user and system time are fields 14 and 15, those of children 16 and 17, in 1/100 s.

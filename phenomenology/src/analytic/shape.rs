@@ -67,7 +67,7 @@ impl Shape {
         }
     }
 
-    /// What is wrong with the numbers, if anything.
+    /// The error in the numbers, if there is one.
     pub(crate) fn check(&self) -> Result<(), &'static str> {
         let (center, size, angle) = self.geometry();
         if center.iter().chain([&angle]).any(|v| !v.is_finite()) || size.iter().any(|s| !(s.is_finite() && *s > 0.0)) {

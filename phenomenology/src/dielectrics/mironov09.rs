@@ -47,7 +47,7 @@ pub fn soil_permittivity_mironov09(freq_ghz: f64, moisture: f64, clay: f64) -> C
 mod tests {
     use super::*;
 
-    // An independent model of the same soils: they part by no more than soils themselves do.
+    // Dobson's model is an independent model of the same soils. The two models differ by no more than measured soils do.
     #[test]
     fn is_of_the_size_of_dobson() {
         let soil = super::super::Material::by_name("soil").unwrap();

@@ -58,8 +58,7 @@ fn every_model_meets_its_oracle() {
         let want = Complex64::new(number(4), -number(5));
         let deviation = (eps - want).norm() / want.norm();
         assert!(deviation < 1e-6, "{row:?}: {eps} deviates {deviation}");
-        // A small loss must be right on its own. The oracle ends its mixing iteration for dry
-        // snow early, which leaves 1.2e-6 of the loss there.
+        // A small loss is compared separately. The oracle ends its mixing iteration for dry snow early, so its loss has an error of 1.2e-6.
         let loss = (eps.im - want.im).abs() / want.im.abs();
         let allowed = if model.name == "maetzler96" { 1.5e-6 } else { 1e-6 };
         assert!(loss < allowed, "{row:?}: {eps} loss deviates {loss}");
@@ -181,7 +180,7 @@ fn bad_input_is_named() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(400))]
 
-    // Whatever is asked: a lossy permittivity or an error, never a panic or a NaN.
+    // Every input gives a permittivity with loss or an error, and never a panic or a NaN.
     #[test]
     fn any_state_gives_a_permittivity_or_an_error(
         material in 0..Material::all().len(),

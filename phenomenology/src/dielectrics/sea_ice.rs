@@ -46,8 +46,8 @@ pub enum BrinePockets {
 
 /// Permittivity of sea ice, frequency in GHz, temperature in K, bulk salinity in psu.
 ///
-/// Needles raise the loss above that of spheres: 1.1 to 2 times at 35 GHz and beyond, up to 8
-/// times at 10 GHz, where brine stands out most.
+/// Needles raise the loss above that of spheres: 1.1 to 2 times at 35 GHz and beyond, up to 8 times at 10 GHz, where the contrast between
+/// brine and ice is largest.
 ///
 /// # Errors
 /// [`DielectricError::NoConvergence`] of the mixing formula.

@@ -1,6 +1,6 @@
 //! One row of the table of bodies: the code, the parameters and the faces of a body.
 
-/// What a group of parameters means, so that a body can be moved.
+/// The meaning of a group of parameters. It is needed to move a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Group {
     /// Three coordinates of a point.

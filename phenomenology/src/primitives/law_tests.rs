@@ -29,7 +29,7 @@ fn vector(reach: f64) -> impl Strategy<Value = Vec3> {
 }
 
 proptest! {
-    // The span is where the inside test says yes, its ends lie on the faces named, and the normals there face outward.
+    // Points of the span pass the inside test, the ends of the span lie on the named faces, and the normals there point outward.
     #[test]
     fn span_inside_test_normals_and_bounds_agree(from in vector(6.0), to in vector(1.0)) {
         prop_assume!((to - from).norm() > 1e-3);

@@ -46,8 +46,8 @@ impl SolidScene {
 }
 
 impl SceneFile {
-    /// A scene file that holds the bodies and regions of a text as rows. A surface that has the name of a material is made of it,
-    /// others are black, and so are regions without one; the camera is left to be added.
+    /// A scene file that holds the bodies and regions of a text as rows. A surface with the name of a material consists of this material.
+    /// Other surfaces, and regions without a surface, are black. The caller must add the camera.
     #[must_use]
     pub fn of_text(name: &str, model: &TextModel) -> Self {
         let body = |b: &crate::geometry::NamedBody| BodyRow {

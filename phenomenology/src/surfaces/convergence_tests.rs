@@ -103,8 +103,8 @@ fn bistatic_sum_is_the_reflectivity() {
     }
 }
 
-// Over many thicknesses the interference averages out, which is what the incoherent stack says
-// at once: for its reflectivity and for what each layer absorbs.
+// Over many thicknesses the interference averages out. The mean reflectivity and the mean absorption of each layer are then those of the
+// incoherent stack.
 #[test]
 fn incoherent_stack_is_the_mean_of_coherent_ones() {
     let at = |depth: f64, coherent: bool| {

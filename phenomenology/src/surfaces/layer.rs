@@ -18,7 +18,7 @@ pub struct Layer {
     pub temperature_k: f64,
 }
 
-/// What is wrong with a layer, if anything; `last` for the half-space at the bottom.
+/// The error in a layer, if there is one. `last` is true for the half-space at the bottom.
 pub(super) fn check_layer(layer: &Layer, last: bool) -> Result<(), String> {
     let eps = layer.eps;
     if !(eps.re.is_finite() && eps.im.is_finite()) {

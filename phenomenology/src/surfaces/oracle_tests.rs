@@ -98,7 +98,7 @@ fn shadow_lambda_values() {
         let lambda = shadow_lambda(&slopes, t.number(row, "theta_deg").to_radians(), 0.4);
         let want = t.number(row, "lambda");
         worst = worst.max((lambda - want).abs());
-        // Far out the oracle itself subtracts nearly equal terms.
+        // For very small values the oracle subtracts nearly equal terms and loses digits.
         if want > 1e-20 {
             relative = relative.max((lambda / want - 1.0).abs());
         }

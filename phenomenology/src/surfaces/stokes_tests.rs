@@ -1,9 +1,8 @@
 //! Polarisation between a surface and the antenna, by products of Mueller matrices. The tracer is tested against it.
 //!
-//! The Stokes vector is `(I, Q, U, V)` with `I = T_v + T_h`, `Q = T_v - T_h`,
-//! `U = 2 Re<E_v E_h*>`, `V = 2 Im<E_h E_v*>`, for a reference `h` across the ray and `v = h x k`
-//! along the propagation `k`. A ray is traced from the antenna outward: what is carried is the row
-//! vector that turns a Stokes vector at the far end into antenna temperature.
+//! The Stokes vector is `(I, Q, U, V)` with `I = T_v + T_h`, `Q = T_v - T_h`, `U = 2 Re<E_v E_h*>`, `V = 2 Im<E_h E_v*>`, for a reference
+//! `h` across the ray and `v = h x k` along the propagation `k`. A ray is traced from the antenna outward. It carries the row vector that
+//! converts a Stokes vector at the far end to antenna temperature.
 
 use super::fresnel::Reflection;
 

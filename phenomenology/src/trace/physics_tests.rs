@@ -111,8 +111,8 @@ fn the_picture_is_the_same_to_the_bit_for_any_number_of_threads() {
     assert!(one.iter().copied().fold(0.0, f64::max) - one.iter().copied().fold(1e9, f64::min) > 100.0);
 }
 
-/// Two mirrors at right angles with the crease at an angle in the picture, before two black plates that glow only in one
-/// polarisation cannot be had; instead the emission of lossy mirrors tells h from v.
+/// Two mirrors at right angles, with the crease at an angle in the picture. Black plates that emit only one polarisation do not exist, so
+/// the emission of lossy mirrors distinguishes h from v.
 fn dihedral(crease_deg: f64) -> String {
     format!(
         r#"
@@ -195,7 +195,7 @@ fn a_flat_sea_agrees_with_emissivity_and_sky_combined_by_hand() {
         );
         let scene = scene(&text);
         let tracer = Tracer::new(&scene, &[94e9], &options).unwrap();
-        // The integral by hand asks for thousands of skies, so the rough sea gets two angles.
+        // The integral in this test needs thousands of sky temperatures, so the rough sea is tested at only two angles.
         let zeniths: &[f64] = if roughness == "smooth" { &[0.0, 20.0, 45.0, 53.0, 70.0, 80.0, 85.0, 88.0, 89.5] } else { &[47.0, 76.0] };
         for &zenith in zeniths {
             let camera = crate::camera::Camera { pitch_deg: zenith - 90.0, ..scene.camera().unwrap().clone() };

@@ -42,7 +42,7 @@ fn scaled(value: usize, factor: f64) -> usize {
 #[test]
 fn half_or_twice_an_option_changes_a_picture_little() {
     let o = RenderOptions::default();
-    // The bar of each option is what its description says, K rms.
+    // The limit of each option is the number in its description, K rms.
     let variants = [
         ("antialias", 8.0, two(&o, |o, f| o.antialias = scaled(o.antialias, f))),
         ("edge_k", 0.2, two(&o, |o, f| o.edge_k *= f)),

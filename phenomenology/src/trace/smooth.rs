@@ -57,7 +57,7 @@ impl Tracer<'_> {
         let (mut sum, mut count) = (0.0, 0_u32);
         for (dx, dy) in looks {
             let Some(direction) = view.direction(around.column as f64 + dx, around.row as f64 + dy) else { continue };
-            // If all nine pixels show one face, the edge is a mirrored one, and the first hit says nothing about it.
+            // If all nine pixels show one face, the edge is a mirrored one, and the first hit does not show it.
             let known = if one_face { None } else { around.near(self.face(view, direction)?, dx, dy) };
             sum += match known {
                 Some(rj_k) => rj_k,

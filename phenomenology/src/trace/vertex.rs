@@ -1,4 +1,4 @@
-//! What one ray of the real-time mode shows.
+//! The result of one ray of the real-time mode.
 
 use super::follow::Scratch;
 use super::tracer::Tracer;

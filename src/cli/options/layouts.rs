@@ -7,7 +7,7 @@ use std::path::Path;
 /// A built-in layout by name, or a layout file.
 ///
 /// # Errors
-/// Neither a name nor a file, or a file that is no layout.
+/// The text is neither a name nor a file, or the file is not a layout.
 pub fn load_layout(name: &str) -> Result<ArrayLayout> {
     let path = Path::new(name);
     if BuiltinLayout::find(name).is_none() && path.exists() {

@@ -20,7 +20,7 @@ pub fn fits_mask(path: &Path, grid: &SkyGrid) -> Result<Array2<bool>> {
 /// Options of CLEAN with their mask and boxes loaded for an image on `grid`.
 ///
 /// # Errors
-/// A mask that cannot be read or is on another grid, no pixel left.
+/// The mask cannot be read or is on another grid, or no pixel is allowed.
 pub fn loaded(options: &CleanOptions, grid: &SkyGrid) -> Result<CleanOptions> {
     let mask = options.mask.as_deref().map(|path| fits_mask(path, grid)).transpose()?;
     Ok(options.clone().with_region(mask, grid)?)

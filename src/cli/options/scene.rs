@@ -58,7 +58,7 @@ impl SceneArgs {
     /// Read the scene as seen around a phase centre.
     ///
     /// # Errors
-    /// A file that is no scene, or options that its kind needs and that are missing.
+    /// The file is not a scene, or an option that this kind of scene needs is missing.
     pub fn load(&self, center: &PhaseCenter, spectrum: &SpectralWindow, context: &Context) -> Result<LoadedScene> {
         let path = &self.scene;
         let image = match kind(path)? {

@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::ffi::OsString;
 use std::path::Path;
 
-/// Stands for the output folder in the words of a step.
+/// Placeholder for the output folder in the words of a step.
 pub(super) const DIR: &str = "{dir}";
 
 /// One command of the run.

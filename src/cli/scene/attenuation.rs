@@ -63,7 +63,7 @@ pub(crate) struct AttenuationArgs {
     plot: PlotArgs,
 }
 
-/// Density of water vapour where none is given, g/m3: the mean at sea level.
+/// Default density of water vapour, g/m3: the mean at sea level.
 const DEFAULT_VAPOUR_G_M3: f64 = 7.5;
 
 impl AttenuationArgs {
@@ -91,7 +91,7 @@ impl AttenuationArgs {
         combinations(lengths).map(parcel).collect()
     }
 
-    /// Attenuation by rain along one path in one polarisation, dB/km; `None` where the mean of both polarisations is wanted.
+    /// Attenuation by rain along one path in one polarisation, dB/km; `None` if the options select the mean of both polarisations.
     fn tilted(&self, freq_ghz: f64, rate_mm_h: f64) -> Result<Option<f64>> {
         let (Some(elevation), Some(tilt)) = (self.elevation, self.tilt) else { return Ok(None) };
         if self.rain_model != "p838" {
@@ -105,7 +105,7 @@ impl AttenuationArgs {
         let mean = 0.5 * (row.rain_h_db_per_km + row.rain_v_db_per_km);
         let along = self.tilted(row.freq_ghz, parcel.rain_mm_h)?.unwrap_or(mean);
         let mut values: Vec<_> = AttenuationRow::COLUMNS.into_iter().zip(row.values()).skip(1).collect();
-        // The total contains the rain of the polarisation that was asked for.
+        // The total contains the rain of the selected polarisation.
         if along != mean {
             values[0].1 += along - mean;
         }

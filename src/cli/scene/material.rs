@@ -72,7 +72,7 @@ impl MaterialArgs {
         !(named || self.sand.is_some() || self.clay.is_some() || self.lengths()[1..].iter().any(|n| *n > 0))
     }
 
-    /// What happens outside the range of a model.
+    /// The behaviour outside the range of a model.
     pub(super) fn extrapolation(&self) -> Extrapolation {
         if self.extrapolate { Extrapolation::Documented } else { Extrapolation::Refuse }
     }

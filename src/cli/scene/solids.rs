@@ -69,7 +69,7 @@ fn full(scene: &SolidScene, view: &View, spectrum: &SpectralWindow, options: &Re
     Ok(picture?)
 }
 
-/// Render one frame in the real-time mode, with its error map where one is asked for.
+/// Render one frame in the real-time mode, with its error map if the options select one.
 fn realtime(
     args: &RenderArgs,
     scene: &SolidScene,
@@ -125,7 +125,7 @@ fn mean_band(spectrum: &SpectralWindow) -> Result<SpectralWindow> {
     Ok(SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])?)
 }
 
-/// A plane beside the image, with the line of history that says what it means.
+/// A plane beside the image, with the line of history that explains it.
 struct Map {
     plane: Array2<f64>,
     unit: BrightnessUnit,

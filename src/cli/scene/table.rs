@@ -80,7 +80,7 @@ pub(super) struct Table {
     rows: Vec<Vec<Cell>>,
 }
 
-/// What `--plot` draws.
+/// The picture that `--plot` draws.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Picture<'a> {
     /// Title.

@@ -63,7 +63,8 @@ impl<K: FnMut(usize, &Image) -> Result<()>> KeepingMaker<K> {
         })
     }
 
-    /// The images of the best round. A joint solution knows chi squared and the noise better than the images, whose weights may be counts of samples.
+    /// The images of the best round. For a joint solution, chi squared and the noise come from the solution, because the weights of the
+    /// images may be counts of samples.
     pub(super) fn into_products(self) -> Option<CleanProducts> {
         let mut products = self.inner.products().cloned();
         if let (Some(p), Some(j)) = (&mut products, self.inner.solution()) {

@@ -146,7 +146,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
 }
 
-/// The maker of the model (CLEAN, or maximum entropy with gains of its own), and its name.
+/// The model maker (CLEAN, or maximum entropy, which also solves for gains), and its name.
 fn image_maker(
     args: &SelfcalArgs,
     imaging: ImagingOptions,
@@ -216,12 +216,12 @@ fn options(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<SelfcalO
     if let Some(names) = &args.solve.refant {
         names.indices(layout)?;
     }
-    // A joint solution is one round: there is no other step to alternate with.
+    // A joint solution is one round, because it solves image and gains together.
     let rounds = if args.joint() { 1 } else { args.rounds.rounds };
     Ok(SelfcalOptions::of(args.solve.clone(), RoundOptions { rounds, ..args.rounds.clone() }))
 }
 
-/// Imaging options with a size and cell that hold for every round, and the grid they make.
+/// Imaging options with the same size and cell for every round, and the grid that follows from them.
 fn imaging(args: &SelfcalArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<(ImagingOptions, SkyGrid)> {
     let options = args.imaging.clone();
     let grid = match (options.size, options.cell, source.header().phase_centers.first()) {

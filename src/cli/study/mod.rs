@@ -1,7 +1,7 @@
 //! `study`: Monte-Carlo over seeds and over any parameter of a configuration.
 //!
-//! The output folder holds a journal of the finished trials from the start, so that a study that was killed continues where it stopped. Tables,
-//! pictures and the page are written when all trials are done.
+//! From the start, the output folder contains a journal of the finished trials. A study that was killed therefore continues where it
+//! stopped. Tables, pictures and the page are written when all trials are finished.
 
 mod config;
 mod journal;

@@ -105,7 +105,7 @@ fn summary(plan: &Plan, stats: &AllStatistics) -> Columns {
     let points: Vec<usize> = (0..plan.study.setups.len()).collect();
     let mut columns = axis_columns(plan, &points);
     for (name, stage) in stages(plan).iter().zip(stats) {
-        // The phase error is a number if there are any gains.
+        // The phase error is finite if the trial has gains.
         let n = stage[4].iter().map(|s| i64::try_from(s.n).unwrap_or(i64::MAX)).collect();
         columns.push((format!("trials_{name}"), Column::Integer(n)));
         for (c, at) in COLUMNS.iter().zip(stage) {

@@ -6,7 +6,7 @@ use ndarray::{Array2, Zip};
 /// Pixels below this fraction of the prior count as this fraction: the second derivative grows as 1 / I^2.
 const FLOOR: f64 = 1e-100;
 
-/// The entropy of a Gaussian field with the image as its variance; it favours peaks more than the relative entropy does.
+/// The entropy of a Gaussian field whose variance is the image. It favours peaks more than the relative entropy does.
 ///
 /// # Reference
 /// Burg 1967, 37th meeting of the SEG; Narayan & Nityananda 1986, ARA&A 24, 127, sect. 2.

@@ -1,11 +1,11 @@
-//! The entropy of Gull and Skilling: S = sum I - M - I ln(I/M), which is 0 where the image is its prior and negative elsewhere.
+//! The entropy of Gull and Skilling: S = sum I - M - I ln(I/M). It is 0 if the image equals its prior, and negative otherwise.
 
 use super::penalty::Regulariser;
 use super::relative::RelativeEntropy;
 use ndarray::Array2;
 
-/// The relative entropy measured from its largest value. It differs from [`RelativeEntropy`] by the flux of the prior, so both lead to
-/// the same image; its value is the one that Bayesian weights are made of.
+/// The relative entropy minus its largest value. It differs from [`RelativeEntropy`] by the flux of the prior, so both lead to the same
+/// image. Bayesian weights use the value of this form.
 ///
 /// # Reference
 /// Gull & Skilling 1984, IEE Proc. F 131, 646; Skilling & Bryan 1984, MNRAS 211, 111.

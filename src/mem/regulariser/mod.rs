@@ -1,6 +1,6 @@
-//! Penalties that choose among the positive images that fit the data, one a file, and their weighted sum.
+//! Penalties that choose among the positive images that fit the data, each in its own file, and their weighted sum.
 //!
-//! A penalty is the negative of an entropy, has the unit of flux, and is smallest at the most featureless image.
+//! A penalty is the negative of an entropy. It has the unit of flux, and is smallest for the image with the least structure.
 
 mod burg;
 mod gull_skilling;

@@ -8,9 +8,9 @@ pub trait Regulariser: Debug + Send + Sync {
     /// A short name for options and reports.
     fn name(&self) -> &'static str;
 
-    /// The penalty of an image in flux a pixel \[m, l\], in flux.
+    /// The penalty of an image in flux per pixel \[m, l\]. Its unit is that of flux.
     ///
-    /// Adds `weight` times the derivative by each pixel to `gradient`, and `weight` times the second derivative, where that is not
+    /// Adds `weight` times the derivative with respect to each pixel to `gradient`. Adds `weight` times the second derivative, if it is not
     /// negative, to `curvature`.
     fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f64>, curvature: &mut Array2<f64>) -> f64;
 }

@@ -3,7 +3,7 @@
 use super::penalty::Regulariser;
 use ndarray::{Array2, Zip};
 
-/// Pixels below this fraction of the prior count as this fraction, so that the logarithm of 0 is never taken.
+/// Pixels below this fraction of the prior count as this fraction, so that the logarithm is always finite.
 const FLOOR: f64 = 1e-250;
 
 /// The entropy of configurations, with a prior image.

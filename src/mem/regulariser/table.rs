@@ -14,7 +14,7 @@ pub struct Entry {
     pub name: &'static str,
     /// Its formula in one line.
     pub about: &'static str,
-    /// Make it from a prior \[m, l\], flux a pixel, that [`check_prior`] has passed.
+    /// Make the entropy from a prior \[m, l\], flux per pixel, which [`check_prior`] has accepted.
     pub make: fn(Array2<f64>) -> Box<dyn Regulariser>,
 }
 
@@ -39,7 +39,7 @@ pub fn entropy_by_name(name: &str) -> Result<&'static Entry> {
 /// Refuse a prior with pixels that are not positive.
 ///
 /// # Errors
-/// A pixel that is not positive and finite, inside the mask where there is one.
+/// A pixel (inside the mask, if there is one) is not positive and finite.
 pub fn check_prior(prior: &Array2<f64>, inside: Option<&Array2<bool>>) -> Result<()> {
     let bad = |((i, j), v): &((usize, usize), &f64)| !(**v > 0.0 && v.is_finite()) && inside.is_none_or(|m| m[(*i, *j)]);
     match prior.indexed_iter().find(bad) {

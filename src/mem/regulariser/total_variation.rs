@@ -1,4 +1,4 @@
-//! Total variation: the sum of the lengths of the gradient, rounded at the bottom so that it has a derivative.
+//! Total variation: the sum of the lengths of the gradient, smoothed near zero so that it has a derivative.
 
 use super::penalty::Regulariser;
 use crate::{ChainError, Result};
@@ -14,7 +14,7 @@ pub struct TotalVariation {
 }
 
 impl TotalVariation {
-    /// With a softening in flux a pixel: differences well below it count as their square.
+    /// A penalty with this softening in flux per pixel. Differences well below it count as their square.
     ///
     /// # Errors
     /// A softening that is not positive and finite.

@@ -15,7 +15,7 @@ impl WeightedSum {
         Self(vec![(1.0, first)])
     }
 
-    /// One more.
+    /// Add a penalty with its weight.
     ///
     /// # Errors
     /// A weight that is negative or not finite.

@@ -7,7 +7,7 @@ use crate::atmosphere::air::AirState;
 use crate::atmosphere::csv_table::CsvTable;
 use crate::atmosphere::error::PhysicsError;
 
-/// What one model of this form adds to it.
+/// The parts that differ between the models of this form.
 #[derive(Debug)]
 pub(super) struct Recipe {
     pub name: &'static str,

@@ -1,6 +1,6 @@
 //! MPM93. The water continuum is the wing of a pseudo-line at 1780 GHz, so there is no separate continuum.
 //!
-//! In moist air the windows are 5-25 K warmer than with MPM89 and the models of today.
+//! In moist air the sky temperature in the windows is 5-25 K higher than with MPM89 and with recent models.
 //!
 //! # Reference
 //! Liebe, Hufford & Cotton 1993, AGARD CP-542, paper 3.

@@ -15,7 +15,7 @@ fn number(row: &[String], column: usize) -> f64 {
     row[column].parse().unwrap()
 }
 
-/// Largest value, and what it belongs to.
+/// The largest value, and the name of its case.
 #[derive(Default)]
 struct Worst {
     value: f64,

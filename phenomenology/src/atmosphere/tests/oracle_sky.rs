@@ -98,9 +98,8 @@ fn refracted_skies_match() {
     high.within("refracted, to 85 deg, K", 0.5);
     low.within("refracted, 87-89 deg, K", 1.5);
     length.within("slant path to 85 deg, relative", 3e-3);
-    // From 87 degrees the reference's step lengths are 0.26-0.43 % too long: its ratio to
-    // Snell's law integrated in 5 m steps jumps from 0.9987 at 85 to 1.0042 at 87 degrees.
-    // Our rays agree with that integral (next test).
+    // From 87 degrees the reference's step lengths are 0.26-0.43 % too long: its ratio to Snell's law integrated in 5 m steps jumps from
+    // 0.9987 at 85 to 1.0042 at 87 degrees. The rays of this crate agree with that integral (next test).
     low_length.within("slant path at 87-89 deg, relative", 4.5e-3);
 }
 
