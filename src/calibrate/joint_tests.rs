@@ -120,5 +120,5 @@ fn several_channels_of_images_are_refused() {
     );
     let plan = schedule(GainMode::Phase, SolutionInterval::Infinite, 1, false)[0];
     let error = m.update(&mut observed(&[0.0; 40], 0.3), &plan, &Silent).unwrap_err();
-    assert!(error.to_string().contains("channels_out"), "{error}");
+    assert!(error.to_string().contains("channels-out"), "{error}");
 }
