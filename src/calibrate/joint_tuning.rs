@@ -1,11 +1,12 @@
 //! Constants of the joint solution of image and gains, each with its reason.
 //!
-//! `docs/algorithms/heuristics.md` lists how far the image moves when each is halved and doubled.
+//! `docs/algorithms/heuristics.md` lists how much the image changes when each is halved and doubled.
 
-/// One stage: the strength of the data against the entropy is held for some steps.
+/// One stage: some steps with a fixed strength of the data relative to the entropy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointStep {
-    /// lambda times the sum of the weights times the square of the mean prior. At 1 the data and the entropy of a mean pixel pull equally.
+    /// lambda times the sum of the weights times the square of the mean prior. At 1 the data and the entropy have equal weight in a mean
+    /// pixel.
     pub strength: f64,
     /// Steps of the image.
     pub steps: usize,
@@ -14,28 +15,28 @@ pub struct JointStep {
 /// The stages of a joint solution and the way to its prior.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointSchedule {
-    /// The stages. The first two and the third have the data below the entropy, so that the image is smooth and the gains cannot put
-    /// errors of the phases into it. After the first the image moves to the middle of the frame, after the others to where the data
-    /// show it. Then the strength grows tenfold from stage to stage: chi squared follows lambda over about as many decades as the
-    /// signal to noise ratio of a visibility squared, and the stages end as soon as chi squared is near its target.
+    /// The stages. In the first three the data have less weight than the entropy, so that the image is smooth and does not absorb errors of
+    /// the phases. After the first stage the image is moved to the middle of the frame, and after the others to the position that the data
+    /// determine. Then the strength grows tenfold from stage to stage. Chi squared follows lambda over about as many decades as the square
+    /// of the signal to noise ratio of a visibility. The stages end as soon as chi squared is near its target.
     pub stages: [JointStep; 7],
-    /// Chi squared over its target at which the stages end. The final solution finds lambda from there.
+    /// Chi squared divided by its target at which the stages end. The final solution then determines lambda.
     pub near: f64,
-    /// Brightness of pixels that enter the frame when the image moves, in units of the prior. A darker pixel brightens only slowly,
-    /// since its step is proportional to its root.
+    /// Brightness of pixels that enter the frame when the image moves, in units of the prior. A darker pixel becomes bright only slowly,
+    /// because its step is proportional to the root of its brightness.
     pub dark: f64,
-    /// Evaluations of a final solution at most. It ends as soon as chi squared is at its target.
+    /// Largest number of evaluations of a final solution. It ends as soon as chi squared is at its target.
     pub final_evaluations: usize,
-    /// Final solutions. Each but the first follows a move of the image by one cell or more.
+    /// Largest number of final solutions. Each except the first follows a move of the image by one cell or more.
     pub finals: usize,
     /// Error of the transforms. It is below the noise of a visibility wherever phases can be solved at all.
     pub epsilon: f64,
     /// Estimates of an unknown prior at most.
     pub priors: usize,
-    /// Flux of the first faint image over that of the prior up to which the prior is bright enough.
+    /// The prior is bright enough if the flux of the first faint image divided by that of the prior is at most this.
     pub prior_settled: f64,
     /// Factor on a prior that was estimated from the data. The value comes from one scene that fills most of its frame, seen by 96
-    /// elements: there priors of 1.5 to 3.6 times the mean brightness give the same error, and darker ones a larger error. With 30
+    /// elements. There priors of 1.5 to 3.6 times the mean brightness give the same error, and darker ones a larger error. With 30
     /// elements that have few short baselines a darker prior is better, so a known prior should be given.
     pub brighter: f64,
 }
