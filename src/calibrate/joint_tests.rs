@@ -111,7 +111,12 @@ fn noise_of_unknown_size_is_found_through_unknown_phases() {
 fn several_channels_of_images_are_refused() {
     let mut m = JointMaker::new(
         ImagingOptions { channels_out: 2, ..imaging() },
-        JointOptions { solve: SolveOptions::default(), prior: Prior::Auto, mask: None, goals: JointGoals::default() },
+        JointOptions {
+            solve: SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() },
+            prior: Prior::Auto,
+            mask: None,
+            goals: JointGoals::default(),
+        },
     );
     let plan = schedule(GainMode::Phase, SolutionInterval::Infinite, 1, false)[0];
     let error = m.update(&mut observed(&[0.0; 40], 0.3), &plan, &Silent).unwrap_err();

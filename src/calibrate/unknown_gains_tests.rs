@@ -85,7 +85,7 @@ fn a_shift_is_seen_through_unknown_gains_where_the_band_or_the_rotation_tells() 
     let set = s.set(|_, p, _, _| cis(phases[p]));
     let moved: Vec<_> = s.sources.iter().map(|(l, m, f)| (l - 2e-7, m + 1e-7, *f)).collect();
     let (wrong, u, v) = model(&set, &moved);
-    let t = term(&set, &SolveOptions::default());
+    let t = term(&set, &SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() });
     let (shift, sigma) = t.shift(&wrong, &u, &v).unwrap();
     assert!((shift[0] - 2e-7).abs() < 1e-8 && (shift[1] + 1e-7).abs() < 1e-8, "{shift:?}");
     assert!(sigma.iter().all(|s| *s < 1e-8), "{sigma:?}");
@@ -112,7 +112,8 @@ fn flagged_data_and_antennas_that_cannot_be_solved_take_no_part() {
     }
     worse.data.vis[(0, 0, 0)] = Complex32::new(f32::NAN, 0.0);
     let (truth, ..) = model(&set, &scene().sources);
-    let mut builder = UnknownGainsBuilder::new(&worse.header, &SolveOptions::default()).unwrap();
+    let mut builder =
+        UnknownGainsBuilder::new(&worse.header, &SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() }).unwrap();
     let taken = builder.add(&worse.data).unwrap();
     let t = builder.finish().unwrap();
     let kept: Vec<Complex64> = taken.iter().flat_map(|r| truth[2 * r..2 * r + 2].to_vec()).collect();
@@ -126,11 +127,14 @@ fn what_cannot_be_solved_is_refused() {
     let set = scene().set(|_, _, _, _| cis(0.0));
     let delay = SolveOptions { mode: GainMode::Delay, solint: SolutionInterval::Infinite, ..SolveOptions::default() };
     assert!(matches!(UnknownGainsBuilder::new(&set.header, &delay), Err(ChainError::BadOption { option: "mode", .. })));
-    let empty = UnknownGainsBuilder::new(&set.header, &SolveOptions::default()).unwrap().finish();
+    let empty = UnknownGainsBuilder::new(&set.header, &SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() })
+        .unwrap()
+        .finish();
     assert!(matches!(empty, Err(ChainError::NoData(_))));
     let mut flagged = set.clone();
     flagged.data.flags.fill(true);
-    let mut builder = UnknownGainsBuilder::new(&set.header, &SolveOptions::default()).unwrap();
+    let mut builder =
+        UnknownGainsBuilder::new(&set.header, &SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() }).unwrap();
     assert!(builder.add(&flagged.data).unwrap().is_empty());
     assert!(matches!(builder.finish(), Err(ChainError::NoData(_))));
 }

@@ -44,13 +44,13 @@ pub struct CleanTuning {
     /// Influence: at most 1 per cent.
     pub clark_patch_least: usize,
     /// Width of the first scale of multiscale CLEAN after points, in main lobes. A scale of one main lobe is hardly different from a point.
-    /// Influence: at most 15 per cent.
+    /// Influence: at most 25 per cent.
     pub first_scale: f64,
     /// Ratio of successive scales. With 2 each scale overlaps its neighbours, so that every width is near some scale.
-    /// Influence: at most 25 per cent.
+    /// Influence: at most 30 per cent.
     pub scale_ratio: f64,
     /// Largest scale as a fraction of the shorter side of the image. The kernel of a wider scale does not fit into the image.
-    /// Influence: at most 15 per cent.
+    /// Influence: at most 40 per cent.
     pub largest_scale: f64,
     /// A scale of multiscale CLEAN takes components until its peak is down to this fraction; then the scales are compared again. A
     /// small fraction lets one scale take the flux of another.

@@ -95,9 +95,9 @@ fn halving_and_doubling_each_constant_stays_within_its_limit() {
         ("clark_active", "clark", 0.01, |t, x| t.clark_active = (t.clark_active as f64 * x) as usize),
         ("clark_patch", "clark", 0.01, |t, x| t.clark_patch *= x),
         ("clark_patch_least", "clark", 0.01, |t, x| t.clark_patch_least = (t.clark_patch_least as f64 * x) as usize),
-        ("first_scale", "multiscale", 0.15, |t, x| t.first_scale *= x),
-        ("scale_ratio", "multiscale", 0.25, |t, x| t.scale_ratio = 1.0 + (t.scale_ratio - 1.0) * x),
-        ("largest_scale", "multiscale", 0.15, |t, x| t.largest_scale = (t.largest_scale * x).min(0.5)),
+        ("first_scale", "multiscale", 0.25, |t, x| t.first_scale *= x),
+        ("scale_ratio", "multiscale", 0.30, |t, x| t.scale_ratio = 1.0 + (t.scale_ratio - 1.0) * x),
+        ("largest_scale", "multiscale", 0.40, |t, x| t.largest_scale = (t.largest_scale * x).min(0.5)),
         ("hand_over", "multiscale", 0.25, |t, x| t.hand_over = 1.0 - (1.0 - t.hand_over) * x),
     ];
     let cases = cases();
