@@ -35,8 +35,9 @@ pub struct JointSchedule {
     pub priors: usize,
     /// The prior is bright enough if the flux of the first faint image divided by that of the prior is at most this.
     pub prior_settled: f64,
-    /// Factor on a prior that was estimated from the data. A prior below the mean brightness prevents a good fit to the data. A prior above
-    /// it has little effect. The estimate is therefore doubled.
+    /// Factor on a prior that was estimated from the data. The value comes from one scene that fills most of its frame, seen by 96
+    /// elements. There priors of 1.5 to 3.6 times the mean brightness give the same error, and darker ones a larger error. With 30
+    /// elements that have few short baselines a darker prior is better, so a known prior should be given.
     pub brighter: f64,
 }
 
