@@ -34,7 +34,7 @@
 //! let truth = corrupt(&mut perfect.clone(), &mut measured, &errors, &Silent)?;
 //!
 //! // Self-calibration with a CLEAN model in every round.
-//! let imaging = ImagingOptions { size: Some("64".parse()?), cell: Some(Angle(0.002)), ..ImagingOptions::default() };
+//! let imaging = ImagingOptions { size: Some("128".parse()?), cell: Some(Angle(0.001)), ..ImagingOptions::default() };
 //! let cleaning = CleanOptions { niter: 300, ..CleanOptions::default() };
 //! let mut maker = CleanMaker::new(imaging.clone(), cleaning.clone());
 //! let rounds = SelfcalOptions::new(GainMode::Phase, SolutionInterval::Infinite, 5);

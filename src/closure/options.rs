@@ -14,7 +14,7 @@ pub enum ClosureChannels {
     AverageVisibilities,
 }
 
-/// Options of [`closure_phases`] and [`closure_amplitudes`].
+/// Options of [`super::closure_phases`] and [`super::closure_amplitudes`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosureOptions {
     /// Independent ones, or all.
