@@ -6,8 +6,8 @@
 //! ```
 //! use cittert::arrays::quantity::{Angle, Duration, Frequency};
 //! use cittert::arrays::{ArrayLayout, Source, VisUnit, VisibilitySet};
-//! use cittert::calibrate::{ApplyOptions, CalibratedSource, CleanMaker, CompareOptions, SelfcalOptions, Start, compare_gains, selfcal};
-//! use cittert::calibrate::{GainMode, SolutionInterval};
+//! use cittert::calibrate::{ApplyOptions, Beginning, CalibratedSource, CandidateOptions, CompareOptions, JudgeOptions, RoundOptions};
+//! use cittert::calibrate::{SolutionInterval, SolveOptions, calibrate, candidates, compare_gains};
 //! use cittert::corrupt::{CorruptOptions, Error, PhaseError, Variation, corrupt, corrupted_header};
 //! use cittert::deconvolve::CleanOptions;
 //! use cittert::imaging::{Imager, ImagingOptions, clean};
@@ -33,18 +33,19 @@
 //! let mut measured = VisibilitySet::new(corrupted_header(&perfect.header, &errors), perfect.data.rows(0..0)?)?;
 //! let truth = corrupt(&mut perfect.clone(), &mut measured, &errors, &Silent)?;
 //!
-//! // Self-calibration with a CLEAN model in every round.
+//! // Self-calibration. It is accepted only if it predicts baselines better that it was not fitted to.
 //! let imaging = ImagingOptions { size: Some("128".parse()?), cell: Some(Angle(0.001)), ..ImagingOptions::default() };
 //! let cleaning = CleanOptions { niter: 300, ..CleanOptions::default() };
-//! let mut maker = CleanMaker::new(imaging.clone(), cleaning.clone());
-//! let rounds = SelfcalOptions::new(GainMode::Phase, SolutionInterval::Infinite, 5);
-//! let solved = selfcal(&mut measured, &mut maker, Start::Data, &rounds, &Silent)?;
-//! let gains = &solved.best().gains;
-//! let error = compare_gains(gains, &truth, CompareOptions { gradient: true, flux_scale: false })?;
+//! let solve = SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() };
+//! let rounds = RoundOptions { rounds: 5, ..RoundOptions::default() };
+//! let ways = candidates(&CandidateOptions::new(imaging.clone(), cleaning.clone(), solve, rounds, VisUnit::Jy))?;
+//! let (solved, _) = calibrate(&mut measured, &ways, Beginning::Data, &JudgeOptions::default(), &Silent)?;
+//! assert!(solved.verdict.accepted(), "{:?}", solved.evidence);
+//! let error = compare_gains(&solved.gains, &truth, CompareOptions { gradient: true, flux_scale: false })?;
 //! assert!(error.rms_phase_rad < 0.02, "{error:?}");
 //!
 //! // The dirty image and its CLEAN from the calibrated visibilities.
-//! let mut calibrated = CalibratedSource::new(&mut measured, gains, ApplyOptions::default())?;
+//! let mut calibrated = CalibratedSource::new(&mut measured, &solved.gains, ApplyOptions::default())?;
 //! let mut imager = Imager::new(&mut calibrated, imaging, &Silent)?;
 //! let images = clean(&mut imager, &cleaning, &Silent)?;
 //! assert!((images.statistics.model_flux - 1.4).abs() < 0.05);

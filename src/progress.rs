@@ -104,3 +104,14 @@ impl Observer for Recorder {
         self.cancel.load(Ordering::Relaxed)
     }
 }
+
+/// Passes on only whether to stop, for work whose events would not tell the user anything.
+pub struct Quiet<'a>(pub &'a dyn Observer);
+
+impl Observer for Quiet<'_> {
+    fn event(&self, _event: Event<'_>) {}
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}

@@ -207,7 +207,10 @@ impl ModelVisibilities for CleanMaker {
         let Some(state) = &mut self.now else {
             return Err(ChainError::NoData("there is no model yet: make an image first".into()));
         };
-        let one = state.one(header, coverage)?;
+        let one = match self.predicted.of(first_row, coverage.uvw_m.view()) {
+            Some(known) => known.to_owned(),
+            None => state.one(header, coverage)?,
+        };
         self.predicted.keep(first_row, coverage.uvw_m.view(), &one);
         let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
         for (p, _) in header.polarizations.iter().enumerate().filter(|(_, pol)| sees_unpolarized(**pol)) {

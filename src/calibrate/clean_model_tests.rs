@@ -42,7 +42,7 @@ fn half_a_radian_of_phase_is_calibrated_away() {
     let mut o = SelfcalOptions::new(GainMode::Phase, SolutionInterval::Integration, 5);
     o.solve.feeds = FeedGroups::Joined;
     let mut m = maker();
-    let out = selfcal(&mut data, &mut m, Start::Data, &o, &Silent).unwrap();
+    let out = selfcal(&mut data, &mut m, Start::Data, &o, None, &Silent).unwrap();
     let plan = RoundPlan { last: true, ..o.schedule[4] };
     let (before, best) = (out.before.unwrap(), out.final_metrics());
     let ideal = maker().update(&mut scene().set(|_, _, _, _| cis(0.0)), &plan, &Silent).unwrap();

@@ -4,7 +4,7 @@
 //! solves the gains against that image as against any other model. Later calls image the calibrated data only to show the residuals.
 
 use super::clean_model::CleanMaker;
-use super::joint_solution::{Joint, JointGoals, Lattice, faint, joint};
+use super::joint_solution::{FROZEN, Joint, JointGoals, Lattice, faint, joint, joint_from, joint_near_unity};
 use super::joint_tuning::JointSchedule;
 use super::model::ModelVisibilities;
 use super::options::SolveOptions;
@@ -15,10 +15,11 @@ use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
 use crate::mem::regulariser::WeightedSum;
 use crate::mem::{
-    ChiSquared, Gathered, MemImager, MemPlan, Objective, Prior, flat_prior, flux_of_one, in_front, noise_from_hands, prepared, sum_inside,
+    ChiSquared, Gathered, MemImager, MemPlan, MemState, Objective, Prior, flat_prior, flux_of_one, in_front, noise_from_hands, prepared,
+    sum_inside,
 };
 use crate::misfit::VisibilityTerm;
-use crate::progress::{Event, Observer};
+use crate::progress::{Event, Observer, Quiet};
 use crate::{ChainError, Result};
 use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource, for_each_block};
 use ndarray::{Array2, Array3};
@@ -45,6 +46,8 @@ pub struct JointMaker {
     options: JointOptions,
     /// The solution, and its image as a model of the data (flux a pixel).
     found: Option<(Joint, Array2<f64>)>,
+    /// The image of data whose gains are taken to be 1, between two steps.
+    as_they_are: Option<(Problem, MemState)>,
     /// Shows the model and predicts from it.
     shown: CleanMaker,
 }
@@ -54,11 +57,11 @@ impl JointMaker {
     #[must_use]
     pub fn new(imaging: ImagingOptions, options: JointOptions) -> Self {
         let shown = CleanMaker::new(imaging.clone(), CleanOptions::default());
-        Self { imaging, options, found: None, shown }
+        Self { imaging, options, found: None, as_they_are: None, shown }
     }
 
-    /// Solve image and gains from uncalibrated data.
-    fn find(&mut self, data: &mut dyn VisibilitySource, observer: &dyn Observer) -> Result<(Joint, Array2<f64>)> {
+    /// The problem of these data.
+    fn problem(&self, data: &mut dyn VisibilitySource, observer: &dyn Observer) -> Result<Problem> {
         let counts = noise_from_hands(data)?.weights_are_counts;
         let mut builder = UnknownGainsBuilder::new(data.header(), &self.options.solve)?;
         let mut places: Vec<f64> = Vec::new();
@@ -97,13 +100,65 @@ impl JointMaker {
             solver = of_its_flux(solver, &gains, &self.options.goals.tuning, observer)?;
         }
         let goals = JointGoals { find_noise: counts, ..self.options.goals };
-        let found = solved(&mut solver, &gains, (&uvw_m, &freq_hz), &goals, observer)?;
-        let mut model = found.state.image.clone();
-        if let Some(offset) = &solver.objective().offset {
-            model -= offset;
-        }
+        Ok(Problem { solver, gains, uvw_m, freq_hz, goals })
+    }
+
+    /// Solve image and gains from uncalibrated data. If gains near 1 do not fit, nothing is taken to be known of them.
+    fn find(&mut self, data: &mut dyn VisibilitySource, observer: &dyn Observer) -> Result<(Joint, Array2<f64>)> {
+        let mut problem = self.problem(data, observer)?;
+        let begun = Instant::now();
+        let Problem { solver, gains, goals, .. } = &mut problem;
+        let near = joint_near_unity(solver, gains, goals, observer)?;
+        let fits = |j: &Joint, goals: &JointGoals| j.misfit() <= goals.tuning.near_enough * goals.chi2.0;
+        let (goals, rms) = (*goals, gains.rms_from_unity());
+        let found = if fits(&near, &goals) && rms <= goals.tuning.near_rms {
+            near
+        } else {
+            let blind = problem.solved(observer)?;
+            if fits(&blind, &goals) || blind.misfit() < near.misfit() { blind } else { near }
+        };
+        say(&found, begun, observer);
+        let model = problem.model(&found.state);
         Ok((found, model))
     }
+}
+
+/// Image and gains of one set of data.
+struct Problem {
+    solver: MemImager,
+    gains: Arc<UnknownGains>,
+    uvw_m: Array2<f64>,
+    freq_hz: Vec<f64>,
+    goals: JointGoals,
+}
+
+impl Problem {
+    /// The solution if nothing is known of the gains.
+    fn solved(&mut self, observer: &dyn Observer) -> Result<Joint> {
+        let lattice = |axis: usize| -> Vec<f64> {
+            let column = self.uvw_m.column(axis);
+            column.iter().flat_map(|x| self.freq_hz.iter().map(move |f| x * f / SPEED_OF_LIGHT_M_S)).collect()
+        };
+        let (u, v) = (lattice(0), lattice(1));
+        joint(&mut self.solver, &self.gains, Lattice { u: &u, v: &v }, &self.goals, observer)
+    }
+
+    /// The image as a model of the data, flux a pixel.
+    fn model(&self, state: &MemState) -> Array2<f64> {
+        match &self.solver.objective().offset {
+            Some(offset) => &state.image - offset,
+            None => state.image.clone(),
+        }
+    }
+}
+
+fn say(found: &Joint, begun: Instant, observer: &dyn Observer) {
+    observer.event(Event::Note(&format!(
+        "image and gains solved together in {} evaluations and {:.1} s, chi2/datum {:.3}",
+        found.state.evaluations,
+        begun.elapsed().as_secs_f64(),
+        found.misfit()
+    )));
 }
 
 /// The problem with a better flat prior. The shortest baselines may resolve most of a scene, so the prior is raised to the flux of the
@@ -122,29 +177,6 @@ fn of_its_flux(mut solver: MemImager, gains: &UnknownGains, tuning: &JointSchedu
         solver = brighter(solver, ratio)?;
     }
     brighter(solver, tuning.brighter)
-}
-
-fn solved(
-    solver: &mut MemImager,
-    gains: &UnknownGains,
-    (uvw_m, freq_hz): (&Array2<f64>, &[f64]),
-    goals: &JointGoals,
-    observer: &dyn Observer,
-) -> Result<Joint> {
-    let lattice = |axis: usize| -> Vec<f64> {
-        let column = uvw_m.column(axis);
-        column.iter().flat_map(|x| freq_hz.iter().map(move |f| x * f / SPEED_OF_LIGHT_M_S)).collect()
-    };
-    let (u, v) = (lattice(0), lattice(1));
-    let begun = Instant::now();
-    let found = joint(solver, gains, Lattice { u: &u, v: &v }, goals, observer)?;
-    let evaluations = found.state.evaluations;
-    observer.event(Event::Note(&format!(
-        "image and gains solved together in {evaluations} evaluations and {:.1} s, chi2/datum {:.3}",
-        begun.elapsed().as_secs_f64(),
-        found.state.chi2_per_datum / found.noise_factor.unwrap_or(1.0)
-    )));
-    Ok(found)
 }
 
 /// A model maker with images to show.
@@ -184,10 +216,44 @@ impl ModelMaker for JointMaker {
             Some(found) => found,
             None => self.find(data, observer)?,
         };
-        let metrics = self.shown.show(data, &found.1, observer)?;
+        let metrics = self.shown.show(data, &found.1, &Quiet(observer))?;
         let iterations = found.0.stages.iter().map(|s| s.evaluations).sum();
         self.found = Some(found);
         Ok(ModelMetrics { iterations, ..metrics })
+    }
+
+    fn as_they_are(&mut self, data: &mut dyn VisibilitySource, step: usize, observer: &dyn Observer) -> Result<Option<ModelMetrics>> {
+        let (mut problem, mut state) = match self.as_they_are.take() {
+            Some(last) if step > 0 => last,
+            _ => {
+                let problem = self.problem(data, observer)?;
+                problem.gains.restart();
+                // With this weight no gain departs from 1.
+                problem.gains.expect_unity(FROZEN);
+                let state = problem.solver.start();
+                (problem, state)
+            }
+        };
+        let unit = problem.solver.objective().unit;
+        let weight: f64 = problem.gains.weights().iter().map(|w| f64::from(*w)).sum();
+        let Some(stage) = self.options.goals.tuning.stages.get(step) else { return Ok(None) };
+        problem.solver.improve(&mut state, stage.strength / (weight * unit * unit), stage.steps, observer)?;
+        let metrics = self.shown.show(data, &problem.model(&state), &Quiet(observer))?;
+        self.as_they_are = Some((problem, state));
+        Ok(Some(metrics))
+    }
+
+    fn reopen(&mut self, data: &mut dyn VisibilitySource, observer: &dyn Observer) -> Result<()> {
+        let Some((before, _)) = self.found.take() else { return Ok(()) };
+        let mut problem = self.problem(data, observer)?;
+        let begun = Instant::now();
+        let Problem { solver, gains, goals, .. } = &mut problem;
+        let found = joint_from(solver, gains, &before.state.image, goals, observer)?;
+        say(&found, begun, observer);
+        let model = problem.model(&found.state);
+        self.shown.show(data, &model, &Quiet(observer))?;
+        self.found = Some((found, model));
+        Ok(())
     }
 
     fn remember(&mut self) {

@@ -45,6 +45,14 @@ pub struct Joint {
     pub stages: Vec<JointStage>,
 }
 
+impl Joint {
+    /// Chi squared over its expected value, with the noise that was estimated.
+    #[must_use]
+    pub fn misfit(&self) -> f64 {
+        self.state.chi2_per_datum / self.noise_factor.unwrap_or(1.0)
+    }
+}
+
 /// Coordinates of the visibilities in the u-v plane, wavelengths \[n\].
 #[derive(Debug, Clone, Copy)]
 pub struct Lattice<'a> {
@@ -82,6 +90,7 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
     let mut state = imager.start();
     let mut stages = Vec::new();
     let mut noise_factor = None;
+    gains.expect_unity(0.0);
     gains.restart();
     observer.event(Event::Phase { name: "image and gains", total: None, unit: "evaluations" });
     let tuning = &goals.tuning;
@@ -103,19 +112,16 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
             "the weights do not hold the noise and no two hands give it: chi squared is computed as if the weights were 1/sigma^2",
         ));
     }
-    let target = goals.chi2.0 * noise_factor.unwrap_or(1.0);
-    // The gains change with the image, so the KKT residual cannot reach its usual limit. The data do not determine these digits of the
-    // image.
-    let last = MemGoals {
-        chi2: target,
-        chi2_tolerance: goals.chi2.1,
-        kkt: f64::INFINITY,
-        evaluations: tuning.final_evaluations,
-        ..MemGoals::default()
-    };
+    let last = final_goals(goals, noise_factor);
     let mut left = tuning.finals;
+    let mut eased = 0;
     let progress = loop {
         let progress = imager.solve(&mut state, &last, Method::QuasiNewton, observer)?;
+        if fits_noise(&state, &last) && eased < tuning.expectations {
+            state.lambda *= tuning.ease;
+            eased += 1;
+            continue;
+        }
         left = left.saturating_sub(1);
         let moved = if left > 0 { asked_for(imager, gains, at, &grid, &state)? } else { (0, 0) };
         shift(imager, gains, &mut state, moved, tuning.dark);
@@ -136,6 +142,131 @@ pub(super) fn faint(imager: &mut MemImager, gains: &UnknownGains, first: JointSt
     gains.restart();
     imager.improve(&mut state, first.strength / (weight * unit * unit), first.steps, observer)?;
     Ok(state)
+}
+
+/// Weight of the expectation that gains are 1 with which they stay there.
+pub(super) const FROZEN: f64 = 1e12;
+
+/// Solve image and gains together, with gains that are expected near 1. Their rms from 1 is estimated on the way, from a small value
+/// upwards. Of all gains that fit the data, those are found that change the data least. The data alone do not determine them: a shift of
+/// the image, or phases that grow along each arm of a Y, fit as well.
+///
+/// # Errors
+/// As [`joint`].
+pub fn joint_near_unity(imager: &mut MemImager, gains: &UnknownGains, goals: &JointGoals, observer: &dyn Observer) -> Result<Joint> {
+    let unit = imager.objective().unit;
+    let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
+    let mut state = imager.start();
+    let mut found = Stages::default();
+    let tuning = &goals.tuning;
+    gains.restart();
+    observer.event(Event::Phase { name: "image and gains near 1", total: None, unit: "evaluations" });
+    // First the image of the data as they are, so far as it explains more and more of them.
+    gains.expect_unity(FROZEN);
+    for (k, &JointStep { strength, steps }) in tuning.stages.iter().enumerate() {
+        let before = state.chi2_per_datum;
+        let progress = imager.improve(&mut state, strength / (weight * unit * unit), steps, observer)?;
+        found.record(strength, &progress, &state);
+        // The stages of little weight come first whatever the misfit, because a faint image explains nothing.
+        if k > 2 && state.chi2_per_datum > tuning.deeper * before {
+            break;
+        }
+    }
+    if goals.find_noise {
+        found.noise_factor = gains.noise_factor(imager.predict(&state.image)?);
+    }
+    let rms = tuning.unity_rms;
+    let joint = settle(imager, gains, state, (rms, found), goals, observer)?;
+    observer.event(Event::Done);
+    Ok(joint)
+}
+
+/// Go on from an image, with more data of the same sky. The gains are expected as far from 1 as those that fit this image best.
+///
+/// # Errors
+/// As [`joint`].
+pub fn joint_from(
+    imager: &mut MemImager,
+    gains: &UnknownGains,
+    image: &Array2<f64>,
+    goals: &JointGoals,
+    observer: &dyn Observer,
+) -> Result<Joint> {
+    let state = imager.start_at(image.clone());
+    gains.restart();
+    let mut found = Stages::default();
+    if goals.find_noise {
+        found.noise_factor = gains.noise_factor(imager.predict(&state.image)?);
+    }
+    // A very weak expectation lets the gains go where they fit, and measures how far that is from 1.
+    gains.expect_unity(f64::MIN_POSITIVE.sqrt());
+    gains.fit(imager.predict(&state.image)?);
+    let rms = goals.tuning.unity_rms.max(gains.rms_from_unity());
+    settle(imager, gains, state, (rms, found), goals, observer)
+}
+
+#[derive(Default)]
+struct Stages {
+    stages: Vec<JointStage>,
+    noise_factor: Option<f64>,
+}
+
+impl Stages {
+    fn expect(&self, gains: &UnknownGains, rms: f64) {
+        gains.expect_unity(self.noise_factor.unwrap_or(1.0) / (rms * rms));
+    }
+
+    fn record(&mut self, strength: f64, progress: &Progress, state: &MemState) {
+        let stage = JointStage { strength, evaluations: progress.evaluations, chi2_per_datum: state.chi2_per_datum, moved: (0, 0) };
+        self.stages.push(stage);
+    }
+}
+
+/// Solve to the target of chi squared, and again while the gains are found farther from 1 than was expected.
+fn settle(
+    imager: &mut MemImager,
+    gains: &UnknownGains,
+    mut state: MemState,
+    (mut rms, mut found): (f64, Stages),
+    goals: &JointGoals,
+    observer: &dyn Observer,
+) -> Result<Joint> {
+    let last = final_goals(goals, found.noise_factor);
+    let mut left = goals.tuning.expectations;
+    let mut eased = 0;
+    let progress = loop {
+        found.expect(gains, rms);
+        let progress = imager.solve(&mut state, &last, Method::QuasiNewton, observer)?;
+        found.record(0.0, &progress, &state);
+        if fits_noise(&state, &last) && eased < goals.tuning.expectations {
+            state.lambda *= goals.tuning.ease;
+            eased += 1;
+            continue;
+        }
+        let now = gains.rms_from_unity();
+        left = left.saturating_sub(1);
+        if left == 0 || now <= 1.1 * rms {
+            break progress;
+        }
+        rms = now;
+    };
+    Ok(Joint { state, progress, noise_factor: found.noise_factor, stages: found.stages })
+}
+
+/// True if the image has taken up noise. The solver gives it back slowly, so it starts again from a smaller lambda.
+fn fits_noise(state: &MemState, goals: &MemGoals) -> bool {
+    state.chi2_per_datum < goals.chi2 * (1.0 - 2.0 * goals.chi2_tolerance)
+}
+
+/// The gains change with the image, so the KKT residual cannot reach its usual limit. The data do not determine these digits of the image.
+fn final_goals(goals: &JointGoals, noise_factor: Option<f64>) -> MemGoals {
+    MemGoals {
+        chi2: goals.chi2.0 * noise_factor.unwrap_or(1.0),
+        chi2_tolerance: goals.chi2.1,
+        kkt: f64::INFINITY,
+        evaluations: goals.tuning.final_evaluations,
+        ..MemGoals::default()
+    }
 }
 
 /// Cells (columns, rows) from the centre of brightness to the middle of the frame.

@@ -65,7 +65,7 @@ fn nrmse(image: &Array2<f64>) -> f64 {
 fn calibrated(set: &mut VisibilitySet, maker: &mut JointMaker) -> Selfcal {
     let mut options = SelfcalOptions::new(GainMode::Phase, SolutionInterval::Infinite, 1);
     options.solve.feeds = FeedGroups::Joined;
-    selfcal(set, maker, Start::Data, &options, &Silent).unwrap()
+    selfcal(set, maker, Start::Data, &options, None, &Silent).unwrap()
 }
 
 fn model(maker: &JointMaker) -> Array2<f64> {

@@ -31,6 +31,19 @@ pub struct JointSchedule {
     pub finals: usize,
     /// Error of the transforms. It is below the noise of a visibility wherever phases can be solved at all.
     pub epsilon: f64,
+    /// Rms from 1 that is first expected of gains near 1, rad. It is below the errors that are worth a calibration. The estimate grows from
+    /// stage to stage as far as the data ask for it.
+    pub unity_rms: f64,
+    /// Largest number of final solutions while the estimate of that rms grows.
+    pub expectations: usize,
+    /// Chi squared of a stage over that of the stage before, above which the image of the data as they are explains no more of them.
+    pub deeper: f64,
+    /// Factor on lambda where an image has fitted the noise.
+    pub ease: f64,
+    /// Largest rms from 1 of gains that are taken to be near it, rad. Beyond it the expectation costs more than it gives.
+    pub near_rms: f64,
+    /// Chi squared divided by its target up to which gains near 1 fit. Above it, the solution that knows nothing of the gains is tried.
+    pub near_enough: f64,
     /// Estimates of an unknown prior at most.
     pub priors: usize,
     /// The prior is bright enough if the flux of the first faint image divided by that of the prior is at most this.
@@ -51,6 +64,12 @@ impl Default for JointSchedule {
             final_evaluations: 60,
             finals: 3,
             epsilon: 1e-4,
+            unity_rms: 0.02,
+            expectations: 4,
+            ease: 0.1,
+            near_rms: 0.35,
+            deeper: 0.7,
+            near_enough: 1.1,
             priors: 4,
             prior_settled: 1.1,
             brighter: 2.0,

@@ -15,6 +15,9 @@
 //! | `support` | do the closure phases support the model? |
 //! | `rounds` | the rounds of self-calibration, and who makes their models |
 //! | `selfcal` | the loop of solving and imaging |
+//! | `held_out` | baselines that are left out, and how well they are predicted |
+//! | `candidates` | the ways among which it chooses |
+//! | `judged` | the choice among ways to self-calibrate, or none |
 //! | `selfcal_tuning`, `joint_tuning` | constants that steer these solutions |
 //! | `predicted` | predictions of the model, kept from a gain solution to the image that follows it |
 //! | `clean_model` | CLEAN as the model maker of the loop |
@@ -24,12 +27,14 @@
 
 mod antenna_fit;
 mod apply;
+mod candidates;
 mod clean_model;
 #[cfg(test)]
 mod clean_model_tests;
 mod degeneracy;
 mod delay;
 mod grouping;
+mod held_out;
 mod identify;
 #[cfg(test)]
 mod identify_tests;
@@ -38,6 +43,9 @@ mod joint_solution;
 #[cfg(test)]
 mod joint_tests;
 mod joint_tuning;
+mod judged;
+#[cfg(test)]
+mod judged_tests;
 mod least_squares;
 mod model;
 mod normal;
@@ -63,17 +71,20 @@ mod unresolved;
 pub use crate::closure::SolutionInterval;
 pub use antenna_fit::FlagReason;
 pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply, on_channels};
+pub use candidates::{CandidateOptions, candidates};
 pub use clean_model::CleanMaker;
 pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
+pub use held_out::{HeldOut, JudgeOptions, Prediction, Without};
 pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
 pub use joint_model::{ImageMaker, JointMaker, JointOptions};
 pub use joint_solution::{Joint, JointGoals, JointStage, Lattice, joint};
 pub use joint_tuning::{JointSchedule, JointStep};
+pub use judged::{Beginning, Calibrated, Candidate, CandidateRecord, Evidence, Verdict, calibrate};
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{AntennaNames, ChannelGroups, FeedGroups, GainMode, Outliers, RoundOptions, SolveOptions, StartFrom};
 pub use rounds::{ModelMaker, ModelMetrics, RoundPlan, schedule, tuned_schedule};
-pub use selfcal::{RoundRecord, Selfcal, SelfcalOptions, SelfcalStop, Start, selfcal};
+pub use selfcal::{Judge, RoundRecord, Selfcal, SelfcalOptions, SelfcalStop, Start, selfcal};
 pub use selfcal_tuning::SelfcalTuning;
 pub use sky_prediction::{Accuracy, SkyPrediction};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};

@@ -1,6 +1,7 @@
 //! Options of gain solutions and of self-calibration: one type a group for the library, the command line and the files of `run` and `study`.
 
 use super::apply::{ApplyOptions, Direction, Interpolation};
+use super::held_out::JudgeOptions;
 use crate::closure::SolutionInterval;
 use crate::values::{bad_value, by_text};
 use crate::{ChainError, Result};
@@ -255,7 +256,7 @@ pub struct RoundOptions {
     /// Begin with solution intervals four and two times as long, for weak sources and slow errors.
     #[cfg_attr(feature = "cli", arg(long))]
     pub shrink: bool,
-    /// A round counts as better when the dynamic range grows by this fraction.
+    /// A round counts as better when the part of the held-out data that is predicted, over the part that is not, grows by this fraction.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = RoundOptions::default().improvement))]
     pub improvement: f64,
     /// A stage (a mode and an interval) ends after this many rounds that are not better.
@@ -267,6 +268,9 @@ pub struct RoundOptions {
     /// Leave data without a gain as they are instead of flagging them.
     #[cfg_attr(feature = "cli", arg(long))]
     pub keep_unsolved: bool,
+    /// Apply the gains of the best round even if the baselines that were held out do not support them.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub force: bool,
 }
 
 impl Default for RoundOptions {
@@ -280,6 +284,7 @@ impl Default for RoundOptions {
             patience: 1,
             interp: Interpolation::Nearest,
             keep_unsolved: false,
+            force: false,
         }
     }
 }
@@ -303,6 +308,12 @@ impl RoundOptions {
             return bad_value("patience", 0, "at least 1");
         }
         Ok(())
+    }
+
+    /// How the result is judged.
+    #[must_use]
+    pub fn judge(&self) -> JudgeOptions {
+        JudgeOptions { force: self.force, ..JudgeOptions::default() }
     }
 
     /// How gains are applied to the data.

@@ -24,6 +24,9 @@ impl Predicted {
 
     /// Keep the predictions of the rows that follow those kept.
     pub(super) fn keep(&mut self, first_row: usize, uvw_m: ArrayView2<'_, f64>, vis: &Array2<Complex<f32>>) {
+        if self.of(first_row, uvw_m).is_some() {
+            return;
+        }
         if first_row == 0 {
             self.clear();
             self.n_chan = vis.ncols();
@@ -36,7 +39,7 @@ impl Predicted {
     }
 
     /// The predictions of rows with exactly these uvw, where they are kept.
-    fn of(&self, first_row: usize, uvw_m: ArrayView2<'_, f64>) -> Option<ArrayView2<'_, Complex<f32>>> {
+    pub(super) fn of(&self, first_row: usize, uvw_m: ArrayView2<'_, f64>) -> Option<ArrayView2<'_, Complex<f32>>> {
         let (n, places) = (uvw_m.nrows(), self.uvw_m.get(3 * first_row..3 * (first_row + uvw_m.nrows()))?);
         let same = places.iter().zip(uvw_m).all(|(a, b)| a.to_bits() == b.to_bits());
         let vis = self.vis.get(first_row * self.n_chan..(first_row + n) * self.n_chan)?;

@@ -37,6 +37,27 @@ pub trait ModelMaker: ModelVisibilities {
     /// The image cannot be made.
     fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics>;
 
+    /// Image the data as they are, as deep as a finished image, for a comparison with calibrated data. The first call has step 0. A maker
+    /// that cannot know how far to go into data with errors makes a deeper image with each step, and `None` after the last.
+    ///
+    /// # Errors
+    /// The image cannot be made.
+    fn as_they_are(&mut self, data: &mut dyn VisibilitySource, step: usize, observer: &dyn Observer) -> Result<Option<ModelMetrics>> {
+        let plan = RoundPlan { mode: GainMode::Phase, solint: SolutionInterval::Infinite, depth: 0.0, last: true };
+        if step > 0 { Ok(None) } else { self.update(data, &plan, observer).map(Some) }
+    }
+
+    /// More data of the same sky have come: prepare to go on from the present model with them. The gains of `data` are not known.
+    ///
+    /// # Errors
+    /// The model cannot be continued with these data.
+    fn reopen(&mut self, _data: &mut dyn VisibilitySource, _observer: &dyn Observer) -> Result<()> {
+        Ok(())
+    }
+
+    /// The next image belongs to this round; 0 is the image before any calibration.
+    fn begin_round(&mut self, _number: usize) {}
+
     /// The present images are the best so far: keep them.
     fn remember(&mut self) {}
 

@@ -8,6 +8,7 @@
 //! Cornwell & Wilkinson 1981, MNRAS 196, 1067; Pearson & Readhead 1984, ARA&A 22, 97.
 
 use super::apply::CalibratedSource;
+use super::held_out::{HeldOut, Prediction, Without};
 use super::model::{ModelVisibilities, PointModel};
 use super::normal::{Cell, NormalEquations};
 use super::options::{GainMode, RoundOptions, SolveOptions};
@@ -35,6 +36,8 @@ pub enum Start<'a> {
     Model(&'a mut dyn ModelVisibilities),
     /// The first image of the data as they are.
     Data,
+    /// The model that the maker holds already.
+    Present,
 }
 
 /// Options of [`selfcal`].
@@ -78,6 +81,25 @@ pub struct RoundRecord {
     pub metrics: ModelMetrics,
     /// Test of the model, against which the gains were solved, by the closure phases.
     pub support: ClosureSupport,
+    /// How its gains and image predict the baselines that were held out, if any were.
+    pub prediction: Option<Prediction>,
+}
+
+impl RoundRecord {
+    /// The number by which rounds are compared; larger is better. It is the part of the held-out power that is predicted over the part
+    /// that is not. Without held-out baselines it is the dynamic range.
+    fn score(&self) -> f64 {
+        self.prediction.as_ref().map_or_else(|| self.metrics.dynamic_range(), |p| 1.0 / p.misfit().max(1e-9))
+    }
+}
+
+/// Baselines that the rounds must not use, and by which they are judged.
+#[derive(Debug, Clone, Copy)]
+pub struct Judge<'a> {
+    /// The baselines.
+    pub held: &'a HeldOut,
+    /// Variance of the data over that of the weights; 0 where it is not known.
+    pub noise: f64,
 }
 
 /// Why the loop ended.
@@ -101,7 +123,7 @@ impl std::fmt::Display for SelfcalStop {
     }
 }
 
-/// The end of a self-calibration.
+/// The end of the rounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selfcal {
     /// Every round, in order.
@@ -132,7 +154,11 @@ impl Selfcal {
     }
 }
 
-/// Self-calibrate a set. The data are not changed: apply the gains of [`Selfcal::best`] with [`super::apply()`].
+/// The rounds of self-calibration, without a judgement whether their result is better than the data as they are: see
+/// [`super::calibrate()`]. The data are not changed: apply the gains of [`Selfcal::best`] with [`super::apply()`].
+///
+/// With a judge, the rounds do not use the baselines that it holds out, and the best round is the one that predicts them best. Without
+/// one, it is the one with the largest dynamic range.
 ///
 /// # Errors
 /// An empty schedule, a first round that cannot be solved or imaged (see [`super::solve()`]), or [`ChainError::Cancelled`].
@@ -141,6 +167,7 @@ pub fn selfcal(
     maker: &mut dyn ModelMaker,
     start: Start<'_>,
     options: &SelfcalOptions,
+    judge: Option<Judge<'_>>,
     observer: &dyn Observer,
 ) -> Result<Selfcal> {
     let Some(first) = options.schedule.first() else {
@@ -149,7 +176,12 @@ pub fn selfcal(
     let mut out = Selfcal { rounds: Vec::new(), best: 0, before: None, deepened: None, stop: SelfcalStop::Completed, warnings: Vec::new() };
     let mut start = Some(start);
     if matches!(start, Some(Start::Data)) {
-        out.before = Some(maker.update(data, &RoundPlan { last: false, depth: options.tuning.first_depth, ..*first }, observer)?);
+        let plan = RoundPlan { last: false, depth: options.tuning.first_depth, ..*first };
+        maker.begin_round(0);
+        out.before = Some(maker.update(&mut seen(data, judge), &plan, observer)?);
+    }
+    if matches!(start, Some(Start::Present)) {
+        maker.reopen(&mut seen(data, judge), observer)?;
     }
     let mut idle = 0;
     let mut next = 0;
@@ -157,7 +189,8 @@ pub fn selfcal(
         if observer.cancelled() {
             return Err(ChainError::Cancelled);
         }
-        let record = match round(data, maker, start.take(), plan, options, observer) {
+        maker.begin_round(next + 1);
+        let record = match round(data, maker, start.take(), plan, options, judge, observer) {
             Ok(record) => record,
             Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
             Err(e) if out.rounds.is_empty() => return Err(e),
@@ -173,14 +206,14 @@ pub fn selfcal(
             flux: record.metrics.model_flux,
             rms: record.metrics.residual_rms,
         });
-        let range = record.metrics.dynamic_range();
-        let so_far = out.rounds.get(out.best).map_or(0.0, |b| b.metrics.dynamic_range());
-        idle = if range > so_far * (1.0 + options.rounds.improvement) { 0 } else { idle + 1 };
+        let score = record.score();
+        let so_far = out.rounds.get(out.best).map_or(0.0, RoundRecord::score);
+        idle = if score > so_far * (1.0 + options.rounds.improvement) { 0 } else { idle + 1 };
         if out.rounds.is_empty() {
             judge_start(&record.support, &mut out.warnings, observer);
         }
         out.rounds.push(record);
-        if range > so_far || out.rounds.len() == 1 {
+        if score > so_far || out.rounds.len() == 1 {
             out.best = out.rounds.len() - 1;
             maker.remember();
         }
@@ -212,7 +245,8 @@ pub fn selfcal(
         maker.recall();
         let best = &out.rounds[out.best];
         let plan = RoundPlan { last: true, depth: 0.0, ..best.plan };
-        match maker.update(&mut CalibratedSource::new(data, &best.gains, options.rounds.apply())?, &plan, observer) {
+        let mut source = seen(data, judge);
+        match maker.update(&mut CalibratedSource::new(&mut source, &best.gains, options.rounds.apply())?, &plan, observer) {
             Ok(metrics) => out.deepened = Some(metrics),
             Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
             Err(e) => {
@@ -230,6 +264,11 @@ pub fn selfcal(
     Ok(out)
 }
 
+/// The data without the baselines that a judge holds out.
+fn seen<'a>(data: &'a mut dyn VisibilitySource, judge: Option<Judge<'a>>) -> Without<'a> {
+    Without::new(data, judge.map(|j| j.held))
+}
+
 fn judge_start(support: &ClosureSupport, warnings: &mut Vec<String>, observer: &dyn Observer) {
     if let Some(misfit) = support.misfit_rad.filter(|m| *m > 0.5) {
         observer.event(Event::Note(&format!(
@@ -242,30 +281,32 @@ fn judge_start(support: &ClosureSupport, warnings: &mut Vec<String>, observer: &
     }
 }
 
-/// Solve gains against the present model, and image the data that these gains calibrate.
-fn round(
+/// One round: solve gains against the present model, and image the data that these gains calibrate.
+pub(super) fn round(
     data: &mut dyn VisibilitySource,
     maker: &mut dyn ModelMaker,
     start: Option<Start<'_>>,
     plan: &RoundPlan,
     options: &SelfcalOptions,
+    judge: Option<Judge<'_>>,
     observer: &dyn Observer,
 ) -> Result<RoundRecord> {
+    let mut source = seen(data, judge);
     let solve = SolveOptions { mode: plan.mode, solint: plan.solint, normalize: plan.mode == GainMode::AmpPhase, ..options.solve.clone() };
     let first = start.is_some();
     let (mut sums, independent_model) = match start {
-        Some(Start::Point { flux, l, m }) => (point_sums(data, flux, (l, m), &solve, observer)?, true),
-        Some(Start::Model(model)) => (NormalEquations::of(data, model, &solve, observer)?, true),
+        Some(Start::Point { flux, l, m }) => (point_sums(&mut source, flux, (l, m), &solve, observer)?, true),
+        Some(Start::Model(model)) => (NormalEquations::of(&mut source, model, &solve, observer)?, true),
         Some(Start::Data) => {
-            let sums = NormalEquations::of(data, maker, &solve, observer)?;
+            let sums = NormalEquations::of(&mut source, maker, &solve, observer)?;
             if sums.counts.used > 0 && sums.check_usable().is_err() {
                 observer.event(Event::Note("the first image has no source above the noise: starting from a point at the phase centre"));
-                (point_sums(data, None, (0.0, 0.0), &solve, observer)?, true)
+                (point_sums(&mut source, None, (0.0, 0.0), &solve, observer)?, true)
             } else {
                 (sums, false)
             }
         }
-        None => (NormalEquations::of(data, maker, &solve, observer)?, false),
+        Some(Start::Present) | None => (NormalEquations::of(&mut source, maker, &solve, observer)?, false),
     };
     let support = ClosureSupport { independent_model, ..sums.closure_support() };
     let solved = match sums.solve(observer) {
@@ -279,8 +320,10 @@ fn round(
     };
     let Solution { gains, report } = solved?;
     drop(sums);
-    let metrics = maker.update(&mut CalibratedSource::new(data, &gains, options.rounds.apply())?, plan, observer)?;
-    Ok(RoundRecord { plan: *plan, gains, report, metrics, support })
+    let metrics = maker.update(&mut CalibratedSource::new(&mut source, &gains, options.rounds.apply())?, plan, observer)?;
+    let predict = |j: Judge<'_>| Prediction::of(data, j.held, maker, Some(&gains), options.rounds.apply(), j.noise);
+    let prediction = judge.map(predict).transpose()?;
+    Ok(RoundRecord { plan: *plan, gains, report, metrics, support, prediction })
 }
 
 /// Sums against a point. If its flux is not given, the flux that explains the power of the data is used.

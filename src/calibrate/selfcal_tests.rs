@@ -110,7 +110,7 @@ fn phases_are_found_from_a_point_and_the_second_source_appears() {
     let scene = double(0.02);
     let mut data = scene.set(|t, a, _, _| cis(phase[t * 12 + a]));
     let mut maker = TinyClean::default();
-    let out = selfcal(&mut data, &mut maker, POINT, &options(GainMode::Phase, 4), &Silent).unwrap();
+    let out = selfcal(&mut data, &mut maker, POINT, &options(GainMode::Phase, 4), None, &Silent).unwrap();
     let mut truth = out.best().gains.clone();
     truth.gains.indexed_iter_mut().for_each(|((t, a, _, _), g)| *g = cis(phase[t * 12 + a]));
     let error =
@@ -130,7 +130,7 @@ fn amplitudes_follow_phases_and_keep_the_flux_scale() {
     let mut o = options(GainMode::AmpPhase, 6);
     o.schedule.iter_mut().for_each(|p| p.solint = SolutionInterval::Infinite);
     let mut maker = TinyClean::default();
-    let out = selfcal(&mut data, &mut maker, Start::Data, &o, &Silent).unwrap();
+    let out = selfcal(&mut data, &mut maker, Start::Data, &o, None, &Silent).unwrap();
     assert!(out.before.unwrap().dynamic_range() * 2.0 < out.best().metrics.dynamic_range());
     assert_eq!(out.best().plan.mode, GainMode::AmpPhase);
     let mut truth = out.best().gains.clone();
@@ -152,7 +152,7 @@ fn noise_on_a_point_model_draws_the_warning_and_a_source_does_not() {
         for (sources, count) in [(Vec::new(), &mut warned), (source.sources.clone(), &mut false_alarms)] {
             let mut data = Scene { sources, ..source.clone() }.set(|_, a, _, _| cis(phase[a]));
             let told = Recorder::default();
-            let out = selfcal(&mut data, &mut TinyClean::default(), POINT, &o, &told).unwrap();
+            let out = selfcal(&mut data, &mut TinyClean::default(), POINT, &o, None, &told).unwrap();
             *count += usize::from(!out.warnings.is_empty());
             assert_eq!(told.messages().iter().filter(|m| m.contains("closure phases")).count(), out.warnings.len());
         }
@@ -172,7 +172,10 @@ fn noise_is_told_when_the_first_model_comes_from_the_data_too() {
         let run = |scene: &Scene| {
             let phase = random_phases(10, 0.5, seed);
             let mut data = scene.set(|_, a, _, _| cis(phase[a]));
-            !selfcal(&mut data, &mut TinyClean { nsigma, ..TinyClean::default() }, Start::Data, &o, &Silent).unwrap().warnings.is_empty()
+            !selfcal(&mut data, &mut TinyClean { nsigma, ..TinyClean::default() }, Start::Data, &o, None, &Silent)
+                .unwrap()
+                .warnings
+                .is_empty()
         };
         warned += usize::from(run(&noise));
         false_alarms += usize::from(run(&Scene { sources: vec![(0.0, 0.0, 3.0)], ..noise }));
@@ -184,18 +187,18 @@ fn noise_is_told_when_the_first_model_comes_from_the_data_too() {
 fn the_best_round_is_kept_and_the_reason_to_stop_is_told() {
     let phase = random_phases(12, 0.5, 6);
     let mut data = double(0.02).set(|_, a, _, _| cis(phase[a]));
-    let out = selfcal(&mut data, &mut TinyClean::default(), POINT, &options(GainMode::Phase, 30), &Silent).unwrap();
+    let out = selfcal(&mut data, &mut TinyClean::default(), POINT, &options(GainMode::Phase, 30), None, &Silent).unwrap();
     assert!(out.rounds.len() < 30);
     assert_eq!(out.stop, SelfcalStop::NoImprovement);
     assert!(out.rounds.iter().all(|r| r.metrics.dynamic_range() <= out.best().metrics.dynamic_range()));
     let mut maker = TinyClean { fail_at: Some(2), ..TinyClean::default() };
-    let out = selfcal(&mut data, &mut maker, POINT, &options(GainMode::Phase, 3), &Silent).unwrap();
+    let out = selfcal(&mut data, &mut maker, POINT, &options(GainMode::Phase, 3), None, &Silent).unwrap();
     assert_eq!((out.rounds.len(), out.best), (1, 0));
     assert!(out.stop.to_string().contains("no image today"));
     let mut maker = TinyClean { fail_at: Some(1), ..TinyClean::default() };
-    assert!(selfcal(&mut data, &mut maker, POINT, &options(GainMode::Phase, 3), &Silent).is_err());
+    assert!(selfcal(&mut data, &mut maker, POINT, &options(GainMode::Phase, 3), None, &Silent).is_err());
     let empty = SelfcalOptions { schedule: Vec::new(), ..options(GainMode::Phase, 1) };
-    assert!(selfcal(&mut data, &mut maker, POINT, &empty, &Silent).is_err());
+    assert!(selfcal(&mut data, &mut maker, POINT, &empty, None, &Silent).is_err());
 }
 
 #[test]

@@ -67,6 +67,8 @@ pub struct UnknownGains {
     amplitudes: bool,
     data: usize,
     problems: Mutex<Vec<Problem>>,
+    /// Weight of the expectation that each gain is 1; 0 without one.
+    prior: Mutex<f64>,
 }
 
 /// Collects the rows of a set for [`UnknownGains`].
@@ -183,6 +185,7 @@ impl UnknownGainsBuilder {
             amplitudes: self.options.mode == GainMode::AmpPhase,
             data: 0,
             problems: Mutex::new(Vec::new()),
+            prior: Mutex::new(0.0),
         };
         let mut links = vec![Pairs::new(self.n_ant); n_problem];
         let mut present = vec![false; self.n_ant];
@@ -246,6 +249,48 @@ impl UnknownGains {
     /// Drop the gains. For the next model they are solved from the start, not from the last ones.
     pub fn restart(&self) {
         self.lock().iter_mut().for_each(|p| p.gains.clear());
+    }
+
+    /// Expect each gain to be 1, up to a phase that all antennas share: adds `weight` |1 - g|^2 to chi squared for each gain. The weight is
+    /// the reciprocal of the variance that is expected of a phase (rad^2). With 0 nothing is expected.
+    ///
+    /// Gains absorb more than the common phase where the image is free: a shift of the image, and in a Y the phases that grow along each
+    /// arm. The data do not determine these parts. The expectation does.
+    pub fn expect_unity(&self, weight: f64) {
+        let mut problems = self.lock();
+        *self.prior.lock().unwrap_or_else(PoisonError::into_inner) = weight;
+        for p in problems.iter_mut().filter(|p| !p.gains.is_empty()) {
+            p.gains.truncate(p.active);
+            if weight > 0.0 {
+                let sum: Complex64 = p.gains.iter().sum();
+                p.gains.push(if sum.norm() > 0.0 { sum / sum.norm() } else { ONE });
+            }
+        }
+    }
+
+    /// Solve the gains for `model` \[n\].
+    pub fn fit(&self, model: &[Complex64]) {
+        drop(self.solve(model));
+    }
+
+    /// The rms of what is expected to be 0: the phases of the gains (rad), less the common phase; with amplitudes |1 - g|.
+    #[must_use]
+    pub fn rms_from_unity(&self) -> f64 {
+        let problems = self.lock();
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for p in problems.iter().filter(|p| p.gains.len() > p.active) {
+            let reference = p.gains[p.active].conj();
+            for g in &p.gains[..p.active] {
+                let ratio = g * reference;
+                sum += if self.amplitudes { (ratio - ONE).norm_sqr() } else { ratio.arg().powi(2) };
+                count += 1;
+            }
+        }
+        if count > 0 { (sum / count as f64).sqrt() } else { 0.0 }
+    }
+
+    fn prior(&self) -> f64 {
+        *self.prior.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Sum of the weights of all hands for each model visibility \[n\].
@@ -395,8 +440,16 @@ impl UnknownGains {
                 }
             }
         });
+        let prior = self.prior();
         let mut problems = self.lock();
-        let mut pairs: Vec<Pairs> = problems.iter().map(|p| Pairs::new(p.active)).collect();
+        // The expectation is one more antenna of gain 1, which measures every gain with the weight of the expectation.
+        let more = usize::from(prior > 0.0);
+        let mut pairs: Vec<Pairs> = problems.iter().map(|p| Pairs::new(p.active + more)).collect();
+        if prior > 0.0 {
+            for (pairs, p) in pairs.iter_mut().zip(problems.iter()) {
+                (0..p.active).for_each(|a| pairs.add(a, p.active, Complex64::new(prior, 0.0), prior));
+            }
+        }
         for (row, sums) in self.rows.iter().zip(sums.chunks(n)) {
             for (i, s) in sums.iter().enumerate().filter(|(_, s)| s.mm > 0.0) {
                 let at = row.interval as usize * n + i;
@@ -476,7 +529,12 @@ impl VisibilityTerm for UnknownGains {
                 chi2
             })
             .collect();
+        let prior = self.prior();
+        let apart = |p: &Problem| -> f64 { p.gains[..p.active].iter().map(|g| (g - p.gains[p.active]).norm_sqr()).sum() };
+        let expected: f64 = problems.iter().filter(|p| p.gains.len() > p.active).map(apart).sum();
+        // Gains of the expected size add 1 each, which is not a misfit of the data.
+        let usual = if prior > 0.0 { problems.iter().map(|p| p.active as f64).sum() } else { 0.0 };
         // The sum has a fixed order, so that it is the same for any number of threads.
-        sums.iter().sum()
+        sums.iter().sum::<f64>() + prior * expected - usual
     }
 }

@@ -78,7 +78,7 @@ fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, started: bool, co
     let unit = imager.header().unit;
     let products = clean(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))?;
     drop(imager);
-    let mut json = statistics(&products, args, options.algorithm.name());
+    let mut json = statistics(&products, args, options.entry()?.name);
     json["startmod"] = started.into();
     save(args, products, json, unit, context)
 }

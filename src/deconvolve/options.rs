@@ -19,7 +19,8 @@ use std::str::FromStr;
 #[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", command(next_help_heading = "CLEAN"))]
 pub struct CleanOptions {
-    /// The deconvolver: hogbom, clark or multiscale. `selfcal` and `study` also take mem, which images by maximum entropy.
+    /// The deconvolver: hogbom, clark, multiscale, or auto. `selfcal` and `study` also take mem, which images by maximum entropy. With auto,
+    /// `selfcal` chooses among hogbom, multiscale and mem by the baselines that it holds out, and every other command uses hogbom.
     #[serde(alias = "deconvolver")]
     #[cfg_attr(feature = "cli", arg(long, visible_alias = "deconvolver", value_name = "NAME", default_value_t = CleanOptions::default().algorithm))]
     pub algorithm: Algorithm,
@@ -80,7 +81,7 @@ pub struct CleanOptions {
 impl Default for CleanOptions {
     fn default() -> Self {
         Self {
-            algorithm: Algorithm::Clean(&TABLE[0]),
+            algorithm: Algorithm::Auto,
             gain: 0.1,
             niter: 1000,
             threshold: None,
@@ -136,6 +137,7 @@ impl CleanOptions {
             return Err(ChainError::Incompatible("the mask and the boxes of CLEAN must be loaded for the grid of the image first".into()));
         }
         match self.algorithm {
+            Algorithm::Auto => Ok(&TABLE[0]),
             Algorithm::Clean(entry) => Ok(entry),
             Algorithm::Mem => bad_value("algorithm", self.algorithm, format!("one of {}", names(&TABLE))),
         }
@@ -145,18 +147,21 @@ impl CleanOptions {
 /// What turns a residual into a model: a deconvolver of the table, or maximum entropy.
 #[derive(Debug, Clone, Copy)]
 pub enum Algorithm {
+    /// The first of the table in an image. Self-calibration compares several.
+    Auto,
     /// A kind of CLEAN.
     Clean(&'static Entry),
     /// Maximum entropy. Self-calibration then solves image and gains as one problem.
     Mem,
 }
-by_text!(Algorithm, "string", "hogbom, clark, multiscale, or (in self-calibration and studies) mem.");
+by_text!(Algorithm, "string", "auto, hogbom, clark, multiscale, or (in self-calibration and studies) mem.");
 
 impl Algorithm {
     /// Its name on the command line and in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Auto => "auto",
             Self::Clean(entry) => entry.name,
             Self::Mem => "mem",
         }
@@ -191,7 +196,11 @@ impl FromStr for Algorithm {
     type Err = ChainError;
 
     fn from_str(name: &str) -> Result<Self> {
-        if name == Self::Mem.name() { Ok(Self::Mem) } else { by_name(name).map(Self::Clean) }
+        match name {
+            "auto" => Ok(Self::Auto),
+            "mem" => Ok(Self::Mem),
+            _ => by_name(name).map(Self::Clean),
+        }
     }
 }
 

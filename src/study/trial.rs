@@ -2,12 +2,12 @@
 
 use super::base::{Antennas, Base, Deconvolution, Reference, Seen, image, seen};
 use crate::calibrate::{
-    AntennaNames, CleanMaker, CompareOptions, ImageMaker, JointGoals, JointMaker, JointOptions, RoundOptions, Selfcal, SelfcalOptions,
-    SetModel, SolveOptions, Start, StartFrom, compare_gains, selfcal,
+    AntennaNames, Beginning, CalibratedSource, CandidateOptions, CompareOptions, RoundOptions, SetModel, SolveOptions, StartFrom,
+    calibrate, candidates, compare_gains,
 };
 use crate::corrupt::{CorruptOptions, Error, corrupt};
+use crate::deconvolve::{Algorithm, CleanOptions};
 use crate::fidelity::{fidelity_index, find_shift, shifted};
-use crate::mem::Prior;
 use crate::progress::Silent;
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, VisibilitySet};
@@ -119,27 +119,34 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     let before = quality(&first, &reference, phase_rms(&truth, &unity, false)?);
     let mut result = TrialResult { before, after: None, rounds: 0, note: String::new() };
     if let Some(plan) = &setup.selfcal {
-        let options = selfcal_options(&data, setup, plan);
-        let mut maker: Box<dyn ImageMaker> = match &base.deconvolution {
-            Deconvolution::Clean(clean) => Box::new(CleanMaker::new(reference.imaging.clone(), clean.as_ref().clone())),
-            Deconvolution::Mem(_) => {
-                let joint = JointOptions { solve: options.solve.clone(), prior: Prior::Auto, mask: None, goals: JointGoals::default() };
-                Box::new(JointMaker::new(reference.imaging.clone(), joint))
-            }
+        let mut error_free = base.set.clone();
+        let mut truth_model = SetModel(&mut error_free);
+        let ways = candidates(&candidate_options(&base, &reference, &data, setup, plan))?;
+        let beginning = match plan.rounds.start {
+            StartFrom::Point => Beginning::Point,
+            StartFrom::Data => Beginning::Data,
+            StartFrom::Truth => Beginning::Model(&mut truth_model),
         };
-        match calibrate(&base, &mut data, maker.as_mut(), plan.rounds.start, &options) {
-            Ok(run) => {
-                result.rounds = run.rounds.len();
-                result.note = run.warnings.join("; ");
-                let phase = phase_rms(&truth, &run.best().gains, plan.rounds.start == StartFrom::Data)?;
-                if let Some(p) = maker.products() {
-                    let mut last = seen(p, &base.deconvolution);
-                    if plan.rounds.start == StartFrom::Data && matches!(base.deconvolution, Deconvolution::Mem(_)) {
-                        let by = find_shift(last.image.view(), reference.image.view())?;
-                        last.image = shifted(last.image.view(), by);
+        match calibrate(&mut data, &ways, beginning, &plan.rounds.judge(), &Silent) {
+            Ok((run, maker)) => {
+                result.rounds = run.rounds.rounds.len();
+                result.note = run.rounds.warnings.join("; ");
+                let from_data = plan.rounds.start == StartFrom::Data;
+                let phase = phase_rms(&truth, &run.gains, from_data)?;
+                let last = match (&base.deconvolution, maker.products()) {
+                    (Deconvolution::Mem(_), Some(p)) if run.verdict.accepted() => {
+                        let mut last = seen(p, &base.deconvolution);
+                        if from_data {
+                            let by = find_shift(last.image.view(), reference.image.view())?;
+                            last.image = shifted(last.image.view(), by);
+                        }
+                        last
                     }
-                    result.after = Some(quality(&last, &reference, phase));
-                }
+                    (Deconvolution::Mem(_), _) => image(&mut data, &reference.imaging, &base.deconvolution)?,
+                    // One deconvolver makes all images of a study, so that they can be compared.
+                    (how, _) => image(&mut CalibratedSource::new(&mut data, &run.gains, plan.rounds.apply())?, &reference.imaging, how)?,
+                };
+                result.after = Some(quality(&last, &reference, phase));
             }
             Err(ChainError::NoData(why) | ChainError::Incompatible(why)) => result.note = why,
             Err(e) => return Err(e),
@@ -148,32 +155,21 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     Ok(result)
 }
 
-fn selfcal_options(data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> SelfcalOptions {
-    let mut options = SelfcalOptions::of(plan.solve.clone(), plan.rounds.clone());
+fn candidate_options(base: &Base, reference: &Reference, data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> CandidateOptions {
+    let mut solve = plan.solve.clone();
     // The weights of data without noise have no scale, so there is no signal to noise ratio.
     let noisy = setup.errors.iter().any(|e| matches!(e, Error::Noise(_)));
     if !noisy {
-        options.solve.min_snr = 0.0;
+        solve.min_snr = 0.0;
     }
     // Names of antennas that are not in this trial are ignored.
     let takes_part = |name: &String| data.header.layout.index_of(name).is_some();
-    options.solve.refant =
-        plan.solve.refant.as_ref().map(|names| AntennaNames(names.0.iter().filter(|n| takes_part(n)).cloned().collect()));
-    options
-}
-
-fn calibrate(
-    base: &Base,
-    data: &mut VisibilitySet,
-    maker: &mut dyn ImageMaker,
-    start: StartFrom,
-    options: &SelfcalOptions,
-) -> Result<Selfcal> {
-    match start {
-        StartFrom::Point => selfcal(data, maker, Start::Point { flux: None, l: 0.0, m: 0.0 }, options, &Silent),
-        StartFrom::Data => selfcal(data, maker, Start::Data, options, &Silent),
-        StartFrom::Truth => selfcal(data, maker, Start::Model(&mut SetModel(&mut base.set.clone())), options, &Silent),
-    }
+    solve.refant = plan.solve.refant.as_ref().map(|names| AntennaNames(names.0.iter().filter(|n| takes_part(n)).cloned().collect()));
+    let clean = match &base.deconvolution {
+        Deconvolution::Clean(clean) => clean.as_ref().clone(),
+        Deconvolution::Mem(_) => CleanOptions { algorithm: Algorithm::Mem, ..CleanOptions::default() },
+    };
+    CandidateOptions::new(reference.imaging.clone(), clean, solve, plan.rounds.clone(), data.header.unit)
 }
 
 /// Rms phase difference over the integrations of the truth; NaN if no gain is known.

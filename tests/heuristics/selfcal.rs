@@ -32,7 +32,7 @@ fn error(case: &Case, tuning: &SelfcalTuning) -> f64 {
         ..SelfcalOptions::new(mode, solint, ROUNDS)
     };
     options.solve.feeds = FeedGroups::Joined;
-    let found = selfcal(&mut set, &mut maker, Start::Data, &options, &Silent).unwrap();
+    let found = selfcal(&mut set, &mut maker, Start::Data, &options, None, &Silent).unwrap();
     let free = CompareOptions { gradient: true, flux_scale: false };
     compare_gains(&found.best().gains, &truth, free).unwrap().rms_phase_rad
 }

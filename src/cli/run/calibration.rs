@@ -74,7 +74,7 @@ pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Se
     all
 }
 
-/// Keys of the first `[[clean]]` with the same algorithm. They are used where the section does not give its own.
+/// Keys of the first `[[clean]]`, or of the first with the same algorithm. They are used where the section does not give its own.
 fn deconvolver(own: &toml::Table, all: &[Section<CleanOptions>], first: &Section<CleanOptions>) -> toml::Table {
     let named = own.get("deconvolver").or_else(|| own.get("algorithm")).and_then(toml::Value::as_str);
     let like = match named {
@@ -82,8 +82,8 @@ fn deconvolver(own: &toml::Table, all: &[Section<CleanOptions>], first: &Section
         Some(name) => all.iter().find(|c| c.options.algorithm.name() == name),
     };
     let mut keys = like.map(|c| c.keys.clone()).unwrap_or_default();
-    if named.is_some() {
-        keys.remove("algorithm");
-    }
+    // Without a name of its own, self-calibration chooses its deconvolver.
+    keys.remove("algorithm");
+    keys.remove("deconvolver");
     keys
 }

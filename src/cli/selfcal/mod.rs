@@ -1,5 +1,6 @@
 //! `selfcal`: rounds of imaging, deconvolving, predicting and solving for antenna gains.
 
+mod images;
 mod maker;
 mod report;
 
@@ -8,10 +9,10 @@ use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, loaded, prior_image};
 use super::predict::load_model;
 use crate::calibrate::{
-    Accuracy, ApplyOptions, CleanMaker, ImageMaker, JointGoals, JointMaker, JointOptions, RoundOptions, Selfcal, SelfcalOptions,
-    SkyPrediction, SolveOptions, Start, StartFrom, apply, on_channels, selfcal,
+    Accuracy, Beginning, Calibrated, Candidate, CandidateOptions, ImageMaker, RoundOptions, SkyPrediction, SolveOptions, StartFrom, apply,
+    calibrate, candidates, on_channels,
 };
-use crate::deconvolve::CleanOptions;
+use crate::deconvolve::{Algorithm, CleanOptions};
 use crate::imaging::{Imager, ImagingOptions};
 use crate::mem::{Prior, PriorChoice};
 use crate::memory::MemoryBudget;
@@ -19,7 +20,9 @@ use crate::simulate::SkyModel;
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
-use maker::{KeepingMaker, Seconds};
+use images::RoundImages;
+use maker::{Keep, KeepingMaker, Seconds};
+use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -45,13 +48,6 @@ pub struct SelfcalArgs {
     out: OutputArgs,
 }
 
-impl SelfcalArgs {
-    /// True if image and gains are solved together.
-    fn joint(&self) -> bool {
-        self.clean.algorithm.is_mem()
-    }
-}
-
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
 /// Size in bytes of a visibility, its weight, its number of samples and its flag.
@@ -71,46 +67,36 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let what = format!("self-calibrating {}", args.input.display());
     let mut source = in_memory(cittert_formats::open_visibilities(&args.input)?).context(&what)?;
     let header = source.header().clone();
-    let options = options(args, source.as_ref()).context(&what)?;
+    check_solve(args, source.as_ref()).context(&what)?;
     let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
     let accuracy = Accuracy { epsilon: imaging.epsilon, no_w: imaging.no_w };
-    let (inner, algorithm) = image_maker(args, imaging, (&grid, &header), &options)?;
-    let mut maker = KeepingMaker::new(inner, args.rounds.start == StartFrom::Data && args.rounds.model.is_none(), |round, image| {
-        let mut image = image.clone();
-        image.history.push(context.history());
-        let path = args.out.suffixed(&round_file(round, "-image.fits"));
-        let written = write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() });
-        written.map_err(|e| crate::ChainError::Other(Box::new(e)))
-    });
+    let images = RoundImages { out: &args.out, history: context.history(), seconds: Cell::default(), kept: RefCell::default() };
+    let ways = ways(args, imaging, (&grid, &header), &images)?;
     let sky: SkyModel;
     let mut given;
-    let start = match (&args.rounds.model, args.rounds.start) {
+    let beginning = match (&args.rounds.model, args.rounds.start) {
         (Some(path), _) => {
             sky = load_model(path, &header, context)?;
             given = SkyPrediction::new(&header, &sky, accuracy, &context.console).context(format!("the model {}", path.display()))?;
-            Start::Model(&mut given)
+            Beginning::Model(&mut given)
         }
-        (None, StartFrom::Point) => Start::Point { flux: None, l: 0.0, m: 0.0 },
-        (None, StartFrom::Data) => Start::Data,
+        (None, StartFrom::Point) => Beginning::Point,
+        (None, StartFrom::Data) => Beginning::Data,
         (None, StartFrom::Truth) => return Err(Failure::usage("--start truth: only a study has the error-free visibilities")),
     };
-    // Removes an image that belongs to no round: it was made before a failure, or it is the final image, which has its own name.
-    let remove = |round| {
-        let _ = std::fs::remove_file(args.out.suffixed(&round_file(round, "-image.fits")));
-    };
     let before = old_rounds(args)?;
-    let looped = selfcal(source.as_mut(), &mut maker, start, &options, &context.console);
-    if looped.is_err() {
-        maker.forget_from(0, remove);
+    let judged = calibrate(source.as_mut(), &ways, beginning, &args.rounds.judge(), &context.console);
+    if judged.is_err() {
+        images.forget_all();
     }
-    let mut result = looped.context(&what)?;
-    let mut seconds = Seconds { imaging: maker.seconds, ..Seconds::default() };
+    let (mut result, maker) = judged.context(&what)?;
+    let mut seconds = Seconds { imaging: images.seconds.get(), ..Seconds::default() };
     seconds.solving = begun.elapsed().as_secs_f64() - seconds.imaging;
-    maker.forget_from(result.rounds.len() + 1, remove);
+    images.choose(result.best, result.rounds.rounds.len())?;
     let writing = Instant::now();
-    let counts = save_data(args, source.as_mut(), &mut result, &options.rounds.apply(), context).context(&what)?;
-    let rounds_from = usize::from(result.before.is_none());
-    for path in before.iter().filter(|p| !(rounds_from..=result.rounds.len()).any(|k| is_of_round(args, p, k))) {
+    let counts = save_data(args, source.as_mut(), &mut result, context).context(&what)?;
+    let rounds_from = usize::from(result.rounds.before.is_none());
+    for path in before.iter().filter(|p| !(rounds_from..=result.rounds.rounds.len()).any(|k| is_of_round(args, p, k))) {
         // Files of an earlier run with more rounds do not belong to this run. An image of no round may have had such a name and is removed already.
         match std::fs::remove_file(path) {
             Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
@@ -119,17 +105,17 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
             _ => {}
         }
     }
-    let together = maker.joint();
-    let Some(products) = maker.into_products() else {
+    let together = maker::joint(maker.as_ref());
+    let Some(products) = maker::products(maker.as_ref()) else {
         return Err(Failure::message(format!("{what}: no image was made")));
     };
-    let rounds = report::rounds(&result);
+    let rounds = report::rounds(&result.rounds);
     let lines: Vec<String> = rounds.iter().map(ToString::to_string).collect();
     args.out.write(&args.out.suffixed("-rounds.jsonl"), (lines.join("\n") + "\n").as_bytes())?;
     let components = super::clean::components(&products.components, header.unit);
     args.out.write(&args.out.suffixed("-components.csv"), components.as_bytes())?;
     let mut json = report::json(args.out.output.as_path(), &result, &products, rounds);
-    (json["algorithm"], json["n_flagged_for_want_of_a_gain"]) = (algorithm.into(), counts.flagged.into());
+    json["n_flagged_for_want_of_a_gain"] = counts.flagged.into();
     if let Some(together) = together {
         json["joint"] = together;
     }
@@ -146,28 +132,30 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
 }
 
-/// The model maker (CLEAN, or maximum entropy, which also solves for gains), and its name.
-fn image_maker(
+/// The ways to self-calibrate. Their makers pass the image of each round to `images`.
+fn ways<'a>(
     args: &SelfcalArgs,
     imaging: ImagingOptions,
     (grid, header): (&SkyGrid, &VisibilityHeader),
-    options: &SelfcalOptions,
-) -> Result<(Box<dyn ImageMaker>, &'static str)> {
-    if !args.joint() {
-        if args.prior.is_some() {
-            return Err(Failure::usage("--prior is for --deconvolver mem"));
-        }
-        let clean = loaded(&args.clean, grid)?;
-        let name = clean.algorithm.name();
-        return Ok((Box::new(CleanMaker::new(imaging, clean)), name));
+    images: &'a RoundImages<'a>,
+) -> Result<Vec<Candidate<'a>>> {
+    let clean = loaded(&args.clean, grid)?;
+    if args.prior.is_some() && !matches!(clean.algorithm, Algorithm::Mem | Algorithm::Auto) {
+        return Err(Failure::usage("--prior is for --deconvolver mem"));
     }
     let prior = match &args.prior {
         Some(choice) => choice.prior(prior_image(Some(choice))?, grid, header.unit, header.spectrum.mean_hz())?,
         None => Prior::Auto,
     };
-    let solve = options.solve.clone();
-    let joint = JointOptions { solve, prior, mask: loaded(&args.clean, grid)?.region, goals: JointGoals::default() };
-    Ok((Box::new(JointMaker::new(imaging, joint)), args.clean.algorithm.name()))
+    let mut of = CandidateOptions::new(imaging, clean, args.solve.clone(), args.rounds.clone(), header.unit);
+    of.joint.prior = prior;
+    let keeping = |way: Candidate<'a>| {
+        let (name, make) = (way.name, way.make);
+        let keep: &'a dyn Keep = images;
+        let make = move || Box::new(KeepingMaker { inner: make(), candidate: name, round: None, keep }) as Box<dyn ImageMaker + 'a>;
+        Candidate { name, options: way.options, make: Box::new(make) }
+    };
+    Ok(candidates(&of)?.into_iter().map(keeping).collect())
 }
 
 /// The set in memory, if it fits, because every round reads it twice.
@@ -210,15 +198,13 @@ fn check(args: &SelfcalArgs) -> Result<()> {
     old_rounds(args)?.iter().try_for_each(|path| args.out.check(path))
 }
 
-fn options(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<SelfcalOptions> {
+fn check_solve(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<()> {
     let layout = &source.header().layout;
     args.solve.check(layout.n_ant())?;
     if let Some(names) = &args.solve.refant {
         names.indices(layout)?;
     }
-    // A joint solution is one round, because it solves image and gains together.
-    let rounds = if args.joint() { 1 } else { args.rounds.rounds };
-    Ok(SelfcalOptions::of(args.solve.clone(), RoundOptions { rounds, ..args.rounds.clone() }))
+    Ok(())
 }
 
 /// Imaging options with the same size and cell for every round, and the grid that follows from them.
@@ -236,16 +222,16 @@ fn imaging(args: &SelfcalArgs, source: &mut dyn VisibilitySource, context: &Cont
 fn save_data(
     args: &SelfcalArgs,
     source: &mut dyn VisibilitySource,
-    result: &mut Selfcal,
-    options: &ApplyOptions,
+    result: &mut Calibrated,
     context: &Context,
 ) -> Result<crate::calibrate::ApplyCounts> {
-    for (k, round) in result.rounds.iter_mut().enumerate() {
+    for (k, round) in result.rounds.rounds.iter_mut().enumerate() {
         round.gains.history.push(context.history());
         let path = args.out.suffixed(&round_file(k + 1, ".calh5"));
         cittert_formats::calh5::write_gains(&path, &on_channels(&round.gains, &source.header().spectrum), args.out.overwrite)?;
     }
-    let gains = &result.best().gains;
+    result.gains.history.push(context.history());
+    let gains = &result.gains;
     let on_all = on_channels(gains, &source.header().spectrum);
     cittert_formats::calh5::write_gains(&args.out.suffixed(".calh5"), &on_all, args.out.overwrite)?;
     let path = args.out.suffixed(".uvh5");
@@ -254,7 +240,7 @@ fn save_data(
     let created = cittert_formats::create_visibilities(&path, &header, args.out.overwrite)?;
     created.notes.iter().for_each(|n| context.console.note(n));
     let mut sink = created.sink;
-    let counts = apply(source, gains, *options, sink.as_mut(), &context.console)?;
+    let counts = apply(source, gains, args.rounds.apply(), sink.as_mut(), &context.console)?;
     sink.finish().context(format!("{}", path.display()))?;
     Ok(counts)
 }

@@ -1,6 +1,6 @@
 //! The results of `selfcal`: a JSON object for each round, one for all rounds, and a few lines of text.
 
-use crate::calibrate::{ClosureSupport, ModelMetrics, RoundRecord, Selfcal, SolutionInterval};
+use crate::calibrate::{Calibrated, ClosureSupport, ModelMetrics, Prediction, RoundRecord, Selfcal, SolutionInterval, Verdict};
 use crate::cli::text::number;
 use crate::imaging::CleanProducts;
 use serde_json::{Map, Value, json};
@@ -35,7 +35,7 @@ fn round(number: usize, r: &RoundRecord) -> Value {
     let mut out = json!({
         "round": number, "mode": r.plan.mode.name(), "solint_s": interval(r.plan.solint), "depth": r.plan.depth,
         "gains_solved": r.report.solved, "gains_flagged": flagged, "not_converged": r.report.not_converged(),
-        "worst_condition": r.report.worst_condition(), "reduced_chi2": r.report.reduced_chi2(),
+        "worst_condition": r.report.worst_condition(), "reduced_chi2": r.report.reduced_chi2(), "held_out_misfit": r.prediction.as_ref().map(Prediction::misfit),
         "refant_fallbacks": r.report.refant_fallbacks, "samples_used": samples.used, "samples_flagged": samples.flagged,
         "samples_not_finite": samples.not_finite, "samples_bad_model": samples.bad_model, "closure": support(&r.support),
     });
@@ -51,12 +51,14 @@ pub(super) fn rounds(result: &Selfcal) -> Vec<Value> {
 }
 
 /// The results of all rounds, without times.
-pub(super) fn json(output: &Path, result: &Selfcal, p: &CleanProducts, rounds: Vec<Value>) -> Value {
+pub(super) fn json(output: &Path, calibrated: &Calibrated, p: &CleanProducts, rounds: Vec<Value>) -> Value {
+    let result = &calibrated.rounds;
     let (s, best) = (&p.statistics, result.best());
     let stops: Vec<&str> = s.stop.iter().map(|r| r.name()).collect();
     let refant = best.gains.refant.and_then(|r| best.gains.layout.antennas().get(r)).map(|a| a.name.clone());
     let mut out = json!({
-        "output": output, "stop_reason": result.stop.to_string(), "clean_stop_reason": stops, "iterations": s.iterations,
+        "output": output, "accepted": calibrated.verdict.accepted(), "verdict": sentence(calibrated), "judgement": judgement(calibrated),
+        "algorithm": calibrated.algorithm, "rounds_algorithm": calibrated.best, "stop_reason": result.stop.to_string(), "clean_stop_reason": stops, "iterations": s.iterations,
         "major_cycles": s.major_cycles, "residual_rms": s.residual_rms, "residual_peak": s.residual_peak, "model_flux": s.model_flux,
         "dynamic_range": s.dynamic_range, "chi2_per_datum": s.chi2_per_datum, "unit": p.restored.unit.bunit(),
         "size": [p.restored.grid.n_l, p.restored.grid.n_m], "cell_rad": p.restored.grid.cell_rad,
@@ -70,8 +72,47 @@ pub(super) fn json(output: &Path, result: &Selfcal, p: &CleanProducts, rounds: V
     out
 }
 
+fn judgement(c: &Calibrated) -> Value {
+    let candidates: Vec<Value> = c
+        .candidates
+        .iter()
+        .map(|c| json!({ "algorithm": c.name, "misfit_before": c.before, "misfit_after": c.after, "failure": c.failure }))
+        .collect();
+    let mut out = json!({ "candidates": candidates, "judged": !matches!(c.verdict, Verdict::NotJudged) });
+    if let (Some(e), Value::Object(to)) = (&c.evidence, &mut out) {
+        let numbers = json!({
+            "held_out_baselines": e.baselines, "misfit_before": e.before, "misfit_after": e.after, "sigmas": e.sigmas,
+            "explained": e.explained, "gain_rms": e.gain_rms, "gain_sigma": e.gain_sigma,
+        });
+        if let Value::Object(numbers) = numbers {
+            to.extend(numbers);
+        }
+    }
+    out
+}
+
+/// The decision in a sentence.
+fn sentence(c: &Calibrated) -> String {
+    let misfit = c.evidence.map_or(String::new(), |e| {
+        format!(
+            "the misfit of the {} baselines held out is {:.4} without the gains and {:.4} with them ({:.1} sigma)",
+            e.baselines, e.before, e.after, e.sigmas
+        )
+    });
+    match &c.verdict {
+        Verdict::Accepted => format!("accepted: {misfit}"),
+        Verdict::Forced(why) => format!("applied because of --force, not supported: {why}"),
+        Verdict::Rejected(why) => format!(
+            "NOT accepted, the data are as they were: {why}. Try a longer --solint, a --model, a --size that holds the whole source, or \
+             --force to apply the best round anyway"
+        ),
+        Verdict::NotJudged => "not judged: the array has too few baselines to hold some out".into(),
+    }
+}
+
 /// A line for each round, and the final results.
-pub(super) fn text(result: &Selfcal, p: &CleanProducts) -> String {
+pub(super) fn text(calibrated: &Calibrated, p: &CleanProducts) -> String {
+    let result = &calibrated.rounds;
     let unit = p.restored.unit.bunit();
     let mut out = String::from("round  mode       solved  flagged  dynamic range  residual rms\n");
     // Writing to a String does not fail.
@@ -88,9 +129,11 @@ pub(super) fn text(result: &Selfcal, p: &CleanProducts) -> String {
     let s = &p.statistics;
     let _ = write!(
         out,
-        "stopped: {}; best round {}\nresidual      rms {} {unit}, peak {} {unit}\nmodel flux    {}\ndynamic range {:.0}\nchi2/datum    {:.4}",
+        "stopped: {}; best round {}\nself-calibration {}\nimages by      {}\nresidual      rms {} {unit}, peak {} {unit}\nmodel flux    {}\ndynamic range {:.0}\nchi2/datum    {:.4}",
         result.stop,
         result.best + 1,
+        sentence(calibrated),
+        calibrated.algorithm,
         number(s.residual_rms),
         number(s.residual_peak),
         number(s.model_flux),

@@ -1,0 +1,368 @@
+//! Self-calibration that does not harm: several ways are tried, held-out baselines choose among them, and the data are left as they are if
+//! no way predicts these baselines better.
+//!
+//! Every candidate is a maker of models with its rounds. For each of them the data as they are, and the result of the rounds, predict the
+//! baselines that were held out (see [`HeldOut`]). The best result is accepted if
+//!
+//! * it predicts them significantly better than the best image of the data as they are,
+//! * it predicts most of their power,
+//! * the misfit falls by about as much as gains of this size must make it fall, and
+//! * the gains exceed their own uncertainty, which is seen when the held-out baselines are added.
+//!
+//! The final gains and image use all baselines.
+
+use super::degeneracy::{CompareOptions, compare_gains};
+use super::held_out::{HeldOut, JudgeOptions, Prediction, Without};
+use super::joint_model::ImageMaker;
+use super::model::ModelVisibilities;
+use super::rounds::RoundPlan;
+use super::selfcal::{Judge, Selfcal, SelfcalOptions, Start, round, selfcal};
+use crate::mem::noise_from_hands;
+use crate::progress::{Event, Observer, Quiet};
+use crate::{ChainError, Result};
+use cittert_arrays::{GainTable, VisibilitySource};
+
+/// One way to self-calibrate.
+pub struct Candidate<'a> {
+    /// Name of its deconvolver.
+    pub name: &'static str,
+    /// Its rounds.
+    pub options: SelfcalOptions,
+    /// Makes a maker without a model.
+    pub make: Box<dyn Fn() -> Box<dyn ImageMaker + 'a> + 'a>,
+}
+
+/// What the first gains are solved against, for every candidate.
+pub enum Beginning<'a> {
+    /// A point at the phase centre whose flux is estimated from the data.
+    Point,
+    /// A given model.
+    Model(&'a mut dyn ModelVisibilities),
+    /// The first image of the data as they are.
+    Data,
+}
+
+impl Beginning<'_> {
+    fn start(&mut self) -> Start<'_> {
+        match self {
+            Self::Point => Start::Point { flux: None, l: 0.0, m: 0.0 },
+            Self::Model(model) => Start::Model(*model),
+            Self::Data => Start::Data,
+        }
+    }
+}
+
+/// How a candidate did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CandidateRecord {
+    /// Name of its deconvolver.
+    pub name: &'static str,
+    /// Misfit of the held-out baselines for the image of the data as they are.
+    pub before: Option<f64>,
+    /// Misfit of the held-out baselines for the best round.
+    pub after: Option<f64>,
+    /// Why it has no result.
+    pub failure: Option<String>,
+}
+
+/// The decision about the gains.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// The held-out baselines support the gains.
+    Accepted,
+    /// They do not, but the caller wanted the best round anyway; the reason.
+    Forced(String),
+    /// They do not: gains are 1, and the image is that of the data as they are; the reason.
+    Rejected(String),
+    /// The array has too few baselines to hold any out.
+    NotJudged,
+}
+
+impl Verdict {
+    /// False if the data are left as they are.
+    #[must_use]
+    pub fn accepted(&self) -> bool {
+        !matches!(self, Self::Rejected(_))
+    }
+}
+
+/// Numbers of the judgement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Misfit of the held-out baselines for the best image of the data as they are.
+    pub before: f64,
+    /// The same for the best round.
+    pub after: f64,
+    /// Significance of the difference, in standard deviations.
+    pub sigmas: f64,
+    /// The fall of the misfit over the fall that gains of this size imply.
+    pub explained: f64,
+    /// Rms of the gains from 1 without common phase and phase gradient (rad), with all baselines.
+    pub gain_rms: f64,
+    /// Standard deviation of a gain, from the change that the held-out baselines make.
+    pub gain_sigma: f64,
+    /// Baselines held out.
+    pub baselines: usize,
+}
+
+/// The end of a self-calibration.
+pub struct Calibrated {
+    /// The decision.
+    pub verdict: Verdict,
+    /// Its numbers, if baselines were held out and a candidate finished.
+    pub evidence: Option<Evidence>,
+    /// Every candidate that was tried.
+    pub candidates: Vec<CandidateRecord>,
+    /// Name of the deconvolver of the images.
+    pub algorithm: &'static str,
+    /// Name of the best candidate.
+    pub best: &'static str,
+    /// Every round of the best candidate. The best one is that of the final gains.
+    pub rounds: Selfcal,
+    /// The gains to apply: those of the best round, or 1.
+    pub gains: GainTable,
+}
+
+/// The best candidate so far.
+struct Best<'a> {
+    index: usize,
+    misfit: f64,
+    prediction: Option<Prediction>,
+    maker: Box<dyn ImageMaker + 'a>,
+    rounds: Selfcal,
+}
+
+/// The best image of the data as they are.
+struct AsTheyAre {
+    index: usize,
+    step: usize,
+    prediction: Prediction,
+}
+
+/// Self-calibrate by the candidate that predicts held-out baselines best, or leave the data as they are. Returns the maker that holds the
+/// final images too. The data are not changed: apply [`Calibrated::gains`] with [`super::apply()`].
+///
+/// # Errors
+/// No candidate, no candidate that can be solved or imaged, or [`ChainError::Cancelled`].
+pub fn calibrate<'a>(
+    data: &mut dyn VisibilitySource,
+    candidates: &[Candidate<'a>],
+    mut beginning: Beginning<'_>,
+    judging: &JudgeOptions,
+    observer: &dyn Observer,
+) -> Result<(Calibrated, Box<dyn ImageMaker + 'a>)> {
+    let held = HeldOut::draw(data, judging)?;
+    let hands = noise_from_hands(data)?;
+    let noise = hands.factor.unwrap_or(if hands.weights_are_counts { 0.0 } else { 1.0 });
+    let judge = held.as_ref().map(|held| Judge { held, noise });
+    let mut records = Vec::new();
+    let mut before: Option<AsTheyAre> = None;
+    let mut best: Option<Best<'a>> = None;
+    let mut first_error = None;
+    for (index, candidate) in candidates.iter().enumerate() {
+        let mut record = CandidateRecord { name: candidate.name, before: None, after: None, failure: None };
+        if let Some(judge) = judge {
+            match image_as_they_are(data, candidate, judge, observer) {
+                Ok(Some((step, prediction))) => {
+                    record.before = Some(prediction.misfit());
+                    if before.as_ref().is_none_or(|b| prediction.misfit() < b.prediction.misfit()) {
+                        before = Some(AsTheyAre { index, step, prediction });
+                    }
+                }
+                Ok(None) => {}
+                Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+                Err(e) => record.failure = Some(e.to_string()),
+            }
+        }
+        let mut maker = (candidate.make)();
+        match selfcal(data, maker.as_mut(), beginning.start(), &candidate.options, judge, observer) {
+            Ok(rounds) => {
+                let prediction = rounds.best().prediction.clone();
+                let misfit = prediction.as_ref().map_or(0.0, Prediction::misfit);
+                record.after = prediction.as_ref().map(Prediction::misfit);
+                if best.as_ref().is_none_or(|b| misfit < b.misfit) {
+                    best = Some(Best { index, misfit, prediction, maker, rounds });
+                }
+            }
+            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(e) => {
+                record.failure = Some(e.to_string());
+                first_error.get_or_insert(e);
+            }
+        }
+        if let (true, Some(after), Some(before)) = (candidates.len() > 1, record.after, record.before) {
+            observer.event(Event::Note(&format!(
+                "{}: the misfit of the held-out baselines is {before:.4} before and {after:.4} after self-calibration",
+                candidate.name
+            )));
+        }
+        records.push(record);
+        if best.as_ref().is_some_and(|b| b.misfit < judging.enough) {
+            break;
+        }
+    }
+    let Some(mut best) = best else {
+        return Err(first_error.unwrap_or_else(|| ChainError::NoData("no deconvolver is given to self-calibrate with".into())));
+    };
+    let candidate = &candidates[best.index];
+    let trained = best.rounds.best().gains.clone();
+    let mut calibrated = Calibrated {
+        verdict: Verdict::NotJudged,
+        evidence: None,
+        candidates: records,
+        algorithm: candidate.name,
+        best: candidate.name,
+        gains: trained.clone(),
+        rounds: best.rounds,
+    };
+    let (Some(judge), Some(before), Some(after)) = (judge, before, best.prediction) else {
+        let why = "the array has too few baselines to hold some out: whether the gains are right is not known";
+        warn(&mut calibrated.rounds.warnings, why, observer);
+        return Ok((calibrated, best.maker));
+    };
+    add_all_baselines(data, best.maker.as_mut(), candidate, &mut calibrated, observer)?;
+    let evidence = evidence(&before.prediction, &after, &trained, &calibrated.gains, judge.held, judging)?;
+    calibrated.evidence = Some(evidence);
+    let doubt = doubt(&evidence, judging);
+    calibrated.verdict = match doubt {
+        None => Verdict::Accepted,
+        Some(why) if judging.force => Verdict::Forced(why),
+        Some(why) => Verdict::Rejected(why),
+    };
+    match &calibrated.verdict {
+        Verdict::Rejected(why) => {
+            let sentence = format!("self-calibration is not accepted, and the data are left as they are: {why}");
+            warn(&mut calibrated.rounds.warnings, &sentence, observer);
+            calibrated.gains.gains.fill(1.0.into());
+            calibrated.gains.flags.fill(false);
+            calibrated.algorithm = candidates[before.index].name;
+            best.maker = (candidates[before.index].make)();
+            for step in 0..=before.step {
+                best.maker.as_they_are(data, step, &Quiet(observer))?;
+            }
+        }
+        Verdict::Forced(why) => {
+            let sentence = format!("the gains are applied against the evidence, because this was asked for: {why}");
+            warn(&mut calibrated.rounds.warnings, &sentence, observer);
+        }
+        Verdict::Accepted | Verdict::NotJudged => {}
+    }
+    Ok((calibrated, best.maker))
+}
+
+fn warn(warnings: &mut Vec<String>, sentence: &str, observer: &dyn Observer) {
+    observer.event(Event::Warning(sentence));
+    warnings.push(sentence.to_owned());
+}
+
+/// The step at which the image of the data as they are predicts the held-out baselines best, and this prediction.
+fn image_as_they_are(
+    data: &mut dyn VisibilitySource,
+    candidate: &Candidate<'_>,
+    judge: Judge<'_>,
+    observer: &dyn Observer,
+) -> Result<Option<(usize, Prediction)>> {
+    let mut maker = (candidate.make)();
+    let mut best: Option<(usize, Prediction)> = None;
+    for step in 0.. {
+        if maker.as_they_are(&mut Without::new(data, Some(judge.held)), step, &Quiet(observer))?.is_none() {
+            break;
+        }
+        let now = Prediction::of(data, judge.held, maker.as_mut(), None, candidate.options.rounds.apply(), judge.noise)?;
+        match &best {
+            // Deeper images of data with errors predict worse and worse.
+            Some((_, b)) if now.misfit() > 2.0 * b.misfit() => break,
+            Some((_, b)) if now.misfit() >= b.misfit() => {}
+            _ => best = Some((step, now)),
+        }
+    }
+    Ok(best)
+}
+
+/// Two more rounds with all baselines, from the model of the best round.
+fn add_all_baselines(
+    data: &mut dyn VisibilitySource,
+    maker: &mut dyn ImageMaker,
+    candidate: &Candidate<'_>,
+    calibrated: &mut Calibrated,
+    observer: &dyn Observer,
+) -> Result<()> {
+    let best = calibrated.rounds.best();
+    let plan = RoundPlan { depth: 0.0, last: true, ..best.plan };
+    let first = calibrated.rounds.rounds.len();
+    for k in 0..2 {
+        maker.begin_round(first + k + 1);
+        let start = (k == 0).then_some(Start::Present);
+        let record = round(data, maker, start, &plan, &candidate.options, None, observer)?;
+        calibrated.rounds.rounds.push(record);
+    }
+    calibrated.rounds.best = calibrated.rounds.rounds.len() - 1;
+    calibrated.rounds.deepened = None;
+    calibrated.gains = calibrated.rounds.best().gains.clone();
+    Ok(())
+}
+
+fn evidence(
+    before: &Prediction,
+    after: &Prediction,
+    trained: &GainTable,
+    last: &GainTable,
+    held: &HeldOut,
+    judging: &JudgeOptions,
+) -> Result<Evidence> {
+    let free = CompareOptions { gradient: true, flux_scale: true };
+    let mut unity = last.clone();
+    unity.gains.fill(1.0.into());
+    unity.flags.fill(false);
+    let rms = |c: super::GainComparison| c.rms_phase_rad.hypot(c.rms_amplitude);
+    let gain_rms = rms(compare_gains(last, &unity, free)?);
+    let change = rms(compare_gains(trained, last, free)?);
+    let trained_rms = rms(compare_gains(trained, &unity, free)?);
+    // A phase of variance s^2 on each antenna lowers the coherence of a baseline to exp(-s^2).
+    let expected = 2.0 * (1.0 - (-trained_rms * trained_rms).exp());
+    let fall = before.misfit() - after.misfit();
+    Ok(Evidence {
+        before: before.misfit(),
+        after: after.misfit(),
+        sigmas: after.better_than(before),
+        explained: if expected > 0.0 { fall / expected } else { 0.0 },
+        gain_rms,
+        // The variance of a fit to the part 1 - f of the data exceeds that of the whole by f / (1 - f), and so does their difference.
+        gain_sigma: change * ((1.0 - judging.fraction) / judging.fraction).sqrt(),
+        baselines: held.n_baselines(),
+    })
+}
+
+/// Why the gains are not to be believed.
+fn doubt(e: &Evidence, judging: &JudgeOptions) -> Option<String> {
+    let (least, most) = judging.explained;
+    if e.after > judging.largest_misfit {
+        return Some(format!(
+            "the model leaves {:.0} % of the held-out baselines unexplained, more than {:.0} %, so it says nothing about gains",
+            100.0 * e.after,
+            100.0 * judging.largest_misfit
+        ));
+    }
+    if !(e.sigmas >= judging.sigmas) {
+        return Some(format!(
+            "the held-out baselines are not predicted better with the gains than without them: the misfit is {:.4} with and {:.4} without, {:.1} sigma apart",
+            e.after, e.before, e.sigmas
+        ));
+    }
+    if !(e.gain_rms * e.gain_rms > 2.0 * e.gain_sigma * e.gain_sigma) {
+        return Some(format!(
+            "the gains differ from 1 by {:.3} rms, and their own uncertainty is {:.3}: the held-out baselines change them that much",
+            e.gain_rms, e.gain_sigma
+        ));
+    }
+    if !(e.after < judging.enough || (least..=most).contains(&e.explained)) {
+        return Some(format!(
+            "the misfit falls from {:.4} to {:.4}, and gains that differ from 1 by {:.3} rms must lower it by {:.1} times as much: the model is wrong",
+            e.before,
+            e.after,
+            e.gain_rms,
+            1.0 / e.explained
+        ));
+    }
+    None
+}

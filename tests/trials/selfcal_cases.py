@@ -1,0 +1,174 @@
+"""Random cases of self-calibration with default options: does it ever make the gains worse?
+
+Each case draws, from its seed alone, a layout of 12 to 100 elements (Y, golden spiral, random disc, ring, Reuleaux triangle or log spiral),
+a scene (points in Jy, extended sources in Jy, both, or a thermal scene in kelvin), phase errors of 0 to 180 degrees, in half of the cases
+amplitude errors of up to 50 percent, and noise that gives a visibility a signal to noise ratio of 3 to 1000. It needs Python 3 and nothing else:
+
+    CITTERT=target/release/cittert python3 tests/trials/selfcal_cases.py --cases 200 --markdown docs/algorithms/selfcal-cases.md
+
+A case is a failure if the rms phase error after self-calibration exceeds the error before by more than the noise explains.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import math
+import os
+import random
+import struct
+import subprocess
+import tempfile
+import zlib
+from pathlib import Path
+
+CITTERT = os.environ.get("CITTERT", "target/release/cittert")
+FREQ_HZ, BAND_HZ, CHANNELS = 94e9, 8e9, 8
+WAVE_M = 299792458.0 / FREQ_HZ
+PIXELS = 256
+
+
+def cittert(folder, *words):
+    run = subprocess.run([os.path.abspath(CITTERT), "--json", "--threads", "1", *map(str, words)], cwd=folder, capture_output=True, text=True)
+    if run.returncode:
+        raise RuntimeError(f"{' '.join(map(str, words))}: {run.stderr[-400:]}")
+    return json.loads(run.stdout), run.stderr
+
+
+def layout(rng, kind, n, diameter):
+    r = diameter / 2
+    if kind == "y":
+        arm = n // 3
+        return [(r * ((k + 1) / arm) ** 1.7 * math.sin(a), r * ((k + 1) / arm) ** 1.7 * math.cos(a))
+                for a in (0, 2 * math.pi / 3, 4 * math.pi / 3) for k in range(arm)]
+    if kind == "golden":
+        return [(r * math.sqrt((k + 0.5) / n) * math.cos(2.399963 * k), r * math.sqrt((k + 0.5) / n) * math.sin(2.399963 * k)) for k in range(n)]
+    if kind == "spiral":
+        return [(r * 10 ** (k / (n - 1) - 1) * math.cos(9.0 * k / n * 2), r * 10 ** (k / (n - 1) - 1) * math.sin(9.0 * k / n * 2)) for k in range(n)]
+    if kind == "ring":
+        return [(r * math.cos(2 * math.pi * k / n + rng.gauss(0, 0.3 / n)), r * math.sin(2 * math.pi * k / n + rng.gauss(0, 0.3 / n))) for k in range(n)]
+    if kind == "reuleaux":
+        corners = [(math.cos(a), math.sin(a)) for a in (math.pi / 2, math.pi / 2 + 2 * math.pi / 3, math.pi / 2 + 4 * math.pi / 3)]
+        out = []
+        for k in range(n):
+            t = 3 * (k + rng.uniform(-0.2, 0.2)) / n % 3
+            c, (p, q) = corners[int(t)], (corners[(int(t) + 1) % 3], corners[(int(t) + 2) % 3])
+            a, b = math.atan2(p[1] - c[1], p[0] - c[0]), math.atan2(q[1] - c[1], q[0] - c[0])
+            b = a + (b - a + math.pi) % (2 * math.pi) - math.pi
+            side, w = math.sqrt(3), a + (t % 1) * (b - a)
+            out.append((r * (c[0] + side * math.cos(w)), r * (c[1] + side * math.sin(w))))
+        return out
+    out = []
+    while len(out) < n:
+        x, y = rng.uniform(-r, r), rng.uniform(-r, r)
+        if math.hypot(x, y) <= r and all(math.hypot(x - a, y - b) > 0.02 * diameter for a, b in out):
+            out.append((x, y))
+    return out
+
+
+def png(path, pixels):
+    rows = b"".join(b"\0" + bytes(row) for row in pixels)
+    chunk = lambda tag, data: struct.pack(">I", len(data)) + tag + data + struct.pack(">I", zlib.crc32(tag + data))
+    head = struct.pack(">IIBBBBB", len(pixels[0]), len(pixels), 8, 0, 0, 0, 0)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def scene(rng, kind, folder, field):
+    if kind == "kelvin":
+        blobs = [(rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3), rng.uniform(0.02, 0.15), rng.uniform(0.02, 0.15), rng.uniform(40, 220)) for _ in range(rng.randint(2, 8))]
+        boxes = [(rng.uniform(-0.3, 0.2), rng.uniform(-0.3, 0.2), rng.uniform(0.02, 0.2), rng.uniform(0.02, 0.2), rng.uniform(40, 220)) for _ in range(rng.randint(0, 5))]
+        pixels = []
+        for i in range(PIXELS):
+            row = []
+            for j in range(PIXELS):
+                x, y = j / PIXELS - 0.5, i / PIXELS - 0.5
+                v = sum(t * math.exp(-((x - a) / p) ** 2 - ((y - b) / q) ** 2) for a, b, p, q, t in blobs)
+                v += sum(t for a, b, p, q, t in boxes if a < x < a + p and b < y < b + q)
+                row.append(min(255, int(v)))
+            pixels.append(row)
+        png(folder / "scene.png", pixels)
+        return ["--scene", "scene.png", "--scene-cell", f"{field / PIXELS}rad", "--scene-min", "0K", "--scene-max", "300K"], None
+    lines, total = ["l_rad,m_rad,flux_jy,major_rad,minor_rad,pa_rad"], 0.0
+    for k in range(rng.randint(1, 8)):
+        l, m, flux = rng.uniform(-0.25, 0.25) * field, rng.uniform(-0.25, 0.25) * field, 10 ** rng.uniform(-1, 1)
+        wide = kind == "extended" or (kind == "mixed" and k % 2 == 0)
+        major = rng.uniform(0.02, 0.1) * field if wide else 0.0
+        lines.append(f"{l},{m},{flux},{major},{major * rng.uniform(0.3, 1)},{rng.uniform(0, 3)}")
+        total += flux
+    (folder / "scene.csv").write_text("\n".join(lines) + "\n")
+    return ["--scene", "scene.csv"], total
+
+
+def case(seed):
+    rng = random.Random(seed)
+    kind = rng.choice(["y", "golden", "random", "ring", "reuleaux", "spiral"])
+    n = int(12 * (100 / 12) ** rng.random())
+    n = n // 3 * 3 if kind == "y" else n
+    sky = rng.choice(["points", "extended", "mixed", "kelvin"])
+    degrees = rng.uniform(0, 180)
+    # Small errors are where the most harm can be done, so a third of the cases has them.
+    degrees = rng.uniform(0, 10) if rng.random() < 0.33 else degrees
+    amplitude = rng.uniform(0, 0.5) if rng.random() < 0.5 else 0.0
+    snr = 10 ** rng.uniform(math.log10(3), 3)
+    diameter = rng.uniform(0.5, 2.0)
+    field = PIXELS * WAVE_M / diameter / 5
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        rows = "".join(f'[[antenna]]\nname = "A{k}"\nposition_m = [{x}, {y}, 0.0]\ntsys_k = 600.0\ndiameter_m = 0.008\n\n' for k, (x, y) in enumerate(layout(rng, kind, n, diameter)))
+        (folder / "layout.toml").write_text(f'name = "case {seed}"\nframe = "boresight"\nsource = "drawn"\n\n{rows}')
+        words, total = scene(rng, sky, folder, field)
+        observe = ["simulate", "--layout", "layout.toml", *words, "--freq", f"{FREQ_HZ}Hz", "--bandwidth", f"{BAND_HZ}Hz", "--channels", CHANNELS]
+        if total is None:
+            # Thermal noise of 600 K. 100 ms give a visibility of such scenes a ratio of about 30.
+            noise = ["--noise", "--integration", f"{0.1 * (snr / 30) ** 2}s"]
+        else:
+            sefd = total / snr * math.sqrt(2 * BAND_HZ / CHANNELS * 0.1)
+            noise = ["--sefd", f"{sefd}Jy", "--integration", "100ms"]
+        cittert(folder, *observe, *noise, "--seed", seed, "-o", "good.uvh5")
+        errors = ["--phase-rms", f"{degrees}deg", *(["--amp-rms", amplitude] if amplitude else []), "--seed", seed + 1]
+        cittert(folder, "corrupt", "good.uvh5", "-o", "bad.uvh5", "--gains", "truth.calh5", *errors)
+        cittert(folder, "corrupt", "good.uvh5", "-o", "same.uvh5", "--gains", "unity.calh5", "--phase-rms", "0deg")
+        mode = ["--mode", "amp-phase"] if amplitude else []
+        image = ["--size", PIXELS, "--cell", f"{field / PIXELS}rad"]
+        result, _ = cittert(folder, "selfcal", "bad.uvh5", "-o", "sc", "--solint", "inf", *mode, *image)
+        free = ["--gradient", *(["--flux-scale"] if amplitude else [])]
+        before, _ = cittert(folder, "compare", "unity.calh5", "truth.calh5", *free)
+        after, _ = cittert(folder, "compare", "sc.calh5", "truth.calh5", *free)
+    judgement = result["judgement"]
+    return {
+        "seed": seed, "layout": kind, "n": n, "scene": sky, "phase_deg": degrees, "amplitude": amplitude, "snr": snr,
+        "before_rad": before["rms_phase_rad"], "after_rad": after["rms_phase_rad"],
+        "amp_before": before["rms_amplitude"], "amp_after": after["rms_amplitude"], "accepted": result["accepted"], "algorithm": result["rounds_algorithm"],
+        **{k: judgement.get(k) for k in ("misfit_before", "misfit_after", "sigmas", "explained", "gain_rms", "gain_sigma")},
+        "verdict": result["verdict"],
+    }
+
+
+def main():
+    options = argparse.ArgumentParser()
+    options.add_argument("--cases", type=int, default=200)
+    options.add_argument("--first", type=int, default=1)
+    options.add_argument("--jobs", type=int, default=2)
+    options.add_argument("--json", type=Path)
+    args = options.parse_args()
+    done = []
+    with concurrent.futures.ProcessPoolExecutor(args.jobs) as pool:
+        jobs = {pool.submit(case, seed): seed for seed in range(args.first, args.first + args.cases)}
+        for job in concurrent.futures.as_completed(jobs):
+            try:
+                c = job.result()
+            except Exception as e:
+                c = {"seed": jobs[job], "error": str(e)}
+                print(c, flush=True)
+                continue
+            done.append(c)
+            worse = "WORSE" if c["after_rad"] > c["before_rad"] + 0.01 else ""
+            number = lambda x: "-" if x is None else f"{x:.4f}"
+            print(f"{c['seed']:4d} {c['layout']:8s} {c['n']:3d} {c['scene']:8s} {c['phase_deg']:6.1f} deg amp {c['amplitude']:.2f} snr {c['snr']:6.1f}: "
+                  f"{c['before_rad']:.3f} -> {c['after_rad']:.3f} rad, amp {c['amp_before']:.3f} -> {c['amp_after']:.3f} {'yes' if c['accepted'] else 'no '} {c['algorithm']:10s} "
+                  f"misfit {number(c['misfit_before'])} {number(c['misfit_after'])} z {number(c['sigmas'])} E {number(c['explained'])} g {number(c['gain_rms'])} s {number(c['gain_sigma'])} {worse}", flush=True)
+            if args.json:
+                args.json.write_text("\n".join(json.dumps(d) for d in sorted(done, key=lambda d: d["seed"])) + "\n")
+
+
+if __name__ == "__main__":
+    main()
