@@ -65,11 +65,12 @@ pub struct HeldOut {
 }
 
 impl HeldOut {
-    /// Choose baselines of the set at random; `None` where too few remain to judge by.
+    /// Choose baselines of the set at random, so that each antenna keeps at least `least` of its own; `None` where too few remain to judge
+    /// by.
     ///
     /// # Errors
     /// The data cannot be read.
-    pub fn draw(data: &mut dyn VisibilitySource, options: &JudgeOptions) -> Result<Option<Self>> {
+    pub fn draw(data: &mut dyn VisibilitySource, options: &JudgeOptions, least: usize) -> Result<Option<Self>> {
         let mut seen: BTreeSet<(u32, u32)> = BTreeSet::new();
         let (mut first_jd, mut last_jd) = (f64::INFINITY, f64::NEG_INFINITY);
         for_each_block(data, MemoryBudget::default().block(), |_, block| -> Result<()> {
@@ -89,8 +90,8 @@ impl HeldOut {
             *degree.entry(*a).or_default() += 1;
             *degree.entry(*b).or_default() += 1;
         }
-        // An antenna needs three baselines for a closed phase and amplitude of its own.
-        let least: BTreeMap<u32, usize> = degree.iter().map(|(a, n)| (*a, ((options.kept * *n as f64).ceil() as usize).max(3))).collect();
+        let least: BTreeMap<u32, usize> =
+            degree.iter().map(|(a, n)| (*a, ((options.kept * *n as f64).ceil() as usize).max(least))).collect();
         let mut order: Vec<(u32, u32)> = seen.iter().copied().collect();
         order.shuffle(&mut stream(options.seed, "held-out baselines", 0));
         let wanted = ((options.fraction * order.len() as f64).ceil() as usize).max(UNITS);

@@ -151,7 +151,10 @@ pub fn calibrate<'a>(
     judging: &JudgeOptions,
     observer: &dyn Observer,
 ) -> Result<(Calibrated, Box<dyn ImageMaker + 'a>)> {
-    let held = HeldOut::draw(data, judging)?;
+    // The gain solutions must still find enough baselines on each antenna.
+    let n_ant = data.header().layout.n_ant();
+    let least = candidates.iter().map(|c| c.options.solve.baselines_needed(n_ant)).max().unwrap_or(1);
+    let held = HeldOut::draw(data, judging, least)?;
     let hands = noise_from_hands(data)?;
     let noise = hands.factor.unwrap_or(if hands.weights_are_counts { 0.0 } else { 1.0 });
     let judge = held.as_ref().map(|held| Judge { held, noise });
@@ -220,10 +223,14 @@ pub fn calibrate<'a>(
         warn(&mut calibrated.rounds.warnings, why, observer);
         return Ok((calibrated, best.maker));
     };
-    add_all_baselines(data, best.maker.as_mut(), candidate, &mut calibrated, observer)?;
+    let added = match add_all_baselines(data, best.maker.as_mut(), candidate, &mut calibrated, observer) {
+        Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+        Err(e) => Some(format!("no gains can be solved when the held-out baselines are added: {e}")),
+        Ok(()) => None,
+    };
     let evidence = evidence(&before.prediction, &after, &trained, &calibrated.gains, judge.held, judging)?;
     calibrated.evidence = Some(evidence);
-    let doubt = doubt(&evidence, judging);
+    let doubt = added.or_else(|| doubt(&evidence, judging));
     calibrated.verdict = match doubt {
         None => Verdict::Accepted,
         Some(why) if judging.force => Verdict::Forced(why),

@@ -112,7 +112,7 @@ fn three_antennas_are_not_judged() {
 fn held_out_baselines_are_flagged_and_every_antenna_keeps_most_of_its_own() {
     let mut data = scene(0.1, 1).set(|_, _, _, _| cis(0.0));
     let options = JudgeOptions::default();
-    let held = HeldOut::draw(&mut data, &options).unwrap().unwrap();
+    let held = HeldOut::draw(&mut data, &options, 4).unwrap().unwrap();
     assert_eq!(held.n_baselines(), (0.15_f64 * 153.0).ceil() as usize);
     let rows = data.n_rows();
     let block = Without::new(&mut data, Some(&held)).read_rows(0..rows).unwrap();
@@ -122,8 +122,8 @@ fn held_out_baselines_are_flagged_and_every_antenna_keeps_most_of_its_own() {
         let lost = flagged.iter().filter(|r| block.coverage.ant1[**r] == ant || block.coverage.ant2[**r] == ant).count() / 6;
         assert!(lost <= 5, "antenna {ant} lost {lost} of 17 baselines");
     }
-    assert_eq!(held, HeldOut::draw(&mut data, &options).unwrap().unwrap(), "the same seed");
-    assert_ne!(held, HeldOut::draw(&mut data, &JudgeOptions { seed: 2, ..options }).unwrap().unwrap());
+    assert_eq!(held, HeldOut::draw(&mut data, &options, 4).unwrap().unwrap(), "the same seed");
+    assert_ne!(held, HeldOut::draw(&mut data, &JudgeOptions { seed: 2, ..options }, 4).unwrap().unwrap());
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn the_true_model_and_gains_leave_only_noise() {
     let phase = phases(0.5, 3);
     let clean = scene(0.0, 1).set(|_, _, _, _| cis(0.0));
     let mut data = scene(0.1, 1).set(|_, a, _, _| cis(phase[a]));
-    let held = HeldOut::draw(&mut data, &JudgeOptions::default()).unwrap().unwrap();
+    let held = HeldOut::draw(&mut data, &JudgeOptions::default(), 4).unwrap().unwrap();
     let h = data.header.clone();
     let (mid, length) = (data.data.coverage.time_jd[0], 1e6);
     let mut gains = cittert_arrays::GainTable::unity(h.layout, h.spectrum, vec!["I".into()], vec![mid], vec![length]).unwrap();

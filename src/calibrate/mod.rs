@@ -21,7 +21,7 @@
 //! | `selfcal_tuning`, `joint_tuning` | constants that steer these solutions |
 //! | `predicted` | predictions of the model, kept from a gain solution to the image that follows it |
 //! | `clean_model` | CLEAN as the model maker of the loop |
-//! | `unknown_gains` | chi squared at the gains that fit a model best |
+//! | `unknown_gains`, `unknown_gains_builder` | chi squared at the gains that fit a model best |
 //! | `joint_solution`, `joint_model` | image and gains solved as one problem |
 //! | `identify` | what a calibration can determine |
 
@@ -64,6 +64,7 @@ mod solve_tests;
 mod starting_phases;
 mod support;
 mod unknown_gains;
+mod unknown_gains_builder;
 #[cfg(test)]
 mod unknown_gains_tests;
 mod unresolved;
@@ -90,5 +91,6 @@ pub use sky_prediction::{Accuracy, SkyPrediction};
 pub use solve::{IntervalReport, Solution, SolveReport, solve};
 pub use starting_phases::{StartPhases, starting_phases};
 pub use support::ClosureSupport;
-pub use unknown_gains::{UnknownGains, UnknownGainsBuilder};
+pub use unknown_gains::UnknownGains;
+pub use unknown_gains_builder::UnknownGainsBuilder;
 pub use unresolved::{Unresolved, resolves, unresolved_phases};

@@ -7,21 +7,15 @@
 //! # Reference
 //! Golub & Pereyra 1973, SIAM J. Numer. Anal. 10, 413 (variable projection); Cornwell & Wilkinson 1981, MNRAS 196, 1067.
 
-use super::antenna_fit::prune;
-use super::grouping::{ChannelPlan, FeedPlan};
 use super::least_squares::{Pairs, refine_pairs, solve_pairs};
-use super::options::{GainMode, Outliers, SolveOptions};
-use crate::closure::TimeBins;
 use crate::misfit::VisibilityTerm;
-use crate::{ChainError, Result};
-use cittert_arrays::{VisibilityBlock, VisibilityHeader};
-use num_complex::{Complex, Complex32, Complex64};
+use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-const ONE: Complex64 = Complex64::new(1.0, 0.0);
+pub(super) const ONE: Complex64 = Complex64::new(1.0, 0.0);
 /// Rows that one task sums.
 const SHARE: usize = 256;
 /// Iterations of the gains for each new model; they begin at the gains of the last one.
@@ -31,21 +25,21 @@ const TOLERANCE: f64 = 1e-7;
 
 /// Where a row belongs.
 #[derive(Debug, Clone, Copy)]
-struct Row {
-    ant1: u32,
-    ant2: u32,
+pub(super) struct Row {
+    pub(super) ant1: u32,
+    pub(super) ant2: u32,
     /// Index of its solution interval.
-    interval: u32,
+    pub(super) interval: u32,
 }
 
 /// One gain problem: an interval, a group of channels and a feed.
 #[derive(Debug, Clone)]
-struct Problem {
+pub(super) struct Problem {
     /// Index of each antenna among those that are solved \[ant\].
-    place: Vec<Option<u32>>,
-    active: usize,
+    pub(super) place: Vec<Option<u32>>,
+    pub(super) active: usize,
     /// Gains of the antennas that are solved; empty before the first solution.
-    gains: Vec<Complex64>,
+    pub(super) gains: Vec<Complex64>,
 }
 
 /// The data of a set with unknown gains: a [`VisibilityTerm`] over the flat list row by row, channel by channel.
@@ -53,183 +47,22 @@ struct Problem {
 /// Every parallel hand measures the same unpolarised model. Antennas that cannot be solved in an interval are not used there.
 #[derive(Debug)]
 pub struct UnknownGains {
-    rows: Vec<Row>,
-    n_chan: usize,
-    group_of: Vec<usize>,
-    n_group: usize,
+    pub(super) rows: Vec<Row>,
+    pub(super) n_chan: usize,
+    pub(super) group_of: Vec<usize>,
+    pub(super) n_group: usize,
     /// Feed of each hand.
-    hands: Vec<usize>,
-    n_feed: usize,
+    pub(super) hands: Vec<usize>,
+    pub(super) n_feed: usize,
     /// \[row, chan, hand\].
-    vis: Vec<Complex32>,
+    pub(super) vis: Vec<Complex32>,
     /// \[row, chan, hand\]; 0 for data that are not used.
-    weight: Vec<f32>,
-    amplitudes: bool,
-    data: usize,
-    problems: Mutex<Vec<Problem>>,
+    pub(super) weight: Vec<f32>,
+    pub(super) amplitudes: bool,
+    pub(super) data: usize,
+    pub(super) problems: Mutex<Vec<Problem>>,
     /// Weight of the expectation that each gain is 1; 0 without one.
-    prior: Mutex<f64>,
-}
-
-/// Collects the rows of a set for [`UnknownGains`].
-#[derive(Debug)]
-pub struct UnknownGainsBuilder {
-    channels: ChannelPlan,
-    feeds: FeedPlan,
-    options: SolveOptions,
-    n_ant: usize,
-    bins: TimeBins,
-    intervals: HashMap<i64, u32>,
-    rows: Vec<Row>,
-    vis: Vec<Complex32>,
-    weight: Vec<f32>,
-}
-
-impl UnknownGainsBuilder {
-    /// For sets of this header; `options` give mode, interval, channels, feeds and the number of baselines that an antenna needs.
-    ///
-    /// # Errors
-    /// Options out of range, delay mode or robust weights (which this term does not have), no polarisation to solve on.
-    pub fn new(header: &VisibilityHeader, options: &SolveOptions) -> Result<Self> {
-        options.check(header.layout.n_ant())?;
-        let unable = |option, value: &str, expected: &str| {
-            Err(ChainError::BadOption {
-                option,
-                value: value.into(),
-                expected: format!("{expected} in a joint solution of image and gains"),
-            })
-        };
-        if options.mode == GainMode::Delay {
-            return unable("mode", "delay", "phase or amp-phase");
-        }
-        if options.outliers != Outliers::None {
-            return unable("outliers", "on", "none");
-        }
-        Ok(Self {
-            channels: ChannelPlan::new(&header.spectrum, options.channels)?,
-            feeds: FeedPlan::new(header, options.feeds)?,
-            options: options.clone(),
-            n_ant: header.layout.n_ant(),
-            bins: TimeBins::new(options.solint),
-            intervals: HashMap::new(),
-            rows: Vec::new(),
-            vis: Vec::new(),
-            weight: Vec::new(),
-        })
-    }
-
-    /// Add a block. Returns the rows that were used, which are all rows except autocorrelations and rows without data.
-    ///
-    /// # Errors
-    /// An interval shorter than an integration, an antenna that the header does not have.
-    pub fn add(&mut self, block: &VisibilityBlock) -> Result<Vec<usize>> {
-        let coverage = &block.coverage;
-        let hands: Vec<usize> = (0..self.feeds.of_pol.len()).filter(|p| self.feeds.of_pol[*p].is_some()).collect();
-        let n_chan = self.channels.group_of.len();
-        let mut taken = Vec::new();
-        for row in 0..block.n_rows() {
-            let (ant1, ant2) = (coverage.ant1[row], coverage.ant2[row]);
-            if ant1.max(ant2) as usize >= self.n_ant {
-                let message = format!("a row names antenna {}, the array has {}", ant1.max(ant2), self.n_ant);
-                return Err(ChainError::Incompatible(message));
-            }
-            if ant1 == ant2 {
-                continue;
-            }
-            let from = self.vis.len();
-            let mut any = false;
-            for chan in 0..n_chan {
-                for &pol in &hands {
-                    let at = (row, chan, pol);
-                    let (v, w) = (block.vis[at], block.weights[at]);
-                    let good = !block.flags[at] && w > 0.0 && w.is_finite() && v.re.is_finite() && v.im.is_finite();
-                    any |= good;
-                    self.vis.push(if good { v } else { Complex::default() });
-                    self.weight.push(if good { w } else { 0.0 });
-                }
-            }
-            if !any {
-                self.vis.truncate(from);
-                self.weight.truncate(from);
-                continue;
-            }
-            let key = self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?;
-            let next = self.intervals.len() as u32;
-            let interval = *self.intervals.entry(key).or_insert(next);
-            self.rows.push(Row { ant1, ant2, interval });
-            taken.push(row);
-        }
-        Ok(taken)
-    }
-
-    /// The term, with gains still unknown.
-    ///
-    /// # Errors
-    /// No usable cross-correlation, no antenna with enough baselines in any interval.
-    pub fn finish(self) -> Result<UnknownGains> {
-        if self.rows.is_empty() {
-            return Err(ChainError::NoData("no usable cross-correlation: nothing to image or calibrate".into()));
-        }
-        let hands: Vec<usize> = self.feeds.of_pol.iter().flatten().copied().collect();
-        let (n_group, n_feed) = (self.channels.n_groups(), self.feeds.names.len());
-        let n_problem = self.intervals.len() * n_group * n_feed;
-        let mut term = UnknownGains {
-            rows: self.rows,
-            n_chan: self.channels.group_of.len(),
-            group_of: self.channels.group_of,
-            n_group,
-            hands,
-            n_feed,
-            vis: self.vis,
-            weight: self.weight,
-            amplitudes: self.options.mode == GainMode::AmpPhase,
-            data: 0,
-            problems: Mutex::new(Vec::new()),
-            prior: Mutex::new(0.0),
-        };
-        let mut links = vec![Pairs::new(self.n_ant); n_problem];
-        let mut present = vec![false; self.n_ant];
-        for (r, row) in term.rows.iter().enumerate() {
-            let samples = term.samples(r);
-            for (k, w) in term.weight[samples].iter().enumerate().filter(|(_, w)| **w > 0.0) {
-                links[term.problem_of(row, k)].add(row.ant1 as usize, row.ant2 as usize, ONE, f64::from(*w));
-                present[row.ant1 as usize] = true;
-                present[row.ant2 as usize] = true;
-            }
-        }
-        let needed = self.options.baselines_needed(present.iter().filter(|p| **p).count());
-        let problems: Vec<Problem> = links
-            .into_iter()
-            .map(|pairs| {
-                let mut flagged = vec![None; self.n_ant];
-                prune(&[pairs], &mut flagged, needed);
-                let mut active = 0;
-                let place = flagged.iter().map(|f| f.is_none().then(|| (active, active += 1).0)).collect();
-                Problem { place, active: active as usize, gains: Vec::new() }
-            })
-            .collect();
-        // Data of an antenna without a solution are not calibrated, so they are not used.
-        let mut used = 0_usize;
-        for r in 0..term.rows.len() {
-            let row = term.rows[r];
-            for k in 0..term.n_chan * term.hands.len() {
-                let problem = &problems[term.problem_of(&row, k)];
-                let at = term.samples(r).start + k;
-                if problem.place[row.ant1 as usize].is_none() || problem.place[row.ant2 as usize].is_none() {
-                    term.weight[at] = 0.0;
-                }
-                used += usize::from(term.weight[at] > 0.0);
-            }
-        }
-        if used == 0 {
-            return Err(ChainError::NoData(format!("no antenna has {needed} baselines with data in any solution interval")));
-        }
-        let unknowns: usize =
-            problems.iter().filter(|p| p.active > 0).map(|p| p.active - 1 + if term.amplitudes { p.active } else { 0 }).sum();
-        term.data = (2 * used).saturating_sub(unknowns).max(1);
-        term.problems = Mutex::new(problems);
-        Ok(term)
-    }
+    pub(super) prior: Mutex<f64>,
 }
 
 /// Sums of a row for one problem.
@@ -391,13 +224,13 @@ impl UnknownGains {
         self.problems.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn samples(&self, row: usize) -> std::ops::Range<usize> {
+    pub(super) fn samples(&self, row: usize) -> std::ops::Range<usize> {
         let n = self.n_chan * self.hands.len();
         row * n..(row + 1) * n
     }
 
     /// Problem of sample k (channel and hand) of a row.
-    fn problem_of(&self, row: &Row, k: usize) -> usize {
+    pub(super) fn problem_of(&self, row: &Row, k: usize) -> usize {
         let (chan, hand) = (k / self.hands.len(), k % self.hands.len());
         (row.interval as usize * self.n_group + self.group_of[chan]) * self.n_feed + self.hands[hand]
     }

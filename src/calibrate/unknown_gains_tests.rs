@@ -1,5 +1,6 @@
 use super::options::{FeedGroups, GainMode, SolveOptions};
-use super::unknown_gains::{UnknownGains, UnknownGainsBuilder};
+use super::unknown_gains::UnknownGains;
+use super::unknown_gains_builder::UnknownGainsBuilder;
 use crate::ChainError;
 use crate::closure::SolutionInterval;
 use crate::closure::testdata::{Scene, cis, random_phases};

@@ -186,7 +186,7 @@ pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, ho
             let products = mem(&mut imager, &MemPlan { goals, uncertainty: Uncertainty::None, ..MemPlan::default() }, &Silent)?;
             let residual = &products.residual.data;
             let residual_rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
-            Ok(Seen { image: plane(&products.model), residual_rms })
+            Ok(Seen { image: products.model.plane(0, 0).to_owned(), residual_rms })
         }
     }
 }
@@ -195,7 +195,8 @@ pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, ho
 pub(super) fn seen(products: &CleanProducts, how: &Deconvolution) -> Seen {
     let image = match how {
         Deconvolution::Clean(_) => plane(&products.restored),
-        Deconvolution::Mem(_) => plane(&products.model),
+        // The scene, with which these images are compared, is in absolute temperatures.
+        Deconvolution::Mem(_) => products.model.plane(0, 0).to_owned(),
     };
     Seen { image, residual_rms: products.statistics.residual_rms }
 }

@@ -59,8 +59,10 @@ fn every_round_is_recorded_and_the_best_one_kept() {
         std::fs::read_to_string(s.path("sc-rounds.jsonl")).unwrap().lines().map(|l| serde_json::from_str(l).unwrap()).collect();
     assert_eq!(rounds.len() as f64, number(&run, "n_rounds"));
     assert_eq!(rounds.last().unwrap()["mode"], "amp-phase");
-    let best = rounds.iter().map(|r| number(r, "dynamic_range")).fold(0.0, f64::max);
-    assert_eq!(number(&rounds[number(&run, "best_round") as usize - 1], "dynamic_range"), best);
+    // The last two rounds use all baselines. The image and the gains are those of the last.
+    assert_eq!(number(&run, "best_round"), number(&run, "n_rounds"));
+    assert_eq!((&run["accepted"], &rounds.last().unwrap()["held_out_misfit"]), (&Value::Bool(true), &Value::Null));
+    let best = number(rounds.last().unwrap(), "dynamic_range");
     assert!(best > 5.0 * number(&run["before"], "dynamic_range"), "{run}");
     assert!(s.path("sc-round0-image.fits").exists());
     let c = s.json("compare sc.calh5 t.calh5 --gradient --flux-scale");
@@ -72,11 +74,13 @@ fn fewer_rounds_leave_none_of_an_earlier_run() {
     let s = point("--sefd 420Jy");
     let line = "selfcal v.uvh5 -o sc --start point --solint int --improvement 0 --patience 9 --size 64 --cell 15arcsec --niter 50";
     s.ok(&format!("{line} --rounds 3"));
-    assert!(s.path("sc-round3.calh5").exists());
+    // Two more rounds add the baselines that were held out.
+    assert!(s.path("sc-round5.calh5").exists());
     s.fails(&format!("{line} --rounds 1"), 1, &["--overwrite"]);
     s.ok(&format!("{line} --rounds 1 --overwrite"));
     let rounds: Vec<String> = s.names().into_iter().filter(|n| n.starts_with("sc-round")).collect();
-    assert_eq!(rounds, ["sc-round1-image.fits", "sc-round1.calh5", "sc-rounds.jsonl"]);
+    let expected = (1..=3).flat_map(|k| [format!("sc-round{k}-image.fits"), format!("sc-round{k}.calh5")]);
+    assert_eq!(rounds, expected.chain(["sc-rounds.jsonl".to_owned()]).collect::<Vec<_>>());
 }
 
 #[test]
@@ -141,7 +145,8 @@ fn noise_alone_is_told_from_a_source() {
     s.write("faint.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,1e-9\n");
     s.write("bright.csv", "l_rad,m_rad,flux_jy\n0.0,0.0,1.0\n");
     for (scene, warns) in [("faint", true), ("bright", false)] {
-        s.ok(&format!("{SIMULATE} --scene {scene}.csv --sefd 420Jy -o {scene}.uvh5"));
+        s.ok(&format!("{SIMULATE} --scene {scene}.csv --sefd 420Jy -o {scene}-good.uvh5"));
+        s.ok(&format!("corrupt {scene}-good.uvh5 -o {scene}.uvh5 --phase-rms 30deg --seed 3"));
         let line = format!(
             "--json selfcal {scene}.uvh5 -o {scene}-sc --start point --solint 120s --rounds 1 --size 64 --cell 15arcsec --niter 20"
         );
@@ -149,6 +154,7 @@ fn noise_alone_is_told_from_a_source() {
         let json: Value = serde_json::from_str(&said.out).unwrap();
         assert_eq!(said.err.contains("closure phases do not support the model"), warns, "{scene}: {}", said.err);
         assert_eq!(json["closure_supports_model"], !warns);
+        assert_eq!(json["accepted"], !warns, "{}", json["verdict"]);
         assert_eq!(!json["warnings"].as_array().unwrap().is_empty(), warns);
     }
 }

@@ -1,7 +1,6 @@
 //! The images of the rounds. Those of the chosen way to calibrate get their names at the end, because it is not known before.
 
 use super::maker::Keep;
-use super::round_file;
 use crate::cli::failure::{Context as _, Result};
 use crate::cli::options::OutputArgs;
 use cittert_arrays::Image;
@@ -9,6 +8,11 @@ use cittert_formats::fits::{ImageOptions, write_image};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+
+/// The end of the name of a file of a round.
+pub(super) fn round_file(round: usize, ending: &str) -> String {
+    format!("-round{round}{ending}")
+}
 
 /// Writes the image of each round of each candidate.
 pub(super) struct RoundImages<'a> {

@@ -20,7 +20,7 @@ use crate::simulate::SkyModel;
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
-use images::RoundImages;
+use images::{RoundImages, round_file};
 use maker::{Keep, KeepingMaker, Seconds};
 use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
@@ -52,10 +52,6 @@ const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
 /// Size in bytes of a visibility, its weight, its number of samples and its flag.
 const BYTES_PER_SAMPLE: usize = 17;
-
-fn round_file(round: usize, ending: &str) -> String {
-    format!("-round{round}{ending}")
-}
 
 /// Self-calibrate and write PREFIX.uvh5, PREFIX.calh5, the images of the best round, and gains, image and metrics of each.
 ///
