@@ -60,6 +60,42 @@ fn the_gradient_is_that_of_chi_squared_at_the_best_gains() {
 }
 
 #[test]
+fn the_gradient_holds_with_gains_that_are_expected_near_unity() {
+    let phases = random_phases(7 * 2, 0.6, 8);
+    let set = scene().set(|_, p, _, f| cis(phases[2 * p + f]));
+    let (wrong, ..) = model(&set, &[(0.0, 0.0, 0.8), (1e-5, 0.0, 0.3)]);
+    for mode in [GainMode::Phase, GainMode::AmpPhase] {
+        let t = term(&set, &SolveOptions { mode, solint: SolutionInterval::Seconds(20.0), ..SolveOptions::default() });
+        for weight in [3.0, 300.0, 3e5] {
+            t.restart();
+            t.expect_unity(weight);
+            let error = gradient_error(&t, &wrong);
+            assert!(error < 1e-5, "{mode:?} {weight} {error}");
+        }
+    }
+}
+
+#[test]
+fn gains_stay_at_unity_as_far_as_they_are_expected_there() {
+    let phases = random_phases(7, 0.6, 9);
+    let set = scene().set(|_, p, _, _| cis(phases[p]));
+    let (truth, ..) = model(&set, &scene().sources);
+    let options = SolveOptions { feeds: FeedGroups::Joined, solint: SolutionInterval::Infinite, ..SolveOptions::default() };
+    let rms = |weight| {
+        let t = term(&set, &options);
+        t.expect_unity(weight);
+        t.fit(&truth);
+        t.rms_from_unity()
+    };
+    let mean = phases.iter().sum::<f64>() / 7.0;
+    let true_rms = (phases.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / 7.0).sqrt();
+    assert!((rms(1e-3) / true_rms - 1.0).abs() < 0.05, "{} {true_rms}", rms(1e-3));
+    assert!(rms(1e12) < 1e-6, "{}", rms(1e12));
+    let between = rms(1e5);
+    assert!(between > 1e-3 && between < 0.9 * true_rms, "{between} {true_rms}");
+}
+
+#[test]
 fn with_the_true_model_chi_squared_is_the_number_of_data_and_the_gains_are_taken_out() {
     let phases = random_phases(7 * 2, 3.0, 6);
     let mut s = scene();
