@@ -1,6 +1,6 @@
 //! Errors of the dielectric data base.
 
-use super::state::Parameter;
+use super::state::{ParameterSpec, Range};
 use num_complex::Complex64;
 use thiserror::Error;
 
@@ -38,33 +38,21 @@ pub enum DielectricError {
         known: String,
     },
     /// A value that is impossible for the material.
-    #[error("{parameter} of `{material}` is {value} {unit}; it must lie in {min} to {max} {unit}")]
+    #[error("{p} of `{material}` is {value} {u}; it must lie in {min} to {max} {u}", p = spec.parameter, u = spec.parameter.unit(), min = spec.min, max = spec.max)]
     Impossible {
         /// The material.
         material: &'static str,
-        /// The parameter.
-        parameter: Parameter,
+        /// The parameter and its possible values.
+        spec: ParameterSpec,
         /// The value given.
         value: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// The least possible value.
-        min: f64,
-        /// The greatest possible value.
-        max: f64,
     },
-    /// The temperature is zero, negative or not a number.
-    #[error("temperature is {value} K; it must be a finite number above 0 K")]
-    Temperature {
-        /// The value given, K.
-        value: f64,
-    },
-    /// The frequency is zero, negative or not a number.
-    #[error("frequency is {value} Hz; it must be a finite number above 0 Hz")]
-    Frequency {
-        /// The value given, Hz.
-        value: f64,
-    },
+    /// The temperature in K is zero, negative or not a number.
+    #[error("temperature is {0} K; it must be a finite number above 0 K")]
+    Temperature(f64),
+    /// The frequency in Hz is zero, negative or not a number.
+    #[error("frequency is {0} Hz; it must be a finite number above 0 Hz")]
+    Frequency(f64),
     /// More water than fits into the pores.
     #[error(
         "moisture {moisture} of `{material}` is above its porosity {porosity:.4} \
@@ -90,22 +78,16 @@ pub enum DielectricError {
     },
     /// A parameter lies outside the range of the model.
     #[error(
-        "model `{model}` holds for {parameter} {min} to {max} {unit}, not {value} {unit} \
-         (extension on request: {extension})"
+        "model `{model}` holds for {p} {min} to {max} {u}, not {value} {u} (extension on request: {extension})",
+        p = range.parameter, u = range.parameter.unit(), min = range.min, max = range.max
     )]
     OutOfRange {
         /// The model.
         model: &'static str,
-        /// The parameter.
-        parameter: Parameter,
+        /// The parameter and the range of the model.
+        range: Range,
         /// The value given.
         value: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// Lower end of the range.
-        min: f64,
-        /// Upper end of the range.
-        max: f64,
         /// The documented extension.
         extension: &'static str,
     },
@@ -135,11 +117,8 @@ pub enum DielectricError {
         eps: Complex64,
     },
     /// The iteration of the mixing formula did not converge.
-    #[error("the mixing formula did not converge after {iterations} iterations")]
-    NoConvergence {
-        /// Iterations done.
-        iterations: usize,
-    },
+    #[error("the mixing formula did not converge after {0} iterations")]
+    NoConvergence(usize),
     /// A built-in table could not be read.
     #[error("built-in table {table} is damaged: {message}")]
     Table {

@@ -40,7 +40,7 @@ pub fn polder_van_santen46(host: Complex64, inclusion: Complex64, fraction: f64,
             return Ok(eps);
         }
     }
-    Err(DielectricError::NoConvergence { iterations: MAX_ITERATIONS })
+    Err(DielectricError::NoConvergence(MAX_ITERATIONS))
 }
 
 /// Effective permittivity of spheres in a host by Maxwell Garnett.
