@@ -3,6 +3,7 @@
 use crate::atmosphere::PhysicsError;
 use crate::geometry::{At, GeometryError};
 use crate::surfaces::SurfaceError;
+use std::fmt::Display;
 use thiserror::Error;
 
 /// Result of this crate.
@@ -130,6 +131,16 @@ impl From<PhysicsError> for SceneError {
 }
 
 impl SceneError {
+    /// [`Self::BadValue`] of anything that can be printed.
+    pub(crate) fn bad_value(what: impl Display, value: impl Display, expected: &'static str) -> Self {
+        Self::BadValue { what: what.to_string(), value: value.to_string(), expected }
+    }
+
+    /// [`Self::BadValue`], unless the value is good.
+    pub(crate) fn unless(good: bool, what: impl Display, value: impl Display, expected: &'static str) -> Result<()> {
+        if good { Ok(()) } else { Err(Self::bad_value(what, value, expected)) }
+    }
+
     /// An error of the atmosphere at a line.
     pub(crate) fn air(at: At, source: PhysicsError) -> Self {
         Self::Atmosphere { at, source: Box::new(source) }

@@ -279,8 +279,7 @@ impl MsWriter {
     /// A set without rows, or an error of the file system. The old output then stays in place.
     pub fn complete(mut self) -> Result<Vec<String>> {
         if self.n_rows == 0 {
-            let none =
-                ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" };
+            let none = ArrayError::bad_value("number of rows", "0", "at least one row of visibilities");
             return Err(FormatError::values(&self.path, none));
         }
         check_space(self.dir.path(), &self.path, self.reserve())?;

@@ -236,7 +236,7 @@ impl Uvh5Writer {
         if self.growing.take().is_none() {
             return Err(FormatError::values(
                 self.out.path(),
-                ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" },
+                ArrayError::bad_value("number of rows", "0", "at least one row of visibilities"),
             ));
         }
         for (name, value) in

@@ -130,14 +130,6 @@ pub enum PhysicsError {
         /// Height of the end, km.
         to_km: f64,
     },
-    /// A table was asked for a frequency it was not built for.
-    #[error("frequency {freq_ghz} GHz is not in the table, which holds {held}")]
-    FrequencyNotInTable {
-        /// The frequency asked for, GHz.
-        freq_ghz: f64,
-        /// The frequencies held.
-        held: String,
-    },
     /// A list that must hold at least one entry is empty.
     #[error("no {what} given; at least one is needed")]
     Empty {

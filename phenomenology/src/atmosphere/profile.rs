@@ -129,12 +129,15 @@ impl Profile {
             exponential_between(a.air.vapour_pressure_hpa(), b.air.vapour_pressure_hpa(), w),
         )
     }
+}
 
+#[cfg(test)]
+impl Profile {
     /// Vapour in the column from bottom to top, kg/m2, by the trapezium rule on 10 m steps.
     ///
     /// # Errors
     /// As [`Profile::air_at`].
-    pub fn precipitable_water_kg_m2(&self) -> Result<f64, PhysicsError> {
+    pub(super) fn precipitable_water_kg_m2(&self) -> Result<f64, PhysicsError> {
         let (bottom, top) = (self.bottom_km(), self.top_km());
         let steps = (((top - bottom) / 0.01).ceil() as usize).max(1);
         let dz = (top - bottom) / steps as f64;

@@ -61,13 +61,18 @@ pub struct SkyRow {
 }
 
 impl SkyRow {
-    /// Column names of [`SkyRow::values`], units included.
-    pub const COLUMNS: [&'static str; 7] = ["freq_ghz", "zenith_deg", "tb_planck_k", "tb_rj_k", "tau_np", "mean_radiating_k", "path_km"];
-
-    /// The row as numbers, in the order of [`SkyRow::COLUMNS`].
+    /// The numbers with the names of their columns, units included.
     #[must_use]
-    pub fn values(&self) -> [f64; 7] {
-        [self.freq_ghz, self.zenith_deg, self.tb_planck_k, self.tb_rj_k, self.tau_np, self.mean_radiating_k, self.path_km]
+    pub fn columns(&self) -> [(&'static str, f64); 7] {
+        [
+            ("freq_ghz", self.freq_ghz),
+            ("zenith_deg", self.zenith_deg),
+            ("tb_planck_k", self.tb_planck_k),
+            ("tb_rj_k", self.tb_rj_k),
+            ("tau_np", self.tau_np),
+            ("mean_radiating_k", self.mean_radiating_k),
+            ("path_km", self.path_km),
+        ]
     }
 }
 

@@ -42,7 +42,7 @@ impl SolidScene {
 /// Makes the scene. `text` is the text of the file; error messages take line numbers from it. It is empty for a scene made in memory.
 fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     if file.kind != "solids" {
-        return Err(SceneError::BadValue { what: "key `kind`".into(), value: file.kind, expected: "\"solids\"" });
+        return Err(SceneError::bad_value("key `kind`", file.kind, "\"solids\""));
     }
     let lines = Lines::new(text);
     let line = |offset: usize| lines.of(offset);
