@@ -41,8 +41,7 @@ impl Atmosphere {
     /// The same atmosphere with layers.
     ///
     /// # Errors
-    /// [`PhysicsError::LayersOverlap`]; [`PhysicsError::LayerExtent`] for a layer that
-    /// reaches outside the profile.
+    /// [`PhysicsError::Refused`] for layers that overlap, or that reach outside the profile.
     pub fn with_layers(mut self, layers: Vec<Layer>) -> Result<Self, PhysicsError> {
         check_layers(&layers)?;
         let (bottom, top) = (self.profile.bottom_km(), self.profile.top_km());

@@ -81,7 +81,7 @@ impl Atmosphere {
     /// angle (degrees), frequencies outermost.
     ///
     /// # Errors
-    /// [`PhysicsError::ZenithAngle`] at 90 degrees or beyond; [`PhysicsError::OutOfRange`]
+    /// [`PhysicsError::Refused`] at 90 degrees or beyond; [`PhysicsError::OutOfRange`]
     /// for a frequency outside 1-1000 GHz; [`PhysicsError::Empty`] for an empty list;
     /// [`PhysicsError::Ducting`] for a trapped ray.
     pub fn sky(&self, freqs_ghz: &[f64], zeniths_deg: &[f64], geometry: Geometry) -> Result<Vec<SkyRow>, PhysicsError> {
@@ -105,7 +105,8 @@ impl Atmosphere {
         }
         for &zenith_deg in zeniths_deg {
             if !(0.0..90.0).contains(&zenith_deg) {
-                return Err(PhysicsError::ZenithAngle { zenith_deg });
+                let rule = "is outside the valid range 0 to below 90 deg; a sky temperature needs a direction above the horizon";
+                return Err(PhysicsError::Refused(format!("zenith angle {zenith_deg} deg {rule}")));
             }
         }
         let top_km = self.profile().top_km();

@@ -54,7 +54,7 @@ impl SkyTable {
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for a frequency, height, tolerance (1e-3 to 10 K) or
-    /// ground temperature; [`PhysicsError::TableTooLarge`]; [`PhysicsError::Ducting`].
+    /// ground temperature; [`PhysicsError::Refused`] for a table that gets too large; [`PhysicsError::Ducting`].
     pub fn for_frequencies(atmosphere: &Atmosphere, freqs_ghz: &[f64], options: &SkyTableOptions) -> Result<Self, PhysicsError> {
         check_frequencies(freqs_ghz)?;
         Builder::new(atmosphere, options)?.build(freqs_ghz)

@@ -21,7 +21,7 @@ impl Material {
     /// The model of this name, if it describes this material.
     ///
     /// # Errors
-    /// [`DielectricError::Unknown`] or [`DielectricError::ModelNotForMaterial`].
+    /// [`DielectricError::Unknown`] or [`DielectricError::Refused`].
     pub fn model(&self, name: &str) -> Result<&'static Model, DielectricError> {
         let model = Model::by_name(name)?;
         self.check_model(model)?;
@@ -32,7 +32,8 @@ impl Material {
         if self.model_names().any(|n| n == model.name) {
             return Ok(());
         }
-        Err(DielectricError::ModelNotForMaterial { model: model.name, material: self.name, known: join(self.model_names()) })
+        let known = join(self.model_names());
+        Err(DielectricError::Refused(format!("model `{}` does not describe `{}`; its models are: {known}", model.name, self.name)))
     }
 
     /// The model that is used if none is named: the first preferred default whose band contains the frequency, or else the one whose band
@@ -80,7 +81,7 @@ impl Material {
         extrapolation: Extrapolation,
     ) -> Result<Permittivity, DielectricError> {
         if !(freq_hz.is_finite() && freq_hz > 0.0) {
-            return Err(DielectricError::Frequency(freq_hz));
+            return Err(DielectricError::Refused(format!("frequency is {freq_hz} Hz; it must be a finite number above 0 Hz")));
         }
         self.check_state(state)?;
         let model = match model {
@@ -102,7 +103,8 @@ impl Material {
             eps.im = 0.0; // rounding error of a lossless material
         }
         if !(eps.re.is_finite() && eps.im.is_finite() && eps.im <= 0.0) {
-            return Err(DielectricError::Unphysical { model: model.name, eps });
+            let fault = "for this state, which is not the permittivity of a lossy material";
+            return Err(DielectricError::Refused(format!("model `{}` gives eps = {eps} {fault}", model.name)));
         }
         Ok(Permittivity { eps, model, extended })
     }

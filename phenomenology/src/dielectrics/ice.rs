@@ -114,7 +114,7 @@ pub enum BrinePockets {
 /// brine and ice is largest.
 ///
 /// # Errors
-/// [`DielectricError::NoConvergence`] of the mixing formula.
+/// As [`polder_van_santen46`].
 pub fn sea_ice_permittivity(
     freq_ghz: f64,
     temperature_k: f64,

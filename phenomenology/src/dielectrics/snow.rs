@@ -27,7 +27,7 @@ pub fn grain_factors_maetzler96(v: f64) -> [f64; 3] {
 /// Permittivity of dry snow, frequency in GHz, temperature in K, density in kg/m3.
 ///
 /// # Errors
-/// [`DielectricError::NoConvergence`] of the mixing formula.
+/// As [`polder_van_santen46`].
 ///
 /// # Reference
 /// Maetzler 1996 for the grain shape; the ice is Maetzler 2006.
@@ -61,7 +61,7 @@ pub fn wet_snow_permittivity_hallikainen86(freq_ghz: f64, dry_density_kg_m3: f64
 /// Snow and water are at the melting point; other temperatures have no wet snow.
 ///
 /// # Errors
-/// [`DielectricError::NoConvergence`] of the mixing formula.
+/// As [`polder_van_santen46`].
 pub fn wet_snow_permittivity_polder_van_santen46(
     freq_ghz: f64,
     dry_density_kg_m3: f64,

@@ -69,7 +69,8 @@ fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
             Some(s) if is_void(s) => None,
             Some(s) => Some(covers.add(region.line, &user, s, dress.temperature_k)?),
             None => {
-                return Err(SceneError::MissingMaterial { at: At(region.line), region: region.name.clone(), known: covers.known() });
+                let message = format!("{user} has no material; give it surface = \"...\" ({})", covers.known());
+                return Err(SceneError::at(region.line, message));
             }
         };
         let mut faces = Vec::with_capacity(dress.faces.len());
