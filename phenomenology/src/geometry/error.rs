@@ -26,16 +26,6 @@ pub enum GeometryError {
         /// What is wrong and what is expected.
         message: String,
     },
-    /// A body with wrong parameters.
-    #[error("{at}body `{name}`: {fault}")]
-    Body {
-        /// Line of the file.
-        at: At,
-        /// Its name.
-        name: String,
-        /// The fault.
-        fault: PrimitiveFault,
-    },
     /// No region of this name.
     #[error("there is no region `{name}`; {known}")]
     UnknownRegion {
@@ -58,6 +48,11 @@ impl GeometryError {
     /// A fault at a line.
     pub(crate) fn at(line: usize, message: impl Into<String>) -> Self {
         Self::At { at: At(line), message: message.into() }
+    }
+
+    /// A body with wrong parameters.
+    pub(crate) fn body(line: usize, name: &str, fault: PrimitiveFault) -> Self {
+        Self::at(line, format!("body `{name}`: {fault}"))
     }
 
     /// A region without bodies.

@@ -8,7 +8,7 @@
 //! REGION wall ; +1 -2 ; concrete
 //! ```
 
-use super::error::{At, GeometryError};
+use super::error::GeometryError;
 use super::expression::{Expression, is_valid_name};
 use super::model::{NamedBody, RegionSource};
 use crate::primitives::{Body, Primitive};
@@ -124,11 +124,7 @@ impl OpenBody {
     }
 
     fn close(self) -> Result<NamedBody, GeometryError> {
-        let body = Body::new(&self.code, &self.parameters).map_err(|fault| GeometryError::Body {
-            at: At(self.line),
-            name: self.name.clone(),
-            fault,
-        })?;
+        let body = Body::new(&self.code, &self.parameters).map_err(|fault| GeometryError::body(self.line, &self.name, fault))?;
         Ok(NamedBody { name: self.name, body, line: self.line })
     }
 }

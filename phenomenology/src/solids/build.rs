@@ -105,8 +105,8 @@ fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
 fn surface(name: &str, row: &SurfaceRow, line: usize, text: &str) -> Result<SurfaceSource, SurfaceError> {
     let roughness = row.roughness.as_deref().map(str::parse).transpose()?.unwrap_or(Roughness::Smooth);
     if matches!(roughness, Roughness::WegmullerMatzler { .. }) {
-        let message = "it is fitted to 70 degrees only and a scene sees every angle; use qh, choudhury or go".to_owned();
-        return Err(SurfaceError::Roughness { text: row.roughness.clone().unwrap_or_default(), message });
+        let fault = "it is fitted to 70 degrees only and a scene sees every angle; use qh, choudhury or go";
+        return Err(SurfaceError::Refused(format!("roughness `{}`: {fault}", row.roughness.as_deref().unwrap_or_default())));
     }
     if !row.slope_azimuth_deg.is_finite() {
         return Err(SurfaceError::Azimuth { degrees: row.slope_azimuth_deg });
