@@ -1,5 +1,6 @@
 //! Measurement Sets in the table of formats.
 
+use super::codes::name_of;
 use super::read::MsSource;
 use super::write::MsWriter;
 use crate::format::{Format, Holds, Label, VisibilityFormat, refuse_options};
@@ -11,16 +12,6 @@ use std::path::Path;
 #[must_use]
 pub fn is_measurement_set(path: &Path) -> bool {
     path.join("table.dat").is_file() && ["ANTENNA", "SPECTRAL_WINDOW", "DATA_DESCRIPTION"].iter().any(|name| path.join(name).is_dir())
-}
-
-/// Name of a column of visibilities in the main table; `None` where a Measurement Set has no such column.
-pub(super) fn name_of(column: VisColumn) -> Option<&'static str> {
-    match column {
-        VisColumn::Data => Some("DATA"),
-        VisColumn::Model => Some("MODEL_DATA"),
-        VisColumn::Corrected => Some("CORRECTED_DATA"),
-        VisColumn::Residual => None,
-    }
 }
 
 /// Measurement Sets: DATA, MODEL_DATA and CORRECTED_DATA are read and written.

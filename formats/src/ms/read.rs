@@ -1,7 +1,6 @@
 //! Reading a Measurement Set in runs of rows.
 
-use super::codes::jd_of;
-use super::format::name_of;
+use super::codes::{jd_of, name_of};
 use super::index::{Index, Run};
 use super::keywords::Place;
 use super::metadata::{self, Description};

@@ -1,9 +1,8 @@
 //! Writing a Measurement Set in runs of rows, in constant memory.
 
-use super::codes::{frame_code, mjd_seconds};
+use super::codes::{frame_code, mjd_seconds, name_of};
 use super::export::{Plan, Window};
 use super::fields::{Fields, Pointing};
-use super::format::name_of;
 use super::keywords::Place;
 use super::own;
 use super::rows::{Counts, Job};
