@@ -48,7 +48,7 @@ pub struct IdentifyOptions {
     #[cfg_attr(feature = "cli", arg(long, value_name = "FREQ", default_value_t = IdentifyOptions::default().bandwidth))]
     pub bandwidth: Frequency,
     /// Baselines that differ by less than this count as the same.
-    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value_t = IdentifyOptions::default().redundancy))]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value = "0.1mm"))]
     pub redundancy: Length,
 }
 
