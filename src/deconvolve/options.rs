@@ -2,7 +2,7 @@
 
 use super::minor::Scales;
 use super::tuning::CleanTuning;
-use super::{Entry, TABLE, by_name};
+use super::{Entry, TABLE, by_name, names};
 use crate::values::{Level, bad_value, by_text};
 use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
@@ -137,7 +137,7 @@ impl CleanOptions {
         }
         match self.algorithm {
             Algorithm::Clean(entry) => Ok(entry),
-            Algorithm::Mem => bad_value("algorithm", self.algorithm, format!("one of {}", names(&TABLE))),
+            Algorithm::Mem => bad_value("algorithm", self.algorithm, format!("one of {}", names())),
         }
     }
 }
@@ -193,10 +193,6 @@ impl FromStr for Algorithm {
     fn from_str(name: &str) -> Result<Self> {
         if name == Self::Mem.name() { Ok(Self::Mem) } else { by_name(name).map(Self::Clean) }
     }
-}
-
-fn names(table: &[Entry]) -> String {
-    table.iter().map(|e| e.name).collect::<Vec<_>>().join(", ")
 }
 
 /// A box of l and m between two opposite corners, written L0,M0,L1,M1.

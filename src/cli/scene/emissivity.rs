@@ -5,7 +5,7 @@ use super::surface::SurfaceArgs;
 use super::table::{Picture, PlotArgs, Table};
 use super::values::{check_rows, exact};
 use crate::cli::context::Outcome;
-use crate::cli::failure::{Failure, Result};
+use crate::cli::failure::{Failure, Result, ensure};
 use cittert_arrays::quantity::{Angle, Frequency, Temperature};
 use cittert_phenomenology::surfaces::{Roughness, Sky, SurfaceModel};
 use clap::Args;
@@ -41,9 +41,7 @@ pub(crate) struct EmissivityArgs {
 pub(super) fn run(args: &EmissivityArgs) -> Result<Outcome> {
     args.plot.check()?;
     let sky_k = args.sky.si();
-    if !(sky_k >= 0.0) {
-        return Err(Failure::message(format!("sky temperature is {sky_k} K, expected at least 0 K")));
-    }
+    ensure!(sky_k >= 0.0, Failure::message(format!("sky temperature is {sky_k} K, expected at least 0 K")));
     check_rows(&[&[args.freq.len(), args.angle.len()][..], &args.surface.material.lengths()].concat())?;
     let freqs_hz: Vec<f64> = args.freq.iter().map(|f| exact(f.si())).collect();
     let angles_rad: Vec<f64> = args.angle.iter().map(|a| a.si()).collect();
