@@ -46,3 +46,13 @@ impl ChainError {
         Self::BadOption { option, value: value.to_string(), expected: expected.into() }
     }
 }
+
+/// Return `error` from the function unless `condition` holds. A comparison with NaN does not hold.
+macro_rules! ensure {
+    ($condition:expr, $error:expr) => {
+        if !$condition {
+            return Err($error);
+        }
+    };
+}
+pub(crate) use ensure;

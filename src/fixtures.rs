@@ -1,11 +1,14 @@
 //! Small sets for tests: one observation by a random array, point sources, and noise.
 
+use crate::progress::{Event, Observer};
 use cittert_arrays::{
     Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage, VisUnit, VisibilityBlock,
     VisibilityHeader, VisibilitySet,
 };
 use ndarray::Array2;
 use num_complex::{Complex, Complex64};
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Numbers in [-1, 1), the same in every run.
 pub(crate) struct Noise(pub(crate) u64);
@@ -83,4 +86,35 @@ pub(crate) fn snapshot(
         }
     }
     VisibilitySet::new(header, data).unwrap()
+}
+
+/// Collects notes and warnings of a computation.
+#[derive(Debug, Default)]
+pub(crate) struct Recorder {
+    messages: std::sync::Mutex<Vec<String>>,
+    cancel: AtomicBool,
+}
+
+impl Recorder {
+    /// The notes and warnings received so far.
+    pub(crate) fn messages(&self) -> Vec<String> {
+        self.messages.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Ask the computation to stop.
+    pub(crate) fn cancel(&self) {
+        self.cancel.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Observer for Recorder {
+    fn event(&self, event: Event<'_>) {
+        if let Event::Note(text) | Event::Warning(text) = event {
+            self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(text.to_owned());
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
 }

@@ -91,4 +91,5 @@ pub mod values;
 pub use cittert_arrays as arrays;
 #[cfg(feature = "formats")]
 pub use cittert_formats as formats;
+pub(crate) use error::ensure;
 pub use error::{ChainError, Result};

@@ -21,13 +21,14 @@
 //!
 //! The budget changes the memory and the time that a computation takes. Results agree within the rounding of sums in another order.
 
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 const MIB: u64 = 1 << 20;
+const NO_LIMIT: u64 = u64::MAX;
 /// The smallest budget. With less, a block would contain only a few rows of a usual set.
 const LEAST: u64 = 16 * MIB;
 /// The budget of a machine that does not say how much memory it has.
@@ -59,9 +60,7 @@ impl MemoryBudget {
     /// # Errors
     /// Less than 16 MiB.
     pub fn new(bytes: u64) -> Result<Self> {
-        if bytes < LEAST {
-            return Err(bad(format!("{bytes} bytes")));
-        }
+        ensure!(bytes >= LEAST, bad(format!("{bytes} bytes")));
         Ok(Self { bytes })
     }
 
@@ -88,76 +87,54 @@ impl MemoryBudget {
         (self.bytes() / part).min(usize::try_from(most).unwrap_or(usize::MAX))
     }
 
-    /// Size in bytes of one block of rows in a pass that reads a set once.
-    #[must_use]
-    pub fn block(self) -> usize {
-        self.share(64, 32 * MIB)
-    }
-
     /// Size in bytes of one block of rows of the imager. `kept`: the rows stay in memory; otherwise every pass reads the file again.
     #[must_use]
     pub fn imaging_block(self, kept: bool) -> usize {
         if kept { self.share(32, 96 * MIB) } else { self.share(64, 48 * MIB) }
     }
+}
 
+/// Methods of a budget, each for one part of it: its doc, its name, the fraction of the budget, and its largest size in bytes.
+macro_rules! shares {
+    ($($(#[$doc:meta])+ $name:ident: 1 / $part:literal, at most $most:expr;)+) => {
+        impl MemoryBudget {
+            $(
+                $(#[$doc])+
+                #[must_use]
+                pub fn $name(self) -> usize {
+                    self.share($part, $most)
+                }
+            )+
+        }
+    };
+}
+
+shares! {
+    /// Size in bytes of one block of rows in a pass that reads a set once.
+    block: 1 / 64, at most 32 * MIB;
     /// Bytes of visibilities that the imager keeps in memory. It reads larger sets again in every pass.
-    #[must_use]
-    pub fn kept_visibilities(self) -> usize {
-        self.share(8, u64::MAX)
-    }
-
+    kept_visibilities: 1 / 8, at most NO_LIMIT;
     /// Bytes that the order of kept rows on the grid may take.
-    #[must_use]
-    pub fn sorted_rows(self) -> usize {
-        self.share(16, u64::MAX)
-    }
-
+    sorted_rows: 1 / 16, at most NO_LIMIT;
     /// Bytes of the planes of one transform. A transform with more planes makes them in groups, once for every block of rows.
-    #[must_use]
-    pub fn planes(self) -> usize {
-        self.share(4, u64::MAX)
-    }
-
+    planes: 1 / 4, at most NO_LIMIT;
     /// Bytes of one set of planes that is kept for the next pass.
-    #[must_use]
-    pub fn kept_planes(self) -> usize {
-        self.share(8, u64::MAX)
-    }
-
+    kept_planes: 1 / 8, at most NO_LIMIT;
     /// Bytes of the buffers of rows that are kept for the next pass. The blocks of a long file need buffers of many lengths, so without a
     /// limit unused buffers would accumulate.
-    #[must_use]
-    pub fn kept_buffers(self) -> usize {
-        self.share(64, 64 * MIB)
-    }
-
+    kept_buffers: 1 / 64, at most 64 * MIB;
     /// Size in bytes of the working memory for one block of simulated rows.
-    #[must_use]
-    pub fn simulated_block(self) -> usize {
-        self.share(64, 64 * MIB)
-    }
-
+    simulated_block: 1 / 64, at most 64 * MIB;
     /// Bytes of the transforms of scenes that are kept between blocks of rows.
-    #[must_use]
-    pub fn kept_scenes(self) -> usize {
-        self.share(4, u64::MAX)
-    }
-
+    kept_scenes: 1 / 4, at most NO_LIMIT;
     /// Bytes of model visibilities that are kept between rounds of self-calibration.
-    #[must_use]
-    pub fn kept_model(self) -> usize {
-        self.share(4, u64::MAX)
-    }
-
+    kept_model: 1 / 4, at most NO_LIMIT;
     /// Bytes of visibilities that wait for the rest of their integration.
-    #[must_use]
-    pub fn waiting_rows(self) -> usize {
-        self.share(16, u64::MAX)
-    }
+    waiting_rows: 1 / 16, at most NO_LIMIT;
 }
 
 fn bad(value: String) -> ChainError {
-    ChainError::BadOption { option: "memory", value, expected: "at least 16MiB, such as 500MB, 4GB or 4GiB".into() }
+    ChainError::bad_option("memory", value, "at least 16MiB, such as 500MB, 4GB or 4GiB")
 }
 
 impl FromStr for MemoryBudget {
@@ -175,9 +152,7 @@ impl FromStr for MemoryBudget {
         let powers = [("", 0), ("K", 1), ("M", 2), ("G", 3), ("T", 4)];
         let power = powers.iter().find(|(name, _)| name.eq_ignore_ascii_case(prefix)).ok_or_else(|| bad(format!("{text:?}")))?.1;
         let bytes = number * base.powi(power);
-        if !(bytes >= LEAST as f64 && bytes < 1e18) {
-            return Err(bad(format!("{text:?}")));
-        }
+        ensure!(bytes >= LEAST as f64 && bytes < 1e18, bad(format!("{text:?}")));
         Self::new(bytes as u64)
     }
 }

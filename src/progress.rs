@@ -1,8 +1,5 @@
 //! How algorithms report progress. They never print: the command line decides what the user sees.
 
-use std::sync::PoisonError;
-use std::sync::atomic::{AtomicBool, Ordering};
-
 /// One report of a running computation.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -71,38 +68,6 @@ pub struct Silent;
 
 impl Observer for Silent {
     fn event(&self, _event: Event<'_>) {}
-}
-
-/// Collects notes and warnings for tests and reports.
-#[derive(Debug, Default)]
-pub struct Recorder {
-    messages: std::sync::Mutex<Vec<String>>,
-    cancel: AtomicBool,
-}
-
-impl Recorder {
-    /// The notes and warnings received so far.
-    #[must_use]
-    pub fn messages(&self) -> Vec<String> {
-        self.messages.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    /// Ask the computation to stop.
-    pub fn cancel(&self) {
-        self.cancel.store(true, Ordering::Relaxed);
-    }
-}
-
-impl Observer for Recorder {
-    fn event(&self, event: Event<'_>) {
-        if let Event::Note(text) | Event::Warning(text) = event {
-            self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(text.to_owned());
-        }
-    }
-
-    fn cancelled(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
-    }
 }
 
 /// Passes on only whether to stop, for work whose events would not tell the user anything.

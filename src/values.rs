@@ -36,6 +36,34 @@ macro_rules! by_text {
 }
 pub(crate) use by_text;
 
+/// Gives a type that is one of some words or a quantity its text on the command line, in files and in messages.
+macro_rules! word_or_quantity {
+    ($type:ident, $($word:literal => $variant:ident,)+ $other:ident($quantity:ty), $description:literal) => {
+        $crate::values::by_text!($type, "string", $description);
+
+        impl std::fmt::Display for $type {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                match self {
+                    $(Self::$variant => f.write_str($word),)+
+                    Self::$other(quantity) => quantity.fmt(f),
+                }
+            }
+        }
+
+        impl std::str::FromStr for $type {
+            type Err = String;
+
+            fn from_str(text: &str) -> std::result::Result<Self, String> {
+                match text {
+                    $($word => Ok(Self::$variant),)+
+                    _ => text.parse::<$quantity>().map(Self::$other).map_err(|e| format!("{e}; or {}", [$($word),+].join(", or "))),
+                }
+            }
+        }
+    };
+}
+pub(crate) use word_or_quantity;
+
 /// Reads a value from a text. A number in a file counts as the text that it is written with.
 pub(crate) struct TextVisitor<T>(pub(crate) PhantomData<T>);
 
@@ -66,6 +94,11 @@ impl<T: FromStr<Err: fmt::Display>> serde::de::Visitor<'_> for TextVisitor<T> {
 /// An error of a field that is outside its range.
 pub(crate) fn bad_value<T>(field: &'static str, value: impl fmt::Display, expected: impl Into<String>) -> Result<T> {
     Err(ChainError::bad_option(field, value, expected))
+}
+
+/// Refuse a value of a field that is not good.
+pub(crate) fn need(field: &'static str, value: impl fmt::Display, good: bool, expected: impl Into<String>) -> Result<()> {
+    if good { Ok(()) } else { bad_value(field, value, expected) }
 }
 
 /// A flux in the unit of visibilities: `2.5Jy`, or `15.7Ksr` for visibilities in K sr.

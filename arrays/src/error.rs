@@ -1,5 +1,6 @@
 //! Errors of arrays, visibility sets and images.
 
+use std::fmt::Display;
 use thiserror::Error;
 
 /// Any error of a format or of an algorithm.
@@ -64,4 +65,36 @@ pub enum ArrayError {
     /// A source or sink of visibilities failed.
     #[error(transparent)]
     Stream(BoxError),
+}
+
+impl ArrayError {
+    /// [`Self::BadValue`] of anything that can be printed.
+    #[must_use]
+    pub fn bad_value(what: impl Display, value: impl Display, expected: &'static str) -> Self {
+        Self::BadValue { what: what.to_string(), value: value.to_string(), expected }
+    }
+
+    /// [`Self::BadValue`], unless the value is good.
+    ///
+    /// # Errors
+    /// The value is not good.
+    pub fn unless(good: bool, what: impl Display, value: impl Display, expected: &'static str) -> Result<()> {
+        if good { Ok(()) } else { Err(Self::bad_value(what, value, expected)) }
+    }
+
+    /// [`Self::OutOfRange`], unless a range of rows lies within `len` rows.
+    ///
+    /// # Errors
+    /// The range ends past the last row, or before it begins.
+    pub fn unless_rows(range: &std::ops::Range<usize>, len: usize) -> Result<()> {
+        if range.start <= range.end && range.end <= len { Ok(()) } else { Err(Self::OutOfRange { what: "row", index: range.end, len }) }
+    }
+
+    /// [`Self::ShapeMismatch`], unless an array has the shape that the others require.
+    ///
+    /// # Errors
+    /// The shapes differ.
+    pub fn unless_shape(what: &'static str, found: &[usize], expected: &[usize]) -> Result<()> {
+        if found == expected { Ok(()) } else { Err(Self::ShapeMismatch { what, expected: expected.to_vec(), found: found.to_vec() }) }
+    }
 }

@@ -79,9 +79,7 @@ impl GainTable {
         let expected = [self.time_jd.len(), self.layout.n_ant(), self.spectrum.n_chan(), self.feeds.len()];
         let quality = self.quality.as_ref().map_or(expected.as_slice(), |q| q.shape());
         for (what, shape) in [("gains", self.gains.shape()), ("gain flags", self.flags.shape()), ("gain quality", quality)] {
-            if shape != expected {
-                return Err(ArrayError::ShapeMismatch { what, expected: expected.to_vec(), found: shape.to_vec() });
-            }
+            ArrayError::unless_shape(what, shape, &expected)?;
         }
         Ok(())
     }

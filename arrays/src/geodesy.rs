@@ -81,13 +81,12 @@ impl ArrayLayout {
     pub fn from_ecef(name: impl Into<String>, site: Option<Site>, mut antennas: Vec<Antenna>) -> Result<Self> {
         for a in &antennas {
             let radius = a.position_m.iter().map(|p| p * p).sum::<f64>().sqrt();
-            if !(6.25e6..=6.6e6).contains(&radius) {
-                return Err(ArrayError::BadValue {
-                    what: format!("position of antenna {:?}", a.name),
-                    value: format!("{:?}, {radius} m from the centre of the Earth", a.position_m),
-                    expected: "geocentric x, y, z in metres near the Earth's surface",
-                });
-            }
+            ArrayError::unless(
+                (6.25e6..=6.6e6).contains(&radius),
+                format_args!("position of antenna {:?}", a.name),
+                format_args!("{:?}, {radius} m from the centre of the Earth", a.position_m),
+                "geocentric x, y, z in metres near the Earth's surface",
+            )?;
         }
         let site = match (site, antennas.is_empty()) {
             (Some(site), _) => site,

@@ -43,25 +43,16 @@ impl SkyGrid {
     /// A side below 2 or above 65,536, a cell that is not positive, a corner beyond the horizon (l^2 + m^2 > 1 on an axis).
     pub fn new(n_l: usize, n_m: usize, cell_rad: f64, frame: SkyFrame) -> Result<Self> {
         for n in [n_l, n_m] {
-            if !(2..=LARGEST_SIDE).contains(&n) {
-                return Err(ArrayError::BadValue { what: "image size".into(), value: n.to_string(), expected: "2 to 65536 pixels a side" });
-            }
+            ArrayError::unless((2..=LARGEST_SIDE).contains(&n), "image size", n, "2 to 65536 pixels a side")?;
         }
-        if !(cell_rad.is_finite() && cell_rad > 0.0) {
-            return Err(ArrayError::BadValue {
-                what: "cell in rad".into(),
-                value: cell_rad.to_string(),
-                expected: "a positive, finite angle",
-            });
-        }
+        ArrayError::unless(cell_rad.is_finite() && cell_rad > 0.0, "cell in rad", cell_rad, "a positive, finite angle")?;
         let half = cell_rad * (n_l.max(n_m) / 2) as f64;
-        if half > 1.0 {
-            return Err(ArrayError::BadValue {
-                what: "half width of the image as a direction cosine".into(),
-                value: format!("{half:.4}"),
-                expected: "at most 1 (the horizon): use a smaller cell or size",
-            });
-        }
+        ArrayError::unless(
+            half <= 1.0,
+            "half width of the image as a direction cosine",
+            format_args!("{half:.4}"),
+            "at most 1 (the horizon): use a smaller cell or size",
+        )?;
         Ok(Self { n_l, n_m, cell_rad, frame })
     }
 
@@ -185,9 +176,7 @@ impl Image {
         unit: BrightnessUnit,
     ) -> Result<Self> {
         let expected = [spectrum.n_chan(), polarizations.len(), grid.n_m, grid.n_l];
-        if data.shape() != expected {
-            return Err(ArrayError::ShapeMismatch { what: "image", expected: expected.to_vec(), found: data.shape().to_vec() });
-        }
+        ArrayError::unless_shape("image", data.shape(), &expected)?;
         Ok(Self {
             grid,
             spectrum,

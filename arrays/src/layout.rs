@@ -117,21 +117,16 @@ impl ArrayLayout {
     fn check_values(&self) -> Result<()> {
         let n = self.antennas.len();
         if n == 0 || n > 65_535 {
-            return Err(ArrayError::BadValue { what: "number of antennas".into(), value: n.to_string(), expected: "1 to 65535" });
+            return Err(ArrayError::bad_value("number of antennas", n, "1 to 65535"));
         }
         if let LayoutFrame::EastNorthUp(site) = self.frame {
             let finite = site.latitude_rad.is_finite() && site.longitude_rad.is_finite() && site.altitude_m.is_finite();
             if !finite || site.latitude_rad.abs() > std::f64::consts::FRAC_PI_2 + 1e-12 {
-                return Err(ArrayError::BadValue {
-                    what: "site latitude, longitude, altitude".into(),
-                    value: format!(
-                        "{} deg, {} deg, {} m",
-                        site.latitude_rad.to_degrees(),
-                        site.longitude_rad.to_degrees(),
-                        site.altitude_m
-                    ),
-                    expected: "finite numbers with the latitude between -90 and 90 deg",
-                });
+                return Err(ArrayError::bad_value(
+                    "site latitude, longitude, altitude",
+                    format_args!("{} deg, {} deg, {} m", site.latitude_rad.to_degrees(), site.longitude_rad.to_degrees(), site.altitude_m),
+                    "finite numbers with the latitude between -90 and 90 deg",
+                ));
             }
         }
         let mut names = std::collections::HashSet::new();
@@ -144,11 +139,11 @@ impl ArrayLayout {
                 return Err(ArrayError::Name(format!("antenna number {} is used twice", a.number)));
             }
             if a.position_m.iter().any(|p| !p.is_finite()) {
-                return Err(ArrayError::BadValue {
-                    what: format!("position of antenna {:?}", a.name),
-                    value: format!("{:?}", a.position_m),
-                    expected: "three finite numbers in metres",
-                });
+                return Err(ArrayError::bad_value(
+                    format_args!("position of antenna {:?}", a.name),
+                    format_args!("{:?}", a.position_m),
+                    "three finite numbers in metres",
+                ));
             }
             let noise = match a.sensitivity {
                 Some(Sensitivity::SefdJy(v) | Sensitivity::TsysK(v)) => Some(v),
@@ -156,11 +151,7 @@ impl ArrayLayout {
             };
             for (what, value) in [("diameter", a.diameter_m), ("SEFD or Tsys", noise)] {
                 if let Some(v) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
-                    return Err(ArrayError::BadValue {
-                        what: format!("{what} of antenna {:?}", a.name),
-                        value: v.to_string(),
-                        expected: "a positive, finite number",
-                    });
+                    return Err(ArrayError::bad_value(format_args!("{what} of antenna {:?}", a.name), v, "a positive, finite number"));
                 }
             }
         }

@@ -45,16 +45,13 @@ impl PhaseCenter {
     /// # Errors
     /// A non-finite right ascension, or or a declination beyond the poles.
     pub fn sidereal(name: &str, ra_rad: f64, dec_rad: f64) -> Result<Self> {
-        if !ra_rad.is_finite() {
-            return Err(ArrayError::BadValue { what: "right ascension".into(), value: ra_rad.to_string(), expected: "a finite angle" });
-        }
-        if !(dec_rad.abs() <= std::f64::consts::FRAC_PI_2 + 1e-12) {
-            return Err(ArrayError::BadValue {
-                what: "declination".into(),
-                value: format!("{} deg", dec_rad.to_degrees()),
-                expected: "an angle between -90 and 90 deg",
-            });
-        }
+        ArrayError::unless(ra_rad.is_finite(), "right ascension", ra_rad, "a finite angle")?;
+        ArrayError::unless(
+            dec_rad.abs() <= std::f64::consts::FRAC_PI_2 + 1e-12,
+            "declination",
+            format_args!("{} deg", dec_rad.to_degrees()),
+            "an angle between -90 and 90 deg",
+        )?;
         let ra_rad = ra_rad.rem_euclid(std::f64::consts::TAU);
         Ok(Self {
             id: 0,

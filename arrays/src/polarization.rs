@@ -62,11 +62,11 @@ impl Polarization {
     /// # Errors
     /// A number that is not in -8..-1 or 1..4.
     pub fn from_aips(number: i32) -> Result<Self> {
-        TABLE.iter().find(|t| t.1 == number).map(|t| t.0).ok_or_else(|| ArrayError::BadValue {
-            what: "polarisation number".into(),
-            value: number.to_string(),
-            expected: "1..4 (I Q U V) or -1..-8 (RR LL RL LR XX YY XY YX)",
-        })
+        TABLE
+            .iter()
+            .find(|t| t.1 == number)
+            .map(|t| t.0)
+            .ok_or_else(|| ArrayError::bad_value("polarisation number", number, "1..4 (I Q U V) or -1..-8 (RR LL RL LR XX YY XY YX)"))
     }
 
     /// The name, such as `RR`.
@@ -113,11 +113,11 @@ impl fmt::Display for Polarization {
 impl FromStr for Polarization {
     type Err = ArrayError;
     fn from_str(text: &str) -> Result<Self> {
-        TABLE.iter().find(|t| t.2.eq_ignore_ascii_case(text)).map(|t| t.0).ok_or_else(|| ArrayError::BadValue {
-            what: "polarisation".into(),
-            value: text.into(),
-            expected: "one of I, Q, U, V, RR, LL, RL, LR, XX, YY, XY, YX",
-        })
+        TABLE
+            .iter()
+            .find(|t| t.2.eq_ignore_ascii_case(text))
+            .map(|t| t.0)
+            .ok_or_else(|| ArrayError::bad_value("polarisation", text, "one of I, Q, U, V, RR, LL, RL, LR, XX, YY, XY, YX"))
     }
 }
 

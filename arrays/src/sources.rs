@@ -98,13 +98,12 @@ impl Source {
                 (cos_d * sin_a, sin_d * cos_d0 - cos_d * sin_d0 * cos_a, sin_d * sin_d0 + cos_d * cos_d0 * cos_a)
             }
         };
-        if !(n > 0.0) {
-            return Err(ArrayError::BadValue {
-                what: "direction cosines of a source".into(),
-                value: format!("l = {l}, m = {m}"),
-                expected: "l^2 + m^2 < 1 (in front of the array)",
-            });
-        }
+        ArrayError::unless(
+            n > 0.0,
+            "direction cosines of a source",
+            format_args!("l = {l}, m = {m}"),
+            "l^2 + m^2 < 1 (in front of the array)",
+        )?;
         Ok((l, m))
     }
 }

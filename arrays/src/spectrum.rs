@@ -11,10 +11,6 @@ pub struct SpectralWindow {
     spw: Vec<u32>,
 }
 
-fn bad(what: &str, value: f64, expected: &'static str) -> ArrayError {
-    ArrayError::BadValue { what: what.into(), value: value.to_string(), expected }
-}
-
 impl SpectralWindow {
     /// Channels of one spectral window with given centres and widths, Hz \[chan\].
     ///
@@ -30,19 +26,13 @@ impl SpectralWindow {
     /// # Errors
     /// As [`SpectralWindow::new`].
     pub fn with_windows(freq_hz: Vec<f64>, width_hz: Vec<f64>, spw: Vec<u32>) -> Result<Self> {
-        if freq_hz.is_empty() {
-            return Err(ArrayError::BadValue { what: "number of channels".into(), value: "0".into(), expected: "at least 1" });
-        }
+        ArrayError::unless(!freq_hz.is_empty(), "number of channels", "0", "at least 1")?;
         for (what, len) in [("channel widths", width_hz.len()), ("spectral window numbers", spw.len())] {
-            if len != freq_hz.len() {
-                return Err(ArrayError::ShapeMismatch { what, expected: vec![freq_hz.len()], found: vec![len] });
-            }
+            ArrayError::unless_shape(what, &[len], &[freq_hz.len()])?;
         }
-        if let Some(f) = freq_hz.iter().find(|f| !(f.is_finite() && **f > 0.0)) {
-            return Err(bad("channel frequency in Hz", *f, "a positive, finite number"));
-        }
-        if let Some(w) = width_hz.iter().find(|w| !(w.is_finite() && **w != 0.0)) {
-            return Err(bad("channel width in Hz", *w, "a finite number other than 0"));
+        for (f, w) in freq_hz.iter().zip(&width_hz) {
+            ArrayError::unless(f.is_finite() && *f > 0.0, "channel frequency in Hz", f, "a positive, finite number")?;
+            ArrayError::unless(w.is_finite() && *w != 0.0, "channel width in Hz", w, "a finite number other than 0")?;
         }
         // The sign of a width is only the direction of the axis, which follows from the centres too.
         let width_hz = width_hz.into_iter().map(f64::abs).collect();
@@ -54,19 +44,11 @@ impl SpectralWindow {
     /// # Errors
     /// Zero channels, a bandwidth or centre that is not positive, or a band that reaches below 0 Hz.
     pub fn band(center_hz: f64, bandwidth_hz: f64, channels: usize) -> Result<Self> {
-        if !(bandwidth_hz.is_finite() && bandwidth_hz > 0.0) {
-            return Err(bad("bandwidth in Hz", bandwidth_hz, "a positive, finite number"));
-        }
-        if !(center_hz.is_finite() && center_hz > bandwidth_hz / 2.0) {
-            return Err(bad("centre frequency in Hz", center_hz, "a finite number above half the bandwidth"));
-        }
-        if channels > 1 << 20 {
-            return Err(ArrayError::BadValue {
-                what: "number of channels".into(),
-                value: channels.to_string(),
-                expected: "at most 1048576",
-            });
-        }
+        let band = bandwidth_hz.is_finite() && bandwidth_hz > 0.0;
+        ArrayError::unless(band, "bandwidth in Hz", bandwidth_hz, "a positive, finite number")?;
+        let above = center_hz.is_finite() && center_hz > bandwidth_hz / 2.0;
+        ArrayError::unless(above, "centre frequency in Hz", center_hz, "a finite number above half the bandwidth")?;
+        ArrayError::unless(channels <= 1 << 20, "number of channels", channels, "at most 1048576")?;
         let width = bandwidth_hz / channels as f64;
         let first = center_hz - bandwidth_hz / 2.0 + width / 2.0;
         Self::new((0..channels).map(|c| first + width * c as f64).collect(), vec![width; channels])

@@ -36,12 +36,10 @@ impl UvGrid {
     /// The first array of another shape.
     pub fn check(&self) -> Result<()> {
         let (_, v, u) = self.sum.dim();
-        let expected = vec![self.spectrum.n_chan(), v, u];
+        let expected = [self.spectrum.n_chan(), v, u];
         for (what, shape) in [("grid sums", self.sum.shape()), ("grid weights", self.weights.shape()), ("grid counts", self.counts.shape())]
         {
-            if shape != expected.as_slice() {
-                return Err(ArrayError::ShapeMismatch { what, expected, found: shape.to_vec() });
-            }
+            ArrayError::unless_shape(what, shape, &expected)?;
         }
         Ok(())
     }

@@ -1,7 +1,8 @@
 //! Visibilities with their header: array, channels, polarisations, phase centres and unit.
 
+use crate::coverage::append_rows;
 use crate::{ArrayError, ArrayLayout, PhaseCenter, Polarization, Result, SpectralWindow, UvCoverage};
-use ndarray::{Array3, Axis, s};
+use ndarray::{Array3, s};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -112,13 +113,11 @@ impl VisibilityBlock {
         flags: Array3<bool>,
         nsamples: Array3<f32>,
     ) -> Result<Self> {
-        let expected = vec![coverage.n_rows(), vis.shape()[1], vis.shape()[2]];
+        let expected = [coverage.n_rows(), vis.shape()[1], vis.shape()[2]];
         for (what, shape) in
             [("visibilities", vis.shape()), ("weights", weights.shape()), ("flags", flags.shape()), ("nsamples", nsamples.shape())]
         {
-            if shape != expected.as_slice() {
-                return Err(ArrayError::ShapeMismatch { what, expected, found: shape.to_vec() });
-            }
+            ArrayError::unless_shape(what, shape, &expected)?;
         }
         Ok(Self { coverage, vis, weights, flags, nsamples })
     }
@@ -157,10 +156,10 @@ impl VisibilityBlock {
     /// # Errors
     /// Another number of channels or polarisations.
     pub fn append(&mut self, other: &Self) -> Result<()> {
-        append("visibilities", &mut self.vis, &other.vis)?;
-        append("weights", &mut self.weights, &other.weights)?;
-        append("flags", &mut self.flags, &other.flags)?;
-        append("nsamples", &mut self.nsamples, &other.nsamples)?;
+        append_rows("visibilities", &mut self.vis, &other.vis)?;
+        append_rows("weights", &mut self.weights, &other.weights)?;
+        append_rows("flags", &mut self.flags, &other.flags)?;
+        append_rows("nsamples", &mut self.nsamples, &other.nsamples)?;
         self.coverage.append(&other.coverage)
     }
 
@@ -178,12 +177,6 @@ impl VisibilityBlock {
             nsamples: self.nsamples.slice(s![range, .., ..]).to_owned(),
         })
     }
-}
-
-/// Append along the rows. The error names the array whose shape does not fit.
-fn append<T: Clone>(what: &'static str, to: &mut Array3<T>, from: &Array3<T>) -> Result<()> {
-    let expected = to.shape().to_vec();
-    to.append(Axis(0), from.view()).map_err(|_| ArrayError::ShapeMismatch { what, expected, found: from.shape().to_vec() })
 }
 
 /// A whole set in memory: the one-block case of a stream.
@@ -212,9 +205,7 @@ impl VisibilitySet {
 /// See [`VisibilitySet::new`].
 pub(crate) fn check_block(header: &VisibilityHeader, data: &VisibilityBlock) -> Result<()> {
     let (rows, chan, pol) = header.shape(data.n_rows());
-    if data.vis.shape() != [rows, chan, pol] {
-        return Err(ArrayError::ShapeMismatch { what: "visibilities", expected: vec![rows, chan, pol], found: data.vis.shape().to_vec() });
-    }
+    ArrayError::unless_shape("visibilities", data.vis.shape(), &[rows, chan, pol])?;
     let n_ant = header.layout.n_ant();
     for ant in [&data.coverage.ant1, &data.coverage.ant2] {
         if let Some(a) = ant.iter().find(|a| **a as usize >= n_ant) {

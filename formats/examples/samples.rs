@@ -5,10 +5,11 @@
 mod common;
 
 use cittert_arrays::{BrightnessUnit, GainTable, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, SpectralWindow};
+use cittert_formats::CreateOptions;
 use cittert_formats::calh5::write_gains;
 use cittert_formats::fits::{ImageOptions, write_image};
 use cittert_formats::uvfits::{UvfitsOptions, UvfitsWriter};
-use cittert_formats::uvh5::{Uvh5Options, Uvh5Writer};
+use cittert_formats::uvh5::Uvh5Writer;
 use ndarray::{Array4, s};
 use num_complex::Complex64;
 use std::path::Path;
@@ -17,8 +18,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).ok_or("give a folder")?;
     let folder = Path::new(&folder);
     for (name, set) in [("earth", common::earth()), ("boresight", common::boresight())] {
-        let options = Uvh5Options { overwrite: true, ..Default::default() };
-        let mut writer = Uvh5Writer::create(&folder.join(format!("{name}.uvh5")), &set.header, options)?;
+        let options = CreateOptions { overwrite: true, ..Default::default() };
+        let mut writer = Uvh5Writer::create(&folder.join(format!("{name}.uvh5")), &set.header, &options)?;
         let n = set.data.n_rows();
         for start in (0..n).step_by(37) {
             writer.write(&set.data.rows(start..(start + 37).min(n))?)?;

@@ -7,7 +7,7 @@ use cittert_arrays::{
 use cittert_formats::calh5::write_gains;
 use cittert_formats::fits::{ImageOptions, write_image};
 use cittert_formats::layout_formats;
-use cittert_formats::{Compression, uvfits, uvh5};
+use cittert_formats::{Compression, CreateOptions, uvfits, uvh5};
 use ndarray::Array4;
 use std::path::Path;
 
@@ -33,8 +33,8 @@ fn write_the_corpus() {
         out.write(&set.data).unwrap();
         out.complete().unwrap();
         let compression = if name == "earth" { Compression::None } else { Compression::Gzip(4) };
-        let options = uvh5::Uvh5Options { overwrite: true, compression, columns: Vec::new() };
-        let mut out = uvh5::Uvh5Writer::create(&root.join(format!("uvh5/{name}.uvh5")), &set.header, options).unwrap();
+        let options = CreateOptions { overwrite: true, compression: Some(compression), ..CreateOptions::default() };
+        let mut out = uvh5::Uvh5Writer::create(&root.join(format!("uvh5/{name}.uvh5")), &set.header, &options).unwrap();
         out.write(&set.data).unwrap();
         out.complete().unwrap();
     }

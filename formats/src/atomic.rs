@@ -33,7 +33,7 @@ impl AtomicFile {
             && !meta.is_file()
         {
             let found = if meta.is_dir() { "it is a directory" } else { "it is a device or pipe" };
-            return Err(FormatError::NotA { path: target, expected: "the name of a file to write".into(), found: found.into() });
+            return Err(FormatError::not_a(&target, "the name of a file to write", found));
         }
         let temp = hidden_name(&target)?;
         OpenOptions::new().write(true).create_new(true).open(&temp).map_err(|e| FormatError::io(&target, "create", explain(&target, e)))?;
@@ -104,7 +104,7 @@ impl AtomicDir {
         refuse_existing(&target, overwrite)?;
         if target.exists() && !target.join(marker).exists() {
             let found = if target.is_dir() { format!("a directory without {marker}") } else { "a file".into() };
-            return Err(FormatError::NotA { path: target, expected: format!("a directory with {marker}, which may be replaced"), found });
+            return Err(FormatError::not_a(&target, format!("a directory with {marker}, which may be replaced"), found));
         }
         let temp = hidden_name(&target)?;
         fs::create_dir(&temp).map_err(|e| FormatError::io(&target, "create", explain(&target, e)))?;
@@ -181,11 +181,7 @@ fn folder(target: &Path) -> &Path {
 
 fn hidden_name(target: &Path) -> Result<PathBuf> {
     let Some(name) = target.file_name() else {
-        return Err(FormatError::NotA {
-            path: target.into(),
-            expected: "the name of an output".into(),
-            found: "a path without a name".into(),
-        });
+        return Err(FormatError::not_a(target, "the name of an output", "a path without a name"));
     };
     let number = COUNTER.fetch_add(1, Ordering::Relaxed);
     // Long names are cut: the hidden name must not exceed the 255 bytes of most file systems.

@@ -2,10 +2,11 @@
 //!
 //! Beside the data a file may hold the visibilities of a model, the corrected data, and the residual (data minus model).
 
-use crate::{Compression, Result};
+use crate::{Compression, FormatError, Result};
 use cittert_arrays::{VisibilityBlock, VisibilitySink};
 use ndarray::ArrayView3;
 use num_complex::Complex;
+use std::path::Path;
 
 /// A column of visibilities.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
@@ -71,4 +72,14 @@ pub trait ColumnSink: VisibilitySink {
     /// # Errors
     /// A block or column whose shape is not that of the header, or an error of the file system.
     fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()>;
+}
+
+/// Check that `n` columns beside the data are given, each with the shape of the data.
+pub(crate) fn check_columns(path: &Path, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>], n: usize) -> Result<()> {
+    let found: Vec<_> = columns.iter().map(ArrayView3::shape).collect();
+    let expected = vec![block.vis.shape(); n];
+    if found == expected {
+        return Ok(());
+    }
+    Err(FormatError::malformed(path, "columns beside the data", format!("shapes {expected:?}"), format!("{found:?}")))
 }

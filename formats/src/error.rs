@@ -90,6 +90,12 @@ impl FormatError {
         Self::Io { path: path.into(), action, source }
     }
 
+    /// `path` leads to `found`, not to `expected`.
+    #[must_use]
+    pub fn not_a(path: &Path, expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self::NotA { path: path.into(), expected: expected.into(), found: found.into() }
+    }
+
     /// At `place`, `expected` was expected but `found` was found.
     #[must_use]
     pub fn malformed(path: &Path, place: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {

@@ -9,10 +9,10 @@ use std::path::Path;
 pub(crate) fn open_file(path: &Path) -> Result<File> {
     let meta = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
     if meta.is_dir() {
-        return Err(FormatError::NotA { path: path.into(), expected: "a file".into(), found: "it is a directory".into() });
+        return Err(FormatError::not_a(path, "a file", "it is a directory"));
     }
     if meta.is_file() && meta.len() == 0 {
-        return Err(FormatError::NotA { path: path.into(), expected: "a file with content".into(), found: "the file is empty".into() });
+        return Err(FormatError::not_a(path, "a file with content", "the file is empty"));
     }
     File::open(path).map_err(|e| FormatError::io(path, "open", e))
 }

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashSet};
 const BLOCK_BYTES: usize = 1 << 24;
 
 /// A phase centre in plain numbers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct PhaseCenterInfo {
     /// Name of the field.
     pub name: String,
@@ -104,7 +104,7 @@ impl VisibilityInfo {
             Ok(())
         })?;
         let names: Vec<String> = header.polarizations.iter().map(|p| p.name().to_string()).collect();
-        let by_pol = |f: &dyn Fn(usize) -> f64| names.iter().cloned().zip((0..n_pol).map(f)).collect::<BTreeMap<_, _>>();
+        let mean = (0..n_pol).map(|p| count.sum[p] / count.finite[p].max(1) as f64);
         let n_blts = source.n_rows();
         let all = (n_blts * header.spectrum.n_chan() * n_pol) as f64;
         let good: u64 = count.good.iter().sum();
@@ -130,7 +130,7 @@ impl VisibilityInfo {
             shortest_baseline_m: if count.shortest_m.is_finite() { count.shortest_m } else { 0.0 },
             flagged_fraction: if all > 0.0 { 1.0 - good as f64 / all } else { 0.0 },
             n_unflagged: names.iter().cloned().zip(count.good.iter().copied()).collect(),
-            mean_abs_unflagged: by_pol(&|p| count.sum[p] / count.finite[p].max(1) as f64),
+            mean_abs_unflagged: names.iter().cloned().zip(mean).collect(),
             n_not_finite: count.not_finite,
             history: header.history.clone(),
             telescope: header.telescope,
@@ -141,15 +141,7 @@ impl VisibilityInfo {
 }
 
 fn phase_center(c: &cittert_arrays::PhaseCenter) -> PhaseCenterInfo {
-    let mut info = PhaseCenterInfo {
-        name: c.name.clone(),
-        kind: "unprojected",
-        frame: c.frame.clone(),
-        ra_rad: None,
-        dec_rad: None,
-        az_rad: None,
-        el_rad: None,
-    };
+    let mut info = PhaseCenterInfo { name: c.name.clone(), kind: "unprojected", frame: c.frame.clone(), ..Default::default() };
     match c.kind {
         PhaseCenterKind::Sidereal { ra_rad, dec_rad } => {
             (info.kind, info.ra_rad, info.dec_rad) = ("sidereal", Some(ra_rad), Some(dec_rad));
@@ -161,6 +153,7 @@ fn phase_center(c: &cittert_arrays::PhaseCenter) -> PhaseCenterInfo {
 }
 
 /// The sums of one pass over the data.
+#[derive(Default)]
 struct Count {
     baselines: HashSet<(u32, u32)>,
     antennas: HashSet<u32>,
@@ -179,17 +172,12 @@ struct Count {
 impl Count {
     fn new(n_pol: usize) -> Self {
         Self {
-            baselines: HashSet::new(),
-            antennas: HashSet::new(),
-            times: HashSet::new(),
             time_jd: [f64::INFINITY, f64::NEG_INFINITY],
-            integration_s: 0.0,
-            longest_m: 0.0,
             shortest_m: f64::INFINITY,
             good: vec![0; n_pol],
             finite: vec![0; n_pol],
             sum: vec![0.0; n_pol],
-            not_finite: 0,
+            ..Self::default()
         }
     }
 

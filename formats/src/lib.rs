@@ -14,6 +14,7 @@
 //! One table, [`FORMATS`], lists all formats. A file is recognised by its content. A new format is a file or directory and a row.
 
 pub mod atomic;
+mod builtin;
 pub mod calh5;
 mod columns;
 mod contents;

@@ -1,9 +1,8 @@
 //! Grey-scale pictures (PNG) as scenes: a plane of numbers from 0 (black) to 1 (white).
 
-use crate::files::open_file;
-use crate::files::{describe, start_of};
+use crate::files::{describe, open_file, start_of};
 use crate::{FormatError, Result};
-use image::{DynamicImage, ImageFormat, ImageReader, Limits};
+use image::{ImageFormat, ImageReader, Limits};
 use ndarray::Array2;
 use std::io::BufReader;
 use std::path::Path;
@@ -20,11 +19,7 @@ const MOST_BYTES: u64 = 1 << 31;
 pub fn read_grey_png(path: &Path) -> Result<Array2<f64>> {
     let start = start_of(path)?;
     if !start.starts_with(b"\x89PNG\r\n\x1a\n") {
-        return Err(FormatError::NotA {
-            path: path.into(),
-            expected: "a PNG picture".into(),
-            found: format!("it is {}", describe(&start)),
-        });
+        return Err(FormatError::not_a(path, "a PNG picture", format!("it is {}", describe(&start))));
     }
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height, limits.max_alloc) = (Some(LARGEST_SIDE), Some(LARGEST_SIDE), Some(MOST_BYTES));
@@ -33,19 +28,8 @@ pub fn read_grey_png(path: &Path) -> Result<Array2<f64>> {
     let expected = format!("an undamaged PNG picture of at most {LARGEST_SIDE} pixels a side");
     let picture = reader.decode().map_err(|e| FormatError::malformed(path, "picture", expected, e.to_string()))?;
     let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let colour = |equal: bool| {
-        if equal {
-            Ok(())
-        } else {
-            Err(FormatError::unsupported(path, "the picture is in colour: convert it to grey (8 or 16 bits) first"))
-        }
-    };
-    match &picture {
-        DynamicImage::ImageRgb8(p) => colour(p.pixels().all(|p| p[0] == p[1] && p[1] == p[2]))?,
-        DynamicImage::ImageRgba8(p) => colour(p.pixels().all(|p| p[0] == p[1] && p[1] == p[2]))?,
-        DynamicImage::ImageRgb16(p) => colour(p.pixels().all(|p| p[0] == p[1] && p[1] == p[2]))?,
-        DynamicImage::ImageRgba16(p) => colour(p.pixels().all(|p| p[0] == p[1] && p[1] == p[2]))?,
-        _ => {}
+    if picture.color().has_color() && picture.to_rgb16().pixels().any(|p| p[0] != p[1] || p[1] != p[2]) {
+        return Err(FormatError::unsupported(path, "the picture is in colour: convert it to grey (8 or 16 bits) first"));
     }
     let grey = picture.into_luma16();
     Ok(Array2::from_shape_fn((height, width), |(row, column)| {

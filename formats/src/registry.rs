@@ -68,11 +68,7 @@ fn one_of<T>(path: &Path, expected: &str, wanted: fn(Holds<'_>) -> bool, pick: i
         None if path.is_dir() => "a directory without a Measurement Set or an OSKAR telescope model".into(),
         None => describe(&start),
     };
-    Err(FormatError::NotA {
-        path: path.into(),
-        expected: format!("{expected}: {}", names(|f| wanted(f.holds()))),
-        found: format!("it is {found}"),
-    })
+    Err(FormatError::not_a(path, format!("{expected}: {}", names(|f| wanted(f.holds()))), format!("it is {found}")))
 }
 
 /// Open visibilities of any format.
@@ -114,10 +110,10 @@ pub fn create_visibilities_with(path: &Path, header: &VisibilityHeader, options:
 /// An ending that no format has.
 pub fn format_to_write(path: &Path) -> Result<&'static dyn VisibilityFormat> {
     let end = extension_of(path);
-    visibility_formats().find(|f| f.extensions().contains(&end.as_str())).ok_or_else(|| FormatError::NotA {
-        path: path.into(),
-        expected: format!("a name that ends as one of {}", names(|f| visibilities(f.holds()).is_some())),
-        found: if end.is_empty() { "the name has no ending".into() } else { format!("the name ends in .{end}") },
+    visibility_formats().find(|f| f.extensions().contains(&end.as_str())).ok_or_else(|| {
+        let found = if end.is_empty() { "the name has no ending".into() } else { format!("the name ends in .{end}") };
+        let expected = format!("a name that ends as one of {}", names(|f| visibilities(f.holds()).is_some()));
+        FormatError::not_a(path, expected, found)
     })
 }
 

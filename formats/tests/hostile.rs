@@ -124,7 +124,7 @@ fn a_uvh5_that_claims_a_million_million_rows_is_refused_at_once() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("claim.uvh5");
     let set = common::boresight();
-    let mut writer = cittert_formats::uvh5::Uvh5Writer::create(&path, &set.header, cittert_formats::uvh5::Uvh5Options::default()).unwrap();
+    let mut writer = cittert_formats::uvh5::Uvh5Writer::create(&path, &set.header, &cittert_formats::CreateOptions::default()).unwrap();
     writer.write(&set.data).unwrap();
     writer.complete().unwrap();
     {

@@ -3,13 +3,18 @@
 use super::common;
 use cittert_arrays::*;
 use cittert_formats::Compression;
-use cittert_formats::uvh5::{Uvh5Options, Uvh5Reader, Uvh5Writer};
-use cittert_formats::{ColumnSink, VisColumn};
+use cittert_formats::uvh5::{Uvh5Reader, Uvh5Writer};
+use cittert_formats::{ColumnSink, CreateOptions, VisColumn};
 use std::path::{Path, PathBuf};
 
 fn save(dir: &Path, name: &str, set: &VisibilitySet, step: usize, compression: Compression) -> PathBuf {
     let path = dir.join(name);
-    let mut writer = Uvh5Writer::create(&path, &set.header, Uvh5Options { overwrite: true, compression, columns: Vec::new() }).unwrap();
+    let mut writer = Uvh5Writer::create(
+        &path,
+        &set.header,
+        &CreateOptions { overwrite: true, compression: Some(compression), ..CreateOptions::default() },
+    )
+    .unwrap();
     let n = set.data.n_rows();
     for start in (0..n).step_by(step) {
         writer.write(&set.data.rows(start..(start + step).min(n)).unwrap()).unwrap();
@@ -54,13 +59,13 @@ fn blocks_are_appended_to_a_finished_file() {
     let set = common::earth();
     let first = VisibilitySet::new(set.header.clone(), set.data.rows(0..100).unwrap()).unwrap();
     let path = save(dir.path(), "grow.uvh5", &first, 60, Compression::None);
-    let options = Uvh5Options { compression: Compression::Lzf, ..Uvh5Options::default() };
+    let options = CreateOptions { compression: Some(Compression::Lzf), ..CreateOptions::default() };
     let begun = std::fs::read(&path).unwrap();
-    let mut writer = Uvh5Writer::append(&path, &set.header, options.clone()).unwrap();
+    let mut writer = Uvh5Writer::append(&path, &set.header, &options).unwrap();
     writer.write(&set.data.rows(100..200).unwrap()).unwrap();
     drop(writer);
     assert_eq!(std::fs::read(&path).unwrap(), begun, "a run that is given up leaves the old file");
-    let mut writer = Uvh5Writer::append(&path, &set.header, options).unwrap();
+    let mut writer = Uvh5Writer::append(&path, &set.header, &options).unwrap();
     writer.write(&set.data.rows(100..270).unwrap()).unwrap();
     assert_eq!(Uvh5Reader::open(&path).unwrap().n_rows(), 100, "the old file stays until the new one is complete");
     writer.complete().unwrap();
@@ -73,18 +78,18 @@ fn rows_of_another_kind_are_not_appended() {
     let dir = tempfile::tempdir().unwrap();
     let set = common::earth();
     let path = save(dir.path(), "one.uvh5", &set, 300, Compression::None);
-    let refused = |change: &dyn Fn(&mut VisibilityHeader), options: Uvh5Options, place: &str| {
+    let refused = |change: &dyn Fn(&mut VisibilityHeader), options: CreateOptions, place: &str| {
         let mut header = set.header.clone();
         change(&mut header);
-        let text = Uvh5Writer::append(&path, &header, options).map(|_| ()).unwrap_err().to_string();
+        let text = Uvh5Writer::append(&path, &header, &options).map(|_| ()).unwrap_err().to_string();
         assert!(["one.uvh5", place, "expected", "found"].iter().all(|w| text.contains(w)), "{text}");
     };
-    let plain = Uvh5Options::default;
+    let plain = CreateOptions::default;
     refused(&|h| h.spectrum = SpectralWindow::band(1.5e9, 4e6, 4).unwrap(), plain(), "channels");
     refused(&|h| h.unit = VisUnit::KelvinSr, plain(), "unit");
     refused(&|h| h.phase_centers[0] = PhaseCenter::sidereal("CYGA", 1.0, 0.3).unwrap(), plain(), "phase centres");
     refused(&|h| h.polarizations.swap(0, 1), plain(), "polarisations");
-    let model = Uvh5Options { columns: vec![VisColumn::Model], ..plain() };
+    let model = CreateOptions { columns: vec![VisColumn::Model], ..plain() };
     refused(&|_| (), model, "columns beside the data");
 }
 
@@ -94,15 +99,15 @@ fn model_and_residual_stand_beside_the_data() {
     let path = dir.path().join("beside.uvh5");
     let set = common::earth();
     let columns = vec![VisColumn::Model, VisColumn::Residual];
-    let options = Uvh5Options { columns: columns.clone(), compression: Compression::Gzip(3), overwrite: false };
+    let options = CreateOptions { columns: columns.clone(), compression: Some(Compression::Gzip(3)), ..CreateOptions::default() };
     let (model, left) = (set.data.vis.mapv(|v| v * 0.5), set.data.vis.mapv(|v| v * 0.25));
-    let mut writer = Uvh5Writer::create(&path, &set.header, options.clone()).unwrap();
+    let mut writer = Uvh5Writer::create(&path, &set.header, &options).unwrap();
     let rows = |r: std::ops::Range<usize>| (set.data.rows(r.clone()).unwrap(), ndarray::s![r, .., ..]);
     let (block, part) = rows(0..99);
     assert!(writer.write(&block).unwrap_err().to_string().contains("columns beside the data"), "a column that was promised must come");
     writer.write_columns(&block, &[model.slice(part), left.slice(part)]).unwrap();
     writer.complete().unwrap();
-    let mut writer = Uvh5Writer::append(&path, &set.header, options).unwrap();
+    let mut writer = Uvh5Writer::append(&path, &set.header, &options).unwrap();
     let (block, part) = rows(99..270);
     writer.write_columns(&block, &[model.slice(part), left.slice(part)]).unwrap();
     writer.complete().unwrap();

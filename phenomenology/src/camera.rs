@@ -70,19 +70,17 @@ impl Camera {
     /// # Errors
     /// Numbers that are not finite; a point to look at that is the position of the camera.
     pub fn axes(&self) -> Result<Axes, SceneError> {
-        let bad = |value: String, expected| Err(SceneError::BadValue { what: "[camera]".into(), value, expected });
         let angles = [self.heading_deg, self.pitch_deg, self.roll_deg];
         let position = Vec3::from(self.position_m);
-        if !position.is_finite() || !angles.iter().all(|a| a.is_finite()) {
-            return bad(format!("at {:?} m with angles {angles:?} deg", self.position_m), "finite numbers");
-        }
+        let finite = position.is_finite() && angles.iter().all(|a| a.is_finite());
+        let value = format_args!("at {:?} m with angles {angles:?} deg", self.position_m);
+        SceneError::unless(finite, "[camera]", value, "finite numbers")?;
         let (heading, pitch) = match self.look_at_m {
             None => (self.heading_deg.to_radians(), self.pitch_deg.to_radians()),
             Some(target) => {
                 let d = Vec3::from(target) - position;
-                if !(d.is_finite() && d.norm() > 0.0) {
-                    return bad(format!("looking at {target:?} from there"), "a finite point away from the camera");
-                }
+                let value = format_args!("looking at {target:?} from there");
+                SceneError::unless(d.is_finite() && d.norm() > 0.0, "[camera]", value, "a finite point away from the camera")?;
                 (d.x.atan2(d.y), d.z.atan2(d.x.hypot(d.y)))
             }
         };
@@ -113,13 +111,12 @@ impl Camera {
         let [columns, rows] = self.size_px;
         let widest = columns.max(rows) as f64;
         let limit = if self.projection == Projection::Sin { 180.0 } else { 179.0 };
-        if !(self.fov_deg > 0.0 && self.fov_deg <= limit) {
-            return Err(SceneError::BadValue {
-                what: "fov_deg of [camera]".into(),
-                value: self.fov_deg.to_string(),
-                expected: "above 0 and at most 180 deg (179 for pinhole)",
-            });
-        }
+        SceneError::unless(
+            self.fov_deg > 0.0 && self.fov_deg <= limit,
+            "fov_deg of [camera]",
+            self.fov_deg,
+            "above 0 and at most 180 deg (179 for pinhole)",
+        )?;
         let half = (0.5 * self.fov_deg).to_radians();
         let reach = if self.projection == Projection::Sin { half.sin() } else { half.tan().min(0.999) };
         Ok(SkyGrid::new(columns, rows, 2.0 * reach / widest, SkyFrame::Boresight)?)

@@ -3,6 +3,7 @@
 use crate::atmosphere::PhysicsError;
 use crate::geometry::{At, GeometryError};
 use crate::surfaces::SurfaceError;
+use std::fmt::Display;
 use thiserror::Error;
 
 /// Result of this crate.
@@ -57,28 +58,6 @@ pub enum SceneError {
         /// Cause.
         source: Box<PhysicsError>,
     },
-    /// A region without a surface.
-    #[error("{at}region `{region}` has no material; give it surface = \"...\" ({known})")]
-    MissingMaterial {
-        /// Line of the scene.
-        at: At,
-        /// The region.
-        region: String,
-        /// The known surfaces.
-        known: String,
-    },
-    /// A surface that is used but not described.
-    #[error("{at}{user} uses unknown surface `{name}`; {known}")]
-    UnknownSurface {
-        /// Line of the scene.
-        at: At,
-        /// Name of the region, patch or map that uses it.
-        user: String,
-        /// The surface.
-        name: String,
-        /// The known surfaces.
-        known: String,
-    },
     /// A picture that the scene names and that could not be read.
     #[error("{at}picture `{name}` of the ground")]
     Picture {
@@ -92,26 +71,6 @@ pub enum SceneError {
     /// A scene with neither solids nor ground.
     #[error("the scene is empty: give it a [ground], or bodies and regions")]
     Empty,
-    /// The camera lies inside a solid.
-    #[error("{at}the camera at {position_m:?} m lies inside region `{region}`; move it out")]
-    CameraInside {
-        /// Line of the scene.
-        at: At,
-        /// Position, m.
-        position_m: [f64; 3],
-        /// The region.
-        region: String,
-    },
-    /// The camera lies below the ground.
-    #[error("{at}the camera at {position_m:?} m lies under the ground, which is at {ground_m} m there; raise it")]
-    CameraUnderGround {
-        /// Line of the scene.
-        at: At,
-        /// Position, m.
-        position_m: [f64; 3],
-        /// Height of the ground, m.
-        ground_m: f64,
-    },
     /// The image could not be made.
     #[error(transparent)]
     Array(#[from] cittert_arrays::ArrayError),
@@ -130,6 +89,16 @@ impl From<PhysicsError> for SceneError {
 }
 
 impl SceneError {
+    /// [`Self::BadValue`] of anything that can be printed.
+    pub(crate) fn bad_value(what: impl Display, value: impl Display, expected: &'static str) -> Self {
+        Self::BadValue { what: what.to_string(), value: value.to_string(), expected }
+    }
+
+    /// [`Self::BadValue`], unless the value is good.
+    pub(crate) fn unless(good: bool, what: impl Display, value: impl Display, expected: &'static str) -> Result<()> {
+        if good { Ok(()) } else { Err(Self::bad_value(what, value, expected)) }
+    }
+
     /// An error of the atmosphere at a line.
     pub(crate) fn air(at: At, source: PhysicsError) -> Self {
         Self::Atmosphere { at, source: Box::new(source) }

@@ -45,11 +45,11 @@ impl Scene {
         match kind.kind.as_deref() {
             Some("analytic") => AnalyticScene::from_toml(text).map(Self::Analytic),
             Some("solids") => solids(text).map(|s| Self::Solids(Box::new(s))),
-            other => Err(SceneError::BadValue {
-                what: "key `kind` of the scene".into(),
-                value: other.map_or_else(|| "missing".into(), |k| format!("{k:?}")),
-                expected: "\"analytic\" or \"solids\"",
-            }),
+            other => Err(SceneError::bad_value(
+                "key `kind` of the scene",
+                other.map_or_else(|| "missing".into(), |k| format!("{k:?}")),
+                "\"analytic\" or \"solids\"",
+            )),
         }
     }
 
@@ -80,11 +80,11 @@ impl Scene {
     /// As [`Scene::render`], and a scene of shapes, whose temperatures do not depend on frequency.
     pub fn render_channels(&self, grid: &SkyGrid, spectrum: &SpectralWindow) -> Result<Image> {
         match self {
-            Self::Analytic(s) => Err(SceneError::BadValue {
-                what: format!("scene `{}`", s.name),
-                value: "of shapes with fixed temperatures".into(),
-                expected: "a scene of solids, where every channel is to have its own temperatures",
-            }),
+            Self::Analytic(s) => Err(SceneError::bad_value(
+                format_args!("scene `{}`", s.name),
+                "of shapes with fixed temperatures",
+                "a scene of solids, where every channel is to have its own temperatures",
+            )),
             Self::Solids(s) => {
                 let options = RenderOptions { per_channel: true, ..RenderOptions::default() };
                 Ok(s.picture(&View::on_grid(s.camera()?, grid)?, spectrum, &options)?.temperature)

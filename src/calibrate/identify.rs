@@ -13,38 +13,49 @@ use super::options::GainMode;
 use crate::closure::pairs_of;
 use crate::linalg::{Matrix, dot, numerical_rank, singular_values, triangularise};
 use crate::{ChainError, Result};
+use cittert_arrays::quantity::{Frequency, Length};
 use cittert_arrays::{ArrayLayout, SPEED_OF_LIGHT_M_S};
 use std::f64::consts::TAU;
 
-/// Knowledge of the sky.
+/// What is known about the sky.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum ModelKnowledge {
-    /// All of it.
+    /// Everything.
     Known,
-    /// It is one point of unknown position and flux.
+    /// The sky is one point of unknown position and flux.
+    #[cfg_attr(feature = "cli", value(name = "point"))]
     UnknownPoint,
-    /// Nothing is known: every different baseline has its own visibility.
+    /// Nothing: the visibility of every different baseline is an unknown.
+    #[cfg_attr(feature = "cli", value(name = "free"))]
     FreeImage,
 }
 
 /// Options of [`identify`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 pub struct IdentifyOptions {
-    /// The parts of the gains that are solved for.
+    /// Which part of the gains is solved for.
+    #[cfg_attr(feature = "cli", arg(long, value_enum, default_value_t = IdentifyOptions::default().mode))]
     pub mode: GainMode,
     /// What is known about the sky.
+    #[cfg_attr(feature = "cli", arg(long, value_enum, default_value_t = IdentifyOptions::default().model))]
     pub model: ModelKnowledge,
-    /// Frequency, Hz.
-    pub freq_hz: f64,
-    /// Bandwidth over which a delay is measured, Hz.
-    pub bandwidth_hz: f64,
-    /// Baselines whose difference is shorter than this count as the same, m.
-    pub redundancy_m: f64,
+    /// Frequency.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FREQ", default_value_t = IdentifyOptions::default().freq))]
+    pub freq: Frequency,
+    /// Bandwidth over which delays are measured.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FREQ", default_value_t = IdentifyOptions::default().bandwidth))]
+    pub bandwidth: Frequency,
+    /// Baselines that differ by less than this count as the same.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value = "0.1mm"))]
+    pub redundancy: Length,
 }
 
 impl Default for IdentifyOptions {
     fn default() -> Self {
-        Self { mode: GainMode::AmpPhase, model: ModelKnowledge::FreeImage, freq_hz: 1e9, bandwidth_hz: 1e8, redundancy_m: 1e-4 }
+        let (mode, model) = (GainMode::AmpPhase, ModelKnowledge::FreeImage);
+        Self { mode, model, freq: Frequency(1e9), bandwidth: Frequency(1e8), redundancy: Length(1e-4) }
     }
 }
 
@@ -103,13 +114,14 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
     if !(2..=256).contains(&n) {
         return Err(ChainError::BadOption { option: "antennas", value: n.to_string(), expected: "2 to 256".into() });
     }
-    for (option, value) in [("freq", options.freq_hz), ("bandwidth", options.bandwidth_hz)] {
+    let (freq_hz, bandwidth_hz) = (options.freq.si(), options.bandwidth.si());
+    for (option, value) in [("freq", freq_hz), ("bandwidth", bandwidth_hz)] {
         if !(value.is_finite() && value > 0.0) {
             return Err(ChainError::BadOption { option, value: value.to_string(), expected: "a positive frequency".into() });
         }
     }
     let position: Vec<[f64; 3]> = layout.antennas().iter().map(|a| a.position_m).collect();
-    let group = redundant_groups(&position, options.redundancy_m);
+    let group = redundant_groups(&position, options.redundancy.si());
     let unique = group.iter().map(|g| g.0 + 1).max().unwrap_or(0);
     let baselines = layout.n_baselines();
     let delay = options.mode == GainMode::Delay;
@@ -120,8 +132,8 @@ pub fn identify(layout: &ArrayLayout, options: &IdentifyOptions) -> Result<Ident
 
     // Phases: the columns are antenna phases, then delays, then the position of the point.
     let per_antenna = channels.len();
-    let turns = |x: f64, k: usize, p: usize| TAU * (options.freq_hz + x * options.bandwidth_hz / 2.0) / SPEED_OF_LIGHT_M_S * position[p][k];
-    let scale = scale_of(&position, options.freq_hz);
+    let turns = |x: f64, k: usize, p: usize| TAU * (freq_hz + x * bandwidth_hz / 2.0) / SPEED_OF_LIGHT_M_S * position[p][k];
+    let scale = scale_of(&position, freq_hz);
     let columns = per_antenna * n + if point { 2 } else { 0 };
     // The part of antenna p in the rows of its baselines, at offset x.
     let phase_part = |x: f64, p: usize| {

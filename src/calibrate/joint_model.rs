@@ -93,7 +93,7 @@ impl JointMaker {
         let epsilon = self.imaging.epsilon.max(self.options.goals.tuning.epsilon);
         let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
-        let chi2 = ChiSquared::new(imager.grid(), &freq_hz, uvw_m.view(), &grid_options, vec![(1.0, term)])?;
+        let chi2 = ChiSquared::new(imager.grid(), &freq_hz, uvw_m.view(), &grid_options, term)?;
         drop(imager);
         let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux: None, beam: None, unit: 1.0 };
         let mut solver = prepared(objective, prior, &MemPlan::default())?;

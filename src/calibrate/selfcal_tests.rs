@@ -3,7 +3,8 @@
 use super::*;
 use crate::Result;
 use crate::closure::testdata::{Scene, cis, random_phases};
-use crate::progress::{Observer, Recorder, Silent};
+use crate::fixtures::Recorder;
+use crate::progress::{Observer, Silent};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, UvCoverage, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, Array3};
 use num_complex::{Complex, Complex64};

@@ -4,6 +4,7 @@ use super::model::ModelVisibilities;
 use crate::Result;
 use crate::progress::{Observer, Silent};
 use crate::simulate::{Pedestal, SimulateOptions, Simulator, SkyModel};
+use cittert_arrays::quantity::Temperature;
 use cittert_arrays::{UvCoverage, VisUnit, VisibilityHeader};
 use ndarray::{Array3, s};
 use num_complex::Complex;
@@ -34,7 +35,7 @@ impl<'a> SkyPrediction<'a> {
             header.unit = VisUnit::Jy;
         }
         // Images of such a set add the constant back; the visibilities are without it.
-        let pedestal = header.pedestal_k.map_or(Pedestal::None, Pedestal::Kelvin);
+        let pedestal = header.pedestal_k.map_or(Pedestal::None, |t| Pedestal::Kelvin(Temperature(t)));
         let options = SimulateOptions { epsilon: accuracy.epsilon, no_w: accuracy.no_w, pedestal, ..SimulateOptions::default() };
         Ok(Self { simulator: Simulator::new(header, sky, &options, &Silent)?, observer })
     }

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::closure::testdata::{Scene, T0_JD, cis, random_phases, worst_phase};
-use crate::progress::{Recorder, Silent};
+use crate::fixtures::Recorder;
+use crate::progress::Silent;
 use cittert_arrays::{Polarization, VisibilitySet};
 use num_complex::{Complex, Complex64};
 

@@ -56,9 +56,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
         context.console.warn(&format!("{} antennas have no gain in the table ({shown}{more}): their data {fate}", missing.len()));
     }
     header.history.push(context.history());
-    let created = cittert_formats::create_visibilities(path, &header, args.out.overwrite)?;
-    created.notes.iter().for_each(|n| context.console.note(n));
-    let mut sink = created.sink;
+    let mut sink = args.out.visibilities(&header, context)?;
     let counts = apply(source.as_mut(), &table, options, sink.as_mut(), &context.console).context(&what)?;
     sink.finish().context(format!("{}", path.display()))?;
     let json = serde_json::json!({

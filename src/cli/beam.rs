@@ -3,7 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::Result;
 use super::options::ImageOfArgs;
-use super::text::{angle, beam};
+use super::text::{angle, beam, note_beam};
 use crate::imaging::psf_image;
 use clap::Args;
 use serde_json::json;
@@ -25,10 +25,8 @@ pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
     let g = &image.grid;
     let mut json = json!({ "output": path, "size": [g.n_l, g.n_m], "cell_rad": g.cell_rad });
     let mut text = format!("{}: {} x {} pixels of {}", path.display(), g.n_l, g.n_m, angle(g.cell_rad));
+    note_beam(&mut json, &beams);
     if let Some(b) = beams.first() {
-        json["bmaj_rad"] = b.bmaj_rad.into();
-        json["bmin_rad"] = b.bmin_rad.into();
-        json["bpa_rad"] = b.bpa_rad.into();
         text += &format!("\nmain lobe {}", beam(b));
     }
     Ok(Outcome::new(json, text).wrote(path))

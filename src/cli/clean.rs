@@ -3,14 +3,13 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::{ColumnArgs, OutputArgs, loaded};
-use super::text::{beam, number};
+use super::text::{beam, note_beam, number, reasons};
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
 use crate::deconvolve::CleanOptions;
 use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanProducts, Imager, ImagingOptions, clean};
 use crate::progress::Silent;
-use cittert_arrays::{Image, VisUnit, VisibilitySource};
-use cittert_formats::fits::{ImageOptions, write_image};
+use cittert_arrays::{VisUnit, VisibilitySource};
 use clap::Args;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -80,20 +79,10 @@ fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, started: bool, co
     drop(imager);
     let mut json = statistics(&products, args, options.entry()?.name);
     json["startmod"] = started.into();
-    save(args, products, json, unit, context)
-}
-
-fn save(args: &CleanCommandArgs, products: CleanProducts, json: Value, unit: VisUnit, context: &Context) -> Result<Outcome> {
     let text = describe(&products, &json);
     let components = components(&products.components, unit);
-    let mut outcome = Outcome::new(json, text);
-    let images: [Image; 5] = [products.psf, products.dirty, products.model, products.residual, products.restored];
-    for (suffix, mut image) in IMAGES.iter().zip(images) {
-        let path = args.out.suffixed(suffix);
-        image.history.push(context.history());
-        write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
-        outcome = outcome.wrote(path);
-    }
+    let images = [products.psf, products.dirty, products.model, products.residual, products.restored];
+    let outcome = args.out.images(IMAGES.into_iter().zip(images), context, Outcome::new(json, text))?;
     let path = args.out.suffixed(COMPONENTS);
     args.out.write(&path, components.as_bytes())?;
     Ok(outcome.wrote(path))
@@ -124,23 +113,14 @@ pub(super) fn components(list: &[CleanComponent], unit: VisUnit) -> String {
 fn statistics(p: &CleanProducts, args: &CleanCommandArgs, algorithm: &str) -> Value {
     let s = &p.statistics;
     let stops: Vec<&str> = s.stop.iter().map(|r| r.name()).collect();
-    let reason = match stops.as_slice() {
-        [] => "nothing left".to_owned(),
-        [first, rest @ ..] if rest.iter().all(|r| r == first) => (*first).to_owned(),
-        all => all.join(", "),
-    };
     let mut json = json!({
-        "output": args.out.output, "algorithm": algorithm, "stop_reason": reason, "iterations": s.iterations,
+        "output": args.out.output, "algorithm": algorithm, "stop_reason": reasons(&stops), "iterations": s.iterations,
         "major_cycles": s.major_cycles, "residual_rms": s.residual_rms, "residual_peak": s.residual_peak,
         "model_flux": s.model_flux, "dynamic_range": s.dynamic_range, "chi2_per_datum": s.chi2_per_datum,
         "n_components": p.components.len(), "seconds": s.seconds, "unit": p.restored.unit.bunit(),
         "size": [p.restored.grid.n_l, p.restored.grid.n_m], "cell_rad": p.restored.grid.cell_rad,
     });
-    if let Some(b) = p.beams.first() {
-        json["bmaj_rad"] = b.bmaj_rad.into();
-        json["bmin_rad"] = b.bmin_rad.into();
-        json["bpa_rad"] = b.bpa_rad.into();
-    }
+    note_beam(&mut json, &p.beams);
     json
 }
 

@@ -1,13 +1,13 @@
 //! `closure`: closure phases and amplitudes with their errors.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Failure, Result, ensure};
 use crate::ChainError;
-use crate::closure::{ClosureChannels, ClosureKey, ClosureOptions, ClosureSet, SolutionInterval, closure_amplitudes, closure_phases};
+use crate::closure::{ClosureKey, ClosureOptions, ClosureTally, closure_amplitudes, closure_phases};
 use crate::plot::{CurveOptions, Series, Style, curves};
 use cittert_arrays::ArrayLayout;
 use cittert_formats::atomic::{AtomicFile, write_file};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::{Value, json};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -27,120 +27,40 @@ pub struct ClosureArgs {
     /// Picture of the logarithms of the closure amplitudes against time (PNG).
     #[arg(long, value_name = "PNG")]
     plot_amplitudes: Option<PathBuf>,
-    /// Every triangle and quadrangle instead of an independent set of them.
-    #[arg(long)]
-    all: bool,
-    /// Average over this time: a time, int (each integration) or inf (the whole set).
-    #[arg(long, value_name = "TIME|int|inf", default_value = "int")]
-    solint: SolutionInterval,
-    /// What happens to the channels.
-    #[arg(long, value_enum, default_value_t = Channels::Average)]
-    channels: Channels,
+    #[command(flatten)]
+    how: ClosureOptions,
     /// Replace an output that exists.
     #[arg(long)]
     overwrite: bool,
 }
 
-/// What happens to the channels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Channels {
-    /// Visibilities are averaged over the band first.
-    Average,
-    /// Quantities are formed for each and averaged.
-    AverageClosures,
-    /// One quantity for each.
-    Each,
+fn tally_json(t: &ClosureTally, unit: &str) -> Value {
+    json!({
+        "count": t.count, format!("rms{unit}"): t.rms(), format!("median_sigma{unit}"): t.median_sigma(),
+        "chi2_per_datum_of_a_point": t.chi2_of_a_point(), "fraction_beyond_3_sigma": t.beyond_3_sigma(),
+    })
 }
 
-/// Largest number of points of a picture. More could not be distinguished.
-const MOST_POINTS: usize = 20_000;
-
-/// Sums over all quantities of one kind.
-#[derive(Default)]
-struct Tally {
-    count: u64,
-    square: f64,
-    chi2: f64,
-    beyond: u64,
-    sigma: Vec<f64>,
-    /// Every `stride`-th point (Julian date, value, sigma).
-    points: Vec<(f64, f64, f64)>,
-    stride: u64,
+fn tally_text(t: &ClosureTally, name: &str, unit: &str) -> String {
+    let (rms, sigma, beyond) = (t.rms(), t.median_sigma(), 100.0 * t.beyond_3_sigma());
+    format!("{name:20} {:8}   rms {rms:.5}{unit}, median error {sigma:.5}{unit}, {beyond:.1} % beyond 3 sigma of a point", t.count)
 }
 
-impl Tally {
-    fn add(&mut self, time_jd: f64, value: f64, sigma: f64) {
-        self.stride = self.stride.max(1);
-        if self.count.is_multiple_of(self.stride) {
-            self.points.push((time_jd, value, sigma));
-            self.sigma.push(sigma);
-            if self.points.len() >= 2 * MOST_POINTS {
-                // From here on every second point is kept, and half of those that were kept before.
-                self.stride *= 2;
-                let mut keep = false;
-                self.points.retain(|_| {
-                    keep = !keep;
-                    keep
-                });
-                self.sigma.clear();
-                self.sigma.extend(self.points.iter().map(|p| p.2));
-            }
-        }
-        self.count += 1;
-        self.square += value * value;
-        if sigma > 0.0 {
-            self.chi2 += (value / sigma).powi(2);
-            self.beyond += u64::from(value.abs() > 3.0 * sigma);
-        }
-    }
-
-    fn rms(&self) -> f64 {
-        (self.square / self.count.max(1) as f64).sqrt()
-    }
-
-    fn median_sigma(&self) -> f64 {
-        let mut all = self.sigma.clone();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(0.0)
-    }
-
-    fn json(&self, unit: &str) -> Value {
-        let n = self.count.max(1) as f64;
-        json!({
-            "count": self.count, format!("rms{unit}"): self.rms(), format!("median_sigma{unit}"): self.median_sigma(),
-            "chi2_per_datum_of_a_point": self.chi2 / n, "fraction_beyond_3_sigma": self.beyond as f64 / n,
-        })
-    }
-
-    fn text(&self, name: &str, unit: &str) -> String {
-        let n = self.count.max(1) as f64;
-        format!(
-            "{name:20} {:8}   rms {:.5}{unit}, median error {:.5}{unit}, {:.1} % beyond 3 sigma of a point",
-            self.count,
-            self.rms(),
-            self.median_sigma(),
-            100.0 * self.beyond as f64 / n
-        )
-    }
-
-    fn picture(&self, title: &str, label: &str, scale: f64) -> Result<Vec<u8>> {
-        let first = self.points.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
-        let step = self.points.len().div_ceil(MOST_POINTS).max(1);
-        let shown = || self.points.iter().step_by(step);
-        let series = Series {
-            name: String::new(),
-            points: shown().map(|p| ((p.0 - first) * 1440.0, p.1 * scale)).collect(),
-            errors: shown().map(|p| (p.2 * scale, p.2 * scale)).collect(),
-        };
-        let options = CurveOptions {
-            title: title.into(),
-            x_label: "Time (min)".into(),
-            y_label: label.into(),
-            styles: vec![Style { color: 0, line: false, dots: true }],
-            ..CurveOptions::default()
-        };
-        Ok(curves(&[series], &options)?)
-    }
+fn picture(t: &ClosureTally, title: &str, label: &str, scale: f64) -> Result<Vec<u8>> {
+    let first = t.sample().map(|p| p.time_jd).fold(f64::INFINITY, f64::min);
+    let series = Series {
+        name: String::new(),
+        points: t.sample().map(|p| ((p.time_jd - first) * 1440.0, p.value * scale)).collect(),
+        errors: t.sample().map(|p| (p.sigma * scale, p.sigma * scale)).collect(),
+    };
+    let options = CurveOptions {
+        title: title.into(),
+        x_label: "Time (min)".into(),
+        y_label: label.into(),
+        styles: vec![Style { color: 0, line: false, dots: true }],
+        ..CurveOptions::default()
+    };
+    Ok(curves(&[series], &options)?)
 }
 
 /// The table, line by line.
@@ -201,21 +121,12 @@ pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
         let out = super::options::OutputArgs { output: path.clone(), overwrite: args.overwrite };
         out.check(path)?;
     }
-    let options = ClosureOptions {
-        set: if args.all { ClosureSet::All } else { ClosureSet::Minimal },
-        interval: args.solint,
-        channels: match args.channels {
-            Channels::Average => ClosureChannels::AverageVisibilities,
-            Channels::AverageClosures => ClosureChannels::AverageClosures,
-            Channels::Each => ClosureChannels::Each,
-        },
-    };
     let mut source = cittert_formats::open_visibilities(&args.input)?;
     let layout = source.header().layout.clone();
     let what = format!("closure quantities of {}", args.input.display());
     let mut table = Table::create(args.output.as_deref(), args.overwrite)?;
-    let (mut phases, mut amplitudes) = (Tally::default(), Tally::default());
-    closure_phases(source.as_mut(), &options, &context.console, |c| {
+    let (mut phases, mut amplitudes) = (ClosureTally::default(), ClosureTally::default());
+    closure_phases(source.as_mut(), &args.how, &context.console, |c| {
         phases.add(c.key.time_jd, c.phase_rad, c.sigma_rad);
         table.line("phase_rad", &c.key, (&layout, &c.antennas), (c.phase_rad, c.sigma_rad))
     })
@@ -223,27 +134,25 @@ pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
     if layout.n_ant() < 4 {
         context.console.note("closure amplitudes need at least 4 antennas: there are none");
     } else {
-        closure_amplitudes(source.as_mut(), &options, &context.console, |c| {
+        closure_amplitudes(source.as_mut(), &args.how, &context.console, |c| {
             amplitudes.add(c.key.time_jd, c.log_amplitude, c.sigma);
             table.line("log_amplitude", &c.key, (&layout, &c.antennas), (c.log_amplitude, c.sigma))
         })
         .context(&what)?;
     }
-    if phases.count == 0 {
-        return Err(Failure::message(format!("{what}: no triangle of antennas has usable data (flagged, or of weight 0)")));
-    }
+    ensure!(phases.count > 0, Failure::message(format!("{what}: no triangle of antennas has usable data (flagged, or of weight 0)")));
     table.commit()?;
     let name = args.input.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     if let Some(path) = &args.plot {
-        write_file(path, args.overwrite, &phases.picture(&name, "Closure phase (deg)", 1f64.to_degrees())?)?;
+        write_file(path, args.overwrite, &picture(&phases, &name, "Closure phase (deg)", 1f64.to_degrees())?)?;
     }
     if let Some(path) = &args.plot_amplitudes {
-        write_file(path, args.overwrite, &amplitudes.picture(&name, "Log closure amplitude", 1.0)?)?;
+        write_file(path, args.overwrite, &picture(&amplitudes, &name, "Log closure amplitude", 1.0)?)?;
     }
     let json = json!({
-        "output": args.output, "n_antennas": layout.n_ant(), "phases": phases.json("_rad"), "log_amplitudes": amplitudes.json(""),
+        "output": args.output, "n_antennas": layout.n_ant(), "phases": tally_json(&phases, "_rad"), "log_amplitudes": tally_json(&amplitudes, ""),
     });
-    let text = format!("{}\n{}", phases.text("closure phases", " rad"), amplitudes.text("closure amplitudes", ""));
+    let text = format!("{}\n{}", tally_text(&phases, "closure phases", " rad"), tally_text(&amplitudes, "closure amplitudes", ""));
     let written = outputs.into_iter().flatten().fold(Outcome::new(json, text), |o, path| o.wrote(path));
     Ok(written)
 }

@@ -61,6 +61,27 @@ impl Context {
     }
 }
 
+/// An enum of subcommands, one row each: what it does, its arguments, and the function that runs it.
+macro_rules! subcommands {
+    ($(#[$meta:meta])* $name:ident { $($(#[$about:meta])+ $variant:ident($args:ty) => $run:expr;)+ }) => {
+        $(#[$meta])*
+        #[derive(Debug, clap::Subcommand)]
+        pub(crate) enum $name {
+            $($(#[$about])+ $variant($args),)+
+        }
+
+        impl $name {
+            /// Run the subcommand.
+            pub(super) fn run(&self, context: &Context) -> Result<Outcome> {
+                match self {
+                    $(Self::$variant(args) => ($run)(args, context),)+
+                }
+            }
+        }
+    };
+}
+pub(super) use subcommands;
+
 /// Quote a word for a shell where it needs quotes.
 #[must_use]
 pub fn shell_word(word: &str) -> String {

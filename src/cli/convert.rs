@@ -2,13 +2,12 @@
 
 use super::beside::Beside;
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Failure, Result, ensure};
 use super::options::{ColumnArgs, OutputArgs};
 use crate::memory::MemoryBudget;
 use crate::plot::{self, ImagePlot};
 use cittert_arrays::for_each_block;
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
-use cittert_formats::fits::{ImageOptions, write_image};
 use cittert_formats::{Compression, CreateOptions, Holds, format_of};
 use clap::Args;
 use serde_json::json;
@@ -64,9 +63,7 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     if !matches!(holds, Holds::Visibilities(_)) && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
         return Err(Failure::usage(format!("{}: --append, --compression and --column are for visibilities", args.input.display())));
     }
-    if !matches!(holds, Holds::Gains(_)) && args.delays {
-        return Err(Failure::usage(format!("{}: --delays is for gains", args.input.display())));
-    }
+    ensure!(!args.delays || matches!(holds, Holds::Gains(_)), Failure::usage(format!("{}: --delays is for gains", args.input.display())));
     match holds {
         Holds::Visibilities(_) => visibilities(args, context),
         Holds::Images(_) => image(args, &out, context),
@@ -133,8 +130,7 @@ fn image(args: &ConvertArgs, out: &OutputArgs, context: &Context) -> Result<Outc
         let png = plot::image(&image, &ImagePlot { title: image.object.clone(), ..ImagePlot::default() })?;
         out.write(&args.output, &png)?;
     } else {
-        image.history.push(context.history());
-        write_image(&args.output, &image, ImageOptions { overwrite: args.overwrite, ..ImageOptions::default() })?;
+        out.image(&args.output, &mut image, context)?;
     }
     Ok(Outcome::new(json!({ "output": args.output }), args.output.display().to_string()).wrote(&args.output))
 }

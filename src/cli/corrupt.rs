@@ -1,7 +1,7 @@
 //! `corrupt`: put known errors into visibilities, and keep the true gains.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Failure, Result, ensure};
 use super::options::OutputArgs;
 use super::sections::Section;
 use crate::calibrate::on_channels;
@@ -73,16 +73,12 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let gains_path = args.gains.clone().unwrap_or_else(|| path.with_extension("calh5"));
     args.out.check(path)?;
     args.out.check(&gains_path)?;
-    if &gains_path == path {
-        return Err(Failure::usage(format!("{}: the data and their true gains cannot go into one file", path.display())));
-    }
+    ensure!(&gains_path != path, Failure::usage(format!("{}: the data and their true gains cannot go into one file", path.display())));
     let mut source = cittert_formats::open_visibilities(&args.input)?;
     let options = options(args, source.header().unit)?;
     let mut header = corrupted_header(source.header(), &options);
     header.history.push(context.history());
-    let created = cittert_formats::create_visibilities(path, &header, args.out.overwrite)?;
-    created.notes.iter().for_each(|n| context.console.note(n));
-    let mut sink = created.sink;
+    let mut sink = args.out.visibilities(&header, context)?;
     let what = format!("corrupting {}", args.input.display());
     let mut table = corrupt(source.as_mut(), sink.as_mut(), &options, &context.console).context(&what)?;
     table.history.push(context.history());

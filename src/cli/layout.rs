@@ -1,6 +1,6 @@
 //! `layout`: list, describe and convert antenna layouts.
 
-use super::context::{Context, Outcome};
+use super::context::{Context, Outcome, subcommands};
 use super::failure::{Failure, Result};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
@@ -9,20 +9,25 @@ use cittert_arrays::quantity::{Frequency, Length};
 use cittert_arrays::{ArrayLayout, BUILTIN_LAYOUTS, LayoutFrame};
 use cittert_formats::layout_formats;
 use cittert_formats::layouts::layout_format;
-use clap::{Args, Subcommand};
+use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// The subcommands of `layout`.
-#[derive(Debug, Subcommand)]
-pub enum LayoutCommand {
-    /// List the built-in layouts.
-    List,
-    /// Describe a layout: antennas, baselines, resolution, side lobes.
-    Show(ShowArgs),
-    /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .ant).
-    Convert(ConvertArgs),
+subcommands! {
+    /// The subcommands of `layout`.
+    LayoutCommand {
+        /// List the built-in layouts.
+        List(ListArgs) => |_, _| Ok(list());
+        /// Describe a layout: antennas, baselines, resolution, side lobes.
+        Show(ShowArgs) => |args, _| show(args);
+        /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .ant).
+        Convert(ConvertArgs) => convert;
+    }
 }
+
+/// `layout list` has no options.
+#[derive(Debug, Args)]
+pub struct ListArgs {}
 
 /// Options of `layout show`.
 #[derive(Debug, Args)]
@@ -52,18 +57,6 @@ pub struct ConvertArgs {
     to: Option<String>,
     #[command(flatten)]
     out: OutputArgs,
-}
-
-/// Run a subcommand of `layout`.
-///
-/// # Errors
-/// An unknown layout, a file that is no layout, or an error of the file system.
-pub fn run(command: &LayoutCommand, context: &Context) -> Result<Outcome> {
-    match command {
-        LayoutCommand::List => Ok(list()),
-        LayoutCommand::Show(args) => show(args),
-        LayoutCommand::Convert(args) => convert(args, context),
-    }
 }
 
 fn list() -> Outcome {

@@ -38,9 +38,10 @@ mod text;
 
 pub use failure::{Failure, Result};
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use crate::ensure;
+use clap::{CommandFactory, FromArgMatches, Parser};
 use console::{Console, Loudness};
-use context::{Context, Outcome, Subcommands, shell_word};
+use context::{Context, Outcome, Subcommands, shell_word, subcommands};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
@@ -68,86 +69,57 @@ struct Cli {
     command: Command,
 }
 
-/// The subcommands. Each is one row here and one file beside this one.
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Run the whole chain from one configuration file, with pictures, numbers and a report.
-    Run(run::RunArgs),
-    /// List, describe and convert antenna layouts.
-    #[command(subcommand)]
-    Layout(layout::LayoutCommand),
-    /// Write the u-v mask of a layout on the FFT grid, with coverage figures.
-    Mask(mask::MaskArgs),
-    /// Render scenes, and print the physics behind them as tables.
-    #[command(subcommand)]
-    Scene(scene::SceneCommand),
-    /// Simulate the visibilities that an array measures of a scene.
-    Simulate(simulate::SimulateArgs),
-    /// Put known antenna errors into visibilities, and keep the true gains.
-    Corrupt(corrupt::CorruptArgs),
-    /// Write the gridded visibilities.
-    Grid(grid::GridArgs),
-    /// Write the dirty beam (point spread function).
-    Beam(beam::BeamArgs),
-    /// Write the dirty image.
-    Dirty(dirty::DirtyArgs),
-    /// Deconvolve by CLEAN: Högbom, Clark or multiscale.
-    Clean(clean::CleanCommandArgs),
-    /// Image by maximum entropy, with a certificate of convergence.
-    Mem(Box<mem::MemCommandArgs>),
-    /// Self-calibrate: image and solve for antenna gains in turn, or both at once.
-    Selfcal(Box<selfcal::SelfcalArgs>),
-    /// Apply a gain table to visibilities, or put its errors back.
-    Applycal(applycal::ApplycalArgs),
-    /// Form closure phases and closure amplitudes.
-    Closure(closure::ClosureArgs),
-    /// Count what a calibration of an array can determine.
-    Identify(identify::IdentifyArgs),
-    /// Predict the visibilities of a model, or subtract them from the data.
-    Predict(predict::PredictArgs),
-    /// Measure by Monte Carlo what errors cost an image and what self-calibration recovers.
-    Study(study::StudyArgs),
-    /// Describe the contents of a file.
-    Info(info::InfoArgs),
-    /// Draw a picture of an image, a visibility set, a gain table or a layout.
-    Plot(plot::PlotArgs),
-    /// Measure how far an image or a gain table is from the truth.
-    Compare(compare::CompareArgs),
-    /// Convert a file from one format to another.
-    Convert(convert::ConvertArgs),
-    /// Print the completion script of a shell.
-    Completions(completions::CompletionsArgs),
-    /// Write the manual pages.
-    Man(man::ManArgs),
-}
-
-impl Command {
-    fn run(&self, context: &Context) -> Result<Outcome> {
-        match self {
-            Self::Run(a) => run::run(a, context),
-            Self::Layout(a) => layout::run(a, context),
-            Self::Mask(a) => mask::run(a, context),
-            Self::Scene(a) => scene::run(a, context),
-            Self::Simulate(a) => simulate::run(a, context),
-            Self::Corrupt(a) => corrupt::run(a, context),
-            Self::Grid(a) => grid::run(a, context),
-            Self::Beam(a) => beam::run(a, context),
-            Self::Dirty(a) => dirty::run(a, context),
-            Self::Clean(a) => clean::run(a, context),
-            Self::Mem(a) => mem::run(a, context),
-            Self::Selfcal(a) => selfcal::run(a, context),
-            Self::Applycal(a) => applycal::run(a, context),
-            Self::Closure(a) => closure::run(a, context),
-            Self::Identify(a) => identify::run(a, context),
-            Self::Predict(a) => predict::run(a, context),
-            Self::Study(a) => study::run(a, context),
-            Self::Info(a) => info::run(a, context),
-            Self::Plot(a) => plot::run(a, context),
-            Self::Compare(a) => compare::run(a, context),
-            Self::Convert(a) => convert::run(a, context),
-            Self::Completions(a) => completions::run(a, command()),
-            Self::Man(a) => man::run(a, command()),
-        }
+subcommands! {
+    /// The subcommands. Each is one row here and one file beside this one.
+    Command {
+        /// Run the whole chain from one configuration file, with pictures, numbers and a report.
+        Run(run::RunArgs) => run::run;
+        /// List, describe and convert antenna layouts.
+        #[command(subcommand)]
+        Layout(layout::LayoutCommand) => |command: &layout::LayoutCommand, context| command.run(context);
+        /// Write the u-v mask of a layout on the FFT grid, with coverage figures.
+        Mask(mask::MaskArgs) => mask::run;
+        /// Render scenes, and print the physics behind them as tables.
+        #[command(subcommand)]
+        Scene(scene::SceneCommand) => |command: &scene::SceneCommand, context| command.run(context);
+        /// Simulate the visibilities that an array measures of a scene.
+        Simulate(simulate::SimulateArgs) => simulate::run;
+        /// Put known antenna errors into visibilities, and keep the true gains.
+        Corrupt(corrupt::CorruptArgs) => corrupt::run;
+        /// Write the gridded visibilities.
+        Grid(grid::GridArgs) => grid::run;
+        /// Write the dirty beam (point spread function).
+        Beam(beam::BeamArgs) => beam::run;
+        /// Write the dirty image.
+        Dirty(dirty::DirtyArgs) => dirty::run;
+        /// Deconvolve by CLEAN: Högbom, Clark or multiscale.
+        Clean(clean::CleanCommandArgs) => clean::run;
+        /// Image by maximum entropy, with a certificate of convergence.
+        Mem(Box<mem::MemCommandArgs>) => mem::run;
+        /// Self-calibrate: image and solve for antenna gains in turn, or both at once.
+        Selfcal(Box<selfcal::SelfcalArgs>) => selfcal::run;
+        /// Apply a gain table to visibilities, or put its errors back.
+        Applycal(applycal::ApplycalArgs) => applycal::run;
+        /// Form closure phases and closure amplitudes.
+        Closure(closure::ClosureArgs) => closure::run;
+        /// Count what a calibration of an array can determine.
+        Identify(identify::IdentifyArgs) => identify::run;
+        /// Predict the visibilities of a model, or subtract them from the data.
+        Predict(predict::PredictArgs) => predict::run;
+        /// Measure by Monte Carlo what errors cost an image and what self-calibration recovers.
+        Study(study::StudyArgs) => study::run;
+        /// Describe the contents of a file.
+        Info(info::InfoArgs) => info::run;
+        /// Draw a picture of an image, a visibility set, a gain table or a layout.
+        Plot(plot::PlotArgs) => plot::run;
+        /// Measure how far an image or a gain table is from the truth.
+        Compare(compare::CompareArgs) => compare::run;
+        /// Convert a file from one format to another.
+        Convert(convert::ConvertArgs) => convert::run;
+        /// Print the completion script of a shell.
+        Completions(completions::CompletionsArgs) => |args, _| completions::run(args, command());
+        /// Write the manual pages.
+        Man(man::ManArgs) => |args, _| man::run(args, command());
     }
 }
 
@@ -176,9 +148,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         _ => Loudness::Normal,
     };
     if let Some(threads) = cli.threads {
-        if threads == 0 || threads > 1024 {
-            return Err(Failure::usage(format!("--threads is {threads}, expected 1 to 1024")));
-        }
+        ensure!((1..=1024).contains(&threads), Failure::usage(format!("--threads is {threads}, expected 1 to 1024")));
         // This fails only where a thread pool exists already, as in tests that call this function twice.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     }

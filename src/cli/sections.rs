@@ -186,6 +186,11 @@ pub(super) fn schema<T: JsonSchema>() -> super::failure::Result<Outcome> {
 
 /// Words of a command line from the keys of a section: `--key=value`, `--key` for true, nothing for false.
 pub(super) fn words(keys: &toml::Table) -> Vec<String> {
+    words_of(keys, |_| true)
+}
+
+/// The words of the keys that are `wanted`.
+pub(super) fn words_of(keys: &toml::Table, wanted: impl Fn(&str) -> bool) -> Vec<String> {
     let text = |value: &toml::Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
     let words = |(key, value): (&String, &toml::Value)| match value {
         toml::Value::Boolean(false) => Vec::new(),
@@ -194,5 +199,5 @@ pub(super) fn words(keys: &toml::Table) -> Vec<String> {
         toml::Value::Array(list) => list.iter().map(|v| format!("--{key}={}", text(v))).collect(),
         other => vec![format!("--{key}={}", text(other))],
     };
-    keys.iter().flat_map(words).collect()
+    keys.iter().filter(|(key, _)| wanted(key)).flat_map(words).collect()
 }

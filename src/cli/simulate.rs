@@ -43,11 +43,7 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     head.history.push(context.history());
     let mut simulator = Simulator::new(head, &scene.sky, &args.how, &context.console).context(format!("{}", args.scene.scene.display()))?;
     let path = &args.out.output;
-    let created = cittert_formats::create_visibilities(path, simulator.header(), args.out.overwrite)?;
-    for note in &created.notes {
-        context.console.note(note);
-    }
-    let mut sink = created.sink;
+    let mut sink = args.out.visibilities(simulator.header(), context)?;
     let summary = simulator.run(&mut plan.blocks(BLOCK_ROWS), Some(plan.n_rows() as u64), sink.as_mut(), &context.console)?;
     sink.finish().context(format!("{}", path.display()))?;
     let header = simulator.header();

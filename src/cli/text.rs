@@ -44,6 +44,19 @@ pub(super) fn beam(b: &RestoringBeam) -> String {
     format!("{} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees())
 }
 
+/// Add the axes of the first beam to the results of a command.
+pub(super) fn note_beam(json: &mut serde_json::Value, beams: &[RestoringBeam]) {
+    if let Some(b) = beams.first() {
+        (json["bmaj_rad"], json["bmin_rad"], json["bpa_rad"]) = (b.bmaj_rad.into(), b.bmin_rad.into(), b.bpa_rad.into());
+    }
+}
+
+/// One reason if all are the same, otherwise all of them.
+pub(super) fn reasons(all: &[&str]) -> String {
+    let first = all.first().copied().unwrap_or("nothing left");
+    if all.iter().all(|r| *r == first) { first.to_owned() } else { all.join(", ") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

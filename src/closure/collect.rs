@@ -6,7 +6,7 @@ use super::sets::{ClosureSet, Links};
 use super::time::{SolutionInterval, TimeBins, TimeSpan};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{Polarization, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 use num_complex::Complex64;
 use std::collections::{BTreeMap, HashMap};
@@ -76,9 +76,7 @@ impl Collector<'_> {
             if a1 == a2 {
                 continue;
             }
-            if a1.max(a2) >= n_ant {
-                return Err(ChainError::Incompatible(format!("a row names antenna {}, the array has {n_ant}", a1.max(a2))));
-            }
+            ensure!(a1.max(a2) < n_ant, ChainError::Incompatible(format!("a row names antenna {}, the array has {n_ant}", a1.max(a2))));
             let (time, length) = (coverage.time_jd[row], coverage.integration_s[row]);
             let key = self.bins.key(time, length)?;
             if self.released.is_some_and(|r| key <= r) {
@@ -136,16 +134,14 @@ pub(super) fn collect(
     let mut collector = Collector {
         header: &header,
         options: *options,
-        bins: TimeBins::new(options.interval),
+        bins: TimeBins::new(options.solint),
         times: TimeBins::new(SolutionInterval::Integration),
         held: BTreeMap::new(),
         released: None,
     };
     observer.event(Event::Phase { name: "closure quantities", total: Some(source.n_rows() as u64), unit: "rows" });
     for_each_block(source, MemoryBudget::default().block(), |_, block| {
-        if observer.cancelled() {
-            return Err(ChainError::Cancelled);
-        }
+        ensure!(!observer.cancelled(), ChainError::Cancelled);
         collector.add(&block)?;
         collector.release_if_large(&mut |bin| work(&header, bin))?;
         observer.event(Event::Advance(block.n_rows() as u64));
@@ -200,6 +196,7 @@ pub(super) fn each_combination<const K: usize>(
     sets: fn(&Links, ClosureSet, &[usize]) -> Vec<[usize; K]>,
     work: &mut CombinationWork<'_, K>,
 ) -> Result<()> {
+    let set = if options.all { ClosureSet::All } else { ClosureSet::Minimal };
     let pairs = n_pairs(header.layout.n_ant());
     let n_pol = header.polarizations.len();
     let whole = options.channels == ClosureChannels::AverageVisibilities;
@@ -209,7 +206,7 @@ pub(super) fn each_combination<const K: usize>(
         let freq_hz = if one { header.spectrum.freq_hz()[chan] } else { header.spectrum.mean_hz() };
         for (pol, polarization) in header.polarizations.iter().enumerate() {
             let found = links_and_order(header, bin, group[0] * n_pol + pol);
-            let combinations = known.entry(found).or_insert_with_key(|(links, order)| sets(links, options.set, order));
+            let combinations = known.entry(found).or_insert_with_key(|(links, order)| sets(links, set, order));
             let key = ClosureKey {
                 time_jd: bin.span.middle_jd(),
                 interval_s: bin.span.length_s(),

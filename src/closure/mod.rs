@@ -8,12 +8,14 @@
 //! | `collect` | the samples of each averaging interval |
 //! | `options` | options of closure quantities |
 //! | `quantities` | closure phases and amplitudes with their errors |
+//! | `tally` | sums over all quantities of one kind |
 
 mod baselines;
 mod collect;
 mod options;
 mod quantities;
 mod sets;
+mod tally;
 #[cfg(test)]
 pub(crate) mod testdata;
 mod time;
@@ -24,5 +26,6 @@ pub use options::{ClosureChannels, ClosureOptions};
 pub use quantities::{ClosureAmplitude, ClosurePhase, closure_amplitudes, closure_phases};
 pub use sets::ClosureSet;
 pub(crate) use sets::{Links, quadrangles, triangles};
+pub use tally::{ClosurePoint, ClosureTally};
 pub use time::SolutionInterval;
 pub(crate) use time::{TimeBins, TimeSpan};

@@ -1,32 +1,37 @@
 //! Options of closure quantities.
 
-use super::sets::ClosureSet;
 use super::time::SolutionInterval;
 
-/// How the channels are averaged.
+/// What happens to the channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum ClosureChannels {
-    /// One quantity for each.
-    Each,
+    /// Visibilities are averaged over the band first.
+    #[cfg_attr(feature = "cli", value(name = "average"))]
+    AverageVisibilities,
     /// Quantities are formed for each and averaged.
     AverageClosures,
-    /// Visibilities are averaged over the band, then quantities are formed.
-    AverageVisibilities,
+    /// One quantity for each.
+    Each,
 }
 
 /// Options of [`super::closure_phases`] and [`super::closure_amplitudes`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "cli", derive(clap::Args))]
 pub struct ClosureOptions {
-    /// Independent ones, or all.
-    pub set: ClosureSet,
-    /// Over what time the quantities are averaged.
-    pub interval: SolutionInterval,
+    /// Every triangle and quadrangle instead of an independent set of them.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub all: bool,
+    /// Average over this time: a time, int (each integration) or inf (the whole set).
+    #[cfg_attr(feature = "cli", arg(long, value_name = "TIME|int|inf", default_value_t = ClosureOptions::default().solint))]
+    pub solint: SolutionInterval,
     /// What happens to the channels.
+    #[cfg_attr(feature = "cli", arg(long, value_enum, default_value_t = ClosureOptions::default().channels))]
     pub channels: ClosureChannels,
 }
 
 impl Default for ClosureOptions {
     fn default() -> Self {
-        Self { set: ClosureSet::Minimal, interval: SolutionInterval::Integration, channels: ClosureChannels::AverageVisibilities }
+        Self { all: false, solint: SolutionInterval::Integration, channels: ClosureChannels::AverageVisibilities }
     }
 }

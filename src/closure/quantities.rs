@@ -12,7 +12,7 @@ use super::collect::{ClosureKey, collect, each_combination, sample};
 use super::options::ClosureOptions;
 use super::sets::{quadrangles, triangles};
 use crate::progress::Observer;
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::VisibilitySource;
 use num_complex::Complex64;
 
@@ -59,9 +59,7 @@ pub fn closure_phases(
     mut emit: impl FnMut(ClosurePhase) -> Result<()>,
 ) -> Result<()> {
     let n = source.header().layout.n_ant();
-    if n < 3 {
-        return Err(ChainError::NoData(format!("closure phases need at least 3 antennas, the array has {n}")));
-    }
+    ensure!(n >= 3, ChainError::NoData(format!("closure phases need at least 3 antennas, the array has {n}")));
     collect(source, options, observer, &mut |header, bin| {
         each_combination(header, options, bin, triangles, &mut |mut key, [a, b, c], blocks| {
             let (mut sum, mut variance, mut weight) = (Complex64::new(0.0, 0.0), 0.0, 0.0);
@@ -103,9 +101,7 @@ pub fn closure_amplitudes(
     mut emit: impl FnMut(ClosureAmplitude) -> Result<()>,
 ) -> Result<()> {
     let n = source.header().layout.n_ant();
-    if n < 4 {
-        return Err(ChainError::NoData(format!("closure amplitudes need at least 4 antennas, the array has {n}")));
-    }
+    ensure!(n >= 4, ChainError::NoData(format!("closure amplitudes need at least 4 antennas, the array has {n}")));
     collect(source, options, observer, &mut |header, bin| {
         each_combination(header, options, bin, quadrangles, &mut |mut key, [a, b, c, d], blocks| {
             let (mut sum, mut weight) = (0.0, 0.0);
@@ -129,7 +125,6 @@ pub fn closure_amplitudes(
 #[cfg(test)]
 mod tests {
     use super::super::options::ClosureChannels;
-    use super::super::sets::ClosureSet;
     use super::super::testdata::{Scene, cis, random_phases};
     use super::super::time::SolutionInterval;
     use super::*;
@@ -164,20 +159,20 @@ mod tests {
     fn antenna_errors_leave_the_closures_alone() {
         let phase = random_phases(6 * 7, 3.0, 5);
         let gain = |t: usize, a: usize| Complex64::from_polar(1.0 + 0.4 * (a as f64).sin(), phase[t * 7 + a]);
-        for set in [ClosureSet::Minimal, ClosureSet::All] {
+        for all in [false, true] {
             for channels in [ClosureChannels::Each, ClosureChannels::AverageClosures, ClosureChannels::AverageVisibilities] {
-                let options = ClosureOptions { set, channels, interval: SolutionInterval::Seconds(30.0) };
+                let options = ClosureOptions { all, channels, solint: SolutionInterval::Seconds(30.0) };
                 let (clean, dirty) = (scene().set(|_, _, _, _| cis(0.0)), scene().set(|t, a, _, _| gain(t, a)));
                 let (a, b) = (phases(clean.clone(), options), phases(dirty.clone(), options));
                 let each = if channels == ClosureChannels::Each { 2 } else { 1 };
-                assert_eq!(a.len(), 2 * each * if set == ClosureSet::Minimal { 15 } else { 35 });
+                assert_eq!(a.len(), 2 * each * if all { 35 } else { 15 });
                 for (x, y) in a.iter().zip(&b) {
                     assert_eq!(x.antennas, y.antennas);
                     assert!(cis(x.phase_rad - y.phase_rad).arg().abs() < 1e-5);
                 }
                 assert!(a.iter().any(|x| x.phase_rad.abs() > 0.2), "the scene has closure phases");
                 let (a, b) = (amplitudes(clean, options), amplitudes(dirty, options));
-                assert_eq!(a.len(), 2 * each * if set == ClosureSet::Minimal { 14 } else { 105 });
+                assert_eq!(a.len(), 2 * each * if all { 105 } else { 14 });
                 assert!(a.iter().zip(&b).all(|(x, y)| (x.log_amplitude - y.log_amplitude).abs() < 1e-5));
             }
         }
@@ -185,12 +180,12 @@ mod tests {
 
     #[test]
     fn errors_are_those_of_the_scatter() {
-        for (interval, sigma) in [(SolutionInterval::Integration, 0.1), (SolutionInterval::Seconds(100.0), 0.5)] {
-            let options = ClosureOptions { interval, channels: ClosureChannels::AverageClosures, ..ClosureOptions::default() };
+        for (solint, sigma) in [(SolutionInterval::Integration, 0.1), (SolutionInterval::Seconds(100.0), 0.5)] {
+            let options = ClosureOptions { solint, channels: ClosureChannels::AverageClosures, ..ClosureOptions::default() };
             let run = Scene { sigma, n_chan: 4, ..Scene::point(6, 200) }.set(|_, _, _, _| cis(0.0));
             let p = phases(run.clone(), options);
             let pull = (p.iter().map(|c| (c.phase_rad / c.sigma_rad).powi(2)).sum::<f64>() / p.len() as f64).sqrt();
-            assert!((pull - 1.0).abs() < 0.15, "{interval:?}: {pull}");
+            assert!((pull - 1.0).abs() < 0.15, "{solint:?}: {pull}");
             if sigma < 0.2 {
                 let a = amplitudes(run, options);
                 let pull = (a.iter().map(|c| (c.log_amplitude / c.sigma).powi(2)).sum::<f64>() / a.len() as f64).sqrt();
@@ -203,7 +198,7 @@ mod tests {
     fn flagged_data_are_left_out_and_small_arrays_refused() {
         let mut set = Scene::point(5, 1).set(|_, _, _, _| cis(0.0));
         set.data.flags[(0, 0, 0)] = true;
-        let p = phases(set.clone(), ClosureOptions { set: ClosureSet::All, ..ClosureOptions::default() });
+        let p = phases(set.clone(), ClosureOptions { all: true, ..ClosureOptions::default() });
         assert_eq!(p.len(), 7);
         assert!(p.iter().all(|c| !(c.antennas[0] == 0 && c.antennas[1] == 1)));
         assert_eq!(phases(set, ClosureOptions::default()).len(), 5);

@@ -1,7 +1,7 @@
 //! Intervals of time over which gains are constant and closure quantities are averaged.
 
-use crate::values::by_text;
-use crate::{ChainError, Result};
+use crate::values::{by_text, need};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::quantity::Duration;
 use std::fmt;
 use std::str::FromStr;
@@ -60,9 +60,7 @@ impl TimeBins {
     /// # Errors
     /// A time that is not finite, an interval shorter than the integration.
     pub(crate) fn key(&mut self, time_jd: f64, integration_s: f64) -> Result<i64> {
-        if !time_jd.is_finite() {
-            return Err(ChainError::NoData(format!("a row has the time {time_jd}: repair or remove it before calibrating")));
-        }
+        ensure!(time_jd.is_finite(), ChainError::NoData(format!("a row has the time {time_jd}: repair or remove it before calibrating")));
         let span = if integration_s.is_finite() { integration_s.max(0.0) } else { 0.0 };
         match self.solint {
             SolutionInterval::Infinite => Ok(0),
@@ -72,13 +70,8 @@ impl TimeBins {
                 Ok(((time_jd - start) * DAY_S * 1e3).round() as i64)
             }
             SolutionInterval::Seconds(s) => {
-                if s < span * 0.999 {
-                    return Err(ChainError::BadOption {
-                        option: "solint",
-                        value: format!("{s} s"),
-                        expected: format!("at least one integration, {span} s"),
-                    });
-                }
+                let enough = s >= span * 0.999 || s.is_nan();
+                need("solint", format!("{s} s"), enough, format!("at least one integration, {span} s"))?;
                 let start = *self.start_jd.get_or_insert(time_jd - span / 2.0 / DAY_S);
                 Ok(((time_jd - start) * DAY_S / s + 1e-6).floor() as i64)
             }

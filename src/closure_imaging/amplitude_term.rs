@@ -2,7 +2,8 @@
 
 use super::samples::Samples;
 use crate::misfit::VisibilityTerm;
-use crate::{ChainError, Result};
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
 use num_complex::Complex;
 
 /// Measured amplitudes.
@@ -24,17 +25,12 @@ impl Amplitudes {
     /// # Reference
     /// Thompson, Moran & Swenson 2017, eq. 9.33; Chael et al. 2018, ApJ 857, 23, eq. 9.
     pub fn new(samples: &Samples, used: &[bool], fraction: f64) -> Result<Self> {
-        if !(fraction >= 0.0 && fraction.is_finite()) {
-            let (value, expected) = (fraction.to_string(), "a fraction of 0 or more".into());
-            return Err(ChainError::BadOption { option: "the relative error of amplitudes", value, expected });
-        }
+        need("the relative error of amplitudes", fraction, fraction >= 0.0 && fraction.is_finite(), "a fraction of 0 or more")?;
         let amplitude: Vec<f64> = samples.vis().iter().zip(samples.sigma()).map(|(v, s)| (v.norm_sqr() - s * s).max(0.0).sqrt()).collect();
         let weight = |k: usize| if used[k] { 1.0 / (samples.sigma()[k].powi(2) + (fraction * amplitude[k]).powi(2)) } else { 0.0 };
         let weight: Vec<f64> = (0..samples.len()).map(weight).collect();
         let used = weight.iter().filter(|w| **w > 0.0).count();
-        if used == 0 {
-            return Err(ChainError::NoData("no amplitude can be used: nothing constrains the image".into()));
-        }
+        ensure!(used > 0, ChainError::NoData("no amplitude can be used: nothing constrains the image".into()));
         Ok(Self { amplitude, weight, used })
     }
 }

@@ -3,7 +3,7 @@
 use super::samples::{Formed, Samples};
 use crate::closure::{ClosureSet, quadrangles};
 use crate::misfit::VisibilityTerm;
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use num_complex::Complex;
 
 /// Measured ln(|V_ab| |V_cd| / (|V_ac| |V_bd|)).
@@ -29,9 +29,8 @@ impl ClosureAmplitudes {
     /// Chael et al. 2018, ApJ 857, 23, eqs. 12 and 15; Blackburn et al. 2020, ApJ 894, 31.
     pub fn new(samples: &Samples, used: &[bool], set: ClosureSet) -> Result<Self> {
         let closures = samples.formed(used, set, quadrangles, |[a, b, c, d]| [(a, b), (c, d), (a, c), (b, d)])?;
-        if closures.sides.is_empty() {
-            return Err(ChainError::NoData("no four antennas have data at one time: there are no closure amplitudes".into()));
-        }
+        let none = ChainError::NoData("no four antennas have data at one time: there are no closure amplitudes".into());
+        ensure!(!closures.sides.is_empty(), none);
         let log = |sides: &[usize; 4]| sides.iter().zip(SIGNS).map(|(k, s)| s * samples.vis()[*k].norm().ln()).sum();
         Ok(Self { log: closures.sides.iter().map(log).collect(), closures })
     }

@@ -8,22 +8,6 @@ use cittert_arrays::SkyGrid;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// A linear map from images \[m, l\] to visibilities, and its adjoint.
-pub trait Transform: Sync {
-    /// Number of cells.
-    fn n_cells(&self) -> usize;
-
-    /// Number of visibilities.
-    fn n_vis(&self) -> usize;
-
-    /// Visibilities \[n\] of an image \[m * l\] in flux a cell.
-    fn forward(&self, image: &[f64], vis: &mut [Complex64]);
-
-    /// Gradient with respect to the cells \[m * l\] of a function whose gradient with respect to the visibilities is
-    /// `gradient` \[n\], d/dRe + i d/dIm.
-    fn adjoint(&self, gradient: &[Complex64], image: &mut [f64]);
-}
-
 /// Columns that a pass of the product computes at once.
 const PANEL: usize = 8;
 
@@ -176,25 +160,10 @@ impl SmallDft {
     fn columns(&self, h: usize) -> (usize, usize) {
         (self.n_l / 2 + h, (self.n_l - 1) / 2 - h)
     }
-}
 
-fn fused() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
-    #[cfg(not(target_arch = "x86_64"))]
-    return false;
-}
-
-impl Transform for SmallDft {
-    fn n_cells(&self) -> usize {
-        self.n_l * self.n_m
-    }
-
-    fn n_vis(&self) -> usize {
-        self.n_vis
-    }
-
-    fn forward(&self, image: &[f64], vis: &mut [Complex64]) {
+    /// Visibilities \[n\] of an image \[m * l\] in flux a cell.
+    #[must_use]
+    pub fn forward(&self, image: &[f64]) -> Vec<Complex64> {
         let half = self.half();
         let (mut even, mut odd) = (vec![0.0; self.n_m * half], vec![0.0; self.n_m * half]);
         for (r, row) in image.chunks_exact(self.n_l).enumerate() {
@@ -206,16 +175,20 @@ impl Transform for SmallDft {
         }
         let (re, im) = (product(self.fused, &even, &self.cos_l), product(self.fused, &odd, &self.sin_l));
         let width = self.cos_l.width().max(1);
-        vis.fill(Complex64::default());
+        let mut vis = vec![Complex64::default(); self.n_vis];
         for ((re, im), phase) in re.chunks_exact(width).zip(im.chunks_exact(width)).zip(self.row_phase.chunks_exact(self.n_vis.max(1))) {
             for (((v, x), y), p) in vis.iter_mut().zip(re).zip(im).zip(phase) {
                 v.re += p.re * x - p.im * y;
                 v.im += p.im * x + p.re * y;
             }
         }
+        vis
     }
 
-    fn adjoint(&self, gradient: &[Complex64], image: &mut [f64]) {
+    /// Gradient with respect to the cells \[m * l\] of a function whose gradient with respect to the visibilities is
+    /// `gradient` \[n\], d/dRe + i d/dIm.
+    #[must_use]
+    pub fn adjoint(&self, gradient: &[Complex64]) -> Vec<f64> {
         // conj(g) exp(2 pi i v m): its real part goes with the cosine, its imaginary part with minus the sine.
         let (mut re, mut im) = (vec![0.0; self.row_phase.len()], vec![0.0; self.row_phase.len()]);
         let n = self.n_vis.max(1);
@@ -227,6 +200,7 @@ impl Transform for SmallDft {
         }
         let (even, odd) = (product(self.fused, &re, &self.cos_l_back), product(self.fused, &im, &self.sin_l_back));
         let width = self.cos_l_back.width();
+        let mut image = vec![0.0; self.n_l * self.n_m];
         for (r, row) in image.chunks_exact_mut(self.n_l).enumerate() {
             for h in 0..self.half() {
                 let (plus, minus) = self.columns(h);
@@ -239,7 +213,15 @@ impl Transform for SmallDft {
                 }
             }
         }
+        image
     }
+}
+
+fn fused() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma");
+    #[cfg(not(target_arch = "x86_64"))]
+    return false;
 }
 
 #[cfg(test)]
@@ -263,9 +245,7 @@ mod tests {
             let total: f64 = image.iter().map(|x| x.abs()).sum();
             for fused in [false, fused()] {
                 let dft = SmallDft { fused, ..SmallDft::new(&grid, &uv) };
-                let mut vis = vec![Complex64::default(); n];
-                dft.forward(&image, &mut vis);
-                for (v, [u, w]) in vis.iter().zip(&uv) {
+                for (v, [u, w]) in dft.forward(&image).iter().zip(&uv) {
                     let mut truth = Complex64::default();
                     for (i, x) in image.iter().enumerate() {
                         let (l, m) = (grid.l_at((i % n_l) as f64), grid.m_at((i / n_l) as f64));
@@ -283,13 +263,11 @@ mod tests {
             let dft = SmallDft::new(&grid(n_l, n_m), &uv(n));
             let x: Vec<f64> = (0..n_l * n_m).map(|i| (i as f64 * 0.37).sin()).collect();
             let y: Vec<Complex64> = (0..n).map(|k| Complex64::from_polar(1.0, 2.2 * k as f64)).collect();
-            let (mut ax, mut aty) = (vec![Complex64::default(); n], vec![0.0; n_l * n_m]);
-            dft.forward(&x, &mut ax);
-            dft.adjoint(&y, &mut aty);
+            let (ax, aty) = (dft.forward(&x), dft.adjoint(&y));
             let left: f64 = ax.iter().zip(&y).map(|(a, y)| (a * y.conj()).re).sum();
             let right: f64 = x.iter().zip(&aty).map(|(a, b)| a * b).sum();
             assert!((left - right).abs() < 1e-11, "{left} {right}");
-            assert_eq!((dft.n_cells(), dft.n_vis()), (n_l * n_m, n));
+            assert_eq!((aty.len(), ax.len()), (n_l * n_m, n));
         }
     }
 }

@@ -4,8 +4,9 @@
 use super::gather::SparseSet;
 use super::options::ClosureImagingOptions;
 use super::tuning::ClosureImagingControl;
+use crate::imaging::warn_coarse;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{SkyFrame, SkyGrid};
 
 /// True for baselines between co-located antennas \[n\]. They measure the total flux and do not resolve the source.
@@ -44,9 +45,7 @@ pub fn choose_grid(
     let lengths = set.lengths_wl();
     let longest = lengths.iter().fold(0.0_f64, |a, l| a.max(*l));
     let shortest = lengths.iter().zip(short).filter(|(_, s)| !**s).fold(f64::INFINITY, |a, (l, _)| a.min(*l));
-    if !(longest > 0.0) {
-        return Err(ChainError::NoData("no baseline is longer than 0: nothing can be imaged".into()));
-    }
+    ensure!(longest > 0.0, ChainError::NoData("no baseline is longer than 0: nothing can be imaged".into()));
     let field = tuning.field / shortest.max(1e-9 * longest);
     let cell_rad =
         cell.unwrap_or_else(|| size.map_or(1.0 / (tuning.cells * longest), |(n, m)| (field / n.max(m) as f64).min(1.0 / (3.0 * longest))));
@@ -57,12 +56,7 @@ pub fn choose_grid(
         let muas = cell_rad.to_degrees() * 3.6e9;
         observer.event(Event::Note(&format!("image of {n_l} x {n_m} cells of {muas:.3} microarcsec, chosen from the coverage")));
     }
-    if longest > 0.5 / cell_rad {
-        observer.event(Event::Warning(&format!(
-            "a cell of {cell_rad:.4e} rad is too coarse for the longest baseline of {longest:.4e} wavelengths, which aliases: use at most {:.4e} rad",
-            0.5 / longest
-        )));
-    }
+    warn_coarse(cell_rad, longest, observer);
     Ok(grid)
 }
 

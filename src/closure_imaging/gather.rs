@@ -5,7 +5,9 @@ use super::samples::Samples;
 use crate::imaging::{DataCounts, PolSelector};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
+use cittert_arrays::quantity::Duration;
 use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisibilityHeader, VisibilitySource, for_each_block};
 use num_complex::{Complex32, Complex64};
 use std::collections::BTreeMap;
@@ -42,8 +44,8 @@ pub enum Average {
     Scans,
     /// Every integration for itself.
     Integration,
-    /// Intervals of so many seconds within the scans.
-    Seconds(f64),
+    /// Intervals of this length within the scans.
+    Time(Duration),
 }
 
 /// The data of a sparse array.
@@ -87,10 +89,7 @@ impl SparseSet {
         systematic: f64,
         observer: &dyn Observer,
     ) -> Result<Self> {
-        if !(0.0..1.0).contains(&systematic) {
-            let (value, expected) = (systematic.to_string(), "a fraction from 0 to 1".into());
-            return Err(ChainError::BadOption { option: "systematic-noise", value, expected });
-        }
+        need("systematic-noise", systematic, (0.0..1.0).contains(&systematic), "a fraction from 0 to 1")?;
         let header = source.header().clone();
         let (data, counts, phase_center) = read(source, &header, polarization, observer)?;
         if data.is_empty() {
@@ -157,9 +156,7 @@ impl SparseSet {
     pub fn retain(&mut self, keep: &[bool]) -> Result<()> {
         let s = &self.samples;
         let kept: Vec<usize> = (0..s.len()).filter(|k| keep[*k]).collect();
-        if kept.is_empty() {
-            return Err(ChainError::NoData("no baseline is long enough for the shortest that was asked for".into()));
-        }
+        ensure!(!kept.is_empty(), ChainError::NoData("no baseline is long enough for the shortest that was asked for".into()));
         let (mut moments, mut times) = (Vec::new(), Vec::new());
         let mut end = 0;
         for (m, t) in s.moments().iter().zip(&self.times_jd) {
@@ -190,9 +187,7 @@ fn read(
     let (mut data, mut counts, mut center) = (Vec::new(), DataCounts::default(), None);
     observer.event(Event::Phase { name: "reading", total: Some(source.n_rows() as u64), unit: "rows" });
     for_each_block(source, MemoryBudget::default().block(), |_, block| -> Result<()> {
-        if observer.cancelled() {
-            return Err(ChainError::Cancelled);
-        }
+        ensure!(!observer.cancelled(), ChainError::Cancelled);
         let c = &block.coverage;
         let (mut vis, mut weight) = (vec![Complex32::default(); n_chan], vec![0.0_f32; n_chan]);
         for row in 0..block.n_rows() {
@@ -200,9 +195,7 @@ fn read(
             if a == b {
                 continue;
             }
-            if a.max(b) >= n_ant {
-                return Err(ChainError::Incompatible(format!("a row names antenna {}, the array has {n_ant}", a.max(b))));
-            }
+            ensure!(a.max(b) < n_ant, ChainError::Incompatible(format!("a row names antenna {}, the array has {n_ant}", a.max(b))));
             if *center.get_or_insert(c.phase_center[row]) != c.phase_center[row] {
                 return Err(ChainError::Incompatible(
                     "the rows have several phase centres: split the set and image one field at a time".into(),
@@ -239,10 +232,9 @@ fn intervals(data: &[Datum], average: Average) -> Result<Vec<f64>> {
     let usual = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
     let longest_s = match average {
         Average::Integration => 0.0,
-        Average::Seconds(s) if s > 0.0 && s.is_finite() => s,
-        Average::Seconds(s) => {
-            let expected = "a positive time, scan or none".into();
-            return Err(ChainError::BadOption { option: "average", value: format!("{s} s"), expected });
+        Average::Time(t) => {
+            need("average", t, t.si() > 0.0 && t.si().is_finite(), "a positive time, scan or none")?;
+            t.si()
         }
         Average::Scans if steps.last().is_some_and(|last| *last > PAUSE * usual) => LONGEST_SCAN_S,
         Average::Scans => 0.0,
@@ -300,12 +292,12 @@ mod tests {
         let scan = |start: f64, n: usize| (0..n).map(move |k| start + 10.0 * k as f64);
         let two: Vec<f64> = scan(0.0, 30).chain(scan(1000.0, 30)).collect();
         assert_eq!(ends(&two, Average::Scans), [290.0, 1290.0]);
-        assert_eq!(ends(&two, Average::Seconds(100.0)), [90.0, 190.0, 290.0, 1090.0, 1190.0, 1290.0]);
+        assert_eq!(ends(&two, Average::Time(Duration(100.0))), [90.0, 190.0, 290.0, 1090.0, 1190.0, 1290.0]);
         assert_eq!(ends(&two, Average::Integration).len(), 60);
         let long: Vec<f64> = scan(0.0, 100).chain(scan(5000.0, 3)).collect();
         assert_eq!(ends(&long, Average::Scans), [490.0, 990.0, 5020.0]);
         let gapless: Vec<f64> = scan(0.0, 50).collect();
         assert_eq!(ends(&gapless, Average::Scans).len(), 50, "without pauses nothing says what a scan is");
-        assert!(intervals(&at(&two), Average::Seconds(-1.0)).is_err());
+        assert!(intervals(&at(&two), Average::Time(Duration(-1.0))).is_err());
     }
 }

@@ -37,13 +37,13 @@ mod tuning;
 
 pub use amplitude_term::Amplitudes;
 pub use closure_amplitude_term::ClosureAmplitudes;
-pub use dft::{SmallDft, Transform};
+pub use dft::SmallDft;
 pub use field::co_located;
 pub use gains::StationGains;
 pub use gather::{Average, SparseSet};
 pub use options::{ClosureImagingOptions, FluxFrom, Term, Terms};
 pub use penalty::PenaltyWeights;
-pub use phase_term::{ClosurePhases, PhaseForm};
+pub use phase_term::ClosurePhases;
 pub use reconstruct::{ClosureImage, StartRecord, TermMisfit, reconstruct};
 pub use samples::Samples;
 pub use station_term::{LogGains, StationAmplitudes};

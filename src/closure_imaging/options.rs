@@ -2,11 +2,10 @@
 
 use super::gather::Average;
 use super::penalty::PenaltyWeights;
-use super::phase_term::PhaseForm;
 use super::tuning::ClosureImagingControl;
 use crate::closure::ClosureSet;
 use crate::imaging::ImageSize;
-use crate::values::{bad_value, by_text};
+use crate::values::{bad_value, by_text, need, word_or_quantity};
 use crate::{ChainError, Result};
 use cittert_arrays::Polarization;
 use cittert_arrays::quantity::{Angle, Duration};
@@ -69,9 +68,7 @@ impl FromStr for Terms {
             let Some(weight) = weight.ok().filter(|w| *w > 0.0 && w.is_finite()) else {
                 return bad(format!("a positive weight for {name}"));
             };
-            if terms.iter().any(|(t, _)| t == term) {
-                return bad(format!("{name} once"));
-            }
+            need("terms", format!("{text:?}"), terms.iter().all(|(t, _)| t != term), format!("{name} once"))?;
             terms.push((*term, weight));
         }
         Ok(Self(terms))
@@ -158,10 +155,6 @@ pub struct ClosureImagingOptions {
     #[serde(skip)]
     #[cfg_attr(feature = "cli", arg(skip))]
     pub flux: FluxFrom,
-    /// Form of chi squared of closure phases.
-    #[serde(skip)]
-    #[cfg_attr(feature = "cli", arg(skip = PhaseForm::OneMinusCos))]
-    pub form: PhaseForm,
     /// Rounds with complex visibilities, self-calibrated before each.
     #[serde(skip)]
     #[cfg_attr(feature = "cli", arg(skip = ClosureImagingOptions::default().selfcal_rounds))]
@@ -192,7 +185,6 @@ impl Default for ClosureImagingOptions {
             size: None,
             cell: None,
             flux: FluxFrom::Likelihood,
-            form: PhaseForm::OneMinusCos,
             selfcal_rounds: 2,
             tuning: ClosureImagingControl::default(),
         }
@@ -205,21 +197,15 @@ impl ClosureImagingOptions {
     /// # Errors
     /// A flux, width or error that is not positive, no round, no term but visibilities, an image too large for the direct transform.
     pub fn check(&self) -> Result<()> {
-        let bad = |field, value: String, expected: &str| bad_value(field, value, expected);
-        if let FluxFrom::Given(f) = self.flux
-            && !(f > 0.0 && f.is_finite())
-        {
-            return bad("flux", f.to_string(), "a positive flux");
+        if let FluxFrom::Given(f) = self.flux {
+            need("flux", f, f > 0.0 && f.is_finite(), "a positive flux")?;
         }
-        if let Some(f) = self.prior_fwhm
-            && !(f.si() > 0.0 && f.si().is_finite())
-        {
-            return bad("prior-fwhm", f.to_string(), "a positive angle");
+        if let Some(f) = self.prior_fwhm {
+            need("prior-fwhm", f, f.si() > 0.0 && f.si().is_finite(), "a positive angle")?;
         }
-        if let Some(ImageSize { columns: n, rows: m }) = self.size
-            && !((4..=512).contains(&n) && (4..=512).contains(&m))
-        {
-            return bad("size", format!("{n}x{m}"), "4 to 512 cells a side for closure imaging");
+        if let Some(size @ ImageSize { columns: n, rows: m }) = self.size {
+            let good = (4..=512).contains(&n) && (4..=512).contains(&m);
+            need("size", size, good, "4 to 512 cells a side for closure imaging")?;
         }
         for (option, value) in [
             ("gain-error", self.gain_error),
@@ -228,19 +214,13 @@ impl ClosureImagingOptions {
             ("penalties tv2", self.penalty.tv2),
             ("uv-min", self.uv_min_wl),
         ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return bad(option, value.to_string(), "a number of 0 or more");
-            }
+            need(option, value, value >= 0.0 && value.is_finite(), "a number of 0 or more")?;
         }
         for (option, value) in [("closure-rounds", self.rounds), ("round-niter", self.iterations), ("starts", self.starts)] {
-            if value == 0 {
-                return bad(option, "0".into(), "1 or more");
-            }
+            need(option, value, value > 0, "1 or more")?;
         }
-        if !self.terms().iter().any(|(t, _)| *t != Term::Visibility) {
-            return bad("terms", "vis alone".into(), "at least one of amp, cphase and logcamp, that the self-calibration can start from");
-        }
-        Ok(())
+        let starts = self.terms().iter().any(|(t, _)| *t != Term::Visibility);
+        need("terms", "vis alone", starts, "at least one of amp, cphase and logcamp, that the self-calibration can start from")
     }
 
     /// The terms. The default is amplitudes and closure phases.
@@ -257,35 +237,27 @@ impl ClosureImagingOptions {
     }
 }
 
-by_text!(Average, "string", "scan, none (single integrations) or a time such as \"60s\".");
-
-impl fmt::Display for Average {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Scans => f.write_str("scan"),
-            Self::Integration => f.write_str("none"),
-            Self::Seconds(s) => Duration(*s).fmt(f),
-        }
-    }
-}
-
-impl FromStr for Average {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match text {
-            "scan" => Ok(Self::Scans),
-            "none" => Ok(Self::Integration),
-            _ => text.parse::<Duration>().map(|t| Self::Seconds(t.si())).map_err(|e| format!("{e}; or scan, or none")),
-        }
-    }
-}
+word_or_quantity!(
+    Average,
+    "scan" => Scans,
+    "none" => Integration,
+    Time(Duration),
+    "scan, none (single integrations) or a time such as \"60s\"."
+);
 
 by_text!(PenaltyWeights, "string", "Weights entropy, tv, tv2, flux and centroid as NAME=WEIGHT with commas between.");
 
+impl PenaltyWeights {
+    /// The weights with their names.
+    fn named(&mut self) -> [(&'static str, &mut f64); 5] {
+        let Self { entropy, tv, tv2, flux, centroid } = self;
+        [("entropy", entropy), ("tv", tv), ("tv2", tv2), ("flux", flux), ("centroid", centroid)]
+    }
+}
+
 impl fmt::Display for PenaltyWeights {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "entropy={},tv={},tv2={},flux={},centroid={}", self.entropy, self.tv, self.tv2, self.flux, self.centroid)
+        f.write_str(&{ *self }.named().map(|(name, weight)| format!("{name}={weight}")).join(","))
     }
 }
 
@@ -298,15 +270,7 @@ impl FromStr for PenaltyWeights {
             let wrong = || format!("{part:?} is not entropy, tv, tv2, flux or centroid with =WEIGHT of 0 or more");
             let (name, value) = part.split_once('=').ok_or_else(wrong)?;
             let value = value.trim().parse::<f64>().ok().filter(|v| *v >= 0.0 && v.is_finite()).ok_or_else(wrong)?;
-            let slot = match name.trim() {
-                "entropy" => &mut weights.entropy,
-                "tv" => &mut weights.tv,
-                "tv2" => &mut weights.tv2,
-                "flux" => &mut weights.flux,
-                "centroid" => &mut weights.centroid,
-                _ => return Err(wrong()),
-            };
-            *slot = value;
+            *weights.named().into_iter().find(|(n, _)| *n == name.trim()).ok_or_else(wrong)?.1 = value;
         }
         Ok(weights)
     }

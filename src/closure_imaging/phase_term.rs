@@ -6,18 +6,8 @@
 use super::samples::{Formed, Samples};
 use crate::closure::{ClosureSet, triangles};
 use crate::misfit::VisibilityTerm;
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use num_complex::{Complex, Complex64};
-
-/// The form of chi squared of a difference of phases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum PhaseForm {
-    /// 2 (1 - cos d) / sigma^2.
-    #[default]
-    OneMinusCos,
-    /// d^2 / sigma^2, d in -pi..pi.
-    Wrapped,
-}
 
 /// Measured closure phases arg(V_ab V_bc V_ca), a < b < c.
 #[derive(Debug, Clone)]
@@ -26,7 +16,6 @@ pub struct ClosurePhases {
     closures: Formed<3>,
     /// exp(i phase) of the data.
     phasor: Vec<Complex64>,
-    form: PhaseForm,
 }
 
 impl ClosurePhases {
@@ -39,17 +28,16 @@ impl ClosurePhases {
     ///
     /// # Reference
     /// Chael et al. 2018, ApJ 857, 23, eqs. 11 and 13; Blackburn et al. 2020, ApJ 894, 31.
-    pub fn new(samples: &Samples, used: &[bool], set: ClosureSet, form: PhaseForm) -> Result<Self> {
+    pub fn new(samples: &Samples, used: &[bool], set: ClosureSet) -> Result<Self> {
         let closures = samples.formed(used, set, triangles, |[a, b, c]| [(a, b), (b, c), (a, c)])?;
-        if closures.sides.is_empty() {
-            return Err(ChainError::NoData("no triangle of antennas has data at one time: there are no closure phases".into()));
-        }
+        let none = ChainError::NoData("no triangle of antennas has data at one time: there are no closure phases".into());
+        ensure!(!closures.sides.is_empty(), none);
         let phasor = |sides: &[usize; 3]| {
             let [ab, bc, ac] = sides.map(|k| samples.vis()[k]);
             let bispectrum = ab * bc * ac.conj();
             bispectrum / bispectrum.norm()
         };
-        Ok(Self { phasor: closures.sides.iter().map(phasor).collect(), closures, form })
+        Ok(Self { phasor: closures.sides.iter().map(phasor).collect(), closures })
     }
 }
 
@@ -74,17 +62,10 @@ impl VisibilityTerm for ClosurePhases {
                 continue;
             }
             let d = b * phasor.conj() / size;
-            // chi2 and its derivative with respect to the model's closure phase.
-            let (value, slope) = match self.form {
-                PhaseForm::OneMinusCos => (2.0 * (1.0 - d.re), 2.0 * d.im),
-                PhaseForm::Wrapped => {
-                    let angle = d.arg();
-                    (angle * angle, 2.0 * angle)
-                }
-            };
-            sum += w * value;
+            // 2 (1 - cos of the difference) is chi2, and 2 sin its derivative with respect to the model's closure phase.
+            sum += w * 2.0 * (1.0 - d.re);
             if weight != 0.0 {
-                let step = weight * w * slope;
+                let step = weight * w * 2.0 * d.im;
                 for (k, v, sign) in [(sides[0], ab, 1.0), (sides[1], bc, 1.0), (sides[2], ac, -1.0)] {
                     // d arg V = Im(dV / V), so the gradient is i V / |V|^2.
                     gradient[k] += Complex::new(-v.im, v.re) * (sign * step / v.norm_sqr());
@@ -101,8 +82,8 @@ mod tests {
     use super::*;
     use crate::misfit::check::gradient_error;
 
-    fn term(s: &Samples, set: ClosureSet, form: PhaseForm) -> ClosurePhases {
-        ClosurePhases::new(s, &vec![true; s.len()], set, form).unwrap()
+    fn term(s: &Samples, set: ClosureSet) -> ClosurePhases {
+        ClosurePhases::new(s, &vec![true; s.len()], set).unwrap()
     }
 
     fn chi2(t: &ClosurePhases, m: &[Complex64]) -> f64 {
@@ -112,10 +93,8 @@ mod tests {
     #[test]
     fn gradients_agree_with_finite_differences() {
         let s = samples(6, 2);
-        for form in [PhaseForm::OneMinusCos, PhaseForm::Wrapped] {
-            for set in [ClosureSet::Minimal, ClosureSet::All] {
-                assert!(gradient_error(&term(&s, set, form), &model(&s)) < 1e-6, "{form:?} {set:?}");
-            }
+        for set in [ClosureSet::Minimal, ClosureSet::All] {
+            assert!(gradient_error(&term(&s, set), &model(&s)) < 1e-6, "{set:?}");
         }
     }
 
@@ -125,17 +104,15 @@ mod tests {
         let gains = |t: usize, a: usize| Complex64::from_polar(1.0 + 0.1 * a as f64, (t * 7 + a * a) as f64);
         let turned = corrupted(&s, s.vis(), gains);
         for set in [ClosureSet::Minimal, ClosureSet::All] {
-            let t = term(&s, set, PhaseForm::OneMinusCos);
+            let t = term(&s, set);
             assert!(chi2(&t, &turned) < 1e-9, "{}", chi2(&t, &turned));
             assert!(chi2(&t, &model(&s)) > 1.0);
         }
-        assert!(
-            term(&s, ClosureSet::All, PhaseForm::Wrapped).phasor.len() > term(&s, ClosureSet::Minimal, PhaseForm::Wrapped).phasor.len()
-        );
+        assert!(term(&s, ClosureSet::All).phasor.len() > term(&s, ClosureSet::Minimal).phasor.len());
     }
 
     #[test]
-    fn noise_gives_one_a_datum_in_both_sets_and_forms() {
+    fn noise_gives_one_a_datum_in_both_sets() {
         use rand::SeedableRng;
         use rand_distr::{Distribution, StandardNormal};
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
@@ -143,21 +120,19 @@ mod tests {
         let s = samples(7, 300);
         let noisy = s.vis().iter().zip(s.sigma()).map(|(v, s)| v + Complex64::new(s * normal(), s * normal())).collect();
         let noisy = with(&s, noisy);
-        for form in [PhaseForm::OneMinusCos, PhaseForm::Wrapped] {
-            for set in [ClosureSet::Minimal, ClosureSet::All] {
-                let t = term(&noisy, set, form);
-                let each = chi2(&t, s.vis()) / t.data() as f64;
-                // With all triangles the noise of the closure phases is correlated. The mean does not change. Its scatter over 4,000 data
-                // is below 0.04.
-                assert!((each - 1.0).abs() < 0.05, "{form:?} {set:?} {each}");
-            }
+        for set in [ClosureSet::Minimal, ClosureSet::All] {
+            let t = term(&noisy, set);
+            let each = chi2(&t, s.vis()) / t.data() as f64;
+            // With all triangles the noise of the closure phases is correlated. The mean does not change. Its scatter over 4,000 data is
+            // below 0.04.
+            assert!((each - 1.0).abs() < 0.05, "{set:?} {each}");
         }
     }
 
     #[test]
     fn too_few_antennas_are_said() {
         let s = samples(2, 2);
-        let e = ClosurePhases::new(&s, &vec![true; s.len()], ClosureSet::Minimal, PhaseForm::Wrapped).unwrap_err();
+        let e = ClosurePhases::new(&s, &vec![true; s.len()], ClosureSet::Minimal).unwrap_err();
         assert!(e.to_string().contains("no triangle"), "{e}");
     }
 }

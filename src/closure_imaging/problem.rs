@@ -1,13 +1,13 @@
 //! All terms of closure imaging as one function of the logarithm of the image.
 
-use super::dft::Transform;
+use super::dft::SmallDft;
 use super::penalty::Penalty;
 use crate::misfit::VisibilityTerm;
 use num_complex::Complex64;
 
 /// The weighted sum of the terms (chi squared per datum) and of the penalties.
 pub(super) struct Problem<'a> {
-    pub transform: &'a dyn Transform,
+    pub transform: &'a SmallDft,
     pub terms: Vec<(f64, &'a dyn VisibilityTerm)>,
     pub penalty: &'a Penalty,
 }
@@ -22,29 +22,16 @@ impl Problem<'_> {
             return f64::INFINITY;
         }
         let image: Vec<f64> = log.iter().map(|x| x.exp()).collect();
-        let mut vis = vec![Complex64::default(); self.transform.n_vis()];
-        self.transform.forward(&image, &mut vis);
+        let vis = self.transform.forward(&image);
         let mut slope = vec![Complex64::default(); vis.len()];
         let mut value = 0.0;
         for (weight, term) in &self.terms {
             let each = weight / term.data().max(1) as f64;
             value += each * term.add(&vis, each, &mut slope);
         }
-        self.transform.adjoint(&slope, gradient);
+        gradient.copy_from_slice(&self.transform.adjoint(&slope));
         value += self.penalty.add(&image, gradient);
         gradient.iter_mut().zip(&image).for_each(|(g, i)| *g *= i);
         value
     }
-
-    /// Model visibilities of an image.
-    pub(super) fn model(&self, image: &[f64]) -> Vec<Complex64> {
-        model(self.transform, image)
-    }
-}
-
-/// Model visibilities of an image.
-pub(super) fn model(transform: &dyn Transform, image: &[f64]) -> Vec<Complex64> {
-    let mut vis = vec![Complex64::default(); transform.n_vis()];
-    transform.forward(image, &mut vis);
-    vis
 }

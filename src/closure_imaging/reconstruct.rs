@@ -2,7 +2,7 @@
 
 use super::amplitude_term::Amplitudes;
 use super::closure_amplitude_term::ClosureAmplitudes;
-use super::dft::{SmallDft, Transform};
+use super::dft::SmallDft;
 use super::field::{choose_grid, co_located, fitted_fwhm, gaussian, median, smoothed};
 use super::gains::StationGains;
 use super::gather::SparseSet;
@@ -10,13 +10,13 @@ use super::lbfgs::{Limits, minimise};
 use super::options::{ClosureImagingOptions, FluxFrom, Term};
 use super::penalty::Penalty;
 use super::phase_term::ClosurePhases;
-use super::problem::{Problem, model};
+use super::problem::Problem;
 use super::samples::Samples;
 use super::station_term::StationAmplitudes;
 use crate::closure::ClosureSet;
 use crate::misfit::{Visibilities, VisibilityTerm};
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{SkyFrame, SkyGrid};
 use ndarray::Array2;
 use num_complex::{Complex32, Complex64};
@@ -116,10 +116,8 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
     let transform = SmallDft::new(&grid, &set.uv);
     let field = Field { set: &set, short: &short, grid: &grid, transform: &transform, options, total_flux, prior_fwhm_rad, resolution_rad };
     let clock = Instant::now();
-    let trials = match options.flux {
-        FluxFrom::Given(_) => Vec::new(),
-        FluxFrom::Likelihood => field.try_fluxes(&lengths)?,
-    };
+    let likelihood = options.flux == FluxFrom::Likelihood;
+    let trials = if likelihood { field.try_fluxes(&lengths)? } else { Vec::new() };
     let fluxes_tried: Vec<(f64, f64)> = trials.iter().map(|t| (t.flux, t.misfit)).collect();
     let flux = match options.flux {
         FluxFrom::Given(f) => f,
@@ -127,23 +125,16 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
     };
     let trial_evaluations: usize = trials.iter().map(|t| t.evaluations).sum();
     let seconds_flux = clock.elapsed().as_secs_f64();
-    if observer.cancelled() {
-        return Err(ChainError::Cancelled);
-    }
+    ensure!(!observer.cancelled(), ChainError::Cancelled);
     let clock = Instant::now();
     observer.event(Event::Phase { name: "closure imaging", total: Some(options.starts as u64), unit: "starts" });
-    let runs: Vec<Run> = (0..options.starts)
-        .into_par_iter()
-        .map(|k| {
-            let run = field.run(
-                flux,
-                k,
-                Length { rounds: options.rounds, iterations: options.iterations, selfcal_rounds: options.selfcal_rounds },
-            );
-            observer.event(Event::Advance(1));
-            run
-        })
-        .collect::<Result<_>>()?;
+    let length = Length { rounds: options.rounds, iterations: options.iterations, selfcal_rounds: options.selfcal_rounds };
+    let run = |start: usize| {
+        let run = field.run(flux, start, length);
+        observer.event(Event::Advance(1));
+        run
+    };
+    let runs: Vec<Run> = (0..options.starts).into_par_iter().map(run).collect::<Result<_>>()?;
     observer.event(Event::Done);
     let Some(best) = (0..runs.len()).min_by(|a, b| runs[*a].value.total_cmp(&runs[*b].value)) else {
         return Err(ChainError::NoData("closure imaging made no run".into()));
@@ -176,9 +167,8 @@ pub fn reconstruct(set: &SparseSet, frame: SkyFrame, options: &ClosureImagingOpt
         seconds: [seconds_flux, clock.elapsed().as_secs_f64()],
         grid,
     };
-    if image.model.iter().any(|v| !v.is_finite()) {
-        return Err(ChainError::NoData("the image is not finite: are the errors of the data right?".into()));
-    }
+    let finite = image.model.iter().all(|v| v.is_finite());
+    ensure!(finite, ChainError::NoData("the image is not finite: are the errors of the data right?".into()));
     Ok(image)
 }
 
@@ -301,7 +291,7 @@ impl Field<'_> {
         let likelihood = |part: f64| {
             let length = Length { rounds: tuning.trial_rounds, iterations: tuning.trial_iterations, selfcal_rounds: 0 };
             let run = self.run(top * part, 0, length)?;
-            let vis = model(self.transform, &run.image);
+            let vis = self.transform.forward(&run.image);
             let chi2 = run.station.add(&vis, 0.0, &mut vec![Complex64::default(); vis.len()]);
             // The scaling of the short baselines scales their errors too. The likelihood is that of the logarithms, whose errors do not
             // change.
@@ -336,7 +326,7 @@ impl Field<'_> {
         let floor = vec![o.gain_error; samples.n_ant()];
         let mut station = StationAmplitudes::new(&samples, &all, &floor)?;
         let wanted = |term: Term| o.weight(term) > 0.0;
-        let phases = wanted(Term::ClosurePhase).then(|| ClosurePhases::new(&samples, &resolving, o.set, o.form)).transpose()?;
+        let phases = wanted(Term::ClosurePhase).then(|| ClosurePhases::new(&samples, &resolving, o.set)).transpose()?;
         let closures = wanted(Term::LogClosureAmplitude).then(|| ClosureAmplitudes::new(&samples, &all, o.set)).transpose()?;
         let calibrated = (wanted(Term::Amplitude) && o.gain_error == 0.0).then(|| Amplitudes::new(&samples, &all, 0.0)).transpose()?;
         let penalty = Penalty {
@@ -350,14 +340,14 @@ impl Field<'_> {
         let (mut evaluations, mut value) = (0, f64::INFINITY);
         let selfcal_rounds = if wanted(Term::Visibility) { selfcal_rounds } else { 0 };
         for round in 0..rounds + selfcal_rounds {
-            let complex = if round >= rounds {
-                let vis = model(self.transform, &image);
+            let complex = if round < rounds {
+                None
+            } else {
+                let vis = self.transform.forward(&image);
                 let gains = StationGains::solve(&samples, &vis, Some(&station.gains(&vis)));
                 let (vis, sigma) = gains.corrected(&samples)?;
                 let weight = sigma.iter().map(|s| (1.0 / (s * s)) as f32).collect();
                 Some(Visibilities::new(vis.iter().map(|v| Complex32::new(v.re as f32, v.im as f32)).collect(), weight)?)
-            } else {
-                None
             };
             let mut terms: Vec<(f64, &dyn VisibilityTerm)> = Vec::new();
             match &calibrated {
@@ -365,15 +355,9 @@ impl Field<'_> {
                 None if wanted(Term::Amplitude) => terms.push((o.weight(Term::Amplitude), &station)),
                 None => {}
             }
-            if let Some(term) = &phases {
-                terms.push((o.weight(Term::ClosurePhase), term));
-            }
-            if let Some(term) = &closures {
-                terms.push((o.weight(Term::LogClosureAmplitude), term));
-            }
-            if let Some(term) = &complex {
-                terms.push((o.weight(Term::Visibility), term));
-            }
+            terms.extend(phases.iter().map(|term| (o.weight(Term::ClosurePhase), term as _)));
+            terms.extend(closures.iter().map(|term| (o.weight(Term::LogClosureAmplitude), term as _)));
+            terms.extend(complex.iter().map(|term| (o.weight(Term::Visibility), term as _)));
             let problem = Problem { transform: self.transform, terms, penalty: &penalty };
             let from = if round == 0 { image } else { self.smoothed(&image) };
             let dark = 1e-10 * from.iter().fold(0.0_f64, |a, v| a.max(*v));
@@ -383,7 +367,7 @@ impl Field<'_> {
             evaluations += found.evaluations;
             value = found.value;
             image = found.x.iter().map(|x| x.exp()).collect();
-            let vis = problem.model(&image);
+            let vis = self.transform.forward(&image);
             if !o.fixed_gain_error && round + 1 < rounds {
                 station.learn_gain_sigma(&vis, &floor)?;
             }
@@ -393,20 +377,18 @@ impl Field<'_> {
 
     /// The gains that are solved against the image of a run, and the dirty image of the residual.
     fn calibrated(&self, run: &Run) -> Result<(StationGains, Vec<f64>)> {
-        let vis = model(self.transform, &run.image);
+        let vis = self.transform.forward(&run.image);
         let gains = StationGains::solve(&run.samples, &vis, Some(&run.station.gains(&vis)));
         let (corrected, sigma) = gains.corrected(&run.samples)?;
         let weight: Vec<f64> = sigma.iter().map(|s| 1.0 / (s * s)).collect();
         let total: f64 = weight.iter().sum();
         let left: Vec<Complex64> = corrected.iter().zip(&vis).zip(&weight).map(|((v, m), w)| (v - m) * (w / total)).collect();
-        let mut residual = vec![0.0; run.image.len()];
-        self.transform.adjoint(&left, &mut residual);
-        Ok((gains, residual))
+        Ok((gains, self.transform.adjoint(&left)))
     }
 
     /// Misfits of the image of a run, on minimal sets.
     fn misfits(&self, run: &Run, gains: &StationGains) -> Result<Vec<TermMisfit>> {
-        let vis = model(self.transform, &run.image);
+        let vis = self.transform.forward(&run.image);
         let all = vec![true; run.samples.len()];
         let resolving: Vec<bool> = self.short.iter().map(|s| !s).collect();
         let each = |name: &'static str, term: &dyn VisibilityTerm| {
@@ -415,15 +397,14 @@ impl Field<'_> {
         };
         let mut out = vec![each("amplitudes, gains integrated out", &run.station)];
         // Three antennas have no closure amplitudes, and two antennas have no closure phases either. These lines are then left out.
-        match ClosurePhases::new(&run.samples, &resolving, ClosureSet::Minimal, self.options.form) {
-            Ok(term) => out.push(each("closure phases", &term)),
-            Err(ChainError::NoData(_)) => {}
-            Err(e) => return Err(e),
-        }
-        match ClosureAmplitudes::new(&run.samples, &all, ClosureSet::Minimal) {
-            Ok(term) => out.push(each("log closure amplitudes", &term)),
-            Err(ChainError::NoData(_)) => {}
-            Err(e) => return Err(e),
+        let phases = ClosurePhases::new(&run.samples, &resolving, ClosureSet::Minimal).map(|term| each("closure phases", &term));
+        let amplitudes = ClosureAmplitudes::new(&run.samples, &all, ClosureSet::Minimal).map(|term| each("log closure amplitudes", &term));
+        for found in [phases, amplitudes] {
+            match found {
+                Ok(misfit) => out.push(misfit),
+                Err(ChainError::NoData(_)) => {}
+                Err(e) => return Err(e),
+            }
         }
         let (corrected, sigma) = gains.corrected(&run.samples)?;
         let chi2: f64 = corrected.iter().zip(&vis).zip(&sigma).map(|((v, m), s)| (v - m).norm_sqr() / (s * s)).sum();

@@ -1,7 +1,7 @@
 //! The data of a sparse array for the closure terms: visibilities of pairs of antennas, grouped by time and channel.
 
 use crate::closure::{ClosureSet, Links};
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use num_complex::Complex64;
 
 /// Visibilities of pairs of antennas, grouped by moment. Gains are constant within a moment and independent from moment to moment.
@@ -30,29 +30,6 @@ pub(super) struct Formed<const M: usize> {
     pub(super) independent: usize,
 }
 
-/// Closures of one moment over `K` antennas each.
-struct Closures<const K: usize> {
-    formed: Vec<[usize; K]>,
-    /// How many of them are independent.
-    independent: usize,
-    /// Independent ones over formed ones: the weight of each.
-    share: f64,
-    at: Vec<Option<usize>>,
-    n: usize,
-}
-
-impl<const K: usize> Closures<K> {
-    /// Positions of baselines (with antennas in any order) in the list of visibilities.
-    fn entries<const M: usize>(&self, baselines: [(usize, usize); M]) -> Result<[usize; M]> {
-        let mut out = [0; M];
-        for (to, (p, q)) in out.iter_mut().zip(baselines) {
-            let found = self.at[p.min(q) * self.n + p.max(q)];
-            *to = found.ok_or_else(|| ChainError::Incompatible(format!("a closure on baseline {p}-{q}, which has no data")))?;
-        }
-        Ok(out)
-    }
-}
-
 impl Samples {
     /// Visibilities \[n\] of the antennas p < q of `pairs` \[n\] out of `n_ant`, with standard deviations `sigma` \[n\] of their real
     /// and imaginary parts; `moments` cuts the list into runs of one time and channel.
@@ -66,39 +43,29 @@ impl Samples {
         (vis, sigma): (Vec<Complex64>, Vec<f64>),
         moments: Vec<std::ops::Range<usize>>,
     ) -> Result<Self> {
-        let wrong = |text: String| Err(ChainError::Incompatible(text));
-        if vis.len() != pairs.len() || sigma.len() != pairs.len() {
-            return wrong(format!(
-                "{} baselines, {} visibilities and {} errors: as many of each are needed",
-                pairs.len(),
-                vis.len(),
-                sigma.len()
-            ));
-        }
+        let wrong = ChainError::Incompatible;
+        let (n, n_vis, n_sigma) = (pairs.len(), vis.len(), sigma.len());
+        let told = || format!("{n} baselines, {n_vis} visibilities and {n_sigma} errors: as many of each are needed");
+        ensure!(n_vis == n && n_sigma == n, wrong(told()));
         if let Some((p, q)) = pairs.iter().find(|(p, q)| p >= q || *q >= n_ant) {
-            return wrong(format!("baseline {p}-{q} of {n_ant} antennas, expected two antennas in order"));
+            return Err(wrong(format!("baseline {p}-{q} of {n_ant} antennas, expected two antennas in order")));
         }
         if let Some((v, s)) = vis.iter().zip(&sigma).find(|(v, s)| !(**s > 0.0 && s.is_finite() && v.re.is_finite() && v.im.is_finite())) {
-            return wrong(format!("visibility {v} with error {s}, expected finite data with positive errors"));
+            return Err(wrong(format!("visibility {v} with error {s}, expected finite data with positive errors")));
         }
         let mut end = 0;
         for m in &moments {
-            if m.start != end || m.end < m.start {
-                return wrong(format!("a moment covers the data {}..{}, the one before ended at {end}", m.start, m.end));
-            }
+            let follows = m.start == end && m.end >= m.start;
+            ensure!(follows, wrong(format!("a moment covers the data {}..{}, the one before ended at {end}", m.start, m.end)));
             end = m.end;
-            if m.end > pairs.len() {
-                return wrong(format!("a moment covers the data {}..{} of {}", m.start, m.end, pairs.len()));
-            }
+            ensure!(m.end <= n, wrong(format!("a moment covers the data {}..{} of {n}", m.start, m.end)));
             let mut seen = pairs[m.clone()].to_vec();
             seen.sort_unstable();
             if let Some(w) = seen.windows(2).find(|w| w[0] == w[1]) {
-                return wrong(format!("baseline {}-{} occurs twice in a moment", w[0].0, w[0].1));
+                return Err(wrong(format!("baseline {}-{} occurs twice in a moment", w[0].0, w[0].1)));
             }
         }
-        if end != pairs.len() {
-            return wrong(format!("the moments cover {end} of {} data", pairs.len()));
-        }
+        ensure!(end == n, wrong(format!("the moments cover {end} of {n} data")));
         Ok(Self { n_ant, pairs, vis, sigma, moments })
     }
 
@@ -172,33 +139,27 @@ impl Samples {
         baselines: fn([usize; K]) -> [(usize, usize); M],
     ) -> Result<Formed<M>> {
         let mut out = Formed { sides: Vec::new(), weight: Vec::new(), independent: 0 };
-        for moment in self.closures(used, set, find) {
-            out.independent += moment.independent;
-            for antennas in &moment.formed {
-                let sides = moment.entries(baselines(*antennas))?;
-                out.sides.push(sides);
-                out.weight.push(moment.share / sides.iter().map(|k| self.relative_variance(*k)).sum::<f64>());
-            }
-        }
-        Ok(out)
-    }
-
-    /// The closures of every moment on the entries that `used` admits, as `find` forms them of linked antennas.
-    fn closures<const K: usize>(
-        &self,
-        used: &[bool],
-        set: ClosureSet,
-        find: impl Fn(&Links, ClosureSet, &[usize]) -> Vec<[usize; K]>,
-    ) -> impl Iterator<Item = Closures<K>> {
-        self.moments.iter().map(move |moment| {
-            let (at, order, n) = (self.index(moment, used), self.by_information(moment), self.n_ant);
+        let n = self.n_ant;
+        for moment in &self.moments {
+            let (at, order) = (self.index(moment, used), self.by_information(moment));
             let mut links = Links::new(n);
             (0..n * n).filter(|i| at[*i].is_some()).for_each(|i| links.set(i / n, i % n));
             let minimal = find(&links, ClosureSet::Minimal, &order);
             let independent = minimal.len();
+            out.independent += independent;
             let formed = if set == ClosureSet::All { find(&links, set, &order) } else { minimal };
-            Closures { share: independent as f64 / formed.len().max(1) as f64, formed, independent, at, n }
-        })
+            let share = independent as f64 / formed.len().max(1) as f64;
+            for antennas in &formed {
+                let mut sides = [0; M];
+                for (side, (p, q)) in sides.iter_mut().zip(baselines(*antennas)) {
+                    let missing = || ChainError::Incompatible(format!("a closure on baseline {p}-{q}, which has no data"));
+                    *side = at[p.min(q) * n + p.max(q)].ok_or_else(missing)?;
+                }
+                out.weight.push(share / sides.iter().map(|k| self.relative_variance(*k)).sum::<f64>());
+                out.sides.push(sides);
+            }
+        }
+        Ok(out)
     }
 
     /// Where each baseline \[p * n_ant + q\] of a moment is, for the entries that `used` admits and whose amplitude is not 0.

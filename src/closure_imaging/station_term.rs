@@ -9,7 +9,8 @@
 use super::samples::Samples;
 use crate::linalg::{Cholesky, Matrix};
 use crate::misfit::VisibilityTerm;
-use crate::{ChainError, Result};
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
 use num_complex::Complex;
 
 /// Log amplitudes with the gains integrated out.
@@ -49,9 +50,7 @@ impl StationAmplitudes {
         let good = |k: &usize| used[*k] && samples.vis()[*k].norm_sqr() > 0.0;
         let moments: Vec<Vec<usize>> = samples.moments().iter().map(|m| m.clone().filter(good).collect()).collect();
         let used = moments.iter().map(Vec::len).sum();
-        if used == 0 {
-            return Err(ChainError::NoData("no amplitude can be used: nothing constrains the image".into()));
-        }
+        ensure!(used > 0, ChainError::NoData("no amplitude can be used: nothing constrains the image".into()));
         let mut term = Self {
             log: samples.vis().iter().map(|v| v.norm().max(f64::MIN_POSITIVE).ln()).collect(),
             variance: (0..samples.len()).map(|k| samples.relative_variance(k)).collect(),
@@ -83,10 +82,9 @@ impl StationAmplitudes {
     /// # Errors
     /// As [`Self::new`].
     pub fn set_gain_sigma(&mut self, sigma: &[f64]) -> Result<()> {
-        if sigma.len() != self.sigma.len() || sigma.iter().any(|s| !(*s >= 0.0 && s.is_finite())) {
-            let expected = format!("{} numbers of 0 or more", self.sigma.len());
-            return Err(ChainError::BadOption { option: "the gain errors of the antennas", value: format!("{sigma:?}"), expected });
-        }
+        let good = sigma.len() == self.sigma.len() && sigma.iter().all(|s| *s >= 0.0 && s.is_finite());
+        let expected = format!("{} numbers of 0 or more", self.sigma.len());
+        need("the gain errors of the antennas", format!("{sigma:?}"), good, expected)?;
         let (mut precision, mut log_determinant) = (Vec::with_capacity(self.moments.len()), 0.0);
         for entries in &self.moments {
             let n = entries.len();

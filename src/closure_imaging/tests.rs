@@ -2,7 +2,6 @@
 
 use super::dft::SmallDft;
 use super::field::{co_located, gaussian};
-use super::problem::model;
 use super::samples::Samples;
 use super::*;
 use crate::imaging::{DataCounts, ImageSize};
@@ -49,7 +48,7 @@ fn observed(gain_error: f64) -> (SparseSet, SkyGrid, Vec<f64>) {
     };
     let truth: Vec<f64> = blob(2, 2, 0.7).iter().zip(blob(-4, -5, 0.3)).map(|(a, b)| a + b).collect();
     let (pairs, uv, moments) = coverage();
-    let exact = model(&SmallDft::new(&grid, &uv), &truth);
+    let exact = SmallDft::new(&grid, &uv).forward(&truth);
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
     let (mut vis, mut sigma) = (exact.clone(), vec![0.0; exact.len()]);

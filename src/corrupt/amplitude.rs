@@ -46,7 +46,7 @@ impl Corruption for AmplitudeError {
     }
 
     fn gains(&self, context: &Context<'_>, table: &mut GainTable) -> Result<()> {
-        multiply(context, table, &self.variation, |x| Complex64::new((self.rms * x).exp(), 0.0));
+        multiply(context, table, &self.variation, |x, _| Complex64::new((self.rms * x).exp(), 0.0));
         Ok(())
     }
 }

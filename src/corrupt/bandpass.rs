@@ -1,9 +1,10 @@
 //! Errors of the receivers over the band.
 
 use super::context::Context;
-use super::corruption::{Corruption, need, need_size};
+use super::corruption::{Corruption, need_size};
 use super::variation::Variation;
 use crate::Result;
+use crate::values::need;
 use cittert_arrays::quantity::Frequency;
 use cittert_arrays::{GainTable, VisUnit};
 use num_complex::Complex64;

@@ -1,5 +1,6 @@
 //! The properties of the set that an error may use.
 
+use crate::linalg::solve_3;
 use crate::random::stream;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayError, ArrayLayout, LayoutFrame, UvCoverage, VisibilityHeader};
@@ -135,19 +136,8 @@ pub(crate) fn direction(integration: &Integration, layout: &ArrayLayout) -> Resu
         return Err(ChainError::NoData(message));
     }
     let (a, d, f) = (xx + ridge, yy + ridge, zz + ridge);
-    let det = |m: [[f64; 3]; 3]| {
-        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
-            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
-    };
-    let matrix = [[a, xy, xz], [xy, d, yz], [xz, yz, f]];
-    let whole = det(matrix);
-    let mut s = [0, 1, 2].map(|k| {
-        let mut m = matrix;
-        for (row, w) in m.iter_mut().zip([xw, yw, zw]) {
-            row[k] = w;
-        }
-        det(m) / whole
-    });
+    let unknown = || ChainError::NoData(format!("the direction of the phase centre at JD {} is unknown", integration.time_jd));
+    let mut s = solve_3([[a, xy, xz], [xy, d, yz], [xz, yz, f]], [xw, yw, zw]).ok_or_else(unknown)?;
     // |s + x up|^2 = 1 with the larger root, which raises the source.
     let rest = 1.0 - s[0] * s[0] - s[1] * s[1];
     if s[2] * s[2] < rest {

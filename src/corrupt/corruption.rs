@@ -1,7 +1,8 @@
 //! The interface of all kinds of errors.
 
 use super::context::Context;
-use crate::{ChainError, Result};
+use crate::Result;
+use crate::values::need;
 use cittert_arrays::{GainTable, VisibilityBlock};
 
 /// One kind of error. It implements only the methods that concern it.
@@ -37,11 +38,6 @@ pub trait Corruption: std::fmt::Debug + Send + Sync {
     fn data(&self, _context: &Context<'_>, _table: &GainTable, _block: &mut VisibilityBlock, _first_row: u64) -> Result<()> {
         Ok(())
     }
-}
-
-/// Check that a parameter is in its range.
-pub(crate) fn need(option: &'static str, value: f64, good: bool, expected: &str) -> Result<()> {
-    if good { Ok(()) } else { Err(ChainError::bad_option(option, value, expected)) }
 }
 
 /// Check that a parameter is finite and not negative.

@@ -2,11 +2,11 @@
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
+use super::phase::multiply;
 use super::variation::Variation;
 use crate::Result;
 use cittert_arrays::quantity::Duration;
 use cittert_arrays::{GainTable, VisUnit};
-use ndarray::Axis;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -51,18 +51,8 @@ impl Corruption for DelayError {
     }
 
     fn gains(&self, context: &Context<'_>, table: &mut GainTable) -> Result<()> {
-        let (_, n_ant, _, n_feed) = table.gains.dim();
         let middle = context.header.spectrum.mean_hz();
-        for ant in 0..n_ant {
-            for feed in 0..n_feed {
-                let series = self.variation.series(context.seconds, &mut context.rng((2 * ant + feed) as u64));
-                for (mut row, x) in table.gains.axis_iter_mut(Axis(0)).zip(series) {
-                    for (c, f) in context.freq_hz.iter().enumerate() {
-                        row[[ant, c, feed]] *= Complex64::cis(std::f64::consts::TAU * (f - middle) * self.rms_s * x);
-                    }
-                }
-            }
-        }
+        multiply(context, table, &self.variation, |x, f| Complex64::cis(std::f64::consts::TAU * (f - middle) * self.rms_s * x));
         Ok(())
     }
 }

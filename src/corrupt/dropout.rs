@@ -1,9 +1,10 @@
 //! Antennas that have no signal for some time.
 
 use super::context::Context;
-use super::corruption::{Corruption, need};
+use super::corruption::Corruption;
 use super::variation::{Variation, exponential};
 use crate::Result;
+use crate::values::need;
 use cittert_arrays::quantity::Duration;
 use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
 use num_complex::Complex64;

@@ -4,7 +4,8 @@ use super::context::{Context, Survey, direction, nearest_index};
 use super::{CorruptOptions, Error};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{
     GainTable, Polarization, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block,
 };
@@ -51,9 +52,7 @@ pub fn corrupt(
         if observer.cancelled() { Err(ChainError::Cancelled) } else { Ok(()) }
     })?;
     let integrations = survey.finish();
-    if integrations.is_empty() {
-        return Err(ChainError::NoData("the set has no rows".into()));
-    }
+    ensure!(!integrations.is_empty(), ChainError::NoData("the set has no rows".into()));
     let time_jd: Vec<f64> = integrations.iter().map(|i| i.time_jd).collect();
     let interval_s = integrations.iter().map(|i| i.length_s).collect();
     let toward: Vec<[f64; 3]> = if options.errors.iter().any(|e| e.model().needs_direction()) {
@@ -69,11 +68,9 @@ pub fn corrupt(
     let freq_hz = spectrum.freq_hz().to_vec();
     let feeds = feed_names(&header, options.per_feed);
     let bytes = GAIN_BYTES * time_jd.len() * header.layout.n_ant() * freq_hz.len() * feeds.len();
-    if bytes > memory.bytes() {
-        let gib = |bytes: usize| format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30));
-        let expected = format!("at most the memory budget of {}: corrupt fewer channels or times in one call", gib(memory.bytes()));
-        return Err(ChainError::bad_option("size of the gain table", gib(bytes), expected));
-    }
+    let gib = |bytes: usize| format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30));
+    let expected = format!("at most the memory budget of {}: corrupt fewer channels or times in one call", gib(memory.bytes()));
+    need("size of the gain table", gib(bytes), bytes <= memory.bytes(), expected)?;
     let mut table = GainTable::unity(header.layout.clone(), spectrum, feeds, time_jd.clone(), interval_s)?;
     table.mode = "injected truth".into();
     table.history.push(describe(options));
@@ -97,9 +94,7 @@ pub fn corrupt(
     let total = (source.n_rows() * header.spectrum.n_chan() * header.polarizations.len()) as u64;
     observer.event(Event::Phase { name: "corrupting", total: Some(total), unit: "vis" });
     for_each_block::<ChainError>(source, memory.block(), |first_row, mut block| {
-        if observer.cancelled() {
-            return Err(ChainError::Cancelled);
-        }
+        ensure!(!observer.cancelled(), ChainError::Cancelled);
         apply(&table, &pairs, &mut block);
         for entry in &order {
             entry.1.model().data(&context(entry), &table, &mut block, first_row as u64)?;

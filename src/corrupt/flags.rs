@@ -1,9 +1,10 @@
 //! Wrong flags: flags on good data, and missing flags on bad data.
 
 use super::context::Context;
-use super::corruption::{Corruption, need};
+use super::corruption::Corruption;
 use super::variation::Variation;
 use crate::Result;
+use crate::values::need;
 use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};

@@ -47,20 +47,21 @@ impl Corruption for PhaseError {
     }
 
     fn gains(&self, context: &Context<'_>, table: &mut GainTable) -> Result<()> {
-        multiply(context, table, &self.variation, |x| Complex64::cis(self.rms_rad * x));
+        multiply(context, table, &self.variation, |x, _| Complex64::cis(self.rms_rad * x));
         Ok(())
     }
 }
 
-/// Multiply the gains of each antenna and feed in all channels by `gain` of a random value with unit variance.
-pub(super) fn multiply(context: &Context<'_>, table: &mut GainTable, variation: &Variation, gain: impl Fn(f64) -> Complex64) {
+/// Multiply the gains of each antenna and feed by `gain` of a random value with unit variance and of the frequency of each channel.
+pub(super) fn multiply(context: &Context<'_>, table: &mut GainTable, variation: &Variation, gain: impl Fn(f64, f64) -> Complex64) {
     let (_, n_ant, _, n_feed) = table.gains.dim();
     for ant in 0..n_ant {
         for feed in 0..n_feed {
             let series = variation.series(context.seconds, &mut context.rng((2 * ant + feed) as u64));
             for (mut row, x) in table.gains.axis_iter_mut(Axis(0)).zip(series) {
-                let g = gain(x);
-                row.slice_mut(ndarray::s![ant, .., feed]).iter_mut().for_each(|v| *v *= g);
+                for (v, f) in row.slice_mut(ndarray::s![ant, .., feed]).iter_mut().zip(context.freq_hz) {
+                    *v *= gain(x, *f);
+                }
             }
         }
     }

@@ -3,15 +3,13 @@
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
 use super::variation::Variation;
-use crate::values::by_text;
+use crate::values::word_or_quantity;
 use crate::{ChainError, Result};
 use cittert_arrays::quantity::Length;
 use cittert_arrays::{GainTable, SPEED_OF_LIGHT_M_S, VisUnit};
 use num_complex::Complex64;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
-use std::fmt;
-use std::str::FromStr;
 
 /// An antenna at a distance d from its nominal position receives the phase centre s earlier by d . s / c. The phase tracking does not
 /// correct this: g = exp(-2 pi i f d . s / c), as V_corrupt = exp(+2 pi i f (d2 - d1) . s / c) V. Away from the phase centre, d also shifts
@@ -60,27 +58,12 @@ pub enum PositionRms {
     /// This length for each coordinate.
     Each(Length),
 }
-by_text!(PositionRms, "string", "A length such as \"1mm\", or layout for the uncertainties in the layout.");
-
-impl fmt::Display for PositionRms {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Layout => f.write_str("layout"),
-            Self::Each(length) => length.fmt(f),
-        }
-    }
-}
-
-impl FromStr for PositionRms {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        if text == "layout" {
-            return Ok(Self::Layout);
-        }
-        text.parse().map(Self::Each).map_err(|e| format!("{e}; or layout"))
-    }
-}
+word_or_quantity!(
+    PositionRms,
+    "layout" => Layout,
+    Each(Length),
+    "A length such as \"1mm\", or layout for the uncertainties in the layout."
+);
 
 /// Options of position errors.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -1,8 +1,9 @@
 //! A turbulent atmosphere: a frozen phase screen that the wind carries over the array.
 
 use super::context::Context;
-use super::corruption::{Corruption, need, need_size};
+use super::corruption::{Corruption, need_size};
 use super::variation::Variation;
+use crate::values::need;
 use crate::{ChainError, Result};
 use cittert_arrays::quantity::{Angle, Length, Speed};
 use cittert_arrays::{GainTable, LayoutFrame, VisUnit};

@@ -1,8 +1,7 @@
 //! How an error of an antenna changes in time.
 
-use super::corruption::need;
 use crate::Result;
-use crate::values::by_text;
+use crate::values::{by_text, need};
 use cittert_arrays::quantity::Duration;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};

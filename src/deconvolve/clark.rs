@@ -47,14 +47,8 @@ impl Deconvolver for Clark {
         let mut taken: Vec<Component> = Vec::new();
         let mut peak = peak_size(residual.view(), mask, limits.negative);
         let stop = loop {
-            if peak == 0.0 {
-                break MinorStop::Nothing;
-            }
-            if peak <= limits.level {
-                break MinorStop::Level;
-            }
-            if taken.len() >= limits.iterations {
-                break MinorStop::Iterations;
+            if let Some(stop) = limits.reached(peak, taken.len()) {
+                break stop;
             }
             let cut = self.cut(residual, mask, peak, &limits);
             let mut active = Active::new(residual, mask, cut, limits.negative);
@@ -72,7 +66,7 @@ impl Deconvolver for Clark {
             taken.extend(found);
             peak = after;
         };
-        Ok(MinorReport { iterations: taken.len(), peak, stop, components: taken })
+        Ok(MinorReport { stop, components: taken })
     }
 }
 

@@ -66,7 +66,6 @@ pub(super) fn components(
         state.subtract(component);
         taken.push(component);
     };
-    let peak = if stop == MinorStop::Nothing { 0.0 } else { state.peak().map_or(0.0, |p| p.value.abs()) };
     *residual = state.finish();
-    MinorReport { iterations: taken.len(), peak, stop, components: taken }
+    MinorReport { stop, components: taken }
 }

@@ -56,6 +56,17 @@ pub struct MinorLimits {
     pub negative: bool,
 }
 
+impl MinorLimits {
+    /// Why a cycle stops whose residual has this peak after some components; `None` while it goes on.
+    pub(super) fn reached(&self, peak: f64, components: usize) -> Option<MinorStop> {
+        match peak {
+            0.0 => Some(MinorStop::Nothing),
+            p if p <= self.level => Some(MinorStop::Level),
+            _ => (components >= self.iterations).then_some(MinorStop::Iterations),
+        }
+    }
+}
+
 /// The reason why a minor cycle stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MinorStop {
@@ -92,10 +103,6 @@ impl Component {
 /// The result of a minor cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MinorReport {
-    /// Number of components that were removed.
-    pub iterations: usize,
-    /// Largest absolute residual within the mask after the cycle.
-    pub peak: f64,
     /// Why the cycle stopped.
     pub stop: MinorStop,
     /// The components in the order in which they were removed.

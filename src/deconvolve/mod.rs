@@ -30,43 +30,29 @@ pub type Make = fn(ArrayView2<'_, f64>, &Scales, &CleanTuning) -> Result<Box<dyn
 pub struct Entry {
     /// Its name.
     pub name: &'static str,
-    /// One line of help.
-    pub summary: &'static str,
-    /// The paper that describes it.
-    pub reference: &'static str,
     /// Function that makes it.
     pub make: Make,
 }
 
 /// All deconvolvers.
 pub const TABLE: [Entry; 3] = [
-    Entry {
-        name: "hogbom",
-        summary: "exact point components over the whole image",
-        reference: "Högbom 1974, A&AS 15, 417",
-        make: hogbom::make,
-    },
-    Entry {
-        name: "clark",
-        summary: "point components among the brightest pixels with a patch of the beam, corrected by FFT",
-        reference: "Clark 1980, A&A 89, 377",
-        make: clark::make,
-    },
-    Entry {
-        name: "multiscale",
-        summary: "components of several widths, for extended emission",
-        reference: "Cornwell 2008, IEEE JSTSP 2, 793",
-        make: multiscale::make,
-    },
+    // Exact point components over the whole image. Högbom 1974, A&AS 15, 417.
+    Entry { name: "hogbom", make: hogbom::make },
+    // Point components among the brightest pixels with a patch of the beam, corrected by FFT. Clark 1980, A&A 89, 377.
+    Entry { name: "clark", make: clark::make },
+    // Components of several widths, for extended emission. Cornwell 2008, IEEE JSTSP 2, 793.
+    Entry { name: "multiscale", make: multiscale::make },
 ];
+
+/// The names of all deconvolvers, with commas between.
+pub(crate) fn names() -> String {
+    TABLE.map(|e| e.name).join(", ")
+}
 
 /// The deconvolver with this name.
 ///
 /// # Errors
 /// The name is not in the table.
 pub fn by_name(name: &str) -> Result<&'static Entry> {
-    TABLE.iter().find(|e| e.name == name).ok_or_else(|| {
-        let names = TABLE.iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
-        ChainError::bad_option("algorithm", name, names)
-    })
+    TABLE.iter().find(|e| e.name == name).ok_or_else(|| ChainError::bad_option("algorithm", name, names()))
 }

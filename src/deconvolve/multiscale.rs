@@ -17,6 +17,7 @@ use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, Mino
 use super::tiles::TiledBeam;
 use super::tuning::CleanTuning;
 use crate::fourier::{Convolver, Spectrum};
+use crate::values::need;
 use crate::{ChainError, Result};
 use ndarray::{Array2, ArrayView2};
 
@@ -81,9 +82,7 @@ pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &Scales, tuning: &CleanTuning
     if let Some(w) = widths.iter().find(|w| !(**w >= 0.0 && **w <= most)) {
         return Err(ChainError::bad_option("scales", w, format!("0 to half the image ({most} pixels)")));
     }
-    if !(0.0..1.0).contains(&opts.bias) {
-        return Err(ChainError::bad_option("scale-bias", opts.bias, "0 to below 1"));
-    }
+    need("scale-bias", opts.bias, (0.0..1.0).contains(&opts.bias), "0 to below 1")?;
     let largest = widths.iter().copied().fold(1.0, f64::max);
     let convolver = Convolver::<f64>::new((n_m, n_l), n_m.max(n_l) / 2 + 1);
     let scales = widths.iter().filter_map(|width_px| {
@@ -100,10 +99,8 @@ pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &Scales, tuning: &CleanTuning
         seen.then(|| Scale { width_px: *width_px, bias, kernel: Some(spectrum), beam: TiledBeam::new((twice / peak).view()), peak })
     });
     let scales: Vec<Scale> = scales.collect();
-    if scales.is_empty() {
-        let expected = "at least one scale that the baselines measure; they always measure scale 0";
-        return Err(ChainError::bad_option("scales_px", format!("{widths:?}"), expected));
-    }
+    let expected = "at least one scale that the baselines measure; they always measure scale 0";
+    need("scales_px", format!("{widths:?}"), !scales.is_empty(), expected)?;
     Ok(Box::new(Multiscale { beam: TiledBeam::new(psf), convolver, scales, tuning: *tuning }))
 }
 
@@ -150,14 +147,8 @@ impl Deconvolver for Multiscale {
         let mut peak = size_of(residual);
         let mut least = peak;
         let stop = loop {
-            if peak == 0.0 {
-                break MinorStop::Nothing;
-            }
-            if peak <= limits.level {
-                break MinorStop::Level;
-            }
-            if taken.len() >= limits.iterations {
-                break MinorStop::Iterations;
+            if let Some(stop) = limits.reached(peak, taken.len()) {
+                break stop;
             }
             let Some(Strongest { index: k, mut smoothed, peak: top }) = self.strongest(residual, mask, (limits.negative, &alive)) else {
                 break MinorStop::Diverged;
@@ -198,6 +189,6 @@ impl Deconvolver for Multiscale {
             peak = after;
             least = least.min(after);
         };
-        Ok(MinorReport { iterations: taken.len(), peak, stop, components: taken })
+        Ok(MinorReport { stop, components: taken })
     }
 }

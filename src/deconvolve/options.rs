@@ -2,7 +2,7 @@
 
 use super::minor::Scales;
 use super::tuning::CleanTuning;
-use super::{Entry, TABLE, by_name};
+use super::{Entry, TABLE, by_name, names};
 use crate::values::{Level, bad_value, by_text};
 use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
@@ -139,7 +139,7 @@ impl CleanOptions {
         match self.algorithm {
             Algorithm::Auto => Ok(&TABLE[0]),
             Algorithm::Clean(entry) => Ok(entry),
-            Algorithm::Mem => bad_value("algorithm", self.algorithm, format!("one of {}", names(&TABLE))),
+            Algorithm::Mem => bad_value("algorithm", self.algorithm, format!("one of {}", names())),
         }
     }
 }
@@ -202,10 +202,6 @@ impl FromStr for Algorithm {
             _ => by_name(name).map(Self::Clean),
         }
     }
-}
-
-fn names(table: &[Entry]) -> String {
-    table.iter().map(|e| e.name).collect::<Vec<_>>().join(", ")
 }
 
 /// A box of l and m between two opposite corners, written L0,M0,L1,M1.

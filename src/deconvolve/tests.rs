@@ -92,10 +92,9 @@ fn a_source_on_the_grid_leaves_exactly_one_minus_gain_to_the_n() {
     for name in ["hogbom", "clark"] {
         for n in [1, 7, 40] {
             let (report, left, _) = run(name, &psf, &image, None, MinorLimits { iterations: n, ..LIMITS });
-            assert_eq!(report.iterations, n);
+            assert_eq!(report.components.len(), n);
             let expected = 3.0 * 0.9_f64.powi(n as i32);
             assert!((left[(40, 21)] - expected).abs() < 1e-12, "{name} {n}: {} {expected}", left[(40, 21)]);
-            assert!((report.peak - expected).abs() < 1e-12);
         }
     }
 }
@@ -107,14 +106,14 @@ fn the_level_the_iterations_and_the_empty_image_stop_a_cycle() {
     for entry in &TABLE {
         let (r, left, _) = run(entry.name, &psf, &image, None, MinorLimits { level: 0.5, iterations: 10_000, ..LIMITS });
         assert_eq!(r.stop, MinorStop::Level, "{}", entry.name);
-        assert!(r.peak <= 0.5 && left.iter().all(|v| v.abs() <= 0.5 + 1e-9), "{}", entry.name);
+        assert!(left.iter().all(|v| v.abs() <= 0.5 + 1e-9), "{}", entry.name);
         let (r, ..) = run(entry.name, &psf, &image, None, MinorLimits { iterations: 5, ..LIMITS });
-        assert_eq!((r.stop, r.iterations), (MinorStop::Iterations, 5), "{}", entry.name);
+        assert_eq!((r.stop, r.components.len()), (MinorStop::Iterations, 5), "{}", entry.name);
         let (r, ..) = run(entry.name, &psf, &Array2::zeros((64, 64)), None, LIMITS);
-        assert_eq!((r.stop, r.iterations), (MinorStop::Nothing, 0), "{}", entry.name);
+        assert_eq!((r.stop, r.components.len()), (MinorStop::Nothing, 0), "{}", entry.name);
         let nowhere = Array2::from_elem((64, 64), false);
         let (r, ..) = run(entry.name, &psf, &image, Some(&nowhere), LIMITS);
-        assert_eq!(r.iterations, 0, "{}", entry.name);
+        assert_eq!(r.components.len(), 0, "{}", entry.name);
     }
 }
 
@@ -142,7 +141,7 @@ fn a_residual_that_grows_is_stopped_at_its_best() {
     image[(20, 5)] = 1.0;
     let (r, left, model) = run("hogbom", &psf, &image, None, MinorLimits { gain: 0.9, ..LIMITS });
     assert_eq!(r.stop, MinorStop::Diverged);
-    assert!(left.iter().all(|v| v.abs() <= 1.0 + 1e-9) && r.peak <= 1.0 + 1e-9, "{}", r.peak);
+    assert!(left.iter().all(|v| v.abs() <= 1.0 + 1e-9));
     assert!((model.sum() - r.components.iter().map(|c| c.flux).sum::<f64>()).abs() < 1e-12);
 }
 

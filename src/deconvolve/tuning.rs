@@ -5,7 +5,8 @@
 //! (points, a Gaussian, a ring with a point) and two layouts (a spiral and a Y), and fails if it exceeds the limit. For ratios the distance from
 //! 1 is halved and doubled; `largest_scale` is doubled up to its maximum of 0.5.
 
-use crate::{ChainError, Result};
+use crate::Result;
+use crate::values::need;
 use serde::{Deserialize, Serialize};
 
 /// Constants of CLEAN that few users need to change.
@@ -83,25 +84,22 @@ impl CleanTuning {
     /// # Errors
     /// A value is outside its range; the message names the field and the range.
     pub fn check(&self) -> Result<()> {
-        let positive = [
+        for (name, v) in [
             ("side_lobe_margin", self.side_lobe_margin),
             ("main_lobe_fwhm", self.main_lobe_fwhm),
             ("mask_growth", self.mask_growth),
             ("clark_patch", self.clark_patch),
             ("first_scale", self.first_scale),
-        ];
-        let above_one =
-            [("major_divergence", self.major_divergence), ("minor_divergence", self.minor_divergence), ("scale_ratio", self.scale_ratio)];
-        let ranges = positive.map(|(name, v)| (name, v, v > 0.0, "a positive number"));
-        let more = above_one.map(|(name, v)| (name, v, v > 1.0, "a number above 1"));
-        let last = [
-            ("largest_scale", self.largest_scale, self.largest_scale > 0.0 && self.largest_scale <= 0.5, "above 0, at most 0.5"),
-            ("hand_over", self.hand_over, self.hand_over > 0.0 && self.hand_over < 1.0, "above 0, below 1"),
-            ("clark_active", self.clark_active as f64, self.clark_active > 0, "at least 1"),
-        ];
-        match ranges.into_iter().chain(more).chain(last).find(|(_, v, good, _)| !(*good && v.is_finite())) {
-            Some((name, value, _, expected)) => Err(ChainError::bad_option(name, value, expected)),
-            None => Ok(()),
+        ] {
+            need(name, v, v > 0.0 && v.is_finite(), "a positive number")?;
         }
+        let ratios =
+            [("major_divergence", self.major_divergence), ("minor_divergence", self.minor_divergence), ("scale_ratio", self.scale_ratio)];
+        for (name, v) in ratios {
+            need(name, v, v > 1.0 && v.is_finite(), "a number above 1")?;
+        }
+        need("largest_scale", self.largest_scale, self.largest_scale > 0.0 && self.largest_scale <= 0.5, "above 0, at most 0.5")?;
+        need("hand_over", self.hand_over, self.hand_over > 0.0 && self.hand_over < 1.0, "above 0, below 1")?;
+        need("clark_active", self.clark_active, self.clark_active > 0, "at least 1")
     }
 }

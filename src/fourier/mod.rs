@@ -17,9 +17,9 @@
 mod channels;
 mod convolve;
 mod degridder;
-#[cfg(test)]
-pub(crate) mod dft;
 mod fft;
+#[cfg(test)]
+pub(crate) mod fixtures;
 mod grid_options;
 mod gridder;
 mod kernel;
@@ -39,7 +39,6 @@ mod transform;
 #[cfg(test)]
 mod transform_tests;
 mod uv_grid;
-mod whole;
 mod wplanes;
 
 pub use convolve::{Convolver, Spectrum};
@@ -54,4 +53,3 @@ pub use real::Real;
 pub use sort::SortedRows;
 pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;
-pub use whole::{image_to_vis, vis_to_image};

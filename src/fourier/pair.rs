@@ -80,8 +80,7 @@ impl<T: Real> Pair<T> {
 mod tests {
     use super::*;
     use crate::fixtures::Noise;
-    use crate::fourier::dft::image_to_vis_exact;
-    use crate::fourier::vis_to_image;
+    use crate::fourier::fixtures::{image_to_vis_exact, vis_to_image};
     use cittert_arrays::SkyFrame;
     use num_complex::Complex64;
 

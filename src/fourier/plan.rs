@@ -9,6 +9,7 @@ use super::pool::Pool;
 use super::real::Real;
 use super::wplanes::{SLAB, WBasis, WTerm};
 use crate::memory::MemoryBudget;
+use crate::values::need;
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::ArrayView2;
@@ -94,12 +95,9 @@ fn cost(grid: &SkyGrid, v_reach: f64, kernel: &Kernel, planes: usize, n_vis: f64
 impl<T: Real> Plan<T> {
     /// A plan for about `n_vis` visibilities, if their number is known.
     pub(crate) fn new(grid: &SkyGrid, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions, n_vis: Option<u64>) -> Result<Self> {
-        if !(1e-13..=0.5).contains(&opts.epsilon) {
-            return Err(ChainError::bad_option("epsilon", opts.epsilon, "a relative error from 1e-13 to 0.5"));
-        }
-        if freq_hz.is_empty() || freq_hz.iter().any(|f| !(f.is_finite() && *f > 0.0)) {
-            return Err(ChainError::bad_option("frequency", format!("{freq_hz:?}"), "positive channel centres in Hz"));
-        }
+        need("epsilon", opts.epsilon, (1e-13..=0.5).contains(&opts.epsilon), "a relative error from 1e-13 to 0.5")?;
+        let positive = !freq_hz.is_empty() && freq_hz.iter().all(|f| f.is_finite() && *f > 0.0);
+        need("frequency", format!("{freq_hz:?}"), positive, "positive channel centres in Hz")?;
         // The errors of the two axes, of w and of the channels add in quadrature to half of the requested error, as an rms over the image. The
         // largest error relative to the peak of the image then stays below the requested error too.
         let each = 0.2 * opts.epsilon;

@@ -1,6 +1,6 @@
 //! Compares the fast transforms with the direct sum, and each with its adjoint.
 
-use super::dft::{image_to_vis_exact, vis_to_image_exact};
+use super::fixtures::{image_to_vis, image_to_vis_exact, vis_to_image, vis_to_image_exact};
 use super::*;
 use crate::fixtures::Noise;
 use cittert_arrays::{SkyFrame, SkyGrid};

@@ -1,6 +1,6 @@
 //! Compares passes that share a transform, its buffers and its rows with the direct sum.
 
-use super::dft::{image_to_vis_exact, vis_to_image_exact};
+use super::fixtures::{image_to_vis_exact, vis_to_image_exact};
 use super::tests::{Case, case, relative, rounded, sky};
 use super::*;
 use ndarray::Array2;

@@ -1,5 +1,6 @@
 //! The restoring beam: an elliptical Gaussian that is fitted to the main lobe of the dirty beam.
 
+use crate::linalg::solve_3;
 use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::ArrayView2;
 use std::collections::VecDeque;
@@ -25,7 +26,7 @@ pub fn fit_beam(grid: &SkyGrid, psf: ArrayView2<'_, f64>) -> Option<RestoringBea
     for _ in 0..200 {
         let Normal { mut matrix, gradient, .. } = Normal::of(&lobe, &p);
         (0..3).for_each(|k| matrix[k][k] *= 1.0 + lambda);
-        let step = solve(matrix, gradient)?;
+        let step = solve_3(matrix, gradient)?;
         let next = [p[0] + step[0], p[1] + step[1], p[2] + step[2]];
         let elliptic = next[0] > 0.0 && next[2] > 0.0 && next[0] * next[2] > next[1] * next[1];
         let after = if elliptic { Normal::of(&lobe, &next).cost } else { f64::INFINITY };
@@ -104,7 +105,7 @@ fn start(lobe: &[Pixel]) -> Option<[f64; 3]> {
             }
         }
     }
-    let p = solve(matrix, right)?;
+    let p = solve_3(matrix, right)?;
     (p[0] > 0.0 && p[2] > 0.0 && p[0] * p[2] > p[1] * p[1]).then_some(p)
 }
 
@@ -134,21 +135,6 @@ impl Normal {
         }
         n
     }
-}
-
-/// Solve a 3 x 3 system by Cramer's rule.
-fn solve(m: [[f64; 3]; 3], r: [f64; 3]) -> Option<[f64; 3]> {
-    let det = |m: [[f64; 3]; 3]| {
-        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
-            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
-    };
-    let d = det(m);
-    let column = |k: usize| {
-        let mut n = m;
-        (0..3).for_each(|i| n[i][k] = r[i]);
-        det(n) / d
-    };
-    (d.is_finite() && d.abs() > 0.0).then(|| [column(0), column(1), column(2)])
 }
 
 fn to_beam(grid: &SkyGrid, p: [f64; 3]) -> Option<RestoringBeam> {

@@ -1,9 +1,10 @@
 //! The sum of the visibilities in each cell of the Fourier grid of an image, without a kernel.
 
 use super::imager::Imager;
+use crate::Result;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, SpectralWindow, UvGrid};
+use crate::values::need;
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, UvGrid};
 use ndarray::Array3;
 use num_complex::Complex64;
 
@@ -18,10 +19,9 @@ impl Imager<'_> {
     pub fn cells(&mut self, observer: &dyn Observer) -> Result<UvGrid> {
         let (n_u, n_v, channels) = (self.grid().n_l, self.grid().n_m, self.channels().to_vec());
         let most = self.options().memory.bytes() / CELL_BYTES;
-        if channels.len().saturating_mul(n_u * n_v) > most {
-            let value = format!("{n_u} x {n_v} with {} output channels", channels.len());
-            return Err(ChainError::bad_option("size", value, format!("at most {most} cells in the memory budget")));
-        }
+        let value = format!("{n_u} x {n_v} with {} output channels", channels.len());
+        let fits = channels.len().saturating_mul(n_u * n_v) <= most;
+        need("size", value, fits, format!("at most {most} cells in the memory budget"))?;
         let cell_wl = [1.0 / (n_u as f64 * self.grid().cell_rad), 1.0 / (n_v as f64 * self.grid().cell_rad)];
         let shape = (channels.len(), n_v, n_u);
         let freq_hz = self.header().spectrum.freq_hz().to_vec();
@@ -30,7 +30,7 @@ impl Imager<'_> {
             weights: Array3::zeros(shape),
             counts: Array3::zeros(shape),
             cell_wl,
-            spectrum: of_output(&self.header().spectrum, &channels)?,
+            spectrum: self.spectrum_out()?,
             polarization: self.options().pol,
             unit: self.header().unit,
             n_outside: 0,
@@ -63,13 +63,6 @@ impl Imager<'_> {
         observer.event(Event::Done);
         Ok(grid)
     }
-}
-
-/// A spectral window with one channel for each output channel.
-fn of_output(all: &SpectralWindow, channels: &[std::ops::Range<usize>]) -> Result<SpectralWindow> {
-    let mean = |r: &std::ops::Range<usize>| all.freq_hz()[r.clone()].iter().sum::<f64>() / r.len() as f64;
-    let width = |r: &std::ops::Range<usize>| all.width_hz()[r.clone()].iter().sum::<f64>();
-    Ok(SpectralWindow::new(channels.iter().map(mean).collect(), channels.iter().map(width).collect())?)
 }
 
 #[cfg(test)]

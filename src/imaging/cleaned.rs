@@ -1,5 +1,6 @@
 //! The result of CLEAN: images, components and statistics.
 
+use super::clock::Clock;
 use super::components::{CleanComponent, joined};
 use super::imager::{Imager, Residual};
 use super::output::Kind;
@@ -9,7 +10,6 @@ use crate::deconvolve::Component;
 use cittert_arrays::{Image, RestoringBeam};
 use ndarray::Array2;
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 /// The reason why CLEAN stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,19 +85,6 @@ pub struct CleanProducts {
     pub statistics: CleanStatistics,
     /// Restoring beam of each output channel.
     pub beams: Vec<RestoringBeam>,
-}
-
-/// Seconds of each stage.
-#[derive(Default)]
-pub(super) struct Clock(BTreeMap<&'static str, f64>);
-
-impl Clock {
-    pub(super) fn time<R>(&mut self, stage: &'static str, work: impl FnOnce() -> R) -> R {
-        let start = Instant::now();
-        let result = work();
-        *self.0.entry(stage).or_default() += start.elapsed().as_secs_f64();
-        result
-    }
 }
 
 /// The state of one output channel.

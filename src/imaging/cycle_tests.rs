@@ -67,7 +67,7 @@ impl Deconvolver for Wrong {
         let (row, column) = (32, 32);
         cycle.model[(row, column)] -= 5.0;
         let components = vec![Component { row, column, flux: -5.0, scale_px: 0.0 }];
-        Ok(MinorReport { iterations: 1, peak: 0.0, stop: MinorStop::Level, components })
+        Ok(MinorReport { stop: MinorStop::Level, components })
     }
 }
 
@@ -75,7 +75,7 @@ fn wrong(_: ArrayView2<'_, f64>, _: &Scales, _: &CleanTuning) -> Result<Box<dyn 
     Ok(Box::new(Wrong))
 }
 
-static WRONG: Entry = Entry { name: "wrong", summary: "does harm", reference: "none", make: wrong };
+static WRONG: Entry = Entry { name: "wrong", make: wrong };
 
 #[test]
 fn a_run_that_does_harm_is_stopped_and_the_best_state_kept() {

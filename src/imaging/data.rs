@@ -9,7 +9,7 @@ use super::pol::{DataCounts, PolSelector};
 use crate::fourier::UvwExtent;
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::Array2;
 use num_complex::Complex32;
@@ -21,8 +21,6 @@ const REDUCED_BYTES: usize = 16;
 /// Rows that are reduced to one polarisation product.
 #[derive(Debug, Clone)]
 pub struct ReducedBlock {
-    /// Index of the first row in the source.
-    pub first_row: usize,
     /// uvw, m \[row, 3\]. A uvw that is not finite is replaced by 0; the weights of its row are 0.
     pub uvw_m: Array2<f64>,
     /// Visibilities \[row, chan\]; 0 if they must not count.
@@ -83,10 +81,8 @@ impl<'a> Data<'a> {
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
-        for_each_block_ahead(source, memory.imaging_block(fits), |first, block| {
-            if observer.cancelled() {
-                return Err(ChainError::Cancelled);
-            }
+        for_each_block_ahead(source, memory.imaging_block(fits), |_, block| {
+            ensure!(!observer.cancelled(), ChainError::Cancelled);
             let first_center = block.coverage.phase_center.first().copied();
             if center.is_none() {
                 center = first_center;
@@ -95,7 +91,7 @@ impl<'a> Data<'a> {
                 let message = "the rows have several phase centres: split the set and image one field at a time";
                 return Err(ChainError::Incompatible(message.into()));
             }
-            let (reduced, counts) = reduce(&selector, unit_weights, first, &block)?;
+            let (reduced, counts) = reduce(&selector, unit_weights, &block)?;
             survey.counts = survey.counts.plus(counts);
             times = block.coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
             survey.extent = survey.extent.union(UvwExtent::of(reduced.uvw_m.view()));
@@ -155,9 +151,9 @@ impl<'a> Data<'a> {
             return Ok(());
         }
         let (selector, unit) = (&self.selector, self.unit_weights);
-        for_each_block_ahead(self.source, self.memory.imaging_block(false), |first, block| {
+        for_each_block_ahead(self.source, self.memory.imaging_block(false), |_, block| {
             stop()?;
-            let (mut reduced, _) = reduce(selector, unit, first, &block)?;
+            let (mut reduced, _) = reduce(selector, unit, &block)?;
             drop(block);
             prepare(&mut reduced);
             work(&mut reduced)?;
@@ -174,7 +170,7 @@ impl<'a> Data<'a> {
 }
 
 /// Combine the polarisation products of a block.
-fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &VisibilityBlock) -> Result<(ReducedBlock, DataCounts)> {
+fn reduce(selector: &PolSelector, unit: bool, block: &VisibilityBlock) -> Result<(ReducedBlock, DataCounts)> {
     let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
     // New memory is zero already, and the threads that fill it are the first to touch it.
     let mut vis: Vec<Complex32> = bytemuck::zeroed_vec(rows * chans);
@@ -199,7 +195,7 @@ fn reduce(selector: &PolSelector, unit: bool, first_row: usize, block: &Visibili
     let wrong = |e: ndarray::ShapeError| ChainError::Internal(e.to_string());
     let shaped = |values| Array2::from_shape_vec((rows, chans), values).map_err(wrong);
     let vis = Array2::from_shape_vec((rows, chans), vis).map_err(wrong)?;
-    Ok((ReducedBlock { first_row, uvw_m, vis, weight: shaped(weight)?, imaging: shaped(imaging)? }, counts))
+    Ok((ReducedBlock { uvw_m, vis, weight: shaped(weight)?, imaging: shaped(imaging)? }, counts))
 }
 
 /// Report the visibilities that were left out. It is an error if no visibility is left.
@@ -208,9 +204,7 @@ fn report(c: &DataCounts, name: &str, observer: &dyn Observer) -> Result<()> {
         "{} of {} visibilities of {name} are flagged, {} have a weight that is not positive and finite, {} are not finite",
         c.flagged, c.total, c.bad_weight, c.not_finite
     );
-    if c.used == 0 {
-        return Err(ChainError::NoData(format!("no usable visibility: {left_out}")));
-    }
+    ensure!(c.used > 0, ChainError::NoData(format!("no usable visibility: {left_out}")));
     if c.used < c.total {
         observer.event(Event::Note(&format!("{left_out}; these are not used")));
     }

@@ -3,15 +3,15 @@
 use super::ImagingOptions;
 use super::data::{Data, ReducedBlock, Survey};
 use super::pol::PolSelector;
-use super::session::{Residue, Session};
+use super::session::{Gridded, Residue, Session};
 use super::size::choose_grid;
 use super::weights::ImageWeights;
 use crate::fourier::Real;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis, s};
-use num_complex::Complex;
 use rayon::prelude::*;
 use std::any::Any;
 use std::ops::Range;
@@ -52,9 +52,7 @@ fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWe
 
 /// The channels of each output channel.
 fn share(n_chan: usize, parts: usize) -> Result<Vec<Range<usize>>> {
-    if parts == 0 || parts > n_chan {
-        return Err(ChainError::bad_option("channels_out", parts, format!("1 to the {n_chan} channels of the set")));
-    }
+    need("channels_out", parts, (1..=n_chan).contains(&parts), format!("1 to the {n_chan} channels of the set"))?;
     Ok((0..parts).map(|k| n_chan * k / parts..n_chan * (k + 1) / parts).collect())
 }
 
@@ -160,11 +158,7 @@ impl<'a> Imager<'a> {
     /// # Errors
     /// The source fails.
     pub fn dirty(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
-        if self.options.grid_options().single_precision_suffices() {
-            self.grid_all::<f32>((None, channel), observer, "gridding", |v, w| v.scale(w))
-        } else {
-            self.grid_all::<f64>((None, channel), observer, "gridding", |v, w| v.scale(w))
-        }
+        self.gridded((None, channel), Gridded::Visibilities, observer)
     }
 
     /// The residual of the data after the subtraction of the visibilities of `model` \[m, l\], flux per pixel.
@@ -203,33 +197,36 @@ impl<'a> Imager<'a> {
         Session::new(grid, (range, &self.freq_hz), self.survey().extent, (&self.options.grid_options(), n_vis), self.mean_weight(channel))
     }
 
-    /// Grid the values that `value` makes of each visibility and its imaging weight, transform them to an image, and divide it by the sum of
+    /// Grid the visibilities, or 1 in place of each, with their imaging weights, transform them to an image, and divide it by the sum of
     /// weights. Without a field the image has the grid of the imager, and the session is kept for the next pass.
-    pub(super) fn grid_all<T: Real>(
+    pub(super) fn gridded(&mut self, at: (Option<&SkyGrid>, usize), what: Gridded, observer: &dyn Observer) -> Result<Array2<f64>> {
+        if self.options.grid_options().single_precision_suffices() {
+            self.gridded_in::<f32>(at, what, observer)
+        } else {
+            self.gridded_in::<f64>(at, what, observer)
+        }
+    }
+
+    fn gridded_in<T: Real>(
         &mut self,
         (field, channel): (Option<&SkyGrid>, usize),
+        what: Gridded,
         observer: &dyn Observer,
-        name: &'static str,
-        value: impl Fn(Complex<T>, T) -> Complex<T> + Sync,
     ) -> Result<Array2<f64>> {
         let mut session = match field {
             Some(grid) => self.session_on(grid, channel)?,
             None => self.session::<T>(channel)?,
         };
+        let name = if what == Gridded::Beam { "beam" } else { "gridding" };
         observer.event(Event::Phase { name, total: Some(self.data.survey().counts.total), unit: "vis" });
-        let (channels, weights, all) = (&self.channels, &self.weights, &self.freq_hz);
         let mut gridder = session.transform.gridder();
         let cached = self.data.is_cached();
         let mut number = 0;
-        self.data.for_each(
-            observer,
-            |b| weigh(b, channels, weights, all),
-            |block| {
-                session.grid((number, cached), block, &mut gridder, &value)?;
-                number += 1;
-                Ok(())
-            },
-        )?;
+        self.for_each_weighed(observer, |block| {
+            session.grid((number, cached), block, &mut gridder, what)?;
+            number += 1;
+            Ok(())
+        })?;
         let image = self.mean(channel, session.scale, gridder.finish());
         if field.is_none() {
             self.session = Some((channel, Box::new(session)));
@@ -248,22 +245,15 @@ impl<'a> Imager<'a> {
         let mut session = self.session::<T>(channel)?;
         let degridder = session.transform.degridder(model)?;
         let mut gridder = session.transform.gridder();
-        let (channels, weights, all) = (&self.channels, &self.weights, &self.freq_hz);
         let cached = self.data.is_cached();
         let (mut left, mut number) = (Residue::default(), 0);
-        self.data.for_each(
-            observer,
-            |b| weigh(b, channels, weights, all),
-            |block| {
-                left += session.residual((number, cached), block, &degridder, &mut gridder)?;
-                number += 1;
-                Ok(())
-            },
-        )?;
+        self.for_each_weighed(observer, |block| {
+            left += session.residual((number, cached), block, &degridder, &mut gridder)?;
+            number += 1;
+            Ok(())
+        })?;
         drop(degridder);
-        if left.used == 0 {
-            return Err(ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no residual")));
-        }
+        ensure!(left.used > 0, ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no residual")));
         let image = self.mean(channel, session.scale, gridder.finish());
         self.session = Some((channel, Box::new(session)));
         observer.event(Event::Done);

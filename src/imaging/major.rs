@@ -9,13 +9,15 @@
 //! Schwab 1984, AJ 89, 1076 (Cotton-Schwab).
 
 use super::auto_mask::AutoMask;
-use super::cleaned::{Channel, Clock, products};
+use super::cleaned::{Channel, products};
+use super::clock::Clock;
 use super::continued::{Continue, Tool, Tools};
 use super::imager::{Imager, Residual};
 use crate::deconvolve::{Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, peak_size};
 use crate::fidelity::robust_rms;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::VisUnit;
 use ndarray::Array2;
 
@@ -61,32 +63,20 @@ pub fn clean_from(
 }
 
 fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
-    let bad = |option, value: String, expected: &str| Err(ChainError::bad_option(option, value, expected));
     for (option, value) in [("gain", o.gain), ("mgain", o.mgain)] {
-        if !(value > 0.0 && value <= 1.0) {
-            return bad(option, value.to_string(), "above 0, at most 1");
-        }
+        need(option, value, value > 0.0 && value <= 1.0, "above 0, at most 1")?;
     }
     for (option, value) in [("threshold", threshold(imager, o)?), ("nsigma", o.nsigma), ("cyclefactor", o.cyclefactor)] {
-        if !(value >= 0.0 && value.is_finite()) {
-            return bad(option, value.to_string(), "a number of 0 or more");
-        }
+        need(option, value, value >= 0.0 && value.is_finite(), "a number of 0 or more")?;
     }
     let (low, high) = o.psf_fraction;
-    if !(low >= 0.0 && low <= high && high <= 1.0) {
-        return bad("fractions of the peak", format!("{low} to {high}"), "two fractions of the peak from 0 to 1, the smaller one first");
-    }
-    if let Some(a) = o.auto_mask
-        && !(a > 0.0 && a.is_finite())
-    {
-        return bad("auto-mask", a.to_string(), "a positive multiple of the noise");
-    }
+    let rising = low >= 0.0 && low <= high && high <= 1.0;
+    need("fractions of the peak", format!("{low} to {high}"), rising, "two fractions of the peak from 0 to 1, the smaller one first")?;
+    let sigmas = o.auto_mask.unwrap_or(1.0);
+    need("auto-mask", sigmas, sigmas > 0.0 && sigmas.is_finite(), "a positive multiple of the noise")?;
     let shape = (imager.grid().n_m, imager.grid().n_l);
-    if let Some(mask) = &o.region
-        && mask.dim() != shape
-    {
-        return bad("mask", format!("{:?}", mask.dim()), &format!("a mask of the shape of the image, {shape:?}"));
-    }
+    let mask = o.region.as_ref().map_or(shape, Array2::dim);
+    need("mask", format!("{mask:?}"), mask == shape, format!("a mask of the shape of the image, {shape:?}"))?;
     o.tuning.check()
 }
 
@@ -148,14 +138,6 @@ impl Best {
         Self { model, residual, given_back, components: state.components.len() }
     }
 
-    fn update(&mut self, state: &Channel) {
-        self.model.assign(&state.model);
-        self.residual.image.assign(&state.residual.image);
-        self.residual.chi2_per_datum = state.residual.chi2_per_datum;
-        self.given_back.assign(&state.given_back);
-        self.components = state.components.len();
-    }
-
     fn restore(self, state: &mut Channel) {
         (state.model, state.residual, state.given_back) = (self.model, self.residual, self.given_back);
         state.components.truncate(self.components);
@@ -214,9 +196,7 @@ impl Run<'_> {
             let peak = peak_size(state.residual.image.view(), mask, !o.no_negative);
             let (number, iterations) = (state.major, state.components.len());
             observer.event(Event::Cycle { number: number + 1, iterations, peak, flux: state.model.sum(), rms });
-            if observer.cancelled() {
-                return Err(ChainError::Cancelled);
-            }
+            ensure!(!observer.cancelled(), ChainError::Cancelled);
             // The peak is much higher than in the best state: the cycles since then have made the model worse.
             if number > 0 && !(peak <= o.tuning.major_divergence * least) {
                 best.restore(state);
@@ -225,7 +205,7 @@ impl Run<'_> {
             if peak < least {
                 least = peak;
                 if number > 0 {
-                    best.update(state);
+                    best = Best::of(state);
                 }
             }
             let level = self.threshold.max(o.nsigma * rms);
@@ -239,7 +219,7 @@ impl Run<'_> {
             let cycle = Minor { residual: &mut residual.image, model, mask, limits };
             let report: MinorReport = clock.time("minor", || deconvolver.minor(cycle))?;
             state.major += 1;
-            let took = report.iterations;
+            let took = report.components.len();
             state.components.extend(report.components);
             self.lift(state);
             if !self.from.exact && state.major >= o.max_major {

@@ -39,7 +39,7 @@ fn a_tiny_and_a_large_budget_give_the_same_image() {
             size: Some(ImageSize::square(256)),
             cell: Some(cittert_arrays::quantity::Angle(1.5e-3)),
             weighting: Weighting::Briggs,
-            robust: 0.5,
+            robust: Some(0.5),
             memory,
             ..ImagingOptions::default()
         };

@@ -4,7 +4,7 @@ use super::size_tuning::SizeTuning;
 use crate::Result;
 use crate::fourier::GridOptions;
 use crate::memory::MemoryBudget;
-use crate::values::{bad_value, by_text};
+use crate::values::{by_text, need};
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, RestoringBeam, SkyGrid};
 use serde::{Deserialize, Serialize};
@@ -26,9 +26,9 @@ pub struct ImagingOptions {
     /// Scheme of the weights.
     #[cfg_attr(feature = "cli", arg(long, value_name = "SCHEME", value_enum, hide_possible_values = true, default_value_t = ImagingOptions::default().weighting))]
     pub weighting: Weighting,
-    /// Robustness of briggs weights, from -2 (close to uniform) to 2 (close to natural).
-    #[cfg_attr(feature = "cli", arg(long, value_name = "R", allow_negative_numbers = true, default_value_t = ImagingOptions::default().robust))]
-    pub robust: f64,
+    /// Robustness of briggs weights, from -2 (close to uniform) to 2 (close to natural) [default: 0].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "R", allow_negative_numbers = true))]
+    pub robust: Option<f64>,
     /// Super-uniform weights: the cells of the density of weights are wider by this factor.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = ImagingOptions::default().super_uniform))]
     pub super_uniform: f64,
@@ -75,7 +75,7 @@ impl Default for ImagingOptions {
             size: None,
             cell: None,
             weighting: Weighting::Uniform,
-            robust: 0.0,
+            robust: None,
             super_uniform: 1.0,
             taper: None,
             inner_taper: None,
@@ -98,18 +98,14 @@ impl ImagingOptions {
     /// # Errors
     /// A robustness, factor or taper that is not finite or out of range.
     pub fn check(&self) -> Result<()> {
-        if !(-5.0..=5.0).contains(&self.robust) {
-            return bad_value("robust", self.robust, "a number from -2 (uniform) to 2 (natural)");
-        }
-        if !(1.0..=1000.0).contains(&self.super_uniform) {
-            return bad_value("super-uniform", self.super_uniform, "a factor from 1 to 1000");
-        }
+        let robust = self.robust.unwrap_or(0.0);
+        need("robust", robust, (-2.0..=2.0).contains(&robust), "a number from -2 (uniform) to 2 (natural)")?;
+        let used = self.robust.is_none() || self.weighting == Weighting::Briggs;
+        need("robust", robust, used, "no robustness, or the weighting briggs, which alone uses it")?;
+        need("super-uniform", self.super_uniform, (1.0..=1000.0).contains(&self.super_uniform), "a factor from 1 to 1000")?;
         for (field, taper) in [("taper", self.taper), ("inner-taper", self.inner_taper)] {
-            if let Some(t) = taper
-                && !(t.si().is_finite() && t.si() > 0.0)
-            {
-                return bad_value(field, t, "a positive angle");
-            }
+            let width = taper.unwrap_or(Angle(1.0));
+            need(field, width, width.si().is_finite() && width.si() > 0.0, "a positive angle")?;
         }
         Ok(())
     }
@@ -137,17 +133,6 @@ pub enum Weighting {
     Uniform,
     /// Between natural and uniform, by the robustness.
     Briggs,
-}
-
-#[cfg(feature = "cli")]
-impl fmt::Display for Weighting {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Natural => "natural",
-            Self::Uniform => "uniform",
-            Self::Briggs => "briggs",
-        })
-    }
 }
 
 /// Number of pixels of an image: 512, or 512x256.

@@ -8,7 +8,6 @@
 use super::beam_fit::fit_beam;
 use super::imager::Imager;
 use super::options::BeamShape;
-use super::pol::DataCounts;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, SpectralWindow, VisUnit};
@@ -29,21 +28,6 @@ pub(crate) enum Kind {
     Restored,
 }
 
-/// The grid, the beams and the counts of an image.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ImagingInfo {
-    /// Grid of the image.
-    pub grid: SkyGrid,
-    /// The beam of each output channel, if one was given or could be fitted.
-    pub beams: Vec<RestoringBeam>,
-    /// Numbers of used and unused visibilities.
-    pub counts: DataCounts,
-    /// Shortest and longest baseline, wavelengths.
-    pub uv_range_wl: (f64, f64),
-    /// Sum of the imaging weights of each output channel.
-    pub sum_of_weights: Vec<f64>,
-}
-
 impl Imager<'_> {
     /// The restoring beam for a dirty beam: the beam of the options, or a fitted one.
     ///
@@ -52,18 +36,6 @@ impl Imager<'_> {
     pub fn beam_of(&self, psf: &Array2<f64>) -> Result<RestoringBeam> {
         let fit = self.options().beam.map(BeamShape::restoring).or_else(|| fit_beam(self.grid(), psf.view()));
         fit.ok_or_else(|| ChainError::NoData("no Gaussian fits the main lobe of the dirty beam: give a beam, or a smaller cell".into()))
-    }
-
-    /// The grid, the beams and the counts, for a report.
-    #[must_use]
-    pub fn info(&self, beams: Vec<RestoringBeam>) -> ImagingInfo {
-        ImagingInfo {
-            grid: self.grid().clone(),
-            beams,
-            counts: self.survey().counts,
-            uv_range_wl: self.survey().uv_range_wl,
-            sum_of_weights: (0..self.channels().len()).map(|k| self.sum_of_weights(k)).collect(),
-        }
     }
 
     /// Make an image of the planes \[m, l\] of all output channels.
@@ -93,7 +65,8 @@ impl Imager<'_> {
         Ok(image)
     }
 
-    fn spectrum_out(&self) -> Result<SpectralWindow> {
+    /// A spectral window with one channel for each output channel.
+    pub(super) fn spectrum_out(&self) -> Result<SpectralWindow> {
         let s = &self.header().spectrum;
         let part = |r: &std::ops::Range<usize>| SpectralWindow::new(s.freq_hz()[r.clone()].to_vec(), s.width_hz()[r.clone()].to_vec());
         let parts = self.channels().iter().map(part).collect::<std::result::Result<Vec<_>, _>>()?;

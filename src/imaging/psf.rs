@@ -2,11 +2,11 @@
 
 use super::beam_fit::LEVEL;
 use super::imager::Imager;
+use super::session::Gridded;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
 use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::Array2;
-use num_complex::Complex;
 
 /// Side in pixels of the small field in which the main lobe is made first.
 const CORE_SIDE: usize = 128;
@@ -44,11 +44,7 @@ impl Imager<'_> {
         if !(self.sum_of_weights(channel) > 0.0) {
             return Err(ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no beam")));
         }
-        let mut psf = if self.options().grid_options().single_precision_suffices() {
-            self.grid_all::<f32>((field, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
-        } else {
-            self.grid_all::<f64>((field, channel), observer, "beam", |_, w| Complex::new(w, 0.0))?
-        };
+        let mut psf = self.gridded((field, channel), Gridded::Beam, observer)?;
         // The peak is 1 to within the error of the transform. It is made exact, so that CLEAN subtracts exactly the flux of a component.
         let center = (psf.nrows() / 2, psf.ncols() / 2);
         let peak = psf[center];

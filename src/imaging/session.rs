@@ -23,6 +23,15 @@ pub(super) struct Session<T: Real> {
     memory: MemoryBudget,
 }
 
+/// What is gridded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Gridded {
+    /// The visibilities.
+    Visibilities,
+    /// 1 in place of each visibility: the result is the beam.
+    Beam,
+}
+
 /// Chi squared and the number of visibilities in it.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Residue {
@@ -71,21 +80,25 @@ impl<T: Real> Session<T> {
         self.rows.get(number).ok_or_else(|| ChainError::Internal(format!("the rows of block {number} were not kept")))
     }
 
-    /// Grid a block. `value` makes the value to be gridded of each visibility and its imaging weight.
+    /// Grid a block with its imaging weights.
     pub(super) fn grid(
         &mut self,
         (number, keep): (usize, bool),
         block: &ReducedBlock,
         gridder: &mut Gridder<T>,
-        value: &(impl Fn(Complex<T>, T) -> Complex<T> + Sync),
+        what: Gridded,
     ) -> Result<()> {
         let new = self.sorted((number, keep), block)?;
         let inverse = self.scale.recip();
         let (vis, imaging) = (Rows::of(&block.vis, &self.channels)?, Rows::of(&block.imaging, &self.channels)?);
         let values = |r: usize, out: &mut [Complex<T>]| {
             for ((out, v), w) in out.iter_mut().zip(vis.row(r)).zip(imaging.row(r)) {
-                let v = Complex::new(T::of(f64::from(v.re)), T::of(f64::from(v.im)));
-                *out = if *w > 0.0 { value(v, T::of(f64::from(*w) * inverse)) } else { Complex::default() };
+                let weight = if *w > 0.0 { T::of(f64::from(*w) * inverse) } else { T::default() };
+                *out = match what {
+                    Gridded::Visibilities if *w > 0.0 => Complex::new(T::of(f64::from(v.re)), T::of(f64::from(v.im))).scale(weight),
+                    Gridded::Visibilities => Complex::default(),
+                    Gridded::Beam => Complex::new(weight, T::default()),
+                };
             }
         };
         gridder.add_sorted(new.as_ref().map_or_else(|| self.kept(number), Ok)?, values)

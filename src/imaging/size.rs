@@ -5,7 +5,7 @@ use super::options::ImagingOptions;
 use super::size_tuning::SizeTuning;
 use crate::fourier::good_size;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{ArrayError, SPEED_OF_LIGHT_M_S, SkyGrid, VisibilityHeader};
 
 /// The grid of an image of these data.
@@ -23,33 +23,31 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
     let side = match opts.size.map(|s| (s.columns, s.rows)) {
         Some(size) => size,
         None => {
-            if !(longest > 0.0) {
-                return Err(needed("an image size"));
-            }
+            ensure!(longest > 0.0, needed("an image size"));
             let n = chosen_side(field_of_view(header, shortest, &opts.sizes), cell, &opts.sizes);
             (n, n)
         }
     };
     let grid = SkyGrid::new(side.0, side.1, cell, frame)?;
     if opts.cell.is_none() || opts.size.is_none() {
-        let text = format!(
-            "image of {} x {} cells of {:.4e} rad ({:.4} arcsec), chosen from the coverage",
-            side.0,
-            side.1,
-            cell,
-            cell.to_degrees() * 3600.0
-        );
+        let (n_l, n_m) = side;
+        let arcsec = cell.to_degrees() * 3600.0;
+        let text = format!("image of {n_l} x {n_m} cells of {cell:.4e} rad ({arcsec:.4} arcsec), chosen from the coverage");
         observer.event(Event::Note(&text));
     }
-    if longest > 0.5 / cell {
-        let text = format!(
-            "a cell of {cell:.4e} rad is too coarse for the longest baseline of {longest:.4e} wavelengths, which aliases: use at most {:.4e} rad ({:.4} arcsec)",
-            0.5 / longest,
-            (0.5 / longest).to_degrees() * 3600.0
-        );
-        observer.event(Event::Warning(&text));
-    }
+    warn_coarse(cell, longest, observer);
     Ok(grid)
+}
+
+/// Warn where the cells are too coarse for the longest baseline, in wavelengths.
+pub(crate) fn warn_coarse(cell_rad: f64, longest_wl: f64, observer: &dyn Observer) {
+    let most = 0.5 / longest_wl;
+    if cell_rad > most {
+        observer.event(Event::Warning(&format!(
+            "a cell of {cell_rad:.4e} rad is too coarse for the longest baseline of {longest_wl:.4e} wavelengths, which aliases: use at most {most:.4e} rad ({:.4} arcsec)",
+            most.to_degrees() * 3600.0
+        )));
+    }
 }
 
 /// Width of the field in rad: the main lobe of the antennas if their diameters are known, otherwise the largest structure that the shortest

@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::deconvolve::by_name;
+use crate::fixtures::Recorder;
 use crate::fixtures::{positions, snapshot};
-use crate::fourier::dft::vis_to_image_exact;
+use crate::fourier::fixtures::vis_to_image_exact;
 use crate::memory::MemoryBudget;
-use crate::progress::{Recorder, Silent};
+use crate::progress::Silent;
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, VisUnit, VisibilitySet};
 use major::{CleanOptions, StopReason};
@@ -128,7 +129,7 @@ fn sources_come_out_where_they_were_put() {
 #[test]
 fn a_stream_in_small_blocks_without_cache_gives_the_same_image() {
     let mut set = points(0.05);
-    let opts = ImagingOptions { weighting: Weighting::Briggs, robust: 0.5, channels_out: 2, ..options(32, 2e-3) };
+    let opts = ImagingOptions { weighting: Weighting::Briggs, robust: Some(0.5), channels_out: 2, ..options(32, 2e-3) };
     let mut cached = Imager::new(&mut set, opts.clone(), &Silent).unwrap();
     let a = (cached.dirty(1, &Silent).unwrap(), cached.psf(0, &Silent).unwrap());
     let model = Array2::from_shape_fn((32, 32), |(i, j)| f64::from((i == 20 && j == 11) as u8));

@@ -57,7 +57,7 @@ impl ImageWeights {
         let natural = options.weighting == Weighting::Natural;
         Self {
             weighting: options.weighting,
-            robust: options.robust,
+            robust: options.robust.unwrap_or(0.0),
             taper_rad: options.taper.map(|t| t.si()),
             inner_taper_rad: options.inner_taper.map(|t| t.si()),
             width,
@@ -228,7 +228,6 @@ mod tests {
         let wavelength = SPEED_OF_LIGHT_M_S / 1e9;
         let weight = array![[1.0_f32], [3.0], [2.0]];
         ReducedBlock {
-            first_row: 0,
             uvw_m: array![[100.0, 40.0, 0.0], [-100.2, -40.1, 0.0], [30.0, 0.1, 0.0]] * wavelength,
             vis: Array2::from_elem((3, 1), Complex32::new(1.0, 0.0)),
             imaging: weight.clone(),
@@ -276,7 +275,7 @@ mod tests {
         let uvw_m = Array2::from_shape_fn((n, 3), |(_, k)| if k < 2 { 260.0 * noise.next() * noise.next() * wavelength } else { 0.0 });
         let weight = Array2::from_shape_fn((n, 2), |(r, _)| if r % 9 == 0 { 0.0 } else { 1.0 + noise.next().abs() as f32 });
         let vis = Array2::from_elem((n, 2), Complex32::default());
-        let block = ReducedBlock { first_row: 0, uvw_m, vis, imaging: weight.clone(), weight };
+        let block = ReducedBlock { uvw_m, vis, imaging: weight.clone(), weight };
         let freq = [0.9e9, 1.1e9];
         let options = ImagingOptions { weighting: Weighting::Uniform, ..ImagingOptions::default() };
         let made = |threads: usize| {
@@ -323,8 +322,11 @@ mod tests {
 
     #[test]
     fn numbers_out_of_range_are_refused() {
-        let robust = |robust| ImagingOptions { weighting: Weighting::Briggs, robust, ..ImagingOptions::default() };
-        assert!(robust(f64::NAN).check().is_err() && robust(9.0).check().is_err() && robust(0.5).check().is_ok());
+        let robust = |robust| ImagingOptions { weighting: Weighting::Briggs, robust: Some(robust), ..ImagingOptions::default() };
+        assert!(robust(f64::NAN).check().is_err() && robust(2.5).check().is_err() && robust(-2.0).check().is_ok());
+        // Uniform weights do not use a robustness.
+        let unused = ImagingOptions { robust: Some(0.5), ..ImagingOptions::default() }.check().unwrap_err().to_string();
+        assert!(unused.contains("briggs"), "{unused}");
         assert!(ImagingOptions { taper: Some(Angle(-1.0)), ..natural() }.check().is_err());
     }
 }

@@ -61,3 +61,18 @@ pub(super) fn matrix(rows: &[&[f64]]) -> Matrix {
     }
     m
 }
+
+/// The solution of a 3 x 3 system by Cramer's rule; `None` where the matrix is singular.
+pub(crate) fn solve_3(m: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
+    let det = |m: [[f64; 3]; 3]| {
+        m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+    };
+    let whole = det(m);
+    let column = |k: usize| {
+        let mut n = m;
+        (0..3).for_each(|i| n[i][k] = right[i]);
+        det(n) / whole
+    };
+    (whole.is_finite() && whole != 0.0).then(|| [0, 1, 2].map(column))
+}

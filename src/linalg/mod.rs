@@ -5,5 +5,5 @@ mod matrix;
 mod singular;
 
 pub(crate) use cholesky::{Cholesky, condition_number};
-pub(crate) use matrix::{Matrix, dot};
+pub(crate) use matrix::{Matrix, dot, solve_3};
 pub(crate) use singular::{numerical_rank, singular_values, triangularise};

@@ -127,7 +127,7 @@ fn circulant(beam: &Array2<f32>, (n_m, n_l): (usize, usize), (p_m, p_l): (usize,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fourier::{image_to_vis, vis_to_image};
+    use crate::fourier::fixtures::{image_to_vis, vis_to_image};
     use cittert_arrays::SkyFrame;
 
     fn setup(n_l: usize, n_m: usize) -> (SkyGrid, Vec<f64>, Array2<f64>, Vec<f32>) {

@@ -1,8 +1,8 @@
-//! Chi squared of an image: one transform to visibilities, every term, one transform back.
+//! Chi squared of an image: one transform to visibilities, the term, one transform back.
 
 use crate::fourier::{GridOptions, Pair};
 use crate::misfit::VisibilityTerm;
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{ArrayError, SkyGrid};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
@@ -14,11 +14,11 @@ enum Transforms {
     Double(Pair<f64>),
 }
 
-/// A weighted sum of terms over the visibilities of one image.
+/// A term of chi squared over the visibilities of one image.
 pub struct ChiSquared {
     grid: SkyGrid,
     transforms: Transforms,
-    terms: Vec<(f64, Box<dyn VisibilityTerm>)>,
+    term: Box<dyn VisibilityTerm>,
     model: Vec<Complex64>,
     slope: Vec<Complex64>,
     evaluations: usize,
@@ -28,7 +28,7 @@ pub struct ChiSquared {
 /// Chi squared with its gradient.
 #[derive(Debug, Clone)]
 pub struct Misfit {
-    /// The weighted sum over all terms.
+    /// Its value.
     pub chi2: f64,
     /// d chi2 / d I for each pixel \[m, l\], 1 / flux.
     pub gradient: Array2<f64>,
@@ -36,30 +36,23 @@ pub struct Misfit {
 
 impl std::fmt::Debug for ChiSquared {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let terms: Vec<(&str, f64)> = self.terms.iter().map(|(w, t)| (t.name(), *w)).collect();
-        f.debug_struct("ChiSquared").field("terms", &terms).field("evaluations", &self.evaluations).finish_non_exhaustive()
+        f.debug_struct("ChiSquared").field("term", &self.term.name()).field("evaluations", &self.evaluations).finish_non_exhaustive()
     }
 }
 
 impl ChiSquared {
-    /// For rows with these uvw in m \[row, 3\] and channels, and terms over row x channel with their weights.
+    /// For rows with these uvw in m \[row, 3\] and channels, and a term over row x channel.
     ///
     /// # Errors
-    /// No term, a weight that is not positive and finite; see also [`Pair::new`].
+    /// The term holds no datum; see also [`Pair::new`].
     pub fn new(
         grid: &SkyGrid,
         freq_hz: &[f64],
         uvw_m: ArrayView2<'_, f64>,
         options: &GridOptions,
-        terms: Vec<(f64, Box<dyn VisibilityTerm>)>,
+        term: Box<dyn VisibilityTerm>,
     ) -> Result<Self> {
-        if let Some((weight, term)) = terms.iter().find(|(w, _)| !(*w > 0.0 && w.is_finite())) {
-            let expected = "a positive, finite number".into();
-            return Err(ChainError::BadOption { option: "weight of a term", value: format!("{weight} for {}", term.name()), expected });
-        }
-        if terms.iter().map(|(_, t)| t.data()).sum::<usize>() == 0 {
-            return Err(ChainError::NoData("no term holds any datum: nothing constrains the image".into()));
-        }
+        ensure!(term.data() > 0, ChainError::NoData("no term holds any datum: nothing constrains the image".into()));
         let transforms = if options.single_precision_suffices() {
             Transforms::Single(Pair::new(grid, freq_hz, uvw_m, options)?)
         } else {
@@ -67,7 +60,7 @@ impl ChiSquared {
         };
         let n = uvw_m.nrows() * freq_hz.len();
         let zeros = vec![Complex64::default(); n];
-        Ok(Self { grid: grid.clone(), transforms, terms, model: zeros.clone(), slope: zeros, evaluations: 0, seconds: 0.0 })
+        Ok(Self { grid: grid.clone(), transforms, term, model: zeros.clone(), slope: zeros, evaluations: 0, seconds: 0.0 })
     }
 
     /// Where the pixels are.
@@ -76,16 +69,10 @@ impl ChiSquared {
         &self.grid
     }
 
-    /// The expected value: the number of real data of each term times its weight.
+    /// The expected value: the number of real data.
     #[must_use]
     pub fn expected(&self) -> f64 {
-        self.terms.iter().map(|(w, t)| w * t.data() as f64).sum()
-    }
-
-    /// Number of visibilities of the problem: rows times channels.
-    #[must_use]
-    pub fn n_vis(&self) -> usize {
-        self.model.len()
+        self.term.data() as f64
     }
 
     /// Evaluations so far, each a pair of transforms, and the seconds they took.
@@ -118,10 +105,7 @@ impl ChiSquared {
         let start = Instant::now();
         self.predict(image)?;
         self.slope.fill(Complex64::default());
-        let mut chi2 = 0.0;
-        for (weight, term) in &self.terms {
-            chi2 += weight * term.add(&self.model, *weight, &mut self.slope);
-        }
+        let chi2 = self.term.add(&self.model, 1.0, &mut self.slope);
         let gradient = self.transpose()?;
         self.evaluations += 1;
         self.seconds += start.elapsed().as_secs_f64();
@@ -131,9 +115,7 @@ impl ChiSquared {
     /// The adjoint transform of the gradient with respect to the visibilities.
     fn transpose(&mut self) -> Result<Array2<f64>> {
         let top = self.slope.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
-        if !top.is_finite() {
-            return Err(ChainError::NoData("chi squared has no finite gradient: the weights are too large for the data".into()));
-        }
+        ensure!(top.is_finite(), ChainError::NoData("chi squared has no finite gradient: the weights are too large for the data".into()));
         let scale = if top > 0.0 { 1.0 / top } else { 1.0 };
         let image = match &mut self.transforms {
             Transforms::Single(p) => p.adjoint(&self.slope, scale)?,
@@ -159,8 +141,8 @@ mod tests {
         let weight: Vec<f32> = (0..60).map(|k| (k % 5) as f32).collect();
         let term = Visibilities::new(vis, weight).unwrap();
         let opts = GridOptions { epsilon: 1e-12, ..GridOptions::default() };
-        let mut chi2 = ChiSquared::new(&grid, &freq, uvw.view(), &opts, vec![(0.7, Box::new(term))]).unwrap();
-        assert_eq!((chi2.expected(), chi2.n_vis()), (0.7 * 96.0, 60));
+        let mut chi2 = ChiSquared::new(&grid, &freq, uvw.view(), &opts, Box::new(term)).unwrap();
+        assert_eq!(chi2.expected(), 96.0);
         let image = Array2::from_shape_fn((8, 10), |(i, j)| 0.1 * ((i * 3 + j) % 7) as f64);
         let slope = chi2.evaluate(image.view()).unwrap().gradient;
         let top = slope.iter().fold(0.0_f64, |a, g| a.max(g.abs()));
@@ -177,14 +159,10 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_fit_and_bad_weights_are_refused() {
+    fn an_image_that_is_not_finite_is_refused() {
         let grid = SkyGrid::new(4, 4, 1e-3, SkyFrame::Boresight).unwrap();
-        let uvw = Array2::zeros((1, 3));
-        let make = |terms| ChiSquared::new(&grid, &[1e11], uvw.view(), &GridOptions::default(), terms);
-        assert!(matches!(make(Vec::new()), Err(ChainError::NoData(_))));
-        let term = || Box::new(Visibilities::new(vec![Complex32::default()], vec![1.0]).unwrap());
-        assert!(matches!(make(vec![(0.0, term())]), Err(ChainError::BadOption { .. })));
-        let mut chi2 = make(vec![(1.0, term())]).unwrap();
+        let term = Visibilities::new(vec![Complex32::default()], vec![1.0]).unwrap();
+        let mut chi2 = ChiSquared::new(&grid, &[1e11], Array2::zeros((1, 3)).view(), &GridOptions::default(), Box::new(term)).unwrap();
         assert!(chi2.evaluate(Array2::from_elem((4, 4), f64::NAN).view()).is_err());
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::imaging::Imager;
 use crate::progress::Observer;
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::SPEED_OF_LIGHT_M_S;
 use ndarray::{Array2, Axis, s};
 use num_complex::Complex32;
@@ -64,9 +64,7 @@ impl Gathered {
     /// No weight above 0.
     pub fn median_weight(&self) -> Result<f64> {
         let mut used: Vec<f32> = self.weight.iter().copied().filter(|w| *w > 0.0).collect();
-        if used.is_empty() {
-            return Err(ChainError::NoData("no visibility has a weight above 0".into()));
-        }
+        ensure!(!used.is_empty(), ChainError::NoData("no visibility has a weight above 0".into()));
         let middle = used.len() / 2;
         Ok(f64::from(*used.select_nth_unstable_by(middle, f32::total_cmp).1))
     }
@@ -85,9 +83,7 @@ impl Gathered {
                 data.push(Power { length, signal: f64::from(v.norm_sqr()), noise: 2.0 / f64::from(*w) });
             }
         }
-        if data.is_empty() {
-            return Err(ChainError::NoData("no visibility has a weight above 0".into()));
-        }
+        ensure!(!data.is_empty(), ChainError::NoData("no visibility has a weight above 0".into()));
         let n = data.len().div_ceil(100);
         if n < data.len() {
             data.select_nth_unstable_by(n, |a, b| a.length.total_cmp(&b.length));

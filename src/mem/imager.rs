@@ -4,15 +4,14 @@ use super::control::{Control, Steering};
 use super::objective::{Multipliers, Objective};
 use super::quasi_newton::QuasiNewton;
 use super::regulariser::check_prior;
-use super::solver::{Found, Goals, Shared, Solves, State, has_stalled};
+use super::solver::{Course, MemGoals, Progress, run};
 use super::tuning::MemTuning;
 use super::vtess::Vtess;
 use crate::progress::Observer;
-use crate::{ChainError, Result};
-use argmin::core::{Executor, Solver};
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
 use ndarray::Array2;
 use num_complex::Complex64;
-use std::cell::RefCell;
 
 /// An image between two calls, with its multipliers: the next call starts from it.
 #[derive(Debug, Clone)]
@@ -29,42 +28,6 @@ pub struct MemState {
     pub kkt: f64,
     /// Evaluations of the data term so far.
     pub evaluations: usize,
-}
-
-/// The work of a call of [`MemImager::improve`] or [`MemImager::solve`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Evaluations of the data term: pairs of transforms.
-    pub evaluations: usize,
-    /// Steps.
-    pub iterations: usize,
-    /// Convolutions with the beam.
-    pub convolutions: usize,
-    /// All goals are met.
-    pub met: bool,
-    /// No step in any direction improves the image any more.
-    pub stalled: bool,
-}
-
-/// When [`MemImager::solve`] is done.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MemGoals {
-    /// Chi squared over its expected value.
-    pub chi2: f64,
-    /// Its largest departure, relative.
-    pub chi2_tolerance: f64,
-    /// Largest KKT residual.
-    pub kkt: f64,
-    /// Largest relative error of the flux, where the flux is known.
-    pub flux: f64,
-    /// Evaluations of the data term at most.
-    pub evaluations: usize,
-}
-
-impl Default for MemGoals {
-    fn default() -> Self {
-        Self { chi2: 1.0, chi2_tolerance: 0.008, kkt: 1e-3, flux: 1e-3, evaluations: 150 }
-    }
 }
 
 /// Makes maximum entropy images of one objective.
@@ -87,11 +50,6 @@ pub enum Method {
     Vtess,
 }
 
-/// Convert an error of argmin, which contains an error of this crate.
-fn ours(e: argmin::core::Error) -> ChainError {
-    e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into()))
-}
-
 impl MemImager {
     /// For an objective. Images start at `prior` \[m, l\], flux a pixel.
     ///
@@ -99,13 +57,10 @@ impl MemImager {
     /// A prior that is not positive where the image may be bright, a flux that is not positive, a mask that leaves no pixel.
     pub fn new(objective: Objective, prior: Array2<f64>) -> Result<Self> {
         check_prior(&prior, objective.inside.as_ref())?;
-        if let Some(flux) = objective.flux.filter(|f| !(*f > 0.0 && f.is_finite())) {
-            let expected = "a positive total flux: entropy is that of a positive image".into();
-            return Err(ChainError::BadOption { option: "flux", value: flux.to_string(), expected });
-        }
-        if objective.inside.as_ref().is_some_and(|m| !m.iter().any(|x| *x)) {
-            return Err(ChainError::NoData("the mask leaves no pixel for the image".into()));
-        }
+        let flux = objective.flux.unwrap_or(1.0);
+        need("flux", flux, flux > 0.0 && flux.is_finite(), "a positive total flux: entropy is that of a positive image")?;
+        let some = objective.inside.as_ref().is_none_or(|m| m.iter().any(|x| *x));
+        ensure!(some, ChainError::NoData("the mask leaves no pixel for the image".into()));
         Ok(Self { objective, prior, tuning: MemTuning::default() })
     }
 
@@ -172,13 +127,10 @@ impl MemImager {
     /// # Errors
     /// A lambda that is not positive; values that are not finite; a request to stop.
     pub fn improve(&mut self, state: &mut MemState, lambda: f64, iterations: usize, observer: &dyn Observer) -> Result<Progress> {
-        if !(lambda > 0.0 && lambda.is_finite()) {
-            let expected = "a positive number".into();
-            return Err(ChainError::BadOption { option: "lambda", value: lambda.to_string(), expected });
-        }
+        need("lambda", lambda, lambda > 0.0 && lambda.is_finite(), "a positive number")?;
         state.lambda = lambda;
-        let goals = Goals { kkt: 1e-5, flux: 1e-5, evaluations: usize::MAX };
-        self.run(state, Control::Fixed, Method::QuasiNewton, goals, Limit { steps: iterations, observer })
+        let goals = MemGoals { kkt: 1e-5, flux: 1e-5, evaluations: usize::MAX, ..MemGoals::default() };
+        self.run(state, Control::Fixed, Method::QuasiNewton, (goals, iterations), observer)
     }
 
     /// Continue from the present state until chi squared is at its target, the flux has its value (if it is known), and the KKT residual is
@@ -191,8 +143,7 @@ impl MemImager {
             state.lambda = self.first_lambda(state)?;
         }
         let control = Control::Target { target: goals.chi2, tolerance: goals.chi2_tolerance };
-        let inner = Goals { kkt: goals.kkt, flux: goals.flux, evaluations: goals.evaluations };
-        self.run(state, control, method, inner, Limit { steps: goals.evaluations, observer })
+        self.run(state, control, method, (*goals, goals.evaluations), observer)
     }
 
     /// A multiplier at which the data begin to outweigh the entropy, in units of the mean prior.
@@ -218,46 +169,35 @@ impl MemImager {
     }
 
     /// Run a solver from the present state, for at most this number of steps.
-    fn run(&mut self, state: &mut MemState, control: Control, method: Method, goals: Goals, limit: Limit<'_>) -> Result<Progress> {
-        let rho = match method {
-            Method::QuasiNewton => self.objective.rho(),
-            Method::Vtess if self.objective.beam.is_none() => {
-                return Err(ChainError::Incompatible("vtess needs visibilities with a dirty beam: use the quasi-Newton solver".into()));
-            }
-            Method::Vtess => 0.0,
+    fn run(
+        &mut self,
+        state: &mut MemState,
+        control: Control,
+        method: Method,
+        (goals, steps): (MemGoals, usize),
+        observer: &dyn Observer,
+    ) -> Result<Progress> {
+        let o = &mut self.objective;
+        let newton = method == Method::QuasiNewton;
+        ensure!(
+            newton || o.beam.is_some(),
+            ChainError::Incompatible("vtess needs visibilities with a dirty beam: use the quasi-Newton solver".into())
+        );
+        let rho = if newton { o.rho() } else { 0.0 };
+        let multipliers = Multipliers { lambda: state.lambda * o.unit, beta: state.beta, rho };
+        let course = Course::new(multipliers, Steering::new(control, self.tuning.control), goals, observer);
+        let s = o.variable(&state.image);
+        let (course, progress) = match method {
+            Method::QuasiNewton => run(o, s, (QuasiNewton::default(), course), steps)?,
+            Method::Vtess => run(o, s, (Vtess { tuning: self.tuning.vtess }, course), steps)?,
         };
-        let multipliers = Multipliers { lambda: state.lambda * self.objective.unit, beta: state.beta, rho };
-        let (s, observer) = (self.objective.variable(&state.image), limit.observer);
-        let (steering, vtess) = (Steering::new(control, self.tuning.control), self.tuning.vtess);
-        let (found, progress) = match method {
-            Method::QuasiNewton => self.execute(QuasiNewton::new(multipliers, steering, goals, observer), s, limit.steps)?,
-            Method::Vtess => self.execute(Vtess::new(multipliers, steering, vtess, goals, observer), s, limit.steps)?,
-        };
-        let Some(point) = found.point else { return Err(ChainError::NoData("the solver made no step".into())) };
-        state.lambda = found.multipliers.lambda / self.objective.unit;
-        state.beta = found.multipliers.beta;
-        state.chi2_per_datum = point.chi2 / self.objective.chi2.expected();
-        state.kkt = self.objective.kkt(&point, &found.multipliers);
-        state.evaluations += found.evaluations;
+        let Some(point) = course.point else { return Err(ChainError::NoData("the solver made no step".into())) };
+        state.lambda = course.multipliers.lambda / o.unit;
+        state.beta = course.multipliers.beta;
+        state.chi2_per_datum = point.chi2 / o.chi2.expected();
+        state.kkt = o.kkt(&point, &course.multipliers);
+        state.evaluations += course.evaluations;
         state.image = point.image;
         Ok(progress)
     }
-
-    fn execute<S>(&mut self, solver: S, s: Array2<f64>, steps: usize) -> Result<(Found, Progress)>
-    where
-        S: Solves + for<'a> Solver<Shared<'a>, State>,
-    {
-        let shared: Shared<'_> = RefCell::new(&mut self.objective);
-        let result = Executor::new(shared, solver).configure(|s0| s0.param(s).max_iters(steps as u64)).run().map_err(ours)?;
-        let (iterations, stalled) = (result.state.iter as usize, has_stalled(&result.state.termination_status));
-        let found = result.solver.found();
-        let (evaluations, convolutions, met) = (found.evaluations, found.convolutions, found.met);
-        Ok((found, Progress { evaluations, iterations, convolutions, met, stalled }))
-    }
-}
-
-/// How far a run may go, and to whom it reports.
-struct Limit<'o> {
-    steps: usize,
-    observer: &'o dyn Observer,
 }

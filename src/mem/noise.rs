@@ -2,14 +2,16 @@
 //! two parallel hands that measure the same sky.
 
 use super::gather::Gathered;
+use crate::Result;
 use crate::memory::MemoryBudget;
-use crate::{ChainError, Result};
+use crate::values::need;
 use cittert_arrays::{Polarization, VisibilityBlock, VisibilitySource, for_each_block};
 
 /// Where the noise of the data is known from.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Noise {
     /// The weights are 1/sigma^2.
+    #[default]
     Weights,
     /// The variance is this many times 1/weight.
     Factor(f64),
@@ -23,23 +25,12 @@ impl Noise {
     /// # Errors
     /// A noise that is not positive and finite.
     pub fn apply(self, data: &mut Gathered) -> Result<()> {
-        let bad = |value: f64| {
-            let expected = "a positive noise: without noise chi squared has no expected value".into();
-            Err(ChainError::BadOption { option: "noise", value: value.to_string(), expected })
-        };
-        match self {
-            Self::Weights => Ok(()),
-            Self::Factor(f) if f > 0.0 && f.is_finite() => {
-                data.scale_weights(1.0 / f);
-                Ok(())
-            }
-            Self::Sigma(s) if s > 0.0 && s.is_finite() => {
-                let median = data.median_weight()?;
-                data.scale_weights(1.0 / (s * s * median));
-                Ok(())
-            }
-            Self::Factor(x) | Self::Sigma(x) => bad(x),
-        }
+        let (Self::Factor(value) | Self::Sigma(value)) = self else { return Ok(()) };
+        let expected = "a positive noise: without noise chi squared has no expected value";
+        need("noise", value, value > 0.0 && value.is_finite(), expected)?;
+        let variance = if matches!(self, Self::Sigma(_)) { value * value * data.median_weight()? } else { value };
+        data.scale_weights(1.0 / variance);
+        Ok(())
     }
 }
 

@@ -79,10 +79,15 @@ impl Objective {
     #[must_use]
     pub fn variable(&self, image: &Array2<f64>) -> Array2<f64> {
         let mut s = image.mapv(|v| 2.0 * v.max(0.0).sqrt());
-        if let Some(inside) = &self.inside {
-            Zip::from(&mut s).and(inside).for_each(|s, inside| *s *= f64::from(u8::from(*inside)));
-        }
+        self.darken(&mut s);
         s
+    }
+
+    /// Set the pixels outside the mask to 0.
+    pub(super) fn darken(&self, values: &mut Array2<f64>) {
+        if let Some(inside) = &self.inside {
+            Zip::from(values).and(inside).for_each(|v, inside| *v *= f64::from(u8::from(*inside)));
+        }
     }
 
     /// All values and gradients at `s`. This takes one evaluation of the data term.

@@ -4,89 +4,21 @@ use super::beam::BeamHessian;
 use super::certificate::Certificate;
 use super::chi2::ChiSquared;
 use super::gather::Gathered;
-use super::imager::{MemGoals, MemImager, MemState, Method, Progress};
-use super::noise::Noise;
+use super::imager::{MemImager, MemState};
 use super::objective::{Multipliers, Objective};
-use super::regulariser::{ENTROPIES, Entry, L1, Regulariser, TotalVariation, WeightedSum, check_prior};
-use super::tuning::MemTuning;
+use super::plan::{Flux, MemPlan, Prior};
+use super::regulariser::{L1, Regulariser, TotalVariation, WeightedSum, check_prior};
+use super::solver::{MemGoals, Progress};
 use super::uncertainty::{Uncertainty, uncertainty};
-use crate::imaging::{Imager, Kind, with_beam};
+use crate::imaging::{Clock, Imager, Kind, with_beam};
 use crate::misfit::Visibilities;
-use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::progress::Observer;
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{Image, RestoringBeam, VisUnit};
 use ndarray::{Array2, Zip};
 use std::collections::BTreeMap;
 use std::time::Instant;
-
-/// Where the prior comes from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Prior {
-    /// Flat, with the given flux, or with the flux that the shortest baselines measure.
-    Auto,
-    /// Flat, in K for a set in K sr, and in Jy/pixel for a set in Jy.
-    Flat(f64),
-    /// An image \[m, l\] in that unit.
-    Image(Array2<f64>),
-    /// A first result with a flat prior, smoothed with twice the restoring beam.
-    Smoothed,
-}
-
-/// The constraint on the total flux.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Flux {
-    /// No constraint.
-    Free,
-    /// This total flux of the image, Jy or K sr.
-    Total(f64),
-    /// This visibility at zero spacing, in the unit of the data: the total flux without that of the pedestal.
-    ZeroSpacing(f64),
-}
-
-/// The plan for an image of maximum entropy, in the units and on the grid of an imager.
-#[derive(Debug, Clone)]
-pub struct MemPlan {
-    /// The solver.
-    pub method: Method,
-    /// The entropy.
-    pub entropy: &'static Entry,
-    /// The prior.
-    pub prior: Prior,
-    /// The total flux.
-    pub flux: Flux,
-    /// When to stop.
-    pub goals: MemGoals,
-    /// Where the image may be bright \[m, l\].
-    pub mask: Option<Array2<bool>>,
-    /// The noise of the data.
-    pub noise: Noise,
-    /// Weight of the total variation against the entropy.
-    pub total_variation: f64,
-    /// Weight of the l1 norm against the entropy.
-    pub l1: f64,
-    /// The map of uncertainties.
-    pub uncertainty: Uncertainty,
-    /// Constants of the solvers.
-    pub tuning: MemTuning,
-}
-
-impl Default for MemPlan {
-    fn default() -> Self {
-        Self {
-            method: Method::QuasiNewton,
-            entropy: &ENTROPIES[0],
-            prior: Prior::Auto,
-            flux: Flux::Free,
-            goals: MemGoals::default(),
-            mask: None,
-            noise: Noise::Weights,
-            total_variation: 0.0,
-            l1: 0.0,
-            uncertainty: Uncertainty::Circulant,
-            tuning: MemTuning::default(),
-        }
-    }
-}
 
 /// The images with their certificates.
 #[derive(Debug, Clone)]
@@ -149,17 +81,16 @@ pub(crate) fn in_front(one: &Array2<f64>, mut mask: Option<Array2<bool>>) -> Opt
 pub fn mem(imager: &mut Imager<'_>, opts: &MemPlan, observer: &dyn Observer) -> Result<MemProducts> {
     let shape = (imager.grid().n_m, imager.grid().n_l);
     for (option, found) in [("mask", opts.mask.as_ref().map(Array2::dim)), ("prior", prior_shape(&opts.prior))] {
-        if let Some(found) = found.filter(|f| *f != shape) {
-            let expected = format!("an image of the shape of the result, {shape:?}");
-            return Err(ChainError::BadOption { option, value: format!("{found:?}"), expected });
-        }
+        let expected = format!("an image of the shape of the result, {shape:?}");
+        need(option, format!("{:?}", found.unwrap_or(shape)), found.is_none_or(|f| f == shape), expected)?;
     }
-    let mut seconds = BTreeMap::new();
+    opts.options.check()?;
+    let mut clock = Clock::default();
     let mut channels = Vec::new();
     for k in 0..imager.channels().len() {
-        channels.push(channel(imager, k, opts, (observer, &mut seconds))?);
+        channels.push(channel(imager, k, opts, (observer, &mut clock))?);
     }
-    products(imager, channels, seconds)
+    products(imager, channels, clock)
 }
 
 fn prior_shape(prior: &Prior) -> Option<(usize, usize)> {
@@ -169,21 +100,12 @@ fn prior_shape(prior: &Prior) -> Option<(usize, usize)> {
     }
 }
 
-type Seconds = BTreeMap<&'static str, f64>;
-
-fn time<R>(seconds: &mut Seconds, stage: &'static str, work: impl FnOnce() -> R) -> R {
-    let start = Instant::now();
-    let result = work();
-    *seconds.entry(stage).or_default() += start.elapsed().as_secs_f64();
-    result
-}
-
-fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, seconds): (&dyn Observer, &mut Seconds)) -> Result<Channel> {
+fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock): (&dyn Observer, &mut Clock)) -> Result<Channel> {
     let one = flux_of_one(imager);
     let inside = in_front(&one, opts.mask.clone());
-    let psf = time(seconds, "psf", || imager.psf_core(k, observer))?;
+    let psf = clock.time("psf", || imager.psf_core(k, observer))?;
     let beam = imager.beam_of(&psf)?;
-    let mut data = time(seconds, "gather", || Gathered::new(imager, k, observer))?;
+    let mut data = clock.time("gather", || Gathered::new(imager, k, observer))?;
     opts.noise.apply(&mut data)?;
     let pedestal = imager.header().pedestal_k.filter(|_| imager.header().unit == VisUnit::KelvinSr);
     let offset = pedestal.map(|t| &one * t);
@@ -199,17 +121,18 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, seconds
         Prior::Flat(t) => &one * *t,
         Prior::Image(image) => &one * image,
     };
-    let hessian = time(seconds, "beam", || BeamHessian::new(imager.grid(), &data.freq_hz, data.uvw_m.view(), &data.weight))?;
+    let hessian = clock.time("beam", || BeamHessian::new(imager.grid(), &data.freq_hz, data.uvw_m.view(), &data.weight))?;
     let term = Visibilities::new(data.vis, data.weight)?;
     let grid_options = imager.options().grid_options();
-    let chi2 = ChiSquared::new(imager.grid(), &data.freq_hz, data.uvw_m.view(), &grid_options, vec![(1.0, Box::new(term))])?;
+    let chi2 = ChiSquared::new(imager.grid(), &data.freq_hz, data.uvw_m.view(), &grid_options, Box::new(term))?;
     let objective =
         Objective { chi2, penalty: WeightedSum::default(), inside: inside.clone(), offset, flux, beam: Some(hessian), unit: 1.0 };
     let mut solver = prepared(objective, prior, opts)?;
     let mut state = solver.start();
+    let (goals, method) = (opts.options.goals(), opts.options.solver);
     if opts.prior == Prior::Smoothed {
-        let first = MemGoals { kkt: 0.1, chi2_tolerance: 0.05, ..opts.goals };
-        time(seconds, "first result", || solver.solve(&mut state, &first, opts.method, observer))?;
+        let first = MemGoals { kkt: 0.1, chi2_tolerance: 0.05, ..goals };
+        clock.time("first result", || solver.solve(&mut state, &first, method, observer))?;
         let wide = RestoringBeam { bmaj_rad: 2.0 * beam.bmaj_rad, bmin_rad: 2.0 * beam.bmin_rad, ..beam };
         let smooth = with_beam(imager.grid(), state.image.view(), &wide) * (imager.grid().cell_sr() / wide.solid_angle_sr());
         let least = 1e-3 * smooth.iter().fold(0.0_f64, |a, v| a.max(*v));
@@ -217,17 +140,17 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, seconds
         state = solver.start();
     }
     let start = Instant::now();
-    let progress = solver.solve(&mut state, &opts.goals, opts.method, observer)?;
+    let progress = solver.solve(&mut state, &goals, method, observer)?;
     let elapsed = start.elapsed().as_secs_f64();
-    *seconds.entry("solve").or_default() += elapsed;
+    *clock.0.entry("solve").or_default() += elapsed;
     let certificate = certify(&mut solver, &state, (&progress, elapsed))?;
-    let sigma = time(seconds, "uncertainty", || map(&mut solver, &state, opts.uncertainty))?;
+    let sigma = clock.time("uncertainty", || map(&mut solver, &state, (opts.options.uncertainty, opts.options.seed)))?;
     let mut model = state.image;
     if let Some(offset) = &solver.objective().offset {
         Zip::from(&mut model).and(offset).for_each(|v, o| *v -= o);
     }
     drop(solver);
-    let residual = time(seconds, "residual", || imager.residual(k, model.view(), observer))?;
+    let residual = clock.time("residual", || imager.residual(k, model.view(), observer))?;
     Ok(Channel { model, residual: residual.image, sigma, beam, certificate })
 }
 
@@ -249,16 +172,15 @@ pub(crate) fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> 
 pub(crate) fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemPlan) -> Result<MemImager> {
     check_prior(&prior, objective.inside.as_ref())?;
     let count = objective.inside.as_ref().map_or(prior.len(), |m| m.iter().filter(|x| **x).count());
-    if count == 0 {
-        return Err(ChainError::NoData("the mask leaves no pixel for the image".into()));
-    }
+    ensure!(count > 0, ChainError::NoData("the mask leaves no pixel for the image".into()));
     objective.unit = sum_inside(&prior, objective.inside.as_ref()) / count as f64;
-    let mut penalty = WeightedSum::of((opts.entropy.make)(prior.clone()));
-    if opts.total_variation != 0.0 {
-        penalty = penalty.and(opts.total_variation, Box::new(TotalVariation::new(opts.tuning.softening * objective.unit)?))?;
+    let weights = &opts.options;
+    let mut penalty = WeightedSum(vec![(1.0, Box::new(weights.entropy.of(prior.clone())))]);
+    if weights.total_variation != 0.0 {
+        penalty.0.push((weights.total_variation, Box::new(TotalVariation::new(opts.tuning.softening * objective.unit)?)));
     }
-    if opts.l1 != 0.0 {
-        penalty = penalty.and(opts.l1, Box::new(L1))?;
+    if weights.l1 != 0.0 {
+        penalty.0.push((weights.l1, Box::new(L1)));
     }
     objective.penalty = penalty;
     Ok(MemImager::new(objective, prior)?.tuned(opts.tuning))
@@ -298,8 +220,8 @@ fn certify(solver: &mut MemImager, state: &MemState, (progress, seconds): (&Prog
     })
 }
 
-fn map(solver: &mut MemImager, state: &MemState, how: Uncertainty) -> Result<Option<Array2<f64>>> {
-    if how == Uncertainty::None {
+fn map(solver: &mut MemImager, state: &MemState, how: (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
+    if how.0 == Uncertainty::None {
         return Ok(None);
     }
     let m = multipliers(solver, state);
@@ -308,11 +230,10 @@ fn map(solver: &mut MemImager, state: &MemState, how: Uncertainty) -> Result<Opt
     uncertainty(o, &point, &m, how)
 }
 
-fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut seconds: Seconds) -> Result<MemProducts> {
+fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Result<MemProducts> {
     let grid = imager.grid().clone();
     let beams: Vec<RestoringBeam> = channels.iter().map(|c| c.beam).collect();
-    let restored =
-        time(&mut seconds, "restore", || channels.iter().map(|c| with_beam(&grid, c.model.view(), &c.beam) + &c.residual).collect());
+    let restored = clock.time("restore", || channels.iter().map(|c| with_beam(&grid, c.model.view(), &c.beam) + &c.residual).collect());
     let (mut models, mut residuals, mut sigmas, mut certificates) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for c in channels {
         models.push(c.model);
@@ -336,16 +257,6 @@ fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut seconds: Seconds) -
         uncertainty,
         certificates,
         beams,
-        seconds,
+        seconds: clock.0,
     })
-}
-
-/// Report where the noise is taken from, if it is not the weights.
-pub fn announce_noise(noise: Noise, observer: &dyn Observer) {
-    if let Noise::Factor(f) = noise {
-        let text = format!(
-            "the weights are counts of samples, not 1/sigma^2: the difference of the two hands gives a variance of {f:.4e} a count (the option noise overrides it)"
-        );
-        observer.event(Event::Note(&text));
-    }
 }

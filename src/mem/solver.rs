@@ -1,31 +1,55 @@
-//! Code that both solvers share: the form of the problem for argmin, and the conditions to stop.
+//! The loop that both solvers share: an argmin solver around the steps of one method, and the conditions to stop.
 
-use super::control::Control;
+use super::control::Steering;
 use super::objective::{Multipliers, Objective, Point};
 use crate::progress::{Event, Observer};
-use argmin::core::{Error, IterState, Problem, TerminationReason, TerminationStatus};
+use crate::{ChainError, ensure};
+use argmin::core::{Error, Executor, IterState, KV, Problem, Solver, TerminationReason, TerminationStatus};
 use ndarray::{Array2, Zip};
-use std::cell::RefCell;
+use std::cell::{RefCell, RefMut};
 
 /// The form of the problem for argmin, which gives only shared references.
-pub(super) type Shared<'a> = RefCell<&'a mut Objective>;
-/// The state that argmin keeps: the variable s.
-pub(super) type State = IterState<Array2<f64>, (), (), (), (), f64>;
+type Shared<'a> = RefCell<&'a mut Objective>;
 
-/// When to stop.
+/// The state that argmin keeps: the variable s.
+type State = IterState<Array2<f64>, (), (), (), (), f64>;
+
+/// When a solution is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Goals {
-    /// KKT residual.
-    pub(super) kkt: f64,
-    /// Relative error of the flux.
-    pub(super) flux: f64,
+pub struct MemGoals {
+    /// Chi squared over its expected value.
+    pub chi2: f64,
+    /// Its largest departure, relative.
+    pub chi2_tolerance: f64,
+    /// Largest KKT residual.
+    pub kkt: f64,
+    /// Largest relative error of the flux, where the flux is known.
+    pub flux: f64,
     /// Evaluations of the data term at most.
-    pub(super) evaluations: usize,
+    pub evaluations: usize,
 }
 
-/// The result of a solver.
-pub(super) struct Found {
+impl Default for MemGoals {
+    fn default() -> Self {
+        Self { chi2: 1.0, chi2_tolerance: 0.008, kkt: 1e-3, flux: 1e-3, evaluations: 150 }
+    }
+}
+
+/// A way to go from one image to the next.
+pub(super) trait Advance {
+    /// Its name.
+    const NAME: &'static str;
+    /// Steps in a row without progress after which the solver gives up.
+    const STALLS: usize;
+
+    /// The next point, and whether the step has made progress.
+    fn step(&mut self, course: &mut Course<'_>, o: &mut Objective, from: Point) -> crate::Result<(Point, bool)>;
+}
+
+/// The facts of a run, for all methods.
+pub(super) struct Course<'o> {
     pub(super) multipliers: Multipliers,
+    pub(super) steering: Steering,
     pub(super) point: Option<Point>,
     /// Evaluations of the data term in this run.
     pub(super) evaluations: usize,
@@ -33,59 +57,114 @@ pub(super) struct Found {
     pub(super) convolutions: usize,
     /// All goals are met.
     pub(super) met: bool,
+    goals: MemGoals,
+    /// Steps in a row without progress.
+    stalled: usize,
+    observer: &'o dyn Observer,
 }
 
-/// A solver that returns its result.
-pub(super) trait Solves {
-    fn found(self) -> Found;
+impl<'o> Course<'o> {
+    /// With these multipliers at the start.
+    pub(super) fn new(multipliers: Multipliers, steering: Steering, goals: MemGoals, observer: &'o dyn Observer) -> Self {
+        Self { multipliers, steering, point: None, evaluations: 0, convolutions: 0, met: false, goals, stalled: 0, observer }
+    }
+
+    /// One evaluation of the objective, counted.
+    pub(super) fn evaluate(&mut self, o: &mut Objective, s: Array2<f64>) -> crate::Result<Point> {
+        self.evaluations += 1;
+        o.evaluate(s)
+    }
+
+    /// Report a new point, note whether all goals are met there, and keep it. Returns the variable and the value of J.
+    fn accept(&mut self, o: &Objective, number: u64, point: Point) -> (Array2<f64>, f64) {
+        let (m, evaluations) = (self.multipliers, self.evaluations);
+        let (chi2, kkt) = (point.chi2 / o.chi2.expected(), o.kkt(&point, &m));
+        let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
+        self.observer.event(Event::Entropy { number: number as usize, evaluations, chi2, kkt, flux: point.flux, lambda: m.lambda });
+        self.met = self.steering.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
+        let accepted = (point.s.clone(), o.value(&point, &m));
+        self.point = Some(point);
+        accepted
+    }
 }
 
-/// Reason of termination of a solver that no step improves any more.
-const STALLED: &str = "stalled";
+/// A method on its course, as argmin sees it.
+struct Run<'o, A> {
+    course: Course<'o>,
+    method: A,
+}
 
-impl Goals {
-    /// Whether and why a solver ends.
-    pub(super) fn reached(&self, found: &Found, stalled: bool) -> TerminationStatus {
+fn objective<'b, 'a>(problem: &'b Problem<Shared<'a>>) -> Result<RefMut<'b, &'a mut Objective>, Error> {
+    let shared = problem.problem.as_ref().ok_or_else(|| Error::msg("the problem was taken away from the solver"))?;
+    Ok(shared.borrow_mut())
+}
+
+impl<'a, A: Advance> Solver<Shared<'a>, State> for Run<'_, A> {
+    fn name(&self) -> &str {
+        A::NAME
+    }
+
+    fn init(&mut self, problem: &mut Problem<Shared<'a>>, mut state: State) -> Result<(State, Option<KV>), Error> {
+        let start = state.take_param().ok_or_else(|| Error::msg("no image to start from"))?;
+        let mut o = objective(problem)?;
+        self.course.point = Some(self.course.evaluate(&mut o, start.clone())?);
+        Ok((state.param(start), None))
+    }
+
+    fn next_iter(&mut self, problem: &mut Problem<Shared<'a>>, state: State) -> Result<(State, Option<KV>), Error> {
+        ensure!(!self.course.observer.cancelled(), ChainError::Cancelled.into());
+        let from = self.course.point.take().ok_or_else(|| Error::msg("the solver was not initialised"))?;
+        let mut o = objective(problem)?;
+        let (point, moved) = self.method.step(&mut self.course, &mut o, from)?;
+        self.course.stalled = if moved { 0 } else { self.course.stalled + 1 };
+        let (s, value) = self.course.accept(&o, state.iter + 1, point);
+        Ok((state.param(s).cost(value), None))
+    }
+
+    fn terminate(&mut self, _state: &State) -> TerminationStatus {
         let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
-        match (found.met, stalled) {
-            (true, _) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
-            (_, true) => because(STALLED),
-            _ if found.evaluations >= self.evaluations => because("evaluations"),
+        match &self.course {
+            c if c.met => TerminationStatus::Terminated(TerminationReason::SolverConverged),
+            c if c.stalled >= A::STALLS => because("stalled"),
+            c if c.evaluations >= c.goals.evaluations => because("evaluations"),
             _ => TerminationStatus::NotTerminated,
         }
     }
 }
 
-/// True where a solver ended because no step improved the image.
-pub(super) fn has_stalled(status: &TerminationStatus) -> bool {
-    matches!(status, TerminationStatus::Terminated(r) if r.text() == STALLED)
+/// The work of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Evaluations of the data term: pairs of transforms.
+    pub evaluations: usize,
+    /// Steps.
+    pub iterations: usize,
+    /// Convolutions with the beam.
+    pub convolutions: usize,
+    /// All goals are met.
+    pub met: bool,
+    /// No step in any direction improves the image any more.
+    pub stalled: bool,
 }
 
-/// Report a new point, note whether all goals are met there, and keep it. Returns the variable and the value of J.
-pub(super) fn accept(
-    found: &mut Found,
-    problem: &Problem<Shared<'_>>,
-    (control, goals): (&Control, &Goals),
-    (number, point): (u64, Point),
-    observer: &dyn Observer,
-) -> Result<(Array2<f64>, f64), Error> {
-    let m = found.multipliers;
-    let (chi2, kkt, error, value) = with(problem, |o| {
-        let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
-        (point.chi2 / o.chi2.expected(), o.kkt(&point, &m), error, o.value(&point, &m))
-    })?;
-    let (number, evaluations) = (number as usize, found.evaluations);
-    observer.event(Event::Entropy { number, evaluations, chi2, kkt, flux: point.flux, lambda: m.lambda });
-    found.met = control.met(chi2) && kkt <= goals.kkt && error <= goals.flux;
-    let s = point.s.clone();
-    found.point = Some(point);
-    Ok((s, value))
-}
-
-/// One evaluation of the objective, counted.
-pub(super) fn evaluate(found: &mut Found, problem: &mut Problem<Shared<'_>>, s: Array2<f64>) -> Result<Point, Error> {
-    found.evaluations += 1;
-    problem.problem("evaluations", |o| Ok(o.borrow_mut().evaluate(s)?))
+/// Take steps of a method from `s` until its goals are met, no step improves the image, or `steps` are taken.
+///
+/// # Errors
+/// Values that are not finite; a request to stop.
+pub(super) fn run<'o, A: Advance>(
+    o: &mut Objective,
+    s: Array2<f64>,
+    (method, course): (A, Course<'o>),
+    steps: usize,
+) -> crate::Result<(Course<'o>, Progress)> {
+    // An error of argmin contains an error of this crate.
+    let ours = |e: Error| e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into()));
+    let executor = Executor::new(RefCell::new(o), Run { course, method });
+    let result = executor.configure(|state| state.param(s).max_iters(steps as u64)).run().map_err(ours)?;
+    let (course, iterations) = (result.solver.course, result.state.iter as usize);
+    let Course { evaluations, convolutions, met, .. } = course;
+    let stalled = !met && course.stalled >= A::STALLS;
+    Ok((course, Progress { evaluations, iterations, convolutions, met, stalled }))
 }
 
 /// Scalar product of two images.
@@ -93,11 +172,4 @@ pub(super) fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
     let mut sum = 0.0;
     Zip::from(a).and(b).for_each(|a, b| sum += a * b);
     sum
-}
-
-/// Call a function with the objective.
-pub(super) fn with<T>(problem: &Problem<Shared<'_>>, work: impl FnOnce(&Objective) -> T) -> Result<T, Error> {
-    let shared = problem.problem.as_ref().ok_or_else(|| Error::msg("the problem was taken away from the solver"))?;
-    let guard = shared.borrow();
-    Ok(work(&guard))
 }

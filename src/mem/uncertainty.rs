@@ -12,9 +12,12 @@ use super::beam::BeamHessian;
 use super::control::Effort;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
-use crate::{ChainError, Result};
+use crate::Result;
+use crate::values::{by_text, need};
 use ndarray::{Array2, Zip};
 use rand::{RngExt, SeedableRng};
+use std::fmt;
+use std::str::FromStr;
 
 /// Points of the table of the circulant approximation.
 const TABLE: usize = 64;
@@ -23,26 +26,52 @@ const EXACT: Effort = Effort { tolerance: 1e-2, steps: 100 };
 /// Tolerance of the solution for the single probe that scales the circulant map.
 const ROUGH: Effort = Effort { tolerance: 0.05, steps: 60 };
 
-/// How the map is made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// How the map of uncertainties is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Uncertainty {
     /// No map.
     None,
-    /// The map of the circulant approximation, scaled to the total variance of one random probe. It takes as long as one or two steps.
-    Circulant,
-    /// From so many random probes with this seed.
-    Probes(usize, u64),
+    /// The map of the circulant approximation next to the beam, scaled to the total variance of one random probe. It takes as long as one or
+    /// two steps.
+    #[default]
+    Beam,
+    /// From this number of random probes.
+    Probes(usize),
+}
+by_text!(Uncertainty, ["string", "integer"], "none, beam, or a number of random probes up to 10000.");
+
+impl fmt::Display for Uncertainty {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => f.write_str("none"),
+            Self::Beam => f.write_str("beam"),
+            Self::Probes(n) => n.fmt(f),
+        }
+    }
 }
 
-/// Standard deviation of each pixel \[m, l\], flux per pixel. `None` if it is not requested or the data have no beam.
+impl FromStr for Uncertainty {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match (text, text.parse::<usize>()) {
+            ("none", _) | (_, Ok(0)) => Ok(Self::None),
+            ("beam", _) => Ok(Self::Beam),
+            (_, Ok(n)) if n <= 10_000 => Ok(Self::Probes(n)),
+            _ => Err(format!("{text:?} is not a map: use none, beam or a number of probes up to 10000")),
+        }
+    }
+}
+
+/// Standard deviation of each pixel \[m, l\], flux per pixel. The probes have their own seed. `None` if it is not requested or the data have no beam.
 ///
 /// # Errors
 /// The number of probes is 0.
-pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertainty) -> Result<Option<Array2<f64>>> {
+pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, (how, seed): (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
     let Some(beam) = &o.beam else { return Ok(None) };
     match how {
         Uncertainty::None => Ok(None),
-        Uncertainty::Circulant => {
+        Uncertainty::Beam => {
             // The variance of a pixel with x = I / (I R'') is lambda x times the mean over the spectrum of 1 / (1 + lambda x k).
             let x = |i: f64, e: f64| if i > 0.0 { m.lambda * i / e.max(1e-6) } else { 0.0 };
             let scale = beam.diagonal();
@@ -82,10 +111,8 @@ pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, how: Uncertain
             }
             Ok(Some(out))
         }
-        Uncertainty::Probes(0, _) => {
-            Err(ChainError::BadOption { option: "uncertainty", value: "0 probes".into(), expected: "1 probe or more".into() })
-        }
-        Uncertainty::Probes(n, seed) => {
+        Uncertainty::Probes(n) => {
+            need("uncertainty", "0 probes", n > 0, "1 probe or more")?;
             let mut probes = Probe::new(beam, point, m, seed)?;
             let mut sum = Array2::<f64>::zeros(point.image.dim());
             for _ in 0..n {

@@ -13,26 +13,17 @@
 //! # Reference
 //! Cornwell & Evans 1985, A&A 143, 77.
 
-use super::control::{Control, Steering};
+use super::control::Control;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point};
-use super::solver::{Found, Goals, Shared, Solves, State, accept, dot, evaluate, with};
+use super::solver::{Advance, Course, dot};
 use super::tuning::VtessControl;
-use crate::progress::Observer;
-use argmin::core::{Error, KV, Problem, Solver, TerminationStatus};
+use crate::{ChainError, Result};
 use ndarray::{Array2, Zip};
 
-/// Number of successive steps of almost zero length after which the solver stops.
-const STALLS: usize = 5;
-
-/// The solver and what it has found so far.
-pub(super) struct Vtess<'o> {
-    found: Found,
-    steering: Steering,
-    tuning: VtessControl,
-    goals: Goals,
-    stalled: usize,
-    observer: &'o dyn Observer,
+/// The method: the bounds of its steps.
+pub(super) struct Vtess {
+    pub(super) tuning: VtessControl,
 }
 
 /// A step with the multipliers it leads to.
@@ -40,8 +31,6 @@ struct Step {
     /// Change of s.
     direction: Array2<f64>,
     multipliers: Multipliers,
-    /// Convolutions that it took.
-    inner: usize,
 }
 
 /// Chi squared half as a function of the change of lambda, along the plane of the two directions.
@@ -91,36 +80,25 @@ fn in_s(point: &Point, v: &Array2<f64>) -> Array2<f64> {
     out
 }
 
-impl<'o> Vtess<'o> {
-    /// With these multipliers at the start.
-    pub(super) fn new(
-        multipliers: Multipliers,
-        steering: Steering,
-        tuning: VtessControl,
-        goals: Goals,
-        observer: &'o dyn Observer,
-    ) -> Self {
-        let found = Found { multipliers, point: None, evaluations: 0, convolutions: 0, met: false };
-        Self { found, steering, tuning, goals, stalled: 0, observer }
-    }
-
+impl Vtess {
     /// The step and the multipliers from the products of the gradients.
-    fn step(&mut self, o: &Objective, point: &Point) -> Result<Step, Error> {
-        let Some(beam) = &o.beam else { return Err(Error::msg("vtess needs a beam")) };
-        let m = self.found.multipliers;
+    fn newton(&self, course: &mut Course<'_>, o: &Objective, point: &Point) -> Result<Step> {
+        let Some(beam) = &o.beam else { return Err(ChainError::Internal("vtess needs a beam".into())) };
+        let m = course.multipliers;
         let expected = o.chi2.expected();
         let residual = o.residual(point, &m);
         let system = NewtonSystem::new(beam, point, &residual, &m)?;
-        let effort = self.steering.effort(point.chi2 / expected, o.kkt(point, &m));
+        let (chi2, kkt) = (point.chi2 / expected, o.kkt(point, &m));
+        let effort = course.steering.effort(chi2, kkt);
         let mut inner = 0;
-        let mut solve = |g: &Array2<f64>| -> crate::Result<Array2<f64>> {
+        let mut solve = |g: &Array2<f64>| -> Result<Array2<f64>> {
             let (x, steps) = system.solve(&g.mapv(|v| -v), effort)?;
             inner += steps;
             Ok(x)
         };
         let (gj, gc) = (in_s(point, &residual), in_s(point, &point.slope));
         let (mut d0, mut d1) = (solve(&gj)?, solve(&gc)?);
-        let range = self.bounds(&gj, &gc, (&d0, &d1));
+        let range = self.bounds(m.lambda, &gj, &gc, (&d0, &d1));
         let mut beta = [0.0, 0.0];
         if o.flux.is_some() {
             // The flux reaches its value for every change of lambda.
@@ -135,21 +113,20 @@ impl<'o> Vtess<'o> {
         }
         let c00 = system.data_curvature(&d0, &d0)?;
         let (c01, c11) = (system.data_curvature(&d0, &d1)?, system.data_curvature(&d1, &d1)?);
-        inner += 3;
+        course.convolutions += inner + 3;
         let model = Model { now: 0.5 * point.chi2, slope: [dot(&gc, &d0), dot(&gc, &d1)], curvature: [c00, c01, c11] };
-        let (chi2, kkt) = (point.chi2 / expected, o.kkt(point, &m));
-        let change = self.change(&model, range, (chi2, kkt), expected);
+        let change = self.change(course, &model, range, (chi2, kkt), expected);
         d0.scaled_add(change, &d1);
         let multipliers = Multipliers { lambda: m.lambda + change, beta: m.beta + beta[0] + change * beta[1], rho: 0.0 };
-        Ok(Step { direction: d0, multipliers, inner })
+        Ok(Step { direction: d0, multipliers })
     }
 
     /// The change of lambda that leads chi squared to its target.
-    fn change(&mut self, model: &Model, range: (f64, f64), (chi2, kkt): (f64, f64), expected: f64) -> f64 {
-        let Control::Target { target, tolerance } = self.steering.control else { return 0.0 };
-        let lambda = self.found.multipliers.lambda;
+    fn change(&self, course: &mut Course<'_>, model: &Model, range: (f64, f64), (chi2, kkt): (f64, f64), expected: f64) -> f64 {
+        let Control::Target { target, tolerance } = course.steering.control else { return 0.0 };
+        let lambda = course.multipliers.lambda;
         let excess = chi2 / target;
-        let by_rule = self.steering.next(lambda, chi2, kkt) - lambda;
+        let by_rule = course.steering.next(lambda, chi2, kkt) - lambda;
         // Near the target the error of the model is as large as the difference from the target. With a flux constraint lambda may also have
         // no effect.
         if (excess - 1.0).abs() < self.tuning.close * tolerance || model.response() * lambda > -1e-3 * model.now {
@@ -159,8 +136,8 @@ impl<'o> Vtess<'o> {
     }
 
     /// The range for the change of lambda. Within it the squared length of the gradient is at most `growth` times that of its terms.
-    fn bounds(&self, gj: &Array2<f64>, gc: &Array2<f64>, (d0, d1): (&Array2<f64>, &Array2<f64>)) -> (f64, f64) {
-        let (lambda, VtessControl { growth, rise, .. }) = (self.found.multipliers.lambda, self.tuning);
+    fn bounds(&self, lambda: f64, gj: &Array2<f64>, gc: &Array2<f64>, (d0, d1): (&Array2<f64>, &Array2<f64>)) -> (f64, f64) {
+        let VtessControl { growth, rise, .. } = self.tuning;
         let (jj, cj, cc) = (-dot(gj, d0), -dot(gc, d0), -dot(gc, d1));
         if !(cc > 0.0) {
             return (0.0, 0.0);
@@ -182,66 +159,38 @@ impl<'o> Vtess<'o> {
             let step = 0.5 * s * d;
             *i += step.clamp(-loss * *i, gain * *i + 0.5 * unit);
         });
-        if let Some(inside) = &o.inside {
-            Zip::from(&mut image).and(inside).for_each(|i, inside| *i *= f64::from(u8::from(*inside)));
-        }
+        o.darken(&mut image);
         image
     }
 }
 
-impl<'a> Solver<Shared<'a>, State> for Vtess<'_> {
-    fn name(&self) -> &str {
-        "Cornwell-Evans"
-    }
+impl Advance for Vtess {
+    const NAME: &'static str = "Cornwell-Evans";
+    const STALLS: usize = 5;
 
-    fn init(&mut self, problem: &mut Problem<Shared<'a>>, mut state: State) -> Result<(State, Option<KV>), Error> {
-        let start = state.take_param().ok_or_else(|| Error::msg("no image to start from"))?;
-        self.found.point = Some(evaluate(&mut self.found, problem, start.clone())?);
-        Ok((state.param(start), None))
-    }
-
-    fn next_iter(&mut self, problem: &mut Problem<Shared<'a>>, state: State) -> Result<(State, Option<KV>), Error> {
-        if self.observer.cancelled() {
-            return Err(crate::ChainError::Cancelled.into());
-        }
-        let Some(old) = self.found.point.take() else { return Err(Error::msg("the solver was not initialised")) };
-        let step = with(problem, |o| self.step(o, &old))??;
-        self.found.convolutions += step.inner;
+    fn step(&mut self, course: &mut Course<'_>, o: &mut Objective, old: Point) -> Result<(Point, bool)> {
+        let step = self.newton(course, o, &old)?;
         let m = step.multipliers;
-        self.found.multipliers = m;
-        let image = with(problem, |o| self.moved(o, &old, &step.direction))?;
+        course.multipliers = m;
+        let image = self.moved(o, &old, &step.direction);
         let change = &image - &old.image;
-        let trial = evaluate(&mut self.found, problem, image.mapv(|i| 2.0 * i.sqrt()))?;
-        let (from, to) = with(problem, |o| (dot(&o.residual(&old, &m), &change), dot(&o.residual(&trial, &m), &change)))?;
+        let trial = course.evaluate(o, image.mapv(|i| 2.0 * i.sqrt()))?;
+        let (from, to) = (dot(&o.residual(&old, &m), &change), dot(&o.residual(&trial, &m), &change));
         // If the gradient along the step has changed its sign, the minimum lies between the two ends.
         let t = if from < 0.0 && to > 0.0 { from / (from - to) } else { 1.0 };
-        let point = if t > 0.8 {
-            trial
-        } else {
-            let bend = dot(&trial.slope, &change) - dot(&old.slope, &change);
-            let chi2 = old.chi2 + 2.0 * t * dot(&old.slope, &change) + t * t * bend;
-            let mut slope = &old.slope * (1.0 - t);
-            slope.scaled_add(t, &trial.slope);
-            let mut image = old.image.clone();
-            image.scaled_add(t, &change);
-            with(problem, |o| o.assemble(image.mapv(|i| 2.0 * i.sqrt()), image, chi2, slope))?
-        };
-        self.stalled = if t < 0.02 { self.stalled + 1 } else { 0 };
-        let (s, value) = accept(&mut self.found, problem, (&self.steering.control, &self.goals), (state.iter + 1, point), self.observer)?;
-        Ok((state.param(s).cost(value), None))
-    }
-
-    fn terminate(&mut self, _state: &State) -> TerminationStatus {
-        self.goals.reached(&self.found, self.stalled >= STALLS)
+        if t > 0.8 {
+            return Ok((trial, true));
+        }
+        let bend = dot(&trial.slope, &change) - dot(&old.slope, &change);
+        let chi2 = old.chi2 + 2.0 * t * dot(&old.slope, &change) + t * t * bend;
+        let mut slope = &old.slope * (1.0 - t);
+        slope.scaled_add(t, &trial.slope);
+        let mut image = old.image;
+        image.scaled_add(t, &change);
+        // A step of almost zero length is no progress.
+        Ok((o.assemble(image.mapv(|i| 2.0 * i.sqrt()), image, chi2, slope), t >= 0.02))
     }
 }
-
-impl Solves for Vtess<'_> {
-    fn found(self) -> Found {
-        self.found
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! Complex visibilities with their weights: chi2 = sum of w |V - model|^2.
 
 use super::term::VisibilityTerm;
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::ArrayError;
 use num_complex::{Complex, Complex32};
 use rayon::prelude::*;
@@ -33,9 +33,7 @@ impl Visibilities {
             return Err(ChainError::Incompatible(message));
         }
         let used = weight.iter().filter(|w| **w > 0.0).count();
-        if used == 0 {
-            return Err(ChainError::NoData("no visibility has a weight: nothing constrains the image".into()));
-        }
+        ensure!(used > 0, ChainError::NoData("no visibility has a weight: nothing constrains the image".into()));
         Ok(Self { vis, weight, used })
     }
 }

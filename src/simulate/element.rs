@@ -1,5 +1,6 @@
 //! The power pattern of an antenna or a receiving element. All elements have the same pattern.
 
+use crate::values::need;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayLayout, SPEED_OF_LIGHT_M_S};
 use serde::{Deserialize, Serialize};
@@ -54,18 +55,18 @@ impl ElementPattern {
     /// # Errors
     /// A width or a diameter is not positive, or the exponent is negative.
     pub fn check(&self) -> Result<()> {
+        let positive = |x: f64| x.is_finite() && x > 0.0;
         let (option, value, good) = match *self {
             Self::None => return Ok(()),
             Self::Gaussian { fwhm_rad, ref_freq_hz } => {
-                if let Some(f) = ref_freq_hz.filter(|f| !(f.is_finite() && *f > 0.0)) {
-                    return Err(bad("reference frequency of the element pattern", f, "a positive frequency"));
-                }
-                ("width of the element pattern", fwhm_rad, fwhm_rad.is_finite() && fwhm_rad > 0.0)
+                let freq = ref_freq_hz.unwrap_or(1.0);
+                need("reference frequency of the element pattern", freq, positive(freq), "a positive frequency")?;
+                ("width of the element pattern", fwhm_rad, positive(fwhm_rad))
             }
-            Self::Airy { diameter_m } => ("diameter of the element pattern", diameter_m, diameter_m.is_finite() && diameter_m > 0.0),
+            Self::Airy { diameter_m } => ("diameter of the element pattern", diameter_m, positive(diameter_m)),
             Self::CosPower { exponent } => ("exponent of the element pattern", exponent, exponent.is_finite() && exponent >= 0.0),
         };
-        if good { Ok(()) } else { Err(bad(option, value, "a positive, finite number")) }
+        need(option, value, good, "a positive, finite number")
     }
 
     /// True if the pattern differs from channel to channel.
@@ -125,10 +126,6 @@ impl ElementPattern {
             }
         }
     }
-}
-
-fn bad(option: &'static str, value: f64, expected: &str) -> ChainError {
-    ChainError::BadOption { option, value: value.to_string(), expected: expected.into() }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::sky::{SkyModel, apparent_plane, check_image, from_jy, nearest_channel
 use super::{ElementPattern, SimulateOptions, pedestal};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{
     Polarization, SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySink,
 };
@@ -173,9 +173,7 @@ impl<'a> Simulator<'a> {
             let step = self.rows_in_a_pass();
             let mut start = 0;
             while start < coverage.n_rows() {
-                if observer.cancelled() {
-                    return Err(ChainError::Cancelled);
-                }
+                ensure!(!observer.cancelled(), ChainError::Cancelled);
                 let end = (start + step).min(coverage.n_rows());
                 let block = self.block(coverage.rows(start..end)?, summary.rows, observer)?;
                 sink.write_block(&block)?;

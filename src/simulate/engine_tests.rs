@@ -1,8 +1,10 @@
 //! Tests of whole simulations.
 
 use super::*;
-use crate::fourier::{GridOptions, vis_to_image};
-use crate::progress::{Recorder, Silent};
+use crate::fixtures::Recorder;
+use crate::fourier::GridOptions;
+use crate::fourier::fixtures::vis_to_image;
+use crate::progress::Silent;
 use cittert_arrays::quantity::Length;
 use cittert_arrays::{
     Antenna, ArrayLayout, BrightnessUnit, Image, LayoutFrame, PhaseCenter, Polarization, Sensitivity, SkyFrame, SkyGrid, Source,

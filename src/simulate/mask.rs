@@ -7,8 +7,8 @@
 //! sinc(l / width of the frame).
 
 use crate::fourier;
-use crate::{ChainError, Result};
-use cittert_arrays::{BrightnessUnit, Image, Polarization, SPEED_OF_LIGHT_M_S, SkyFrame, SkyGrid, SpectralWindow, UvCoverage};
+use crate::{ChainError, Result, ensure};
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, SpectralWindow, UvCoverage};
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex64;
 
@@ -75,62 +75,42 @@ pub struct UvMask {
     pub spectrum: SpectralWindow,
 }
 
-/// Collects a [`UvMask`] from blocks of coverage.
-#[derive(Debug, Clone)]
-pub struct UvMaskBuilder {
-    mask: UvMask,
-}
-
-impl UvMaskBuilder {
+impl UvMask {
     /// An empty mask for images on `grid` in the channels of `spectrum`.
-    #[must_use]
-    pub fn new(grid: &SkyGrid, spectrum: SpectralWindow) -> Self {
+    fn empty(grid: &SkyGrid, spectrum: SpectralWindow) -> Self {
         let cell = |n: usize| 1.0 / (n as f64 * grid.cell_rad);
         Self {
-            mask: UvMask {
-                counts: Array2::zeros((grid.n_m, grid.n_l)),
-                cell_u: cell(grid.n_l),
-                cell_v: cell(grid.n_m),
-                image_cell_rad: grid.cell_rad,
-                samples: 0,
-                outside: 0,
-                longest_wavelengths: 0.0,
-                spectrum,
-            },
+            counts: Array2::zeros((grid.n_m, grid.n_l)),
+            cell_u: cell(grid.n_l),
+            cell_v: cell(grid.n_m),
+            image_cell_rad: grid.cell_rad,
+            samples: 0,
+            outside: 0,
+            longest_wavelengths: 0.0,
+            spectrum,
         }
     }
 
     /// Count the rows of a block in every channel. Autocorrelations are left out.
-    pub fn add(&mut self, coverage: &UvCoverage) {
-        let m = &mut self.mask;
-        let (n_v, n_u) = m.counts.dim();
+    fn add(&mut self, coverage: &UvCoverage) {
+        let (n_v, n_u) = self.counts.dim();
         let pairs = coverage.ant1.iter().zip(&coverage.ant2);
         for (uvw, _) in coverage.uvw_m.axis_iter(Axis(0)).zip(pairs).filter(|(_, (a, b))| a != b) {
-            for freq in m.spectrum.freq_hz() {
+            for freq in self.spectrum.freq_hz() {
                 let k = freq / SPEED_OF_LIGHT_M_S;
                 let (u, v) = (uvw[0] * k, uvw[1] * k);
-                m.longest_wavelengths = m.longest_wavelengths.max(u.hypot(v));
-                m.samples += 1;
-                let cells = [nearest_cell(n_u, n_v, m.image_cell_rad, u, v), nearest_cell(n_u, n_v, m.image_cell_rad, -u, -v)];
-                if cells == [None, None] {
-                    m.outside += 1;
-                }
+                self.longest_wavelengths = self.longest_wavelengths.max(u.hypot(v));
+                self.samples += 1;
+                let cells = [nearest_cell(n_u, n_v, self.image_cell_rad, u, v), nearest_cell(n_u, n_v, self.image_cell_rad, -u, -v)];
+                self.outside += u64::from(cells == [None, None]);
                 for (u, v) in cells.into_iter().flatten() {
-                    let count = &mut m.counts[[v, u]];
+                    let count = &mut self.counts[[v, u]];
                     *count = count.saturating_add(1);
                 }
             }
         }
     }
 
-    /// The finished mask.
-    #[must_use]
-    pub fn build(self) -> UvMask {
-        self.mask
-    }
-}
-
-impl UvMask {
     /// Number of cells with at least one visibility.
     #[must_use]
     pub fn cells_hit(&self) -> usize {
@@ -165,29 +145,6 @@ impl UvMask {
         let cells = self.cells_hit();
         if cells == 0 { 0.0 } else { hits / cells as f64 }
     }
-
-    /// The counts as an image without unit, for pictures and files. The grid of the image has the image cell. The history records the size
-    /// of a u-v cell in wavelengths, `cell_u` by `cell_v`.
-    ///
-    /// # Errors
-    /// The sizes do not make a valid grid. This cannot happen for a mask that [`UvMaskBuilder`] made.
-    pub fn to_image(&self) -> Result<Image> {
-        let (n_v, n_u) = self.counts.dim();
-        let grid = SkyGrid::new(n_u, n_v, self.image_cell_rad, SkyFrame::Boresight)?;
-        let (mean, extent) = (self.spectrum.mean_hz(), self.spectrum.extent_hz());
-        let spectrum = SpectralWindow::new(vec![mean], vec![extent])?;
-        let data = self.counts.mapv(f64::from).insert_axis(Axis(0)).insert_axis(Axis(0));
-        let mut image = Image::new(grid, spectrum, vec![Polarization::I], data, BrightnessUnit::One)?;
-        image.object = "u-v mask".into();
-        image.history.push(format!(
-            "u-v mask: hits of each cell of the Fourier grid, u along x and v along y, cells of {} x {} wavelengths, u = v = 0 at column {}, row {} (from 0)",
-            self.cell_u,
-            self.cell_v,
-            n_u / 2,
-            n_v / 2
-        ));
-        Ok(image)
-    }
 }
 
 /// The mask of all rows of an iterator.
@@ -199,14 +156,11 @@ pub fn uv_mask(
     spectrum: &SpectralWindow,
     rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
 ) -> Result<UvMask> {
-    let mut builder = UvMaskBuilder::new(grid, spectrum.clone());
+    let mut mask = UvMask::empty(grid, spectrum.clone());
     for coverage in rows {
-        builder.add(&coverage?);
+        mask.add(&coverage?);
     }
-    let mask = builder.build();
-    if mask.samples == 0 {
-        return Err(ChainError::NoData("the coverage holds no baseline between two antennas".into()));
-    }
+    ensure!(mask.samples > 0, ChainError::NoData("the coverage holds no baseline between two antennas".into()));
     Ok(mask)
 }
 
@@ -214,6 +168,7 @@ pub fn uv_mask(
 mod tests {
     use super::*;
     use crate::simulate::dft::image_dft;
+    use cittert_arrays::SkyFrame;
 
     fn coverage(uv: &[(f64, f64)]) -> UvCoverage {
         let n = uv.len();
@@ -238,7 +193,6 @@ mod tests {
         // Within 8 wavelengths (two cells and a half): 21 cells.
         mask.longest_wavelengths = 8.0;
         assert!((mask.fill_fraction() - 4.0 / 21.0).abs() < 1e-15, "{}", mask.fill_fraction());
-        assert_eq!(mask.to_image().unwrap().data[[0, 0, 8, 9]], 2.0);
     }
 
     #[test]

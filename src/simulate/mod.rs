@@ -29,7 +29,7 @@ mod sky;
 pub use cittert_arrays::jy_per_kelvin_sr;
 pub use element::ElementPattern;
 pub use engine::{Simulator, Summary, simulate_set};
-pub use mask::{UvMask, UvMaskBuilder};
+pub use mask::UvMask;
 pub use method::Method;
 pub use noise::{NoiseModel, NoiseOptions};
 pub use options::{

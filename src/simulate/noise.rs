@@ -9,6 +9,7 @@
 use super::element::ElementPattern;
 use super::sky::from_jy;
 use crate::random::stream;
+use crate::values::need;
 use crate::{ChainError, Result};
 use cittert_arrays::{
     Antenna, BOLTZMANN_J_PER_K, Polarization, SPEED_OF_LIGHT_M_S, Sensitivity, VisUnit, VisibilityBlock, VisibilityHeader,
@@ -78,9 +79,7 @@ impl NoiseModel {
         for (option, value) in
             [("aperture efficiency", options.aperture_efficiency), ("correlator efficiency", options.correlator_efficiency)]
         {
-            if !(value > 0.0 && value <= 1.0) {
-                return Err(ChainError::bad_option(option, value, "a number above 0 and at most 1"));
-            }
+            need(option, value, value > 0.0 && value <= 1.0, "a number above 0 and at most 1")?;
         }
         let given = match options.sensitivity {
             Some(Sensitivity::SefdJy(v)) => Some(("SEFD", v)),
@@ -89,9 +88,7 @@ impl NoiseModel {
         };
         let more = [("diameter for the noise", options.diameter_m), ("solid angle for the noise", options.solid_angle_sr)];
         for (option, value) in given.into_iter().chain(more.into_iter().filter_map(|(o, v)| Some((o, v?)))) {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(ChainError::bad_option(option, value, "a positive, finite number"));
-            }
+            need(option, value, value.is_finite() && value > 0.0, "a positive, finite number")?;
         }
         if header.unit == VisUnit::Uncalibrated {
             return Err(ChainError::Incompatible(

@@ -2,8 +2,8 @@
 //! `study`.
 
 use super::{ElementPattern, Method, NoiseOptions, Pedestal};
-use crate::values::{bad_value, by_text};
-use crate::{ChainError, Result};
+use crate::values::{bad_value, by_text, need, word_or_quantity};
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::astrometry::parse_utc;
 use cittert_arrays::quantity::{Angle, Duration, FluxDensity, Frequency, Length, Temperature};
 use cittert_arrays::{
@@ -95,27 +95,21 @@ impl TrackOptions {
     /// A layout on the Earth without a phase centre or a start, a boresight layout with options that need a place on the Earth, a source
     /// that never rises.
     pub fn plan(&self, layout: &ArrayLayout) -> Result<PlannedTrack> {
-        let look =
-            |field, value: String, why: &str| bad_value(field, value, format!("{why}: layout {:?} looks along its boresight", layout.name));
         let (center, track) = match (layout.frame, &self.phase_center) {
             (LayoutFrame::EastNorthUp(site), Some(center)) => (center.center.clone(), self.track(&center.center, &site)?),
             (LayoutFrame::EastNorthUp(_), None) => {
-                return bad_value(
-                    "phase-center",
-                    "missing",
-                    format!(
-                        "a direction such as 19h59m28s,+40d44m02s, with a start or an hour angle: layout {:?} stands on the Earth",
-                        layout.name
-                    ),
-                );
+                let expected = "a direction such as 19h59m28s,+40d44m02s, with a start or an hour angle";
+                return bad_value("phase-center", "missing", format!("{expected}: layout {:?} stands on the Earth", layout.name));
             }
-            (LayoutFrame::Boresight, Some(center)) => return look("phase-center", center.to_string(), "no phase centre"),
-            (LayoutFrame::Boresight, None) => {
-                if let Some(angles) = &self.hour_angle {
-                    return look("hour-angle", angles.to_string(), "no hour angle");
-                }
-                if let Some(limit) = self.elevation_limit {
-                    return look("elevation-limit", limit.to_string(), "no elevation limit");
+            (LayoutFrame::Boresight, _) => {
+                let given = [
+                    ("phase-center", "no phase centre", self.phase_center.as_ref().map(ToString::to_string)),
+                    ("hour-angle", "no hour angle", self.hour_angle.map(|a| a.to_string())),
+                    ("elevation-limit", "no elevation limit", self.elevation_limit.map(|a| a.to_string())),
+                ];
+                for (field, why, value) in given {
+                    let expected = format!("{why}: layout {:?} looks along its boresight", layout.name);
+                    need(field, value.as_deref().unwrap_or_default(), value.is_none(), expected)?;
                 }
                 let start = self.start.as_ref().map_or_else(|| parse_utc(ANY_DATE), |t| Ok(t.jd))?;
                 (PhaseCenter::unprojected("boresight"), self.from(start))
@@ -364,29 +358,13 @@ impl FromStr for Element {
     }
 }
 
-by_text!(Pedestal, "string", "auto, none, or a temperature such as \"290K\".");
-
-impl fmt::Display for Pedestal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Auto => f.write_str("auto"),
-            Self::None => f.write_str("none"),
-            Self::Kelvin(t) => Temperature(*t).fmt(f),
-        }
-    }
-}
-
-impl FromStr for Pedestal {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            "none" => Ok(Self::None),
-            _ => text.parse::<Temperature>().map(|t| Self::Kelvin(t.si())).map_err(|e| format!("{e}; or auto, or none")),
-        }
-    }
-}
+word_or_quantity!(
+    Pedestal,
+    "auto" => Auto,
+    "none" => None,
+    Kelvin(Temperature),
+    "auto, none, or a temperature such as \"290K\"."
+);
 
 /// A direction on the sky, with the text that it was read from.
 #[derive(Debug, Clone, PartialEq)]
@@ -467,22 +445,10 @@ impl FromStr for HourAngles {
     }
 }
 
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
 /// Check the numbers that every method needs.
 pub(super) fn check(options: &SimulateOptions) -> Result<()> {
-    if !(1..=1024).contains(&options.subchannels) {
-        return bad_value("subchannels", options.subchannels, "1 to 1024");
-    }
-    if !(1e-12..=0.1).contains(&options.epsilon) {
-        return bad_value("epsilon", options.epsilon, "1e-12 to 0.1");
-    }
-    if options.pols.is_empty() {
-        return Err(ChainError::NoData("pols is empty, expected one polarisation product or more".into()));
-    }
+    need("subchannels", options.subchannels, (1..=1024).contains(&options.subchannels), "1 to 1024")?;
+    need("epsilon", options.epsilon, (1e-12..=0.1).contains(&options.epsilon), "1e-12 to 0.1")?;
+    ensure!(!options.pols.is_empty(), ChainError::NoData("pols is empty, expected one polarisation product or more".into()));
     Ok(())
 }

@@ -6,7 +6,9 @@
 use super::dft::n_minus_1;
 use super::element::ElementPattern;
 use super::sky::{SkyModel, holds_intensity};
-use crate::{ChainError, Result};
+use crate::Result;
+use crate::values::need;
+use cittert_arrays::quantity::Temperature;
 use cittert_arrays::{BrightnessUnit, Image, VisUnit};
 
 /// The constant that is subtracted from a scene in kelvin.
@@ -17,8 +19,8 @@ pub enum Pedestal {
     Auto,
     /// Nothing.
     None,
-    /// This temperature, K.
-    Kelvin(f64),
+    /// This temperature.
+    Kelvin(Temperature),
 }
 
 /// A background is warm if nine tenths of the frame are above this fraction of the mean.
@@ -33,15 +35,11 @@ pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &
     let fits = unit == VisUnit::KelvinSr && warm.len() == 1;
     match choice {
         Pedestal::None => Ok(None),
-        Pedestal::Kelvin(t) if !t.is_finite() => {
-            Err(ChainError::BadOption { option: "pedestal", value: t.to_string(), expected: "a finite temperature, auto or none".into() })
+        Pedestal::Kelvin(t) => {
+            need("pedestal", t, t.si().is_finite(), "a finite temperature, auto or none")?;
+            need("pedestal", t, fits, "none, unless one scene image in K is observed in K sr")?;
+            Ok(Some(t.si()))
         }
-        Pedestal::Kelvin(t) if fits => Ok(Some(t)),
-        Pedestal::Kelvin(t) => Err(ChainError::BadOption {
-            option: "pedestal",
-            value: format!("{t} K"),
-            expected: "none, unless one scene image in K is observed in K sr".into(),
-        }),
         Pedestal::Auto => Ok(warm.first().filter(|_| fits).and_then(|image| mean_if_warm(image, pattern, freq_hz))),
     }
 }
@@ -90,8 +88,8 @@ mod tests {
         assert_eq!(go(Pedestal::Auto, &scene(0.0), VisUnit::KelvinSr).unwrap(), None);
         assert_eq!(go(Pedestal::Auto, &scene(250.0), VisUnit::Jy).unwrap(), None);
         assert_eq!(go(Pedestal::None, &scene(250.0), VisUnit::KelvinSr).unwrap(), None);
-        assert_eq!(go(Pedestal::Kelvin(200.0), &scene(250.0), VisUnit::KelvinSr).unwrap(), Some(200.0));
-        assert!(go(Pedestal::Kelvin(200.0), &scene(250.0), VisUnit::Jy).is_err());
-        assert!(go(Pedestal::Kelvin(f64::NAN), &scene(250.0), VisUnit::KelvinSr).is_err());
+        assert_eq!(go(Pedestal::Kelvin(Temperature(200.0)), &scene(250.0), VisUnit::KelvinSr).unwrap(), Some(200.0));
+        assert!(go(Pedestal::Kelvin(Temperature(200.0)), &scene(250.0), VisUnit::Jy).is_err());
+        assert!(go(Pedestal::Kelvin(Temperature(f64::NAN)), &scene(250.0), VisUnit::KelvinSr).is_err());
     }
 }

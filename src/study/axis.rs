@@ -1,6 +1,7 @@
 //! Axes of a study and the grid that they span.
 
-use crate::{ChainError, Result};
+use crate::Result;
+use crate::values::{bad_value, need};
 
 /// One value of an axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,15 +30,9 @@ impl Axis {
     /// There is no value, or the same value occurs twice.
     pub fn new(name: impl Into<String>, texts: &[String]) -> Result<Self> {
         let name = name.into();
-        if texts.is_empty() {
-            return Err(ChainError::BadOption { option: "axis", value: name, expected: "at least one value".into() });
-        }
+        need("axis", &name, !texts.is_empty(), "at least one value")?;
         if let Some((_, twice)) = texts.iter().enumerate().find(|(k, t)| texts[..*k].contains(t)) {
-            return Err(ChainError::BadOption {
-                option: "axis",
-                value: format!("{twice} twice in {name}"),
-                expected: "each value once".into(),
-            });
+            return bad_value("axis", format!("{twice} twice in {name}"), "each value once");
         }
         let parts: Vec<Option<(f64, &str)>> = texts.iter().map(|t| number_and_unit(t)).collect();
         let unit = parts[0].map(|p| p.1);
@@ -85,16 +80,10 @@ impl Grid {
     /// An axis without values, two axes of one name, more than a million points.
     pub fn new(axes: Vec<Axis>) -> Result<Self> {
         if let Some((_, a)) = axes.iter().enumerate().find(|(k, a)| axes[..*k].iter().any(|b| b.name == a.name)) {
-            return Err(ChainError::BadOption { option: "axis", value: a.name.clone(), expected: "one axis for each parameter".into() });
+            return bad_value("axis", &a.name, "one axis for each parameter");
         }
         let points = axes.iter().try_fold(1_usize, |n, a| n.checked_mul(a.values.len())).unwrap_or(usize::MAX);
-        if points == 0 || points > MOST_POINTS {
-            return Err(ChainError::BadOption {
-                option: "points of the study",
-                value: points.to_string(),
-                expected: format!("1 to {MOST_POINTS}"),
-            });
-        }
+        need("points of the study", points, (1..=MOST_POINTS).contains(&points), format!("1 to {MOST_POINTS}"))?;
         Ok(Self { axes })
     }
 
@@ -104,22 +93,27 @@ impl Grid {
         self.axes.iter().map(|a| a.values.len()).product()
     }
 
+    /// Indices of the values of a point \[axis\].
+    #[must_use]
+    pub fn indices(&self, point: usize) -> Vec<usize> {
+        let (mut rest, mut out) = (point, vec![0; self.axes.len()]);
+        for (index, axis) in out.iter_mut().zip(&self.axes).rev() {
+            (*index, rest) = (rest % axis.values.len(), rest / axis.values.len());
+        }
+        out
+    }
+
     /// The values of a point \[axis\].
     #[must_use]
     pub fn point(&self, index: usize) -> Vec<&AxisValue> {
-        let mut rest = index;
-        let mut out: Vec<&AxisValue> = self
-            .axes
-            .iter()
-            .rev()
-            .map(|a| {
-                let k = rest % a.values.len();
-                rest /= a.values.len();
-                &a.values[k]
-            })
-            .collect();
-        out.reverse();
-        out
+        self.axes.iter().zip(self.indices(index)).map(|(a, k)| &a.values[k]).collect()
+    }
+
+    /// The values of a point as text, such as `corrupt.phase-rms = 20deg`, with commas between.
+    #[must_use]
+    pub fn place(&self, index: usize) -> String {
+        let text = |(a, v): (&Axis, &AxisValue)| format!("{} = {}", a.name, v.text);
+        self.axes.iter().zip(self.point(index)).map(text).collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -2,10 +2,11 @@
 
 use crate::imaging::major::{CleanOptions, clean};
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
-use crate::mem::{MemGoals, MemPlan, Uncertainty, mem};
+use crate::mem::{MemOptions, MemPlan, Uncertainty, mem};
 use crate::progress::Silent;
 use crate::random::stream;
-use crate::{ChainError, Result};
+use crate::values::need;
+use crate::{ChainError, Result, ensure};
 use cittert_arrays::{ArrayLayout, Image, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
 use ndarray::{Array2, Axis};
 use rand::RngExt;
@@ -126,10 +127,8 @@ impl Base {
 }
 
 fn checked(n: usize, n_ant: usize) -> Result<usize> {
-    if (2..=n_ant).contains(&n) {
-        return Ok(n);
-    }
-    Err(ChainError::BadOption { option: "number of antennas", value: n.to_string(), expected: format!("2 to the {n_ant} of the layout") })
+    need("number of antennas", n, (2..=n_ant).contains(&n), format!("2 to the {n_ant} of the layout"))?;
+    Ok(n)
 }
 
 /// Indices of `n` random antennas of `n_ant`, in ascending order. They are the first `n` of a random permutation.
@@ -157,9 +156,7 @@ fn subset(set: &VisibilitySet, chosen: &[usize]) -> Result<VisibilitySet> {
     let at = |a: u32| place.get(a as usize).copied().flatten();
     let rows: Vec<usize> =
         (0..from.n_rows()).filter(|r| at(from.coverage.ant1[*r]).is_some() && at(from.coverage.ant2[*r]).is_some()).collect();
-    if rows.is_empty() {
-        return Err(ChainError::NoData(format!("no baseline is left between the {} antennas chosen", chosen.len())));
-    }
+    ensure!(!rows.is_empty(), ChainError::NoData(format!("no baseline is left between the {} antennas chosen", chosen.len())));
     let mut coverage: UvCoverage = from.coverage.select(&rows)?;
     for ant in coverage.ant1.iter_mut().chain(&mut coverage.ant2) {
         *ant = at(*ant).ok_or_else(|| ChainError::Incompatible(format!("a row names antenna {ant}, which is not among those chosen")))?;
@@ -182,8 +179,8 @@ pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, ho
     match how {
         Deconvolution::Clean(options) => Ok(seen(&clean(&mut imager, options, &Silent)?, how)),
         Deconvolution::Mem(_) => {
-            let goals = MemGoals { evaluations: HOPELESS, ..MemGoals::default() };
-            let products = mem(&mut imager, &MemPlan { goals, uncertainty: Uncertainty::None, ..MemPlan::default() }, &Silent)?;
+            let options = MemOptions { niter: HOPELESS, uncertainty: Uncertainty::None, ..MemOptions::default() };
+            let products = mem(&mut imager, &MemPlan { options, ..MemPlan::default() }, &Silent)?;
             let residual = &products.residual.data;
             let residual_rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
             Ok(Seen { image: products.model.plane(0, 0).to_owned(), residual_rms })

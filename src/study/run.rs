@@ -3,7 +3,7 @@
 use super::axis::Grid;
 use super::trial::{Setup, TrialResult, trial};
 use crate::progress::{Event, Observer};
-use crate::{ChainError, Result};
+use crate::{ChainError, Result, ensure};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -101,9 +101,7 @@ fn collect(
     let started = Instant::now();
     let mut told: Option<Instant> = None;
     for (n, (k, found)) in receiver.iter().enumerate() {
-        if observer.cancelled() {
-            return Err(ChainError::Cancelled);
-        }
+        ensure!(!observer.cancelled(), ChainError::Cancelled);
         each(k, found?)?;
         observer.event(Event::Advance(1));
         let n = n + 1;
@@ -118,9 +116,8 @@ fn collect(
 
 /// Where a trial failed.
 fn at(study: &Study, point: usize, seed: u64, error: &ChainError) -> ChainError {
-    let values: Vec<String> =
-        study.grid.axes.iter().zip(study.grid.point(point)).map(|(a, v)| format!("{} = {}", a.name, v.text)).collect();
-    let place = if values.is_empty() { format!("seed {seed}") } else { format!("{}, seed {seed}", values.join(", ")) };
+    let values = study.grid.place(point);
+    let place = if values.is_empty() { format!("seed {seed}") } else { format!("{values}, seed {seed}") };
     ChainError::Incompatible(format!("the trial at {place} failed: {error}"))
 }
 

@@ -120,5 +120,6 @@ fn minor(name: &str, (psf, dirty): (&Path, &Path), iterations: usize, model_path
     image.beams.clear();
     image.plane_mut(0, 0).assign(&model);
     write_image(model_path, &image, ImageOptions { overwrite: true, ..ImageOptions::default() })?;
-    Ok(json!({ "iterations": report.iterations, "cpu_s": made_s + cpu_s, "peak": report.peak, "rms": rms, "flux": model.sum() }))
+    let (iterations, peak) = (report.components.len(), residual.iter().fold(0.0_f64, |a, v| a.max(v.abs())));
+    Ok(json!({ "iterations": iterations, "cpu_s": made_s + cpu_s, "peak": peak, "rms": rms, "flux": model.sum() }))
 }

@@ -159,7 +159,7 @@ fn what_no_image_can_meet_is_refused() {
         ("--noise estimate", 1, "two parallel hands"),
         ("--entropy tsallis", 2, "gull-skilling"),
         ("--niter 0", 2, "--niter"),
-        ("--l1=-1", 1, "l1"),
+        ("--l1=-1", 2, "--l1"),
         ("--uncertainty some", 2, "--uncertainty"),
     ] {
         s.fails(&format!("{mem} {extra}"), code, &[word]);

@@ -5,7 +5,7 @@ use crate::scenes::{CELL, Case, Random, SIDE, cases, error_of, grid};
 use crate::table::{Group, Knob, measure};
 use cittert::arrays::SkyFrame;
 use cittert::closure_imaging::Samples;
-use cittert::closure_imaging::{ClosureImagingControl, ClosureImagingOptions, SmallDft, SparseSet, Transform, reconstruct};
+use cittert::closure_imaging::{ClosureImagingControl, ClosureImagingOptions, SmallDft, SparseSet, reconstruct};
 use cittert::fidelity::{find_shift, shifted};
 use cittert::imaging::DataCounts;
 use cittert::progress::Silent;
@@ -36,8 +36,7 @@ fn observed(case: &Case) -> SparseSet {
         moments.push(start..pairs.len());
     }
     let image: Vec<f64> = case.scene.iter().copied().collect();
-    let mut vis = vec![Complex64::default(); uv.len()];
-    SmallDft::new(&grid(), &uv).forward(&image, &mut vis);
+    let mut vis = SmallDft::new(&grid(), &uv).forward(&image);
     let mut random = Random(5);
     let mut sigma = Vec::with_capacity(vis.len());
     for m in &moments {

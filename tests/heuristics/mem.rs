@@ -4,10 +4,10 @@ use crate::scenes::{CELL, Case, SIDE, cases, error_of};
 use crate::table::{Group, Knob, measure};
 use cittert::arrays::quantity::Angle;
 use cittert::imaging::{ImageSize, Imager, ImagingOptions, Weighting};
-use cittert::mem::{MemPlan, MemTuning, Method, Uncertainty, mem};
+use cittert::mem::{MemOptions, MemPlan, MemTuning, Method, Uncertainty, mem};
 use cittert::progress::Silent;
 
-fn error(case: &Case, method: Method, tv: f64, tuning: &MemTuning) -> f64 {
+fn error(case: &Case, solver: Method, tv: f64, tuning: &MemTuning) -> f64 {
     let (mut set, _) = case.observed(1, 0.0);
     let imaging = ImagingOptions {
         size: Some(ImageSize::square(SIDE)),
@@ -16,8 +16,9 @@ fn error(case: &Case, method: Method, tv: f64, tuning: &MemTuning) -> f64 {
         ..ImagingOptions::default()
     };
     let mut imager = Imager::new(&mut set, imaging, &Silent).unwrap();
-    let options = MemPlan { method, total_variation: tv, uncertainty: Uncertainty::None, tuning: *tuning, ..MemPlan::default() };
-    error_of(&mem(&mut imager, &options, &Silent).unwrap().model.plane(0, 0).to_owned(), &case.scene)
+    let options = MemOptions { solver, total_variation: tv, uncertainty: Uncertainty::None, ..MemOptions::default() };
+    let plan = MemPlan { options, tuning: *tuning, ..MemPlan::default() };
+    error_of(&mem(&mut imager, &plan, &Silent).unwrap().model.plane(0, 0).to_owned(), &case.scene)
 }
 
 pub fn groups() -> Vec<Group> {

@@ -75,10 +75,12 @@ impl LocalSky {
     /// # Errors
     /// A date that is not finite or not between 1901 and 2099; a site that is not finite.
     pub fn at(time_jd_utc: f64, site: &Site) -> Result<Self> {
-        let bad = || ArrayError::BadValue {
-            what: "time".into(),
-            value: format!("JD {time_jd_utc}"),
-            expected: "a Julian date in UTC between 2415385.5 (1901) and 2487704.5 (2099)",
+        let bad = || {
+            ArrayError::bad_value(
+                "time",
+                format_args!("JD {time_jd_utc}"),
+                "a Julian date in UTC between 2415385.5 (1901) and 2487704.5 (2099)",
+            )
         };
         if !(2_415_385.5..=2_487_704.5).contains(&time_jd_utc) {
             return Err(bad());
@@ -112,7 +114,7 @@ impl LocalSky {
         );
         let lst_rad = (rotation_rad - earth.equation_of_origins_rad + site.longitude_rad).rem_euclid(TAU);
         if !(lst_rad + site.latitude_rad + site.altitude_m).is_finite() {
-            return Err(ArrayError::BadValue { what: "site".into(), value: format!("{site:?}"), expected: "finite coordinates" });
+            return Err(ArrayError::bad_value("site", format_args!("{site:?}"), "finite coordinates"));
         }
         Ok(Self { astrom, equation_of_origins_rad: earth.equation_of_origins_rad, lst_rad })
     }
@@ -128,13 +130,12 @@ impl LocalSky {
     /// # Errors
     /// Another frame; a direction that is not finite.
     pub fn apparent_place(&self, ra_rad: f64, dec_rad: f64, frame: &str) -> Result<ApparentPlace> {
-        if !(ra_rad.is_finite() && dec_rad.is_finite()) {
-            return Err(ArrayError::BadValue {
-                what: "direction".into(),
-                value: format!("{ra_rad}, {dec_rad} rad"),
-                expected: "a finite right ascension and declination",
-            });
-        }
+        ArrayError::unless(
+            ra_rad.is_finite() && dec_rad.is_finite(),
+            "direction",
+            format_args!("{ra_rad}, {dec_rad} rad"),
+            "a finite right ascension and declination",
+        )?;
         let fk5 = is_fk5(frame)?;
         let (icrs_ra, icrs_dec) = if fk5 { turn(ra_rad, dec_rad, &transposed(fk5_from_icrs())) } else { (ra_rad, dec_rad) };
         let (cirs_ra, cirs_dec) = atciqz(icrs_ra, icrs_dec, &mut self.astrom.clone());
@@ -175,7 +176,7 @@ fn is_fk5(frame: &str) -> Result<bool> {
     match frame.to_ascii_lowercase().as_str() {
         "icrs" => Ok(false),
         "fk5" => Ok(true),
-        _ => Err(ArrayError::BadValue { what: "celestial frame".into(), value: frame.into(), expected: "icrs or fk5 (J2000)" }),
+        _ => Err(ArrayError::bad_value("celestial frame", frame, "icrs or fk5 (J2000)")),
     }
 }
 

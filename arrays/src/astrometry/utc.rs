@@ -60,7 +60,7 @@ fn leap_second(day_jd: f64) -> Result<f64> {
         // Before 1972 UTC drifted against TAI and had no whole leap seconds.
         (Ok(today), Ok(tomorrow)) if today >= 10.0 => Ok((tomorrow - today).round()),
         (Ok(_), Ok(_)) => Ok(0.0),
-        _ => Err(ArrayError::BadValue { what: "time".into(), value: format!("JD {day_jd}"), expected: "a date that exists" }),
+        _ => Err(ArrayError::bad_value("time", format_args!("JD {day_jd}"), "a date that exists")),
     }
 }
 
@@ -69,11 +69,7 @@ fn leap_second(day_jd: f64) -> Result<f64> {
 /// # Errors
 /// A date that is not finite or not between 1901 and 2099.
 pub fn format_utc(time_jd_utc: f64) -> Result<String> {
-    let bad = || ArrayError::BadValue {
-        what: "time".into(),
-        value: format!("JD {time_jd_utc}"),
-        expected: "a Julian date between 1901 and 2099",
-    };
+    let bad = || ArrayError::bad_value("time", format_args!("JD {time_jd_utc}"), "a Julian date between 1901 and 2099");
     if !(2_415_385.5..=2_487_704.5).contains(&time_jd_utc) {
         return Err(bad());
     }

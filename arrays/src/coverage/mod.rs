@@ -6,4 +6,5 @@ mod track;
 
 pub use plan::CoveragePlan;
 pub use rows::UvCoverage;
+pub(crate) use rows::append_rows;
 pub use track::Track;

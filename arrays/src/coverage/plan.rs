@@ -51,20 +51,18 @@ impl CoveragePlan {
     /// A boresight layout with a celestial phase centre; a bad track; no antenna pair above the elevation limit at any time.
     pub fn track(layout: &ArrayLayout, phase_center: &PhaseCenter, track: &Track) -> Result<Self> {
         let n_times = track.n_times()?;
-        if !track.start_jd.is_finite() {
-            return Err(ArrayError::BadValue { what: "start".into(), value: track.start_jd.to_string(), expected: "a finite Julian date" });
-        }
+        ArrayError::unless(track.start_jd.is_finite(), "start", track.start_jd, "a finite Julian date")?;
         let enu = layout.antennas().iter().map(|a| a.position_m);
         let fixed = matches!(phase_center.kind, PhaseCenterKind::Unprojected);
         let (positions_m, times) = if fixed {
             (enu.collect(), (0..n_times).map(|i| TimeSlot { jd: track.midpoint_jd(i), axes: IDENTITY }).collect())
         } else {
             let Some(site) = layout.site() else {
-                return Err(ArrayError::BadValue {
-                    what: format!("frame of layout {:?}", layout.name),
-                    value: "boresight".into(),
-                    expected: "a layout with a site, as the sky is to be tracked (leave out the phase centre for a boresight scene)",
-                });
+                return Err(ArrayError::bad_value(
+                    format_args!("frame of layout {:?}", layout.name),
+                    "boresight",
+                    "a layout with a site, as the sky is to be tracked (leave out the phase centre for a boresight scene)",
+                ));
             };
             let slots: Result<Vec<TimeSlot>> = (0..n_times)
                 .map(|i| {
@@ -77,11 +75,11 @@ impl CoveragePlan {
         };
         let zeniths = match (track.elevation_limit_rad, layout.site()) {
             (Some(limit), _) if !(limit.abs() <= std::f64::consts::FRAC_PI_2) => {
-                return Err(ArrayError::BadValue {
-                    what: "elevation limit".into(),
-                    value: format!("{} deg", limit.to_degrees()),
-                    expected: "an angle between -90 and 90 deg",
-                });
+                return Err(ArrayError::bad_value(
+                    "elevation limit",
+                    format_args!("{} deg", limit.to_degrees()),
+                    "an angle between -90 and 90 deg",
+                ));
             }
             (Some(_), Some(site)) if !fixed => layout.antennas().iter().map(|a| zenith(&site, a.position_m)).collect(),
             _ => Vec::new(),
@@ -114,16 +112,12 @@ impl CoveragePlan {
             return Ok(());
         }
         Err(match track.elevation_limit_rad {
-            Some(limit) if self.positions_m.len() > 1 => ArrayError::BadValue {
-                what: "elevation of the phase centre".into(),
-                value: format!("below {} deg for all but at most one antenna at all times", limit.to_degrees()),
-                expected: "two antennas above the limit at some time: choose another start, phase centre or limit",
-            },
-            _ => ArrayError::BadValue {
-                what: "number of antennas".into(),
-                value: self.positions_m.len().to_string(),
-                expected: "at least two, to form a baseline",
-            },
+            Some(limit) if self.positions_m.len() > 1 => ArrayError::bad_value(
+                "elevation of the phase centre",
+                format_args!("below {} deg for all but at most one antenna at all times", limit.to_degrees()),
+                "two antennas above the limit at some time: choose another start, phase centre or limit",
+            ),
+            _ => ArrayError::bad_value("number of antennas", self.positions_m.len(), "at least two, to form a baseline"),
         })
     }
 
@@ -143,11 +137,9 @@ impl CoveragePlan {
     /// # Errors
     /// A range past the last row.
     pub fn rows(&self, range: Range<usize>) -> Result<UvCoverage> {
-        if range.end > self.n_rows() || range.start > range.end {
-            return Err(ArrayError::OutOfRange { what: "row", index: range.end, len: self.n_rows() });
-        }
+        ArrayError::unless_rows(&range, self.n_rows())?;
         let n = range.len();
-        let mut uvw = Vec::with_capacity(3 * n);
+        let mut uvw = Vec::with_capacity(n);
         let (mut ant1, mut ant2, mut time_jd) = (Vec::with_capacity(n), Vec::with_capacity(n), Vec::with_capacity(n));
         let mut t = self.first_row.partition_point(|first| *first <= range.start).saturating_sub(1);
         let mut row = self.first_row[t];
@@ -158,7 +150,7 @@ impl CoveragePlan {
                 let partners = if self.autocorrelations { &up[k..] } else { &up[k + 1..] };
                 for (b, rb) in partners {
                     if range.contains(&row) {
-                        uvw.extend([rb[0] - ra[0], rb[1] - ra[1], rb[2] - ra[2]]);
+                        uvw.push([rb[0] - ra[0], rb[1] - ra[1], rb[2] - ra[2]]);
                         ant1.push(*a);
                         ant2.push(*b);
                         time_jd.push(slot.jd);
@@ -168,12 +160,7 @@ impl CoveragePlan {
             }
             t += 1;
         }
-        let uvw_m = Array2::from_shape_vec((n, 3), uvw).map_err(|_| ArrayError::ShapeMismatch {
-            what: "uvw",
-            expected: vec![n, 3],
-            found: vec![ant1.len(), 3],
-        })?;
-        UvCoverage::new(uvw_m, ant1, ant2, time_jd, vec![self.integration_s; n], vec![0; n])
+        UvCoverage::new(Array2::from(uvw), ant1, ant2, time_jd, vec![self.integration_s; n], vec![0; n])
     }
 
     /// The rows in blocks of whole integrations, each of about `target_rows` rows.

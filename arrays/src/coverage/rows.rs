@@ -1,7 +1,7 @@
 //! Baseline-time rows: uvw, antenna pairs, times.
 
 use crate::{ArrayError, Result};
-use ndarray::{Array2, Axis, s};
+use ndarray::{Array, Array2, Axis, RemoveAxis};
 use std::ops::Range;
 
 /// Baseline-time rows. `ant1` and `ant2` index the antennas of the layout; uvw = r2 - r1.
@@ -35,18 +35,14 @@ impl UvCoverage {
         phase_center: Vec<u16>,
     ) -> Result<Self> {
         let rows = ant1.len();
-        if uvw_m.shape() != [rows, 3] {
-            return Err(ArrayError::ShapeMismatch { what: "uvw", expected: vec![rows, 3], found: uvw_m.shape().to_vec() });
-        }
+        ArrayError::unless_shape("uvw", uvw_m.shape(), &[rows, 3])?;
         for (what, len) in [
             ("antenna 2", ant2.len()),
             ("time", time_jd.len()),
             ("integration time", integration_s.len()),
             ("phase centre", phase_center.len()),
         ] {
-            if len != rows {
-                return Err(ArrayError::ShapeMismatch { what, expected: vec![rows], found: vec![len] });
-            }
+            ArrayError::unless_shape(what, &[len], &[rows])?;
         }
         Ok(Self { uvw_m, ant1, ant2, time_jd, integration_s, phase_center })
     }
@@ -75,17 +71,8 @@ impl UvCoverage {
     /// # Errors
     /// A range past the last row.
     pub fn rows(&self, range: Range<usize>) -> Result<Self> {
-        if range.end > self.n_rows() || range.start > range.end {
-            return Err(ArrayError::OutOfRange { what: "row", index: range.end, len: self.n_rows() });
-        }
-        Ok(Self {
-            uvw_m: self.uvw_m.slice(s![range.clone(), ..]).to_owned(),
-            ant1: self.ant1[range.clone()].to_vec(),
-            ant2: self.ant2[range.clone()].to_vec(),
-            time_jd: self.time_jd[range.clone()].to_vec(),
-            integration_s: self.integration_s[range.clone()].to_vec(),
-            phase_center: self.phase_center[range].to_vec(),
-        })
+        ArrayError::unless_rows(&range, self.n_rows())?;
+        self.select(&range.collect::<Vec<_>>())
     }
 
     /// Some rows, copied in the order given.
@@ -111,11 +98,7 @@ impl UvCoverage {
     /// # Errors
     /// None for coverages made by this crate. The shape of uvw is checked.
     pub fn append(&mut self, other: &Self) -> Result<()> {
-        self.uvw_m.append(Axis(0), other.uvw_m.view()).map_err(|_| ArrayError::ShapeMismatch {
-            what: "uvw",
-            expected: vec![other.n_rows(), 3],
-            found: other.uvw_m.shape().to_vec(),
-        })?;
+        append_rows("uvw", &mut self.uvw_m, &other.uvw_m)?;
         self.ant1.extend_from_slice(&other.ant1);
         self.ant2.extend_from_slice(&other.ant2);
         self.time_jd.extend_from_slice(&other.time_jd);
@@ -129,10 +112,10 @@ impl UvCoverage {
     pub fn longest_uv_m(&self) -> f64 {
         self.uvw_m.rows().into_iter().map(|r| r[0].hypot(r[1])).fold(0.0, f64::max)
     }
+}
 
-    /// Largest |w|, m; 0 without rows.
-    #[must_use]
-    pub fn largest_w_m(&self) -> f64 {
-        self.uvw_m.rows().into_iter().map(|r| r[2].abs()).fold(0.0, f64::max)
-    }
+/// Append along the rows. The error names the array whose shape does not fit.
+pub(crate) fn append_rows<T: Clone, D: RemoveAxis>(what: &'static str, to: &mut Array<T, D>, from: &Array<T, D>) -> Result<()> {
+    let expected = to.shape().to_vec();
+    to.append(Axis(0), from.view()).map_err(|_| ArrayError::ShapeMismatch { what, expected, found: from.shape().to_vec() })
 }

@@ -48,19 +48,18 @@ impl Track {
     ) -> Result<Self> {
         let [from, to] = hour_angles_rad;
         let PhaseCenterKind::Sidereal { ra_rad, dec_rad } = phase_center.kind else {
-            return Err(ArrayError::BadValue {
-                what: "phase centre of an hour-angle range".into(),
-                value: phase_center.name.clone(),
-                expected: "a right ascension and declination",
-            });
+            return Err(ArrayError::bad_value(
+                "phase centre of an hour-angle range",
+                &phase_center.name,
+                "a right ascension and declination",
+            ));
         };
-        if !(to > from && to - from <= TAU) {
-            return Err(ArrayError::BadValue {
-                what: "hour-angle range".into(),
-                value: format!("{}h to {}h", from * 12.0 / PI, to * 12.0 / PI),
-                expected: "an end after the start, at most 24 h later",
-            });
-        }
+        ArrayError::unless(
+            to > from && to - from <= TAU,
+            "hour-angle range",
+            format_args!("{}h to {}h", from * 12.0 / PI, to * 12.0 / PI),
+            "an end after the start, at most 24 h later",
+        )?;
         let hour_angle = |jd: f64| -> Result<f64> {
             let sky = LocalSky::at(jd, site)?;
             Ok(sky.lst_rad() - sky.apparent_place(ra_rad, dec_rad, &phase_center.frame)?.ra_rad)
@@ -82,26 +81,17 @@ impl Track {
     /// Times that are not positive and finite, a track shorter than one integration, more than a million integrations.
     pub fn n_times(&self) -> Result<usize> {
         for (what, value) in [("integration time", self.integration_s), ("duration of the track", self.duration_s)] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(ArrayError::BadValue { what: what.into(), value: format!("{value} s"), expected: "a positive time" });
-            }
+            ArrayError::unless(value.is_finite() && value > 0.0, what, format_args!("{value} s"), "a positive time")?;
         }
         // A duration read as hours and an integration in seconds divide with a rounding error.
         let n = (self.duration_s / self.integration_s * (1.0 + 1e-9)).floor();
-        if n < 1.0 {
-            return Err(ArrayError::BadValue {
-                what: "duration of the track".into(),
-                value: format!("{} s", self.duration_s),
-                expected: "at least one integration time",
-            });
-        }
-        if n > MOST_TIMES {
-            return Err(ArrayError::BadValue {
-                what: "number of integrations".into(),
-                value: format!("{n}"),
-                expected: "at most 1,000,000: take a longer integration time or a shorter track",
-            });
-        }
+        ArrayError::unless(n >= 1.0, "duration of the track", format_args!("{} s", self.duration_s), "at least one integration time")?;
+        ArrayError::unless(
+            n <= MOST_TIMES,
+            "number of integrations",
+            format_args!("{n}"),
+            "at most 1,000,000: take a longer integration time or a shorter track",
+        )?;
         Ok(n as usize)
     }
 

@@ -75,29 +75,21 @@ impl ArrayLayout {
     /// # Errors
     /// A frequency that is not positive; fewer than two antennas or more than 3,000; antennas that all lie along the line of sight.
     pub fn figures(&self, freq_hz: f64) -> Result<LayoutFigures> {
-        if !(freq_hz.is_finite() && freq_hz > 0.0) {
-            return Err(ArrayError::BadValue {
-                what: "frequency".into(),
-                value: format!("{freq_hz} Hz"),
-                expected: "a positive frequency",
-            });
-        }
-        if !(2..=MOST_ANTENNAS).contains(&self.n_ant()) {
-            return Err(ArrayError::BadValue {
-                what: "number of antennas".into(),
-                value: self.n_ant().to_string(),
-                expected: "2 to 3000 for figures of merit",
-            });
-        }
+        ArrayError::unless(freq_hz.is_finite() && freq_hz > 0.0, "frequency", format_args!("{freq_hz} Hz"), "a positive frequency")?;
+        ArrayError::unless(
+            (2..=MOST_ANTENNAS).contains(&self.n_ant()),
+            "number of antennas",
+            self.n_ant(),
+            "2 to 3000 for figures of merit",
+        )?;
         let wavelength_m = SPEED_OF_LIGHT_M_S / freq_hz;
         let plane = Plane::new(self, wavelength_m);
-        if plane.longest() == 0.0 {
-            return Err(ArrayError::BadValue {
-                what: "longest baseline in the aperture plane".into(),
-                value: "0 m".into(),
-                expected: "antennas side by side, not one behind the other",
-            });
-        }
+        ArrayError::unless(
+            plane.longest() != 0.0,
+            "longest baseline in the aperture plane",
+            "0 m",
+            "antennas side by side, not one behind the other",
+        )?;
         let beam = psf::Beam::fit(&plane);
         let lobes = psf::side_lobes(&plane, &beam);
         let cell_m = self.antennas().iter().filter_map(|a| a.diameter_m).fold(f64::INFINITY, f64::min);

@@ -45,8 +45,7 @@ pub(super) fn extents(spectrum: &SpectralWindow) -> (Vec<f64>, Vec<f64>) {
 /// Read the delays of a file as gains: at `channels` where given, else at the channels of the file, else at channels made for the delays.
 /// `ranges` are the spectral windows.
 pub(super) fn read(file: &H5In, ranges: SpectralWindow, shape: [usize; 4], channels: Option<&SpectralWindow>) -> Result<Values> {
-    let dataset = file.shaped("Data/delays", &[&shape])?;
-    file.demand_numbers(&dataset, "Data/delays")?;
+    let dataset = file.numbers("Data/delays", &[&shape])?;
     let delays: Array4<f64> = file.rows::<_, Ix4>(&dataset, "Data/delays", 0..shape[0])?;
     let sign = match file.text(&format!("Header/extra_keywords/{CONVENTION_KEYWORD}"))?.as_deref() {
         None | Some("minus") => -1.0,

@@ -38,8 +38,7 @@ fn read(path: &Path, channels: Option<&SpectralWindow>) -> Result<GainTable> {
     let file = h5::open(path, "a CalH5 gain table")?;
     let delays = !file.has("Data/gains");
     if delays && !file.has("Data/delays") {
-        let found = "an HDF5 file without Data/gains or Data/delays".into();
-        return Err(FormatError::NotA { path: path.into(), expected: "a CalH5 gain table".into(), found });
+        return Err(FormatError::not_a(path, "a CalH5 gain table", "an HDF5 file without Data/gains or Data/delays"));
     }
     let (layout, _) = read_telescope(&file)?;
     let own = spectrum(&file, delays)?;
@@ -128,16 +127,9 @@ fn fill(file: &H5In, table: &mut GainTable, values: &Values, n: [usize; 4], inve
         found.ok_or_else(|| file.wrong("Header/ant_array", "a number of Header/antenna_numbers", number.to_string()))
     };
     let at = file.list("Header/ant_array", n[0])?.into_iter().map(place).collect::<Result<Vec<usize>>>()?;
-    let numbers = |name: &str, shape: &[usize]| -> Result<hdf5::Dataset> {
-        let dataset = file.shaped(name, &[shape])?;
-        file.demand_numbers(&dataset, name)?;
-        Ok(dataset)
-    };
-    let flags: Array4<i8> = file.rows::<_, Ix4>(&numbers("Data/flags", &n)?, "Data/flags", 0..n[0])?;
-    let quality = match file.has("Data/qualities") {
-        true => Some(file.rows::<f64, Ix4>(&numbers("Data/qualities", &n)?, "Data/qualities", 0..n[0])?),
-        false => None,
-    };
+    let flags: Array4<i8> = file.rows::<_, Ix4>(&file.numbers("Data/flags", &[&n])?, "Data/flags", 0..n[0])?;
+    let quality = file.optional_numbers("Data/qualities", &[&n])?;
+    let quality = quality.map(|q| file.rows::<f64, Ix4>(&q, "Data/qualities", 0..n[0])).transpose()?;
     table.flags.fill(true);
     let mut own_quality = quality.as_ref().map(|_| Array4::zeros(table.gains.raw_dim()));
     for ((a, chan, time, feed), gain) in values.gains.indexed_iter() {
@@ -149,8 +141,7 @@ fn fill(file: &H5In, table: &mut GainTable, values: &Values, n: [usize; 4], inve
         }
     }
     table.quality = own_quality;
-    if file.has("Data/total_qualities") {
-        let dataset = numbers("Data/total_qualities", &n[1..])?;
+    if let Some(dataset) = file.optional_numbers("Data/total_qualities", &[&n[1..]])? {
         let total: Array3<f64> = file.rows::<_, Ix3>(&dataset, "Data/total_qualities", 0..n[1])?;
         let of_channels = total.select(Axis(0), &values.own);
         table.total_quality = Some(of_channels.permuted_axes([1, 0, 2]).as_standard_layout().into_owned());

@@ -2,6 +2,7 @@
 
 use super::input::{BLOCK, Input, padding};
 use crate::{FormatError, Result};
+use cittert_arrays::Polarization;
 use std::path::{Path, PathBuf};
 
 /// Largest number of blocks of a header; a block has 36 cards, so this allows about 130,000 cards.
@@ -46,11 +47,11 @@ impl Header {
                         return Ok(None);
                     }
                     let shown: String = block[..got.min(8)].iter().map(|b| b.escape_ascii().to_string()).collect();
-                    return Err(FormatError::NotA {
-                        path: header.path,
-                        expected: "a FITS file, which begins with \"SIMPLE  =\"".into(),
-                        found: format!("it begins with \"{shown}\""),
-                    });
+                    return Err(FormatError::not_a(
+                        &header.path,
+                        "a FITS file, which begins with \"SIMPLE  =\"",
+                        format!("it begins with \"{shown}\""),
+                    ));
                 }
             }
             if got < BLOCK {
@@ -150,6 +151,24 @@ impl Header {
     pub(crate) fn axes(&self) -> Result<Vec<u64>> {
         let n = self.require("NAXIS", 0..=99)?;
         (1..=n).map(|k| self.require(&format!("NAXIS{k}"), 0..=i64::MAX).map(|v| v as u64)).collect()
+    }
+
+    /// Type of axis `k` in upper case, or an empty text.
+    pub(crate) fn ctype(&self, k: usize) -> String {
+        self.text(&format!("CTYPE{k}")).unwrap_or("").trim().to_ascii_uppercase()
+    }
+
+    /// Value at the reference pixel of axis `k`, the pixel, and the step; `default` are value and step where the header has none.
+    pub(crate) fn axis(&self, k: usize, default: (f64, f64)) -> (f64, f64, f64) {
+        let value = |key: &str, default: f64| self.real(&format!("{key}{k}")).unwrap_or(default);
+        (value("CRVAL", default.0), value("CRPIX", 1.0), value("CDELT", default.1))
+    }
+
+    /// The `n` polarisations of axis `k`.
+    pub(crate) fn polarizations(&self, k: usize, n: usize) -> Result<Vec<Polarization>> {
+        let (reference, pixel, step) = self.axis(k, (1.0, 1.0));
+        let codes = (0..n).map(|p| (reference + (p as f64 + 1.0 - pixel) * step).round() as i32);
+        codes.map(Polarization::from_aips).collect::<Result<_, _>>().map_err(|e| FormatError::values(&self.path, e))
     }
 
     /// Size of the data that follow this header, without padding, bytes.

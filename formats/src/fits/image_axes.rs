@@ -99,7 +99,7 @@ impl Axes {
         let mut polarizations = None;
         for (i, len) in lengths[2..].iter().enumerate() {
             let k = i + 3;
-            let ctype = header.text(&format!("CTYPE{k}")).unwrap_or("").trim().to_ascii_uppercase();
+            let ctype = header.ctype(k);
             let n = usize::try_from(*len).unwrap_or(usize::MAX);
             if n == 0 || n > 1 << 20 {
                 return Err(bad(&format!("NAXIS{k}"), "1 to 1048576", n.to_string()));
@@ -108,7 +108,7 @@ impl Axes {
                 spectrum = Some(channels(header, k, n)?);
                 Kind::Channel
             } else if ctype == "STOKES" && polarizations.is_none() {
-                polarizations = Some(stokes(header, k, n)?);
+                polarizations = Some(header.polarizations(k, n)?);
                 Kind::Polarization
             } else if n == 1 {
                 Kind::Degenerate
@@ -132,8 +132,7 @@ impl Axes {
 /// The grid of the first two axes, and whether columns and rows run against it.
 fn plane(header: &Header, (n_l, n_m): (usize, usize)) -> Result<(SkyGrid, bool, bool)> {
     let path = header.path();
-    let ctype = |k: usize| header.text(&format!("CTYPE{k}")).unwrap_or("").trim().to_ascii_uppercase();
-    let (x, y) = (ctype(1), ctype(2));
+    let (x, y) = (header.ctype(1), header.ctype(2));
     let celestial = x.starts_with("RA") && y.starts_with("DEC");
     for name in [&x, &y] {
         let axis = name.get(..4).unwrap_or(name);
@@ -203,21 +202,11 @@ fn equatorial_frame(header: &Header) -> String {
 /// Channels of axis `k`.
 fn channels(header: &Header, k: usize, n: usize) -> Result<SpectralWindow> {
     let factor = unit_factor(header, k, 1.0);
-    let value = |key: &str, default: f64| header.real(&format!("{key}{k}")).unwrap_or(default);
-    let (reference, pixel, step) = (value("CRVAL", 0.0) * factor, value("CRPIX", 1.0), value("CDELT", 1.0) * factor);
+    let (reference, pixel, step) = header.axis(k, (0.0, 1.0));
+    let (reference, step) = (reference * factor, step * factor);
     let freq: Vec<f64> = (0..n).map(|c| reference + (c as f64 + 1.0 - pixel) * step).collect();
     let width = if step == 0.0 { reference } else { step.abs() };
     SpectralWindow::new(freq, vec![width; n]).map_err(|e| FormatError::values(header.path(), e))
-}
-
-/// Polarisations of axis `k`.
-fn stokes(header: &Header, k: usize, n: usize) -> Result<Vec<Polarization>> {
-    let value = |key: &str, default: f64| header.real(&format!("{key}{k}")).unwrap_or(default);
-    let (reference, pixel, step) = (value("CRVAL", 1.0), value("CRPIX", 1.0), value("CDELT", 1.0));
-    (0..n)
-        .map(|p| Polarization::from_aips((reference + (p as f64 + 1.0 - pixel) * step).round() as i32))
-        .collect::<std::result::Result<_, _>>()
-        .map_err(|e| FormatError::values(header.path(), e))
 }
 
 /// The unit of BUNIT and the factor from the file's numbers to it.

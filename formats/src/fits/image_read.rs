@@ -3,6 +3,7 @@
 use super::header::Header;
 use super::image_axes::{Axes, Kind, unit};
 use super::input::{Input, padding};
+use super::number::{Number, scaled};
 use super::table::Table;
 use crate::{FormatError, Result};
 use cittert_arrays::{Image, RestoringBeam, SpectralWindow};
@@ -27,11 +28,7 @@ pub fn read_image(path: &Path) -> Result<Image> {
         let image = first || header.text("XTENSION").is_some_and(|t| t.trim() == "IMAGE");
         first = false;
         if header.is_true("GROUPS") && header.get("NAXIS1").is_some() && header.integer("NAXIS1") == Some(0) {
-            return Err(FormatError::NotA {
-                path: path.into(),
-                expected: "a FITS image".into(),
-                found: "it holds visibilities (UVFITS)".into(),
-            });
+            return Err(FormatError::not_a(path, "a FITS image", "it holds visibilities (UVFITS)"));
         }
         let bytes = header.data_bytes()?;
         if image && bytes > 0 {
@@ -39,7 +36,7 @@ pub fn read_image(path: &Path) -> Result<Image> {
         }
         input.skip("data before the image", bytes + padding(bytes))?;
     }
-    Err(FormatError::NotA { path: path.into(), expected: "a FITS image".into(), found: "no header in it has image data".into() })
+    Err(FormatError::not_a(path, "a FITS image", "no header in it has image data"))
 }
 
 /// Read the image that follows `header`, and the tables that belong to it.
@@ -101,20 +98,16 @@ fn read_here(input: &mut Input, header: &Header) -> Result<Image> {
 /// All pixels in the order of the file, scaled, with NaN for blanks. Memory is allocated as the pixels are read, not as the header claims.
 fn pixels(input: &mut Input, header: &Header) -> Result<Vec<f64>> {
     let bytes = header.data_bytes()?;
-    let bitpix = header.require("BITPIX", -64..=64)?;
-    let size = (bitpix.unsigned_abs() / 8) as usize;
-    if ![8, 16, 32, 64, -32, -64].contains(&bitpix) {
-        return Err(FormatError::malformed(header.path(), "BITPIX", "8, 16, 32, 64, -32 or -64", bitpix.to_string()));
-    }
-    let count = bytes / size as u64;
+    let number = Number::of(header)?;
+    let count = bytes / number.bytes() as u64;
     if count > MOST_PIXELS {
         return Err(FormatError::unsupported(header.path(), format!("the image has {count} pixels; at most {MOST_PIXELS} are read")));
     }
     input.demand("image data", bytes)?;
     let (scale, zero) = (header.real("BSCALE").unwrap_or(1.0), header.real("BZERO").unwrap_or(0.0));
-    let blank = header.integer("BLANK").filter(|_| bitpix > 0);
-    let integer = |v: i64| if Some(v) == blank { f64::NAN } else { v as f64 * scale + zero };
-    let float = |v: f64| if scale == 1.0 && zero == 0.0 { v } else { v * scale + zero };
+    let whole = !matches!(number, Number::Float | Number::Double);
+    let blank = header.integer("BLANK").filter(|_| whole).map(|v| v as f64);
+    let value = |v: f64| if Some(v) == blank { f64::NAN } else { scaled(v, scale, zero) };
     let mut values = Vec::new();
     let mut buffer = vec![0u8; 1 << 16];
     let mut left = bytes;
@@ -122,14 +115,7 @@ fn pixels(input: &mut Input, header: &Header) -> Result<Vec<f64>> {
         let n = left.min(buffer.len() as u64) as usize;
         input.read_exact("image data", &mut buffer[..n])?;
         left -= n as u64;
-        values.extend(buffer[..n].chunks_exact(size).map(|b| match (bitpix, b) {
-            (8, &[a]) => integer(i64::from(a)),
-            (16, &[a, b]) => integer(i64::from(i16::from_be_bytes([a, b]))),
-            (32, &[a, b, c, d]) => integer(i64::from(i32::from_be_bytes([a, b, c, d]))),
-            (-32, &[a, b, c, d]) => float(f64::from(f32::from_be_bytes([a, b, c, d]))),
-            (64, b) => b.try_into().map_or(f64::NAN, |b| integer(i64::from_be_bytes(b))),
-            (_, b) => b.try_into().map_or(f64::NAN, |b| float(f64::from_be_bytes(b))),
-        }));
+        values.extend((0..n / number.bytes()).map(|k| value(number.get(&buffer, k))));
     }
     Ok(values)
 }

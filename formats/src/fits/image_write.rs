@@ -207,7 +207,7 @@ fn beams_table(beams: &[RestoringBeam], n_pol: usize) -> Vec<u8> {
     for pol in 0..n_pol {
         for (chan, b) in beams.iter().enumerate() {
             let row = [b.bmaj_rad.to_degrees() * 3600.0, b.bmin_rad.to_degrees() * 3600.0, b.bpa_rad.to_degrees(), chan as f64, pol as f64];
-            row.iter().for_each(|v| table.numbers(&[*v]));
+            table.each(&row);
         }
     }
     table.finish(|h| {
@@ -219,8 +219,7 @@ fn beams_table(beams: &[RestoringBeam], n_pol: usize) -> Vec<u8> {
 fn channels_table(image: &Image) -> Vec<u8> {
     let mut table = TableWriter::new("CHANNELS", vec![("FREQ", Form::Double(1), "Hz"), ("WIDTH", Form::Double(1), "Hz")]);
     for (freq, width) in image.spectrum.freq_hz().iter().zip(image.spectrum.width_hz()) {
-        table.numbers(&[*freq]);
-        table.numbers(&[*width]);
+        table.each(&[*freq, *width]);
     }
     table.finish(|_| {})
 }

@@ -11,6 +11,7 @@ mod image_read;
 mod image_write;
 mod input;
 mod linear;
+mod number;
 pub(crate) mod table;
 
 pub use image_read::read_image;
@@ -20,3 +21,4 @@ pub use linear::{LinearAxis, write_plane};
 pub(crate) use format::{FitsImage, is_random_groups};
 pub(crate) use header::{Header, HeaderWriter};
 pub(crate) use input::{Input, padding};
+pub(crate) use number::{Number, scaled};

@@ -2,6 +2,7 @@
 
 use super::header::{Header, HeaderWriter};
 use super::input::{Input, padding};
+use super::number::{Number, scaled};
 use crate::{FormatError, Result};
 
 /// One column of a table.
@@ -99,20 +100,8 @@ impl Table {
     /// Numbers of a cell.
     pub(crate) fn reals(&self, row: usize, column: &str) -> Option<Vec<f64>> {
         let (c, bytes) = self.cell(row, column)?;
-        let read = |b: &[u8]| -> f64 {
-            match (c.kind, b) {
-                (b'B', &[a]) => f64::from(a),
-                (b'I', &[a, b]) => f64::from(i16::from_be_bytes([a, b])),
-                (b'J', &[a, b, c, d]) => f64::from(i32::from_be_bytes([a, b, c, d])),
-                (b'E', &[a, b, c, d]) => f64::from(f32::from_be_bytes([a, b, c, d])),
-                (b'K', b) => b.try_into().map_or(f64::NAN, |b| i64::from_be_bytes(b) as f64),
-                (b'D', b) => b.try_into().map_or(f64::NAN, f64::from_be_bytes),
-                _ => f64::NAN,
-            }
-        };
-        let scale = |v: f64| if c.scale == 1.0 && c.zero == 0.0 { v } else { v * c.scale + c.zero };
-        matches!(c.kind, b'B' | b'I' | b'J' | b'E' | b'K' | b'D')
-            .then(|| bytes.chunks_exact(element_bytes(c.kind).unwrap_or(1)).map(|b| scale(read(b))).collect())
+        let number = Number::of_letter(c.kind)?;
+        Some((0..bytes.len() / number.bytes()).map(|k| scaled(number.get(bytes, k), c.scale, c.zero)).collect())
     }
 
     /// First number of a cell.
@@ -207,6 +196,11 @@ impl TableWriter {
                 Form::Text(_) => {}
             }
         }
+    }
+
+    /// One number for each of the next columns.
+    pub(crate) fn each(&mut self, values: &[f64]) {
+        values.iter().for_each(|v| self.numbers(&[*v]));
     }
 
     /// Header and data in whole blocks; `keywords` adds the table's own.

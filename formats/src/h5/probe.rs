@@ -39,11 +39,11 @@ pub(crate) fn open(path: &Path, expected: &str) -> Result<H5In> {
     let mut magic = [0u8; 8];
     let got = read_up_to(&mut open_file(path)?, &mut magic).map_err(|e| FormatError::io(path, "read", e))?;
     if magic[..got] != *SIGNATURE {
-        return Err(FormatError::NotA {
-            path: path.into(),
-            expected: format!("{expected} (an HDF5 file, which begins with \"\\x89HDF\")"),
-            found: format!("it begins with \"{}\"", magic[..got].escape_ascii()),
-        });
+        return Err(FormatError::not_a(
+            path,
+            format!("{expected} (an HDF5 file, which begins with \"\\x89HDF\")"),
+            format!("it begins with \"{}\"", magic[..got].escape_ascii()),
+        ));
     }
     probe(path)?;
     H5In::open_unprobed(path)
@@ -148,13 +148,13 @@ fn look(file: &H5In, dataset: &Dataset, name: &str) {
                 drop(file.all::<Complex<f64>>(dataset));
             }
         }
-        _ if file.demand_numbers(dataset, name).is_ok() && whole => {
+        _ if file.number_kind(dataset, name).is_ok() && whole => {
             drop(file.all::<f64>(dataset));
             drop(file.all::<f32>(dataset));
             drop(file.all::<i64>(dataset));
             drop(file.all::<i8>(dataset));
         }
-        _ if file.demand_numbers(dataset, name).is_ok() => ends().for_each(|r| {
+        _ if file.number_kind(dataset, name).is_ok() => ends().for_each(|r| {
             drop(file.rows::<f64, IxDyn>(dataset, name, r.clone()));
             drop(file.rows::<f32, IxDyn>(dataset, name, r.clone()));
             drop(file.rows::<i64, IxDyn>(dataset, name, r.clone()));

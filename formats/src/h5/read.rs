@@ -28,6 +28,11 @@ const SOUND: &str = "data that can be read (are they damaged?)";
 /// Shape of a dataset.
 type Shape = Vec<usize>;
 
+/// The groups on the way to a name, and the name itself.
+pub(super) fn paths(name: &str) -> impl Iterator<Item = &str> {
+    name.match_indices('/').map(|(end, _)| &name[..end]).chain([name]).filter(|at| !at.is_empty())
+}
+
 /// An open HDF5 file.
 pub(crate) struct H5In {
     file: hdf5::File,
@@ -50,15 +55,15 @@ impl H5In {
         &self.path
     }
 
+    /// True where every part of a path leads somewhere. The library reports an error for a path through a missing group.
+    fn linked(&self, name: &str) -> bool {
+        paths(name).all(|at| self.file.link_exists(at))
+    }
+
     /// The dataset of that name, where there is one.
     pub(crate) fn dataset(&self, name: &str) -> Result<Option<Dataset>> {
-        // The library reports an error for a path through a missing group, so each part is checked.
-        let mut at = String::new();
-        for part in name.split('/') {
-            at = if at.is_empty() { part.to_string() } else { format!("{at}/{part}") };
-            if !self.file.link_exists(&at) {
-                return Ok(None);
-            }
+        if !self.linked(name) {
+            return Ok(None);
         }
         self.file.dataset(name).map(Some).map_err(|e| failed(&self.path, name, SOUND, &e))
     }
@@ -75,14 +80,8 @@ impl H5In {
 
     /// The group of that name; the empty name is the root.
     pub(super) fn group(&self, name: &str) -> Option<hdf5::Group> {
-        let mut at = String::new();
-        for part in name.split('/').filter(|p| !p.is_empty()) {
-            at = if at.is_empty() { part.to_string() } else { format!("{at}/{part}") };
-            if !self.file.link_exists(&at) {
-                return None;
-            }
-        }
-        self.file.group(if name.is_empty() { "/" } else { name }).ok()
+        let group = || self.file.group(if name.is_empty() { "/" } else { name }).ok();
+        self.linked(name).then(group).flatten()
     }
 
     /// Names in a group; none where there is no such group.
@@ -171,9 +170,16 @@ impl H5In {
         }
     }
 
-    /// Refuse anything but numbers and booleans.
-    pub(crate) fn demand_numbers(&self, dataset: &Dataset, name: &str) -> Result<()> {
-        self.number_kind(dataset, name).map(|_| ())
+    /// As [`H5In::shaped`], and refuse anything but numbers and booleans.
+    pub(crate) fn numbers(&self, name: &str, expected: &[&[usize]]) -> Result<Dataset> {
+        let dataset = self.shaped(name, expected)?;
+        self.number_kind(&dataset, name)?;
+        Ok(dataset)
+    }
+
+    /// As [`H5In::numbers`], where there is a dataset of that name.
+    pub(crate) fn optional_numbers(&self, name: &str, expected: &[&[usize]]) -> Result<Option<Dataset>> {
+        self.dataset(name)?.map(|_| self.numbers(name, expected)).transpose()
     }
 
     /// Refuse anything but complex numbers: compounds of r and i. The library would leave a missing part uninitialised.
@@ -199,7 +205,7 @@ impl H5In {
         Ok(dataset)
     }
 
-    fn number_kind(&self, dataset: &Dataset, name: &str) -> Result<Number> {
+    pub(super) fn number_kind(&self, dataset: &Dataset, name: &str) -> Result<Number> {
         let dtype = dataset.dtype().and_then(|d| d.to_descriptor()).map_err(|e| self.fail(name, &e))?;
         match dtype {
             TypeDescriptor::Float(_) => Ok(Number::Real),
@@ -298,7 +304,7 @@ impl H5In {
 }
 
 #[derive(Clone, Copy)]
-enum Number {
+pub(super) enum Number {
     Real,
     Integer,
     Enum,

@@ -1,6 +1,7 @@
 //! Writing HDF5 files: scalars and small arrays at once, large arrays in runs of rows.
 
 use super::failure::failed;
+use super::read::paths;
 use super::strings;
 use crate::atomic::AtomicFile;
 use crate::{FormatError, Result};
@@ -62,12 +63,8 @@ impl H5Out {
     /// Create a group and its parents.
     fn group_of<'a>(&self, name: &'a str) -> Result<(Group, &'a str)> {
         let (folder, leaf) = name.rsplit_once('/').unwrap_or(("", name));
-        let mut at = String::new();
-        for part in folder.split('/').filter(|p| !p.is_empty()) {
-            at = if at.is_empty() { part.to_string() } else { format!("{at}/{part}") };
-            if !self.file.link_exists(&at) {
-                self.file.create_group(&at).map_err(|e| self.fail(&at, &e))?;
-            }
+        for at in paths(folder).filter(|at| !self.file.link_exists(at)) {
+            self.file.create_group(at).map_err(|e| self.fail(at, &e))?;
         }
         let group = if folder.is_empty() { self.file.as_group() } else { self.file.group(folder) };
         group.map(|g| (g, leaf)).map_err(|e| self.fail(name, &e))

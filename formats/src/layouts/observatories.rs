@@ -1,19 +1,14 @@
 //! Positions of observatories, for files that name an observatory instead of a position.
 
+use crate::builtin;
 use cittert_arrays::Site;
 use std::sync::LazyLock;
 
 static SITES: LazyLock<Vec<(String, Site)>> = LazyLock::new(|| {
-    let mut sites = Vec::new();
-    for line in include_str!("observatories.csv").lines().filter(|l| !l.starts_with('#') && !l.starts_with("name")) {
-        let fields: Vec<&str> = line.split(',').collect();
-        if let [name, lat, lon, alt] = fields[..]
-            && let (Ok(lat), Ok(lon), Ok(altitude_m)) = (lat.parse::<f64>(), lon.parse::<f64>(), alt.parse::<f64>())
-        {
-            sites.push((name.to_lowercase(), Site { latitude_rad: lat.to_radians(), longitude_rad: lon.to_radians(), altitude_m }));
-        }
-    }
-    sites
+    let site = |(name, lat, lon, altitude_m): (String, f64, f64, f64)| {
+        (name.to_lowercase(), Site { latitude_rad: lat.to_radians(), longitude_rad: lon.to_radians(), altitude_m })
+    };
+    builtin::rows(include_str!("observatories.csv")).into_iter().map(site).collect()
 });
 
 /// The site of an observatory by its name, or by the longest known name that it begins with (`ALMASD` is at ALMA), in upper or lower case.

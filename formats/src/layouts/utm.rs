@@ -1,48 +1,24 @@
 //! Conversion of universal transverse Mercator coordinates, on the datums of antenna surveys, to geocentric positions.
 
+use crate::builtin;
+use serde::Deserialize;
+use std::sync::LazyLock;
+
 /// An ellipsoid and the position of its centre in WGS84.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Deserialize)]
 pub(super) struct Datum {
-    name: &'static str,
-    shift_m: [f64; 3],
+    name: String,
+    dx_m: f64,
+    dy_m: f64,
+    dz_m: f64,
     semi_major_m: f64,
     inverse_flattening: f64,
 }
 
+static DATUMS: LazyLock<Vec<Datum>> = LazyLock::new(|| builtin::rows(include_str!("datums.csv")));
+
 /// Scale on the central meridian.
 const K0: f64 = 0.9996;
-
-macro_rules! datums {
-    ($($name:literal $dx:literal $dy:literal $dz:literal $a:literal $rf:literal;)*) => {
-        /// Mean shifts of local datums relative to WGS84, accurate to some metres.
-        ///
-        /// # Reference
-        /// US Defense Mapping Agency 1991, TR 8350.2, as CASA's simulator names them.
-        const DATUMS: &[Datum] =
-            &[$(Datum { name: $name, shift_m: [$dx, $dy, $dz], semi_major_m: $a, inverse_flattening: $rf }),*];
-    };
-}
-
-datums! {
-    "WGS84" 0.0 0.0 0.0 6_378_137.0 298.257_223_563;
-    "ITRF" 0.0 0.0 0.0 6_378_137.0 298.257_222_101;
-    "GRS80" 0.0 0.0 0.0 6_378_137.0 298.257_222_101;
-    "NAD83" 0.0 0.0 0.0 6_378_137.0 298.257_222_101;
-    "WGS72" 0.0 0.0 4.5 6_378_135.0 298.26;
-    "AGD66" -133.0 -48.0 148.0 6_378_160.0 298.25;
-    "AGD84" -134.0 -48.0 149.0 6_378_160.0 298.25;
-    "CAPE" -136.0 -108.0 -292.0 6_378_249.145 293.465;
-    "ED50" -87.0 -98.0 -121.0 6_378_388.0 297.0;
-    "ED79" -86.0 -98.0 -119.0 6_378_388.0 297.0;
-    "GRB36" 375.0 -111.0 431.0 6_377_563.396 299.324_964_7;
-    "HAWAII" 89.0 -279.0 -183.0 6_378_388.0 297.0;
-    "INDIA" 289.0 734.0 257.0 6_377_276.345 300.801_7;
-    "NAD27" -8.0 160.0 176.0 6_378_206.4 294.978_698_2;
-    "CANADA" -10.0 158.0 187.0 6_378_206.4 294.978_698_2;
-    "SAM56" -288.0 175.0 -376.0 6_378_388.0 297.0;
-    "PSAD56" -288.0 175.0 -376.0 6_378_388.0 297.0;
-    "SAM69" -57.0 1.0 -41.0 6_378_160.0 298.25;
-}
 
 impl Datum {
     /// The datum of that name, in upper or lower case.
@@ -52,7 +28,7 @@ impl Datum {
 
     /// Names of all datums, for a message.
     pub(super) fn names() -> String {
-        DATUMS.iter().map(|d| d.name).collect::<Vec<_>>().join(", ")
+        DATUMS.iter().map(|d| d.name.as_str()).collect::<Vec<_>>().join(", ")
     }
 
     fn flattening(&self) -> f64 {
@@ -66,8 +42,7 @@ impl Datum {
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.sin_cos(), lon.sin_cos());
         let n = self.semi_major_m / (1.0 - e2 * sin_lat * sin_lat).sqrt();
         let r = (n + height_m) * cos_lat;
-        let own = [r * cos_lon, r * sin_lon, (n * (1.0 - e2) + height_m) * sin_lat];
-        [0, 1, 2].map(|k| own[k] + self.shift_m[k])
+        [r * cos_lon + self.dx_m, r * sin_lon + self.dy_m, (n * (1.0 - e2) + height_m) * sin_lat + self.dz_m]
     }
 
     /// Latitude and longitude in rad of a point in a zone (1 to 60); `south` adds the false northing of 10,000 km.
@@ -162,6 +137,7 @@ mod tests {
     /// `simutil.utm2xyz` of CASA 6.7 for the same numbers; its series are good to a few millimetres.
     #[test]
     fn positions_are_those_of_casa() {
+        assert_eq!(DATUMS.len(), 18);
         for (datum, utm, zone, south, xyz) in [
             ("SAM56", [627_789.81, 7_453_079.62, 5029.4], 19, true, [2_225_083.645_11, -5_440_152.112_94, -2_481_694.493_44]),
             ("WGS84", [627_789.81, 7_453_079.62, 5029.4], 19, true, [2_225_279.568_11, -5_440_087.235_88, -2_481_316.842_74]),

@@ -1,5 +1,6 @@
-//! Codes of polarisation products and celestial frames in Measurement Sets.
+//! Codes of polarisation products and celestial frames in Measurement Sets, and the names of their columns of visibilities.
 
+use crate::VisColumn;
 use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
 use cittert_arrays::Polarization;
 
@@ -43,6 +44,16 @@ pub(super) fn frame_code(frame: &str, epoch: Option<f64>) -> Option<&'static str
 /// Name in memory and epoch of a celestial frame of casacore.
 pub(super) fn frame_of(code: &str) -> Option<(&'static str, f64)> {
     FRAMES.iter().find(|f| f.0.eq_ignore_ascii_case(code)).map(|f| (f.1, f.2))
+}
+
+/// Name of a column of visibilities in the main table; `None` where a Measurement Set has no such column.
+pub(super) fn name_of(column: VisColumn) -> Option<&'static str> {
+    match column {
+        VisColumn::Data => Some("DATA"),
+        VisColumn::Model => Some("MODEL_DATA"),
+        VisColumn::Corrected => Some("CORRECTED_DATA"),
+        VisColumn::Residual => None,
+    }
 }
 
 /// Seconds of the modified Julian day of a Julian date.

@@ -1,7 +1,6 @@
 //! The changes to a set for a Measurement Set: products, spectral windows, units; and the notes about them.
 
 use super::codes::{code_of, exchanged};
-use super::options::MsOptions;
 use crate::{FormatError, Result};
 use cittert_arrays::{Polarization, VisUnit, VisibilityHeader, jy_per_kelvin_sr};
 use std::path::Path;
@@ -48,9 +47,9 @@ impl Plan {
     ///
     /// # Errors
     /// Products of circular and of linear feeds in one set, or the same product twice.
-    pub(super) fn new(path: &Path, header: &VisibilityHeader, options: MsOptions) -> Result<Self> {
+    pub(super) fn new(path: &Path, header: &VisibilityHeader) -> Result<Self> {
         let mut notes = Vec::new();
-        let (products, weight_factor) = products(path, &header.polarizations, options.linear_hands, &mut notes)?;
+        let (products, weight_factor) = products(path, &header.polarizations, &mut notes)?;
         let freq = header.spectrum.freq_hz();
         let (factor, unit) = match header.unit {
             VisUnit::KelvinSr => {
@@ -67,12 +66,11 @@ impl Plan {
     }
 }
 
-fn products(path: &Path, have: &[Polarization], linear: bool, notes: &mut Vec<String>) -> Result<(Vec<Product>, f64)> {
-    use Polarization::{I, LL, RR, XX, YY};
+fn products(path: &Path, have: &[Polarization], notes: &mut Vec<String>) -> Result<(Vec<Product>, f64)> {
+    use Polarization::{I, LL, RR};
     if have == [I] {
-        let hands = if linear { [XX, YY] } else { [RR, LL] };
-        notes.push(format!("Stokes I of an unpolarised source written as {} and {}, each with half its weight", hands[0], hands[1]));
-        return Ok((hands.map(|product| Product { product, from: 0, exchanged: Some(0) }).to_vec(), 0.5));
+        notes.push("Stokes I of an unpolarised source written as RR and LL, each with half its weight".into());
+        return Ok(([RR, LL].map(|product| Product { product, from: 0, exchanged: Some(0) }).to_vec(), 0.5));
     }
     let code = |p: &Polarization| code_of(*p);
     if have.iter().any(|p| (5..=8).contains(&code(p))) && have.iter().any(|p| code(p) >= 9) {
@@ -109,33 +107,32 @@ fn antenna_rows(header: &VisibilityHeader, notes: &mut Vec<String>) -> Vec<i32> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, YY};
+    use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX};
 
-    fn plan(have: &[Polarization], linear: bool) -> Result<(Vec<Product>, f64)> {
-        products(Path::new("x.ms"), have, linear, &mut Vec::new())
+    fn plan(have: &[Polarization]) -> Result<(Vec<Product>, f64)> {
+        products(Path::new("x.ms"), have, &mut Vec::new())
     }
 
     #[test]
     fn products_come_in_casas_order_and_know_their_exchange() {
-        let (p, factor) = plan(&[RR, LL, RL, LR], false).unwrap();
+        let (p, factor) = plan(&[RR, LL, RL, LR]).unwrap();
         assert_eq!(p.iter().map(|p| p.product).collect::<Vec<_>>(), [RR, RL, LR, LL]);
         assert_eq!(p.iter().map(|p| p.from).collect::<Vec<_>>(), [0, 2, 3, 1]);
         assert_eq!(p.iter().map(|p| p.exchanged).collect::<Vec<_>>(), [Some(0), Some(3), Some(2), Some(1)]);
         assert_eq!(factor, 1.0);
-        assert_eq!(plan(&[RR, RL], false).unwrap().0[1].exchanged, None);
+        assert_eq!(plan(&[RR, RL]).unwrap().0[1].exchanged, None);
     }
 
     #[test]
     fn stokes_i_becomes_two_hands() {
-        let (p, factor) = plan(&[I], false).unwrap();
+        let (p, factor) = plan(&[I]).unwrap();
         assert_eq!((p[0].product, p[1].product, p[1].from, factor), (RR, LL, 0, 0.5));
-        assert_eq!(plan(&[I], true).unwrap().0[1].product, YY);
-        assert_eq!(plan(&[I, Q, U, V], false).unwrap().0.len(), 4);
+        assert_eq!(plan(&[I, Q, U, V]).unwrap().0.len(), 4);
     }
 
     #[test]
     fn what_has_no_place_is_refused() {
-        assert!(plan(&[RR, XX], false).unwrap_err().to_string().contains("circular and linear"));
-        assert!(plan(&[RR, RR], false).unwrap_err().to_string().contains("RR twice"));
+        assert!(plan(&[RR, XX]).unwrap_err().to_string().contains("circular and linear"));
+        assert!(plan(&[RR, RR]).unwrap_err().to_string().contains("RR twice"));
     }
 }

@@ -1,14 +1,18 @@
 //! Measurement Sets in the table of formats.
 
-use super::options::{MsColumn, MsOptions, is_measurement_set};
+use super::codes::name_of;
 use super::read::MsSource;
 use super::write::MsWriter;
 use crate::format::{Format, Holds, Label, VisibilityFormat, refuse_options};
-use crate::{ColumnSink, CreateOptions, Created, FormatError, Result, VisColumn};
-use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource};
-use ndarray::ArrayView3;
-use num_complex::Complex;
+use crate::{CreateOptions, Created, Result, VisColumn};
+use cittert_arrays::{VisibilityHeader, VisibilitySource};
 use std::path::Path;
+
+/// True for a directory that holds a casacore table with subtables of a Measurement Set, complete or not.
+#[must_use]
+pub fn is_measurement_set(path: &Path) -> bool {
+    path.join("table.dat").is_file() && ["ANTENNA", "SPECTRAL_WINDOW", "DATA_DESCRIPTION"].iter().any(|name| path.join(name).is_dir())
+}
 
 /// Measurement Sets: DATA, MODEL_DATA and CORRECTED_DATA are read and written.
 #[derive(Debug, Clone, Copy)]
@@ -34,63 +38,25 @@ impl Format for MeasurementSet {
 
 impl VisibilityFormat for MeasurementSet {
     fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>> {
-        Ok(Box::new(MsSource::open(path, MsColumn::Data)?))
+        self.open_column(path, VisColumn::Data)
     }
 
     fn columns(&self, path: &Path) -> Result<Vec<VisColumn>> {
-        let has = MsSource::open(path, MsColumn::Data)?.columns();
-        Ok(VisColumn::ALL.into_iter().skip(1).filter(|c| MsColumn::of(*c).is_some_and(|m| has.contains(&m))).collect())
+        Ok(MsSource::open(path, VisColumn::Data)?.columns().split_off(1))
     }
 
     fn open_column(&self, path: &Path, column: VisColumn) -> Result<Box<dyn VisibilitySource>> {
-        let what = || FormatError::unsupported(path, format!("a Measurement Set has no column {:?}", column.name()));
-        Ok(Box::new(MsSource::open(path, MsColumn::of(column).ok_or_else(what)?)?))
+        Ok(Box::new(MsSource::open(path, column)?))
     }
 
     fn keeps(&self, column: VisColumn) -> bool {
-        MsColumn::of(column).is_some()
+        name_of(column).is_some()
     }
 
     fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>> {
         refuse_options(self, path, options)?;
-        let has = |c| options.columns.contains(&c);
-        let how = MsOptions {
-            model: has(VisColumn::Model),
-            corrected: has(VisColumn::Corrected),
-            overwrite: options.overwrite,
-            linear_hands: false,
-        };
-        let writer = MsWriter::create(path, header, how)?;
+        let writer = MsWriter::create(path, header, options)?;
         let notes = writer.notes().to_vec();
-        let sink = Columns { writer, columns: options.columns.clone() };
-        Ok(Some(Created { sink: Box::new(sink), notes }))
-    }
-}
-
-/// A Measurement Set and the order in which its columns are given.
-struct Columns {
-    writer: MsWriter,
-    columns: Vec<VisColumn>,
-}
-
-impl ColumnSink for Columns {
-    fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()> {
-        let given = |column| self.columns.iter().position(|c| *c == column).and_then(|k| columns.get(k)).cloned();
-        let (model, corrected) = (given(VisColumn::Model), given(VisColumn::Corrected));
-        self.writer.write_with(block, model, corrected)
-    }
-}
-
-impl VisibilitySink for Columns {
-    fn write_block(&mut self, block: &VisibilityBlock) -> Result<(), ArrayError> {
-        self.writer.write_block(block)
-    }
-
-    fn finish(self: Box<Self>) -> Result<(), ArrayError> {
-        Box::new(self.writer).finish()
-    }
-
-    fn finish_with_notes(self: Box<Self>) -> Result<Vec<String>, ArrayError> {
-        Box::new(self.writer).finish_with_notes()
+        Ok(Some(Created { sink: Box::new(writer), notes }))
     }
 }

@@ -15,7 +15,6 @@ mod index;
 mod keywords;
 mod metadata;
 mod observatories;
-mod options;
 mod own;
 mod read;
 mod rows;
@@ -24,7 +23,6 @@ mod subtables;
 mod table;
 mod write;
 
-pub use format::MeasurementSet;
-pub use options::{MsColumn, MsOptions, is_measurement_set};
+pub use format::{MeasurementSet, is_measurement_set};
 pub use read::MsSource;
 pub use write::MsWriter;

@@ -1,13 +1,12 @@
 //! Reading a Measurement Set in runs of rows.
 
-use super::codes::jd_of;
+use super::codes::{jd_of, name_of};
 use super::index::{Index, Run};
 use super::keywords::Place;
 use super::metadata::{self, Description};
-use super::options::MsColumn;
 use super::own;
 use super::table::{Kind, Table};
-use crate::{FormatError, Result};
+use crate::{FormatError, Result, VisColumn};
 use cittert_arrays::astrometry::eop;
 use cittert_arrays::{ArrayError, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, Array3};
@@ -38,7 +37,8 @@ struct Channels {
 pub struct MsSource {
     main: Table,
     path: PathBuf,
-    column: MsColumn,
+    /// Name of the column that is read.
+    column: &'static str,
     header: VisibilityHeader,
     index: Index,
     windows: Vec<Channels>,
@@ -59,7 +59,9 @@ impl MsSource {
     /// # Errors
     /// A directory that is not a Measurement Set of version 2, a column or subtable that is missing or damaged, windows with different products,
     /// or moving fields.
-    pub fn open(path: &Path, column: MsColumn) -> Result<Self> {
+    pub fn open(path: &Path, column: VisColumn) -> Result<Self> {
+        let what = || FormatError::unsupported(path, format!("a Measurement Set has no column {:?}", column.name()));
+        let column = name_of(column).ok_or_else(what)?;
         let main = open_main(path)?;
         let n_rows = count_rows(path, &main)?;
         check_column(&main, column)?;
@@ -113,9 +115,8 @@ impl MsSource {
 
     /// Which columns of visibilities the set has, of those that can be read.
     #[must_use]
-    pub fn columns(&self) -> Vec<MsColumn> {
-        let has = |c: &MsColumn| matches!(self.main.column_ndim(c.name(), Kind::Complex), Ok(Some(_)));
-        [MsColumn::Data, MsColumn::Corrected, MsColumn::Model].into_iter().filter(has).collect()
+    pub fn columns(&self) -> Vec<VisColumn> {
+        columns(&self.main)
     }
 
     /// Check that the first row of each window has the shape that the subtables state.
@@ -123,9 +124,9 @@ impl MsSource {
         for (k, d) in descriptions.iter().enumerate() {
             let Some(row) = self.index.first_row(k) else { continue };
             let expected = vec![d.products.len(), d.freq_hz.len()];
-            let found = self.main.cell_shape(self.column.name(), row)?;
+            let found = self.main.cell_shape(self.column, row)?;
             if found.as_ref() != Some(&expected) {
-                let place = format!("{}, row {row}", self.column.name());
+                let place = format!("{}, row {row}", self.column);
                 let found = found.map_or("an empty cell".into(), |f| format!("shape {f:?}"));
                 let expected = format!("shape {expected:?} (products, channels) as POLARIZATION and SPECTRAL_WINDOW say");
                 return Err(FormatError::malformed(&self.path, place, expected, found));
@@ -212,7 +213,7 @@ impl MsSource {
         let n_pol = self.order.len();
         let (cell, size) = ([n_pol, window.n], n_pol * window.n);
         let mut vis = vec![Complex::<f32>::default(); rows * size];
-        self.main.get_into(self.column.name(), start, &cell, &mut vis)?;
+        self.main.get_into(self.column, start, &cell, &mut vis)?;
         let mut flags = vec![false; rows * size];
         self.main.get_into("FLAG", start, &cell, &mut flags)?;
         let flag_row = self.main.scalars::<bool>("FLAG_ROW", start, rows)?;
@@ -285,21 +286,17 @@ fn clock(main: &Table) -> Result<Clock> {
 }
 
 /// The unit of the column. Calibrated columns without a stated unit are in Jy.
-fn unit(main: &Table, column: MsColumn) -> Result<VisUnit> {
-    let stated = main.keyword_text(Place::column(column.name(), "QuantumUnits"), 0)?;
+fn unit(main: &Table, column: &str) -> Result<VisUnit> {
+    let stated = main.keyword_text(Place::column(column, "QuantumUnits"), 0)?;
     Ok(match (stated, column) {
         (Some(name), _) => VisUnit::from_name(&name),
-        (None, MsColumn::Data) => VisUnit::Uncalibrated,
+        (None, "DATA") => VisUnit::Uncalibrated,
         (None, _) => VisUnit::Jy,
     })
 }
 
 fn open_main(path: &Path) -> Result<Table> {
-    let not = |found: &str| FormatError::NotA {
-        path: path.into(),
-        expected: "a Measurement Set (a directory with table.dat)".into(),
-        found: found.into(),
-    };
+    let not = |found: &str| FormatError::not_a(path, "a Measurement Set (a directory with table.dat)", found);
     let meta = fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
     if !meta.is_dir() {
         return Err(not("it is a file"));
@@ -327,16 +324,17 @@ fn count_rows(path: &Path, main: &Table) -> Result<usize> {
     Ok(rows as usize)
 }
 
-fn check_column(main: &Table, column: MsColumn) -> Result<()> {
-    if main.column_ndim(column.name(), Kind::Complex)?.is_some() {
+/// The columns of visibilities that a table has.
+fn columns(main: &Table) -> Vec<VisColumn> {
+    let has = |c: &VisColumn| name_of(*c).is_some_and(|name| matches!(main.column_ndim(name, Kind::Complex), Ok(Some(_))));
+    VisColumn::ALL.into_iter().filter(has).collect()
+}
+
+fn check_column(main: &Table, column: &str) -> Result<()> {
+    let have: Vec<_> = columns(main).into_iter().filter_map(name_of).collect();
+    if have.contains(&column) {
         return Ok(());
     }
-    let mut have = Vec::new();
-    for c in [MsColumn::Data, MsColumn::Corrected, MsColumn::Model] {
-        if main.column_ndim(c.name(), Kind::Complex)?.is_some() {
-            have.push(c.name());
-        }
-    }
     let found = if have.is_empty() { "no column of visibilities".into() } else { format!("only {}", have.join(", ")) };
-    Err(FormatError::malformed(&main.path, column.name(), "a column of complex numbers", found))
+    Err(FormatError::malformed(&main.path, column, "a column of complex numbers", found))
 }

@@ -9,13 +9,6 @@ use num_complex::Complex;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-/// A further column of visibilities.
-#[derive(Debug)]
-pub(super) struct Extra<'a> {
-    pub(super) name: &'static str,
-    pub(super) values: ArrayView3<'a, Complex<f32>>,
-}
-
 /// Numbers of data that could not be written unchanged.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Counts {
@@ -65,7 +58,8 @@ struct Turn {
 pub(super) struct Job<'a, 'e> {
     pub(super) path: &'a Path,
     pub(super) block: &'a VisibilityBlock,
-    pub(super) extras: &'a [Extra<'e>],
+    /// The columns beside the data.
+    pub(super) extras: &'a [ArrayView3<'e, Complex<f32>>],
     pub(super) plan: &'a Plan,
     pub(super) window: &'a Window,
     /// Channel centres of the header, Hz.
@@ -98,7 +92,7 @@ impl Job<'_, '_> {
             for (column, extra) in out.extras.iter_mut().zip(self.extras) {
                 for chan in &self.window.channels {
                     for product in &plan.products {
-                        let v = extra.values[[row, *chan, source(product, &turn)]];
+                        let v = extra[[row, *chan, source(product, &turn)]];
                         let v = if finite(v) { v } else { Complex::default() };
                         column.push(turn.visibility(v, self.freq_hz[*chan], plan.factor[*chan]));
                     }

@@ -4,8 +4,8 @@ use super::codes::code_of;
 use super::export::Plan;
 use super::fields::Field;
 use super::keywords::Place;
-use super::schema::{self, SUBTABLES, Subtable, TOPO};
-use super::table::{Cell, Column, Kind, Manager, Table};
+use super::schema::{self, SUBTABLES, TOPO};
+use super::table::{Manager, Table};
 use crate::uvh5::NOMINAL_SITE;
 use crate::{FormatError, Result};
 use cittert_arrays::VisibilityHeader;
@@ -30,17 +30,17 @@ pub(super) struct Contents<'a> {
 
 /// Create, fill and flush every subtable, and link it to the main table.
 pub(super) fn write(main: &mut Table, folder: &Path, label: &Path, contents: &Contents<'_>) -> Result<()> {
-    for subtable in &SUBTABLES {
-        let mut table = schema::create_subtable(folder, label, subtable, contents.frame)?;
-        fill(&mut table, subtable, contents)?;
+    for name in SUBTABLES {
+        let mut table = schema::create_subtable(folder, label, name, contents.frame)?;
+        fill(&mut table, name, contents)?;
         table.flush()?;
-        main.put_table_keyword(subtable.name, &table)?;
+        main.put_table_keyword(name, &table)?;
     }
     Ok(())
 }
 
-fn fill(table: &mut Table, subtable: &Subtable, c: &Contents<'_>) -> Result<()> {
-    match subtable.name {
+fn fill(table: &mut Table, name: &str, c: &Contents<'_>) -> Result<()> {
+    match name {
         "ANTENNA" => antenna(table, c),
         "DATA_DESCRIPTION" => data_description(table, c),
         "FEED" => feed(table, c),
@@ -134,8 +134,7 @@ fn field(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     frames.dedup();
     let mixed = frames.len() > 1;
     if mixed {
-        let column = |name| Column { name, kind: Kind::Int, cell: Cell::Scalar, comment: "Frame of the direction" };
-        t.add_columns(&DIRECTIONS.map(|d| column(d.1)), &Manager::Standard, "SSMRef")?;
+        t.add_columns(&schema::columns("FIELD frames"), &Manager::Standard, "SSMRef")?;
     }
     t.add_rows(n)?;
     let directions: Vec<f64> = c.fields.iter().flat_map(|f| [f.ra_rad, f.dec_rad]).collect();

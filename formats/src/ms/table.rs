@@ -3,6 +3,7 @@
 use super::ffi::{self, CtColumn, CtTable};
 use crate::{FormatError, Result};
 use num_complex::Complex;
+use serde::Deserialize;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ pub(super) fn lock() -> MutexGuard<'static, ()> {
 }
 
 /// Element type of a column or keyword.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 pub(super) enum Kind {
     Bool = 0,
     Int = 1,
@@ -48,23 +49,22 @@ macro_rules! elements {
 
 elements!(bool => Bool, i32 => Int, f32 => Float, f64 => Double, Complex<f32> => Complex);
 
-/// Content of a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Cell {
-    Scalar,
-    /// An array with this number of axes, of any shape.
-    Array(i32),
-    /// An array of this shape, fastest axis first.
-    Fixed(&'static [i64]),
-}
-
-/// A new column.
-#[derive(Debug, Clone, Copy)]
+/// A column of a table, as the schema has it.
+#[derive(Debug, Clone, Deserialize)]
 pub(super) struct Column {
-    pub(super) name: &'static str,
+    pub(super) table: String,
+    #[serde(rename = "column")]
+    pub(super) name: String,
     pub(super) kind: Kind,
-    pub(super) cell: Cell,
-    pub(super) comment: &'static str,
+    /// Axes of the array in a cell, -1 for a scalar, 0 for any array.
+    pub(super) ndim: i32,
+    /// Length of the one axis, where it is fixed.
+    pub(super) length: Option<i64>,
+    /// A unit for each number of a cell, with blanks between them.
+    pub(super) units: String,
+    /// The kind of measure, for programs that convert between frames.
+    pub(super) measure: String,
+    pub(super) comment: String,
 }
 
 /// Storage manager of some columns: the layout of the cells on the disk.
@@ -177,25 +177,18 @@ impl Table {
     }
 
     /// Add columns that share one storage manager called `name`.
-    pub(super) fn add_columns(&mut self, columns: &[Column], manager: &Manager, name: &str) -> Result<()> {
-        let texts = columns.iter().map(|c| Ok((text(&self.path, c.name)?, text(&self.path, c.comment)?))).collect::<Result<Vec<_>>>()?;
+    pub(super) fn add_columns(&mut self, columns: &[&Column], manager: &Manager, name: &str) -> Result<()> {
+        let texts = columns.iter().map(|c| Ok((text(&self.path, &c.name)?, text(&self.path, &c.comment)?))).collect::<Result<Vec<_>>>()?;
         let specs: Vec<CtColumn> = columns
             .iter()
             .zip(&texts)
-            .map(|(c, (name, comment))| {
-                let (ndim, shape): (i32, &[i64]) = match c.cell {
-                    Cell::Scalar => (-1, &[]),
-                    Cell::Array(ndim) => (ndim, &[]),
-                    Cell::Fixed(shape) => (shape.len() as i32, shape),
-                };
-                CtColumn {
-                    name: name.as_ptr(),
-                    comment: comment.as_ptr(),
-                    kind: c.kind as i32,
-                    ndim,
-                    shape: shape.as_ptr(),
-                    n_shape: shape.len() as i32,
-                }
+            .map(|(c, (name, comment))| CtColumn {
+                name: name.as_ptr(),
+                comment: comment.as_ptr(),
+                kind: c.kind as i32,
+                ndim: c.ndim,
+                shape: c.length.as_slice().as_ptr(),
+                n_shape: c.length.as_slice().len() as i32,
             })
             .collect();
         let (code, tile): (i32, &[i64]) = match manager {
@@ -389,9 +382,14 @@ mod tests {
         (dir, path)
     }
 
-    const V: Column = Column { name: "V", kind: Kind::Complex, cell: Cell::Array(2), comment: "" };
-    const T: Column = Column { name: "T", kind: Kind::Double, cell: Cell::Scalar, comment: "" };
-    const N: Column = Column { name: "N", kind: Kind::String, cell: Cell::Scalar, comment: "" };
+    fn column(name: &str, kind: Kind, ndim: i32) -> Column {
+        let [table, units, measure, comment] = [(); 4].map(|()| String::new());
+        Column { table, name: name.into(), kind, ndim, length: None, units, measure, comment }
+    }
+
+    fn visibilities_times_names() -> [Column; 3] {
+        [column("V", Kind::Complex, 2), column("T", Kind::Double, -1), column("N", Kind::String, -1)]
+    }
 
     #[test]
     fn cells_and_keywords_go_both_ways() {
@@ -399,8 +397,9 @@ mod tests {
         let vis: Vec<Complex<f32>> = (0..24).map(|i| Complex::new(i as f32, -1.0)).collect();
         {
             let mut t = Table::create(&path, &path).unwrap();
-            t.add_columns(&[T, N], &Manager::Standard, "ssm").unwrap();
-            t.add_columns(&[V], &Manager::TiledShape(vec![2, 3, 8]), "tiled").unwrap();
+            let [v, times, names] = visibilities_times_names();
+            t.add_columns(&[&times, &names], &Manager::Standard, "ssm").unwrap();
+            t.add_columns(&[&v], &Manager::TiledShape(vec![2, 3, 8]), "tiled").unwrap();
             t.add_rows(4).unwrap();
             t.put("V", 0, &[2, 3], &vis).unwrap();
             t.put("T", 0, &[], &[1.0, 2.0, 3.0, 4.0]).unwrap();
@@ -428,8 +427,9 @@ mod tests {
     fn what_does_not_fit_is_an_error_and_no_abort() {
         let (_dir, path) = temp();
         let mut t = Table::create(&path, &path).unwrap();
-        t.add_columns(&[T], &Manager::Standard, "ssm").unwrap();
-        t.add_columns(&[V], &Manager::TiledShape(vec![2, 3, 8]), "tiled").unwrap();
+        let [v, times, _] = visibilities_times_names();
+        t.add_columns(&[&times], &Manager::Standard, "ssm").unwrap();
+        t.add_columns(&[&v], &Manager::TiledShape(vec![2, 3, 8]), "tiled").unwrap();
         t.add_rows(2).unwrap();
         assert!(t.put("V", 0, &[2, 3], &[Complex::<f32>::default(); 7]).is_err());
         assert!(t.put("V", 1, &[2, 3], &[Complex::<f32>::default(); 12]).is_err(), "past the last row");

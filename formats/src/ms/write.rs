@@ -1,17 +1,17 @@
 //! Writing a Measurement Set in runs of rows, in constant memory.
 
-use super::codes::{frame_code, mjd_seconds};
+use super::codes::{frame_code, mjd_seconds, name_of};
 use super::export::{Plan, Window};
 use super::fields::{Fields, Pointing};
 use super::keywords::Place;
-use super::options::MsOptions;
 use super::own;
-use super::rows::{Counts, Extra, Job};
+use super::rows::{Counts, Job};
 use super::schema;
 use super::subtables::{self, Contents};
 use super::table::{Manager, Table, check_space};
 use crate::atomic::AtomicDir;
-use crate::{FormatError, Result};
+use crate::columns::check_columns;
+use crate::{ColumnSink, CreateOptions, FormatError, Result};
 use cittert_arrays::{ArrayError, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySink};
 use ndarray::ArrayView3;
 use num_complex::Complex;
@@ -39,7 +39,8 @@ pub struct MsWriter {
     dir: AtomicDir,
     path: PathBuf,
     header: VisibilityHeader,
-    options: MsOptions,
+    /// Names of the columns beside the data.
+    extras: Vec<&'static str>,
     plan: Plan,
     fields: Fields,
     frame: &'static str,
@@ -59,18 +60,19 @@ impl MsWriter {
     /// # Errors
     /// The output exists and may not be overwritten, or is not a Measurement Set; its directory is missing or not writable; the header has
     /// polarisation products or celestial frames that a Measurement Set cannot hold.
-    pub fn create(path: &Path, header: &VisibilityHeader, options: MsOptions) -> Result<Self> {
-        let mut plan = Plan::new(path, header, options)?;
+    pub fn create(path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Self> {
+        let mut plan = Plan::new(path, header)?;
         let fields = Fields::new(path, header, &mut plan.notes)?;
         let dir = AtomicDir::create(path, options.overwrite, "table.dat")?;
         let frame = header.phase_centers.first().and_then(|c| frame_code(&c.frame, c.epoch)).unwrap_or("ICRS");
-        let main = main_table(dir.path(), path, header, &plan, options, frame)?;
+        let extras: Vec<_> = options.columns.iter().filter_map(|c| name_of(*c)).collect();
+        let main = main_table(dir.path(), path, header, &plan, &extras, frame)?;
         Ok(Self {
             main,
             dir,
             path: path.into(),
             header: header.clone(),
-            options,
+            extras,
             plan,
             fields,
             frame,
@@ -94,40 +96,10 @@ impl MsWriter {
     /// Append a block, as DATA alone.
     ///
     /// # Errors
-    /// As [`MsWriter::write_with`].
+    /// A block whose shape is not that of the header, columns beside the data that are not given, a row whose antennas must be exchanged in a
+    /// set with one cross product but not the other, or an error of the file system.
     pub fn write(&mut self, block: &VisibilityBlock) -> Result<()> {
-        self.write_with(block, None, None)
-    }
-
-    /// Append a block as DATA, with MODEL_DATA and CORRECTED_DATA \[blt, chan, pol\] in the unit of the header, where the options
-    /// request these columns.
-    ///
-    /// # Errors
-    /// A block whose shape is not that of the header, a requested column that is not given, or a given column that is not requested, a row whose
-    /// antennas must be exchanged in a set with one cross product but not the other, or an error of the file system.
-    pub fn write_with(
-        &mut self,
-        block: &VisibilityBlock,
-        model: Option<ArrayView3<'_, Complex<f32>>>,
-        corrected: Option<ArrayView3<'_, Complex<f32>>>,
-    ) -> Result<()> {
-        self.header.check_block(block).map_err(|e| FormatError::values(&self.path, e))?;
-        let extras = self.extras(block, model, corrected)?;
-        if block.n_rows() == 0 {
-            return Ok(());
-        }
-        // Bytes of one visibility with weight and flag, then those of the further columns, then those of the other columns of a row.
-        let datum = 13 + 8 * extras.len();
-        let bytes = block.n_rows() * (self.plan.factor.len() * self.plan.products.len() * datum + 200 * self.plan.windows.len());
-        check_space(self.dir.path(), &self.path, bytes as u64 + self.reserve())?;
-        if self.n_rows == 0 {
-            self.scale_weights(block);
-        }
-        let base = self.columns(block)?;
-        for k in 0..self.plan.windows.len() {
-            self.write_window(block, &extras, k, &base)?;
-        }
-        Ok(())
+        self.write_columns(block, &[])
     }
 
     /// Multiply small weights by a power of two. Images of CASA stay blank where the sum of weights is below about 1e-8, and an imager of warm
@@ -156,29 +128,6 @@ impl MsWriter {
         (4 << 20) + 2048 * (antennas + self.fields.rows().len() as u64) + 1024 * self.header.history.len() as u64
     }
 
-    /// The further columns of a block, which must be the requested ones.
-    fn extras<'a>(
-        &self,
-        block: &VisibilityBlock,
-        model: Option<ArrayView3<'a, Complex<f32>>>,
-        corrected: Option<ArrayView3<'a, Complex<f32>>>,
-    ) -> Result<Vec<Extra<'a>>> {
-        let mut extras = Vec::new();
-        for (name, wanted, given) in [("MODEL_DATA", self.options.model, model), ("CORRECTED_DATA", self.options.corrected, corrected)] {
-            match given {
-                Some(values) if wanted && values.shape() == block.vis.shape() => extras.push(Extra { name, values }),
-                None if !wanted => {}
-                given => {
-                    let expected =
-                        if wanted { format!("visibilities of shape {:?}", block.vis.shape()) } else { "none: not asked for".into() };
-                    let found = given.map_or("none".into(), |v| format!("shape {:?}", v.shape()));
-                    return Err(FormatError::malformed(&self.path, name, expected, found));
-                }
-            }
-        }
-        Ok(extras)
-    }
-
     /// Field, rotation and scan number of each row, which are the same for all windows.
     fn columns(&mut self, block: &VisibilityBlock) -> Result<Columns> {
         let c = &block.coverage;
@@ -197,7 +146,7 @@ impl MsWriter {
         Ok((pointing, scan))
     }
 
-    fn write_window(&mut self, block: &VisibilityBlock, extras: &[Extra<'_>], k: usize, base: &Columns) -> Result<()> {
+    fn write_window(&mut self, block: &VisibilityBlock, extras: &[ArrayView3<'_, Complex<f32>>], k: usize, base: &Columns) -> Result<()> {
         let (pointing, scan) = base;
         let window = &self.plan.windows[k];
         let n_chan = window.channels.len();
@@ -235,8 +184,8 @@ impl MsWriter {
         t.put("SIGMA", start, &vector, &values.sigma)?;
         t.put("FLAG", start, &cell, &values.flags)?;
         t.put("DATA", start, &cell, &values.vis)?;
-        for (extra, vis) in extras.iter().zip(&values.extras) {
-            t.put(extra.name, start, &cell, vis)?;
+        for (name, vis) in self.extras.iter().zip(&values.extras) {
+            t.put(name, start, &cell, vis)?;
         }
         if self.has_spectrum {
             t.put("WEIGHT_SPECTRUM", start, &cell, &values.weights)?;
@@ -254,7 +203,8 @@ impl MsWriter {
         /// Number of rows that are copied together.
         const STEP: usize = 4096;
         let tile = tile(&self.plan, &self.plan.windows);
-        schema::add(&mut self.main, &[schema::WEIGHT_SPECTRUM], &Manager::TiledShape(tile), "TiledWeightSpectrum", self.frame)?;
+        let column = schema::main_column("WEIGHT_SPECTRUM");
+        schema::add(&mut self.main, &column, &Manager::TiledShape(tile), "TiledWeightSpectrum", self.frame)?;
         let n_pol = self.plan.products.len();
         for run in &self.runs {
             let n_chan = self.plan.windows[run.window].channels.len();
@@ -279,8 +229,7 @@ impl MsWriter {
     /// A set without rows, or an error of the file system. The old output then stays in place.
     pub fn complete(mut self) -> Result<Vec<String>> {
         if self.n_rows == 0 {
-            let none =
-                ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" };
+            let none = ArrayError::bad_value("number of rows", "0", "at least one row of visibilities");
             return Err(FormatError::values(&self.path, none));
         }
         check_space(self.dir.path(), &self.path, self.reserve())?;
@@ -308,6 +257,28 @@ impl MsWriter {
     }
 }
 
+impl ColumnSink for MsWriter {
+    fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()> {
+        self.header.check_block(block).map_err(|e| FormatError::values(&self.path, e))?;
+        check_columns(&self.path, block, columns, self.extras.len())?;
+        if block.n_rows() == 0 {
+            return Ok(());
+        }
+        // Bytes of one visibility with weight and flag, then those of the further columns, then those of the other columns of a row.
+        let datum = 13 + 8 * columns.len();
+        let bytes = block.n_rows() * (self.plan.factor.len() * self.plan.products.len() * datum + 200 * self.plan.windows.len());
+        check_space(self.dir.path(), &self.path, bytes as u64 + self.reserve())?;
+        if self.n_rows == 0 {
+            self.scale_weights(block);
+        }
+        let base = self.columns(block)?;
+        for k in 0..self.plan.windows.len() {
+            self.write_window(block, columns, k, &base)?;
+        }
+        Ok(())
+    }
+}
+
 impl VisibilitySink for MsWriter {
     fn write_block(&mut self, block: &VisibilityBlock) -> Result<(), ArrayError> {
         Ok(self.write(block)?)
@@ -332,29 +303,23 @@ fn tile(plan: &Plan, windows: &[Window]) -> Vec<i64> {
 }
 
 /// Create the main table without rows.
-fn main_table(folder: &Path, label: &Path, header: &VisibilityHeader, plan: &Plan, options: MsOptions, frame: &str) -> Result<Table> {
+fn main_table(folder: &Path, label: &Path, header: &VisibilityHeader, plan: &Plan, extras: &[&str], frame: &str) -> Result<Table> {
     let mut t = Table::create(folder, label)?;
     t.set_info("Measurement Set", "Measurement Set of version 2, written by cittert")?;
-    schema::add(&mut t, &schema::MAIN_STANDARD, &Manager::Standard, "SSM", frame)?;
-    schema::add(&mut t, &schema::MAIN_INCREMENTAL, &Manager::Incremental, "ISM", frame)?;
+    schema::add(&mut t, &schema::columns("MAIN standard"), &Manager::Standard, "SSM", frame)?;
+    schema::add(&mut t, &schema::columns("MAIN incremental"), &Manager::Incremental, "ISM", frame)?;
     t.put_keyword_text(Place::column("FLAG_CATEGORY", "CATEGORY"), &[], false)?;
-    schema::add(&mut t, &[schema::UVW], &Manager::TiledColumn(vec![3, 8192]), "TiledUVW", frame)?;
+    schema::add(&mut t, &schema::main_column("UVW"), &Manager::TiledColumn(vec![3, 8192]), "TiledUVW", frame)?;
     let vector = vec![plan.products.len() as i64, 8192];
-    for (spec, name) in schema::MAIN_VECTORS.iter().zip(["TiledWeight", "TiledSigma"]) {
-        schema::add(&mut t, &[*spec], &Manager::TiledShape(vector.clone()), name, frame)?;
+    for (column, name) in [("WEIGHT", "TiledWeight"), ("SIGMA", "TiledSigma")] {
+        schema::add(&mut t, &schema::main_column(column), &Manager::TiledShape(vector.clone()), name, frame)?;
     }
     let tile = tile(plan, &plan.windows);
-    let mut columns = vec![(schema::FLAG, "TiledFlag"), (schema::DATA, "TiledData")];
-    if options.model {
-        columns.push((schema::MODEL_DATA, "TiledModel"));
-    }
-    if options.corrected {
-        columns.push((schema::CORRECTED_DATA, "TiledCorrected"));
-    }
-    for (spec, name) in columns {
-        schema::add(&mut t, &[spec], &Manager::TiledShape(tile.clone()), name, frame)?;
-        if spec.column.name.ends_with("DATA") && plan.unit == VisUnit::Jy {
-            t.put_keyword_text(Place::column(spec.column.name, "QuantumUnits"), &["Jy"], false)?;
+    let data = [("FLAG", "TiledFlag"), ("DATA", "TiledData"), ("MODEL_DATA", "TiledModel"), ("CORRECTED_DATA", "TiledCorrected")];
+    for (column, name) in data.into_iter().filter(|(c, _)| !c.ends_with("_DATA") || extras.contains(c)) {
+        schema::add(&mut t, &schema::main_column(column), &Manager::TiledShape(tile.clone()), name, frame)?;
+        if column.ends_with("DATA") && plan.unit == VisUnit::Jy {
+            t.put_keyword_text(Place::column(column, "QuantumUnits"), &["Jy"], false)?;
         }
     }
     t.put_keyword_value(Place::table("MS_VERSION"), 2.0_f32)?;
@@ -396,7 +361,7 @@ mod tests {
         block.vis = Array3::from_shape_fn((1, 2, 1), |(_, c, _)| predict(uvw, header.spectrum.freq_hz()[c]));
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.ms");
-        let mut writer = MsWriter::create(&path, &header, MsOptions::default()).unwrap();
+        let mut writer = MsWriter::create(&path, &header, &CreateOptions::default()).unwrap();
         writer.write(&block).unwrap();
         writer.complete().unwrap();
         let main = Table::open(&path).unwrap();

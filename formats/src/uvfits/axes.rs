@@ -47,7 +47,7 @@ impl GroupAxes {
         let mut complex_seen = false;
         for (i, len) in lengths.iter().enumerate().skip(1) {
             let k = i + 1;
-            let ctype = header.text(&format!("CTYPE{k}")).unwrap_or("").trim().to_ascii_uppercase();
+            let ctype = header.ctype(k);
             let n = usize::try_from(*len).ok().filter(|n| (1..=1 << 24).contains(n));
             let n = n.ok_or_else(|| bad(&format!("NAXIS{k}"), "1 to 16777216", len.to_string()))?;
             let stride = axes.numbers;
@@ -101,19 +101,13 @@ impl GroupAxes {
     /// Polarisations of the STOKES axis.
     pub(super) fn polarizations(&self, header: &Header) -> Result<Vec<Polarization>> {
         let Some(k) = self.stokes_axis else { return Ok(vec![Polarization::I]) };
-        let value = |key: &str, default: f64| header.real(&format!("{key}{k}")).unwrap_or(default);
-        let (reference, pixel, step) = (value("CRVAL", 1.0), value("CRPIX", 1.0), value("CDELT", 1.0));
-        (0..self.n_pol)
-            .map(|p| Polarization::from_aips((reference + (p as f64 + 1.0 - pixel) * step).round() as i32))
-            .collect::<std::result::Result<_, _>>()
-            .map_err(|e| FormatError::values(header.path(), e))
+        header.polarizations(k, self.n_pol)
     }
 
     /// Channels from the FREQ axis and, where there is one, the FQ table.
     pub(super) fn spectrum(&self, header: &Header, fq: Option<&Table>) -> Result<SpectralWindow> {
         let path = header.path();
-        let value = |key: &str, default: f64| header.real(&format!("{key}{}", self.freq_axis)).unwrap_or(default);
-        let (reference, pixel, step) = (value("CRVAL", 0.0), value("CRPIX", 1.0), value("CDELT", 0.0));
+        let (reference, pixel, step) = header.axis(self.freq_axis, (0.0, 0.0));
         let (mut freq, mut width, mut spw) = (Vec::new(), Vec::new(), Vec::new());
         let cells = |name: &str| -> Result<Option<Vec<f64>>> {
             let Some(table) = fq else { return Ok(None) };

@@ -1,55 +1,8 @@
 //! The parameters of a group: baseline, antennas, time, source.
 
-use crate::fits::Header;
+use crate::fits::{Header, Number, scaled};
 use crate::{FormatError, Result};
 use cittert_arrays::SPEED_OF_LIGHT_M_S;
-
-/// Type of the numbers in a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Number {
-    Byte,
-    Short,
-    Int,
-    Float,
-    Double,
-}
-
-impl Number {
-    /// From BITPIX.
-    pub(super) fn of(header: &Header) -> Result<Self> {
-        Ok(match header.require("BITPIX", -64..=64)? {
-            8 => Self::Byte,
-            16 => Self::Short,
-            32 => Self::Int,
-            -32 => Self::Float,
-            -64 => Self::Double,
-            other => return Err(FormatError::malformed(header.path(), "BITPIX", "8, 16, 32, -32 or -64", other.to_string())),
-        })
-    }
-
-    /// Bytes of one number.
-    pub(super) fn bytes(self) -> usize {
-        match self {
-            Self::Byte => 1,
-            Self::Short => 2,
-            Self::Int | Self::Float => 4,
-            Self::Double => 8,
-        }
-    }
-
-    /// Number `k` of a buffer.
-    pub(super) fn get(self, buffer: &[u8], k: usize) -> f64 {
-        let at = k * self.bytes();
-        let b = &buffer[at..at + self.bytes()];
-        match (self, b) {
-            (Self::Byte, &[a]) => f64::from(a),
-            (Self::Short, &[a, b]) => f64::from(i16::from_be_bytes([a, b])),
-            (Self::Int, &[a, b, c, d]) => f64::from(i32::from_be_bytes([a, b, c, d])),
-            (Self::Float, &[a, b, c, d]) => f64::from(f32::from_be_bytes([a, b, c, d])),
-            (_, b) => b.try_into().map_or(f64::NAN, f64::from_be_bytes),
-        }
-    }
-}
 
 /// A parameter: the sum over its parts of number x scale + zero. Two parameters with the same name are two parts of one value.
 #[derive(Debug, Clone)]
@@ -67,10 +20,7 @@ struct Part {
 impl Parameter {
     /// Value in a group.
     pub(super) fn get(&self, number: Number, group: &[u8]) -> f64 {
-        let part = |p: &Part| {
-            let raw = number.get(group, p.index);
-            if p.scale == 1.0 && p.zero == 0.0 { raw } else { raw * p.scale + p.zero }
-        };
+        let part = |p: &Part| scaled(number.get(group, p.index), p.scale, p.zero);
         // A sum begun with 0.0 would turn -0.0 into 0.0.
         self.parts.iter().map(part).reduce(|a, b| a + b).unwrap_or(f64::NAN)
     }
@@ -207,14 +157,5 @@ mod tests {
         assert_eq!(decode_baseline(65_535.0), pair(255, 255, 1));
         assert_eq!(decode_baseline(2048.0 * 256.0 + 300.0 + 65_536.0), pair(256, 300, 1));
         assert_eq!(decode_baseline(f64::from(258.01_f32)), pair(1, 2, 2));
-    }
-
-    #[test]
-    fn numbers_of_every_kind() {
-        assert_eq!(Number::Short.get(&[0, 0, 0xff, 0xfe], 1), -2.0);
-        assert_eq!(Number::Byte.get(&[7, 200], 1), 200.0);
-        assert_eq!(Number::Int.get(&(-5i32).to_be_bytes(), 0), -5.0);
-        assert_eq!(Number::Float.get(&1.5f32.to_be_bytes(), 0), 1.5);
-        assert_eq!(Number::Double.get(&0.1f64.to_be_bytes(), 0), 0.1);
     }
 }

@@ -1,9 +1,9 @@
 //! Reading UVFITS in runs of rows: only the requested rows are in memory.
 
 use super::axes::GroupAxes;
-use super::groups::{Number, Parameters, UvwKind};
+use super::groups::{Parameters, UvwKind};
 use super::{antennas, phase};
-use crate::fits::{Header, Input, padding, table::Table};
+use crate::fits::{Header, Input, Number, padding, table::Table};
 use crate::uvh5::Sky;
 use crate::{FormatError, Result};
 use cittert_arrays::{ArrayError, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySource};
@@ -78,11 +78,11 @@ impl UvfitsReader {
         }
         let primary = Header::read(&mut input, true)?.ok_or_else(|| FormatError::unsupported(path, "no header"))?;
         if !(primary.is_true("GROUPS") && primary.integer("NAXIS1") == Some(0)) {
-            return Err(FormatError::NotA {
-                path: path.into(),
-                expected: "UVFITS (random groups: NAXIS1 = 0 and GROUPS = T)".into(),
-                found: "a FITS file without random groups (an image, or tables)".into(),
-            });
+            return Err(FormatError::not_a(
+                path,
+                "UVFITS (random groups: NAXIS1 = 0 and GROUPS = T)",
+                "a FITS file without random groups (an image, or tables)",
+            ));
         }
         let axes = GroupAxes::of(&primary)?;
         let number = Number::of(&primary)?;

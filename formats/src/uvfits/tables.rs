@@ -46,9 +46,7 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
         // The x axis of the table points to the meridian of the array.
         table.numbers(&[x * cos + y * sin + offset[0], y * cos - x * sin + offset[1], z + offset[2]]);
         table.numbers(&[]);
-        table.numbers(&[f64::from(*number)]);
-        table.numbers(&[0.0]);
-        table.numbers(&[0.0]);
+        table.each(&[f64::from(*number), 0.0, 0.0]);
         table.text(feed_a);
         table.numbers(&[0.0]);
         table.numbers(&[0.0; 3]);
@@ -159,16 +157,11 @@ pub(super) fn sources(
         for _ in 0..5 {
             table.numbers(&zeros);
         }
-        table.numbers(&[export.windows.step_hz[0].abs() * export.windows.n_freq as f64]);
-        table.numbers(&[ra_rad.to_degrees()]);
-        table.numbers(&[dec_rad.to_degrees()]);
-        table.numbers(&[c.epoch.unwrap_or(2000.0)]);
-        table.numbers(&[place.ra_rad.to_degrees()]);
-        table.numbers(&[place.dec_rad.to_degrees()]);
+        table.each(&[export.windows.step_hz[0].abs() * export.windows.n_freq as f64, ra_rad.to_degrees(), dec_rad.to_degrees()]);
+        table.each(&[c.epoch.unwrap_or(2000.0), place.ra_rad.to_degrees(), place.dec_rad.to_degrees()]);
         table.numbers(&zeros);
         table.numbers(&export.windows.first_hz);
-        table.numbers(&[0.0]);
-        table.numbers(&[0.0]);
+        table.each(&[0.0, 0.0]);
     }
     Ok(table.finish(|h| {
         h.integer("NO_IF", n as i64, "");

@@ -266,11 +266,7 @@ impl UvfitsWriter {
     pub fn complete(mut self) -> Result<()> {
         let (io, values) = (self.io(), self.values());
         let Some(start) = self.start.take() else {
-            return Err(values(ArrayError::BadValue {
-                what: "number of rows".into(),
-                value: "0".into(),
-                expected: "at least one row of visibilities",
-            }));
+            return Err(values(ArrayError::bad_value("number of rows", "0", "at least one row of visibilities")));
         };
         let w = &self.export.windows;
         let numbers = self.parameters(0.0).len() + 3 * self.export.pols.len() * w.n_freq * w.n_if;

@@ -1,7 +1,7 @@
 //! UVH5 in the table of formats.
 
 use super::read::Uvh5Reader;
-use super::write::{Uvh5Options, Uvh5Writer};
+use super::write::Uvh5Writer;
 use crate::format::{Format, Holds, Label, VisibilityFormat};
 use crate::{CreateOptions, Created, Result, VisColumn, h5};
 use cittert_arrays::{VisibilityHeader, VisibilitySource};
@@ -45,9 +45,7 @@ impl VisibilityFormat for Uvh5 {
     }
 
     fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>> {
-        let CreateOptions { overwrite, append, compression, columns } = options.clone();
-        let how = Uvh5Options { overwrite, compression: compression.unwrap_or_default(), columns };
-        let writer = if append { Uvh5Writer::append(path, header, how)? } else { Uvh5Writer::create(path, header, how)? };
+        let writer = if options.append { Uvh5Writer::append } else { Uvh5Writer::create }(path, header, options)?;
         Ok(Some(Created { sink: Box::new(writer), notes: Vec::new() }))
     }
 }

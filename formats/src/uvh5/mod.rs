@@ -13,7 +13,7 @@ mod write;
 
 pub use names::NOMINAL_SITE;
 pub use read::Uvh5Reader;
-pub use write::{Uvh5Options, Uvh5Writer};
+pub use write::Uvh5Writer;
 
 pub(crate) use format::Uvh5;
 pub(crate) use header::{read_spectrum, write_spectrum};

@@ -69,11 +69,7 @@ impl Uvh5Reader {
     pub fn open_column(path: &Path, column: VisColumn) -> Result<Self> {
         let file = h5::open(path, "a UVH5 file")?;
         if file.members("Header")?.is_empty() || !file.has("Data/visdata") {
-            return Err(FormatError::NotA {
-                path: path.into(),
-                expected: "a UVH5 file".into(),
-                found: "an HDF5 file without Header and Data/visdata".into(),
-            });
+            return Err(FormatError::not_a(path, "a UVH5 file", "an HDF5 file without Header and Data/visdata"));
         }
         let header = header::read(&file)?;
         let n_rows = file.count("Header/Nblts")?;
@@ -114,52 +110,38 @@ impl Uvh5Reader {
         } else {
             vec![file.require_real("Header/integration_time")?; range.len()]
         };
-        let antennas = |dataset: &Dataset, name: &str| -> Result<Vec<u32>> {
-            let numbers: Array1<i64> = file.rows::<_, Ix1>(dataset, name, range.clone())?;
-            let index = |(row, n): (usize, &i64)| {
-                self.index_of_number.get(n).copied().ok_or_else(|| {
-                    file.wrong(&format!("{name}, row {}", range.start + row), "a number of Header/antenna_numbers", n.to_string())
-                })
-            };
-            numbers.iter().enumerate().map(index).collect()
-        };
         let centers = match &self.columns.centers {
             Some(dataset) => {
-                let name = "Header/phase_center_id_array";
-                let ids: Array1<i64> = file.rows::<_, Ix1>(dataset, name, range.clone())?;
-                let index = |(row, id): (usize, &i64)| {
-                    self.index_of_center.get(id).copied().ok_or_else(|| {
-                        file.wrong(&format!("{name}, row {}", range.start + row), "a number of phase_center_catalog", id.to_string())
-                    })
-                };
-                ids.iter().enumerate().map(index).collect::<Result<Vec<u16>>>()?
+                let what = "a number of phase_center_catalog";
+                self.indices(dataset, "Header/phase_center_id_array", range.clone(), &self.index_of_center, what)?
             }
             None => vec![0; range.len()],
+        };
+        let antennas = |dataset: &Dataset, name: &str| {
+            self.indices(dataset, name, range.clone(), &self.index_of_number, "a number of Header/antenna_numbers")
         };
         let ant1 = antennas(&self.columns.ant1, "Header/ant_1_array")?;
         let ant2 = antennas(&self.columns.ant2, "Header/ant_2_array")?;
         UvCoverage::new(uvw, ant1, ant2, time.to_vec(), integration, centers).map_err(|e| FormatError::values(file.path(), e))
     }
+
+    /// The numbers of a column as indices into the header.
+    fn indices<T: Copy>(&self, dataset: &Dataset, name: &str, range: Range<usize>, of: &HashMap<i64, T>, what: &str) -> Result<Vec<T>> {
+        let numbers: Array1<i64> = self.file.rows::<_, Ix1>(dataset, name, range.clone())?;
+        let unknown = |row: usize, n: i64| self.file.wrong(&format!("{name}, row {}", range.start + row), what, n.to_string());
+        numbers.iter().enumerate().map(|(row, n)| of.get(n).copied().ok_or_else(|| unknown(row, *n))).collect()
+    }
 }
 
 impl Columns {
     fn open(file: &H5In, n: usize) -> Result<Self> {
-        let numeric = |name: &str, shapes: &[&[usize]]| -> Result<Dataset> {
-            let dataset = file.shaped(name, shapes)?;
-            file.demand_numbers(&dataset, name)?;
-            Ok(dataset)
-        };
-        let centers = match file.dataset("Header/phase_center_id_array")? {
-            Some(_) => Some(numeric("Header/phase_center_id_array", &[&[n]])?),
-            None => None,
-        };
         Ok(Self {
-            uvw: numeric("Header/uvw_array", &[&[n, 3]])?,
-            ant1: numeric("Header/ant_1_array", &[&[n]])?,
-            ant2: numeric("Header/ant_2_array", &[&[n]])?,
-            time: numeric("Header/time_array", &[&[n]])?,
-            integration: numeric("Header/integration_time", &[&[n], &[], &[1]])?,
-            centers,
+            uvw: file.numbers("Header/uvw_array", &[&[n, 3]])?,
+            ant1: file.numbers("Header/ant_1_array", &[&[n]])?,
+            ant2: file.numbers("Header/ant_2_array", &[&[n]])?,
+            time: file.numbers("Header/time_array", &[&[n]])?,
+            integration: file.numbers("Header/integration_time", &[&[n], &[], &[1]])?,
+            centers: file.optional_numbers("Header/phase_center_id_array", &[&[n]])?,
         })
     }
 }
@@ -170,16 +152,13 @@ impl Data {
         let shapes: [&[usize]; 2] = [&[n, chan, pol], &[n, 1, chan, pol]];
         let vis = file.shaped(name, &shapes)?;
         file.demand_complex(&vis, name)?;
-        let numeric = |name: &str| -> Result<Dataset> {
-            let dataset = file.shaped(name, &shapes)?;
-            file.demand_numbers(&dataset, name)?;
-            Ok(dataset)
-        };
-        let weights = match file.dataset("Data/weights")? {
-            Some(_) => Some(numeric("Data/weights")?),
-            None => None,
-        };
-        Ok(Self { name, vis, flags: numeric("Data/flags")?, nsamples: numeric("Data/nsamples")?, weights })
+        Ok(Self {
+            name,
+            vis,
+            flags: file.numbers("Data/flags", &shapes)?,
+            nsamples: file.numbers("Data/nsamples", &shapes)?,
+            weights: file.optional_numbers("Data/weights", &shapes)?,
+        })
     }
 }
 

@@ -4,24 +4,14 @@ use super::names::dataset_of;
 use super::phase::{self, Sky};
 use super::read::Uvh5Reader;
 use super::{header, layout};
+use crate::columns::check_columns;
 use crate::h5::{Compression, H5Out, Rows};
-use crate::{ColumnSink, FormatError, Result, VisColumn};
+use crate::{ColumnSink, CreateOptions, FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
 use ndarray::{Array1, ArrayView1, ArrayView3};
 use num_complex::Complex;
 use std::collections::HashSet;
 use std::path::Path;
-
-/// Options of a new UVH5 file.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Uvh5Options {
-    /// Replace an existing file.
-    pub overwrite: bool,
-    /// Compression of the visibilities. Flags and numbers of samples shrink well and are always compressed (LZF).
-    pub compression: Compression,
-    /// Columns beside the data. Every block must then bring them.
-    pub columns: Vec<VisColumn>,
-}
 
 /// Size of the blocks that are copied, bytes.
 const COPY_BYTES: usize = 1 << 24;
@@ -57,7 +47,7 @@ struct Growing {
 pub struct Uvh5Writer {
     out: H5Out,
     header: VisibilityHeader,
-    options: Uvh5Options,
+    options: CreateOptions,
     sky: Sky,
     ids: Vec<i64>,
     growing: Option<Growing>,
@@ -75,7 +65,7 @@ impl Uvh5Writer {
     ///
     /// # Errors
     /// The output exists and may not be overwritten, its folder is missing or not writable.
-    pub fn create(path: &Path, header: &VisibilityHeader, options: Uvh5Options) -> Result<Self> {
+    pub fn create(path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Self> {
         let out = H5Out::create(path, options.overwrite)?;
         header::write(&out, header)?;
         let site = layout::site_of(&header.layout);
@@ -100,7 +90,7 @@ impl Uvh5Writer {
     /// # Errors
     /// An error in the existing file; a header or columns that are not those of the existing file (the error names the first difference);
     /// or as [`Uvh5Writer::create`].
-    pub fn append(path: &Path, header: &VisibilityHeader, options: Uvh5Options) -> Result<Self> {
+    pub fn append(path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Self> {
         let mut old = Uvh5Reader::open(path)?;
         let columns = Uvh5Reader::columns(path)?;
         let refused =
@@ -115,7 +105,7 @@ impl Uvh5Writer {
         let mut joined = old.header().clone();
         joined.history.extend(header.history.iter().filter(|line| !old.header().history.contains(line)).cloned());
         let mut beside = columns.iter().map(|c| Uvh5Reader::open_column(path, *c)).collect::<Result<Vec<_>>>()?;
-        let mut writer = Self::create(path, &joined, Uvh5Options { overwrite: true, ..options })?;
+        let mut writer = Self::create(path, &joined, &CreateOptions { overwrite: true, ..options.clone() })?;
         for_each_block::<ArrayError>(&mut old, COPY_BYTES, |first, block| {
             let rows = first..first + block.n_rows();
             let beside = beside.iter_mut().map(|source| source.read(rows.clone())).collect::<Result<Vec<_>>>()?;
@@ -160,7 +150,9 @@ impl Uvh5Writer {
         columns.push(self.out.rows::<f64>(&header(COLUMNS[9]), &[3], block_rows, Compression::None)?);
         let (_, n_chan, n_pol) = self.header.shape(0);
         let tail = [n_chan, n_pol];
-        let complex = |column: VisColumn| self.out.rows::<Complex<f32>>(dataset_of(column), &tail, block_rows, self.options.compression);
+        // Flags and numbers of samples shrink well and are always compressed.
+        let compression = self.options.compression.unwrap_or_default();
+        let complex = |column: VisColumn| self.out.rows::<Complex<f32>>(dataset_of(column), &tail, block_rows, compression);
         Ok(Growing {
             columns,
             vis: complex(VisColumn::Data)?,
@@ -236,7 +228,7 @@ impl Uvh5Writer {
         if self.growing.take().is_none() {
             return Err(FormatError::values(
                 self.out.path(),
-                ArrayError::BadValue { what: "number of rows".into(), value: "0".into(), expected: "at least one row of visibilities" },
+                ArrayError::bad_value("number of rows", "0", "at least one row of visibilities"),
             ));
         }
         for (name, value) in
@@ -255,16 +247,7 @@ impl ColumnSink for Uvh5Writer {
     fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()> {
         let path = self.out.path().to_path_buf();
         self.header.check_block(block).map_err(|e| FormatError::values(&path, e))?;
-        let shapes =
-            (columns.iter().map(|c| c.shape().to_vec()).collect::<Vec<_>>(), vec![block.vis.shape().to_vec(); self.options.columns.len()]);
-        if shapes.0 != shapes.1 {
-            return Err(FormatError::malformed(
-                &path,
-                "columns beside the data",
-                format!("shapes {:?}", shapes.1),
-                format!("{:?}", shapes.0),
-            ));
-        }
+        check_columns(&path, block, columns, self.options.columns.len())?;
         if block.n_rows() == 0 {
             return Ok(());
         }

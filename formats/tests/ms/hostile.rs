@@ -2,12 +2,13 @@
 
 use crate::{common, temp, write};
 use cittert_arrays::VisibilitySource;
-use cittert_formats::ms::{MsColumn, MsOptions, MsSource, MsWriter, is_measurement_set};
+use cittert_formats::ms::{MsSource, MsWriter, is_measurement_set};
+use cittert_formats::{CreateOptions, VisColumn};
 use std::fs;
 use std::path::Path;
 
 fn error(path: &Path) -> String {
-    let e = match MsSource::open(path, MsColumn::Data) {
+    let e = match MsSource::open(path, VisColumn::Data) {
         Err(e) => e.to_string(),
         Ok(mut source) => {
             let n = source.n_rows();
@@ -33,7 +34,7 @@ fn what_is_no_measurement_set_is_said() {
     let table = dir.path().join("b.ms");
     fs::rename(path.join("FIELD"), &table).unwrap();
     assert!(!is_measurement_set(&table));
-    assert!(MsSource::open(&table, MsColumn::Data).unwrap_err().to_string().contains("without MS_VERSION"));
+    assert!(MsSource::open(&table, VisColumn::Data).unwrap_err().to_string().contains("without MS_VERSION"));
 }
 
 #[test]
@@ -53,7 +54,7 @@ fn a_missing_subtable_is_named() {
 fn a_missing_column_is_named_with_those_that_are_there() {
     let (_dir, path) = temp();
     write(&path, &common::earth(), 1000);
-    let e = MsSource::open(&path, MsColumn::Corrected).unwrap_err().to_string();
+    let e = MsSource::open(&path, VisColumn::Corrected).unwrap_err().to_string();
     assert!(e.contains("CORRECTED_DATA") && e.contains("only DATA"), "{e}");
 }
 
@@ -82,7 +83,7 @@ fn files_cut_short_are_errors() {
         }
         fs::write(&file, whole).unwrap();
     }
-    let mut source = MsSource::open(&path, MsColumn::Data).unwrap();
+    let mut source = MsSource::open(&path, VisColumn::Data).unwrap();
     source.read(0..1).unwrap();
     drop(dir);
 }
@@ -92,19 +93,19 @@ fn an_abandoned_set_leaves_the_old_one_and_nothing_else() {
     let (dir, path) = temp();
     let set = common::earth();
     write(&path, &set, 1000);
-    let e = MsWriter::create(&path, &set.header, MsOptions::default()).unwrap_err().to_string();
+    let e = MsWriter::create(&path, &set.header, &CreateOptions::default()).unwrap_err().to_string();
     assert!(e.contains("exists already"), "{e}");
-    let mut writer = MsWriter::create(&path, &set.header, MsOptions { overwrite: true, ..MsOptions::default() }).unwrap();
+    let mut writer = MsWriter::create(&path, &set.header, &CreateOptions { overwrite: true, ..CreateOptions::default() }).unwrap();
     writer.write(&set.data).unwrap();
     drop(writer);
-    let writer = MsWriter::create(&path, &set.header, MsOptions { overwrite: true, ..MsOptions::default() }).unwrap();
+    let writer = MsWriter::create(&path, &set.header, &CreateOptions { overwrite: true, ..CreateOptions::default() }).unwrap();
     assert!(writer.complete().unwrap_err().to_string().contains("number of rows"));
-    MsSource::open(&path, MsColumn::Data).unwrap();
+    MsSource::open(&path, VisColumn::Data).unwrap();
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
-    let mut writer = MsWriter::create(&path, &set.header, MsOptions { overwrite: true, ..MsOptions::default() }).unwrap();
+    let mut writer = MsWriter::create(&path, &set.header, &CreateOptions { overwrite: true, ..CreateOptions::default() }).unwrap();
     writer.write(&set.data.rows(0..7).unwrap()).unwrap();
     writer.complete().unwrap();
-    assert_eq!(MsSource::open(&path, MsColumn::Data).unwrap().n_rows(), 7);
+    assert_eq!(MsSource::open(&path, VisColumn::Data).unwrap().n_rows(), 7);
     assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
 }
 
@@ -112,7 +113,7 @@ fn an_abandoned_set_leaves_the_old_one_and_nothing_else() {
 fn a_range_past_the_end_is_refused() {
     let (_dir, path) = temp();
     write(&path, &common::earth(), 1000);
-    let mut source = MsSource::open(&path, MsColumn::Data).unwrap();
+    let mut source = MsSource::open(&path, VisColumn::Data).unwrap();
     let n = source.n_rows();
     assert!(source.read(0..n + 1).unwrap_err().to_string().contains("out of range"));
 }

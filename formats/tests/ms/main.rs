@@ -8,7 +8,8 @@ mod hostile;
 mod round_trip;
 
 use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilitySet, VisibilitySource};
-use cittert_formats::ms::{MsColumn, MsOptions, MsSource, MsWriter};
+use cittert_formats::ms::{MsSource, MsWriter};
+use cittert_formats::{CreateOptions, VisColumn};
 use std::path::{Path, PathBuf};
 
 fn temp() -> (tempfile::TempDir, PathBuf) {
@@ -19,7 +20,7 @@ fn temp() -> (tempfile::TempDir, PathBuf) {
 
 /// Write in blocks of `step` rows; what was said.
 fn write(path: &Path, set: &VisibilitySet, step: usize) -> Vec<String> {
-    let mut writer = MsWriter::create(path, &set.header, MsOptions::default()).unwrap();
+    let mut writer = MsWriter::create(path, &set.header, &CreateOptions::default()).unwrap();
     let n = set.data.n_rows();
     for start in (0..n).step_by(step) {
         writer.write(&set.data.rows(start..(start + step).min(n)).unwrap()).unwrap();
@@ -28,7 +29,7 @@ fn write(path: &Path, set: &VisibilitySet, step: usize) -> Vec<String> {
 }
 
 /// Read a column in blocks of `step` rows.
-fn read(path: &Path, column: MsColumn, step: usize) -> VisibilitySet {
+fn read(path: &Path, column: VisColumn, step: usize) -> VisibilitySet {
     let mut source = MsSource::open(path, column).unwrap();
     let (n, header) = (source.n_rows(), source.header().clone());
     let (_, n_chan, n_pol) = header.shape(0);

@@ -2,7 +2,8 @@
 
 use crate::{common, read, temp, write};
 use cittert_arrays::*;
-use cittert_formats::ms::{MsColumn, MsOptions, MsSource, MsWriter};
+use cittert_formats::ms::{MsSource, MsWriter};
+use cittert_formats::{ColumnSink, CreateOptions, VisColumn};
 use num_complex::Complex;
 use std::f64::consts::TAU;
 
@@ -30,7 +31,7 @@ fn a_set_comes_back_whatever_the_blocks() {
     for (out, back) in [(1000, 1000), (37, 11)] {
         let (_dir, path) = temp();
         assert!(write(&path, &set, out).is_empty());
-        assert_same(&set, &read(&path, MsColumn::Data, back));
+        assert_same(&set, &read(&path, VisColumn::Data, back));
     }
 }
 
@@ -42,7 +43,7 @@ fn weights_that_begin_to_differ_between_channels_late_come_back() {
     set.data.weights[(n - 1, 3, 1)] = 0.0;
     let (_dir, path) = temp();
     write(&path, &set, 50);
-    assert_same(&set, &read(&path, MsColumn::Data, 64));
+    assert_same(&set, &read(&path, VisColumn::Data, 64));
 }
 
 #[test]
@@ -58,9 +59,9 @@ fn several_windows_and_phase_centres_come_back() {
     set.data.coverage.phase_center[n / 2..].fill(1);
     let (_dir, path) = temp();
     write(&path, &set, 45);
-    let back = read(&path, MsColumn::Data, 31);
+    let back = read(&path, VisColumn::Data, 31);
     assert_same(&set, &back);
-    assert_eq!(MsSource::open(&path, MsColumn::Data).unwrap().columns(), [MsColumn::Data]);
+    assert_eq!(MsSource::open(&path, VisColumn::Data).unwrap().columns(), [VisColumn::Data]);
 }
 
 #[test]
@@ -73,7 +74,7 @@ fn rows_that_repeat_a_baseline_and_time_stay_apart_in_several_windows() {
     set.data.append(&twice).unwrap();
     let (_dir, path) = temp();
     write(&path, &set, 1000);
-    assert_same(&set, &read(&path, MsColumn::Data, 77));
+    assert_same(&set, &read(&path, VisColumn::Data, 77));
 }
 
 /// Rows whose antennas stand in the wrong order are exchanged, with baseline, visibilities and cross products: the set predicts the
@@ -101,7 +102,7 @@ fn exchanged_rows_are_the_same_measurement() {
     }
     let (_dir, path) = temp();
     write(&path, &set, 20);
-    assert_same(&original, &read(&path, MsColumn::Data, 100));
+    assert_same(&original, &read(&path, VisColumn::Data, 100));
 }
 
 #[test]
@@ -112,7 +113,7 @@ fn a_boresight_set_in_kelvin_becomes_two_hands_in_jy_and_stays_in_its_frame() {
     for part in ["2 k nu^2 / c^2", "RR and LL", "zenith", "280 K", "2^"] {
         assert!(notes.contains(part), "{part}: {notes}");
     }
-    let back = read(&path, MsColumn::Data, 1000);
+    let back = read(&path, VisColumn::Data, 1000);
     assert!(back.header.is_boresight());
     assert_eq!(back.header.unit, VisUnit::Jy);
     assert_eq!(back.header.polarizations, [Polarization::RR, Polarization::LL]);
@@ -140,7 +141,7 @@ fn a_drifting_array_gets_a_field_for_each_time() {
     let (_dir, path) = temp();
     let notes = write(&path, &set, 100);
     assert!(notes[0].contains("each time gets its own field"), "{notes:?}");
-    let back = read(&path, MsColumn::Data, 1000);
+    let back = read(&path, VisColumn::Data, 1000);
     assert_eq!(back.header.phase_centers.len(), 6);
     let ra = |k: usize| back.header.phase_centers[k].ra_dec_rad().unwrap().0;
     // The sky turns by 60 s of sidereal time between two fields; 23 years of precession stretch right ascensions by at most
@@ -154,14 +155,17 @@ fn model_and_corrected_columns_are_written_and_read() {
     let set = common::earth();
     let (model, corrected) = (set.data.vis.mapv(|v| v * 2.0), set.data.vis.mapv(|v| v * Complex::i()));
     let (_dir, path) = temp();
-    let options = MsOptions { model: true, corrected: true, ..MsOptions::default() };
-    let mut writer = MsWriter::create(&path, &set.header, options).unwrap();
-    assert!(writer.write(&set.data).unwrap_err().to_string().contains("MODEL_DATA"), "a column that was asked for and is not given");
-    writer.write_with(&set.data, Some(model.view()), Some(corrected.view())).unwrap();
+    let options = CreateOptions { columns: vec![VisColumn::Model, VisColumn::Corrected], ..CreateOptions::default() };
+    let mut writer = MsWriter::create(&path, &set.header, &options).unwrap();
+    assert!(
+        writer.write(&set.data).unwrap_err().to_string().contains("columns beside the data"),
+        "a column that was asked for and is not given"
+    );
+    writer.write_columns(&set.data, &[model.view(), corrected.view()]).unwrap();
     writer.complete().unwrap();
-    assert_eq!(read(&path, MsColumn::Data, 1000).data.vis, set.data.vis);
-    assert_eq!(read(&path, MsColumn::Model, 1000).data.vis, model);
-    assert_eq!(read(&path, MsColumn::Corrected, 1000).data.vis, corrected);
+    assert_eq!(read(&path, VisColumn::Data, 1000).data.vis, set.data.vis);
+    assert_eq!(read(&path, VisColumn::Model, 1000).data.vis, model);
+    assert_eq!(read(&path, VisColumn::Corrected, 1000).data.vis, corrected);
 }
 
 #[test]
@@ -174,7 +178,7 @@ fn data_that_no_imager_can_take_are_flagged_and_counted() {
     let (_dir, path) = temp();
     let notes = write(&path, &set, 1000).join("\n");
     assert!(notes.contains("2 weights") && notes.contains("1 visibilities"), "{notes}");
-    let back = read(&path, MsColumn::Data, 1000);
+    let back = read(&path, VisColumn::Data, 1000);
     assert_eq!(back.data.flags.iter().filter(|f| **f).count(), 3);
     assert!(back.data.vis.iter().all(|v| v.re.is_finite()) && back.data.weights.iter().all(|w| *w >= 0.0 && w.is_finite()));
 }
@@ -188,7 +192,7 @@ fn a_single_cross_product_cannot_be_exchanged() {
     write(&path, &set, 1000);
     let c = &mut set.data.coverage;
     std::mem::swap(&mut c.ant1[0], &mut c.ant2[0]);
-    let mut writer = MsWriter::create(&path.with_extension("b"), &set.header, MsOptions::default()).unwrap();
+    let mut writer = MsWriter::create(&path.with_extension("b"), &set.header, &CreateOptions::default()).unwrap();
     let error = writer.write(&set.data).unwrap_err().to_string();
     assert!(error.contains("both cross products"), "{error}");
 }

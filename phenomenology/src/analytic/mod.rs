@@ -72,20 +72,16 @@ impl AnalyticScene {
     }
 
     fn check(&self) -> Result<()> {
-        let bad = |what: String, value: String, expected| Err(SceneError::BadValue { what, value, expected });
         let b = self.background;
-        if !(b.temperature_k >= 0.0 && b.temperature_k.is_finite()) || b.gradient_k_per_deg.iter().any(|g| !g.is_finite()) {
-            return bad("background".into(), format!("{b:?}"), "a temperature of 0 K or more and finite gradients");
-        }
-        if let Some(w) = self.window
-            && !(w.inner_deg >= 0.0 && w.outer_deg > w.inner_deg && w.outer_deg.is_finite())
-        {
-            return bad("window".into(), format!("{w:?}"), "0 <= inner_deg < outer_deg");
+        let warm = b.temperature_k >= 0.0 && b.temperature_k.is_finite() && b.gradient_k_per_deg.iter().all(|g| g.is_finite());
+        SceneError::unless(warm, "background", format_args!("{b:?}"), "a temperature of 0 K or more and finite gradients")?;
+        if let Some(w) = self.window {
+            let rising = w.inner_deg >= 0.0 && w.outer_deg > w.inner_deg && w.outer_deg.is_finite();
+            SceneError::unless(rising, "window", format_args!("{w:?}"), "0 <= inner_deg < outer_deg")?;
         }
         for (i, shape) in self.shapes.iter().enumerate() {
-            if let Err(expected) = shape.check() {
-                return bad(format!("shape {} ({})", i + 1, shape.type_name()), format!("{shape:?}"), expected);
-            }
+            let what = || format!("shape {} ({})", i + 1, shape.type_name());
+            shape.check().map_err(|expected| SceneError::bad_value(what(), format_args!("{shape:?}"), expected))?;
         }
         Ok(())
     }

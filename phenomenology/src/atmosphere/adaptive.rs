@@ -53,7 +53,8 @@ pub(super) fn refine(
                 pending.push((middle, at_middle));
             }
             if refined.nodes.len() + pending.len() > LIMIT {
-                return Err(PhysicsError::TableTooLarge { limit: LIMIT, tolerance_k });
+                let need = format!("the sky table needs more than {LIMIT} zenith angles for a tolerance of {tolerance_k} K");
+                return Err(PhysicsError::Refused(format!("{need}; ask for a larger tolerance or a narrower range")));
             }
         }
     }

@@ -35,12 +35,14 @@ impl AirState {
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] outside 3-1200 hPa or 150-350 K, or for a negative
-    /// vapour pressure; [`PhysicsError::VapourAbovePressure`] when vapour exceeds the total.
+    /// vapour pressure; [`PhysicsError::Refused`] when vapour exceeds the total.
     pub fn new(pressure_hpa: f64, temperature_k: f64, vapour_pressure_hpa: f64) -> Result<Self, PhysicsError> {
         check_range("pressure", pressure_hpa, "hPa", MIN_PRESSURE_HPA, MAX_PRESSURE_HPA)?;
         check_range("temperature", temperature_k, "K", MIN_TEMPERATURE_K, MAX_TEMPERATURE_K)?;
         if !(0.0..=pressure_hpa).contains(&vapour_pressure_hpa) {
-            return Err(PhysicsError::VapourAbovePressure { vapour_pressure_hpa, pressure_hpa });
+            let range = format!("0 to {pressure_hpa} hPa (the total pressure)");
+            let message = format!("vapour pressure {vapour_pressure_hpa} hPa is outside the valid range {range}");
+            return Err(PhysicsError::Refused(message));
         }
         Ok(Self { pressure_hpa, temperature_k, vapour_pressure_hpa })
     }

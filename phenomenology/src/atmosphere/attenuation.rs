@@ -51,32 +51,19 @@ pub struct AttenuationRow {
 }
 
 impl AttenuationRow {
-    /// Column names of [`AttenuationRow::values`], units included.
-    pub const COLUMNS: [&'static str; 9] = [
-        "freq_ghz",
-        "attenuation_db_per_km",
-        "oxygen_db_per_km",
-        "water_vapour_db_per_km",
-        "nitrogen_db_per_km",
-        "droplets_db_per_km",
-        "ice_db_per_km",
-        "rain_h_db_per_km",
-        "rain_v_db_per_km",
-    ];
-
-    /// The row as numbers, in the order of [`AttenuationRow::COLUMNS`].
+    /// The numbers with the names of their columns, units included.
     #[must_use]
-    pub fn values(&self) -> [f64; 9] {
+    pub fn columns(&self) -> [(&'static str, f64); 9] {
         [
-            self.freq_ghz,
-            self.attenuation_db_per_km,
-            self.oxygen_db_per_km,
-            self.water_vapour_db_per_km,
-            self.nitrogen_db_per_km,
-            self.droplets_db_per_km,
-            self.ice_db_per_km,
-            self.rain_h_db_per_km,
-            self.rain_v_db_per_km,
+            ("freq_ghz", self.freq_ghz),
+            ("attenuation_db_per_km", self.attenuation_db_per_km),
+            ("oxygen_db_per_km", self.oxygen_db_per_km),
+            ("water_vapour_db_per_km", self.water_vapour_db_per_km),
+            ("nitrogen_db_per_km", self.nitrogen_db_per_km),
+            ("droplets_db_per_km", self.droplets_db_per_km),
+            ("ice_db_per_km", self.ice_db_per_km),
+            ("rain_h_db_per_km", self.rain_h_db_per_km),
+            ("rain_v_db_per_km", self.rain_v_db_per_km),
         ]
     }
 }
@@ -87,12 +74,7 @@ impl AttenuationRow {
 /// [`PhysicsError::OutOfRange`] for a frequency outside 1-1000 GHz, a negative amount of
 /// water, or water in a phase its temperature does not allow; [`PhysicsError::Empty`]
 /// without a frequency.
-pub fn attenuation(
-    gas: &dyn GasModel,
-    rain: &dyn RainModel,
-    parcel: &Parcel,
-    freqs_ghz: &[f64],
-) -> Result<Vec<AttenuationRow>, PhysicsError> {
+pub fn attenuation(gas: &GasModel, rain: &dyn RainModel, parcel: &Parcel, freqs_ghz: &[f64]) -> Result<Vec<AttenuationRow>, PhysicsError> {
     check_frequencies(freqs_ghz)?;
     let spectrum = gas.spectrum(&parcel.air);
     let t = parcel.air.temperature_k();
@@ -140,7 +122,7 @@ mod tests {
         let air = AirState::new(1000.0, 270.0, 4.0).unwrap();
         let parcel = Parcel { air, liquid_g_m3: 0.1, ice_g_m3: 0.02, rain_mm_h: 5.0 };
         let row = run(parcel, &[94.0]).unwrap()[0];
-        let values = row.values();
+        let values = row.columns().map(|c| c.1);
         let parts: f64 = values[2..7].iter().sum::<f64>() + 0.5 * (values[7] + values[8]);
         assert!((row.attenuation_db_per_km / parts - 1.0).abs() < 1e-14);
         assert!(values[2..].iter().all(|v| *v > 0.0));

@@ -18,22 +18,9 @@ pub enum PhysicsError {
         /// Unit of the value and of both limits.
         unit: &'static str,
     },
-    /// The zenith angle of a sky direction is not above the horizon.
-    #[error(
-        "zenith angle {zenith_deg} deg is outside the valid range 0 to below 90 deg; a sky temperature needs a direction above the horizon"
-    )]
-    ZenithAngle {
-        /// The angle given, degrees.
-        zenith_deg: f64,
-    },
-    /// The vapour pressure exceeds the total pressure.
-    #[error("vapour pressure {vapour_pressure_hpa} hPa is outside the valid range 0 to {pressure_hpa} hPa (the total pressure)")]
-    VapourAbovePressure {
-        /// Vapour pressure given, hPa.
-        vapour_pressure_hpa: f64,
-        /// Total pressure given, hPa.
-        pressure_hpa: f64,
-    },
+    /// An input that breaks a rule of the models. The message has the value and the rule.
+    #[error("{0}")]
+    Refused(String),
     /// A name is not in a table of models.
     #[error("unknown {kind} '{name}'; known: {known}")]
     UnknownName {
@@ -54,52 +41,6 @@ pub enum PhysicsError {
         /// What is wrong and what is expected.
         problem: String,
     },
-    /// Two neighbouring profile levels are in the wrong order.
-    #[error("profile {profile}: {quantity} {value} {unit} at level {level} follows {previous} {unit}; {rule}")]
-    ProfileOrder {
-        /// Name of the profile.
-        profile: String,
-        /// The column at fault.
-        quantity: &'static str,
-        /// Index of the level, from 1.
-        level: usize,
-        /// Value at the level.
-        value: f64,
-        /// Value at the level before.
-        previous: f64,
-        /// Unit of both.
-        unit: &'static str,
-        /// The rule broken.
-        rule: &'static str,
-    },
-    /// A text could not be read as a layer.
-    #[error("layer '{text}': {problem}; expected KIND:BASE-TOP:AMOUNT such as cloud:0.5km-1.5km:0.2g/m3 or rain:0km-2km:5mm/h")]
-    LayerText {
-        /// The text given.
-        text: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A layer has its top at or below its base, or lies outside the profile.
-    #[error("layer {layer}: base and top must satisfy {min_km} km <= base < top <= {max_km} km")]
-    LayerExtent {
-        /// The layer in text form.
-        layer: String,
-        /// Lowest height accepted, km.
-        min_km: f64,
-        /// Highest height accepted, km.
-        max_km: f64,
-    },
-    /// Two layers of the same phase occupy the same heights.
-    #[error(
-        "layers {first} and {second} overlap; layers of cloud, fog and haze (or two of ice, or two of rain) must not share heights, merge them into one"
-    )]
-    LayersOverlap {
-        /// The lower layer.
-        first: String,
-        /// The layer that overlaps it.
-        second: String,
-    },
     /// The refractive index falls so fast with height that a ray is trapped.
     #[error(
         "the ray at zenith angle {zenith_deg} deg is trapped by a refractive duct near {height_km} km; use a larger elevation or a profile with less vapour gradient"
@@ -110,49 +51,11 @@ pub enum PhysicsError {
         /// Zenith angle at the observer, degrees.
         zenith_deg: f64,
     },
-    /// The length of a path is shorter than the height it spans.
-    #[error("path length {length_km} km is shorter than the height difference {height_km} km between its ends")]
-    PathTooShort {
-        /// Length given, km.
-        length_km: f64,
-        /// Height difference of the ends, km.
-        height_km: f64,
-    },
-    /// A horizontal direction was given for a path between different heights.
-    #[error(
-        "zenith angle {zenith_deg} deg cannot join heights {from_km} km and {to_km} km; give an angle below 90 deg, or the path length for a horizontal path"
-    )]
-    PathDirection {
-        /// Zenith angle given, degrees.
-        zenith_deg: f64,
-        /// Height of the start, km.
-        from_km: f64,
-        /// Height of the end, km.
-        to_km: f64,
-    },
-    /// A table was asked for a frequency it was not built for.
-    #[error("frequency {freq_ghz} GHz is not in the table, which holds {held}")]
-    FrequencyNotInTable {
-        /// The frequency asked for, GHz.
-        freq_ghz: f64,
-        /// The frequencies held.
-        held: String,
-    },
     /// A list that must hold at least one entry is empty.
     #[error("no {what} given; at least one is needed")]
     Empty {
         /// What is missing.
         what: &'static str,
-    },
-    /// An adaptive table did not reach its tolerance within its size limit.
-    #[error(
-        "the sky table needs more than {limit} zenith angles for a tolerance of {tolerance_k} K; ask for a larger tolerance or a narrower range"
-    )]
-    TableTooLarge {
-        /// The limit of its nodes.
-        limit: usize,
-        /// The tolerance asked for, K.
-        tolerance_k: f64,
     },
 }
 

@@ -81,18 +81,6 @@ fn rayleigh_attenuation_db_per_km(freq_ghz: f64, eps: Complex64, density_g_m3: f
     0.1820 * freq_ghz * 1.5 * (density_g_m3 / bulk_density) * imaginary
 }
 
-/// Liquid water density in g/m3 of a fog with the given optical visibility.
-///
-/// # Errors
-/// [`PhysicsError::OutOfRange`] outside 0.01-10 km.
-///
-/// # Reference
-/// Eldridge 1966, J. Atmos. Sci. 23, 605: `V[km] = 0.024 w^-0.65`.
-pub fn fog_density_eldridge66(visibility_km: f64) -> Result<f64, PhysicsError> {
-    check_range("visibility", visibility_km, "km", 0.01, 10.0)?;
-    Ok((visibility_km / 0.024).powf(-1.0 / 0.65))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -123,12 +111,5 @@ mod tests {
         assert!(droplet_attenuation_liebe93(94.0, 280.0, -0.1).is_err());
         assert!(droplet_attenuation_liebe93(1001.0, 280.0, 0.1).is_err());
         assert!(crystal_attenuation_liebe93(94.0, 280.0, 0.1).is_err());
-        assert!(fog_density_eldridge66(0.0).is_err());
-    }
-
-    #[test]
-    fn thick_fog_holds_more_water() {
-        assert!((fog_density_eldridge66(0.024).unwrap() - 1.0).abs() < 1e-12);
-        assert!(fog_density_eldridge66(0.05).unwrap() > fog_density_eldridge66(0.5).unwrap());
     }
 }

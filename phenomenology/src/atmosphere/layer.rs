@@ -95,7 +95,7 @@ impl Layer {
     /// Builds a layer; `amount` is g/m3, or mm/h for rain.
     ///
     /// # Errors
-    /// [`PhysicsError::LayerExtent`] unless -1 km <= base < top <= 30 km;
+    /// [`PhysicsError::Refused`] unless -1 km <= base < top <= 30 km;
     /// [`PhysicsError::OutOfRange`] for a negative or too large amount.
     pub fn new(kind: LayerKind, base_km: f64, top_km: f64, amount: f64) -> Result<Self, PhysicsError> {
         let layer = Self { kind, base_km, top_km, amount };
@@ -110,7 +110,7 @@ impl Layer {
     }
 
     pub(super) fn extent_error(&self, min_km: f64, max_km: f64) -> PhysicsError {
-        PhysicsError::LayerExtent { layer: self.to_string(), min_km, max_km }
+        PhysicsError::Refused(format!("layer {self}: base and top must satisfy {min_km} km <= base < top <= {max_km} km"))
     }
 
     /// Content of the layer.
@@ -145,12 +145,13 @@ impl Layer {
 /// Checks that layers of one phase do not overlap. Cloud and rain may overlap.
 ///
 /// # Errors
-/// [`PhysicsError::LayersOverlap`] with both layers.
+/// [`PhysicsError::Refused`] with both layers.
 pub fn check_layers(layers: &[Layer]) -> Result<(), PhysicsError> {
     for (index, first) in layers.iter().enumerate() {
         for second in &layers[index + 1..] {
             if first.overlaps(second) {
-                return Err(PhysicsError::LayersOverlap { first: first.to_string(), second: second.to_string() });
+                let rule = "layers of cloud, fog and haze (or two of ice, or two of rain) must not share heights, merge them into one";
+                return Err(PhysicsError::Refused(format!("layers {first} and {second} overlap; {rule}")));
             }
         }
     }
@@ -168,7 +169,8 @@ impl FromStr for Layer {
     type Err = PhysicsError;
 
     fn from_str(text: &str) -> Result<Self, PhysicsError> {
-        let fault = |problem: String| PhysicsError::LayerText { text: text.to_owned(), problem };
+        let form = "expected KIND:BASE-TOP:AMOUNT such as cloud:0.5km-1.5km:0.2g/m3 or rain:0km-2km:5mm/h";
+        let fault = |problem: String| PhysicsError::Refused(format!("layer '{text}': {problem}; {form}"));
         let parts: Vec<&str> = text.split(':').map(str::trim).collect();
         let [kind, heights, amount] = parts[..] else {
             return Err(fault(format!("{} parts where 3 are due", parts.len())));

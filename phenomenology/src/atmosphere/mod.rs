@@ -63,6 +63,6 @@ pub use ray::EARTH_RADIUS_KM;
 pub use reference::{ATMOSPHERES, ReferenceAtmosphere, reference_profile};
 pub use refractivity::{refractive_index, refractivity_thayer74};
 pub use sky::{GEOMETRIES, Geometry, SkyRow};
-pub use sky_table::{SkyTable, SkyTableOptions, SkyTemperature};
+pub use sky_table::{SkyTable, SkyTableOptions};
 pub use surface_scaling::SurfaceWeather;
 pub use transfer::PathRadiation;

@@ -15,7 +15,7 @@ use super::reference::reference_profile;
 pub struct Atmosphere {
     profile: Profile,
     layers: Vec<Layer>,
-    gas: Arc<dyn GasModel>,
+    gas: Arc<GasModel>,
     rain: Arc<dyn RainModel>,
     background_k: f64,
 }
@@ -26,7 +26,7 @@ impl Atmosphere {
     ///
     /// # Errors
     /// [`PhysicsError::Table`] if the rain table is damaged.
-    pub fn new(profile: Profile, gas: Arc<dyn GasModel>) -> Result<Self, PhysicsError> {
+    pub fn new(profile: Profile, gas: Arc<GasModel>) -> Result<Self, PhysicsError> {
         Ok(Self { profile, layers: Vec::new(), gas, rain: rain_model("p838")?, background_k: COSMIC_BACKGROUND_K })
     }
 
@@ -41,8 +41,7 @@ impl Atmosphere {
     /// The same atmosphere with layers.
     ///
     /// # Errors
-    /// [`PhysicsError::LayersOverlap`]; [`PhysicsError::LayerExtent`] for a layer that
-    /// reaches outside the profile.
+    /// [`PhysicsError::Refused`] for layers that overlap, or that reach outside the profile.
     pub fn with_layers(mut self, layers: Vec<Layer>) -> Result<Self, PhysicsError> {
         check_layers(&layers)?;
         let (bottom, top) = (self.profile.bottom_km(), self.profile.top_km());
@@ -85,7 +84,7 @@ impl Atmosphere {
 
     /// The gas model.
     #[must_use]
-    pub fn gas(&self) -> &dyn GasModel {
+    pub fn gas(&self) -> &GasModel {
         self.gas.as_ref()
     }
 

@@ -32,7 +32,7 @@ impl PathEnds {
     /// Builds a path from the heights of its ends, in any order, and its extent.
     ///
     /// # Errors
-    /// [`PhysicsError::PathTooShort`], [`PhysicsError::PathDirection`], or
+    /// [`PhysicsError::Refused`] for a length below the difference of the heights, or a horizontal direction between different heights;
     /// [`PhysicsError::OutOfRange`] for a height or length that is not finite.
     pub fn new(observer_km: f64, target_km: f64, extent: PathExtent) -> Result<Self, PhysicsError> {
         check_range("observer height", observer_km, "km", -1.0, 100.0)?;
@@ -43,13 +43,16 @@ impl PathEnds {
                 check_range("path length", length_km, "km", 0.0, 2000.0)?;
                 // Lengths computed from coordinates may round below the height difference.
                 if length_km < height_km * (1.0 - 1e-9) {
-                    return Err(PhysicsError::PathTooShort { length_km, height_km });
+                    let height = format!("the height difference {height_km} km between its ends");
+                    return Err(PhysicsError::Refused(format!("path length {length_km} km is shorter than {height}")));
                 }
                 length_km.max(height_km)
             }
             PathExtent::ZenithDeg(zenith_deg) => {
                 if !(0.0..90.0).contains(&zenith_deg) {
-                    return Err(PhysicsError::PathDirection { zenith_deg, from_km: observer_km, to_km: target_km });
+                    let ends = format!("zenith angle {zenith_deg} deg cannot join heights {observer_km} km and {target_km} km");
+                    let rule = "give an angle below 90 deg, or the path length for a horizontal path";
+                    return Err(PhysicsError::Refused(format!("{ends}; {rule}")));
                 }
                 height_km / zenith_deg.to_radians().cos()
             }

@@ -84,20 +84,6 @@ impl PathTable {
         Ok(self)
     }
 
-    /// The frequencies, GHz; the index is the channel.
-    #[must_use]
-    pub fn freqs_ghz(&self) -> &[f64] {
-        &self.freqs_ghz
-    }
-
-    /// The channel of a frequency.
-    ///
-    /// # Errors
-    /// [`PhysicsError::FrequencyNotInTable`] with the frequencies held.
-    pub fn channel(&self, freq_ghz: f64) -> Result<usize, PhysicsError> {
-        find_channel(&self.freqs_ghz, freq_ghz)
-    }
-
     /// Emission and transmission of a path in a channel.
     ///
     /// Heights down to 0.5 km below the profile have its lowest air, because the ground of a scene may lie below its origin.
@@ -217,17 +203,6 @@ fn segments(column: &Column) -> Vec<Segment> {
         .collect()
 }
 
-/// Index of a frequency in a list, to one part in 1e9.
-pub(super) fn find_channel(freqs_ghz: &[f64], freq_ghz: f64) -> Result<usize, PhysicsError> {
-    freqs_ghz.iter().position(|f| (f - freq_ghz).abs() <= 1e-9 * f).ok_or_else(|| {
-        let mut held: Vec<String> = freqs_ghz.iter().take(20).map(|f| format!("{f} GHz")).collect();
-        if freqs_ghz.len() > held.len() {
-            held.push("...".to_owned());
-        }
-        PhysicsError::FrequencyNotInTable { freq_ghz, held: held.join(", ") }
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -241,10 +216,11 @@ mod tests {
 
     #[test]
     fn depth_is_that_of_the_integral_at_any_height() {
-        let (atmosphere, table) = table(&[22.235, 94.0, 183.0]);
+        let freqs = [22.235, 94.0, 183.0];
+        let (atmosphere, table) = table(&freqs);
         for (z1, z2) in [(0.0, 5.0), (0.013, 0.027), (1.23, 4.56), (0.0, 30.0)] {
             let ends = PathEnds::new(z1, z2, PathExtent::ZenithDeg(30.0)).unwrap();
-            let exact = atmosphere.path(table.freqs_ghz(), &ends).unwrap();
+            let exact = atmosphere.path(&freqs, &ends).unwrap();
             for (channel, path) in exact.iter().enumerate() {
                 let fast = table.radiation(channel, &ends).unwrap();
                 assert!((fast.tau_np / path.tau_np - 1.0).abs() < 2e-4, "{z1} {z2} {channel}");
@@ -277,15 +253,6 @@ mod tests {
     }
 
     #[test]
-    fn frequency_and_channel_name_the_same_path() {
-        let (_, table) = table(&[35.0, 94.0]);
-        let extent = PathExtent::ZenithDeg(45.0);
-        let by_freq = table.radiation(table.channel(94.0).unwrap(), &PathEnds::new(1.0, 0.0, extent).unwrap()).unwrap();
-        let ends = PathEnds::new(1.0, 0.0, extent).unwrap();
-        assert_eq!(by_freq, table.radiation(1, &ends).unwrap());
-    }
-
-    #[test]
     fn bins_find_the_segment_of_every_height() {
         let (_, table) = table(&[94.0]);
         let z = &table.levels.z_km;
@@ -298,10 +265,8 @@ mod tests {
     }
 
     #[test]
-    fn unknown_frequencies_and_channels_are_named() {
+    fn unknown_channels_are_named() {
         let (_, table) = table(&[94.0, 140.0]);
-        let message = table.channel(95.0).unwrap_err().to_string();
-        assert_eq!(message, "frequency 95 GHz is not in the table, which holds 94 GHz, 140 GHz");
         let ends = PathEnds::new(0.0, 1.0, PathExtent::LengthKm(1.0)).unwrap();
         assert!(table.radiation(2, &ends).unwrap_err().to_string().starts_with("channel 2"));
         assert!(table.clone().with_max_rise(0.0).is_err());

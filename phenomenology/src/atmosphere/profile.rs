@@ -29,7 +29,7 @@ impl Profile {
     /// Builds a profile from levels, lowest first.
     ///
     /// # Errors
-    /// [`PhysicsError::Empty`] for fewer than two levels; [`PhysicsError::ProfileOrder`]
+    /// [`PhysicsError::Empty`] for fewer than two levels; [`PhysicsError::Refused`]
     /// when heights do not increase or pressures do not decrease; [`PhysicsError::OutOfRange`]
     /// for heights outside -1 to 100 km.
     pub fn new(name: impl Into<String>, levels: Vec<Level>) -> Result<Self, PhysicsError> {
@@ -42,14 +42,9 @@ impl Profile {
             let Some(below) = index.checked_sub(1).map(|i| &levels[i]) else {
                 continue;
             };
-            let order = |quantity, value, previous, unit, rule| PhysicsError::ProfileOrder {
-                profile: name.clone(),
-                quantity,
-                level: index + 1,
-                value,
-                previous,
-                unit,
-                rule,
+            let order = |quantity: &str, value: f64, previous: f64, unit: &str, rule: &str| {
+                let place = format!("profile {name}: {quantity} {value} {unit} at level {}", index + 1);
+                PhysicsError::Refused(format!("{place} follows {previous} {unit}; {rule}"))
             };
             if level.z_km <= below.z_km {
                 let rule = "list levels from the lowest up, each height once";
@@ -129,12 +124,15 @@ impl Profile {
             exponential_between(a.air.vapour_pressure_hpa(), b.air.vapour_pressure_hpa(), w),
         )
     }
+}
 
+#[cfg(test)]
+impl Profile {
     /// Vapour in the column from bottom to top, kg/m2, by the trapezium rule on 10 m steps.
     ///
     /// # Errors
     /// As [`Profile::air_at`].
-    pub fn precipitable_water_kg_m2(&self) -> Result<f64, PhysicsError> {
+    pub(super) fn precipitable_water_kg_m2(&self) -> Result<f64, PhysicsError> {
         let (bottom, top) = (self.bottom_km(), self.top_km());
         let steps = (((top - bottom) / 0.01).ceil() as usize).max(1);
         let dz = (top - bottom) / steps as f64;

@@ -61,13 +61,18 @@ pub struct SkyRow {
 }
 
 impl SkyRow {
-    /// Column names of [`SkyRow::values`], units included.
-    pub const COLUMNS: [&'static str; 7] = ["freq_ghz", "zenith_deg", "tb_planck_k", "tb_rj_k", "tau_np", "mean_radiating_k", "path_km"];
-
-    /// The row as numbers, in the order of [`SkyRow::COLUMNS`].
+    /// The numbers with the names of their columns, units included.
     #[must_use]
-    pub fn values(&self) -> [f64; 7] {
-        [self.freq_ghz, self.zenith_deg, self.tb_planck_k, self.tb_rj_k, self.tau_np, self.mean_radiating_k, self.path_km]
+    pub fn columns(&self) -> [(&'static str, f64); 7] {
+        [
+            ("freq_ghz", self.freq_ghz),
+            ("zenith_deg", self.zenith_deg),
+            ("tb_planck_k", self.tb_planck_k),
+            ("tb_rj_k", self.tb_rj_k),
+            ("tau_np", self.tau_np),
+            ("mean_radiating_k", self.mean_radiating_k),
+            ("path_km", self.path_km),
+        ]
     }
 }
 
@@ -76,7 +81,7 @@ impl Atmosphere {
     /// angle (degrees), frequencies outermost.
     ///
     /// # Errors
-    /// [`PhysicsError::ZenithAngle`] at 90 degrees or beyond; [`PhysicsError::OutOfRange`]
+    /// [`PhysicsError::Refused`] at 90 degrees or beyond; [`PhysicsError::OutOfRange`]
     /// for a frequency outside 1-1000 GHz; [`PhysicsError::Empty`] for an empty list;
     /// [`PhysicsError::Ducting`] for a trapped ray.
     pub fn sky(&self, freqs_ghz: &[f64], zeniths_deg: &[f64], geometry: Geometry) -> Result<Vec<SkyRow>, PhysicsError> {
@@ -100,7 +105,8 @@ impl Atmosphere {
         }
         for &zenith_deg in zeniths_deg {
             if !(0.0..90.0).contains(&zenith_deg) {
-                return Err(PhysicsError::ZenithAngle { zenith_deg });
+                let rule = "is outside the valid range 0 to below 90 deg; a sky temperature needs a direction above the horizon";
+                return Err(PhysicsError::Refused(format!("zenith angle {zenith_deg} deg {rule}")));
             }
         }
         let top_km = self.profile().top_km();

@@ -8,7 +8,6 @@ use super::adaptive::{bracket, refine};
 use super::air_grid::{AirGrid, Column};
 use super::error::{PhysicsError, check_frequencies, check_range};
 use super::model::Atmosphere;
-use super::path_table::find_channel;
 use super::planck::{black_body_radiance, planck_of_rayleigh_jeans_k, rayleigh_jeans_temperature_k};
 use super::ray::{Ray, RayEnd};
 
@@ -50,30 +49,15 @@ struct Axis {
     rj_k: Vec<Vec<f64>>,
 }
 
-/// A sky temperature in both scales.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SkyTemperature {
-    /// Planck brightness temperature, K.
-    pub planck_k: f64,
-    /// Rayleigh-Jeans brightness temperature, K.
-    pub rj_k: f64,
-}
-
 impl SkyTable {
     /// Builds a table for a list of frequencies in GHz; the index is the channel.
     ///
     /// # Errors
     /// [`PhysicsError::OutOfRange`] for a frequency, height, tolerance (1e-3 to 10 K) or
-    /// ground temperature; [`PhysicsError::TableTooLarge`]; [`PhysicsError::Ducting`].
+    /// ground temperature; [`PhysicsError::Refused`] for a table that gets too large; [`PhysicsError::Ducting`].
     pub fn for_frequencies(atmosphere: &Atmosphere, freqs_ghz: &[f64], options: &SkyTableOptions) -> Result<Self, PhysicsError> {
         check_frequencies(freqs_ghz)?;
         Builder::new(atmosphere, options)?.build(freqs_ghz)
-    }
-
-    /// The frequencies, GHz. The index is the channel.
-    #[must_use]
-    pub fn freqs_ghz(&self) -> &[f64] {
-        &self.freqs_ghz
     }
 
     /// The zenith angle beyond which rays meet the ground, degrees.
@@ -86,14 +70,6 @@ impl SkyTable {
     #[must_use]
     pub fn interpolation_error_k(&self) -> f64 {
         self.angle_error_k
-    }
-
-    /// The channel of a frequency.
-    ///
-    /// # Errors
-    /// [`PhysicsError::FrequencyNotInTable`] with the frequencies held.
-    pub fn channel(&self, freq_ghz: f64) -> Result<usize, PhysicsError> {
-        find_channel(&self.freqs_ghz, freq_ghz)
     }
 
     /// Rayleigh-Jeans temperature in K in a channel, for zenith angles of 0 to 180 degrees.
@@ -115,14 +91,14 @@ impl SkyTable {
         let (left, w) = bracket(&axis.zenith_deg, zenith_deg);
         Ok(values[left] + w * (values[left + 1] - values[left]))
     }
+}
 
-    /// Sky temperature in a direction, at a frequency of the list.
-    ///
-    /// # Errors
-    /// As [`SkyTable::rayleigh_jeans_k`]; [`PhysicsError::FrequencyNotInTable`].
-    pub fn temperature(&self, zenith_deg: f64, freq_ghz: f64) -> Result<SkyTemperature, PhysicsError> {
-        let rj_k = self.rayleigh_jeans_k(self.channel(freq_ghz)?, zenith_deg)?;
-        Ok(SkyTemperature { planck_k: planck_of_rayleigh_jeans_k(freq_ghz, rj_k), rj_k })
+#[cfg(test)]
+impl SkyTable {
+    /// Planck temperature of the sky in a direction, at a frequency of the list.
+    pub(super) fn temperature_k(&self, zenith_deg: f64, freq_ghz: f64) -> Result<f64, PhysicsError> {
+        let channel = self.freqs_ghz.iter().position(|f| *f == freq_ghz).unwrap();
+        Ok(planck_of_rayleigh_jeans_k(freq_ghz, self.rayleigh_jeans_k(channel, zenith_deg)?))
     }
 }
 

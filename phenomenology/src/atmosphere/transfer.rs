@@ -45,12 +45,6 @@ impl PathRadiation {
         self.emission + background * self.transmission()
     }
 
-    /// Rayleigh-Jeans temperature seen with a Rayleigh-Jeans temperature behind the path, K.
-    #[must_use]
-    pub fn seen_before_rj_k(&self, background_rj_k: f64) -> f64 {
-        self.emission_rj_k() + background_rj_k * self.transmission()
-    }
-
     /// This path with `beyond` joined to its far end.
     #[must_use]
     pub fn then(&self, beyond: &Self) -> Self {
@@ -133,7 +127,7 @@ mod tests {
     #[test]
     fn clear_path_shows_the_background() {
         let clear = PathRadiation { freq_ghz: 35.0, tau_np: 0.0, emission: 0.0 };
-        assert_eq!(clear.seen_before_rj_k(123.0), 123.0);
+        assert_eq!(clear.seen_before(123.0), 123.0);
         assert_eq!(clear.mean_radiating_k(), 0.0);
     }
 }

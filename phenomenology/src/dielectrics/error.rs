@@ -1,7 +1,6 @@
 //! Errors of the dielectric data base.
 
-use super::state::Parameter;
-use num_complex::Complex64;
+use super::state::Range;
 use thiserror::Error;
 
 /// An error of the dielectric data base.
@@ -17,95 +16,21 @@ pub enum DielectricError {
         /// The known names, separated by commas.
         known: String,
     },
-    /// The model exists but does not describe the material.
-    #[error("model `{model}` does not describe `{material}`; its models are: {known}")]
-    ModelNotForMaterial {
-        /// The model asked for.
-        model: &'static str,
-        /// The material.
-        material: &'static str,
-        /// The models of the material, separated by commas.
-        known: String,
-    },
-    /// The material has no such parameter.
-    #[error("`{material}` has no parameter `{parameter}`; its parameters are: {known}")]
-    NotAParameter {
-        /// The material.
-        material: &'static str,
-        /// The parameter asked for.
-        parameter: String,
-        /// The parameters of the material, separated by commas.
-        known: String,
-    },
-    /// A value that is impossible for the material.
-    #[error("{parameter} of `{material}` is {value} {unit}; it must lie in {min} to {max} {unit}")]
-    Impossible {
-        /// The material.
-        material: &'static str,
-        /// The parameter.
-        parameter: Parameter,
-        /// The value given.
-        value: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// The least possible value.
-        min: f64,
-        /// The greatest possible value.
-        max: f64,
-    },
-    /// The temperature is zero, negative or not a number.
-    #[error("temperature is {value} K; it must be a finite number above 0 K")]
-    Temperature {
-        /// The value given, K.
-        value: f64,
-    },
-    /// The frequency is zero, negative or not a number.
-    #[error("frequency is {value} Hz; it must be a finite number above 0 Hz")]
-    Frequency {
-        /// The value given, Hz.
-        value: f64,
-    },
-    /// More water than fits into the pores.
-    #[error(
-        "moisture {moisture} of `{material}` is above its porosity {porosity:.4} \
-         (dry density {density_kg_m3} kg/m3); give less moisture or a lower density"
-    )]
-    MoistureAbovePorosity {
-        /// The material.
-        material: &'static str,
-        /// Volume fraction of water given.
-        moisture: f64,
-        /// Volume fraction of the pores.
-        porosity: f64,
-        /// Dry bulk density, kg/m3.
-        density_kg_m3: f64,
-    },
-    /// The mass fractions of sand and clay exceed one.
-    #[error("sand {sand} and clay {clay} add up to more than 1")]
-    TextureSum {
-        /// Mass fraction of sand.
-        sand: f64,
-        /// Mass fraction of clay.
-        clay: f64,
-    },
+    /// A state or a question that makes no sense for the material. The message has the value and what is accepted.
+    #[error("{0}")]
+    Refused(String),
     /// A parameter lies outside the range of the model.
     #[error(
-        "model `{model}` holds for {parameter} {min} to {max} {unit}, not {value} {unit} \
-         (extension on request: {extension})"
+        "model `{model}` holds for {p} {min} to {max} {u}, not {value} {u} (extension on request: {extension})",
+        p = range.parameter, u = range.parameter.unit(), min = range.min, max = range.max
     )]
     OutOfRange {
         /// The model.
         model: &'static str,
-        /// The parameter.
-        parameter: Parameter,
+        /// The parameter and the range of the model.
+        range: Range,
         /// The value given.
         value: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// Lower end of the range.
-        min: f64,
-        /// Upper end of the range.
-        max: f64,
         /// The documented extension.
         extension: &'static str,
     },
@@ -125,20 +50,6 @@ pub enum DielectricError {
         bands: String,
         /// The documented extension.
         extension: &'static str,
-    },
-    /// A formula gave an impossible permittivity, far outside its range.
-    #[error("model `{model}` gives eps = {eps} for this state, which is not the permittivity of a lossy material")]
-    Unphysical {
-        /// The model.
-        model: &'static str,
-        /// What it gave, `eps' - j eps''`.
-        eps: Complex64,
-    },
-    /// The iteration of the mixing formula did not converge.
-    #[error("the mixing formula did not converge after {iterations} iterations")]
-    NoConvergence {
-        /// Iterations done.
-        iterations: usize,
     },
     /// A built-in table could not be read.
     #[error("built-in table {table} is damaged: {message}")]

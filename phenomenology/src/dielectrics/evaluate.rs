@@ -2,10 +2,8 @@
 
 use super::error::{DielectricError, join};
 use super::material::Material;
-use super::model::{Extrapolation, Model, Query};
-use super::registry::model_by_name;
+use super::model::{Extrapolation, Model};
 use super::state::MaterialState;
-use super::table::MATERIALS;
 use num_complex::Complex64;
 
 /// A permittivity and the model that gave it.
@@ -23,9 +21,9 @@ impl Material {
     /// The model of this name, if it describes this material.
     ///
     /// # Errors
-    /// [`DielectricError::Unknown`] or [`DielectricError::ModelNotForMaterial`].
+    /// [`DielectricError::Unknown`] or [`DielectricError::Refused`].
     pub fn model(&self, name: &str) -> Result<&'static Model, DielectricError> {
-        let model = model_by_name(name)?;
+        let model = Model::by_name(name)?;
         self.check_model(model)?;
         Ok(model)
     }
@@ -34,7 +32,8 @@ impl Material {
         if self.model_names().any(|n| n == model.name) {
             return Ok(());
         }
-        Err(DielectricError::ModelNotForMaterial { model: model.name, material: self.name, known: join(self.model_names()) })
+        let known = join(self.model_names());
+        Err(DielectricError::Refused(format!("model `{}` does not describe `{}`; its models are: {known}", model.name, self.name)))
     }
 
     /// The model that is used if none is named: the first preferred default whose band contains the frequency, or else the one whose band
@@ -45,12 +44,12 @@ impl Material {
     pub fn default_model(&self, freq_hz: f64) -> Result<&'static Model, DielectricError> {
         let mut best: Option<(f64, &'static Model)> = None;
         let freq_ghz = freq_hz * 1e-9;
-        for &(name, until_ghz) in self.defaults {
+        for &(name, until_ghz) in &self.defaults {
             if freq_ghz > until_ghz * (1.0 + 1e-9) {
                 continue;
             }
-            let model = model_by_name(name)?;
-            for band in model.bands_of(self.name, self.constants)? {
+            let model = Model::by_name(name)?;
+            for band in model.bands_of(self)? {
                 let distance = band.distance(freq_ghz);
                 if best.is_none_or(|(d, _)| distance < d) {
                     best = Some((distance, model));
@@ -82,7 +81,7 @@ impl Material {
         extrapolation: Extrapolation,
     ) -> Result<Permittivity, DielectricError> {
         if !(freq_hz.is_finite() && freq_hz > 0.0) {
-            return Err(DielectricError::Frequency { value: freq_hz });
+            return Err(DielectricError::Refused(format!("frequency is {freq_hz} Hz; it must be a finite number above 0 Hz")));
         }
         self.check_state(state)?;
         let model = match model {
@@ -92,20 +91,20 @@ impl Material {
             }
             None => self.default_model(freq_hz)?,
         };
-        let query = Query { material: self.name, constants: self.constants, state, freq_hz };
-        let extended = match model.check_range(&query) {
+        let extended = match model.check_range(self, state, freq_hz) {
             Ok(()) => false,
             Err(DielectricError::OutOfBand { .. } | DielectricError::OutOfRange { .. }) if extrapolation == Extrapolation::Documented => {
                 true
             }
             Err(error) => return Err(error),
         };
-        let mut eps = (model.formula)(&query)?;
+        let mut eps = model.permittivity(self, state, freq_hz)?;
         if eps.im > 0.0 && eps.im < 1e-9 * eps.norm() {
             eps.im = 0.0; // rounding error of a lossless material
         }
         if !(eps.re.is_finite() && eps.im.is_finite() && eps.im <= 0.0) {
-            return Err(DielectricError::Unphysical { model: model.name, eps });
+            let fault = "for this state, which is not the permittivity of a lossy material";
+            return Err(DielectricError::Refused(format!("model `{}` gives eps = {eps} {fault}", model.name)));
         }
         Ok(Permittivity { eps, model, extended })
     }
@@ -116,10 +115,10 @@ impl Material {
 /// # Errors
 /// [`DielectricError::Unknown`].
 pub fn material_of_model(name: &str) -> Result<&'static Material, DielectricError> {
-    let model = model_by_name(name)?;
-    MATERIALS
-        .iter()
-        .find(|m| m.defaults.iter().any(|d| d.0 == model.name))
-        .or_else(|| MATERIALS.iter().find(|m| m.others.contains(&model.name)))
+    let model = Model::by_name(name)?;
+    let materials = Material::all();
+    let default = materials.iter().find(|m| m.defaults.iter().any(|d| d.0 == model.name));
+    default
+        .or_else(|| materials.iter().find(|m| m.others.contains(&model.name)))
         .ok_or_else(|| DielectricError::Table { table: "materials", message: format!("no material has the model `{name}`") })
 }

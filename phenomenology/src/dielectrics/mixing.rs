@@ -19,7 +19,7 @@ pub const NEEDLE: [f64; 3] = [0.5, 0.5, 0.0];
 /// factors (sum 1). The effective medium surrounds each inclusion.
 ///
 /// # Errors
-/// [`DielectricError::NoConvergence`].
+/// [`DielectricError::Refused`] if the iteration does not converge.
 ///
 /// # Reference
 /// Polder & van Santen 1946, Physica 12, 257:
@@ -40,7 +40,7 @@ pub fn polder_van_santen46(host: Complex64, inclusion: Complex64, fraction: f64,
             return Ok(eps);
         }
     }
-    Err(DielectricError::NoConvergence { iterations: MAX_ITERATIONS })
+    Err(DielectricError::Refused(format!("the mixing formula did not converge after {MAX_ITERATIONS} iterations")))
 }
 
 /// Effective permittivity of spheres in a host by Maxwell Garnett.

@@ -102,13 +102,13 @@ fn names_are_unique_and_every_model_is_used() {
     let count = names.len();
     names.dedup();
     assert_eq!(names.len(), count);
-    for model in MODELS {
+    for model in Model::all() {
         let material = material_of_model(model.name).unwrap();
         assert!(material.model(model.name).is_ok());
     }
     for material in Material::all() {
         for name in material.model_names() {
-            assert!(model_by_name(name).is_ok(), "{name}");
+            assert!(Model::by_name(name).is_ok(), "{name}");
         }
     }
 }
@@ -117,7 +117,7 @@ fn names_are_unique_and_every_model_is_used() {
 fn the_book_lists_every_material_and_model() {
     let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/algorithms/dielectrics.md");
     let page = std::fs::read_to_string(page).unwrap();
-    for name in MODELS.iter().map(|m| m.name).chain(Material::all().iter().map(|m| m.name)) {
+    for name in Model::all().iter().map(|m| m.name).chain(Material::all().iter().map(|m| m.name)) {
         assert!(page.contains(name), "{name} is missing in the book");
     }
 }
@@ -126,7 +126,7 @@ fn the_book_lists_every_material_and_model() {
 fn every_material_is_lossy_and_its_defaults_are_in_range() {
     for material in Material::all() {
         let state = material.state();
-        let bands = material.default_model(10e9).unwrap().bands_of(material.name, material.constants).unwrap();
+        let bands = material.default_model(10e9).unwrap().bands_of(material).unwrap();
         let inside = if bands.iter().any(|b| b.contains(10.0)) { 10e9 } else { bands[0].min_ghz * 1e9 };
         let eps = material.permittivity(&state, inside).unwrap();
         assert!(eps.im <= 0.0 && eps.re >= 1.0, "{}: {eps}", material.name);

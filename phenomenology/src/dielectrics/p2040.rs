@@ -2,31 +2,12 @@
 
 use super::csv_table::read_table;
 use super::error::DielectricError;
-use super::liebe91::water_permittivity_liebe91;
 use super::mixing::{SPHERE, polder_van_santen46};
-use super::model::{Band, Bands, Model, no_constants, permittivity_of};
-use super::spec::Constants;
+use super::model::{Band, permittivity_of};
+use super::water::water_permittivity_liebe91;
 use num_complex::Complex64;
 use serde::Deserialize;
 use std::sync::OnceLock;
-
-/// Table row.
-pub(super) const MODEL: Model = Model {
-    name: "p2040",
-    describes: "building materials and ground, power laws in frequency",
-    reference: "Recommendation ITU-R P.2040, table 3: eps' = a f^b, sigma = c f^d",
-    bands: Bands::OfMaterial(|material, constants| Ok(rows(key(material, constants)?)?.iter().map(|r| r.band()).collect())),
-    ranges: &[],
-    extension: "real part and loss tangent are held at the nearest band edge",
-    formula: |q| {
-        let dry = building_permittivity_p2040(key(q.material, q.constants)?, q.freq_ghz())?;
-        if q.state.moisture == 0.0 {
-            return Ok(dry);
-        }
-        let water = water_permittivity_liebe91(q.freq_ghz(), q.state.temperature_k);
-        polder_van_santen46(dry, water, q.state.moisture, SPHERE)
-    },
-};
 
 const TABLE: &str = include_str!("../../tables/materials/itu_p2040.csv");
 const TABLE_NAME: &str = "itu_p2040.csv";
@@ -80,11 +61,18 @@ fn rows(key: &str) -> Result<Vec<&'static BuildingRow>, DielectricError> {
     Ok(rows)
 }
 
-fn key(material: &str, constants: Constants) -> Result<&'static str, DielectricError> {
-    match constants {
-        Constants::P2040(key) => Ok(key),
-        _ => Err(no_constants(material, &MODEL)),
+/// The bands of a material of the table.
+pub(super) fn building_bands(key: &str) -> Result<Vec<Band>, DielectricError> {
+    Ok(rows(key)?.iter().map(|r| r.band()).collect())
+}
+
+/// Permittivity of a material of the table that holds the volume fraction `moisture` of water, frequency in GHz.
+pub(super) fn wet_building_permittivity(key: &str, freq_ghz: f64, temperature_k: f64, moisture: f64) -> Result<Complex64, DielectricError> {
+    let dry = building_permittivity_p2040(key, freq_ghz)?;
+    if moisture == 0.0 {
+        return Ok(dry);
     }
+    polder_van_santen46(dry, water_permittivity_liebe91(freq_ghz, temperature_k), moisture, SPHERE)
 }
 
 /// Permittivity of a material of the table, frequency in GHz.
@@ -112,7 +100,7 @@ pub fn building_permittivity_p2040(key: &str, freq_ghz: f64) -> Result<Complex64
 mod tests {
     use super::super::model::Extrapolation;
     use super::*;
-    use crate::dielectrics::Material;
+    use crate::dielectrics::{Constants, Material};
 
     #[test]
     fn concrete_at_ten_gigahertz() {

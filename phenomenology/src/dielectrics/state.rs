@@ -1,10 +1,10 @@
 //! The state of a material: the parameters its permittivity depends on.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A parameter a permittivity depends on, besides frequency.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Parameter {
     /// Physical temperature, K.
@@ -25,39 +25,32 @@ impl Parameter {
     /// Every parameter, in the order tables list them.
     pub const ALL: [Self; 6] = [Self::Temperature, Self::Salinity, Self::Moisture, Self::Density, Self::Sand, Self::Clay];
 
+    /// Name of the option, key in files, and unit of each, in the same order.
+    const NAMES: [[&'static str; 3]; 6] = [
+        ["temperature", "temperature_k", "K"],
+        ["salinity", "salinity_psu", "psu"],
+        ["moisture", "moisture", "(fraction)"],
+        ["density", "density_kg_m3", "kg/m3"],
+        ["sand", "sand", "(fraction)"],
+        ["clay", "clay", "(fraction)"],
+    ];
+
     /// The name of the option, such as `salinity`.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Temperature => "temperature",
-            Self::Salinity => "salinity",
-            Self::Moisture => "moisture",
-            Self::Density => "density",
-            Self::Sand => "sand",
-            Self::Clay => "clay",
-        }
+        Self::NAMES[self as usize][0]
     }
 
     /// The key used in files, with its unit, such as `salinity_psu`.
     #[must_use]
     pub fn key(self) -> &'static str {
-        match self {
-            Self::Temperature => "temperature_k",
-            Self::Salinity => "salinity_psu",
-            Self::Density => "density_kg_m3",
-            Self::Moisture | Self::Sand | Self::Clay => self.name(),
-        }
+        Self::NAMES[self as usize][1]
     }
 
     /// The unit of the value.
     #[must_use]
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Temperature => "K",
-            Self::Salinity => "psu",
-            Self::Density => "kg/m3",
-            Self::Moisture | Self::Sand | Self::Clay => "(fraction)",
-        }
+        Self::NAMES[self as usize][2]
     }
 
     /// The parameter whose option name or file key this is.
@@ -71,6 +64,30 @@ impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
+}
+
+/// The range of one parameter of a model, both ends included.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct Range {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Lower end.
+    pub min: f64,
+    /// Upper end.
+    pub max: f64,
+}
+
+/// A parameter of a material: its default and its possible values.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct ParameterSpec {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Value if none is given.
+    pub default: f64,
+    /// Least possible value.
+    pub min: f64,
+    /// Greatest possible value.
+    pub max: f64,
 }
 
 /// Values of all parameters of one material sample.
@@ -94,28 +111,25 @@ pub struct MaterialState {
 }
 
 impl MaterialState {
+    fn place(&mut self, parameter: Parameter) -> &mut f64 {
+        match parameter {
+            Parameter::Temperature => &mut self.temperature_k,
+            Parameter::Salinity => &mut self.salinity_psu,
+            Parameter::Moisture => &mut self.moisture,
+            Parameter::Density => &mut self.density_kg_m3,
+            Parameter::Sand => &mut self.sand,
+            Parameter::Clay => &mut self.clay,
+        }
+    }
+
     /// The value of one parameter.
     #[must_use]
-    pub fn get(&self, parameter: Parameter) -> f64 {
-        match parameter {
-            Parameter::Temperature => self.temperature_k,
-            Parameter::Salinity => self.salinity_psu,
-            Parameter::Moisture => self.moisture,
-            Parameter::Density => self.density_kg_m3,
-            Parameter::Sand => self.sand,
-            Parameter::Clay => self.clay,
-        }
+    pub fn get(mut self, parameter: Parameter) -> f64 {
+        *self.place(parameter)
     }
 
     /// Sets the value of one parameter. It is checked when a permittivity is computed.
     pub fn set(&mut self, parameter: Parameter, value: f64) {
-        match parameter {
-            Parameter::Temperature => self.temperature_k = value,
-            Parameter::Salinity => self.salinity_psu = value,
-            Parameter::Moisture => self.moisture = value,
-            Parameter::Density => self.density_kg_m3 = value,
-            Parameter::Sand => self.sand = value,
-            Parameter::Clay => self.clay = value,
-        }
+        *self.place(parameter) = value;
     }
 }

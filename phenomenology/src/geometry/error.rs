@@ -18,73 +18,13 @@ impl fmt::Display for At {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum GeometryError {
-    /// A line that cannot be read.
+    /// A fault at a line.
     #[error("{at}{message}")]
-    Syntax {
+    At {
         /// Line of the file.
         at: At,
         /// What is wrong and what is expected.
         message: String,
-    },
-    /// A body with wrong parameters.
-    #[error("{at}body `{name}`: {fault}")]
-    Body {
-        /// Line of the file.
-        at: At,
-        /// Its name.
-        name: String,
-        /// The fault.
-        fault: PrimitiveFault,
-    },
-    /// Two bodies or two regions of one name.
-    #[error("{at}{what} `{name}` was already given at line {first}; names must differ")]
-    Duplicate {
-        /// Line of the file.
-        at: At,
-        /// Body or region.
-        what: &'static str,
-        /// Its name.
-        name: String,
-        /// Line of the first.
-        first: usize,
-    },
-    /// A region that names an unknown body.
-    #[error("{at}region `{region}` names unknown body `{body}`; {known}")]
-    UnknownBody {
-        /// Line of the file.
-        at: At,
-        /// The region.
-        region: String,
-        /// The body.
-        body: String,
-        /// The known names.
-        known: String,
-    },
-    /// A region without bodies.
-    #[error("{at}region `{region}` names no body; give an expression such as `+1 -2 OR +3`")]
-    NoBody {
-        /// Line of the file.
-        at: At,
-        /// The region.
-        region: String,
-    },
-    /// A solid region of infinite size.
-    #[error("{at}region `{region}` has a term without a + body, so it is infinite; add a + body that contains it")]
-    Unbounded {
-        /// Line of the file.
-        at: At,
-        /// The region.
-        region: String,
-    },
-    /// A solid region that overlaps with too many empty regions listed before it.
-    #[error("{at}region `{region}` has more than {limit} terms after the empty regions listed before it are cut away")]
-    TooComplex {
-        /// Line of the file.
-        at: At,
-        /// The region.
-        region: String,
-        /// Largest number of terms.
-        limit: usize,
     },
     /// No region of this name.
     #[error("there is no region `{name}`; {known}")]
@@ -102,6 +42,23 @@ pub enum GeometryError {
         /// What is wrong.
         message: String,
     },
+}
+
+impl GeometryError {
+    /// A fault at a line.
+    pub(crate) fn at(line: usize, message: impl Into<String>) -> Self {
+        Self::At { at: At(line), message: message.into() }
+    }
+
+    /// A body with wrong parameters.
+    pub(crate) fn body(line: usize, name: &str, fault: PrimitiveFault) -> Self {
+        Self::at(line, format!("body `{name}`: {fault}"))
+    }
+
+    /// A region without bodies.
+    pub(crate) fn no_body(line: usize, region: &str) -> Self {
+        Self::at(line, format!("region `{region}` names no body; give an expression such as `+1 -2 OR +3`"))
+    }
 }
 
 /// The first of the known names, for messages.

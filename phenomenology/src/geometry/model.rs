@@ -1,7 +1,7 @@
 //! Bodies and regions, prepared for the intersection with rays.
 
 use super::bvh::Bvh;
-use super::error::{At, GeometryError, some_names};
+use super::error::{GeometryError, some_names};
 use super::expression::Expression;
 use super::term::{Crossing, Term, union};
 use crate::primitives::Body;
@@ -96,8 +96,9 @@ impl Geometry {
             for empty in regions[..at].iter().filter(|r| r.source.void).flat_map(|r| &r.terms) {
                 terms = terms.into_iter().flat_map(|t| without(t, empty, &solids)).collect();
                 if terms.len() > MAX_TERMS {
-                    let (at, region) = (At(region.source.line), region.source.name.clone());
-                    return Err(GeometryError::TooComplex { at, region, limit: MAX_TERMS });
+                    let RegionSource { name, line, .. } = &region.source;
+                    let what = "terms after the empty regions listed before it are cut away";
+                    return Err(GeometryError::at(*line, format!("region `{name}` has more than {MAX_TERMS} {what}")));
                 }
             }
             leaves.extend(terms.into_iter().map(|t| (t, at as u32)));
@@ -201,7 +202,7 @@ fn index<'a>(names: impl Iterator<Item = (&'a str, usize)>, what: &'static str) 
     for (i, (name, line)) in names.enumerate() {
         if let Some(first) = map.insert(name.to_owned(), i as u32) {
             let first = lines[first as usize];
-            return Err(GeometryError::Duplicate { at: At(line), what, name: name.to_owned(), first });
+            return Err(GeometryError::at(line, format!("{what} `{name}` was already given at line {first}; names must differ")));
         }
         lines.push(line);
     }
@@ -209,9 +210,9 @@ fn index<'a>(names: impl Iterator<Item = (&'a str, usize)>, what: &'static str) 
 }
 
 fn terms_of(source: &RegionSource, names: &HashMap<String, u32>, bodies: &[NamedBody]) -> Result<Vec<Term>, GeometryError> {
-    let (at, region) = (At(source.line), &source.name);
+    let (line, region) = (source.line, &source.name);
     if source.expression.terms.is_empty() {
-        return Err(GeometryError::NoBody { at, region: region.clone() });
+        return Err(GeometryError::no_body(line, region));
     }
     let mut terms = Vec::with_capacity(source.expression.terms.len());
     for literals in &source.expression.terms {
@@ -219,12 +220,13 @@ fn terms_of(source: &RegionSource, names: &HashMap<String, u32>, bodies: &[Named
         for l in literals {
             let Some(&body) = names.get(&l.body) else {
                 let known = some_names("bodies", bodies.iter().map(|b| b.name.as_str()));
-                return Err(GeometryError::UnknownBody { at, region: region.clone(), body: l.body.clone(), known });
+                return Err(GeometryError::at(line, format!("region `{region}` names unknown body `{}`; {known}", l.body)));
             };
             if l.inside { &mut term.plus } else { &mut term.minus }.push(body);
         }
         if term.plus.is_empty() && !source.void {
-            return Err(GeometryError::Unbounded { at, region: region.clone() });
+            let message = format!("region `{region}` has a term without a + body, so it is infinite; add a + body that contains it");
+            return Err(GeometryError::at(line, message));
         }
         terms.push(term);
     }

@@ -65,6 +65,13 @@ pub struct PointAnswer {
     pub region: Option<String>,
 }
 
+impl RayAnswer {
+    /// A hit at the distance `t` on a region or on the ground.
+    pub(crate) fn of(t: f64, n: Vec3, region: &str) -> Self {
+        Self { hit: 1, t: Some(t), nx: Some(n.x), ny: Some(n.y), nz: Some(n.z), region: Some(region.to_owned()), ..Self::default() }
+    }
+}
+
 impl RayRow {
     /// The ray.
     ///
@@ -108,16 +115,9 @@ impl Geometry {
     pub fn answer(&self, ray: &Ray, hit: Option<Hit>) -> RayAnswer {
         let Some(hit) = hit else { return RayAnswer::default() };
         let n = self.normal(&hit, ray.at(hit.t));
-        RayAnswer {
-            hit: 1,
-            t: Some(hit.t),
-            nx: Some(n.x),
-            ny: Some(n.y),
-            nz: Some(n.z),
-            region: Some(self.regions()[hit.region as usize].source.name.clone()),
-            body: Some(self.bodies()[hit.body as usize].name.clone()),
-            face: Some(hit.face),
-        }
+        let region = &self.regions()[hit.region as usize].source.name;
+        let body = Some(self.bodies()[hit.body as usize].name.clone());
+        RayAnswer { body, face: Some(hit.face), ..RayAnswer::of(hit.t, n, region) }
     }
 
     /// The first hits of rays.

@@ -8,7 +8,7 @@
 //! REGION wall ; +1 -2 ; concrete
 //! ```
 
-use super::error::{At, GeometryError};
+use super::error::GeometryError;
 use super::expression::{Expression, is_valid_name};
 use super::model::{NamedBody, RegionSource};
 use crate::primitives::{Body, Primitive};
@@ -51,7 +51,7 @@ pub fn read_text(text: &str, first_line: usize) -> Result<TextModel, GeometryErr
         if content.is_empty() || content.eq_ignore_ascii_case("END") {
             continue;
         }
-        let fault = |message: String| GeometryError::Syntax { at: At(line), message };
+        let fault = |message: String| GeometryError::at(line, message);
         let continues = content.split_whitespace().all(|w| w.parse::<f64>().is_ok());
         if continues {
             let Some(body) = open.as_mut() else {
@@ -107,8 +107,7 @@ impl OpenBody {
             (None, None) => (first, second),
         };
         if !is_valid_name(name) {
-            let message = format!("`{name}` cannot name a body; use letters, digits, `_` and `.`");
-            return Err(GeometryError::Syntax { at: At(line), message });
+            return Err(GeometryError::at(line, format!("`{name}` cannot name a body; use letters, digits, `_` and `.`")));
         }
         let mut body = Self { name: name.to_owned(), code: code.to_owned(), line, parameters: Vec::new() };
         body.extend(&words.collect::<Vec<_>>().join(" "), line)?;
@@ -118,28 +117,21 @@ impl OpenBody {
     fn extend(&mut self, content: &str, line: usize) -> Result<(), GeometryError> {
         for word in content.split_whitespace() {
             let value = word.parse::<f64>().ok().filter(|_| self.parameters.len() < MAX_PARAMETERS);
-            let value = value.ok_or_else(|| GeometryError::Syntax {
-                at: At(line),
-                message: format!("`{word}` is not a parameter of body `{}` ({})", self.name, self.code),
-            })?;
-            self.parameters.push(value);
+            let fault = || GeometryError::at(line, format!("`{word}` is not a parameter of body `{}` ({})", self.name, self.code));
+            self.parameters.push(value.ok_or_else(fault)?);
         }
         Ok(())
     }
 
     fn close(self) -> Result<NamedBody, GeometryError> {
-        let body = Body::new(&self.code, &self.parameters).map_err(|fault| GeometryError::Body {
-            at: At(self.line),
-            name: self.name.clone(),
-            fault,
-        })?;
+        let body = Body::new(&self.code, &self.parameters).map_err(|fault| GeometryError::body(self.line, &self.name, fault))?;
         Ok(NamedBody { name: self.name, body, line: self.line })
     }
 }
 
 /// `REGION name ; expression ; surface`; the first semicolon may be left out.
 fn read_region(content: &str, line: usize) -> Result<(RegionSource, Option<String>), GeometryError> {
-    let fault = |message: String| GeometryError::Syntax { at: At(line), message };
+    let fault = |message: String| GeometryError::at(line, message);
     let rest = content["REGION".len()..].trim_start();
     let end = rest.find(|c: char| c.is_whitespace() || matches!(c, ';' | '+')).unwrap_or(rest.len());
     let (name, rest) = (&rest[..end], rest[end..].trim_start());
@@ -154,7 +146,7 @@ fn read_region(content: &str, line: usize) -> Result<(RegionSource, Option<Strin
         return Err(fault(format!("region `{name}`: `{extra}` is one part too many; write `REGION name ; expression ; surface`")));
     }
     if expression.terms.is_empty() {
-        return Err(GeometryError::NoBody { at: At(line), region: name.to_owned() });
+        return Err(GeometryError::no_body(line, name));
     }
     let void = surface.as_deref().is_some_and(is_void);
     Ok((RegionSource { name: name.to_owned(), expression, void, line }, surface))

@@ -37,21 +37,12 @@ impl TableOptions {
     /// # Errors
     /// [`SceneError::BadValue`] for a value outside its range.
     pub fn check(&self) -> Result<()> {
-        let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
         for (what, value) in [("tables.mirror_k", self.mirror_k), ("tables.facets_k", self.facets_k), ("tables.sky_k", self.sky_k)] {
-            if !(1e-3..=10.0).contains(&value) {
-                return bad(what, value.to_string(), "1e-3 to 10 K");
-            }
+            SceneError::unless((1e-3..=10.0).contains(&value), what, value, "1e-3 to 10 K")?;
         }
-        if !(64..=4096).contains(&self.facet_intervals) {
-            return bad("tables.facet_intervals", self.facet_intervals.to_string(), "64 to 4096");
-        }
-        if !(16..=65536).contains(&self.sky_intervals) {
-            return bad("tables.sky_intervals", self.sky_intervals.to_string(), "16 to 65536");
-        }
-        if !(0.01..=30.0).contains(&self.path_rise_km) {
-            return bad("tables.path_rise_km", self.path_rise_km.to_string(), "0.01 to 30 km");
-        }
-        Ok(())
+        let (facets, sky, rise) = (self.facet_intervals, self.sky_intervals, self.path_rise_km);
+        SceneError::unless((64..=4096).contains(&facets), "tables.facet_intervals", facets, "64 to 4096")?;
+        SceneError::unless((16..=65536).contains(&sky), "tables.sky_intervals", sky, "16 to 65536")?;
+        SceneError::unless((0.01..=30.0).contains(&rise), "tables.path_rise_km", rise, "0.01 to 30 km")
     }
 }

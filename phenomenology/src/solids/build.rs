@@ -42,7 +42,7 @@ impl SolidScene {
 /// Makes the scene. `text` is the text of the file; error messages take line numbers from it. It is empty for a scene made in memory.
 fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     if file.kind != "solids" {
-        return Err(SceneError::BadValue { what: "key `kind`".into(), value: file.kind, expected: "\"solids\"" });
+        return Err(SceneError::bad_value("key `kind`", file.kind, "\"solids\""));
     }
     let lines = Lines::new(text);
     let line = |offset: usize| lines.of(offset);
@@ -69,7 +69,8 @@ fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
             Some(s) if is_void(s) => None,
             Some(s) => Some(covers.add(region.line, &user, s, dress.temperature_k)?),
             None => {
-                return Err(SceneError::MissingMaterial { at: At(region.line), region: region.name.clone(), known: covers.known() });
+                let message = format!("{user} has no material; give it surface = \"...\" ({})", covers.known());
+                return Err(SceneError::at(region.line, message));
             }
         };
         let mut faces = Vec::with_capacity(dress.faces.len());
@@ -104,8 +105,8 @@ fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
 fn surface(name: &str, row: &SurfaceRow, line: usize, text: &str) -> Result<SurfaceSource, SurfaceError> {
     let roughness = row.roughness.as_deref().map(str::parse).transpose()?.unwrap_or(Roughness::Smooth);
     if matches!(roughness, Roughness::WegmullerMatzler { .. }) {
-        let message = "it is fitted to 70 degrees only and a scene sees every angle; use qh, choudhury or go".to_owned();
-        return Err(SurfaceError::Roughness { text: row.roughness.clone().unwrap_or_default(), message });
+        let fault = "it is fitted to 70 degrees only and a scene sees every angle; use qh, choudhury or go";
+        return Err(SurfaceError::Refused(format!("roughness `{}`: {fault}", row.roughness.as_deref().unwrap_or_default())));
     }
     if !row.slope_azimuth_deg.is_finite() {
         return Err(SurfaceError::Azimuth { degrees: row.slope_azimuth_deg });

@@ -3,7 +3,6 @@
 use super::scene::SolidScene;
 use crate::camera::Camera;
 use crate::error::{Result, SceneError};
-use crate::geometry::At;
 use crate::space::Vec3;
 
 impl SolidScene {
@@ -43,17 +42,19 @@ impl SolidScene {
     }
 
     fn check_position_at(&self, position: Vec3, line: usize) -> Result<()> {
-        let (at, position_m) = (At(line), position.to_array());
+        let position_m = position.to_array();
         if let Some(ground) = &self.terrain {
             let ground_m = ground.height_m(position.x, position.y);
             if position.z <= ground_m {
-                return Err(SceneError::CameraUnderGround { at, position_m, ground_m });
+                let message = format!("the camera at {position_m:?} m lies under the ground, which is at {ground_m} m there; raise it");
+                return Err(SceneError::at(line, message));
             }
         }
         if let Some(region) = self.geometry.region_at(position) {
             let source = &self.geometry.regions()[region].source;
             if !source.void {
-                return Err(SceneError::CameraInside { at, position_m, region: source.name.clone() });
+                let message = format!("the camera at {position_m:?} m lies inside region `{}`; move it out", source.name);
+                return Err(SceneError::at(line, message));
             }
         }
         Ok(())

@@ -1,7 +1,6 @@
 //! The surface and the temperature of every face.
 
 use crate::error::SceneError;
-use crate::geometry::At;
 use std::collections::BTreeMap;
 
 /// A surface with a temperature.
@@ -41,10 +40,10 @@ impl Covers {
     /// Number of the cover with this surface and temperature. It is added if it is new.
     ///
     /// # Errors
-    /// [`SceneError::UnknownSurface`], or a temperature outside its range.
+    /// An unknown surface, or a temperature outside its range.
     pub(super) fn add(&mut self, line: usize, user: &str, surface: &str, temperature_k: Option<f64>) -> Result<u32, SceneError> {
         let Some(&surface) = self.by_name.get(surface) else {
-            return Err(SceneError::UnknownSurface { at: At(line), user: user.to_owned(), name: surface.to_owned(), known: self.known() });
+            return Err(SceneError::at(line, format!("{user} uses unknown surface `{surface}`; {}", self.known())));
         };
         if let Some(t) = temperature_k
             && !(t > 0.0 && t <= 5000.0)

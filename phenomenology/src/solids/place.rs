@@ -2,7 +2,7 @@
 
 use super::file::{AssemblyRow, BodyRow, FaceRow, InstanceRow, RegionRow, SceneFile};
 use crate::error::{Result, SceneError};
-use crate::geometry::{At, Expression, GeometryError, NamedBody, RegionSource, is_valid_name, is_void};
+use crate::geometry::{Expression, GeometryError, NamedBody, RegionSource, is_valid_name, is_void};
 use crate::primitives::Body;
 use crate::space::{Similarity, Vec3};
 use std::collections::BTreeMap;
@@ -92,7 +92,7 @@ impl Placer<'_> {
             let (line, row) = (self.line(row), row.get_ref());
             name_is_good(&row.name, line)?;
             let name = format!("{prefix}{}", row.name);
-            let fault = |fault| GeometryError::Body { at: At(line), name: name.clone(), fault };
+            let fault = |fault| GeometryError::body(line, &name, fault);
             let mut body = Body::new(&row.code, &row.data).map_err(fault)?;
             if *by != Similarity::IDENTITY {
                 body = body.transformed(by).map_err(fault)?;

@@ -79,17 +79,7 @@ impl SolidScene {
             for (i, (answer, row)) in answers.iter_mut().zip(rays).enumerate() {
                 let ray = row.ray(i + 1)?;
                 if let Some(hit) = ground.hit(&ray, self.geometry.eps(), answer.t.unwrap_or(f64::INFINITY)) {
-                    let n = hit.normal;
-                    *answer = RayAnswer {
-                        hit: 1,
-                        t: Some(hit.t),
-                        nx: Some(n.x),
-                        ny: Some(n.y),
-                        nz: Some(n.z),
-                        region: Some("ground".into()),
-                        body: None,
-                        face: None,
-                    };
+                    *answer = RayAnswer::of(hit.t, hit.normal, "ground");
                 }
             }
         }

@@ -76,10 +76,12 @@ impl SolidScene {
     /// # Errors
     /// A scene without `[camera]`.
     pub fn camera(&self) -> Result<&Camera> {
-        self.file.camera.as_ref().map(toml::Spanned::get_ref).ok_or_else(|| SceneError::BadValue {
-            what: "[camera] of the scene".into(),
-            value: "missing".into(),
-            expected: "a camera with position_m, and look_at_m or heading_deg and pitch_deg",
+        self.file.camera.as_ref().map(toml::Spanned::get_ref).ok_or_else(|| {
+            SceneError::bad_value(
+                "[camera] of the scene",
+                "missing",
+                "a camera with position_m, and look_at_m or heading_deg and pitch_deg",
+            )
         })
     }
 }

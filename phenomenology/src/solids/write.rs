@@ -69,17 +69,10 @@ impl SceneFile {
         Self {
             kind: "solids".into(),
             name: name.to_owned(),
-            description: String::new(),
-            extrapolate: false,
-            camera: None,
-            atmosphere: None,
-            ground: None,
             surface: names.into_iter().map(|n| (n.to_owned(), bare(surface_of(n)))).collect(),
-            bodies_and_regions: None,
             body: model.bodies.iter().map(|b| bare(body(b))).collect(),
             region: rows.into_iter().map(bare).collect(),
-            assembly: Default::default(),
-            instance: Vec::new(),
+            ..Self::default()
         }
     }
 

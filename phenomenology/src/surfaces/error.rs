@@ -21,12 +21,9 @@ pub enum SurfaceError {
         /// The azimuth given, degrees.
         degrees: f64,
     },
-    /// The frequency is zero, negative or not a number.
-    #[error("frequency is {value} Hz; it must be a finite number above 0 Hz")]
-    Frequency {
-        /// The value given, Hz.
-        value: f64,
-    },
+    /// An input that cannot be used. The message has the value and what is accepted.
+    #[error("{0}")]
+    Refused(String),
     /// A number is outside its range.
     #[error("{what} is {value}; it must lie in {min} to {max}")]
     Value {
@@ -61,20 +58,6 @@ pub enum SurfaceError {
         place: String,
         /// Cause.
         source: DielectricError,
-    },
-    /// A stack file that is not valid TOML or has an unknown key.
-    #[error("stack file: {message}")]
-    Syntax {
-        /// What is wrong, with line and column.
-        message: String,
-    },
-    /// A text that is not a roughness.
-    #[error("roughness `{text}`: {message}")]
-    Roughness {
-        /// The text given.
-        text: String,
-        /// What is wrong and what is accepted.
-        message: String,
     },
 }
 

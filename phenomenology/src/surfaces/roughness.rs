@@ -70,7 +70,7 @@ impl FromStr for Roughness {
     type Err = SurfaceError;
 
     fn from_str(text: &str) -> Result<Self, SurfaceError> {
-        let fault = |message: String| SurfaceError::Roughness { text: text.to_owned(), message };
+        let fault = |message: String| SurfaceError::Refused(format!("roughness `{text}`: {message}"));
         let (kind, rest) = text.trim().split_once(':').unwrap_or((text.trim(), ""));
         let words: Vec<&str> = match rest {
             "" => Vec::new(),

@@ -28,7 +28,7 @@ impl Stack {
     /// negative or infinite above the last layer, a temperature at or below 0 K, a bad frequency.
     pub fn new(layers: Vec<Layer>, coherent: bool, freq_hz: f64) -> Result<Self, SurfaceError> {
         if !(freq_hz.is_finite() && freq_hz > 0.0) {
-            return Err(SurfaceError::Frequency { value: freq_hz });
+            return Err(SurfaceError::Refused(format!("frequency is {freq_hz} Hz; it must be a finite number above 0 Hz")));
         }
         let Some(bottom) = layers.last() else {
             return Err(SurfaceError::NoLayers);

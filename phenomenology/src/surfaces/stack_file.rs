@@ -112,10 +112,10 @@ impl StackDescription {
     /// If no temperature is given, it is the default of the material, or 290 K.
     ///
     /// # Errors
-    /// [`SurfaceError::Syntax`] with line and column, [`SurfaceError::Layer`] or
+    /// [`SurfaceError::Refused`] with line and column, [`SurfaceError::Layer`] or
     /// [`SurfaceError::LayerMaterial`] with the line of the layer.
     pub fn from_toml(text: &str) -> Result<Self, SurfaceError> {
-        let raw: RawStack = toml::from_str(text).map_err(|e| SurfaceError::Syntax { message: e.to_string().trim_end().to_owned() })?;
+        let raw: RawStack = toml::from_str(text).map_err(|e| SurfaceError::Refused(format!("stack file: {}", e.to_string().trim_end())))?;
         Self::from_layers(text, raw.coherent, raw.layer)
     }
 
@@ -131,8 +131,7 @@ impl StackDescription {
         let mut layers = Vec::with_capacity(count);
         for (i, spanned) in raw.into_iter().enumerate() {
             let place = place_of(text, &spanned.span());
-            let layer = read_layer(spanned.into_inner(), i + 1 == count, place.clone()).map_err(|e| e.at(i + 1, &place))?;
-            layers.push(layer);
+            layers.push(read_layer(spanned.into_inner(), i + 1, i + 1 == count, place)?);
         }
         Ok(Self { coherent, layers })
     }
@@ -174,38 +173,14 @@ fn place_of(text: &str, span: &Range<usize>) -> String {
     format!(" (line {line})")
 }
 
-/// A fault of a layer.
-enum LayerFault {
-    Message(String),
-    Material(DielectricError),
-}
-
-impl From<DielectricError> for LayerFault {
-    fn from(e: DielectricError) -> Self {
-        Self::Material(e)
-    }
-}
-
-impl LayerFault {
-    fn at(self, layer: usize, place: &str) -> SurfaceError {
-        let place = place.to_owned();
-        match self {
-            Self::Message(message) => SurfaceError::Layer { layer, place, message },
-            Self::Material(source) => SurfaceError::LayerMaterial { layer, place, source },
-        }
-    }
-}
-
-fn read_layer(raw: RawLayer, last: bool, place: String) -> Result<LayerDescription, LayerFault> {
-    let fault = |m: &str| Err(LayerFault::Message(m.to_owned()));
+/// Layer number `layer` of a stack.
+fn read_layer(raw: RawLayer, layer: usize, last: bool, place: String) -> Result<LayerDescription, SurfaceError> {
+    let fault = |m: &str| Err(SurfaceError::Layer { layer, place: place.clone(), message: m.to_owned() });
     let thickness_m = match raw.thickness_m {
         None if last => f64::INFINITY,
         None => return fault("thickness_m is missing; every layer but the last needs it"),
         Some(_) if last => {
-            return fault(
-                "it is the last and has thickness_m; the last layer is a half-space, leave it \
-                 out or add a layer below",
-            );
+            return fault("it is the last and has thickness_m; the last layer is a half-space, leave it out or add a layer below");
         }
         Some(d) if d.is_finite() && d >= 0.0 => d,
         Some(d) => {
@@ -234,20 +209,20 @@ fn read_layer(raw: RawLayer, last: bool, place: String) -> Result<LayerDescripti
             (Substance::Fixed(permittivity_of(real, loss)), t)
         }
         (Some(name), None) => {
-            let material = Material::by_name(name)?;
-            let model = raw.model.as_deref().map(|m| material.model(m)).transpose()?;
-            let mut state = material.state();
-            if let Some(texture) = &raw.texture {
-                material.set_texture(&mut state, texture)?;
-            }
-            for (key, value) in parameters {
-                if let Some(value) = value {
+            let dressed = || -> Result<_, DielectricError> {
+                let material = Material::by_name(name)?;
+                let model = raw.model.as_deref().map(|m| material.model(m)).transpose()?;
+                let mut state = material.state();
+                if let Some(texture) = &raw.texture {
+                    material.set_texture(&mut state, texture)?;
+                }
+                for (key, value) in parameters.iter().filter_map(|(key, value)| Some((key, (*value)?))) {
                     material.set(&mut state, key, value)?;
                 }
-            }
-            material.check_state(&state)?;
-            let t = state.temperature_k;
-            (Substance::Material { material, state, model }, t)
+                material.check_state(&state)?;
+                Ok((Substance::Material { material, state, model }, state.temperature_k))
+            };
+            dressed().map_err(|source| SurfaceError::LayerMaterial { layer, place: place.clone(), source })?
         }
     };
     if !(temperature_k.is_finite() && temperature_k > 0.0) {

@@ -44,15 +44,13 @@ impl Flight {
     }
 
     fn check(&self) -> Result<()> {
-        let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
         let finite = |k: &KeyFrame| k.time_s.is_finite() && k.position_m.iter().chain(&k.look_at_m).all(|x| x.is_finite());
-        if self.key.len() < 2 || !self.key.iter().all(finite) || self.key.windows(2).any(|w| w[1].time_s <= w[0].time_s) {
-            return bad("[[key]] of the flight", format!("{} frames", self.key.len()), "two or more with rising times and finite numbers");
-        }
-        let frames = self.frames_per_second * self.duration_s();
-        if !(self.frames_per_second > 0.0 && frames <= MAX_FRAMES) {
-            return bad("frames_per_second", self.frames_per_second.to_string(), "above 0, and at most 100000 frames in all");
-        }
+        let rising = self.key.len() >= 2 && self.key.iter().all(finite) && self.key.windows(2).all(|w| w[1].time_s > w[0].time_s);
+        let keys = format_args!("{} frames", self.key.len());
+        SceneError::unless(rising, "[[key]] of the flight", keys, "two or more with rising times and finite numbers")?;
+        let rate = self.frames_per_second;
+        let some = rate > 0.0 && rate * self.duration_s() <= MAX_FRAMES;
+        SceneError::unless(some, "frames_per_second", rate, "above 0, and at most 100000 frames in all")?;
         Ok(())
     }
 

@@ -56,13 +56,9 @@ impl Default for EdgeOptions {
 impl MeshOptions {
     /// Checks the ranges.
     pub(super) fn check(&self) -> Result<()> {
-        let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
-        if !(self.step.is_power_of_two() && self.step <= TILE) {
-            return bad("step of the mesh", self.step.to_string(), "1, 2, 4, 8, 16 or 32 pixels");
-        }
-        if !(1..=16).contains(&self.edges.strong_side) {
-            return bad("edges.strong_side", self.edges.strong_side.to_string(), "1 to 16 looks");
-        }
+        let (step, side) = (self.step, self.edges.strong_side);
+        SceneError::unless(step.is_power_of_two() && step <= TILE, "step of the mesh", step, "1, 2, 4, 8, 16 or 32 pixels")?;
+        SceneError::unless((1..=16).contains(&side), "edges.strong_side", side, "1 to 16 looks")?;
         let spreads = [
             ("spread_k of the mesh", self.spread_k),
             ("center_fraction of the mesh", self.center_fraction),
@@ -70,9 +66,6 @@ impl MeshOptions {
             ("edges.strong_k", self.edges.strong_k),
             ("edges.alike_k", self.edges.alike_k),
         ];
-        match spreads.into_iter().find(|(_, value)| !(*value >= 0.0)) {
-            Some((what, value)) => bad(what, value.to_string(), "0 or more"),
-            None => Ok(()),
-        }
+        spreads.into_iter().try_for_each(|(what, value)| SceneError::unless(value >= 0.0, what, value, "0 or more"))
     }
 }

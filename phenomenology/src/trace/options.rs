@@ -64,29 +64,16 @@ impl Default for RenderOptions {
 impl RenderOptions {
     /// Checks the ranges, and returns the antenna row of each plane.
     pub(super) fn antenna_rows(&self) -> Result<Vec<[f64; 4]>> {
-        let bad = |what: &str, value: String, expected| Err(SceneError::BadValue { what: what.into(), value, expected });
-        if !(1..=16).contains(&self.antialias) {
-            return bad("antialias", self.antialias.to_string(), "1 to 16 rays along the side of a pixel");
-        }
-        if self.max_bounces > 1000 {
-            return bad("max_bounces", self.max_bounces.to_string(), "at most 1000");
-        }
-        if !(self.min_weight >= 0.0 && self.min_weight < 1.0) {
-            return bad("min_weight", self.min_weight.to_string(), "0 to below 1");
-        }
-        if !self.highest_m.is_finite() {
-            return bad("highest_m", self.highest_m.to_string(), "a finite height in m");
-        }
-        if !(0.0..=90.0).contains(&self.level_deg) {
-            return bad("level_deg", self.level_deg.to_string(), "0 to 90 deg");
-        }
+        let side = self.antialias;
+        SceneError::unless((1..=16).contains(&side), "antialias", side, "1 to 16 rays along the side of a pixel")?;
+        SceneError::unless(self.max_bounces <= 1000, "max_bounces", self.max_bounces, "at most 1000")?;
+        SceneError::unless((0.0..1.0).contains(&self.min_weight), "min_weight", self.min_weight, "0 to below 1")?;
+        SceneError::unless(self.highest_m.is_finite(), "highest_m", self.highest_m, "a finite height in m")?;
+        SceneError::unless((0.0..=90.0).contains(&self.level_deg), "level_deg", self.level_deg, "0 to 90 deg")?;
         self.tables.check()?;
-        if !(self.edge_k >= 0.0) {
-            return bad("edge_k", self.edge_k.to_string(), "0 K or more");
-        }
-        if self.polarizations.is_empty() {
-            return bad("polarizations", "empty".into(), "at least one of I, Q, U, V, XX (h), YY (v)");
-        }
+        SceneError::unless(self.edge_k >= 0.0, "edge_k", self.edge_k, "0 K or more")?;
+        let some = !self.polarizations.is_empty();
+        SceneError::unless(some, "polarizations", "empty", "at least one of I, Q, U, V, XX (h), YY (v)")?;
         // The Stokes vector is (T_v + T_h, T_v - T_h, U, V).
         self.polarizations
             .iter()
@@ -97,11 +84,7 @@ impl RenderOptions {
                 Polarization::Q => Ok([0.0, -0.5, 0.0, 0.0]),
                 Polarization::U => Ok([0.0, 0.0, 0.5, 0.0]),
                 Polarization::V => Ok([0.0, 0.0, 0.0, 0.5]),
-                other => Err(SceneError::BadValue {
-                    what: "polarization".into(),
-                    value: other.to_string(),
-                    expected: "one of I, Q, U, V, XX (h), YY (v)",
-                }),
+                other => Err(SceneError::bad_value("polarization", other, "one of I, Q, U, V, XX (h), YY (v)")),
             })
             .collect()
     }

@@ -32,53 +32,17 @@ pub struct Picture {
     pub rays: usize,
 }
 
-/// Results of the rays through the centres of the pixels. The threads that trace write the arrays first, so that each page of memory is
-/// allocated by the thread that uses it. // [m, l]
-struct Middles {
-    range_m: Vec<f64>,
-    incidence_deg: Vec<f64>,
-    /// Number of the cover from 1, and of the region from 1 (0 for the ground); 0 and 0 for the sky.
-    identity: Vec<(u32, u32)>,
-    material: Vec<u32>,
-    /// First plane and channel, RJ, K.
-    first_k: Vec<f64>,
-}
-
-/// A row of [`Middles`].
-struct MiddleRow<'a> {
-    range_m: &'a mut [f64],
-    incidence_deg: &'a mut [f64],
-    identity: &'a mut [(u32, u32)],
-    material: &'a mut [u32],
-    first_k: &'a mut [f64],
-}
-
-impl Middles {
-    fn new(pixels: usize) -> Self {
-        Self {
-            range_m: vec![0.0; pixels],
-            incidence_deg: vec![0.0; pixels],
-            identity: vec![(0, 0); pixels],
-            material: vec![0; pixels],
-            first_k: vec![0.0; pixels],
-        }
-    }
-
-    fn rows(&mut self, columns: usize) -> impl IndexedParallelIterator<Item = MiddleRow<'_>> {
-        self.range_m
-            .par_chunks_mut(columns)
-            .zip(self.incidence_deg.par_chunks_mut(columns))
-            .zip(self.identity.par_chunks_mut(columns))
-            .zip(self.material.par_chunks_mut(columns))
-            .zip(self.first_k.par_chunks_mut(columns))
-            .map(|((((range_m, incidence_deg), identity), material), first_k)| MiddleRow {
-                range_m,
-                incidence_deg,
-                identity,
-                material,
-                first_k,
-            })
-    }
+/// What the ray through the middle of a pixel saw.
+#[derive(Clone, Copy)]
+struct Middle {
+    range_m: f64,
+    incidence_deg: f64,
+    /// Cover and region, each counted from 1; 0 where there is none.
+    identity: (u32, u32),
+    /// Surface, counted from 1; 0 where the ray met nothing.
+    material: u32,
+    /// First channel and plane, K.
+    first_k: f64,
 }
 
 impl Tracer<'_> {
@@ -94,11 +58,11 @@ impl Tracer<'_> {
         let (columns, rows) = (grid.n_l, grid.n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         if rows * columns > MAX_VALUES / states {
-            return Err(SceneError::BadValue {
-                what: "picture".into(),
-                value: format!("{columns} x {rows} pixels of {states} planes and channels"),
-                expected: "at most 134217728 values (1 GB); render fewer pixels or channels at a time",
-            });
+            return Err(SceneError::bad_value(
+                "picture",
+                format_args!("{columns} x {rows} pixels of {states} planes and channels"),
+                "at most 134217728 values (1 GB); render fewer pixels or channels at a time",
+            ));
         }
         let done = AtomicUsize::new(0);
         let passes = if self.options.antialias > 1 { 2 } else { 1 };
@@ -109,22 +73,21 @@ impl Tracer<'_> {
         };
         // First pass: one ray through the middle of every pixel. // [m, l][chan, pol]
         let mut sums = vec![0.0; rows * columns * states];
-        let mut middles = Middles::new(rows * columns);
-        sums.par_chunks_mut(columns * states).zip(middles.rows(columns)).enumerate().try_for_each_init(
+        let nothing = Middle { range_m: f64::NAN, incidence_deg: f64::NAN, identity: (0, 0), material: 0, first_k: 0.0 };
+        let mut middles = vec![nothing; rows * columns];
+        sums.par_chunks_mut(columns * states).zip(middles.par_chunks_mut(columns)).enumerate().try_for_each_init(
             || self.scratch(),
             |scratch, (row, (sums, middles))| {
-                for (column, out) in sums.chunks_exact_mut(states).enumerate() {
+                for (column, (out, middle)) in sums.chunks_exact_mut(states).zip(middles).enumerate() {
                     let shot = self.shoot(view, column as f64, row as f64, scratch)?;
                     if shot.is_some() {
                         out.copy_from_slice(&scratch.sums);
-                        middles.first_k[column] = out[0];
+                        middle.first_k = out[0];
                     }
-                    let seen = shot.flatten();
-                    middles.range_m[column] = seen.map_or(f64::NAN, |s| s.range_m);
-                    middles.incidence_deg[column] = seen.map_or(f64::NAN, |s| s.cos_incidence.acos().to_degrees());
-                    if let Some(seen) = seen {
-                        middles.identity[column] = (seen.cover + 1, seen.region.map_or(0, |r| r + 1));
-                        middles.material[column] = self.scene.covers.list()[seen.cover as usize].surface as u32 + 1;
+                    if let Some(seen) = shot.flatten() {
+                        (middle.range_m, middle.incidence_deg) = (seen.range_m, seen.cos_incidence.acos().to_degrees());
+                        middle.identity = (seen.cover + 1, seen.region.map_or(0, |r| r + 1));
+                        middle.material = self.scene.covers.list()[seen.cover as usize].surface as u32 + 1;
                     }
                 }
                 tell();
@@ -142,13 +105,14 @@ impl Tracer<'_> {
             out.iter_mut().zip(from).for_each(|(o, k)| *o = self.scaled(state / planes, state % planes, *k));
         });
         let data = Array4::from_shape_vec((self.freqs_ghz.len(), planes, rows, columns), data).map_err(shape)?;
-        let map = |values| Array2::from_shape_vec((rows, columns), values).map_err(shape);
+        let map =
+            |value: fn(&Middle) -> f64| Array2::from_shape_fn((rows, columns), |(row, column)| value(&middles[row * columns + column]));
         let temperature = Image::new(grid.clone(), band.clone(), self.options.polarizations.clone(), data, BrightnessUnit::Kelvin)?;
         Ok(Picture {
             temperature,
-            range_m: map(middles.range_m)?,
-            incidence_deg: map(middles.incidence_deg)?,
-            material: Array2::from_shape_vec((rows, columns), middles.material).map_err(shape)?,
+            range_m: map(|m| m.range_m),
+            incidence_deg: map(|m| m.incidence_deg),
+            material: Array2::from_shape_fn((rows, columns), |(row, column)| middles[row * columns + column].material),
             material_names: self.scene.covers.surface_names().to_vec(),
             rays: rows * columns + extra,
         })
@@ -162,7 +126,7 @@ impl Tracer<'_> {
     }
 
     /// Replaces every pixel that lies on an edge by the mean of a grid of rays.
-    fn refine(&self, view: &View, middles: &Middles, sums: &mut [f64], tell: &(impl Fn() + Sync)) -> Result<usize> {
+    fn refine(&self, view: &View, middles: &[Middle], sums: &mut [f64], tell: &(impl Fn() + Sync)) -> Result<usize> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         let side = self.options.antialias;
@@ -197,13 +161,13 @@ impl Tracer<'_> {
         Ok(shot.into_inner())
     }
 
-    fn is_edge(&self, middles: &Middles, columns: usize, rows: usize, column: usize, row: usize) -> bool {
+    fn is_edge(&self, middles: &[Middle], columns: usize, rows: usize, column: usize, row: usize) -> bool {
         let here = row * columns + column;
         for r in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
             for c in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
                 let there = r * columns + c;
-                if middles.identity[there] != middles.identity[here]
-                    || (middles.first_k[there] - middles.first_k[here]).abs() > self.options.edge_k
+                if middles[there].identity != middles[here].identity
+                    || (middles[there].first_k - middles[here].first_k).abs() > self.options.edge_k
                 {
                     return true;
                 }
@@ -215,5 +179,5 @@ impl Tracer<'_> {
 
 /// The error for values that do not fill their array.
 fn shape(e: ShapeError) -> SceneError {
-    SceneError::BadValue { what: "shape of the picture".into(), value: e.to_string(), expected: "one value for every pixel" }
+    SceneError::bad_value("shape of the picture", e, "one value for every pixel")
 }

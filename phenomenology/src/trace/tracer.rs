@@ -70,9 +70,7 @@ impl<'a> Tracer<'a> {
     /// No frequency; a frequency, surface or sky that cannot be computed; an option outside its range.
     pub fn new(scene: &'a SolidScene, freqs_hz: &[f64], options: &RenderOptions) -> Result<Self> {
         let antenna = options.antenna_rows()?;
-        if freqs_hz.is_empty() {
-            return Err(SceneError::BadValue { what: "frequencies".into(), value: "empty".into(), expected: "at least one" });
-        }
+        SceneError::unless(!freqs_hz.is_empty(), "frequencies", "empty", "at least one")?;
         let freqs_ghz: Vec<f64> = freqs_hz.iter().map(|f| f * 1e-9).collect();
         let bounds = scene.geometry.bounds();
         let camera_m = scene.camera().map_or(0.0, |c| c.position_m[2]);
@@ -117,11 +115,11 @@ impl<'a> Tracer<'a> {
         if position.z <= self.top_m + 1e-3 {
             return Ok(());
         }
-        Err(SceneError::BadValue {
-            what: "height of the camera".into(),
-            value: format!("{} m", position.z),
-            expected: "at most the highest_m the tracer was made for",
-        })
+        Err(SceneError::bad_value(
+            "height of the camera",
+            format_args!("{} m", position.z),
+            "at most the highest_m the tracer was made for",
+        ))
     }
 
     /// Frequencies of the channels, GHz.

@@ -1,29 +1,16 @@
 //! Images from closure quantities and amplitudes: `mem --terms`.
 
+use super::args::MemCommandArgs;
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Result};
-use crate::cli::options::{ColumnArgs, OutputArgs};
+use crate::cli::options::OutputArgs;
 use crate::cli::text::{angle, number};
 use crate::closure_imaging::{ClosureImage, ClosureImagingOptions, FluxFrom, SparseSet, reconstruct};
-use crate::imaging::{BeamShape, ImagingOptions, with_beam};
-use crate::values::DataFlux;
+use crate::imaging::{BeamShape, with_beam};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, SpectralWindow, VisUnit, VisibilityHeader};
-use cittert_formats::fits::{ImageOptions, write_image};
 use ndarray::{Array2, Axis};
 use serde_json::{Value, json};
-use std::path::Path;
 use std::time::Instant;
-
-/// The parts of the command line that closure imaging uses.
-pub(super) struct ClosureRun<'a> {
-    pub input: &'a Path,
-    pub column: &'a ColumnArgs,
-    pub imaging: &'a ImagingOptions,
-    pub terms: &'a ClosureImagingOptions,
-    /// Total flux, where it is given.
-    pub flux: Option<DataFlux>,
-    pub out: &'a OutputArgs,
-}
 
 const MODEL: &str = "-model.fits";
 const RESIDUAL: &str = "-residual.fits";
@@ -39,14 +26,14 @@ const POOR: f64 = 1.5;
 ///
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
-pub(super) fn run(args: &ClosureRun<'_>, context: &Context) -> Result<Outcome> {
+pub(super) fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let suffixes: &[&str] = &[MODEL, RESIDUAL, IMAGE, SPREAD];
     args.out.check_all(suffixes)?;
     let what = format!("imaging {}", args.input.display());
     let clock = Instant::now();
-    let mut source = args.column.open(args.input)?;
+    let mut source = args.column.open(&args.input)?;
     let console = &context.console;
-    let flux = args.flux.map(|f| f.in_unit("flux", source.header().unit)).transpose()?;
+    let flux = args.mem.flux.map(|f| f.in_unit("flux", source.header().unit)).transpose()?;
     let options = ClosureImagingOptions {
         polarization: args.imaging.pol,
         size: args.imaging.size,
@@ -69,24 +56,21 @@ pub(super) fn run(args: &ClosureRun<'_>, context: &Context) -> Result<Outcome> {
     let image = reconstruct(&set, frame, &options, console).context(&what)?;
     let width = RESTORED * image.resolution_rad;
     let beam = args.imaging.beam.map(BeamShape::restoring).unwrap_or(RestoringBeam { bmaj_rad: width, bmin_rad: width, bpa_rad: 0.0 });
-    let json = statistics(&image, &set, &beam, (args.out, reading));
-    let mut outcome = Outcome::new(json, describe(&image, &set));
+    let json = statistics(&image, &set, &beam, (&args.out, reading));
+    let outcome = Outcome::new(json, describe(&image, &set));
     for m in image.misfits.iter().filter(|m| m.name.contains("closure") && m.chi2_per_datum > POOR) {
         console.warn(&format!("chi squared of the {} is {:.2} a datum: the image does not explain them", m.name, m.chi2_per_datum));
     }
     let restored = with_beam(&image.grid, image.model.view(), &beam);
     let planes =
         [(MODEL, Some(&image.model)), (RESIDUAL, Some(&image.residual)), (IMAGE, Some(&restored)), (SPREAD, image.spread.as_ref())];
-    for (suffix, plane) in planes {
-        let Some(plane) = plane else { continue };
+    let named = planes.into_iter().filter_map(|(suffix, plane)| Some((suffix, plane?)));
+    let fits = named.map(|(suffix, plane)| {
         let mut fits = fits_image(header, &set, &image.grid, plane, (suffix, &beam))?;
         fits.polarizations = vec![options.polarization];
-        fits.history.push(context.history());
-        let path = args.out.suffixed(suffix);
-        write_image(&path, &fits, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
-        outcome = outcome.wrote(path);
-    }
-    Ok(outcome)
+        Ok((suffix, fits))
+    });
+    args.out.images(fits.collect::<Result<Vec<_>>>()?, context, outcome)
 }
 
 /// A plane in flux a cell (model, spread) or a beam (the others) as an image in the unit of the set.

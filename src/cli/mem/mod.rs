@@ -1,41 +1,17 @@
 //! `mem`: images of maximum entropy, with a certificate.
 
+mod args;
 mod closures;
+
+pub use args::MemCommandArgs;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{ColumnArgs, OutputArgs, fits_mask, prior_image};
-use super::text::{beam, number};
-use crate::closure_imaging::ClosureImagingOptions;
-use crate::imaging::{Imager, ImagingOptions};
-use crate::mem::{Certificate, MemInputs, MemOptions, MemPlan, MemProducts, mem};
-use cittert_arrays::Image;
-use cittert_formats::fits::{ImageOptions, write_image};
-use clap::Args;
-use closures::ClosureRun;
+use super::options::{fits_mask, prior_image};
+use super::text::{beam, note_beam, number, reasons};
+use crate::imaging::Imager;
+use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, mem};
 use serde_json::{Value, json};
-use std::path::PathBuf;
-
-/// Options of `mem`.
-#[derive(Debug, Args)]
-pub struct MemCommandArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
-    #[command(flatten)]
-    column: ColumnArgs,
-    #[command(flatten)]
-    imaging: ImagingOptions,
-    #[command(flatten)]
-    mem: MemOptions,
-    #[command(flatten)]
-    terms: ClosureImagingOptions,
-    /// Write each step as one line of JSON to this file.
-    #[arg(long, value_name = "FILE")]
-    log: Option<PathBuf>,
-    #[command(flatten)]
-    out: OutputArgs,
-}
 
 const IMAGES: [&str; 3] = ["-model.fits", "-residual.fits", "-image.fits"];
 const UNCERTAINTY: &str = "-uncertainty.fits";
@@ -47,8 +23,7 @@ const UNCERTAINTY: &str = "-uncertainty.fits";
 /// are written and the outcome is a failure.
 pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     if args.terms.terms.is_some() {
-        let MemCommandArgs { input, column, imaging, mem, terms, out, .. } = args;
-        return closures::run(&ClosureRun { input, column, imaging, terms, flux: mem.flux, out }, context);
+        return closures::run(args, context);
     }
     args.out.check_all(&IMAGES)?;
     args.out.check(&args.out.suffixed(UNCERTAINTY))?;
@@ -73,21 +48,15 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
 
 fn save(args: &MemCommandArgs, products: MemProducts, options: &MemPlan, context: &Context) -> Result<Outcome> {
     let json = statistics(&products, args, options);
-    let mut outcome = Outcome::new(json, describe(&products));
-    let goals = &options.goals;
+    let outcome = Outcome::new(json, describe(&products));
+    let goals = options.options.goals();
     let short = |(k, c): (usize, &Certificate)| {
         let which = if products.certificates.len() > 1 { format!("output channel {k}: ") } else { String::new() };
         c.shortfall(goals.chi2_tolerance, goals.flux, goals.kkt).map(|s| which + &s)
     };
     let missed: Vec<String> = products.certificates.iter().enumerate().filter_map(short).collect();
-    let images: [Image; 3] = [products.model, products.residual, products.restored];
-    let named = IMAGES.iter().copied().zip(images).chain(products.uncertainty.map(|u| (UNCERTAINTY, u)));
-    for (suffix, mut image) in named {
-        let path = args.out.suffixed(suffix);
-        image.history.push(context.history());
-        write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
-        outcome = outcome.wrote(path);
-    }
+    let images = IMAGES.into_iter().zip([products.model, products.residual, products.restored]);
+    let mut outcome = args.out.images(images.chain(products.uncertainty.map(|u| (UNCERTAINTY, u))), context, outcome)?;
     if !missed.is_empty() {
         let text = format!("the constraints are not met: {}. The best image is kept; raise --niter, or check --noise", missed.join("; "));
         outcome.failed = Some(text);
@@ -104,30 +73,24 @@ fn statistics(p: &MemProducts, args: &MemCommandArgs, options: &MemPlan) -> Valu
     // The chi squared that is furthest from 1.
     let chi2 = c.iter().map(|c| c.chi2_per_datum).fold(1.0, |a: f64, b| if (b - 1.0).abs() >= (a - 1.0).abs() { b } else { a });
     let stops: Vec<&str> = c.iter().map(|c| c.stop_reason).collect();
-    let first = stops.first().copied().unwrap_or_default();
-    let reason = if stops.iter().all(|s| *s == first) { first.to_owned() } else { stops.join(", ") };
     let residual = &p.residual.data;
     let rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
     let top = p.restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - p.restored.pedestal_k.unwrap_or(0.0);
     let mut json = json!({
-        "output": args.out.output, "algorithm": "mem", "stop_reason": reason, "met": c.iter().all(|c| c.met),
+        "output": args.out.output, "algorithm": "mem", "stop_reason": reasons(&stops), "met": c.iter().all(|c| c.met),
         "iterations": c.iter().map(|c| c.iterations).max(), "evaluations": c.iter().map(|c| c.evaluations).max(),
         "fft_pairs": c.iter().map(|c| c.evaluations).max(), "convolutions": c.iter().map(|c| c.convolutions).max(),
         "major_cycles": c.iter().map(|c| c.iterations).max(),
         "chi2_per_datum": chi2, "flux_error": worst(|c| c.flux_error), "flux_constrained": c.iter().any(|c| c.flux_constrained),
         "kkt_residual": worst(|c| c.kkt_residual), "entropy": c.iter().map(|c| c.entropy).sum::<f64>(),
-        "entropy_form": options.entropy.name, "lambda": mean(|c| c.lambda), "model_flux": mean(|c| c.model_flux),
+        "entropy_form": options.options.entropy, "lambda": mean(|c| c.lambda), "model_flux": mean(|c| c.model_flux),
         "residual_rms": rms, "residual_peak": residual.iter().fold(0.0_f64, |a, v| a.max(v.abs())),
         "dynamic_range": top / rms.max(f64::MIN_POSITIVE),
         "seconds_per_evaluation": mean(|c| c.seconds_per_evaluation), "time_in_evaluations": worst(Certificate::time_ratio),
         "seconds": p.seconds, "unit": p.model.unit.bunit(), "size": [p.model.grid.n_l, p.model.grid.n_m], "cell_rad": p.model.grid.cell_rad,
         "channels": c,
     });
-    if let Some(b) = p.beams.first() {
-        json["bmaj_rad"] = b.bmaj_rad.into();
-        json["bmin_rad"] = b.bmin_rad.into();
-        json["bpa_rad"] = b.bpa_rad.into();
-    }
+    note_beam(&mut json, &p.beams);
     json
 }
 

@@ -5,7 +5,6 @@ use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
 use crate::imaging::{Imager, ImagingOptions};
 use cittert_arrays::Image;
-use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -42,8 +41,7 @@ impl ImageOfArgs {
     /// # Errors
     /// An error of the file system.
     pub fn write(&self, image: &mut Image, context: &Context) -> Result<&Path> {
-        image.history.push(context.history());
-        write_image(&self.out.output, image, ImageOptions { overwrite: self.out.overwrite, ..ImageOptions::default() })?;
+        self.out.image(&self.out.output, image, context)?;
         Ok(&self.out.output)
     }
 }

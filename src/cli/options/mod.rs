@@ -1,6 +1,7 @@
 //! Options that several subcommands share, one group a file.
 
 mod column;
+mod config;
 mod image_of;
 mod layouts;
 mod output;
@@ -9,6 +10,7 @@ mod scene;
 mod tracer;
 
 pub use column::ColumnArgs;
+pub use config::ConfigArgs;
 pub use image_of::ImageOfArgs;
 pub use layouts::load_layout;
 pub use output::OutputArgs;

@@ -1,6 +1,9 @@
 //! `-o` and `--overwrite`.
 
+use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
+use cittert_arrays::{Image, VisibilityHeader, VisibilitySink};
+use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -53,5 +56,42 @@ impl OutputArgs {
     /// An error of the file system, with the path.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
         Ok(cittert_formats::atomic::write_file(path, self.overwrite, bytes)?)
+    }
+
+    /// Create the output for visibilities, and print what its format cannot hold.
+    ///
+    /// # Errors
+    /// A format that cannot hold the set, or an error of the file system.
+    pub fn visibilities(&self, header: &VisibilityHeader, context: &Context) -> Result<Box<dyn VisibilitySink>> {
+        let created = cittert_formats::create_visibilities(&self.output, header, self.overwrite)?;
+        created.notes.iter().for_each(|n| context.console.note(n));
+        Ok(created.sink)
+    }
+
+    /// Write an image as FITS, with the command line at the end of its history.
+    ///
+    /// # Errors
+    /// An error of the file system, with the path.
+    pub fn image(&self, path: &Path, image: &mut Image, context: &Context) -> Result<()> {
+        image.history.push(context.history());
+        Ok(write_image(path, image, ImageOptions { overwrite: self.overwrite, ..ImageOptions::default() })?)
+    }
+
+    /// Write images as PREFIX with each suffix, and add them to the outcome.
+    ///
+    /// # Errors
+    /// An error of the file system, with the path.
+    pub fn images(
+        &self,
+        named: impl IntoIterator<Item = (&'static str, Image)>,
+        context: &Context,
+        mut outcome: Outcome,
+    ) -> Result<Outcome> {
+        for (suffix, mut image) in named {
+            let path = self.suffixed(suffix);
+            self.image(&path, &mut image, context)?;
+            outcome = outcome.wrote(path);
+        }
+        Ok(outcome)
     }
 }

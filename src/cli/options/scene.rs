@@ -1,7 +1,7 @@
 //! `--scene`: a FITS image, a PNG, a source list or a scene description, distinguished by their contents.
 
 use crate::cli::context::Context;
-use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::simulate::{SceneOptions, SkyModel};
 use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyFrame, SkyGrid, SpectralWindow, VisUnit};
 use cittert_phenomenology::Scene;
@@ -40,9 +40,7 @@ enum Kind {
 
 fn kind(path: &Path) -> Result<Kind> {
     let failed = |e: std::io::Error| Failure::message(format!("{}: cannot read the scene: {e}", path.display()));
-    if path.is_dir() {
-        return Err(Failure::message(format!("{}: it is a directory, expected a scene (FITS, PNG, CSV or TOML)", path.display())));
-    }
+    ensure!(!path.is_dir(), Failure::message(format!("{}: it is a directory, expected a scene (FITS, PNG, CSV or TOML)", path.display())));
     let mut head = Vec::new();
     std::fs::File::open(path).map_err(failed)?.take(16).read_to_end(&mut head).map_err(failed)?;
     Ok(match head.as_slice() {

@@ -1,6 +1,6 @@
 //! The steps of injected errors and of self-calibration.
 
-use super::command::{DIR, Step, plot, relative, strings};
+use super::command::{DIR, Step, plot, relative};
 use super::config::Config;
 use crate::calibrate::{GainMode, StartFrom};
 use crate::cli::sections::{Section, words};
@@ -13,36 +13,28 @@ const SECTION: &str = "Errors and self-calibration";
 ///
 /// `image` holds the words of every image, `clean` the deconvolution of the error-free data, `truth` the path of the image of the scene.
 pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Section<CleanOptions>, truth: Option<&str>) -> Vec<Step> {
-    let mut all = Vec::new();
     let mut set = "vis.uvh5";
     // All three pictures have the colours of the first.
     let picture = |name: &str, caption: &str| {
-        let mut step = plot(SECTION, &format!("{name}-image.fits"), &format!("{name}-like.png"), &[], caption);
-        step.words.extend([format!("--like={DIR}/clean-image.fits"), format!("--title={}", caption.trim_end_matches('.'))]);
-        step
+        let step = plot(SECTION, &format!("{name}-image.fits"), &format!("{name}-like.png"), caption);
+        step.with([format!("--like={DIR}/clean-image.fits"), format!("--title={}", caption.trim_end_matches('.'))])
     };
-    let compare = |name: &str, shift: bool| {
-        let truth = truth?;
-        let mut w = vec!["compare".to_owned(), format!("{DIR}/{name}-image.fits"), truth.to_owned(), "--convolve".into()];
-        w.extend(shift.then(|| "--shift".to_owned()));
-        Some(Step::new(SECTION, format!("compare {name}"), format!("compare.{name}"), w))
+    let compare = |name: &str, shift: Option<String>| {
+        let command = format!("compare {DIR}/{name}-image.fits {DIR}/scene.fits --convolve");
+        truth.map(|_| Step::new(SECTION, format!("compare {name}"), format!("compare.{name}"), &command).with(shift))
     };
-    all.push(picture("clean", "Image of the data without errors."));
+    let mut all = vec![picture("clean", "Image of the data without errors.")];
     if let Some(section) = &config.corrupt {
-        let mut w = strings(&["corrupt", "{dir}/vis.uvh5", "-o", "{dir}/corrupted.uvh5", "--gains", "{dir}/truth.calh5"]);
-        w.extend(words(&section.keys));
-        w.extend(section.options.seed.is_none().then(|| format!("--seed={}", config.seed)));
-        all.push(Step::new(SECTION, "corrupt", "corrupt", w));
+        let seed = section.options.seed.is_none().then(|| format!("--seed={}", config.seed));
+        let step = Step::new(SECTION, "corrupt", "corrupt", "corrupt {dir}/vis.uvh5 -o {dir}/corrupted.uvh5 --gains {dir}/truth.calh5");
+        all.push(step.with(words(&section.keys)).with(seed));
         set = "corrupted.uvh5";
-        let mut w = strings(&["clean", "{dir}/corrupted.uvh5", "--startmod=never"]);
-        w.extend(image.iter().cloned().chain(words(&clean.keys)));
-        w.extend(["-o".into(), format!("{DIR}/corrupted")]);
-        all.push(Step::new(SECTION, "clean the corrupted data", "clean.corrupted", w));
+        let step = Step::new(SECTION, "clean the corrupted data", "clean.corrupted", "clean {dir}/corrupted.uvh5 --startmod=never");
+        all.push(step.with(image.to_vec()).with(words(&clean.keys)).to("corrupted"));
         all.push(picture("corrupted", "Image of the corrupted data."));
-        all.extend(compare("corrupted", false));
+        all.extend(compare("corrupted", None));
     }
     if let Some(section) = &config.selfcal {
-        let mut w = vec!["selfcal".to_owned(), format!("{DIR}/{set}")];
         let mut keys = section.keys.clone();
         for (key, value) in deconvolver(&section.keys, &config.clean, clean) {
             keys.entry(key).or_insert(value);
@@ -52,24 +44,23 @@ pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Se
                 *path = relative(path, folder);
             }
         }
-        w.extend(image.iter().cloned().chain(words(&keys)));
-        w.extend(["-o".into(), format!("{DIR}/selfcal")]);
-        all.push(Step::new(SECTION, "self-calibrate", "selfcal", w));
+        let step = Step::new(SECTION, "self-calibrate", "selfcal", &format!("selfcal {DIR}/{set}"));
+        all.push(step.with(image.to_vec()).with(words(&keys)).to("selfcal"));
         all.push(picture("selfcal", "Image after self-calibration."));
-        all.extend(compare("selfcal", true));
+        all.extend(compare("selfcal", Some("--shift".into())));
         if config.corrupt.is_some() {
             // A model that is made from the data does not fix the position of the sky, and with amplitudes it does not fix the flux.
-            let mut w = strings(&["compare", "{dir}/selfcal.calh5", "{dir}/truth.calh5"]);
             let of = &section.options;
             let free = of.rounds.model.is_none() && of.rounds.start != StartFrom::Point;
-            w.extend(free.then(|| "--gradient".to_owned()));
-            w.extend((of.solve.mode == GainMode::AmpPhase).then(|| "--flux-scale".to_owned()));
-            all.push(Step::new(SECTION, "compare gains", "compare.gains", w));
+            let gradient = free.then(|| "--gradient".to_owned());
+            let scale = (of.solve.mode == GainMode::AmpPhase).then(|| "--flux-scale".to_owned());
+            let step = Step::new(SECTION, "compare gains", "compare.gains", "compare {dir}/selfcal.calh5 {dir}/truth.calh5");
+            all.push(step.with(gradient).with(scale));
         }
-        all.push(plot(SECTION, "selfcal.calh5", "selfcal-gains.png", &[], "Phases of the gains that self-calibration found."));
+        all.push(plot(SECTION, "selfcal.calh5", "selfcal-gains.png", "Phases of the gains that self-calibration found."));
     }
     if config.corrupt.is_some() {
-        all.push(plot(SECTION, "truth.calh5", "true-gains.png", &[], "Phases of the gains that were put in."));
+        all.push(plot(SECTION, "truth.calh5", "true-gains.png", "Phases of the gains that were put in."));
     }
     all
 }

@@ -24,8 +24,27 @@ pub(super) struct Step {
 }
 
 impl Step {
-    pub(super) fn new(section: &'static str, title: impl Into<String>, key: impl Into<String>, words: Vec<String>) -> Self {
+    /// A command whose words are separated by single spaces.
+    pub(super) fn new(section: &'static str, title: impl Into<String>, key: impl Into<String>, command: &str) -> Self {
+        let words = command.split(' ').map(str::to_owned).collect();
         Self { title: title.into(), key: key.into(), section, words, picture: None }
+    }
+
+    /// The step with more words, which may contain spaces.
+    pub(super) fn with(mut self, words: impl IntoIterator<Item = String>) -> Self {
+        self.words.extend(words);
+        self
+    }
+
+    /// The step with an output in the folder of the run.
+    pub(super) fn to(self, output: &str) -> Self {
+        self.with(["-o".to_owned(), format!("{DIR}/{output}")])
+    }
+
+    /// The step with the picture that it makes.
+    pub(super) fn showing(mut self, png: &str, caption: impl Into<String>) -> Self {
+        self.picture = Some((png.to_owned(), caption.into()));
+        self
     }
 
     fn in_dir(&self, dir: &str) -> Vec<String> {
@@ -34,7 +53,8 @@ impl Step {
 
     /// The command as it would be typed, with the output folder `dir`.
     pub(super) fn shown(&self, dir: &str) -> String {
-        shown(&self.in_dir(dir))
+        let words = self.in_dir(dir).into_iter().map(|w| shell_word(&w));
+        std::iter::once("cittert".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
     }
 
     /// Program name and words, with the output folder `dir`.
@@ -43,27 +63,15 @@ impl Step {
     }
 }
 
-pub(super) fn strings(list: &[&str]) -> Vec<String> {
-    list.iter().map(|s| (*s).to_owned()).collect()
-}
-
-pub(super) fn plot(section: &'static str, file: &str, png: &str, options: &[&str], caption: impl Into<String>) -> Step {
-    let mut w = vec!["plot".to_owned(), format!("{DIR}/{file}"), "-o".into(), format!("{DIR}/{png}")];
-    w.extend(strings(options));
-    let mut step = Step::new(section, format!("picture {png}"), "", w);
-    step.picture = Some((png.to_owned(), caption.into()));
-    step
+/// The step that draws a file of the run.
+pub(super) fn plot(section: &'static str, file: &str, png: &str, caption: impl Into<String>) -> Step {
+    Step::new(section, format!("picture {png}"), "", &format!("plot {DIR}/{file}")).to(png).showing(png, caption)
 }
 
 /// A path relative to the configuration. The name of a built-in layout stays as it is.
 pub(super) fn relative(name: &str, folder: &Path) -> String {
     let path = folder.join(name);
     if path.exists() { path.display().to_string() } else { name.to_owned() }
-}
-
-/// A command line as it would be typed.
-fn shown(words: &[String]) -> String {
-    std::iter::once("cittert".to_owned()).chain(words.iter().map(|w| shell_word(w))).collect::<Vec<_>>().join(" ")
 }
 
 /// The results of a step.

@@ -10,34 +10,25 @@ mod steps;
 
 use super::console::Console;
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Result};
+use super::options::ConfigArgs;
 use super::sections::schema;
 use clap::Args;
 use command::{Done, Step};
 use config::Config;
-use serde_json::{Map, Value};
+use serde_json::{Value, json};
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use steps::steps;
 
 /// Options of `run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// The run, as TOML.
-    #[arg(value_name = "CONFIG.toml", required_unless_present = "schema")]
-    config: Option<PathBuf>,
-    /// Folder for everything that the run makes.
-    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["schema", "check"])]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    of: ConfigArgs,
     /// Replace a folder of an earlier run.
     #[arg(long)]
     overwrite: bool,
-    /// Print the JSON schema of the configuration and stop.
-    #[arg(long)]
-    schema: bool,
-    /// Check the configuration, list its commands, and stop.
-    #[arg(long)]
-    check: bool,
 }
 
 /// Run a configuration.
@@ -45,16 +36,14 @@ pub struct RunArgs {
 /// # Errors
 /// The configuration is wrong (the message names the line), or a step failed. The output then does not exist.
 pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
-    if args.schema {
+    if args.of.schema {
         return schema::<Config>();
     }
-    let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
-    let text =
-        std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
+    let (path, text) = args.of.read()?;
     let (config, steps) = check(&text, path)?;
-    let Some(target) = args.output.as_ref().filter(|_| !args.check) else {
+    let Some(target) = args.of.folder() else {
         let lines = commands(&steps, context.subcommands.check)?;
-        return Ok(Outcome::new(serde_json::json!({ "commands": lines }), lines.join("\n")));
+        return Ok(Outcome::new(json!({ "commands": lines }), lines.join("\n")));
     };
     let folder = cittert_formats::atomic::AtomicDir::create(target, args.overwrite, "report.html")?;
     let (here, shown) = (folder.path().display().to_string(), target.display().to_string());
@@ -109,26 +98,16 @@ fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Don
 }
 
 fn metrics(config: &Config, done: &[Done], context: &Context) -> Value {
-    let mut all = Map::new();
-    all.insert("title".into(), config.title.clone().into());
-    all.insert("seed".into(), config.seed.into());
-    all.insert("version".into(), env!("CARGO_PKG_VERSION").into());
-    all.insert("command".into(), context.command_line.clone().into());
+    let mut all = json!({
+        "title": config.title, "seed": config.seed, "version": env!("CARGO_PKG_VERSION"), "command": context.command_line,
+        "seconds": done.iter().map(|d| (d.step.title.clone(), d.seconds.into())).collect::<serde_json::Map<_, _>>(),
+    });
     for d in done.iter().filter(|d| !d.step.key.is_empty()) {
-        // `clean.hogbom` is the entry `hogbom` of the object `clean`.
-        let (group, name) = d.step.key.split_once('.').map_or((d.step.key.as_str(), None), |(g, n)| (g, Some(n)));
-        match name {
-            None => {
-                all.insert(group.into(), d.json.clone());
-            }
-            Some(name) => {
-                if let Value::Object(inner) = all.entry(group).or_insert_with(|| Value::Object(Map::new())) {
-                    inner.insert(name.into(), d.json.clone());
-                }
-            }
+        match d.step.key.split_once('.') {
+            // `clean.hogbom` is the entry `hogbom` of the object `clean`.
+            Some((group, name)) => all[group][name] = d.json.clone(),
+            None => all[&d.step.key] = d.json.clone(),
         }
     }
-    let seconds: Map<String, Value> = done.iter().map(|d| (d.step.title.clone(), d.seconds.into())).collect();
-    all.insert("seconds".into(), seconds.into());
-    Value::Object(all)
+    all
 }

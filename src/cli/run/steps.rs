@@ -1,63 +1,49 @@
 //! From the sections of a configuration to the command lines of its steps.
 
-use super::command::{DIR, Step, plot, relative, strings};
+use super::command::{DIR, Step, plot, relative};
 use super::config::Config;
-use crate::cli::failure::{Failure, Result};
-use crate::cli::sections::{Section, words};
+use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::sections::{Section, words, words_of};
 use std::path::Path;
 
 /// All steps of a configuration whose file is in `folder`.
 ///
 /// # Errors
-/// The scene has no file.
+/// The scene has no file, or an option of the images is out of its range.
 pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
-    let mut all = Vec::new();
+    config.image.options.check().context("image")?;
     let layout = relative(&config.layout.name, folder);
     let Some(file) = &config.scene.options.file else {
         return Err(Failure::message("scene: a run needs a file; points are for studies"));
     };
     let scene_file = relative(&file.display().to_string(), folder);
-    let simulate = &config.simulate.keys;
-    let seed = format!("--seed={}", config.seed);
-
-    let mut show = strings(&["layout", "show", &layout]);
-    show.extend(words(simulate).into_iter().filter(|w| w.starts_with("--freq=")));
-    all.push(Step::new("Array", "layout", "layout", show));
-    let mut picture = Step::new("Array", "picture layout.png", "", strings(&["plot", &layout, "-o", "{dir}/layout.png"]));
-    picture.picture = Some(("layout.png".into(), "Antenna positions.".into()));
-    all.push(picture);
-
-    let mut scene = words(&config.scene.keys);
-    scene.retain(|w| !w.starts_with("--file="));
-    scene.insert(0, format!("--scene={scene_file}"));
-    let mut sim = vec!["simulate".to_owned(), format!("--layout={layout}")];
-    sim.extend(scene);
-    sim.extend(words(simulate));
-    sim.extend([seed, "-o".into(), format!("{DIR}/vis.uvh5")]);
-    all.push(Step::new("Visibilities", "simulate", "simulate", sim));
-    all.push(plot("Visibilities", "vis.uvh5", "uv.png", &["--what=uv"], "u-v coverage; each channel adds its own ring."));
-    all.push(plot(
-        "Visibilities",
-        "vis.uvh5",
-        "visibilities.png",
-        &["--what=visibilities"],
-        "Amplitude and phase against baseline length.",
-    ));
-
-    let image = words(&config.image.keys);
-    all.extend(mask(config, &layout));
-    let with_image = |mut w: Vec<String>| {
-        w.extend(image.iter().cloned());
-        w
-    };
-    let beam = with_image(strings(&["beam", "{dir}/vis.uvh5", "-o", "{dir}/psf.fits"]));
-    all.push(Step::new("Dirty beam and dirty image", "beam", "beam", beam));
-    all.push(plot("Dirty beam and dirty image", "psf.fits", "psf.png", &[], "Dirty beam."));
-    let dirty = with_image(strings(&["dirty", "{dir}/vis.uvh5", "-o", "{dir}/dirty.fits"]));
-    all.push(Step::new("Dirty beam and dirty image", "dirty", "dirty", dirty));
-    all.push(plot("Dirty beam and dirty image", "dirty.fits", "dirty.png", &[], "Dirty image."));
-
-    let truth = all_truth(config, &scene_file, &mut all);
+    let (simulate, image) = (&config.simulate.keys, words(&config.image.keys));
+    let mut all = Vec::new();
+    // A source list has no image.
+    let truth = (!scene_file.to_ascii_lowercase().ends_with(".csv")).then(|| format!("{DIR}/scene.fits"));
+    if truth.is_some() {
+        let scene = words_of(&config.scene.keys, |key| !["file", "scene-channels"].contains(&key));
+        let seen = words_of(simulate, |key| ["freq", "bandwidth", "phase-center"].contains(&key));
+        let render = Step::new("Scene", "scene", "scene", "scene render").with([scene_file.clone()]);
+        all.push(render.with(scene).with(seen).to("scene.fits"));
+        all.push(plot("Scene", "scene.fits", "scene.png", "The scene."));
+    }
+    let show = Step::new("Array", "layout", "layout", "layout show").with([layout.clone()]);
+    all.push(show.with(words_of(simulate, |key| key == "freq")));
+    let picture = Step::new("Array", "picture layout.png", "", "plot").with([layout.clone()]);
+    all.push(picture.to("layout.png").showing("layout.png", "Antenna positions."));
+    let sim = Step::new("Visibilities", "simulate", "simulate", "simulate").with([format!("--layout={layout}")]);
+    let sim = sim.with([format!("--scene={scene_file}")]).with(words_of(&config.scene.keys, |key| key != "file"));
+    all.push(sim.with(words(simulate)).with([format!("--seed={}", config.seed)]).to("vis.uvh5"));
+    let uv = plot("Visibilities", "vis.uvh5", "uv.png", "u-v coverage; each channel adds its own ring.");
+    all.push(uv.with(["--what=uv".into()]));
+    all.push(plot("Visibilities", "vis.uvh5", "visibilities.png", "Amplitude and phase against baseline length."));
+    all.extend(mask(config, layout));
+    const DIRTY: &str = "Dirty beam and dirty image";
+    all.push(Step::new(DIRTY, "beam", "beam", "beam {dir}/vis.uvh5").to("psf.fits").with(image.clone()));
+    all.push(plot(DIRTY, "psf.fits", "psf.png", "Dirty beam."));
+    all.push(Step::new(DIRTY, "dirty", "dirty", "dirty {dir}/vis.uvh5").to("dirty.fits").with(image.clone()));
+    all.push(plot(DIRTY, "dirty.fits", "dirty.png", "Dirty image."));
     let mut cleans = config.clean.clone();
     let calibrated = config.corrupt.is_some() || config.selfcal.is_some();
     if calibrated && cleans.is_empty() {
@@ -70,18 +56,13 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
         let twin = cleans[..i].iter().filter(|c| c.options.algorithm == algorithm).count();
         let name = if twin == 0 { algorithm.to_string() } else { format!("{algorithm}{}", twin + 1) };
         let prefix = if i == 0 { "clean".to_owned() } else { format!("clean-{name}") };
-        let mut w = with_image(vec!["clean".to_owned(), format!("{DIR}/vis.uvh5")]);
-        w.extend(words(&clean.keys));
-        w.extend(["-o".into(), format!("{DIR}/{prefix}")]);
-        all.push(Step::new("Deconvolution", format!("clean by {name}"), format!("clean.{name}"), w));
-        let caption = format!("Restored image, {name}.");
-        all.push(plot("Deconvolution", &format!("{prefix}-image.fits"), &format!("{prefix}-image.png"), &[], caption));
-        let caption = format!("Residual, {name}.");
-        all.push(plot("Deconvolution", &format!("{prefix}-residual.fits"), &format!("{prefix}-residual.png"), &["--symmetric"], caption));
-        if let Some(truth) = &truth {
-            let compare = vec!["compare".to_owned(), format!("{DIR}/{prefix}-image.fits"), truth.clone(), "--convolve".into()];
-            all.push(Step::new("Comparison with the truth", format!("compare {name}"), format!("compare.{name}"), compare));
-        }
+        let draw =
+            |what: &str, caption: String| plot("Deconvolution", &format!("{prefix}-{what}.fits"), &format!("{prefix}-{what}.png"), caption);
+        let step = Step::new("Deconvolution", format!("clean by {name}"), format!("clean.{name}"), "clean {dir}/vis.uvh5");
+        all.push(step.with(image.clone()).with(words(&clean.keys)).to(&prefix));
+        all.push(draw("image", format!("Restored image, {name}.")));
+        all.push(draw("residual", format!("Residual, {name}.")).with(["--symmetric".into()]));
+        all.extend(compare(&name, &format!("{prefix}-image.fits"), truth.as_deref()).map(|step| step.with(["--convolve".into()])));
     }
     all.extend(mem(config, folder, &image, truth.as_deref()));
     if let Some(first) = cleans.first().filter(|_| calibrated) {
@@ -90,60 +71,37 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     Ok(all)
 }
 
+/// The comparison of an image with the scene, where the scene has an image.
+fn compare(name: &str, image: &str, truth: Option<&str>) -> Option<Step> {
+    let step = Step::new("Comparison with the truth", format!("compare {name}"), format!("compare.{name}"), "compare");
+    Some(step.with([format!("{DIR}/{image}"), truth?.to_owned()]))
+}
+
 /// The image of maximum entropy. It needs no restoring beam, so it is compared with the scene without convolution.
 fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) -> Vec<Step> {
     const SECTION: &str = "Maximum entropy";
     let Some(section) = &config.mem else { return Vec::new() };
-    let mut w = strings(&["mem", "{dir}/vis.uvh5"]);
-    w.extend(image.iter().cloned());
-    w.extend(words(&section.keys).into_iter().map(|word| match word.split_once('=') {
+    let own = words(&section.keys).into_iter().map(|word| match word.split_once('=') {
         Some((key @ ("--prior" | "--mask"), file)) => format!("{key}={}", relative(file, folder)),
         _ => word,
-    }));
-    w.extend(strings(&["-o", "{dir}/mem"]));
+    });
     let mut all = vec![
-        Step::new(SECTION, "mem", "mem", w),
-        plot(SECTION, "mem-model.fits", "mem-model.png", &[], "Image of maximum entropy, unconvolved."),
-        plot(SECTION, "mem-residual.fits", "mem-residual.png", &["--symmetric"], "Residual of the dirty image."),
+        Step::new(SECTION, "mem", "mem", "mem {dir}/vis.uvh5").with(image.to_vec()).with(own).to("mem"),
+        plot(SECTION, "mem-model.fits", "mem-model.png", "Image of maximum entropy, unconvolved."),
+        plot(SECTION, "mem-residual.fits", "mem-residual.png", "Residual of the dirty image.").with(["--symmetric".into()]),
     ];
-    if let Some(truth) = truth {
-        let w = strings(&["compare", "{dir}/mem-model.fits", truth]);
-        all.push(Step::new("Comparison with the truth", "compare mem", "compare.mem", w));
-    }
+    all.extend(compare("mem", "mem-model.fits", truth));
     all
 }
 
 /// The mask of the array and its channels on the FFT grid.
-fn mask(config: &Config, layout: &str) -> Option<Step> {
-    let mut w = vec!["mask".to_owned(), layout.to_owned()];
+fn mask(config: &Config, layout: String) -> Option<Step> {
     let (own, image) = (config.mask.as_ref()?, &config.image.options);
-    w.extend(own.size.or(image.size).map(|size| format!("--size={size}")));
-    w.extend(own.cell.or(image.cell).map(|cell| format!("--cell={cell}")));
+    let size = own.size.or(image.size).map(|size| format!("--size={size}"));
+    let cell = own.cell.or(image.cell).map(|cell| format!("--cell={cell}"));
     // The band and the track are those of the visibilities.
-    let mut keys = config.simulate.keys.clone();
     let shared = ["freq", "bandwidth", "channels", "phase-center", "start", "duration", "hour-angle", "integration", "elevation-limit"];
-    keys.retain(|key, _| shared.contains(&key));
-    w.extend(words(&keys));
-    w.extend(["-o".into(), format!("{DIR}/mask.fits")]);
-    let mut step = Step::new("Visibilities", "mask", "mask", w);
-    step.picture = Some(("mask.png".into(), "Cells of the FFT grid that the baselines and channels fill.".into()));
-    Some(step)
-}
-
-/// Adds the step that makes an image of the scene, and returns the path of that image. A source list has none.
-fn all_truth(config: &Config, scene_file: &str, all: &mut Vec<Step>) -> Option<String> {
-    let lower = scene_file.to_ascii_lowercase();
-    if lower.ends_with(".csv") {
-        return None;
-    }
-    let mut w = vec!["scene".to_owned(), "render".into(), scene_file.to_owned()];
-    w.extend(words(&config.scene.keys).into_iter().filter(|x| !x.starts_with("--file=") && x != "--scene-channels"));
-    let sim = words(&config.simulate.keys);
-    w.extend(sim.into_iter().filter(|x| ["--freq=", "--bandwidth=", "--phase-center="].iter().any(|p| x.starts_with(p))));
-    w.extend(["-o".into(), format!("{DIR}/scene.fits")]);
-    let mut picture = plot("Scene", "scene.fits", "scene.png", &[], "The scene.");
-    picture.section = "Scene";
-    all.insert(0, picture);
-    all.insert(0, Step::new("Scene", "scene", "scene", w));
-    Some(format!("{DIR}/scene.fits"))
+    let seen = words_of(&config.simulate.keys, |key| shared.contains(&key));
+    let step = Step::new("Visibilities", "mask", "mask", "mask").with([layout]).with(size).with(cell).with(seen).to("mask.fits");
+    Some(step.showing("mask.png", "Cells of the FFT grid that the baselines and channels fill."))
 }

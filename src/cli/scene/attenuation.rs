@@ -104,7 +104,7 @@ impl AttenuationArgs {
     fn outputs(&self, row: &AttenuationRow, parcel: &Parcel, rain: &dyn RainModel) -> Result<Vec<(&'static str, f64)>> {
         let mean = 0.5 * (row.rain_h_db_per_km + row.rain_v_db_per_km);
         let along = self.tilted(row.freq_ghz, parcel.rain_mm_h)?.unwrap_or(mean);
-        let mut values: Vec<_> = AttenuationRow::COLUMNS.into_iter().zip(row.values()).skip(1).collect();
+        let mut values: Vec<_> = row.columns().into_iter().skip(1).collect();
         // The total contains the rain of the selected polarisation.
         if along != mean {
             values[0].1 += along - mean;

@@ -1,7 +1,7 @@
 //! `scene convert`: convert a scene of solids between TOML and the text of bodies and regions. `scene schema`: the keys of the TOML.
 
 use crate::cli::context::{Context, Outcome};
-use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::cli::options::{OutputArgs, pictures_beside, scene_text};
 use cittert_phenomenology::SolidScene;
 use cittert_phenomenology::geometry::{Geometry, looks_like_bodies, read_text, write_text};
@@ -26,6 +26,10 @@ pub(crate) struct ConvertArgs {
     #[arg(long)]
     overwrite: bool,
 }
+
+/// `scene schema` has no options.
+#[derive(Debug, Args)]
+pub(crate) struct SchemaArgs {}
 
 /// Convert a scene. A text holds bodies, regions and the names of their surfaces. Assemblies are therefore written as placed bodies, and
 /// camera, ground, atmosphere, layers and the surfaces of single faces are not written.
@@ -52,9 +56,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         };
         (written, model.bodies.len(), model.regions.len())
     } else {
-        if args.name.is_some() {
-            return Err(Failure::usage("--name is for a text of bodies and regions; a scene in TOML has a name already"));
-        }
+        ensure!(args.name.is_none(), Failure::usage("--name is for a text of bodies and regions; a scene in TOML has a name already"));
         let scene = SolidScene::from_toml_with(&text, &pictures_beside(&args.input)).context(named())?;
         let written = if to_toml { scene.to_toml().context(named())? } else { scene.to_text() };
         (written, scene.geometry().bodies().len(), scene.geometry().regions().len())
@@ -70,7 +72,5 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 /// # Errors
 /// None in practice: the schema is JSON.
 pub(super) fn schema() -> Result<Outcome> {
-    let schema = serde_json::to_value(schemars::schema_for!(SceneFile))?;
-    let text = serde_json::to_string_pretty(&schema)?;
-    Ok(Outcome::new(schema, text))
+    crate::cli::sections::schema::<SceneFile>()
 }

@@ -5,9 +5,9 @@ use super::surface::SurfaceArgs;
 use super::table::{Picture, PlotArgs, Table};
 use super::values::{check_rows, exact};
 use crate::cli::context::Outcome;
-use crate::cli::failure::{Failure, Result};
+use crate::cli::failure::{Failure, Result, ensure};
 use cittert_arrays::quantity::{Angle, Frequency, Temperature};
-use cittert_phenomenology::surfaces::{Roughness, Sky, emissivity_rows};
+use cittert_phenomenology::surfaces::{Roughness, Sky, SurfaceModel};
 use clap::Args;
 
 /// Options of `scene emissivity`.
@@ -41,30 +41,31 @@ pub(crate) struct EmissivityArgs {
 pub(super) fn run(args: &EmissivityArgs) -> Result<Outcome> {
     args.plot.check()?;
     let sky_k = args.sky.si();
-    if !(sky_k >= 0.0) {
-        return Err(Failure::message(format!("sky temperature is {sky_k} K, expected at least 0 K")));
-    }
+    ensure!(sky_k >= 0.0, Failure::message(format!("sky temperature is {sky_k} K, expected at least 0 K")));
     check_rows(&[&[args.freq.len(), args.angle.len()][..], &args.surface.material.lengths()].concat())?;
     let freqs_hz: Vec<f64> = args.freq.iter().map(|f| exact(f.si())).collect();
     let angles_rad: Vec<f64> = args.angle.iter().map(|a| a.si()).collect();
     let (sky, extrapolation) = (|_: f64| sky_k, args.surface.material.extrapolation());
     let mut table = Table::default();
     for s in args.surface.surfaces()? {
-        let rows =
-            emissivity_rows(&s.description, args.rough, &freqs_hz, &angles_rad, args.azimuth.si(), Sky::Symmetric(&sky), extrapolation);
-        for row in with_hint(rows)? {
-            let inputs = [("freq_ghz", exact(row.freq_ghz).into()), ("angle_deg", exact(row.angle_deg).into())];
-            let outputs = [
-                ("emissivity_h", row.emissivity_h),
-                ("emissivity_v", row.emissivity_v),
-                ("reflectivity_h", row.reflectivity_h),
-                ("reflectivity_v", row.reflectivity_v),
-                ("emitted_h_k", row.emitted_h_k),
-                ("emitted_v_k", row.emitted_v_k),
-                ("brightness_h_k", row.brightness_h_k),
-                ("brightness_v_k", row.brightness_v_k),
-            ];
-            table.push(inputs.into_iter().chain(s.cells.clone()), outputs)?;
+        for &freq_hz in &freqs_hz {
+            let model = SurfaceModel::new(with_hint(s.description.resolve(freq_hz, extrapolation))?, args.rough);
+            for angle_rad in &angles_rad {
+                let r = with_hint(model.response(*angle_rad, args.azimuth.si(), Sky::Symmetric(&sky)))?;
+                let [brightness_h_k, brightness_v_k] = r.brightness_k();
+                let inputs = [("freq_ghz", exact(freq_hz / 1e9).into()), ("angle_deg", exact(angle_rad.to_degrees()).into())];
+                let outputs = [
+                    ("emissivity_h", r.emissivity[0]),
+                    ("emissivity_v", r.emissivity[1]),
+                    ("reflectivity_h", r.reflectivity[0]),
+                    ("reflectivity_v", r.reflectivity[1]),
+                    ("emitted_h_k", r.emitted_k[0]),
+                    ("emitted_v_k", r.emitted_k[1]),
+                    ("brightness_h_k", brightness_h_k),
+                    ("brightness_v_k", brightness_v_k),
+                ];
+                table.push(inputs.into_iter().chain(s.cells.clone()), outputs)?;
+            }
         }
     }
     table.finish(&args.plot, &Picture { title: "Emissivity", columns: &["emissivity_h", "emissivity_v"], label: "emissivity" })

@@ -2,7 +2,7 @@
 
 use super::image::MeshArgs;
 use crate::cli::context::{Context, Outcome};
-use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::cli::options::{TracerArgs, read_scene, scene_text};
 use crate::plot;
 use crate::progress::{Event, Observer};
@@ -62,9 +62,7 @@ const NUMBERS: &str = "flight.json";
 /// # Errors
 /// A path or scene that is wrong, a camera inside a solid, or an error of the file system.
 pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
-    if args.tracer.pol.len() != 1 {
-        return Err(Failure::usage("scene fly renders one plane; give one --pol"));
-    }
+    ensure!(args.tracer.pol.len() == 1, Failure::usage("scene fly renders one plane; give one --pol"));
     let flight = Flight::from_toml(&scene_text(&args.path)?).context(args.path.display())?;
     let scene = scene(args, &flight)?;
     let base = if args.size == 0 { scene.camera()?.clone() } else { scene.camera()?.with_side(args.size) };

@@ -1,14 +1,12 @@
 //! The options of `scene render`, and the image that it writes and describes.
 
 use crate::cli::context::Outcome;
-use crate::cli::failure::Result;
 use crate::cli::options::{OutputArgs, TracerArgs};
 use cittert_arrays::Image;
 use cittert_arrays::quantity::{Angle, Frequency, Temperature};
-use cittert_formats::fits::{ImageOptions, write_image};
 use cittert_phenomenology::trace::MeshOptions;
 use clap::{Args, ValueEnum};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The mesh of the real-time mode.
 #[derive(Debug, Clone, Copy, Args)]
@@ -94,12 +92,6 @@ impl RenderArgs {
     /// Paths of the maps beside the temperature.
     pub(super) fn maps(&self) -> [Option<&PathBuf>; 3] {
         [self.range.as_ref(), self.incidence.as_ref(), self.material.as_ref()]
-    }
-
-    /// Write an image or a map with a last line of history.
-    pub(super) fn write(&self, path: &Path, image: &mut Image, history: String) -> Result<()> {
-        image.history.push(history);
-        Ok(write_image(path, image, ImageOptions { overwrite: self.out.overwrite, ..ImageOptions::default() })?)
     }
 
     /// Whether an option needs the ray tracer.

@@ -3,7 +3,7 @@
 use crate::cli::context::Outcome;
 use crate::cli::failure::Result;
 use cittert_phenomenology::atmosphere::{ATMOSPHERES, GAS_MODELS, GEOMETRIES, LAYER_KINDS, RAIN_MODELS};
-use cittert_phenomenology::dielectrics::{Bands, DielectricError, MODELS, Material, Model, SoilTexture};
+use cittert_phenomenology::dielectrics::{DielectricError, Material, Model, SoilTexture};
 use cittert_phenomenology::surfaces::ROUGHNESS_KINDS;
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
@@ -85,7 +85,7 @@ fn entries(kind: Kind) -> Result<Vec<Entry>, DielectricError> {
         Kind::Layers => LAYER_KINDS.iter().map(|l| Entry::new(l.name, l.summary, json!({ "unit": l.unit }))).collect(),
         Kind::Geometries => GEOMETRIES.iter().map(|(name, _, summary)| Entry::new(name, *summary, json!({}))).collect(),
         Kind::Materials => Material::all().iter().map(material).collect(),
-        Kind::Models => MODELS.iter().map(model).collect(),
+        Kind::Models => Model::all().iter().map(model).collect(),
         Kind::Textures => SoilTexture::all()?.iter().map(texture).collect(),
         Kind::Surfaces => ROUGHNESS_KINDS
             .iter()
@@ -108,10 +108,7 @@ fn material(m: &Material) -> Entry {
 }
 
 fn model(m: &Model) -> Entry {
-    let band = match m.bands {
-        Bands::Fixed(b) => format!("{}-{} GHz", b.min_ghz, b.max_ghz),
-        Bands::OfMaterial(_) => "bands by material".to_owned(),
-    };
+    let band = m.bands.first().map_or_else(|| "bands by material".to_owned(), |b| format!("{}-{} GHz", b.min_ghz, b.max_ghz));
     let ranges = m.ranges.iter().map(|r| format!("{} {} to {} {}", r.parameter, r.min, r.max, r.parameter.unit()));
     let range = std::iter::once(band).chain(ranges).collect::<Vec<_>>().join(", ");
     let describes = format!("{}; {range}; {}", m.describes, m.reference);

@@ -6,7 +6,7 @@ use super::values::{check_rows, exact};
 use crate::cli::context::Outcome;
 use crate::cli::failure::Result;
 use cittert_arrays::quantity::Frequency;
-use cittert_phenomenology::dielectrics::{Parameter, permittivity_rows};
+use cittert_phenomenology::dielectrics::Parameter;
 use clap::Args;
 
 /// Options of `scene permittivity`.
@@ -32,21 +32,22 @@ pub(super) fn run(args: &PermittivityArgs) -> Result<Outcome> {
     let freqs_hz: Vec<f64> = args.freq.iter().map(|f| exact(f.si())).collect();
     let mut table = Table::default();
     for state in &sample.states {
-        let rows = permittivity_rows(sample.material, sample.model, &[*state], &freqs_hz, args.material.extrapolation());
-        for row in with_hint(rows.map_err(Into::into))? {
+        for &freq_hz in &freqs_hz {
+            let p = sample.material.evaluate(sample.model, state, freq_hz, args.material.extrapolation());
+            let p = with_hint(p.map_err(Into::into))?;
             let inputs = [
-                ("material", row.material.into()),
-                ("model", row.model.into()),
-                ("freq_ghz", exact(row.freq_ghz).into()),
-                ("temperature_k", row.temperature_k.into()),
+                ("material", sample.material.name.into()),
+                ("model", p.model.name.into()),
+                ("freq_ghz", exact(freq_hz / 1e9).into()),
+                ("temperature_k", state.temperature_k.into()),
                 ("salinity_psu", sample.cell(state, Parameter::Salinity)),
                 ("moisture", sample.cell(state, Parameter::Moisture)),
                 ("density_kg_m3", sample.cell(state, Parameter::Density)),
                 ("sand", sample.cell(state, Parameter::Sand)),
                 ("clay", sample.cell(state, Parameter::Clay)),
-                ("extended", Cell::Flag(row.extended)),
+                ("extended", Cell::Flag(p.extended)),
             ];
-            table.push(inputs, [("eps_real", row.eps_real), ("eps_loss", row.eps_loss)])?;
+            table.push(inputs, [("eps_real", p.eps.re), ("eps_loss", -p.eps.im)])?;
         }
     }
     let title = format!("Permittivity of {}", sample.material.name);

@@ -24,7 +24,7 @@ pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     if args.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
         && let Scene::Solids(scene) = read_scene(&args.scene)?
     {
-        return solids::run(args, *scene, &center, &spectrum, context);
+        return solids::run(args, *scene, (&center, &spectrum), context);
     }
     if args.asks_tracer() {
         return Err(Failure::usage(format!(
@@ -46,6 +46,6 @@ pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     let Some(mut image) = loaded.sky.images.into_iter().next() else {
         return Err(Failure::message(format!("{}: a source list has no pixels to render", args.scene.display())));
     };
-    args.write(&args.out.output, &mut image, context.history())?;
+    args.out.image(&args.out.output, &mut image, context)?;
     Ok(outcome(&image, &loaded.name, args))
 }

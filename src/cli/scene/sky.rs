@@ -6,7 +6,7 @@ use super::values::{check_rows, degrees, exact, ghz};
 use crate::cli::context::Outcome;
 use crate::cli::failure::Result;
 use cittert_arrays::quantity::{Angle, Frequency, Length, Temperature};
-use cittert_phenomenology::atmosphere::{Geometry, SkyRow};
+use cittert_phenomenology::atmosphere::Geometry;
 use clap::Args;
 
 /// Options of `scene sky`.
@@ -54,7 +54,7 @@ pub(super) fn run(args: &SkyArgs) -> Result<Outcome> {
             None => air.sky(&freqs, &zeniths, geometry)?,
         };
         for row in rows {
-            let mut values = SkyRow::COLUMNS.into_iter().zip(row.values());
+            let mut values = row.columns().into_iter();
             let inputs = values.by_ref().take(2).map(|(name, value)| (name, value.into()));
             table.push(names.clone().into_iter().chain(inputs).collect::<Vec<_>>(), values)?;
         }

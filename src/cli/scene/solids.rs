@@ -2,7 +2,7 @@
 
 use super::image::{Mode, RenderArgs, outcome};
 use crate::cli::context::{Context, Outcome};
-use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::progress::{Event, Observer};
 use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyGrid, SpectralWindow};
 use cittert_phenomenology::camera::Projection;
@@ -12,6 +12,15 @@ use ndarray::{Array2, Axis};
 use std::path::Path;
 use std::time::Instant;
 
+/// A scene of solids, ready to be rendered.
+struct Job<'a> {
+    args: &'a RenderArgs,
+    scene: SolidScene,
+    view: View,
+    options: RenderOptions,
+    context: &'a Context,
+}
+
 /// Render a scene of solids.
 ///
 /// # Errors
@@ -19,31 +28,26 @@ use std::time::Instant;
 pub(super) fn run(
     args: &RenderArgs,
     scene: SolidScene,
-    center: &PhaseCenter,
-    spectrum: &SpectralWindow,
+    (center, spectrum): (&PhaseCenter, &SpectralWindow),
     context: &Context,
 ) -> Result<Outcome> {
-    let named = || args.scene.display().to_string();
-    let scene = args.tracer.scene(scene).context(named())?;
-    let view = view(args, &scene, center).context(named())?;
-    let options = args.tracer.options(spectrum.n_chan() > 1);
+    let named = args.scene.display();
+    let scene = args.tracer.scene(scene).context(&named)?;
+    let view = view(args, &scene, center).context(&named)?;
+    let job = Job { args, scene, view, options: args.tracer.options(spectrum.n_chan() > 1), context };
     if args.mode == Mode::Realtime {
-        return realtime(args, &scene, &view, spectrum, &options, context);
+        return job.realtime(spectrum);
     }
-    if args.error_map.is_some() {
-        return Err(Failure::usage("--error-map compares the real-time mode with the full model; give it with --mode realtime"));
-    }
-    let picture = full(&scene, &view, spectrum, &options, context).context(named())?;
+    ensure!(
+        args.error_map.is_none(),
+        Failure::usage("--error-map compares the real-time mode with the full model; give it with --mode realtime")
+    );
+    let picture = job.full(spectrum).context(&named)?;
     let mut image = picture.temperature.clone();
-    note_projection(&mut image, args, &scene);
-    args.write(&args.out.output, &mut image, context.history())?;
-    let mut outcome = outcome(&image, scene.name(), args);
+    let mut outcome = job.write(&mut image)?;
     outcome.json["rays"] = picture.rays.into();
-    for (path, map) in args.maps().into_iter().zip(maps(picture)) {
-        if let Some(path) = path {
-            map.write(args, path, &image, context)?;
-            outcome = outcome.wrote(path);
-        }
+    for (path, map) in args.maps().into_iter().zip(maps(picture)).filter_map(|(path, map)| Some((path?, map))) {
+        outcome = job.map(path, map, &image, outcome)?;
     }
     Ok(outcome)
 }
@@ -59,65 +63,70 @@ fn view(args: &RenderArgs, scene: &SolidScene, center: &PhaseCenter) -> Result<V
     })
 }
 
-fn full(scene: &SolidScene, view: &View, spectrum: &SpectralWindow, options: &RenderOptions, context: &Context) -> Result<Picture> {
-    let passes = if options.antialias > 1 { 2 } else { 1 };
-    let rows = (passes * view.grid().n_m) as u64;
-    context.console.event(Event::Phase { name: "tracing", total: Some(rows), unit: "rows" });
-    let tell = |_: usize, _: usize| context.console.event(Event::Advance(1));
-    let picture = scene.picture_observed(view, spectrum, options, Some(&tell));
-    context.console.event(Event::Done);
-    Ok(picture?)
-}
-
-/// Render one frame in the real-time mode, with its error map if the options select one.
-fn realtime(
-    args: &RenderArgs,
-    scene: &SolidScene,
-    view: &View,
-    spectrum: &SpectralWindow,
-    options: &RenderOptions,
-    context: &Context,
-) -> Result<Outcome> {
-    if options.polarizations.len() != 1 || options.per_channel || args.maps().iter().any(Option::is_some) {
-        return Err(Failure::usage("--mode realtime renders one plane: give one --pol and one channel, and use --mode full for maps"));
+impl Job<'_> {
+    /// The image of the full model, with its maps.
+    fn full(&self, spectrum: &SpectralWindow) -> Result<Picture> {
+        let passes = if self.options.antialias > 1 { 2 } else { 1 };
+        let rows = (passes * self.view.grid().n_m) as u64;
+        self.context.console.event(Event::Phase { name: "tracing", total: Some(rows), unit: "rows" });
+        let tell = |_: usize, _: usize| self.context.console.event(Event::Advance(1));
+        let picture = self.scene.picture_observed(&self.view, spectrum, &self.options, Some(&tell));
+        self.context.console.event(Event::Done);
+        Ok(picture?)
     }
-    let named = || args.scene.display().to_string();
-    let tracer = Tracer::new(scene, &[spectrum.mean_hz()], options).context(named())?;
-    let mesh = args.mesh.options(options.antialias > 1);
-    let started = Instant::now();
-    let frame = tracer.frame(view, &mesh).context(named())?;
-    let seconds = started.elapsed().as_secs_f64();
-    let band = mean_band(spectrum)?;
-    let data = frame.temperature_k.clone().insert_axis(Axis(0)).insert_axis(Axis(0));
-    let mut image = Image::new(view.grid().clone(), band.clone(), options.polarizations.clone(), data, BrightnessUnit::Kelvin)?;
-    image.object = scene.name().to_owned();
-    note_projection(&mut image, args, scene);
-    args.write(&args.out.output, &mut image, context.history())?;
-    let mut outcome = outcome(&image, scene.name(), args);
-    outcome.json["rays"] = frame.rays.into();
-    outcome.json["frame_s"] = seconds.into();
-    outcome.json["table_error_k"] = tracer.table_error_k().into();
-    outcome.text += &format!(
-        "\n{} rays for {} pixels, {:.1} ms, tables within {:.4} K",
-        frame.rays,
-        image.data.len(),
-        1e3 * seconds,
-        tracer.table_error_k()
-    );
-    if let Some(path) = &args.error_map {
-        let picture = full(scene, view, &band, options, context).context(named())?;
+
+    /// Write the temperatures, and describe them.
+    fn write(&self, image: &mut Image) -> Result<Outcome> {
+        // All images but those of a pinhole camera have direction cosines.
+        if self.args.scene_cell.is_none() && self.scene.camera().is_ok_and(|c| c.projection == Projection::Pinhole) {
+            image.history.push("pinhole camera: the axes are tangents, not direction cosines".into());
+        }
+        self.args.out.image(&self.args.out.output, image, self.context)?;
+        Ok(outcome(image, self.scene.name(), self.args))
+    }
+
+    /// Write a map on the grid of an image.
+    fn map(&self, path: &Path, map: Map, image: &Image, outcome: Outcome) -> Result<Outcome> {
+        let data = map.plane.insert_axis(Axis(0)).insert_axis(Axis(0));
+        let mut out = Image::new(image.grid.clone(), mean_band(&image.spectrum)?, vec![Polarization::I], data, map.unit)?;
+        out.object.clone_from(&image.object);
+        out.history.push(map.meaning);
+        self.args.out.image(path, &mut out, self.context)?;
+        Ok(outcome.wrote(path))
+    }
+
+    /// Render one frame in the real-time mode, with its error map if the options select one.
+    fn realtime(&self, spectrum: &SpectralWindow) -> Result<Outcome> {
+        let (args, options, named) = (self.args, &self.options, self.args.scene.display());
+        if options.polarizations.len() != 1 || options.per_channel || args.maps().iter().any(Option::is_some) {
+            return Err(Failure::usage("--mode realtime renders one plane: give one --pol and one channel, and use --mode full for maps"));
+        }
+        let tracer = Tracer::new(&self.scene, &[spectrum.mean_hz()], options).context(&named)?;
+        let started = Instant::now();
+        let frame = tracer.frame(&self.view, &args.mesh.options(options.antialias > 1)).context(&named)?;
+        let seconds = started.elapsed().as_secs_f64();
+        let band = mean_band(spectrum)?;
+        let data = frame.temperature_k.clone().insert_axis(Axis(0)).insert_axis(Axis(0));
+        let grid = self.view.grid().clone();
+        let mut image = Image::new(grid, band.clone(), options.polarizations.clone(), data, BrightnessUnit::Kelvin)?;
+        image.object = self.scene.name().to_owned();
+        let mut outcome = self.write(&mut image)?;
+        let (rays, pixels, table_error_k) = (frame.rays, image.data.len(), tracer.table_error_k());
+        outcome.json["rays"] = rays.into();
+        outcome.json["frame_s"] = seconds.into();
+        outcome.json["table_error_k"] = table_error_k.into();
+        outcome.text += &format!("\n{rays} rays for {pixels} pixels, {:.1} ms, tables within {table_error_k:.4} K", 1e3 * seconds);
+        let Some(path) = &args.error_map else { return Ok(outcome) };
+        let picture = self.full(&band).context(&named)?;
         let Some((map, rms_k)) = error_map(&frame, picture.temperature.plane(0, 0)) else {
             return Err(Failure::message("the frame and the full model have different sizes"));
         };
-        let worst = map.iter().fold(0.0_f64, |a, d| a.max(d.abs()));
-        let meaning = format!("real-time mode minus full model, K; rms {rms_k:.4} K");
-        Map { plane: map, unit: BrightnessUnit::Kelvin, meaning }.write(args, path, &image, context)?;
         outcome.json["error_rms_k"] = rms_k.into();
-        outcome.json["error_max_k"] = worst.into();
+        outcome.json["error_max_k"] = map.iter().fold(0.0_f64, |a, d| a.max(d.abs())).into();
         outcome.text += &format!("\nreal-time mode minus full model: {rms_k:.3} K rms");
-        outcome = outcome.wrote(path);
+        let meaning = format!("real-time mode minus full model, K; rms {rms_k:.4} K");
+        self.map(path, Map { plane: map, unit: BrightnessUnit::Kelvin, meaning }, &image, outcome)
     }
-    Ok(outcome)
 }
 
 /// One channel over the whole band.
@@ -132,17 +141,6 @@ struct Map {
     meaning: String,
 }
 
-impl Map {
-    /// Write the map on the grid of an image.
-    fn write(self, args: &RenderArgs, path: &Path, image: &Image, context: &Context) -> Result<()> {
-        let data = self.plane.insert_axis(Axis(0)).insert_axis(Axis(0));
-        let mut map = Image::new(image.grid.clone(), mean_band(&image.spectrum)?, vec![Polarization::I], data, self.unit)?;
-        map.object.clone_from(&image.object);
-        map.history.push(context.history());
-        args.write(path, &mut map, self.meaning)
-    }
-}
-
 /// Distance, angle of incidence and surface numbers, in the order of [`RenderArgs::maps`].
 fn maps(picture: Picture) -> [Map; 3] {
     let surfaces = format!("surfaces from 1: {}; 0 is the sky", picture.material_names.join(", "));
@@ -151,11 +149,4 @@ fn maps(picture: Picture) -> [Map; 3] {
         Map { plane: picture.incidence_deg, unit: BrightnessUnit::Other, meaning: "angle of incidence, deg; NaN is the sky".into() },
         Map { plane: picture.material.mapv(f64::from), unit: BrightnessUnit::One, meaning: surfaces },
     ]
-}
-
-/// Note in the history of a pinhole image that its axes are tangents. All other images have direction cosines.
-fn note_projection(image: &mut Image, args: &RenderArgs, scene: &SolidScene) {
-    if args.scene_cell.is_none() && scene.camera().is_ok_and(|c| c.projection == Projection::Pinhole) {
-        image.history.push("pinhole camera: the axes are tangents, not direction cosines".into());
-    }
 }

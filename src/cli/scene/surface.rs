@@ -48,16 +48,14 @@ pub(super) struct Surface {
     pub(super) cells: [(&'static str, Cell); 5],
 }
 
+/// Columns that name a surface.
+const COLUMNS: [&str; 5] = ["surface", "temperature_k", "salinity_psu", "moisture", "density_kg_m3"];
+
 impl Surface {
-    fn new(description: StackDescription, [surface, temperature, salinity, moisture, density]: [Cell; 5]) -> Self {
-        let cells = [
-            ("surface", surface),
-            ("temperature_k", temperature),
-            ("salinity_psu", salinity),
-            ("moisture", moisture),
-            ("density_kg_m3", density),
-        ];
-        Self { description, cells }
+    /// With the values of the first columns. The others are empty.
+    fn new(description: StackDescription, values: Vec<Cell>) -> Self {
+        let mut values = values.into_iter();
+        Self { description, cells: COLUMNS.map(|name| (name, values.next().unwrap_or(Cell::Absent))) }
     }
 }
 
@@ -75,7 +73,7 @@ impl SurfaceArgs {
             }
             let name = path.display().to_string();
             let description = StackDescription::from_toml(&read_text(path, "stack", MAX_FILE_BYTES)?).context(&name)?;
-            return Ok(vec![Surface::new(description, [name.as_str().into(), Cell::Absent, Cell::Absent, Cell::Absent, Cell::Absent])]);
+            return Ok(vec![Surface::new(description, vec![name.as_str().into()])]);
         }
         if let Some(eps) = self.eps {
             return self.half_spaces(eps);
@@ -85,10 +83,10 @@ impl SurfaceArgs {
         }
         let sample = self.material.sample()?;
         let surface = |state: &MaterialState| {
-            let [salinity, moisture, density] =
-                [Parameter::Salinity, Parameter::Moisture, Parameter::Density].map(|parameter| sample.cell(state, parameter));
+            let others = [Parameter::Salinity, Parameter::Moisture, Parameter::Density].map(|parameter| sample.cell(state, parameter));
+            let first = [Cell::from(sample.material.name), state.temperature_k.into()];
             let description = StackDescription::of_material(sample.material, *state, sample.model);
-            Surface::new(description, [sample.material.name.into(), state.temperature_k.into(), salinity, moisture, density])
+            Surface::new(description, first.into_iter().chain(others).collect())
         };
         Ok(sample.states.iter().map(surface).collect())
     }
@@ -105,7 +103,7 @@ impl SurfaceArgs {
                 place: String::new(),
             };
             let name = format!("eps {real},{loss}");
-            let cells = [name.as_str().into(), temperature_k.into(), Cell::Absent, Cell::Absent, Cell::Absent];
+            let cells = vec![name.as_str().into(), temperature_k.into()];
             Surface::new(StackDescription { coherent: true, layers: vec![layer] }, cells)
         };
         Ok(match &self.material.temperature[..] {

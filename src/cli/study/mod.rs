@@ -9,31 +9,21 @@ mod output;
 mod plan;
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Result};
+use super::options::ConfigArgs;
 use super::sections::schema;
 use crate::study;
 use clap::Args;
 use journal::Journal;
-use std::path::PathBuf;
 
 /// Options of `study`.
 #[derive(Debug, Args)]
 pub struct StudyArgs {
-    /// The study, as TOML.
-    #[arg(value_name = "CONFIG.toml", required_unless_present = "schema")]
-    config: Option<PathBuf>,
-    /// Folder of the results. An unfinished study of the same configuration in it is continued.
-    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["schema", "check"])]
-    output: Option<PathBuf>,
+    #[command(flatten)]
+    of: ConfigArgs,
     /// Replace another study in that folder, or start this one again.
     #[arg(long)]
     overwrite: bool,
-    /// Print the JSON schema of the configuration and stop.
-    #[arg(long)]
-    schema: bool,
-    /// Check the configuration, count its trials, and stop.
-    #[arg(long)]
-    check: bool,
 }
 
 /// Run a study, or its remaining trials.
@@ -41,16 +31,14 @@ pub struct StudyArgs {
 /// # Errors
 /// The configuration is wrong, the folder holds other files, a trial fails, or an error of the file system.
 pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
-    if args.schema {
+    if args.of.schema {
         return schema::<config::Config>();
     }
-    let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
-    let text =
-        std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
+    let (path, text) = args.of.read()?;
     let plan = plan::Plan::new(&text, path, context).context(format!("{}", path.display()))?;
     let study = &plan.study;
     let (points, seeds, trials) = (study.setups.len(), study.seeds.len(), study.n_trials());
-    let Some(folder) = args.output.as_ref().filter(|_| !args.check) else {
+    let Some(folder) = args.of.folder() else {
         let json = serde_json::json!({ "points": points, "seeds": seeds, "trials": trials });
         return Ok(Outcome::new(json, format!("{points} points x {seeds} seeds = {trials} trials")));
     };

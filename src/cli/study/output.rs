@@ -30,8 +30,8 @@ pub(super) fn write(folder: &Path, plan: &Plan, done: &BTreeMap<usize, TrialResu
     let trials = trials(plan, done);
     let stats = statistics(plan, done);
     let summary = summary(plan, &stats);
-    write_file(&folder.join("trials.csv"), true, &csv(&trials)?)?;
-    write_file(&folder.join("summary.csv"), true, &csv(&summary)?)?;
+    write_file(&folder.join("trials.csv"), true, &csv(&trials, done.len())?)?;
+    write_file(&folder.join("summary.csv"), true, &csv(&summary, plan.study.setups.len())?)?;
     // The history has no command line, so that a study has the same bytes in any folder and with any number of threads.
     let history = [format!("cittert {} study: {}", env!("CARGO_PKG_VERSION"), plan.title)];
     write_tables(&folder.join("study.h5"), &[trials, summary.clone()], &history, true)?;
@@ -41,7 +41,7 @@ pub(super) fn write(folder: &Path, plan: &Plan, done: &BTreeMap<usize, TrialResu
     }
     let html = report(plan, done, &summary, figures.into_iter().map(|f| f.1).collect(), (config, context));
     write_file(&folder.join("report.html"), true, html.as_bytes())?;
-    Ok(json(&summary))
+    Ok(json(&summary, shown(plan)))
 }
 
 /// Columns of the axes for the given points.
@@ -117,6 +117,7 @@ fn summary(plan: &Plan, stats: &AllStatistics) -> Columns {
     Columns { name: "summary".into(), columns }
 }
 
+/// A value of a table, as it is written in CSV.
 fn cell(column: &Column, row: usize) -> String {
     match column {
         Column::Real(v) => v[row].to_string(),
@@ -125,35 +126,29 @@ fn cell(column: &Column, row: usize) -> String {
     }
 }
 
-fn n_rows(table: &Columns) -> usize {
-    match table.columns.first().map(|c| &c.1) {
-        Some(Column::Real(v)) => v.len(),
-        Some(Column::Integer(v)) => v.len(),
-        Some(Column::Text(v)) => v.len(),
-        None => 0,
-    }
+/// Number of rows of the summary: its points.
+fn shown(plan: &Plan) -> usize {
+    plan.study.setups.len().min(MOST_SHOWN)
 }
 
-fn csv(table: &Columns) -> Result<Vec<u8>> {
+fn csv(table: &Columns, rows: usize) -> Result<Vec<u8>> {
     let failed = |e: &dyn std::fmt::Display| Failure::message(format!("writing table {}: {e}", table.name));
     let mut out = csv::Writer::from_writer(Vec::new());
     out.write_record(table.columns.iter().map(|c| &c.0)).map_err(|e| failed(&e))?;
-    for row in 0..n_rows(table) {
+    for row in 0..rows {
         out.write_record(table.columns.iter().map(|c| cell(&c.1, row))).map_err(|e| failed(&e))?;
     }
     out.into_inner().map_err(|e| failed(&e))
 }
 
-fn json(summary: &Columns) -> Value {
+fn json(summary: &Columns, rows: usize) -> Value {
     let real = |x: f64| serde_json::Number::from_f64(x).map_or(Value::Null, Value::Number);
     let of = |c: &Column, row: usize| match c {
         Column::Real(v) => real(v[row]),
         Column::Integer(v) => v[row].into(),
         Column::Text(v) => v[row].clone().into(),
     };
-    (0..n_rows(summary).min(MOST_SHOWN))
-        .map(|row| Value::Object(summary.columns.iter().map(|(n, c)| (n.clone(), of(c, row))).collect()))
-        .collect()
+    (0..rows).map(|row| Value::Object(summary.columns.iter().map(|(n, c)| (n.clone(), of(c, row))).collect())).collect()
 }
 
 /// One picture for each column: the median over the seeds with the 16th and 84th percentile, against the first axis. Each stage and each
@@ -211,7 +206,7 @@ fn report(plan: &Plan, done: &BTreeMap<usize, TrialResult>, summary: &Columns, f
         Column::Real(v) => number(v[row]),
         other => cell(other, row),
     };
-    let rows = (0..n_rows(summary).min(MOST_SHOWN)).map(|r| medians.iter().map(|c| text(&c.1, r)).collect());
+    let rows = (0..shown(plan)).map(|r| medians.iter().map(|c| text(&c.1, r)).collect());
     let mut notes: BTreeMap<&str, usize> = BTreeMap::new();
     done.values().filter(|r| !r.note.is_empty()).for_each(|r| *notes.entry(&r.note).or_default() += 1);
     page(&Report {

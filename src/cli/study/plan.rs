@@ -3,7 +3,7 @@
 use super::config::{AxisSection, Choose, Config};
 use crate::calibrate::StartFrom;
 use crate::cli::context::Context;
-use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::cli::options::{SceneArgs, load_layout, loaded};
 use crate::cli::sections::{ScenePoint, StudySelfcalSection};
 use crate::imaging::ImageSize;
@@ -48,21 +48,17 @@ impl Plan {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| Failure::message(e.to_string()))?;
         for point in 0..grid.n_points() {
             let mut tree = table.clone();
-            let mut rest = point;
-            for (section, list) in sections.iter().zip(&lists).rev() {
-                put(&mut tree, &section.parameter, list[rest % list.len()].clone())?;
-                rest /= list.len();
+            for ((section, list), k) in sections.iter().zip(&lists).zip(grid.indices(point)) {
+                put(&mut tree, &section.parameter, list[k].clone())?;
             }
-            let place =
-                || grid.axes.iter().zip(grid.point(point)).map(|(a, v)| format!("{} = {}", a.name, v.text)).collect::<Vec<_>>().join(", ");
             let config = match toml::Value::Table(tree.clone()).try_into::<Config>() {
                 Ok(config) => config,
                 // The error of the file itself names the line. A value of an axis has no line.
                 Err(e) if grid.axes.is_empty() => return toml::from_str::<Config>(text).map_err(Failure::from).and(Err(e.into())),
-                Err(e) => return toml::from_str::<Config>(text).map_err(Failure::from).and(Err(e.into())).context(place()),
+                Err(e) => return toml::from_str::<Config>(text).map_err(Failure::from).and(Err(e.into())).context(grid.place(point)),
             };
             let setup = pool.install(|| setup(&config, &tree, folder, &mut bases, (&mut files, context)));
-            let setup = if grid.axes.is_empty() { setup? } else { setup.context(format!("at {}", place()))? };
+            let setup = if grid.axes.is_empty() { setup? } else { setup.context(format!("at {}", grid.place(point)))? };
             setups.push(setup);
             head.get_or_insert(config);
         }
@@ -136,6 +132,7 @@ fn put(table: &mut toml::Table, parameter: &str, value: toml::Value) -> Result<(
 }
 
 fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more: (&mut String, &Context)) -> Result<Setup> {
+    c.image.options.check().context("image")?;
     let mut sections: Vec<String> = ["scene", "simulate", "image", "clean"].iter().map(|k| format!("{:?}", tree.get(*k))).collect();
     let antennas = match (c.layout.antennas, c.layout.choose) {
         (None, _) => Antennas::All,
@@ -144,44 +141,34 @@ fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more:
     };
     sections.push(c.layout.name.clone());
     let all = sections.join("\n");
-    let whole = match bases.get(&all) {
-        Some((base, _)) => base.clone(),
-        None => {
-            let (base, unit) = observe(c, folder, more)?;
-            let base = Arc::new(base);
-            bases.insert(all.clone(), (base.clone(), unit));
-            base
-        }
-    };
+    let (whole, unit) = kept(bases, &all, || observe(c, folder, more))?;
     let layout = &whole.set.header.layout;
     let selfcal = c.selfcal.as_ref().map(|s| plan_of(&s.options, layout)).transpose().context("selfcal")?;
     if let Some(seed) = c.corrupt.options.seed {
         return Err(Failure::message(format!("corrupt.seed is {seed}: a study draws its errors from the seeds of its trials")));
     }
     let errors = c.corrupt.options.errors(whole.set.header.unit).context("corrupt")?;
-    let base = match antennas {
+    let (base, antennas) = match antennas {
         Antennas::First(n) => {
-            let key = format!("{all}\nfirst {n}");
-            let unit = bases[&all].1;
-            match bases.get(&key) {
-                Some((base, _)) => base.clone(),
-                None => {
-                    let part = Arc::new(whole.with(antennas, 0).context("layout")?);
-                    bases.insert(key, (part.clone(), unit));
-                    part
-                }
-            }
+            let part = || Ok((whole.with(antennas, 0).context("layout")?, unit));
+            (kept(bases, &format!("{all}\nfirst {n}"), part)?.0, Antennas::All)
         }
-        _ => whole.clone(),
-    };
-    let antennas = match antennas {
         Antennas::Random(n) => {
             whole.with(Antennas::First(n), 0).context("layout")?;
-            antennas
+            (whole, antennas)
         }
-        _ => Antennas::All,
+        Antennas::All => (whole, antennas),
     };
     Ok(Setup { base, antennas, errors, selfcal })
+}
+
+/// The base of this key, made where it does not exist.
+fn kept(bases: &mut Bases, key: &str, make: impl FnOnce() -> Result<(Base, VisUnit)>) -> Result<(Arc<Base>, VisUnit)> {
+    if let Some(found) = bases.get(key) {
+        return Ok(found.clone());
+    }
+    let (base, unit) = make()?;
+    Ok(bases.entry(key.to_owned()).or_insert((Arc::new(base), unit)).clone())
 }
 
 /// The error-free observation of a point.
@@ -242,16 +229,12 @@ fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
         ))
     };
     let [image] = sky.images.as_slice() else { return Err(wrong("sources or several images".into())) };
-    if !sky.sources.is_empty() {
-        return Err(wrong("an image with sources".into()));
-    }
+    ensure!(sky.sources.is_empty(), wrong("an image with sources".into()));
     let grid = &image.grid;
     let same = c.image.options.size == Some(ImageSize { columns: grid.n_l, rows: grid.n_m })
         && c.image.options.cell.is_some_and(|a| (a.si() / grid.cell_rad - 1.0).abs() < 1e-6)
         && image.data.dim().0 == 1;
-    if !same {
-        return Err(wrong(format!("{} x {} pixels of {:.6e} rad", grid.n_l, grid.n_m, grid.cell_rad)));
-    }
+    ensure!(same, wrong(format!("{} x {} pixels of {:.6e} rad", grid.n_l, grid.n_m, grid.cell_rad)));
     if c.selfcal.as_ref().is_some_and(|s| s.options.rounds.start != StartFrom::Data) {
         return Err(Failure::message("selfcal.start must be \"data\" where clean.algorithm is \"mem\": it needs no other model"));
     }
@@ -273,8 +256,6 @@ fn plan_of(s: &StudySelfcalSection, layout: &ArrayLayout) -> Result<SelfcalPlan>
     if let Some(names) = &s.solve.refant {
         names.indices(layout)?;
     }
-    if s.rounds.model.is_some() {
-        return Err(Failure::message("model: a study starts from a point, from its data or from the truth"));
-    }
+    ensure!(s.rounds.model.is_none(), Failure::message("model: a study starts from a point, from its data or from the truth"));
     Ok(SelfcalPlan { solve: s.solve.clone(), rounds: s.rounds.clone() })
 }

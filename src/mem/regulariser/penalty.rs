@@ -5,9 +5,6 @@ use std::fmt::Debug;
 
 /// A penalty on a positive image.
 pub trait Regulariser: Debug + Send + Sync {
-    /// A short name for options and reports.
-    fn name(&self) -> &'static str;
-
     /// The penalty of an image in flux per pixel \[m, l\]. Its unit is that of flux.
     ///
     /// Adds `weight` times the derivative with respect to each pixel to `gradient`. Adds `weight` times the second derivative, if it is not

@@ -1,7 +1,8 @@
 //! Total variation: the sum of the lengths of the gradient, smoothed near zero so that it has a derivative.
 
 use super::penalty::Regulariser;
-use crate::{ChainError, Result};
+use crate::Result;
+use crate::values::need;
 use ndarray::Array2;
 
 /// Favours plateaus with sharp edges: sum of sqrt(dx^2 + dy^2 + softening^2) - softening over the differences to the next pixel.
@@ -19,19 +20,12 @@ impl TotalVariation {
     /// # Errors
     /// A softening that is not positive and finite.
     pub fn new(softening: f64) -> Result<Self> {
-        if !(softening > 0.0 && softening.is_finite()) {
-            let expected = "a positive softening in flux a pixel".into();
-            return Err(ChainError::BadOption { option: "total variation", value: softening.to_string(), expected });
-        }
+        need("total variation", softening, softening > 0.0 && softening.is_finite(), "a positive softening in flux a pixel")?;
         Ok(Self { softening })
     }
 }
 
 impl Regulariser for TotalVariation {
-    fn name(&self) -> &'static str {
-        "total variation"
-    }
-
     fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f64>, curvature: &mut Array2<f64>) -> f64 {
         let (n_m, n_l) = image.dim();
         let mut sum = 0.0;

@@ -51,20 +51,13 @@ impl DebyeOxygen {
     }
 }
 
-/// Empirical water vapour continuum at one state of air: `N'' = slope f`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct WaterContinuum {
-    /// Slope, ppm per GHz; zero for a model that has no separate continuum.
-    pub slope_ppm_per_ghz: f64,
-}
-
 /// A gas model at one state of air, ready to be evaluated at any frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GasSpectrum {
     /// Water vapour lines.
     pub water_lines: Vec<SpectralLine>,
     /// Water vapour continuum.
-    pub water_continuum: WaterContinuum,
+    pub water_continuum_ppm_per_ghz: f64,
     /// Oxygen lines.
     pub oxygen_lines: Vec<SpectralLine>,
     /// Oxygen Debye continuum.
@@ -107,7 +100,7 @@ impl GasSpectrum {
     #[must_use]
     pub fn absorption(&self, freq_ghz: f64) -> GasAbsorption {
         let sum = |lines: &[SpectralLine]| -> f64 { lines.iter().map(|line| line.refractivity_ppm(freq_ghz)).sum() };
-        let water = sum(&self.water_lines) + self.water_continuum.slope_ppm_per_ghz * freq_ghz;
+        let water = sum(&self.water_lines) + self.water_continuum_ppm_per_ghz * freq_ghz;
         // With first-order mixing the far wing of the band can become negative.
         let oxygen_lines = sum(&self.oxygen_lines).max(0.0);
         let oxygen = oxygen_lines + self.oxygen_debye.refractivity_ppm(freq_ghz);

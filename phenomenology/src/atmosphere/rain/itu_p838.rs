@@ -7,8 +7,6 @@ use super::model::{PowerLaw, RainModel};
 use crate::atmosphere::csv_table::CsvTable;
 use crate::atmosphere::error::{PhysicsError, check_frequency, check_range};
 
-pub(super) const NAME: &str = "p838";
-
 const COEFFICIENTS: &str = include_str!("../../../tables/rain/itu_p838_3.csv");
 
 /// One curve: a sum of Gaussians in log10 f and a straight line.
@@ -67,10 +65,6 @@ impl ItuP838 {
 }
 
 impl RainModel for ItuP838 {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
     fn max_rate_mm_h(&self) -> f64 {
         300.0
     }

@@ -21,9 +21,6 @@ impl PowerLaw {
 
 /// A power law of rain attenuation.
 pub trait RainModel: std::fmt::Debug + Send + Sync {
-    /// Name of the model in [`super::RAIN_MODELS`].
-    fn name(&self) -> &'static str;
-
     /// Largest rain rate the model covers, mm/h.
     fn max_rate_mm_h(&self) -> f64;
 

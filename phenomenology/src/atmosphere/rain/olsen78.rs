@@ -5,8 +5,6 @@
 
 use super::model::{PowerLaw, RainModel};
 
-pub(super) const NAME: &str = "olsen78";
-
 /// The Olsen power law, up to 25 mm/h.
 #[derive(Debug, Clone, Copy)]
 pub struct Olsen78;
@@ -22,10 +20,6 @@ fn banded(bands: &[(f64, f64, f64)], freq_ghz: f64) -> f64 {
 }
 
 impl RainModel for Olsen78 {
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
     fn max_rate_mm_h(&self) -> f64 {
         25.0
     }

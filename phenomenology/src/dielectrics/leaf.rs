@@ -1,20 +1,6 @@
 //! Leaves: the dual-dispersion model of Ulaby and El-Rayes.
 
-use super::model::{Bands, Model, Range, SAME_FORMULA};
-use super::state::Parameter;
 use num_complex::Complex64;
-
-/// Table row.
-pub(super) const MODEL: Model = Model {
-    name: "ulaby-el-rayes87",
-    describes: "leaves and stems by gravimetric moisture, free and bound water",
-    reference: "Ulaby & El-Rayes 1987, IEEE Trans. Geosci. Remote Sens. 25, 550",
-    bands: Bands::fixed(0.2, 20.0),
-    // The water constants are those of room temperature.
-    ranges: &[Range::new(Parameter::Temperature, 273.15, 313.15), Range::new(Parameter::Moisture, 0.0, 0.7)],
-    extension: SAME_FORMULA,
-    formula: |q| Ok(leaf_permittivity_ulaby_el_rayes87(q.freq_ghz(), q.state.moisture)),
-};
 
 /// Ionic conductivity of the free water in leaves, S/m.
 const CONDUCTIVITY_S_M: f64 = 1.27;
