@@ -6,6 +6,7 @@ mod calibration;
 mod command;
 mod config;
 mod page;
+mod place;
 mod steps;
 
 use super::console::Console;
@@ -49,8 +50,7 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
         return schema::<Config>();
     }
     let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
-    let text =
-        std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
+    let text = cittert_formats::read_text(path)?;
     let (config, steps) = check(&text, path)?;
     let Some(target) = args.output.as_ref().filter(|_| !args.check) else {
         let lines = commands(&steps, context.subcommands.check)?;
@@ -105,7 +105,8 @@ fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Don
     if let Some(why) = outcome.failed {
         context.console.warn(&format!("{}: {why}", step.title));
     }
-    Ok(Done { step, command, json: outcome.json, warnings: inner.console.take_warnings(), seconds: started.elapsed().as_secs_f64() })
+    let warnings = inner.console.take_warnings().into_iter().map(|w| w.replace(here, shown)).collect();
+    Ok(Done { step, command, json: place::renamed(outcome.json, here, shown), warnings, seconds: started.elapsed().as_secs_f64() })
 }
 
 fn metrics(config: &Config, done: &[Done], context: &Context) -> Value {

@@ -45,8 +45,7 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
         return schema::<config::Config>();
     }
     let Some(path) = &args.config else { return Err(Failure::usage("give a configuration file")) };
-    let text =
-        std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display())))?;
+    let text = cittert_formats::read_text(path)?;
     let plan = plan::Plan::new(&text, path, context).context(format!("{}", path.display()))?;
     let study = &plan.study;
     let (points, seeds, trials) = (study.setups.len(), study.seeds.len(), study.n_trials());
