@@ -139,7 +139,7 @@ impl Tally {
             styles: vec![Style { color: 0, line: false, dots: true }],
             ..CurveOptions::default()
         };
-        Ok(curves(&[series], &options)?)
+        Ok(curves(&[series], &options)?.png()?)
     }
 }
 
