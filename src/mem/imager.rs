@@ -42,7 +42,7 @@ pub struct Progress {
     pub convolutions: usize,
     /// All goals are met.
     pub met: bool,
-    /// No step in any direction improves the image any more.
+    /// No step in any direction improves the image any more, or many steps in a row have not brought it closer to the goals.
     pub stalled: bool,
 }
 

@@ -39,7 +39,7 @@ struct Trial {
 impl<'o> QuasiNewton<'o> {
     /// With these multipliers at the start.
     pub(super) fn new(multipliers: Multipliers, steering: Steering, goals: Goals, observer: &'o dyn Observer) -> Self {
-        let found = Found { multipliers, point: None, evaluations: 0, convolutions: 0, met: false };
+        let found = Found::new(multipliers);
         Self { found, steering, goals, memory: Memory::new(12), stalled: 0, observer }
     }
 

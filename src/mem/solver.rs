@@ -33,6 +33,32 @@ pub(super) struct Found {
     pub(super) convolutions: usize,
     /// All goals are met.
     pub(super) met: bool,
+    /// The smallest departures from the three goals so far, and the number of steps since one of them became smaller.
+    closest: [f64; 3],
+    steps_since: usize,
+}
+
+/// A run ends after this many steps in a row that do not bring it closer to its goals. Runs that reach their goals come closer every few
+/// steps.
+const PATIENCE: usize = 100;
+/// A step brings a run closer if one of its departures is below this fraction of the smallest one before.
+const CLOSER: f64 = 0.99;
+
+impl Found {
+    /// Nothing yet, with these multipliers at the start.
+    pub(super) fn new(multipliers: Multipliers) -> Self {
+        Self { multipliers, point: None, evaluations: 0, convolutions: 0, met: false, closest: [f64::INFINITY; 3], steps_since: 0 }
+    }
+
+    /// Note the departures of a new point from the goals of chi squared, of the KKT residual and of the flux.
+    fn compare(&mut self, departures: [f64; 3]) {
+        self.steps_since += 1;
+        for (closest, departure) in self.closest.iter_mut().zip(departures) {
+            if departure < CLOSER * *closest {
+                (*closest, self.steps_since) = (departure, 0);
+            }
+        }
+    }
 }
 
 /// A solver that returns its result.
@@ -40,14 +66,14 @@ pub(super) trait Solves {
     fn found(self) -> Found;
 }
 
-/// Reason of termination of a solver that no step improves any more.
+/// Reason of termination of a solver that no step brings closer to its goals any more.
 const STALLED: &str = "stalled";
 
 impl Goals {
     /// Whether and why a solver ends.
     pub(super) fn reached(&self, found: &Found, stalled: bool) -> TerminationStatus {
         let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
-        match (found.met, stalled) {
+        match (found.met, stalled || found.steps_since >= PATIENCE) {
             (true, _) => TerminationStatus::Terminated(TerminationReason::SolverConverged),
             (_, true) => because(STALLED),
             _ if found.evaluations >= self.evaluations => because("evaluations"),
@@ -77,6 +103,7 @@ pub(super) fn accept(
     let (number, evaluations) = (number as usize, found.evaluations);
     observer.event(Event::Entropy { number, evaluations, chi2, kkt, flux: point.flux, lambda: m.lambda });
     found.met = control.met(chi2) && kkt <= goals.kkt && error <= goals.flux;
+    found.compare([control.departure(chi2), kkt, error]);
     let s = point.s.clone();
     found.point = Some(point);
     Ok((s, value))

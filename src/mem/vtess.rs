@@ -100,7 +100,7 @@ impl<'o> Vtess<'o> {
         goals: Goals,
         observer: &'o dyn Observer,
     ) -> Self {
-        let found = Found { multipliers, point: None, evaluations: 0, convolutions: 0, met: false };
+        let found = Found::new(multipliers);
         Self { found, steering, tuning, goals, stalled: 0, observer }
     }
 
