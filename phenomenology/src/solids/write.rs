@@ -70,6 +70,7 @@ impl SceneFile {
             kind: "solids".into(),
             name: name.to_owned(),
             description: String::new(),
+            freq_hz: None,
             extrapolate: false,
             camera: None,
             atmosphere: None,
