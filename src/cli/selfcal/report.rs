@@ -1,7 +1,7 @@
 //! The results of `selfcal`: a JSON object for each round, one for all rounds, and a few lines of text.
 
 use crate::calibrate::{ClosureSupport, ModelMetrics, RoundRecord, Selfcal, SolutionInterval};
-use crate::cli::text::number;
+use crate::cli::text::{chi2, number};
 use crate::imaging::CleanProducts;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -88,14 +88,14 @@ pub(super) fn text(result: &Selfcal, p: &CleanProducts) -> String {
     let s = &p.statistics;
     let _ = write!(
         out,
-        "stopped: {}; best round {}\nresidual      rms {} {unit}, peak {} {unit}\nmodel flux    {}\ndynamic range {:.0}\nchi2/datum    {:.4}",
+        "stopped: {}; best round {}\nresidual      rms {} {unit}, peak {} {unit}\nmodel flux    {}\ndynamic range {:.0}\nchi2/datum    {}",
         result.stop,
         result.best + 1,
         number(s.residual_rms),
         number(s.residual_peak),
         number(s.model_flux),
         s.dynamic_range,
-        s.chi2_per_datum
+        chi2(s.chi2_per_datum)
     );
     out
 }
