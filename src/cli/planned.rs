@@ -43,8 +43,9 @@ pub(super) fn check_size(plan: &CoveragePlan, per_row: usize, output: Option<&Pa
     }
     if visibilities > MANY {
         let held = if output.is_some() { format!(", about {} on the disk", size(bytes)) } else { String::new() };
-        let (rows, text) = (plan.n_rows(), "which takes minutes to hours; -v prints each phase");
-        context.console.note(&format!("{visibilities} visibilities ({rows} rows of {per_row}){held}, {text}"));
+        let rows = plan.n_rows();
+        let text = format!("{visibilities} visibilities ({rows} rows of {per_row}){held}: this takes long. -v prints each phase");
+        context.console.note(&text);
     }
     Ok(())
 }
