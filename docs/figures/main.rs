@@ -133,7 +133,7 @@ impl Figure {
         if self.series.iter().any(|s| s.points.is_empty()) {
             return Err(format!("{name}: a line or its reference has no points").into());
         }
-        let png = small(&curves(&self.series, &self.options)?)?;
+        let png = small(&curves(&self.series, &self.options)?.png()?)?;
         std::fs::write(root().join("docs/algorithms/img").join(format!("{name}.png")), png)?;
         Ok(())
     }

@@ -3,10 +3,49 @@
 use crate::{FormatError, Result};
 use std::fs::File;
 use std::io::Read;
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
+
+/// Largest text that is read, bytes.
+pub(crate) const LARGEST_TEXT: u64 = 64 << 20;
+
+/// Refuse a path that leads to a pipe, a device or a socket. To open a pipe would wait for another program, and some devices have no end. A
+/// path that leads nowhere is not refused here.
+///
+/// # Errors
+/// A path that leads to something else than a file or a directory.
+pub fn refuse_special(path: &Path) -> Result<()> {
+    let Ok(meta) = std::fs::metadata(path) else { return Ok(()) };
+    let kind = meta.file_type();
+    let found = match kind {
+        _ if kind.is_file() || kind.is_dir() => return Ok(()),
+        _ if kind.is_fifo() => "a named pipe",
+        _ if kind.is_socket() => "a socket",
+        _ => "a device",
+    };
+    let expected = "a regular file (copy what it gives into a file first)".into();
+    Err(FormatError::NotA { path: path.into(), expected, found: format!("it is {found}") })
+}
+
+/// The text of a file of at most 64 MiB.
+///
+/// # Errors
+/// A file that is missing, not regular, too large or not UTF-8.
+pub fn read_text(path: &Path) -> Result<String> {
+    refuse_special(path)?;
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
+    file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes).map_err(|e| FormatError::io(path, "read", e))?;
+    let not = |found: &str| FormatError::NotA { path: path.into(), expected: "a text of at most 64 MiB".into(), found: found.into() };
+    if bytes.len() as u64 > LARGEST_TEXT {
+        return Err(not("it is larger"));
+    }
+    String::from_utf8(bytes).map_err(|_| not("it is not UTF-8 text"))
+}
 
 /// Open a file to read. A directory and an empty file are errors.
 pub(crate) fn open_file(path: &Path) -> Result<File> {
+    refuse_special(path)?;
     let meta = std::fs::metadata(path).map_err(|e| FormatError::io(path, "open", e))?;
     if meta.is_dir() {
         return Err(FormatError::not_a(path, "a file", "it is a directory"));

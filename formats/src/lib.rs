@@ -18,6 +18,7 @@ mod builtin;
 pub mod calh5;
 mod columns;
 mod contents;
+mod disk;
 mod drift;
 mod error;
 mod files;
@@ -39,7 +40,9 @@ pub mod uvh5;
 
 pub use columns::{ColumnSink, CreateOptions, Created, VisColumn};
 pub use contents::{Contents, LayoutInfo, SourceListInfo};
+pub use disk::free_disk;
 pub use error::{FormatError, Result};
+pub use files::{read_text, refuse_special};
 pub use format::{Format, GainFormat, Holds, ImageFormat, Label, SourceFormat, VisibilityFormat};
 pub use grid::write_grid;
 pub use h5::Compression;

@@ -5,6 +5,8 @@ mod common;
 #[cfg(test)]
 mod conformance;
 #[cfg(test)]
+mod elsewhere;
+#[cfg(test)]
 mod fits_images;
 #[cfg(test)]
 mod hostile;

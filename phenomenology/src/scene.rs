@@ -62,6 +62,15 @@ impl Scene {
         }
     }
 
+    /// Frequency for which the scene is described, Hz, if its file states one.
+    #[must_use]
+    pub fn freq_hz(&self) -> Option<f64> {
+        match self {
+            Self::Analytic(_) => None,
+            Self::Solids(s) => s.file.freq_hz,
+        }
+    }
+
     /// The grid of direction cosines of the scene's own camera, with the pixels of the camera or with `side_px` pixels on each side.
     /// `None` if the scene has no camera.
     ///

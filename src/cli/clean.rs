@@ -3,7 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::{ColumnArgs, OutputArgs, loaded};
-use super::text::{beam, note_beam, number, reasons};
+use super::text::{beam, chi2, note_beam, number, reasons};
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
 use crate::deconvolve::CleanOptions;
 use crate::imaging::major::CleanComponent;
@@ -137,7 +137,7 @@ fn describe(p: &CleanProducts, json: &Value) -> String {
         format!("residual      rms {} {unit}, peak {} {unit}", number(s.residual_rms), number(s.residual_peak)),
         format!("model flux    {}", number(s.model_flux)),
         format!("dynamic range {:.0}", s.dynamic_range),
-        format!("chi2/datum    {:.4}", s.chi2_per_datum),
+        format!("chi2/datum    {}", chi2(s.chi2_per_datum)),
     ];
     if let Some(b) = p.beams.first() {
         lines.push(format!("beam          {}", beam(b)));

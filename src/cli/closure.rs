@@ -60,7 +60,7 @@ fn picture(t: &ClosureTally, title: &str, label: &str, scale: f64) -> Result<Vec
         styles: vec![Style { color: 0, line: false, dots: true }],
         ..CurveOptions::default()
     };
-    Ok(curves(&[series], &options)?)
+    Ok(curves(&[series], &options)?.png()?)
 }
 
 /// The table, line by line.

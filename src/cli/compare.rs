@@ -2,13 +2,18 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
+use super::options::OutputArgs;
 use super::text::angle;
 use crate::calibrate::{CompareOptions as GainOptions, compare_gains};
-use crate::fidelity::{CompareOptions, Region, compare, register};
+use crate::fidelity::{CompareOptions, Comparison, Fidelity, Region, compare, fidelity_of_pixel};
+use crate::plot::{self, ImagePlot, Range};
+use cittert_arrays::{BrightnessUnit, Image, SkyGrid, SpectralWindow};
 use cittert_formats::calh5::{is_gains, read_gains};
+use cittert_formats::fits::{ImageOptions, write_image};
 use cittert_formats::open_image as read_image;
 use clap::Args;
-use std::path::PathBuf;
+use ndarray::Axis;
+use std::path::{Path, PathBuf};
 
 /// Options of `compare`.
 #[derive(Debug, Args)]
@@ -28,6 +33,15 @@ pub struct CompareArgs {
     /// Shift the image onto the truth first. Self-calibration with a free model leaves the position of the image open.
     #[arg(long)]
     shift: bool,
+    /// Write the image minus the truth, as FITS or as a PNG picture, by the ending of the name.
+    #[arg(long, value_name = "FILE")]
+    difference: Option<PathBuf>,
+    /// Write the fidelity of each pixel, |truth| / |image - truth|, as FITS.
+    #[arg(long, value_name = "FITS")]
+    fidelity: Option<PathBuf>,
+    /// Replace an output that exists.
+    #[arg(long)]
+    overwrite: bool,
     /// For gain tables: remove a phase gradient over the array, which is a shift of the image.
     #[arg(long)]
     gradient: bool,
@@ -36,10 +50,10 @@ pub struct CompareArgs {
     flux_scale: bool,
 }
 
-/// Compare two images on the same grid, or two gain tables.
+/// Compare two images, or two gain tables. A truth on another grid is regridded onto that of the image.
 ///
 /// # Errors
-/// Files that are neither images nor gain tables, one of each, grids or antennas that do not match, a missing beam.
+/// Files that are neither images nor gain tables, one of each, images without a common sky, antennas that do not match, a missing beam.
 pub fn run(args: &CompareArgs, context: &Context) -> Result<Outcome> {
     match (is_gains(&args.image), is_gains(&args.truth)) {
         (true, true) => gains(args),
@@ -56,8 +70,9 @@ pub fn run(args: &CompareArgs, context: &Context) -> Result<Outcome> {
 }
 
 fn gains(args: &CompareArgs) -> Result<Outcome> {
-    if args.convolve || args.shift || args.disc.is_some() {
-        return Err(Failure::usage("--convolve, --disc and --shift are for images; gain tables take --gradient and --flux-scale"));
+    if args.convolve || args.shift || args.disc.is_some() || args.difference.is_some() || args.fidelity.is_some() {
+        let options = "--convolve, --disc, --shift, --difference and --fidelity";
+        return Err(Failure::usage(format!("{options} are for images; gain tables take --gradient and --flux-scale")));
     }
     let (found, truth) = (read_gains(&args.image)?, read_gains(&args.truth)?);
     let options = GainOptions { gradient: args.gradient, flux_scale: args.flux_scale };
@@ -83,53 +98,132 @@ fn images(args: &CompareArgs, context: &Context) -> Result<Outcome> {
     if args.gradient || args.flux_scale {
         return Err(Failure::usage("--gradient and --flux-scale are for gain tables; images take --shift"));
     }
-    let mut image = read_image(&args.image)?;
-    let truth = read_image(&args.truth)?;
+    let outputs = args.outputs()?;
+    let (image, truth) = (read_image(&args.image)?, read_image(&args.truth)?);
+    let names = (args.image.display(), args.truth.display());
     let beam = match (args.convolve, image.beams.first()) {
         (false, _) => None,
         (true, Some(beam)) => Some(*beam),
         (true, None) => {
-            return Err(Failure::message(format!(
-                "{}: it has no restoring beam (BMAJ, BMIN, BPA), which --convolve needs",
-                args.image.display()
-            )));
+            return Err(Failure::message(format!("{}: it has no restoring beam (BMAJ, BMIN, BPA), which --convolve needs", names.0)));
         }
     };
-    if image.unit != truth.unit {
-        context.console.warn(&format!(
-            "{} is in {:?} and {} in {:?}: the ratios compare numbers, not brightness",
-            args.image.display(),
-            image.unit,
-            args.truth.display(),
-            truth.unit
-        ));
-    }
-    let mut shift = None;
-    if args.shift {
-        crate::fidelity::check_alignment(&image.grid, &truth.grid).context(format!(
-            "{} over {}",
-            args.image.display(),
-            args.truth.display()
-        ))?;
-        let (moved, by) = register(&image, &truth).context("moving the image onto the truth")?;
-        (image, shift) = (moved, Some(by));
-    }
     let region = args.disc.map_or(Region::All, |radius| Region::Disc { radius });
-    let f = compare(&image, &truth, &CompareOptions { region, beam }).context(format!(
-        "comparing {} with {}",
-        args.image.display(),
-        args.truth.display()
-    ))?;
-    let unit = image.unit.bunit();
-    let mut text = format!(
-        "rms difference {:.4e} {unit}\nNRMSE          {:.5}\ndynamic range  {:.1}\nfidelity index {:.2}\nSSIM           {:.5}\npeak ratio     {:.5}\nflux ratio     {:.5}",
-        f.rms, f.nrmse, f.dynamic_range, f.fidelity, f.ssim, f.peak_ratio, f.flux_ratio
-    );
-    let mut json = serde_json::to_value(f)?;
-    json["unit"] = unit.into();
-    if let Some((l, m)) = shift {
-        (json["shift_l_rad"], json["shift_m_rad"]) = (l.into(), m.into());
-        text += &format!("\nshifted by     l {}, m {}", angle(l), angle(m));
+    let options = CompareOptions { region, beam, shift: args.shift };
+    let found = compare(&image, &truth, &options).context(format!("comparing {} with {}", names.0, names.1))?;
+    warn(&image, &truth, &found, context);
+    let (mut json, mut text) = (serde_json::to_value(found.scores)?, scores(&found.scores, image.unit.bunit()));
+    json["unit"] = image.unit.bunit().into();
+    (json["n_compared"], json["n_blank"]) = (found.n_compared.into(), found.n_blank.into());
+    for line in steps(&image, &found, &mut json) {
+        text += &format!("\n{line}");
     }
-    Ok(Outcome::new(json, text))
+    let mut outcome = Outcome::new(json, text);
+    for (path, kind) in &outputs {
+        write(args, path, *kind, &image, &found, context)?;
+        outcome = outcome.wrote(path);
+    }
+    Ok(outcome)
+}
+
+fn scores(f: &Fidelity, unit: &str) -> String {
+    let rows = [
+        ("rms difference", format!("{:.4e} {unit}", f.rms_difference)),
+        ("NRMSE", format!("{:.5}", f.nrmse)),
+        ("error over grey card", format!("{:.5} (0 is perfect, 1 is no better than a flat grey card)", f.error_over_grey_card)),
+        ("peak over robust rms", format!("{:.1}", f.peak_over_robust_rms)),
+        ("fidelity index", format!("{:.2}", f.fidelity)),
+        ("SSIM", format!("{:.5}", f.ssim)),
+        ("peak ratio", format!("{:.5}", f.peak_ratio)),
+        ("flux ratio", format!("{:.5}", f.flux_ratio)),
+    ];
+    rows.map(|(name, value)| format!("{name:21} {value}")).join("\n")
+}
+
+/// What was done to the images before they were compared, as lines and as JSON.
+fn steps(image: &Image, found: &Comparison, json: &mut serde_json::Value) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(from) = &found.regridded_from {
+        let size = |g: &SkyGrid| format!("{} x {} pixels of {}", g.n_l, g.n_m, angle(g.cell_rad));
+        lines.push(format!("The truth was regridded from {} to {}.", size(from), size(&image.grid)));
+        json["regridded_from"] = serde_json::json!({ "size": [from.n_l, from.n_m], "cell_rad": from.cell_rad });
+    }
+    if let Some(from) = found.converted_from {
+        lines.push(format!("The truth was converted from {} to {}.", from.bunit(), image.unit.bunit()));
+        json["converted_from"] = from.bunit().into();
+    }
+    if found.n_blank > 0 {
+        let all = found.n_blank + found.n_compared;
+        lines.push(format!("{} of {all} pixels were left out: they are blank, or have no truth.", found.n_blank));
+    }
+    if let Some((l, m)) = found.shift_rad {
+        (json["shift_l_rad"], json["shift_m_rad"]) = (l.into(), m.into());
+        lines.push(format!("The image was shifted by l {}, m {}.", angle(l), angle(m)));
+    }
+    lines
+}
+
+fn warn(image: &Image, truth: &Image, found: &Comparison, context: &Context) {
+    if image.unit != truth.unit && found.converted_from.is_none() {
+        let name = |unit: BrightnessUnit| if unit.bunit().is_empty() { "no known unit" } else { unit.bunit() };
+        let (one, other) = (name(image.unit), name(truth.unit));
+        context.console.warn(&format!("the image has {one} and the truth {other}: the numbers are compared as they are"));
+    }
+    for (what, planes) in [("image", &image.data), ("truth", &truth.data)] {
+        let n = planes.dim().0 * planes.dim().1;
+        if n > 1 {
+            context.console.warn(&format!("the {what} has {n} planes of channels and polarisations: only the first is compared"));
+        }
+    }
+}
+
+/// A picture or an image that `compare` writes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Difference,
+    Fidelity,
+}
+
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+}
+
+impl CompareArgs {
+    /// The images to write, after a check that they can be written.
+    fn outputs(&self) -> Result<Vec<(&Path, Kind)>> {
+        let all = [(&self.difference, Kind::Difference), (&self.fidelity, Kind::Fidelity)];
+        let wanted: Vec<(&Path, Kind)> = all.into_iter().filter_map(|(path, kind)| Some((path.as_deref()?, kind))).collect();
+        for (path, kind) in &wanted {
+            let fits = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("fits"));
+            if !(fits || is_png(path) && *kind == Kind::Difference) {
+                let (option, endings) = if *kind == Kind::Difference { ("difference", ".fits or .png") } else { ("fidelity", ".fits") };
+                return Err(Failure::usage(format!("--{option} {}: the name must end in {endings}", path.display())));
+            }
+            self.out(path).check(path)?;
+        }
+        Ok(wanted)
+    }
+
+    fn out(&self, path: &Path) -> OutputArgs {
+        OutputArgs { output: path.into(), overwrite: self.overwrite }
+    }
+}
+
+fn write(args: &CompareArgs, path: &Path, kind: Kind, image: &Image, found: &Comparison, context: &Context) -> Result<()> {
+    let (plane, unit) = match kind {
+        Kind::Difference => (&found.image - &found.truth, image.unit),
+        Kind::Fidelity => (fidelity_of_pixel(found.image.view(), found.truth.view())?, BrightnessUnit::One),
+    };
+    let spectrum = &image.spectrum;
+    let band = SpectralWindow::new(spectrum.freq_hz()[..1].to_vec(), spectrum.width_hz()[..1].to_vec())?;
+    let data = plane.insert_axis(Axis(0)).insert_axis(Axis(0));
+    let mut out = Image::new(image.grid.clone(), band, image.polarizations[..1].to_vec(), data, unit)?;
+    out.object.clone_from(&image.object);
+    if is_png(path) {
+        let title = format!("{} minus {}", args.image.display(), args.truth.display());
+        let drawn = plot::image(&out, &ImagePlot { title, range: Range::Symmetric, ..ImagePlot::default() })?.png()?;
+        return args.out(path).write(path, &drawn);
+    }
+    out.history.push(context.history());
+    Ok(write_image(path, &out, ImageOptions { overwrite: args.overwrite, ..ImageOptions::default() })?)
 }

@@ -127,7 +127,7 @@ fn gains(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 fn image(args: &ConvertArgs, out: &OutputArgs, context: &Context) -> Result<Outcome> {
     let mut image = cittert_formats::open_image(&args.input)?;
     if args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-        let png = plot::image(&image, &ImagePlot { title: image.object.clone(), ..ImagePlot::default() })?;
+        let png = plot::image(&image, &ImagePlot { title: image.object.clone(), ..ImagePlot::default() })?.png()?;
         out.write(&args.output, &png)?;
     } else {
         out.image(&args.output, &mut image, context)?;

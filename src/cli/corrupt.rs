@@ -42,8 +42,7 @@ struct Config {
 
 impl Config {
     fn read(path: &Path) -> Result<Self> {
-        let text =
-            std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the errors: {e}", path.display())))?;
+        let text = cittert_formats::read_text(path)?;
         toml::from_str(&text).context(format!("{}: the errors of corrupt", path.display()))
     }
 }

@@ -31,7 +31,7 @@ pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
     let (channels, n_v, n_u) = grid.sum.dim();
     let json = json!({
         "output": path, "n_channels": channels, "size": [n_u, n_v], "uv_cell_wavelengths": grid.cell_wl,
-        "cells_hit": hit, "n_visibilities": n, "n_outside": grid.n_outside, "sum_of_weights": grid.weights.sum(), "unit": grid.unit.name(),
+        "cells_filled": hit, "n_visibilities": n, "n_outside": grid.n_outside, "sum_of_weights": grid.weights.sum(), "unit": grid.unit.name(),
     });
     let text = format!(
         "{}: {n} visibilities in {hit} cells of {channels} x {n_v} x {n_u}, a cell is {} x {} wavelengths",

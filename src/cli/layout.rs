@@ -111,7 +111,7 @@ fn figures(layout: &ArrayLayout, freq: Frequency, json: &mut serde_json::Value, 
     let more = json!({
         "freq_hz": freq.si(), "bmaj_rad": f.bmaj_rad, "bmin_rad": f.bmin_rad, "bpa_rad": f.bpa_rad,
         "largest_scale_rad": f.largest_scale_rad, "psl_db": f.psl_db, "rms_sidelobe": f.rms_sidelobe,
-        "uv_fill": f.uv_fill, "redundancy": f.redundancy, "unique_baselines": f.unique_baselines,
+        "uv_fill": f.uv_fill, "uv_fill_cell_m": f.uv_fill_cell_m, "redundancy": f.redundancy, "unique_baselines": f.unique_baselines,
     });
     if let (Some(all), Some(more)) = (json.as_object_mut(), more.as_object()) {
         all.extend(more.clone());
@@ -121,8 +121,9 @@ fn figures(layout: &ArrayLayout, freq: Frequency, json: &mut serde_json::Value, 
     lines.push(format!("largest      {}", angle(f.largest_scale_rad)));
     lines.push(format!("side lobes   peak {:.1} dB, rms {:.4}", f.psl_db, f.rms_sidelobe));
     lines.push(format!(
-        "u-v plane    {:.2} % filled, redundancy {:.2}, {} unique baselines",
+        "u-v plane    {:.2} % filled in cells of {:.9}, redundancy {:.2}, {} unique baselines",
         100.0 * f.uv_fill,
+        Length(round(f.uv_fill_cell_m)),
         f.redundancy,
         f.unique_baselines
     ));

@@ -54,6 +54,8 @@ pub fn run(args: &MaskArgs, context: &Context) -> Result<Outcome> {
     let layout = load_layout(&args.layout)?;
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { center, plan } = args.track.plan(&layout).map_err(Failure::call)?;
+    super::planned::warn(&plan, context);
+    super::planned::check_size(&plan, spectrum.n_chan(), None, context)?;
     let grid = SkyGrid::new(args.size, args.size, args.cell.si(), SkyGrid::frame_of(&center))?;
     let mask = uv_mask(&grid, &spectrum, &mut plan.blocks(BLOCK_ROWS))?;
     write(args, &mask, &spectrum, context)?;
@@ -98,9 +100,9 @@ fn outcome(mask: &UvMask, args: &MaskArgs) -> Outcome {
     let json = serde_json::json!({
         "output": args.out.output,
         "cells_hit": mask.cells_hit(),
-        "uv_fill": mask.fill_fraction(),
+        "disc_fraction": mask.disc_fraction(),
         "grid_fraction": mask.grid_fraction(),
-        "redundancy": mask.redundancy(),
+        "visibilities_per_cell": mask.visibilities_per_cell(),
         "n_visibilities": mask.samples,
         "n_outside": mask.outside,
         "uv_cell_wavelengths": mask.cell_u,
@@ -111,9 +113,9 @@ fn outcome(mask: &UvMask, args: &MaskArgs) -> Outcome {
         mask.cells_hit(),
         args.size,
         args.size,
-        100.0 * mask.fill_fraction(),
+        100.0 * mask.disc_fraction(),
         mask.longest_wavelengths,
-        mask.redundancy()
+        mask.visibilities_per_cell()
     );
     Outcome::new(json, text)
 }

@@ -26,6 +26,7 @@ mod mask;
 mod mem;
 mod options;
 mod picture;
+mod planned;
 mod plot;
 mod predict;
 mod run;

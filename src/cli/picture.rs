@@ -7,7 +7,7 @@ use cittert_arrays::ArrayLayout;
 
 /// Antenna positions.
 pub(super) fn layout(layout: &ArrayLayout) -> Result<Vec<u8>> {
-    Ok(plot::layout(layout, &layout_title(layout), DEFAULT_WIDTH, DEFAULT_HEIGHT)?)
+    Ok(plot::layout(layout, &layout_title(layout), DEFAULT_WIDTH, DEFAULT_HEIGHT)?.png()?)
 }
 
 /// The title of a picture of antenna positions.
@@ -17,5 +17,5 @@ pub(super) fn layout_title(layout: &ArrayLayout) -> String {
 
 /// Number of visibilities in the cells of the Fourier grid.
 pub(super) fn mask(mask: &UvMask, title: &str) -> Result<Vec<u8>> {
-    Ok(plot::uv_mask(mask, title, DEFAULT_WIDTH, DEFAULT_HEIGHT)?)
+    Ok(plot::uv_mask(mask, title, DEFAULT_WIDTH, DEFAULT_HEIGHT)?.png()?)
 }

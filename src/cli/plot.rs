@@ -5,13 +5,17 @@ use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
 use crate::memory::MemoryBudget;
-use crate::plot::{self, CurveOptions, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Range, Series, Stretch, VisPlot, curves, uv_coverage};
-use cittert_arrays::{ArrayLayout, BuiltinLayout, UvCoverage, VisibilitySource, for_each_block};
+use crate::plot::{
+    self, CurveOptions, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Picture, PictureFormat, Range, Series, Stretch, VisPlot, curves,
+    uv_coverage,
+};
+use cittert_arrays::quantity::Frequency;
+use cittert_arrays::{ArrayLayout, BuiltinLayout, CoveragePlan, SpectralWindow, UvCoverage, VisibilitySource, for_each_block};
 use cittert_formats::{Holds, format_of};
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 
-/// What a picture of a visibility set shows.
+/// What a picture of a visibility set or a layout shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum What {
     /// u-v coverage.
@@ -28,9 +32,12 @@ pub struct PlotArgs {
     /// Image, visibility set, gain table, or layout (file or built-in name).
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// What a picture of a visibility set shows.
-    #[arg(long, value_name = "WHAT", default_value = "visibilities")]
-    what: What,
+    /// What a picture of a visibility set or a layout shows [default: visibilities of a set, antennas of a layout].
+    #[arg(long, value_name = "WHAT")]
+    what: Option<What>,
+    /// Frequency for the u-v coverage of a layout.
+    #[arg(long, value_name = "FREQ")]
+    freq: Option<Frequency>,
     /// Channel of an image.
     #[arg(long, default_value_t = 0, value_name = "N")]
     channel: usize,
@@ -65,6 +72,9 @@ pub struct PlotArgs {
     out: OutputArgs,
 }
 
+/// Julian date of the coverage of a layout: noon of the first day of 2025.
+const ANY_DATE_JD: f64 = 2_460_677.0;
+
 /// Largest number of rows of coverage that a picture shows.
 const MOST_ROWS: usize = 400_000;
 
@@ -73,14 +83,15 @@ const MOST_ROWS: usize = 400_000;
 /// # Errors
 /// A file that cannot be drawn, options that do not suit the file, or an error of the file system.
 pub fn run(args: &PlotArgs, _context: &Context) -> Result<Outcome> {
+    let format = PictureFormat::of(&args.out.output).map_err(Failure::call)?;
     args.out.check(&args.out.output)?;
-    let png = draw(args)?;
-    args.out.write(&args.out.output, &png)?;
-    let json = serde_json::json!({ "output": args.out.output, "bytes": png.len() });
+    let file = draw(args)?.file(format)?;
+    args.out.write(&args.out.output, &file)?;
+    let json = serde_json::json!({ "output": args.out.output, "bytes": file.len() });
     Ok(Outcome::new(json, args.out.output.display().to_string()).wrote(&args.out.output))
 }
 
-fn draw(args: &PlotArgs) -> Result<Vec<u8>> {
+fn draw(args: &PlotArgs) -> Result<Picture> {
     let name = args.file.to_string_lossy();
     // The name of a built-in layout is no file.
     let holds = if BuiltinLayout::find(&name).is_some() { None } else { Some(format_of(&args.file)?.holds()) };
@@ -89,8 +100,15 @@ fn draw(args: &PlotArgs) -> Result<Vec<u8>> {
         let options = "--min, --max, --symmetric, --like, --asinh, --channel and --pol-index";
         return Err(Failure::usage(format!("{name}: {options} are for images")));
     }
+    let of_layouts = holds.is_none() || matches!(holds, Some(Holds::Layouts(_)));
+    if args.what.is_some() && !of_layouts && !matches!(holds, Some(Holds::Visibilities(_))) {
+        return Err(Failure::usage(format!("{name}: --what is for visibilities and layouts")));
+    }
+    if args.freq.is_some() && !of_layouts {
+        return Err(Failure::usage(format!("{name}: --freq is for layouts; visibilities have their own frequencies")));
+    }
     match holds {
-        None | Some(Holds::Layouts(_)) => layout(args, &load_layout(&name)?),
+        None | Some(Holds::Layouts(_)) => of_layout(args, &load_layout(&name)?),
         Some(Holds::Images(_)) => image(args),
         Some(Holds::Visibilities(_)) => visibilities(args),
         Some(Holds::Gains(_)) => gains(args),
@@ -100,7 +118,28 @@ fn draw(args: &PlotArgs) -> Result<Vec<u8>> {
     }
 }
 
-fn layout(args: &PlotArgs, layout: &ArrayLayout) -> Result<Vec<u8>> {
+/// The antennas of a layout, or the u-v coverage of one integration towards the zenith or boresight.
+fn of_layout(args: &PlotArgs, array: &ArrayLayout) -> Result<Picture> {
+    match args.what {
+        None | Some(What::Antennas) => layout(args, array),
+        Some(What::Uv) => {
+            let freq = args.freq.ok_or_else(|| {
+                Failure::usage(format!("{}: --what uv of a layout needs --freq, because u and v count wavelengths", args.file.display()))
+            })?;
+            // The date only fills the time column: the baselines are those of the layout.
+            let coverage = CoveragePlan::snapshot(array, ANY_DATE_JD, 1.0)?.coverage()?;
+            let title = args.title.clone().unwrap_or_else(|| format!("{} at {freq}, one integration", array.name));
+            let band = SpectralWindow::new(vec![freq.si()], vec![freq.si()])?;
+            Ok(uv_coverage(&coverage, &band, &title, args.width, args.height)?)
+        }
+        Some(What::Visibilities) => Err(Failure::usage(format!(
+            "{}: a layout has no visibilities: use --what antennas or --what uv, or simulate them first",
+            args.file.display()
+        ))),
+    }
+}
+
+fn layout(args: &PlotArgs, layout: &ArrayLayout) -> Result<Picture> {
     let title = args.title.clone().unwrap_or_else(|| picture::layout_title(layout));
     Ok(plot::layout(layout, &title, args.width, args.height)?)
 }
@@ -112,7 +151,7 @@ fn title(args: &PlotArgs, object: &str) -> String {
     })
 }
 
-fn image(args: &PlotArgs) -> Result<Vec<u8>> {
+fn image(args: &PlotArgs) -> Result<Picture> {
     let image = cittert_formats::open_image(&args.file)?;
     let range = match (args.min, args.max) {
         (Some(min), Some(max)) => Range::Fixed(min, max),
@@ -147,7 +186,7 @@ const MOST_NAMES: usize = 12;
 
 /// Draw the gain phases of the first feed in the middle channel. They are drawn against time, or against the antenna number where the table has
 /// one time only.
-fn gains(args: &PlotArgs) -> Result<Vec<u8>> {
+fn gains(args: &PlotArgs) -> Result<Picture> {
     let table = cittert_formats::calh5::read_gains(&args.file)?;
     let (n_time, n_ant, n_chan, _) = table.gains.dim();
     let first = table.time_jd.first().copied().unwrap_or_default();
@@ -177,10 +216,10 @@ fn gains(args: &PlotArgs) -> Result<Vec<u8>> {
     curves(&series, &options).context(format!("drawing {}", args.file.display()))
 }
 
-fn visibilities(args: &PlotArgs) -> Result<Vec<u8>> {
+fn visibilities(args: &PlotArgs) -> Result<Picture> {
     let mut source = cittert_formats::open_visibilities(&args.file)?;
     let title = title(args, "");
-    let drawn = match args.what {
+    let drawn = match args.what.unwrap_or(What::Visibilities) {
         What::Antennas => return layout(args, &source.header().layout),
         What::Uv => coverage(source.as_mut(), &args.file)
             .and_then(|c| Ok(uv_coverage(&c, &source.header().spectrum, &title, args.width, args.height)?)),

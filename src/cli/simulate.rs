@@ -3,6 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SceneArgs, load_layout};
+use super::planned;
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use clap::Args;
 
@@ -36,6 +37,8 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let layout = load_layout(&args.layout)?;
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { mut center, plan } = args.track.plan(&layout).map_err(Failure::call)?;
+    planned::warn(&plan, context);
+    planned::check_size(&plan, spectrum.n_chan() * args.how.pols.len(), Some(&args.out.output), context)?;
     args.how.pattern(&layout).map_err(Failure::call)?;
     let scene = args.scene.load(&center, &spectrum, context)?;
     center.name.clone_from(&scene.name);

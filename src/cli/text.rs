@@ -39,6 +39,20 @@ pub(super) fn number(x: f64) -> String {
     }
 }
 
+/// Chi squared per datum, with a remark where it is so far from 1 that the weights of the data cannot be 1 over the variance of their noise.
+pub(super) fn chi2(x: f64) -> String {
+    let digits = if (1e-3..1e6).contains(&x) { format!("{x:.4}") } else { format!("{x:.3e}") };
+    let remark = match x {
+        _ if x < 0.01 => " (the weights do not fit the data: their noise is much smaller than the weights say)",
+        _ if x > 1e4 => {
+            " (the weights do not fit the data: their noise is much larger than the weights say, or the model lacks most of the source)"
+        }
+        _ if x > 30.0 => " (the model does not fit the data to their noise, or the weights are too large)",
+        _ => "",
+    };
+    digits + remark
+}
+
 /// The axes and the position angle of a beam.
 pub(super) fn beam(b: &RestoringBeam) -> String {
     format!("{} x {}, position angle {:.1} deg", angle(b.bmaj_rad), angle(b.bmin_rad), b.bpa_rad.to_degrees())
@@ -68,6 +82,14 @@ mod tests {
         assert_eq!(angle((20e-6 / 3600.0_f64).to_radians()), "20 uas");
         assert_eq!(angle(0.0018637), "0.1068 deg");
         assert_eq!(angle(0.0), "0 deg");
+    }
+
+    #[test]
+    fn a_chi_squared_far_from_one_is_explained() {
+        assert_eq!(chi2(1.0234), "1.0234");
+        assert!(chi2(22_535_652_408.0).starts_with("2.254e10 (the weights do not fit the data"));
+        assert!(chi2(0.0).starts_with("0.000e0 (the weights do not fit the data"));
+        assert!(chi2(100.0).contains("the model does not fit"));
     }
 
     #[test]

@@ -1,12 +1,19 @@
 //! Measures of the quality of an image, alone and compared with a true image.
 
+mod alignment;
 mod compare;
+mod convolve;
 mod noise;
+mod region;
+mod regrid;
+mod scores;
 mod shift;
 
-pub use compare::{
-    CompareOptions, Fidelity, Region, check_alignment, compare, compare_planes, convolve, dynamic_range, fidelity_index,
-    off_source_dynamic_range, ssim,
-};
+pub use alignment::check_alignment;
+pub use compare::{CompareOptions, Comparison, compare};
+pub use convolve::convolve;
 pub use noise::robust_rms;
-pub use shift::{find_shift, register, shifted};
+pub use region::Region;
+pub use regrid::regrid;
+pub use scores::{Fidelity, compare_planes, fidelity_index, fidelity_of_pixel, peak_over_robust_rms, ssim};
+pub use shift::{find_shift, shifted};

@@ -2,7 +2,6 @@
 
 use crate::fourier::Convolver;
 use crate::{ChainError, Result};
-use cittert_arrays::Image;
 use ndarray::{Array1, Array2, ArrayView2, Axis, s};
 
 /// Half width of the interpolation kernel, pixels.
@@ -95,24 +94,6 @@ fn taps(fraction: f64) -> Vec<f64> {
     let all: Vec<f64> = (-half..=half).map(weight).collect();
     let sum: f64 = all.iter().sum();
     all.into_iter().map(|w| w / sum).collect()
-}
-
-/// The image moved onto the truth, and the shift (l, m) in rad. All planes move by the shift of the first plane.
-///
-/// # Errors
-/// As [`find_shift`].
-pub fn register(image: &Image, truth: &Image) -> Result<(Image, (f64, f64))> {
-    let by = find_shift(image.plane(0, 0), truth.plane(0, 0))?;
-    let mut out = image.clone();
-    for (chan, mut channel) in out.data.axis_iter_mut(Axis(0)).enumerate() {
-        for (pol, mut plane) in channel.axis_iter_mut(Axis(0)).enumerate() {
-            plane.assign(&shifted(image.plane(chan, pol), by));
-        }
-    }
-    let grid = &image.grid;
-    let l = grid.l_at(by.1) - grid.l_at(0.0);
-    let m = grid.m_at(by.0) - grid.m_at(0.0);
-    Ok((out, (l, m)))
 }
 
 #[cfg(test)]

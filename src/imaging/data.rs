@@ -31,6 +31,9 @@ pub struct ReducedBlock {
     pub imaging: Array2<f32>,
 }
 
+/// Number of factors of two of baseline lengths that are told apart. No baseline has 2^48 wavelengths.
+const OCTAVES: usize = 48;
+
 /// The results of the first pass.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Survey {
@@ -40,6 +43,8 @@ pub struct Survey {
     pub extent: UvwExtent,
     /// Shortest and longest projected baseline of used rows over all channels, wavelengths.
     pub uv_range_wl: (f64, f64),
+    /// Shortest of these baselines in each factor of two, wavelengths: entry k is that between 2^k and 2^(k + 1), or infinite.
+    pub shortest_by_octave_wl: Vec<f64>,
     /// Sum of the weights of the data in each channel \[chan\].
     pub channel_weight: Vec<f64>,
     /// Middle between the first and the last time, Julian date.
@@ -77,7 +82,12 @@ impl<'a> Data<'a> {
     ) -> Result<Self> {
         let (n_rows, spectrum) = (source.n_rows(), source.header().spectrum.clone());
         let fits = n_rows.saturating_mul(spectrum.n_chan()).saturating_mul(REDUCED_BYTES) <= memory.kept_visibilities();
-        let mut survey = Survey { channel_weight: vec![0.0; spectrum.n_chan()], uv_range_wl: (f64::INFINITY, 0.0), ..Survey::default() };
+        let mut survey = Survey {
+            channel_weight: vec![0.0; spectrum.n_chan()],
+            uv_range_wl: (f64::INFINITY, 0.0),
+            shortest_by_octave_wl: vec![f64::INFINITY; OCTAVES],
+            ..Survey::default()
+        };
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
@@ -99,6 +109,9 @@ impl<'a> Data<'a> {
                 if weights.iter().any(|w| *w > 0.0) {
                     let length = uvw[0].hypot(uvw[1]) / SPEED_OF_LIGHT_M_S;
                     survey.uv_range_wl = (survey.uv_range_wl.0.min(length * f_lo), survey.uv_range_wl.1.max(length * f_hi));
+                    let octave = (length * f_lo).log2().clamp(0.0, (OCTAVES - 1) as f64) as usize;
+                    let shortest = &mut survey.shortest_by_octave_wl[octave];
+                    *shortest = shortest.min(length * f_lo);
                     weights.iter().zip(&mut survey.channel_weight).for_each(|(w, sum)| *sum += f64::from(*w));
                 }
             }

@@ -24,7 +24,22 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
         Some(size) => size,
         None => {
             ensure!(longest > 0.0, needed("an image size"));
-            let n = chosen_side(field_of_view(header, shortest, &opts.sizes), cell, &opts.sizes);
+            let apart = shortest_between_sites(&survey.shortest_by_octave_wl);
+            let field = field_of_view(header, apart.unwrap_or(shortest), &opts.sizes);
+            let n = chosen_side(field, cell, &opts.sizes);
+            if let Some(apart) = apart {
+                let text = format!(
+                    "baselines of {shortest:.3e} wavelengths join antennas of one site, and those between sites begin at {apart:.3e}: the image covers the field that the latter measure. The option size makes it larger"
+                );
+                observer.event(Event::Note(&text));
+            } else if field > 1.01 * n as f64 * cell {
+                let text = format!(
+                    "the image covers {:.3e} rad of a field of {field:.3e} rad, so that it has at most {} pixels a side. The options size and cell change this",
+                    n as f64 * cell,
+                    opts.sizes.largest_side
+                );
+                observer.event(Event::Note(&text));
+            }
             (n, n)
         }
     };
@@ -50,6 +65,18 @@ pub(crate) fn warn_coarse(cell_rad: f64, longest_wl: f64, observer: &dyn Observe
     }
 }
 
+/// Octaves without a baseline between those of one site and those between sites. Antennas of one array are spread over all lengths up to its
+/// size. The two antennas of a site of a world-wide array are hundreds of times closer to each other than to the next site.
+const GAP_OCTAVES: usize = 4;
+
+/// The shortest baseline beyond the last gap of the coverage; `None` where there is no gap. The baselines below a gap measure only the total
+/// flux, and the field of an image that follows from them has millions of empty beams.
+fn shortest_between_sites(shortest_by_octave_wl: &[f64]) -> Option<f64> {
+    let used: Vec<usize> = (0..shortest_by_octave_wl.len()).filter(|k| shortest_by_octave_wl[*k].is_finite()).collect();
+    let gap = used.windows(2).rev().find(|w| w[1] - w[0] > GAP_OCTAVES);
+    gap.map(|w| shortest_by_octave_wl[w[1]])
+}
+
 /// Width of the field in rad: the main lobe of the antennas if their diameters are known, otherwise the largest structure that the shortest
 /// baseline measures.
 fn field_of_view(header: &VisibilityHeader, shortest_wl: f64, sizes: &SizeTuning) -> f64 {
@@ -71,6 +98,19 @@ fn chosen_side(field: f64, cell: f64, sizes: &SizeTuning) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn baselines_within_a_site_do_not_set_the_field() {
+        let coverage = |octaves: &[usize]| {
+            let mut all = vec![f64::INFINITY; 48];
+            octaves.iter().for_each(|k| all[*k] = 1.5 * f64::from(1 << k));
+            all
+        };
+        // ALMA to APEX has 2^20 wavelengths at 1.3 mm, and the shortest baseline between sites 2^28.
+        assert_eq!(shortest_between_sites(&coverage(&[16, 17, 28, 29, 30])), Some(1.5 * f64::from(1 << 28)));
+        assert_eq!(shortest_between_sites(&coverage(&[10, 11, 13, 17])), None);
+        assert_eq!(shortest_between_sites(&coverage(&[])), None);
+    }
 
     #[test]
     fn sides_are_smooth_even_and_inside_the_horizon() {

@@ -44,6 +44,14 @@ impl Control {
             Self::Target { target, tolerance } => (chi2 / target - 1.0).abs() <= tolerance,
         }
     }
+
+    /// The relative departure of chi squared from its target.
+    pub(super) fn departure(&self, chi2: f64) -> f64 {
+        match *self {
+            Self::Fixed => 0.0,
+            Self::Target { target, .. } => (chi2 / target - 1.0).abs(),
+        }
+    }
 }
 
 /// A control with the response of chi squared to lambda that it has measured.

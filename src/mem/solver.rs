@@ -60,13 +60,29 @@ pub(super) struct Course<'o> {
     goals: MemGoals,
     /// Steps in a row without progress.
     stalled: usize,
+    /// The smallest departures from the three goals so far, and the number of steps since one of them became smaller.
+    closest: [f64; 3],
+    steps_since: usize,
     observer: &'o dyn Observer,
 }
 
 impl<'o> Course<'o> {
     /// With these multipliers at the start.
     pub(super) fn new(multipliers: Multipliers, steering: Steering, goals: MemGoals, observer: &'o dyn Observer) -> Self {
-        Self { multipliers, steering, point: None, evaluations: 0, convolutions: 0, met: false, goals, stalled: 0, observer }
+        let (point, closest) = (None, [f64::INFINITY; 3]);
+        Self {
+            multipliers,
+            steering,
+            point,
+            evaluations: 0,
+            convolutions: 0,
+            met: false,
+            goals,
+            stalled: 0,
+            closest,
+            steps_since: 0,
+            observer,
+        }
     }
 
     /// One evaluation of the objective, counted.
@@ -82,11 +98,33 @@ impl<'o> Course<'o> {
         let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
         self.observer.event(Event::Entropy { number: number as usize, evaluations, chi2, kkt, flux: point.flux, lambda: m.lambda });
         self.met = self.steering.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
+        self.compare([self.steering.control.departure(chi2), kkt, error]);
         let accepted = (point.s.clone(), o.value(&point, &m));
         self.point = Some(point);
         accepted
     }
+
+    /// Note the departures of a new point from the goals of chi squared, of the KKT residual and of the flux.
+    fn compare(&mut self, departures: [f64; 3]) {
+        self.steps_since += 1;
+        for (closest, departure) in self.closest.iter_mut().zip(departures) {
+            if departure < CLOSER * *closest {
+                (*closest, self.steps_since) = (departure, 0);
+            }
+        }
+    }
+
+    /// True if the last steps of a method have led nowhere.
+    fn has_stalled<A: Advance>(&self) -> bool {
+        self.stalled >= A::STALLS || self.steps_since >= PATIENCE
+    }
 }
+
+/// A run ends after this many steps in a row that do not bring it closer to its goals. Runs that reach their goals come closer every few
+/// steps.
+const PATIENCE: usize = 100;
+/// A step brings a run closer if one of its departures is below this fraction of the smallest one before.
+const CLOSER: f64 = 0.99;
 
 /// A method on its course, as argmin sees it.
 struct Run<'o, A> {
@@ -125,7 +163,7 @@ impl<'a, A: Advance> Solver<Shared<'a>, State> for Run<'_, A> {
         let because = |text: &str| TerminationStatus::Terminated(TerminationReason::SolverExit(text.to_owned()));
         match &self.course {
             c if c.met => TerminationStatus::Terminated(TerminationReason::SolverConverged),
-            c if c.stalled >= A::STALLS => because("stalled"),
+            c if c.has_stalled::<A>() => because("stalled"),
             c if c.evaluations >= c.goals.evaluations => because("evaluations"),
             _ => TerminationStatus::NotTerminated,
         }
@@ -143,7 +181,7 @@ pub struct Progress {
     pub convolutions: usize,
     /// All goals are met.
     pub met: bool,
-    /// No step in any direction improves the image any more.
+    /// No step in any direction improves the image any more, or many steps in a row have not brought it closer to the goals.
     pub stalled: bool,
 }
 
@@ -163,7 +201,7 @@ pub(super) fn run<'o, A: Advance>(
     let result = executor.configure(|state| state.param(s).max_iters(steps as u64)).run().map_err(ours)?;
     let (course, iterations) = (result.solver.course, result.state.iter as usize);
     let Course { evaluations, convolutions, met, .. } = course;
-    let stalled = !met && course.stalled >= A::STALLS;
+    let stalled = !met && course.has_stalled::<A>();
     Ok((course, Progress { evaluations, iterations, convolutions, met, stalled }))
 }
 

@@ -4,6 +4,7 @@ use super::axes::Axis;
 use super::canvas::{Align, Canvas, INK, Rect};
 use super::colors::LINES;
 use super::panel::{RIGHT_ROOM, Sheet};
+use super::picture::Picture;
 use crate::Result;
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
 
@@ -19,7 +20,7 @@ const MOST_NAMES: usize = 60;
 ///
 /// # Errors
 /// A picture below 100 or above 8000 pixels.
-pub fn layout(layout: &ArrayLayout, heading: &str, width: usize, height: usize) -> Result<Vec<u8>> {
+pub fn layout(layout: &ArrayLayout, heading: &str, width: usize, height: usize) -> Result<Picture> {
     let antennas = layout.antennas();
     let bounds = |k: usize| {
         let all = antennas.iter().map(|a| a.position_m[k]);

@@ -1,11 +1,14 @@
 //! The canvas of a picture. Everything is drawn at twice the size and averaged down, which smooths lines and spaces letters evenly.
 
+use super::shape::Shape;
+pub(crate) use super::shape::{Align, FAINT, INK, Rect, Rgb, WHITE};
 use crate::{ChainError, Result};
 use plotters::backend::BitMapBackend;
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};
 use plotters::element::{PathElement, Polygon};
 use plotters::style::{FontStyle, FontTransform, IntoFont, RGBAColor, RGBColor, ShapeStyle, TextStyle, register_font};
+use std::ops::Range;
 use std::sync::OnceLock;
 
 /// Pixels drawn for each pixel shown, along each side.
@@ -16,52 +19,14 @@ static FONT_BYTES: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
 /// Height of a line of the font divided by its em. plotters measures font sizes in lines.
 const LINE_PER_EM: f64 = 1.164;
 
-/// A colour: red, green, blue.
-pub(crate) type Rgb = [u8; 3];
-/// Text and axes.
-pub(crate) const INK: Rgb = [30, 30, 34];
-/// Lines behind the data.
-pub(crate) const FAINT: Rgb = [224, 224, 228];
-/// Background.
-pub(crate) const WHITE: Rgb = [255, 255, 255];
-
-/// Which part of a text lies at the given point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Align {
-    Left,
-    Center,
-    Right,
-}
-
-/// A rectangle in pixels, y down.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rect {
-    pub(crate) x0: f64,
-    pub(crate) y0: f64,
-    pub(crate) x1: f64,
-    pub(crate) y1: f64,
-}
-
-impl Rect {
-    pub(crate) fn width(&self) -> f64 {
-        self.x1 - self.x0
-    }
-
-    pub(crate) fn height(&self) -> f64 {
-        self.y1 - self.y0
-    }
-
-    pub(crate) fn overlaps(&self, other: &Self) -> bool {
-        self.x0 < other.x1 && other.x0 < self.x1 && self.y0 < other.y1 && other.y0 < self.y1
-    }
-}
-
 /// The pixels of a picture. All coordinates count the pixels that are shown.
 pub(crate) struct Canvas {
     width: usize,
     height: usize,
     /// RGB of the enlarged picture.
     pixels: Vec<u8>,
+    /// The same as shapes.
+    shapes: Vec<Shape>,
 }
 
 /// Whether a line from `a` over `b` to `c` turns by more than a right angle.
@@ -98,7 +63,17 @@ impl Canvas {
                 });
             }
         }
-        Ok(Self { width, height, pixels: vec![255; width * height * OVER * OVER * 3] })
+        Ok(Self { width, height, pixels: vec![255; width * height * OVER * OVER * 3], shapes: Vec::new() })
+    }
+
+    /// Width and height, pixels.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// What was drawn, in order.
+    pub(super) fn shapes(&self) -> &[Shape] {
+        &self.shapes
     }
 
     /// The enlarged picture as plotters draws on it.
@@ -113,6 +88,7 @@ impl Canvas {
 
     /// A line through points.
     pub(crate) fn line(&mut self, points: &[(f64, f64)], c: Rgb, width: f64) -> Result<()> {
+        self.shapes.push(Shape::Line { points: points.to_vec(), color: c, width });
         let stroke = (width * OVER as f64).round().max(1.0) as u32;
         let style = ShapeStyle { color: color(c, 1.0), filled: false, stroke_width: stroke };
         let points = Self::scaled(points);
@@ -131,13 +107,15 @@ impl Canvas {
 
     /// A filled polygon.
     pub(crate) fn polygon(&mut self, points: &[(f64, f64)], c: Rgb, alpha: f64) -> Result<()> {
+        self.shapes.push(Shape::Polygon { points: points.to_vec(), color: c, alpha });
         let style = ShapeStyle { color: color(c, alpha), filled: true, stroke_width: 0 };
         self.area().draw(&Polygon::new(Self::scaled(points), style)).map_err(plot_error)
     }
 
     /// A filled rectangle.
     pub(crate) fn fill(&mut self, r: Rect, c: Rgb) {
-        self.shade(r, |_, _| c);
+        self.shapes.push(Shape::Fill { area: r, color: c });
+        self.paint(r, |_, _| c);
     }
 
     /// The outline of a rectangle.
@@ -154,7 +132,23 @@ impl Canvas {
     }
 
     /// Colour every drawn pixel of a rectangle by its place: x runs from 0 at the left to 1, y from 0 at the top to 1.
-    pub(crate) fn shade(&mut self, r: Rect, mut c: impl FnMut(f64, f64) -> Rgb) {
+    ///
+    /// # Errors
+    /// Never for a canvas of valid size; the encoder's error is passed on.
+    pub(crate) fn shade(&mut self, r: Rect, c: impl FnMut(f64, f64) -> Rgb) -> Result<()> {
+        let (x, y) = self.paint(r, c);
+        let row = |y: usize| &self.pixels[3 * (y * self.width * OVER + x.start)..3 * (y * self.width * OVER + x.end)];
+        let rgb: Vec<u8> = y.clone().flat_map(|y| row(y).iter().copied()).collect();
+        if let Some(picture) = image::RgbImage::from_raw(x.len() as u32, y.len() as u32, rgb).filter(|p| !p.is_empty()) {
+            let shown = |n: usize| n as f64 / OVER as f64;
+            let area = Rect { x0: shown(x.start), x1: shown(x.end), y0: shown(y.start), y1: shown(y.end) };
+            self.shapes.push(Shape::Pixels { area, png: encode(picture.into())? });
+        }
+        Ok(())
+    }
+
+    /// Colour the drawn pixels of a rectangle. Returns their columns and rows.
+    fn paint(&mut self, r: Rect, mut c: impl FnMut(f64, f64) -> Rgb) -> (Range<usize>, Range<usize>) {
         // A rectangle may reach over the edge of the picture; that part is not drawn.
         let edge = |v: f64, n: usize| ((v * OVER as f64).round().max(0.0) as usize).min(n * OVER);
         let (x0, x1) = (edge(r.x0, self.width), edge(r.x1, self.width));
@@ -166,10 +160,12 @@ impl Canvas {
                 self.pixels[at..at + 3].copy_from_slice(&rgb);
             }
         }
+        (x0..x1, y0..y1)
     }
 
     /// Draw a round dot with a soft edge over the picture, inside `clip` only.
     pub(crate) fn dot(&mut self, (x, y): (f64, f64), radius: f64, c: Rgb, alpha: f64, clip: Rect) {
+        self.shapes.push(Shape::Dot { at: (x, y), radius, color: c, alpha, clip });
         let s = OVER as f64;
         let (cx, cy, r) = (x * s, y * s, radius * s);
         let low = |v: f64, limit: f64| (v - r - 1.0).max(limit * s).max(0.0) as usize;
@@ -197,11 +193,13 @@ impl Canvas {
 
     /// Text of `em` pixels whose base line passes through y.
     pub(crate) fn text(&mut self, (x, y): (f64, f64), text: &str, em: f64, align: Align, c: Rgb) -> Result<()> {
+        self.shapes.push(Shape::Text { at: (x, y), text: text.to_owned(), em, align, color: c, upwards: false });
         self.write((x - self.shift(text, em, align), y), text, em, c, FontTransform::None)
     }
 
     /// Text that reads upwards, whose base line is at x; `align` is along the text from below.
     pub(crate) fn text_up(&mut self, (x, y): (f64, f64), text: &str, em: f64, align: Align, c: Rgb) -> Result<()> {
+        self.shapes.push(Shape::Text { at: (x, y), text: text.to_owned(), em, align, color: c, upwards: true });
         self.write((x, y + self.shift(text, em, align)), text, em, c, FontTransform::Rotate270)
     }
 

@@ -48,7 +48,7 @@ impl ColorScale {
 
     /// Draw the bar in `area` with ticks to its right; values are shown divided by `unit`.
     pub(crate) fn bar(&self, canvas: &mut Canvas, area: Rect, unit: f64, label: &str) -> Result<()> {
-        canvas.shade(area, |_, y| self.color_at(1.0 - y));
+        canvas.shade(area, |_, y| self.color_at(1.0 - y))?;
         canvas.frame(area, INK, 1.0);
         let (lo, hi) = (self.low / unit, self.high / unit);
         let count = ((area.height() / 70.0) as usize).max(2);

@@ -5,6 +5,7 @@ use super::canvas::{Canvas, Rect};
 use super::colors::LINES;
 use super::legend::{CORNERS, Corner, Style, legend_at, legend_frame};
 use super::panel::{BOTTOM_ROOM, Panel, Sheet};
+use super::picture::Picture;
 use super::size::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 use crate::{ChainError, Result};
 
@@ -68,7 +69,7 @@ impl Default for CurveOptions {
 ///
 /// # Errors
 /// No point that can be drawn, or a number of error bars that differs from the number of points.
-pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Vec<u8>> {
+pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Picture> {
     let usable = |(x, y): (f64, f64)| x.is_finite() && y.is_finite() && !(options.log_x && x <= 0.0) && !(options.log_y && y <= 0.0);
     let mut ends = [(f64::INFINITY, f64::NEG_INFINITY); 2];
     for s in series {
@@ -204,15 +205,18 @@ mod tests {
             errors: vec![(0.5, 0.5), (1.0, 1.0), (200.0, 10.0), (0.0, 0.0)],
         };
         let options = CurveOptions { log_x: true, log_y: true, width: 400, height: 300, ..CurveOptions::default() };
-        let png = curves(std::slice::from_ref(&s), &options).unwrap();
+        let png = curves(std::slice::from_ref(&s), &options).unwrap().png().unwrap();
         let picture = ::image::load_from_memory(&png).unwrap().to_rgb8();
         assert!(picture.pixels().filter(|p| p.0 == LINES[0]).count() > 300);
         let dots = Style { color: 3, line: false, dots: true };
-        let png = curves(&[Series { errors: Vec::new(), ..s.clone() }], &CurveOptions { styles: vec![dots], ..options.clone() }).unwrap();
+        let png = curves(&[Series { errors: Vec::new(), ..s.clone() }], &CurveOptions { styles: vec![dots], ..options.clone() })
+            .unwrap()
+            .png()
+            .unwrap();
         let picture = ::image::load_from_memory(&png).unwrap().to_rgb8();
         let colored = |c: usize| picture.pixels().filter(|p| p.0 == LINES[c]).count();
         assert!(colored(0) == 0 && (20..200).contains(&colored(3)), "{} {}", colored(0), colored(3));
-        let e = curves(&[Series { points: vec![(-1.0, 1.0)], ..Series::default() }], &options).unwrap_err().to_string();
+        let e = curves(&[Series { points: vec![(-1.0, 1.0)], ..Series::default() }], &options).err().unwrap().to_string();
         assert!(e.contains("no line"), "{e}");
         assert!(curves(&[Series { errors: vec![(1.0, 1.0)], ..s }], &options).is_err());
     }

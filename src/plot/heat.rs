@@ -4,6 +4,7 @@ use super::axes::{Axis, angle_unit, prefix, superscript, whole_prefix};
 use super::canvas::{Canvas, INK, Rect, WHITE};
 use super::colors::{BAR_ROOM, BLANK, ColorScale, bar_area};
 use super::panel::{BOTTOM_ROOM, Panel, Sheet};
+use super::picture::Picture;
 use super::size::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 use crate::simulate::UvMask;
 use crate::{ChainError, Result};
@@ -91,7 +92,7 @@ struct Ellipse {
 ///
 /// # Errors
 /// A channel or polarisation that the image does not have, an image without a finite value, a picture below 100 or above 8000 pixels.
-pub fn image(image: &Image, options: &ImagePlot) -> Result<Vec<u8>> {
+pub fn image(image: &Image, options: &ImagePlot) -> Result<Picture> {
     let (n_chan, n_pol, ..) = image.data.dim();
     for (what, index, len) in [("channel", options.chan, n_chan), ("polarisation", options.pol, n_pol)] {
         if index >= len {
@@ -126,7 +127,7 @@ pub fn image(image: &Image, options: &ImagePlot) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// A mask without a visibility, a picture below 100 or above 8000 pixels.
-pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Result<Vec<u8>> {
+pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Result<Picture> {
     let (n_v, n_u) = mask.counts.dim();
     let reach = |longest: f64, cell: f64, n: usize| ((1.04 * longest / cell).ceil() as usize + 1).min(n / 2);
     let (half_u, half_v) = (reach(mask.longest_wavelengths, mask.cell_u, n_u), reach(mask.longest_wavelengths, mask.cell_v, n_v));
@@ -160,7 +161,7 @@ pub fn uv_mask(mask: &UvMask, title: &str, width: usize, height: usize) -> Resul
 }
 
 impl Heat<'_> {
-    fn draw(self) -> Result<Vec<u8>> {
+    fn draw(self) -> Result<Picture> {
         let Sheet { width: w, height: h, .. } = self.sheet;
         let top = self.sheet.top();
         let left = Panel::left_room(&self.y, &Canvas::new(w as usize, h as usize)?, h - top - BOTTOM_ROOM);
@@ -173,7 +174,7 @@ impl Heat<'_> {
         let (x0, y0) = ((left + (room_x - pw) / 2.0).round(), (top + (height - top - BOTTOM_ROOM - ph) / 2.0).round());
         let area = Rect { x0, y0, x1: x0 + pw, y1: y0 + ph };
         let mut canvas = Canvas::new(w as usize, height as usize)?;
-        self.cells(&mut canvas, area);
+        self.cells(&mut canvas, area)?;
         if let Some(beam) = self.beam {
             draw_beam(&mut canvas, area, k, beam, self.x.to > self.x.from)?;
         }
@@ -183,7 +184,7 @@ impl Heat<'_> {
     }
 
     /// Colour the cells. A pixel that covers several cells shows their mean, without the cells that have no value.
-    fn cells(&self, canvas: &mut Canvas, area: Rect) {
+    fn cells(&self, canvas: &mut Canvas, area: Rect) -> Result<()> {
         let (rows, columns) = self.plane.dim();
         let (half_x, half_y) = (0.25 / area.width(), 0.25 / area.height()); // half a drawn pixel
         let span = |center: f64, half: f64, n: usize| {
@@ -212,7 +213,7 @@ impl Heat<'_> {
                 0 => self.scale.color(f64::NAN),
                 n => self.scale.color(sum / f64::from(n)),
             }
-        });
+        })
     }
 }
 
@@ -318,7 +319,7 @@ mod tests {
     #[test]
     fn the_first_column_and_last_row_are_at_the_upper_left() {
         let options = ImagePlot { title: "t".into(), width: 450, height: 400, ..ImagePlot::default() };
-        let picture = decode(&image(&plane(SkyFrame::Boresight), &options).unwrap());
+        let picture = decode(&image(&plane(SkyFrame::Boresight), &options).unwrap().png().unwrap());
         let (width, height) = picture.dimensions();
         assert!(width == 450 && height < 400, "a wide image leaves no empty margin: {height}");
         // The bright block lies in the upper left of the panel: look for the brightest colours left of the colour bar.
@@ -342,6 +343,6 @@ mod tests {
         assert!(image(&im, &ImagePlot { width: 10, ..small.clone() }).is_err());
         assert!(image(&im, &ImagePlot { range: Range::Fixed(2.0, 1.0), ..small.clone() }).is_err());
         im.data.fill(f64::NAN);
-        assert!(image(&im, &small).unwrap_err().to_string().contains("no finite value"));
+        assert!(image(&im, &small).err().unwrap().to_string().contains("no finite value"));
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures. Every function returns the bytes of a PNG file, and the caller decides where they go.
+//! Pictures. Every function returns a [`Picture`], and the caller decides in which format it is written, and where.
 //!
 //! | function | shows |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | [`layout`] | antennas on the ground or in the aperture plane |
 //! | [`VisPlot`] | amplitude and phase against baseline length |
 //! | [`curves`] | lines with error bars and a legend |
-//! | [`grey()`] | the pixels of a plane, without axes |
+//! | [`grey()`] | the pixels of a plane, without axes, as a PNG file |
 
 mod antennas;
 mod axes;
@@ -19,9 +19,12 @@ mod grey;
 mod heat;
 mod legend;
 mod panel;
+mod picture;
 pub mod report;
+mod shape;
 mod size;
 mod uv;
+mod vector;
 mod visibilities;
 
 pub use antennas::layout;
@@ -29,6 +32,7 @@ pub use curves::{CurveOptions, Series, curves};
 pub use grey::grey;
 pub use heat::{ImagePlot, Range, Stretch, image, uv_mask};
 pub use legend::Style;
+pub use picture::{Picture, PictureFormat};
 pub use size::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 pub use uv::uv_coverage;
 pub use visibilities::VisPlot;

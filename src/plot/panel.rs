@@ -2,6 +2,7 @@
 
 use super::axes::Axis;
 use super::canvas::{Align, Canvas, FAINT, INK, Rect};
+use super::picture::Picture;
 use crate::Result;
 
 /// Size of tick labels, pixels of an em.
@@ -40,11 +41,11 @@ impl<'a> Sheet<'a> {
         Panel { area: Rect { x0, y0, x1: x0 + side, y1: y0 + side }, x, y, label_room: None }
     }
 
-    /// Draw the heading above a panel, shortened where it does not fit, and encode the picture as PNG.
+    /// Draw the heading above a panel, shortened where it does not fit, and finish the picture.
     ///
     /// # Errors
     /// A failure of the drawing library.
-    pub(crate) fn finish(&self, mut canvas: Canvas, area: Rect) -> Result<Vec<u8>> {
+    pub(crate) fn finish(&self, mut canvas: Canvas, area: Rect) -> Result<Picture> {
         let mut shown = self.heading.to_owned();
         while canvas.text_width(&shown, TITLE_EM) > self.width - 20.0 && shown.chars().count() > 4 {
             let keep = shown.chars().count() - 2;
@@ -53,7 +54,7 @@ impl<'a> Sheet<'a> {
         if !shown.is_empty() {
             canvas.text((f64::midpoint(area.x0, area.x1), area.y0 - 12.0), &shown, TITLE_EM, Align::Center, INK)?;
         }
-        canvas.png()
+        Ok(Picture(canvas))
     }
 }
 

@@ -4,6 +4,7 @@ use super::axes::{Axis, whole_prefix};
 use super::canvas::Canvas;
 use super::colors::{BAR_ROOM, BLANK, ColorScale, bar_area};
 use super::panel::{RIGHT_ROOM, Sheet};
+use super::picture::Picture;
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage};
 
@@ -15,7 +16,7 @@ const MOST_POINTS: usize = 400_000;
 ///
 /// # Errors
 /// No rows, or baselines of zero length.
-pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &str, width: usize, height: usize) -> Result<Vec<u8>> {
+pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &str, width: usize, height: usize) -> Result<Picture> {
     let (lo, hi) = spectrum.range_hz();
     let longest = coverage.longest_uv_m() * hi / SPEED_OF_LIGHT_M_S;
     if !(longest > 0.0 && longest.is_finite()) {

@@ -5,6 +5,7 @@ use super::canvas::{Canvas, Rect};
 use super::colors::LINES;
 use super::legend::legend;
 use super::panel::{BOTTOM_ROOM, Panel, RIGHT_ROOM, Sheet};
+use super::picture::Picture;
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisUnit, VisibilityBlock, VisibilityHeader};
 
@@ -87,7 +88,7 @@ impl VisPlot {
     ///
     /// # Errors
     /// No unflagged visibility, a picture below 100 or above 8000 pixels.
-    pub fn draw(&self, heading: &str, width: usize, height: usize) -> Result<Vec<u8>> {
+    pub fn draw(&self, heading: &str, width: usize, height: usize) -> Result<Picture> {
         let longest = self.points.iter().map(|p| p.baseline_wavelengths).fold(0.0, f64::max);
         let largest = self.points.iter().map(|p| p.amplitude).fold(0.0, f64::max);
         if self.points.is_empty() {

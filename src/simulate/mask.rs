@@ -119,7 +119,7 @@ impl UvMask {
 
     /// Number of filled cells divided by the number of cells of the grid whose centres lie within the longest baseline; 0 without samples.
     #[must_use]
-    pub fn fill_fraction(&self) -> f64 {
+    pub fn disc_fraction(&self) -> f64 {
         let (n_v, n_u) = self.counts.dim();
         // The radius is larger by half a cell: the centre of the cell with the longest baseline may lie beyond that baseline.
         let (a, b) = (self.longest_wavelengths / self.cell_u + 0.5, self.longest_wavelengths / self.cell_v + 0.5);
@@ -140,7 +140,7 @@ impl UvMask {
 
     /// Mean number of visibilities in a filled cell. It is 1 if no two visibilities share a cell, and 0 without visibilities.
     #[must_use]
-    pub fn redundancy(&self) -> f64 {
+    pub fn visibilities_per_cell(&self) -> f64 {
         let hits: f64 = self.counts.iter().map(|c| f64::from(*c)).sum();
         let cells = self.cells_hit();
         if cells == 0 { 0.0 } else { hits / cells as f64 }
@@ -188,11 +188,11 @@ mod tests {
         assert_eq!(mask.counts[[8, 7]], 2, "the conjugate");
         assert_eq!((mask.counts[[10, 8]], mask.counts[[6, 8]]), (1, 1));
         assert_eq!(mask.cells_hit(), 4);
-        assert!((mask.redundancy() - 1.5).abs() < 1e-15);
+        assert!((mask.visibilities_per_cell() - 1.5).abs() < 1e-15);
         assert!((mask.grid_fraction() - 4.0 / 256.0).abs() < 1e-15);
         // Within 8 wavelengths (two cells and a half): 21 cells.
         mask.longest_wavelengths = 8.0;
-        assert!((mask.fill_fraction() - 4.0 / 21.0).abs() < 1e-15, "{}", mask.fill_fraction());
+        assert!((mask.disc_fraction() - 4.0 / 21.0).abs() < 1e-15, "{}", mask.disc_fraction());
     }
 
     #[test]

@@ -92,7 +92,11 @@ pub(crate) fn check_image(image: &Image, centers: &[PhaseCenter]) -> Result<()> 
             image.spectrum.n_chan()
         ))),
         BrightnessUnit::JyPerBeam => Ok(()),
-        other => Err(ChainError::Incompatible(format!("scene {:?} has unit {other:?}: K, Jy/pixel or Jy/beam is needed", image.object))),
+        other => Err(ChainError::Incompatible(format!(
+            "scene {:?} has the unit {:?}: K, Jy/pixel or Jy/beam is needed",
+            image.object,
+            other.bunit()
+        ))),
     }
 }
 

@@ -137,7 +137,7 @@ fn picture(name: &str, x_label: &str, lines: Vec<(&str, Vec<(f64, f64)>)>) -> Do
         ..CurveOptions::default()
     };
     let series: Vec<Series> = lines.into_iter().map(|(name, points)| Series { name: name.into(), points, errors: Vec::new() }).collect();
-    std::fs::write(root().join("img").join(name), curves(&series, &options)?)?;
+    std::fs::write(root().join("img").join(name), curves(&series, &options)?.png()?)?;
     Ok(())
 }
 

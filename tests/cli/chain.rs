@@ -68,7 +68,7 @@ fn the_mask_of_more_channels_covers_more() {
     let one = mask(1, "one.fits");
     let many = mask(32, "many.fits");
     assert!(number(&many, "cells_hit") > number(&one, "cells_hit"), "{one} {many}");
-    assert!(number(&one, "uv_fill") > 0.0 && number(&many, "uv_fill") <= 1.0);
+    assert!(number(&one, "disc_fraction") > 0.0 && number(&many, "disc_fraction") <= 1.0);
 }
 
 #[test]

@@ -6,3 +6,4 @@ mod imaging;
 mod options;
 mod physics;
 mod scenes;
+mod special;

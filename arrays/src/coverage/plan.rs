@@ -16,8 +16,9 @@ use std::ops::Range;
 pub struct CoveragePlan {
     /// Antenna positions from the site, m: geocentric axes for a tracked centre, otherwise the layout's own.
     positions_m: Vec<[f64; 3]>,
-    /// Unit vectors of the antennas' zeniths in geocentric axes; empty without an elevation limit.
+    /// Unit vectors of the antennas' zeniths in geocentric axes; empty where nothing on the sky is tracked.
     zeniths: Vec<[f64; 3]>,
+    /// Sine of the elevation limit; minus infinity without a limit.
     sin_limit: f64,
     autocorrelations: bool,
     integration_s: f64,
@@ -32,6 +33,9 @@ struct TimeSlot {
     jd: f64,
     axes: [[f64; 3]; 3],
 }
+
+/// Sine of the elevation below which an antenna cannot see a source. Refraction lifts a source at the horizon by half a degree.
+const SIN_HORIZON: f64 = -0.01;
 
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -81,23 +85,24 @@ impl CoveragePlan {
                     "an angle between -90 and 90 deg",
                 ));
             }
-            (Some(_), Some(site)) if !fixed => layout.antennas().iter().map(|a| zenith(&site, a.position_m)).collect(),
+            (_, Some(site)) if !fixed => layout.antennas().iter().map(|a| zenith(&site, a.position_m)).collect(),
             _ => Vec::new(),
         };
         let mut plan = Self {
             positions_m,
             zeniths,
-            sin_limit: track.elevation_limit_rad.map_or(-1.0, f64::sin),
+            sin_limit: track.elevation_limit_rad.map_or(f64::NEG_INFINITY, f64::sin),
             autocorrelations: track.autocorrelations,
             integration_s: track.integration_s,
             times,
             first_row: Vec::new(),
         };
-        plan.count_rows(track)?;
+        plan.count_rows();
+        plan.check_rows(layout, phase_center, track)?;
         Ok(plan)
     }
 
-    fn count_rows(&mut self, track: &Track) -> Result<()> {
+    fn count_rows(&mut self) {
         let mut first_row = Vec::with_capacity(self.times.len() + 1);
         first_row.push(0_usize);
         let mut total = 0_usize;
@@ -108,17 +113,50 @@ impl CoveragePlan {
             first_row.push(total);
         }
         self.first_row = first_row;
-        if total > 0 {
+    }
+
+    /// Refuse a plan without rows, and a source that no two antennas ever see.
+    fn check_rows(&self, layout: &ArrayLayout, center: &PhaseCenter, track: &Track) -> Result<()> {
+        let antennas = self.positions_m.len();
+        let seen = |slot: &TimeSlot| (0..antennas).filter(|i| self.sin_elevation(slot, *i).is_none_or(|s| s >= SIN_HORIZON)).count() > 1;
+        if self.n_rows() > 0 && (antennas < 2 || self.times.iter().any(seen)) {
             return Ok(());
         }
-        Err(match track.elevation_limit_rad {
-            Some(limit) if self.positions_m.len() > 1 => ArrayError::bad_value(
-                "elevation of the phase centre",
-                format_args!("below {} deg for all but at most one antenna at all times", limit.to_degrees()),
-                "two antennas above the limit at some time: choose another start, phase centre or limit",
-            ),
-            _ => ArrayError::bad_value("number of antennas", self.positions_m.len(), "at least two, to form a baseline"),
-        })
+        let (Some(site), true) = (layout.site().filter(|_| !self.zeniths.is_empty()), antennas > 1) else {
+            return Err(ArrayError::bad_value("number of antennas", antennas, "at least two, to form a baseline"));
+        };
+        let all = self.times.iter().flat_map(|slot| (0..antennas).filter_map(|i| self.sin_elevation(slot, i)));
+        let highest = all.fold(-1.0, f64::max).asin().to_degrees();
+        let (limit, latitude) = (track.elevation_limit_rad.unwrap_or(0.0).to_degrees(), site.latitude_rad.to_degrees());
+        let place = center.ra_dec_rad().map_or_else(String::new, |(_, dec)| {
+            let dec = dec.to_degrees();
+            let never = if 90.0 - (latitude - dec).abs() < limit { ", where it never rises above this limit" } else { "" };
+            format!("; its declination is {dec:.2} deg and the latitude of the array {latitude:.2} deg{never}")
+        });
+        Err(ArrayError::bad_value(
+            "elevation of the phase centre",
+            format_args!("at most {highest:.1} deg in this track, with a limit of {limit} deg{place}"),
+            "two antennas that see it above the limit at some time: choose another phase centre, start or limit",
+        ))
+    }
+
+    /// Sine of the elevation of the phase centre at an antenna; `None` where nothing on the sky is tracked.
+    fn sin_elevation(&self, slot: &TimeSlot, antenna: usize) -> Option<f64> {
+        let [x, y, z] = slot.axes[2];
+        self.zeniths.get(antenna).map(|up| up[0] * x + up[1] * y + up[2] * z)
+    }
+
+    /// The share of all antennas and times, 0 to 1, that take part although the phase centre is below the horizon.
+    #[must_use]
+    pub fn share_below_horizon(&self) -> f64 {
+        let (mut below, mut all) = (0_usize, 0_usize);
+        for slot in &self.times {
+            for antenna in self.antennas_up(slot) {
+                all += 1;
+                below += usize::from(self.sin_elevation(slot, antenna).is_some_and(|s| s < SIN_HORIZON));
+            }
+        }
+        below as f64 / all.max(1) as f64
     }
 
     /// Number of rows.
@@ -185,10 +223,8 @@ impl CoveragePlan {
         self.rows(0..self.n_rows())
     }
 
-    fn antennas_up(&self, slot: &TimeSlot) -> impl Iterator<Item = usize> + use<'_> {
-        let [x, y, z] = slot.axes[2];
-        (0..self.positions_m.len())
-            .filter(move |i| self.zeniths.get(*i).is_none_or(|up| up[0] * x + up[1] * y + up[2] * z >= self.sin_limit))
+    fn antennas_up<'a>(&'a self, slot: &'a TimeSlot) -> impl Iterator<Item = usize> + use<'a> {
+        (0..self.positions_m.len()).filter(|i| self.sin_elevation(slot, *i).is_none_or(|s| s >= self.sin_limit))
     }
 }
 

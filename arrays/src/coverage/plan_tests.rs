@@ -102,6 +102,20 @@ fn antennas_below_their_own_horizon_take_no_part() {
 }
 
 #[test]
+fn a_source_that_never_rises_is_refused_and_one_that_sets_is_counted() {
+    let (layout, center) = vla();
+    let south = PhaseCenter::sidereal("south", 1.0, -89_f64.to_radians()).unwrap();
+    let day = Track::new(2_460_827.75, 86_400.0, 3600.0);
+    let e = CoveragePlan::track(&layout, &south, &day).unwrap_err().to_string();
+    assert!(e.contains("-89.00 deg") && e.contains("34.08 deg") && e.contains("limit of 0 deg") && e.contains("never rises"), "{e}");
+    // 40.7 deg north is below the horizon of the VLA for 7.3 of 24 hours: cos(hour angle) = -tan(34.08 deg) tan(40.73 deg).
+    let share = CoveragePlan::track(&layout, &center, &day).unwrap().share_below_horizon();
+    assert!((share - 0.302).abs() < 0.05, "{share}");
+    let limited = Track { elevation_limit_rad: Some(0.1), ..day };
+    assert_eq!(CoveragePlan::track(&layout, &center, &limited).unwrap().share_below_horizon(), 0.0);
+}
+
+#[test]
 fn a_boresight_layout_cannot_track_the_sky() {
     let l = layout(LayoutFrame::Boresight, &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
     let e = CoveragePlan::track(&l, &vla().1, &Track::new(2_460_000.5, 10.0, 1.0)).unwrap_err().to_string();

@@ -43,6 +43,8 @@ pub struct LayoutFigures {
     /// Fraction of the u-v cells within the longest baseline that contain a baseline. A cell has the size of the smallest element diameter,
     /// or of the shortest baseline where no diameter is known.
     pub uv_fill: f64,
+    /// The size of that cell, m: divided by the wavelength it is a distance in the u-v plane.
+    pub uv_fill_cell_m: f64,
     /// Number of baselines divided by the number of different baselines.
     pub redundancy: f64,
     /// Number of different baselines. Baselines within a tenth of a wavelength of each other count once.
@@ -103,6 +105,7 @@ impl ArrayLayout {
             psl_db: 10.0 * lobes.peak.log10(),
             rms_sidelobe: lobes.rms,
             uv_fill: coverage::uv_fill(&plane, cell),
+            uv_fill_cell_m: cell * wavelength_m,
             redundancy: self.n_baselines() as f64 / unique_baselines as f64,
             unique_baselines,
         })

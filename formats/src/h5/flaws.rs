@@ -1,8 +1,9 @@
-//! Checks of HDF5 types before they are used. A damaged type may claim tens of thousands of members, members outside their compound, numbers
+//! Checks of HDF5 datasets and their types before they are used. A damaged type may claim tens of thousands of members, members outside their compound, numbers
 //! with more bits than their bytes hold, or enumerations of numbers of a megabyte each. Version 1.10 of the library then reads beyond its
 //! buffers.
 
 use hdf5::Dataset;
+use hdf5::plist::dataset_create::Layout;
 use hdf5_sys::h5i::hid_t;
 use hdf5_sys::h5t::{
     H5T_class_t, H5Tclose, H5Tget_class, H5Tget_fields, H5Tget_member_offset, H5Tget_member_type, H5Tget_nmembers, H5Tget_offset,
@@ -17,17 +18,32 @@ const WIDEST: usize = 16;
 /// square of this number.
 const MOST_MEMBERS: usize = 1024;
 
-/// The flaw of the type of a dataset, as an index into [`FLAWS`].
+/// The flaw of a dataset, as an index into [`FLAWS`].
 pub(super) fn flaw(dataset: &Dataset) -> Option<usize> {
+    if is_elsewhere(dataset) {
+        return Some(ELSEWHERE);
+    }
     dataset.dtype().ok().and_then(|t| of(t.id(), 0, &mut 0).err())
 }
 
-/// Flaws of types.
-pub(super) const FLAWS: [&str; 4] = [
+/// True where the values of a dataset are in another file: external storage, or a virtual dataset. That file could be any file that the user
+/// may read, or a pipe that never answers, so it is never opened.
+pub(super) fn is_elsewhere(dataset: &Dataset) -> bool {
+    dataset.dcpl().is_ok_and(|p| !p.external().is_empty() || p.get_layout().is_ok_and(|l| l == Layout::Virtual))
+}
+
+/// Flaw of a dataset whose values are in another file, and of a link to another file.
+const ELSEWHERE: usize = 4;
+pub(super) const LINK_ELSEWHERE: usize = 5;
+
+/// Flaws of datasets and links.
+pub(super) const FLAWS: [&str; 6] = [
     "a type of more than 1024 members",
     "a type with a member that lies outside of it",
     "a number with more bits than its bytes hold",
     "a number of more than 16 bytes",
+    "a dataset whose values are in another file, which is not opened (copy them into this file first, as with h5repack)",
+    "a link to another file, which is not opened (copy what it leads to into this file first)",
 ];
 
 /// Check a type and the types of its members; `seen` counts the members.

@@ -4,12 +4,12 @@
 //! process has crashed. The child visits every object of the file and reads what a reader would read first.
 
 use super::child::{NO_MEMORY, UNSOUND, in_the_child, look_at};
-use super::flaws::{FLAWS, flaw};
+use super::flaws::{FLAWS, LINK_ELSEWHERE, flaw};
 use super::read::{H5In, SIGNATURE};
 use crate::files::{open_file, read_up_to};
 use crate::{FormatError, Result};
 use hdf5::types::TypeDescriptor;
-use hdf5::{Dataset, Group};
+use hdf5::{Dataset, Group, IndexType, IterationOrder, LinkInfo, LinkType};
 use ndarray::IxDyn;
 use num_complex::Complex;
 use std::collections::VecDeque;
@@ -106,6 +106,9 @@ fn look_through(path: &Path) -> Option<usize> {
 /// Read the start of every dataset below a group. The result is the flaw of the first type that must not be read. Errors are ignored here,
 /// because the program meets and reports them.
 fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize) -> Option<usize> {
+    if leads_elsewhere(group) {
+        return Some(LINK_ELSEWHERE);
+    }
     for member in group.member_names().unwrap_or_default() {
         *seen += 1;
         if *seen > MOST_OBJECTS || std::io::Error::last_os_error().raw_os_error() == Some(libc::ENOMEM) {
@@ -125,6 +128,12 @@ fn visit(file: &H5In, group: &Group, name: &str, depth: usize, seen: &mut usize)
         }
     }
     None
+}
+
+/// True where a member of a group is a link to another file. Such a link is never followed.
+fn leads_elsewhere(group: &Group) -> bool {
+    let external = |_: &str, link: LinkInfo| Ok((link.link_type == LinkType::External).then_some(()));
+    group.find_link(IndexType::default(), IterationOrder::default(), external).is_ok_and(|found| found.is_some())
 }
 
 /// Read the first rows and the last row of a dataset as every type that a reader of this crate asks for: the library also crashes in the

@@ -2,14 +2,17 @@
 
 use super::chunks::Chunks;
 use super::failure::failed;
+use super::flaws::is_elsewhere;
 use super::{contiguous, convert, strings};
 use crate::{FormatError, Result};
 use bytemuck::Pod;
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, H5Type, Hyperslab, Selection, SliceOrIndex};
+use hdf5_sys::h5l::{H5L_type_t::H5L_TYPE_EXTERNAL, H5Lunregister};
 use ndarray::{ArrayD, Dimension};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 
 /// The first bytes of an HDF5 file without a user block.
 pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
@@ -40,10 +43,20 @@ pub(crate) struct H5In {
     bytes: u64,
 }
 
+/// Make the library unable to follow a link to another file, in the whole process. The probe names such links before they are met.
+fn follow_no_links() {
+    static ONCE: Once = Once::new();
+    // SAFETY: a plain call; the lock of the library is held.
+    ONCE.call_once(|| {
+        hdf5::sync::sync(|| unsafe { H5Lunregister(H5L_TYPE_EXTERNAL) });
+    });
+}
+
 impl H5In {
     /// Open a file without the probe of [`super::open`].
     pub(super) fn open_unprobed(path: &Path) -> Result<Self> {
         let bytes = std::fs::metadata(path).map_err(|e| FormatError::io(path, "read", e))?.len();
+        follow_no_links();
         // Without a chunk cache the library reads a chunk by its true size. With a cache it trusts the size that the file states.
         let open = hdf5::File::with_options().with_fapl(|p| p.chunk_cache(1, 0, 1.0)).open(path);
         let file = open.map_err(|e| failed(path, "HDF5 structure", "a whole file (is it truncated or damaged?)", &e))?;
@@ -65,7 +78,11 @@ impl H5In {
         if !self.linked(name) {
             return Ok(None);
         }
-        self.file.dataset(name).map(Some).map_err(|e| failed(&self.path, name, SOUND, &e))
+        let dataset = self.file.dataset(name).map_err(|e| failed(&self.path, name, SOUND, &e))?;
+        if is_elsewhere(&dataset) {
+            return Err(self.wrong(name, "values in this file", "values in another file, which is not opened"));
+        }
+        Ok(Some(dataset))
     }
 
     /// The dataset of that name, or an error that names it.

@@ -22,6 +22,9 @@ pub enum LayoutError {
     /// A directory that is not an OSKAR telescope model.
     #[error("expected a layout file (or an OSKAR telescope model with a layout.txt), found a folder")]
     Folder,
+    /// A pipe, a device or a socket.
+    #[error("{0}")]
+    Special(String),
     /// A file too large to be a layout.
     #[error("expected a layout of at most {limit} bytes, found a larger file")]
     TooLarge {

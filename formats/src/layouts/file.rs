@@ -7,15 +7,12 @@ use super::miriad::MiriadAnt;
 use super::native::Native;
 use super::oskar::{self, OskarLayout};
 use super::pyuvsim::PyuvsimCsv;
-use crate::files::extension_of;
+use crate::files::{LARGEST_TEXT, extension_of, refuse_special};
 use crate::format::{Format, Holds, LayoutFormat};
 use cittert_arrays::{ArrayLayout, Site};
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-
-/// Largest layout file that is read, bytes. 65,535 antennas need less than 20 MB in the longest format.
-const LARGEST_FILE: u64 = 64 << 20;
 
 /// All formats of layouts, in the order in which they are tried.
 pub(crate) static LAYOUTS: &[&dyn Format] = &[&Native, &CasaCfg, &PyuvsimCsv, &EhtimText, &MiriadAnt, &OskarLayout];
@@ -73,14 +70,15 @@ fn read_file(path: &Path, site: Option<Site>) -> Result<ArrayLayout> {
 }
 
 fn read_text(path: &Path) -> Result<String> {
+    refuse_special(path).map_err(|e| LayoutError::Special(e.to_string()))?;
     let file = fs::File::open(path)?;
     if file.metadata()?.is_dir() {
         return Err(LayoutError::Folder);
     }
     let mut bytes = Vec::new();
-    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(LayoutError::TooLarge { limit: LARGEST_FILE });
+    file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST_TEXT {
+        return Err(LayoutError::TooLarge { limit: LARGEST_TEXT });
     }
     match String::from_utf8(bytes) {
         Ok(text) if text.trim().is_empty() => Err(LayoutError::Empty),

@@ -3,6 +3,7 @@
 use super::axes::GroupAxes;
 use super::groups::{Parameters, UvwKind};
 use super::{antennas, phase};
+use crate::files::open_file;
 use crate::fits::{Header, Input, Number, padding, table::Table};
 use crate::uvh5::Sky;
 use crate::{FormatError, Result};
@@ -112,7 +113,7 @@ impl UvfitsReader {
             telescope,
             layout,
         };
-        let file = File::open(path).map_err(|e| FormatError::io(path, "open", e))?;
+        let file = open_file(path)?;
         let scale = (primary.real("BSCALE").unwrap_or(1.0), primary.real("BZERO").unwrap_or(0.0));
         let index_of_number = header.layout.antennas().iter().enumerate().map(|(k, a)| (i64::from(a.number), k as u32)).collect();
         let index_of_source = header.phase_centers.iter().enumerate().map(|(k, c)| (c.id, k as u16)).collect();

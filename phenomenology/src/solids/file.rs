@@ -18,6 +18,9 @@ pub struct SceneFile {
     /// Content of the scene, and the sources of its dimensions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
+    /// Frequency for which the scene is described, Hz. It is used where a command is not given another one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub freq_hz: Option<f64>,
     /// Whether dielectric models may be used beyond their range, by their documented extension.
     #[serde(default)]
     pub extrapolate: bool,

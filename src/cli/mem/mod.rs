@@ -58,7 +58,13 @@ fn save(args: &MemCommandArgs, products: MemProducts, options: &MemPlan, context
     let images = IMAGES.into_iter().zip([products.model, products.residual, products.restored]);
     let mut outcome = args.out.images(images.chain(products.uncertainty.map(|u| (UNCERTAINTY, u))), context, outcome)?;
     if !missed.is_empty() {
-        let text = format!("the constraints are not met: {}. The best image is kept; raise --niter, or check --noise", missed.join("; "));
+        let stalled = products.certificates.iter().any(|c| c.stop_reason == "stalled");
+        let advice = if stalled {
+            "More steps do not help: check --noise and --cell, and whether the image is large enough for all emission"
+        } else {
+            "Raise --niter, or check --noise"
+        };
+        let text = format!("the constraints are not met: {}. The last image is kept. {advice}", missed.join("; "));
         outcome.failed = Some(text);
     }
     Ok(outcome)

@@ -28,8 +28,7 @@ impl ConfigArgs {
     /// A file that cannot be read.
     pub fn read(&self) -> Result<(&Path, String)> {
         let path = self.config.as_deref().ok_or_else(|| Failure::usage("give a configuration file"))?;
-        let failed = |e| Failure::message(format!("{}: cannot read the configuration: {e}", path.display()));
-        Ok((path, std::fs::read_to_string(path).map_err(failed)?))
+        Ok((path, cittert_formats::read_text(path)?))
     }
 
     /// The folder of the results; `None` where the configuration is only checked.

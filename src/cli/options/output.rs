@@ -30,11 +30,12 @@ impl OutputArgs {
     /// Check early, before the work, whether the output can be written.
     ///
     /// # Errors
-    /// An output that exists without `--overwrite`, or a folder that does not.
+    /// An output that exists without `--overwrite` or is a pipe or device, or a folder that does not exist.
     pub fn check(&self, path: &Path) -> Result<()> {
         if path.symlink_metadata().is_ok() && !self.overwrite {
             return Err(Failure::message(format!("{}: it exists already; use --overwrite to replace it, or another -o", path.display())));
         }
+        cittert_formats::refuse_special(path)?;
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if !folder.is_dir() {
             return Err(Failure::message(format!("{}: the folder {} does not exist; make it first", path.display(), folder.display())));

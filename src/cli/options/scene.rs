@@ -41,6 +41,7 @@ enum Kind {
 fn kind(path: &Path) -> Result<Kind> {
     let failed = |e: std::io::Error| Failure::message(format!("{}: cannot read the scene: {e}", path.display()));
     ensure!(!path.is_dir(), Failure::message(format!("{}: it is a directory, expected a scene (FITS, PNG, CSV or TOML)", path.display())));
+    cittert_formats::refuse_special(path)?;
     let mut head = Vec::new();
     std::fs::File::open(path).map_err(failed)?.take(16).read_to_end(&mut head).map_err(failed)?;
     Ok(match head.as_slice() {
@@ -116,7 +117,7 @@ impl SceneArgs {
 /// # Errors
 /// A file that cannot be read.
 pub fn scene_text(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).map_err(|e| Failure::message(format!("{}: cannot read the scene: {e}", path.display())))
+    Ok(cittert_formats::read_text(path)?)
 }
 
 /// Reads grey pictures that a scene description names, beside it.

@@ -6,6 +6,7 @@ mod calibration;
 mod command;
 mod config;
 mod page;
+mod place;
 mod steps;
 
 use super::console::Console;
@@ -94,7 +95,8 @@ fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Don
     if let Some(why) = outcome.failed {
         context.console.warn(&format!("{}: {why}", step.title));
     }
-    Ok(Done { step, command, json: outcome.json, warnings: inner.console.take_warnings(), seconds: started.elapsed().as_secs_f64() })
+    let warnings = inner.console.take_warnings().into_iter().map(|w| w.replace(here, shown)).collect();
+    Ok(Done { step, command, json: place::renamed(outcome.json, here, shown), warnings, seconds: started.elapsed().as_secs_f64() })
 }
 
 fn metrics(config: &Config, done: &[Done], context: &Context) -> Value {

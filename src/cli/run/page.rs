@@ -87,8 +87,8 @@ pub(super) fn summary(done: &[Done]) -> String {
         if let (Some(reason), Some(n)) = (d.json.get("stop_reason").and_then(Value::as_str), get("iterations")) {
             lines.push(format!("{}: {n} iterations, {reason}", d.step.title));
         }
-        if let (Some(nrmse), Some(range)) = (get("nrmse"), get("dynamic_range")) {
-            lines.push(format!("{}: NRMSE {nrmse:.4}, dynamic range {range:.0}", d.step.title));
+        if let (Some(nrmse), Some(card)) = (get("nrmse"), get("error_over_grey_card")) {
+            lines.push(format!("{}: NRMSE {nrmse:.4}, error over grey card {card:.4}", d.step.title));
         }
     }
     lines.join("\n")

@@ -28,9 +28,9 @@ pub(crate) struct FlyArgs {
     /// Pixels along each side of a frame; 0 takes the number of pixels of the scene's camera.
     #[arg(long, value_name = "N", default_value_t = 256)]
     size: usize,
-    /// Frequency.
-    #[arg(long, value_name = "FREQ", default_value = "94GHz")]
-    freq: Frequency,
+    /// Frequency [default: the one that the scene states, or 94GHz].
+    #[arg(long, value_name = "FREQ")]
+    freq: Option<Frequency>,
     /// Temperature that is drawn black [default: the 0.5th percentile of the first frame].
     #[arg(long, value_name = "TEMP")]
     black: Option<Temperature>,
@@ -73,7 +73,8 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let folder = AtomicDir::create(&args.output, args.overwrite, NUMBERS)?;
     let highest_m = cameras.iter().map(|c| c.position_m[2]).fold(0.0, f64::max);
     let options = RenderOptions { highest_m, ..args.tracer.options(false) };
-    let tracer = Tracer::new(&scene, &[args.freq.si()], &options).context("scene")?;
+    let freq = super::image::frequency(args.freq, scene.file().freq_hz, context);
+    let tracer = Tracer::new(&scene, &[freq.si()], &options).context("scene")?;
     let mesh = args.mesh.options(options.antialias > 1);
 
     context.console.event(Event::Phase { name: "flying", total: Some(cameras.len() as u64), unit: "frames" });

@@ -1,6 +1,6 @@
 //! The options of `scene render`, and the image that it writes and describes.
 
-use crate::cli::context::Outcome;
+use crate::cli::context::{Context, Outcome};
 use crate::cli::options::{OutputArgs, TracerArgs};
 use cittert_arrays::Image;
 use cittert_arrays::quantity::{Angle, Frequency, Temperature};
@@ -44,9 +44,9 @@ pub(crate) struct RenderArgs {
     /// Temperature of white in a PNG.
     #[arg(long, value_name = "TEMP")]
     pub(super) scene_max: Option<Temperature>,
-    /// Centre of the band.
-    #[arg(long, value_name = "FREQ", default_value = "94GHz")]
-    pub(super) freq: Frequency,
+    /// Centre of the band [default: the frequency that the scene states, or 94GHz].
+    #[arg(long, value_name = "FREQ")]
+    pub(super) freq: Option<Frequency>,
     /// Width of the band.
     #[arg(long, value_name = "FREQ", default_value = "1GHz")]
     pub(super) bandwidth: Frequency,
@@ -86,6 +86,26 @@ pub(super) enum Mode {
     Full,
     /// The real-time mode, which interpolates on a mesh.
     Realtime,
+}
+
+/// The frequency of a scene that states none, Hz.
+const USUAL_FREQ_HZ: f64 = 94e9;
+
+/// The frequency of a rendering: the one that is given, or the one that the scene states, or 94 GHz. Only a departure from the scene, and a
+/// frequency that nobody gave, are told.
+pub(super) fn frequency(given: Option<Frequency>, stated_hz: Option<f64>, context: &Context) -> Frequency {
+    match (given, stated_hz) {
+        (Some(given), Some(stated)) if given.si() != stated => {
+            context.console.note(&format!("the scene is described for {}, and rendered at {given}", Frequency(stated)));
+            given
+        }
+        (Some(given), _) => given,
+        (None, Some(stated)) => Frequency(stated),
+        (None, None) => {
+            context.console.note(&format!("the scene states no frequency: {} is taken", Frequency(USUAL_FREQ_HZ)));
+            Frequency(USUAL_FREQ_HZ)
+        }
+    }
 }
 
 impl RenderArgs {

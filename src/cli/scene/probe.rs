@@ -46,6 +46,7 @@ pub(super) fn run(args: &ProbeArgs) -> Result<Outcome> {
 }
 
 fn rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
+    cittert_formats::refuse_special(path)?;
     let file = File::open(path).map_err(|e| Failure::message(format!("{}: cannot open: {e}", path.display())))?;
     read_rows(file).context(path.display())
 }

@@ -1,6 +1,6 @@
 //! `scene render`: render a scene into a FITS image in K.
 
-use super::image::{RenderArgs, outcome};
+use super::image::{RenderArgs, frequency, outcome};
 use super::solids;
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
@@ -20,10 +20,11 @@ pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
         Some(text) => PhaseCenter::parse(text)?,
         None => PhaseCenter::unprojected("boresight"),
     };
-    let spectrum = SpectralWindow::band(args.freq.si(), args.bandwidth.si(), args.channels)?;
-    if args.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
-        && let Scene::Solids(scene) = read_scene(&args.scene)?
-    {
+    let described = args.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let scene = if described { Some(read_scene(&args.scene)?) } else { None };
+    let freq = frequency(args.freq, scene.as_ref().and_then(Scene::freq_hz), context);
+    let spectrum = SpectralWindow::band(freq.si(), args.bandwidth.si(), args.channels)?;
+    if let Some(Scene::Solids(scene)) = scene {
         return solids::run(args, *scene, (&center, &spectrum), context);
     }
     if args.asks_tracer() {

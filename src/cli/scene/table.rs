@@ -228,7 +228,7 @@ impl Table {
             markers: variety[x] <= 60,
             ..CurveOptions::default()
         };
-        Ok(curves(&series, &options)?)
+        Ok(curves(&series, &options)?.png()?)
     }
 
     fn named(&self, column: usize, cell: &Cell) -> String {

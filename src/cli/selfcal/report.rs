@@ -1,7 +1,7 @@
 //! The results of `selfcal`: a JSON object for each round, one for all rounds, and a few lines of text.
 
 use crate::calibrate::{Calibrated, ClosureSupport, ModelMetrics, Prediction, RoundRecord, Selfcal, SolutionInterval, Verdict};
-use crate::cli::text::number;
+use crate::cli::text::{chi2, number};
 use crate::imaging::CleanProducts;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -129,7 +129,7 @@ pub(super) fn text(calibrated: &Calibrated, p: &CleanProducts) -> String {
     let s = &p.statistics;
     let _ = write!(
         out,
-        "stopped: {}; best round {}\nself-calibration {}\nimages by      {}\nresidual      rms {} {unit}, peak {} {unit}\nmodel flux    {}\ndynamic range {:.0}\nchi2/datum    {:.4}",
+        "stopped: {}; best round {}\nself-calibration {}\nimages by      {}\nresidual      rms {} {unit}, peak {} {unit}\nmodel flux    {}\ndynamic range {:.0}\nchi2/datum    {}",
         result.stop,
         result.best + 1,
         sentence(calibrated),
@@ -138,7 +138,7 @@ pub(super) fn text(calibrated: &Calibrated, p: &CleanProducts) -> String {
         number(s.residual_peak),
         number(s.model_flux),
         s.dynamic_range,
-        s.chi2_per_datum
+        chi2(s.chi2_per_datum)
     );
     out
 }

@@ -5,7 +5,7 @@ use crate::cli::context::Context;
 use crate::cli::failure::{Failure, Result};
 use crate::cli::text::number;
 use crate::plot::report::{Figure, Report, Section, Table, page};
-use crate::plot::{CurveOptions, Series, curves};
+use crate::plot::{CurveOptions, Picture, Series, curves};
 use crate::study::{COLUMNS, Quality, Statistics, TrialResult, summarize};
 use cittert_formats::atomic::write_file;
 use cittert_formats::{Column, Table as Columns, write_tables};
@@ -186,7 +186,7 @@ fn pictures(plan: &Plan, stats: &AllStatistics) -> Result<Vec<(String, Figure)>>
         let options =
             CurveOptions { title: plan.title.clone(), x_label: x_label.clone(), y_label, log_x, log_y: true, ..CurveOptions::default() };
         // A column without a single positive number (no gains, no errors) has no picture.
-        if let Ok(png) = curves(&series, &options) {
+        if let Ok(png) = curves(&series, &options).and_then(Picture::png) {
             let caption =
                 format!("{}: median over {} seeds, bars from the 16th to the 84th percentile.", column.label, plan.study.seeds.len());
             out.push((format!("{}.png", column.name), Figure { png, caption }));
