@@ -5,8 +5,6 @@ mod common;
 #[cfg(test)]
 mod conformance;
 #[cfg(test)]
-mod elsewhere;
-#[cfg(test)]
 mod fits_images;
 #[cfg(test)]
 mod hostile;
