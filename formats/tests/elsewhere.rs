@@ -3,6 +3,8 @@
 //! This is a program of its own with one test: it holds HDF5 files open to change them, and a process that another test forks at that moment
 //! would inherit their locks.
 
+#![cfg(test)] // so that clippy takes the helpers for tests too
+
 mod common;
 
 use cittert_arrays::VisibilitySink;
