@@ -21,7 +21,7 @@ use std::ops::Range;
 /// How a self-calibration is judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JudgeOptions {
-    /// Fraction of the baselines that is held out.
+    /// Fraction of the baselines that is held out; 0 for no judgement.
     pub fraction: f64,
     /// Fraction of its baselines that each antenna keeps at least.
     pub kept: f64,
@@ -71,6 +71,9 @@ impl HeldOut {
     /// # Errors
     /// The data cannot be read.
     pub fn draw(data: &mut dyn VisibilitySource, options: &JudgeOptions, least: usize) -> Result<Option<Self>> {
+        if options.fraction == 0.0 {
+            return Ok(None);
+        }
         let mut seen: BTreeSet<(u32, u32)> = BTreeSet::new();
         let (mut first_jd, mut last_jd) = (f64::INFINITY, f64::NEG_INFINITY);
         for_each_block(data, MemoryBudget::default().block(), |_, block| -> Result<()> {

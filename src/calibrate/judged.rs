@@ -74,7 +74,7 @@ pub enum Verdict {
     Forced(String),
     /// They do not: gains are 1, and the image is that of the data as they are; the reason.
     Rejected(String),
-    /// The array has too few baselines to hold any out.
+    /// The array has too few baselines to hold any out, or the caller wants no judgement.
     NotJudged,
 }
 
@@ -219,8 +219,10 @@ pub fn calibrate<'a>(
         rounds: best.rounds,
     };
     let (Some(judge), Some(before), Some(after)) = (judge, before, best.prediction) else {
-        let why = "the array has too few baselines to hold some out: whether the gains are right is not known";
-        warn(&mut calibrated.rounds.warnings, why, observer);
+        if judging.fraction > 0.0 {
+            let why = "the array has too few baselines to hold some out: whether the gains are right is not known";
+            warn(&mut calibrated.rounds.warnings, why, observer);
+        }
         return Ok((calibrated, best.maker));
     };
     let added = match add_all_baselines(data, best.maker.as_mut(), candidate, &mut calibrated, observer) {

@@ -109,6 +109,15 @@ fn three_antennas_are_not_judged() {
 }
 
 #[test]
+fn without_held_out_baselines_the_best_round_is_applied() {
+    let phase = phases(0.5, 6);
+    let mut data = scene(0.05, 6).set(|_, a, _, _| cis(phase[a]));
+    let (out, _, after) = judged(&mut data, &phase, &options(), &JudgeOptions { fraction: 0.0, ..JudgeOptions::default() });
+    assert_eq!((&out.verdict, out.evidence), (&Verdict::NotJudged, None));
+    assert!(after < 0.02 && out.rounds.rounds.iter().all(|r| r.prediction.is_none()), "{after}");
+}
+
+#[test]
 fn held_out_baselines_are_flagged_and_every_antenna_keeps_most_of_its_own() {
     let mut data = scene(0.1, 1).set(|_, _, _, _| cis(0.0));
     let options = JudgeOptions::default();

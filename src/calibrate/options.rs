@@ -268,6 +268,9 @@ pub struct RoundOptions {
     /// Leave data without a gain as they are instead of flagging them.
     #[cfg_attr(feature = "cli", arg(long))]
     pub keep_unsolved: bool,
+    /// Fraction of the baselines that is held out to judge the result. With 0 the gains of the best round are applied without a judgement.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = RoundOptions::default().hold_out))]
+    pub hold_out: f64,
     /// Apply the gains of the best round even if the baselines that were held out do not support them.
     #[cfg_attr(feature = "cli", arg(long))]
     pub force: bool,
@@ -284,6 +287,7 @@ impl Default for RoundOptions {
             patience: 1,
             interp: Interpolation::Nearest,
             keep_unsolved: false,
+            hold_out: JudgeOptions::default().fraction,
             force: false,
         }
     }
@@ -307,13 +311,16 @@ impl RoundOptions {
         if self.patience == 0 {
             return bad_value("patience", 0, "at least 1");
         }
+        if !(0.0..=0.5).contains(&self.hold_out) {
+            return bad_value("hold-out", self.hold_out, "0 (no judgement) to 0.5");
+        }
         Ok(())
     }
 
     /// How the result is judged.
     #[must_use]
     pub fn judge(&self) -> JudgeOptions {
-        JudgeOptions { force: self.force, ..JudgeOptions::default() }
+        JudgeOptions { fraction: self.hold_out, force: self.force, ..JudgeOptions::default() }
     }
 
     /// How gains are applied to the data.

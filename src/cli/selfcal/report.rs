@@ -106,7 +106,7 @@ fn sentence(c: &Calibrated) -> String {
             "NOT accepted, the data are as they were: {why}. Try a longer --solint, a --model, a --size that holds the whole source, or \
              --force to apply the best round anyway"
         ),
-        Verdict::NotJudged => "not judged: the array has too few baselines to hold some out".into(),
+        Verdict::NotJudged => "not judged: no baselines were held out".into(),
     }
 }
 
