@@ -363,7 +363,7 @@ impl VisibilityTerm for UnknownGains {
             })
             .collect();
         let prior = self.prior();
-        let apart = |p: &Problem| -> f64 { p.gains[..p.active].iter().map(|g| (g - p.gains[p.active]).norm_sqr()).sum() };
+        let apart = |p: &Problem| -> f64 { p.gains[..p.active].iter().map(|g| (g * p.gains[p.active].conj() - ONE).norm_sqr()).sum() };
         let expected: f64 = problems.iter().filter(|p| p.gains.len() > p.active).map(apart).sum();
         // Gains of the expected size add 1 each, which is not a misfit of the data.
         let usual = if prior > 0.0 { problems.iter().map(|p| p.active as f64).sum() } else { 0.0 };
