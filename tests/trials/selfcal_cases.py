@@ -163,14 +163,17 @@ def page(done, failed):
         f"{c['amp_before']:.3f} | {c['amp_after']:.3f} | {'yes, ' + c['algorithm'] if c['accepted'] else 'no'} |"
         for c in sorted(done, key=lambda c: c["seed"])
     ]
-    worse = [c["seed"] for c in done if c["after_rad"] > c["before_rad"] + SAME_RAD]
+    worse = [c for c in done if c["after_rad"] > c["before_rad"] + SAME_RAD]
+    told = "; ".join(
+        f"case {c['seed']} from {c['before_rad']:.3f} to {c['after_rad']:.3f} with a stated standard deviation of a gain of {c['gain_sigma']:.3f}, and its amplitude error "
+        f"from {c['amp_before']:.3f} to {c['amp_after']:.3f}" for c in worse)
     return "\n".join([
         "# Self-calibration of random cases", "",
         "Each case is drawn from its seed: a layout of 12 to 100 elements, a scene of points, of extended sources, of both (in Jy) or a thermal scene (in kelvin), phase errors",
         "of 0 to 180 degrees rms, in half of the cases amplitude errors of up to 50 per cent, and noise that gives a visibility a signal to noise ratio of 3 to 1000. All elements",
         "look once at 94 GHz, 8 channels over 8 GHz. `selfcal` has default options, a solution interval of `inf`, and mode `amp-phase` where there are amplitude errors. Errors of",
         "phases are rms, without the common phase and the phase gradient that shifts the image. `tests/trials/selfcal_cases.py` draws the cases and writes this page.", "",
-        f"{len(done)} cases, {len(failed)} that ended in an error. Worse by more than {SAME_RAD} rad after self-calibration: {len(worse)} {worse if worse else ''}".rstrip() + ".", "",
+        f"{len(done)} cases, {len(failed)} that ended in an error. Worse by more than {SAME_RAD} rad after self-calibration: {len(worse)}{': ' + told if worse else ''}.", "",
         "| scene | cases | accepted | median phase error before, rad, of those accepted | after | worse |", "|---|---|---|---|---|---|", *rows, "",
         "Where the calibration is not accepted, the data are as they were. This is right where there is nothing to win, and the price of caution elsewhere: few elements, large errors",
         "or a scene that fills much of the field leave the held-out baselines unpredicted.", "",
