@@ -13,7 +13,7 @@ pub struct Fidelity {
     /// `rms_difference` divided by the root mean square of T. A constant background of T counts as brightness here, and makes the score
     /// small for any image that has it.
     pub nrmse: f64,
-    /// See [`error_over_grey_card`].
+    /// Rms of the difference from the truth over the rms of the truth less its mean: 1 is no better than a flat grey card, 0 is perfect.
     pub error_over_grey_card: f64,
     /// See [`peak_over_robust_rms`]; of the image alone.
     pub peak_over_robust_rms: f64,
