@@ -9,6 +9,9 @@
 //! amplitude with the smallest residual, which would otherwise take many rounds because of the loop gain. The residual is updated by
 //! convolution, and the scales are compared again.
 //!
+//! A scale whose spectrum lies mostly in the hole of the u-v plane, at baselines shorter than those of the array, is left out: its components would be
+//! fitted by the small rest of their spectrum, and what they add in the hole grows without limit.
+//!
 //! # Reference
 //! Cornwell 2008, IEEE JSTSP 2, 793 (scales, their shape, the bias); Offringa & Smirnov 2017, MNRAS 471, 301 (the inner loop at one scale).
 
@@ -85,12 +88,16 @@ pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &Scales, tuning: &CleanTuning
     need("scale-bias", opts.bias, (0.0..1.0).contains(&opts.bias), "0 to below 1")?;
     let largest = widths.iter().copied().fold(1.0, f64::max);
     let convolver = Convolver::<f64>::new((n_m, n_l), n_m.max(n_l) / 2 + 1);
+    let hole = Hole::of(&convolver, psf, tuning.hole_edge);
     let scales = widths.iter().filter_map(|width_px| {
         let bias = 1.0 - opts.bias * width_px / largest;
         if *width_px < 1.0 {
             return Some(Scale { width_px: 0.0, bias, kernel: None, beam: TiledBeam::new(psf), peak: 1.0 });
         }
         let spectrum = convolver.kernel(kernel((n_m, n_l), *width_px).view());
+        if hole.power_outside(&convolver, &spectrum) < tuning.least_measured {
+            return None;
+        }
         let once = convolver.convolve(psf, &spectrum);
         let twice = convolver.convolve(once.view(), &spectrum);
         let peak = twice[(n_m / 2, n_l / 2)];
@@ -102,6 +109,49 @@ pub(super) fn make(psf: ArrayView2<'_, f64>, opts: &Scales, tuning: &CleanTuning
     let expected = "at least one scale that the baselines measure; they always measure scale 0";
     need("scales_px", format!("{widths:?}"), !scales.is_empty(), expected)?;
     Ok(Box::new(Multiscale { beam: TiledBeam::new(psf), convolver, scales, tuning: *tuning }))
+}
+
+/// The hole in the middle of the u-v plane: the baselines that are shorter than the shortest ones of the array.
+struct Hole {
+    /// Its radius, cycles a pixel.
+    radius: f64,
+}
+
+/// Radii of the values of a half spectrum, cycles a pixel, with the number of times that each value occurs in the whole spectrum.
+fn radii((p_m, p_l): (usize, usize)) -> impl Iterator<Item = (f64, f64)> {
+    (0..=p_l / 2).flat_map(move |u| {
+        let twice = if u == 0 || 2 * u == p_l { 1.0 } else { 2.0 };
+        (0..p_m).map(move |v| ((u as f64 / p_l as f64).hypot(v.min(p_m - v) as f64 / p_m as f64), twice))
+    })
+}
+
+impl Hole {
+    /// The hole ends at the first ring of the u-v plane whose mean weight is `edge` times that of the ring with the largest mean. A ring is as wide
+    /// as the resolution of the beam in the u-v plane, one over the size of the image.
+    fn of(convolver: &Convolver<f64>, psf: ArrayView2<'_, f64>, edge: f64) -> Self {
+        let n = psf.nrows().min(psf.ncols());
+        let mut rings = vec![(0.0, 0.0); n];
+        for (w, (radius, twice)) in convolver.kernel(psf).real_parts().zip(radii(convolver.padded())) {
+            if let Some((sum, count)) = rings.get_mut((radius * n as f64).round() as usize) {
+                *sum += twice * w;
+                *count += twice;
+            }
+        }
+        let means: Vec<f64> = rings.iter().map(|(sum, count)| if *count > 0.0 { sum / count } else { 0.0 }).collect();
+        let most = means.iter().copied().fold(0.0, f64::max);
+        let first = means.iter().position(|m| *m >= edge * most).unwrap_or(0);
+        Self { radius: (first as f64 - 0.5) / n as f64 }
+    }
+
+    /// The fraction of the power of a kernel that lies outside.
+    fn power_outside(&self, convolver: &Convolver<f64>, kernel: &Spectrum<f64>) -> f64 {
+        let (mut all, mut outside) = (0.0, 0.0);
+        for (k, (radius, twice)) in kernel.real_parts().zip(radii(convolver.padded())) {
+            all += twice * k * k;
+            outside += if radius >= self.radius { twice * k * k } else { 0.0 };
+        }
+        outside / all
+    }
 }
 
 /// The factor for `added` that gives the smallest chi squared. `seen` is `added` convolved with the beam. The factor is at least 1 and at most

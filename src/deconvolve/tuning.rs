@@ -45,7 +45,7 @@ pub struct CleanTuning {
     /// Influence: at most 1 per cent.
     pub clark_patch_least: usize,
     /// Width of the first scale of multiscale CLEAN after points, in main lobes. A scale of one main lobe is hardly different from a point.
-    /// Influence: at most 25 per cent.
+    /// Influence: at most 30 per cent.
     pub first_scale: f64,
     /// Ratio of successive scales. With 2 each scale overlaps its neighbours, so that every width is near some scale.
     /// Influence: at most 30 per cent.
@@ -53,6 +53,13 @@ pub struct CleanTuning {
     /// Largest scale as a fraction of the shorter side of the image. The kernel of a wider scale does not fit into the image.
     /// Influence: at most 40 per cent.
     pub largest_scale: f64,
+    /// Fraction of the power of a scale of multiscale CLEAN that the baselines must measure. With less than a half, what a component adds at
+    /// baselines that nobody measured is larger than what it explains.
+    /// Influence: at most 30 per cent.
+    pub least_measured: f64,
+    /// The hole in the middle of the u-v plane ends where the mean weight in a ring is this fraction of that of the ring with the most.
+    /// Influence: at most 1 per cent.
+    pub hole_edge: f64,
     /// A scale of multiscale CLEAN takes components until its peak is down to this fraction; then the scales are compared again. A
     /// small fraction lets one scale take the flux of another.
     /// Influence: at most 25 per cent.
@@ -73,6 +80,8 @@ impl Default for CleanTuning {
             first_scale: 2.0,
             scale_ratio: 2.0,
             largest_scale: 0.43,
+            least_measured: 0.5,
+            hole_edge: 0.25,
             hand_over: 0.75,
         }
     }
@@ -100,6 +109,9 @@ impl CleanTuning {
         }
         need("largest_scale", self.largest_scale, self.largest_scale > 0.0 && self.largest_scale <= 0.5, "above 0, at most 0.5")?;
         need("hand_over", self.hand_over, self.hand_over > 0.0 && self.hand_over < 1.0, "above 0, below 1")?;
+        for (name, v) in [("least_measured", self.least_measured), ("hole_edge", self.hole_edge)] {
+            need(name, v, (0.0..1.0).contains(&v), "0 to below 1")?;
+        }
         need("clark_active", self.clark_active, self.clark_active > 0, "at least 1")
     }
 }

@@ -86,7 +86,7 @@ fn error(case: &Case, algorithm: &str, tuning: CleanTuning) -> f64 {
 #[test]
 fn halving_and_doubling_each_constant_stays_within_its_limit() {
     type Change = fn(&mut CleanTuning, f64);
-    let table: [(&str, &str, f64, Change); 12] = [
+    let table: [(&str, &str, f64, Change); 14] = [
         ("side_lobe_margin", "hogbom", 0.01, |t, x| t.side_lobe_margin *= x),
         ("main_lobe_fwhm", "hogbom", 0.01, |t, x| t.main_lobe_fwhm *= x),
         ("mask_growth", "hogbom", 0.01, |t, x| t.mask_growth *= x),
@@ -95,9 +95,11 @@ fn halving_and_doubling_each_constant_stays_within_its_limit() {
         ("clark_active", "clark", 0.01, |t, x| t.clark_active = (t.clark_active as f64 * x) as usize),
         ("clark_patch", "clark", 0.01, |t, x| t.clark_patch *= x),
         ("clark_patch_least", "clark", 0.01, |t, x| t.clark_patch_least = (t.clark_patch_least as f64 * x) as usize),
-        ("first_scale", "multiscale", 0.25, |t, x| t.first_scale *= x),
+        ("first_scale", "multiscale", 0.30, |t, x| t.first_scale *= x),
         ("scale_ratio", "multiscale", 0.30, |t, x| t.scale_ratio = 1.0 + (t.scale_ratio - 1.0) * x),
         ("largest_scale", "multiscale", 0.40, |t, x| t.largest_scale = (t.largest_scale * x).min(0.5)),
+        ("least_measured", "multiscale", 0.30, |t, x| t.least_measured = (t.least_measured * x).min(0.9)),
+        ("hole_edge", "multiscale", 0.01, |t, x| t.hole_edge *= x),
         ("hand_over", "multiscale", 0.25, |t, x| t.hand_over = 1.0 - (1.0 - t.hand_over) * x),
     ];
     let cases = cases();
