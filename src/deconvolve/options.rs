@@ -83,9 +83,9 @@ impl Default for CleanOptions {
         Self {
             algorithm: Algorithm::Auto,
             gain: 0.1,
-            niter: 1000,
+            niter: 20_000,
             threshold: None,
-            nsigma: 0.0,
+            nsigma: 3.0,
             mgain: 0.8,
             cyclefactor: 1.5,
             max_major: 100,

@@ -26,7 +26,7 @@ fn auto_mask_keeps_components_at_the_sources() {
     let far = |auto_mask: Option<f64>| {
         let mut set = points(0.2);
         let mut imager = Imager::new(&mut set, options(64), &Silent).unwrap();
-        let opts = CleanOptions { niter: 1500, auto_mask, ..CleanOptions::default() };
+        let opts = CleanOptions { niter: 1500, nsigma: 0.0, auto_mask, ..CleanOptions::default() };
         let out = clean(&mut imager, &opts, &Silent).unwrap();
         let away = |l: f64, m: f64| SOURCES.iter().all(|s| (s.0 - l).hypot(s.1 - m) > 8e-3);
         let flux: f64 = out.components.iter().filter(|c| !away(c.l, c.m)).map(|c| c.flux).sum();
