@@ -59,6 +59,8 @@ fn pair_of(ant1: u32, ant2: u32) -> (u32, u32) {
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldOut {
     pairs: BTreeSet<(u32, u32)>,
+    /// Number of baselines of the set.
+    of: usize,
     /// First time, and length of the parts into which the times are divided, days.
     first_jd: f64,
     part_days: f64,
@@ -111,7 +113,7 @@ impl HeldOut {
             return Ok(None);
         }
         let parts = UNITS.div_ceil(pairs.len()) as f64;
-        let held = Self { pairs, first_jd, part_days: ((last_jd - first_jd) / parts).max(f64::MIN_POSITIVE) };
+        let held = Self { pairs, of: seen.len(), first_jd, part_days: ((last_jd - first_jd) / parts).max(f64::MIN_POSITIVE) };
         let units = held.pairs.len() * if last_jd > first_jd { parts as usize } else { 1 };
         Ok((units >= FEWEST).then_some(held))
     }
@@ -120,6 +122,12 @@ impl HeldOut {
     #[must_use]
     pub fn n_baselines(&self) -> usize {
         self.pairs.len()
+    }
+
+    /// The fraction of the baselines that is held out. It exceeds the fraction that was asked for where the set has few baselines.
+    #[must_use]
+    pub fn fraction(&self) -> f64 {
+        self.pairs.len() as f64 / self.of as f64
     }
 
     fn holds(&self, block: &VisibilityBlock, row: usize) -> bool {

@@ -158,64 +158,25 @@ pub fn calibrate<'a>(
     let hands = noise_from_hands(data)?;
     let noise = hands.factor.unwrap_or(if hands.weights_are_counts { 0.0 } else { 1.0 });
     let judge = held.as_ref().map(|held| Judge { held, noise });
-    let mut records = Vec::new();
-    let mut before: Option<AsTheyAre> = None;
-    let mut best: Option<Best<'a>> = None;
-    let mut first_error = None;
+    let mut trials = Trials::default();
     for (index, candidate) in candidates.iter().enumerate() {
-        let mut record = CandidateRecord { name: candidate.name, before: None, after: None, failure: None };
-        if let Some(judge) = judge {
-            match image_as_they_are(data, candidate, judge, observer) {
-                Ok(Some((step, prediction))) => {
-                    record.before = Some(prediction.misfit());
-                    if before.as_ref().is_none_or(|b| prediction.misfit() < b.prediction.misfit()) {
-                        before = Some(AsTheyAre { index, step, prediction });
-                    }
-                }
-                Ok(None) => {}
-                Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
-                Err(e) => record.failure = Some(e.to_string()),
-            }
-        }
-        let mut maker = (candidate.make)();
-        match selfcal(data, maker.as_mut(), beginning.start(), &candidate.options, judge, observer) {
-            Ok(rounds) => {
-                let prediction = rounds.best().prediction.clone();
-                let misfit = prediction.as_ref().map_or(0.0, Prediction::misfit);
-                record.after = prediction.as_ref().map(Prediction::misfit);
-                if best.as_ref().is_none_or(|b| misfit < b.misfit) {
-                    best = Some(Best { index, misfit, prediction, maker, rounds });
-                }
-            }
-            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
-            Err(e) => {
-                record.failure = Some(e.to_string());
-                first_error.get_or_insert(e);
-            }
-        }
-        if let (true, Some(after), Some(before)) = (candidates.len() > 1, record.after, record.before) {
-            observer.event(Event::Note(&format!(
-                "{}: the misfit of the held-out baselines is {before:.4} before and {after:.4} after self-calibration",
-                candidate.name
-            )));
-        }
-        records.push(record);
-        if best.as_ref().is_some_and(|b| b.misfit < judging.enough) {
+        trials.add(data, (index, candidate), &mut beginning, judge, observer)?;
+        if trials.best.as_ref().is_some_and(|b| b.misfit < judging.enough) {
             break;
         }
     }
+    let Trials { records, before, best, first_error } = trials;
     let Some(mut best) = best else {
         return Err(first_error.unwrap_or_else(|| ChainError::NoData("no deconvolver is given to self-calibrate with".into())));
     };
     let candidate = &candidates[best.index];
-    let trained = best.rounds.best().gains.clone();
     let mut calibrated = Calibrated {
         verdict: Verdict::NotJudged,
         evidence: None,
         candidates: records,
         algorithm: candidate.name,
         best: candidate.name,
-        gains: trained.clone(),
+        gains: best.rounds.best().gains.clone(),
         rounds: best.rounds,
     };
     let (Some(judge), Some(before), Some(after)) = (judge, before, best.prediction) else {
@@ -225,23 +186,17 @@ pub fn calibrate<'a>(
         }
         return Ok((calibrated, best.maker));
     };
-    let added = match add_all_baselines(data, best.maker.as_mut(), candidate, &mut calibrated, observer) {
-        Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
-        Err(e) => Some(format!("no gains can be solved when the held-out baselines are added: {e}")),
-        Ok(()) => None,
-    };
-    let evidence = evidence(&before.prediction, &after, &trained, &calibrated.gains, judge.held, judging)?;
-    calibrated.evidence = Some(evidence);
-    let doubt = added.or_else(|| doubt(&evidence, judging));
+    let doubt =
+        decide(data, (best.maker.as_mut(), candidate), &mut calibrated, (&before.prediction, &after, judge.held, judging), observer)?;
+    let warnings = &mut calibrated.rounds.warnings;
     calibrated.verdict = match doubt {
         None => Verdict::Accepted,
-        Some(why) if judging.force => Verdict::Forced(why),
-        Some(why) => Verdict::Rejected(why),
-    };
-    match &calibrated.verdict {
-        Verdict::Rejected(why) => {
-            let sentence = format!("self-calibration is not accepted, and the data are left as they are: {why}");
-            warn(&mut calibrated.rounds.warnings, &sentence, observer);
+        Some(why) if judging.force => {
+            warn(warnings, &format!("the gains are applied against the evidence, because this was asked for: {why}"), observer);
+            Verdict::Forced(why)
+        }
+        Some(why) => {
+            warn(warnings, &format!("self-calibration is not accepted, and the data are left as they are: {why}"), observer);
             calibrated.gains.gains.fill(1.0.into());
             calibrated.gains.flags.fill(false);
             calibrated.algorithm = candidates[before.index].name;
@@ -249,14 +204,86 @@ pub fn calibrate<'a>(
             for step in 0..=before.step {
                 best.maker.as_they_are(data, step, &Quiet(observer))?;
             }
+            Verdict::Rejected(why)
         }
-        Verdict::Forced(why) => {
-            let sentence = format!("the gains are applied against the evidence, because this was asked for: {why}");
-            warn(&mut calibrated.rounds.warnings, &sentence, observer);
-        }
-        Verdict::Accepted | Verdict::NotJudged => {}
-    }
+    };
     Ok((calibrated, best.maker))
+}
+
+/// The candidates that were tried, and the best of them.
+#[derive(Default)]
+struct Trials<'a> {
+    records: Vec<CandidateRecord>,
+    before: Option<AsTheyAre>,
+    best: Option<Best<'a>>,
+    first_error: Option<ChainError>,
+}
+
+impl<'a> Trials<'a> {
+    /// Try a candidate: predict the held-out baselines from its image of the data as they are, and from the result of its rounds.
+    fn add(
+        &mut self,
+        data: &mut dyn VisibilitySource,
+        (index, candidate): (usize, &Candidate<'a>),
+        beginning: &mut Beginning<'_>,
+        judge: Option<Judge<'_>>,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        let mut record = CandidateRecord { name: candidate.name, before: None, after: None, failure: None };
+        match judge.map_or(Ok(None), |judge| image_as_they_are(data, candidate, judge, observer)) {
+            Ok(Some((step, prediction))) => {
+                record.before = Some(prediction.misfit());
+                if self.before.as_ref().is_none_or(|b| prediction.misfit() < b.prediction.misfit()) {
+                    self.before = Some(AsTheyAre { index, step, prediction });
+                }
+            }
+            Ok(None) => {}
+            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(e) => record.failure = Some(e.to_string()),
+        }
+        let mut maker = (candidate.make)();
+        match selfcal(data, maker.as_mut(), beginning.start(), &candidate.options, judge, observer) {
+            Ok(rounds) => {
+                let prediction = rounds.best().prediction.clone();
+                let misfit = prediction.as_ref().map_or(0.0, Prediction::misfit);
+                record.after = prediction.as_ref().map(Prediction::misfit);
+                if self.best.as_ref().is_none_or(|b| misfit < b.misfit) {
+                    self.best = Some(Best { index, misfit, prediction, maker, rounds });
+                }
+            }
+            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(e) => {
+                record.failure = Some(e.to_string());
+                self.first_error.get_or_insert(e);
+            }
+        }
+        if let (Some(after), Some(before)) = (record.after, record.before) {
+            let name = candidate.name;
+            let text = format!("{name}: the misfit of the held-out baselines is {before:.4} before and {after:.4} after self-calibration");
+            observer.event(Event::Note(&text));
+        }
+        self.records.push(record);
+        Ok(())
+    }
+}
+
+/// Add the held-out baselines to the best candidate, and weigh the evidence. Returns why its gains are not to be believed, if they are not.
+fn decide(
+    data: &mut dyn VisibilitySource,
+    (maker, candidate): (&mut dyn ImageMaker, &Candidate<'_>),
+    calibrated: &mut Calibrated,
+    (before, after, held, judging): (&Prediction, &Prediction, &HeldOut, &JudgeOptions),
+    observer: &dyn Observer,
+) -> Result<Option<String>> {
+    let trained = calibrated.gains.clone();
+    let added = match add_all_baselines(data, maker, candidate, calibrated, observer) {
+        Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+        Err(e) => Some(format!("no gains can be solved when the held-out baselines are added: {e}")),
+        Ok(()) => None,
+    };
+    let evidence = evidence(before, after, &trained, &calibrated.gains, held)?;
+    calibrated.evidence = Some(evidence);
+    Ok(added.or_else(|| doubt(&evidence, judging)))
 }
 
 fn warn(warnings: &mut Vec<String>, sentence: &str, observer: &dyn Observer) {
@@ -311,14 +338,7 @@ fn add_all_baselines(
     Ok(())
 }
 
-fn evidence(
-    before: &Prediction,
-    after: &Prediction,
-    trained: &GainTable,
-    last: &GainTable,
-    held: &HeldOut,
-    judging: &JudgeOptions,
-) -> Result<Evidence> {
+fn evidence(before: &Prediction, after: &Prediction, trained: &GainTable, last: &GainTable, held: &HeldOut) -> Result<Evidence> {
     let free = CompareOptions { gradient: true, flux_scale: true };
     let mut unity = last.clone();
     unity.gains.fill(1.0.into());
@@ -337,7 +357,7 @@ fn evidence(
         explained: if expected > 0.0 { fall / expected } else { 0.0 },
         gain_rms,
         // The variance of a fit to the part 1 - f of the data exceeds that of the whole by f / (1 - f), and so does their difference.
-        gain_sigma: change * ((1.0 - judging.fraction) / judging.fraction).sqrt(),
+        gain_sigma: change * ((1.0 - held.fraction()) / held.fraction()).sqrt(),
         baselines: held.n_baselines(),
     })
 }
