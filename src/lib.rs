@@ -87,6 +87,7 @@ pub mod random;
 pub mod simulate;
 pub mod study;
 pub mod values;
+pub mod verdict;
 
 pub use cittert_arrays as arrays;
 #[cfg(feature = "formats")]

@@ -81,6 +81,7 @@ pub use joint_model::{ImageMaker, JointMaker, JointOptions};
 pub use joint_solution::{Joint, JointGoals, JointStage, Lattice, joint};
 pub use joint_tuning::{JointSchedule, JointStep};
 pub use judged::{Beginning, Calibrated, Candidate, CandidateRecord, Evidence, Verdict, calibrate};
+pub(crate) use model::sees_unpolarized;
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{AntennaNames, ChannelGroups, FeedGroups, GainMode, Outliers, RoundOptions, SolveOptions, StartFrom};

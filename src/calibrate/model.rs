@@ -16,7 +16,7 @@ pub trait ModelVisibilities {
 }
 
 /// True for the correlations in which an unpolarised model is not zero.
-pub(super) fn sees_unpolarized(pol: Polarization) -> bool {
+pub(crate) fn sees_unpolarized(pol: Polarization) -> bool {
     pol.is_parallel_hand() || pol == Polarization::I
 }
 

@@ -5,7 +5,7 @@ use crate::Result;
 use crate::progress::{Observer, Silent};
 use crate::simulate::{Pedestal, SimulateOptions, Simulator, SkyModel};
 use cittert_arrays::quantity::Temperature;
-use cittert_arrays::{UvCoverage, VisUnit, VisibilityHeader};
+use cittert_arrays::{BrightnessUnit, UvCoverage, VisUnit, VisibilityHeader};
 use ndarray::{Array3, s};
 use num_complex::Complex;
 
@@ -34,8 +34,9 @@ impl<'a> SkyPrediction<'a> {
         if header.unit == VisUnit::Uncalibrated {
             header.unit = VisUnit::Jy;
         }
-        // Images of such a set add the constant back; the visibilities are without it.
-        let pedestal = header.pedestal_k.map_or(Pedestal::None, |t| Pedestal::Kelvin(Temperature(t)));
+        // Images of such a set add the constant back; the visibilities are without it. Sources are no part of the constant.
+        let of_image = sky.images.iter().any(|i| i.unit == BrightnessUnit::Kelvin);
+        let pedestal = header.pedestal_k.filter(|_| of_image).map_or(Pedestal::None, |t| Pedestal::Kelvin(Temperature(t)));
         let options = SimulateOptions { epsilon: accuracy.epsilon, no_w: accuracy.no_w, pedestal, ..SimulateOptions::default() };
         Ok(Self { simulator: Simulator::new(header, sky, &options, &Silent)?, observer })
     }

@@ -4,11 +4,13 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::{ColumnArgs, OutputArgs, loaded};
 use super::text::{beam, chi2, note_beam, number, reasons};
+use super::verdict;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
 use crate::deconvolve::CleanOptions;
 use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanProducts, Imager, ImagingOptions, clean};
 use crate::progress::Silent;
+use crate::verdict::ImageFacts;
 use cittert_arrays::{VisUnit, VisibilitySource};
 use clap::Args;
 use serde_json::{Value, json};
@@ -56,7 +58,8 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     let g = imager.grid();
     let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
     if !args.startmod.may_solve(imager.survey().uv_range_wl.0, half_field_rad) {
-        return deconvolve(args, imager, false, context);
+        let products = deconvolve(args, imager, context)?;
+        return save(args, (source.as_mut(), false), products, context);
     }
     drop(imager);
     let gains = starting_phases(source.as_mut(), args.startmod, half_field_rad, &context.console).context(&what)?;
@@ -69,18 +72,28 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
         None => source.as_mut(),
     };
     let imager = Imager::new(data, options, &Silent).context(&what)?;
-    deconvolve(args, imager, gains.is_some(), context)
+    let products = deconvolve(args, imager, context)?;
+    save(args, (data, gains.is_some()), products, context)
 }
 
-fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, started: bool, context: &Context) -> Result<Outcome> {
+fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context) -> Result<CleanProducts> {
     let options = loaded(&args.clean, imager.grid())?;
-    let unit = imager.header().unit;
-    let products = clean(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))?;
-    drop(imager);
-    let mut json = statistics(&products, args, options.entry()?.name);
+    clean(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))
+}
+
+/// Judge the images, and write them. `started` is true where starting phases were applied to `data`.
+fn save(
+    args: &CleanCommandArgs,
+    (data, started): (&mut dyn VisibilitySource, bool),
+    products: CleanProducts,
+    context: &Context,
+) -> Result<Outcome> {
+    let judged = verdict::of_model(data, (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
+    let mut json = statistics(&products, args, args.clean.entry()?.name);
     json["startmod"] = started.into();
-    let text = describe(&products, &json);
-    let components = components(&products.components, unit);
+    let verdict = verdict::report(&judged, "the image explains the visibilities", &mut json, context);
+    let text = format!("{}\n{verdict}", describe(&products, &json));
+    let components = components(&products.components, data.header().unit);
     let images = [products.psf, products.dirty, products.model, products.residual, products.restored];
     let outcome = args.out.images(IMAGES.into_iter().zip(images), context, Outcome::new(json, text))?;
     let path = args.out.suffixed(COMPONENTS);

@@ -36,6 +36,7 @@ mod selfcal;
 mod simulate;
 mod study;
 mod text;
+mod verdict;
 
 pub use failure::{Failure, Result};
 

@@ -39,7 +39,7 @@ pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use data::{Data, ReducedBlock, Survey};
 pub use imager::{Imager, Residual};
-pub use major::{CleanProducts, clean, clean_from};
+pub use major::{CleanProducts, StopReason, clean, clean_from};
 pub use options::{BeamShape, ImageSize, ImagingOptions, Weighting};
 pub(crate) use output::Kind;
 pub use output::{dirty_image, psf_image};

@@ -32,7 +32,7 @@ pub use chi2::{ChiSquared, Misfit};
 pub use control::Control;
 pub use gather::Gathered;
 pub use imager::{MemImager, MemState, Method};
-pub use noise::{HandsNoise, Noise, noise_from_hands};
+pub use noise::{HandsNoise, HandsSum, Noise, noise_from_hands};
 pub use objective::{Multipliers, Objective, Point};
 pub use options::{MemOptions, NoiseChoice, PriorChoice};
 pub use pipeline::{MemProducts, flux_of_one, mem};

@@ -5,7 +5,7 @@ use super::gather::Gathered;
 use crate::Result;
 use crate::memory::MemoryBudget;
 use crate::values::need;
-use cittert_arrays::{Polarization, VisibilityBlock, VisibilitySource, for_each_block};
+use cittert_arrays::{Polarization, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 
 /// Where the noise of the data is known from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -43,31 +43,58 @@ pub struct HandsNoise {
     pub weights_are_counts: bool,
 }
 
-/// Estimate the noise from RR - LL or XX - YY: an unpolarised sky is the same in both, so only noise is left.
-///
-/// # Errors
-/// The source cannot be read.
-pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise> {
-    use Polarization::{LL, RR, XX, YY};
-    let find = |p: Polarization| source.header().polarizations.iter().position(|a| *a == p);
-    let hands = [(RR, LL), (XX, YY)].into_iter().find_map(|(a, b)| Some((find(a)?, find(b)?)));
-    let (mut sum, mut count, mut counts) = (0.0, 0_u64, true);
-    for_each_block(source, MemoryBudget::default().block(), |_, block: VisibilityBlock| -> Result<()> {
-        counts &= block.weights.iter().zip(&block.nsamples).zip(&block.flags).all(|((w, n), f)| *f || w == n);
-        let Some((a, b)) = hands else { return Ok(()) };
+/// Sums over the differences of two parallel hands, RR - LL or XX - YY, block by block.
+#[derive(Debug, Clone, Copy)]
+pub struct HandsSum {
+    hands: Option<(usize, usize)>,
+    sum: f64,
+    count: u64,
+    counts: bool,
+}
+
+impl HandsSum {
+    /// No sums yet, for a set with this header.
+    #[must_use]
+    pub fn new(header: &VisibilityHeader) -> Self {
+        use Polarization::{LL, RR, XX, YY};
+        let find = |p: Polarization| header.polarizations.iter().position(|a| *a == p);
+        Self { hands: [(RR, LL), (XX, YY)].into_iter().find_map(|(a, b)| Some((find(a)?, find(b)?))), sum: 0.0, count: 0, counts: true }
+    }
+
+    /// Add the rows of a block.
+    pub fn add(&mut self, block: &VisibilityBlock) {
+        self.counts &= block.weights.iter().zip(&block.nsamples).zip(&block.flags).all(|((w, n), f)| *f || w == n);
+        let Some((a, b)) = self.hands else { return };
         for ((r, c, p), va) in block.vis.indexed_iter().filter(|((_, _, p), _)| *p == a) {
             let other = (r, c, b);
             let (wa, wb) = (f64::from(block.weights[(r, c, p)]), f64::from(block.weights[other]));
             let good = wa > 0.0 && wb > 0.0 && wa.is_finite() && wb.is_finite();
             let d = f64::from((va - block.vis[other]).norm_sqr());
             if good && d.is_finite() && !block.flags[(r, c, p)] && !block.flags[other] {
-                sum += d / (2.0 * (1.0 / wa + 1.0 / wb));
-                count += 1;
+                self.sum += d / (2.0 * (1.0 / wa + 1.0 / wb));
+                self.count += 1;
             }
         }
+    }
+
+    /// The noise that the sums tell.
+    #[must_use]
+    pub fn noise(&self) -> HandsNoise {
+        HandsNoise { factor: (self.count > 0).then(|| self.sum / self.count as f64), weights_are_counts: self.counts }
+    }
+}
+
+/// Estimate the noise from RR - LL or XX - YY: an unpolarised sky is the same in both, so only noise is left.
+///
+/// # Errors
+/// The source cannot be read.
+pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise> {
+    let mut sums = HandsSum::new(source.header());
+    for_each_block(source, MemoryBudget::default().block(), |_, block: VisibilityBlock| -> Result<()> {
+        sums.add(&block);
         Ok(())
     })?;
-    Ok(HandsNoise { factor: (count > 0).then(|| sum / count as f64), weights_are_counts: counts })
+    Ok(sums.noise())
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use crate::ties::{Ties, ties};
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["study", "plot"],
+    &["verdict"],
     &["calibrate"],
     &["closure_imaging", "mem"],
     &["imaging"],

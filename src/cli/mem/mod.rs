@@ -9,8 +9,10 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{fits_mask, prior_image};
 use super::text::{beam, note_beam, number, reasons};
+use super::verdict::{self, Judged};
 use crate::imaging::Imager;
 use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, mem};
+use crate::verdict::ImageFacts;
 use serde_json::{Value, json};
 
 const IMAGES: [&str; 3] = ["-model.fits", "-residual.fits", "-image.fits"];
@@ -43,12 +45,14 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let options = args.mem.plan(&imager, inputs, noise)?;
     let products = mem(&mut imager, &options, &context.console).context(&what)?;
     drop(imager);
-    save(args, products, &options, context)
+    let judged = verdict::of_model(source.as_mut(), (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
+    save(args, (products, judged), &options, context)
 }
 
-fn save(args: &MemCommandArgs, products: MemProducts, options: &MemPlan, context: &Context) -> Result<Outcome> {
-    let json = statistics(&products, args, options);
-    let outcome = Outcome::new(json, describe(&products));
+fn save(args: &MemCommandArgs, (products, judged): (MemProducts, Judged), options: &MemPlan, context: &Context) -> Result<Outcome> {
+    let mut json = statistics(&products, args, options);
+    let verdict = verdict::report(&judged, "the image explains the visibilities", &mut json, context);
+    let outcome = Outcome::new(json, format!("{}\n{verdict}", describe(&products)));
     let goals = options.options.goals();
     let short = |(k, c): (usize, &Certificate)| {
         let which = if products.certificates.len() > 1 { format!("output channel {k}: ") } else { String::new() };

@@ -8,15 +8,17 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, loaded, prior_image};
 use super::predict::load_model;
+use super::verdict::{self, Judged};
 use crate::calibrate::{
-    Accuracy, Beginning, Calibrated, Candidate, CandidateOptions, ImageMaker, RoundOptions, SkyPrediction, SolveOptions, StartFrom, apply,
-    calibrate, candidates, on_channels,
+    Accuracy, Beginning, Calibrated, CalibratedSource, Candidate, CandidateOptions, ImageMaker, RoundOptions, SkyPrediction, SolveOptions,
+    StartFrom, apply, calibrate, candidates, on_channels,
 };
 use crate::deconvolve::{Algorithm, CleanOptions};
-use crate::imaging::{Imager, ImagingOptions};
+use crate::imaging::{CleanProducts, Imager, ImagingOptions};
 use crate::mem::{Prior, PriorChoice};
 use crate::memory::MemoryBudget;
 use crate::simulate::SkyModel;
+use crate::verdict::ImageFacts;
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
@@ -81,11 +83,11 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
         (None, StartFrom::Truth) => return Err(Failure::usage("--start truth: only a study has the error-free visibilities")),
     };
     let before = old_rounds(args)?;
-    let judged = calibrate(source.as_mut(), &ways, beginning, &args.rounds.judge(), &context.console);
-    if judged.is_err() {
+    let solved = calibrate(source.as_mut(), &ways, beginning, &args.rounds.judge(), &context.console);
+    if solved.is_err() {
         images.forget_all();
     }
-    let (mut result, maker) = judged.context(&what)?;
+    let (mut result, maker) = solved.context(&what)?;
     let mut seconds = Seconds { imaging: images.seconds.get(), ..Seconds::default() };
     seconds.solving = begun.elapsed().as_secs_f64() - seconds.imaging;
     images.choose(result.best, result.rounds.rounds.len())?;
@@ -110,12 +112,14 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     args.out.write(&args.out.suffixed("-rounds.jsonl"), (lines.join("\n") + "\n").as_bytes())?;
     let components = super::clean::components(&products.components, header.unit);
     args.out.write(&args.out.suffixed("-components.csv"), components.as_bytes())?;
+    let judged = judged(args, (source.as_mut(), &result), &products, context).context(&what)?;
     let mut json = report::json(args.out.output.as_path(), &result, &products, rounds);
     json["n_flagged_for_want_of_a_gain"] = counts.flagged.into();
     if let Some(together) = together {
         json["joint"] = together;
     }
-    let text = report::text(&result, &products);
+    let verdict = verdict::report(&judged, "the image explains the calibrated visibilities", &mut json, context);
+    let text = format!("{}\n{verdict}", report::text(&result, &products));
     let mut written: Vec<PathBuf> = OTHERS.iter().map(|s| args.out.suffixed(s)).collect();
     for (suffix, mut image) in IMAGES.iter().zip([products.psf, products.dirty, products.model, products.residual, products.restored]) {
         let path = args.out.suffixed(suffix);
@@ -126,6 +130,21 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     seconds.writing = writing.elapsed().as_secs_f64();
     json["seconds"] = seconds.json(begun.elapsed().as_secs_f64());
     Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
+}
+
+/// What is doubtful about the gains, and about the image of the calibrated data.
+fn judged(
+    args: &SelfcalArgs,
+    (source, result): (&mut dyn VisibilitySource, &Calibrated),
+    products: &CleanProducts,
+    context: &Context,
+) -> Result<Judged> {
+    let mut calibrated = CalibratedSource::new(source, &result.gains, args.rounds.apply())?;
+    let mut judged = verdict::of_model(&mut calibrated, (&products.model, &args.imaging), &ImageFacts::from(products), context)?;
+    if let Some(finding) = report::doubt(&result.verdict) {
+        judged.findings.insert(0, finding);
+    }
+    Ok(judged)
 }
 
 /// The ways to self-calibrate. Their makers pass the image of each round to `images`.

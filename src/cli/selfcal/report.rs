@@ -3,9 +3,13 @@
 use crate::calibrate::{Calibrated, ClosureSupport, ModelMetrics, Prediction, RoundRecord, Selfcal, SolutionInterval, Verdict};
 use crate::cli::text::{chi2, number};
 use crate::imaging::CleanProducts;
+use crate::verdict::Finding;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::Path;
+
+/// What to try where the gains are not supported.
+const NEXT: &str = "a longer --solint, a --model, a --size that holds the whole source, or --force to apply the best round anyway";
 
 fn metrics(m: &ModelMetrics) -> Value {
     json!({
@@ -91,6 +95,17 @@ fn judgement(c: &Calibrated) -> Value {
     out
 }
 
+/// The finding that the gains are not supported, where they are not.
+pub(super) fn doubt(verdict: &Verdict) -> Option<Finding> {
+    match verdict {
+        Verdict::Rejected(why) => {
+            Some(Finding::new("not_accepted", format!("self-calibration is not accepted, and the data are left as they were: {why}"), NEXT))
+        }
+        Verdict::Forced(why) => Some(Finding::new("not_supported", format!("the gains are applied against the evidence: {why}"), NEXT)),
+        Verdict::NotJudged | Verdict::Accepted => None,
+    }
+}
+
 /// The decision in a sentence.
 fn sentence(c: &Calibrated) -> String {
     let misfit = c.evidence.map_or(String::new(), |e| {
@@ -102,10 +117,7 @@ fn sentence(c: &Calibrated) -> String {
     match &c.verdict {
         Verdict::Accepted => format!("accepted: {misfit}"),
         Verdict::Forced(why) => format!("applied because of --force, not supported: {why}"),
-        Verdict::Rejected(why) => format!(
-            "NOT accepted, the data are as they were: {why}. Try a longer --solint, a --model, a --size that holds the whole source, or \
-             --force to apply the best round anyway"
-        ),
+        Verdict::Rejected(why) => format!("NOT accepted, the data are as they were: {why}. Try {NEXT}"),
         Verdict::NotJudged => "not judged: no baselines were held out".into(),
     }
 }

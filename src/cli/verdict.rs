@@ -1,0 +1,91 @@
+//! The verdict on a fit as commands report it: warnings, a line of text, and entries of the JSON object.
+
+use super::context::Context;
+use super::failure::Result;
+use crate::ChainError;
+use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
+use crate::imaging::ImagingOptions;
+use crate::progress::Quiet;
+use crate::simulate::SkyModel;
+use crate::verdict::{Finding, ImageFacts, Residuals, of_image, of_residuals, sentence};
+use cittert_arrays::{BrightnessUnit, Image, Polarization, VisibilityHeader, VisibilitySource};
+use serde_json::{Value, json};
+
+/// Accuracy of the prediction. The rules compare with the noise of single visibilities, which is larger.
+const EPSILON: f64 = 1e-4;
+
+/// What is doubtful about a fit, and the residuals that it was judged by.
+#[derive(Debug, Default)]
+pub(super) struct Judged {
+    /// The findings.
+    pub(super) findings: Vec<Finding>,
+    residuals: Option<Residuals>,
+}
+
+/// The findings about the image of a model. Images of other products than total intensity may be negative and are not judged.
+///
+/// # Errors
+/// The data cannot be read.
+pub(super) fn of_model(
+    data: &mut dyn VisibilitySource,
+    (model, imaging): (&Image, &ImagingOptions),
+    facts: &ImageFacts<'_>,
+    context: &Context,
+) -> Result<Judged> {
+    let header = data.header().clone();
+    let judged = matches!(imaging.pol, Polarization::I) && model.grid.frame == facts.restored.grid.frame;
+    if !judged {
+        return Ok(Judged::default());
+    }
+    let sky = SkyModel::of_image(model.clone());
+    let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
+    let quiet = Quiet(&context.console);
+    let mut predicted = match SkyPrediction::new(&header, &sky, accuracy, &quiet) {
+        Ok(predicted) => predicted,
+        Err(ChainError::Cancelled) => return Err(ChainError::Cancelled.into()),
+        // A set that a model cannot be predicted for, such as one of correlations without total intensity, has no residuals to judge by.
+        Err(_) => return Ok(Judged { findings: of_image(facts, None), residuals: None }),
+    };
+    of_prediction(data, &mut predicted, (model, facts))
+}
+
+/// The findings about an image whose model predicts visibilities itself.
+///
+/// # Errors
+/// The data cannot be read.
+fn of_prediction(
+    data: &mut dyn VisibilitySource,
+    model: &mut dyn ModelVisibilities,
+    (image, facts): (&Image, &ImageFacts<'_>),
+) -> Result<Judged> {
+    let header: VisibilityHeader = data.header().clone();
+    let residuals = Residuals::measure(data, model)?;
+    let antennas = header.layout.antennas();
+    let name = |k: usize| antennas.get(k).map_or_else(|| k.to_string(), |a| a.name.clone());
+    // Without its zero spacing a thermal scene may have any flux.
+    let positive = image.unit == BrightnessUnit::JyPerPixel;
+    let flux = positive.then(|| image.data.sum() / image.spectrum.n_chan().max(1) as f64);
+    let mut findings = residuals.as_ref().map_or_else(Vec::new, |r| of_residuals(r, &name, flux));
+    findings.extend(of_image(facts, residuals.as_ref()));
+    Ok(Judged { findings, residuals })
+}
+
+/// Report findings: warnings on the console, `verdict` and `findings` in the JSON object, and a line of text.
+pub(super) fn report(judged: &Judged, good: &str, json: &mut Value, context: &Context) -> String {
+    let findings = &judged.findings;
+    for f in findings {
+        context.console.warn(&format!("{}. What to do: {}", f.says, f.next));
+    }
+    let verdict = sentence(findings, good);
+    if json["verdict"].is_null() {
+        json["verdict"] = verdict.clone().into();
+    }
+    json["findings"] = json!(findings);
+    if let Some(r) = &judged.residuals {
+        json["residuals"] = json!({
+            "visibilities": r.samples, "noise_known": r.noise_known, "mean_square": r.mean, "typical_square": r.typical,
+            "unexplained": r.unexplained, "outliers": r.outliers, "worst_antenna_ratio": r.antennas.first().map(|a| a.1),
+        });
+    }
+    format!("verdict       {verdict}")
+}

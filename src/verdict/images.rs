@@ -1,0 +1,104 @@
+//! What an image itself says about its fit: brightness that no sky has, or that the visibilities do not allow.
+
+use super::finding::Finding;
+use super::residuals::Residuals;
+use crate::imaging::{CleanProducts, StopReason};
+use crate::mem::MemProducts;
+use cittert_arrays::{BrightnessUnit, Image, RestoringBeam};
+
+/// Multiples of the rms of the residual below zero that noise does not reach.
+const NEGATIVE: f64 = 7.0;
+/// Depth of a negative bowl, in terms of the peak, that disturbs an image.
+const BOWL: f64 = 0.1;
+/// A positive sky is nowhere brighter in the beam than the mean amplitude of the visibilities, with equal weights. Other weights, which differ
+/// by less, and the noise need some room.
+const BEYOND: f64 = 2.5;
+/// Largest departure of the mean of a thermal image from its pedestal, relative to the pedestal. The visibilities have no zero spacing, so
+/// the image keeps the mean that was removed.
+const PEDESTAL: f64 = 0.15;
+/// A residual whose peak exceeds its rms by this factor holds more than noise.
+const LEFT: f64 = 7.0;
+
+/// What the rules need of an image of total intensity.
+#[derive(Debug, Clone, Copy)]
+pub struct ImageFacts<'a> {
+    /// The restored image, with its pedestal; for methods that need no restoring beam, the image itself.
+    pub restored: &'a Image,
+    /// The residual image.
+    pub residual: &'a Image,
+    /// Restoring beam of the first output channel.
+    pub beam: Option<&'a RestoringBeam>,
+    /// Why CLEAN stopped; empty for other methods.
+    pub stop: &'a [StopReason],
+}
+
+impl<'a> From<&'a CleanProducts> for ImageFacts<'a> {
+    fn from(p: &'a CleanProducts) -> Self {
+        Self { restored: &p.restored, residual: &p.residual, beam: p.beams.first(), stop: &p.statistics.stop }
+    }
+}
+
+impl<'a> From<&'a MemProducts> for ImageFacts<'a> {
+    fn from(p: &'a MemProducts) -> Self {
+        Self { restored: &p.model, residual: &p.residual, beam: p.beams.first(), stop: &[] }
+    }
+}
+
+/// Findings about an image. `residuals` are those of its model, where they are known.
+#[must_use]
+pub fn of_image(image: &ImageFacts<'_>, residuals: Option<&Residuals>) -> Vec<Finding> {
+    let pedestal = image.restored.pedestal_k.unwrap_or(0.0);
+    let kelvin = image.restored.unit == BrightnessUnit::Kelvin;
+    let (low, high) = image.restored.data.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    let left = &image.residual.data;
+    let rms = (left.iter().map(|v| v * v).sum::<f64>() / left.len() as f64).sqrt();
+    let peak_left = left.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let unit = image.restored.unit.bunit();
+    let mut all = Vec::new();
+    if image.stop.contains(&StopReason::Diverged) {
+        let says = "CLEAN diverged: its components made the residual larger, and the best state before is kept";
+        all.push(Finding::new("diverged", says, "lower --gain or --mgain, give a mask, or use mem"));
+    }
+    let ran_out = image.stop.iter().any(|s| matches!(s, StopReason::Iterations | StopReason::MajorCycles));
+    let unfinished = residuals.is_some_and(|r| r.noise_known && r.typical > 1.2) || peak_left > LEFT * rms;
+    if ran_out && unfinished {
+        let says = format!(
+            "the components ran out while the residual still has a peak of {peak_left:.4e} {unit}, {:.1} times its rms",
+            peak_left / rms
+        );
+        all.push(Finding::new("components_ran_out", says, "raise --niter, with --nsigma 3 as the end, or use mem for extended scenes"));
+    }
+    if kelvin && low < -(NEGATIVE * rms).max(1.0) {
+        let says = format!("the image falls to {low:.1} K, and no brightness temperature is below 0");
+        all.push(Finding::new("negative", says, "use mem, which is positive, or check the pedestal and the shortest baselines"));
+    } else if !kelvin && low < -(NEGATIVE * rms).max(BOWL * high) {
+        let says = format!(
+            "the image falls to {low:.4e} {unit}, which is {:.0} % of its peak and {:.1} times the rms of the residual",
+            -100.0 * low / high,
+            -low / rms
+        );
+        all.push(Finding::new(
+            "negative",
+            says,
+            "check the shortest baselines and the calibration; a bowl around a source is flux that no baseline measures",
+        ));
+    }
+    let mean = image.restored.data.iter().sum::<f64>() / image.restored.data.len() as f64;
+    if kelvin && (mean - pedestal).abs() > PEDESTAL * pedestal && pedestal > 0.0 {
+        let says = format!(
+            "the image has a mean of {mean:.1} K, and a constant of {pedestal:.1} K was removed from the scene: the constant should be the mean"
+        );
+        all.push(Finding::new("pedestal", says, "check the pedestal of the set, unless the image shows only a part of the scene"));
+    }
+    if let (Some(r), Some(beam)) = (residuals, image.beam) {
+        let most = r.mean_amplitude / if kelvin { beam.solid_angle_sr() } else { 1.0 };
+        let reach = (high - pedestal).max(pedestal - low);
+        if reach > BEYOND * most {
+            let says = format!(
+                "the image departs by up to {reach:.4e} {unit} from its mean level, and visibilities of this size allow about {most:.4e} {unit}: it holds structure that no baseline measures"
+            );
+            all.push(Finding::new("beyond_range", says, "use mem, leave out wide --scales, or lower --gain"));
+        }
+    }
+    all
+}

@@ -1,0 +1,103 @@
+//! What the residual visibilities say about a fit.
+
+use super::finding::Finding;
+use super::residuals::Residuals;
+
+/// The square of the residuals, in terms of noise, above which an image does not explain the data. The limit allows for weights that are
+/// wrong by a quarter and for the faint structure that a deconvolution to three times the noise of the image leaves.
+const CHI2: f64 = 1.5;
+/// Power that a fit may leave where the noise is not known.
+const UNEXPLAINED: f64 = 0.05;
+/// Fraction of samples that stand out by chance is nothing; so many point to interference or to damaged records.
+const INTERFERENCE: f64 = 1e-3;
+/// An antenna whose baselines typically fit worse than all others by this factor has something of its own that is wrong.
+const ANTENNA: f64 = 2.5;
+/// The square of the residuals above which antennas are compared.
+const BEYOND_NOISE: f64 = 1.1;
+/// More antennas than this fraction are no exception.
+const FEW: f64 = 0.25;
+/// Fraction of the flux on the shortest baselines that an image of a positive sky must hold at least.
+const LEAST_FLUX: f64 = 0.8;
+/// Factor by which a source is brighter at zero spacing than on the shortest baselines, above which the baselines miss much of it.
+const MISSED: f64 = 1.5;
+
+/// Findings about the residuals of a fit. `antenna` names an antenna by its index. `flux` is the sum of the model over the image in the unit
+/// of the data, where the zero spacing of the data is that of a positive sky.
+#[must_use]
+pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Option<f64>) -> Vec<Finding> {
+    let mut all = Vec::new();
+    let poor = if r.noise_known { r.mean > CHI2 && r.unexplained > 1e-7 } else { r.unexplained > UNEXPLAINED };
+    if r.outliers > INTERFERENCE {
+        let says = format!(
+            "{:.2} % of the visibilities lie far from the model, while the others of the same baselines fit {:.0} times better: interference, \
+             or damaged records",
+            100.0 * r.outliers,
+            (r.mean / r.typical.max(f64::MIN_POSITIVE)).max(7.0)
+        );
+        all.push(Finding::new("interference", says, "flag these visibilities, or solve with --outliers clip"));
+    }
+    let odd: Vec<&(usize, f64)> = r.antennas.iter().filter(|a| a.1 > ANTENNA).collect();
+    let beyond = if r.noise_known { r.mean > BEYOND_NOISE } else { poor };
+    if beyond && !odd.is_empty() && (odd.len() as f64) <= (FEW * r.antennas.len() as f64).max(2.0) {
+        let names: Vec<String> = odd.iter().take(6).map(|a| antenna(a.0)).collect();
+        let says = format!(
+            "the baselines of {} fit {:.1} times worse than the others: their gains are wrong, or their names, positions or cables are swapped",
+            names.join(", "),
+            odd.iter().map(|a| a.1).fold(f64::INFINITY, f64::min)
+        );
+        all.push(Finding::new("antennas", says, "check these antennas, flag them, or self-calibrate"));
+    }
+    if poor {
+        let says = if r.noise_known {
+            format!(
+                "the image leaves {:.3} times the power of the noise in the visibilities, 1 is expected: it leaves {:.2} % of the signal unexplained",
+                r.mean,
+                100.0 * r.unexplained
+            )
+        } else {
+            format!("the image leaves {:.1} % of the power of the visibilities unexplained", 100.0 * r.unexplained)
+        };
+        let next = "check the calibration, the coordinates (order of antennas, sign of u, v, w and of time) and the size of the image, and clean deeper";
+        all.push(Finding::new("chi_squared", says, next));
+    }
+    all.extend(flux.and_then(|flux| short_spacings(r, flux)));
+    all
+}
+
+/// Flux that the array does not measure, or the image does not hold.
+fn short_spacings(r: &Residuals, flux: f64) -> Option<Finding> {
+    let (data, _) = r.shortest;
+    let (length, slope) = r.decay;
+    // Where noise dominates the short baselines their amplitude says nothing.
+    if !(r.signal > 1.0) {
+        return None;
+    }
+    let missed = (-0.5 * slope * length * length).exp();
+    if missed > MISSED {
+        let says = format!(
+            "the shortest baselines, {length:.0} wavelengths long, resolve the source already: from their decay its flux is about {missed:.1} times what they see, \
+             and structure larger than {} is missing from the image",
+            angle(0.6 / length)
+        );
+        return Some(Finding::new(
+            "short_spacings",
+            says,
+            "add shorter spacings or the total power, or image with a smooth prior (mem --flux)",
+        ));
+    }
+    (flux < LEAST_FLUX * data).then(|| {
+        let says = format!(
+            "the image holds a flux of {flux:.4}, and the shortest baselines see {data:.4}: it lacks {:.0} % of the source",
+            100.0 * (1.0 - flux / data)
+        );
+        Finding::new("missing_flux", says, "clean deeper, with multiscale for extended emission, or use mem")
+    })
+}
+
+fn angle(rad: f64) -> String {
+    match rad.to_degrees() {
+        d if d >= 0.1 => format!("{d:.2} deg"),
+        d if d >= 0.1 / 3600.0 => format!("{:.1} arcsec", d * 3600.0),
+        d => format!("{:.1} uas", d * 3.6e9),
+    }
+}

@@ -1,0 +1,18 @@
+//! A verdict on every fit: is the image, with its gains, supported by the data?
+//!
+//! An image may look sharp and have a high dynamic range, and yet be wrong. What the data say about it is in the residual visibilities
+//! ([`Residuals`]): their size against the noise, the antennas and samples that stand out, and the baselines that see more flux than the image
+//! holds. What physics says is in the image itself: no negative brightness, and no brightness beyond what the visibilities allow.
+//! Each rule that is broken gives a [`Finding`] that says what was seen and what to try next.
+
+mod finding;
+mod images;
+mod misfits;
+mod residuals;
+#[cfg(test)]
+mod tests;
+
+pub use finding::{Finding, sentence};
+pub use images::{ImageFacts, of_image};
+pub use misfits::of_residuals;
+pub use residuals::Residuals;

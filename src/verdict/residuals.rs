@@ -1,0 +1,203 @@
+//! The residual visibilities of a fit, and how they are distributed over antennas and samples.
+
+use crate::Result;
+use crate::calibrate::{ModelVisibilities, sees_unpolarized};
+use crate::mem::{HandsNoise, HandsSum};
+use crate::memory::MemoryBudget;
+use cittert_arrays::{VisibilityBlock, VisibilityHeader, VisibilitySource};
+use num_complex::Complex64;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// About so many visibilities are looked at. A larger set is sampled in runs of rows, so that the verdict costs little beside the fit.
+const MOST: usize = 1 << 20;
+/// Size in bytes of a visibility, its weight, its number of samples, its flag and its prediction.
+const BYTES_PER_SAMPLE: usize = 25;
+/// Number of runs of rows of a set that is sampled.
+const RUNS: usize = 64;
+/// A sample is an outlier if its squared residual exceeds the median of its baseline by this factor. Noise, whose squared modulus is
+/// distributed exponentially, does so with a probability of 2^-50.
+const OUTLIER: f64 = 50.0;
+/// Baselines with fewer samples have no median that one sample could be compared with.
+const FEWEST: usize = 8;
+/// The median of an exponential distribution with mean 1.
+const MEDIAN: f64 = std::f64::consts::LN_2;
+
+/// Statistics of residual visibilities. Squares are in units of the noise, w |V - M|^2 / 2, if the noise is known, and else in units of the
+/// weights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Residuals {
+    /// Number of visibilities.
+    pub samples: usize,
+    /// True if the noise is known: 1 is then the expected value of the squares.
+    pub noise_known: bool,
+    /// Mean square.
+    pub mean: f64,
+    /// Mean square that the median suggests. Few outliers do not change it.
+    pub typical: f64,
+    /// Fraction of the power of the data, beyond noise where that is known, that the model leaves.
+    pub unexplained: f64,
+    /// Power of the data over that of the noise, or infinite where the noise is not known.
+    pub signal: f64,
+    /// Fraction of the samples that stand out of their baseline.
+    pub outliers: f64,
+    /// Typical square of each antenna in terms of that of all baselines, largest first \[antenna, ratio\].
+    pub antennas: Vec<(usize, f64)>,
+    /// Mean amplitude of the data, in their unit.
+    pub mean_amplitude: f64,
+    /// Amplitude of the data on the shortest baselines without noise, and that of the model there, in the unit of the data.
+    pub shortest: (f64, f64),
+    /// Lengths in wavelengths of the shortest baselines, and slope of ln |V|^2 against the squared length there.
+    pub decay: (f64, f64),
+}
+
+/// One visibility.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    pair: (u32, u32),
+    /// Squared length, wavelengths.
+    length2: f64,
+    weight: f64,
+    /// Squared moduli of residual, data and model.
+    left2: f64,
+    data2: f64,
+    model2: f64,
+}
+
+impl Sample {
+    /// The squared residual in units of the noise of a real part, halved: 1 is expected.
+    fn misfit(&self) -> f64 {
+        0.5 * self.weight * self.left2
+    }
+}
+
+/// The rows that are looked at.
+fn runs(n_rows: usize, per_row: usize, block: usize) -> Vec<Range<usize>> {
+    let total = n_rows.saturating_mul(per_row);
+    let (count, length) = if total <= MOST { (1, n_rows) } else { (RUNS, (MOST / per_row.max(1) / RUNS).max(1)) };
+    let step = n_rows / count;
+    (0..count)
+        .flat_map(|k| {
+            let (from, to) = (k * step, (k * step + length).min(n_rows));
+            (from..to).step_by(block.max(1)).map(move |first| first..(first + block.max(1)).min(to))
+        })
+        .collect()
+}
+
+impl Residuals {
+    /// Compare a set with a model. Where the weights are only counts of samples, the noise comes from the difference of two parallel hands,
+    /// if there are two. `None` if no visibility can be compared.
+    ///
+    /// # Errors
+    /// The data cannot be read, or the model cannot be evaluated.
+    pub fn measure(data: &mut dyn VisibilitySource, model: &mut dyn ModelVisibilities) -> Result<Option<Self>> {
+        let header = data.header().clone();
+        let (n_chan, n_pol) = (header.spectrum.n_chan(), header.polarizations.len());
+        let rows_at_once = MemoryBudget::default().block() / (n_chan * n_pol * BYTES_PER_SAMPLE).max(1);
+        let (mut samples, mut hands) = (Vec::new(), HandsSum::new(&header));
+        for rows in runs(data.n_rows(), n_chan * n_pol, rows_at_once) {
+            let block = data.read_rows(rows.clone())?;
+            hands.add(&block);
+            add(&mut samples, &header, &block, (model, rows.start))?;
+        }
+        let HandsNoise { factor, weights_are_counts } = hands.noise();
+        let noise = if weights_are_counts { factor.filter(|f| *f > 0.0) } else { Some(1.0) };
+        if let Some(noise) = noise {
+            samples.iter_mut().for_each(|s| s.weight /= noise);
+        }
+        Ok((!samples.is_empty()).then(|| Self::of(&samples, noise.is_some())))
+    }
+
+    fn of(samples: &[Sample], noise_known: bool) -> Self {
+        let n = samples.len() as f64;
+        let sum = |f: fn(&Sample) -> f64| samples.iter().map(f).sum::<f64>();
+        let (misfit, power) = (sum(Sample::misfit), sum(|s| 0.5 * s.weight * s.data2));
+        let floor = if noise_known { n.min(0.999 * power) } else { 0.0 };
+        let mut baselines: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
+        samples.iter().for_each(|s| baselines.entry(s.pair).or_default().push(s.misfit()));
+        let mut of_antenna: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+        let mut outliers = 0;
+        for (pair, squares) in &mut baselines {
+            let median = median(squares);
+            if squares.len() >= FEWEST {
+                outliers += squares.iter().filter(|x| **x > OUTLIER * median).count();
+            }
+            for antenna in [pair.0, pair.1] {
+                of_antenna.entry(antenna).or_default().push(median);
+            }
+        }
+        let all = median(&mut of_antenna.values().flatten().copied().collect::<Vec<_>>());
+        let mut antennas: Vec<(usize, f64)> = of_antenna
+            .iter_mut()
+            .filter(|(_, squares)| squares.len() > 3 && all > 0.0)
+            .map(|(a, squares)| (*a as usize, median(squares) / all))
+            .collect();
+        antennas.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let (shortest, decay) = short_baselines(samples, noise_known);
+        Self {
+            samples: samples.len(),
+            noise_known,
+            mean: misfit / n,
+            typical: median(&mut samples.iter().map(Sample::misfit).collect::<Vec<_>>()) / MEDIAN,
+            unexplained: ((misfit - floor).max(0.0) / (power - floor)).min(1e9),
+            signal: if noise_known { (power / n - 1.0).max(0.0) } else { f64::INFINITY },
+            outliers: outliers as f64 / n,
+            antennas,
+            mean_amplitude: sum(|s| s.data2.sqrt()) / n,
+            shortest,
+            decay,
+        }
+    }
+}
+
+fn add(
+    samples: &mut Vec<Sample>,
+    header: &VisibilityHeader,
+    block: &VisibilityBlock,
+    (model, first): (&mut dyn ModelVisibilities, usize),
+) -> Result<()> {
+    let predicted = model.predict(header, first, &block.coverage)?;
+    let wide = |v: num_complex::Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
+    let freq_hz = header.spectrum.freq_hz();
+    for ((row, c, p), v) in block.vis.indexed_iter() {
+        let pair = (block.coverage.ant1[row], block.coverage.ant2[row]);
+        let weight = f64::from(block.usable_weight(row, c, p));
+        let (v, m) = (wide(*v), wide(predicted[(row, c, p)]));
+        if pair.0 == pair.1 || !(weight > 0.0) || !m.is_finite() || !sees_unpolarized(header.polarizations[p]) {
+            continue;
+        }
+        let uvw = block.coverage.uvw_m.row(row);
+        let per_m = freq_hz[c] / cittert_arrays::SPEED_OF_LIGHT_M_S;
+        samples.push(Sample {
+            pair: (pair.0.min(pair.1), pair.0.max(pair.1)),
+            length2: (uvw[0] * uvw[0] + uvw[1] * uvw[1]) * per_m * per_m,
+            weight,
+            left2: (v - m).norm_sqr(),
+            data2: v.norm_sqr(),
+            model2: m.norm_sqr(),
+        });
+    }
+    Ok(())
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { f64::NAN } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+/// Amplitudes of data and model on the shortest twentieth of the samples, and how the data decay from there to the shortest fifth.
+fn short_baselines(samples: &[Sample], noise_known: bool) -> ((f64, f64), (f64, f64)) {
+    let mut order: Vec<&Sample> = samples.iter().collect();
+    order.sort_by(|a, b| a.length2.total_cmp(&b.length2));
+    let part = (order.len() / 20).max(1);
+    // The noise adds 2 / weight to the squared amplitude.
+    let noise = |s: &&Sample| if noise_known { 2.0 / s.weight } else { 0.0 };
+    let mean = |of: &[&Sample], f: &dyn Fn(&&Sample) -> f64| of.iter().map(f).sum::<f64>() / of.len() as f64;
+    let squared = |of: &[&Sample]| mean(of, &|s| s.data2 - noise(s)).max(0.0);
+    let near = &order[..part];
+    let far = &order[(3 * part).min(order.len() - 1)..(4 * part).clamp(1, order.len())];
+    let (length2, further) = (mean(near, &|s| s.length2), if far.is_empty() { f64::NAN } else { mean(far, &|s| s.length2) });
+    let shortest = (squared(near).sqrt(), mean(near, &|s| s.model2).sqrt());
+    let slope = if far.is_empty() || further <= length2 { 0.0 } else { (squared(far) / squared(near)).ln() / (further - length2) };
+    (shortest, (length2.sqrt(), slope))
+}

@@ -1,0 +1,132 @@
+use super::residuals::Residuals;
+use super::{ImageFacts, of_image, of_residuals};
+use crate::calibrate::{ModelVisibilities, PointModel};
+use crate::fixtures::{Noise, positions, snapshot};
+use crate::imaging::StopReason;
+use crate::progress::Silent;
+use crate::simulate::{SimulateOptions, Simulator, SkyModel};
+use cittert_arrays::{
+    BrightnessUnit, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, Source, SourceShape, SpectralWindow, VisUnit, VisibilitySet,
+};
+use ndarray::Array4;
+use num_complex::Complex32;
+
+const POINT: (f64, f64, f64) = (0.004, -0.003, 1.0);
+
+/// 20 antennas, 16 channels, a point of 1 Jy with noise of 0.1 Jy in each real part.
+fn observed(sources: &[(f64, f64, f64)]) -> VisibilitySet {
+    let freq: Vec<f64> = (0..16).map(|c| 94e9 + 5e8 * f64::from(c)).collect();
+    snapshot(&positions(20, 0.5, 0.0, 5), &freq, &[Polarization::I], sources, (0.1, VisUnit::Jy))
+}
+
+fn names(set: &mut VisibilitySet, model: &mut dyn ModelVisibilities, flux: f64) -> Vec<&'static str> {
+    let residuals = Residuals::measure(set, model).unwrap().unwrap();
+    of_residuals(&residuals, &|k| format!("a{k}"), Some(flux)).iter().map(|f| f.name).collect()
+}
+
+#[test]
+fn a_right_model_draws_no_finding_and_a_wrong_one_does() {
+    let mut set = observed(&[POINT]);
+    let r = Residuals::measure(&mut set, &mut PointModel { l: POINT.0, m: POINT.1, flux: POINT.2 }).unwrap().unwrap();
+    assert!((r.mean - 1.0).abs() < 0.05 && (r.typical - 1.0).abs() < 0.1 && r.unexplained < 1e-3 && r.outliers == 0.0, "{r:?}");
+    assert_eq!(names(&mut set, &mut PointModel { l: POINT.0, m: POINT.1, flux: 1.0 }, 1.0), Vec::<&str>::new());
+    assert_eq!(names(&mut set, &mut PointModel { l: -POINT.0, m: POINT.1, flux: 1.0 }, 1.0), ["chi_squared"]);
+    assert_eq!(names(&mut set, &mut PointModel { l: POINT.0, m: POINT.1, flux: 0.6 }, 0.6), ["chi_squared", "missing_flux"]);
+}
+
+#[test]
+fn interference_and_swapped_antennas_are_named() {
+    let mut model = PointModel { l: POINT.0, m: POINT.1, flux: POINT.2 };
+    let mut set = observed(&[POINT]);
+    let mut noise = Noise(3);
+    set.data.vis.iter_mut().filter(|_| noise.next() > 0.96).for_each(|v| *v += Complex32::new(20.0, 0.0));
+    assert_eq!(names(&mut set, &mut model, 1.0)[0], "interference");
+    let mut set = observed(&[POINT]);
+    let coverage = &set.data.coverage;
+    let swapped = |a: u32| {
+        if a == 3 {
+            11
+        } else if a == 11 {
+            3
+        } else {
+            a
+        }
+    };
+    let row_of = |a: u32, b: u32| (0..coverage.n_rows()).find(|r| (coverage.ant1[*r], coverage.ant2[*r]) == (a.min(b), a.max(b))).unwrap();
+    let vis = ndarray::Array3::from_shape_fn(set.data.vis.dim(), |(r, c, p)| {
+        let (a, b) = (swapped(coverage.ant1[r]), swapped(coverage.ant2[r]));
+        let v = set.data.vis[(row_of(a, b), c, p)];
+        if a < b { v } else { v.conj() }
+    });
+    set.data.vis = vis;
+    let r = Residuals::measure(&mut set, &mut model).unwrap().unwrap();
+    let findings = of_residuals(&r, &|k| format!("a{k}"), Some(1.0));
+    let told = findings.iter().find(|f| f.name == "antennas").unwrap();
+    assert!(told.says.contains("a3") && told.says.contains("a11") && !told.says.contains("a4"), "{told:?}");
+}
+
+/// A wide Gaussian whose shortest baselines are flagged.
+#[test]
+fn flux_on_spacings_that_nobody_measures_is_named() {
+    let sky = SkyModel::of_sources(vec![Source {
+        shape: SourceShape::Gaussian { major_rad: 0.004, minor_rad: 0.004, pa_rad: 0.0 },
+        ..Source::point(0.0, 0.0, 1.0)
+    }]);
+    let mut set = observed(&[]);
+    let header = set.header.clone();
+    let options = SimulateOptions::default();
+    let mut model = Simulator::new(header, &sky, &options, &Silent).unwrap();
+    let seen = model.block(set.data.coverage.clone(), 0, &Silent).unwrap();
+    set.data.vis += &seen.vis;
+    let known = |r: &Residuals| of_residuals(r, &|k| k.to_string(), Some(1.0)).iter().map(|f| f.name).collect::<Vec<_>>();
+    struct Given(ndarray::Array3<Complex32>);
+    impl ModelVisibilities for Given {
+        fn predict(
+            &mut self,
+            _: &cittert_arrays::VisibilityHeader,
+            first: usize,
+            coverage: &cittert_arrays::UvCoverage,
+        ) -> crate::Result<ndarray::Array3<Complex32>> {
+            Ok(self.0.slice(ndarray::s![first..first + coverage.n_rows(), .., ..]).to_owned())
+        }
+    }
+    let mut given = Given(seen.vis);
+    let whole = Residuals::measure(&mut set, &mut given).unwrap().unwrap();
+    assert_eq!(known(&whole), Vec::<&str>::new(), "{whole:?}");
+    for row in 0..set.data.n_rows() {
+        let uvw = set.data.coverage.uvw_m.row(row);
+        if uvw[0].hypot(uvw[1]) < 0.25 {
+            set.data.flags.index_axis_mut(ndarray::Axis(0), row).fill(true);
+        }
+    }
+    let cut = Residuals::measure(&mut set, &mut given).unwrap().unwrap();
+    assert_eq!(known(&cut), ["short_spacings"], "{cut:?}");
+}
+
+#[test]
+fn images_that_no_sky_has_are_named() {
+    let grid = SkyGrid::new(16, 16, 1e-3, SkyFrame::Boresight).unwrap();
+    let spectrum = SpectralWindow::band(94e9, 1e9, 1).unwrap();
+    let image = |unit, at: f64| {
+        let mut data = Array4::from_elem((1, 1, 16, 16), 0.0);
+        data[[0, 0, 4, 4]] = 100.0;
+        data[[0, 0, 9, 9]] = at;
+        Image::new(grid.clone(), spectrum.clone(), vec![Polarization::I], data, unit).unwrap()
+    };
+    let mut residual = image(BrightnessUnit::Kelvin, 0.0);
+    residual.data.fill(0.5);
+    let beam = RestoringBeam { bmaj_rad: 2e-3, bmin_rad: 2e-3, bpa_rad: 0.0 };
+    let found = |restored: &Image, stop: &[StopReason]| -> Vec<&str> {
+        let facts = ImageFacts { restored, residual: &residual, beam: Some(&beam), stop };
+        of_image(&facts, None).iter().map(|f| f.name).collect()
+    };
+    assert_eq!(found(&image(BrightnessUnit::Kelvin, -2.0), &[]), Vec::<&str>::new(), "within the noise");
+    assert_eq!(found(&image(BrightnessUnit::Kelvin, -20.0), &[]), ["negative"]);
+    assert_eq!(found(&image(BrightnessUnit::JyPerBeam, -20.0), &[]), ["negative"]);
+    let mut warm = image(BrightnessUnit::Kelvin, -20.0);
+    warm.data += 200.0;
+    warm.pedestal_k = Some(200.0);
+    assert_eq!(found(&warm, &[]), Vec::<&str>::new(), "colder than the pedestal, above 0 K");
+    assert_eq!(found(&warm, &[StopReason::Diverged]), ["diverged"]);
+    assert_eq!(found(&warm, &[StopReason::Iterations]), Vec::<&str>::new(), "the residual is flat");
+}
