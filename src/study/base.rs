@@ -36,6 +36,8 @@ pub enum Deconvolution {
 pub(super) struct Seen {
     /// The restored image of CLEAN, or the unconvolved image of maximum entropy, without a constant that was added back \[m, l\].
     pub(super) image: Array2<f64>,
+    /// Peak of the restored image, without a constant that was added back.
+    pub(super) restored_peak: f64,
     /// Rms of the residual image.
     pub(super) residual_rms: f64,
 }
@@ -183,19 +185,25 @@ pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, ho
             let products = mem(&mut imager, &MemPlan { options, ..MemPlan::default() }, &Silent)?;
             let residual = &products.residual.data;
             let residual_rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
-            Ok(Seen { image: products.model.plane(0, 0).to_owned(), residual_rms })
+            Ok(Seen { image: products.model.plane(0, 0).to_owned(), restored_peak: peak(&plane(&products.restored)), residual_rms })
         }
     }
 }
 
 /// The image of a trial from the products of self-calibration.
 pub(super) fn seen(products: &CleanProducts, how: &Deconvolution) -> Seen {
+    let restored = plane(&products.restored);
+    let restored_peak = peak(&restored);
     let image = match how {
-        Deconvolution::Clean(_) => plane(&products.restored),
+        Deconvolution::Clean(_) => restored,
         // The scene, with which these images are compared, is in absolute temperatures.
         Deconvolution::Mem(_) => products.model.plane(0, 0).to_owned(),
     };
-    Seen { image, residual_rms: products.statistics.residual_rms }
+    Seen { image, restored_peak, residual_rms: products.statistics.residual_rms }
+}
+
+fn peak(plane: &Array2<f64>) -> f64 {
+    plane.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// An image without the constant that was added back \[m, l\].
