@@ -171,7 +171,7 @@ mod tests {
         let on_source = truth.mapv(|v| v > pedestal);
         let image = image(&truth);
         let restored_peak = image.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let reference = Reference { image: truth, on_source, imaging: ImagingOptions::default() };
+        let reference = Reference { image: truth, on_source, imaging: ImagingOptions::default(), beam: None };
         quality(&Seen { image, restored_peak, residual_rms: 0.5 }, &reference, 0.0)
     }
 

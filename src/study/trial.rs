@@ -68,7 +68,13 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
         Antennas::All => setup.base.clone(),
         some => Arc::new(setup.base.with(some, seed)?),
     };
-    let reference = base.reference()?;
+    let mut reference = base.reference()?;
+    if setup.silent.is_some() {
+        // Without the antenna another beam would be fitted. All images have the beam of the reference, so that they can be compared.
+        let mut alike = reference.as_ref().clone();
+        alike.imaging.beam = alike.beam;
+        reference = Arc::new(alike);
+    }
     let options = CorruptOptions { seed, errors: setup.errors.clone(), per_feed: false };
     let mut data = VisibilitySet::new(base.set.header.clone(), base.set.data.rows(0..0)?)?;
     let mut truth = corrupt(&mut base.set.clone(), &mut data, &options, &Silent)?;
