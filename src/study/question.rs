@@ -50,11 +50,11 @@ impl Question {
     /// The first that is out of its range.
     pub fn check(&self) -> Result<()> {
         let ordered = self.from.is_finite() && self.to.is_finite() && self.from < self.to;
-        need("from", format!("{} and to is {}", self.from, self.to), ordered, "finite numbers, from smaller than to")?;
-        need("from", self.from, !self.log || self.from > 0.0, "a positive number where log is true")?;
+        need("from and to", format!("{} and {}", self.from, self.to), ordered, "finite numbers, from smaller than to")?;
+        need("start of the range", self.from, !self.log || self.from > 0.0, "a positive number where log is true")?;
         need("limit of the score", self.bound.limit, self.bound.limit.is_finite(), "a finite number")?;
-        need("fraction", self.fraction, self.fraction > 0.0 && self.fraction < 1.0, "a number between 0 and 1")?;
-        need("precision", self.precision, (1e-3..=1.0).contains(&self.precision), "0.001 to 1")
+        need("fraction of the trials", self.fraction, self.fraction > 0.0 && self.fraction < 1.0, "a number between 0 and 1")?;
+        need("precision of the answer", self.precision, (1e-3..=1.0).contains(&self.precision), "0.001 to 1")
     }
 
     /// A value on the scale on which intervals are halved.
