@@ -112,7 +112,12 @@ impl Base {
             Deconvolution::Clean(options) => self.cleaned(options)?,
             Deconvolution::Mem(scene) => {
                 let peak = scene.iter().copied().fold(0.0, f64::max);
-                Reference { on_source: scene.mapv(|v| v > ON_SOURCE * peak), image: scene.clone(), imaging: self.imaging.clone(), beam: None }
+                Reference {
+                    on_source: scene.mapv(|v| v > ON_SOURCE * peak),
+                    image: scene.clone(),
+                    imaging: self.imaging.clone(),
+                    beam: None,
+                }
             }
         });
         Ok(self.reference.get_or_init(|| made).clone())

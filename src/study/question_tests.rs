@@ -9,7 +9,11 @@ fn ask(question: &Question, seeds: u64, first: u64, trial: &dyn Fn(f64, u64) -> 
     let mut next: Vec<(usize, f64)> = Vec::new();
     for k in 0..=4 {
         let t = f64::from(k) / 4.0;
-        let value = if question.log { question.from * (question.to / question.from).powf(t) } else { question.from + t * (question.to - question.from) };
+        let value = if question.log {
+            question.from * (question.to / question.from).powf(t)
+        } else {
+            question.from + t * (question.to - question.from)
+        };
         next.extend((0..seeds as usize).map(|s| (s, value)));
     }
     let mut trials = 0;

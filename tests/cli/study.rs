@@ -138,7 +138,8 @@ fn what_is_wrong_is_said_with_its_place() {
 
 /// A question about the phases, over one other axis.
 fn question() -> String {
-    let asked = "[question]\nkeep = \"nrmse\"\nat-most = 0.3\nparameter = \"corrupt.phase-rms\"\nfrom = \"1deg\"\nto = \"60deg\"\nlog = true\n";
+    let asked =
+        "[question]\nkeep = \"nrmse\"\nat-most = 0.3\nparameter = \"corrupt.phase-rms\"\nfrom = \"1deg\"\nto = \"60deg\"\nlog = true\n";
     let axes = CONFIG.split("[[axis]]").nth(2).unwrap();
     format!("{}{asked}[[axis]]{axes}", CONFIG.split("[[axis]]").next().unwrap())
 }
@@ -155,7 +156,10 @@ fn a_question_is_answered_in_a_sentence_with_the_same_bytes_after_a_kill() {
         // The NRMSE of a point grows about as the phase error: 0.3 at roughly 0.3 rad.
         assert!((5.0..45.0).contains(&number("value")) && number("low") < number("value") && number("value") < number("high"), "{answer}");
         assert!(sentence.starts_with(&format!("At {place}, phase errors up to ")), "{sentence}");
-        assert!(sentence.contains(" deg keep an NRMSE of at most 0.3 in half of the trials; with self-calibration up to 60 deg (the end"), "{sentence}");
+        assert!(
+            sentence.contains(" deg keep an NRMSE of at most 0.3 in half of the trials; with self-calibration up to 60 deg (the end"),
+            "{sentence}"
+        );
         assert_eq!((&answer["after"]["value"], &answer["after"]["outside"]), (&60.0.into(), &"above".into()));
     }
     assert!(trials > 30 && read(&s, "one/report.html").contains(answers[0]["sentence"].as_str().unwrap()));

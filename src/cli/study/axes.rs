@@ -58,4 +58,3 @@ fn values(axis: &AxisSection) -> Result<Vec<toml::Value>> {
     all.dedup();
     Ok(all)
 }
-

@@ -1,9 +1,9 @@
 //! The file that describes a study.
 
+use crate::cli::quality::Limits;
 use crate::cli::sections::{SceneSection, Section, SimulateSection, StudySelfcalSection};
 use crate::corrupt::ErrorOptions;
 use crate::deconvolve::CleanOptions;
-use crate::cli::quality::Limits;
 use crate::imaging::ImagingOptions;
 use crate::study::Score;
 use schemars::JsonSchema;

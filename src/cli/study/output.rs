@@ -35,7 +35,14 @@ pub(super) struct Findings {
 ///
 /// # Errors
 /// An error of the file system.
-pub(super) fn write(folder: &Path, plan: &Plan, all: &Trials<'_>, answers: &[Answers], config: &Path, context: &Context) -> Result<Findings> {
+pub(super) fn write(
+    folder: &Path,
+    plan: &Plan,
+    all: &Trials<'_>,
+    answers: &[Answers],
+    config: &Path,
+    context: &Context,
+) -> Result<Findings> {
     let done = &all.done;
     let stats = statistics(plan, done);
     let summary = summary(plan, &stats, done);
@@ -111,7 +118,13 @@ fn shown(table: &Columns) -> Table {
     Table { rows: rows.collect(), head: columns.iter().map(|c| c.0.clone()).collect() }
 }
 
-fn report(plan: &Plan, all: &Trials<'_>, (tables, found): (&[Columns], &Findings), figures: Vec<Figure>, from: (&Path, &Context)) -> String {
+fn report(
+    plan: &Plan,
+    all: &Trials<'_>,
+    (tables, found): (&[Columns], &Findings),
+    figures: Vec<Figure>,
+    from: (&Path, &Context),
+) -> String {
     let fact = |n: &str, v: String| (n.to_owned(), v);
     let mut notes: BTreeMap<&str, usize> = BTreeMap::new();
     all.done.values().filter(|r| !r.note.is_empty()).for_each(|r| *notes.entry(&r.note).or_default() += 1);

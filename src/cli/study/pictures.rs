@@ -48,10 +48,12 @@ pub(super) fn scores(plan: &Plan, stats: &AllStatistics) -> Result<Vec<(String, 
             series.push(Series { name, points: vec![(low, b.limit), (high, b.limit)], errors: Vec::new() });
         }
         let y_label = if *score == Score::ResidualRms { format!("{} [{}]", score.label(), plan.unit) } else { score.label().to_owned() };
-        let options = CurveOptions { title: plan.title.clone(), x_label: x_label.clone(), y_label, log_x, log_y: true, ..CurveOptions::default() };
+        let options =
+            CurveOptions { title: plan.title.clone(), x_label: x_label.clone(), y_label, log_x, log_y: true, ..CurveOptions::default() };
         // A score without a single positive number (no gains, no errors) has no picture.
         if let Ok(png) = curves(&series, &options).and_then(Picture::png) {
-            let caption = format!("{}: median over {} seeds, bars from the 16th to the 84th percentile.", score.label(), plan.study.seeds.len());
+            let caption =
+                format!("{}: median over {} seeds, bars from the 16th to the 84th percentile.", score.label(), plan.study.seeds.len());
             let figure = (format!("{}.png", score.name()), Figure { png, caption });
             if asked.is_some() { out.insert(0, figure) } else { out.push(figure) }
         }

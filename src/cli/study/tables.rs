@@ -69,7 +69,8 @@ fn seeds(plan: &Plan, indices: impl Iterator<Item = usize>) -> Column {
 /// The trials of the grid.
 pub(super) fn trials(plan: &Plan, done: &BTreeMap<Key, TrialResult>) -> Table {
     let n = plan.study.seeds.len();
-    let own: Vec<(usize, &TrialResult)> = done.iter().filter_map(|(k, r)| if let Key::Grid(k) = k { Some((*k, r)) } else { None }).collect();
+    let own: Vec<(usize, &TrialResult)> =
+        done.iter().filter_map(|(k, r)| if let Key::Grid(k) = k { Some((*k, r)) } else { None }).collect();
     let points: Vec<usize> = own.iter().map(|(k, _)| k / n).collect();
     let mut columns = vec![("trial".to_owned(), Column::Integer(own.iter().map(|(k, _)| integer(*k)).collect()))];
     columns.extend(axis_columns(plan, &points));
@@ -110,7 +111,8 @@ pub(super) fn failures(plan: &Plan, rankings: &[Vec<Ranking>]) -> Table {
     columns.push(("antenna".into(), Column::Text(rows.iter().map(|r| failing.antennas[r.0][r.2].1.clone()).collect())));
     for (name, rankings) in stages(plan).iter().zip(rankings) {
         let cost = |r: &(usize, usize, usize)| rankings[r.0].costs.iter().find(|c| c.antenna == r.2);
-        let column = |pick: fn(&crate::study::AntennaCost) -> f64| Column::Real(rows.iter().map(|r| cost(r).map_or(f64::NAN, pick)).collect());
+        let column =
+            |pick: fn(&crate::study::AntennaCost) -> f64| Column::Real(rows.iter().map(|r| cost(r).map_or(f64::NAN, pick)).collect());
         columns.push((format!("{}_cost_{name}", failing.score.name()), column(|c| c.cost)));
         columns.push((format!("{}_cost_error_{name}", failing.score.name()), column(|c| c.error)));
     }
