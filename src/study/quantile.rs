@@ -54,6 +54,9 @@ impl Bracket {
     }
 }
 
+/// Rounding of a level such as 1 - 0.9, in ranks.
+const ROUNDING: f64 = 1e-9;
+
 /// Ranks (from 1) of the lower limit, the estimate and the upper limit of the quantile of level `q` in a sample of `n`.
 fn ranks(n: usize, q: f64) -> [f64; 3] {
     let (middle, spread) = ((n as f64 + 1.0) * q, (n as f64 * q * (1.0 - q)).sqrt());
@@ -62,7 +65,7 @@ fn ranks(n: usize, q: f64) -> [f64; 3] {
 
 /// True if a sample of `n` has the rank.
 fn exists(rank: f64, n: usize) -> bool {
-    (1.0..=n as f64).contains(&rank)
+    (1.0 - ROUNDING..=n as f64 + ROUNDING).contains(&rank)
 }
 
 /// The smallest number of seeds that gives a quantile of this level.
@@ -82,7 +85,7 @@ pub(super) fn estimate(brackets: &[Bracket], q: f64) -> Estimate {
     let mut middles: Vec<f64> = brackets.iter().map(|b| b.middle()).collect();
     middles.sort_by(f64::total_cmp);
     let n = middles.len();
-    let [low, value, high] = ranks(n, q).map(|r| exists(r, n).then(|| at_rank(&middles, r)));
+    let [low, value, high] = ranks(n, q).map(|r| exists(r, n).then(|| at_rank(&middles, r.clamp(1.0, n as f64))));
     // A sample without the rank of the estimate itself is refused before it is drawn.
     Estimate { value: value.unwrap_or(Place::Below), low, high }
 }
@@ -109,7 +112,7 @@ pub(super) fn unresolved(brackets: &[Bracket], q: f64, wide: impl Fn(&Bracket) -
         all
     };
     let (lows, highs) = (sorted(|b| b.low), sorted(|b| b.high));
-    let needed = ranks(n, q).into_iter().filter(|r| exists(*r, n)).flat_map(|r| [r.floor(), r.ceil()]);
+    let needed = ranks(n, q).into_iter().filter(|r| exists(*r, n)).map(|r| r.clamp(1.0, n as f64)).flat_map(|r| [r.floor(), r.ceil()]);
     // The k-th smallest value lies between the k-th smallest lower end and the k-th smallest upper end.
     let spans: Vec<(f64, f64)> = needed.map(|r| (lows[r as usize - 1], highs[r as usize - 1])).collect();
     let hides = |b: &Bracket| wide(b) && spans.iter().any(|(low, high)| b.low < *high && b.high > *low);
@@ -161,8 +164,11 @@ mod tests {
     #[test]
     fn only_brackets_around_the_ranks_are_refined() {
         let b = |low, high| Bracket { low, high };
-        let brackets = [b(0.0, 1.0), b(0.0, 1.0), b(4.0, 5.0), b(4.0, 6.0), b(4.5, 4.5), b(9.0, 20.0), b(9.0, 20.0)];
-        assert_eq!(unresolved(&brackets, 0.5, |b| b.high > b.low), [2, 3]);
+        // The median of 13 values and its limits need the ranks 5 to 9.
+        let mut brackets = vec![b(0.0, 1.0); 4];
+        brackets.extend([b(4.0, 5.0), b(4.0, 6.0), b(4.5, 4.5), b(4.5, 4.5), b(4.5, 4.5)]);
+        brackets.extend([b(9.0, 20.0); 4]);
+        assert_eq!(unresolved(&brackets, 0.5, |b| b.high > b.low), [4, 5]);
         assert!(unresolved(&brackets, 0.5, |b| b.high > b.low + 3.0).is_empty());
     }
 }

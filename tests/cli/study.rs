@@ -150,11 +150,18 @@ fn a_question_is_answered_in_a_sentence_with_the_same_bytes_after_a_kill() {
     let json = s.json("--threads 1 study c.toml -o one");
     let (answers, trials) = (json["answers"].as_array().unwrap(), json["trials"].as_u64().unwrap());
     assert_eq!((answers.len(), json["points"].as_u64()), (2, Some(10)));
+    let summary = read(&s, "one/summary.csv");
+    let [values, antennas, medians] =
+        ["corrupt.phase-rms_deg", "layout.antennas", "nrmse_before_median"].map(|name| column(&summary, name));
     for (answer, place) in answers.iter().zip(["layout.antennas = 12", "layout.antennas = 14"]) {
         let (before, sentence) = (&answer["before"], answer["sentence"].as_str().unwrap());
         let number = |key: &str| before[key].as_f64().unwrap();
-        // The NRMSE of a point grows about as the phase error: 0.3 at roughly 0.3 rad.
-        assert!((5.0..45.0).contains(&number("value")) && number("low") < number("value") && number("value") < number("high"), "{answer}");
+        assert!(number("low") <= number("value") && number("value") <= number("high"), "{answer}");
+        // With three seeds the median of the trials keeps the score up to the median of the thresholds.
+        let row = |k: usize| [&values[k], &antennas[k], &medians[k]].map(|x| *x);
+        for [value, _, median] in (0..10).map(row).filter(|r| place.ends_with(&r[1].to_string())) {
+            assert_eq!(median <= 0.3, value <= number("value"), "{value} {median} {answer}");
+        }
         assert!(sentence.starts_with(&format!("At {place}, phase errors up to ")), "{sentence}");
         assert!(
             sentence.contains(" deg keep an NRMSE of at most 0.3 in half of the trials; with self-calibration up to 60 deg (the end"),
@@ -198,7 +205,8 @@ fn wrong_questions_and_antennas_are_said_with_their_place() {
 
 #[test]
 fn antennas_are_ranked_by_what_their_failure_costs() {
-    let config = CONFIG.split("[[axis]]").next().unwrap().replace("antennas = 12, choose = \"random\"", "antennas = 12");
+    let config =
+        CONFIG.split("[[axis]]").next().unwrap().replace("\"mm-y\", antennas = 12, choose = \"random\"", "\"mm-golden\", antennas = 12");
     let s = scratch(&format!("{config}[failures]\nscore = \"nrmse\"\nantennas = \"each\"\n"));
     let json = s.json("study c.toml -o out");
     assert_eq!(json["trials"].as_u64(), Some(3 + 3 * 12));
@@ -212,15 +220,15 @@ fn antennas_are_ranked_by_what_their_failure_costs() {
     s.fails("study c.toml -o no", 1, &["failures", "antenna"]);
 }
 
-/// A scene that fills the frame, imaged by maximum entropy: a flat image scores 1, and data without noise give an image.
+/// A scene that fills the frame, imaged by maximum entropy: where noise hides the scene, the image is flat and scores 1. Data without noise give an image.
 #[test]
 fn maximum_entropy_scores_1_where_the_noise_hides_the_scene() {
     let s = Scratch::new();
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/examples/apron.toml");
     let config = |corrupt: &str| {
         format!(
-            "title = \"t\"\nseeds = 1\nlayout = {{ name = \"mm-golden\" }}\n[scene]\nfile = \"{}\"\nscene-size = 64\nscene-cell = \"4mrad\"\n\
-             [simulate]\nfreq = \"94GHz\"\nbandwidth = \"8GHz\"\nchannels = 2\n[image]\nsize = 64\ncell = \"4mrad\"\n\
+            "title = \"t\"\nseeds = 1\nlayout = {{ name = \"mm-golden\" }}\n[scene]\nfile = \"{}\"\nscene-size = 128\nscene-cell = \"2mrad\"\n\
+             [simulate]\nfreq = \"94GHz\"\nbandwidth = \"8GHz\"\nchannels = 2\n[image]\nsize = 128\ncell = \"2mrad\"\n\
              [clean]\nalgorithm = \"mem\"\n[corrupt]\n{corrupt}\n",
             scene.display()
         )
@@ -230,7 +238,7 @@ fn maximum_entropy_scores_1_where_the_noise_hides_the_scene() {
         s.ok(&format!("study c.toml -o {folder}"));
         column(&read(&s, &format!("{folder}/trials.csv")), "error_over_grey_card_before")[0]
     };
-    let flat = score("tsys = \"1e9K\"", "flat");
+    let flat = score("tsys = \"1e6K\"", "flat");
     assert!((flat - 1.0).abs() < 0.01, "{flat}");
     let (noisy, clear) = (score("tsys = \"100K\"", "noisy"), score("phase-rms = \"0.1deg\"", "clear"));
     assert!(noisy < 0.6 && clear < 0.6, "{noisy} {clear}");

@@ -3,9 +3,11 @@
 //! From the start, the output folder contains a journal of the finished trials. A study that was killed therefore continues where it
 //! stopped. Tables, pictures and the page are written when all trials are finished.
 
+mod answers;
 mod axes;
 mod config;
 mod failing;
+mod failures;
 mod journal;
 mod output;
 mod pictures;
@@ -66,8 +68,8 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
     }
     let started = std::time::Instant::now();
     grid(&plan.study, &mut all)?;
-    failing::fail(&plan, &mut all)?;
-    let answers = question::answer(&mut plan, &mut all, context)?;
+    failures::fail(&plan, &mut all)?;
+    let answers = answers::answer(&mut plan, &mut all, context)?;
     let seconds = started.elapsed().as_secs_f64();
     let found = output::write(folder, &plan, &all, &answers, path, context)?;
     let trials = all.done.len();

@@ -1,8 +1,8 @@
 //! Writes the files of a finished study.
 
-use super::failing::{Ranking, rankings};
+use super::answers::Answers;
+use super::failures::{Ranking, rankings};
 use super::plan::Plan;
-use super::question::Answers;
 use super::tables::{asked, cell, csv, failures, json, rows, stages, statistics, summary, trials};
 use super::trials::Trials;
 use super::{pictures, sentence};

@@ -1,6 +1,6 @@
 //! The curves of a finished study.
 
-use super::failing::Ranking;
+use super::failures::Ranking;
 use super::plan::Plan;
 use super::tables::{AllStatistics, stages};
 use crate::cli::failure::Result;

@@ -1,7 +1,8 @@
 //! Answers as sentences.
 
-use super::failing::Ranking;
-use super::question::{Answers, Asked};
+use super::answers::Answers;
+use super::failures::Ranking;
+use super::question::Asked;
 use crate::study::{Answer, Place, Question, Score};
 
 /// Share of the seeds that contradict a single limit above which the sentence says so.

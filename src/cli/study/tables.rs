@@ -1,6 +1,6 @@
 //! The tables of a finished study.
 
-use super::failing::Ranking;
+use super::failures::Ranking;
 use super::journal::Key;
 use super::plan::Plan;
 use super::question::Asked;
