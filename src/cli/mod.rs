@@ -29,6 +29,7 @@ mod picture;
 mod planned;
 mod plot;
 mod predict;
+mod quality;
 mod run;
 mod scene;
 mod sections;

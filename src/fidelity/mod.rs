@@ -15,5 +15,5 @@ pub use convolve::convolve;
 pub use noise::robust_rms;
 pub use region::Region;
 pub use regrid::regrid;
-pub use scores::{Fidelity, compare_planes, fidelity_index, fidelity_of_pixel, peak_over_robust_rms, ssim};
+pub use scores::{Fidelity, compare_planes, error_over_grey_card, fidelity_index, fidelity_of_pixel, peak_over_robust_rms, ssim};
 pub use shift::{find_shift, shifted};

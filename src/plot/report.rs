@@ -45,6 +45,8 @@ pub struct Report {
     pub title: String,
     /// Facts of the run: version, seed, date, input names.
     pub facts: Vec<(String, String)>,
+    /// What was found, one sentence each, above the pictures.
+    pub answers: Vec<String>,
     /// The pictures to see first.
     pub highlights: Vec<Figure>,
     /// The steps.
@@ -57,6 +59,7 @@ const STYLE: &str = "
 * { box-sizing: border-box; }
 body { margin: 0 auto; max-width: 1180px; padding: 2rem 1.25rem 4rem; font: 15px/1.55 system-ui, sans-serif; color: var(--fg); background: var(--bg); }
 h1 { font-size: 1.9rem; margin: 0 0 .5rem; } h2 { font-size: 1.25rem; margin: 2.6rem 0 .6rem; border-bottom: 1px solid var(--line); padding-bottom: .3rem; }
+.answer { font-size: 1.12rem; margin: 0 0 1rem; }
 .facts { color: var(--dim); margin: 0 0 1.5rem; } .facts span { margin-right: 1.4rem; overflow-wrap: anywhere; }
 .figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(340px, 1fr)); gap: 1rem; align-items: start; }
 figure { margin: 0; background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: .6rem; }
@@ -108,6 +111,7 @@ pub fn page(r: &Report) -> String {
             body {
                 h1 { (r.title) }
                 p.facts { @for (name, value) in &r.facts { span { (name) ": " (value) } } }
+                @for answer in &r.answers { p.answer { (answer) } }
                 @if !r.highlights.is_empty() { div.figures { @for f in &r.highlights { (figure(f)) } } }
                 nav { p { @for s in &r.sections { a href=(format!("#{}", anchor(&s.title))) { (s.title) } } } }
                 @for s in &r.sections { (section(s)) }

@@ -1,12 +1,13 @@
 //! The error-free observation of a point of the grid, and the image with which its trials are compared.
 
 use crate::imaging::major::{CleanOptions, clean};
-use crate::imaging::{CleanProducts, Imager, ImagingOptions};
+use crate::imaging::{BeamShape, CleanProducts, Imager, ImagingOptions};
 use crate::mem::{MemOptions, MemPlan, Uncertainty, mem};
 use crate::progress::Silent;
 use crate::random::stream;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{ArrayLayout, Image, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource};
 use ndarray::{Array2, Axis};
 use rand::RngExt;
@@ -36,6 +37,8 @@ pub enum Deconvolution {
 pub(super) struct Seen {
     /// The restored image of CLEAN, or the unconvolved image of maximum entropy, without a constant that was added back \[m, l\].
     pub(super) image: Array2<f64>,
+    /// Peak of the restored image, without a constant that was added back.
+    pub(super) restored_peak: f64,
     /// Rms of the residual image.
     pub(super) residual_rms: f64,
 }
@@ -61,8 +64,13 @@ pub struct Reference {
     pub on_source: Array2<bool>,
     /// Imaging with the size and cell that were chosen.
     pub imaging: ImagingOptions,
+    /// The restoring beam of the image.
+    pub beam: Option<BeamShape>,
 }
 
+/// Standard deviation of data without noise for maximum entropy, over the rms of the visibilities. Its image fits the data to their noise, so
+/// data without noise need a scale. Thermal noise among the errors of a study replaces it.
+const NO_NOISE: f64 = 0.01;
 /// Largest number of evaluations of maximum entropy for data with gain errors. No image explains such data, so the solver would not end.
 const HOPELESS: usize = 40;
 /// Fraction of the peak above which a pixel belongs to the source.
@@ -71,7 +79,10 @@ pub const ON_SOURCE: f64 = 1e-3;
 impl Base {
     /// A base of error-free data.
     #[must_use]
-    pub fn new(set: VisibilitySet, imaging: ImagingOptions, deconvolution: Deconvolution) -> Self {
+    pub fn new(mut set: VisibilitySet, imaging: ImagingOptions, deconvolution: Deconvolution) -> Self {
+        if matches!(deconvolution, Deconvolution::Mem(_)) {
+            weigh(&mut set);
+        }
         Self { set, imaging, deconvolution, reference: OnceLock::new() }
     }
 
@@ -101,7 +112,12 @@ impl Base {
             Deconvolution::Clean(options) => self.cleaned(options)?,
             Deconvolution::Mem(scene) => {
                 let peak = scene.iter().copied().fold(0.0, f64::max);
-                Reference { on_source: scene.mapv(|v| v > ON_SOURCE * peak), image: scene.clone(), imaging: self.imaging.clone() }
+                Reference {
+                    on_source: scene.mapv(|v| v > ON_SOURCE * peak),
+                    image: scene.clone(),
+                    imaging: self.imaging.clone(),
+                    beam: None,
+                }
             }
         });
         Ok(self.reference.get_or_init(|| made).clone())
@@ -122,7 +138,20 @@ impl Base {
             ));
         }
         let imaging = self.imaging.on_grid(grid);
-        Ok(Reference { on_source: model.mapv(|v| v.abs() > ON_SOURCE * peak), image: restored, imaging })
+        let beam = products.beams.first().map(|b| BeamShape {
+            major: Angle(b.bmaj_rad),
+            minor: Angle(b.bmin_rad),
+            position_angle: Angle(b.bpa_rad),
+        });
+        Ok(Reference { on_source: model.mapv(|v| v.abs() > ON_SOURCE * peak), image: restored, imaging, beam })
+    }
+}
+
+/// Give all visibilities the weight of a noise of [`NO_NOISE`].
+fn weigh(set: &mut VisibilitySet) {
+    let power = set.data.vis.iter().map(|v| f64::from(v.norm_sqr())).sum::<f64>() / set.data.vis.len().max(1) as f64;
+    if power > 0.0 {
+        set.data.weights.fill((1.0 / (NO_NOISE * NO_NOISE * power)) as f32);
     }
 }
 
@@ -183,19 +212,25 @@ pub(super) fn image(set: &mut dyn VisibilitySource, imaging: &ImagingOptions, ho
             let products = mem(&mut imager, &MemPlan { options, ..MemPlan::default() }, &Silent)?;
             let residual = &products.residual.data;
             let residual_rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
-            Ok(Seen { image: products.model.plane(0, 0).to_owned(), residual_rms })
+            Ok(Seen { image: products.model.plane(0, 0).to_owned(), restored_peak: peak(&plane(&products.restored)), residual_rms })
         }
     }
 }
 
 /// The image of a trial from the products of self-calibration.
 pub(super) fn seen(products: &CleanProducts, how: &Deconvolution) -> Seen {
+    let restored = plane(&products.restored);
+    let restored_peak = peak(&restored);
     let image = match how {
-        Deconvolution::Clean(_) => plane(&products.restored),
+        Deconvolution::Clean(_) => restored,
         // The scene, with which these images are compared, is in absolute temperatures.
         Deconvolution::Mem(_) => products.model.plane(0, 0).to_owned(),
     };
-    Seen { image, residual_rms: products.statistics.residual_rms }
+    Seen { image, restored_peak, residual_rms: products.statistics.residual_rms }
+}
+
+fn peak(plane: &Array2<f64>) -> f64 {
+    plane.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// An image without the constant that was added back \[m, l\].

@@ -10,18 +10,35 @@
 //! | `base` | the error-free observation and its image, shared by trials |
 //! | `trial` | one trial |
 //! | `run` | all trials, on several threads, with the time left |
+//! | `score` | the scores of a trial |
 //! | `summary` | means and percentiles over the seeds |
+//! | `question` | what is asked of a parameter: up to which value is a score kept? |
+//! | `search` | the values at which trials answer a question |
+//! | `quantile` | quantiles of a sample with their confidence limits |
+//! | `failures` | what the failure of each antenna costs |
 
 mod axis;
 mod base;
+mod failures;
 #[cfg(test)]
 mod law_tests;
+mod quantile;
+mod question;
+#[cfg(test)]
+mod question_tests;
 mod run;
+mod score;
+mod search;
 mod summary;
 mod trial;
 
 pub use axis::{Axis, AxisValue, Grid};
 pub use base::{Antennas, Base, Deconvolution, Reference};
-pub use run::{Study, run};
+pub use failures::{AntennaCost, rank};
+pub use quantile::{Estimate, Place, enough_seeds, least_seeds};
+pub use question::{Bound, Question};
+pub use run::{Batch, Study, run, run_batch};
+pub use score::{N_SCORES, Quality, Score};
+pub use search::{Answer, Search};
 pub use summary::{Statistics, summarize};
-pub use trial::{COLUMNS, Column, Quality, SelfcalPlan, Setup, TrialResult, trial};
+pub use trial::{SelfcalPlan, Setup, TrialResult, trial};

@@ -37,11 +37,20 @@ impl Study {
 /// Time between two messages about the time left.
 const TELL_EVERY: Duration = Duration::from_secs(10);
 
-/// Run the trials that are not in `done` on `threads` threads. Each result and its index go to `each`, on the calling thread, in the order
-/// in which the trials finish. Every trial runs on a rayon pool of one thread, so that sums always have the same order.
+/// Trials to run: each has a number, which the caller chooses.
+pub struct Batch<'a> {
+    /// Numbers of the trials.
+    pub todo: &'a [usize],
+    /// The point and the seed of a trial.
+    pub job: &'a (dyn Fn(usize) -> (&'a Setup, u64) + Sync),
+    /// Where a trial is, for the message of an error, such as `corrupt.phase-rms = 20deg`.
+    pub place: &'a (dyn Fn(usize) -> String + Sync),
+}
+
+/// Run the trials of a study that are not in `done`, as [`run_batch`] does.
 ///
 /// # Errors
-/// The first error of a trial (with its point and seed) or of `each`; a request to stop. Results of finished trials have been given to `each`.
+/// As for [`run_batch`].
 pub fn run(
     study: &Study,
     done: &BTreeSet<usize>,
@@ -50,6 +59,26 @@ pub fn run(
     observer: &dyn Observer,
 ) -> Result<()> {
     let todo: Vec<usize> = (0..study.n_trials()).filter(|k| !done.contains(k)).collect();
+    let job = |k: usize| {
+        let (point, seed) = study.place(k);
+        (&study.setups[point], seed)
+    };
+    let place = |k: usize| study.grid.place(study.place(k).0);
+    run_batch(&Batch { todo: &todo, job: &job, place: &place }, threads, each, observer)
+}
+
+/// Run trials on `threads` threads. Each result and its number go to `each`, on the calling thread, in the order in which the trials
+/// finish. Every trial runs on a rayon pool of one thread, so that sums always have the same order.
+///
+/// # Errors
+/// The first error of a trial (with its place and seed) or of `each`; a request to stop. Results of finished trials have been given to `each`.
+pub fn run_batch(
+    batch: &Batch<'_>,
+    threads: usize,
+    each: &mut dyn FnMut(usize, TrialResult) -> Result<()>,
+    observer: &dyn Observer,
+) -> Result<()> {
+    let todo = batch.todo;
     if todo.is_empty() {
         return Ok(());
     }
@@ -60,7 +89,7 @@ pub fn run(
     observer.event(Event::Phase { name: "trials", total: Some(todo.len() as u64), unit: "trial" });
     let result = std::thread::scope(|scope| {
         for _ in 0..threads {
-            let (sender, todo, next, stop) = (sender.clone(), &todo, &next, &stop);
+            let (sender, next, stop) = (sender.clone(), &next, &stop);
             scope.spawn(move || {
                 let pool = match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
                     Ok(pool) => pool,
@@ -73,8 +102,8 @@ pub fn run(
                     if stop.load(Ordering::Relaxed) {
                         return;
                     }
-                    let (point, seed) = study.place(k);
-                    let found = pool.install(|| trial(&study.setups[point], seed)).map_err(|e| at(study, point, seed, &e));
+                    let (setup, seed) = (batch.job)(k);
+                    let found = pool.install(|| trial(setup, seed)).map_err(|e| at(&(batch.place)(k), seed, &e));
                     if sender.send((k, found)).is_err() {
                         return;
                     }
@@ -115,8 +144,7 @@ fn collect(
 }
 
 /// Where a trial failed.
-fn at(study: &Study, point: usize, seed: u64, error: &ChainError) -> ChainError {
-    let values = study.grid.place(point);
+fn at(values: &str, seed: u64, error: &ChainError) -> ChainError {
     let place = if values.is_empty() { format!("seed {seed}") } else { format!("{values}, seed {seed}") };
     ChainError::Incompatible(format!("the trial at {place} failed: {error}"))
 }

@@ -1,16 +1,18 @@
 //! One trial: corrupt, image, self-calibrate, compare.
 
-use super::base::{Antennas, Base, Deconvolution, Reference, Seen, image, seen};
+use super::base::{Antennas, Base, Deconvolution, Reference, image, seen};
+use super::score::{Quality, quality};
 use crate::calibrate::{
     AntennaNames, Beginning, CalibratedSource, CandidateOptions, CompareOptions, RoundOptions, SetModel, SolveOptions, StartFrom,
     calibrate, candidates, compare_gains,
 };
 use crate::corrupt::{CorruptOptions, Error, corrupt};
 use crate::deconvolve::{Algorithm, CleanOptions};
-use crate::fidelity::{fidelity_index, find_shift, shifted};
+use crate::fidelity::{find_shift, shifted};
 use crate::progress::Silent;
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, VisibilitySet};
+use ndarray::Axis;
 use std::sync::Arc;
 
 /// One point of the grid, ready to run.
@@ -24,6 +26,8 @@ pub struct Setup {
     pub errors: Vec<Error>,
     /// The self-calibration; `None` images the corrupted data alone.
     pub selfcal: Option<SelfcalPlan>,
+    /// The antenna of the base that has failed, by its index. Its data are flagged. The image is still compared with that of all antennas.
+    pub silent: Option<usize>,
 }
 
 /// How trials are self-calibrated.
@@ -36,54 +40,6 @@ pub struct SelfcalPlan {
     pub rounds: RoundOptions,
 }
 
-/// The quality of an image and its gains.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quality {
-    /// Peak of the restored image divided by its rms off the source. If the source fills nine tenths of the image, the rms of the residual
-    /// is used.
-    pub dynamic_range: f64,
-    /// Rms of the difference from the image of error-free data (for maximum entropy: from the scene), divided by the rms of that image.
-    pub nrmse: f64,
-    /// Fidelity index against the image of error-free data.
-    pub fidelity: f64,
-    /// Rms of the residual image, in its unit.
-    pub residual_rms: f64,
-    /// Rms phase error of the gains, rad, after a common phase of each integration is removed.
-    pub phase_rms_rad: f64,
-}
-
-/// One number of a trial.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Column {
-    /// Name in tables.
-    pub name: &'static str,
-    /// Label of an axis.
-    pub label: &'static str,
-}
-
-/// The numbers of a [`Quality`], in the order of [`Quality::values`].
-pub const COLUMNS: [Column; 5] = [
-    Column { name: "dynamic_range", label: "dynamic range" },
-    Column { name: "nrmse", label: "NRMSE" },
-    Column { name: "fidelity", label: "fidelity index" },
-    Column { name: "residual_rms", label: "residual rms" },
-    Column { name: "phase_rms_rad", label: "gain phase error, rms [rad]" },
-];
-
-impl Quality {
-    /// The numbers in the order of [`COLUMNS`].
-    #[must_use]
-    pub fn values(&self) -> [f64; 5] {
-        [self.dynamic_range, self.nrmse, self.fidelity, self.residual_rms, self.phase_rms_rad]
-    }
-
-    /// The reverse of [`Quality::values`].
-    #[must_use]
-    pub fn of(v: [f64; 5]) -> Self {
-        Self { dynamic_range: v[0], nrmse: v[1], fidelity: v[2], residual_rms: v[3], phase_rms_rad: v[4] }
-    }
-}
-
 /// The result of a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrialResult {
@@ -91,6 +47,9 @@ pub struct TrialResult {
     pub before: Quality,
     /// After self-calibration; `None` if there was none or it failed.
     pub after: Option<Quality>,
+    /// Whether the gains of self-calibration were applied; `None` if there was none. Where they are not accepted, the image `after` is that
+    /// of the data as they are.
+    pub accepted: Option<bool>,
     /// Rounds of self-calibration.
     pub rounds: usize,
     /// The reason why self-calibration failed or is doubtful; otherwise empty.
@@ -109,15 +68,24 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
         Antennas::All => setup.base.clone(),
         some => Arc::new(setup.base.with(some, seed)?),
     };
-    let reference = base.reference()?;
+    let mut reference = base.reference()?;
+    if setup.silent.is_some() {
+        // Without the antenna another beam would be fitted. All images have the beam of the reference, so that they can be compared.
+        let mut alike = reference.as_ref().clone();
+        alike.imaging.beam = alike.beam;
+        reference = Arc::new(alike);
+    }
     let options = CorruptOptions { seed, errors: setup.errors.clone(), per_feed: false };
     let mut data = VisibilitySet::new(base.set.header.clone(), base.set.data.rows(0..0)?)?;
-    let truth = corrupt(&mut base.set.clone(), &mut data, &options, &Silent)?;
+    let mut truth = corrupt(&mut base.set.clone(), &mut data, &options, &Silent)?;
+    if let Some(antenna) = setup.silent {
+        silence(&mut data, &mut truth, antenna);
+    }
     let first = image(&mut data, &reference.imaging, &base.deconvolution)?;
     let mut unity = truth.clone();
     unity.gains.fill(1.0.into());
     let before = quality(&first, &reference, phase_rms(&truth, &unity, false)?);
-    let mut result = TrialResult { before, after: None, rounds: 0, note: String::new() };
+    let mut result = TrialResult { before, after: None, accepted: setup.selfcal.as_ref().map(|_| false), rounds: 0, note: String::new() };
     if let Some(plan) = &setup.selfcal {
         let mut error_free = base.set.clone();
         let mut truth_model = SetModel(&mut error_free);
@@ -130,6 +98,7 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
         match calibrate(&mut data, &ways, beginning, &plan.rounds.judge(), &Silent) {
             Ok((run, maker)) => {
                 result.rounds = run.rounds.rounds.len();
+                result.accepted = Some(run.verdict.accepted());
                 result.note = run.rounds.warnings.join("; ");
                 let from_data = plan.rounds.start == StartFrom::Data;
                 let phase = phase_rms(&truth, &run.gains, from_data)?;
@@ -155,6 +124,17 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     Ok(result)
 }
 
+/// Flag everything that an antenna takes part in, and its gains.
+fn silence(data: &mut VisibilitySet, truth: &mut GainTable, antenna: usize) {
+    let block = &mut data.data;
+    for row in 0..block.n_rows() {
+        if [block.coverage.ant1[row], block.coverage.ant2[row]].iter().any(|a| *a as usize == antenna) {
+            block.flags.index_axis_mut(Axis(0), row).fill(true);
+        }
+    }
+    truth.flags.index_axis_mut(Axis(1), antenna).fill(true);
+}
+
 fn candidate_options(base: &Base, reference: &Reference, data: &VisibilitySet, setup: &Setup, plan: &SelfcalPlan) -> CandidateOptions {
     let mut solve = plan.solve.clone();
     // The weights of data without noise have no scale, so there is no signal to noise ratio.
@@ -178,30 +158,5 @@ fn phase_rms(truth: &GainTable, found: &GainTable, gradient: bool) -> Result<f64
         Ok(c) => Ok(c.rms_phase_rad),
         Err(ChainError::Incompatible(_)) => Ok(f64::NAN),
         Err(e) => Err(e),
-    }
-}
-
-fn quality(seen: &Seen, reference: &Reference, phase_rms_rad: f64) -> Quality {
-    let image = &seen.image;
-    let rms = |sum: f64, n: usize| (sum / n.max(1) as f64).sqrt();
-    let (mut off, mut n_off, mut error, mut power) = (0.0, 0_usize, 0.0, 0.0);
-    for ((v, t), on) in image.iter().zip(&reference.image).zip(&reference.on_source) {
-        error += (v - t) * (v - t);
-        power += t * t;
-        if !on {
-            off += v * v;
-            n_off += 1;
-        }
-    }
-    let residual_rms = seen.residual_rms;
-    let noise = if 10 * n_off > image.len() { rms(off, n_off) } else { residual_rms };
-    let peak = image.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let pixels: Vec<(f64, f64)> = image.iter().copied().zip(reference.image.iter().copied()).collect();
-    Quality {
-        dynamic_range: if noise > 0.0 { peak / noise } else { f64::INFINITY },
-        nrmse: (error / power).sqrt(),
-        fidelity: fidelity_index(&pixels),
-        residual_rms,
-        phase_rms_rad,
     }
 }

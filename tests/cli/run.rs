@@ -70,6 +70,24 @@ fn a_run_corrupts_and_calibrates() {
     assert!(page.contains("Errors and self-calibration") && page.contains("Image after self-calibration."));
 }
 
+/// The quality that a configuration states: met, missed (the folder is kept, the exit code is 1), and of a step that the run does not have.
+#[test]
+fn a_run_that_misses_its_quality_fails_and_keeps_its_folder() {
+    let with = |limit: &str| format!("{CONFIG}[quality]\n\"clean.hogbom.dynamic_range\" = {{ {limit} }}\n");
+    let s = scratch(&with("at-least = 20"));
+    assert!(s.ok("run c.toml -o good").out.contains("at least 20 is wanted: met"));
+    s.write("c.toml", with("at-least = 1e9"));
+    s.fails("run c.toml -o bad", 1, &["clean.hogbom.dynamic_range is", "at least"]);
+    let metrics: serde_json::Value = serde_json::from_slice(&std::fs::read(s.path("bad/metrics.json")).unwrap()).unwrap();
+    let entry = &metrics["quality"]["clean.hogbom.dynamic_range"];
+    assert_eq!((&entry["met"], &entry["found"]), (&serde_json::json!(false), &metrics["clean"]["hogbom"]["dynamic_range"]));
+    assert!(s.path("bad/report.html").exists());
+    s.write("c.toml", with("at-least = 20").replace("clean.hogbom", "clean.clark"));
+    s.fails("run c.toml -o no", 1, &["clean.clark.dynamic_range", "clean.hogbom"]);
+    s.write("c.toml", with(""));
+    s.fails("run c.toml -o no", 1, &["at-least or at-most"]);
+}
+
 #[test]
 fn a_wrong_key_points_at_its_line() {
     let s = scratch(&CONFIG.replace("niter = 200", "niterations = 200"));

@@ -1,5 +1,6 @@
 //! The file that describes a whole run. Every key of a section is the option of the same name of the subcommand that the section runs.
 
+use crate::cli::quality::Limits;
 use crate::cli::sections::{SceneSection, Section, SelfcalSection, SimulateSection};
 use crate::corrupt::ErrorOptions;
 use crate::deconvolve::CleanOptions;
@@ -8,6 +9,7 @@ use crate::mem::MemOptions;
 use cittert_arrays::quantity::Angle;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A whole run.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -38,6 +40,9 @@ pub struct Config {
     pub corrupt: Option<Section<ErrorOptions>>,
     /// Self-calibration of the corrupted visibilities, or of the visibilities as they are.
     pub selfcal: Option<Section<SelfcalSection>>,
+    /// Numbers of metrics.json that the run must reach. A miss ends the command with exit code 1.
+    #[serde(default)]
+    pub quality: BTreeMap<String, Limits>,
 }
 
 fn default_seed() -> u64 {

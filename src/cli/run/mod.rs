@@ -11,8 +11,9 @@ mod steps;
 
 use super::console::Console;
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Result};
+use super::failure::{Context as _, Failure, Result};
 use super::options::ConfigArgs;
+use super::quality;
 use super::sections::schema;
 use clap::Args;
 use command::{Done, Step};
@@ -35,7 +36,8 @@ pub struct RunArgs {
 /// Run a configuration.
 ///
 /// # Errors
-/// The configuration is wrong (the message names the line), or a step failed. The output then does not exist.
+/// The configuration is wrong (the message names the line), or a step failed. The output then does not exist. Where only the quality that
+/// the configuration states is missed, the output is complete, and the outcome has failed.
 pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
     if args.of.schema {
         return schema::<Config>();
@@ -54,20 +56,38 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
         context.console.note(&format!("[{}/{total}] {}", i + 1, step.title));
         done.push(perform(step, &here, &shown, context)?);
     }
-    let metrics = metrics(&config, &done, context);
+    let mut metrics = metrics(&config, &done, context);
+    let verdict = quality::judge(&config.quality, &metrics);
+    metrics["quality"] = verdict.json;
     std::fs::write(folder.path().join("metrics.json"), serde_json::to_vec_pretty(&metrics)?)?;
     let page = page::page(&config, path, &done, folder.path(), context)?;
     std::fs::write(folder.path().join("report.html"), page)?;
     folder.commit()?;
     let report = target.join("report.html");
-    let text = format!("{}\n{}", page::summary(&done), report.display());
-    Ok(Outcome::new(metrics, text).wrote(report))
+    let text = [page::summary(&done), verdict.text, report.display().to_string()];
+    let text = text.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("\n");
+    Ok(Outcome { failed: verdict.failed, ..Outcome::new(metrics, text).wrote(report) })
 }
 
 fn check(text: &str, path: &Path) -> Result<(Config, Vec<Step>)> {
     let config: Config = toml::from_str(text).context(format!("{}", path.display()))?;
     let steps = steps(&config, path.parent().unwrap_or(Path::new("")))?;
+    check_quality(&config, &steps).context(format!("{}", path.display()))?;
     Ok((config, steps))
+}
+
+/// Every number of the quality must be a result of a step.
+fn check_quality(config: &Config, steps: &[Step]) -> Result<()> {
+    quality::check(&config.quality).map_err(Failure::message)?;
+    let known: Vec<&str> = steps.iter().map(|s| s.key.as_str()).filter(|k| !k.is_empty()).collect();
+    for path in config.quality.keys() {
+        let is_of = |key: &&str| path.strip_prefix(*key).is_some_and(|rest| rest.starts_with('.'));
+        if !known.iter().any(is_of) {
+            let expected = known.join(", ");
+            return Err(Failure::message(format!("quality: {path:?} is no result of this run, expected a number of one of {expected}")));
+        }
+    }
+    Ok(())
 }
 
 fn commands(steps: &[Step], check: fn(&[OsString]) -> Result<()>) -> Result<Vec<String>> {

@@ -5,7 +5,7 @@
 
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result};
-use crate::study::{Quality, TrialResult};
+use crate::study::{N_SCORES, Quality, TrialResult};
 use cittert_formats::atomic::write_file;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -18,7 +18,19 @@ const NAME: &str = "journal.jsonl";
 /// Locked by the process that runs the study. The lock is released when the process ends, also when it is killed.
 const LOCK: &str = "journal.lock";
 /// Files of a finished study beside its journal. They are removed when the study starts again.
-const RESULTS: [&str; 4] = ["trials.csv", "summary.csv", "study.h5", "report.html"];
+const RESULTS: [&str; 7] = ["trials.csv", "summary.csv", "question.csv", "failures.csv", "metrics.json", "study.h5", "report.html"];
+
+/// Which trial of the study it is.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(super) enum Key {
+    /// A trial of the grid.
+    Grid(usize),
+    /// A trial of the question: its place among the other axes, the value of its parameter, and the index of its seed.
+    Asked { place: usize, value: String, seed: usize },
+    /// A trial without an antenna: the point of the grid, the index of the antenna, and that of the seed.
+    Without { point: usize, antenna: usize, seed: usize },
+}
 
 #[derive(Serialize, Deserialize)]
 struct Head {
@@ -28,32 +40,35 @@ struct Head {
 
 #[derive(Serialize, Deserialize)]
 struct Line {
-    trial: usize,
-    before: [String; 5],
-    after: Option<[String; 5]>,
+    trial: Key,
+    before: [String; N_SCORES],
+    after: Option<[String; N_SCORES]>,
+    accepted: Option<bool>,
     rounds: usize,
     note: String,
 }
 
 impl Line {
-    fn of(trial: usize, r: &TrialResult) -> Self {
+    fn of(trial: &Key, r: &TrialResult) -> Self {
         let texts = |q: &Quality| q.values().map(|v| v.to_string());
-        Self { trial, before: texts(&r.before), after: r.after.as_ref().map(texts), rounds: r.rounds, note: r.note.clone() }
+        let (before, after) = (texts(&r.before), r.after.as_ref().map(texts));
+        Self { trial: trial.clone(), before, after, accepted: r.accepted, rounds: r.rounds, note: r.note.clone() }
     }
 
     fn result(&self) -> Option<TrialResult> {
-        let quality = |t: &[String; 5]| {
-            let mut v = [0.0; 5];
+        let quality = |t: &[String; N_SCORES]| {
+            let mut v = [0.0; N_SCORES];
             for (v, t) in v.iter_mut().zip(t) {
                 *v = t.parse().ok()?;
             }
-            Some(Quality::of(v))
+            Some(Quality::from_values(v))
         };
         let after = match &self.after {
             Some(t) => Some(quality(t)?),
             None => None,
         };
-        Some(TrialResult { before: quality(&self.before)?, after, rounds: self.rounds, note: self.note.clone() })
+        let before = quality(&self.before)?;
+        Some(TrialResult { before, after, accepted: self.accepted, rounds: self.rounds, note: self.note.clone() })
     }
 }
 
@@ -75,7 +90,7 @@ impl Journal {
         trials: usize,
         overwrite: bool,
         context: &Context,
-    ) -> Result<(Self, BTreeMap<usize, TrialResult>)> {
+    ) -> Result<(Self, BTreeMap<Key, TrialResult>)> {
         let path = folder.join(NAME);
         let head = serde_json::to_string(&Head { study: fingerprint.to_owned(), trials })?;
         let old = match std::fs::read(&path) {
@@ -115,7 +130,7 @@ impl Journal {
             }
             let mut text = head + "\n";
             for (k, r) in &done {
-                text += &serde_json::to_string(&Line::of(*k, r))?;
+                text += &serde_json::to_string(&Line::of(k, r))?;
                 text.push('\n');
             }
             write_file(&path, true, text.as_bytes())?;
@@ -128,8 +143,8 @@ impl Journal {
     ///
     /// # Errors
     /// An error of the file system.
-    pub(super) fn append(&mut self, index: usize, result: &TrialResult) -> Result<()> {
-        let line = serde_json::to_string(&Line::of(index, result))? + "\n";
+    pub(super) fn append(&mut self, key: &Key, result: &TrialResult) -> Result<()> {
+        let line = serde_json::to_string(&Line::of(key, result))? + "\n";
         // One write for each line: a killed process leaves whole lines, and at most one incomplete line at the end.
         self.file
             .write_all(line.as_bytes())
@@ -162,11 +177,12 @@ fn folder_is_free(folder: &Path) -> Result<bool> {
 }
 
 /// The trials of all complete lines, and the number of other lines.
-fn read_lines<'a>(lines: impl Iterator<Item = &'a str>, trials: usize) -> (BTreeMap<usize, TrialResult>, usize) {
+fn read_lines<'a>(lines: impl Iterator<Item = &'a str>, trials: usize) -> (BTreeMap<Key, TrialResult>, usize) {
     let (mut done, mut damaged) = (BTreeMap::new(), 0);
     for line in lines {
-        let parsed = serde_json::from_str::<Line>(line).ok().filter(|l| line.ends_with('\n') && l.trial < trials);
-        match parsed.and_then(|l| Some((l.trial, l.result()?))) {
+        let known = |l: &Line| !matches!(l.trial, Key::Grid(k) if k >= trials);
+        let parsed = serde_json::from_str::<Line>(line).ok().filter(|l| line.ends_with('\n') && known(l));
+        match parsed.and_then(|l| Some((l.trial.clone(), l.result()?))) {
             Some((k, r)) => {
                 done.insert(k, r);
             }
@@ -182,14 +198,18 @@ mod tests {
 
     #[test]
     fn numbers_come_back_to_the_bit_and_torn_lines_are_left_out() {
-        let q = Quality::of([0.1 + 0.2, f64::NAN, f64::INFINITY, 1e-300, -0.0]);
-        let r = TrialResult { before: q, after: None, rounds: 2, note: "a \"b\"\n".into() };
-        let line = serde_json::to_string(&Line::of(7, &r)).unwrap() + "\n";
-        let (done, damaged) = read_lines([line.as_str(), &line[..line.len() / 2], line.trim_end()].into_iter(), 8);
-        assert_eq!(damaged, 2);
-        let bits = |r: &TrialResult| r.before.values().map(f64::to_bits);
-        assert_eq!(bits(&done[&7]), bits(&r));
-        assert_eq!(done[&7].note, r.note);
-        assert_eq!(read_lines([line.as_str()].into_iter(), 7).1, 1);
+        let q = Quality::from_values([0.1 + 0.2, f64::NAN, f64::INFINITY, 1e-300, -0.0, 5.0, 6.0]);
+        let r = TrialResult { before: q, after: None, accepted: Some(false), rounds: 2, note: "a \"b\"\n".into() };
+        let asked = Key::Asked { place: 1, value: "4.5".into(), seed: 2 };
+        let without = Key::Without { point: 1, antenna: 3, seed: 2 };
+        for key in [Key::Grid(7), asked, without] {
+            let line = serde_json::to_string(&Line::of(&key, &r)).unwrap() + "\n";
+            let (done, damaged) = read_lines([line.as_str(), &line[..line.len() / 2], line.trim_end()].into_iter(), 8);
+            assert_eq!(damaged, 2);
+            let bits = |r: &TrialResult| r.before.values().map(f64::to_bits);
+            assert_eq!(bits(&done[&key]), bits(&r));
+            assert_eq!((&done[&key].note, done[&key].accepted), (&r.note, Some(false)));
+            assert_eq!(read_lines([line.as_str()].into_iter(), 7).1, usize::from(key == Key::Grid(7)));
+        }
     }
 }

@@ -3,18 +3,29 @@
 //! From the start, the output folder contains a journal of the finished trials. A study that was killed therefore continues where it
 //! stopped. Tables, pictures and the page are written when all trials are finished.
 
+mod answers;
+mod axes;
 mod config;
+mod failing;
+mod failures;
 mod journal;
 mod output;
+mod pictures;
 mod plan;
+mod question;
+mod sentence;
+mod setups;
+mod tables;
+mod trials;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::ConfigArgs;
 use super::sections::schema;
-use crate::study;
+use crate::study::Study;
 use clap::Args;
-use journal::Journal;
+use journal::{Journal, Key};
+use trials::{Job, Trials};
 
 /// Options of `study`.
 #[derive(Debug, Args)]
@@ -35,34 +46,55 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
         return schema::<config::Config>();
     }
     let (path, text) = args.of.read()?;
-    let plan = plan::Plan::new(&text, path, context).context(format!("{}", path.display()))?;
-    let study = &plan.study;
-    let (points, seeds, trials) = (study.setups.len(), study.seeds.len(), study.n_trials());
+    let mut plan = plan::Plan::new(&text, path, context).context(format!("{}", path.display()))?;
+    let (points, seeds, planned) = (plan.study.setups.len(), plan.study.seeds.len(), plan.study.n_trials());
+    let failures = plan.failing.as_ref().map_or(0, |f| f.n() * seeds);
     let Some(folder) = args.of.folder() else {
-        let json = serde_json::json!({ "points": points, "seeds": seeds, "trials": trials });
-        return Ok(Outcome::new(json, format!("{points} points x {seeds} seeds = {trials} trials")));
+        let mut text = format!("{points} points x {seeds} seeds = {planned} trials");
+        if failures > 0 {
+            text += &format!(", and {failures} without an antenna");
+        }
+        if plan.asked.is_some() {
+            text += ", and those that the question needs";
+        }
+        let json = serde_json::json!({ "points": points, "seeds": seeds, "trials": planned, "failures": failures });
+        return Ok(Outcome::new(json, text));
     };
-    let (mut journal, mut done) = Journal::open(folder, &plan.fingerprint, trials, args.overwrite, context)?;
-    let resumed = done.len();
+    let (journal, done) = Journal::open(folder, &plan.fingerprint, planned, args.overwrite, context)?;
+    let mut all = Trials::new(journal, done, &context.console);
+    let resumed = all.resumed;
     if resumed > 0 {
-        context.console.note(&format!("{resumed} of {trials} trials are in the journal already"));
+        context.console.note(&format!("{resumed} trials are in the journal already"));
     }
     let started = std::time::Instant::now();
-    let finished = done.keys().copied().collect();
-    let store = &mut |index: usize, result: study::TrialResult| {
-        journal.append(index, &result).map_err(|e| crate::ChainError::Other(e.to_string().into()))?;
-        done.insert(index, result);
-        Ok(())
-    };
-    study::run(study, &finished, rayon::current_num_threads(), store, &context.console)?;
+    grid(&plan.study, &mut all)?;
+    failures::fail(&plan, &mut all)?;
+    let answers = answers::answer(&mut plan, &mut all, context)?;
     let seconds = started.elapsed().as_secs_f64();
-    let summary = output::write(folder, &plan, &done, path, context)?;
-    let failed = done.values().filter(|r| plan.study.setups.iter().any(|s| s.selfcal.is_some()) && r.after.is_none()).count();
+    let found = output::write(folder, &plan, &all, &answers, path, context)?;
+    let trials = all.done.len();
+    let failed = all.done.values().filter(|r| r.accepted.is_some() && r.after.is_none()).count();
     let report = folder.join("report.html");
-    let json = serde_json::json!({
-        "points": points, "seeds": seeds, "trials": trials, "resumed": resumed, "failed": failed,
-        "trials_per_s": (trials - resumed) as f64 / seconds.max(1e-9), "seconds": seconds, "summary": summary,
-    });
-    let text = format!("{trials} trials ({resumed} from the journal, {failed} could not be calibrated)\n{}", report.display());
-    Ok(Outcome::new(json, text).wrote(report))
+    let mut json = found.metrics;
+    for (key, value) in [("resumed", resumed), ("failed", failed)] {
+        json[key] = value.into();
+    }
+    json["seconds"] = seconds.into();
+    json["trials_per_s"] = ((trials - resumed) as f64 / seconds.max(1e-9)).into();
+    let counts = format!("{trials} trials ({resumed} from the journal, {failed} could not be calibrated)");
+    let report_line = report.display().to_string();
+    let lines = found.sentences.iter().chain([&found.verdict.text, &counts, &report_line]).filter(|l| !l.is_empty());
+    let text = lines.cloned().collect::<Vec<_>>().join("\n");
+    Ok(Outcome { failed: found.verdict.failed, ..Outcome::new(json, text).wrote(report) })
+}
+
+/// Run the trials of the grid.
+fn grid(study: &Study, all: &mut Trials<'_>) -> Result<()> {
+    let job = |k: usize| {
+        let (point, seed) = study.place(k);
+        Job { key: Key::Grid(k), setup: &study.setups[point], seed }
+    };
+    let jobs: Vec<Job<'_>> = (0..study.n_trials()).map(job).collect();
+    let place = |key: &Key| if let Key::Grid(k) = key { study.grid.place(study.place(*k).0) } else { String::new() };
+    all.run(&jobs, &place)
 }
