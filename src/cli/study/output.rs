@@ -189,7 +189,8 @@ fn pictures(plan: &Plan, stats: &AllStatistics) -> Result<Vec<(String, Figure)>>
         if let Ok(png) = curves(&series, &options).and_then(Picture::png) {
             let caption =
                 format!("{}: median over {} seeds, bars from the 16th to the 84th percentile.", column.label, plan.study.seeds.len());
-            out.push((format!("{}.png", column.name), Figure { png, caption }));
+            let name = format!("{}.png", column.name);
+            out.push((name.clone(), Figure { png, caption, file: name }));
         }
     }
     Ok(out)
@@ -227,5 +228,6 @@ fn report(plan: &Plan, done: &BTreeMap<usize, TrialResult>, summary: &Columns, f
             messages: notes.iter().take(20).map(|(note, n)| format!("{n} trials: {note}")).collect(),
             ..Section::default()
         }],
+        ..Report::default()
     })
 }
