@@ -217,7 +217,7 @@ mod tests {
         let scene = Scene::point(8, 1);
         let set = scene.set(|_, _, _, _| num_complex::Complex64::new(1.0, 0.0));
         let mut plot = ModelPlot::new(&set.header);
-        let block = &set.blocks[0];
+        let block = &set.data;
         plot.add(block, block.vis.mapv(|v| v * 0.5).view());
         let bins = plot.bins();
         assert!(!bins.is_empty());

@@ -144,7 +144,7 @@ impl Heat<'_> {
 }
 
 /// Largest fraction of the pixels that lie outside of the lowest contours.
-const CROWDED: f64 = 0.03;
+const CROWDED: f64 = 0.02;
 
 /// Contours at 3, 6, 12 ... times the noise up to the largest value, and below zero at minus the first. Where the side lobes of bright points
 /// would fill the picture with lines, the first contours are left out.

@@ -22,6 +22,8 @@ mod canvas;
 mod colors;
 mod contour;
 mod curves;
+#[cfg(test)]
+mod edges;
 mod gain_grid;
 mod gain_values;
 mod gains;

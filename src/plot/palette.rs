@@ -97,7 +97,7 @@ fn boxes(colors: Vec<Counted>, n: usize) -> Vec<Vec<Counted>> {
         let axis = (0..3).max_by_key(|k| width(*k)).unwrap_or(0);
         let pixels: u64 = of_box.iter().map(|c| c.1).sum();
         // The few pixels of a colour bar need as many shades as the many of the map beside it.
-        (f64::from(width(axis)) * (pixels as f64).powf(0.2), axis)
+        (f64::from(width(axis)) * (pixels as f64).powf(0.08), axis)
     };
     let mut all = vec![(spread(&colors), colors)];
     while all.len() < n {

@@ -22,6 +22,8 @@ pub(crate) const RIGHT_ROOM: f64 = 24.0;
 
 /// Smallest text, pixels of an em.
 const SMALLEST_EM: f64 = 9.0;
+/// A picture with a side below this has no lines below its panels, pixels.
+const SMALL_SHEET: f64 = 450.0;
 /// Distance of the lines below a panel, pixels.
 const NOTE_LINE: f64 = 17.0;
 
@@ -61,6 +63,10 @@ impl Sheet {
 
     fn note_lines(&self, canvas: &Canvas) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
+        // In a small picture, the panel needs the room.
+        if self.width.min(self.height) < SMALL_SHEET {
+            return lines;
+        }
         for word in self.note.split_whitespace() {
             match lines.last_mut().filter(|l| canvas.text_width(&format!("{l} {word}"), NOTE_EM) <= self.width - 24.0) {
                 Some(line) => *line += &format!(" {word}"),

@@ -18,6 +18,9 @@ const LOWEST_DB: f64 = -40.0;
 /// The colours reach down at least to this level, dB.
 const HIGHEST_FLOOR_DB: f64 = -20.0;
 
+/// The axis of the profile is logarithmic where the frame reaches so many widths of the main lobe from the peak.
+const WIDE_FIELD: f64 = 30.0;
+
 /// Whether an image is a dirty beam: without a unit, and exactly 1 in the middle and nowhere larger.
 #[must_use]
 pub fn is_psf(image: &Image) -> bool {
@@ -107,7 +110,14 @@ pub fn psf(image: &Image, options: &ImagePlot) -> Result<Picture> {
 fn profile(canvas: &mut Canvas, radial: &Radial, area: Rect, low: f64) -> Result<()> {
     let reach = radial.rings.last().map_or(1.0, |r| r.radius_rad);
     let (unit, name) = angle_unit(reach);
-    let x = Axis::linear(0.0, reach / unit, format!("Distance from the peak ({name})"));
+    let label = format!("Distance from the peak ({name})");
+    // In a field of many beams, a linear axis has no room for the main lobe and the first side lobes.
+    let nearest = 0.25 * radial.fwhm_rad.1 / unit;
+    let x = if reach > WIDE_FIELD * radial.fwhm_rad.0 {
+        Axis { log: true, ..Axis::linear(nearest, reach / unit, label) }
+    } else {
+        Axis::linear(0.0, reach / unit, label)
+    };
     let panel = Panel { area, x, y: Axis::linear(low - 5.0, 2.0, "Level (dB)"), label_room: None };
     panel.grid(canvas);
     let half = 0.25 * (radial.fwhm_rad.0 + radial.fwhm_rad.1) / unit;
@@ -121,7 +131,7 @@ fn profile(canvas: &mut Canvas, radial: &Radial, area: Rect, low: f64) -> Result
         }
     }
     let curve = |level: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
-        let point = |k: usize| panel.at(radial.rings[k].radius_rad / unit, db(level(k)).clamp(low - 5.0, 2.0));
+        let point = |k: usize| panel.at((radial.rings[k].radius_rad / unit).max(panel.x.from), db(level(k)).clamp(low - 5.0, 2.0));
         (0..radial.rings.len()).map(point).collect()
     };
     canvas.line(&curve(&|k| radial.rings[k].rms), LINES[0], 1.6)?;

@@ -3,11 +3,11 @@
 use super::{PlotArgs, What, title};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result};
-use crate::fidelity::{CompareOptions, Region, compare};
+use crate::fidelity::{CompareOptions, Region, compare, convolve};
 use crate::plot::{self, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Picture, Range, Stretch, View, Wish};
-use cittert_arrays::{Image, SpectralWindow};
+use cittert_arrays::{BrightnessUnit, Image, SpectralWindow};
 use clap::ValueEnum;
-use ndarray::Axis;
+use ndarray::{Array2, Axis};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -123,7 +123,13 @@ fn open(args: &PlotArgs, path: &Path) -> Result<Image> {
     let options = CompareOptions { region: Region::All, beam: Some(beam), shift: false };
     let found = compare(&other, &image, &options).context(format!("convolving {} as {}", path.display(), like.display()))?;
     let band = SpectralWindow::new(other.spectrum.freq_hz()[..1].to_vec(), other.spectrum.width_hz()[..1].to_vec())?;
-    let data = found.truth.insert_axis(Axis(0)).insert_axis(Axis(0));
+    let mut shown = found.truth;
+    if other.unit == BrightnessUnit::Kelvin {
+        // Outside of the frame the sky is taken as 0, which would give a warm scene a dark border.
+        let inside = convolve(Array2::ones(shown.dim()).view(), &other.grid, &beam)?;
+        shown /= &inside;
+    }
+    let data = shown.insert_axis(Axis(0)).insert_axis(Axis(0));
     let mut out = Image::new(other.grid.clone(), band, other.polarizations[..1].to_vec(), data, other.unit)?;
     (out.object, out.telescope, out.history) = (image.object, image.telescope, image.history);
     out.beams.push(beam);

@@ -95,9 +95,18 @@ pub(super) fn of_image(image: &Image, path: &Path) -> String {
 pub(super) fn of_visibilities(what: &str, header: &VisibilityHeader) -> String {
     let target = header.phase_centers.first().map(|c| c.name.trim().to_owned()).unwrap_or_default();
     let first = if target.is_empty() { what.to_owned() } else { format!("{what} of {target}") };
+    format!("{first}\n{}, {}", header.layout.name, channels(header))
+}
+
+/// The title of a picture of the u-v coverage: it belongs to the array, whatever was observed.
+pub(super) fn of_coverage(header: &VisibilityHeader) -> String {
+    format!("u-v coverage of {}\n{}", header.layout.name, channels(header))
+}
+
+fn channels(header: &VisibilityHeader) -> String {
     let (n, width) = (header.spectrum.n_chan(), frequency(header.spectrum.extent_hz()));
     let channels = if n > 1 { format!("{n} channels over {width}") } else { format!("one channel of {width}") };
-    format!("{first}\n{}, {}, {channels}", header.layout.name, band(&header.spectrum))
+    format!("{}, {channels}", band(&header.spectrum))
 }
 
 #[cfg(test)]

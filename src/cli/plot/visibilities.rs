@@ -24,7 +24,7 @@ pub(super) fn draw(args: &PlotArgs, context: &Context) -> Result<Picture> {
         Some(What::Antennas) => return antennas(args, &source.header().layout),
         Some(What::Uv) => {
             let coverage = coverage(source.as_mut(), args.file())?;
-            let title = args.title_or(|| title::of_visibilities("u-v coverage", source.header()));
+            let title = args.title_or(|| title::of_coverage(source.header()));
             uv_coverage(&coverage, &source.header().spectrum, &title, width, height)
         }
         Some(What::Model) => {

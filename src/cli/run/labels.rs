@@ -48,6 +48,7 @@ const LABELS: &[Label] = &[
     Label("", "shortest_m", "Shortest baseline", Show::Length),
     Label("", "longest_m", "Longest baseline", Show::Length),
     Label("", "largest_scale_rad", "Largest structure that is seen", Show::Angle),
+    Label("layout", "bmaj_rad", "Beam, natural weights", Show::Beam),
     Label("", "bmaj_rad", "Beam", Show::Beam),
     Label("", "size", "Image", Show::Pixels),
     Label("", "psl_db", "Highest side lobe, natural weights", Show::Decibel),
@@ -78,7 +79,6 @@ const LABELS: &[Label] = &[
     Label("compare", "peak_ratio", "Peak over that of the truth", Show::Number),
     Label("compare", "flux_ratio", "Flux over that of the truth", Show::Number),
     Label("compare", "shift_l_rad", "Shift of the image (l, m)", Show::Shift),
-    Label("compare", "n_compared", "Values compared", Show::Count),
     Label("", "peak", "Peak brightness", Show::Brightness),
     Label("dirty", "robust_rms", "Robust rms", Show::Brightness),
     Label("", "dynamic_range", "Dynamic range", Show::Number),
@@ -108,7 +108,8 @@ fn shown(how: Show, json: &Value, key: &str) -> Option<String> {
     Some(match how {
         Show::Count => grouped(x?),
         Show::Number => digits(x?),
-        Show::Percent => format!("{} %", digits(100.0 * x?)),
+        // Rounding errors are no errors of amplitude.
+        Show::Percent => format!("{} %", digits(100.0 * x.filter(|v| v.abs() > 1e-9)?)),
         Show::Brightness => brightness(x?, unit),
         Show::Kelvin => format!("{} K", digits(x?)),
         Show::Length => length(x?),

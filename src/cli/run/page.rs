@@ -3,7 +3,7 @@
 use super::command::Done;
 use super::config::Config;
 use super::labels::{grouped, rows};
-use super::verdict::{Results, verdict};
+use super::verdict::{Results, image_name, verdict};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
 use crate::plot::report::{Figure, Finding, Report, Section, Table, page as html};
@@ -148,7 +148,7 @@ fn table(command: &str, steps: &[&Done]) -> Table {
     let rows =
         labels.iter().map(|label| std::iter::once((*label).to_owned()).chain(columns.iter().map(|c| cell(c, label))).collect()).collect();
     let head = if steps.len() > 1 {
-        let name = |d: &&Done| d.step.key.rsplit_once('.').map_or(d.step.key.clone(), |(_, name)| name.to_owned());
+        let name = |d: &&Done| d.step.key.rsplit_once('.').map_or(d.step.key.clone(), |(_, name)| image_name(name));
         std::iter::once(String::new()).chain(steps.iter().map(name)).collect()
     } else {
         Vec::new()

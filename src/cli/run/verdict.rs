@@ -45,8 +45,10 @@ impl Results<'_> {
 }
 
 /// The name of a deconvolver as a reader knows it.
-fn image_name(key: &str) -> String {
+pub(super) fn image_name(key: &str) -> String {
     match key {
+        "corrupted" => "with errors".into(),
+        "selfcal" => "self-calibrated".into(),
         "mem" => "maximum entropy".into(),
         "hogbom" => "H\u{f6}gbom CLEAN".into(),
         "clark" => "Clark CLEAN".into(),
@@ -85,7 +87,17 @@ fn observed(config: &Config, results: &Results<'_>) -> String {
     let channels = if band.channels > 1 { format!("{} channels", band.channels) } else { "one channel".into() };
     let noise = if is_noisy(config) { "with thermal noise" } else { "without noise" };
     let array = antennas.unwrap_or_else(|| config.layout.name.clone());
-    format!("{array} observe the scene \u{201c}{scene}\u{201d} at {}, {channels} over {}, {noise}.", band.freq, band.bandwidth)
+    format!(
+        "{array} observe the scene \u{201c}{scene}\u{201d} at {}, {channels} over {}, {noise}.",
+        spaced(&band.freq.to_string()),
+        spaced(&band.bandwidth.to_string())
+    )
+}
+
+/// A quantity with a space before its unit: `94GHz` becomes "94 GHz".
+fn spaced(quantity: &str) -> String {
+    let number = quantity.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    format!("{number} {}", &quantity[number.len()..])
 }
 
 /// Thermal noise is on by itself, or by a system temperature or SEFD.
@@ -219,7 +231,11 @@ mod tests {
         let finding = Finding { step: "mem".into(), says: "The field is too small.".into(), next: String::new() };
         let told = verdict(&config, &Results(&all), &[finding]);
         assert_eq!(told.len(), 5, "{told:?}");
-        assert!(told[0].starts_with("30 antennas (mm-y) observe") && told[0].contains("with thermal noise"), "{}", told[0]);
+        assert!(
+            told[0].starts_with("30 antennas (mm-y) observe") && told[0].contains("at 94 GHz, 4 channels over 8 GHz, with thermal noise"),
+            "{}",
+            told[0]
+        );
         assert!(
             told[1].contains("maximum entropy") && told[1].contains("0.400") && told[1].contains("H\u{f6}gbom CLEAN has 0.500"),
             "{}",
