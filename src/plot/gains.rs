@@ -235,7 +235,7 @@ mod tests {
             };
             for quantity in [GainQuantity::Phase, GainQuantity::Amplitude] {
                 for differences in [None, Some(differences.clone())] {
-                    let options = GainPlot { quantity, differences, title: "gains".into(), width: 500, height: 400, ..GainPlot::default() };
+                    let options = GainPlot { quantity, differences, title: "gains".into(), width: 500, height: 400 };
                     gains(&found, &options).unwrap().png().unwrap();
                 }
             }

@@ -3,7 +3,7 @@
 use super::axes::{prefix, short, superscript};
 use cittert_arrays::BrightnessUnit;
 
-/// A value of an image with its unit, such as "0.21 mJy/beam".
+/// A value of an image with its unit, such as "213 µJy/beam".
 pub(super) fn brightness(v: f64, unit: BrightnessUnit) -> String {
     let (factor, letter) = prefix_of(unit, v.abs());
     let shown = v / factor;
@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn values_have_three_digits_and_their_unit() {
-        assert_eq!(brightness(2.1345e-4, BrightnessUnit::JyPerBeam), "0.213 mJy/beam");
+        assert_eq!(brightness(2.1345e-4, BrightnessUnit::JyPerBeam), "213 \u{b5}Jy/beam");
         assert_eq!(brightness(312.4, BrightnessUnit::Kelvin), "312 K");
         assert_eq!(brightness(0.25, BrightnessUnit::One), "0.25");
     }
