@@ -1,5 +1,6 @@
 //! The canvas of a picture. Everything is drawn at twice the size and averaged down, which smooths lines and spaces letters evenly.
 
+use super::failed::plot_error;
 use super::palette::indexed;
 use super::shape::Shape;
 pub(crate) use super::shape::{Align, DIM, FAINT, INK, Rect, Rgb, WHITE};
@@ -35,10 +36,6 @@ fn turns_back(a: (i32, i32), b: (i32, i32), c: (i32, i32)) -> bool {
     let step = |from: (i32, i32), to: (i32, i32)| (i64::from(to.0) - i64::from(from.0), i64::from(to.1) - i64::from(from.1));
     let (one, two) = (step(a, b), step(b, c));
     one.0 * two.0 + one.1 * two.1 < 0
-}
-
-pub(super) fn plot_error(e: impl std::fmt::Display) -> ChainError {
-    ChainError::Other(format!("drawing failed: {e}").into())
 }
 
 fn color(c: Rgb, alpha: f64) -> RGBAColor {

@@ -24,6 +24,7 @@ mod contour;
 mod curves;
 #[cfg(test)]
 mod edges;
+mod failed;
 mod gain_grid;
 mod gain_values;
 mod gains;

@@ -6,7 +6,7 @@
 //! # Reference
 //! Heckbert 1982, Computer Graphics 16, 297.
 
-use super::canvas::plot_error;
+use super::failed::plot_error;
 use super::shape::Rgb;
 use crate::Result;
 use std::collections::HashMap;

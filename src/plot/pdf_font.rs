@@ -1,6 +1,7 @@
 //! The font of a PDF: the glyphs that a picture uses, cut out of the embedded font.
 
-use super::canvas::{FONT_BYTES, plot_error};
+use super::canvas::FONT_BYTES;
+use super::failed::plot_error;
 use crate::Result;
 use ab_glyph::{Font, FontRef};
 use pdf_writer::types::{CidFontType, FontFlags, SystemInfo, UnicodeCmap};

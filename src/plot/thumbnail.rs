@@ -1,6 +1,6 @@
 //! Smaller copies of pictures, for pages that hold many of them.
 
-use super::canvas::plot_error;
+use super::failed::plot_error;
 use super::palette::indexed;
 use crate::Result;
 use image::imageops::{FilterType, resize};

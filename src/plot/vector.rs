@@ -1,6 +1,6 @@
 //! The shapes of a picture as SVG.
 
-use super::canvas::plot_error;
+use super::failed::plot_error;
 use super::palette::indexed;
 use super::shape::{Align, Rect, Rgb, Shape, WHITE};
 use crate::Result;

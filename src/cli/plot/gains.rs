@@ -1,6 +1,6 @@
 //! Pictures of gain tables.
 
-use super::{PlotArgs, What};
+use super::args::{PlotArgs, What};
 use crate::calibrate::{CompareOptions, gain_differences};
 use crate::cli::failure::{Context as _, Result};
 use crate::plot::{self, DEFAULT_HEIGHT, DEFAULT_WIDTH, GainPlot, GainQuantity, Picture};

@@ -1,50 +1,14 @@
 //! Pictures of images: brightness, dirty beams and residuals.
 
-use super::{PlotArgs, What, title};
+use super::args::{PlotArgs, RangeChoice, StretchChoice, What};
+use super::title;
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::fidelity::{CompareOptions, Region, compare, convolve};
 use crate::plot::{self, DEFAULT_HEIGHT, DEFAULT_WIDTH, ImagePlot, Picture, Range, Stretch, View, Wish};
 use cittert_arrays::{BrightnessUnit, Image, SpectralWindow};
-use clap::ValueEnum;
 use ndarray::{Array2, Axis};
 use std::path::Path;
-use std::str::FromStr;
-
-/// The values of `--range`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum RangeChoice {
-    Auto,
-    Full,
-    Fixed(f64, f64),
-}
-
-impl FromStr for RangeChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let number = |part: &str| part.trim().parse::<f64>().ok().filter(|v| v.is_finite());
-        match text {
-            "auto" => Ok(Self::Auto),
-            "full" => Ok(Self::Full),
-            _ => match text.split_once(',').map(|(low, high)| (number(low), number(high))) {
-                Some((Some(low), Some(high))) if low < high => Ok(Self::Fixed(low, high)),
-                _ => Err("expected auto, full, or two numbers LOW,HIGH in the unit of the image, the smaller first".into()),
-            },
-        }
-    }
-}
-
-/// The values of `--stretch`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum StretchChoice {
-    /// Chosen from the image.
-    Auto,
-    /// In proportion.
-    Linear,
-    /// Linear for faint values, logarithmic for bright ones.
-    Asinh,
-}
 
 /// Residuals show so many times their noise on both sides of zero, the same in every picture.
 const RESIDUAL_SIGMAS: f64 = 5.0;
@@ -158,18 +122,4 @@ fn view(args: &PlotArgs, image: &Image, context: &Context) -> Result<Option<View
         context.console.note(&format!("{file}: no image of --like has the unit {:?}, so its colours are its own", image.unit.bunit()));
     }
     Ok(None)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_range_is_a_word_or_two_numbers() {
-        assert_eq!("auto".parse(), Ok(RangeChoice::Auto));
-        assert_eq!("-1.5,2e3".parse(), Ok(RangeChoice::Fixed(-1.5, 2000.0)));
-        for wrong in ["2,1", "1", "a,b", "nan,1", "0,inf", ""] {
-            assert!(wrong.parse::<RangeChoice>().is_err(), "{wrong}");
-        }
-    }
 }

@@ -1,6 +1,8 @@
 //! Pictures of visibility sets.
 
-use super::{PlotArgs, What, antennas, title};
+use super::args::{PlotArgs, What};
+use super::layouts::antennas;
+use super::title;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::cli::context::Context;
