@@ -39,15 +39,15 @@ RUN = """
 title = "A page for a browser"
 seed = 3
 layout = { name = "mm-y" }
-scene = { file = "apron.toml", scene-size = 96, scene-cell = "4mrad" }
+scene = { file = "apron.toml", scene-size = 192, scene-cell = "1.2mrad" }
 [simulate]
 freq = "94GHz"
 bandwidth = "4GHz"
 channels = 2
 noise = true
 [image]
-size = 96
-cell = "4mrad"
+size = 192
+cell = "1.2mrad"
 [[clean]]
 algorithm = "hogbom"
 niter = 300
