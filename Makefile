@@ -4,20 +4,22 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 PACKAGES := build-essential pkg-config libhdf5-dev
 # The additional packages that the feature `ms` (Measurement Sets) needs.
 MS_PACKAGES := casacore-dev
+# The browser that looks at the report of a run in `make interop`.
+BROWSER_PACKAGES := chromium
 DEMO := demo
 # N is the number of executions of each target of `make fuzz`. PART of them run in one process, because the HDF5 library does not
 # survive an unlimited number of damaged files in one process.
 N ?= 1000000
 PART ?= 50000
 
-.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book deps deps-ms
+.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures deps deps-ms deps-interop
 
 demo: deps
 	$(CARGO) build --release --locked
 	rm -rf $(DEMO)
 	$(TARGET)/release/cittert run docs/examples/airport.toml -o $(DEMO)
 	@echo
-	@echo "Open $(DEMO)/report.html; the pictures are $(DEMO)/scene.png, $(DEMO)/dirty.png, $(DEMO)/clean-image.png and $(DEMO)/selfcal-like.png."
+	@echo "Open $(DEMO)/report.html; the pictures are $(DEMO)/scene.png, $(DEMO)/dirty.png, $(DEMO)/clean-image.png and $(DEMO)/selfcal-image.png."
 
 test: deps
 	$(CARGO) test --workspace --locked
@@ -34,7 +36,7 @@ lint: deps deps-ms
 
 # Other programs (WSClean, CASA, pyuvdata, ehtim) judge the files that cittert writes. The first run installs them below ~/.cache.
 # Some of these tests read real public visibilities, which this project does not contain, from the folder CITTERT_DATA.
-interop: visibilities deps-ms
+interop: visibilities deps-interop
 	$(CARGO) build --release --locked --features ms
 	$(CARGO) build --release --locked -p cittert-formats --features ms --example samples
 	bash tests/interop/run.sh
@@ -63,11 +65,17 @@ bench-book: deps
 	$(CARGO) build --release --locked --example core
 	$(TARGET)/release/examples/core book
 
+# Makes the pictures of the README anew.
+pictures: deps
+	$(CARGO) build --release --locked
+	CITTERT=$(TARGET)/release/cittert bash docs/images/make.sh
+
 deps: WANTED = $(PACKAGES)
 deps-ms: WANTED = $(PACKAGES) $(MS_PACKAGES)
+deps-interop: WANTED = $(PACKAGES) $(MS_PACKAGES) $(BROWSER_PACKAGES)
 
 # apt installs only the packages that dpkg does not list as installed.
-deps deps-ms:
+deps deps-ms deps-interop:
 	@missing=; for p in $(WANTED); do \
 	  dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \
 	[ -z "$$missing" ] && exit 0; \

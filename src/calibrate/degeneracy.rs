@@ -120,7 +120,7 @@ pub fn compare_gains(found: &GainTable, truth: &GainTable, options: CompareOptio
     })
 }
 
-fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) -> Result<usize> {
+pub(super) fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) -> Result<usize> {
     let name = &found.feeds[feed];
     if let Some(f) = truth.feeds.iter().position(|f| f.eq_ignore_ascii_case(name)) {
         return Ok(f);
@@ -132,7 +132,7 @@ fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) -> Result<usi
 }
 
 /// Phases without the common phase. First the phase of the sum is removed, then the mean of the remaining phases.
-fn center(residual: &[Complex64]) -> Vec<f64> {
+pub(super) fn center(residual: &[Complex64]) -> Vec<f64> {
     let mut turn = unit(residual.iter().sum());
     let mut phases = Vec::new();
     for _ in 0..3 {
@@ -184,7 +184,7 @@ fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], turns: i32) -> Option<
 }
 
 /// Remove the best phase gradient from complex numbers of modulus 1, and return it in rad/m. `guess` is tried before the search.
-fn remove_gradient(residual: &mut Vec<Complex64>, place_m: &[[f64; 2]], guess: [f64; 2]) -> [f64; 2] {
+pub(super) fn remove_gradient(residual: &mut Vec<Complex64>, place_m: &[[f64; 2]], guess: [f64; 2]) -> [f64; 2] {
     let n = residual.len() as f64;
     let coherence = |slope: [f64; 2]| tilted(residual, place_m, slope).iter().sum::<Complex64>().norm() / n;
     let mut slope = guess;

@@ -12,6 +12,7 @@
 //! | `solve` | the whole set |
 //! | `apply` | gains onto or out of the data |
 //! | `degeneracy` | gain tables compared without the phases and scales that no data determine |
+//! | `gain_differences` | the difference of each gain from the truth, without them |
 //! | `support` | do the closure phases support the model? |
 //! | `rounds` | the rounds of self-calibration, and who makes their models |
 //! | `selfcal` | the loop of solving and imaging |
@@ -33,6 +34,7 @@ mod clean_model;
 mod clean_model_tests;
 mod degeneracy;
 mod delay;
+mod gain_differences;
 mod grouping;
 mod held_out;
 mod identify;
@@ -75,6 +77,7 @@ pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainAppl
 pub use candidates::{CandidateOptions, candidates};
 pub use clean_model::CleanMaker;
 pub use degeneracy::{CompareOptions, GainComparison, compare_gains};
+pub use gain_differences::{GainDifferences, gain_differences};
 pub use held_out::{HeldOut, JudgeOptions, Prediction, Without};
 pub use identify::{DegenerateMode, Identifiability, IdentifyOptions, ModelKnowledge, identify};
 pub use joint_model::{ImageMaker, JointMaker, JointOptions};

@@ -6,7 +6,7 @@ use super::options::OutputArgs;
 use super::text::angle;
 use crate::calibrate::{CompareOptions as GainOptions, compare_gains};
 use crate::fidelity::{CompareOptions, Comparison, Fidelity, Region, compare, fidelity_of_pixel};
-use crate::plot::{self, ImagePlot, Range};
+use crate::plot::{self, ImagePlot, Range, Wish};
 use cittert_arrays::{BrightnessUnit, Image, SkyGrid, SpectralWindow};
 use cittert_formats::calh5::{is_gains, read_gains};
 use cittert_formats::fits::{ImageOptions, write_image};
@@ -221,7 +221,9 @@ fn write(args: &CompareArgs, path: &Path, kind: Kind, image: &Image, found: &Com
     out.object.clone_from(&image.object);
     if is_png(path) {
         let title = format!("{} minus {}", args.image.display(), args.truth.display());
-        let drawn = plot::image(&out, &ImagePlot { title, range: Range::Symmetric, ..ImagePlot::default() })?.png()?;
+        let drawn =
+            plot::image(&out, &ImagePlot { title, wish: Wish { range: Range::Symmetric, ..Wish::default() }, ..ImagePlot::default() })?
+                .png()?;
         return args.out(path).write(path, &drawn);
     }
     out.history.push(context.history());

@@ -10,9 +10,9 @@ pub(super) fn layout(layout: &ArrayLayout) -> Result<Vec<u8>> {
     Ok(plot::layout(layout, &layout_title(layout), DEFAULT_WIDTH, DEFAULT_HEIGHT)?.png()?)
 }
 
-/// The title of a picture of antenna positions.
+/// The title of a picture of antenna positions, and their number on a second line.
 pub(super) fn layout_title(layout: &ArrayLayout) -> String {
-    format!("{}, {} antennas", layout.name, layout.n_ant())
+    format!("{}\n{} antennas", layout.name, layout.n_ant())
 }
 
 /// Number of visibilities in the cells of the Fourier grid.

@@ -6,7 +6,7 @@ pub(crate) struct Axis {
     pub(crate) from: f64,
     pub(crate) to: f64,
     pub(crate) log: bool,
-    /// Distance between ticks; `None` chooses a round one.
+    /// Distance between ticks; `None` chooses a round one, and an infinite one gives no ticks.
     pub(crate) step: Option<f64>,
     pub(crate) label: String,
 }
@@ -25,6 +25,7 @@ impl Axis {
     pub(crate) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         let (lo, hi) = (self.from.min(self.to), self.from.max(self.to));
         match self.step {
+            Some(step) if step.is_infinite() => Vec::new(),
             Some(step) => ticks_of_step(lo, hi, step),
             None if self.log => log_ticks(lo, hi, count),
             None => linear_ticks(lo, hi, count),

@@ -1,7 +1,9 @@
 //! The canvas of a picture. Everything is drawn at twice the size and averaged down, which smooths lines and spaces letters evenly.
 
+use super::failed::plot_error;
+use super::palette::indexed;
 use super::shape::Shape;
-pub(crate) use super::shape::{Align, FAINT, INK, Rect, Rgb, WHITE};
+pub(crate) use super::shape::{Align, DIM, FAINT, INK, Rect, Rgb, WHITE};
 use crate::{ChainError, Result};
 use plotters::backend::BitMapBackend;
 use plotters::coord::Shift;
@@ -15,7 +17,7 @@ use std::sync::OnceLock;
 const OVER: usize = 2;
 /// Name under which the embedded font is known to plotters.
 const FONT: &str = "DejaVu Sans";
-static FONT_BYTES: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
+pub(super) static FONT_BYTES: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
 /// Height of a line of the font divided by its em. plotters measures font sizes in lines.
 const LINE_PER_EM: f64 = 1.164;
 
@@ -34,10 +36,6 @@ fn turns_back(a: (i32, i32), b: (i32, i32), c: (i32, i32)) -> bool {
     let step = |from: (i32, i32), to: (i32, i32)| (i64::from(to.0) - i64::from(from.0), i64::from(to.1) - i64::from(from.1));
     let (one, two) = (step(a, b), step(b, c));
     one.0 * two.0 + one.1 * two.1 < 0
-}
-
-fn plot_error(e: impl std::fmt::Display) -> ChainError {
-    ChainError::Other(format!("drawing failed: {e}").into())
 }
 
 fn color(c: Rgb, alpha: f64) -> RGBAColor {
@@ -132,19 +130,15 @@ impl Canvas {
     }
 
     /// Colour every drawn pixel of a rectangle by its place: x runs from 0 at the left to 1, y from 0 at the top to 1.
-    ///
-    /// # Errors
-    /// Never for a canvas of valid size; the encoder's error is passed on.
-    pub(crate) fn shade(&mut self, r: Rect, c: impl FnMut(f64, f64) -> Rgb) -> Result<()> {
+    pub(crate) fn shade(&mut self, r: Rect, c: impl FnMut(f64, f64) -> Rgb) {
         let (x, y) = self.paint(r, c);
         let row = |y: usize| &self.pixels[3 * (y * self.width * OVER + x.start)..3 * (y * self.width * OVER + x.end)];
         let rgb: Vec<u8> = y.clone().flat_map(|y| row(y).iter().copied()).collect();
-        if let Some(picture) = image::RgbImage::from_raw(x.len() as u32, y.len() as u32, rgb).filter(|p| !p.is_empty()) {
+        if !rgb.is_empty() {
             let shown = |n: usize| n as f64 / OVER as f64;
             let area = Rect { x0: shown(x.start), x1: shown(x.end), y0: shown(y.start), y1: shown(y.end) };
-            self.shapes.push(Shape::Pixels { area, png: encode(picture.into())? });
+            self.shapes.push(Shape::Pixels { area, width: x.len(), height: y.len(), rgb });
         }
-        Ok(())
     }
 
     /// Colour the drawn pixels of a rectangle. Returns their columns and rows.
@@ -245,8 +239,7 @@ impl Canvas {
                 }
             }
         }
-        let picture = image::RgbImage::from_raw(w as u32, h as u32, small).ok_or_else(|| plot_error("picture buffer of a wrong size"))?;
-        encode(picture.into())
+        indexed(w, h, &small)
     }
 }
 

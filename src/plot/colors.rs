@@ -2,7 +2,7 @@
 
 use super::axes::{linear_ticks, short};
 use super::canvas::{Align, Canvas, INK, Rect, Rgb};
-use super::panel::{LABEL_EM, TICK_EM};
+use super::panel::{LABEL_EM, TICK_EM, fitted};
 use crate::Result;
 
 /// Colours that can be told apart in print and by colour-blind readers.
@@ -13,17 +13,34 @@ pub(crate) const LINES: [Rgb; 8] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [230, 159, 0], [90, 90, 90], [180, 160, 0]];
 
 /// A colour map with the range and stretch of its values.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct ColorScale {
     pub(crate) gradient: colorous::Gradient,
     /// Whether the gradient runs from its end to its beginning.
     pub(crate) reversed: bool,
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// 0 for a linear scale; otherwise the softening of asinh as a fraction of the range.
-    pub(crate) soften: f64,
+    pub(crate) stretch: Curve,
     /// Colour of cells without a value.
     pub(crate) blank: Rgb,
+}
+
+/// How values are spread over the colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Curve {
+    /// In proportion.
+    Linear,
+    /// asinh((v - origin) / linear): in proportion near the origin, and logarithmic beyond `linear`.
+    Asinh { origin: f64, linear: f64 },
+}
+
+impl Curve {
+    fn of(self, v: f64) -> f64 {
+        match self {
+            Self::Linear => v,
+            Self::Asinh { origin, linear } => ((v - origin) / linear).asinh(),
+        }
+    }
 }
 
 /// Cells without a value, unless the scale says otherwise.
@@ -32,8 +49,8 @@ pub(crate) const BLANK: Rgb = [200, 200, 204];
 impl ColorScale {
     /// Place of a value on the scale, 0 to 1.
     pub(crate) fn place(&self, v: f64) -> f64 {
-        let x = if self.high > self.low { (v - self.low) / (self.high - self.low) } else { 0.5 };
-        let x = if self.soften > 0.0 { (x / self.soften).asinh() / (1.0 / self.soften).asinh() } else { x };
+        let (low, high) = (self.stretch.of(self.low), self.stretch.of(self.high));
+        let x = if high > low { (self.stretch.of(v) - low) / (high - low) } else { 0.5 };
         x.clamp(0.0, 1.0)
     }
 
@@ -46,16 +63,29 @@ impl ColorScale {
         [c.r, c.g, c.b]
     }
 
+    /// Ticks of a bar of this height, the roundest first where there are too many.
+    fn ticks(&self, height: f64, unit: f64) -> Vec<(f64, String)> {
+        let (lo, hi) = (self.low / unit, self.high / unit);
+        match self.stretch {
+            Curve::Linear => linear_ticks(lo, hi, ((height / 70.0) as usize).max(2)),
+            Curve::Asinh { .. } => stretched_ticks(lo, hi),
+        }
+    }
+
+    /// Room that a bar of this height takes to the right of a panel with its ticks and its label, pixels.
+    pub(crate) fn bar_room(&self, canvas: &Canvas, height: f64, unit: f64) -> f64 {
+        let ticks = self.ticks(height, unit);
+        let widest = ticks.iter().map(|t| canvas.text_width(&t.1, TICK_EM)).fold(0.0, f64::max);
+        (BAR_RIGHT + 9.0 + widest + 10.0 + 0.75 * LABEL_EM + 14.0).max(BAR_ROOM)
+    }
+
     /// Draw the bar in `area` with ticks to its right; values are shown divided by `unit`.
     pub(crate) fn bar(&self, canvas: &mut Canvas, area: Rect, unit: f64, label: &str) -> Result<()> {
-        canvas.shade(area, |_, y| self.color_at(1.0 - y))?;
+        canvas.shade(area, |_, y| self.color_at(1.0 - y));
         canvas.frame(area, INK, 1.0);
-        let (lo, hi) = (self.low / unit, self.high / unit);
-        let count = ((area.height() / 70.0) as usize).max(2);
-        let ticks = if self.soften > 0.0 { stretched_ticks(lo, hi) } else { linear_ticks(lo, hi, count) };
         let mut widest = 0.0_f64;
         let mut taken: Vec<f64> = Vec::new();
-        for (v, text) in ticks {
+        for (v, text) in self.ticks(area.height(), unit) {
             let y = area.y1 - self.place(v * unit) * area.height();
             if taken.iter().any(|t| (t - y).abs() < 1.8 * TICK_EM) {
                 continue;
@@ -66,7 +96,8 @@ impl ColorScale {
             widest = widest.max(canvas.text_width(&text, TICK_EM));
         }
         let x = area.x1 + 9.0 + widest + 10.0 + 0.75 * LABEL_EM;
-        canvas.text_up((x, f64::midpoint(area.y0, area.y1)), label, LABEL_EM, Align::Center, INK)
+        let (label, em) = fitted(canvas, label, LABEL_EM, area.height() + 36.0);
+        canvas.text_up((x, f64::midpoint(area.y0, area.y1)), &label, em, Align::Center, INK)
     }
 }
 
@@ -85,10 +116,12 @@ fn stretched_ticks(lo: f64, hi: f64) -> Vec<(f64, String)> {
     values.into_iter().filter(|v| (lo..=hi).contains(v)).map(|v| (v, short(v))).collect()
 }
 
-/// Room that a colour bar takes to the right of a panel, pixels.
+/// Room that a colour bar with short tick labels takes to the right of a panel, pixels.
 pub(crate) const BAR_ROOM: f64 = 118.0;
+/// Distance of the right edge of the bar from the panel, pixels.
+const BAR_RIGHT: f64 = 36.0;
 
 /// The bar's rectangle next to a panel.
 pub(crate) fn bar_area(panel: Rect) -> Rect {
-    Rect { x0: panel.x1 + 16.0, x1: panel.x1 + 36.0, ..panel }
+    Rect { x0: panel.x1 + 16.0, x1: panel.x1 + BAR_RIGHT, ..panel }
 }

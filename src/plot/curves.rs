@@ -4,7 +4,7 @@ use super::axes::Axis;
 use super::canvas::{Canvas, Rect};
 use super::colors::LINES;
 use super::legend::{CORNERS, Corner, Style, legend_at, legend_frame};
-use super::panel::{BOTTOM_ROOM, Panel, Sheet};
+use super::panel::{Panel, Sheet};
 use super::picture::Picture;
 use super::size::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 use crate::{ChainError, Result};
@@ -98,7 +98,7 @@ pub fn curves(series: &[Series], options: &CurveOptions) -> Result<Picture> {
     let y = axis(ends[1], options.log_y, &options.y_label, true);
     let mut canvas = Canvas::new(options.width, options.height)?;
     let sheet = Sheet::new(&options.title, options.width, options.height);
-    let (top, bottom) = (sheet.top(), sheet.height - BOTTOM_ROOM);
+    let (top, bottom) = (sheet.top(), sheet.height - sheet.bottom(&canvas));
     let left = Panel::left_room(&y, &canvas, bottom - top);
     let area = Rect { x0: left.round(), y0: top, x1: sheet.width - 28.0, y1: bottom };
     let mut panel = Panel { area, x, y, label_room: None };

@@ -1,6 +1,7 @@
 //! A finished picture, which can be written in several formats.
 
 use super::canvas::Canvas;
+use super::pdf::pdf;
 use super::vector::svg;
 use crate::{ChainError, Result};
 use std::path::Path;
@@ -12,6 +13,8 @@ pub enum PictureFormat {
     Png,
     /// Shapes that can be drawn at any size. The cells of an image stay pixels.
     Svg,
+    /// The same shapes on a page, with the letters of the font that the picture uses.
+    Pdf,
 }
 
 impl PictureFormat {
@@ -24,11 +27,8 @@ impl PictureFormat {
         match end.as_str() {
             "png" => Ok(Self::Png),
             "svg" => Ok(Self::Svg),
-            _ => Err(ChainError::bad_option(
-                "output",
-                path.display(),
-                "a name that ends in .png or .svg (other programs convert SVG into PDF)",
-            )),
+            "pdf" => Ok(Self::Pdf),
+            _ => Err(ChainError::bad_option("output", path.display(), "a name that ends in .png, .svg or .pdf")),
         }
     }
 }
@@ -54,7 +54,11 @@ impl Picture {
             PictureFormat::Png => self.png(),
             PictureFormat::Svg => {
                 let (width, height) = self.0.size();
-                Ok(svg(width, height, self.0.shapes()).into_bytes())
+                Ok(svg(width, height, self.0.shapes())?.into_bytes())
+            }
+            PictureFormat::Pdf => {
+                let (width, height) = self.0.size();
+                pdf(width, height, self.0.shapes())
             }
         }
     }
@@ -68,7 +72,8 @@ mod tests {
     fn endings_choose_the_format_or_are_refused() {
         assert_eq!(PictureFormat::of(Path::new("a.PNG")).unwrap(), PictureFormat::Png);
         assert_eq!(PictureFormat::of(Path::new("a.b.svg")).unwrap(), PictureFormat::Svg);
-        for wrong in ["a.pdf", "a.jpg", "a", "svg"] {
+        assert_eq!(PictureFormat::of(Path::new("a.pdf")).unwrap(), PictureFormat::Pdf);
+        for wrong in ["a.eps", "a.jpg", "a", "svg"] {
             let e = PictureFormat::of(Path::new(wrong)).unwrap_err().to_string();
             assert!(e.contains(wrong) && e.contains(".svg"), "{e}");
         }

@@ -1,15 +1,18 @@
-//! One self-contained HTML page about a run: pictures, tables, the exact commands.
+//! One self-contained HTML page about a run: a verdict, pictures, findings, then tables and the exact commands.
 
+use super::thumbnail::thumbnail;
 use base64::Engine;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// A picture with what it shows.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Figure {
-    /// Encoded PNG.
+    /// Encoded PNG. The page holds a smaller copy of it.
     pub png: Vec<u8>,
     /// One sentence beneath it.
     pub caption: String,
+    /// Name of the file beside the page that holds the picture in full size; empty for none.
+    pub file: String,
 }
 
 /// A table of names and values.
@@ -19,6 +22,17 @@ pub struct Table {
     pub head: Vec<String>,
     /// Rows of cells.
     pub rows: Vec<Vec<String>>,
+}
+
+/// Something that a step noticed, and what to do about it.
+#[derive(Debug, Clone, Default)]
+pub struct Finding {
+    /// The step that noticed it.
+    pub step: String,
+    /// What it is.
+    pub says: String,
+    /// What to do next; empty for nothing.
+    pub next: String,
 }
 
 /// One step of the run.
@@ -34,6 +48,8 @@ pub struct Section {
     pub figures: Vec<Figure>,
     /// Numbers.
     pub table: Table,
+    /// More tables, each with its title.
+    pub tables: Vec<(String, Table)>,
     /// Notes and warnings.
     pub messages: Vec<String>,
 }
@@ -43,39 +59,53 @@ pub struct Section {
 pub struct Report {
     /// Title of the run.
     pub title: String,
-    /// Facts of the run: version, seed, date, input names.
-    pub facts: Vec<(String, String)>,
-    /// What was found, one sentence each, above the pictures.
-    pub answers: Vec<String>,
+    /// What was done and how good it is, in two to five sentences.
+    pub verdict: Vec<String>,
     /// The pictures to see first.
     pub highlights: Vec<Figure>,
+    /// What needs attention, the most important first.
+    pub findings: Vec<Finding>,
+    /// Warnings of all steps.
+    pub warnings: Vec<String>,
     /// The steps.
     pub sections: Vec<Section>,
+    /// Facts of the run: version, seed, date, input names. They stand at the end.
+    pub facts: Vec<(String, String)>,
 }
 
-const STYLE: &str = "
-:root { color-scheme: light dark; --fg: #1b1f24; --dim: #59636e; --bg: #ffffff; --card: #f6f8fa; --line: #d1d9e0; }
-@media (prefers-color-scheme: dark) { :root { --fg: #e6edf3; --dim: #9198a1; --bg: #0d1117; --card: #151b23; --line: #3d444d; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 1180px; padding: 2rem 1.25rem 4rem; font: 15px/1.55 system-ui, sans-serif; color: var(--fg); background: var(--bg); }
-h1 { font-size: 1.9rem; margin: 0 0 .5rem; } h2 { font-size: 1.25rem; margin: 2.6rem 0 .6rem; border-bottom: 1px solid var(--line); padding-bottom: .3rem; }
-.answer { font-size: 1.12rem; margin: 0 0 1rem; }
-.facts { color: var(--dim); margin: 0 0 1.5rem; } .facts span { margin-right: 1.4rem; overflow-wrap: anywhere; }
-.figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(340px, 1fr)); gap: 1rem; align-items: start; }
-figure { margin: 0; background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: .6rem; }
-figure img { width: 100%; height: auto; display: block; border-radius: 4px; background: #fff; } figcaption { color: var(--dim); font-size: .88rem; padding: .5rem .2rem 0; }
-pre { background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: .7rem .9rem; overflow-x: auto; font-size: .85rem; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .8rem 0; } th, td { text-align: left; padding: .25rem 1.4rem .25rem 0; border-bottom: 1px solid var(--line); }
-th { color: var(--dim); font-weight: 600; } nav a { margin-right: 1rem; } a { color: inherit; } .warn { color: #9a6700; } ul { padding-left: 1.2rem; }
-";
+/// Width of the copies of pictures in the page, pixels. The text of a picture can be read at this width.
+const EMBEDDED_WIDTH: u32 = 640;
+
+const STYLE: &str = include_str!("report.css");
+/// Shows a picture in full size when it is clicked: the file beside the page, or the copy in the page where the file is missing.
+const SCRIPT: &str = include_str!("report.js");
 
 fn figure(f: &Figure) -> Markup {
-    let data = base64::engine::general_purpose::STANDARD.encode(&f.png);
-    html! { figure { img src=(format!("data:image/png;base64,{data}")) alt=(f.caption); figcaption { (f.caption) } } }
+    // A picture that cannot be made smaller is shown as it is.
+    let small = thumbnail(&f.png, EMBEDDED_WIDTH).unwrap_or_else(|_| f.png.clone());
+    let data = base64::engine::general_purpose::STANDARD.encode(&small);
+    let image = html! { img src=(format!("data:image/png;base64,{data}")) alt=(f.caption); };
+    html! {
+        figure {
+            @if f.file.is_empty() { (image) } @else { a href=(f.file) title="Show in full size" { (image) } }
+            figcaption { (f.caption) }
+        }
+    }
 }
 
 fn anchor(title: &str) -> String {
     title.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect()
+}
+
+fn table(t: &Table) -> Markup {
+    html! {
+        @if !t.rows.is_empty() {
+            div.scroll { table {
+                @if !t.head.is_empty() { thead { tr { @for h in &t.head { th { (h) } } } } }
+                tbody { @for row in &t.rows { tr { @for cell in row { td { (cell) } } } } }
+            } }
+        }
+    }
 }
 
 fn section(s: &Section) -> Markup {
@@ -84,14 +114,18 @@ fn section(s: &Section) -> Markup {
             h2 { (s.title) }
             @if !s.text.is_empty() { p { (s.text) } }
             @if !s.figures.is_empty() { div.figures { @for f in &s.figures { (figure(f)) } } }
-            @if !s.table.rows.is_empty() {
-                table {
-                    @if !s.table.head.is_empty() { thead { tr { @for h in &s.table.head { th { (h) } } } } }
-                    tbody { @for row in &s.table.rows { tr { @for cell in row { td { (cell) } } } } }
-                }
+            (table(&s.table))
+            @for (title, t) in &s.tables {
+                @if !title.is_empty() { h3 { (title) } }
+                (table(t))
             }
             @if !s.messages.is_empty() { ul.warn { @for m in &s.messages { li { (m) } } } }
-            @if !s.commands.is_empty() { pre { (s.commands.join("\n")) } }
+            @if !s.commands.is_empty() {
+                details {
+                    summary { (if s.commands.len() == 1 { "The command" } else { "The commands" }) }
+                    pre { (s.commands.join("\n")) }
+                }
+            }
         }
     }
 }
@@ -110,11 +144,29 @@ pub fn page(r: &Report) -> String {
             }
             body {
                 h1 { (r.title) }
-                p.facts { @for (name, value) in &r.facts { span { (name) ": " (value) } } }
-                @for answer in &r.answers { p.answer { (answer) } }
-                @if !r.highlights.is_empty() { div.figures { @for f in &r.highlights { (figure(f)) } } }
+                @if !r.verdict.is_empty() { div.verdict { @for sentence in &r.verdict { p { (sentence) } } } }
+                @if !r.highlights.is_empty() { div.figures.first { @for f in &r.highlights { (figure(f)) } } }
+                @if !r.findings.is_empty() {
+                    h2 id="findings" { "Findings" }
+                    @for f in &r.findings {
+                        div.finding {
+                            p { strong { (f.says) } @if !f.step.is_empty() { span.dim { " (" (f.step) ")" } } }
+                            @if !f.next.is_empty() { p { "What to do: " (f.next) } }
+                        }
+                    }
+                }
+                @if !r.warnings.is_empty() {
+                    h2 id="warnings" { "Warnings" }
+                    ul.warn { @for w in &r.warnings { li { (w) } } }
+                }
                 nav { p { @for s in &r.sections { a href=(format!("#{}", anchor(&s.title))) { (s.title) } } } }
                 @for s in &r.sections { (section(s)) }
+                @if !r.facts.is_empty() {
+                    h2 { "How this page was made" }
+                    div.scroll { table { tbody { @for (name, value) in &r.facts { tr { th { (name) } td { (value) } } } } } }
+                }
+                dialog id="zoom" { img alt=""; p {} }
+                script { (PreEscaped(SCRIPT)) }
             }
         }
     }
@@ -129,16 +181,22 @@ mod tests {
     fn the_page_holds_its_pictures_and_escapes_its_texts() {
         let report = Report {
             title: "a < b".into(),
+            verdict: vec!["It is good.".into()],
+            findings: vec![Finding { step: "clean".into(), says: "x > y".into(), next: "look".into() }],
             sections: vec![Section {
                 title: "Dirty image".into(),
                 commands: vec!["cittert dirty x.uvh5 -o 'a b.fits'".into()],
-                figures: vec![Figure { png: vec![1, 2, 3], caption: "c".into() }],
+                figures: vec![Figure { png: vec![1, 2, 3], caption: "c".into(), file: "c.png".into() }],
+                tables: vec![("Numbers".into(), Table { head: Vec::new(), rows: vec![vec!["a".into(), "1".into()]] })],
                 ..Section::default()
             }],
             ..Report::default()
         };
         let page = page(&report);
         assert!(page.contains("a &lt; b") && page.contains("data:image/png;base64,AQID") && page.contains("#dirty-image"));
+        assert!(page.contains("x &gt; y") && page.contains("href=\"c.png\"") && page.contains("<h3>Numbers</h3>"));
+        let place = |text: &str| page.find(text).unwrap();
+        assert!(place("It is good.") < place("What to do: look") && place("What to do: look") < place("<details>"));
         assert!(!page.contains("http://") && !page.contains("https://"));
     }
 }

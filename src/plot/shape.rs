@@ -4,6 +4,8 @@
 pub(crate) type Rgb = [u8; 3];
 /// Text and axes.
 pub(crate) const INK: Rgb = [30, 30, 34];
+/// Text of less weight.
+pub(crate) const DIM: Rgb = [96, 98, 106];
 /// Lines behind the data.
 pub(crate) const FAINT: Rgb = [224, 224, 228];
 /// Background.
@@ -57,10 +59,12 @@ pub(super) enum Shape {
         area: Rect,
         color: Rgb,
     },
-    /// A rectangle of pixels, as a PNG.
+    /// A rectangle of pixels, the upper row first, with red, green and blue of each.
     Pixels {
         area: Rect,
-        png: Vec<u8>,
+        width: usize,
+        height: usize,
+        rgb: Vec<u8>,
     },
     Dot {
         at: (f64, f64),

@@ -2,7 +2,7 @@
 
 use super::axes::{Axis, whole_prefix};
 use super::canvas::Canvas;
-use super::colors::{BAR_ROOM, BLANK, ColorScale, bar_area};
+use super::colors::{BAR_ROOM, BLANK, ColorScale, Curve, bar_area};
 use super::panel::{RIGHT_ROOM, Sheet};
 use super::picture::Picture;
 use crate::{ChainError, Result};
@@ -36,7 +36,7 @@ pub fn uv_coverage(coverage: &UvCoverage, spectrum: &SpectralWindow, heading: &s
         reversed: false,
         low: lo,
         high: if many { hi } else { lo + 1.0 },
-        soften: 0.0,
+        stretch: Curve::Linear,
         blank: BLANK,
     };
     let total = 2 * coverage.n_rows() * spectrum.n_chan();

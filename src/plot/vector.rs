@@ -1,11 +1,14 @@
 //! The shapes of a picture as SVG.
 
+use super::failed::plot_error;
+use super::palette::indexed;
 use super::shape::{Align, Rect, Rgb, Shape, WHITE};
+use crate::Result;
 use base64::Engine;
 use std::fmt::Write;
 
 /// The shapes as a file in SVG.
-pub(super) fn svg(width: usize, height: usize, shapes: &[Shape]) -> String {
+pub(super) fn svg(width: usize, height: usize, shapes: &[Shape]) -> Result<String> {
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
          font-family=\"DejaVu Sans, Verdana, sans-serif\">\n"
@@ -13,10 +16,10 @@ pub(super) fn svg(width: usize, height: usize, shapes: &[Shape]) -> String {
     let page = Rect { x0: 0.0, y0: 0.0, x1: width as f64, y1: height as f64 };
     let mut clips: Vec<Rect> = Vec::new();
     for shape in std::iter::once(&Shape::Fill { area: page, color: WHITE }).chain(shapes) {
-        // Writing to a String does not fail.
-        let _ = write(&mut out, shape, &mut clips);
+        // Writing to a String does not fail, but the encoder of pixels may.
+        write(&mut out, shape, &mut clips).map_err(|_| plot_error("pixels cannot be encoded"))?;
     }
-    out + "</svg>\n"
+    Ok(out + "</svg>\n")
 }
 
 fn write(out: &mut String, shape: &Shape, clips: &mut Vec<Rect>) -> std::fmt::Result {
@@ -32,7 +35,8 @@ fn write(out: &mut String, shape: &Shape, clips: &mut Vec<Rect>) -> std::fmt::Re
             writeln!(out, "\"/>")
         }
         Shape::Fill { area, color } => writeln!(out, "<rect {} fill=\"{}\"/>", place(area), hex(*color)),
-        Shape::Pixels { area, png } => {
+        Shape::Pixels { area, width, height, rgb } => {
+            let png = indexed(*width, *height, rgb).map_err(|_| std::fmt::Error)?;
             let data = base64::engine::general_purpose::STANDARD.encode(png);
             let how = "preserveAspectRatio=\"none\" image-rendering=\"pixelated\"";
             writeln!(out, "<image {} {how} href=\"data:image/png;base64,{data}\"/>", place(area))
@@ -94,7 +98,7 @@ mod tests {
         let clip = Rect { x0: 10.0, y0: 10.0, x1: 90.0, y1: 90.0 };
         let dot = |x: f64| Shape::Dot { at: (x, 50.0), radius: 5.0, color: [255, 0, 0], alpha: 0.5, clip };
         let text = Shape::Text { at: (3.0, 4.0), text: "a<b".into(), em: 12.0, align: Align::Center, color: [0, 0, 0], upwards: true };
-        let found = svg(100, 100, &[dot(50.0), dot(88.0), dot(300.0), text]);
+        let found = svg(100, 100, &[dot(50.0), dot(88.0), dot(300.0), text]).unwrap();
         assert_eq!(found.matches("<circle").count(), 2);
         assert_eq!((found.matches("clip-path").count(), found.matches("<clipPath").count()), (1, 1));
         assert!(found.contains("fill=\"#ff0000\" fill-opacity=\"0.5\"") && found.contains("a&lt;b") && found.contains("rotate(-90"));

@@ -4,7 +4,7 @@ use super::axes::{Axis, prefix, whole_prefix};
 use super::canvas::{Canvas, Rect};
 use super::colors::LINES;
 use super::legend::legend;
-use super::panel::{BOTTOM_ROOM, Panel, RIGHT_ROOM, Sheet};
+use super::panel::{Panel, RIGHT_ROOM, Sheet};
 use super::picture::Picture;
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisUnit, VisibilityBlock, VisibilityHeader};
@@ -109,7 +109,7 @@ impl VisPlot {
         let larger =
             |room: fn(&Axis, &Canvas, f64) -> f64| room(&phase, &canvas, sheet.height).max(room(&amplitude, &canvas, sheet.height));
         let (label_room, x0) = (Some(larger(Panel::tick_width)), larger(Panel::left_room).round());
-        let (top, x1, bottom) = (sheet.top(), sheet.width - RIGHT_ROOM, sheet.height - BOTTOM_ROOM);
+        let (top, x1, bottom) = (sheet.top(), sheet.width - RIGHT_ROOM, sheet.height - sheet.bottom(&canvas));
         let split = (top + (bottom - top) * 0.54).round();
         let upper = Panel { area: Rect { x0, y0: top, x1, y1: split - 9.0 }, x: x.clone(), y: amplitude, label_room };
         let lower = Panel { area: Rect { x0, y0: split + 9.0, x1, y1: bottom }, x, y: phase, label_room };

@@ -7,6 +7,7 @@ mod mem;
 mod options;
 mod pages;
 mod physics;
+mod pictures;
 mod refusals;
 mod run;
 mod scenes;

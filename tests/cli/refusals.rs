@@ -45,7 +45,9 @@ fn pictures_have_the_format_of_their_ending() {
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && svg.matches("<circle").count() >= 27, "{}", &svg[..200]);
     s.ok("plot vla-d -o a.png");
     assert!(std::fs::read(s.path("a.png")).unwrap().starts_with(b"\x89PNG"));
-    for name in ["a.pdf", "a.jpg", "a"] {
+    s.ok("plot vla-d -o a.pdf");
+    assert!(std::fs::read(s.path("a.pdf")).unwrap().starts_with(b"%PDF-"));
+    for name in ["a.eps", "a.jpg", "a"] {
         s.fails(&format!("plot vla-d -o {name}"), 2, &["--output", name, ".svg"]);
     }
     // 351 baselines and their conjugates, without the antennas.

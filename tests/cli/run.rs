@@ -39,6 +39,9 @@ fn a_run_leaves_pictures_numbers_and_a_page() {
     }
     let page = std::fs::read_to_string(s.path("out/report.html")).unwrap();
     assert!(page.contains("data:image/png;base64,") && page.contains("cittert simulate") && page.contains("--seed"));
+    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
+    assert!(place("30 antennas (mm-y) observe the scene") < place("data:image/png") && place("data:image/png") < place("<details>"));
+    assert!(page.contains("href=\"clean-image.png\"") && page.contains("Peak brightness") && !page.contains("bmaj_rad"));
     let metrics: serde_json::Value = serde_json::from_slice(&std::fs::read(s.path("out/metrics.json")).unwrap()).unwrap();
     assert!(metrics["clean"]["hogbom"]["iterations"].as_u64().unwrap() > 0, "{metrics}");
     assert_eq!(s.names(), ["c.toml", "out", "s.csv"]);
@@ -57,9 +60,15 @@ fn a_run_corrupts_and_calibrates() {
         assert!(said.contains(words), "{words}: {said}");
     }
     s.ok("run c.toml -o out");
-    for name in
-        ["truth.calh5", "corrupted.uvh5", "selfcal.calh5", "clean-like.png", "corrupted-like.png", "selfcal-like.png", "selfcal-gains.png"]
-    {
+    for name in [
+        "truth.calh5",
+        "corrupted.uvh5",
+        "selfcal.calh5",
+        "corrupted-image.png",
+        "selfcal-image.png",
+        "selfcal-gains.png",
+        "selfcal-fit.png",
+    ] {
         assert!(s.path("out").join(name).exists(), "{name}");
     }
     let metrics: serde_json::Value = serde_json::from_slice(&std::fs::read(s.path("out/metrics.json")).unwrap()).unwrap();
@@ -68,6 +77,9 @@ fn a_run_corrupts_and_calibrates() {
     assert!(metrics["compare"]["gains"]["rms_phase_rad"].as_f64().unwrap() < 0.05, "{metrics}");
     let page = std::fs::read_to_string(s.path("out/report.html")).unwrap();
     assert!(page.contains("Errors and self-calibration") && page.contains("Image after self-calibration."));
+    assert!(
+        page.contains("The data then got phase errors of") && page.contains("Self-calibration was accepted. It leaves phase errors of")
+    );
 }
 
 /// The quality that a configuration states: met, missed (the folder is kept, the exit code is 1), and of a step that the run does not have.

@@ -1,6 +1,6 @@
 //! The steps of injected errors and of self-calibration.
 
-use super::command::{DIR, Step, plot, relative};
+use super::command::{DIR, Step, alike, fit, plot, relative};
 use super::config::Config;
 use crate::calibrate::{GainMode, StartFrom};
 use crate::cli::sections::{Section, words};
@@ -14,16 +14,15 @@ const SECTION: &str = "Errors and self-calibration";
 /// `image` holds the words of every image, `clean` the deconvolution of the error-free data, `truth` the path of the image of the scene.
 pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Section<CleanOptions>, truth: Option<&str>) -> Vec<Step> {
     let mut set = "vis.uvh5";
-    // All three pictures have the colours of the first.
     let picture = |name: &str, caption: &str| {
-        let step = plot(SECTION, &format!("{name}-image.fits"), &format!("{name}-like.png"), caption);
-        step.with([format!("--like={DIR}/clean-image.fits"), format!("--title={}", caption.trim_end_matches('.'))])
+        let step = plot(SECTION, &format!("{name}-image.fits"), &format!("{name}-image.png"), caption).with(alike(truth.is_some(), true));
+        step.with([format!("--title={}", caption.trim_end_matches('.'))])
     };
     let compare = |name: &str, shift: Option<String>| {
         let command = format!("compare {DIR}/{name}-image.fits {DIR}/scene.fits --convolve");
         truth.map(|_| Step::new(SECTION, format!("compare {name}"), format!("compare.{name}"), &command).with(shift))
     };
-    let mut all = vec![picture("clean", "Image of the data without errors.")];
+    let mut all = Vec::new();
     if let Some(section) = &config.corrupt {
         let seed = section.options.seed.is_none().then(|| format!("--seed={}", config.seed));
         let step = Step::new(SECTION, "corrupt", "corrupt", "corrupt {dir}/vis.uvh5 -o {dir}/corrupted.uvh5 --gains {dir}/truth.calh5");
@@ -31,7 +30,7 @@ pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Se
         set = "corrupted.uvh5";
         let step = Step::new(SECTION, "clean the corrupted data", "clean.corrupted", "clean {dir}/corrupted.uvh5 --startmod=never");
         all.push(step.with(image.to_vec()).with(words(&clean.keys)).to("corrupted"));
-        all.push(picture("corrupted", "Image of the corrupted data."));
+        all.push(picture("corrupted", "Image of the data with errors."));
         all.extend(compare("corrupted", None));
     }
     if let Some(section) = &config.selfcal {
@@ -48,19 +47,29 @@ pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Se
         all.push(step.with(image.to_vec()).with(words(&keys)).to("selfcal"));
         all.push(picture("selfcal", "Image after self-calibration."));
         all.extend(compare("selfcal", Some("--shift".into())));
+        let fitted = ("selfcal.uvh5", "selfcal-model.fits");
+        all.push(fit(SECTION, fitted, "selfcal-fit.png", "The self-calibrated data and the model."));
+        let mut gains = plot(SECTION, "selfcal.calh5", "selfcal-gains.png", "Gain phases that self-calibration found.");
         if config.corrupt.is_some() {
             // A model that is made from the data does not fix the position of the sky, and with amplitudes it does not fix the flux.
             let of = &section.options;
             let free = of.rounds.model.is_none() && of.rounds.start != StartFrom::Point;
             let gradient = free.then(|| "--gradient".to_owned());
-            let scale = (of.solve.mode == GainMode::AmpPhase).then(|| "--flux-scale".to_owned());
+            let amplitudes = of.solve.mode == GainMode::AmpPhase;
+            let scale = amplitudes.then(|| "--flux-scale".to_owned());
             let step = Step::new(SECTION, "compare gains", "compare.gains", "compare {dir}/selfcal.calh5 {dir}/truth.calh5");
-            all.push(step.with(gradient).with(scale));
+            all.push(step.with(gradient.clone()).with(scale.clone()));
+            let against = |step: Step| step.with([format!("--truth={DIR}/truth.calh5")]).with(gradient.clone()).with(scale.clone());
+            gains =
+                against(plot(SECTION, "selfcal.calh5", "selfcal-gains.png", "Gain phases that self-calibration found, and the true ones."));
+            if amplitudes {
+                let step = plot(SECTION, "selfcal.calh5", "selfcal-amplitudes.png", "Gain amplitudes that were found, and the true ones.");
+                all.push(against(step).with(["--what=amplitude".into()]));
+            }
         }
-        all.push(plot(SECTION, "selfcal.calh5", "selfcal-gains.png", "Phases of the gains that self-calibration found."));
-    }
-    if config.corrupt.is_some() {
-        all.push(plot(SECTION, "truth.calh5", "true-gains.png", "Phases of the gains that were put in."));
+        all.push(gains);
+    } else if config.corrupt.is_some() {
+        all.push(plot(SECTION, "truth.calh5", "true-gains.png", "Gain phases that were put in."));
     }
     all
 }

@@ -68,6 +68,17 @@ pub(super) fn plot(section: &'static str, file: &str, png: &str, caption: impl I
     Step::new(section, format!("picture {png}"), "", &format!("plot {DIR}/{file}")).to(png).showing(png, caption)
 }
 
+/// The colours of pictures that are compared with each other: those of the scene, or of the first image where the scene has another unit.
+pub(super) fn alike(has_truth: bool, has_clean: bool) -> Vec<String> {
+    let scene = has_truth.then(|| format!("--like={DIR}/scene.fits"));
+    scene.into_iter().chain(has_clean.then(|| format!("--like={DIR}/clean-image.fits"))).collect()
+}
+
+/// The step that draws the data and a model against the length of the baseline.
+pub(super) fn fit(section: &'static str, (data, model): (&str, &str), png: &str, caption: impl Into<String>) -> Step {
+    plot(section, data, png, caption).with(["--what=model".to_owned(), format!("--model={DIR}/{model}")])
+}
+
 /// A path relative to the configuration. The name of a built-in layout stays as it is.
 pub(super) fn relative(name: &str, folder: &Path) -> String {
     let path = folder.join(name);

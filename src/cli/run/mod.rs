@@ -5,9 +5,11 @@
 mod calibration;
 mod command;
 mod config;
+mod labels;
 mod page;
 mod place;
 mod steps;
+mod verdict;
 
 use super::console::Console;
 use super::context::{Context, Outcome};

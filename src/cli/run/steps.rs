@@ -1,6 +1,6 @@
 //! From the sections of a configuration to the command lines of its steps.
 
-use super::command::{DIR, Step, plot, relative};
+use super::command::{DIR, Step, alike, fit, plot, relative};
 use super::config::Config;
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::cli::sections::{Section, words, words_of};
@@ -26,7 +26,7 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
         let seen = words_of(simulate, |key| ["freq", "bandwidth", "phase-center"].contains(&key));
         let render = Step::new("Scene", "scene", "scene", "scene render").with([scene_file.clone()]);
         all.push(render.with(scene).with(seen).to("scene.fits"));
-        all.push(plot("Scene", "scene.fits", "scene.png", "The scene."));
+        all.push(plot("Scene", "scene.fits", "scene.png", "The scene, at the resolution of its pixels."));
     }
     let show = Step::new("Array", "layout", "layout", "layout show").with([layout.clone()]);
     all.push(show.with(words_of(simulate, |key| key == "freq")));
@@ -37,13 +37,13 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     all.push(sim.with(words(simulate)).with([format!("--seed={}", config.seed)]).to("vis.uvh5"));
     let uv = plot("Visibilities", "vis.uvh5", "uv.png", "u-v coverage; each channel adds its own ring.");
     all.push(uv.with(["--what=uv".into()]));
-    all.push(plot("Visibilities", "vis.uvh5", "visibilities.png", "Amplitude and phase against baseline length."));
+    all.push(plot("Visibilities", "vis.uvh5", "visibilities.png", "Amplitude and phase of every visibility against baseline length."));
     all.extend(mask(config, layout));
     const DIRTY: &str = "Dirty beam and dirty image";
     all.push(Step::new(DIRTY, "beam", "beam", "beam {dir}/vis.uvh5").to("psf.fits").with(image.clone()));
-    all.push(plot(DIRTY, "psf.fits", "psf.png", "Dirty beam."));
+    all.push(plot(DIRTY, "psf.fits", "psf.png", "Dirty beam in dB, and its largest value and rms against the distance from the peak."));
     all.push(Step::new(DIRTY, "dirty", "dirty", "dirty {dir}/vis.uvh5").to("dirty.fits").with(image.clone()));
-    all.push(plot(DIRTY, "dirty.fits", "dirty.png", "Dirty image."));
+    all.push(plot(DIRTY, "dirty.fits", "dirty.png", "Dirty image.").with(alike(truth.is_some(), false)));
     let mut cleans = config.clean.clone();
     let calibrated = config.corrupt.is_some() || config.selfcal.is_some();
     if calibrated && cleans.is_empty() {
@@ -60,15 +60,33 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
             |what: &str, caption: String| plot("Deconvolution", &format!("{prefix}-{what}.fits"), &format!("{prefix}-{what}.png"), caption);
         let step = Step::new("Deconvolution", format!("clean by {name}"), format!("clean.{name}"), "clean {dir}/vis.uvh5");
         all.push(step.with(image.clone()).with(words(&clean.keys)).to(&prefix));
-        all.push(draw("image", format!("Restored image, {name}.")));
-        all.push(draw("residual", format!("Residual, {name}.")).with(["--symmetric".into()]));
+        // Without a scene, the first image has nothing to be like.
+        let like = alike(truth.is_some(), i > 0);
+        all.push(draw("image", format!("Restored image of {} CLEAN.", label(&name))).with(like));
+        let residual = format!("Residual of {} CLEAN in units of its noise.", label(&name));
+        all.push(draw("residual", residual).with(["--what=residual".into()]));
+        if i == 0 {
+            let files = ("vis.uvh5", "clean-model.fits");
+            all.push(fit("Deconvolution", files, "clean-fit.png", "The data and the model of CLEAN."));
+        }
         all.extend(compare(&name, &format!("{prefix}-image.fits"), truth.as_deref()).map(|step| step.with(["--convolve".into()])));
     }
-    all.extend(mem(config, folder, &image, truth.as_deref()));
+    if let Some(truth) = truth.as_ref().filter(|_| !cleans.is_empty()) {
+        let caption = "The scene at the resolution of the image: the best that an image can be.";
+        let step = Step::new("Comparison with the truth", "picture scene-convolved.png", "", "plot").with([truth.clone()]);
+        let step = step.with([format!("--beam-of={DIR}/clean-image.fits"), "--title=The scene at the resolution of the image".into()]);
+        all.push(step.with(alike(true, true)).to("scene-convolved.png").showing("scene-convolved.png", caption));
+    }
+    all.extend(mem(config, folder, &image, (truth.as_deref(), !cleans.is_empty())));
     if let Some(first) = cleans.first().filter(|_| calibrated) {
         all.extend(super::calibration::steps(config, folder, &image, first, truth.as_deref()));
     }
     Ok(all)
+}
+
+/// The name of an algorithm in a caption.
+fn label(algorithm: &str) -> String {
+    if algorithm.starts_with("hogbom") { algorithm.replace("hogbom", "H\u{f6}gbom") } else { algorithm.to_owned() }
 }
 
 /// The comparison of an image with the scene, where the scene has an image.
@@ -78,7 +96,7 @@ fn compare(name: &str, image: &str, truth: Option<&str>) -> Option<Step> {
 }
 
 /// The image of maximum entropy. It needs no restoring beam, so it is compared with the scene without convolution.
-fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) -> Vec<Step> {
+fn mem(config: &Config, folder: &Path, image: &[String], (truth, has_clean): (Option<&str>, bool)) -> Vec<Step> {
     const SECTION: &str = "Maximum entropy";
     let Some(section) = &config.mem else { return Vec::new() };
     let own = words(&section.keys).into_iter().map(|word| match word.split_once('=') {
@@ -87,8 +105,12 @@ fn mem(config: &Config, folder: &Path, image: &[String], truth: Option<&str>) ->
     });
     let mut all = vec![
         Step::new(SECTION, "mem", "mem", "mem {dir}/vis.uvh5").with(image.to_vec()).with(own).to("mem"),
-        plot(SECTION, "mem-model.fits", "mem-model.png", "Image of maximum entropy, unconvolved."),
-        plot(SECTION, "mem-residual.fits", "mem-residual.png", "Residual of the dirty image.").with(["--symmetric".into()]),
+        // A source list has no image, and an image of points in Jy/pixel has no colours in common with one in Jy/beam.
+        plot(SECTION, "mem-model.fits", "mem-model.png", "Image of maximum entropy, not convolved with a beam.")
+            .with(alike(truth.is_some(), truth.is_some() && has_clean)),
+        plot(SECTION, "mem-residual.fits", "mem-residual.png", "Residual of maximum entropy in units of its noise.")
+            .with(["--what=residual".into()]),
+        fit(SECTION, ("vis.uvh5", "mem-model.fits"), "mem-fit.png", "The data and the model of maximum entropy."),
     ];
     all.extend(compare("mem", "mem-model.fits", truth));
     all

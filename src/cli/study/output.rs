@@ -156,8 +156,9 @@ fn report(
             fact("seeds", plan.study.seeds.len().to_string()),
             fact("trials", all.done.len().to_string()),
         ],
-        answers: found.sentences.clone(),
+        verdict: found.sentences.clone(),
         highlights: figures,
         sections,
+        ..Report::default()
     })
 }

@@ -54,7 +54,8 @@ pub(super) fn scores(plan: &Plan, stats: &AllStatistics) -> Result<Vec<(String, 
         if let Ok(png) = curves(&series, &options).and_then(Picture::png) {
             let caption =
                 format!("{}: median over {} seeds, bars from the 16th to the 84th percentile.", score.label(), plan.study.seeds.len());
-            let figure = (format!("{}.png", score.name()), Figure { png, caption });
+            let file = format!("{}.png", score.name());
+            let figure = (file.clone(), Figure { png, caption, file });
             if asked.is_some() { out.insert(0, figure) } else { out.push(figure) }
         }
     }
@@ -80,5 +81,6 @@ pub(super) fn failures(plan: &Plan, rankings: &[Ranking]) -> Option<(String, Fig
     };
     let png = curves(&series, &options).and_then(Picture::png).ok()?;
     let caption = format!("What the failure of each antenna costs, with the standard error over {} seeds.", plan.study.seeds.len());
-    Some(("failures.png".into(), Figure { png, caption }))
+    let file = "failures.png".to_owned();
+    Some((file.clone(), Figure { png, caption, file }))
 }
