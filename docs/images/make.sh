@@ -13,6 +13,6 @@ cd "$root"
   --title "Scene at 94 GHz" --title "Dirty image of 96 elements" --title "Maximum entropy" -o "$here/demo.png" --overwrite
 
 "$program" -q run docs/examples/blind-selfcal.toml -o "$work/blind"
-"$program" plot "$work/blind/clean-image.fits" "$work/blind/corrupted-image.fits" "$work/blind/selfcal-image.fits" \
+"$program" plot "$work/blind/mem-image.fits" "$work/blind/corrupted-image.fits" "$work/blind/selfcal-image.fits" \
   --like "$work/blind/scene.fits" --title "Without errors" --title "Random antenna phases" --title "After self-calibration" \
   -o "$here/blind-selfcal.png" --overwrite

@@ -57,7 +57,7 @@ fn options_that_do_not_suit_a_file_are_refused() {
     s.fails("plot c-image.fits --truth true.calh5 -o p.png", 2, &["--truth", "gain tables"]);
     s.fails("plot v.uvh5 --model s.csv -o p.png", 2, &["--what model"]);
     s.fails("plot c-image.fits c-dirty.fits --title a --title b --title c -o p.png", 2, &["3 titles for 2 files"]);
-    s.fails("plot c-image.fits --what psf -o p.png", 1, &["c-image.fits", "peak in the middle"]);
+    s.fails("plot c-residual.fits --what psf -o p.png", 1, &["c-residual.fits", "peak in the middle"]);
     s.fails("plot v.uvh5 --what model -o p.png", 1, &["model"]);
     s.ok("plot c-image.fits --range=-1,3 --stretch asinh -o p.png");
 }

@@ -40,7 +40,7 @@ fn a_run_leaves_pictures_numbers_and_a_page() {
     let page = std::fs::read_to_string(s.path("out/report.html")).unwrap();
     assert!(page.contains("data:image/png;base64,") && page.contains("cittert simulate") && page.contains("--seed"));
     let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
-    assert!(place("30 antennas (mm-y) observe the scene") < place("data:image/png") && place("data:image/png") < place("<details>"));
+    assert!(place("45 antennas (mm-y) observe the scene") < place("data:image/png") && place("data:image/png") < place("<details>"));
     assert!(page.contains("href=\"clean-image.png\"") && page.contains("Peak brightness") && !page.contains("bmaj_rad"));
     let metrics: serde_json::Value = serde_json::from_slice(&std::fs::read(s.path("out/metrics.json")).unwrap()).unwrap();
     assert!(metrics["clean"]["hogbom"]["iterations"].as_u64().unwrap() > 0, "{metrics}");

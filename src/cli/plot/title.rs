@@ -3,9 +3,13 @@
 use cittert_arrays::{Image, SpectralWindow, VisibilityHeader};
 use std::path::Path;
 
-/// The last command of this program in a history. FITS cuts long lines into pieces, so all lines are read as one.
+/// Letters in a line of a history in FITS.
+const FITS_LINE: usize = 72;
+
+/// The last command of this program in a history. FITS cuts long lines into pieces and drops the spaces at their ends, so all lines are
+/// filled up and read as one.
 fn last_command(history: &[String]) -> Vec<String> {
-    let all = history.concat();
+    let all: String = history.iter().map(|line| format!("{line:<FITS_LINE$}")).collect();
     let words = |rest: &str| rest.split(' ').filter(|w| !w.is_empty()).map(str::to_owned).collect();
     all.rsplit_once(": cittert ").map(|(_, rest)| words(rest)).unwrap_or_default()
 }
@@ -138,7 +142,12 @@ mod tests {
 
     #[test]
     fn a_command_that_fits_cut_into_pieces_is_read_as_one() {
-        let history = ["cittert 0.1.0: cittert simulate -o v".into(), "cittert 0.1.0: cittert clean v --robust".into(), "=0.5 -o c".into()];
-        assert_eq!(option(&last_command(&history), "robust"), Some("0.5"));
+        // The cut is in the middle of a word, after a space, which is lost, or before a space.
+        for name in ["name.uvh5", "v.uvh5", "vv.uvh5"] {
+            let command = format!("cittert 0.1.0: cittert clean {name} --size 256 --cell 1mrad --weighting briggs --robust 0.5 -o c");
+            let (first, rest) = command.split_at(72);
+            let words = last_command(&["cittert 0.1.0: cittert simulate -o v".into(), first.trim_end().into(), rest.into()]);
+            assert_eq!((option(&words, "weighting"), option(&words, "robust")), (Some("briggs"), Some("0.5")), "{words:?}");
+        }
     }
 }
