@@ -57,7 +57,8 @@ pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Opti
         } else {
             format!("the image leaves {:.1} % of the power of the visibilities unexplained", 100.0 * r.unexplained)
         };
-        let next = "check the calibration, the coordinates (order of antennas, sign of u, v, w and of time) and the size of the image, and clean deeper";
+        let next = "for extended scenes use mem, or clean deeper; otherwise check the calibration, the size of the image and the coordinates (order of antennas, sign \
+                    of u, v, w and of time)";
         all.push(Finding::new("chi_squared", says, next));
     }
     all.extend(flux.and_then(|flux| short_spacings(r, flux)));

@@ -25,7 +25,9 @@ pub(super) fn page(config: &Config, path: &Path, done: &[Done], folder: &Path, c
         }
     }
     for d in done {
-        report.warnings.extend(d.warnings.iter().map(|w| format!("{}: {w}", capital(&d.step.title))));
+        // The warning of a finding says the same as the finding.
+        let new = d.warnings.iter().filter(|w| !report.findings.iter().any(|f| w.contains(&f.says)));
+        report.warnings.extend(new.map(|w| format!("{}: {w}", capital(&d.step.title))));
         if !report.sections.iter().any(|s| s.title == d.step.section) {
             report.sections.push(Section { title: d.step.section.into(), ..Section::default() });
         }
