@@ -42,7 +42,10 @@ pub(crate) fn linear_ticks(lo: f64, hi: f64, count: usize) -> Vec<(f64, String)>
     let rough = span / count.max(1) as f64;
     let decade = 10_f64.powf(rough.log10().floor());
     let off = |s: &f64| (s / rough).ln().abs();
-    let step = [1.0, 2.0, 5.0, 10.0].map(|k| k * decade).into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(decade);
+    // One tick alone shows no scale.
+    let scale = |s: &f64| (hi / s + 1e-6).floor() > (lo / s - 1e-6).ceil();
+    let steps = [0.5, 1.0, 2.0, 5.0, 10.0].map(|k| k * decade).into_iter();
+    let step = steps.filter(scale).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(decade);
     ticks_of_step(lo, hi, step)
 }
 
@@ -140,6 +143,7 @@ mod tests {
         let show = |lo, hi, n| linear_ticks(lo, hi, n).into_iter().map(|t| t.1).collect::<Vec<_>>();
         assert_eq!(show(0.0, 1.0, 5), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(show(-7.3, 7.3, 6), ["\u{2212}6", "\u{2212}4", "\u{2212}2", "0", "2", "4", "6"]);
+        assert_eq!(show(-45.0, 45.0, 2), ["\u{2212}40", "\u{2212}20", "0", "20", "40"], "one tick is no scale");
         assert_eq!(show(0.0, 0.05, 5), ["0.00", "0.01", "0.02", "0.03", "0.04", "0.05"]);
         let log = Axis { from: 1e-6, to: 10.0, log: true, step: None, label: String::new() };
         assert_eq!(log.ticks(8).len(), 8);
