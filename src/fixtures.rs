@@ -50,6 +50,7 @@ pub(crate) fn snapshot(
         telescope: "test".into(),
         instrument: "test".into(),
         pedestal_k: None,
+        scene_pedestal_k: None,
         history: Vec::new(),
     };
     let pairs: Vec<(usize, usize)> = (0..positions.len()).flat_map(|a| (a + 1..positions.len()).map(move |b| (a, b))).collect();

@@ -59,6 +59,8 @@ pub struct VisibilityHeader {
     pub instrument: String,
     /// Constant brightness temperature removed from the scene before the transform, K; images add it back.
     pub pedestal_k: Option<f64>,
+    /// Pedestal that suits the scene, K, where the scene is known: its mean if it is warm up to its edges, otherwise 0.
+    pub scene_pedestal_k: Option<f64>,
     /// History of the data, oldest first, one entry per line.
     pub history: Vec<String>,
 }

@@ -37,7 +37,7 @@ pub struct IntervalReport {
 }
 
 /// The whole solution in numbers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolveReport {
     /// Every interval, channel group and feed.
     pub intervals: Vec<IntervalReport>,

@@ -3,8 +3,9 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SceneArgs, load_layout};
-use super::planned;
+use super::{planned, verdict};
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
+use crate::verdict::{Finding, of_pedestal};
 use clap::Args;
 
 /// Options of `simulate`.
@@ -50,6 +51,8 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let summary = simulator.run(&mut plan.blocks(BLOCK_ROWS), Some(plan.n_rows() as u64), sink.as_mut(), &context.console)?;
     sink.finish().context(format!("{}", path.display()))?;
     let header = simulator.header();
+    let findings: Vec<Finding> = of_pedestal(header).into_iter().collect();
+    verdict::warn(&findings, context);
     let json = serde_json::json!({
         "output": path,
         "n_blts": summary.rows,
@@ -57,6 +60,8 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         "n_flagged": summary.flagged,
         "unit": header.unit.name(),
         "pedestal_k": header.pedestal_k,
+        "scene_pedestal_k": header.scene_pedestal_k,
+        "findings": findings,
         "seed": args.how.seed,
     });
     let text = format!("{}: {} rows, {} visibilities in {}", path.display(), summary.rows, summary.visibilities, header.unit.name());

@@ -7,7 +7,7 @@ use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::imaging::ImagingOptions;
 use crate::progress::Quiet;
 use crate::simulate::SkyModel;
-use crate::verdict::{Finding, ImageFacts, Residuals, of_image, of_residuals, sentence};
+use crate::verdict::{Finding, ImageFacts, Residuals, of_image, of_pedestal, of_residuals, sentence};
 use cittert_arrays::{BrightnessUnit, Image, Polarization, VisibilityHeader, VisibilitySource};
 use serde_json::{Value, json};
 
@@ -67,15 +67,25 @@ fn of_prediction(
     let flux = positive.then(|| image.data.sum() / image.spectrum.n_chan().max(1) as f64);
     let mut findings = residuals.as_ref().map_or_else(Vec::new, |r| of_residuals(r, &name, flux));
     findings.extend(of_image(facts, residuals.as_ref()));
+    if let Some(pedestal) = of_pedestal(&header) {
+        // The set knows the right pedestal, so it need not be guessed from the image.
+        findings.retain(|f| f.name != pedestal.name);
+        findings.push(pedestal);
+    }
     Ok(Judged { findings, residuals })
+}
+
+/// Print each finding as a warning.
+pub(super) fn warn(findings: &[Finding], context: &Context) {
+    for f in findings {
+        context.console.warn(&format!("{}. What to do: {}", f.says, f.next));
+    }
 }
 
 /// Report findings: warnings on the console, `verdict` and `findings` in the JSON object, and a line of text.
 pub(super) fn report(judged: &Judged, good: &str, json: &mut Value, context: &Context) -> String {
     let findings = &judged.findings;
-    for f in findings {
-        context.console.warn(&format!("{}. What to do: {}", f.says, f.next));
-    }
+    warn(findings, context);
     let verdict = sentence(findings, good);
     if json["verdict"].is_null() {
         json["verdict"] = verdict.clone().into();

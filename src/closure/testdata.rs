@@ -63,6 +63,7 @@ impl Scene {
             telescope: "disc".into(),
             instrument: "disc".into(),
             pedestal_k: None,
+            scene_pedestal_k: None,
             history: Vec::new(),
         }
     }

@@ -28,6 +28,7 @@ fn set(times: usize, channels: usize, frame: LayoutFrame) -> VisibilitySet {
         telescope: "t".into(),
         instrument: "t".into(),
         pedestal_k: None,
+        scene_pedestal_k: None,
         history: Vec::new(),
     };
     let pairs: Vec<(u32, u32)> = (0..N_ANT).flat_map(|a| (a + 1..N_ANT).map(move |b| (a, b))).collect();

@@ -7,8 +7,9 @@ use super::mask::MaskPlane;
 use super::method::Method;
 use super::noise::NoiseModel;
 use super::options::check;
+use super::pedestal::{self, Chosen};
 use super::sky::{SkyModel, apparent_plane, check_image, from_jy, nearest_channels, stokes_coefficient, unit_factor};
-use super::{ElementPattern, SimulateOptions, pedestal};
+use super::{ElementPattern, SimulateOptions};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
@@ -110,7 +111,8 @@ impl<'a> Simulator<'a> {
             .iter()
             .map(|c| sky.sources.iter().enumerate().map(|(k, s)| seen_from(s, k + 1, c)).collect())
             .collect::<Result<Vec<Vec<Seen>>>>()?;
-        let pedestal_k = pedestal::choose(options.pedestal, sky, header.unit, &pattern, header.spectrum.mean_hz())?;
+        let Chosen { pedestal_k, scene_pedestal_k } =
+            pedestal::choose(options.pedestal, sky, header.unit, &pattern, header.spectrum.mean_hz())?;
         if let Some(t) = pedestal_k {
             observer.event(Event::Note(&format!("removed a pedestal of {t:.3} K from the scene; images add it back")));
         }
@@ -130,6 +132,7 @@ impl<'a> Simulator<'a> {
             memory: MemoryBudget::default(),
         };
         simulator.header.pedestal_k = pedestal_k;
+        simulator.header.scene_pedestal_k = scene_pedestal_k;
         let line = simulator.history();
         simulator.header.history.push(line);
         Ok(simulator)

@@ -27,6 +27,7 @@ fn header(unit: VisUnit, spectrum: SpectralWindow, products: &[Polarization]) ->
         telescope: "t".into(),
         instrument: "t".into(),
         pedestal_k: None,
+        scene_pedestal_k: None,
         history: Vec::new(),
     }
 }

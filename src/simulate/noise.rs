@@ -190,6 +190,7 @@ mod tests {
             telescope: "t".into(),
             instrument: "t".into(),
             pedestal_k: None,
+            scene_pedestal_k: None,
             history: Vec::new(),
         }
     }

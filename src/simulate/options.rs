@@ -282,6 +282,7 @@ impl SimulateOptions {
             phase_centers: vec![center],
             unit: self.unit.map_or(unit, DataUnit::vis_unit),
             pedestal_k: None,
+            scene_pedestal_k: None,
             history: Vec::new(),
         }
     }

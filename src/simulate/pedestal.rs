@@ -26,22 +26,34 @@ pub enum Pedestal {
 /// A background is warm if nine tenths of the frame are above this fraction of the mean.
 const WARM: f64 = 0.1;
 
-/// The constant to subtract in K, or `None` if nothing is subtracted.
+/// The constant that is subtracted, and the one that suits the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Chosen {
+    /// The constant that is subtracted, K.
+    pub(crate) pedestal_k: Option<f64>,
+    /// The mean of the scene if its background is warm, otherwise 0, K. `None` if the scene is not an image in kelvin.
+    pub(crate) scene_pedestal_k: Option<f64>,
+}
+
+/// The constant to subtract, if any.
 ///
 /// # Errors
 /// The temperature is not finite, or a temperature is given but the scene or the set is not in kelvin.
-pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &ElementPattern, freq_hz: f64) -> Result<Option<f64>> {
+pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &ElementPattern, freq_hz: f64) -> Result<Chosen> {
     let warm: Vec<&Image> = sky.images.iter().filter(|i| i.unit == BrightnessUnit::Kelvin).collect();
     let fits = unit == VisUnit::KelvinSr && warm.len() == 1;
-    match choice {
-        Pedestal::None => Ok(None),
+    let mean = warm.first().filter(|_| fits).and_then(|image| mean_if_warm(image, pattern, freq_hz));
+    let scene_pedestal_k = fits.then(|| mean.unwrap_or(0.0));
+    let pedestal_k = match choice {
+        Pedestal::None => None,
         Pedestal::Kelvin(t) => {
             need("pedestal", t, t.si().is_finite(), "a finite temperature, auto or none")?;
             need("pedestal", t, fits, "none, unless one scene image in K is observed in K sr")?;
-            Ok(Some(t.si()))
+            Some(t.si())
         }
-        Pedestal::Auto => Ok(warm.first().filter(|_| fits).and_then(|image| mean_if_warm(image, pattern, freq_hz))),
-    }
+        Pedestal::Auto => mean,
+    };
+    Ok(Chosen { pedestal_k, scene_pedestal_k })
 }
 
 /// Mean over the frame with the weights pattern / n. The zero spacing of the rest of the scene is then 0.
@@ -82,9 +94,15 @@ mod tests {
 
     #[test]
     fn a_warm_background_gives_its_mean_and_a_cold_one_nothing() {
-        let go = |choice, sky: &SkyModel, unit| choose(choice, sky, unit, &ElementPattern::None, 94e9);
+        let both = |choice, sky: &SkyModel, unit| choose(choice, sky, unit, &ElementPattern::None, 94e9);
+        let go = |choice, sky: &SkyModel, unit| both(choice, sky, unit).map(|c| c.pedestal_k);
         let t = go(Pedestal::Auto, &scene(250.0), VisUnit::KelvinSr).unwrap().unwrap();
         assert!((t - 251.0).abs() < 1e-3, "{t}");
+        for choice in [Pedestal::Auto, Pedestal::None, Pedestal::Kelvin(Temperature(90.0))] {
+            assert_eq!(both(choice, &scene(250.0), VisUnit::KelvinSr).unwrap().scene_pedestal_k, Some(t), "{choice:?}");
+        }
+        assert_eq!(both(Pedestal::Auto, &scene(0.0), VisUnit::KelvinSr).unwrap(), Chosen { pedestal_k: None, scene_pedestal_k: Some(0.0) });
+        assert_eq!(both(Pedestal::Auto, &scene(250.0), VisUnit::Jy).unwrap(), Chosen::default());
         assert_eq!(go(Pedestal::Auto, &scene(0.0), VisUnit::KelvinSr).unwrap(), None);
         assert_eq!(go(Pedestal::Auto, &scene(250.0), VisUnit::Jy).unwrap(), None);
         assert_eq!(go(Pedestal::None, &scene(250.0), VisUnit::KelvinSr).unwrap(), None);

@@ -33,6 +33,7 @@ pub(super) fn base(n_ant: u32, size: usize) -> Arc<Base> {
         phase_centers: vec![PhaseCenter::unprojected("b")],
         unit: VisUnit::Jy,
         pedestal_k: None,
+        scene_pedestal_k: None,
         history: Vec::new(),
     };
     let sky = SkyModel::of_sources(vec![Source::point(0.0, 0.0, 1.0)]);

@@ -19,6 +19,11 @@ const PEDESTAL: f64 = 0.15;
 /// A residual whose peak exceeds its rms by this factor holds more than noise.
 const LEFT: f64 = 7.0;
 
+/// An image of noise alone has no pixel that departs from its mean level by more than this multiple of the rms of the residual.
+const DETECTED: f64 = 6.0;
+/// Standard deviations by which the power of visibilities with a source exceeds that of noise.
+const POWER: f64 = 5.0;
+
 /// What the rules need of an image of total intensity.
 #[derive(Debug, Clone, Copy)]
 pub struct ImageFacts<'a> {
@@ -83,6 +88,19 @@ pub fn of_image(image: &ImageFacts<'_>, residuals: Option<&Residuals>) -> Vec<Fi
             "check the shortest baselines and the calibration; a bowl around a source is flux that no baseline measures",
         ));
     }
+    let reach = (high - pedestal).max(pedestal - low);
+    if let Some(r) = residuals.filter(|r| r.noise_known && reach < DETECTED * rms && r.signal * (r.samples as f64).sqrt() < POWER) {
+        let says = format!(
+            "nothing is seen but noise: the brightest pixel is {:.1} times the rms of the residual, and the visibilities have {:.3} times the power of their noise",
+            reach / rms,
+            1.0 + r.signal
+        );
+        all.push(Finding::new(
+            "nothing_seen",
+            says,
+            "integrate longer, observe a brighter source, or check the unit and the scale of the scene",
+        ));
+    }
     let mean = image.restored.data.iter().sum::<f64>() / image.restored.data.len() as f64;
     if kelvin && (mean - pedestal).abs() > PEDESTAL * pedestal && pedestal > 0.0 {
         let says = format!(
@@ -92,7 +110,6 @@ pub fn of_image(image: &ImageFacts<'_>, residuals: Option<&Residuals>) -> Vec<Fi
     }
     if let (Some(r), Some(beam)) = (residuals, image.beam) {
         let most = r.mean_amplitude / if kelvin { beam.solid_angle_sr() } else { 1.0 };
-        let reach = (high - pedestal).max(pedestal - low);
         if reach > BEYOND * most {
             let says = format!(
                 "the image departs by up to {reach:.4e} {unit} from its mean level, and visibilities of this size allow about {most:.4e} {unit}: it holds structure that no baseline measures"

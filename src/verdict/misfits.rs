@@ -1,7 +1,7 @@
 //! What the residual visibilities say about a fit.
 
 use super::finding::Finding;
-use super::residuals::Residuals;
+use super::residuals::{OUTLIER, Residuals};
 
 /// The square of the residuals, in terms of noise, above which an image does not explain the data. The limit allows for weights that are
 /// wrong by a quarter and for the faint structure that a deconvolution to three times the noise of the image leaves.
@@ -10,6 +10,8 @@ const CHI2: f64 = 1.5;
 const UNEXPLAINED: f64 = 0.05;
 /// Fraction of samples that stand out by chance is nothing; so many point to interference or to damaged records.
 const INTERFERENCE: f64 = 1e-3;
+/// Power that interference leaves unexplained at least, where the noise is not known.
+const DAMAGED: f64 = 0.01;
 /// An antenna whose baselines typically fit worse than all others by this factor has something of its own that is wrong.
 const ANTENNA: f64 = 2.5;
 /// The square of the residuals above which antennas are compared.
@@ -27,12 +29,13 @@ const MISSED: f64 = 1.5;
 pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Option<f64>) -> Vec<Finding> {
     let mut all = Vec::new();
     let poor = if r.noise_known { r.mean > CHI2 && r.unexplained > 1e-7 } else { r.unexplained > UNEXPLAINED };
-    if r.outliers > INTERFERENCE {
+    // Without noise a good fit leaves residuals that differ much from sample to sample, and all of them are small.
+    if r.outliers > INTERFERENCE && (r.noise_known || r.unexplained > DAMAGED) {
         let says = format!(
-            "{:.2} % of the visibilities lie far from the model, while the others of the same baselines fit {:.0} times better: interference, \
-             or damaged records",
+            "{:.2} % of the visibilities lie more than {:.0} times as far from the model as the others of the same baselines: interference, or damaged \
+             records",
             100.0 * r.outliers,
-            (r.mean / r.typical.max(f64::MIN_POSITIVE)).max(7.0)
+            OUTLIER.sqrt()
         );
         all.push(Finding::new("interference", says, "flag these visibilities, or solve with --outliers clip"));
     }

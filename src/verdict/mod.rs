@@ -6,13 +6,17 @@
 //! Each rule that is broken gives a [`Finding`] that says what was seen and what to try next.
 
 mod finding;
+mod gains;
 mod images;
 mod misfits;
+mod pedestals;
 mod residuals;
 #[cfg(test)]
 mod tests;
 
 pub use finding::{Finding, sentence};
+pub use gains::{not_determined, of_gains};
 pub use images::{ImageFacts, of_image};
 pub use misfits::of_residuals;
+pub use pedestals::of_pedestal;
 pub use residuals::Residuals;

@@ -17,7 +17,7 @@ const BYTES_PER_SAMPLE: usize = 25;
 const RUNS: usize = 64;
 /// A sample is an outlier if its squared residual exceeds the median of its baseline by this factor. Noise, whose squared modulus is
 /// distributed exponentially, does so with a probability of 2^-50.
-const OUTLIER: f64 = 50.0;
+pub(super) const OUTLIER: f64 = 50.0;
 /// Baselines with fewer samples have no median that one sample could be compared with.
 const FEWEST: usize = 8;
 /// The median of an exponential distribution with mean 1.

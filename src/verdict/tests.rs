@@ -1,5 +1,5 @@
 use super::residuals::Residuals;
-use super::{ImageFacts, of_image, of_residuals};
+use super::{ImageFacts, of_image, of_pedestal, of_residuals};
 use crate::calibrate::{ModelVisibilities, PointModel};
 use crate::fixtures::{Noise, positions, snapshot};
 use crate::imaging::StopReason;
@@ -129,4 +129,38 @@ fn images_that_no_sky_has_are_named() {
     assert_eq!(found(&warm, &[]), Vec::<&str>::new(), "colder than the pedestal, above 0 K");
     assert_eq!(found(&warm, &[StopReason::Diverged]), ["diverged"]);
     assert_eq!(found(&warm, &[StopReason::Iterations]), Vec::<&str>::new(), "the residual is flat");
+}
+
+#[test]
+fn an_image_of_noise_alone_is_named() {
+    let image = |peak: f64| {
+        let grid = SkyGrid::new(16, 16, 1e-3, SkyFrame::Boresight).unwrap();
+        let mut data = Array4::from_shape_fn((1, 1, 16, 16), |(_, _, i, j)| if (i + j) % 2 == 0 { 0.1 } else { -0.1 });
+        data[[0, 0, 4, 4]] = peak;
+        Image::new(grid, SpectralWindow::band(94e9, 1e9, 1).unwrap(), vec![Polarization::I], data, BrightnessUnit::JyPerBeam).unwrap()
+    };
+    let found = |sources: &[(f64, f64, f64)], peak: f64| -> Vec<&str> {
+        let residuals = Residuals::measure(&mut observed(sources), &mut PointModel { l: POINT.0, m: POINT.1, flux: 0.0 }).unwrap().unwrap();
+        let (restored, residual) = (image(peak), image(0.1));
+        of_image(&ImageFacts { restored: &restored, residual: &residual, beam: None, stop: &[] }, Some(&residuals))
+            .iter()
+            .map(|f| f.name)
+            .collect()
+    };
+    assert_eq!(found(&[], 0.45), ["nothing_seen"]);
+    assert_eq!(found(&[], 1.0), Vec::<&str>::new(), "the image has a source");
+    assert_eq!(found(&[POINT], 0.45), Vec::<&str>::new(), "the visibilities hold a signal");
+}
+
+#[test]
+fn a_pedestal_that_is_not_the_mean_of_the_scene_is_named() {
+    let header = |pedestal_k, scene_pedestal_k| cittert_arrays::VisibilityHeader { pedestal_k, scene_pedestal_k, ..observed(&[]).header };
+    let found = |removed, mean| of_pedestal(&header(removed, mean)).map(|f| f.name);
+    assert_eq!(found(Some(200.0), Some(204.0)), None);
+    assert_eq!(found(Some(140.0), Some(204.0)), Some("pedestal"));
+    assert_eq!(found(Some(290.0), Some(204.0)), Some("pedestal"));
+    assert_eq!(found(None, Some(204.0)), Some("pedestal"), "a warm scene without a pedestal");
+    assert_eq!(found(Some(60.0), Some(0.0)), Some("pedestal"), "a cold background");
+    assert_eq!(found(None, Some(0.0)), None);
+    assert_eq!(found(Some(140.0), None), None, "the scene is not known");
 }

@@ -11,6 +11,7 @@ const LAYOUT: &str = "cittert_layout";
 const SOURCE: &str = "cittert_layout_source";
 const INSTRUMENT: &str = "cittert_instrument";
 const PEDESTAL: &str = "pedestal_k";
+const SCENE_PEDESTAL: &str = "scene_pedestal_k";
 const WEIGHT_SCALE: &str = "cittert_weight_scale";
 
 /// The values of these keywords.
@@ -21,6 +22,7 @@ pub(super) struct Own {
     pub(super) source: Option<String>,
     pub(super) instrument: Option<String>,
     pub(super) pedestal_k: Option<f64>,
+    pub(super) scene_pedestal_k: Option<f64>,
     /// Weights of the file divided by weights of the data.
     pub(super) weight_scale: Option<f64>,
 }
@@ -44,10 +46,12 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
         // The name in pyuvdata of the convention that Stokes I is half the sum of the parallel hands.
         text("pyuvdata_polconv", "avg")?;
     }
-    match header.pedestal_k {
-        Some(pedestal) => main.put_keyword_value(Place::table(PEDESTAL), pedestal),
-        None => Ok(()),
+    for (key, value) in [(PEDESTAL, header.pedestal_k), (SCENE_PEDESTAL, header.scene_pedestal_k)] {
+        if let Some(value) = value {
+            main.put_keyword_value(Place::table(key), value)?;
+        }
     }
+    Ok(())
 }
 
 /// Write the factor by which the weights were multiplied.
@@ -64,6 +68,7 @@ pub(super) fn read(main: &Table) -> Result<Own> {
         source: text(SOURCE)?,
         instrument: text(INSTRUMENT)?,
         pedestal_k: main.keyword_number(Place::table(PEDESTAL), 0)?.filter(|p| p.is_finite()),
+        scene_pedestal_k: main.keyword_number(Place::table(SCENE_PEDESTAL), 0)?.filter(|p| p.is_finite()),
         weight_scale: main.keyword_number(Place::table(WEIGHT_SCALE), 0)?.filter(|s| s.is_finite() && *s > 0.0),
     })
 }

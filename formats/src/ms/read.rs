@@ -83,6 +83,7 @@ impl MsSource {
             instrument: own.instrument.unwrap_or_else(|| array.telescope.clone()),
             telescope: array.telescope,
             pedestal_k: own.pedestal_k,
+            scene_pedestal_k: own.scene_pedestal_k,
             history: history.lines,
         };
         let flag = main.keyword_number(Place::table("pyuvdata_flip_conj"), 0)?;

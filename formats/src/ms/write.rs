@@ -347,6 +347,7 @@ mod tests {
             telescope: "t".into(),
             instrument: String::new(),
             pedestal_k: None,
+            scene_pedestal_k: None,
             history: Vec::new(),
         };
         let (uvw, l, m) = ([90.0, -7.0, 3.0], 0.012, 0.005_f64);

@@ -108,6 +108,7 @@ impl UvfitsReader {
             unit: VisUnit::from_name(primary.text("BUNIT").unwrap_or("")),
             instrument: text("INSTRUME"),
             pedestal_k: primary.real("CITPEDST"),
+            scene_pedestal_k: primary.real("CITSCPED"),
             history: primary.history.clone(),
             phase_centers,
             telescope,

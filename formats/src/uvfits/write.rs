@@ -162,6 +162,9 @@ impl UvfitsWriter {
         if let Some(pedestal) = self.header.pedestal_k {
             h.real("CITPEDST", pedestal, "K, removed from the scene before the transform");
         }
+        if let Some(right) = self.header.scene_pedestal_k {
+            h.real("CITSCPED", right, "K, suits the scene");
+        }
         h.history(&self.header.history);
         h.history(&self.export.notes.iter().map(|n| format!("UVFITS export: {n}")).collect::<Vec<_>>());
         h.finish()

@@ -1,6 +1,6 @@
 //! The header: channels, polarisations, units, history.
 
-use super::names::PEDESTAL_KEYWORD;
+use super::names::{PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD};
 use super::{layout, phase};
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
@@ -21,8 +21,10 @@ pub(super) fn write(out: &H5Out, header: &VisibilityHeader) -> Result<()> {
         out.text("Header/pol_convention", "avg")?;
     }
     phase::write_catalog(out, &header.phase_centers)?;
-    if let Some(pedestal) = header.pedestal_k {
-        out.scalar(&format!("Header/extra_keywords/{PEDESTAL_KEYWORD}"), pedestal)?;
+    for (key, value) in [(PEDESTAL_KEYWORD, header.pedestal_k), (SCENE_PEDESTAL_KEYWORD, header.scene_pedestal_k)] {
+        if let Some(value) = value {
+            out.scalar(&format!("Header/extra_keywords/{key}"), value)?;
+        }
     }
     out.text("Header/history", &header.history.join("\n"))
 }
@@ -70,6 +72,7 @@ pub(super) fn read(file: &H5In) -> Result<VisibilityHeader> {
         telescope,
         instrument: file.text("Header/instrument")?.unwrap_or_default(),
         pedestal_k: file.real(&format!("Header/extra_keywords/{PEDESTAL_KEYWORD}"))?,
+        scene_pedestal_k: file.real(&format!("Header/extra_keywords/{SCENE_PEDESTAL_KEYWORD}"))?,
         history: history.lines().map(String::from).collect(),
     })
 }
@@ -120,6 +123,7 @@ pub(super) fn difference(a: &VisibilityHeader, b: &VisibilityHeader) -> Option<(
             ("phase centres", centers.collect::<Vec<_>>().join("; ")),
             ("unit", h.unit.name().to_string()),
             ("pedestal", format!("{:?}", h.pedestal_k)),
+            ("pedestal that suits the scene", format!("{:?}", h.scene_pedestal_k)),
         ]
     };
     let short = |t: String| if t.chars().count() > 120 { format!("{}...", t.chars().take(120).collect::<String>()) } else { t };

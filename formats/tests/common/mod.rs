@@ -45,6 +45,7 @@ pub(crate) fn header(layout: ArrayLayout, spectrum: SpectralWindow, pols: &[Pola
         telescope: "SPIRAL".into(),
         instrument: "SPIRAL".into(),
         pedestal_k: None,
+        scene_pedestal_k: None,
         history: vec!["made by a test".into(), "second line".into()],
     }
 }
@@ -120,5 +121,6 @@ pub(crate) fn boresight() -> VisibilitySet {
     let mut header = header(layout, SpectralWindow::band(94e9, 8e9, 4).unwrap(), &[Polarization::I]);
     header.unit = VisUnit::KelvinSr;
     header.pedestal_k = Some(280.0);
+    header.scene_pedestal_k = Some(281.5);
     set(header, 1)
 }

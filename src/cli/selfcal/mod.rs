@@ -10,15 +10,15 @@ use super::options::{OutputArgs, loaded, prior_image};
 use super::predict::load_model;
 use super::verdict::{self, Judged};
 use crate::calibrate::{
-    Accuracy, Beginning, Calibrated, CalibratedSource, Candidate, CandidateOptions, ImageMaker, RoundOptions, SkyPrediction, SolveOptions,
-    StartFrom, apply, calibrate, candidates, on_channels,
+    Accuracy, Beginning, Calibrated, CalibratedSource, Candidate, CandidateOptions, GainMode, ImageMaker, RoundOptions, SkyPrediction,
+    SolveOptions, StartFrom, apply, calibrate, candidates, on_channels,
 };
 use crate::deconvolve::{Algorithm, CleanOptions};
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
 use crate::mem::{Prior, PriorChoice};
 use crate::memory::MemoryBudget;
 use crate::simulate::SkyModel;
-use crate::verdict::ImageFacts;
+use crate::verdict::{ImageFacts, not_determined, of_gains};
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
@@ -118,8 +118,10 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     if let Some(together) = together {
         json["joint"] = together;
     }
+    let free = not_determined(args.rounds.model.is_some(), result.rounds.rounds.iter().any(|r| r.plan.mode == GainMode::AmpPhase));
+    json["not_determined"] = free.clone().into();
     let verdict = verdict::report(&judged, "the image explains the calibrated visibilities", &mut json, context);
-    let text = format!("{}\n{verdict}", report::text(&result, &products));
+    let text = format!("{}\nfree          {}\n{verdict}", report::text(&result, &products), free.join("; "));
     let mut written: Vec<PathBuf> = OTHERS.iter().map(|s| args.out.suffixed(s)).collect();
     for (suffix, mut image) in IMAGES.iter().zip([products.psf, products.dirty, products.model, products.residual, products.restored]) {
         let path = args.out.suffixed(suffix);
@@ -144,6 +146,7 @@ fn judged(
     if let Some(finding) = report::doubt(&result.verdict) {
         judged.findings.insert(0, finding);
     }
+    judged.findings.extend(of_gains(&result.rounds.best().report));
     Ok(judged)
 }
 
