@@ -69,6 +69,20 @@ impl Gathered {
         Ok(f64::from(*used.select_nth_unstable_by(middle, f32::total_cmp).1))
     }
 
+    /// Mean of weight x |V|^2 over the data that count.
+    ///
+    /// # Errors
+    /// No weight above 0.
+    pub fn mean_power(&self) -> Result<f64> {
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for (v, w) in self.vis.iter().zip(&self.weight).filter(|(_, w)| **w > 0.0) {
+            sum += f64::from(*w) * f64::from(v.norm_sqr());
+            count += 1;
+        }
+        ensure!(count > 0, ChainError::NoData("no visibility has a weight above 0".into()));
+        Ok(sum / count as f64)
+    }
+
     /// The flux that the shortest baselines measure: the root mean square amplitude on the shortest hundredth of all data, corrected for
     /// noise. It is at least the noise of the mean of these data.
     ///

@@ -17,7 +17,13 @@ pub enum Noise {
     Factor(f64),
     /// The standard deviation of the real part of a visibility of the median weight, in the unit of the data.
     Sigma(f64),
+    /// Nothing tells the noise. It is taken as this fraction of the rms amplitude of the data.
+    Assumed(f64),
 }
+
+/// The fraction of the rms amplitude that is assumed where nothing tells the noise, as in a simulation without noise. An image then explains all
+/// but a ten-thousandth of the power of the data.
+pub(super) const ASSUMED: f64 = 0.01;
 
 impl Noise {
     /// Scale the weights of gathered data to this noise.
@@ -25,10 +31,14 @@ impl Noise {
     /// # Errors
     /// A noise that is not positive and finite.
     pub fn apply(self, data: &mut Gathered) -> Result<()> {
-        let (Self::Factor(value) | Self::Sigma(value)) = self else { return Ok(()) };
+        let (value, variance) = match self {
+            Self::Weights => return Ok(()),
+            Self::Factor(factor) => (factor, factor),
+            Self::Sigma(sigma) => (sigma, sigma * sigma * data.median_weight()?),
+            Self::Assumed(fraction) => (fraction, fraction * fraction * data.mean_power()?),
+        };
         let expected = "a positive noise: without noise chi squared has no expected value";
-        need("noise", value, value > 0.0 && value.is_finite(), expected)?;
-        let variance = if matches!(self, Self::Sigma(_)) { value * value * data.median_weight()? } else { value };
+        need("noise", value, value > 0.0 && variance > 0.0 && variance.is_finite(), expected)?;
         data.scale_weights(1.0 / variance);
         Ok(())
     }
@@ -133,6 +143,11 @@ mod tests {
         assert_eq!(data.weight, [2.0, 4.0, 8.0]);
         Noise::Factor(2.0).apply(&mut data).unwrap();
         assert_eq!(data.weight, [1.0, 2.0, 4.0]);
+        let mut data = make();
+        data.vis[2] = Complex32::new(3.0, 4.0);
+        Noise::Assumed(0.1).apply(&mut data).unwrap();
+        // The mean of w |V|^2 is 4 x 25 / 3.
+        assert!((data.weight[0] - 3.0).abs() < 1e-6 && (data.weight[2] - 12.0).abs() < 1e-5, "{:?}", data.weight);
         for bad in [Noise::Sigma(0.0), Noise::Sigma(f64::NAN), Noise::Factor(0.0), Noise::Sigma(-1.0)] {
             assert!(bad.apply(&mut make()).unwrap_err().to_string().contains("noise"));
         }

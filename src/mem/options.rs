@@ -38,7 +38,8 @@ pub struct MemOptions {
     #[cfg_attr(feature = "cli", arg(long, value_name = "NAME", value_enum, hide_possible_values = true, default_value_t = MemOptions::default().entropy))]
     pub entropy: Entropy,
     /// Noise: weights (they are 1/sigma^2), estimate (from the difference of two parallel hands), or the standard deviation of the real
-    /// part of a visibility, such as 5mJy or 1.4e-3Ksr [default: weights, or estimate where the weights are counts of samples].
+    /// part of a visibility, such as 5mJy or 1.4e-3Ksr [default: weights; where these are only counts of samples, estimate; where there is only
+    /// one hand too, 1 % of the rms amplitude].
     #[cfg_attr(feature = "cli", arg(long, value_name = "X"))]
     pub noise: Option<NoiseChoice>,
     /// Chi squared to reach, over its expected value.

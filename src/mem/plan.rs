@@ -1,6 +1,6 @@
 //! From options to a plan in the units and on the grid of an imager.
 
-use super::noise::{Noise, noise_from_hands};
+use super::noise::{ASSUMED, Noise, noise_from_hands};
 use super::options::{MemOptions, NoiseChoice, PriorChoice};
 use super::tuning::MemTuning;
 use crate::imaging::Imager;
@@ -84,16 +84,19 @@ impl MemOptions {
         }
         let noise = match hands.factor {
             Some(f) if f > 0.0 => Noise::Factor(f),
-            Some(_) => {
+            Some(_) if asked => {
                 return Err(ChainError::NoData("the two hands do not differ, so the data hold no noise to estimate: give a noise".into()));
             }
             None if asked => {
                 return bad_value("noise", "estimate", "a value: an estimate needs two parallel hands (RR and LL, or XX and YY)");
             }
-            None => {
-                let text = "the weights are counts of samples, not 1/sigma^2: chi squared has no known expected value; give a noise";
-                observer.event(Event::Warning(text));
-                Noise::Weights
+            _ => {
+                let text = format!(
+                    "the weights are counts of samples, not 1/sigma^2, and nothing else tells the noise: {} % of the rms amplitude of the visibilities is assumed; give the noise if it is known",
+                    100.0 * ASSUMED
+                );
+                observer.event(Event::Warning(&text));
+                Noise::Assumed(ASSUMED)
             }
         };
         announce_noise(noise, observer);

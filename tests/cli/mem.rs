@@ -34,8 +34,13 @@ fn write(s: &Scratch, name: &str, plane: &Array2<f64>, unit: BrightnessUnit) {
     write_image(&s.path(name), &image, ImageOptions::default()).unwrap();
 }
 
-/// The scene, observed with noise by an array that fills the transform. `extra` contains further options of `simulate`.
+/// The scene, observed with noise. `extra` contains further options of `simulate`.
 fn observed(extra: &str) -> Scratch {
+    simulated(&format!("--noise --seed 3 {extra}"))
+}
+
+/// The scene, observed by an array that fills the transform, with these options of `simulate`.
+fn simulated(options: &str) -> Scratch {
     let s = Scratch::new();
     write(&s, "scene.fits", &scene(), BrightnessUnit::Kelvin);
     let mut layout = "name = \"fill\"\nframe = \"boresight\"\n".to_owned();
@@ -48,9 +53,7 @@ fn observed(extra: &str) -> Scratch {
         );
     }
     s.write("fill.toml", layout);
-    s.ok(&format!(
-        "simulate --layout fill.toml --scene scene.fits --freq 94GHz --bandwidth 1GHz --channels 2 --noise --seed 3 {extra} -o vis.uvh5"
-    ));
+    s.ok(&format!("simulate --layout fill.toml --scene scene.fits --freq 94GHz --bandwidth 1GHz --channels 2 {options} -o vis.uvh5"));
     s
 }
 
@@ -132,6 +135,19 @@ fn noise_that_the_file_does_not_know_is_estimated_from_two_hands_or_asked_for() 
     let (a, b) = (open_image(&s.path("a-model.fits")).unwrap(), open_image(&s.path("b-model.fits")).unwrap());
     let apart = (&a.plane(0, 0) - &b.plane(0, 0)).mapv(|v| v * v).sum().sqrt() / b.plane(0, 0).mapv(|v| v * v).sum().sqrt();
     assert!(apart < 0.02, "{apart}");
+}
+
+#[test]
+fn a_set_without_noise_gives_an_image_too() {
+    for hands in ["", "--pols XX,YY"] {
+        let s = simulated(hands);
+        let said = s.run(&format!("--json mem vis.uvh5 {IMAGE} -o m"));
+        let json: Value = serde_json::from_str(&said.out).unwrap();
+        assert!(said.code == 0 && said.err.contains("is assumed"), "{}", said.err);
+        assert_eq!(json["findings"].as_array().unwrap().len(), 0, "{json}");
+        assert!(number(&json["residuals"], "unexplained") < 3e-4, "{json}");
+        assert!(error_of(&s, "m-model.fits") < 0.15, "{}", error_of(&s, "m-model.fits"));
+    }
 }
 
 #[test]
