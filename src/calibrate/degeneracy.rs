@@ -43,10 +43,57 @@ pub struct GainComparison {
     pub flagged: usize,
 }
 
-/// Gain ratios of one solution, with the positions of the antennas.
-struct Ratios {
-    ratio: Vec<Complex64>,
+/// Gain ratios of the antennas of one interval, channel and feed.
+pub(super) struct Solution {
+    /// Interval, channel and feed in the first table.
+    pub(super) at: [usize; 3],
+    /// The antennas whose gains are known in both tables.
+    pub(super) antennas: Vec<usize>,
+    /// Gain of the first table over that of the second \[antenna\].
+    pub(super) ratio: Vec<Complex64>,
     place_m: Vec<[f64; 2]>,
+}
+
+impl Solution {
+    /// Phases of the ratios without the common phase, and without a gradient if `gradient` is true. `slope` is tried first, and then holds the
+    /// gradient that was removed, rad/m.
+    pub(super) fn phases(&self, gradient: bool, slope: &mut [f64; 2]) -> Vec<f64> {
+        let mut turns: Vec<Complex64> = self.ratio.iter().map(|z| z / z.norm()).collect();
+        if gradient {
+            *slope = remove_gradient(&mut turns, &self.place_m, *slope);
+        }
+        center(&turns)
+    }
+}
+
+/// The solutions that two tables have in common: antennas by name, intervals by time, channels by frequency, feeds by name (a joined feed
+/// serves all). The number is that of the gains of `found` that are flagged in either table or have no partner.
+///
+/// # Errors
+/// The shapes within a table do not agree, or a feed has no partner.
+pub(super) fn solutions(found: &GainTable, truth: &GainTable) -> Result<(Vec<Solution>, usize)> {
+    found.check()?;
+    truth.check()?;
+    let antennas = found.layout.antennas();
+    let partner: Vec<Option<usize>> = antennas.iter().map(|a| truth.layout.index_of(&a.name)).collect();
+    let channel: Vec<usize> = found.spectrum.freq_hz().iter().map(|f| nearest_channel(truth, *f)).collect();
+    let feed: Vec<usize> = (0..found.feeds.len()).map(|f| partner_feed(found, truth, f)).collect::<Result<_>>()?;
+    let (mut all, mut without) = (Vec::new(), 0);
+    for (t, time_jd) in found.time_jd.iter().enumerate() {
+        let other = interval_of(truth, *time_jd);
+        for (c, &channel) in channel.iter().enumerate() {
+            for (f, &feed) in feed.iter().enumerate() {
+                let ratio = |a: usize| Some(known(found, (t, a, c, f))? / known(truth, (other, partner[a]?, channel, feed))?);
+                let (both, ratio): (Vec<usize>, Vec<Complex64>) = (0..antennas.len()).filter_map(|a| Some((a, ratio(a)?))).unzip();
+                without += antennas.len() - both.len();
+                let place_m = both.iter().map(|a| [antennas[*a].position_m[0], antennas[*a].position_m[1]]).collect();
+                if !both.is_empty() {
+                    all.push(Solution { at: [t, c, f], antennas: both, ratio, place_m });
+                }
+            }
+        }
+    }
+    Ok((all, without))
 }
 
 /// Compare `found` with `truth`: antennas by name, intervals by time, channels by frequency, feeds by name (a joined feed
@@ -55,59 +102,25 @@ struct Ratios {
 /// # Errors
 /// The shapes within a table do not agree, or no antenna has an unflagged gain in both tables.
 pub fn compare_gains(found: &GainTable, truth: &GainTable, options: CompareOptions) -> Result<GainComparison> {
-    found.check()?;
-    truth.check()?;
-    let partner: Vec<Option<usize>> = found.layout.antennas().iter().map(|a| truth.layout.index_of(&a.name)).collect();
-    let channel: Vec<usize> = found.spectrum.freq_hz().iter().map(|f| nearest_channel(truth, *f)).collect();
-    let feed: Vec<usize> = (0..found.feeds.len()).map(|f| partner_feed(found, truth, f)).collect::<Result<_>>()?;
-    let mut flagged = 0;
-    let mut all = Vec::new();
-    for (t, time_jd) in found.time_jd.iter().enumerate() {
-        let other = interval_of(truth, *time_jd);
-        for (c, &channel) in channel.iter().enumerate() {
-            for (f, &feed) in feed.iter().enumerate() {
-                let mut r = Ratios { ratio: Vec::new(), place_m: Vec::new() };
-                for (a, antenna) in found.layout.antennas().iter().enumerate() {
-                    let one = known(found, (t, a, c, f));
-                    let two = partner[a].and_then(|p| known(truth, (other, p, channel, feed)));
-                    match one.zip(two) {
-                        Some((g, h)) => {
-                            r.ratio.push(g / h);
-                            r.place_m.push([antenna.position_m[0], antenna.position_m[1]]);
-                        }
-                        None => flagged += 1,
-                    }
-                }
-                if !r.ratio.is_empty() {
-                    all.push((r, found.spectrum.freq_hz()[c]));
-                }
-            }
-        }
-    }
-    let compared: usize = all.iter().map(|(r, _)| r.ratio.len()).sum();
+    let (all, flagged) = solutions(found, truth)?;
+    let compared: usize = all.iter().map(|s| s.ratio.len()).sum();
     if compared == 0 {
         return Err(ChainError::Incompatible("the gain tables have no unflagged gain of the same antenna in common".into()));
     }
-    let log_scale = all.iter().flat_map(|(r, _)| &r.ratio).map(|z| z.norm().ln()).sum::<f64>() / compared as f64;
+    let log_scale = all.iter().flat_map(|s| &s.ratio).map(|z| z.norm().ln()).sum::<f64>() / compared as f64;
     let scale = log_scale.exp();
     let amplitude = |z: &Complex64| (z.norm() / if options.flux_scale { scale } else { 1.0 } - 1.0).powi(2);
-    let amplitude2: f64 = all.iter().flat_map(|(r, _)| &r.ratio).map(amplitude).sum();
+    let amplitude2: f64 = all.iter().flat_map(|s| &s.ratio).map(amplitude).sum();
     let (mut phase2, mut largest) = (0.0, 0.0_f64);
-    let mut shift = [0.0; 2];
-    let mut slope = [0.0; 2];
-    for (r, freq_hz) in &all {
-        let mut residual: Vec<Complex64> = r.ratio.iter().map(|z| z / z.norm()).collect();
-        if options.gradient {
-            slope = remove_gradient(&mut residual, &r.place_m, slope);
-            for k in 0..2 {
-                // A source at l has the phase 2 pi u l on a baseline u = x2 - x1, which is -2 pi x l / lambda on an antenna.
-                shift[k] -= slope[k] * cittert_arrays::SPEED_OF_LIGHT_M_S / (TAU * freq_hz) / all.len() as f64;
-            }
-        }
-        for p in center(&residual) {
+    let (mut shift, mut slope) = ([0.0; 2], [0.0; 2]);
+    for s in &all {
+        for p in s.phases(options.gradient, &mut slope) {
             phase2 += p * p;
             largest = largest.max(p.abs());
         }
+        // A source at l has the phase 2 pi u l on a baseline u = x2 - x1, which is -2 pi x l / lambda on an antenna.
+        let wave_m = cittert_arrays::SPEED_OF_LIGHT_M_S / found.spectrum.freq_hz()[s.at[1]];
+        (0..2).for_each(|k| shift[k] -= slope[k] * wave_m / TAU / all.len() as f64);
     }
     Ok(GainComparison {
         max_abs_phase_rad: largest,
@@ -120,7 +133,7 @@ pub fn compare_gains(found: &GainTable, truth: &GainTable, options: CompareOptio
     })
 }
 
-pub(super) fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) -> Result<usize> {
+fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) -> Result<usize> {
     let name = &found.feeds[feed];
     if let Some(f) = truth.feeds.iter().position(|f| f.eq_ignore_ascii_case(name)) {
         return Ok(f);
@@ -132,7 +145,7 @@ pub(super) fn partner_feed(found: &GainTable, truth: &GainTable, feed: usize) ->
 }
 
 /// Phases without the common phase. First the phase of the sum is removed, then the mean of the remaining phases.
-pub(super) fn center(residual: &[Complex64]) -> Vec<f64> {
+fn center(residual: &[Complex64]) -> Vec<f64> {
     let mut turn = unit(residual.iter().sum());
     let mut phases = Vec::new();
     for _ in 0..3 {
@@ -184,7 +197,7 @@ fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], turns: i32) -> Option<
 }
 
 /// Remove the best phase gradient from complex numbers of modulus 1, and return it in rad/m. `guess` is tried before the search.
-pub(super) fn remove_gradient(residual: &mut Vec<Complex64>, place_m: &[[f64; 2]], guess: [f64; 2]) -> [f64; 2] {
+fn remove_gradient(residual: &mut Vec<Complex64>, place_m: &[[f64; 2]], guess: [f64; 2]) -> [f64; 2] {
     let n = residual.len() as f64;
     let coherence = |slope: [f64; 2]| tilted(residual, place_m, slope).iter().sum::<Complex64>().norm() / n;
     let mut slope = guess;

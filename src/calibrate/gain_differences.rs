@@ -1,11 +1,9 @@
 //! The difference of each solved gain from the true one, without the phases and scales that calibration cannot determine.
 
-use super::apply::{interval_of, known, nearest_channel};
-use super::degeneracy::{CompareOptions, center, partner_feed, remove_gradient};
+use super::degeneracy::{CompareOptions, solutions};
 use crate::Result;
 use cittert_arrays::GainTable;
 use ndarray::Array4;
-use num_complex::Complex64;
 
 /// Differences of a table from the truth, with the axes of the table. Gains without a partner have NaN.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,37 +20,17 @@ pub struct GainDifferences {
 /// # Errors
 /// The shapes within a table do not agree, or a feed has no partner.
 pub fn gain_differences(found: &GainTable, truth: &GainTable, options: CompareOptions) -> Result<GainDifferences> {
-    found.check()?;
-    truth.check()?;
     let mut out = GainDifferences {
         phase_rad: Array4::from_elem(found.gains.dim(), f64::NAN),
         log_amplitude: Array4::from_elem(found.gains.dim(), f64::NAN),
     };
-    let antennas = found.layout.antennas();
-    let partner: Vec<Option<usize>> = antennas.iter().map(|a| truth.layout.index_of(&a.name)).collect();
-    for f in 0..found.feeds.len() {
-        let feed = partner_feed(found, truth, f)?;
-        for (c, freq) in found.spectrum.freq_hz().iter().enumerate() {
-            let channel = nearest_channel(truth, *freq);
-            let mut slope = [0.0; 2];
-            for (t, time_jd) in found.time_jd.iter().enumerate() {
-                let other = interval_of(truth, *time_jd);
-                let ratio = |a: usize| Some(known(found, (t, a, c, f))? / known(truth, (other, partner[a]?, channel, feed))?);
-                let pairs: Vec<(usize, Complex64)> = (0..antennas.len()).filter_map(|a| Some((a, ratio(a)?))).collect();
-                if pairs.is_empty() {
-                    continue;
-                }
-                let mut turns: Vec<Complex64> = pairs.iter().map(|(_, z)| z / z.norm()).collect();
-                if options.gradient {
-                    let places: Vec<[f64; 2]> =
-                        pairs.iter().map(|(a, _)| [antennas[*a].position_m[0], antennas[*a].position_m[1]]).collect();
-                    slope = remove_gradient(&mut turns, &places, slope);
-                }
-                for ((a, z), phase) in pairs.iter().zip(center(&turns)) {
-                    out.phase_rad[(t, *a, c, f)] = phase;
-                    out.log_amplitude[(t, *a, c, f)] = z.norm().ln();
-                }
-            }
+    let mut slope = [0.0; 2];
+    for solution in solutions(found, truth)?.0 {
+        let [t, c, f] = solution.at;
+        let phases = solution.phases(options.gradient, &mut slope);
+        for ((a, z), phase) in solution.antennas.iter().zip(&solution.ratio).zip(phases) {
+            out.phase_rad[(t, *a, c, f)] = phase;
+            out.log_amplitude[(t, *a, c, f)] = z.norm().ln();
         }
     }
     if options.flux_scale {
