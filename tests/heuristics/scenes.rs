@@ -118,6 +118,7 @@ impl Case {
             telescope: "test".into(),
             instrument: "test".into(),
             pedestal_k: None,
+            scene_pedestal_k: None,
             history: Vec::new(),
         };
         let pairs: Vec<(usize, usize)> = (0..n_ant).flat_map(|a| (a + 1..n_ant).map(move |b| (a, b))).collect();
