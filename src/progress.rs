@@ -80,3 +80,18 @@ impl Observer for Quiet<'_> {
         self.0.cancelled()
     }
 }
+
+/// Passes on everything but notes, for work that is repeated on the same data and would repeat them.
+pub struct WithoutNotes<'a>(pub &'a dyn Observer);
+
+impl Observer for WithoutNotes<'_> {
+    fn event(&self, event: Event<'_>) {
+        if !matches!(event, Event::Note(_)) {
+            self.0.event(event);
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.cancelled()
+    }
+}

@@ -7,7 +7,7 @@ use super::selfcal_tuning::SelfcalTuning;
 use crate::fourier::{Degridder, GridOptions, Real, UvwExtent};
 use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Continue, Imager, ImagingOptions, Tools, clean_from, joined};
-use crate::progress::Observer;
+use crate::progress::{Observer, WithoutNotes};
 use crate::values::Level;
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource};
@@ -135,6 +135,7 @@ impl CleanMaker {
 
 impl ModelMaker for CleanMaker {
     fn update(&mut self, data: &mut dyn VisibilitySource, plan: &RoundPlan, observer: &dyn Observer) -> Result<ModelMetrics> {
+        let observer = &WithoutNotes(observer);
         let header = data.header().clone();
         let mut state = self.now.take();
         // In the last round, point sources are cleaned from an empty model. False points from the first, poorly calibrated rounds therefore

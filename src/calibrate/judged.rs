@@ -182,7 +182,8 @@ pub fn calibrate<'a>(
     let (Some(judge), Some(before), Some(after)) = (judge, before, best.prediction) else {
         if judging.fraction > 0.0 {
             let why = "the array has too few baselines to hold some out: whether the gains are right is not known";
-            warn(&mut calibrated.rounds.warnings, why, observer);
+            observer.event(Event::Warning(why));
+            calibrated.rounds.warnings.push(why.to_owned());
         }
         return Ok((calibrated, best.maker));
     };
@@ -192,11 +193,11 @@ pub fn calibrate<'a>(
     calibrated.verdict = match doubt {
         None => Verdict::Accepted,
         Some(why) if judging.force => {
-            warn(warnings, &format!("the gains are applied against the evidence, because this was asked for: {why}"), observer);
+            warnings.push(format!("the gains are applied against the evidence, because this was asked for: {why}"));
             Verdict::Forced(why)
         }
         Some(why) => {
-            warn(warnings, &format!("self-calibration is not accepted, and the data are left as they are: {why}"), observer);
+            warnings.push(format!("self-calibration is not accepted, and the data are left as they are: {why}"));
             calibrated.gains.gains.fill(1.0.into());
             calibrated.gains.flags.fill(false);
             calibrated.algorithm = candidates[before.index].name;
@@ -284,11 +285,6 @@ fn decide(
     let evidence = evidence(before, after, &trained, &calibrated.gains, held)?;
     calibrated.evidence = Some(evidence);
     Ok(added.or_else(|| doubt(&evidence, judging)))
-}
-
-fn warn(warnings: &mut Vec<String>, sentence: &str, observer: &dyn Observer) {
-    observer.event(Event::Warning(sentence));
-    warnings.push(sentence.to_owned());
 }
 
 /// The step at which the image of the data as they are predicts the held-out baselines best, and this prediction.

@@ -31,7 +31,7 @@ pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
         "output": path, "size": [g.n_l, g.n_m], "cell_rad": g.cell_rad, "unit": image.unit.bunit(),
         "peak": peak, "rms": rms, "robust_rms": robust_rms(plane),
         "n_visibilities": counts.total, "n_used": counts.used, "n_flagged": counts.flagged,
-        "n_bad_weight": counts.bad_weight, "n_not_finite": counts.not_finite,
+        "n_bad_weight": counts.bad_weight, "n_not_finite": counts.not_finite, "n_autocorrelations": counts.autocorrelations,
     });
     let text = format!(
         "{}: {} x {} pixels of {}, peak {} {}, rms {}",

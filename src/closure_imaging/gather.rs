@@ -93,14 +93,7 @@ impl SparseSet {
         let header = source.header().clone();
         let (data, counts, phase_center) = read(source, &header, polarization, observer)?;
         if data.is_empty() {
-            return Err(ChainError::NoData(format!(
-                "no usable visibility of {}: {} of {} are flagged, {} have a weight that is not positive and finite, {} are not finite",
-                polarization.name(),
-                counts.flagged,
-                counts.total,
-                counts.bad_weight,
-                counts.not_finite
-            )));
+            return Err(ChainError::NoData(format!("no usable visibility: {}", counts.left_out(polarization.name()))));
         }
         let scans = intervals(&data, average)?;
         let n_ant = header.layout.n_ant();

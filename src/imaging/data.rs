@@ -213,10 +213,7 @@ fn reduce(selector: &PolSelector, unit: bool, block: &VisibilityBlock) -> Result
 
 /// Report the visibilities that were left out. It is an error if no visibility is left.
 fn report(c: &DataCounts, name: &str, observer: &dyn Observer) -> Result<()> {
-    let left_out = format!(
-        "{} of {} visibilities of {name} are flagged, {} have a weight that is not positive and finite, {} are not finite",
-        c.flagged, c.total, c.bad_weight, c.not_finite
-    );
+    let left_out = c.left_out(name);
     ensure!(c.used > 0, ChainError::NoData(format!("no usable visibility: {left_out}")));
     if c.used < c.total {
         observer.event(Event::Note(&format!("{left_out}; these are not used")));

@@ -27,6 +27,8 @@ pub struct DataCounts {
     pub bad_weight: u64,
     /// Not used: the visibility or a uvw is not finite.
     pub not_finite: u64,
+    /// Not used: autocorrelations, which measure the total power of one antenna.
+    pub autocorrelations: u64,
     /// Used, but only one of the two hands is usable.
     pub one_hand: u64,
 }
@@ -41,8 +43,22 @@ impl DataCounts {
             flagged: self.flagged + o.flagged,
             bad_weight: self.bad_weight + o.bad_weight,
             not_finite: self.not_finite + o.not_finite,
+            autocorrelations: self.autocorrelations + o.autocorrelations,
             one_hand: self.one_hand + o.one_hand,
         }
+    }
+
+    /// How many visibilities of the product are not used, by reason. `product` is its name.
+    #[must_use]
+    pub fn left_out(&self, product: &str) -> String {
+        let mut text = format!(
+            "{} of {} visibilities of {product} are flagged, {} have a weight that is not positive and finite, {} are not finite",
+            self.flagged, self.total, self.bad_weight, self.not_finite
+        );
+        if self.autocorrelations > 0 {
+            text += &format!(", {} are autocorrelations", self.autocorrelations);
+        }
+        text
     }
 }
 
@@ -102,6 +118,11 @@ impl PolSelector {
     /// Combine a row of a block into visibilities and weights \[chan\]. Both are 0 for a visibility that cannot be used.
     pub(crate) fn row(&self, block: &VisibilityBlock, row: usize, unit: bool, (vis, weight): (&mut [Complex32], &mut [f32])) -> DataCounts {
         let mut counts = DataCounts { total: vis.len() as u64, ..DataCounts::default() };
+        if block.coverage.ant1[row] == block.coverage.ant2[row] {
+            vis.fill(Complex32::default());
+            weight.fill(0.0);
+            return DataCounts { autocorrelations: counts.total, ..counts };
+        }
         let finite_uvw = block.coverage.uvw_m.row(row).iter().all(|x| x.is_finite());
         for (c, (v, w)) in vis.iter_mut().zip(weight).enumerate() {
             let part = |pol: usize| -> std::result::Result<(Complex32, f32), Fault> {

@@ -73,6 +73,29 @@ fn expected_factors(weighting: Weighting, robust: f64, data: impl Iterator<Item 
 }
 
 #[test]
+fn autocorrelations_are_in_no_image() {
+    let mut cross = points(0.02);
+    let mut both = cross.clone();
+    let mut powers = cross.data.clone();
+    powers.coverage.ant2.clone_from(&powers.coverage.ant1);
+    powers.coverage.uvw_m.fill(0.0);
+    powers.vis.fill(num_complex::Complex32::new(1e4, 0.0));
+    both.data.append(&powers).unwrap();
+    for weighting in [Weighting::Natural, Weighting::Uniform, Weighting::Briggs] {
+        let image = |set: &mut VisibilitySet| {
+            let recorder = Recorder::default();
+            let mut imager = Imager::new(set, ImagingOptions { weighting, ..options(48, 1.5e-3) }, &recorder).unwrap();
+            (imager.dirty(0, &Silent).unwrap(), imager.survey().counts.autocorrelations, recorder.messages())
+        };
+        let ((wanted, none, _), (found, count, said)) = (image(&mut cross), image(&mut both));
+        assert_eq!((none, count), (0, powers.vis.len() as u64));
+        let apart = (&found - &wanted).iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        assert!(apart < 1e-6 * wanted.iter().fold(0.0_f64, |a, v| a.max(v.abs())), "{apart}");
+        assert!(said.iter().any(|m| m.contains(&format!("{count} are autocorrelations"))), "{said:?}");
+    }
+}
+
+#[test]
 fn dirty_images_agree_with_the_direct_sum_for_every_scheme_of_weights() {
     let mut set = points(0.02);
     set.data.flags[(3, 0, 0)] = true;

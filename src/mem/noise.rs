@@ -75,7 +75,9 @@ impl HandsSum {
     pub fn add(&mut self, block: &VisibilityBlock) {
         self.counts &= block.weights.iter().zip(&block.nsamples).zip(&block.flags).all(|((w, n), f)| *f || w == n);
         let Some((a, b)) = self.hands else { return };
-        for ((r, c, p), va) in block.vis.indexed_iter().filter(|((_, _, p), _)| *p == a) {
+        let (ant1, ant2) = (&block.coverage.ant1, &block.coverage.ant2);
+        // In an autocorrelation the two hands differ by the noise temperatures of their receivers.
+        for ((r, c, p), va) in block.vis.indexed_iter().filter(|((r, _, p), _)| *p == a && ant1[*r] != ant2[*r]) {
             let other = (r, c, b);
             let (wa, wb) = (f64::from(block.weights[(r, c, p)]), f64::from(block.weights[other]));
             let good = wa > 0.0 && wb > 0.0 && wa.is_finite() && wb.is_finite();
@@ -123,6 +125,11 @@ mod tests {
         let mut set = snapshot(&places, &freq, &hands, &[(1e-3, 0.0, 5.0)], (0.2, VisUnit::Jy));
         let known = noise_from_hands(&mut set).unwrap();
         assert!((known.factor.unwrap() - 1.0).abs() < 0.05 && !known.weights_are_counts, "{known:?}");
+        let mut powers = set.data.clone();
+        powers.coverage.ant2.clone_from(&powers.coverage.ant1);
+        powers.vis.indexed_iter_mut().for_each(|((_, _, p), v)| *v = Complex32::new(100.0 + 50.0 * p as f32, 0.0));
+        set.data.append(&powers).unwrap();
+        assert_eq!(noise_from_hands(&mut set).unwrap(), known, "autocorrelations do not count");
         set.data.weights.fill(1.0);
         let unknown = noise_from_hands(&mut set).unwrap();
         assert!((unknown.factor.unwrap() - 0.04).abs() < 0.002 && unknown.weights_are_counts, "{unknown:?}");

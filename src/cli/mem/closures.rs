@@ -47,10 +47,7 @@ pub(super) fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let header = source.header();
     let c = set.counts;
     if c.used < c.total {
-        console.note(&format!(
-            "{} of {} visibilities are flagged, {} have a weight that is not positive and finite, {} are not finite; none of these counts",
-            c.flagged, c.total, c.bad_weight, c.not_finite
-        ));
+        console.note(&format!("{}; these are not used", c.left_out(options.polarization.name())));
     }
     let frame = header.phase_centers.get(set.phase_center).map_or(cittert_arrays::SkyFrame::Boresight, SkyGrid::frame_of);
     let image = reconstruct(&set, frame, &options, console).context(&what)?;

@@ -228,11 +228,8 @@ fn check_solve(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<()> 
 /// Imaging options with the same size and cell for every round, and the grid that follows from them.
 fn imaging(args: &SelfcalArgs, source: &mut dyn VisibilitySource, context: &Context) -> Result<(ImagingOptions, SkyGrid)> {
     let options = args.imaging.clone();
-    let grid = match (options.size, options.cell, source.header().phase_centers.first()) {
-        (Some(size), Some(cell), Some(center)) => SkyGrid::new(size.columns, size.rows, cell.si(), SkyGrid::frame_of(center))?,
-        // Size and cell are chosen from the coverage, with one note.
-        _ => Imager::new(source, options.clone(), &context.console)?.grid().clone(),
-    };
+    // The imager notes which data it cannot use, and the size and cell if it chooses them. The rounds do not repeat these notes.
+    let grid = Imager::new(source, options.clone(), &context.console)?.grid().clone();
     Ok((options.on_grid(&grid), grid))
 }
 
