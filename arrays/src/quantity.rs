@@ -33,6 +33,14 @@ pub enum QuantityError {
         /// Accepted units.
         units: String,
     },
+    /// The number is larger than any that this program can use.
+    #[error("{text:?} is larger than any {dimension} that can be used")]
+    TooLarge {
+        /// The text.
+        text: String,
+        /// What was expected.
+        dimension: &'static str,
+    },
     /// There is no number before the unit.
     #[error("{text:?} does not start with a finite number (expected a {dimension} such as {example})")]
     NoNumber {
@@ -44,6 +52,10 @@ pub enum QuantityError {
         example: &'static str,
     },
 }
+
+/// Largest number in SI units. Its square, and a thousand times its product with any number of this size, is finite in double precision, and it
+/// fits into single precision, in which visibilities are kept.
+const LARGEST: f64 = 1e30;
 
 /// Unit names with their factors to SI. The first is the SI unit, with the factor 1.
 type Units = &'static [(&'static str, f64)];
@@ -81,7 +93,8 @@ fn parse(text: &str, dimension: &'static str, units: Units, example: &'static st
         return Err(QuantityError::NoUnit { text: text.into(), dimension, units: names(units) });
     }
     match units.iter().find(|u| u.0 == unit) {
-        Some((_, factor)) => Ok(value * factor),
+        Some((_, factor)) if (value * factor).abs() <= LARGEST => Ok(value * factor),
+        Some(_) => Err(QuantityError::TooLarge { text: text.into(), dimension }),
         None => Err(QuantityError::BadUnit { text: text.into(), unit: unit.into(), dimension, units: names(units) }),
     }
 }
@@ -217,6 +230,9 @@ mod tests {
         assert!("94Gz".parse::<Frequency>().is_err());
         assert!("nanGHz".parse::<Frequency>().is_err());
         assert!("1e999Hz".parse::<Frequency>().is_err());
+        let e = "-1e300deg".parse::<Angle>().unwrap_err().to_string();
+        assert!(e.contains("larger than any angle"), "{e}");
+        assert_eq!("1e20Hz".parse::<Frequency>().unwrap().si(), 1e20);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! The weights change too. Division by a product of gains divides the noise by its modulus, so the weight is multiplied by the square of
 //! the modulus.
 
+use super::reach::Reach;
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
@@ -39,11 +40,13 @@ pub struct ApplyOptions {
     pub interpolation: Interpolation,
     /// Flag data without a gain; otherwise they pass unchanged.
     pub flag_unsolved: bool,
+    /// Apply the gains also far from the times and frequencies for which they were solved.
+    pub anywhere: bool,
 }
 
 impl Default for ApplyOptions {
     fn default() -> Self {
-        Self { direction: Direction::Calibrate, interpolation: Interpolation::Nearest, flag_unsolved: true }
+        Self { direction: Direction::Calibrate, interpolation: Interpolation::Nearest, flag_unsolved: true, anywhere: false }
     }
 }
 
@@ -69,6 +72,8 @@ pub struct GainApplier<'a> {
     feeds: Vec<(usize, usize)>,
     /// Intervals in order of time.
     order: Vec<usize>,
+    /// Times for which the gains may serve; `None` for all times.
+    reach: Option<Reach>,
     /// Time for which `now` holds.
     time_jd: f64,
     /// \[ant of the set, chan of the table, feed\]; `None` where there is no gain.
@@ -80,7 +85,7 @@ impl<'a> GainApplier<'a> {
     ///
     /// # Errors
     /// The shapes within the table do not agree; the table and the set have no antenna in common; the feeds do not match the polarisations
-    /// of the set; or there is a gain for each feed but the set has Stokes parameters.
+    /// of the set; there is a gain for each feed but the set has Stokes parameters; or the gains are those of another band.
     pub fn new(table: &'a GainTable, header: &VisibilityHeader, options: ApplyOptions) -> Result<Self> {
         table.check()?;
         let antenna: Vec<Option<usize>> = header.layout.antennas().iter().map(|a| table.layout.index_of(&a.name)).collect();
@@ -94,13 +99,15 @@ impl<'a> GainApplier<'a> {
         let channel = header.spectrum.freq_hz().iter().map(|f| nearest_channel(table, *f)).collect();
         let mut order: Vec<usize> = (0..table.time_jd.len()).collect();
         order.sort_by(|a, b| table.time_jd[*a].total_cmp(&table.time_jd[*b]));
-        Ok(Self { table, options, antenna, channel, feeds: match_feeds(table, header)?, order, time_jd: f64::NAN, now: Vec::new() })
+        let reach = if options.anywhere { None } else { Some(Reach::new(table, &header.spectrum)?) };
+        let feeds = match_feeds(table, header)?;
+        Ok(Self { table, options, antenna, channel, feeds, order, reach, time_jd: f64::NAN, now: Vec::new() })
     }
 
     /// Apply the gains to a block in place.
     ///
     /// # Errors
-    /// A block of another shape than the set's, or an antenna that the set does not have.
+    /// A block of another shape than the set's, an antenna that the set does not have, or a time far from those of the gains.
     pub fn apply(&mut self, block: &mut VisibilityBlock) -> Result<ApplyCounts> {
         let (_, n_chan, n_pol) = block.vis.dim();
         if (n_chan, n_pol) != (self.channel.len(), self.feeds.len()) {
@@ -116,7 +123,9 @@ impl<'a> GainApplier<'a> {
             if a1.max(a2) >= self.antenna.len() {
                 return Err(ChainError::Incompatible(format!("a row names antenna {}, the array has {}", a1.max(a2), self.antenna.len())));
             }
-            self.move_to(block.coverage.time_jd[row]);
+            let time_jd = block.coverage.time_jd[row];
+            self.reach.map_or(Ok(()), |r| r.check(time_jd))?;
+            self.move_to(time_jd);
             for chan in 0..n_chan {
                 for pol in 0..n_pol {
                     let (f1, f2) = self.feeds[pol];

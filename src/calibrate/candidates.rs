@@ -7,7 +7,7 @@ use super::judged::Candidate;
 use super::options::{GainMode, Outliers, RoundOptions, SolveOptions};
 use super::selfcal::SelfcalOptions;
 use crate::Result;
-use crate::deconvolve::{Algorithm, CleanOptions, by_name};
+use crate::deconvolve::{Algorithm, CleanOptions, EXTENDED, by_name};
 use crate::imaging::ImagingOptions;
 use crate::mem::Prior;
 use cittert_arrays::{Polarization, VisUnit};
@@ -69,7 +69,11 @@ fn joint_is_possible(of: &CandidateOptions) -> bool {
 
 fn clean<'a>(of: &CandidateOptions, name: &str) -> Result<Candidate<'a>> {
     let entry = by_name(name)?;
-    let (imaging, options) = (of.imaging.clone(), CleanOptions { algorithm: entry.into(), ..of.clean.clone() });
+    let (imaging, mut options) = (of.imaging.clone(), CleanOptions { algorithm: entry.into(), ..of.clean.clone() });
+    if of.clean.algorithm == Algorithm::Auto && entry.name != EXTENDED {
+        // Scales are given for the candidate that uses them.
+        (options.scales, options.scale_bias) = (Vec::new(), CleanOptions::default().scale_bias);
+    }
     let make = move || Box::new(CleanMaker::new(imaging.clone(), options.clone())) as Box<dyn ImageMaker + 'a>;
     Ok(Candidate { name: entry.name, options: SelfcalOptions::of(of.solve.clone(), of.rounds.clone()), make: Box::new(make) })
 }

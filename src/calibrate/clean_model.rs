@@ -4,6 +4,7 @@ use super::model::{ModelVisibilities, sees_unpolarized};
 use super::predicted::{Left, Predicted, Unpolarized};
 use super::rounds::{ModelMaker, ModelMetrics, RoundPlan};
 use super::selfcal_tuning::SelfcalTuning;
+use crate::deconvolve::EXTENDED;
 use crate::fourier::{Degridder, GridOptions, Real, UvwExtent};
 use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Continue, Imager, ImagingOptions, Tools, clean_from, joined};
@@ -66,9 +67,6 @@ enum Predictors {
     Single(Vec<Degridder<f32>>),
     Double(Vec<Degridder<f64>>),
 }
-
-/// Name of the deconvolver for extended structure.
-const EXTENDED: &str = "multiscale";
 
 impl CleanMaker {
     /// A maker with these options. In each round `clean.threshold` is raised to the depth of the plan times the peak of the round before,

@@ -53,6 +53,7 @@ mod model;
 mod normal;
 mod options;
 mod predicted;
+mod reach;
 mod reference;
 mod rounds;
 mod selfcal;

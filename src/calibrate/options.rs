@@ -326,7 +326,7 @@ impl RoundOptions {
     /// How gains are applied to the data.
     #[must_use]
     pub fn apply(&self) -> ApplyOptions {
-        ApplyOptions { direction: Direction::Calibrate, interpolation: self.interp, flag_unsolved: !self.keep_unsolved }
+        ApplyOptions { direction: Direction::Calibrate, interpolation: self.interp, flag_unsolved: !self.keep_unsolved, anywhere: false }
     }
 }
 

@@ -25,6 +25,9 @@ pub struct ApplycalArgs {
     /// Leave data without a gain as they are instead of flagging them.
     #[arg(long)]
     keep_unsolved: bool,
+    /// Apply the gains also far from the times and frequencies for which they were solved.
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -45,6 +48,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
         direction: if args.invert { Direction::Corrupt } else { Direction::Calibrate },
         interpolation: args.interp,
         flag_unsolved: !args.keep_unsolved,
+        anywhere: args.force,
     };
     let what = format!("applying {} to {}", args.gains.display(), args.input.display());
     // Check that table and data match before the output is created.

@@ -2,7 +2,7 @@
 //!
 //! Errors of an antenna are gains in the convention V_corrupt = g1 conj(g2) V. Their product is returned as a
 //! [`cittert_arrays::GainTable`]: the true gains. Other errors change only the data. Each kind of error has one file and one row in
-//! this one. The row makes the variant of [`Error`], its place in [`Error::TABLE`], and its part of [`ErrorOptions`], which are the options of
+//! this one, with the options that turn it on. The row makes the variant of [`Error`], its place in [`Error::TABLE`], and its part of [`ErrorOptions`], which are the options of
 //! `corrupt` and of that section in the files of `run` and `study`. Each draw uses a random stream of its own, so an error does not change when another error is added.
 //!
 //! The order is fixed: gains, then offsets, then noise, then flags.
@@ -39,7 +39,7 @@ pub use position::{PositionError, PositionRms};
 pub use troposphere::Troposphere;
 pub use variation::Variation;
 
-use crate::Result;
+use crate::{ChainError, Result, ensure};
 use amplitude::AmplitudeOptions;
 use bandpass::BandpassOptions;
 use baseline::BaselineOptions;
@@ -53,8 +53,14 @@ use position::PositionOptions;
 use serde::{Deserialize, Serialize};
 use troposphere::TroposphereOptions;
 
+fn without_effect(kind: &str, by: &str) -> ChainError {
+    ChainError::Incompatible(format!(
+        "an option of the error {kind} is given, but {by} is not, which turns this error on: give it too, or leave the option out"
+    ))
+}
+
 macro_rules! kinds {
-    ($($(#[doc = $doc:literal])* $field:ident: $variant:ident($model:ty, $options:ty) = $name:literal;)*) => {
+    ($($(#[doc = $doc:literal])* $field:ident: $variant:ident($model:ty, $options:ty) = $name:literal by $by:literal;)*) => {
         /// One error to inject.
         #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
         #[serde(tag = "kind", rename_all = "kebab-case")]
@@ -106,10 +112,15 @@ macro_rules! kinds {
             /// The errors that the options select, for a set in `unit`.
             ///
             /// # Errors
-            /// A value outside its range, or in another unit than the set.
+            /// A value outside its range or in another unit than the set, or an option of an error that no option turns on.
             pub fn errors(&self, unit: VisUnit) -> Result<Vec<Error>> {
                 let mut all = Vec::new();
-                $(all.extend(self.$field.error(self.variation, unit)?.map(Error::$variant));)*
+                $(
+                    let error = self.$field.error(self.variation, unit)?;
+                    let idle = error.is_none() && self.$field != <$options>::default();
+                    ensure!(!idle, without_effect($name, $by));
+                    all.extend(error.map(Error::$variant));
+                )*
                 all.iter().try_for_each(|e: &Error| e.model().check())?;
                 Ok(all)
             }
@@ -119,25 +130,25 @@ macro_rules! kinds {
 
 kinds! {
     /// phases of the antennas: constant, per integration, walking, jumping or with a coherence time
-    phase: Phase(PhaseError, PhaseOptions) = "phase";
+    phase: Phase(PhaseError, PhaseOptions) = "phase" by "phase-rms";
     /// amplitudes of the antennas, with the same choices in time
-    amplitude: Amplitude(AmplitudeError, AmplitudeOptions) = "amplitude";
+    amplitude: Amplitude(AmplitudeError, AmplitudeOptions) = "amplitude" by "amp-rms";
     /// delays of the antennas: a phase slope over the channels
-    delay: Delay(DelayError, DelayOptions) = "delay";
+    delay: Delay(DelayError, DelayOptions) = "delay" by "delay-rms";
     /// antennas that do not stand where the layout says
-    position: Position(PositionError, PositionOptions) = "position";
+    position: Position(PositionError, PositionOptions) = "position" by "position-rms";
     /// a Kolmogorov screen of water vapour carried over the array by the wind
-    troposphere: Troposphere(Troposphere, TroposphereOptions) = "troposphere";
+    troposphere: Troposphere(Troposphere, TroposphereOptions) = "troposphere" by "troposphere";
     /// standing waves and mismatch of the receivers over the band
-    bandpass: Bandpass(BandpassError, BandpassOptions) = "bandpass";
+    bandpass: Bandpass(BandpassError, BandpassOptions) = "bandpass" by "bandpass-ripple or bandpass-mismatch";
     /// constants added to the visibilities of each baseline
-    baseline: Baseline(BaselineOffset, BaselineOptions) = "baseline";
+    baseline: Baseline(BaselineOffset, BaselineOptions) = "baseline" by "baseline-offset";
     /// antennas that fall silent for a while
-    dropout: Dropout(Dropout, DropoutOptions) = "dropout";
+    dropout: Dropout(Dropout, DropoutOptions) = "dropout" by "dropout";
     /// thermal noise of the receivers, on top
-    noise: Noise(ThermalNoise, ThermalNoiseOptions) = "noise";
+    noise: Noise(ThermalNoise, ThermalNoiseOptions) = "noise" by "noise, sefd or tsys";
     /// flags on good data, and missing flags on bad data
-    flags: Flags(WrongFlags, FlagOptions) = "flags";
+    flags: Flags(WrongFlags, FlagOptions) = "flags" by "flag-good or unflag-bad";
 }
 
 /// Which errors to inject.

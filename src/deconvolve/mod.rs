@@ -34,6 +34,9 @@ pub struct Entry {
     pub make: Make,
 }
 
+/// Name of the deconvolver for extended structure, the only one that has scales.
+pub(crate) const EXTENDED: &str = "multiscale";
+
 /// All deconvolvers.
 pub const TABLE: [Entry; 3] = [
     // Exact point components over the whole image. Högbom 1974, A&AS 15, 417.
@@ -41,7 +44,7 @@ pub const TABLE: [Entry; 3] = [
     // Point components among the brightest pixels with a patch of the beam, corrected by FFT. Clark 1980, A&A 89, 377.
     Entry { name: "clark", make: clark::make },
     // Components of several widths, for extended emission. Cornwell 2008, IEEE JSTSP 2, 793.
-    Entry { name: "multiscale", make: multiscale::make },
+    Entry { name: EXTENDED, make: multiscale::make },
 ];
 
 /// The names of all deconvolvers, with commas between.

@@ -2,8 +2,8 @@
 
 use super::minor::Scales;
 use super::tuning::CleanTuning;
-use super::{Entry, TABLE, by_name, names};
-use crate::values::{Level, bad_value, by_text};
+use super::{EXTENDED, Entry, TABLE, by_name, names};
+use crate::values::{Level, bad_value, by_text, need};
 use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
 use cittert_arrays::quantity::{Angle, QuantityError};
@@ -136,11 +136,23 @@ impl CleanOptions {
         if self.region.is_none() && (self.mask.is_some() || !self.boxes.is_empty()) {
             return Err(ChainError::Incompatible("the mask and the boxes of CLEAN must be loaded for the grid of the image first".into()));
         }
-        match self.algorithm {
-            Algorithm::Auto => Ok(&TABLE[0]),
-            Algorithm::Clean(entry) => Ok(entry),
-            Algorithm::Mem => bad_value("algorithm", self.algorithm, format!("one of {}", names())),
+        let entry = match self.algorithm {
+            Algorithm::Auto => &TABLE[0],
+            Algorithm::Clean(entry) => entry,
+            Algorithm::Mem => return bad_value("algorithm", self.algorithm, format!("one of {}", names())),
+        };
+        if entry.name != EXTENDED {
+            need(
+                "scales",
+                format!("{:?}", self.scales),
+                self.scales.is_empty(),
+                "no scales, or the algorithm multiscale, which alone uses them",
+            )?;
+            let bias = Scales::default().bias;
+            let expected = format!("{bias}, or the algorithm multiscale, which alone uses it");
+            need("scale-bias", self.scale_bias, self.scale_bias == bias, expected)?;
         }
+        Ok(entry)
     }
 }
 

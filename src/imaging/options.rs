@@ -103,6 +103,8 @@ impl ImagingOptions {
         let used = self.robust.is_none() || self.weighting == Weighting::Briggs;
         need("robust", robust, used, "no robustness, or the weighting briggs, which alone uses it")?;
         need("super-uniform", self.super_uniform, (1.0..=1000.0).contains(&self.super_uniform), "a factor from 1 to 1000")?;
+        let used = self.super_uniform == 1.0 || self.weighting != Weighting::Natural;
+        need("super-uniform", self.super_uniform, used, "1, or the weighting uniform or briggs, which alone use it")?;
         for (field, taper) in [("taper", self.taper), ("inner-taper", self.inner_taper)] {
             let width = taper.unwrap_or(Angle(1.0));
             need(field, width, width.si().is_finite() && width.si() > 0.0, "a positive angle")?;

@@ -256,6 +256,12 @@ impl SimulateOptions {
             (Element::CosPower(exponent), _, _) => ElementPattern::CosPower { exponent },
         };
         pattern.check()?;
+        let diameter = self.element_diameter.map_or(String::new(), |d| d.to_string());
+        let unused = self.element_diameter.is_some() && self.element != Element::Airy;
+        need("element-diameter", diameter, !unused, "no diameter, or the element airy, which alone uses it")?;
+        let width = self.element_width.map_or(String::new(), |w| w.to_string());
+        let unused = self.element_width.is_some() && self.element != Element::Gaussian;
+        need("element-width", width, !unused, "no width, or the element gaussian, which alone uses it")?;
         Ok(pattern)
     }
 

@@ -111,3 +111,46 @@ fn the_numbers_of_a_run_name_the_files_that_it_leaves() {
     let text = std::fs::read_to_string(s.path("out/metrics.json")).unwrap();
     assert!(!text.contains("partial") && text.contains("out/clean"), "{text}");
 }
+
+#[test]
+fn options_without_effect_and_numbers_beyond_all_bounds_are_refused() {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0,0,1\n");
+    let look = format!("--layout vla-d --scene s.csv {BAND} --phase-center 0deg,34deg --start 2025-06-01T19:00:00");
+    s.ok(&format!("simulate {look} -o v.uvh5"));
+    let clean = "clean v.uvh5 --size 64 --cell 20arcsec -o c";
+    for (command, code, words) in [
+        (format!("{clean} --scales 0,4"), 1, ["--scales", "multiscale"]),
+        (format!("{clean} --scale-bias 0.3"), 1, ["--scale-bias", "multiscale"]),
+        (format!("{clean} --algorithm clark --scales 0,4"), 1, ["--scales", "multiscale"]),
+        (format!("{clean} --weighting natural --super-uniform 2"), 1, ["--super-uniform", "uniform"]),
+        (format!("simulate {look} --element-diameter 25m -o w.uvh5"), 1, ["--element-diameter", "airy"]),
+        (format!("simulate {look} --element airy --element-width 1deg -o w.uvh5"), 1, ["--element-width", "gaussian"]),
+        ("corrupt v.uvh5 --phase-rms 5deg --wind 5m/s -o w.uvh5".into(), 1, ["troposphere", "turns this error on"]),
+        ("corrupt v.uvh5 --phase-rms 5deg --dropout-noticed -o w.uvh5".into(), 1, ["dropout", "turns this error on"]),
+        ("corrupt v.uvh5 --phase-rms 1e300deg -o w.uvh5".into(), 2, ["--phase-rms", "larger than any angle"]),
+        ("corrupt v.uvh5 --troposphere 1rad --outer-scale 1e300m -o w.uvh5".into(), 2, ["--outer-scale", "larger than any length"]),
+    ] {
+        s.fails(&command, code, &words);
+    }
+    assert!(!s.path("w.uvh5").exists() && !s.path("c-image.fits").exists());
+    s.ok("corrupt v.uvh5 --troposphere 1rad --wind 5m/s -o w.uvh5");
+}
+
+#[test]
+fn gains_of_another_band_or_another_month_are_refused() {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0,0,1\n");
+    for (name, freq, day) in [("v", "8.4GHz", "2025-06-01"), ("k", "22GHz", "2025-06-01"), ("later", "8.4GHz", "2025-07-01")] {
+        s.ok(&format!(
+            "simulate --layout vla-d --scene s.csv --freq {freq} --bandwidth 64MHz --phase-center 0deg,34deg --start {day}T18:00:00 -o {name}.uvh5"
+        ));
+    }
+    s.ok("corrupt v.uvh5 --phase-rms 20deg -o c.uvh5 --gains t.calh5");
+    s.ok("applycal c.uvh5 t.calh5 -o good.uvh5");
+    for name in ["k", "later"] {
+        s.fails(&format!("applycal {name}.uvh5 t.calh5 -o {name}-out.uvh5"), 1, &["t.calh5", "not solved for these data", "--force"]);
+        assert!(!s.path(&format!("{name}-out.uvh5")).exists());
+        s.ok(&format!("applycal {name}.uvh5 t.calh5 --force -o {name}-out.uvh5"));
+    }
+}
