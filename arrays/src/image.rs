@@ -20,6 +20,14 @@ pub enum SkyFrame {
     Boresight,
 }
 
+impl SkyFrame {
+    /// True for coordinates of equinox B1950 (FK4). They differ from those of J2000 and ICRS by 0.6 degrees.
+    #[must_use]
+    pub fn is_b1950(&self) -> bool {
+        matches!(self, Self::Sky { frame, .. } if frame.eq_ignore_ascii_case("fk4"))
+    }
+}
+
 /// A grid of direction cosines (l, m) in the orthographic (SIN) projection, with square cells.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SkyGrid {

@@ -144,13 +144,13 @@ impl VisibilityBlock {
     }
 
     /// The weight with which a visibility may be used. It is 0 where the visibility is flagged, the weight is not positive, or the weight or
-    /// the visibility is not finite.
+    /// the visibility is not finite, or so large that its square is not (above 1e19).
     #[must_use]
     pub fn usable_weight(&self, row: usize, chan: usize, pol: usize) -> f32 {
         let i = (row, chan, pol);
         let w = self.weights[i];
         let v = self.vis[i];
-        if !self.flags[i] && w > 0.0 && w.is_finite() && v.re.is_finite() && v.im.is_finite() { w } else { 0.0 }
+        if !self.flags[i] && w > 0.0 && w.is_finite() && v.norm_sqr().is_finite() { w } else { 0.0 }
     }
 
     /// Append the rows of `other`.

@@ -19,6 +19,7 @@ pub fn check_alignment(a: &SkyGrid, b: &SkyGrid) -> Result<()> {
     }
     match (centre(&a.frame), centre(&b.frame)) {
         (None, None) => Ok(()),
+        (Some(_), Some(_)) if a.frame.is_b1950() != b.frame.is_b1950() => differ("equinox", in_words(&a.frame), in_words(&b.frame)),
         (Some((ra_rad, dec_rad)), Some((ra, dec))) => {
             let d_ra = (ra_rad - ra + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
             if (d_ra * dec.cos()).hypot(dec_rad - dec) > 0.01 * a.cell_rad {
@@ -62,10 +63,9 @@ impl<'a> Across<'a> {
     /// # Errors
     /// One of them has a place on the sky and the other has none, or their coordinates have different equinoxes.
     pub(super) fn new(to: &'a SkyGrid, from: &'a SkyGrid) -> Result<Self> {
-        let old = |f: &SkyFrame| matches!(f, SkyFrame::Sky { frame, .. } if frame == "fk4");
         let turn = match (centre(&to.frame), centre(&from.frame)) {
             (None, None) => None,
-            (Some(a), Some(b)) if old(&to.frame) == old(&from.frame) => (a != b).then(|| {
+            (Some(a), Some(b)) if to.frame.is_b1950() == from.frame.is_b1950() => (a != b).then(|| {
                 let (rows, columns) = (axes(b), axes(a));
                 rows.map(|row| columns.map(|column| (0..3).map(|k| row[k] * column[k]).sum()))
             }),

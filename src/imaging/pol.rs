@@ -25,7 +25,7 @@ pub struct DataCounts {
     pub flagged: u64,
     /// Not used: the weight is zero, negative or not finite.
     pub bad_weight: u64,
-    /// Not used: the visibility or a uvw is not finite.
+    /// Not used: the visibility or a uvw is not finite, or the square of the visibility is not.
     pub not_finite: u64,
     /// Not used: autocorrelations, which measure the total power of one antenna.
     pub autocorrelations: u64,
@@ -52,7 +52,7 @@ impl DataCounts {
     #[must_use]
     pub fn left_out(&self, product: &str) -> String {
         let mut text = format!(
-            "{} of {} visibilities of {product} are flagged, {} have a weight that is not positive and finite, {} are not finite",
+            "{} of {} visibilities of {product} are flagged, {} have a weight that is not positive and finite, {} are not finite or above 1e19",
             self.flagged, self.total, self.bad_weight, self.not_finite
         );
         if self.autocorrelations > 0 {
@@ -134,7 +134,8 @@ impl PolSelector {
                 if !(w > 0.0 && w.is_finite()) {
                     return Err(Fault::Weight);
                 }
-                let finite = v.re.is_finite() && v.im.is_finite() && finite_uvw;
+                // Sums of larger values would overflow.
+                let finite = v.norm_sqr().is_finite() && finite_uvw;
                 if finite { Ok((v, if unit { 1.0 } else { w })) } else { Err(Fault::Value) }
             };
             let combined = match self.terms.as_slice() {
@@ -210,6 +211,8 @@ mod tests {
         }
         let mut b = good.clone();
         b.vis[(0, 0, 0)].im = f32::NAN;
+        assert_eq!(combine(&s, &b).2.not_finite, 1);
+        b.vis[(0, 0, 0)] = Complex::new(3e38, 0.0);
         assert_eq!(combine(&s, &b).2.not_finite, 1);
         b.flags[(0, 0, 0)] = true;
         assert_eq!(combine(&s, &b).2.flagged, 1);

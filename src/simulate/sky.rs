@@ -102,6 +102,14 @@ pub(crate) fn check_image(image: &Image, centers: &[PhaseCenter]) -> Result<()> 
 
 fn check_frame(grid: &SkyGrid, center: &PhaseCenter) -> Result<()> {
     match (&grid.frame, SkyGrid::frame_of(center)) {
+        (scene @ SkyFrame::Sky { .. }, set @ SkyFrame::Sky { .. }) if scene.is_b1950() != set.is_b1950() => {
+            let name = |old: bool| if old { "B1950 (FK4)" } else { "J2000 or ICRS" };
+            Err(ChainError::Incompatible(format!(
+                "the coordinates of the scene are those of {}, and those of the set are {}: convert the image first, because they differ by 0.6 degrees",
+                name(scene.is_b1950()),
+                name(set.is_b1950())
+            )))
+        }
         (SkyFrame::Boresight, SkyFrame::Boresight) => Ok(()),
         (SkyFrame::Sky { ra_rad, dec_rad, .. }, SkyFrame::Sky { ra_rad: ra, dec_rad: dec, .. }) => {
             let d_ra = (ra_rad - ra + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
@@ -220,6 +228,10 @@ mod tests {
         check_image(&k, std::slice::from_ref(&sky)).unwrap();
         k.grid.frame = SkyFrame::Sky { ra_rad: 1.001, dec_rad: 0.5, frame: "icrs".into() };
         assert!(check_image(&k, std::slice::from_ref(&sky)).unwrap_err().to_string().contains("arcsec away"));
+        k.grid.frame = SkyFrame::Sky { ra_rad: 1.0, dec_rad: 0.5, frame: "fk4".into() };
+        assert!(check_image(&k, std::slice::from_ref(&sky)).unwrap_err().to_string().contains("B1950"));
+        let old = PhaseCenter { frame: "fk4".into(), ..sky };
+        check_image(&k, std::slice::from_ref(&old)).unwrap();
         let mut k = image(BrightnessUnit::Kelvin, 2.0);
         k.data[[0, 0, 4, 7]] = f64::NAN;
         let e = check_image(&k, &[PhaseCenter::unprojected("b")]).unwrap_err().to_string();
