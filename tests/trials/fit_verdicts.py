@@ -2,7 +2,9 @@
 
 Each case draws, from its seed alone, an array (a snapshot of 24 to 100 elements at 94 GHz, or a track of the VLA or ALMA), a scene, noise, and a command
 (`clean`, `mem` or `selfcal`). A good case images the data as they are. A bad case has one of these faults: a wrong pedestal, no short spacings, a
-wrong model, two swapped antennas, time that runs backwards, or interference on 2 percent of the samples. It needs Python 3 with h5py:
+wrong model, two swapped antennas, time that runs backwards, or interference on 2 percent of the samples. The truth says whether a fit is in fact good:
+the error of its image from that of data without noise, errors and faults is at most a third of the error of a grey card. A set without a fault can
+have a poor fit, because of noise or of its array, and a fault can do no harm. A wrong pedestal always does. It needs Python 3 with h5py:
 
     CITTERT=target/release/cittert python3 tests/trials/fit_verdicts.py --cases 100
 """
@@ -57,6 +59,8 @@ def snapshot(rng, folder, seed, sky, pedestal=False):
         snr = 10 ** rng.uniform(0.7, 2.5)
         look += ["--scene", "scene.csv", "--sefd", f"{total / snr * math.sqrt(2 * BAND_HZ / CHANNELS * 0.1)}Jy", "--integration", "100ms"]
     cittert(folder, *look, "-o", "good.uvh5")
+    ideal = [w for k, w in enumerate(look) if w not in ("--noise", "--sefd", "--pedestal") and look[k - 1] not in ("--sefd", "--pedestal")]
+    cittert(folder, *ideal, "-o", "ideal.uvh5")
     return f"{kind} {n}", field, ["--size", PIXELS, "--cell", f"{field / PIXELS}rad"]
 
 
@@ -70,8 +74,10 @@ def track(rng, folder, seed, sky):
     channels, width, time = 4, 32e6, 60
     snr = 10 ** rng.uniform(0.3, 2)
     sefd = total / snr * math.sqrt(2 * width / channels * time)
-    cittert(folder, "simulate", "--layout", name, "--freq", f"{freq}Hz", "--bandwidth", f"{width}Hz", "--channels", channels, "--scene", "scene.csv", "--sefd", f"{sefd}Jy", "--phase-center",
-            f"10h00m00s,{rng.choice([10, 25, 40, 55])}d00m00s", f"--hour-angle={rng.uniform(-4, -1)}h,{rng.uniform(0, 3)}h", "--start", "2025-06-01T00:00:00", "--integration", f"{time}s", "--seed", seed, "-o", "good.uvh5")
+    look = ["simulate", "--layout", name, "--freq", f"{freq}Hz", "--bandwidth", f"{width}Hz", "--channels", channels, "--scene", "scene.csv", "--phase-center",
+            f"10h00m00s,{rng.choice([10, 25, 40, 55])}d00m00s", f"--hour-angle={rng.uniform(-4, -1)}h,{rng.uniform(0, 3)}h", "--start", "2025-06-01T00:00:00", "--integration", f"{time}s", "--seed", seed]
+    cittert(folder, *look, "--sefd", f"{sefd}Jy", "-o", "good.uvh5")
+    cittert(folder, *look, "-o", "ideal.uvh5")
     return name, field, ["--size", PIXELS, "--cell", f"{cell}rad"]
 
 
@@ -105,6 +111,15 @@ def spoil(rng, path, fault):
         f["Data/flags"][...] = flags
 
 
+def error(folder, sky, image):
+    """Error of the image from that of ideal data, over that of a grey card."""
+    if sky == "kelvin":
+        cittert(folder, "mem", "ideal.uvh5", "-o", "ideal", *image)
+    else:
+        cittert(folder, "clean", "ideal.uvh5", "-o", "ideal", *image, "--algorithm", "hogbom" if sky == "points" else "multiscale", "--niter", 100000, "--nsigma", 3)
+    return cittert(folder, "compare", "out-image.fits", "ideal-image.fits")[0]["error_over_grey_card"]
+
+
 def case(seed, bad):
     rng = random.Random(2 * seed + bad)
     fault = FAULTS[seed % len(FAULTS)] if bad else "none"
@@ -132,9 +147,10 @@ def case(seed, bad):
                 data = "bad.uvh5"
         try:
             result, _ = cittert(folder, command, data, "-o", "out", *image, *words)
+            off = error(folder, sky, image)
         except RuntimeError as e:
-            return {"seed": seed, "fault": fault, "what": f"{array} {sky} {command}", "findings": ["error"], "says": str(e)[-300:], "accepted": None, "json": {}}
-    return {"seed": seed, "fault": fault, "what": f"{array} {sky} {command}", "findings": [f["name"] for f in result["findings"]], "says": result["verdict"],
+            return {"seed": seed, "fault": fault, "what": f"{array} {sky} {command}", "findings": ["error"], "says": str(e)[-300:], "accepted": None, "json": {}, "error": None}
+    return {"seed": seed, "fault": fault, "error": off, "what": f"{array} {sky} {command}", "findings": [f["name"] for f in result["findings"]], "says": result["verdict"],
             "accepted": result.get("accepted"), "json": {k: result.get(k) for k in ("stop_reason", "dynamic_range", "residuals")}}
 
 
@@ -155,12 +171,14 @@ def main():
             except Exception as e:
                 print("FAILED", jobs[job], str(e)[-300:], flush=True)
                 continue
-            found[c["fault"], bool(c["findings"])] += 1
-            print(f"{c['seed']:4d} {c['fault']:16s} {c['what']:32s} {c['accepted']} {c['json']} {c['findings']}: {c['says'][:400]}", flush=True)
+            right = c["error"] is not None and c["error"] <= 1 / 3 and c["fault"] != "pedestal"
+            found[c["fault"], right, bool(c["findings"])] += 1
+            print(f"{c['seed']:4d} {c['fault']:16s} {c['what']:32s} error {c['error']} {c['accepted']} {c['json']} {c['findings']}: {c['says'][:400]}", flush=True)
     for fault in ["none", *FAULTS]:
-        yes, no = found[fault, True], found[fault, False]
-        if yes + no:
-            print(f"{fault:16s}: {yes} of {yes + no} draw a finding")
+        for right in (True, False):
+            yes, no = found[fault, right, True], found[fault, right, False]
+            if yes + no:
+                print(f"{fault:16s}, {'good' if right else 'poor'} image: {yes} of {yes + no} draw a finding")
 
 
 if __name__ == "__main__":
