@@ -7,7 +7,7 @@
 //! The gradient is found on the complex ratio of the gains, which has no ambiguity of turns. A search over slopes finds the largest
 //! coherent sum. Least squares on the phase of the residual is then repeated until it settles.
 
-use super::apply::{interval_of, known, nearest_channel};
+use super::lookup::{interval_of, known, nearest_channel};
 use crate::linalg::{Cholesky, Matrix};
 use crate::{ChainError, Result};
 use cittert_arrays::GainTable;

@@ -49,6 +49,7 @@ mod judged;
 #[cfg(test)]
 mod judged_tests;
 mod least_squares;
+mod lookup;
 mod model;
 mod normal;
 mod options;

@@ -1,6 +1,6 @@
 //! Whether a gain table belongs to the times and the frequencies of a set.
 
-use super::apply::nearest_channel;
+use super::lookup::nearest_channel;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{GainTable, SpectralWindow};
 
