@@ -35,7 +35,9 @@ pub struct ApplycalArgs {
 /// The files do not belong together, or an error of the file system.
 pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
-    args.out.check(path)?;
+    // The data may be calibrated in place: with --overwrite, the new set replaces the old one when it is complete.
+    args.out.claim([path], [&args.gains])?;
+    args.out.edit(&args.input)?;
     let mut source = cittert_formats::open_visibilities(&args.input)?;
     let mut header = source.header().clone();
     let table = cittert_formats::calh5::read_gains_for(&args.gains, &header.spectrum)?;

@@ -48,9 +48,10 @@ const COMPONENTS: &str = "-components.csv";
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
-    args.out.check_all(&IMAGES)?;
-    args.out.check(&args.out.suffixed(COMPONENTS))?;
-    super::cycle_log::open(args.log.as_deref(), &args.out, context)?;
+    let mut outputs = args.out.all_suffixed(&IMAGES);
+    outputs.push(args.out.suffixed(COMPONENTS));
+    args.out.claim(outputs.iter().chain(&args.log), [&args.input].into_iter().chain(&args.clean.mask))?;
+    super::cycle_log::open(args.log.as_deref(), context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let options = args.imaging.clone();

@@ -7,6 +7,7 @@ use super::options::{ColumnArgs, OutputArgs};
 use crate::memory::MemoryBudget;
 use crate::plot::{self, ImagePlot};
 use cittert_arrays::for_each_block;
+use cittert_formats::atomic::{EditLock, hold};
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
 use cittert_formats::{Compression, CreateOptions, Holds, format_of};
 use clap::Args;
@@ -58,7 +59,10 @@ fn compression(name: &str) -> std::result::Result<Compression, String> {
 /// A format that cannot hold the contents of the file, a damaged file, or an error of the file system.
 pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite || args.append };
-    out.check(&args.output)?;
+    out.claim([&args.output], [&args.input])?;
+    if args.append && args.output.exists() {
+        hold(EditLock::take(&args.output)?);
+    }
     let holds = format_of(&args.input)?.holds();
     if !matches!(holds, Holds::Visibilities(_)) && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
         return Err(Failure::usage(format!("{}: --append, --compression and --column are for visibilities", args.input.display())));

@@ -97,7 +97,13 @@ impl Into {
 /// A file or an option is wrong, or an error of the file system.
 pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
-    args.out.check(path)?;
+    if args.into.is_empty() {
+        args.out.claim([path], [&args.input, &args.model])?;
+    } else {
+        // Columns may be added to the input in place: the new file replaces it when it is complete.
+        args.out.claim([path], [&args.model])?;
+        args.out.edit(&args.input)?;
+    }
     let mut source = cittert_formats::open_visibilities(&args.input)?;
     let mut header = source.header().clone();
     let sky = load_model(&args.model, &header, context)?;

@@ -3,6 +3,7 @@
 mod calibration;
 mod files;
 mod imaging;
+mod kept;
 mod options;
 mod physics;
 mod scenes;

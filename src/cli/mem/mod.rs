@@ -27,9 +27,10 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     if args.terms.terms.is_some() {
         return closures::run(args, context);
     }
-    args.out.check_all(&IMAGES)?;
-    args.out.check(&args.out.suffixed(UNCERTAINTY))?;
-    super::cycle_log::open(args.log.as_deref(), &args.out, context)?;
+    let mut outputs = args.out.all_suffixed(&IMAGES);
+    outputs.push(args.out.suffixed(UNCERTAINTY));
+    args.claim(outputs)?;
+    super::cycle_log::open(args.log.as_deref(), context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     args.mem.check().map_err(Failure::call)?;

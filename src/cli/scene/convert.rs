@@ -38,7 +38,7 @@ pub(crate) struct SchemaArgs {}
 /// A scene that is wrong, with the line, or an error of the file system.
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite };
-    out.check(&args.output)?;
+    out.claim([&args.output], [&args.input])?;
     let text = scene_text(&args.input)?;
     let named = || args.input.display().to_string();
     let to_toml = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));

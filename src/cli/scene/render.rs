@@ -14,8 +14,7 @@ use cittert_phenomenology::Scene;
 /// # Errors
 /// A scene that is wrong, or an error of the file system.
 pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
-    args.out.check(&args.out.output)?;
-    args.maps().into_iter().flatten().chain(&args.error_map).try_for_each(|path| args.out.check(path))?;
+    args.out.claim([&args.out.output].into_iter().chain(args.maps().into_iter().flatten()).chain(&args.error_map), [&args.scene])?;
     let center = match &args.phase_center {
         Some(text) => PhaseCenter::parse(text)?,
         None => PhaseCenter::unprojected("boresight"),
