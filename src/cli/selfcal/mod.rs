@@ -194,7 +194,7 @@ fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
         number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
     };
     let entries = std::fs::read_dir(folder).context(format!("{}", folder.display()))?;
-    Ok(entries.flatten().filter(|e| is_round(&e.file_name().to_string_lossy())).map(|e| e.path()).collect())
+    Ok(entries.flatten().map(|e| e.file_name()).filter(|n| is_round(&n.to_string_lossy())).map(|n| prefix.with_file_name(n)).collect())
 }
 
 /// Check the options and outputs at once instead of after the calibration.
