@@ -3,6 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::{ColumnArgs, OutputArgs, loaded};
+use super::planned::check_room_for_images;
 use super::text::{beam, chi2, note_beam, number, reasons};
 use super::verdict;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
@@ -78,6 +79,7 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
 }
 
 fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context) -> Result<CleanProducts> {
+    check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
     let options = loaded(&args.clean, imager.grid())?;
     clean(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))
 }

@@ -7,6 +7,7 @@ use crate::ChainError;
 use crate::closure::{ClosureKey, ClosureOptions, ClosureTally, closure_amplitudes, closure_phases};
 use crate::plot::{CurveOptions, Series, Style, curves};
 use cittert_arrays::ArrayLayout;
+use cittert_formats::FormatError;
 use cittert_formats::atomic::{AtomicFile, write_file};
 use clap::Args;
 use serde_json::{Value, json};
@@ -85,17 +86,18 @@ impl Table {
         (layout, antennas): (&ArrayLayout, &[usize]),
         (value, sigma): (f64, f64),
     ) -> crate::Result<()> {
-        let Some((_, out)) = &mut self.0 else { return Ok(()) };
+        let Some((file, out)) = &mut self.0 else { return Ok(()) };
         let name = |k: usize| antennas.get(k).and_then(|a| layout.antennas().get(*a)).map_or("", |a| a.name.as_str()).to_owned();
         let when = [kind.to_owned(), format!("{:.9}", key.time_jd), key.interval_s.to_string()];
         let band = [key.chan.to_string(), key.freq_hz.to_string(), key.polarization.to_string()];
         let numbers = [format!("{value:.9e}"), format!("{sigma:.6e}"), key.samples.to_string()];
-        out.write_record(when.into_iter().chain(band).chain((0..4).map(name)).chain(numbers)).map_err(|e| ChainError::Other(Box::new(e)))
+        out.write_record(when.into_iter().chain(band).chain((0..4).map(name)).chain(numbers))
+            .map_err(|e| ChainError::Other(Box::new(FormatError::io(file.target(), "write", e.into()))))
     }
 
     fn commit(self) -> Result<()> {
         if let Some((file, mut out)) = self.0 {
-            out.flush()?;
+            out.flush().map_err(|e| FormatError::io(file.target(), "write", e))?;
             drop(out);
             file.commit()?;
         }

@@ -4,6 +4,7 @@ use super::beside::Beside;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
 use super::options::{ColumnArgs, OutputArgs};
+use super::planned::check_room_for_set;
 use crate::memory::MemoryBudget;
 use crate::plot::{self, ImagePlot};
 use cittert_arrays::for_each_block;
@@ -79,6 +80,9 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 
 fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let mut source = args.column.open(&args.input)?;
+    if args.compression.is_none_or(|c| c == Compression::None) {
+        check_room_for_set(source.as_ref(), &args.output)?;
+    }
     let mut beside = match args.column.chosen() {
         None => Beside::open(&args.input, &args.output)?,
         Some(_) => Beside::default(),

@@ -3,6 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::OutputArgs;
+use super::planned::check_room_for_set;
 use super::sections::Section;
 use crate::calibrate::on_channels;
 use crate::corrupt::{CorruptOptions, Error, ErrorOptions, corrupt, corrupted_header};
@@ -72,6 +73,7 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let gains_path = args.gains.clone().unwrap_or_else(|| path.with_extension("calh5"));
     args.out.claim([path, &gains_path], [&args.input].into_iter().chain(&args.config))?;
     let mut source = cittert_formats::open_visibilities(&args.input)?;
+    check_room_for_set(source.as_ref(), path)?;
     let options = options(args, source.header().unit)?;
     let mut header = corrupted_header(source.header(), &options);
     header.history.push(context.history());

@@ -4,6 +4,7 @@ use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SceneArgs};
+use super::planned::check_room_for_set;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::memory::MemoryBudget;
@@ -105,6 +106,7 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
         args.out.edit(&args.input)?;
     }
     let mut source = cittert_formats::open_visibilities(&args.input)?;
+    check_room_for_set(source.as_ref(), path)?;
     let mut header = source.header().clone();
     let sky = load_model(&args.model, &header, context)?;
     let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());

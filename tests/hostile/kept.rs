@@ -276,6 +276,21 @@ fn a_run_that_is_ended_by_a_signal_removes_what_it_began() {
 }
 
 #[test]
+fn a_picture_that_a_scene_names_is_not_replaced_by_the_rendered_scene() {
+    let s = Scratch::new();
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::GrayImage::from_pixel(20, 20, image::Luma([128])).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let picture = s.write("heights.png", png.get_ref());
+    let scene = "kind = \"solids\"\nname = \"hill\"\ncamera = { position_m = [0, 0, 200], pitch_deg = -90, fov_deg = 5, size_px = [16, 16] }\n\
+        [surface.soil]\nlayer = [{ material = \"soil\" }]\n[ground]\nsurface = \"soil\"\n\
+        height_field = { origin_m = [-10, -10], cell_m = 1, image = \"heights.png\", low_m = 0, high_m = 9.5 }\n";
+    s.write("t.toml", scene);
+    s.ok("scene render t.toml -o t.fits");
+    s.fails("scene render t.toml -o heights.png --overwrite", 2, &["heights.png", "this output is the input"]);
+    assert_eq!(std::fs::read(picture).unwrap(), *png.get_ref());
+}
+
+#[test]
 fn what_a_killed_run_has_left_is_told_and_removed() {
     let s = scratch();
     std::fs::create_dir(s.path(".d.fits.0123456789ab.partial")).unwrap();

@@ -1,9 +1,10 @@
 //! A lock for changes to an existing file. Two processes that read a file, add to it and replace it would lose what one of them added.
 
 use super::partial::{parent_of, unfinished};
+use crate::files::refuse_special;
 use crate::{FormatError, Result};
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -31,8 +32,11 @@ impl EditLock {
         let path = parent_of(&target).join(format!(".{name}.lock"));
         let failed = |e| FormatError::io(&target, "lock", e);
         let begun = Instant::now();
+        refuse_special(&path)?;
         loop {
-            let file = OpenOptions::new().create(true).append(true).open(&path).map_err(failed)?;
+            let mut options = OpenOptions::new();
+            options.create(true).append(true).custom_flags(libc::O_NOFOLLOW);
+            let file = options.open(&path).map_err(failed)?;
             match file.try_lock() {
                 Ok(()) if is_at(&file, &path) => {
                     unfinished().insert(path.clone());

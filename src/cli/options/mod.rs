@@ -17,5 +17,5 @@ pub use image_of::ImageOfArgs;
 pub use layouts::load_layout;
 pub use output::{NOTHING, OutputArgs};
 pub use region::{fits_mask, loaded, prior_file, prior_image};
-pub use scene::{SceneArgs, pictures_beside, read_scene, scene_text};
+pub use scene::{SceneArgs, pictures_beside, read_scene, read_scene_and_pictures, scene_text};
 pub use tracer::TracerArgs;

@@ -4,10 +4,12 @@ use super::maker::Keep;
 use crate::cli::failure::Result;
 use crate::cli::options::OutputArgs;
 use cittert_arrays::Image;
+use cittert_formats::FormatError;
 use cittert_formats::atomic::Drafts;
 use cittert_formats::fits::{ImageOptions, write_image};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 /// The end of the name of a file of a round.
 pub(super) fn round_file(round: usize, ending: &str) -> String {
@@ -28,11 +30,15 @@ fn draft(candidate: &str, round: usize) -> String {
 }
 
 impl RoundImages<'_> {
+    /// The final name of the image of a round.
+    fn target(&self, round: usize) -> PathBuf {
+        self.out.suffixed(&round_file(round, "-image.fits"))
+    }
+
     /// Make the images of the candidate `chosen` up to its last round outputs. All others vanish with the hidden folder.
     pub(super) fn choose(&self, chosen: &str, last: usize) -> Result<()> {
         for (candidate, round) in self.kept.take().into_iter().filter(|(c, round)| *c == chosen && *round <= last) {
-            let target = self.out.suffixed(&round_file(round, "-image.fits"));
-            self.drafts.publish(&draft(candidate, round), &target, self.out.overwrite)?;
+            self.drafts.publish(&draft(candidate, round), &self.target(round), self.out.overwrite)?;
         }
         Ok(())
     }
@@ -43,7 +49,13 @@ impl Keep for RoundImages<'_> {
         let mut image = image.clone();
         image.history.push(self.history.clone());
         let options = ImageOptions { overwrite: true, ..ImageOptions::default() };
-        write_image(&self.drafts.path(&draft(candidate, round)), &image, options).map_err(|e| crate::ChainError::Other(Box::new(e)))?;
+        let named = |e| match e {
+            // The draft has a hidden name.
+            FormatError::Io { action, source, .. } => FormatError::Io { path: self.target(round), action, source },
+            other => other,
+        };
+        let written = write_image(&self.drafts.path(&draft(candidate, round)), &image, options);
+        written.map_err(|e| crate::ChainError::Other(Box::new(named(e))))?;
         self.kept.borrow_mut().insert((candidate, round));
         Ok(())
     }

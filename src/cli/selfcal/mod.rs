@@ -7,6 +7,7 @@ mod report;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, loaded, prior_file, prior_image};
+use super::planned::check_room_for_set;
 use super::predict::load_model;
 use super::verdict::{self, Judged};
 use crate::calibrate::{
@@ -69,6 +70,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let mut source = in_memory(cittert_formats::open_visibilities(&args.input)?).context(&what)?;
     let header = source.header().clone();
     check_solve(args, source.as_ref()).context(&what)?;
+    check_room_for_set(source.as_ref(), &args.out.suffixed(".uvh5"))?;
     let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
     let accuracy = Accuracy { epsilon: imaging.epsilon, no_w: imaging.no_w };
     let drafts = Drafts::beside(&args.out.suffixed("-rounds.jsonl"))?;

@@ -96,6 +96,7 @@ impl Journal {
     ) -> Result<(Self, BTreeMap<Key, TrialResult>)> {
         let path = folder.join(NAME);
         let head = serde_json::to_string(&Head { study: fingerprint.to_owned(), trials })?;
+        [NAME, LOCK].iter().try_for_each(|name| cittert_formats::refuse_special(&folder.join(name)))?;
         let old = match std::fs::read(&path) {
             Ok(bytes) => Some(bytes),
             Err(_) if folder_is_free(folder)? => None,

@@ -224,7 +224,10 @@ fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
 
 /// Add the bytes of a file to the fingerprint, so that a changed scene is another study.
 fn note_file(files: &mut Files, path: &Path) {
-    if let Ok(bytes) = std::fs::read(path) {
+    // What is no file, such as a pipe that never ends, is refused where it is opened.
+    if path.is_file()
+        && let Ok(bytes) = std::fs::read(path)
+    {
         // FNV-1a suffices to detect an edited file.
         let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3));
         files.paths.push(path.to_path_buf());
