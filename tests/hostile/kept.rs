@@ -206,6 +206,21 @@ fn names_that_are_not_utf_8_are_refused_at_once() {
 }
 
 #[test]
+fn a_run_works_in_a_folder_whose_name_is_no_text() {
+    let s = Scratch::new();
+    let odd = s.path("").join(std::ffi::OsStr::from_bytes(b"odd-\xff"));
+    std::fs::create_dir(&odd).unwrap();
+    std::fs::write(odd.join("s.csv"), "l_rad,m_rad,flux_jy\n0.01,0.005,1.0\n").unwrap();
+    std::fs::write(odd.join("c.toml"), CONFIG).unwrap();
+    for line in ["run c.toml -o out", "run c.toml -o out/ --overwrite"] {
+        let out = command(&s, line).current_dir(&odd).output().unwrap();
+        assert!(out.status.success(), "{line}: {}", said(&out));
+    }
+    assert!(odd.join("out/report.html").is_file());
+    assert_eq!(std::fs::read_dir(&odd).unwrap().count(), 3);
+}
+
+#[test]
 fn a_name_that_is_too_long_and_a_folder_without_leave_to_write_are_said_at_once() {
     let s = scratch();
     let long = "x".repeat(250);

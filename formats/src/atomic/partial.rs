@@ -70,6 +70,8 @@ pub(super) fn is_inside_of_one(path: &Path) -> bool {
 #[derive(Debug)]
 pub(super) struct Partial {
     folder: PathBuf,
+    /// The absolute path, as it is listed with all that is unfinished.
+    full: PathBuf,
     /// Keeps the lock. `None` where the file system has no locks.
     lock: Option<File>,
 }
@@ -80,20 +82,22 @@ impl Partial {
         let Some(name) = target.file_name() else {
             return Err(FormatError::not_a(target, "the name of an output", "a path without a name"));
         };
-        let parent = std::path::absolute(parent_of(target)).map_err(|e| FormatError::io(target, "create", e))?;
         let mut builder = tempfile::Builder::new();
         let prefix = prefix(&name.to_string_lossy());
         builder.prefix(&prefix).suffix(ENDING).rand_bytes(LETTERS);
         loop {
             let mut all = unfinished();
-            let folder = builder.tempdir_in(&parent).map_err(|e| FormatError::io(target, "create", explain(target, e)))?.keep();
+            let made = builder.tempdir_in(parent_of(target)).map_err(|e| FormatError::io(target, "create", explain(target, e)))?.keep();
+            // A relative path stays one: the folder in which the program works may have a name that is no text.
+            let folder = target.with_file_name(made.file_name().unwrap_or_default());
+            let full = std::path::absolute(&folder).map_err(|e| FormatError::io(target, "create", e))?;
             let lock = lock(&folder);
             // Another process may have taken the new folder for a leftover before it was locked.
             if matches!(lock, Lock::Taken) || !folder.exists() {
                 continue;
             }
-            all.insert(folder.clone());
-            return Ok(Self { folder, lock: if let Lock::Held(file) = lock { Some(file) } else { None } });
+            all.insert(full.clone());
+            return Ok(Self { folder, full, lock: if let Lock::Held(file) = lock { Some(file) } else { None } });
         }
     }
 
@@ -115,7 +119,7 @@ impl Drop for Partial {
         let mut all = unfinished();
         // A failure cannot be reported here. The folder is hidden, and the next run finds it.
         let _ = fs::remove_dir_all(&self.folder);
-        all.remove(&self.folder);
+        all.remove(&self.full);
         if let Some(lock) = self.lock.take() {
             // A child process may hold a copy of the file, so that closing it would not be enough.
             let _ = lock.unlock();

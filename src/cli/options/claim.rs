@@ -105,6 +105,6 @@ fn refuse_collisions(outputs: &[&Path], inputs: &[&Path]) -> Result<()> {
 
 /// Whether one of the inputs is for its owner alone.
 fn any_private(inputs: &[&Path]) -> bool {
-    let mode = |path: &&Path| path.metadata().ok().filter(Metadata::is_file).map(|meta| meta.permissions().mode());
+    let mode = |path: &&Path| path.metadata().ok().map(|meta| meta.permissions().mode());
     inputs.iter().filter_map(mode).any(|mode| mode & 0o077 == 0)
 }
