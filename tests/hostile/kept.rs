@@ -112,6 +112,11 @@ fn a_run_replaces_its_own_files_and_keeps_those_of_others() {
     // Another folder with a page, as an older version left it.
     s.fails("run c.toml -o in --overwrite", 1, &["in", "older versions"]);
     assert_eq!(std::fs::read_dir(s.path("in")).unwrap().count(), 3);
+    // An error names the files of the run by their final names.
+    s.write("c.toml", CONFIG.replace("1mrad", "50deg"));
+    let said = s.fails("run c.toml -o other", 1, &["other/vis.uvh5"]);
+    assert!(!said.contains("partial"), "{said}");
+    s.write("c.toml", CONFIG);
     assert_eq!(s.names(), ["c.toml", "in", "out", "s.csv", "v.uvh5"]);
 }
 
@@ -179,6 +184,20 @@ fn two_columns_that_are_added_at_once_are_both_kept() {
         }
     }
     assert!(done.iter().any(|out| out.status.success()));
+}
+
+#[test]
+fn a_file_that_another_program_has_locked_is_called_locked() {
+    let s = scratch();
+    let held = std::fs::File::open(s.path("v.uvh5")).unwrap();
+    held.lock().unwrap();
+    for line in ["info v.uvh5", "dirty v.uvh5 -o d.fits"] {
+        let out = command(&s, line).env("HDF5_USE_FILE_LOCKING", "TRUE").output().unwrap();
+        assert!(out.status.code() == Some(1) && said(&out).contains("locked it"), "{line}: {}", said(&out));
+    }
+    held.unlock().unwrap();
+    let out = command(&s, "info v.uvh5").env("HDF5_USE_FILE_LOCKING", "TRUE").output().unwrap();
+    assert!(out.status.success(), "{}", said(&out));
 }
 
 #[test]
@@ -302,6 +321,7 @@ fn a_picture_that_a_scene_names_is_not_replaced_by_the_rendered_scene() {
     s.write("t.toml", scene);
     s.ok("scene render t.toml -o t.fits");
     s.fails("scene render t.toml -o heights.png --overwrite", 2, &["heights.png", "this output is the input"]);
+    s.fails("scene convert t.toml heights.png --overwrite", 2, &["heights.png", "this output is the input"]);
     assert_eq!(std::fs::read(picture).unwrap(), *png.get_ref());
 }
 

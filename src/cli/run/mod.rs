@@ -120,7 +120,7 @@ fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Don
     let started = std::time::Instant::now();
     let (console, subcommands) = (Console::new(context.console.loudness), context.subcommands);
     let inner = Context { command_line: command.clone(), console, subcommands };
-    let outcome = (subcommands.run)(&step.argv(here), &inner).context(&command)?;
+    let outcome = (subcommands.run)(&step.argv(here), &inner).map_err(|e| e.renamed(here, shown)).context(&command)?;
     if let Some(why) = outcome.failed {
         context.console.warn(&format!("{}: {why}", step.title));
     }
