@@ -28,6 +28,12 @@ pub enum FormatError {
         /// The file.
         path: PathBuf,
     },
+    /// Another process changes the file.
+    #[error("{}: another process is changing this file; wait until it has ended, and run the command again", path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
     /// The path leads to something that is not a file of the expected kind.
     #[error("{}: expected {expected}, found this: {found}", path.display())]
     NotA {
@@ -120,6 +126,7 @@ impl FormatError {
         match self {
             Self::Io { path, .. }
             | Self::Exists { path }
+            | Self::InUse { path }
             | Self::NotA { path, .. }
             | Self::Malformed { path, .. }
             | Self::Unsupported { path, .. }

@@ -3,6 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::OutputArgs;
+use super::planned::check_room_for_set;
 use crate::calibrate::{ApplyOptions, Direction, Interpolation, RoundOptions, apply};
 use clap::Args;
 use std::path::PathBuf;
@@ -38,8 +39,11 @@ pub struct ApplycalArgs {
 /// The files do not belong together, or an error of the file system.
 pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
-    args.out.check(path)?;
+    // The data may be calibrated in place: with --overwrite, the new set replaces the old one when it is complete.
+    args.out.claim([path], [&args.gains])?;
+    args.out.edit(&args.input)?;
     let mut source = cittert_formats::open_visibilities(&args.input)?;
+    check_room_for_set(source.as_ref(), path)?;
     let mut header = source.header().clone();
     let table = cittert_formats::calh5::read_gains_for(&args.gains, &header.spectrum)?;
     let missing: Vec<&str> =

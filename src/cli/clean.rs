@@ -3,6 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::{ColumnArgs, OutputArgs, loaded};
+use super::planned::check_room_for_images;
 use super::text::{beam, chi2, note_beam, number, reasons};
 use super::verdict;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
@@ -48,9 +49,10 @@ const COMPONENTS: &str = "-components.csv";
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
-    args.out.check_all(&IMAGES)?;
-    args.out.check(&args.out.suffixed(COMPONENTS))?;
-    super::cycle_log::open(args.log.as_deref(), &args.out, context)?;
+    let mut outputs = args.out.all_suffixed(&IMAGES);
+    outputs.push(args.out.suffixed(COMPONENTS));
+    args.out.claim(outputs.iter().chain(&args.log), [&args.input].into_iter().chain(&args.clean.mask))?;
+    super::cycle_log::open(args.log.as_deref(), context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let options = args.imaging.clone();
@@ -77,6 +79,7 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
 }
 
 fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context) -> Result<CleanProducts> {
+    check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
     let options = loaded(&args.clean, imager.grid())?;
     clean(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))
 }

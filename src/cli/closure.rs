@@ -2,14 +2,15 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
+use super::options::OutputArgs;
 use crate::ChainError;
 use crate::closure::{ClosureKey, ClosureOptions, ClosureTally, closure_amplitudes, closure_phases};
 use crate::plot::{CurveOptions, Series, Style, curves};
 use cittert_arrays::ArrayLayout;
+use cittert_formats::FormatError;
 use cittert_formats::atomic::{AtomicFile, write_file};
 use clap::Args;
 use serde_json::{Value, json};
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Options of `closure`.
@@ -63,15 +64,18 @@ fn picture(t: &ClosureTally, title: &str, label: &str, scale: f64) -> Result<Vec
     Ok(curves(&[series], &options)?.png()?)
 }
 
+const COLUMNS: [&str; 13] =
+    ["kind", "time_jd", "interval_s", "chan", "freq_hz", "pol", "ant1", "ant2", "ant3", "ant4", "value", "sigma", "samples"];
+
 /// The table, line by line.
-struct Table(Option<(AtomicFile, BufWriter<std::fs::File>)>);
+struct Table(Option<(AtomicFile, csv::Writer<std::fs::File>)>);
 
 impl Table {
     fn create(path: Option<&Path>, overwrite: bool) -> Result<Self> {
         let Some(path) = path else { return Ok(Self(None)) };
         let file = AtomicFile::create(path, overwrite)?;
-        let mut out = BufWriter::new(file.open()?);
-        writeln!(out, "kind,time_jd,interval_s,chan,freq_hz,pol,ant1,ant2,ant3,ant4,value,sigma,samples")?;
+        let mut out = csv::Writer::from_writer(file.open()?);
+        out.write_record(COLUMNS)?;
         Ok(Self(Some((file, out))))
     }
 
@@ -82,28 +86,18 @@ impl Table {
         (layout, antennas): (&ArrayLayout, &[usize]),
         (value, sigma): (f64, f64),
     ) -> crate::Result<()> {
-        let Some((_, out)) = &mut self.0 else { return Ok(()) };
-        let name = |k: usize| antennas.get(k).and_then(|a| layout.antennas().get(*a)).map_or("", |a| a.name.as_str());
-        writeln!(
-            out,
-            "{kind},{:.9},{},{},{},{},{},{},{},{},{value:.9e},{sigma:.6e},{}",
-            key.time_jd,
-            key.interval_s,
-            key.chan,
-            key.freq_hz,
-            key.polarization,
-            name(0),
-            name(1),
-            name(2),
-            name(3),
-            key.samples
-        )
-        .map_err(|e| ChainError::Other(Box::new(e)))
+        let Some((file, out)) = &mut self.0 else { return Ok(()) };
+        let name = |k: usize| antennas.get(k).and_then(|a| layout.antennas().get(*a)).map_or("", |a| a.name.as_str()).to_owned();
+        let when = [kind.to_owned(), format!("{:.9}", key.time_jd), key.interval_s.to_string()];
+        let band = [key.chan.to_string(), key.freq_hz.to_string(), key.polarization.to_string()];
+        let numbers = [format!("{value:.9e}"), format!("{sigma:.6e}"), key.samples.to_string()];
+        out.write_record(when.into_iter().chain(band).chain((0..4).map(name)).chain(numbers))
+            .map_err(|e| ChainError::Other(Box::new(FormatError::io(file.target(), "write", e.into()))))
     }
 
     fn commit(self) -> Result<()> {
         if let Some((file, mut out)) = self.0 {
-            out.flush()?;
+            out.flush().map_err(|e| FormatError::io(file.target(), "write", e))?;
             drop(out);
             file.commit()?;
         }
@@ -117,10 +111,8 @@ impl Table {
 /// The file or an option is wrong, the array has fewer than three antennas, or an error of the file system.
 pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
     let outputs = [&args.output, &args.plot, &args.plot_amplitudes];
-    for path in outputs.into_iter().flatten() {
-        let out = super::options::OutputArgs { output: path.clone(), overwrite: args.overwrite };
-        out.check(path)?;
-    }
+    let out = OutputArgs { output: PathBuf::new(), overwrite: args.overwrite };
+    out.claim(outputs.into_iter().flatten(), [&args.input])?;
     let mut source = cittert_formats::open_visibilities(&args.input)?;
     let layout = source.header().layout.clone();
     let what = format!("closure quantities of {}", args.input.display());

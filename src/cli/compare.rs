@@ -199,8 +199,9 @@ impl CompareArgs {
                 let (option, endings) = if *kind == Kind::Difference { ("difference", ".fits or .png") } else { ("fidelity", ".fits") };
                 return Err(Failure::usage(format!("--{option} {}: the name must end in {endings}", path.display())));
             }
-            self.out(path).check(path)?;
         }
+        let paths = wanted.iter().map(|(path, _)| path);
+        self.out(Path::new("")).claim(paths, [&self.image, &self.truth])?;
         Ok(wanted)
     }
 

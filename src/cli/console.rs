@@ -1,10 +1,12 @@
 //! The console: progress bars on a terminal, notes and warnings on stderr, and the log of cycles.
 
+use super::failure::{Context as _, Failure, Result};
 use crate::progress::{Event, Observer};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::fs::File;
 use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
@@ -26,7 +28,8 @@ struct State {
     started: Option<Instant>,
     done: u64,
     unit: String,
-    cycle_log: Option<File>,
+    cycle_log: Option<(PathBuf, File)>,
+    log_failure: Option<String>,
     warnings: Vec<String>,
 }
 
@@ -45,11 +48,23 @@ impl Console {
         Self { loudness, terminal: std::io::stderr().is_terminal(), state: Mutex::default() }
     }
 
-    /// Write each cycle as one line of JSON to `file`.
-    pub fn log_cycles(&self, file: File) {
+    /// Write each cycle as one line of JSON to `file`, whose name is `path`.
+    pub fn log_cycles(&self, path: &Path, file: File) {
         if let Ok(mut s) = self.state.lock() {
-            s.cycle_log = Some(file);
+            s.cycle_log = Some((path.into(), file));
         }
+    }
+
+    /// Flush the log of cycles to the disk and close it.
+    ///
+    /// # Errors
+    /// A line could not be written.
+    pub fn close_log(&self) -> Result<()> {
+        let Ok(mut s) = self.state.lock() else { return Ok(()) };
+        if let Some((path, file)) = s.cycle_log.take() {
+            file.sync_all().context(format!("{}: cannot write the log", path.display()))?;
+        }
+        s.log_failure.take().map_or(Ok(()), |text| Err(Failure::message(text)))
     }
 
     /// The warnings since the last call.
@@ -117,10 +132,14 @@ impl Console {
         if self.loudness == Loudness::Verbose || self.terminal {
             self.say(s, text);
         }
-        if let Some(log) = &mut s.cycle_log
-            && let Err(e) = writeln!(log, "{json}")
+        if let Some((path, log)) = &mut s.cycle_log
+            && let Err(e) = log.write_all(format!("{json}\n").as_bytes())
         {
-            self.say(s, &format!("warning: the log cannot be written: {e}"));
+            // It is told once now, and again as the error with which the command ends.
+            let text = format!("{}: cannot write the log: {e}", path.display());
+            self.say(s, &format!("warning: {text}"));
+            s.log_failure = Some(text);
+            s.cycle_log = None;
         }
     }
 }

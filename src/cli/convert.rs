@@ -4,9 +4,11 @@ use super::beside::Beside;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
 use super::options::{ColumnArgs, OutputArgs};
+use super::planned::check_room_for_set;
 use crate::memory::MemoryBudget;
 use crate::plot::{self, ImagePlot};
 use cittert_arrays::for_each_block;
+use cittert_formats::atomic::{EditLock, hold};
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
 use cittert_formats::{Compression, CreateOptions, Holds, format_of};
 use clap::Args;
@@ -58,7 +60,10 @@ fn compression(name: &str) -> std::result::Result<Compression, String> {
 /// A format that cannot hold the contents of the file, a damaged file, or an error of the file system.
 pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite || args.append };
-    out.check(&args.output)?;
+    out.claim([&args.output], [&args.input])?;
+    if args.append && args.output.exists() {
+        hold(EditLock::take(&args.output)?);
+    }
     let holds = format_of(&args.input)?.holds();
     if !matches!(holds, Holds::Visibilities(_)) && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
         return Err(Failure::usage(format!("{}: --append, --compression and --column are for visibilities", args.input.display())));
@@ -75,6 +80,9 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 
 fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let mut source = args.column.open(&args.input)?;
+    if args.compression.is_none_or(|c| c == Compression::None) {
+        check_room_for_set(source.as_ref(), &args.output)?;
+    }
     let mut beside = match args.column.chosen() {
         None => Beside::open(&args.input, &args.output)?,
         Some(_) => Beside::default(),

@@ -1,8 +1,9 @@
 //! `corrupt`: put known errors into visibilities, and keep the true gains.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result, ensure};
+use super::failure::{Context as _, Failure, Result};
 use super::options::OutputArgs;
+use super::planned::check_room_for_set;
 use super::sections::Section;
 use crate::calibrate::on_channels;
 use crate::corrupt::{CorruptOptions, Error, ErrorOptions, corrupt, corrupted_header};
@@ -70,10 +71,9 @@ fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
 pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     let gains_path = args.gains.clone().unwrap_or_else(|| path.with_extension("calh5"));
-    args.out.check(path)?;
-    args.out.check(&gains_path)?;
-    ensure!(&gains_path != path, Failure::usage(format!("{}: the data and their true gains cannot go into one file", path.display())));
+    args.out.claim([path, &gains_path], [&args.input].into_iter().chain(&args.config))?;
     let mut source = cittert_formats::open_visibilities(&args.input)?;
+    check_room_for_set(source.as_ref(), path)?;
     let options = options(args, source.header().unit)?;
     let mut header = corrupted_header(source.header(), &options);
     header.history.push(context.history());

@@ -40,6 +40,16 @@ impl Failure {
         Self { contexts: vec![message.into()], cause: None, usage: false }
     }
 
+    /// The same failure with another name for a file, where it has one that the user does not know.
+    #[must_use]
+    pub fn renamed(self, hidden: &str, last: &str) -> Self {
+        let text = self.to_string();
+        if self.of_clap().is_some() || !text.contains(hidden) {
+            return self;
+        }
+        Self { usage: self.usage, ..Self::message(text.replace(hidden, last)) }
+    }
+
     /// clap refused the command line, or printed the help.
     fn of_clap(&self) -> Option<&clap::Error> {
         self.cause.as_ref()?.downcast_ref()
@@ -128,6 +138,12 @@ mod tests {
         let failure = r.unwrap_err();
         assert_eq!(failure.exit_code(), 1);
         assert_eq!(failure.to_string(), "reading x.toml\n  caused by: line 3: what is this");
+    }
+
+    #[test]
+    fn a_hidden_name_is_replaced_in_the_whole_chain() {
+        let r: Result<()> = Err(crate::ChainError::from(ArrayError::Parse("in .x.partial/a".into()))).context("reading .x.partial/b");
+        assert_eq!(r.unwrap_err().renamed(".x.partial", "x").to_string(), "reading x/b\n  caused by: in x/a");
     }
 
     #[test]

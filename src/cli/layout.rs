@@ -99,7 +99,7 @@ fn show(args: &ShowArgs) -> Result<Outcome> {
     let mut outcome = Outcome::new(json, lines.join("\n"));
     if let Some(png) = &args.png {
         let out = OutputArgs { output: png.clone(), overwrite: args.overwrite };
-        out.check(png)?;
+        out.claim([png], [&args.layout])?;
         out.write(png, &picture::layout(&layout)?)?;
         outcome = outcome.wrote(png);
     }
@@ -132,7 +132,7 @@ fn figures(layout: &ArrayLayout, freq: Frequency, json: &mut serde_json::Value, 
 
 fn convert(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
-    args.out.check(path)?;
+    args.out.claim([path], [&args.layout])?;
     let layout = load_layout(&args.layout)?;
     let wanted = args.to.clone().or_else(|| path.extension().map(|e| e.to_string_lossy().into_owned())).unwrap_or_default();
     let format = layout_format(&wanted).ok_or_else(|| {

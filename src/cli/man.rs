@@ -2,7 +2,7 @@
 
 use super::context::Outcome;
 use super::failure::{Context as _, Result};
-use super::options::OutputArgs;
+use super::options::{NOTHING, OutputArgs};
 use clap::Args;
 use clap_mangen::Man;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ pub fn run(args: &ManArgs, program: clap::Command) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite };
     let pages: Vec<(PathBuf, Vec<u8>)> = pages.into_iter().map(|(name, text)| (args.output.join(name), text)).collect();
     // No page is written where one of them would be refused.
-    pages.iter().try_for_each(|(path, _)| out.check(path))?;
+    out.claim(pages.iter().map(|(path, _)| path), NOTHING)?;
     let json = serde_json::json!({ "output": args.output, "n_pages": pages.len() });
     let mut outcome = Outcome::new(json, format!("{}: {} manual pages", args.output.display(), pages.len()));
     for (path, text) in pages {

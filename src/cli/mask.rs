@@ -47,10 +47,7 @@ pub fn run(args: &MaskArgs, context: &Context) -> Result<Outcome> {
         return Err(Failure::usage(format!("-o {}: name the FITS file; the picture is written beside it as .png", fits.display())));
     }
     let png = fits.with_extension("png");
-    args.out.check(fits)?;
-    if !args.no_png {
-        args.out.check(&png)?;
-    }
+    args.out.claim([fits].into_iter().chain((!args.no_png).then_some(&png)), [&args.layout])?;
     let layout = load_layout(&args.layout)?;
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { center, plan } = args.track.plan(&layout).map_err(Failure::call)?;

@@ -20,6 +20,7 @@ mod failure;
 mod grid;
 mod identify;
 mod info;
+mod interrupt;
 mod layout;
 mod man;
 mod mask;
@@ -42,9 +43,11 @@ mod verdict;
 pub use failure::{Failure, Result};
 
 use crate::ensure;
+use cittert_formats::atomic::{Together, take_notes};
 use clap::{CommandFactory, FromArgMatches, Parser};
 use console::{Console, Loudness};
 use context::{Context, Outcome, Subcommands, shell_word, subcommands};
+use failure::Context as _;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
@@ -138,6 +141,8 @@ pub fn command() -> clap::Command {
 /// The failure to print and its exit code.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
     let words: Vec<OsString> = words.into_iter().collect();
+    refuse_other_encodings(&words)?;
+    interrupt::listen()?;
     let command_line = words
         .iter()
         .enumerate()
@@ -159,14 +164,36 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         memory.set();
     }
     let context = Context { command_line, console: Console::new(loudness), subcommands: SUBCOMMANDS };
-    let outcome = guarded(|| cli.command.run(&context))?;
-    let text = if cli.json { outcome.json.to_string() } else { outcome.text.trim_end().to_owned() };
-    if !text.is_empty() {
-        // A reader that has closed the pipe (`| head`) is not an error.
-        let _ = writeln!(std::io::stdout(), "{text}");
-    }
+    let outputs = Together::begin();
+    let outcome = guarded(|| cli.command.run(&context));
+    take_notes().iter().for_each(|note| context.console.note(note));
+    let outcome = outcome?;
+    outputs.commit()?;
+    context.console.close_log()?;
+    print(if cli.json { outcome.json.to_string() } else { outcome.text.trim_end().to_owned() })?;
     match outcome.failed {
         Some(why) => Err(Failure::message(why)),
+        None => Ok(()),
+    }
+}
+
+/// Print a result on stdout.
+fn print(text: String) -> Result<()> {
+    if text.is_empty() {
+        return Ok(());
+    }
+    let mut stdout = std::io::stdout().lock();
+    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        // A reader that has closed the pipe (`| head`) is not an error.
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e).context("the results cannot be printed on standard output"),
+        _ => Ok(()),
+    }
+}
+
+/// Results, histories and messages are UTF-8 and could not name such a file.
+fn refuse_other_encodings(words: &[OsString]) -> Result<()> {
+    match words.iter().skip(1).find(|w| w.to_str().is_none()) {
+        Some(word) => Err(Failure::usage(format!("{}: this name is not UTF-8, which cittert needs: rename the file", word.display()))),
         None => Ok(()),
     }
 }

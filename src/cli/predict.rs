@@ -4,6 +4,7 @@ use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SceneArgs};
+use super::planned::check_room_for_set;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::memory::MemoryBudget;
@@ -97,8 +98,15 @@ impl Into {
 /// A file or an option is wrong, or an error of the file system.
 pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
-    args.out.check(path)?;
+    if args.into.is_empty() {
+        args.out.claim([path], [&args.input, &args.model])?;
+    } else {
+        // Columns may be added to the input in place: the new file replaces it when it is complete.
+        args.out.claim([path], [&args.model])?;
+        args.out.edit(&args.input)?;
+    }
     let mut source = cittert_formats::open_visibilities(&args.input)?;
+    check_room_for_set(source.as_ref(), path)?;
     let mut header = source.header().clone();
     let sky = load_model(&args.model, &header, context)?;
     let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());

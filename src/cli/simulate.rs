@@ -7,6 +7,7 @@ use super::{planned, verdict};
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use crate::verdict::{Finding, of_pedestal};
 use clap::Args;
+use std::path::Path;
 
 /// Options of `simulate`.
 #[derive(Debug, Args)]
@@ -34,7 +35,7 @@ const BLOCK_ROWS: usize = 16_384;
 /// # Errors
 /// The layout, the scene or an option is wrong, or an error of the file system.
 pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
-    args.out.check(&args.out.output)?;
+    args.out.claim([&args.out.output], [Path::new(&args.layout), &args.scene.scene])?;
     let layout = load_layout(&args.layout)?;
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { mut center, plan } = args.track.plan(&layout).map_err(Failure::call)?;

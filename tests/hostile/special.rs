@@ -42,7 +42,34 @@ fn a_pipe_is_refused_wherever_a_file_is_expected() {
     pipe(&s.path("p.toml"));
     s.write("s.csv", "l_rad,m_rad,flux_jy\n0,0,1\n");
     s.ok("simulate --layout mm-y --freq 94GHz --bandwidth 1GHz --scene s.csv -o v.uvh5");
+    s.ok("corrupt v.uvh5 --phase-rms 1rad -o c.uvh5");
+    s.ok("dirty v.uvh5 --size 64 --cell 1mrad -o i.fits");
+    let seen = "[simulate]\nfreq = \"94GHz\"\nbandwidth = \"1GHz\"\n";
+    let of = |scene: &str| format!("title = \"x\"\nseeds = 1\nlayout = {{ name = \"mm-y\" }}\nscene = {{ {scene} }}\n{seen}");
+    s.write("piped.toml", of("file = \"p\""));
+    s.write("points.toml", of("points = [{ flux = \"1Jy\" }]") + "[image]\nsize = 64\ncell = \"1mrad\"\n");
+    std::fs::create_dir(s.path("folder")).unwrap();
+    pipe(&s.path("folder/journal.jsonl"));
+    std::fs::create_dir(s.path("listed")).unwrap();
+    pipe(&s.path("listed/.cittert-files"));
+    pipe(&s.path(".v.uvh5.lock"));
     for line in [
+        "study piped.toml -o out",
+        "study points.toml -o folder",
+        "scene fly p.toml -o listed --overwrite",
+        "predict v.uvh5 --model s.csv --into model -o v.uvh5 --overwrite",
+        "predict v.uvh5 --model p -o w.uvh5",
+        "applycal v.uvh5 p -o w.uvh5",
+        "corrupt v.uvh5 --phase-rms 1rad --gains p -o w.uvh5 --overwrite",
+        "selfcal v.uvh5 --model p -o x",
+        "mem v.uvh5 --prior p --size 64 --cell 1mrad -o x",
+        "closure p",
+        "identify p",
+        "plot i.fits --like p -o q.png",
+        "plot c.calh5 --truth p -o q.png",
+        "scene convert p x.toml",
+        "scene probe p --rays p",
+        "mask p --freq 94GHz --bandwidth 1GHz --size 64 --cell 1mrad -o x.fits",
         "info p",
         "clean p -o c",
         "dirty p -o d.fits",

@@ -9,6 +9,10 @@ pub(super) fn failed(path: &Path, place: &str, expected: &'static str, error: &h
         return FormatError::malformed(path, place, expected, found);
     }
     let text = error.to_string();
+    if text.contains("unable to lock file") {
+        let what = "another program has it open, and HDF5 has locked it: close it there, or wait until that program has ended";
+        return FormatError::not_a(path, "a file that no other program writes", what);
+    }
     // For an error of the system the library adds file descriptors and the hidden name of the output. Only the message is kept.
     let system = text.split("error message = '").nth(1).and_then(|t| t.split('\'').next());
     let message = system.map_or_else(|| text.replace('\n', " "), String::from);

@@ -21,6 +21,7 @@ pub(super) struct CtColumn {
 
 unsafe extern "C" {
     pub(super) fn ct_error() -> *const c_char;
+    pub(super) fn ct_on_terminate(end: extern "C" fn(*const c_char) -> !);
     pub(super) fn ct_create(path: *const c_char, out: *mut *mut CtTable) -> c_int;
     pub(super) fn ct_open(path: *const c_char, out: *mut *mut CtTable) -> c_int;
     pub(super) fn ct_probe(path: *const c_char) -> c_int;

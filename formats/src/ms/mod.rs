@@ -21,6 +21,7 @@ mod rows;
 mod schema;
 mod subtables;
 mod table;
+mod unwritten;
 mod write;
 
 pub use format::{MeasurementSet, is_measurement_set};

@@ -1,6 +1,7 @@
 //! A casacore table as a safe type. Every length is checked here, and every C++ exception becomes an error that names the table.
 
 use super::ffi::{self, CtColumn, CtTable};
+use super::unwritten;
 use crate::{FormatError, Result};
 use num_complex::Complex;
 use serde::Deserialize;
@@ -145,6 +146,7 @@ impl Table {
 
     /// Create a table without columns at `path`. Errors name `label`.
     pub(super) fn create(path: &Path, label: &Path) -> Result<Self> {
+        unwritten::end_in_order();
         Self::with_path(path, label, true)
     }
 

@@ -9,7 +9,7 @@ use super::rows::{Counts, Job};
 use super::schema;
 use super::subtables::{self, Contents};
 use super::table::{Manager, Table, check_space};
-use crate::atomic::AtomicDir;
+use crate::atomic::{AtomicDir, Replaces};
 use crate::columns::check_columns;
 use crate::{ColumnSink, CreateOptions, FormatError, Result};
 use cittert_arrays::{ArrayError, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySink};
@@ -63,7 +63,7 @@ impl MsWriter {
     pub fn create(path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Self> {
         let mut plan = Plan::new(path, header)?;
         let fields = Fields::new(path, header, &mut plan.notes)?;
-        let dir = AtomicDir::create(path, options.overwrite, "table.dat")?;
+        let dir = AtomicDir::create(path, options.overwrite, Replaces::Holding("table.dat"))?;
         let frame = header.phase_centers.first().and_then(|c| frame_code(&c.frame, c.epoch)).unwrap_or("ICRS");
         let extras: Vec<_> = options.columns.iter().filter_map(|c| name_of(*c)).collect();
         let main = main_table(dir.path(), path, header, &plan, &extras, frame)?;

@@ -4,6 +4,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod endings;
 mod hostile;
 mod round_trip;
 

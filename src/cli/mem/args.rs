@@ -1,6 +1,7 @@
 //! The options of `mem`.
 
-use crate::cli::options::{ColumnArgs, OutputArgs};
+use crate::cli::failure::Result;
+use crate::cli::options::{ColumnArgs, OutputArgs, prior_file};
 use crate::closure_imaging::ClosureImagingOptions;
 use crate::imaging::ImagingOptions;
 use crate::mem::MemOptions;
@@ -26,4 +27,15 @@ pub struct MemCommandArgs {
     pub(super) log: Option<PathBuf>,
     #[command(flatten)]
     pub(super) out: OutputArgs,
+}
+
+impl MemCommandArgs {
+    /// Claim the outputs of the command, and its log.
+    ///
+    /// # Errors
+    /// As [`OutputArgs::claim`].
+    pub(super) fn claim(&self, outputs: Vec<PathBuf>) -> Result<()> {
+        let inputs = [&self.input].into_iter().chain(&self.mem.mask).chain(self.mem.prior.as_ref().and_then(prior_file));
+        self.out.claim(outputs.iter().chain(&self.log), inputs)
+    }
 }

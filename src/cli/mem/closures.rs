@@ -2,6 +2,7 @@
 
 use super::args::MemCommandArgs;
 use crate::cli::context::{Context, Outcome};
+use crate::cli::cycle_log;
 use crate::cli::failure::{Context as _, Result};
 use crate::cli::options::OutputArgs;
 use crate::cli::text::{angle, number};
@@ -28,7 +29,8 @@ const POOR: f64 = 1.5;
 /// The file or an option is wrong, or an error of the file system.
 pub(super) fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let suffixes: &[&str] = &[MODEL, RESIDUAL, IMAGE, SPREAD];
-    args.out.check_all(suffixes)?;
+    args.claim(args.out.all_suffixed(suffixes))?;
+    cycle_log::open(args.log.as_deref(), context)?;
     let what = format!("imaging {}", args.input.display());
     let clock = Instant::now();
     let mut source = args.column.open(&args.input)?;

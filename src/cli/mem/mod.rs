@@ -8,6 +8,7 @@ pub use args::MemCommandArgs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{fits_mask, prior_image};
+use super::planned::check_room_for_images;
 use super::text::{beam, note_beam, number, reasons};
 use super::verdict::{self, Judged};
 use crate::imaging::Imager;
@@ -27,14 +28,16 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     if args.terms.terms.is_some() {
         return closures::run(args, context);
     }
-    args.out.check_all(&IMAGES)?;
-    args.out.check(&args.out.suffixed(UNCERTAINTY))?;
-    super::cycle_log::open(args.log.as_deref(), &args.out, context)?;
+    let mut outputs = args.out.all_suffixed(&IMAGES);
+    outputs.push(args.out.suffixed(UNCERTAINTY));
+    args.claim(outputs)?;
+    super::cycle_log::open(args.log.as_deref(), context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     args.mem.check().map_err(Failure::call)?;
     let noise = args.mem.believed_noise(source.as_mut(), &context.console).context(&what)?;
     let mut imager = Imager::new(source.as_mut(), args.imaging.clone(), &context.console).context(&what)?;
+    check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
     for (field, flux) in [("flux", args.mem.flux), ("zero-spacing", args.mem.zero_spacing)] {
         flux.map_or(Ok(0.0), |f| f.in_unit(field, imager.header().unit)).map_err(Failure::call)?;
     }

@@ -29,7 +29,7 @@ impl ImageOfArgs {
     /// # Errors
     /// The file or an option is wrong, and the errors of `work`.
     pub fn imaged<R>(&self, doing: &str, context: &Context, work: impl FnOnce(&mut Imager<'_>) -> crate::Result<R>) -> Result<R> {
-        self.out.check(&self.out.output)?;
+        self.out.claim([&self.out.output], [&self.input])?;
         let mut source = self.column.open(&self.input)?;
         let what = format!("{doing} {}", self.input.display());
         let mut imager = Imager::new(source.as_mut(), self.imaging.clone(), &context.console).context(&what)?;

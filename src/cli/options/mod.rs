@@ -1,5 +1,6 @@
 //! Options that several subcommands share, one group a file.
 
+mod claim;
 mod column;
 mod config;
 mod image_of;
@@ -9,11 +10,12 @@ mod region;
 mod scene;
 mod tracer;
 
+pub use claim::keep_apart;
 pub use column::ColumnArgs;
 pub use config::ConfigArgs;
 pub use image_of::ImageOfArgs;
 pub use layouts::load_layout;
-pub use output::OutputArgs;
-pub use region::{fits_mask, loaded, prior_image};
-pub use scene::{SceneArgs, pictures_beside, read_scene, scene_text};
+pub use output::{NOTHING, OutputArgs};
+pub use region::{fits_mask, loaded, prior_file, prior_image};
+pub use scene::{SceneArgs, pictures_beside, read_scene, read_scene_and_pictures, scene_text};
 pub use tracer::TracerArgs;

@@ -1,11 +1,16 @@
 //! `-o` and `--overwrite`.
 
+use super::claim::{is_one_file, keep_apart};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
 use cittert_arrays::{Image, VisibilityHeader, VisibilitySink};
+use cittert_formats::atomic::{self, EditLock};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use std::path::{Path, PathBuf};
+
+/// For a command that reads no files.
+pub const NOTHING: [&Path; 0] = [];
 
 /// Where the result goes.
 #[derive(Debug, Clone, Args)]
@@ -27,11 +32,35 @@ impl OutputArgs {
         PathBuf::from(name)
     }
 
-    /// Check early, before the work, whether the output can be written.
+    /// Check early, before any work, whether outputs can be written and collide with nothing. Every command that writes calls this with all files
+    /// that it writes and all that it reads. An output that is changed in place is left out of the inputs, see [`OutputArgs::edit`].
     ///
     /// # Errors
-    /// An output that exists without `--overwrite` or is a pipe or device, or a folder that does not exist.
-    pub fn check(&self, path: &Path) -> Result<()> {
+    /// An output that is an input or another output; that exists without `--overwrite`; that is a pipe or device; that cannot be written.
+    pub fn claim(
+        &self,
+        outputs: impl IntoIterator<Item = impl AsRef<Path>>,
+        inputs: impl IntoIterator<Item = impl AsRef<Path>>,
+    ) -> Result<()> {
+        let (outputs, inputs): (Vec<_>, Vec<_>) = (outputs.into_iter().collect(), inputs.into_iter().collect());
+        let outputs: Vec<&Path> = outputs.iter().map(AsRef::as_ref).collect();
+        let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
+        keep_apart(&outputs, &inputs)?;
+        outputs.into_iter().try_for_each(|path| self.check(path))
+    }
+
+    /// Lock the output until the command has ended, if it is the input and therefore changed in place. To be called before the input is opened.
+    ///
+    /// # Errors
+    /// Another process changes the file.
+    pub fn edit(&self, input: &Path) -> Result<()> {
+        if input.exists() && is_one_file(&self.output, input) {
+            atomic::hold(EditLock::take(input)?);
+        }
+        Ok(())
+    }
+
+    fn check(&self, path: &Path) -> Result<()> {
         if path.symlink_metadata().is_ok() && !self.overwrite {
             return Err(Failure::message(format!("{}: it exists already; use --overwrite to replace it, or another -o", path.display())));
         }
@@ -40,15 +69,12 @@ impl OutputArgs {
         if !folder.is_dir() {
             return Err(Failure::message(format!("{}: the folder {} does not exist; make it first", path.display(), folder.display())));
         }
-        Ok(())
+        Ok(atomic::try_output(path)?)
     }
 
-    /// [`OutputArgs::check`] for PREFIX with each suffix.
-    ///
-    /// # Errors
-    /// As [`OutputArgs::check`].
-    pub fn check_all(&self, suffixes: &[&str]) -> Result<()> {
-        suffixes.iter().try_for_each(|s| self.check(&self.suffixed(s)))
+    /// PREFIX with each suffix.
+    pub fn all_suffixed(&self, suffixes: &[&str]) -> Vec<PathBuf> {
+        suffixes.iter().map(|s| self.suffixed(s)).collect()
     }
 
     /// Write bytes to a file that appears under its name only when it is complete.
@@ -56,7 +82,7 @@ impl OutputArgs {
     /// # Errors
     /// An error of the file system, with the path.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
-        Ok(cittert_formats::atomic::write_file(path, self.overwrite, bytes)?)
+        Ok(atomic::write_file(path, self.overwrite, bytes)?)
     }
 
     /// Create the output for visibilities, and print what its format cannot hold.

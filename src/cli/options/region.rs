@@ -5,7 +5,7 @@ use crate::deconvolve::CleanOptions;
 use crate::mem::PriorChoice;
 use cittert_arrays::{Image, SkyGrid};
 use ndarray::Array2;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The pixels of a FITS image on `grid` that are above 0.
 ///
@@ -24,6 +24,11 @@ pub fn fits_mask(path: &Path, grid: &SkyGrid) -> Result<Array2<bool>> {
 pub fn loaded(options: &CleanOptions, grid: &SkyGrid) -> Result<CleanOptions> {
     let mask = options.mask.as_deref().map(|path| fits_mask(path, grid)).transpose()?;
     Ok(options.clone().with_region(mask, grid)?)
+}
+
+/// The file of a prior, where it is one.
+pub fn prior_file(prior: &PriorChoice) -> Option<&PathBuf> {
+    if let PriorChoice::File(path) = prior { Some(path) } else { None }
 }
 
 /// The image of a prior, where it is one.

@@ -7,6 +7,7 @@ use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyFrame,
 use cittert_phenomenology::Scene;
 use clap::Args;
 use ndarray::Array4;
+use std::cell::RefCell;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -131,7 +132,23 @@ pub fn pictures_beside(path: &Path) -> impl Fn(&str) -> Result<ndarray::Array2<f
 /// # Errors
 /// A file that cannot be read or is no scene.
 pub fn read_scene(path: &Path) -> Result<Scene> {
-    Scene::from_toml_with(&scene_text(path)?, &pictures_beside(path)).context(path.display())
+    Ok(read_scene_and_pictures(path)?.0)
+}
+
+/// A scene description, and the files of the pictures that it names.
+///
+/// # Errors
+/// A file that cannot be read or is no scene.
+pub fn read_scene_and_pictures(path: &Path) -> Result<(Scene, Vec<PathBuf>)> {
+    let read = pictures_beside(path);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let named = RefCell::new(Vec::new());
+    let noting = |name: &str| {
+        named.borrow_mut().push(folder.join(name));
+        read(name)
+    };
+    let scene = Scene::from_toml_with(&scene_text(path)?, &noting).context(path.display())?;
+    Ok((scene, named.into_inner()))
 }
 
 /// A picture of the sky in front of a boresight is taken as it appears: its columns run to the right.

@@ -147,6 +147,11 @@ impl PlotArgs {
         self.files.first().map_or(Path::new(""), PathBuf::as_path)
     }
 
+    /// All files that are read.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
+        self.files.iter().chain(&self.like).chain(&self.beam_of).chain(&self.truth).chain(&self.model)
+    }
+
     pub(super) fn size(&self, width: usize, height: usize) -> (usize, usize) {
         (self.width.unwrap_or(width), self.height.unwrap_or(height))
     }

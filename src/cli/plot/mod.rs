@@ -21,7 +21,7 @@ use cittert_formats::{Holds, format_of};
 /// A file that cannot be drawn, options that do not suit the file, or an error of the file system.
 pub fn run(args: &PlotArgs, context: &Context) -> Result<Outcome> {
     let format = PictureFormat::of(&args.out.output).map_err(Failure::call)?;
-    args.out.check(&args.out.output)?;
+    args.out.claim([&args.out.output], args.inputs())?;
     let file = draw(args, context)?.file(format)?;
     args.out.write(&args.out.output, &file)?;
     let json = serde_json::json!({ "output": args.out.output, "bytes": file.len() });

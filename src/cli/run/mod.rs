@@ -14,9 +14,10 @@ mod verdict;
 use super::console::Console;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::ConfigArgs;
+use super::options::{ConfigArgs, OutputArgs};
 use super::quality;
 use super::sections::schema;
+use cittert_formats::atomic::{AtomicDir, Replaces};
 use clap::Args;
 use command::{Done, Step};
 use config::Config;
@@ -24,6 +25,9 @@ use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::path::Path;
 use steps::steps;
+
+/// The name in the list of files that a run leaves in its folder.
+const WRITER: &str = "cittert run";
 
 /// Options of `run`.
 #[derive(Debug, Args)]
@@ -50,7 +54,10 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
         let lines = commands(&steps, context.subcommands.check)?;
         return Ok(Outcome::new(json!({ "commands": lines }), lines.join("\n")));
     };
-    let folder = cittert_formats::atomic::AtomicDir::create(target, args.overwrite, "report.html")?;
+    let out = OutputArgs { output: target.to_path_buf(), overwrite: args.overwrite };
+    out.claim([target], place::inputs(path, &steps))?;
+    let folder = AtomicDir::create(target, args.overwrite, Replaces::FilesOf(WRITER))?;
+    place::refuse_taken(target, WRITER, &steps)?;
     let (here, shown) = (folder.path().display().to_string(), target.display().to_string());
     let mut done = Vec::new();
     let total = steps.len();
@@ -113,7 +120,7 @@ fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Don
     let started = std::time::Instant::now();
     let (console, subcommands) = (Console::new(context.console.loudness), context.subcommands);
     let inner = Context { command_line: command.clone(), console, subcommands };
-    let outcome = (subcommands.run)(&step.argv(here), &inner).context(&command)?;
+    let outcome = (subcommands.run)(&step.argv(here), &inner).map_err(|e| e.renamed(here, shown)).context(&command)?;
     if let Some(why) = outcome.failed {
         context.console.warn(&format!("{}: {why}", step.title));
     }

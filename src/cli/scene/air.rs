@@ -65,6 +65,11 @@ impl AirArgs {
         self.atmosphere.len() * self.model.len()
     }
 
+    /// Names of the atmospheres. Those that are not built in are files.
+    pub(super) fn names(&self) -> &[String] {
+        &self.atmosphere
+    }
+
     /// Every combination of atmosphere and gas model.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ use super::table::{Picture, PlotArgs, Table};
 use super::values::{check_rows, combinations, exact, ghz};
 use crate::cli::context::Outcome;
 use crate::cli::failure::{Failure, Result};
+use crate::cli::options::NOTHING;
 use cittert_arrays::quantity::{Angle, Density, Frequency, Percent, Pressure, RainRate, Temperature};
 use cittert_phenomenology::atmosphere::{
     AirState, AttenuationRow, Humidity, ItuP838, Parcel, RainModel, attenuation, gas_model, rain_model,
@@ -126,7 +127,7 @@ impl AttenuationArgs {
 /// # Errors
 /// Values out of range, unknown names, a picture that cannot be written.
 pub(super) fn run(args: &AttenuationArgs) -> Result<Outcome> {
-    args.plot.check()?;
+    args.plot.claim(NOTHING)?;
     let rain = rain_model(&args.rain_model)?;
     let parcels = args.parcels()?;
     let freqs = ghz(&args.freq);

@@ -6,6 +6,7 @@ use super::table::{Picture, PlotArgs, Table};
 use super::values::{check_rows, combinations, exact};
 use crate::cli::context::Outcome;
 use crate::cli::failure::Result;
+use crate::cli::options::NOTHING;
 use cittert_arrays::quantity::{Angle, Frequency};
 use cittert_phenomenology::surfaces::{BistaticGeometry, Shadowing, Slopes, bistatic_coefficient};
 use clap::{Args, ValueEnum};
@@ -56,7 +57,7 @@ pub(crate) struct BistaticArgs {
 /// # Errors
 /// Values out of range, unknown names, a stack file that cannot be read, a picture that cannot be written.
 pub(super) fn run(args: &BistaticArgs) -> Result<Outcome> {
-    args.plot.check()?;
+    args.plot.claim(NOTHING)?;
     let lengths = [args.freq.len(), args.incidence.len(), args.scattered.len(), args.azimuth.len()];
     check_rows(&[&lengths[..], &args.surface.material.lengths()].concat())?;
     let slopes = Slopes::new(args.slopes.0, args.slopes.1)?;

@@ -2,7 +2,7 @@
 
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
-use crate::cli::options::{OutputArgs, pictures_beside, scene_text};
+use crate::cli::options::{OutputArgs, pictures_beside, read_scene_and_pictures, scene_text};
 use cittert_phenomenology::SolidScene;
 use cittert_phenomenology::geometry::{Geometry, looks_like_bodies, read_text, write_text};
 use cittert_phenomenology::solids::SceneFile;
@@ -38,7 +38,7 @@ pub(crate) struct SchemaArgs {}
 /// A scene that is wrong, with the line, or an error of the file system.
 pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite };
-    out.check(&args.output)?;
+    out.claim([&args.output], [&args.input])?;
     let text = scene_text(&args.input)?;
     let named = || args.input.display().to_string();
     let to_toml = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
@@ -57,6 +57,7 @@ pub(super) fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         (written, model.bodies.len(), model.regions.len())
     } else {
         ensure!(args.name.is_none(), Failure::usage("--name is for a text of bodies and regions; a scene in TOML has a name already"));
+        out.claim([&args.output], read_scene_and_pictures(&args.input)?.1)?;
         let scene = SolidScene::from_toml_with(&text, &pictures_beside(&args.input)).context(named())?;
         let written = if to_toml { scene.to_toml().context(named())? } else { scene.to_text() };
         (written, scene.geometry().bodies().len(), scene.geometry().regions().len())

@@ -6,6 +6,7 @@ use super::table::{Picture, PlotArgs, Table};
 use super::values::{check_rows, exact};
 use crate::cli::context::Outcome;
 use crate::cli::failure::{Failure, Result, ensure};
+use crate::cli::options::NOTHING;
 use cittert_arrays::quantity::{Angle, Frequency, Temperature};
 use cittert_phenomenology::surfaces::{Roughness, Sky, SurfaceModel};
 use clap::Args;
@@ -39,7 +40,7 @@ pub(crate) struct EmissivityArgs {
 /// # Errors
 /// Values out of range, unknown names, a stack file that cannot be read, a picture that cannot be written.
 pub(super) fn run(args: &EmissivityArgs) -> Result<Outcome> {
-    args.plot.check()?;
+    args.plot.claim(NOTHING)?;
     let sky_k = args.sky.si();
     ensure!(sky_k >= 0.0, Failure::message(format!("sky temperature is {sky_k} K, expected at least 0 K")));
     check_rows(&[&[args.freq.len(), args.angle.len()][..], &args.surface.material.lengths()].concat())?;

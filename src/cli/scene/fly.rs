@@ -3,11 +3,11 @@
 use super::image::MeshArgs;
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
-use crate::cli::options::{TracerArgs, read_scene, scene_text};
+use crate::cli::options::{OutputArgs, TracerArgs, read_scene, scene_text};
 use crate::plot;
 use crate::progress::{Event, Observer};
 use cittert_arrays::quantity::{Frequency, Temperature};
-use cittert_formats::atomic::AtomicDir;
+use cittert_formats::atomic::{AtomicDir, Replaces};
 use cittert_phenomenology::trace::Flight;
 use cittert_phenomenology::{RenderOptions, Scene, SolidScene, Tracer, View};
 use clap::Args;
@@ -54,7 +54,7 @@ pub(crate) struct FlyArgs {
 
 /// Name of the film in the folder.
 const FILM: &str = "flight.mp4";
-/// Name of the file of numbers in the folder. A folder without this file is not replaced.
+/// Name of the file of numbers in the folder.
 const NUMBERS: &str = "flight.json";
 
 /// Render the frames along a path: frame-00000.png and so on, flight.mp4, and flight.json with the numbers.
@@ -64,13 +64,15 @@ const NUMBERS: &str = "flight.json";
 pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     ensure!(args.tracer.pol.len() == 1, Failure::usage("scene fly renders one plane; give one --pol"));
     let flight = Flight::from_toml(&scene_text(&args.path)?).context(args.path.display())?;
-    let scene = scene(args, &flight)?;
+    let path = scene_path(args, &flight)?;
+    OutputArgs { output: args.output.clone(), overwrite: args.overwrite }.claim([&args.output], [&args.path, &path])?;
+    let scene = scene(args, &path)?;
     let base = if args.size == 0 { scene.camera()?.clone() } else { scene.camera()?.with_side(args.size) };
     let cameras = flight.cameras(&base)?;
     for (k, camera) in cameras.iter().enumerate() {
         scene.check_camera_at(camera).context(format!("{}: frame {k}", args.path.display()))?;
     }
-    let folder = AtomicDir::create(&args.output, args.overwrite, NUMBERS)?;
+    let folder = AtomicDir::create(&args.output, args.overwrite, Replaces::FilesOf("cittert scene fly"))?;
     let highest_m = cameras.iter().map(|c| c.position_m[2]).fold(0.0, f64::max);
     let options = RenderOptions { highest_m, ..args.tracer.options(false) };
     let freq = super::image::frequency(args.freq, scene.file().freq_hz, context);
@@ -120,8 +122,8 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     Ok(Outcome::new(json, text).wrote(&args.output))
 }
 
-fn scene(args: &FlyArgs, flight: &Flight) -> Result<SolidScene> {
-    let path = match (&args.scene, &flight.scene) {
+fn scene_path(args: &FlyArgs, flight: &Flight) -> Result<PathBuf> {
+    Ok(match (&args.scene, &flight.scene) {
         (Some(path), _) => path.clone(),
         (None, Some(name)) => args.path.parent().unwrap_or(Path::new("")).join(name),
         (None, None) => {
@@ -130,8 +132,11 @@ fn scene(args: &FlyArgs, flight: &Flight) -> Result<SolidScene> {
                 args.path.display()
             )));
         }
-    };
-    match read_scene(&path)? {
+    })
+}
+
+fn scene(args: &FlyArgs, path: &Path) -> Result<SolidScene> {
+    match read_scene(path)? {
         Scene::Solids(scene) => args.tracer.scene(*scene),
         _ => Err(Failure::usage(format!("{}: this is not a scene of solids, which scene fly needs", path.display()))),
     }

@@ -53,7 +53,7 @@ pub(crate) struct PathArgs {
 /// # Errors
 /// Values out of range, a path that is impossible, a picture that cannot be written.
 pub(super) fn run(args: &PathArgs) -> Result<Outcome> {
-    args.plot.check()?;
+    args.plot.claim(args.air.names())?;
     if args.max_rise.is_some() && args.method == Method::Integral {
         return Err(Failure::usage("--max-rise divides a path of constant temperature; add --method constant"));
     }

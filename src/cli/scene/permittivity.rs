@@ -5,6 +5,7 @@ use super::table::{Cell, Picture, PlotArgs, Table};
 use super::values::{check_rows, exact};
 use crate::cli::context::Outcome;
 use crate::cli::failure::Result;
+use crate::cli::options::NOTHING;
 use cittert_arrays::quantity::Frequency;
 use cittert_phenomenology::dielectrics::Parameter;
 use clap::Args;
@@ -26,7 +27,7 @@ pub(crate) struct PermittivityArgs {
 /// # Errors
 /// Values out of range, unknown names, a picture that cannot be written.
 pub(super) fn run(args: &PermittivityArgs) -> Result<Outcome> {
-    args.plot.check()?;
+    args.plot.claim(NOTHING)?;
     check_rows(&[&[args.freq.len()][..], &args.material.lengths()].concat())?;
     let sample = args.material.sample()?;
     let freqs_hz: Vec<f64> = args.freq.iter().map(|f| exact(f.si())).collect();

@@ -4,24 +4,26 @@ use super::image::{RenderArgs, frequency, outcome};
 use super::solids;
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
-use crate::cli::options::{SceneArgs, read_scene};
+use crate::cli::options::{SceneArgs, read_scene_and_pictures};
 use crate::simulate::SceneOptions;
 use cittert_arrays::{PhaseCenter, SpectralWindow};
 use cittert_phenomenology::Scene;
+use std::path::PathBuf;
 
 /// Render a scene description, or read a picture, into a FITS image in K.
 ///
 /// # Errors
 /// A scene that is wrong, or an error of the file system.
 pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
-    args.out.check(&args.out.output)?;
-    args.maps().into_iter().flatten().chain(&args.error_map).try_for_each(|path| args.out.check(path))?;
+    let outputs: Vec<&PathBuf> = [&args.out.output].into_iter().chain(args.maps().into_iter().flatten()).chain(&args.error_map).collect();
+    args.out.claim(&outputs, [&args.scene])?;
     let center = match &args.phase_center {
         Some(text) => PhaseCenter::parse(text)?,
         None => PhaseCenter::unprojected("boresight"),
     };
     let described = args.scene.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let scene = if described { Some(read_scene(&args.scene)?) } else { None };
+    let (scene, pictures) = if described { read_scene_and_pictures(&args.scene).map(|(s, p)| (Some(s), p))? } else { (None, Vec::new()) };
+    args.out.claim(&outputs, &pictures)?;
     let freq = frequency(args.freq, scene.as_ref().and_then(Scene::freq_hz), context);
     let spectrum = SpectralWindow::band(freq.si(), args.bandwidth.si(), args.channels)?;
     if let Some(Scene::Solids(scene)) = scene {

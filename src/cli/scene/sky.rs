@@ -38,7 +38,7 @@ pub(crate) struct SkyArgs {
 /// # Errors
 /// Values out of range, profiles that cannot be read, a picture that cannot be written.
 pub(super) fn run(args: &SkyArgs) -> Result<Outcome> {
-    args.plot.check()?;
+    args.plot.claim(args.air.names())?;
     check_rows(&[args.air.count(), args.freq.len(), args.zenith.len()])?;
     let geometry: Geometry = args.geometry.parse()?;
     let (freqs, zeniths) = (ghz(&args.freq), degrees(&args.zenith));

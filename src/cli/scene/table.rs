@@ -7,7 +7,7 @@ use crate::plot::{CurveOptions, Series, curves};
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// `--plot`, for every table.
 #[derive(Debug, Args)]
@@ -28,9 +28,9 @@ impl PlotArgs {
     /// Refuse a picture that cannot be written before the table is computed.
     ///
     /// # Errors
-    /// As [`OutputArgs::check`].
-    pub(super) fn check(&self) -> Result<()> {
-        self.output().map_or(Ok(()), |o| o.check(&o.output))
+    /// As [`OutputArgs::claim`].
+    pub(super) fn claim(&self, inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Result<()> {
+        self.output().map_or(Ok(()), |o| o.claim([&o.output], inputs))
     }
 }
 
@@ -161,7 +161,6 @@ impl Table {
     pub(super) fn finish(self, plot: &PlotArgs, picture: &Picture<'_>) -> Result<Outcome> {
         let outcome = Outcome::new(self.json(), self.csv()?);
         let Some(out) = plot.output() else { return Ok(outcome) };
-        out.check(&out.output)?;
         out.write(&out.output, &self.draw(picture)?)?;
         Ok(outcome.wrote(&out.output))
     }

@@ -1,9 +1,11 @@
 //! The images of the rounds. Those of the chosen way to calibrate get their names at the end, because it is not known before.
 
 use super::maker::Keep;
-use crate::cli::failure::{Context as _, Result};
+use crate::cli::failure::Result;
 use crate::cli::options::OutputArgs;
 use cittert_arrays::Image;
+use cittert_formats::FormatError;
+use cittert_formats::atomic::Drafts;
 use cittert_formats::fits::{ImageOptions, write_image};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -14,39 +16,31 @@ pub(super) fn round_file(round: usize, ending: &str) -> String {
     format!("-round{round}{ending}")
 }
 
-/// Writes the image of each round of each candidate.
+/// Writes the image of each round of each candidate into a hidden folder.
 pub(super) struct RoundImages<'a> {
     pub(super) out: &'a OutputArgs,
+    pub(super) drafts: Drafts,
     pub(super) history: String,
     pub(super) seconds: Cell<f64>,
     pub(super) kept: RefCell<BTreeSet<(&'static str, usize)>>,
 }
 
+fn draft(candidate: &str, round: usize) -> String {
+    round_file(round, &format!("-image-{candidate}.fits"))
+}
+
 impl RoundImages<'_> {
-    fn path(&self, candidate: &str, round: usize) -> PathBuf {
-        self.out.suffixed(&round_file(round, &format!("-image-{candidate}.fits")))
+    /// The final name of the image of a round.
+    fn target(&self, round: usize) -> PathBuf {
+        self.out.suffixed(&round_file(round, "-image.fits"))
     }
 
-    /// Give the images of the candidate `chosen` up to its last round their names, and remove all others.
+    /// Make the images of the candidate `chosen` up to its last round outputs. All others vanish with the hidden folder.
     pub(super) fn choose(&self, chosen: &str, last: usize) -> Result<()> {
-        for (candidate, round) in self.kept.take() {
-            let path = self.path(candidate, round);
-            let done = if candidate == chosen && round <= last {
-                std::fs::rename(&path, self.out.suffixed(&round_file(round, "-image.fits")))
-            } else {
-                std::fs::remove_file(&path)
-            };
-            done.context(path.display().to_string())?;
+        for (candidate, round) in self.kept.take().into_iter().filter(|(c, round)| *c == chosen && *round <= last) {
+            self.drafts.publish(&draft(candidate, round), &self.target(round), self.out.overwrite)?;
         }
         Ok(())
-    }
-
-    /// Remove all images after a failure.
-    pub(super) fn forget_all(&self) {
-        for (candidate, round) in self.kept.take() {
-            // The error that led here is worth more than one about a file that is left.
-            let _ = std::fs::remove_file(self.path(candidate, round));
-        }
     }
 }
 
@@ -55,7 +49,13 @@ impl Keep for RoundImages<'_> {
         let mut image = image.clone();
         image.history.push(self.history.clone());
         let options = ImageOptions { overwrite: true, ..ImageOptions::default() };
-        write_image(&self.path(candidate, round), &image, options).map_err(|e| crate::ChainError::Other(Box::new(e)))?;
+        let named = |e| match e {
+            // The draft has a hidden name.
+            FormatError::Io { action, source, .. } => FormatError::Io { path: self.target(round), action, source },
+            other => other,
+        };
+        let written = write_image(&self.drafts.path(&draft(candidate, round)), &image, options);
+        written.map_err(|e| crate::ChainError::Other(Box::new(named(e))))?;
         self.kept.borrow_mut().insert((candidate, round));
         Ok(())
     }

@@ -6,7 +6,8 @@ mod report;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{OutputArgs, loaded, prior_image};
+use super::options::{OutputArgs, loaded, prior_file, prior_image};
+use super::planned::check_room_for_set;
 use super::predict::load_model;
 use super::verdict::{self, Judged};
 use crate::calibrate::{
@@ -20,6 +21,7 @@ use crate::memory::MemoryBudget;
 use crate::simulate::SkyModel;
 use crate::verdict::{ImageFacts, not_determined, of_gains};
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
+use cittert_formats::atomic::{Drafts, remove_at_the_end};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use images::{RoundImages, round_file};
@@ -51,6 +53,8 @@ pub struct SelfcalArgs {
 }
 
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
+/// Rounds whose files are claimed before the work. Later rounds are rare.
+const MOST_CLAIMED: usize = 50;
 const OTHERS: [&str; 4] = [".uvh5", ".calh5", "-rounds.jsonl", "-components.csv"];
 /// Size in bytes of a visibility, its weight, its number of samples and its flag.
 const BYTES_PER_SAMPLE: usize = 17;
@@ -66,9 +70,11 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let mut source = in_memory(cittert_formats::open_visibilities(&args.input)?).context(&what)?;
     let header = source.header().clone();
     check_solve(args, source.as_ref()).context(&what)?;
+    check_room_for_set(source.as_ref(), &args.out.suffixed(".uvh5"))?;
     let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
     let accuracy = Accuracy { epsilon: imaging.epsilon, no_w: imaging.no_w };
-    let images = RoundImages { out: &args.out, history: context.history(), seconds: Cell::default(), kept: RefCell::default() };
+    let drafts = Drafts::beside(&args.out.suffixed("-rounds.jsonl"))?;
+    let images = RoundImages { out: &args.out, drafts, history: context.history(), seconds: Cell::default(), kept: RefCell::default() };
     let ways = ways(args, imaging, (&grid, &header), &images)?;
     let sky: SkyModel;
     let mut given;
@@ -84,9 +90,6 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     };
     let before = old_rounds(args)?;
     let solved = calibrate(source.as_mut(), &ways, beginning, &args.rounds.judge(), &context.console);
-    if solved.is_err() {
-        images.forget_all();
-    }
     let (mut result, maker) = solved.context(&what)?;
     let mut seconds = Seconds { imaging: images.seconds.get(), ..Seconds::default() };
     seconds.solving = begun.elapsed().as_secs_f64() - seconds.imaging;
@@ -95,13 +98,8 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let counts = save_data(args, source.as_mut(), &mut result, context).context(&what)?;
     let rounds_from = usize::from(result.rounds.before.is_none());
     for path in before.iter().filter(|p| !(rounds_from..=result.rounds.rounds.len()).any(|k| is_of_round(args, p, k))) {
-        // Files of an earlier run with more rounds do not belong to this run. An image of no round may have had such a name and is removed already.
-        match std::fs::remove_file(path) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                return Err(e).context(format!("{}: cannot remove what an earlier run left", path.display()));
-            }
-            _ => {}
-        }
+        // Files of an earlier run with more rounds do not belong to this run.
+        remove_at_the_end(path)?;
     }
     let together = maker::joint(maker.as_ref());
     let Some(products) = maker::products(maker.as_ref()) else {
@@ -201,19 +199,22 @@ fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
         number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
     };
     let entries = std::fs::read_dir(folder).context(format!("{}", folder.display()))?;
-    Ok(entries.flatten().filter(|e| is_round(&e.file_name().to_string_lossy())).map(|e| e.path()).collect())
+    Ok(entries.flatten().map(|e| e.file_name()).filter(|n| is_round(&n.to_string_lossy())).map(|n| prefix.with_file_name(n)).collect())
 }
 
 /// Check the options and outputs at once instead of after the calibration.
 fn check(args: &SelfcalArgs) -> Result<()> {
     args.rounds.check().map_err(Failure::call)?;
-    let (data, input) = (args.out.suffixed(".uvh5").canonicalize(), args.input.canonicalize());
-    if matches!((&data, &input), (Ok(a), Ok(b)) if a == b) {
-        return Err(Failure::usage(format!("{}: the calibrated data would replace the input; use another -o", args.input.display())));
-    }
-    args.out.check_all(&IMAGES)?;
-    args.out.check_all(&OTHERS)?;
-    old_rounds(args)?.iter().try_for_each(|path| args.out.check(path))
+    let mut outputs = args.out.all_suffixed(&IMAGES);
+    outputs.extend(args.out.all_suffixed(&OTHERS));
+    outputs.extend(old_rounds(args)?);
+    // Each round may have a file of gains and an image.
+    let rounds = (0..=args.rounds.rounds.min(MOST_CLAIMED)).flat_map(|k| [round_file(k, ".calh5"), round_file(k, "-image.fits")]);
+    outputs.extend(rounds.map(|suffix| args.out.suffixed(&suffix)));
+    outputs.sort();
+    outputs.dedup();
+    let prior = args.prior.as_ref().and_then(prior_file);
+    args.out.claim(&outputs, [&args.input].into_iter().chain(&args.clean.mask).chain(&args.rounds.model).chain(prior))
 }
 
 fn check_solve(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<()> {

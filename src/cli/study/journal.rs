@@ -5,8 +5,9 @@
 
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result};
+use crate::study::Score;
 use crate::study::{N_SCORES, Quality, TrialResult};
-use cittert_formats::atomic::write_file;
+use cittert_formats::atomic::{FileList, LIST, write_file_now};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -17,7 +18,9 @@ use std::path::{Path, PathBuf};
 const NAME: &str = "journal.jsonl";
 /// Locked by the process that runs the study. The lock is released when the process ends, also when it is killed.
 const LOCK: &str = "journal.lock";
-/// Files of a finished study beside its journal. They are removed when the study starts again.
+/// The name in the list of files that a study leaves in its folder.
+pub(super) const WRITER: &str = "cittert study";
+/// Files of a finished study beside its journal and its pictures. They are removed when the study starts again.
 const RESULTS: [&str; 7] = ["trials.csv", "summary.csv", "question.csv", "failures.csv", "metrics.json", "study.h5", "report.html"];
 
 /// Which trial of the study it is.
@@ -93,6 +96,7 @@ impl Journal {
     ) -> Result<(Self, BTreeMap<Key, TrialResult>)> {
         let path = folder.join(NAME);
         let head = serde_json::to_string(&Head { study: fingerprint.to_owned(), trials })?;
+        [NAME, LOCK].iter().try_for_each(|name| cittert_formats::refuse_special(&folder.join(name)))?;
         let old = match std::fs::read(&path) {
             Ok(bytes) => Some(bytes),
             Err(_) if folder_is_free(folder)? => None,
@@ -102,6 +106,8 @@ impl Journal {
             }
         };
         let lock = lock(folder)?;
+        let list = if old.is_some() { FileList::read(folder, WRITER)? } else { FileList::default() };
+        refuse_taken(folder, &list)?;
         let mut done = BTreeMap::new();
         let mut whole = false;
         if let (Some(bytes), false) = (&old, overwrite) {
@@ -124,16 +130,17 @@ impl Journal {
         }
         if !whole {
             std::fs::create_dir_all(folder).context(format!("{}: cannot make the folder", folder.display()))?;
-            for name in RESULTS.iter().filter(|_| overwrite) {
+            for name in results().filter(|name| overwrite && list.has(name)) {
                 // A result that does not exist needs no removal.
                 let _ = std::fs::remove_file(folder.join(name));
             }
+            write_file_now(&folder.join(LIST), true, of_a_journal().text(WRITER).as_bytes())?;
             let mut text = head + "\n";
             for (k, r) in &done {
                 text += &serde_json::to_string(&Line::of(k, r))?;
                 text.push('\n');
             }
-            write_file(&path, true, text.as_bytes())?;
+            write_file_now(&path, true, text.as_bytes())?;
         }
         let file = OpenOptions::new().append(true).open(&path).context(format!("{}", path.display()))?;
         Ok((Self { file, path, _lock: lock }, done))
@@ -150,6 +157,33 @@ impl Journal {
             .write_all(line.as_bytes())
             .and_then(|()| self.file.sync_data())
             .context(format!("{}: cannot store a trial", self.path.display()))
+    }
+}
+
+/// The list of the files of a study without results.
+fn of_a_journal() -> FileList {
+    FileList::default().with([NAME, LOCK])
+}
+
+/// The list of the files of a finished study.
+pub(super) fn of_results(names: impl IntoIterator<Item = String>) -> FileList {
+    of_a_journal().with(names)
+}
+
+/// Names of all results that a study may have.
+fn results() -> impl Iterator<Item = String> {
+    let pictures = Score::ALL.iter().map(|score| score.name()).chain(["failures"]).map(|name| format!("{name}.png"));
+    RESULTS.iter().map(|name| (*name).to_owned()).chain(pictures)
+}
+
+/// Refuse a folder in which somebody else has a file with the name of a result.
+fn refuse_taken(folder: &Path, list: &FileList) -> Result<()> {
+    match results().map(|name| (folder.join(&name), name)).find(|(path, name)| path.symlink_metadata().is_ok() && !list.has(name)) {
+        Some((path, _)) => {
+            let text = format!("{}: {WRITER} has not written this file, and would replace it: move it away", path.display());
+            Err(Failure::message(text))
+        }
+        None => Ok(()),
     }
 }
 
@@ -170,7 +204,7 @@ fn lock(folder: &Path) -> Result<File> {
 
 fn folder_is_free(folder: &Path) -> Result<bool> {
     match std::fs::read_dir(folder) {
-        Ok(entries) => Ok(entries.flatten().all(|e| e.file_name() == LOCK)),
+        Ok(entries) => Ok(entries.flatten().all(|e| e.file_name() == LOCK || e.file_name() == LIST)),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(true),
         Err(e) => Err(e).context(format!("{}", folder.display())),
     }

@@ -20,11 +20,12 @@ mod trials;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
-use super::options::ConfigArgs;
+use super::options::{ConfigArgs, keep_apart};
 use super::sections::schema;
 use crate::study::Study;
 use clap::Args;
 use journal::{Journal, Key};
+use std::path::Path;
 use trials::{Job, Trials};
 
 /// Options of `study`.
@@ -60,6 +61,8 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
         let json = serde_json::json!({ "points": points, "seeds": seeds, "trials": planned, "failures": failures });
         return Ok(Outcome::new(json, text));
     };
+    let inputs: Vec<&Path> = std::iter::once(path).chain(plan.setups.inputs()).collect();
+    keep_apart(&[folder], &inputs)?;
     let (journal, done) = Journal::open(folder, &plan.fingerprint, planned, args.overwrite, context)?;
     let mut all = Trials::new(journal, done, &context.console);
     let resumed = all.resumed;

@@ -2,6 +2,7 @@
 
 use super::answers::Answers;
 use super::failures::{Ranking, rankings};
+use super::journal::{WRITER, of_results};
 use super::plan::Plan;
 use super::tables::{asked, cell, csv, failures, json, rows, stages, statistics, summary, trials};
 use super::trials::Trials;
@@ -12,7 +13,7 @@ use crate::cli::quality::{self, Verdict};
 use crate::cli::text::number;
 use crate::plot::report::{Figure, Report, Section, Table, page};
 use crate::study::{Answer, Place, Question};
-use cittert_formats::atomic::write_file;
+use cittert_formats::atomic::{LIST, write_file};
 use cittert_formats::{Column, Table as Columns, write_tables};
 use serde_json::{Value, json as object};
 use std::collections::BTreeMap;
@@ -82,6 +83,9 @@ pub(super) fn write(
     }
     let verdict = quality::judge(&plan.quality, &metrics);
     metrics["quality"] = verdict.json.clone();
+    let names = tables.iter().map(|t| format!("{}.csv", t.name)).chain(figures.iter().map(|f| f.0.clone()));
+    let list = of_results(names.chain(["metrics.json", "study.h5", "report.html"].map(str::to_owned)));
+    write_file(&folder.join(LIST), true, list.text(WRITER).as_bytes())?;
     for table in &tables {
         write_file(&folder.join(format!("{}.csv", table.name)), true, &csv(table)?)?;
     }

@@ -69,7 +69,7 @@ impl Plan {
             return Err(Failure::message("a study has a [question] or [failures], not both: give them in two files"));
         }
         let seeds = (0..head.seeds as u64).map(|k| head.seed.wrapping_add(k)).collect();
-        let fingerprint = format!("{} {} {}", env!("CARGO_PKG_VERSION"), maker.text()?, maker.files);
+        let fingerprint = format!("{} {} {}", env!("CARGO_PKG_VERSION"), maker.text()?, maker.hashes());
         let (unit, study) = (maker.unit(), Study { grid, setups, seeds });
         Ok(Self { title: head.title, study, fingerprint, unit, asked, failing, quality: head.quality, setups: maker })
     }

@@ -25,16 +25,33 @@ pub(super) struct Setups {
     /// Folder of the file.
     folder: PathBuf,
     bases: Bases,
-    /// Sizes and hashes of the files that were read.
-    pub(super) files: String,
+    files: Files,
     /// Bases are made on one thread, so that they have the same bytes with any number of threads.
     pool: rayon::ThreadPool,
 }
 
+/// The files that were read.
+#[derive(Default)]
+struct Files {
+    paths: Vec<PathBuf>,
+    /// Their sizes and hashes.
+    hashes: String,
+}
+
 impl Setups {
+    /// The files that the points were made from.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.files.paths.iter().map(PathBuf::as_path)
+    }
+
+    /// Sizes and hashes of these files.
+    pub(super) fn hashes(&self) -> &str {
+        &self.files.hashes
+    }
+
     pub(super) fn new(table: toml::Table, folder: &Path) -> Result<Self> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| Failure::message(e.to_string()))?;
-        Ok(Self { table, folder: folder.to_owned(), bases: Bases::new(), files: String::new(), pool })
+        Ok(Self { table, folder: folder.to_owned(), bases: Bases::new(), files: Files::default(), pool })
     }
 
     /// The trials of the point where some parameters have other values than in the file, and its configuration.
@@ -95,7 +112,7 @@ fn put(table: &mut toml::Table, parameter: &str, value: toml::Value) -> Result<(
     Ok(())
 }
 
-fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more: (&mut String, &Context)) -> Result<Setup> {
+fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more: (&mut Files, &Context)) -> Result<Setup> {
     c.image.options.check().context("image")?;
     let mut sections: Vec<String> = ["scene", "simulate", "image", "clean"].iter().map(|k| format!("{:?}", tree.get(*k))).collect();
     let antennas = match (c.layout.antennas, c.layout.choose) {
@@ -136,7 +153,7 @@ fn kept(bases: &mut Bases, key: &str, make: impl FnOnce() -> Result<(Base, VisUn
 }
 
 /// The error-free observation of a point.
-fn observe(c: &Config, folder: &Path, (files, context): (&mut String, &Context)) -> Result<(Base, VisUnit)> {
+fn observe(c: &Config, folder: &Path, (files, context): (&mut Files, &Context)) -> Result<(Base, VisUnit)> {
     let (s, scene) = (&c.simulate.options, &c.scene.options);
     let path = folder.join(&c.layout.name);
     let name = if path.exists() { path.display().to_string() } else { c.layout.name.clone() };
@@ -206,11 +223,15 @@ fn scene_on_the_grid(c: &Config, sky: &SkyModel) -> Result<Array2<f64>> {
 }
 
 /// Add the bytes of a file to the fingerprint, so that a changed scene is another study.
-fn note_file(files: &mut String, path: &Path) {
-    if let Ok(bytes) = std::fs::read(path) {
+fn note_file(files: &mut Files, path: &Path) {
+    // What is no file, such as a pipe that never ends, is refused where it is opened.
+    if path.is_file()
+        && let Ok(bytes) = std::fs::read(path)
+    {
         // FNV-1a suffices to detect an edited file.
         let hash = bytes.iter().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3));
-        files.push_str(&format!("{} {hash:016x} ", bytes.len()));
+        files.paths.push(path.to_path_buf());
+        files.hashes.push_str(&format!("{} {hash:016x} ", bytes.len()));
     }
 }
 

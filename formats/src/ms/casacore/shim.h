@@ -27,6 +27,10 @@ struct CtColumn {
 
 const char* ct_error();
 
+// casacore writes in destructors. An exception there (a full disk) cannot be caught: it ends the process. From now on `end` is called with the
+// text of such an exception first. It must not return.
+void ct_on_terminate(void (*end)(const char* what));
+
 int ct_create(const char* path, CtTable** out);
 int ct_open(const char* path, CtTable** out);
 // Open and read the table in a child process; an error where that process dies.

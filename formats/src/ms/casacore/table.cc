@@ -12,6 +12,8 @@
 #include <casacore/tables/Tables/SetupNewTab.h>
 #include <casacore/tables/Tables/TableInfo.h>
 
+#include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <memory>
 
@@ -29,8 +31,12 @@ std::string& ct::last_error() {
 
 namespace {
 
-// Only this process knows the directory that is being written, and nobody should wait for what is being read.
-const TableLock NO_LOCK(TableLock::NoLocking);
+// Only this process knows the directory that is being written, and nobody should wait for what is being read. The lock is made at the first use:
+// casacore reads its settings then, and throws where HOME is not set. Before main nobody could catch that, and every command would abort.
+const TableLock& no_lock() {
+    static const TableLock lock(TableLock::NoLocking);
+    return lock;
+}
 
 IPosition position(const int64_t* values, size_t n) {
     IPosition p(n);
@@ -108,21 +114,41 @@ int32_t type_code(DataType type) {
     }
 }
 
+void (*end_process)(const char* what) = nullptr;
+
+// Tell what the exception says that ends the process.
+[[noreturn]] void terminate() {
+    std::string what = "an unknown exception";
+    try {
+        if (std::current_exception()) throw;
+    } catch (const std::exception& e) {
+        what = e.what();
+    } catch (...) {
+    }
+    if (end_process) end_process(what.c_str());
+    std::abort();
+}
+
 }  // namespace
 
 extern "C" {
+
+void ct_on_terminate(void (*end)(const char* what)) {
+    end_process = end;
+    std::set_terminate(terminate);
+}
 
 const char* ct_error() { return ct::last_error().c_str(); }
 
 int ct_create(const char* path, CtTable** out) {
     return guard([&] {
         SetupNewTable setup(path, TableDesc("", TableDesc::Scratch), Table::New);
-        *out = new CtTable{Table(setup, NO_LOCK, 0)};
+        *out = new CtTable{Table(setup, no_lock(), 0)};
     });
 }
 
 int ct_open(const char* path, CtTable** out) {
-    return guard([&] { *out = new CtTable{Table(path, NO_LOCK, Table::Old)}; });
+    return guard([&] { *out = new CtTable{Table(path, no_lock(), Table::Old)}; });
 }
 
 int ct_free_bytes(const char* path, uint64_t* bytes) {
