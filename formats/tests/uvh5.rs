@@ -55,6 +55,16 @@ fn a_set_comes_back_whatever_the_blocks_and_the_compression() {
 }
 
 #[test]
+fn a_file_depends_on_its_content_alone() {
+    let (dir, set) = (tempfile::tempdir().unwrap(), common::earth());
+    let bytes = |name: &str| std::fs::read(save(dir.path(), name, &set, 50, Compression::Lzf)).unwrap();
+    let first = bytes("a.uvh5");
+    // Times of objects in HDF5 are whole seconds.
+    std::thread::sleep(std::time::Duration::from_millis(1100));
+    assert!(first == bytes("b.uvh5"), "the same set gives other bytes a second later");
+}
+
+#[test]
 fn blocks_are_appended_to_a_finished_file() {
     let dir = tempfile::tempdir().unwrap();
     let set = common::earth();

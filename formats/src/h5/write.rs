@@ -46,7 +46,9 @@ impl H5Out {
     pub(crate) fn create(path: &Path, overwrite: bool) -> Result<Self> {
         let out = AtomicFile::create(path, overwrite)?;
         // The structures of HDF5 1.10 have checksums, so that damage is found on reading.
-        let file = hdf5::File::with_options().with_fapl(|p| p.libver_v110()).create(out.path());
+        // Without the times of its objects, a file depends on its content alone.
+        let mut options = hdf5::File::with_options();
+        let file = options.with_fapl(|p| p.libver_v110()).with_fcpl(|p| p.obj_track_times(false)).create(out.path());
         let file = file.map_err(|e| failed(path, "new HDF5 file", WRITTEN, &e))?;
         Ok(Self { file, out })
     }
@@ -64,7 +66,7 @@ impl H5Out {
     fn group_of<'a>(&self, name: &'a str) -> Result<(Group, &'a str)> {
         let (folder, leaf) = name.rsplit_once('/').unwrap_or(("", name));
         for at in paths(folder).filter(|at| !self.file.link_exists(at)) {
-            self.file.create_group(at).map_err(|e| self.fail(at, &e))?;
+            self.file.create_group_builder().obj_track_times(false).create(at).map_err(|e| self.fail(at, &e))?;
         }
         let group = if folder.is_empty() { self.file.as_group() } else { self.file.group(folder) };
         group.map(|g| (g, leaf)).map_err(|e| self.fail(name, &e))
