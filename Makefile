@@ -21,8 +21,10 @@ demo: deps
 	@echo
 	@echo "Open $(DEMO)/report.html; the pictures are $(DEMO)/scene.png, $(DEMO)/dirty.png, $(DEMO)/clean-image.png and $(DEMO)/selfcal-image.png."
 
+# Without `--tests`, cargo would build the examples too, which `make lint` checks.
 test: deps
-	$(CARGO) test --workspace --locked
+	$(CARGO) test --workspace --locked --tests
+	$(CARGO) test --workspace --locked --doc
 
 # The tests of the formats again, now with Measurement Sets.
 test-ms: deps-ms

@@ -88,8 +88,9 @@ impl Partial {
         loop {
             let mut all = unfinished();
             let made = builder.tempdir_in(parent_of(target)).map_err(|e| FormatError::io(target, "create", explain(target, e)))?.keep();
-            // A relative path stays one: the folder in which the program works may have a name that is no text.
-            let folder = target.with_file_name(made.file_name().unwrap_or_default());
+            // A relative path stays one: the folder in which the program works may have a name that is no text. It begins with `./`, because
+            // casacore takes the dot of a hidden name at the beginning of a path for the folder in which the program works.
+            let folder = parent_of(target).join(made.file_name().unwrap_or_default());
             let full = std::path::absolute(&folder).map_err(|e| FormatError::io(target, "create", e))?;
             let lock = lock(&folder);
             // Another process may have taken the new folder for a leftover before it was locked.
@@ -197,4 +198,17 @@ pub(super) fn explain(target: &Path, error: io::Error) -> io::Error {
         kind => format!("{kind}"),
     };
     io::Error::new(error.kind(), text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// casacore reads `.x.ms.partial/x.ms` as `x.ms.partial/x.ms`.
+    #[test]
+    fn the_hidden_folder_of_a_relative_path_begins_with_a_dot_and_a_slash() {
+        let partial = Partial::beside(Path::new("hidden-name.ms")).unwrap();
+        let place = partial.place("hidden-name.ms");
+        assert!(place.to_str().unwrap().starts_with("./.hidden-name.ms."), "{place:?}");
+    }
 }
