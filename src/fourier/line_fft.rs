@@ -1,7 +1,7 @@
 //! One-dimensional transforms along the rows and the columns of a plane.
 
 use super::real::Real;
-use rustfft::{Fft, FftDirection};
+use cittert_fourier_planner::{Fft, FftDirection};
 use std::sync::Arc;
 
 /// Plans of the one-dimensional transforms along rows and columns, forward and inverse.

@@ -1,10 +1,10 @@
 //! The two floating-point types the transforms run in.
 
 use bytemuck::Zeroable;
+use cittert_fourier_planner::num_traits::NumAssign;
+use cittert_fourier_planner::{Fft, FftDirection, FftNum};
 use num_complex::Complex;
-use rustfft::num_traits::NumAssign;
-use rustfft::{Fft, FftDirection, FftNum, FftPlanner};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::Arc;
 
 /// A floating-point type of the transforms: `f32` for requested errors down to 1e-5, `f64` for smaller ones.
 pub trait Real: FftNum + NumAssign + PartialOrd + Default + Zeroable {
@@ -24,7 +24,7 @@ pub trait Real: FftNum + NumAssign + PartialOrd + Default + Zeroable {
 }
 
 macro_rules! real {
-    ($t:ty, $terms:expr) => {
+    ($t:ty, $terms:expr, $plan:path) => {
         impl Real for $t {
             const TRIG_TERMS: usize = $terms;
 
@@ -44,16 +44,13 @@ macro_rules! real {
             }
 
             fn plan(len: usize, direction: FftDirection) -> Arc<dyn Fft<Self>> {
-                static PLANNER: OnceLock<Mutex<FftPlanner<$t>>> = OnceLock::new();
-                let planner = PLANNER.get_or_init(|| Mutex::new(FftPlanner::new()));
-                // A planner is a cache, which remains valid after a panic in another thread.
-                planner.lock().unwrap_or_else(std::sync::PoisonError::into_inner).plan_fft(len, direction)
+                $plan(len, direction)
             }
         }
     };
 }
-real!(f32, 5);
-real!(f64, 9);
+real!(f32, 5, cittert_fourier_planner::single);
+real!(f64, 9, cittert_fourier_planner::double);
 
 /// True if the machine has AVX2 and fused multiply-add.
 pub(crate) fn fused() -> bool {

@@ -2,10 +2,9 @@
 
 use crate::Result;
 use cittert_arrays::{ArrayError, SkyGrid};
-use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView2, Axis};
+use cittert_fourier_planner::{FftDirection, along};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
-use rustfft::FftPlanner;
 
 /// Visibilities \[v, u\] of an image plane \[m, l\] at u = (column - n_l / 2) / (n_l cell), v = (row - n_m / 2) / (n_m cell) wavelengths:
 /// the sum of I exp(+2 pi i (u l + v m)) over the pixels, in the unit of the plane times pixels.
@@ -18,30 +17,12 @@ pub fn image_to_uv_grid(grid: &SkyGrid, plane: ArrayView2<'_, f64>) -> Result<Ar
         let found = plane.shape().to_vec();
         return Err(ArrayError::ShapeMismatch { what: "image to transform", expected: vec![n_m, n_l], found }.into());
     }
-    let along_l = transform_rows(plane.mapv(|v| Complex64::new(v, 0.0)), grid.l_sign() < 0.0);
-    let turned = along_l.reversed_axes().as_standard_layout().into_owned();
-    Ok(transform_rows(turned, false).reversed_axes().as_standard_layout().into_owned())
-}
-
-/// Transform every row with exp(+2 pi i j k / n), or with the opposite sign if the axis is `mirrored`. On both sides the origin is at n / 2.
-fn transform_rows(mut rows: Array2<Complex64>, mirrored: bool) -> Array2<Complex64> {
-    let n = rows.ncols();
-    let mut planner = FftPlanner::new();
-    let fft = if mirrored { planner.plan_fft_forward(n) } else { planner.plan_fft_inverse(n) };
-    rows.axis_iter_mut(Axis(0)).into_par_iter().for_each_init(
-        || (vec![Complex64::default(); n], vec![Complex64::default(); fft.get_inplace_scratch_len()]),
-        |(line, scratch), mut row| {
-            // With both origins at n / 2, element k of either side has the coordinate k - n / 2. This is a rotation before and after the FFT.
-            for (k, v) in row.iter().enumerate() {
-                line[(k + n - n / 2) % n] = *v;
-            }
-            fft.process_with_scratch(line, scratch);
-            for (k, v) in row.iter_mut().enumerate() {
-                *v = line[(k + n - n / 2) % n];
-            }
-        },
-    );
-    rows
+    // With the origin of both sides at n / 2, element k has the coordinate k - n / 2. This is a rotation before and after the transform.
+    let place = |(i, j): (usize, usize)| ((i + n_m / 2) % n_m, (j + n_l / 2) % n_l);
+    let mut vis = Array2::from_shape_fn((n_m, n_l), |at| Complex64::new(plane[place(at)], 0.0));
+    along(&mut vis, 1, if grid.l_sign() < 0.0 { FftDirection::Forward } else { FftDirection::Inverse });
+    along(&mut vis, 0, FftDirection::Inverse);
+    Ok(Array2::from_shape_fn((n_m, n_l), |(i, j)| vis[((i + n_m - n_m / 2) % n_m, (j + n_l - n_l / 2) % n_l)]))
 }
 
 #[cfg(test)]

@@ -10,12 +10,12 @@ struct Rule {
     text: &'static str,
 }
 
-const FFT: &str = "rustfft and ndrustfft belong to src/fourier";
+const FFT: &str = "rustfft and ndrustfft belong to src/fourier/planner";
 const JOINS: &str = "only src/cli joins the chain with formats and scenes";
 
 const RULES: &[Rule] = &[
-    Rule { package: "rustfft", owners: &["src/fourier"], text: FFT },
-    Rule { package: "ndrustfft", owners: &["src/fourier"], text: FFT },
+    Rule { package: "rustfft", owners: &["src/fourier/planner"], text: FFT },
+    Rule { package: "ndrustfft", owners: &["src/fourier/planner"], text: FFT },
     Rule { package: "argmin", owners: &["src/mem", "src/design"], text: "argmin belongs to src/mem, and to src/design where it optimises" },
     Rule {
         package: "clap",
