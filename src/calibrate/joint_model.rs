@@ -16,7 +16,7 @@ use crate::imaging::major::CleanOptions;
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
 use crate::mem::regulariser::WeightedSum;
 use crate::mem::{
-    ChiSquared, Gathered, MemImager, MemPlan, MemState, Objective, Prior, flat_prior, flux_of_one, in_front, noise_from_hands, prepared,
+    ChiSquared, DataSums, MemImager, MemPlan, MemState, Objective, Prior, flat_prior, flux_of_one, in_front, noise_from_hands, prepared,
     sum_inside,
 };
 use crate::misfit::VisibilityTerm;
@@ -86,7 +86,7 @@ impl JointMaker {
             Prior::Auto | Prior::Smoothed => {
                 let hidden = offset.as_ref().map_or(0.0, |o| sum_inside(o, inside.as_ref()));
                 // Amplitudes on the shortest baselines give at least a part of the flux. They do not depend on the phases.
-                let seen = Gathered::new(&mut imager, 0, observer)?.flux_seen()? + hidden;
+                let seen = DataSums::new((&mut imager, 0), observer)?.flux_seen((&mut imager, 0), 1.0, observer)? + hidden;
                 (flat_prior(&one, seen, inside.as_ref())?, false)
             }
         };
@@ -126,7 +126,7 @@ impl JointMaker {
 
 /// Image and gains of one set of data.
 struct Problem {
-    solver: MemImager,
+    solver: MemImager<'static>,
     gains: Arc<UnknownGains>,
     uvw_m: Array2<f64>,
     freq_hz: Vec<f64>,
@@ -164,8 +164,13 @@ fn say(found: &Joint, begun: Instant, observer: &dyn Observer) {
 
 /// The problem with a better flat prior. The shortest baselines may resolve most of a scene, so the prior is raised to the flux of the
 /// first faint image. It is then multiplied by [`JointSchedule::brighter`].
-fn of_its_flux(mut solver: MemImager, gains: &UnknownGains, tuning: &JointSchedule, observer: &dyn Observer) -> Result<MemImager> {
-    let brighter = |solver: MemImager, factor: f64| -> Result<MemImager> {
+fn of_its_flux<'a>(
+    mut solver: MemImager<'a>,
+    gains: &UnknownGains,
+    tuning: &JointSchedule,
+    observer: &dyn Observer,
+) -> Result<MemImager<'a>> {
+    let brighter = |solver: MemImager<'a>, factor: f64| -> Result<MemImager<'a>> {
         let prior = solver.prior() * factor;
         prepared(solver.into_objective(), prior, &MemPlan::default())
     };

@@ -83,7 +83,13 @@ impl Default for JointGoals {
 ///
 /// # Errors
 /// Values that are not finite; a request to stop.
-pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goals: &JointGoals, observer: &dyn Observer) -> Result<Joint> {
+pub fn joint(
+    imager: &mut MemImager<'_>,
+    gains: &UnknownGains,
+    at: Lattice<'_>,
+    goals: &JointGoals,
+    observer: &dyn Observer,
+) -> Result<Joint> {
     let grid = imager.objective().chi2.grid().clone();
     let unit = imager.objective().unit;
     let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
@@ -135,7 +141,7 @@ pub fn joint(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, goal
 }
 
 /// The image of the first stage, in which the data have little weight.
-pub(super) fn faint(imager: &mut MemImager, gains: &UnknownGains, first: JointStep, observer: &dyn Observer) -> Result<MemState> {
+pub(super) fn faint(imager: &mut MemImager<'_>, gains: &UnknownGains, first: JointStep, observer: &dyn Observer) -> Result<MemState> {
     let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
     let unit = imager.objective().unit;
     let mut state = imager.start();
@@ -153,7 +159,7 @@ pub(super) const FROZEN: f64 = 1e12;
 ///
 /// # Errors
 /// As [`joint`].
-pub fn joint_near_unity(imager: &mut MemImager, gains: &UnknownGains, goals: &JointGoals, observer: &dyn Observer) -> Result<Joint> {
+pub fn joint_near_unity(imager: &mut MemImager<'_>, gains: &UnknownGains, goals: &JointGoals, observer: &dyn Observer) -> Result<Joint> {
     let unit = imager.objective().unit;
     let weight: f64 = gains.weights().iter().map(|w| f64::from(*w)).sum();
     let mut state = imager.start();
@@ -186,7 +192,7 @@ pub fn joint_near_unity(imager: &mut MemImager, gains: &UnknownGains, goals: &Jo
 /// # Errors
 /// As [`joint`].
 pub fn joint_from(
-    imager: &mut MemImager,
+    imager: &mut MemImager<'_>,
     gains: &UnknownGains,
     image: &Array2<f64>,
     goals: &JointGoals,
@@ -224,7 +230,7 @@ impl Stages {
 
 /// Solve to the target of chi squared, and again while the gains are found farther from 1 than was expected.
 fn settle(
-    imager: &mut MemImager,
+    imager: &mut MemImager<'_>,
     gains: &UnknownGains,
     mut state: MemState,
     (mut rms, mut found): (f64, Stages),
@@ -285,7 +291,7 @@ fn to_the_middle(image: &Array2<f64>) -> Result<(i64, i64)> {
 }
 
 /// Cells by which the image must move to fit the data best. It is 0 where the data do not determine the move to within a cell.
-fn asked_for(imager: &mut MemImager, gains: &UnknownGains, at: Lattice<'_>, grid: &SkyGrid, state: &MemState) -> Result<(i64, i64)> {
+fn asked_for(imager: &mut MemImager<'_>, gains: &UnknownGains, at: Lattice<'_>, grid: &SkyGrid, state: &MemState) -> Result<(i64, i64)> {
     let model = imager.predict(&state.image)?;
     let Some((shift, sigma)) = gains.shift(model, at.u, at.v) else { return Ok((0, 0)) };
     // The error of the shift grows with the misfit, because an image far from the data does not determine the shift better.
@@ -312,7 +318,7 @@ fn smoothed(image: &Array2<f64>) -> Array2<f64> {
 }
 
 /// Move the image. Pixels that enter the frame are `dark` times the prior.
-fn shift(imager: &MemImager, gains: &UnknownGains, state: &mut MemState, (columns, rows): (i64, i64), dark: f64) {
+fn shift(imager: &MemImager<'_>, gains: &UnknownGains, state: &mut MemState, (columns, rows): (i64, i64), dark: f64) {
     if (columns, rows) == (0, 0) {
         return;
     }

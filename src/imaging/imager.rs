@@ -3,7 +3,7 @@
 use super::ImagingOptions;
 use super::data::{Data, ReducedBlock, Survey};
 use super::pol::PolSelector;
-use super::session::{Gridded, Residue, Session};
+use super::session::{Gridded, ResidualWeights, Residue, Session};
 use super::size::choose_grid;
 use super::weights::ImageWeights;
 use crate::fourier::Real;
@@ -41,6 +41,15 @@ pub struct Residual {
     pub image: Array2<f64>,
     /// Sum of weight |V - model|^2, divided by twice the number of used visibilities. It is 1 if the residual is only noise.
     pub chi2_per_datum: f64,
+}
+
+/// Chi squared of an image with its gradient.
+#[derive(Debug, Clone)]
+pub struct ImageMisfit {
+    /// Sum of weight |V - model|^2.
+    pub chi2: f64,
+    /// d chi2 / d I for each pixel \[m, l\], 1 / flux.
+    pub gradient: Array2<f64>,
 }
 
 /// Set the imaging weights of all output channels in a block.
@@ -167,11 +176,23 @@ impl<'a> Imager<'a> {
     /// The output channel has no usable visibility, the model has another shape than the image or a pixel that is not finite, or the source
     /// fails.
     pub fn residual(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<Residual> {
-        if self.options.grid_options().single_precision_suffices() {
-            self.residual_in::<f32>(channel, model, observer)
-        } else {
-            self.residual_in::<f64>(channel, model, observer)
-        }
+        let scale = self.mean_weight(channel);
+        let (left, sum) = self.residual_sum((channel, ResidualWeights::Imaging, scale), model, observer)?;
+        let image = self.mean(channel, scale, sum);
+        Ok(Residual { image, chi2_per_datum: left.chi2 / (2.0 * left.used as f64) })
+    }
+
+    /// Chi squared of `model` \[m, l\], flux per pixel, and its gradient, from one pass over the data of an output channel. Imaging weights have
+    /// no part in it. The memory does not depend on the number of visibilities if they are read anew in every pass.
+    ///
+    /// # Errors
+    /// As [`Imager::residual`].
+    pub fn chi_squared(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<ImageMisfit> {
+        let used = self.data.survey().counts.used.max(1) as f64;
+        let mean = self.data.survey().channel_weight[self.channels[channel].clone()].iter().sum::<f64>() / used;
+        let scale = if mean > 0.0 && mean.is_finite() { mean } else { 1.0 };
+        let (left, sum) = self.residual_sum((channel, ResidualWeights::Data, scale), model, observer)?;
+        Ok(ImageMisfit { chi2: left.chi2, gradient: sum * (-2.0 * scale) })
     }
 
     /// Call `work` for every block with its imaging weights, in order.
@@ -240,7 +261,26 @@ impl<'a> Imager<'a> {
         if self.sums[channel] > 0.0 { sum * (scale / self.sums[channel]) } else { sum }
     }
 
-    fn residual_in<T: Real>(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<Residual> {
+    /// The residuals of an output channel with these weights over `scale`, gridded and transformed, and what they leave of chi squared.
+    fn residual_sum(
+        &mut self,
+        how: (usize, ResidualWeights, f64),
+        model: ArrayView2<'_, f64>,
+        observer: &dyn Observer,
+    ) -> Result<(Residue, Array2<f64>)> {
+        if self.options.grid_options().single_precision_suffices() {
+            self.residual_sum_in::<f32>(how, model, observer)
+        } else {
+            self.residual_sum_in::<f64>(how, model, observer)
+        }
+    }
+
+    fn residual_sum_in<T: Real>(
+        &mut self,
+        (channel, weights, scale): (usize, ResidualWeights, f64),
+        model: ArrayView2<'_, f64>,
+        observer: &dyn Observer,
+    ) -> Result<(Residue, Array2<f64>)> {
         observer.event(Event::Phase { name: "residual", total: Some(self.data.survey().counts.total), unit: "vis" });
         let mut session = self.session::<T>(channel)?;
         let degridder = session.transform.degridder(model)?;
@@ -248,16 +288,15 @@ impl<'a> Imager<'a> {
         let cached = self.data.is_cached();
         let (mut left, mut number) = (Residue::default(), 0);
         self.for_each_weighed(observer, |block| {
-            left += session.residual((number, cached), block, &degridder, &mut gridder)?;
+            left += session.residual((number, cached), block, (&degridder, &mut gridder), (weights, scale))?;
             number += 1;
             Ok(())
         })?;
         drop(degridder);
         ensure!(left.used > 0, ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no residual")));
-        let image = self.mean(channel, session.scale, gridder.finish());
         self.session = Some((channel, Box::new(session)));
         observer.event(Event::Done);
-        Ok(Residual { image, chi2_per_datum: left.chi2 / (2.0 * left.used as f64) })
+        Ok((left, gridder.finish()))
     }
 
     /// Mean weight of an output channel. Weights are divided by it before they are rounded to single precision, so that a large unit cannot

@@ -38,7 +38,7 @@ pub(crate) use clock::Clock;
 pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use data::{Data, ReducedBlock, Survey};
-pub use imager::{Imager, Residual};
+pub use imager::{ImageMisfit, Imager, Residual};
 pub use major::{CleanProducts, StopReason, clean, clean_from};
 pub use options::{BeamShape, ImageSize, ImagingOptions, Weighting};
 pub(crate) use output::Kind;

@@ -32,6 +32,15 @@ pub(super) enum Gridded {
     Beam,
 }
 
+/// The weights with which residuals are gridded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ResidualWeights {
+    /// The imaging weights.
+    Imaging,
+    /// The weights of the data, 1/sigma^2: the sum is then the slope of chi squared.
+    Data,
+}
+
 /// Chi squared and the number of visibilities in it.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Residue {
@@ -104,27 +113,28 @@ impl<T: Real> Session<T> {
         gridder.add_sorted(new.as_ref().map_or_else(|| self.kept(number), Ok)?, values)
     }
 
-    /// Subtract the model from a block and grid the weighted residual.
+    /// Subtract the model from a block and grid the residual, weighted with `weights` over `scale`.
     pub(super) fn residual(
         &mut self,
         (number, keep): (usize, bool),
         block: &ReducedBlock,
-        model: &Degridder<T>,
-        gridder: &mut Gridder<T>,
+        (model, gridder): (&Degridder<T>, &mut Gridder<T>),
+        (weights, scale): (ResidualWeights, f64),
     ) -> Result<Residue> {
         let new = self.sorted((number, keep), block)?;
-        let inverse = self.scale.recip();
-        let (vis, weight, imaging) =
-            (Rows::of(&block.vis, &self.channels)?, Rows::of(&block.weight, &self.channels)?, Rows::of(&block.imaging, &self.channels)?);
+        let inverse = scale.recip();
+        let gridded = if weights == ResidualWeights::Imaging { &block.imaging } else { &block.weight };
+        let (vis, weight, gridded) =
+            (Rows::of(&block.vis, &self.channels)?, Rows::of(&block.weight, &self.channels)?, Rows::of(gridded, &self.channels)?);
         let subtract = |r: usize, out: &mut [Complex<T>]| {
             let mut left = Residue::default();
-            for (((out, v), weight), imaging) in out.iter_mut().zip(vis.row(r)).zip(weight.row(r)).zip(imaging.row(r)) {
+            for (((out, v), weight), gridded) in out.iter_mut().zip(vis.row(r)).zip(weight.row(r)).zip(gridded.row(r)) {
                 let d = Complex::new(T::of(f64::from(v.re)) - out.re, T::of(f64::from(v.im)) - out.im);
                 if *weight > 0.0 {
                     left.chi2 += f64::from(*weight) * d.norm_sqr().to64();
                     left.used += 1;
                 }
-                *out = if *imaging > 0.0 { d.scale(T::of(f64::from(*imaging) * inverse)) } else { Complex::default() };
+                *out = if *gridded > 0.0 { d.scale(T::of(f64::from(*gridded) * inverse)) } else { Complex::default() };
             }
             left
         };

@@ -14,7 +14,7 @@ use ndarray::{Array2, ArrayView2, Zip, s};
 use num_complex::Complex64;
 
 /// Factor on the cell, and its inverse on uvw. It leaves u l unchanged and keeps a field of twice the width in front of the horizon.
-const SHRINK: f64 = 1e-4;
+pub(super) const SHRINK: f64 = 1e-4;
 
 /// The Hessian of half of chi squared as a convolution.
 pub struct BeamHessian {
@@ -40,16 +40,34 @@ impl BeamHessian {
     /// # Errors
     /// As [`Pair::new`].
     pub fn new(grid: &SkyGrid, freq_hz: &[f64], uvw_m: ArrayView2<'_, f64>, weights: &[f32]) -> Result<Self> {
-        let twice = SkyGrid { n_l: 2 * grid.n_l, n_m: 2 * grid.n_m, cell_rad: grid.cell_rad * SHRINK, frame: grid.frame.clone() };
-        let mut stretched = uvw_m.to_owned();
-        stretched.column_mut(2).fill(0.0);
-        stretched /= SHRINK;
-        let options = GridOptions { epsilon: 1e-5, w_term: false, divide_by_n: false, ..GridOptions::default() };
-        let mut pair = Pair::<f32>::new(&twice, freq_hz, stretched.view(), &options)?;
+        let mut pair = Pair::<f32>::new(&Self::field(grid), freq_hz, Self::stretch(uvw_m).view(), &Self::grid_options())?;
         let diagonal: f64 = weights.iter().map(|w| f64::from(*w)).sum();
         let values: Vec<Complex64> = weights.iter().map(|w| Complex64::new(f64::from(*w) / diagonal, 0.0)).collect();
         let beam = pair.adjoint(&values, 1.0)?.mapv(|v| v as f32);
         drop(pair);
+        Ok(Self::of_beam(grid, beam, diagonal))
+    }
+
+    /// The field of a beam of twice the size, with shrunken cells.
+    pub(super) fn field(grid: &SkyGrid) -> SkyGrid {
+        SkyGrid { n_l: 2 * grid.n_l, n_m: 2 * grid.n_m, cell_rad: grid.cell_rad * SHRINK, frame: grid.frame.clone() }
+    }
+
+    /// The uvw \[row, 3\] that belong to shrunken cells, with w = 0.
+    pub(super) fn stretch(uvw_m: ArrayView2<'_, f64>) -> Array2<f64> {
+        let mut stretched = uvw_m.to_owned();
+        stretched.column_mut(2).fill(0.0);
+        stretched /= SHRINK;
+        stretched
+    }
+
+    /// The options of the transform to a beam.
+    pub(super) fn grid_options() -> GridOptions {
+        GridOptions { epsilon: 1e-5, w_term: false, divide_by_n: false, ..GridOptions::default() }
+    }
+
+    /// From the beam of twice the size \[2 m, 2 l\], 1 in its middle, and the sum of the weights, 1 / flux^2.
+    pub(super) fn of_beam(grid: &SkyGrid, beam: Array2<f32>, diagonal: f64) -> Self {
         let wide = Convolver::new((grid.n_m, grid.n_l), grid.n_m.max(grid.n_l));
         let round = Convolver::new((grid.n_m, grid.n_l), 0);
         let eigenvalues = round.kernel(circulant(&beam, (grid.n_m, grid.n_l), round.padded()).view()).map_real(|v| v.max(0.0));
@@ -59,7 +77,7 @@ impl BeamHessian {
         let (h_m, h_l) = (grid.n_m.min(p_m / 2), grid.n_l.min(p_l / 2));
         let part = beam.slice(s![grid.n_m - h_m..grid.n_m + h_m, grid.n_l - h_l..grid.n_l + h_l]);
         let beam = wide.kernel(part);
-        Ok(Self { wide, beam, round, eigenvalues, diagonal, largest: f64::from(largest) })
+        Self { wide, beam, round, eigenvalues, diagonal, largest: f64::from(largest) }
     }
 
     /// The diagonal: the sum of the weights, 1 / flux^2.

@@ -1,50 +1,37 @@
-//! Chi squared of an image: one transform to visibilities, the term, one transform back.
+//! Chi squared of an image, from visibilities in memory or in passes over a set.
 
-use crate::fourier::{GridOptions, Pair};
+use super::data_term::DataTerm;
+use super::listed::Listed;
+use super::passes::Passes;
+use crate::fourier::GridOptions;
+use crate::imaging::{ImageMisfit, Imager};
 use crate::misfit::VisibilityTerm;
+use crate::progress::Observer;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{ArrayError, SkyGrid};
-use ndarray::{Array2, ArrayView2};
+use ndarray::ArrayView2;
 use num_complex::Complex64;
 use std::time::Instant;
 
-/// The transforms in the precision that the error allows.
-enum Transforms {
-    Single(Pair<f32>),
-    Double(Pair<f64>),
-}
-
-/// A term of chi squared over the visibilities of one image.
-pub struct ChiSquared {
+/// Chi squared of the visibilities of one image, with its cost so far.
+pub struct ChiSquared<'a> {
     grid: SkyGrid,
-    transforms: Transforms,
-    term: Box<dyn VisibilityTerm>,
-    model: Vec<Complex64>,
-    slope: Vec<Complex64>,
+    term: Box<dyn DataTerm + 'a>,
     evaluations: usize,
     seconds: f64,
 }
 
-/// Chi squared with its gradient.
-#[derive(Debug, Clone)]
-pub struct Misfit {
-    /// Its value.
-    pub chi2: f64,
-    /// d chi2 / d I for each pixel \[m, l\], 1 / flux.
-    pub gradient: Array2<f64>,
-}
-
-impl std::fmt::Debug for ChiSquared {
+impl std::fmt::Debug for ChiSquared<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("ChiSquared").field("term", &self.term.name()).field("evaluations", &self.evaluations).finish_non_exhaustive()
+        f.debug_struct("ChiSquared").field("data", &self.term.data()).field("evaluations", &self.evaluations).finish_non_exhaustive()
     }
 }
 
-impl ChiSquared {
-    /// For rows with these uvw in m \[row, 3\] and channels, and a term over row x channel.
+impl<'a> ChiSquared<'a> {
+    /// For rows with these uvw in m \[row, 3\] and channels, and a term over row x channel. The visibilities stay in memory.
     ///
     /// # Errors
-    /// The term holds no datum; see also [`Pair::new`].
+    /// The term holds no datum; see also [`crate::fourier::Pair::new`].
     pub fn new(
         grid: &SkyGrid,
         freq_hz: &[f64],
@@ -52,15 +39,26 @@ impl ChiSquared {
         options: &GridOptions,
         term: Box<dyn VisibilityTerm>,
     ) -> Result<Self> {
-        ensure!(term.data() > 0, ChainError::NoData("no term holds any datum: nothing constrains the image".into()));
-        let transforms = if options.single_precision_suffices() {
-            Transforms::Single(Pair::new(grid, freq_hz, uvw_m, options)?)
-        } else {
-            Transforms::Double(Pair::new(grid, freq_hz, uvw_m, options)?)
-        };
-        let n = uvw_m.nrows() * freq_hz.len();
-        let zeros = vec![Complex64::default(); n];
-        Ok(Self { grid: grid.clone(), transforms, term, model: zeros.clone(), slope: zeros, evaluations: 0, seconds: 0.0 })
+        Self::of_term(grid, Box::new(Listed::new(grid, (freq_hz, uvw_m), options, term)?))
+    }
+
+    /// For the data of an output channel of an imager whose weights, times `factor`, are 1/sigma^2. Every evaluation is one pass over the
+    /// data, so the memory does not depend on their number. `used` is the number of visibilities that count.
+    ///
+    /// # Errors
+    /// No visibility counts.
+    pub fn in_passes<'i: 'a, 's: 'i>(
+        (imager, channel): (&'i mut Imager<'s>, usize),
+        (factor, used): (f64, u64),
+        observer: &'i dyn Observer,
+    ) -> Result<Self> {
+        let grid = imager.grid().clone();
+        Self::of_term(&grid, Box::new(Passes::new((imager, channel), (factor, used), observer)))
+    }
+
+    fn of_term(grid: &SkyGrid, term: Box<dyn DataTerm + 'a>) -> Result<Self> {
+        ensure!(term.data() > 0.0, ChainError::NoData("no term holds any datum: nothing constrains the image".into()));
+        Ok(Self { grid: grid.clone(), term, evaluations: 0, seconds: 0.0 })
     }
 
     /// Where the pixels are.
@@ -72,7 +70,7 @@ impl ChiSquared {
     /// The expected value: the number of real data.
     #[must_use]
     pub fn expected(&self) -> f64 {
-        self.term.data() as f64
+        self.term.data()
     }
 
     /// Evaluations so far, each a pair of transforms, and the seconds they took.
@@ -84,44 +82,27 @@ impl ChiSquared {
     /// Visibilities \[row x chan\] of an image \[m, l\] in flux per pixel.
     ///
     /// # Errors
-    /// An image of another size.
+    /// An image of another size; visibilities that are not in memory.
     pub fn predict(&mut self, image: ArrayView2<'_, f64>) -> Result<&[Complex64]> {
-        match &mut self.transforms {
-            Transforms::Single(p) => p.predict(image, &mut self.model)?,
-            Transforms::Double(p) => p.predict(image, &mut self.model)?,
-        }
-        Ok(&self.model)
+        self.term.predict(image)
     }
 
     /// Chi squared and its gradient for an image \[m, l\] in flux per pixel.
     ///
     /// # Errors
     /// An image of another size or with values that are not finite.
-    pub fn evaluate(&mut self, image: ArrayView2<'_, f64>) -> Result<Misfit> {
+    pub fn evaluate(&mut self, image: ArrayView2<'_, f64>) -> Result<ImageMisfit> {
         if let Some(((row, column), v)) = image.indexed_iter().find(|(_, v)| !v.is_finite()) {
             let what = format!("pixel (column {column}, row {row}) of the image");
             return Err(ArrayError::BadValue { what, value: v.to_string(), expected: "a finite number" }.into());
         }
         let start = Instant::now();
-        self.predict(image)?;
-        self.slope.fill(Complex64::default());
-        let chi2 = self.term.add(&self.model, 1.0, &mut self.slope);
-        let gradient = self.transpose()?;
+        let misfit = self.term.misfit(image)?;
+        let finite = misfit.chi2.is_finite() && misfit.gradient.iter().all(|g| g.is_finite());
+        ensure!(finite, ChainError::NoData("chi squared has no finite gradient: the weights are too large for the data".into()));
         self.evaluations += 1;
         self.seconds += start.elapsed().as_secs_f64();
-        Ok(Misfit { chi2, gradient })
-    }
-
-    /// The adjoint transform of the gradient with respect to the visibilities.
-    fn transpose(&mut self) -> Result<Array2<f64>> {
-        let top = self.slope.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
-        ensure!(top.is_finite(), ChainError::NoData("chi squared has no finite gradient: the weights are too large for the data".into()));
-        let scale = if top > 0.0 { 1.0 / top } else { 1.0 };
-        let image = match &mut self.transforms {
-            Transforms::Single(p) => p.adjoint(&self.slope, scale)?,
-            Transforms::Double(p) => p.adjoint(&self.slope, scale)?,
-        };
-        Ok(image * (1.0 / scale))
+        Ok(misfit)
     }
 }
 
@@ -130,6 +111,7 @@ mod tests {
     use super::*;
     use crate::misfit::Visibilities;
     use cittert_arrays::SkyFrame;
+    use ndarray::Array2;
     use num_complex::Complex32;
 
     #[test]

@@ -32,8 +32,8 @@ pub struct MemState {
 
 /// Makes maximum entropy images of one objective.
 #[derive(Debug)]
-pub struct MemImager {
-    objective: Objective,
+pub struct MemImager<'a> {
+    objective: Objective<'a>,
     prior: Array2<f64>,
     tuning: MemTuning,
 }
@@ -50,12 +50,12 @@ pub enum Method {
     Vtess,
 }
 
-impl MemImager {
+impl<'a> MemImager<'a> {
     /// For an objective. Images start at `prior` \[m, l\], flux a pixel.
     ///
     /// # Errors
     /// A prior that is not positive where the image may be bright, a flux that is not positive, a mask that leaves no pixel.
-    pub fn new(objective: Objective, prior: Array2<f64>) -> Result<Self> {
+    pub fn new(objective: Objective<'a>, prior: Array2<f64>) -> Result<Self> {
         check_prior(&prior, objective.inside.as_ref())?;
         let flux = objective.flux.unwrap_or(1.0);
         need("flux", flux, flux > 0.0 && flux.is_finite(), "a positive total flux: entropy is that of a positive image")?;
@@ -73,18 +73,18 @@ impl MemImager {
 
     /// The objective.
     #[must_use]
-    pub fn objective(&self) -> &Objective {
+    pub fn objective(&self) -> &Objective<'a> {
         &self.objective
     }
 
     /// Access to change the data term, the penalty or the flux between two calls.
-    pub fn objective_mut(&mut self) -> &mut Objective {
+    pub fn objective_mut(&mut self) -> &mut Objective<'a> {
         &mut self.objective
     }
 
     /// The objective, so that another imager can be made of it with another prior.
     #[must_use]
-    pub fn into_objective(self) -> Objective {
+    pub fn into_objective(self) -> Objective<'a> {
         self.objective
     }
 

@@ -1,9 +1,11 @@
 //! The noise of the data, which gives chi squared its expected value. It comes from the weights, from an option, or from the difference of
 //! two parallel hands that measure the same sky.
 
-use super::gather::Gathered;
+use super::statistics::DataSums;
 use crate::Result;
+use crate::imaging::Imager;
 use crate::memory::MemoryBudget;
+use crate::progress::Observer;
 use crate::values::need;
 use cittert_arrays::{Polarization, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 
@@ -26,21 +28,20 @@ pub enum Noise {
 pub(super) const ASSUMED: f64 = 0.01;
 
 impl Noise {
-    /// Scale the weights of gathered data to this noise.
+    /// 1/sigma^2 of the data of an output channel over their weights.
     ///
     /// # Errors
-    /// A noise that is not positive and finite.
-    pub fn apply(self, data: &mut Gathered) -> Result<()> {
+    /// A noise that is not positive and finite, or a source that cannot be read.
+    pub fn factor(self, at: (&mut Imager<'_>, usize), sums: &DataSums, observer: &dyn Observer) -> Result<f64> {
         let (value, variance) = match self {
-            Self::Weights => return Ok(()),
+            Self::Weights => return Ok(1.0),
             Self::Factor(factor) => (factor, factor),
-            Self::Sigma(sigma) => (sigma, sigma * sigma * data.median_weight()?),
-            Self::Assumed(fraction) => (fraction, fraction * fraction * data.mean_power()?),
+            Self::Sigma(sigma) => (sigma, sigma * sigma * sums.median_weight(at, observer)?),
+            Self::Assumed(fraction) => (fraction, fraction * fraction * sums.mean_power()),
         };
         let expected = "a positive noise: without noise chi squared has no expected value";
         need("noise", value, value > 0.0 && variance > 0.0 && variance.is_finite(), expected)?;
-        data.scale_weights(1.0 / variance);
-        Ok(())
+        Ok(1.0 / variance)
     }
 }
 
@@ -113,8 +114,9 @@ pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise>
 mod tests {
     use super::*;
     use crate::fixtures::{positions, snapshot};
+    use crate::imaging::ImagingOptions;
+    use crate::progress::Silent;
     use cittert_arrays::VisUnit;
-    use ndarray::Array2;
     use num_complex::Complex32;
 
     #[test]
@@ -139,24 +141,46 @@ mod tests {
 
     #[test]
     fn weights_follow_the_noise_and_no_noise_is_refused() {
-        let make = || Gathered {
-            uvw_m: Array2::zeros((3, 3)),
-            freq_hz: vec![1e9],
-            vis: vec![Complex32::default(); 3],
-            weight: vec![1.0, 2.0, 4.0],
-        };
-        let mut data = make();
-        Noise::Sigma(0.5).apply(&mut data).unwrap();
-        assert_eq!(data.weight, [2.0, 4.0, 8.0]);
-        Noise::Factor(2.0).apply(&mut data).unwrap();
-        assert_eq!(data.weight, [1.0, 2.0, 4.0]);
-        let mut data = make();
-        data.vis[2] = Complex32::new(3.0, 4.0);
-        Noise::Assumed(0.1).apply(&mut data).unwrap();
-        // The mean of w |V|^2 is 4 x 25 / 3.
-        assert!((data.weight[0] - 3.0).abs() < 1e-6 && (data.weight[2] - 12.0).abs() < 1e-5, "{:?}", data.weight);
-        for bad in [Noise::Sigma(0.0), Noise::Sigma(f64::NAN), Noise::Factor(0.0), Noise::Sigma(-1.0)] {
-            assert!(bad.apply(&mut make()).unwrap_err().to_string().contains("noise"));
+        let places = positions(4, 100.0, 0.0, 3);
+        let mut set = snapshot(&places, &[1e9], &[Polarization::I], &[], (0.2, VisUnit::Jy));
+        set.data.vis.fill(Complex32::default());
+        set.data.vis[(5, 0, 0)] = Complex32::new(3.0, 4.0);
+        // Six baselines; the one with the smallest weight does not count.
+        for (k, weight) in [2.0, 1.0, 4.0, 0.0, 8.0, 4.0].into_iter().enumerate() {
+            set.data.weights[(k, 0, 0)] = weight;
         }
+        let options = ImagingOptions { size: Some("16".parse().unwrap()), ..ImagingOptions::default() };
+        let mut imager = Imager::new(&mut set, options, &Silent).unwrap();
+        let sums = DataSums::new((&mut imager, 0), &Silent).unwrap();
+        // The sum of w |V|^2 is 4 x 25.
+        assert_eq!(sums, DataSums { used: 5, power: 100.0 });
+        let mut factor = |noise: Noise| noise.factor((&mut imager, 0), &sums, &Silent);
+        assert_eq!(factor(Noise::Weights).unwrap(), 1.0);
+        assert_eq!(factor(Noise::Sigma(0.5)).unwrap(), 1.0, "the median weight is 4");
+        assert_eq!(factor(Noise::Factor(2.0)).unwrap(), 0.5);
+        assert!((factor(Noise::Assumed(0.1)).unwrap() - 5.0).abs() < 1e-12);
+        for bad in [Noise::Sigma(0.0), Noise::Sigma(f64::NAN), Noise::Factor(0.0), Noise::Sigma(-1.0)] {
+            assert!(factor(bad).unwrap_err().to_string().contains("noise"));
+        }
+    }
+
+    #[test]
+    fn the_shortest_baselines_tell_the_flux() {
+        let places = positions(40, 100.0, 0.0, 3);
+        let freq: Vec<f64> = (0..4).map(|c| 1e9 + 1e6 * f64::from(c)).collect();
+        let mut set = snapshot(&places, &freq, &[Polarization::I], &[(0.0, 0.0, 5.0)], (0.2, VisUnit::Jy));
+        let n = set.data.vis.len();
+        let mut order: Vec<(f64, usize)> =
+            (0..n / 4).map(|r| (set.data.coverage.uvw_m[(r, 0)].hypot(set.data.coverage.uvw_m[(r, 1)]), r)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // Only the shortest hundredth measures 20 Jy.
+        for (_, row) in &order[..order.len().div_ceil(100)] {
+            set.data.vis.index_axis_mut(ndarray::Axis(0), *row).mapv_inplace(|v| v * 4.0);
+        }
+        let mut imager =
+            Imager::new(&mut set, ImagingOptions { size: Some("16".parse().unwrap()), ..ImagingOptions::default() }, &Silent).unwrap();
+        let sums = DataSums::new((&mut imager, 0), &Silent).unwrap();
+        let flux = sums.flux_seen((&mut imager, 0), 1.0, &Silent).unwrap();
+        assert!((flux - 20.0).abs() < 1.0, "{flux}");
     }
 }

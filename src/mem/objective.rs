@@ -18,9 +18,9 @@ const FLUX_STIFFNESS: f64 = 100.0;
 
 /// All terms of the objective.
 #[derive(Debug)]
-pub struct Objective {
+pub struct Objective<'a> {
     /// Chi squared of the data.
-    pub chi2: ChiSquared,
+    pub chi2: ChiSquared<'a>,
     /// The penalty.
     pub penalty: WeightedSum,
     /// The pixels where the image may be bright \[m, l\]. Without a mask these are all pixels.
@@ -68,7 +68,7 @@ pub struct Point {
     pub flux: f64,
 }
 
-impl Objective {
+impl Objective<'_> {
     /// Stiffness of the flux constraint.
     #[must_use]
     pub fn rho(&self) -> f64 {

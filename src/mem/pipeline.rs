@@ -3,15 +3,14 @@
 use super::beam::BeamHessian;
 use super::certificate::Certificate;
 use super::chi2::ChiSquared;
-use super::gather::Gathered;
 use super::imager::{MemImager, MemState};
 use super::objective::{Multipliers, Objective};
 use super::plan::{Flux, MemPlan, Prior};
 use super::regulariser::{L1, Regulariser, TotalVariation, WeightedSum, check_prior};
 use super::solver::{MemGoals, Progress};
+use super::statistics::DataSums;
 use super::uncertainty::{Uncertainty, uncertainty};
 use crate::imaging::{Clock, Imager, Kind, with_beam};
-use crate::misfit::Visibilities;
 use crate::progress::Observer;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
@@ -105,8 +104,10 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
     let inside = in_front(&one, opts.mask.clone());
     let psf = clock.time("psf", || imager.psf_core(k, observer))?;
     let beam = imager.beam_of(&psf)?;
-    let mut data = clock.time("gather", || Gathered::new(imager, k, observer))?;
-    opts.noise.apply(&mut data)?;
+    let grid = imager.grid().clone();
+    let start = Instant::now();
+    let sums = DataSums::new((&mut *imager, k), observer)?;
+    let factor = opts.noise.factor((&mut *imager, k), &sums, observer)?;
     let pedestal = imager.header().pedestal_k.filter(|_| imager.header().unit == VisUnit::KelvinSr);
     let offset = pedestal.map(|t| &one * t);
     let hidden = offset.as_ref().map_or(0.0, |o| sum_inside(o, inside.as_ref()));
@@ -115,16 +116,20 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         Flux::Total(f) => Some(f),
         Flux::ZeroSpacing(v) => Some(v + hidden),
     };
-    let seen = flux.map_or_else(|| Ok(data.flux_seen()? + hidden), Ok::<f64, ChainError>)?;
     let prior = match &opts.prior {
-        Prior::Auto | Prior::Smoothed => flat_prior(&one, seen, inside.as_ref())?,
+        Prior::Auto | Prior::Smoothed => {
+            let seen = match flux {
+                Some(flux) => flux,
+                None => sums.flux_seen((&mut *imager, k), factor, observer)? + hidden,
+            };
+            flat_prior(&one, seen, inside.as_ref())?
+        }
         Prior::Flat(t) => &one * *t,
         Prior::Image(image) => &one * image,
     };
-    let hessian = clock.time("beam", || BeamHessian::new(imager.grid(), &data.freq_hz, data.uvw_m.view(), &data.weight))?;
-    let term = Visibilities::new(data.vis, data.weight)?;
-    let grid_options = imager.options().grid_options();
-    let chi2 = ChiSquared::new(imager.grid(), &data.freq_hz, data.uvw_m.view(), &grid_options, Box::new(term))?;
+    *clock.0.entry("statistics").or_default() += start.elapsed().as_secs_f64();
+    let hessian = clock.time("beam", || BeamHessian::in_passes((&mut *imager, k), factor, observer))?;
+    let chi2 = ChiSquared::in_passes((&mut *imager, k), (factor, sums.used), observer)?;
     let objective =
         Objective { chi2, penalty: WeightedSum::default(), inside: inside.clone(), offset, flux, beam: Some(hessian), unit: 1.0 };
     let mut solver = prepared(objective, prior, opts)?;
@@ -134,7 +139,7 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         let first = MemGoals { kkt: 0.1, chi2_tolerance: 0.05, ..goals };
         clock.time("first result", || solver.solve(&mut state, &first, method, observer))?;
         let wide = RestoringBeam { bmaj_rad: 2.0 * beam.bmaj_rad, bmin_rad: 2.0 * beam.bmin_rad, ..beam };
-        let smooth = with_beam(imager.grid(), state.image.view(), &wide) * (imager.grid().cell_sr() / wide.solid_angle_sr());
+        let smooth = with_beam(&grid, state.image.view(), &wide) * (grid.cell_sr() / wide.solid_angle_sr());
         let least = 1e-3 * smooth.iter().fold(0.0_f64, |a, v| a.max(*v));
         solver = prepared(solver.into_objective(), smooth.mapv(|v| v.max(least)), opts)?;
         state = solver.start();
@@ -169,7 +174,7 @@ pub(crate) fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> 
 }
 
 /// The penalty for a prior, and the imager around it.
-pub(crate) fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemPlan) -> Result<MemImager> {
+pub(crate) fn prepared<'a>(mut objective: Objective<'a>, prior: Array2<f64>, opts: &MemPlan) -> Result<MemImager<'a>> {
     check_prior(&prior, objective.inside.as_ref())?;
     let count = objective.inside.as_ref().map_or(prior.len(), |m| m.iter().filter(|x| **x).count());
     ensure!(count > 0, ChainError::NoData("the mask leaves no pixel for the image".into()));
@@ -186,11 +191,11 @@ pub(crate) fn prepared(mut objective: Objective, prior: Array2<f64>, opts: &MemP
     Ok(MemImager::new(objective, prior)?.tuned(opts.tuning))
 }
 
-fn multipliers(solver: &MemImager, state: &MemState) -> Multipliers {
+fn multipliers(solver: &MemImager<'_>, state: &MemState) -> Multipliers {
     Multipliers { lambda: state.lambda * solver.objective().unit, beta: state.beta, rho: solver.objective().rho() }
 }
 
-fn certify(solver: &mut MemImager, state: &MemState, (progress, seconds): (&Progress, f64)) -> Result<Certificate> {
+fn certify(solver: &mut MemImager<'_>, state: &MemState, (progress, seconds): (&Progress, f64)) -> Result<Certificate> {
     let stop_reason = match (progress.met, progress.stalled) {
         (true, _) => "converged",
         (_, true) => "stalled",
@@ -220,7 +225,7 @@ fn certify(solver: &mut MemImager, state: &MemState, (progress, seconds): (&Prog
     })
 }
 
-fn map(solver: &mut MemImager, state: &MemState, how: (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
+fn map(solver: &mut MemImager<'_>, state: &MemState, how: (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
     if how.0 == Uncertainty::None {
         return Ok(None);
     }

@@ -38,7 +38,7 @@ impl QuasiNewton {
     fn direction(
         &self,
         course: &mut Course<'_>,
-        o: &Objective,
+        o: &Objective<'_>,
         (point, gradient): (&Point, &Array2<f64>),
         (chi2, kkt): (f64, f64),
     ) -> Result<Array2<f64>> {
@@ -71,7 +71,7 @@ impl QuasiNewton {
     }
 
     /// Keep the difference of two points for L-BFGS.
-    fn remember(&mut self, o: &Objective, m: &Multipliers, old: &Point, new: &Point) {
+    fn remember(&mut self, o: &Objective<'_>, m: &Multipliers, old: &Point, new: &Point) {
         if o.beam.is_some() {
             return;
         }
@@ -87,13 +87,13 @@ impl QuasiNewton {
 }
 
 /// Length of a safe step down the gradient.
-fn damped(o: &Objective, point: &Point, m: &Multipliers) -> f64 {
+fn damped(o: &Objective<'_>, point: &Point, m: &Multipliers) -> f64 {
     let curvature = o.beam.as_ref().map_or(0.0, |b| m.lambda * b.largest() * point.flux / point.image.len() as f64);
     1.0 / (1.0 + curvature)
 }
 
 /// Search along a direction; `None` if no better point was found.
-fn search(course: &mut Course<'_>, o: &mut Objective, from: &Point, d: &Array2<f64>, slope: f64) -> Result<Option<Point>> {
+fn search(course: &mut Course<'_>, o: &mut Objective<'_>, from: &Point, d: &Array2<f64>, slope: f64) -> Result<Option<Point>> {
     let m = course.multipliers;
     let value = o.value(from, &m);
     let noise = ROUNDING * (m.lambda * from.chi2 + from.penalty.abs());
@@ -126,7 +126,7 @@ impl Advance for QuasiNewton {
     const NAME: &'static str = "quasi-Newton for maximum entropy";
     const STALLS: usize = 4;
 
-    fn step(&mut self, course: &mut Course<'_>, o: &mut Objective, from: Point) -> Result<(Point, bool)> {
+    fn step(&mut self, course: &mut Course<'_>, o: &mut Objective<'_>, from: Point) -> Result<(Point, bool)> {
         let chi2 = from.chi2 / o.chi2.expected();
         let kkt = o.kkt(&from, &course.multipliers);
         course.multipliers.lambda = course.steering.next(course.multipliers.lambda, chi2, kkt);

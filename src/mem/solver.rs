@@ -9,7 +9,7 @@ use ndarray::{Array2, Zip};
 use std::cell::{RefCell, RefMut};
 
 /// The form of the problem for argmin, which gives only shared references.
-type Shared<'a> = RefCell<&'a mut Objective>;
+type Shared<'p, 'a> = RefCell<&'p mut Objective<'a>>;
 
 /// The state that argmin keeps: the variable s.
 type State = IterState<Array2<f64>, (), (), (), (), f64>;
@@ -43,7 +43,7 @@ pub(super) trait Advance {
     const STALLS: usize;
 
     /// The next point, and whether the step has made progress.
-    fn step(&mut self, course: &mut Course<'_>, o: &mut Objective, from: Point) -> crate::Result<(Point, bool)>;
+    fn step(&mut self, course: &mut Course<'_>, o: &mut Objective<'_>, from: Point) -> crate::Result<(Point, bool)>;
 }
 
 /// The facts of a run, for all methods.
@@ -86,13 +86,13 @@ impl<'o> Course<'o> {
     }
 
     /// One evaluation of the objective, counted.
-    pub(super) fn evaluate(&mut self, o: &mut Objective, s: Array2<f64>) -> crate::Result<Point> {
+    pub(super) fn evaluate(&mut self, o: &mut Objective<'_>, s: Array2<f64>) -> crate::Result<Point> {
         self.evaluations += 1;
         o.evaluate(s)
     }
 
     /// Report a new point, note whether all goals are met there, and keep it. Returns the variable and the value of J.
-    fn accept(&mut self, o: &Objective, number: u64, point: Point) -> (Array2<f64>, f64) {
+    fn accept(&mut self, o: &Objective<'_>, number: u64, point: Point) -> (Array2<f64>, f64) {
         let (m, evaluations) = (self.multipliers, self.evaluations);
         let (chi2, kkt) = (point.chi2 / o.chi2.expected(), o.kkt(&point, &m));
         let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
@@ -132,24 +132,24 @@ struct Run<'o, A> {
     method: A,
 }
 
-fn objective<'b, 'a>(problem: &'b Problem<Shared<'a>>) -> Result<RefMut<'b, &'a mut Objective>, Error> {
+fn objective<'b, 'p, 'a>(problem: &'b Problem<Shared<'p, 'a>>) -> Result<RefMut<'b, &'p mut Objective<'a>>, Error> {
     let shared = problem.problem.as_ref().ok_or_else(|| Error::msg("the problem was taken away from the solver"))?;
     Ok(shared.borrow_mut())
 }
 
-impl<'a, A: Advance> Solver<Shared<'a>, State> for Run<'_, A> {
+impl<'p, 'a, A: Advance> Solver<Shared<'p, 'a>, State> for Run<'_, A> {
     fn name(&self) -> &str {
         A::NAME
     }
 
-    fn init(&mut self, problem: &mut Problem<Shared<'a>>, mut state: State) -> Result<(State, Option<KV>), Error> {
+    fn init(&mut self, problem: &mut Problem<Shared<'p, 'a>>, mut state: State) -> Result<(State, Option<KV>), Error> {
         let start = state.take_param().ok_or_else(|| Error::msg("no image to start from"))?;
         let mut o = objective(problem)?;
         self.course.point = Some(self.course.evaluate(&mut o, start.clone())?);
         Ok((state.param(start), None))
     }
 
-    fn next_iter(&mut self, problem: &mut Problem<Shared<'a>>, state: State) -> Result<(State, Option<KV>), Error> {
+    fn next_iter(&mut self, problem: &mut Problem<Shared<'p, 'a>>, state: State) -> Result<(State, Option<KV>), Error> {
         ensure!(!self.course.observer.cancelled(), ChainError::Cancelled.into());
         let from = self.course.point.take().ok_or_else(|| Error::msg("the solver was not initialised"))?;
         let mut o = objective(problem)?;
@@ -190,7 +190,7 @@ pub struct Progress {
 /// # Errors
 /// Values that are not finite; a request to stop.
 pub(super) fn run<'o, A: Advance>(
-    o: &mut Objective,
+    o: &mut Objective<'_>,
     s: Array2<f64>,
     (method, course): (A, Course<'o>),
     steps: usize,

@@ -60,11 +60,11 @@ pub(super) fn observe(sigma: f64) -> (Vec<Complex32>, Vec<f32>) {
     (data, weights)
 }
 
-pub(super) fn imager(prior: f64, flux: Option<f64>, beam: bool) -> MemImager {
+pub(super) fn imager(prior: f64, flux: Option<f64>, beam: bool) -> MemImager<'static> {
     imager_with(prior, flux, beam, GridOptions::default())
 }
 
-fn imager_with(prior: f64, flux: Option<f64>, beam: bool, options: GridOptions) -> MemImager {
+fn imager_with(prior: f64, flux: Option<f64>, beam: bool, options: GridOptions) -> MemImager<'static> {
     let (vis, weights) = observe(0.3);
     let hessian = beam.then(|| BeamHessian::new(&grid(), &[94e9], rows().view(), &weights).unwrap());
     let term: Box<dyn VisibilityTerm> = Box::new(Visibilities::new(vis, weights).unwrap());
@@ -80,7 +80,7 @@ pub(super) fn nrmse(image: &Array2<f64>) -> f64 {
     ((image - &truth).mapv(|v| v * v).sum() / truth.mapv(|v| v * v).sum()).sqrt()
 }
 
-fn solved(imager: &mut MemImager, mut state: MemState) -> MemState {
+fn solved(imager: &mut MemImager<'_>, mut state: MemState) -> MemState {
     let progress = imager.solve(&mut state, &MemGoals::default(), Method::QuasiNewton, &Silent).unwrap();
     assert!(progress.met, "{progress:?} chi2 {} kkt {}", state.chi2_per_datum, state.kkt);
     state
@@ -145,7 +145,7 @@ fn steps_at_a_fixed_multiplier_go_on_where_the_last_ended() {
     for beam in [true, false] {
         let mut imager = imager(1.0, None, beam);
         let mut state = imager.start();
-        let value = |imager: &mut MemImager, state: &MemState| {
+        let value = |imager: &mut MemImager<'_>, state: &MemState| {
             let o = imager.objective_mut();
             let point = o.evaluate(o.variable(&state.image)).unwrap();
             0.5 * state.lambda * point.chi2 + point.penalty

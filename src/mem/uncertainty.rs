@@ -67,7 +67,7 @@ impl FromStr for Uncertainty {
 ///
 /// # Errors
 /// The number of probes is 0.
-pub fn uncertainty(o: &Objective, point: &Point, m: &Multipliers, (how, seed): (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
+pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed): (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
     let Some(beam) = &o.beam else { return Ok(None) };
     match how {
         Uncertainty::None => Ok(None),

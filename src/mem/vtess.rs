@@ -82,7 +82,7 @@ fn in_s(point: &Point, v: &Array2<f64>) -> Array2<f64> {
 
 impl Vtess {
     /// The step and the multipliers from the products of the gradients.
-    fn newton(&self, course: &mut Course<'_>, o: &Objective, point: &Point) -> Result<Step> {
+    fn newton(&self, course: &mut Course<'_>, o: &Objective<'_>, point: &Point) -> Result<Step> {
         let Some(beam) = &o.beam else { return Err(ChainError::Internal("vtess needs a beam".into())) };
         let m = course.multipliers;
         let expected = o.chi2.expected();
@@ -152,7 +152,7 @@ impl Vtess {
     }
 
     /// The new image of a step. It is positive, and the change of each pixel is limited to the range of the quadratic model.
-    fn moved(&self, o: &Objective, point: &Point, direction: &Array2<f64>) -> Array2<f64> {
+    fn moved(&self, o: &Objective<'_>, point: &Point, direction: &Array2<f64>) -> Array2<f64> {
         let mut image = point.image.clone();
         let (unit, VtessControl { loss, gain, .. }) = (o.unit, self.tuning);
         Zip::from(&mut image).and(&point.s).and(direction).for_each(|i, s, d| {
@@ -168,7 +168,7 @@ impl Advance for Vtess {
     const NAME: &'static str = "Cornwell-Evans";
     const STALLS: usize = 5;
 
-    fn step(&mut self, course: &mut Course<'_>, o: &mut Objective, old: Point) -> Result<(Point, bool)> {
+    fn step(&mut self, course: &mut Course<'_>, o: &mut Objective<'_>, old: Point) -> Result<(Point, bool)> {
         let step = self.newton(course, o, &old)?;
         let m = step.multipliers;
         course.multipliers = m;
