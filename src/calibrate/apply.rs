@@ -9,7 +9,6 @@ use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
-use ndarray::Axis;
 use num_complex::{Complex, Complex64};
 
 /// Whether gains are removed from the data or applied to them.
@@ -199,26 +198,19 @@ impl<'a> GainApplier<'a> {
     }
 }
 
-/// Largest number of gains of a table that is spread over channels.
+/// Largest number of gains in a file of a table that is spread over channels: half a gigabyte.
 const MOST_SPREAD: usize = 1 << 25;
 
-/// A table with an entry for each channel of `spectrum`, taken from the nearest of its own channels as in [`GainApplier`]. Programs that
-/// apply tables channel by channel need this form. A table that would become larger than half a gigabyte is not changed.
+/// The channels of a file of gains for data on `spectrum`, and for each of them the channel of the table whose gains it holds: the nearest, as
+/// in [`GainApplier`]. Programs that apply tables channel by channel need a gain for each channel of the data. A table that would become
+/// too large keeps its own channels.
 #[must_use]
-pub fn on_channels(table: &GainTable, spectrum: &SpectralWindow) -> GainTable {
-    let (n_time, n_ant, _, n_feed) = table.gains.dim();
+pub fn spread_channels(table: &GainTable, spectrum: &SpectralWindow) -> (SpectralWindow, Vec<usize>) {
+    let (n_time, n_ant, n_chan, n_feed) = table.gains.dim();
     if table.spectrum == *spectrum || n_time * n_ant * n_feed * spectrum.n_chan() > MOST_SPREAD {
-        return table.clone();
+        return (table.spectrum.clone(), (0..n_chan).collect());
     }
-    let from: Vec<usize> = spectrum.freq_hz().iter().map(|f| nearest_channel(table, *f)).collect();
-    GainTable {
-        spectrum: spectrum.clone(),
-        gains: table.gains.select(Axis(2), &from),
-        flags: table.flags.select(Axis(2), &from),
-        quality: table.quality.as_ref().map(|q| q.select(Axis(2), &from)),
-        total_quality: table.total_quality.as_ref().map(|q| q.select(Axis(1), &from)),
-        ..table.clone()
-    }
+    (spectrum.clone(), spectrum.freq_hz().iter().map(|f| nearest_channel(table, *f)).collect())
 }
 
 /// Feeds of the table for each polarisation of the set.
@@ -390,20 +382,20 @@ mod tests {
     }
 
     #[test]
-    fn a_table_on_the_channels_of_a_set_applies_as_before() {
+    fn a_channel_of_the_data_takes_the_gains_of_the_nearest_channel() {
         let scene = Scene { n_chan: 5, ..Scene::point(4, 2) };
-        let set = scene.set(|_, _, _, _| cis(0.0));
         let h = scene.header();
-        let wide = SpectralWindow::new(vec![h.spectrum.mean_hz()], vec![h.spectrum.extent_hz()]).unwrap();
-        let mut gains = GainTable::unity(h.layout.clone(), wide, vec!["R+L".into()], vec![T0_JD], vec![20.0]).unwrap();
-        gains.gains[(0, 1, 0, 0)] = cis(1.0);
-        gains.flags[(0, 2, 0, 0)] = true;
-        let spread = on_channels(&gains, &h.spectrum);
-        spread.check().unwrap();
-        assert_eq!(spread.gains.dim(), (1, 4, 5, 1));
-        let (one, many) = (run(&set, &gains, ApplyOptions::default()), run(&set, &spread, ApplyOptions::default()));
-        assert_eq!(one.1, many.1);
-        assert_eq!(one.0.data.vis, many.0.data.vis);
+        let (low, high) = h.spectrum.range_hz();
+        let half = SpectralWindow::new(vec![0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high], vec![0.5 * (high - low); 2]).unwrap();
+        let of = |n_time: usize| {
+            let (times, widths) = ((0..n_time).map(|t| T0_JD + t as f64).collect(), vec![20.0; n_time]);
+            GainTable::unity(h.layout.clone(), half.clone(), vec!["R+L".into()], times, widths).unwrap()
+        };
+        let (spectrum, from) = spread_channels(&of(1), &h.spectrum);
+        assert_eq!(spectrum, h.spectrum);
+        assert!(from[0] == 0 && from[4] == 1 && from.is_sorted(), "{from:?}");
+        let own = spread_channels(&of(MOST_SPREAD / 20 + 1), &h.spectrum);
+        assert_eq!(own, (half.clone(), vec![0, 1]), "too large");
     }
 
     #[test]

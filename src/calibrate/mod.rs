@@ -75,7 +75,7 @@ mod unresolved;
 
 pub use crate::closure::SolutionInterval;
 pub use antenna_fit::FlagReason;
-pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply, on_channels};
+pub use apply::{ApplyCounts, ApplyOptions, CalibratedSource, Direction, GainApplier, Interpolation, apply, spread_channels};
 pub use candidates::{CandidateOptions, candidates};
 pub use clean_model::CleanMaker;
 pub use degeneracy::{CompareOptions, GainComparison, compare_gains};

@@ -5,7 +5,7 @@ use super::failure::{Context as _, Failure, Result};
 use super::options::OutputArgs;
 use super::planned::check_room_for_set;
 use super::sections::Section;
-use crate::calibrate::on_channels;
+use crate::calibrate::spread_channels;
 use crate::corrupt::{CorruptOptions, Error, ErrorOptions, corrupt, corrupted_header};
 use cittert_arrays::{GainTable, VisUnit};
 use clap::Args;
@@ -82,8 +82,8 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let mut table = corrupt(source.as_mut(), sink.as_mut(), &options, &context.console).context(&what)?;
     table.history.push(context.history());
     // The true gains are written first: corrupted data without them would be useless.
-    let on_all = on_channels(&table, &source.header().spectrum);
-    cittert_formats::calh5::write_gains(&gains_path, &on_all, args.out.overwrite)?;
+    let channels = spread_channels(&table, &source.header().spectrum);
+    cittert_formats::calh5::write_gains_on(&gains_path, &table, (&channels.0, &channels.1), args.out.overwrite)?;
     sink.finish().context(format!("{}", path.display()))?;
     let (rms_phase, rms_amplitude, flagged) = sizes(&table);
     let json = json!({

@@ -15,8 +15,9 @@ use std::f64::consts::TAU;
 const FINE_RAD: f64 = 0.05;
 /// Largest number of channels that are made for the delays of a spectral window.
 const MOST_CHANNELS: usize = 4096;
-/// The gains of a file \[ant, chan, time, jones\].
-pub(super) struct Values {
+
+/// The gains of delays \[ant, chan, time, jones\].
+pub(super) struct DelayGains {
     pub(super) gains: Array4<Complex64>,
     pub(super) spectrum: SpectralWindow,
     /// For each channel, the index along the axis of the file, where flags and qualities are found.
@@ -44,7 +45,7 @@ pub(super) fn extents(spectrum: &SpectralWindow) -> (Vec<f64>, Vec<f64>) {
 
 /// Read the delays of a file as gains: at `channels` where given, else at the channels of the file, else at channels made for the delays.
 /// `ranges` are the spectral windows.
-pub(super) fn read(file: &H5In, ranges: SpectralWindow, shape: [usize; 4], channels: Option<&SpectralWindow>) -> Result<Values> {
+pub(super) fn read(file: &H5In, ranges: SpectralWindow, shape: [usize; 4], channels: Option<&SpectralWindow>) -> Result<DelayGains> {
     let dataset = file.numbers("Data/delays", &[&shape])?;
     let delays: Array4<f64> = file.rows::<_, Ix4>(&dataset, "Data/delays", 0..shape[0])?;
     let sign = match file.text(&format!("Header/extra_keywords/{CONVENTION_KEYWORD}"))?.as_deref() {
@@ -64,7 +65,7 @@ pub(super) fn read(file: &H5In, ranges: SpectralWindow, shape: [usize; 4], chann
     let gains = Array4::from_shape_fn((shape[0], own.len(), shape[2], shape[3]), |(a, c, t, j)| {
         Complex64::from_polar(1.0, (sign * TAU * spectrum.freq_hz()[c] * delays[(a, own[c], t, j)]) % TAU)
     });
-    Ok(Values { gains, spectrum, own })
+    Ok(DelayGains { gains, spectrum, own })
 }
 
 /// Make channels so narrow that the phase of a gain changes little from one to the next.

@@ -15,7 +15,7 @@ mod write;
 mod write_delays;
 
 pub use read::{is_gains, read_gains, read_gains_for};
-pub use write::write_gains;
+pub use write::{write_gains, write_gains_on};
 pub use write_delays::write_delays;
 
 pub(crate) use format::CalH5;

@@ -1,12 +1,15 @@
 //! Gain tables read from CalH5.
 
-use super::delays::{self, Values};
+use super::delays;
 use super::names::{DAY_S, JONES, MODE_KEYWORD};
 use crate::h5::{self, H5In};
 use crate::uvh5::{read_spectrum, read_telescope};
 use crate::{FormatError, Result};
+use bytemuck::Pod;
 use cittert_arrays::{GainTable, SpectralWindow};
+use hdf5::{Dataset, H5Type};
 use ndarray::{Array3, Array4, Axis, Ix3, Ix4};
+use num_complex::Complex64;
 use std::path::Path;
 
 /// Most gains of one table.
@@ -26,7 +29,8 @@ pub fn read_gains(path: &Path) -> Result<GainTable> {
     read(path, None)
 }
 
-/// As [`read_gains`], but delays become gains at `channels`, the channels of the data to be calibrated.
+/// As [`read_gains`], but delays become gains at `channels`, the channels of the data to be calibrated, and gains that are the same in all
+/// channels of the file become one channel as wide as the band, which takes less memory.
 ///
 /// # Errors
 /// As [`read_gains`].
@@ -57,13 +61,17 @@ fn read(path: &Path, channels: Option<&SpectralWindow>) -> Result<GainTable> {
         None => return Err(file.missing("Header/gain_convention")),
         Some(other) => return Err(file.wrong("Header/gain_convention", "divide or multiply", format!("{other:?}"))),
     };
-    let values = if delays { delays::read(&file, own, shape, channels)? } else { gains(&file, own, shape)? };
+    let values = match channels {
+        _ if delays => Values::Delays(delays::read(&file, own, shape, channels)?),
+        Some(_) if same_in_all_channels(&file, &own, shape)? => Values::Gains(whole_band(&file, &own)?),
+        _ => Values::Gains(own),
+    };
     let (time_jd, interval_s) = times(&file, shape[2])?;
-    if shape[2].saturating_mul(layout.n_ant()).saturating_mul(values.spectrum.n_chan()) > MOST_GAINS {
+    if shape[2].saturating_mul(layout.n_ant()).saturating_mul(values.spectrum().n_chan()) > MOST_GAINS {
         return Err(file.wrong("Header/Nants_telescope", format!("at most {MOST_GAINS} gains in all"), layout.n_ant().to_string()));
     }
     let mut table =
-        GainTable::unity(layout, values.spectrum.clone(), feeds, time_jd, interval_s).map_err(|e| FormatError::values(path, e))?;
+        GainTable::unity(layout, values.spectrum().clone(), feeds, time_jd, interval_s).map_err(|e| FormatError::values(path, e))?;
     fill(&file, &mut table, &values, shape, invert)?;
     if let Some(name) = file.text("Header/ref_antenna_name")?.filter(|name| !name.is_empty()) {
         let index = table.layout.index_of(&name);
@@ -76,12 +84,89 @@ fn read(path: &Path, channels: Option<&SpectralWindow>) -> Result<GainTable> {
     Ok(table.with_equal_feeds_joined())
 }
 
-/// The gains of a file that holds gains.
-fn gains(file: &H5In, spectrum: SpectralWindow, shape: [usize; 4]) -> Result<Values> {
-    let dataset = file.shaped("Data/gains", &[&shape])?;
-    file.demand_complex(&dataset, "Data/gains")?;
-    let gains = file.rows::<_, Ix4>(&dataset, "Data/gains", 0..shape[0])?;
-    Ok(Values { gains, own: (0..spectrum.n_chan()).collect(), spectrum })
+/// The values of a file, with the channels of the table.
+enum Values {
+    /// Gains are read one antenna after the other. The channels of the table are the first ones of the file.
+    Gains(SpectralWindow),
+    /// Delays as gains.
+    Delays(delays::DelayGains),
+}
+
+impl Values {
+    fn spectrum(&self) -> &SpectralWindow {
+        match self {
+            Self::Gains(spectrum) => spectrum,
+            Self::Delays(delays) => &delays.spectrum,
+        }
+    }
+
+    /// For each channel of the table, the index along the axis of the file.
+    fn own(&self) -> Vec<usize> {
+        match self {
+            Self::Gains(spectrum) => (0..spectrum.n_chan()).collect(),
+            Self::Delays(delays) => delays.own.clone(),
+        }
+    }
+}
+
+/// The numbers of one antenna in the file \[chan, time, jones\].
+struct OfAntenna {
+    gains: Array3<Complex64>,
+    flags: Array3<i8>,
+    quality: Option<Array3<f64>>,
+}
+
+/// The datasets of a file, to be read one antenna after the other.
+struct Datasets<'a> {
+    file: &'a H5In,
+    gains: Option<Dataset>,
+    flags: Dataset,
+    quality: Option<Dataset>,
+}
+
+impl<'a> Datasets<'a> {
+    fn open(file: &'a H5In, shape: &[usize; 4], delays: bool) -> Result<Self> {
+        let gains = if delays { None } else { Some(file.shaped("Data/gains", &[shape])?) };
+        gains.as_ref().map_or(Ok(()), |d| file.demand_complex(d, "Data/gains"))?;
+        let quality = file.optional_numbers("Data/qualities", &[shape])?;
+        Ok(Self { file, gains, flags: file.numbers("Data/flags", &[shape])?, quality })
+    }
+
+    fn part<T: H5Type + Pod>(&self, dataset: &Dataset, name: &str, ant: usize) -> Result<Array3<T>> {
+        let part: Array4<T> = self.file.rows::<_, Ix4>(dataset, name, ant..ant + 1)?;
+        Ok(part.index_axis_move(Axis(0), 0))
+    }
+
+    fn antenna(&self, ant: usize) -> Result<OfAntenna> {
+        let gains = self.gains.as_ref().map_or_else(|| Ok(Array3::default((0, 0, 0))), |d| self.part(d, "Data/gains", ant))?;
+        let quality = self.quality.as_ref().map(|d| self.part(d, "Data/qualities", ant)).transpose()?;
+        Ok(OfAntenna { gains, flags: self.part(&self.flags, "Data/flags", ant)?, quality })
+    }
+}
+
+/// True where a file of one spectral window has the same gains, flags and qualities in every channel.
+fn same_in_all_channels(file: &H5In, own: &SpectralWindow, shape: [usize; 4]) -> Result<bool> {
+    if own.n_chan() < 2 || own.spw().iter().any(|w| *w != own.spw()[0]) {
+        return Ok(false);
+    }
+    fn equal<T: PartialEq>(values: &Array3<T>) -> bool {
+        values.outer_iter().all(|channel| channel == values.index_axis(Axis(0), 0))
+    }
+    let data = Datasets::open(file, &shape, false)?;
+    for ant in 0..shape[0] {
+        let of = data.antenna(ant)?;
+        if !(equal(&of.gains) && equal(&of.flags) && of.quality.as_ref().is_none_or(equal)) {
+            return Ok(false);
+        }
+    }
+    let total = file.optional_numbers("Data/total_qualities", &[&shape[1..]])?;
+    total.map_or(Ok(true), |d| Ok(equal(&file.rows::<f64, Ix3>(&d, "Data/total_qualities", 0..shape[1])?)))
+}
+
+/// One channel as wide as all channels of a spectral window.
+fn whole_band(file: &H5In, own: &SpectralWindow) -> Result<SpectralWindow> {
+    let (centre, width) = delays::extents(own);
+    SpectralWindow::with_windows(centre, width, own.spw()[..1].to_vec()).map_err(|e| FormatError::values(file.path(), e))
 }
 
 fn feed_name(file: &H5In, jones: f64) -> Result<String> {
@@ -127,23 +212,30 @@ fn fill(file: &H5In, table: &mut GainTable, values: &Values, n: [usize; 4], inve
         found.ok_or_else(|| file.wrong("Header/ant_array", "a number of Header/antenna_numbers", number.to_string()))
     };
     let at = file.list("Header/ant_array", n[0])?.into_iter().map(place).collect::<Result<Vec<usize>>>()?;
-    let flags: Array4<i8> = file.rows::<_, Ix4>(&file.numbers("Data/flags", &[&n])?, "Data/flags", 0..n[0])?;
-    let quality = file.optional_numbers("Data/qualities", &[&n])?;
-    let quality = quality.map(|q| file.rows::<f64, Ix4>(&q, "Data/qualities", 0..n[0])).transpose()?;
+    let data = Datasets::open(file, &n, matches!(values, Values::Delays(_)))?;
+    let own = values.own();
     table.flags.fill(true);
-    let mut own_quality = quality.as_ref().map(|_| Array4::zeros(table.gains.raw_dim()));
-    for ((a, chan, time, feed), gain) in values.gains.indexed_iter() {
-        let (to, from) = ((time, at[a], chan, feed), (a, values.own[chan], time, feed));
-        table.gains[to] = if invert { gain.inv() } else { *gain };
-        table.flags[to] = flags[from] != 0;
-        if let (Some(own), Some(q)) = (&mut own_quality, &quality) {
-            own[to] = q[from];
+    let mut own_quality = data.quality.as_ref().map(|_| Array4::zeros(table.gains.raw_dim()));
+    for (a, place) in at.iter().enumerate() {
+        let of = data.antenna(a)?;
+        for ((time, chan, feed), gain) in table.gains.index_axis_mut(Axis(1), *place).indexed_iter_mut() {
+            let from = (own[chan], time, feed);
+            let found = match values {
+                Values::Gains(_) => of.gains[from],
+                Values::Delays(delays) => delays.gains[(a, chan, time, feed)],
+            };
+            *gain = if invert { found.inv() } else { found };
+            let to = (time, *place, chan, feed);
+            table.flags[to] = of.flags[from] != 0;
+            if let (Some(all), Some(quality)) = (&mut own_quality, &of.quality) {
+                all[to] = quality[from];
+            }
         }
     }
     table.quality = own_quality;
     if let Some(dataset) = file.optional_numbers("Data/total_qualities", &[&n[1..]])? {
         let total: Array3<f64> = file.rows::<_, Ix3>(&dataset, "Data/total_qualities", 0..n[1])?;
-        let of_channels = total.select(Axis(0), &values.own);
+        let of_channels = total.select(Axis(0), &own);
         table.total_quality = Some(of_channels.permuted_axes([1, 0, 2]).as_standard_layout().into_owned());
     }
     Ok(())

@@ -39,6 +39,32 @@ fn a_table_comes_back() {
 }
 
 #[test]
+fn a_table_spread_over_channels_is_read_as_one_channel_where_they_agree() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("g.calh5");
+    let mut t = table();
+    let wide = SpectralWindow::band(94e9, 8e9, 4).unwrap();
+    write_gains_on(&path, &t, (&wide, &[0, 0, 1, 1]), false).unwrap();
+    let all = read_gains(&path).unwrap();
+    assert_eq!(all.spectrum, wide);
+    assert_eq!(all.gains, t.gains.select(Axis(2), &[0, 0, 1, 1]));
+    assert_eq!(all.flags, t.flags.select(Axis(2), &[0, 0, 1, 1]));
+    assert_eq!(all.quality, t.quality.as_ref().map(|q| q.select(Axis(2), &[0, 0, 1, 1])));
+    assert_eq!(all.total_quality, t.total_quality.as_ref().map(|q| q.select(Axis(1), &[0, 0, 1, 1])));
+    assert_eq!(read_gains_for(&path, &wide).unwrap(), all, "two channels differ");
+    write_gains_on(&path, &t, (&wide, &[1; 4]), true).unwrap();
+    let one = read_gains_for(&path, &wide).unwrap();
+    assert_eq!((one.spectrum.freq_hz(), one.spectrum.width_hz()), (&[94e9][..], &[8e9][..]));
+    assert_eq!(one.gains, t.gains.select(Axis(2), &[1]));
+    assert_eq!((one.flags, one.time_jd), (t.flags.select(Axis(2), &[1]), t.time_jd.clone()));
+    let wrong = write_gains_on(&path, &t, (&wide, &[0, 2, 0, 0]), true).unwrap_err();
+    assert!(wrong.to_string().contains("channel of the table"), "{wrong}");
+    t.flags[(0, 0, 0, 0)] = true;
+    write_gains(&path, &t, true).unwrap();
+    assert_eq!(read_gains_for(&path, &t.spectrum).unwrap().spectrum, t.spectrum);
+}
+
+#[test]
 fn shared_gains_are_written_for_each_feed() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("g.calh5");

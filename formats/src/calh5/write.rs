@@ -7,8 +7,8 @@ use crate::h5::H5Out;
 use crate::uvh5::{site_of, write_spectrum, write_telescope};
 use crate::{FormatError, Result};
 use cittert_arrays::astrometry::lst_rad;
-use cittert_arrays::{ArrayError, GainTable};
-use ndarray::{Array1, Array2, Array3, Array4, ArrayView4};
+use cittert_arrays::{ArrayError, GainTable, SpectralWindow};
+use ndarray::{Array1, Array2, Array3, Array4, ArrayView3, ArrayView4, Axis};
 use std::path::Path;
 
 /// Jones number of a feed.
@@ -23,14 +23,54 @@ fn jones_of(path: &Path, feed: &str) -> Result<i64> {
 /// # Errors
 /// Arrays of unequal shapes, an existing output that may not be overwritten, or an error of the file system.
 pub fn write_gains(path: &Path, table: &GainTable, overwrite: bool) -> Result<()> {
+    let own: Vec<usize> = (0..table.spectrum.n_chan()).collect();
+    write_gains_on(path, table, (&table.spectrum, &own), overwrite)
+}
+
+/// Write a gain table on other channels: channel k of the file holds the gains of channel `from[k]` of the table. The table is spread one antenna
+/// at a time, so that the memory does not depend on the number of channels in the file.
+///
+/// # Errors
+/// As [`write_gains`]; or `from` has not one channel of the table for each channel of the file.
+pub fn write_gains_on(path: &Path, table: &GainTable, (spectrum, from): (&SpectralWindow, &[usize]), overwrite: bool) -> Result<()> {
     table.check().map_err(|e| FormatError::values(path, e))?;
+    if from.len() != spectrum.n_chan() || from.iter().any(|c| *c >= table.spectrum.n_chan()) {
+        let found = format!("{} for {} channels", from.len(), spectrum.n_chan());
+        return Err(FormatError::malformed(path, "channels of the gains", "one channel of the table for each channel of the file", found));
+    }
     let table = &table.with_each_feed();
     let out = begin(path, table, overwrite)?;
-    write_spectrum(&out, &table.spectrum)?;
+    write_spectrum(&out, spectrum)?;
     out.text("Header/cal_type", "gain")?;
     out.scalar("Header/wide_band", false)?;
-    write_data(&out, "Data/gains", table.gains.view(), &Extras::of(table))?;
+    let (n_time, n_ant, _, n_feed) = table.gains.dim();
+    let shape = [n_ant, from.len(), n_time, n_feed];
+    write_antennas(&out, "Data/gains", &shape, (table.gains.view(), from))?;
+    write_antennas(&out, "Data/flags", &shape, (table.flags.view(), from))?;
+    if let Some(quality) = &table.quality {
+        write_antennas(&out, "Data/qualities", &shape, (quality.view(), from))?;
+    }
+    if let Some(total) = &table.total_quality {
+        write_total(&out, total.select(Axis(1), from).view())?;
+    }
     out.finish()
+}
+
+/// Write \[solint, ant, chan, feed\] as \[ant, chan, time, jones\], one antenna at a time, with channel `from[k]` as channel k.
+fn write_antennas<T: hdf5::H5Type + Clone>(
+    out: &H5Out,
+    name: &str,
+    shape: &[usize; 4],
+    (values, from): (ArrayView4<'_, T>, &[usize]),
+) -> Result<()> {
+    out.array_by_rows(name, shape, |ant| {
+        let of_antenna = values.index_axis(Axis(1), ant).select(Axis(1), from);
+        of_antenna.permuted_axes([1, 0, 2]).as_standard_layout().into_owned()
+    })
+}
+
+fn write_total(out: &H5Out, total: ArrayView3<'_, f64>) -> Result<()> {
+    out.array("Data/total_qualities", total.permuted_axes([1, 0, 2]).as_standard_layout().view())
 }
 
 /// Flags and qualities \[solint, ant, chan, feed\], and total qualities \[solint, chan, feed\].
@@ -38,12 +78,6 @@ pub(super) struct Extras {
     pub(super) flags: Array4<bool>,
     pub(super) quality: Option<Array4<f64>>,
     pub(super) total: Option<Array3<f64>>,
-}
-
-impl Extras {
-    fn of(table: &GainTable) -> Self {
-        Self { flags: table.flags.clone(), quality: table.quality.clone(), total: table.total_quality.clone() }
-    }
 }
 
 /// Begin a file with the header items that are common to gains and delays.
@@ -94,7 +128,7 @@ fn time_ranges(table: &GainTable) -> Array2<f64> {
     Array2::from_shape_fn((table.time_jd.len(), 2), |(i, side)| if side == 0 { start(i) } else { end(i) })
 }
 
-/// Write gains or delays with their flags and qualities. In memory the axes are [solint, ant, chan, feed], in the file
+/// Write delays with their flags and qualities. In memory the axes are [solint, ant, chan, feed], in the file
 /// [ant, chan, time, jones].
 pub(super) fn write_data<T: hdf5::H5Type + Clone>(out: &H5Out, name: &str, values: ArrayView4<'_, T>, extras: &Extras) -> Result<()> {
     let order = [1, 2, 0, 3];
@@ -104,7 +138,7 @@ pub(super) fn write_data<T: hdf5::H5Type + Clone>(out: &H5Out, name: &str, value
         out.array("Data/qualities", quality.view().permuted_axes(order).as_standard_layout().view())?;
     }
     if let Some(total) = &extras.total {
-        out.array("Data/total_qualities", total.view().permuted_axes([1, 0, 2]).as_standard_layout().view())?;
+        write_total(out, total.view())?;
     }
     Ok(())
 }

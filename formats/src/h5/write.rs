@@ -96,6 +96,23 @@ impl H5Out {
         group.new_dataset_builder().with_data(values).create(leaf).map(|_| ()).map_err(|e| self.fail(name, &e))
     }
 
+    /// An array of this shape, one element of its first axis after the other, so that it is never in memory as a whole.
+    pub(crate) fn array_by_rows<T: H5Type, D: Dimension>(
+        &self,
+        name: &str,
+        shape: &[usize],
+        mut row: impl FnMut(usize) -> ndarray::Array<T, D>,
+    ) -> Result<()> {
+        let (group, leaf) = self.group_of(name)?;
+        let dataset = group.new_dataset::<T>().shape(shape).create(leaf).map_err(|e| self.fail(name, &e))?;
+        for k in 0..shape.first().copied().unwrap_or(0) {
+            let mut part = vec![SliceOrIndex::Index(k)];
+            part.extend((1..shape.len()).map(|_| SliceOrIndex::from(..)));
+            dataset.write_slice(row(k).view(), Selection::new(Hyperslab::from(part))).map_err(|e| self.fail(name, &e))?;
+        }
+        Ok(())
+    }
+
     /// A dataset without a value, as h5py writes for None.
     pub(crate) fn none(&self, name: &str) -> Result<()> {
         let (group, leaf) = self.group_of(name)?;

@@ -12,7 +12,7 @@ use super::predict::load_model;
 use super::verdict::{self, Judged};
 use crate::calibrate::{
     Accuracy, Beginning, Calibrated, CalibratedSource, Candidate, CandidateOptions, GainMode, ImageMaker, RoundOptions, SkyPrediction,
-    SolveOptions, StartFrom, apply, calibrate, candidates, on_channels,
+    SolveOptions, StartFrom, apply, calibrate, candidates, spread_channels,
 };
 use crate::deconvolve::{Algorithm, CleanOptions};
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
@@ -20,7 +20,7 @@ use crate::mem::{Prior, PriorChoice};
 use crate::memory::MemoryBudget;
 use crate::simulate::SkyModel;
 use crate::verdict::{ImageFacts, not_determined, of_gains};
-use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
+use cittert_arrays::{GainTable, SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
 use cittert_formats::atomic::{Drafts, remove_at_the_end};
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
@@ -241,15 +241,18 @@ fn save_data(
     result: &mut Calibrated,
     context: &Context,
 ) -> Result<crate::calibrate::ApplyCounts> {
+    let spectrum = source.header().spectrum.clone();
+    let write = |path: &Path, gains: &GainTable| {
+        let (channels, from) = spread_channels(gains, &spectrum);
+        cittert_formats::calh5::write_gains_on(path, gains, (&channels, &from), args.out.overwrite)
+    };
     for (k, round) in result.rounds.rounds.iter_mut().enumerate() {
         round.gains.history.push(context.history());
-        let path = args.out.suffixed(&round_file(k + 1, ".calh5"));
-        cittert_formats::calh5::write_gains(&path, &on_channels(&round.gains, &source.header().spectrum), args.out.overwrite)?;
+        write(&args.out.suffixed(&round_file(k + 1, ".calh5")), &round.gains)?;
     }
     result.gains.history.push(context.history());
     let gains = &result.gains;
-    let on_all = on_channels(gains, &source.header().spectrum);
-    cittert_formats::calh5::write_gains(&args.out.suffixed(".calh5"), &on_all, args.out.overwrite)?;
+    write(&args.out.suffixed(".calh5"), gains)?;
     let path = args.out.suffixed(".uvh5");
     let mut header = source.header().clone();
     header.history.push(context.history());
