@@ -134,13 +134,16 @@ def case(seed):
         free = ["--gradient", *(["--flux-scale"] if amplitude else [])]
         before, _ = cittert(folder, "compare", "unity.calh5", "truth.calh5", *free)
         after, _ = cittert(folder, "compare", "sc.calh5", "truth.calh5", *free)
+        for data in ("good", "bad", "sc"):
+            cittert(folder, "dirty", f"{data}.uvh5", "-o", f"{data}-seen.fits", *image)
+        seen = [cittert(folder, "compare", f"{data}-seen.fits", "good-seen.fits", "--shift")[0]["error_over_grey_card"] for data in ("bad", "sc")]
     judgement = result["judgement"]
     return {
         "seed": seed, "layout": kind, "n": n, "scene": sky, "phase_deg": degrees, "amplitude": amplitude, "snr": snr,
         "before_rad": before["rms_phase_rad"], "after_rad": after["rms_phase_rad"],
         "amp_before": before["rms_amplitude"], "amp_after": after["rms_amplitude"], "accepted": result["accepted"], "algorithm": result["rounds_algorithm"],
         **{k: judgement.get(k) for k in ("misfit_before", "misfit_after", "sigmas", "explained", "gain_rms", "gain_sigma")},
-        "verdict": result["verdict"],
+        "verdict": result["verdict"], "image_before": seen[0], "image_after": seen[1],
     }
 
 
@@ -157,10 +160,12 @@ def page(done, failed):
         of = [c for c in done if c["scene"] == kind]
         yes = [c for c in of if c["accepted"]]
         worse = [c for c in of if c["after_rad"] > c["before_rad"] + SAME_RAD]
-        rows.append(f"| {kind} | {len(of)} | {len(yes)} | {median([c['before_rad'] for c in yes]):.3f} | {median([c['after_rad'] for c in yes]):.4f} | {len(worse)} |")
+        better = [c for c in yes if c["image_after"] < c["image_before"]]
+        rows.append(f"| {kind} | {len(of)} | {len(yes)} | {median([c['before_rad'] for c in yes]):.3f} | {median([c['after_rad'] for c in yes]):.4f} | {len(worse)} | "
+                    f"{median([c['image_before'] for c in yes]):.3f} | {median([c['image_after'] for c in yes]):.3f} | {len(better)} |")
     cases = [
         f"| {c['seed']} | {c['layout']} {c['n']} | {c['scene']} | {c['phase_deg']:.0f}, {c['amplitude']:.2f} | {c['snr']:.0f} | {c['before_rad']:.3f} | {c['after_rad']:.3f} | "
-        f"{c['amp_before']:.3f} | {c['amp_after']:.3f} | {'yes, ' + c['algorithm'] if c['accepted'] else 'no'} |"
+        f"{c['amp_before']:.3f} | {c['amp_after']:.3f} | {c['image_before']:.3f} | {c['image_after']:.3f} | {'yes, ' + c['algorithm'] if c['accepted'] else 'no'} |"
         for c in sorted(done, key=lambda c: c["seed"])
     ]
     worse = [c for c in done if c["after_rad"] > c["before_rad"] + SAME_RAD]
@@ -174,11 +179,14 @@ def page(done, failed):
         "look once at 94 GHz, 8 channels over 8 GHz. `selfcal` has default options, a solution interval of `inf`, and mode `amp-phase` where there are amplitude errors. Errors of",
         "phases are rms, without the common phase and the phase gradient that shifts the image. `tests/trials/selfcal_cases.py` draws the cases and writes this page.", "",
         f"{len(done)} cases, {len(failed)} that ended in an error. Worse by more than {SAME_RAD} rad after self-calibration: {len(worse)}{': ' + told if worse else ''}.", "",
-        "| scene | cases | accepted | median phase error before, rad, of those accepted | after | worse |", "|---|---|---|---|---|---|", *rows, "",
+        "The error of an image is that of the dirty image, with natural weights, against the dirty image of the data without errors, shifted onto it; in units of the",
+        "error of a grey card.", "",
+        "| scene | cases | accepted | median phase error before, rad, of those accepted | after | worse | median error of the image before, of those accepted | after | better images |",
+        "|---|---|---|---|---|---|---|---|---|", *rows, "",
         "Where the calibration is not accepted, the data are as they were. This is right where there is nothing to win, and the price of caution elsewhere: few elements, large errors",
         "or a scene that fills much of the field leave the held-out baselines unpredicted.", "",
-        "| case | layout | scene | phases (deg), amplitudes | S/N | phase error before, rad | after | amplitude error before | after | accepted |",
-        "|---|---|---|---|---|---|---|---|---|---|", *cases, "",
+        "| case | layout | scene | phases (deg), amplitudes | S/N | phase error before, rad | after | amplitude error before | after | image before | after | accepted |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|", *cases, "",
     ])
 
 
