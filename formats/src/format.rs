@@ -2,7 +2,7 @@
 
 use crate::files::{START_BYTES, extension_of};
 use crate::layouts::error::{LayoutError, ReadContext};
-use crate::{CreateOptions, Created, FormatError, Result, VisColumn};
+use crate::{CreateOptions, Created, Edit, FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayLayout, GainTable, Image, Source, VisibilityHeader, VisibilitySource};
 use std::path::Path;
 
@@ -105,6 +105,15 @@ pub trait VisibilityFormat: Format {
     /// # Errors
     /// An existing output that may not be overwritten, a header or options that the format cannot hold, or an error of the file system.
     fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>>;
+
+    /// Begin a copy of the file `from` of this format, in which only what `edit` names changes. The copy is `from` itself where `to` is the same
+    /// path. It takes the blocks of all rows in their order. `None` where files of this format cannot be changed in this way.
+    ///
+    /// # Errors
+    /// An existing output that may not be overwritten, a file that cannot hold the changes, or an error of the file system.
+    fn edit(&self, _from: &Path, _to: &Path, _edit: &Edit) -> Result<Option<Created>> {
+        Ok(None)
+    }
 }
 
 /// Refuse the options that only UVH5 has, and columns that a format cannot hold.

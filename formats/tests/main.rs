@@ -9,6 +9,8 @@ mod fits_images;
 #[cfg(test)]
 mod hostile;
 #[cfg(test)]
+mod in_place;
+#[cfg(test)]
 mod info;
 #[cfg(test)]
 mod overview;

@@ -288,6 +288,11 @@ impl HeaderWriter {
         }
     }
 
+    /// The cards alone, for a header that is there already.
+    pub(crate) fn cards(self) -> Vec<u8> {
+        self.bytes
+    }
+
     /// The finished header in whole blocks.
     pub(crate) fn finish(mut self) -> Vec<u8> {
         self.card("END");

@@ -2,6 +2,7 @@
 //!
 //! A damaged file may claim any shape. Before memory is allocated for an array, its size is therefore compared with the size of the file.
 
+mod change;
 mod child;
 mod chunks;
 mod contiguous;
@@ -14,6 +15,7 @@ mod strings;
 mod unpack;
 mod write;
 
+pub(crate) use change::Stored;
 pub(crate) use probe::{has, open};
 pub(crate) use read::{H5In, SIGNATURE};
 pub use write::Compression;

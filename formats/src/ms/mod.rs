@@ -7,6 +7,10 @@
 //! Kemball & Wieringa 2000, MeasurementSet definition version 2.0 (AIPS++ Note 229).
 
 mod codes;
+mod edit;
+#[cfg(test)]
+mod edit_tests;
+mod edit_weights;
 mod export;
 mod ffi;
 mod fields;

@@ -26,31 +26,31 @@ enum Clock {
 
 /// The channels of a window within the channels of the set.
 #[derive(Debug, Clone, Copy)]
-struct Channels {
-    first: usize,
-    n: usize,
+pub(super) struct Channels {
+    pub(super) first: usize,
+    pub(super) n: usize,
 }
 
 /// A Measurement Set as a source of visibilities. Rows have the order of the file. Where a set has several spectral windows, the rows of one
 /// baseline, time and field become one row, in the order of their first appearance. A window without a row is flagged.
 #[derive(Debug)]
 pub struct MsSource {
-    main: Table,
+    pub(super) main: Table,
     path: PathBuf,
     /// Name of the column that is read.
     column: &'static str,
     header: VisibilityHeader,
-    index: Index,
-    windows: Vec<Channels>,
+    pub(super) index: Index,
+    pub(super) windows: Vec<Channels>,
     /// Place of each product of the header in a row.
-    order: Vec<usize>,
+    pub(super) order: Vec<usize>,
     antenna_of_row: Vec<Option<u32>>,
     clock: Clock,
     /// True where uvw and visibilities have the convention of imagers of Measurement Sets, which is opposite to the convention in memory.
-    flipped: bool,
-    has_spectrum: bool,
+    pub(super) flipped: bool,
+    pub(super) has_spectrum: bool,
     /// Weights of the data divided by weights of the file.
-    weight_factor: f32,
+    pub(super) weight_factor: f32,
 }
 
 impl MsSource {
@@ -60,9 +60,13 @@ impl MsSource {
     /// A directory that is not a Measurement Set of version 2, a column or subtable that is missing or damaged, windows with different products,
     /// or moving fields.
     pub fn open(path: &Path, column: VisColumn) -> Result<Self> {
+        Self::of(open_main(path)?, path, column)
+    }
+
+    /// A Measurement Set whose main table is open.
+    pub(super) fn of(main: Table, path: &Path, column: VisColumn) -> Result<Self> {
         let what = || FormatError::unsupported(path, format!("a Measurement Set has no column {:?}", column.name()));
         let column = name_of(column).ok_or_else(what)?;
-        let main = open_main(path)?;
         let n_rows = count_rows(path, &main)?;
         check_column(&main, column)?;
         let index = Index::new(&main, n_rows)?;

@@ -5,12 +5,13 @@ use super::export::Plan;
 use super::fields::Field;
 use super::keywords::Place;
 use super::schema::{self, SUBTABLES, TOPO};
-use super::table::{Manager, Table};
+use super::table::{Kind, Manager, Table};
 use crate::uvh5::NOMINAL_SITE;
 use crate::{FormatError, Result};
 use cittert_arrays::VisibilityHeader;
 use num_complex::Complex;
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The data for the subtables.
 #[derive(Debug)]
@@ -45,7 +46,7 @@ fn fill(table: &mut Table, name: &str, c: &Contents<'_>) -> Result<()> {
         "DATA_DESCRIPTION" => data_description(table, c),
         "FEED" => feed(table, c),
         "FIELD" => field(table, c),
-        "HISTORY" => history(table, c),
+        "HISTORY" => add_history(table, c.history, c.now),
         "OBSERVATION" => observation(table, c),
         "POLARIZATION" => polarization(table, c),
         "SPECTRAL_WINDOW" => spectral_window(table, c),
@@ -160,22 +161,36 @@ fn field(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     Ok(())
 }
 
-fn history(t: &mut Table, c: &Contents<'_>) -> Result<()> {
-    let n = c.history.len();
+/// The present time, seconds of the modified Julian day.
+pub(super) fn now_mjd_s() -> f64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+    // The epoch of Unix is the modified Julian day 40587.
+    now + 40_587.0 * 86_400.0
+}
+
+/// Add lines to HISTORY. A table of another program may lack columns.
+pub(super) fn add_history(t: &mut Table, lines: &[String], now: f64) -> Result<()> {
+    let (first, n) = (t.n_rows() as usize, lines.len());
     if n == 0 {
         return Ok(());
     }
     t.add_rows(n)?;
-    t.put("TIME", 0, &[], &vec![c.now; n])?;
-    t.put("OBJECT_ID", 0, &[], &vec![0_i32; n])?;
-    t.put("OBSERVATION_ID", 0, &[], &vec![0_i32; n])?;
-    for (row, line) in c.history.iter().enumerate() {
-        t.put_text("APP_PARAMS", row, &[""], false)?;
-        t.put_text("CLI_COMMAND", row, &[""], false)?;
-        t.put_text("APPLICATION", row, &[APPLICATION], true)?;
-        t.put_text("ORIGIN", row, &[APPLICATION], true)?;
-        t.put_text("PRIORITY", row, &["NORMAL"], true)?;
-        t.put_text("MESSAGE", row, &[&line.replace('\0', "")], true)?;
+    if t.column_ndim("TIME", Kind::Double)?.is_some() {
+        t.put("TIME", first, &[], &vec![now; n])?;
+    }
+    for column in ["OBJECT_ID", "OBSERVATION_ID"] {
+        if t.column_ndim(column, Kind::Int)?.is_some() {
+            t.put(column, first, &[], &vec![0_i32; n])?;
+        }
+    }
+    for (row, line) in lines.iter().enumerate() {
+        let message = line.replace('\0', "");
+        let texts = [("APPLICATION", APPLICATION), ("ORIGIN", APPLICATION), ("PRIORITY", "NORMAL"), ("MESSAGE", &message)];
+        for (column, text) in texts.into_iter().chain([("APP_PARAMS", ""), ("CLI_COMMAND", "")]) {
+            if let Some(ndim) = t.column_ndim(column, Kind::String)? {
+                t.put_text(column, first + row, &[text], ndim < 0)?;
+            }
+        }
     }
     Ok(())
 }

@@ -1,10 +1,11 @@
 //! UVFITS in the table of formats.
 
+use super::edit::UvfitsEdit;
 use super::read::UvfitsReader;
 use super::write::{UvfitsOptions, UvfitsWriter};
 use crate::fits::is_random_groups;
 use crate::format::{Format, Holds, Label, VisibilityFormat, refuse_options};
-use crate::{CreateOptions, Created, Result};
+use crate::{ColumnSink, CreateOptions, Created, Edit, Result};
 use cittert_arrays::{VisibilityHeader, VisibilitySource};
 use std::path::Path;
 
@@ -38,5 +39,10 @@ impl VisibilityFormat for Uvfits {
         let writer = UvfitsWriter::create(path, header, UvfitsOptions { overwrite: options.overwrite, stokes_i: false })?;
         let notes = writer.notes().to_vec();
         Ok(Some(Created { sink: Box::new(writer), notes }))
+    }
+
+    fn edit(&self, from: &Path, to: &Path, edit: &Edit) -> Result<Option<Created>> {
+        let sink = UvfitsEdit::begin(from, to, edit)?;
+        Ok(sink.map(|sink| Created { sink: Box::new(sink) as Box<dyn ColumnSink>, notes: Vec::new() }))
     }
 }

@@ -8,6 +8,7 @@
 
 mod antennas;
 mod axes;
+mod edit;
 mod export;
 mod format;
 mod groups;

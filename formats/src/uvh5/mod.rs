@@ -3,6 +3,7 @@
 //! # Reference
 //! Hazelton et al. 2017, JOSS 2, 140 (pyuvdata); the UVH5 memo of that project.
 
+mod edit;
 mod format;
 mod header;
 mod layout;

@@ -101,6 +101,11 @@ impl Uvh5Reader {
         VisibilityBlock::new(coverage, vis, weights, flags.mapv(|f| f != 0), nsamples).map_err(values)
     }
 
+    /// The history as it stands in the file.
+    pub(super) fn history_text(&self) -> Result<Option<String>> {
+        self.file.text("Header/history")
+    }
+
     fn coverage(&self, range: Range<usize>) -> Result<UvCoverage> {
         let file = &self.file;
         let uvw: Array2<f64> = file.rows::<_, Ix2>(&self.columns.uvw, "Header/uvw_array", range.clone())?;

@@ -32,7 +32,8 @@ const char* ct_error();
 void ct_on_terminate(void (*end)(const char* what));
 
 int ct_create(const char* path, CtTable** out);
-int ct_open(const char* path, CtTable** out);
+// With `change` the table can be written.
+int ct_open(const char* path, int32_t change, CtTable** out);
 // Open and read the table in a child process; an error where that process dies.
 int ct_probe(const char* path);
 // Bytes that can still be written to the file system of a path.
