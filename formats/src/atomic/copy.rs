@@ -42,13 +42,12 @@ fn copy_file(from: &Path, to: &Path, mode: u32) -> io::Result<()> {
     new.set_permissions(Permissions::from_mode(mode & 0o777 | 0o600))
 }
 
-/// Copy all that is in a folder into an empty folder, without the files that are called `leave_out`. What links lead to is copied, so that a
-/// change of the copy never reaches another place.
-pub(super) fn copy_folder(from: &Path, to: &Path, leave_out: &str) -> io::Result<()> {
-    copy_level(from, to, leave_out, 0)
+/// Copy all that is in a folder into an empty folder. What links lead to is copied, so that a change of the copy never reaches another place.
+pub(super) fn copy_folder(from: &Path, to: &Path) -> io::Result<()> {
+    copy_level(from, to, 0)
 }
 
-fn copy_level(from: &Path, to: &Path, leave_out: &str, depth: usize) -> io::Result<()> {
+fn copy_level(from: &Path, to: &Path, depth: usize) -> io::Result<()> {
     if depth > DEEPEST {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "a link in it leads back to a folder above"));
     }
@@ -56,10 +55,9 @@ fn copy_level(from: &Path, to: &Path, leave_out: &str, depth: usize) -> io::Resu
         let entry = entry?;
         let (old, new) = (entry.path(), to.join(entry.file_name()));
         match fs::metadata(&old) {
-            _ if entry.file_name() == leave_out => {}
             Ok(meta) if meta.is_dir() => {
                 fs::create_dir(&new)?;
-                copy_level(&old, &new, leave_out, depth + 1)?;
+                copy_level(&old, &new, depth + 1)?;
                 fs::set_permissions(&new, Permissions::from_mode(meta.permissions().mode() & 0o777 | 0o700))?;
             }
             Ok(meta) if meta.is_file() => copy_file(&old, &new, meta.permissions().mode())?,
@@ -101,17 +99,16 @@ mod tests {
         fs::create_dir(&b).unwrap();
         fs::write(dir.path().join("outside"), b"1").unwrap();
         fs::write(a.join("SUB/table.dat"), b"2").unwrap();
-        fs::write(a.join("SUB/table.lock"), b"3").unwrap();
         fs::set_permissions(a.join("SUB/table.dat"), Permissions::from_mode(0o444)).unwrap();
         symlink("../outside", a.join("link")).unwrap();
         symlink("nowhere", a.join("broken")).unwrap();
-        copy_folder(&a, &b, "table.lock").unwrap();
+        copy_folder(&a, &b).unwrap();
         assert!(!fs::symlink_metadata(b.join("link")).unwrap().is_symlink());
         assert_eq!((fs::read(b.join("link")).unwrap(), fs::read(b.join("SUB/table.dat")).unwrap()), (b"1".to_vec(), b"2".to_vec()));
-        assert!(!b.join("SUB/table.lock").exists() && fs::symlink_metadata(b.join("broken")).unwrap().is_symlink());
+        assert!(fs::symlink_metadata(b.join("broken")).unwrap().is_symlink());
         assert_eq!(fs::metadata(b.join("SUB/table.dat")).unwrap().permissions().mode() & 0o777, 0o644);
         symlink("..", a.join("SUB/up")).unwrap();
         fs::create_dir(dir.path().join("c")).unwrap();
-        assert!(copy_folder(&a, &dir.path().join("c"), "").is_err());
+        assert!(copy_folder(&a, &dir.path().join("c")).is_err());
     }
 }

@@ -64,12 +64,12 @@ impl AtomicDir {
         &self.from
     }
 
-    /// Begin with the content of another directory, to change some of it. Files called `leave_out` are not copied.
+    /// Begin with the content of another directory, to change some of it.
     ///
     /// # Errors
     /// An error of the file system; a full disk.
-    pub fn fill_from(&self, from: &Path, leave_out: &str) -> Result<()> {
-        copy_folder(from, &self.from, leave_out).map_err(|e| FormatError::io(&self.target, "copy the old directory to", e))
+    pub fn fill_from(&self, from: &Path) -> Result<()> {
+        copy_folder(from, &self.from).map_err(|e| FormatError::io(&self.target, "copy the old directory to", e))
     }
 
     /// Flush every file to the disk and give the directory its final name, together with the other outputs of the command.

@@ -4,6 +4,7 @@ use super::failure::failed;
 use super::write::{H5Out, Rows, WRITTEN};
 use crate::Result;
 use crate::atomic::AtomicFile;
+use hdf5::filters::Filter;
 use hdf5::types::{FloatSize, TypeDescriptor};
 use hdf5::{H5Type, Hyperslab, Selection, SliceOrIndex};
 use ndarray::{ArrayView3, ArrayViewD, Axis, IxDyn};
@@ -67,7 +68,10 @@ impl H5Out {
         }
         let open = || -> hdf5::Result<(Rows, Stored)> {
             let dataset = self.file.dataset(name)?;
-            let stored = Stored::of(&dataset.dtype()?.to_descriptor()?);
+            // Other filters change values, or can only be read.
+            let plain = |f: &Filter| matches!(f, Filter::Deflate(_) | Filter::Shuffle | Filter::Fletcher32 | Filter::LZF);
+            let filters_keep_all = dataset.filters().iter().all(plain);
+            let stored = if filters_keep_all { Stored::of(&dataset.dtype()?.to_descriptor()?) } else { Stored::Other };
             Ok((Rows { dataset, rows: 0 }, stored))
         };
         open().map(Some).map_err(|e| self.fail(name, &e))

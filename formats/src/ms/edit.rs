@@ -17,8 +17,6 @@ use ndarray::ArrayView3;
 use num_complex::Complex;
 use std::path::{Path, PathBuf};
 
-/// Files in which casacore notes who has a table open. The copy is another table, and casacore makes such a file where there is none.
-const LOCK: &str = "table.lock";
 /// Room that casacore needs besides the visibilities, bytes.
 const RESERVE: u64 = 8 << 20;
 /// Frame of directions. The columns that are added here have none.
@@ -42,10 +40,12 @@ impl MsEdit {
         let no_place = |c: &VisColumn| FormatError::unsupported(to, format!("a Measurement Set has no column {:?}", c.name()));
         let columns = edit.columns.iter().map(|c| name_of(*c).ok_or_else(|| no_place(c))).collect::<Result<Vec<_>>>()?;
         let dir = AtomicDir::create(to, edit.overwrite, Replaces::Holding("table.dat"))?;
-        dir.fill_from(from, LOCK)?;
+        dir.fill_from(from)?;
         let mut main = Table::open_to_change(dir.path(), to)?;
         history(&mut main, dir.path(), to, &edit.history)?;
-        let set = MsSource::of(main, dir.path(), VisColumn::Data)?;
+        // The set itself has the same flaw, and its error names the file that the user knows.
+        let flaw = |e| MsSource::open(from, VisColumn::Data).err().unwrap_or(e);
+        let set = MsSource::of(main, dir.path(), VisColumn::Data).map_err(flaw)?;
         let mut new = Self { set, dir, path: to.into(), columns: columns.clone(), data: edit.data, rows: 0 };
         columns.into_iter().try_for_each(|column| new.add(column))?;
         Ok(new)

@@ -7,6 +7,7 @@ use crate::columns::{check_columns, check_rows};
 use crate::h5::{Compression, H5Out, Rows, Stored};
 use crate::{ColumnSink, Edit, FormatError, Result};
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilitySink, VisibilitySource};
+use hdf5::H5Type;
 use ndarray::{Array3, ArrayView3, Ix3, Zip};
 use num_complex::Complex;
 use std::ops::Range;
@@ -15,7 +16,7 @@ use std::path::Path;
 const DATA: &str = "Data/visdata";
 const FLAGS: &str = "Data/flags";
 const WEIGHTS: &str = "Data/weights";
-/// Size of the blocks whose weights are copied together, bytes.
+/// Size of the blocks whose flags or weights are copied together, bytes.
 const COPY_BYTES: usize = 1 << 24;
 
 /// A copy of a UVH5 file that is being changed.
@@ -38,7 +39,6 @@ struct Column {
 struct Data {
     vis: Column,
     flags: Rows,
-    flags_stored: Stored,
     /// `None` as long as the weights are the numbers of samples.
     weights: Option<Rows>,
 }
@@ -110,10 +110,22 @@ impl Column {
 impl Data {
     fn open(out: &H5Out, old: &Uvh5Reader) -> Result<Self> {
         let vis = Column::open(out, old, DATA)?;
-        let none = || FormatError::malformed(out.path(), FLAGS, "a dataset of this name", "none");
-        let (flags, flags_stored) = out.existing(FLAGS)?.ok_or_else(none)?;
-        let weights = out.existing(WEIGHTS)?.map(|(rows, _)| rows);
-        Ok(Self { vis, flags, flags_stored, weights })
+        let flags = match out.existing(FLAGS)? {
+            Some((rows, Stored::Boolean)) => rows,
+            other => {
+                drop(other);
+                anew(out, old, FLAGS, |block| block.flags)?
+            }
+        };
+        let weights = match out.existing(WEIGHTS)? {
+            None => None,
+            Some((rows, Stored::Single)) => Some(rows),
+            other => {
+                drop(other);
+                Some(anew(out, old, WEIGHTS, |block| block.weights)?)
+            }
+        };
+        Ok(Self { vis, flags, weights })
     }
 
     fn put(&mut self, out: &H5Out, old: &Uvh5Reader, range: Range<usize>, block: &VisibilityBlock) -> Result<()> {
@@ -122,17 +134,14 @@ impl Data {
         let mut flags = before.flags.clone();
         flags.zip_mut_with(&block.flags, |f, new| *f |= *new);
         if flags != before.flags {
-            match self.flags_stored {
-                Stored::Boolean => out.put(&self.flags, FLAGS, range.start, flags.view())?,
-                _ => out.put(&self.flags, FLAGS, range.start, flags.mapv(u8::from).view())?,
-            }
+            out.put(&self.flags, FLAGS, range.start, flags.view())?;
         }
         if same(&block.weights, &before.weights) {
             return Ok(());
         }
         let weights = match self.weights.take() {
             Some(weights) => weights,
-            None => weights_of_samples(out, old)?,
+            None => anew(out, old, WEIGHTS, |block| block.nsamples)?,
         };
         out.put(&weights, WEIGHTS, range.start, block.weights.view())?;
         self.weights = Some(weights);
@@ -144,18 +153,18 @@ fn same(a: &Array3<f32>, b: &Array3<f32>) -> bool {
     a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
 }
 
-/// A dataset of weights that are the numbers of samples.
-fn weights_of_samples(out: &H5Out, old: &Uvh5Reader) -> Result<Rows> {
+/// A dataset made anew with the values of each row.
+fn anew<T: H5Type + Clone>(out: &H5Out, old: &Uvh5Reader, name: &str, pick: fn(VisibilityBlock) -> Array3<T>) -> Result<Rows> {
     let (n, n_chan, n_pol) = old.header().shape(old.n_rows());
-    let weights = out.rows::<f32>(WEIGHTS, &[n_chan, n_pol], n, Compression::Lzf)?;
-    out.fill(&weights, WEIGHTS, n)?;
+    out.remove(name)?;
+    let rows = out.rows::<T>(name, &[n_chan, n_pol], n, Compression::Lzf)?;
+    out.fill(&rows, name, n)?;
     // A visibility has 17 bytes in memory.
     let step = (COPY_BYTES / (17 * n_chan * n_pol).max(1)).max(1);
     for start in (0..n).step_by(step) {
-        let block = old.read(start..(start + step).min(n))?;
-        out.put(&weights, WEIGHTS, start, block.nsamples.view())?;
+        out.put(&rows, name, start, pick(old.read(start..(start + step).min(n))?).view())?;
     }
-    Ok(weights)
+    Ok(rows)
 }
 
 impl ColumnSink for Uvh5Edit {

@@ -151,7 +151,15 @@ int ct_create(const char* path, CtTable** out) {
 }
 
 int ct_open(const char* path, int32_t change, CtTable** out) {
-    return guard([&] { *out = new CtTable{Table(path, no_lock(), change ? Table::Update : Table::Old)}; });
+    return guard([&] {
+        // A table that others have written keeps its number of rows in its lock file, which casacore brings up to date only under a lock.
+        // The table that is changed is a copy that nobody else knows, so that nobody waits for the lock.
+        if (change) {
+            *out = new CtTable{Table(path, TableLock(TableLock::PermanentLocking), Table::Update)};
+        } else {
+            *out = new CtTable{Table(path, no_lock(), Table::Old)};
+        }
+    });
 }
 
 int ct_free_bytes(const char* path, uint64_t* bytes) {
