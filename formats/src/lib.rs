@@ -49,7 +49,7 @@ pub use h5::Compression;
 pub use layouts::layout_formats;
 pub use picture::read_grey_png;
 pub use registry::{
-    create_visibilities, create_visibilities_with, edit_visibilities, format_of, format_of_output, format_to_write, image_format,
+    create_visibilities, create_visibilities_with, edit_visibilities, format_of, format_of_output, format_to_write, image_format, losses,
     open_column, open_image, open_visibilities, visibility_format, visibility_formats,
 };
 pub use sources::{read_sources, write_sources};

@@ -120,6 +120,17 @@ pub fn edit_visibilities(from: &Path, to: &Path, edit: &Edit) -> Result<Option<C
     if format_to_write(to)?.name() == format.name() { format.edit(from, to, edit) } else { Ok(None) }
 }
 
+/// What a conversion of a file of visibilities loses, one line each: what is not read, and what the format of the output cannot hold. `header` is
+/// that of the file.
+///
+/// # Errors
+/// As [`open_visibilities`], or an ending that no format has.
+pub fn losses(from: &Path, to: &Path, header: &VisibilityHeader) -> Result<Vec<String>> {
+    let (from_format, to_format) = (visibility_format(from)?, format_to_write(to)?);
+    let all = from_format.unread(from, to_format)?.into_iter().chain(to_format.loses(header));
+    Ok(all.map(|line| format!("lost in {}: {line}", to_format.name())).collect())
+}
+
 /// The format of an output: that of the file for a file that is changed in place, otherwise that of the ending of the name.
 ///
 /// # Errors

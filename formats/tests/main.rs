@@ -13,6 +13,8 @@ mod in_place;
 #[cfg(test)]
 mod info;
 #[cfg(test)]
+mod kept;
+#[cfg(test)]
 mod overview;
 #[cfg(test)]
 mod uvfits;

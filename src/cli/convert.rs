@@ -93,6 +93,8 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         None => Beside::open(&args.input, &args.output)?,
         Some(_) => Beside::default(),
     };
+    let mut lost = std::mem::take(&mut beside.lost);
+    lost.extend(cittert_formats::losses(&args.input, &args.output, source.header())?);
     let mut header = source.header().clone();
     header.history.push(context.history());
     header.history.extend(beside.notes.iter().cloned());
@@ -101,7 +103,7 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let created = cittert_formats::create_visibilities_with(&args.output, &header, &options)?;
     let mut notes = std::mem::take(&mut beside.notes);
     notes.extend(created.notes);
-    notes.iter().for_each(|note| context.console.note(note));
+    notes.iter().chain(&lost).for_each(|note| context.console.note(note));
     let mut sink = created.sink;
     let mut rows = 0;
     for_each_block(source.as_mut(), MemoryBudget::default().block(), |first, block| -> Result<()> {
@@ -120,7 +122,7 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     }
     let verb = if args.append { " appended" } else { "" };
     let text = format!("{}: {rows} rows{verb}", args.output.display());
-    Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": notes }), text).wrote(&args.output))
+    Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": notes, "lost": lost }), text).wrote(&args.output))
 }
 
 /// A file of the same format is a copy with one more line of history. All rows are read, so that damage is found.

@@ -96,6 +96,8 @@ impl Output {
         }
         let mut beside = places().fold(Beside::open(&args.input, path)?, Beside::without);
         beside.notes.extend(notes);
+        let lost = std::mem::take(&mut beside.lost);
+        beside.notes.extend(lost);
         header.history.extend(beside.notes.iter().cloned());
         let all = beside.columns.iter().copied().chain(places()).collect();
         let options = CreateOptions { overwrite: args.out.overwrite, columns: all, ..CreateOptions::default() };

@@ -9,6 +9,8 @@ mod contiguous;
 mod convert;
 mod failure;
 mod flaws;
+mod keyword;
+mod objects;
 mod probe;
 mod read;
 mod strings;

@@ -74,6 +74,7 @@ unsafe extern "C" {
         values: *const c_void,
     ) -> c_int;
     pub(super) fn ct_put_table_keyword(table: *mut CtTable, key: *const c_char, subtable: *const CtTable) -> c_int;
+    pub(super) fn ct_names(table: *const CtTable, group: *const c_char, keywords: i32, text: *mut *const c_char) -> c_int;
     pub(super) fn ct_get_keyword(
         table: *const CtTable,
         column: *const c_char,

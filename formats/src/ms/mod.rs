@@ -6,6 +6,7 @@
 //! # Reference
 //! Kemball & Wieringa 2000, MeasurementSet definition version 2.0 (AIPS++ Note 229).
 
+mod annotations;
 mod codes;
 mod edit;
 #[cfg(test)]
@@ -25,6 +26,7 @@ mod rows;
 mod schema;
 mod subtables;
 mod table;
+mod unread;
 mod unwritten;
 mod write;
 

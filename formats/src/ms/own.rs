@@ -1,5 +1,6 @@
 //! Keywords of the main table for properties that a Measurement Set has no place for.
 
+use super::annotations;
 use super::keywords::Place;
 use super::table::Table;
 use crate::Result;
@@ -13,6 +14,9 @@ const INSTRUMENT: &str = "cittert_instrument";
 const PEDESTAL: &str = "pedestal_k";
 const SCENE_PEDESTAL: &str = "scene_pedestal_k";
 const WEIGHT_SCALE: &str = "cittert_weight_scale";
+
+/// All of these keywords.
+pub(super) const KEYWORDS: [&str; 7] = [FRAME, LAYOUT, SOURCE, INSTRUMENT, PEDESTAL, SCENE_PEDESTAL, WEIGHT_SCALE];
 
 /// The values of these keywords.
 #[derive(Debug, Default, Clone, PartialEq)]
@@ -46,6 +50,7 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
         // The name in pyuvdata of the convention that Stokes I is half the sum of the parallel hands.
         text("pyuvdata_polconv", "avg")?;
     }
+    annotations::write(main, &header.annotations)?;
     for (key, value) in [(PEDESTAL, header.pedestal_k), (SCENE_PEDESTAL, header.scene_pedestal_k)] {
         if let Some(value) = value {
             main.put_keyword_value(Place::table(key), value)?;

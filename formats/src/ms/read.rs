@@ -6,6 +6,7 @@ use super::keywords::Place;
 use super::metadata::{self, Description};
 use super::own;
 use super::table::{Kind, Table};
+use super::{annotations, unread};
 use crate::{FormatError, Result, VisColumn};
 use cittert_arrays::astrometry::eop;
 use cittert_arrays::{ArrayError, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySource};
@@ -79,13 +80,14 @@ impl MsSource {
         let mut order: Vec<usize> = (0..stored.len()).collect();
         order.sort_by_key(|k| stored[*k].aips().abs());
         let header = VisibilityHeader {
-            layout: array.layout,
+            layout: array.layout.clone(),
             spectrum,
             polarizations: order.iter().map(|k| stored[*k]).collect(),
             phase_centers: metadata::phase_centers(path, &own)?,
             unit: unit(&main, column)?,
             instrument: own.instrument.unwrap_or_else(|| array.telescope.clone()),
-            telescope: array.telescope,
+            telescope: array.telescope.clone(),
+            annotations: array.annotate(annotations::read(path, &main)?),
             pedestal_k: own.pedestal_k,
             scene_pedestal_k: own.scene_pedestal_k,
             history: history.lines,
@@ -122,6 +124,11 @@ impl MsSource {
     #[must_use]
     pub fn columns(&self) -> Vec<VisColumn> {
         columns(&self.main)
+    }
+
+    /// What the set holds beside its rows and its header.
+    pub(super) fn unread(&self) -> Result<Vec<String>> {
+        unread::lines(&self.path, &self.main, self.has_spectrum)
     }
 
     /// Check that the first row of each window has the shape that the subtables state.

@@ -1,5 +1,6 @@
 //! Rows of the subtables of a Measurement Set.
 
+use super::annotations::OF_OBSERVATION;
 use super::codes::code_of;
 use super::export::Plan;
 use super::fields::Field;
@@ -8,7 +9,7 @@ use super::schema::{self, SUBTABLES, TOPO};
 use super::table::{Kind, Manager, Table};
 use crate::uvh5::NOMINAL_SITE;
 use crate::{FormatError, Result};
-use cittert_arrays::VisibilityHeader;
+use cittert_arrays::{VisibilityHeader, XOrientation};
 use num_complex::Complex;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -72,8 +73,12 @@ fn antenna(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     let (mut positions, mut diameters) = (vec![0.0; 3 * rows], vec![dish; rows]);
     let mut empty = vec![true; rows];
     let mut names = vec![""; rows];
-    for (a, row) in layout.antennas().iter().zip(&c.plan.antenna_rows) {
+    let about = &c.header.annotations;
+    let (mut stations, mut mounts) = (vec![None; rows], vec![None; rows]);
+    for (k, (a, row)) in layout.antennas().iter().zip(&c.plan.antenna_rows).enumerate() {
         let row = *row as usize;
+        stations[row] = about.stations.get(k);
+        mounts[row] = about.mounts.get(k).filter(|_| !c.header.is_boresight()).map(|m| m.to_ascii_uppercase());
         let d = site.enu_to_ecef_offset(a.position_m);
         (0..3).for_each(|k| positions[3 * row + k] = center[k] + d[k]);
         diameters[row] = a.diameter_m.unwrap_or(0.0);
@@ -86,9 +91,9 @@ fn antenna(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     t.put("FLAG_ROW", 0, &[], &empty)?;
     for (row, name) in names.iter().enumerate() {
         t.put_text("NAME", row, &[name], true)?;
-        t.put_text("STATION", row, &[name], true)?;
+        t.put_text("STATION", row, &[stations[row].map_or(name, String::as_str)], true)?;
         t.put_text("TYPE", row, &["GROUND-BASED"], true)?;
-        t.put_text("MOUNT", row, &["ALT-AZ"], true)?;
+        t.put_text("MOUNT", row, &[mounts[row].as_deref().unwrap_or("ALT-AZ")], true)?;
     }
     Ok(())
 }
@@ -105,8 +110,13 @@ fn data_description(t: &mut Table, c: &Contents<'_>) -> Result<()> {
 fn feed(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     let linear = c.plan.products.iter().any(|p| code_of(p.product) >= 9);
     let hands = if linear { ["X", "Y"] } else { ["R", "L"] };
-    // X to the east, Y to the north, as the angle of a linear feed runs from north through east.
-    let angles = if linear { [std::f64::consts::FRAC_PI_2, 0.0] } else { [0.0, 0.0] };
+    // The angle of a linear feed runs from north through east. X is taken to the east where nothing is known.
+    let north = c.header.annotations.x_orientation == Some(XOrientation::North);
+    let angles = match (linear, north) {
+        (true, false) => [std::f64::consts::FRAC_PI_2, 0.0],
+        (true, true) => [0.0, std::f64::consts::FRAC_PI_2],
+        _ => [0.0, 0.0],
+    };
     let rows = c.plan.antenna_rows.iter().max().map_or(0, |m| *m as usize + 1);
     t.add_rows(rows)?;
     let middle = (c.time_range[0] + c.time_range[1]) / 2.0;
@@ -209,10 +219,10 @@ fn observation(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     for name in ["LOG", "SCHEDULE"] {
         t.put_text(name, 0, &[""], false)?;
     }
-    for name in ["OBSERVER", "PROJECT", "SCHEDULE_TYPE"] {
-        t.put_text(name, 0, &[""], true)?;
+    for (column, key) in OF_OBSERVATION {
+        t.put_text(column, 0, &[&c.header.annotations.text(key).unwrap_or_default().replace('\0', "")], true)?;
     }
-    Ok(())
+    t.put_text("SCHEDULE_TYPE", 0, &[""], true)
 }
 
 fn polarization(t: &mut Table, c: &Contents<'_>) -> Result<()> {

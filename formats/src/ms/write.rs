@@ -349,6 +349,7 @@ mod tests {
             instrument: String::new(),
             pedestal_k: None,
             scene_pedestal_k: None,
+            annotations: Default::default(),
             history: Vec::new(),
         };
         let (uvw, l, m) = ([90.0, -7.0, 3.0], 0.012, 0.005_f64);

@@ -6,6 +6,7 @@
 //! # Reference
 //! Greisen 2020, AIPS Memo 117.
 
+mod annotations;
 mod antennas;
 mod axes;
 mod edit;
@@ -15,6 +16,7 @@ mod groups;
 mod phase;
 mod read;
 mod tables;
+mod unread;
 mod write;
 
 pub use read::UvfitsReader;

@@ -2,7 +2,7 @@
 
 use super::axes::GroupAxes;
 use super::groups::{Parameters, UvwKind};
-use super::{antennas, phase};
+use super::{annotations, antennas, phase};
 use crate::files::open_file;
 use crate::fits::{Header, Input, Number, padding, table::Table};
 use crate::uvh5::Sky;
@@ -109,6 +109,7 @@ impl UvfitsReader {
             instrument: text("INSTRUME"),
             pedestal_k: primary.real("CITPEDST"),
             scene_pedestal_k: primary.real("CITSCPED"),
+            annotations: annotations::read(&primary, &an),
             history: primary.history.clone(),
             phase_centers,
             telescope,

@@ -50,6 +50,14 @@ impl VisibilityFormat for Uvh5 {
         Ok(Some(Created { sink: Box::new(writer), notes: Vec::new() }))
     }
 
+    fn keeps_samples(&self) -> bool {
+        true
+    }
+
+    fn unread(&self, path: &Path, to: &dyn VisibilityFormat) -> Result<Vec<String>> {
+        Uvh5Reader::open(path)?.unread(to.keeps_samples())
+    }
+
     fn edit(&self, from: &Path, to: &Path, edit: &Edit) -> Result<Option<Created>> {
         Ok(Some(Created { sink: Box::new(Uvh5Edit::begin(from, to, edit)?), notes: Vec::new() }))
     }

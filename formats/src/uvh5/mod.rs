@@ -3,6 +3,7 @@
 //! # Reference
 //! Hazelton et al. 2017, JOSS 2, 140 (pyuvdata); the UVH5 memo of that project.
 
+mod annotations;
 mod edit;
 mod format;
 mod header;
@@ -10,6 +11,7 @@ mod layout;
 mod names;
 mod phase;
 mod read;
+mod unread;
 mod write;
 
 pub use names::NOMINAL_SITE;

@@ -1,7 +1,7 @@
 //! Reading UVH5 in runs of rows.
 
-use super::header;
 use super::names::dataset_of;
+use super::{header, unread};
 use crate::h5::{self, H5In};
 use crate::{FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
@@ -99,6 +99,11 @@ impl Uvh5Reader {
             None => nsamples.clone(),
         };
         VisibilityBlock::new(coverage, vis, weights, flags.mapv(|f| f != 0), nsamples).map_err(values)
+    }
+
+    /// What the file holds beside its rows and its header.
+    pub(super) fn unread(&self, samples_are_kept: bool) -> Result<Vec<String>> {
+        unread::lines(&self.file, &self.header, samples_are_kept)
     }
 
     /// The history as it stands in the file.

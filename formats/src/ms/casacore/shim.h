@@ -66,6 +66,9 @@ int ct_get_string(const CtTable* table, const char* column, uint64_t row, size_t
 // Keywords of the table (column = NULL) or of a column, at the top (group = NULL) or in a record. n < 0 puts a scalar.
 int ct_put_keyword(CtTable* table, const char* column, const char* group, const char* key, int32_t type, int32_t n, const void* values);
 int ct_put_table_keyword(CtTable* table, const char* key, const CtTable* subtable);
+// Names of the columns, or (keywords = 1) of the keywords of the table (group = NULL) or of a record, in lines: a letter for the type, a blank,
+// the name. Letters: b truth value, i integer, f real number, s text, t table, r record, o anything else, c column.
+int ct_names(const CtTable* table, const char* group, int32_t keywords, const char** text);
 // *found = 0 where the keyword is missing, has another type, or no element of that index.
 int ct_get_keyword(const CtTable* table, const char* column, const char* group, const char* key, size_t index, int32_t* found,
                    double* number, const char** text);
