@@ -1,7 +1,7 @@
 //! Properties of an observation that are only carried: extra keywords, as pyuvdata stores them, and the direction of the feeds.
 
 use super::keywords::Place;
-use super::metadata;
+use super::parts;
 use super::table::{Kind, Table};
 use crate::Result;
 use cittert_arrays::{Annotations, Keyword, XOrientation};
@@ -34,7 +34,7 @@ pub(super) fn read(ms: &Path, main: &Table) -> Result<Annotations> {
         };
         found.keywords.insert(key, value);
     }
-    let (observation, rows) = metadata::open(ms, "OBSERVATION")?;
+    let (observation, rows) = parts::open(ms, "OBSERVATION")?;
     for (column, key) in OF_OBSERVATION {
         if rows > 0 && observation.column_ndim(column, Kind::String)? == Some(-1) {
             found.add_text(key, &observation.get_text(column, 0, 0)?);
@@ -50,7 +50,7 @@ fn of_feeds(ms: &Path) -> Result<Option<XOrientation>> {
     if !ms.join("FEED/table.dat").is_file() {
         return Ok(None);
     }
-    let (feed, rows) = metadata::open(ms, "FEED")?;
+    let (feed, rows) = parts::open(ms, "FEED")?;
     if rows == 0 || feed.keyword_number(Place::table(HAS_FEED), 0)?.is_none_or(|known| known == 0.0) {
         return Ok(None);
     }

@@ -4,6 +4,7 @@ use super::codes::{frame_of, product_of};
 use super::keywords::Place;
 use super::observatories;
 use super::own::Own;
+use super::parts::open;
 use super::subtables::APPLICATION;
 use super::table::{Kind, Table};
 use crate::uvh5::{NOMINAL_SITE, unique_names};
@@ -12,24 +13,8 @@ use cittert_arrays::{Annotations, Antenna, ArrayLayout, LayoutFrame, PhaseCenter
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Largest number of rows of a subtable. More indicate a damaged file.
-const MAX_ROWS: u64 = 1 << 20;
 /// Largest number of lines of HISTORY that are read.
 const MAX_HISTORY: usize = 10_000;
-
-/// Open a subtable and count its rows.
-pub(super) fn open(ms: &Path, name: &str) -> Result<(Table, usize)> {
-    let path = ms.join(name);
-    if !path.join("table.dat").is_file() {
-        return Err(FormatError::malformed(ms, name, "a subtable (every Measurement Set has it)", "none"));
-    }
-    let table = Table::open(&path)?;
-    let rows = table.n_rows();
-    if rows > MAX_ROWS {
-        return Err(FormatError::malformed(&path, "table.dat", format!("at most {MAX_ROWS} rows"), format!("{rows} rows")));
-    }
-    Ok((table, rows as usize))
-}
 
 /// One data description: window, and products of its rows.
 #[derive(Debug, Clone, PartialEq)]

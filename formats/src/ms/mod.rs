@@ -21,6 +21,7 @@ mod keywords;
 mod metadata;
 mod observatories;
 mod own;
+mod parts;
 mod read;
 mod rows;
 mod schema;

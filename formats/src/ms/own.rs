@@ -1,6 +1,5 @@
 //! Keywords of the main table for properties that a Measurement Set has no place for.
 
-use super::annotations;
 use super::keywords::Place;
 use super::table::Table;
 use crate::Result;
@@ -50,7 +49,6 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
         // The name in pyuvdata of the convention that Stokes I is half the sum of the parallel hands.
         text("pyuvdata_polconv", "avg")?;
     }
-    annotations::write(main, &header.annotations)?;
     for (key, value) in [(PEDESTAL, header.pedestal_k), (SCENE_PEDESTAL, header.scene_pedestal_k)] {
         if let Some(value) = value {
             main.put_keyword_value(Place::table(key), value)?;

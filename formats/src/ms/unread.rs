@@ -1,6 +1,6 @@
 //! What a Measurement Set holds that comes neither with its rows nor with its header.
 
-use super::metadata;
+use super::parts;
 use super::table::{Kind, Table};
 use super::{annotations, own};
 use crate::Result;
@@ -76,7 +76,7 @@ fn subtable(ms: &Path, name: &str, lines: &mut Vec<String>) -> Result<()> {
         lines.push(format!("subtable {name}"));
         return Ok(());
     }
-    let (table, rows) = metadata::open(ms, name)?;
+    let (table, rows) = parts::open(ms, name)?;
     if rows == 0 {
         return Ok(());
     }

@@ -1,5 +1,6 @@
 //! Writing a Measurement Set in runs of rows, in constant memory.
 
+use super::annotations;
 use super::codes::{frame_code, mjd_seconds, name_of};
 use super::export::Plan;
 use super::fields::{Fields, Pointing};
@@ -325,6 +326,7 @@ fn main_table(folder: &Path, label: &Path, header: &VisibilityHeader, plan: &Pla
     }
     t.put_keyword_value(Place::table("MS_VERSION"), 2.0_f32)?;
     own::write(&mut t, header)?;
+    annotations::write(&mut t, &header.annotations)?;
     Ok(t)
 }
 

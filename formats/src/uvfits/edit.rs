@@ -40,7 +40,7 @@ impl UvfitsEdit {
         let mut file = out.open()?;
         let io = |e| FormatError::io(to, "copy the old file to", e);
         file.write_all(&header).map_err(io)?;
-        io::copy(&mut old.from_the_groups_on()?, &mut file).map_err(io)?;
+        io::copy(&mut old.seek_groups()?, &mut file).map_err(io)?;
         Ok(Some(Self { old, file, out, start: header.len() as u64, data: edit.data, rows: 0 }))
     }
 

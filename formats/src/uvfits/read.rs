@@ -166,7 +166,7 @@ impl UvfitsReader {
     }
 
     /// The file at the start of the groups, to copy all that follows.
-    pub(super) fn from_the_groups_on(&mut self) -> Result<&mut File> {
+    pub(super) fn seek_groups(&mut self) -> Result<&mut File> {
         self.file.seek(SeekFrom::Start(self.data_start)).map_err(|e| FormatError::io(&self.path, "read", e))?;
         Ok(&mut self.file)
     }
