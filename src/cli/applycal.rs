@@ -77,8 +77,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
         }
         None => {
             for column in &columns {
-                let how = "the output has another format than the input, and only the data go there";
-                context.console.note(&format!("the column {:?} is not kept: {how}", column.name()));
+                context.console.note(&format!("the column {:?} is not kept: only the data go to another format", column.name()));
             }
             args.out.visibilities(&header, context)?
         }

@@ -143,7 +143,7 @@ impl ColumnSink for MsEdit {
         let bytes = block.vis.len() * (8 * columns.len() + if self.data { 4 } else { 0 });
         check_space(self.dir.path(), &self.path, bytes as u64 + RESERVE)?;
         let range = self.rows..self.rows + block.n_rows();
-        let before = if self.data { Some(self.set.read(range.clone())?) } else { None };
+        let before = if self.data { Some(self.set.read_weights(range.clone())?) } else { None };
         for k in 0..self.set.windows.len() {
             let window = self.set.windows[k];
             for run in self.set.index.runs(range.clone(), k).into_iter().filter(|run| run.rows > 0) {

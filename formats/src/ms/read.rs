@@ -153,6 +153,15 @@ impl MsSource {
     /// A range past the last row, cells that are missing or of another shape than their window's, rows that name an antenna or a field
     /// that does not exist.
     pub fn read(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        self.read_parts(range, true)
+    }
+
+    /// As [`MsSource::read`], with the weights and flags alone: coverage and visibilities stay 0.
+    pub(super) fn read_weights(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        self.read_parts(range, false)
+    }
+
+    fn read_parts(&mut self, range: Range<usize>, all: bool) -> Result<VisibilityBlock> {
         let total = self.index.n_rows();
         if range.end > total || range.start > range.end {
             return Err(FormatError::values(&self.path, ArrayError::OutOfRange { what: "row", index: range.end, len: total }));
@@ -175,8 +184,10 @@ impl MsSource {
         for k in 0..self.windows.len() {
             for run in self.index.runs(range.clone(), k) {
                 if run.rows > 0 {
-                    self.read_coverage(run, &mut block.coverage)?;
-                    self.read_data(run, self.windows[k], &mut block)?;
+                    if all {
+                        self.read_coverage(run, &mut block.coverage)?;
+                    }
+                    self.read_data(run, self.windows[k], &mut block, all)?;
                 }
             }
         }
@@ -220,11 +231,11 @@ impl MsSource {
         FormatError::malformed(&self.path, format!("{column}, row {row}"), expected, found)
     }
 
-    fn read_data(&self, run: Run, window: Channels, block: &mut VisibilityBlock) -> Result<()> {
+    fn read_data(&self, run: Run, window: Channels, block: &mut VisibilityBlock, with_vis: bool) -> Result<()> {
         let Run { start, at, rows } = run;
         let n_pol = self.order.len();
         let (cell, size) = ([n_pol, window.n], n_pol * window.n);
-        let mut vis = vec![Complex::<f32>::default(); rows * size];
+        let mut vis = vec![Complex::<f32>::default(); if with_vis { rows * size } else { 0 }];
         self.main.get_into(self.column, start, &cell, &mut vis)?;
         let mut flags = vec![false; rows * size];
         self.main.get_into("FLAG", start, &cell, &mut flags)?;
@@ -241,7 +252,9 @@ impl MsSource {
                 for (pol, stored) in self.order.iter().enumerate() {
                     let from = row * size + chan * n_pol + stored;
                     let to = (at + row, window.first + chan, pol);
-                    block.vis[to] = if self.flipped { vis[from].conj() } else { vis[from] };
+                    if with_vis {
+                        block.vis[to] = if self.flipped { vis[from].conj() } else { vis[from] };
+                    }
                     block.flags[to] = flags[from] || flag_row[row];
                     block.weights[to] = self.weight_factor * weights[if spectrum { from } else { row * n_pol + stored }];
                 }

@@ -114,7 +114,7 @@ impl Data {
             Some((rows, Stored::Boolean)) => rows,
             other => {
                 drop(other);
-                anew(out, old, FLAGS, |block| block.flags)?
+                anew(out, old, FLAGS, Uvh5Reader::flags)?
             }
         };
         let weights = match out.existing(WEIGHTS)? {
@@ -122,26 +122,26 @@ impl Data {
             Some((rows, Stored::Single)) => Some(rows),
             other => {
                 drop(other);
-                Some(anew(out, old, WEIGHTS, |block| block.weights)?)
+                Some(anew(out, old, WEIGHTS, Uvh5Reader::weights)?)
             }
         };
         Ok(Self { vis, flags, weights })
     }
 
     fn put(&mut self, out: &H5Out, old: &Uvh5Reader, range: Range<usize>, block: &VisibilityBlock) -> Result<()> {
-        let before = old.read(range.clone())?;
         self.vis.put(out, range.start, block.vis.view())?;
-        let mut flags = before.flags.clone();
+        let before = old.flags(range.clone())?;
+        let mut flags = before.clone();
         flags.zip_mut_with(&block.flags, |f, new| *f |= *new);
-        if flags != before.flags {
+        if flags != before {
             out.put(&self.flags, FLAGS, range.start, flags.view())?;
         }
-        if same(&block.weights, &before.weights) {
+        if same(&block.weights, &old.weights(range.clone())?) {
             return Ok(());
         }
         let weights = match self.weights.take() {
             Some(weights) => weights,
-            None => anew(out, old, WEIGHTS, |block| block.nsamples)?,
+            None => anew(out, old, WEIGHTS, Uvh5Reader::samples)?,
         };
         out.put(&weights, WEIGHTS, range.start, block.weights.view())?;
         self.weights = Some(weights);
@@ -153,16 +153,18 @@ fn same(a: &Array3<f32>, b: &Array3<f32>) -> bool {
     a.iter().zip(b).all(|(a, b)| a == b || (a.is_nan() && b.is_nan()))
 }
 
+/// Reads one quantity of some rows.
+type Get<T> = fn(&Uvh5Reader, Range<usize>) -> Result<Array3<T>>;
+
 /// A dataset made anew with the values of each row.
-fn anew<T: H5Type + Clone>(out: &H5Out, old: &Uvh5Reader, name: &str, pick: fn(VisibilityBlock) -> Array3<T>) -> Result<Rows> {
+fn anew<T: H5Type + Clone>(out: &H5Out, old: &Uvh5Reader, name: &str, get: Get<T>) -> Result<Rows> {
     let (n, n_chan, n_pol) = old.header().shape(old.n_rows());
     out.remove(name)?;
     let rows = out.rows::<T>(name, &[n_chan, n_pol], n, Compression::Lzf)?;
     out.fill(&rows, name, n)?;
-    // A visibility has 17 bytes in memory.
-    let step = (COPY_BYTES / (17 * n_chan * n_pol).max(1)).max(1);
+    let step = (COPY_BYTES / (size_of::<T>() * n_chan * n_pol).max(1)).max(1);
     for start in (0..n).step_by(step) {
-        out.put(&rows, name, start, pick(old.read(start..(start + step).min(n))?).view())?;
+        out.put(&rows, name, start, get(old, start..(start + step).min(n))?.view())?;
     }
     Ok(rows)
 }
