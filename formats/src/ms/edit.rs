@@ -34,6 +34,15 @@ pub(super) struct MsEdit {
     rows: usize,
 }
 
+/// A run of rows of one window, with the place of each of its cells in a block.
+pub(super) struct Cells {
+    pub(super) run: Run,
+    pub(super) window: Channels,
+    /// Products and channels of a row.
+    pub(super) shape: [usize; 2],
+    pub(super) places: Vec<usize>,
+}
+
 impl MsEdit {
     /// Begin a copy.
     pub(super) fn begin(from: &Path, to: &Path, edit: &Edit) -> Result<Self> {
@@ -68,45 +77,42 @@ impl MsEdit {
         self.set.windows.iter().map(|w| w.n).max().unwrap_or(1)
     }
 
-    /// Write the visibilities of a run of rows, as the reader found them.
-    fn put_vis(&mut self, column: &str, run: Run, window: Channels, values: &ArrayView3<'_, Complex<f32>>) -> Result<()> {
-        let set = &mut self.set;
-        let n_pol = set.order.len();
-        let mut cells = vec![Complex::default(); run.rows * window.n * n_pol];
-        for row in 0..run.rows {
-            for chan in 0..window.n {
-                for (pol, stored) in set.order.iter().enumerate() {
-                    let v = values[[run.at + row, window.first + chan, pol]];
-                    cells[(row * window.n + chan) * n_pol + stored] = if set.flipped { v.conj() } else { v };
-                }
+    /// The place in a block of each cell of a run of rows, in the order of the file.
+    fn places(&self, run: Run, window: Channels) -> Vec<usize> {
+        let (_, n_chan, n_pol) = self.set.header().shape(0);
+        let mut product_of = vec![0; n_pol];
+        self.set.order.iter().enumerate().for_each(|(pol, stored)| product_of[*stored] = pol);
+        let mut places = Vec::with_capacity(run.rows * window.n * n_pol);
+        for row in run.at..run.at + run.rows {
+            for chan in window.first..window.first + window.n {
+                let first = (row * n_chan + chan) * n_pol;
+                places.extend(product_of.iter().map(|pol| first + pol));
             }
         }
-        set.main.put(column, run.start, &[n_pol, window.n], &cells)
+        places
+    }
+
+    /// Write the visibilities of a run of rows, as the reader found them.
+    fn put_vis(&mut self, column: &str, cells: &Cells, values: &ArrayView3<'_, Complex<f32>>) -> Result<()> {
+        let set = &mut self.set;
+        let values = values.as_standard_layout();
+        let values = values.as_slice().unwrap_or_default();
+        let vis: Vec<_> = cells.places.iter().map(|k| if set.flipped { values[*k].conj() } else { values[*k] }).collect();
+        set.main.put(column, cells.run.start, &cells.shape, &vis)
     }
 
     /// Add the flags that are new in a run of rows.
-    fn put_flags(&mut self, run: Run, window: Channels, block: &VisibilityBlock, before: &VisibilityBlock) -> Result<()> {
-        let set = &mut self.set;
-        let n_pol = set.order.len();
-        let mut new = Vec::new();
-        for row in 0..run.rows {
-            for chan in 0..window.n {
-                for (pol, stored) in set.order.iter().enumerate() {
-                    let at = [run.at + row, window.first + chan, pol];
-                    if block.flags[at] && !before.flags[at] {
-                        new.push((row * window.n + chan) * n_pol + stored);
-                    }
-                }
-            }
-        }
-        if new.is_empty() {
+    fn put_flags(&mut self, cells: &Cells, block: &VisibilityBlock, before: &VisibilityBlock) -> Result<()> {
+        let (now, then) = (block.flags.as_standard_layout(), before.flags.as_standard_layout());
+        let (now, then) = (now.as_slice().unwrap_or_default(), then.as_slice().unwrap_or_default());
+        let new = |k: &usize| now[*k] && !then[*k];
+        if !cells.places.iter().any(new) {
             return Ok(());
         }
-        let cell = [n_pol, window.n];
-        let mut flags = vec![false; run.rows * window.n * n_pol];
-        set.main.get_into("FLAG", run.start, &cell, &mut flags)?;
-        new.into_iter().for_each(|k| flags[k] = true);
-        set.main.put("FLAG", run.start, &cell, &flags)
+        let mut flags = vec![false; cells.places.len()];
+        self.set.main.get_into("FLAG", cells.run.start, &cells.shape, &mut flags)?;
+        flags.iter_mut().zip(&cells.places).for_each(|(flag, k)| *flag |= new(k));
+        self.set.main.put("FLAG", cells.run.start, &cells.shape, &flags)
     }
 
     fn complete(mut self) -> Result<()> {
@@ -147,13 +153,14 @@ impl ColumnSink for MsEdit {
         for k in 0..self.set.windows.len() {
             let window = self.set.windows[k];
             for run in self.set.index.runs(range.clone(), k).into_iter().filter(|run| run.rows > 0) {
+                let cells = Cells { run, window, shape: [self.set.order.len(), window.n], places: self.places(run, window) };
                 for (at, values) in columns.iter().enumerate() {
-                    self.put_vis(self.columns[at], run, window, values)?;
+                    self.put_vis(self.columns[at], &cells, values)?;
                 }
                 if let Some(before) = &before {
-                    self.put_vis("DATA", run, window, &block.vis.view())?;
-                    self.put_flags(run, window, block, before)?;
-                    self.put_weights(run, window, block, before)?;
+                    self.put_vis("DATA", &cells, &block.vis.view())?;
+                    self.put_flags(&cells, block, before)?;
+                    self.put_weights(&cells, block, before)?;
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Changes of the weights in a copy of a Measurement Set: WEIGHT_SPECTRUM, WEIGHT, and SIGMA and SIGMA_SPECTRUM, which belong to them.
 //! Weights that did not change keep their bytes.
 
-use super::edit::{MsEdit, NO_FRAME};
+use super::edit::{Cells, MsEdit, NO_FRAME};
 use super::index::Run;
 use super::read::Channels;
 use super::schema;
@@ -9,6 +9,7 @@ use super::table::{Kind, Manager};
 use super::write::tile;
 use crate::Result;
 use cittert_arrays::{VisibilityBlock, VisibilitySource};
+use ndarray::Array3;
 
 /// Number of rows whose weights are copied together.
 const STEP: usize = 4096;
@@ -23,6 +24,19 @@ struct Change {
 }
 
 impl Change {
+    fn of(cells: &Cells, block: &VisibilityBlock, before: &VisibilityBlock) -> Self {
+        let pick = |weights: &Array3<f32>| -> Vec<f32> {
+            let weights = weights.as_standard_layout();
+            let weights = weights.as_slice().unwrap_or_default();
+            cells.places.iter().map(|k| weights[*k]).collect()
+        };
+        let flags = block.flags.as_standard_layout();
+        let flags = flags.as_slice().unwrap_or_default();
+        let [n_pol, n_chan] = cells.shape;
+        let flags = cells.places.iter().map(|k| flags[*k]).collect();
+        Self { n_chan, n_pol, old: pick(&before.weights), new: pick(&block.weights), flags }
+    }
+
     fn any(&self) -> bool {
         self.old.iter().zip(&self.new).any(|(o, n)| o.to_bits() != n.to_bits())
     }
@@ -57,8 +71,9 @@ impl Change {
 
 impl MsEdit {
     /// Write the weights of a run of rows that changed.
-    pub(super) fn put_weights(&mut self, run: Run, window: Channels, block: &VisibilityBlock, before: &VisibilityBlock) -> Result<()> {
-        let change = self.change(run, window, block, before);
+    pub(super) fn put_weights(&mut self, cells: &Cells, block: &VisibilityBlock, before: &VisibilityBlock) -> Result<()> {
+        let (run, window) = (cells.run, cells.window);
+        let change = Change::of(cells, block, before);
         if !change.any() {
             return Ok(());
         }
@@ -89,21 +104,6 @@ impl MsEdit {
         }
         set.main.put("WEIGHT", run.start, &[n_pol], &weight)?;
         if has_sigma { set.main.put("SIGMA", run.start, &[n_pol], &sigma) } else { Ok(()) }
-    }
-
-    fn change(&self, run: Run, window: Channels, block: &VisibilityBlock, before: &VisibilityBlock) -> Change {
-        let (n_chan, n_pol) = (window.n, self.set.order.len());
-        let n = run.rows * n_chan * n_pol;
-        let mut change = Change { n_chan, n_pol, old: vec![0.0; n], new: vec![0.0; n], flags: vec![true; n] };
-        for row in 0..run.rows {
-            for chan in 0..n_chan {
-                for (pol, stored) in self.set.order.iter().enumerate() {
-                    let (from, to) = ([run.at + row, window.first + chan, pol], (row * n_chan + chan) * n_pol + stored);
-                    (change.old[to], change.new[to], change.flags[to]) = (before.weights[from], block.weights[from], block.flags[from]);
-                }
-            }
-        }
-        change
     }
 
     /// Whether the reader takes the weights of a run from WEIGHT_SPECTRUM.
