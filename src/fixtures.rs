@@ -51,6 +51,7 @@ pub(crate) fn snapshot(
         instrument: "test".into(),
         pedestal_k: None,
         scene_pedestal_k: None,
+        annotations: Default::default(),
         history: Vec::new(),
     };
     let pairs: Vec<(usize, usize)> = (0..positions.len()).flat_map(|a| (a + 1..positions.len()).map(move |b| (a, b))).collect();

@@ -17,6 +17,7 @@
 //! | [`GainTable`] | antenna gains | `Complex<f64>` \[solint, ant, chan, feed\] |
 //! | [`SkyGrid`], [`Image`] | brightness on a grid of direction cosines | \[chan, pol, m, l\] |
 
+mod annotations;
 mod as_text;
 pub mod astrometry;
 mod beam;
@@ -39,6 +40,7 @@ mod stream;
 mod uv_grid;
 mod visibility;
 
+pub use annotations::{Annotations, Keyword, XOrientation};
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
 pub use beam::RestoringBeam;
 pub use builtin::{BUILTIN_LAYOUTS, BuiltinLayout};

@@ -1,7 +1,7 @@
 //! Visibilities with their header: array, channels, polarisations, phase centres and unit.
 
 use crate::coverage::append_rows;
-use crate::{ArrayError, ArrayLayout, PhaseCenter, Polarization, Result, SpectralWindow, UvCoverage};
+use crate::{Annotations, ArrayError, ArrayLayout, PhaseCenter, Polarization, Result, SpectralWindow, UvCoverage};
 use ndarray::{Array3, s};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,8 @@ pub struct VisibilityHeader {
     pub pedestal_k: Option<f64>,
     /// Pedestal that suits the scene, K, where the scene is known: its mean if it is warm up to its edges, otherwise 0.
     pub scene_pedestal_k: Option<f64>,
+    /// What is only carried from file to file.
+    pub annotations: Annotations,
     /// History of the data, oldest first, one entry per line.
     pub history: Vec<String>,
 }

@@ -57,6 +57,19 @@ pub struct CreateOptions {
     pub columns: Vec<VisColumn>,
 }
 
+/// What changes in a copy of a file of visibilities. All else stays as it is, byte for byte.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Edit {
+    /// Replace an existing output. The output may be the input itself.
+    pub overwrite: bool,
+    /// The data change, with their weights and flags. Flags are only added.
+    pub data: bool,
+    /// Columns beside the data that are added or replaced. Every block must then bring them.
+    pub columns: Vec<VisColumn>,
+    /// Lines that are added to the history.
+    pub history: Vec<String>,
+}
+
 /// A new output of visibilities.
 pub struct Created {
     /// Takes the blocks.
@@ -72,6 +85,14 @@ pub trait ColumnSink: VisibilitySink {
     /// # Errors
     /// A block or column whose shape is not that of the header, or an error of the file system.
     fn write_columns(&mut self, block: &VisibilityBlock, columns: &[ArrayView3<'_, Complex<f32>>]) -> Result<()>;
+}
+
+/// Check that an edit got every row of the file.
+pub(crate) fn check_rows(path: &Path, edited: usize, rows: usize) -> Result<()> {
+    if edited == rows {
+        return Ok(());
+    }
+    Err(FormatError::malformed(path, "rows", format!("all {rows} rows of the file"), format!("{edited} rows")))
 }
 
 /// Check that `n` columns beside the data are given, each with the shape of the data.

@@ -2,7 +2,7 @@
 
 use crate::files::{START_BYTES, extension_of};
 use crate::layouts::error::{LayoutError, ReadContext};
-use crate::{CreateOptions, Created, FormatError, Result, VisColumn};
+use crate::{CreateOptions, Created, Edit, FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayLayout, GainTable, Image, Source, VisibilityHeader, VisibilitySource};
 use std::path::Path;
 
@@ -105,6 +105,34 @@ pub trait VisibilityFormat: Format {
     /// # Errors
     /// An existing output that may not be overwritten, a header or options that the format cannot hold, or an error of the file system.
     fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>>;
+
+    /// True where files of this format hold numbers of samples beside the weights.
+    fn keeps_samples(&self) -> bool {
+        false
+    }
+
+    /// What a file of this format holds that comes neither with its rows nor with its header, one line each. A conversion to the format `to`
+    /// loses it.
+    ///
+    /// # Errors
+    /// An error in the file.
+    fn unread(&self, _path: &Path, _to: &dyn VisibilityFormat) -> Result<Vec<String>> {
+        Ok(Vec::new())
+    }
+
+    /// What files of this format cannot hold of a set with this header, one line each.
+    fn loses(&self, _header: &VisibilityHeader) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Begin a copy of the file `from` of this format, in which only what `edit` names changes. The copy is `from` itself where `to` is the same
+    /// path. It takes the blocks of all rows in their order. `None` where files of this format cannot be changed in this way.
+    ///
+    /// # Errors
+    /// An existing output that may not be overwritten, a file that cannot hold the changes, or an error of the file system.
+    fn edit(&self, _from: &Path, _to: &Path, _edit: &Edit) -> Result<Option<Created>> {
+        Ok(None)
+    }
 }
 
 /// Refuse the options that only UVH5 has, and columns that a format cannot hold.

@@ -38,7 +38,7 @@ mod time;
 pub mod uvfits;
 pub mod uvh5;
 
-pub use columns::{ColumnSink, CreateOptions, Created, VisColumn};
+pub use columns::{ColumnSink, CreateOptions, Created, Edit, VisColumn};
 pub use contents::{Contents, LayoutInfo, SourceListInfo};
 pub use disk::free_disk;
 pub use error::{FormatError, Result};
@@ -49,8 +49,8 @@ pub use h5::Compression;
 pub use layouts::layout_formats;
 pub use picture::read_grey_png;
 pub use registry::{
-    create_visibilities, create_visibilities_with, format_of, format_to_write, image_format, open_column, open_image, open_visibilities,
-    visibility_format, visibility_formats,
+    create_visibilities, create_visibilities_with, edit_visibilities, format_of, format_of_output, format_to_write, image_format, losses,
+    open_column, open_image, open_visibilities, visibility_format, visibility_formats,
 };
 pub use sources::{read_sources, write_sources};
 pub use table::{Column, Table, write_tables};

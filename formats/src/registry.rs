@@ -4,8 +4,9 @@
 
 use crate::files::{describe, extension_of, start_of};
 use crate::format::{Format, Holds, ImageFormat, VisibilityFormat};
-use crate::{CreateOptions, Created, FORMATS, FormatError, Result, VisColumn, h5};
+use crate::{CreateOptions, Created, Edit, FORMATS, FormatError, Result, VisColumn, h5};
 use cittert_arrays::{Image, VisibilityHeader, VisibilitySource};
+use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
 /// All formats of visibilities.
@@ -102,6 +103,46 @@ pub fn create_visibilities(path: &Path, header: &VisibilityHeader, overwrite: bo
 pub fn create_visibilities_with(path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Created> {
     let unknown = || format_to_write(path).err().unwrap_or_else(|| FormatError::unsupported(path, "this format is only read"));
     format_to_write(path)?.create(path, header, options)?.ok_or_else(unknown)
+}
+
+/// Begin a copy of a file of visibilities, in which only what `edit` names changes. `None` where the name of the copy stands for another format,
+/// or its format cannot be changed in this way: then a new file is written.
+///
+/// # Errors
+/// As [`open_visibilities`], an existing output that may not be overwritten, or a file that cannot be changed in place.
+pub fn edit_visibilities(from: &Path, to: &Path, edit: &Edit) -> Result<Option<Created>> {
+    let format = visibility_format(from)?;
+    // A file that is changed in place keeps its format, whatever its name is.
+    if is_same(from, to) {
+        let why = format!("this {} does not store its numbers in a way that can be changed in place: write another file", format.name());
+        return format.edit(from, to, edit)?.map(Some).ok_or_else(|| FormatError::unsupported(from, why));
+    }
+    if format_to_write(to)?.name() == format.name() { format.edit(from, to, edit) } else { Ok(None) }
+}
+
+/// What a conversion of a file of visibilities loses, one line each: what is not read, and what the format of the output cannot hold. `header` is
+/// that of the file.
+///
+/// # Errors
+/// As [`open_visibilities`], or an ending that no format has.
+pub fn losses(from: &Path, to: &Path, header: &VisibilityHeader) -> Result<Vec<String>> {
+    let (from_format, to_format) = (visibility_format(from)?, format_to_write(to)?);
+    let all = from_format.unread(from, to_format)?.into_iter().chain(to_format.loses(header));
+    Ok(all.map(|line| format!("lost in {}: {line}", to_format.name())).collect())
+}
+
+/// The format of an output: that of the file for a file that is changed in place, otherwise that of the ending of the name.
+///
+/// # Errors
+/// An ending that no format has.
+pub fn format_of_output(from: &Path, to: &Path) -> Result<&'static dyn VisibilityFormat> {
+    if is_same(from, to) { visibility_format(from) } else { format_to_write(to) }
+}
+
+/// Whether two paths lead to one file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| path.metadata().ok().map(|meta| (meta.dev(), meta.ino()));
+    place(a).is_some_and(|a| Some(a) == place(b))
 }
 
 /// The format of visibilities that the ending of a name stands for.

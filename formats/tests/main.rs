@@ -9,7 +9,11 @@ mod fits_images;
 #[cfg(test)]
 mod hostile;
 #[cfg(test)]
+mod in_place;
+#[cfg(test)]
 mod info;
+#[cfg(test)]
+mod kept;
 #[cfg(test)]
 mod overview;
 #[cfg(test)]

@@ -5,6 +5,8 @@ use super::failure::{Context as _, Result};
 use super::options::OutputArgs;
 use super::planned::check_room_for_set;
 use crate::calibrate::{ApplyOptions, Direction, Interpolation, RoundOptions, apply};
+use cittert_arrays::VisibilitySink;
+use cittert_formats::Edit;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -64,7 +66,22 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
         context.console.warn(&format!("{} antennas have no gain in the table ({shown}{more}): their data {fate}", missing.len()));
     }
     header.history.push(context.history());
-    let mut sink = args.out.visibilities(&header, context)?;
+    let edit = Edit { overwrite: args.out.overwrite, data: true, columns: Vec::new(), history: vec![context.history()] };
+    let columns = cittert_formats::visibility_format(&args.input)?.columns(&args.input)?;
+    let mut sink: Box<dyn VisibilitySink> = match cittert_formats::edit_visibilities(&args.input, path, &edit)? {
+        Some(created) => {
+            for column in &columns {
+                context.console.note(&format!("the column {:?} stays as it is: the gains go to the data alone", column.name()));
+            }
+            created.sink
+        }
+        None => {
+            for column in &columns {
+                context.console.note(&format!("the column {:?} is not kept: only the data go to another format", column.name()));
+            }
+            args.out.visibilities(&header, context)?
+        }
+    };
     let counts = apply(source.as_mut(), &table, options, sink.as_mut(), &context.console).context(&what)?;
     sink.finish().context(format!("{}", path.display()))?;
     let json = serde_json::json!({

@@ -13,8 +13,10 @@ use std::path::Path;
 pub(super) struct Beside {
     /// Their names in the output.
     pub(super) columns: Vec<VisColumn>,
-    /// Notes for the user on columns that are not kept, or kept under another name.
+    /// Notes for the user on columns that are kept under another name.
     pub(super) notes: Vec<String>,
+    /// Columns that are not kept, one line each.
+    pub(super) lost: Vec<String>,
     sources: Vec<Box<dyn VisibilitySource>>,
 }
 
@@ -44,7 +46,7 @@ impl Beside {
                 }
                 None => {
                     let how = format!("`convert --column {name}` writes it as data");
-                    kept.notes.push(format!("the column {name:?} is not kept: {} has no place for it; {how}", to.name()));
+                    kept.lost.push(format!("lost in {}: the column {name:?} ({how})", to.name()));
                 }
             }
         }

@@ -7,10 +7,10 @@ use super::options::{ColumnArgs, OutputArgs};
 use super::planned::check_room_for_set;
 use crate::memory::MemoryBudget;
 use crate::plot::{self, ImagePlot};
-use cittert_arrays::for_each_block;
+use cittert_arrays::{VisibilitySource, for_each_block};
 use cittert_formats::atomic::{EditLock, hold};
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
-use cittert_formats::{Compression, CreateOptions, Holds, format_of};
+use cittert_formats::{ColumnSink, Compression, CreateOptions, Edit, Holds, format_of};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -80,6 +80,12 @@ pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
 
 fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let mut source = args.column.open(&args.input)?;
+    if !args.append && args.compression.is_none() && args.column.chosen().is_none() {
+        let edit = Edit { overwrite: args.overwrite, history: vec![context.history()], ..Edit::default() };
+        if let Some(copy) = cittert_formats::edit_visibilities(&args.input, &args.output, &edit)? {
+            return copied(args, source.as_mut(), copy.sink);
+        }
+    }
     if args.compression.is_none_or(|c| c == Compression::None) {
         check_room_for_set(source.as_ref(), &args.output)?;
     }
@@ -87,6 +93,8 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
         None => Beside::open(&args.input, &args.output)?,
         Some(_) => Beside::default(),
     };
+    let mut lost = std::mem::take(&mut beside.lost);
+    lost.extend(cittert_formats::losses(&args.input, &args.output, source.header())?);
     let mut header = source.header().clone();
     header.history.push(context.history());
     header.history.extend(beside.notes.iter().cloned());
@@ -95,7 +103,7 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let created = cittert_formats::create_visibilities_with(&args.output, &header, &options)?;
     let mut notes = std::mem::take(&mut beside.notes);
     notes.extend(created.notes);
-    notes.iter().for_each(|note| context.console.note(note));
+    notes.iter().chain(&lost).for_each(|note| context.console.note(note));
     let mut sink = created.sink;
     let mut rows = 0;
     for_each_block(source.as_mut(), MemoryBudget::default().block(), |first, block| -> Result<()> {
@@ -114,7 +122,17 @@ fn visibilities(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     }
     let verb = if args.append { " appended" } else { "" };
     let text = format!("{}: {rows} rows{verb}", args.output.display());
-    Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": notes }), text).wrote(&args.output))
+    Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": notes, "lost": lost }), text).wrote(&args.output))
+}
+
+/// A file of the same format is a copy with one more line of history. All rows are read, so that damage is found.
+fn copied(args: &ConvertArgs, source: &mut dyn VisibilitySource, mut sink: Box<dyn ColumnSink>) -> Result<Outcome> {
+    for_each_block(source, MemoryBudget::default().block(), |_, block| -> Result<()> { Ok(sink.write_block(&block)?) })
+        .context(format!("converting {}", args.input.display()))?;
+    sink.finish().context(format!("writing {}", args.output.display()))?;
+    let (rows, none) = (source.n_rows(), Vec::<String>::new());
+    let text = format!("{}: {rows} rows, copied as they are", args.output.display());
+    Ok(Outcome::new(json!({ "output": args.output, "n_blts": rows, "notes": none, "lost": none }), text).wrote(&args.output))
 }
 
 fn gains(args: &ConvertArgs, context: &Context) -> Result<Outcome> {

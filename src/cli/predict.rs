@@ -11,7 +11,7 @@ use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::simulate::{SceneOptions, SkyModel};
 use cittert_arrays::{ArrayError, PhaseCenter, VisibilityHeader, for_each_block};
-use cittert_formats::{CreateOptions, VisColumn};
+use cittert_formats::{ColumnSink, CreateOptions, Edit, VisColumn};
 use clap::Args;
 use num_complex::Complex;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub struct PredictArgs {
     #[arg(long)]
     residual: bool,
     /// Write all that the input holds, with the prediction beside it in these columns: model, residual. `-o IN --overwrite` puts them
-    /// into the input itself.
+    /// into the input itself, and changes nothing else of it.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',', conflicts_with = "residual", value_parser = ["model", "residual"])]
     into: Vec<String>,
     /// Accuracy relative to the total flux.
@@ -52,39 +52,58 @@ pub(super) fn load_model(path: &Path, header: &VisibilityHeader, context: &Conte
     Ok(file.load(center, &header.spectrum, context)?.sky)
 }
 
-/// Columns that are written beside the data.
-struct Into {
-    /// Those that the input has already.
+/// The output, and what goes into it.
+struct Output {
+    sink: Box<dyn ColumnSink>,
+    /// Columns of the input that are written again. In a copy that is changed they are there already.
     beside: Beside,
-    /// Each quantity that is written, and its column in the output.
+    /// Each quantity that is written beside the data, and its column in the output.
     columns: Vec<(VisColumn, VisColumn)>,
+    /// True for a copy of the input, in which only these columns change.
+    is_copy: bool,
 }
 
-impl Into {
-    fn open(args: &PredictArgs) -> Result<Self> {
+impl Output {
+    /// Begin the output. With columns beside the data it is a copy of the input, if both have the same format.
+    fn begin(args: &PredictArgs, header: &mut VisibilityHeader, context: &Context) -> Result<Self> {
+        let path = &args.out.output;
+        header.history.push(context.history());
         let wanted: Vec<VisColumn> = args.into.iter().filter_map(|name| VisColumn::named(name)).collect();
         if wanted.is_empty() {
-            return Ok(Self { beside: Beside::default(), columns: Vec::new() });
+            let options = CreateOptions { overwrite: args.out.overwrite, ..CreateOptions::default() };
+            let created = cittert_formats::create_visibilities_with(path, header, &options)?;
+            created.notes.iter().for_each(|n| context.console.note(n));
+            return Ok(Self { sink: created.sink, beside: Beside::default(), columns: Vec::new(), is_copy: false });
         }
-        let to = cittert_formats::format_to_write(&args.out.output)?;
-        let mut beside = Beside::open(&args.input, &args.out.output)?;
-        let mut columns = Vec::new();
+        let to = cittert_formats::format_of_output(&args.input, path)?;
+        let (mut columns, mut notes) = (Vec::new(), Vec::new());
         for what in VisColumn::ALL.into_iter().filter(|c| wanted.contains(c)) {
             let place = place_of(what, |c| to.keeps(c)).ok_or_else(|| {
                 let text = format!("{} has no place for the column {:?} beside the data", to.name(), what.name());
-                Failure::message(format!("{}: {text}: leave out --into, or write UVH5", args.out.output.display()))
+                Failure::message(format!("{}: {text}: leave out --into, or write UVH5", path.display()))
             })?;
             if place != what {
-                beside.notes.push(format!("the column {:?} is kept as {:?}, as CASA's uvsub does", what.name(), place.name()));
+                notes.push(format!("the column {:?} is kept as {:?}, as CASA's uvsub does", what.name(), place.name()));
             }
-            beside = beside.without(place);
             columns.push((what, place));
         }
-        Ok(Self { beside, columns })
-    }
-
-    fn all_columns(&self) -> Vec<VisColumn> {
-        self.beside.columns.iter().copied().chain(self.columns.iter().map(|c| c.1)).collect()
+        let places = || columns.iter().map(|c| c.1);
+        let lines = [context.history()].into_iter().chain(notes.iter().cloned()).collect();
+        let edit = Edit { overwrite: args.out.overwrite, data: false, columns: places().collect(), history: lines };
+        if let Some(created) = cittert_formats::edit_visibilities(&args.input, path, &edit)? {
+            notes.iter().chain(&created.notes).for_each(|n| context.console.note(n));
+            return Ok(Self { sink: created.sink, beside: Beside::default(), columns, is_copy: true });
+        }
+        let mut beside = places().fold(Beside::open(&args.input, path)?, Beside::without);
+        beside.notes.extend(notes);
+        let lost = std::mem::take(&mut beside.lost);
+        beside.notes.extend(lost);
+        header.history.extend(beside.notes.iter().cloned());
+        let all = beside.columns.iter().copied().chain(places()).collect();
+        let options = CreateOptions { overwrite: args.out.overwrite, columns: all, ..CreateOptions::default() };
+        let created = cittert_formats::create_visibilities_with(path, header, &options)?;
+        beside.notes.iter().chain(&created.notes).for_each(|n| context.console.note(n));
+        Ok(Self { sink: created.sink, beside, columns, is_copy: false })
     }
 
     fn only_residual(&self) -> bool {
@@ -112,13 +131,8 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());
     let mut model =
         SkyPrediction::new(&header, &sky, Accuracy { epsilon: args.epsilon, no_w: args.no_w }, &context.console).context(&what)?;
-    header.history.push(context.history());
-    let mut into = Into::open(args)?;
-    header.history.extend(into.beside.notes.iter().cloned());
-    let options = CreateOptions { overwrite: args.out.overwrite, columns: into.all_columns(), ..CreateOptions::default() };
-    let created = cittert_formats::create_visibilities_with(path, &header, &options)?;
-    into.beside.notes.iter().chain(&created.notes).for_each(|n| context.console.note(n));
-    let (mut sink, mut lost) = (created.sink, 0_u64);
+    let mut out = Output::begin(args, &mut header, context)?;
+    let mut lost = 0_u64;
     let (mut power, mut used) = (0.0, 0_u64);
     let console = &context.console;
     console.event(Event::Phase { name: "predicting", total: Some(source.n_rows() as u64), unit: "rows" });
@@ -127,40 +141,42 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
         let mut residual = block.vis.clone();
         for ((at, m), left) in predicted.indexed_iter_mut().zip(&mut residual) {
             if !m.is_finite() {
-                block.flags[at] = true;
+                // In a copy, the flags stay as they are.
+                block.flags[at] |= !out.is_copy;
                 lost += 1;
                 (*m, *left) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
                 continue;
             }
             *left -= *m;
-            let told = if args.residual || into.only_residual() { *left } else { *m };
+            let told = if args.residual || out.only_residual() { *left } else { *m };
             if !block.flags[at] && told.is_finite() {
                 power += f64::from(told.norm_sqr());
                 used += 1;
             }
         }
         console.event(Event::Advance(block.n_rows() as u64));
-        if into.columns.is_empty() {
+        if out.columns.is_empty() {
             block.vis = if args.residual { residual } else { predicted };
-            return Ok(sink.write_block(&block)?);
+            return Ok(out.sink.write_block(&block)?);
         }
-        let kept = into.beside.read(first..first + block.n_rows())?;
+        let kept = out.beside.read(first..first + block.n_rows())?;
         let mut views: Vec<_> = kept.iter().map(|c| c.view()).collect();
-        views.extend(into.columns.iter().map(|(what, _)| if *what == VisColumn::Model { predicted.view() } else { residual.view() }));
-        sink.write_columns(&block, &views).map_err(ArrayError::from)?;
+        views.extend(out.columns.iter().map(|(what, _)| if *what == VisColumn::Model { predicted.view() } else { residual.view() }));
+        out.sink.write_columns(&block, &views).map_err(ArrayError::from)?;
         Ok(())
     })
     .context(&what)?;
     console.event(Event::Done);
-    sink.finish().context(format!("{}", path.display()))?;
+    let (only_residual, fate) = (out.only_residual(), if out.is_copy { "their model is 0" } else { "they are flagged" });
+    out.sink.finish().context(format!("{}", path.display()))?;
     if lost > 0 {
-        console.warn(&format!("{lost} visibilities lie at coordinates that are not finite and are flagged"));
+        console.warn(&format!("{lost} visibilities lie at coordinates that are not finite: {fate}"));
     }
     let rms = if used > 0 { (power / used as f64).sqrt() } else { 0.0 };
     let (n_rows, unit) = (source.n_rows(), header.unit.name());
     let json = serde_json::json!({
         "output": path, "n_blts": n_rows, "residual": args.residual, "into": args.into, "rms": rms, "unit": unit, "n_unflagged": used, "n_without_model": lost,
     });
-    let kind = if args.residual || into.only_residual() { "residual" } else { "model" };
+    let kind = if args.residual || only_residual { "residual" } else { "model" };
     Ok(Outcome::new(json, format!("{}: {n_rows} rows, {kind} of rms {rms:.5e} {unit}", path.display())).wrote(path))
 }

@@ -29,6 +29,7 @@ fn set(times: usize, channels: usize, frame: LayoutFrame) -> VisibilitySet {
         instrument: "t".into(),
         pedestal_k: None,
         scene_pedestal_k: None,
+        annotations: Default::default(),
         history: Vec::new(),
     };
     let pairs: Vec<(u32, u32)> = (0..N_ANT).flat_map(|a| (a + 1..N_ANT).map(move |b| (a, b))).collect();

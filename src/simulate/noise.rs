@@ -191,6 +191,7 @@ mod tests {
             instrument: "t".into(),
             pedestal_k: None,
             scene_pedestal_k: None,
+            annotations: Default::default(),
             history: Vec::new(),
         }
     }

@@ -34,6 +34,7 @@ pub(super) fn base(n_ant: u32, size: usize) -> Arc<Base> {
         unit: VisUnit::Jy,
         pedestal_k: None,
         scene_pedestal_k: None,
+        annotations: Default::default(),
         history: Vec::new(),
     };
     let sky = SkyModel::of_sources(vec![Source::point(0.0, 0.0, 1.0)]);

@@ -119,6 +119,7 @@ impl Case {
             instrument: "test".into(),
             pedestal_k: None,
             scene_pedestal_k: None,
+            annotations: Default::default(),
             history: Vec::new(),
         };
         let pairs: Vec<(usize, usize)> = (0..n_ant).flat_map(|a| (a + 1..n_ant).map(move |b| (a, b))).collect();

@@ -253,7 +253,7 @@ def test_a_set_of_the_mwa_is_read_as_pyuvdata_reads_it(cittert, visibilities):
         tar.extractall(cittert.folder, filter="data")
     name = "1090008640_birli.ms"
     cittert("convert", name, "mwa.uvh5")
-    cittert("convert", name, "again.ms")
+    cittert("convert", "mwa.uvh5", "again.ms")
     theirs, ours, again = UVData(), UVData(), UVData()
     with warnings.catch_warnings():
         # pyuvdata warns that the autocorrelations of this correlator are not exactly real.

@@ -147,7 +147,8 @@ def test_real_files_keep_their_content(cittert, name, form):
         (path,) = [cittert.path(n) for n in os.listdir(cittert.folder) if n.endswith(".ms")]
     out = cittert.path(f"out.{form}")
     theirs = read(path)
-    said = cittert("convert", path, out).stderr
+    # With a compression a UVH5 file is written anew. Otherwise it would be copied.
+    said = cittert("convert", path, out, *(["--compression", "none"] if form == "uvh5" else [])).stderr
     ours = read(out)
     if phase_if_drifting(theirs, ours, form):
         assert "does not follow the sky" in said and "does not follow the sky" in ours.history

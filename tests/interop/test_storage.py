@@ -53,7 +53,8 @@ def test_a_set_reads_the_same_however_it_is_stored(cittert, way, libver):
     with h5py.File(cittert.path("y.uvh5")) as f:
         assert f["Data/visdata"].chunks == WAYS[way]["chunks"]
     for back in ("z.uvh5", "z.uvfits"):
-        cittert("convert", "y.uvh5", back)
+        # Without a compression, a file of the same format is a copy.
+        cittert("convert", "y.uvh5", back, *(["--compression", "lzf"] if back.endswith("h5") else []))
         ours = strict("read_uvh5" if back.endswith("h5") else "read_uvfits", cittert.path(back))
         ours.reorder_blts(order="time", minor_order="baseline")
         uv.reorder_blts(order="time", minor_order="baseline")
@@ -72,5 +73,5 @@ def test_chunks_that_were_never_written_read_as_the_fill_value(cittert):
         d[8:24, :2] = 1.0
         want = d[()]
     assert {1.0, 3.0} == set(np.unique(want))
-    cittert("convert", "x.uvh5", "z.uvh5")
+    cittert("convert", "x.uvh5", "z.uvh5", "--compression", "none")
     assert np.array_equal(strict("read_uvh5", cittert.path("z.uvh5")).nsample_array, want)

@@ -1,5 +1,6 @@
 //! Files that get their final name only when they are complete.
 
+use super::copy::copy_bytes;
 use super::partial::{Partial, clear, explain};
 use super::publish::{Finished, refuse_existing};
 use super::together::{finish, publish_now};
@@ -58,6 +59,15 @@ impl AtomicFile {
     /// An error of the file system.
     pub fn open(&self) -> Result<File> {
         OpenOptions::new().read(true).write(true).open(&self.from).map_err(|e| FormatError::io(&self.target, "write", e))
+    }
+
+    /// Begin with the bytes of another file, to change some of them.
+    ///
+    /// # Errors
+    /// An error of the file system; a full disk.
+    pub fn fill_from(&self, from: &Path) -> Result<()> {
+        let mut old = File::open(from).map_err(|e| FormatError::io(from, "open", e))?;
+        copy_bytes(&mut old, &mut self.open()?).map_err(|e| FormatError::io(&self.target, "copy the old file to", e))
     }
 
     /// Flush the bytes to the disk and give the file its final name, together with the other outputs of the command.

@@ -1,5 +1,6 @@
 //! Folders that get their final name only when they are complete.
 
+use super::copy::copy_folder;
 use super::file::resolve;
 use super::list::{FileList, LIST};
 use super::partial::{Partial, clear, explain};
@@ -61,6 +62,14 @@ impl AtomicDir {
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.from
+    }
+
+    /// Begin with the content of another directory, to change some of it.
+    ///
+    /// # Errors
+    /// An error of the file system; a full disk.
+    pub fn fill_from(&self, from: &Path) -> Result<()> {
+        copy_folder(from, &self.from).map_err(|e| FormatError::io(&self.target, "copy the old directory to", e))
     }
 
     /// Flush every file to the disk and give the directory its final name, together with the other outputs of the command.

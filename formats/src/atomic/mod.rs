@@ -4,6 +4,7 @@
 //! killed therefore leaves the old output unchanged. The outputs of one command get their names together ([`Together`]), and a file that is
 //! changed in place is locked ([`EditLock`]).
 
+mod copy;
 mod edit;
 mod file;
 mod folder;

@@ -86,7 +86,7 @@ pub(super) fn begin(path: &Path, table: &GainTable, overwrite: bool) -> Result<H
     let (n_time, n_ant) = (table.time_jd.len(), table.layout.n_ant());
     let out = H5Out::create(path, overwrite)?;
     out.text("Header/version", "1.0")?;
-    write_telescope(&out, &table.layout, &table.layout.name, "")?;
+    write_telescope(&out, &table.layout, &table.layout.name, "", &[])?;
     out.text("Header/history", &table.history.join("\n"))?;
     for (name, value) in [("Njones", table.feeds.len()), ("Ntimes", n_time), ("Nants_data", n_ant)] {
         out.scalar(&format!("Header/{name}"), value as i64)?;

@@ -30,12 +30,14 @@ pub(crate) struct Header {
     cards: Vec<(String, Value)>,
     /// Texts of the HISTORY cards.
     pub(crate) history: Vec<String>,
+    /// Number of COMMENT cards.
+    pub(crate) comments: usize,
 }
 
 impl Header {
     /// Read blocks up to the block with END. `None` where the file ends before the first block.
     pub(crate) fn read(input: &mut Input, first: bool) -> Result<Option<Self>> {
-        let mut header = Self { path: input.path().into(), cards: Vec::new(), history: Vec::new() };
+        let mut header = Self { path: input.path().into(), cards: Vec::new(), history: Vec::new(), comments: 0 };
         let mut block = [0u8; BLOCK];
         for n in 0..MOST_BLOCKS {
             let got = input.read_some(&mut block)?;
@@ -79,6 +81,7 @@ impl Header {
         match key {
             "END" if text[3..].trim().is_empty() => return true,
             "HISTORY" => self.history.push(text[8..].trim_end().to_string()),
+            "COMMENT" => self.comments += 1,
             "CONTINUE" => {
                 if let (Value::Text(more), Some((_, Value::Text(whole)))) = (parse_value(&text[8..]), self.cards.last_mut())
                     && whole.ends_with('&')
@@ -96,6 +99,11 @@ impl Header {
     /// The file of this header.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// All keywords with their values, in their order.
+    pub(crate) fn all(&self) -> impl Iterator<Item = (&str, &Value)> {
+        self.cards.iter().map(|(key, value)| (key.as_str(), value))
     }
 
     /// First value of a keyword.
@@ -286,6 +294,11 @@ impl HeaderWriter {
                 self.card(&format!("HISTORY {}", piece.iter().collect::<String>()));
             }
         }
+    }
+
+    /// The cards alone, for a header that is there already.
+    pub(crate) fn cards(self) -> Vec<u8> {
+        self.bytes
     }
 
     /// The finished header in whole blocks.

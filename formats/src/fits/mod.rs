@@ -19,6 +19,6 @@ pub use image_write::{ImageOptions, write_image};
 pub use linear::{LinearAxis, write_plane};
 
 pub(crate) use format::{FitsImage, is_random_groups};
-pub(crate) use header::{Header, HeaderWriter};
+pub(crate) use header::{Header, HeaderWriter, Value};
 pub(crate) use input::{Input, padding};
 pub(crate) use number::{Number, scaled};

@@ -90,6 +90,20 @@ impl Table {
         self.rows
     }
 
+    /// Names of the columns.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.iter().map(|c| c.name.as_str())
+    }
+
+    /// True where a row of a column has a number that is not 0, or a text that is not blank.
+    pub(crate) fn says_something(&self, column: &str) -> bool {
+        (0..self.rows).any(|row| match (self.reals(row, column), self.text(row, column)) {
+            (Some(numbers), _) => numbers.iter().any(|n| *n != 0.0),
+            (None, Some(text)) => !text.trim().is_empty(),
+            (None, None) => false,
+        })
+    }
+
     fn cell(&self, row: usize, column: &str) -> Option<(&Column, &[u8])> {
         let column = self.columns.iter().find(|c| c.name == column)?;
         let start = row.checked_mul(self.row_bytes)? + column.offset;

@@ -2,18 +2,22 @@
 //!
 //! A damaged file may claim any shape. Before memory is allocated for an array, its size is therefore compared with the size of the file.
 
+mod change;
 mod child;
 mod chunks;
 mod contiguous;
 mod convert;
 mod failure;
 mod flaws;
+mod keyword;
+mod objects;
 mod probe;
 mod read;
 mod strings;
 mod unpack;
 mod write;
 
+pub(crate) use change::Stored;
 pub(crate) use probe::{has, open};
 pub(crate) use read::{H5In, SIGNATURE};
 pub use write::Compression;

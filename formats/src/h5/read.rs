@@ -26,7 +26,7 @@ const MOST_WHOLE: usize = 1 << 24;
 const BITSHUFFLE: i32 = 32008;
 
 /// What a dataset must be, for errors.
-const SOUND: &str = "data that can be read (are they damaged?)";
+pub(super) const SOUND: &str = "data that can be read (are they damaged?)";
 
 /// Shape of a dataset.
 type Shape = Vec<usize>;

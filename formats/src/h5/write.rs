@@ -25,20 +25,20 @@ pub enum Compression {
 const CHUNK_BYTES: usize = 1 << 18;
 
 /// What the output must be, for errors.
-const WRITTEN: &str = "room on the disk and leave to write";
+pub(super) const WRITTEN: &str = "room on the disk and leave to write";
 
 /// An HDF5 file being written beside its final name.
 pub(crate) struct H5Out {
     // The order of the fields matters: the file must be closed before the hidden file is removed.
-    file: hdf5::File,
-    out: AtomicFile,
+    pub(super) file: hdf5::File,
+    pub(super) out: AtomicFile,
 }
 
 /// A dataset that grows by rows.
 #[derive(Debug)]
 pub(crate) struct Rows {
-    dataset: Dataset,
-    rows: usize,
+    pub(super) dataset: Dataset,
+    pub(super) rows: usize,
 }
 
 impl H5Out {
@@ -58,7 +58,7 @@ impl H5Out {
         self.out.target()
     }
 
-    fn fail(&self, name: &str, error: &hdf5::Error) -> FormatError {
+    pub(super) fn fail(&self, name: &str, error: &hdf5::Error) -> FormatError {
         failed(self.path(), name, WRITTEN, error)
     }
 

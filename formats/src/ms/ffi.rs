@@ -23,7 +23,7 @@ unsafe extern "C" {
     pub(super) fn ct_error() -> *const c_char;
     pub(super) fn ct_on_terminate(end: extern "C" fn(*const c_char) -> !);
     pub(super) fn ct_create(path: *const c_char, out: *mut *mut CtTable) -> c_int;
-    pub(super) fn ct_open(path: *const c_char, out: *mut *mut CtTable) -> c_int;
+    pub(super) fn ct_open(path: *const c_char, change: i32, out: *mut *mut CtTable) -> c_int;
     pub(super) fn ct_probe(path: *const c_char) -> c_int;
     pub(super) fn ct_free_bytes(path: *const c_char, bytes: *mut u64) -> c_int;
     pub(super) fn ct_flush(table: *mut CtTable) -> c_int;
@@ -74,6 +74,7 @@ unsafe extern "C" {
         values: *const c_void,
     ) -> c_int;
     pub(super) fn ct_put_table_keyword(table: *mut CtTable, key: *const c_char, subtable: *const CtTable) -> c_int;
+    pub(super) fn ct_names(table: *const CtTable, group: *const c_char, keywords: i32, text: *mut *const c_char) -> c_int;
     pub(super) fn ct_get_keyword(
         table: *const CtTable,
         column: *const c_char,

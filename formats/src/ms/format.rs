@@ -1,10 +1,12 @@
 //! Measurement Sets in the table of formats.
 
+use super::annotations;
 use super::codes::name_of;
+use super::edit::MsEdit;
 use super::read::MsSource;
 use super::write::MsWriter;
 use crate::format::{Format, Holds, Label, VisibilityFormat, refuse_options};
-use crate::{CreateOptions, Created, Result, VisColumn};
+use crate::{CreateOptions, Created, Edit, Result, VisColumn};
 use cittert_arrays::{VisibilityHeader, VisibilitySource};
 use std::path::Path;
 
@@ -58,5 +60,21 @@ impl VisibilityFormat for MeasurementSet {
         let writer = MsWriter::create(path, header, options)?;
         let notes = writer.notes().to_vec();
         Ok(Some(Created { sink: Box::new(writer), notes }))
+    }
+
+    fn unread(&self, path: &Path, _: &dyn VisibilityFormat) -> Result<Vec<String>> {
+        MsSource::open(path, VisColumn::Data)?.unread()
+    }
+
+    fn loses(&self, header: &VisibilityHeader) -> Vec<String> {
+        let mut lines = annotations::lost(&header.annotations);
+        if header.layout.antennas().iter().any(|a| a.sensitivity.is_some() || a.position_error_m.is_some()) {
+            lines.push("SEFD, Tsys and position errors of the antennas".into());
+        }
+        lines
+    }
+
+    fn edit(&self, from: &Path, to: &Path, edit: &Edit) -> Result<Option<Created>> {
+        Ok(Some(Created { sink: Box::new(MsEdit::begin(from, to, edit)?), notes: Vec::new() }))
     }
 }

@@ -28,6 +28,11 @@ impl<'a> Place<'a> {
         Self { column: Some(column), group: Some("MEASINFO"), key }
     }
 
+    /// In a record of the table.
+    pub(super) fn record(group: &'a str, key: &'a str) -> Self {
+        Self { column: None, group: Some(group), key }
+    }
+
     fn texts(&self, path: &Path) -> Result<(Option<CString>, Option<CString>, CString)> {
         let optional = |s: Option<&str>| s.map(|s| text(path, s)).transpose();
         Ok((optional(self.column)?, optional(self.group)?, text(path, self.key)?))
@@ -101,6 +106,28 @@ impl Table {
         }
         // SAFETY: the shim points at a NUL-terminated text that lives until its next call.
         Ok(Some((number, unsafe { CStr::from_ptr(value) }.to_string_lossy().into_owned())))
+    }
+
+    fn names(&self, group: Option<&str>, keywords: bool) -> Result<Vec<(char, String)>> {
+        let group = group.map(|g| text(&self.path, g)).transpose()?;
+        let mut lines = ptr::null();
+        let _lock = lock();
+        // SAFETY: open handle, NUL-terminated text or null, a place for one pointer.
+        let code = unsafe { ffi::ct_names(self.handle.as_ptr(), pointer(&group), i32::from(keywords), &mut lines) };
+        self.done(code, "names")?;
+        // SAFETY: on success the shim points at a NUL-terminated text that lives until its next call.
+        let lines = unsafe { CStr::from_ptr(lines) }.to_string_lossy();
+        Ok(lines.lines().filter_map(|l| l.chars().next().zip(l.get(2..))).map(|(letter, name)| (letter, name.to_string())).collect())
+    }
+
+    /// Names of the keywords of the table, or of a record among them, each with a letter for its type, see `casacore/shim.h`.
+    pub(super) fn keyword_names(&self, group: Option<&str>) -> Result<Vec<(char, String)>> {
+        self.names(group, true)
+    }
+
+    /// Names of the columns.
+    pub(super) fn column_names(&self) -> Result<Vec<String>> {
+        Ok(self.names(None, false)?.into_iter().map(|(_, name)| name).collect())
     }
 
     /// The number (or truth value, as 0 or 1) of a keyword, or element `index` of an array.

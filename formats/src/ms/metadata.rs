@@ -4,32 +4,17 @@ use super::codes::{frame_of, product_of};
 use super::keywords::Place;
 use super::observatories;
 use super::own::Own;
+use super::parts::open;
 use super::subtables::APPLICATION;
 use super::table::{Kind, Table};
 use crate::uvh5::{NOMINAL_SITE, unique_names};
 use crate::{FormatError, Result};
-use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, Site, SpectralWindow};
+use cittert_arrays::{Annotations, Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, Site, SpectralWindow};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Largest number of rows of a subtable. More indicate a damaged file.
-const MAX_ROWS: u64 = 1 << 20;
 /// Largest number of lines of HISTORY that are read.
 const MAX_HISTORY: usize = 10_000;
-
-/// Open a subtable and count its rows.
-pub(super) fn open(ms: &Path, name: &str) -> Result<(Table, usize)> {
-    let path = ms.join(name);
-    if !path.join("table.dat").is_file() {
-        return Err(FormatError::malformed(ms, name, "a subtable (every Measurement Set has it)", "none"));
-    }
-    let table = Table::open(&path)?;
-    let rows = table.n_rows();
-    if rows > MAX_ROWS {
-        return Err(FormatError::malformed(&path, "table.dat", format!("at most {MAX_ROWS} rows"), format!("{rows} rows")));
-    }
-    Ok((table, rows as usize))
-}
 
 /// One data description: window, and products of its rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,6 +90,23 @@ pub(super) struct Array {
     pub(super) layout: ArrayLayout,
     pub(super) telescope: String,
     pub(super) of_row: Vec<Option<u32>>,
+    /// STATION and MOUNT of each antenna.
+    stations: Vec<String>,
+    mounts: Vec<String>,
+}
+
+impl Array {
+    /// Add the mounts, and the stations where they are not the names of the antennas.
+    pub(super) fn annotate(&self, mut annotations: Annotations) -> Annotations {
+        let antennas = self.layout.antennas();
+        if self.layout.site().is_some() && self.mounts.iter().any(|m| !m.is_empty()) {
+            annotations.mounts = self.mounts.iter().map(|m| m.to_ascii_lowercase()).collect();
+        }
+        if self.stations.iter().zip(antennas).any(|(station, a)| !station.is_empty() && *station != a.name) {
+            annotations.stations.clone_from(&self.stations);
+        }
+        annotations
+    }
 }
 
 /// Read ANTENNA and OBSERVATION.
@@ -145,7 +147,12 @@ pub(super) fn array(ms: &Path, own: &Own, from_importuvfits: bool) -> Result<Arr
     let name = own.layout.clone().unwrap_or_else(|| telescope.clone());
     let mut layout = ArrayLayout::from_data(name, frame, antennas).map_err(|e| FormatError::values(&t.path, e))?;
     layout.source.clone_from(&own.source);
-    Ok(Array { layout, telescope, of_row })
+    let mounts = match t.column_ndim("MOUNT", Kind::String)? {
+        Some(_) => real.iter().map(|r| t.get_text("MOUNT", *r, 0)).collect::<Result<Vec<_>>>()?,
+        None => Vec::new(),
+    };
+    let stations = real.iter().map(|r| stations[*r].clone()).collect();
+    Ok(Array { layout, telescope, of_row, stations, mounts })
 }
 
 /// The centre of the array, which pyuvdata and cittert store in a column of OBSERVATION.

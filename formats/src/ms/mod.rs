@@ -6,7 +6,12 @@
 //! # Reference
 //! Kemball & Wieringa 2000, MeasurementSet definition version 2.0 (AIPS++ Note 229).
 
+mod annotations;
 mod codes;
+mod edit;
+#[cfg(test)]
+mod edit_tests;
+mod edit_weights;
 mod export;
 mod ffi;
 mod fields;
@@ -16,11 +21,13 @@ mod keywords;
 mod metadata;
 mod observatories;
 mod own;
+mod parts;
 mod read;
 mod rows;
 mod schema;
 mod subtables;
 mod table;
+mod unread;
 mod unwritten;
 mod write;
 

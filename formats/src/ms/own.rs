@@ -14,6 +14,9 @@ const PEDESTAL: &str = "pedestal_k";
 const SCENE_PEDESTAL: &str = "scene_pedestal_k";
 const WEIGHT_SCALE: &str = "cittert_weight_scale";
 
+/// All of these keywords.
+pub(super) const KEYWORDS: [&str; 7] = [FRAME, LAYOUT, SOURCE, INSTRUMENT, PEDESTAL, SCENE_PEDESTAL, WEIGHT_SCALE];
+
 /// The values of these keywords.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub(super) struct Own {

@@ -6,6 +6,7 @@ use super::keywords::Place;
 use super::metadata::{self, Description};
 use super::own;
 use super::table::{Kind, Table};
+use super::{annotations, unread};
 use crate::{FormatError, Result, VisColumn};
 use cittert_arrays::astrometry::eop;
 use cittert_arrays::{ArrayError, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySource};
@@ -26,31 +27,31 @@ enum Clock {
 
 /// The channels of a window within the channels of the set.
 #[derive(Debug, Clone, Copy)]
-struct Channels {
-    first: usize,
-    n: usize,
+pub(super) struct Channels {
+    pub(super) first: usize,
+    pub(super) n: usize,
 }
 
 /// A Measurement Set as a source of visibilities. Rows have the order of the file. Where a set has several spectral windows, the rows of one
 /// baseline, time and field become one row, in the order of their first appearance. A window without a row is flagged.
 #[derive(Debug)]
 pub struct MsSource {
-    main: Table,
+    pub(super) main: Table,
     path: PathBuf,
     /// Name of the column that is read.
     column: &'static str,
     header: VisibilityHeader,
-    index: Index,
-    windows: Vec<Channels>,
+    pub(super) index: Index,
+    pub(super) windows: Vec<Channels>,
     /// Place of each product of the header in a row.
-    order: Vec<usize>,
+    pub(super) order: Vec<usize>,
     antenna_of_row: Vec<Option<u32>>,
     clock: Clock,
     /// True where uvw and visibilities have the convention of imagers of Measurement Sets, which is opposite to the convention in memory.
-    flipped: bool,
-    has_spectrum: bool,
+    pub(super) flipped: bool,
+    pub(super) has_spectrum: bool,
     /// Weights of the data divided by weights of the file.
-    weight_factor: f32,
+    pub(super) weight_factor: f32,
 }
 
 impl MsSource {
@@ -60,9 +61,13 @@ impl MsSource {
     /// A directory that is not a Measurement Set of version 2, a column or subtable that is missing or damaged, windows with different products,
     /// or moving fields.
     pub fn open(path: &Path, column: VisColumn) -> Result<Self> {
+        Self::of(open_main(path)?, path, column)
+    }
+
+    /// A Measurement Set whose main table is open.
+    pub(super) fn of(main: Table, path: &Path, column: VisColumn) -> Result<Self> {
         let what = || FormatError::unsupported(path, format!("a Measurement Set has no column {:?}", column.name()));
         let column = name_of(column).ok_or_else(what)?;
-        let main = open_main(path)?;
         let n_rows = count_rows(path, &main)?;
         check_column(&main, column)?;
         let index = Index::new(&main, n_rows)?;
@@ -75,13 +80,14 @@ impl MsSource {
         let mut order: Vec<usize> = (0..stored.len()).collect();
         order.sort_by_key(|k| stored[*k].aips().abs());
         let header = VisibilityHeader {
-            layout: array.layout,
+            layout: array.layout.clone(),
             spectrum,
             polarizations: order.iter().map(|k| stored[*k]).collect(),
             phase_centers: metadata::phase_centers(path, &own)?,
             unit: unit(&main, column)?,
             instrument: own.instrument.unwrap_or_else(|| array.telescope.clone()),
-            telescope: array.telescope,
+            telescope: array.telescope.clone(),
+            annotations: array.annotate(annotations::read(path, &main)?),
             pedestal_k: own.pedestal_k,
             scene_pedestal_k: own.scene_pedestal_k,
             history: history.lines,
@@ -120,6 +126,11 @@ impl MsSource {
         columns(&self.main)
     }
 
+    /// What the set holds beside its rows and its header.
+    pub(super) fn unread(&self) -> Result<Vec<String>> {
+        unread::lines(&self.path, &self.main, self.has_spectrum)
+    }
+
     /// Check that the first row of each window has the shape that the subtables state.
     fn check_shapes(&self, descriptions: &[Description]) -> Result<()> {
         for (k, d) in descriptions.iter().enumerate() {
@@ -142,6 +153,15 @@ impl MsSource {
     /// A range past the last row, cells that are missing or of another shape than their window's, rows that name an antenna or a field
     /// that does not exist.
     pub fn read(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        self.read_parts(range, true)
+    }
+
+    /// As [`MsSource::read`], with the weights and flags alone: coverage and visibilities stay 0.
+    pub(super) fn read_weights(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        self.read_parts(range, false)
+    }
+
+    fn read_parts(&mut self, range: Range<usize>, all: bool) -> Result<VisibilityBlock> {
         let total = self.index.n_rows();
         if range.end > total || range.start > range.end {
             return Err(FormatError::values(&self.path, ArrayError::OutOfRange { what: "row", index: range.end, len: total }));
@@ -164,8 +184,10 @@ impl MsSource {
         for k in 0..self.windows.len() {
             for run in self.index.runs(range.clone(), k) {
                 if run.rows > 0 {
-                    self.read_coverage(run, &mut block.coverage)?;
-                    self.read_data(run, self.windows[k], &mut block)?;
+                    if all {
+                        self.read_coverage(run, &mut block.coverage)?;
+                    }
+                    self.read_data(run, self.windows[k], &mut block, all)?;
                 }
             }
         }
@@ -209,11 +231,11 @@ impl MsSource {
         FormatError::malformed(&self.path, format!("{column}, row {row}"), expected, found)
     }
 
-    fn read_data(&self, run: Run, window: Channels, block: &mut VisibilityBlock) -> Result<()> {
+    fn read_data(&self, run: Run, window: Channels, block: &mut VisibilityBlock, with_vis: bool) -> Result<()> {
         let Run { start, at, rows } = run;
         let n_pol = self.order.len();
         let (cell, size) = ([n_pol, window.n], n_pol * window.n);
-        let mut vis = vec![Complex::<f32>::default(); rows * size];
+        let mut vis = vec![Complex::<f32>::default(); if with_vis { rows * size } else { 0 }];
         self.main.get_into(self.column, start, &cell, &mut vis)?;
         let mut flags = vec![false; rows * size];
         self.main.get_into("FLAG", start, &cell, &mut flags)?;
@@ -230,7 +252,9 @@ impl MsSource {
                 for (pol, stored) in self.order.iter().enumerate() {
                     let from = row * size + chan * n_pol + stored;
                     let to = (at + row, window.first + chan, pol);
-                    block.vis[to] = if self.flipped { vis[from].conj() } else { vis[from] };
+                    if with_vis {
+                        block.vis[to] = if self.flipped { vis[from].conj() } else { vis[from] };
+                    }
                     block.flags[to] = flags[from] || flag_row[row];
                     block.weights[to] = self.weight_factor * weights[if spectrum { from } else { row * n_pol + stored }];
                 }

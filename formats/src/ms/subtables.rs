@@ -1,16 +1,18 @@
 //! Rows of the subtables of a Measurement Set.
 
+use super::annotations::OF_OBSERVATION;
 use super::codes::code_of;
 use super::export::Plan;
 use super::fields::Field;
 use super::keywords::Place;
 use super::schema::{self, SUBTABLES, TOPO};
-use super::table::{Manager, Table};
+use super::table::{Kind, Manager, Table};
 use crate::uvh5::NOMINAL_SITE;
 use crate::{FormatError, Result};
-use cittert_arrays::VisibilityHeader;
+use cittert_arrays::{VisibilityHeader, XOrientation};
 use num_complex::Complex;
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The data for the subtables.
 #[derive(Debug)]
@@ -45,7 +47,7 @@ fn fill(table: &mut Table, name: &str, c: &Contents<'_>) -> Result<()> {
         "DATA_DESCRIPTION" => data_description(table, c),
         "FEED" => feed(table, c),
         "FIELD" => field(table, c),
-        "HISTORY" => history(table, c),
+        "HISTORY" => add_history(table, c.history, c.now),
         "OBSERVATION" => observation(table, c),
         "POLARIZATION" => polarization(table, c),
         "SPECTRAL_WINDOW" => spectral_window(table, c),
@@ -71,8 +73,12 @@ fn antenna(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     let (mut positions, mut diameters) = (vec![0.0; 3 * rows], vec![dish; rows]);
     let mut empty = vec![true; rows];
     let mut names = vec![""; rows];
-    for (a, row) in layout.antennas().iter().zip(&c.plan.antenna_rows) {
+    let about = &c.header.annotations;
+    let (mut stations, mut mounts) = (vec![None; rows], vec![None; rows]);
+    for (k, (a, row)) in layout.antennas().iter().zip(&c.plan.antenna_rows).enumerate() {
         let row = *row as usize;
+        stations[row] = about.stations.get(k);
+        mounts[row] = about.mounts.get(k).filter(|_| !c.header.is_boresight()).map(|m| m.to_ascii_uppercase());
         let d = site.enu_to_ecef_offset(a.position_m);
         (0..3).for_each(|k| positions[3 * row + k] = center[k] + d[k]);
         diameters[row] = a.diameter_m.unwrap_or(0.0);
@@ -85,9 +91,9 @@ fn antenna(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     t.put("FLAG_ROW", 0, &[], &empty)?;
     for (row, name) in names.iter().enumerate() {
         t.put_text("NAME", row, &[name], true)?;
-        t.put_text("STATION", row, &[name], true)?;
+        t.put_text("STATION", row, &[stations[row].map_or(name, String::as_str)], true)?;
         t.put_text("TYPE", row, &["GROUND-BASED"], true)?;
-        t.put_text("MOUNT", row, &["ALT-AZ"], true)?;
+        t.put_text("MOUNT", row, &[mounts[row].as_deref().unwrap_or("ALT-AZ")], true)?;
     }
     Ok(())
 }
@@ -104,8 +110,13 @@ fn data_description(t: &mut Table, c: &Contents<'_>) -> Result<()> {
 fn feed(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     let linear = c.plan.products.iter().any(|p| code_of(p.product) >= 9);
     let hands = if linear { ["X", "Y"] } else { ["R", "L"] };
-    // X to the east, Y to the north, as the angle of a linear feed runs from north through east.
-    let angles = if linear { [std::f64::consts::FRAC_PI_2, 0.0] } else { [0.0, 0.0] };
+    // The angle of a linear feed runs from north through east. X is taken to the east where nothing is known.
+    let north = c.header.annotations.x_orientation == Some(XOrientation::North);
+    let angles = match (linear, north) {
+        (true, false) => [std::f64::consts::FRAC_PI_2, 0.0],
+        (true, true) => [0.0, std::f64::consts::FRAC_PI_2],
+        _ => [0.0, 0.0],
+    };
     let rows = c.plan.antenna_rows.iter().max().map_or(0, |m| *m as usize + 1);
     t.add_rows(rows)?;
     let middle = (c.time_range[0] + c.time_range[1]) / 2.0;
@@ -160,22 +171,36 @@ fn field(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     Ok(())
 }
 
-fn history(t: &mut Table, c: &Contents<'_>) -> Result<()> {
-    let n = c.history.len();
+/// The present time, seconds of the modified Julian day.
+pub(super) fn now_mjd_s() -> f64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+    // The epoch of Unix is the modified Julian day 40587.
+    now + 40_587.0 * 86_400.0
+}
+
+/// Add lines to HISTORY. A table of another program may lack columns.
+pub(super) fn add_history(t: &mut Table, lines: &[String], now: f64) -> Result<()> {
+    let (first, n) = (t.n_rows() as usize, lines.len());
     if n == 0 {
         return Ok(());
     }
     t.add_rows(n)?;
-    t.put("TIME", 0, &[], &vec![c.now; n])?;
-    t.put("OBJECT_ID", 0, &[], &vec![0_i32; n])?;
-    t.put("OBSERVATION_ID", 0, &[], &vec![0_i32; n])?;
-    for (row, line) in c.history.iter().enumerate() {
-        t.put_text("APP_PARAMS", row, &[""], false)?;
-        t.put_text("CLI_COMMAND", row, &[""], false)?;
-        t.put_text("APPLICATION", row, &[APPLICATION], true)?;
-        t.put_text("ORIGIN", row, &[APPLICATION], true)?;
-        t.put_text("PRIORITY", row, &["NORMAL"], true)?;
-        t.put_text("MESSAGE", row, &[&line.replace('\0', "")], true)?;
+    if t.column_ndim("TIME", Kind::Double)?.is_some() {
+        t.put("TIME", first, &[], &vec![now; n])?;
+    }
+    for column in ["OBJECT_ID", "OBSERVATION_ID"] {
+        if t.column_ndim(column, Kind::Int)?.is_some() {
+            t.put(column, first, &[], &vec![0_i32; n])?;
+        }
+    }
+    for (row, line) in lines.iter().enumerate() {
+        let message = line.replace('\0', "");
+        let texts = [("APPLICATION", APPLICATION), ("ORIGIN", APPLICATION), ("PRIORITY", "NORMAL"), ("MESSAGE", &message)];
+        for (column, text) in texts.into_iter().chain([("APP_PARAMS", ""), ("CLI_COMMAND", "")]) {
+            if let Some(ndim) = t.column_ndim(column, Kind::String)? {
+                t.put_text(column, first + row, &[text], ndim < 0)?;
+            }
+        }
     }
     Ok(())
 }
@@ -194,10 +219,10 @@ fn observation(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     for name in ["LOG", "SCHEDULE"] {
         t.put_text(name, 0, &[""], false)?;
     }
-    for name in ["OBSERVER", "PROJECT", "SCHEDULE_TYPE"] {
-        t.put_text(name, 0, &[""], true)?;
+    for (column, key) in OF_OBSERVATION {
+        t.put_text(column, 0, &[&c.header.annotations.text(key).unwrap_or_default().replace('\0', "")], true)?;
     }
-    Ok(())
+    t.put_text("SCHEDULE_TYPE", 0, &[""], true)
 }
 
 fn polarization(t: &mut Table, c: &Contents<'_>) -> Result<()> {

@@ -90,6 +90,14 @@ pub(super) struct Table {
     discard: bool,
 }
 
+/// How a table is opened.
+#[derive(Debug, Clone, Copy)]
+enum How {
+    Create,
+    Read,
+    Change,
+}
+
 // SAFETY: every use of the handle holds the lock, and casacore binds no table to a thread.
 unsafe impl Send for Table {}
 
@@ -126,7 +134,9 @@ fn check(code: c_int, path: &Path, place: &str) -> Result<()> {
 }
 
 impl Table {
-    fn with_path(path: &Path, label: &Path, create: bool) -> Result<Self> {
+    fn with_path(path: &Path, label: &Path, how: How) -> Result<Self> {
+        let create = matches!(how, How::Create);
+        let change = i32::from(matches!(how, How::Change));
         let name = path.to_str().ok_or_else(|| FormatError::unsupported(label, "casacore needs a path in UTF-8"))?;
         let name = text(label, name)?;
         let mut out = ptr::null_mut();
@@ -136,7 +146,7 @@ impl Table {
         let code = unsafe { if create { 0 } else { ffi::ct_probe(name.as_ptr()) } };
         check(code, label, "table")?;
         // SAFETY: as above.
-        let code = unsafe { if create { ffi::ct_create(name.as_ptr(), &mut out) } else { ffi::ct_open(name.as_ptr(), &mut out) } };
+        let code = unsafe { if create { ffi::ct_create(name.as_ptr(), &mut out) } else { ffi::ct_open(name.as_ptr(), change, &mut out) } };
         check(code, label, "table")?;
         match NonNull::new(out) {
             Some(handle) => Ok(Self { handle, path: label.into(), discard: create }),
@@ -147,12 +157,18 @@ impl Table {
     /// Create a table without columns at `path`. Errors name `label`.
     pub(super) fn create(path: &Path, label: &Path) -> Result<Self> {
         unwritten::end_in_order();
-        Self::with_path(path, label, true)
+        Self::with_path(path, label, How::Create)
+    }
+
+    /// Open a table to change it. Errors name `label`.
+    pub(super) fn open_to_change(path: &Path, label: &Path) -> Result<Self> {
+        unwritten::end_in_order();
+        Self::with_path(path, label, How::Change)
     }
 
     /// Open a table to read.
     pub(super) fn open(path: &Path) -> Result<Self> {
-        Self::with_path(path, path, false)
+        Self::with_path(path, path, How::Read)
     }
 
     pub(super) fn done(&self, code: c_int, place: &str) -> Result<()> {

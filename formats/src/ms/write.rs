@@ -1,7 +1,8 @@
 //! Writing a Measurement Set in runs of rows, in constant memory.
 
+use super::annotations;
 use super::codes::{frame_code, mjd_seconds, name_of};
-use super::export::{Plan, Window};
+use super::export::Plan;
 use super::fields::{Fields, Pointing};
 use super::keywords::Place;
 use super::own;
@@ -16,7 +17,6 @@ use cittert_arrays::{ArrayError, VisUnit, VisibilityBlock, VisibilityHeader, Vis
 use ndarray::ArrayView3;
 use num_complex::Complex;
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A run of rows of the main table that share a spectral window.
 #[derive(Debug, Clone, Copy)]
@@ -202,7 +202,7 @@ impl MsWriter {
     fn add_spectrum(&mut self) -> Result<()> {
         /// Number of rows that are copied together.
         const STEP: usize = 4096;
-        let tile = tile(&self.plan, &self.plan.windows);
+        let tile = tile(self.plan.products.len(), longest(&self.plan));
         let column = schema::main_column("WEIGHT_SPECTRUM");
         schema::add(&mut self.main, &column, &Manager::TiledShape(tile), "TiledWeightSpectrum", self.frame)?;
         let n_pol = self.plan.products.len();
@@ -236,15 +236,13 @@ impl MsWriter {
         let mut notes = std::mem::take(&mut self.plan.notes);
         notes.extend(self.counts.notes());
         let history: Vec<String> = self.header.history.iter().chain(&notes).cloned().collect();
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
         let contents = Contents {
             header: &self.header,
             plan: &self.plan,
             fields: self.fields.rows(),
             time_range: self.time_range,
             history: &history,
-            // The epoch of Unix is the modified Julian day 40587.
-            now: now + 40_587.0 * 86_400.0,
+            now: subtables::now_mjd_s(),
             frame: self.frame,
         };
         own::write_weight_scale(&mut self.main, self.weight_scale)?;
@@ -295,11 +293,15 @@ impl VisibilitySink for MsWriter {
 }
 
 /// Shape of a tile of about 256 KiB of visibilities with as many rows as fit, because imagers read all channels of a run of rows.
-fn tile(plan: &Plan, windows: &[Window]) -> Vec<i64> {
+pub(super) fn tile(n_pol: usize, longest_window: usize) -> Vec<i64> {
     const ELEMENTS: usize = 32_768;
-    let n_pol = plan.products.len().max(1);
-    let n_chan = windows.iter().map(|w| w.channels.len()).max().unwrap_or(1).clamp(1, ELEMENTS / n_pol);
+    let n_pol = n_pol.max(1);
+    let n_chan = longest_window.clamp(1, ELEMENTS / n_pol);
     vec![n_pol as i64, n_chan as i64, (ELEMENTS / (n_pol * n_chan)).max(1) as i64]
+}
+
+fn longest(plan: &Plan) -> usize {
+    plan.windows.iter().map(|w| w.channels.len()).max().unwrap_or(1)
 }
 
 /// Create the main table without rows.
@@ -314,7 +316,7 @@ fn main_table(folder: &Path, label: &Path, header: &VisibilityHeader, plan: &Pla
     for (column, name) in [("WEIGHT", "TiledWeight"), ("SIGMA", "TiledSigma")] {
         schema::add(&mut t, &schema::main_column(column), &Manager::TiledShape(vector.clone()), name, frame)?;
     }
-    let tile = tile(plan, &plan.windows);
+    let tile = tile(plan.products.len(), longest(plan));
     let data = [("FLAG", "TiledFlag"), ("DATA", "TiledData"), ("MODEL_DATA", "TiledModel"), ("CORRECTED_DATA", "TiledCorrected")];
     for (column, name) in data.into_iter().filter(|(c, _)| !c.ends_with("_DATA") || extras.contains(c)) {
         schema::add(&mut t, &schema::main_column(column), &Manager::TiledShape(tile.clone()), name, frame)?;
@@ -324,6 +326,7 @@ fn main_table(folder: &Path, label: &Path, header: &VisibilityHeader, plan: &Pla
     }
     t.put_keyword_value(Place::table("MS_VERSION"), 2.0_f32)?;
     own::write(&mut t, header)?;
+    annotations::write(&mut t, &header.annotations)?;
     Ok(t)
 }
 
@@ -348,6 +351,7 @@ mod tests {
             instrument: String::new(),
             pedestal_k: None,
             scene_pedestal_k: None,
+            annotations: Default::default(),
             history: Vec::new(),
         };
         let (uvw, l, m) = ([90.0, -7.0, 3.0], 0.012, 0.005_f64);

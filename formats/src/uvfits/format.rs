@@ -1,10 +1,12 @@
 //! UVFITS in the table of formats.
 
+use super::edit::UvfitsEdit;
 use super::read::UvfitsReader;
 use super::write::{UvfitsOptions, UvfitsWriter};
+use super::{annotations, unread};
 use crate::fits::is_random_groups;
 use crate::format::{Format, Holds, Label, VisibilityFormat, refuse_options};
-use crate::{CreateOptions, Created, Result};
+use crate::{ColumnSink, CreateOptions, Created, Edit, Result};
 use cittert_arrays::{VisibilityHeader, VisibilitySource};
 use std::path::Path;
 
@@ -38,5 +40,32 @@ impl VisibilityFormat for Uvfits {
         let writer = UvfitsWriter::create(path, header, UvfitsOptions { overwrite: options.overwrite, stokes_i: false })?;
         let notes = writer.notes().to_vec();
         Ok(Some(Created { sink: Box::new(writer), notes }))
+    }
+
+    fn unread(&self, path: &Path, _: &dyn VisibilityFormat) -> Result<Vec<String>> {
+        unread::lines(path)
+    }
+
+    fn loses(&self, header: &VisibilityHeader) -> Vec<String> {
+        let about = &header.annotations;
+        let mut lines: Vec<String> = annotations::lost_keywords(about).into_iter().map(|lost| lost.0).collect();
+        lines.extend(
+            annotations::lost_mounts(header).into_iter().map(|mount| format!("mount {mount:?} of antennas (UVFITS has no code for it)")),
+        );
+        if !about.stations.is_empty() {
+            lines.push("stations (pads) of the antennas (their names are kept)".into());
+        }
+        if !header.layout.name.is_empty() && header.layout.name != header.telescope {
+            lines.push(format!("name of the layout, {:?} (the telescope is kept)", header.layout.name));
+        }
+        if header.layout.antennas().iter().any(|a| a.sensitivity.is_some() || a.position_error_m.is_some()) {
+            lines.push("SEFD, Tsys and position errors of the antennas".into());
+        }
+        lines
+    }
+
+    fn edit(&self, from: &Path, to: &Path, edit: &Edit) -> Result<Option<Created>> {
+        let sink = UvfitsEdit::begin(from, to, edit)?;
+        Ok(sink.map(|sink| Created { sink: Box::new(sink) as Box<dyn ColumnSink>, notes: Vec::new() }))
     }
 }

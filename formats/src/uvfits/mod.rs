@@ -6,14 +6,17 @@
 //! # Reference
 //! Greisen 2020, AIPS Memo 117.
 
+mod annotations;
 mod antennas;
 mod axes;
+mod edit;
 mod export;
 mod format;
 mod groups;
 mod phase;
 mod read;
 mod tables;
+mod unread;
 mod write;
 
 pub use read::UvfitsReader;

@@ -2,7 +2,7 @@
 
 use super::axes::GroupAxes;
 use super::groups::{Parameters, UvwKind};
-use super::{antennas, phase};
+use super::{annotations, antennas, phase};
 use crate::files::open_file;
 use crate::fits::{Header, Input, Number, padding, table::Table};
 use crate::uvh5::Sky;
@@ -23,12 +23,12 @@ pub struct UvfitsReader {
     header: VisibilityHeader,
     axes: GroupAxes,
     parameters: Parameters,
-    number: Number,
+    pub(super) number: Number,
     data_start: u64,
-    group_bytes: usize,
+    pub(super) group_bytes: usize,
     n_rows: usize,
     /// Scale and zero of the numbers of the array.
-    scale: (f64, f64),
+    pub(super) scale: (f64, f64),
     integration_s: f64,
     index_of_number: HashMap<i64, u32>,
     index_of_source: HashMap<i64, u16>,
@@ -109,6 +109,7 @@ impl UvfitsReader {
             instrument: text("INSTRUME"),
             pedestal_k: primary.real("CITPEDST"),
             scene_pedestal_k: primary.real("CITSCPED"),
+            annotations: annotations::read(&primary, &an),
             history: primary.history.clone(),
             phase_centers,
             telescope,
@@ -155,8 +156,28 @@ impl UvfitsReader {
         Ok(if step.is_finite() { step } else { 0.0 })
     }
 
+    /// The bytes of the primary header.
+    pub(super) fn header_bytes(&mut self) -> Result<Vec<u8>> {
+        let io = |e| FormatError::io(&self.path, "read", e);
+        let mut buffer = vec![0; self.data_start as usize];
+        self.file.seek(SeekFrom::Start(0)).map_err(io)?;
+        self.file.read_exact(&mut buffer).map_err(io)?;
+        Ok(buffer)
+    }
+
+    /// The file at the start of the groups, to copy all that follows.
+    pub(super) fn seek_groups(&mut self) -> Result<&mut File> {
+        self.file.seek(SeekFrom::Start(self.data_start)).map_err(|e| FormatError::io(&self.path, "read", e))?;
+        Ok(&mut self.file)
+    }
+
+    /// Indices of real part, imaginary part and weight of a visibility in the numbers of a group.
+    pub(super) fn places(&self, chan: usize, pol: usize) -> [usize; 3] {
+        [0, 1, 2].map(|k| self.parameters.count + self.axes.offset(chan, pol) + k * self.axes.complex)
+    }
+
     /// Read the bytes of the groups of `range`.
-    fn bytes(&mut self, range: Range<usize>) -> Result<Vec<u8>> {
+    pub(super) fn bytes(&mut self, range: Range<usize>) -> Result<Vec<u8>> {
         let io = |e| FormatError::io(&self.path, "read", e);
         let mut buffer = vec![0; range.len() * self.group_bytes];
         self.file.seek(SeekFrom::Start(self.data_start + range.start as u64 * self.group_bytes as u64)).map_err(io)?;

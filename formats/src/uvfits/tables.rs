@@ -1,9 +1,10 @@
 //! Writing the AIPS tables after the groups: AN (antennas), FQ (frequencies), SU (sources).
 
+use super::annotations::mount_code;
 use super::export::{Export, site};
 use crate::fits::table::{Form, TableWriter};
 use cittert_arrays::astrometry::{LocalSky, eop};
-use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Polarization, Site, VisibilityHeader};
+use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Polarization, Site, VisibilityHeader, XOrientation};
 
 /// Rotation of the Earth, degrees per day.
 const DEGREES_A_DAY: f64 = 360.985_643_859_3;
@@ -33,6 +34,10 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
     );
     let linear =
         header.polarizations.iter().any(|p| matches!(p, Polarization::XX | Polarization::YY | Polarization::XY | Polarization::YX));
+    let about = &header.annotations;
+    // Without a stated direction, X is at 0 and Y at 90 degrees.
+    let east = linear && about.x_orientation == Some(XOrientation::East);
+    let (angle_a, angle_b) = if east { (90.0, 0.0) } else { (0.0, 90.0) };
     let (feed_a, feed_b) = if linear { ("X", "Y") } else { ("R", "L") };
     // For antennas all over the Earth the mean lies deep inside the Earth. Positions are then geocentric.
     let mut centre = place.to_ecef_m();
@@ -40,18 +45,18 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
     let local = (6.3e6..6.5e6).contains(&radius);
     let (sin, cos) = if local { place.longitude_rad.sin_cos() } else { (0.0, 1.0) };
     let offset = if local { [0.0; 3] } else { std::mem::take(&mut centre) };
-    for (antenna, number) in all.iter().zip(&export.numbers) {
+    for (k, (antenna, number)) in all.iter().zip(&export.numbers).enumerate() {
         let [x, y, z] = place.enu_to_ecef_offset(antenna.position_m);
         table.text(&antenna.name);
         // The x axis of the table points to the meridian of the array.
         table.numbers(&[x * cos + y * sin + offset[0], y * cos - x * sin + offset[1], z + offset[2]]);
         table.numbers(&[]);
-        table.each(&[f64::from(*number), 0.0, 0.0]);
+        table.each(&[f64::from(*number), mount_code(header, k), 0.0]);
         table.text(feed_a);
-        table.numbers(&[0.0]);
+        table.numbers(&[angle_a]);
         table.numbers(&[0.0; 3]);
         table.text(feed_b);
-        table.numbers(&[90.0]);
+        table.numbers(&[angle_b]);
         table.numbers(&[0.0; 3]);
         table.numbers(&[antenna.diameter_m.unwrap_or(0.0)]);
     }
@@ -82,6 +87,13 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
         h.integer("NOPCAL", 0, "");
         h.text("POLTYPE", if linear { "X-Y LIN" } else { "APPROX" }, "");
         h.integer("FREQID", 1, "");
+        // Keywords of pyuvdata.
+        if !about.mounts.is_empty() {
+            h.logical("HASMNT", true, "mounts are known");
+        }
+        if linear && about.x_orientation.is_some() {
+            h.logical("HASFEED", true, "angles of feeds are known");
+        }
     }))
 }
 

@@ -1,7 +1,7 @@
 //! Writing UVFITS in runs of rows, in constant memory.
 
 use super::export::{Export, phase_centers};
-use super::tables;
+use super::{annotations, tables};
 use crate::atomic::AtomicFile;
 use crate::drift::{Drift, Phased};
 use crate::fits::{HeaderWriter, padding};
@@ -165,7 +165,9 @@ impl UvfitsWriter {
         if let Some(right) = self.header.scene_pedestal_k {
             h.real("CITSCPED", right, "K, suits the scene");
         }
+        annotations::write(&mut h, &self.header.annotations);
         h.history(&self.header.history);
+        h.history(&annotations::lost_keywords(&self.header.annotations).into_iter().map(|l| l.1).collect::<Vec<_>>());
         h.history(&self.export.notes.iter().map(|n| format!("UVFITS export: {n}")).collect::<Vec<_>>());
         h.finish()
     }

@@ -1,9 +1,10 @@
 //! UVH5 in the table of formats.
 
+use super::edit::Uvh5Edit;
 use super::read::Uvh5Reader;
 use super::write::Uvh5Writer;
 use crate::format::{Format, Holds, Label, VisibilityFormat};
-use crate::{CreateOptions, Created, Result, VisColumn, h5};
+use crate::{CreateOptions, Created, Edit, Result, VisColumn, h5};
 use cittert_arrays::{VisibilityHeader, VisibilitySource};
 use std::path::Path;
 
@@ -47,5 +48,17 @@ impl VisibilityFormat for Uvh5 {
     fn create(&self, path: &Path, header: &VisibilityHeader, options: &CreateOptions) -> Result<Option<Created>> {
         let writer = if options.append { Uvh5Writer::append } else { Uvh5Writer::create }(path, header, options)?;
         Ok(Some(Created { sink: Box::new(writer), notes: Vec::new() }))
+    }
+
+    fn keeps_samples(&self) -> bool {
+        true
+    }
+
+    fn unread(&self, path: &Path, to: &dyn VisibilityFormat) -> Result<Vec<String>> {
+        Uvh5Reader::open(path)?.unread(to.keeps_samples())
+    }
+
+    fn edit(&self, from: &Path, to: &Path, edit: &Edit) -> Result<Option<Created>> {
+        Ok(Some(Created { sink: Box::new(Uvh5Edit::begin(from, to, edit)?), notes: Vec::new() }))
     }
 }

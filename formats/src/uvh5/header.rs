@@ -1,7 +1,7 @@
 //! The header: channels, polarisations, units, history.
 
 use super::names::{PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD};
-use super::{layout, phase};
+use super::{annotations, layout, phase};
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
 use cittert_arrays::{PhaseCenterKind, Polarization, SpectralWindow, VisUnit, VisibilityHeader};
@@ -10,7 +10,8 @@ use ndarray::Array1;
 /// Write everything that does not depend on the rows.
 pub(super) fn write(out: &H5Out, header: &VisibilityHeader) -> Result<()> {
     out.text("Header/version", "1.2")?;
-    layout::write_telescope(out, &header.layout, &header.telescope, &header.instrument)?;
+    layout::write_telescope(out, &header.layout, &header.telescope, &header.instrument, &header.annotations.mounts)?;
+    annotations::write(out, &header.annotations, header.layout.n_ant())?;
     write_spectrum(out, &header.spectrum)?;
     let pols = Array1::from_iter(header.polarizations.iter().map(|p| i64::from(p.aips())));
     out.scalar("Header/Npols", pols.len() as i64)?;
@@ -63,8 +64,10 @@ pub(super) fn read(file: &H5In) -> Result<VisibilityHeader> {
         return Err(file.wrong("Header/Npols", "at least 1", "0"));
     }
     let history = file.text("Header/history")?.unwrap_or_default();
+    let annotations = annotations::read(file, &layout)?;
     Ok(VisibilityHeader {
         layout,
+        annotations,
         spectrum,
         polarizations,
         phase_centers: phase::read_catalog(file)?,

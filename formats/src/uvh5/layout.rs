@@ -7,13 +7,16 @@ use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
 use ndarray::{Array1, Array2};
 use std::collections::HashSet;
 
+/// Name of a mount that is not known.
+pub(super) const UNKNOWN_MOUNT: &str = "other";
+
 /// The site of a layout, or the nominal site for a boresight layout.
 pub(crate) fn site_of(layout: &ArrayLayout) -> Site {
     layout.site().unwrap_or(NOMINAL_SITE)
 }
 
 /// Write the telescope part of a header; UVH5 and CalH5 share this part.
-pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str, instrument: &str) -> Result<()> {
+pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str, instrument: &str, mounts: &[String]) -> Result<()> {
     let site = site_of(layout);
     let name = if telescope.is_empty() { layout.name.as_str() } else { telescope };
     let name = if name.is_empty() { "unknown" } else { name };
@@ -32,9 +35,13 @@ pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str
         row.assign(&Array1::from_vec(site.enu_to_ecef_offset(a.position_m).to_vec()));
     }
     out.array("Header/antenna_positions", positions.view())?;
-    // An aperture-plane imager has fixed elements. The mounts of other arrays are not known here.
-    let mount = if layout.site().is_none() { "fixed" } else { "other" };
-    out.texts("Header/mount_type", &vec![mount; antennas.len()], &[antennas.len()])?;
+    // An aperture-plane imager has fixed elements.
+    let mounts: Vec<&str> = match layout.site() {
+        None => vec!["fixed"; antennas.len()],
+        Some(_) if mounts.len() == antennas.len() => mounts.iter().map(String::as_str).collect(),
+        Some(_) => vec![UNKNOWN_MOUNT; antennas.len()],
+    };
+    out.texts("Header/mount_type", &mounts, &[antennas.len()])?;
     if let Some(diameters) = antennas.iter().map(|a| a.diameter_m).collect::<Option<Vec<f64>>>() {
         out.array("Header/antenna_diameters", Array1::from_vec(diameters).view())?;
     } else if antennas.iter().any(|a| a.diameter_m.is_some()) {

@@ -3,12 +3,15 @@
 //! # Reference
 //! Hazelton et al. 2017, JOSS 2, 140 (pyuvdata); the UVH5 memo of that project.
 
+mod annotations;
+mod edit;
 mod format;
 mod header;
 mod layout;
 mod names;
 mod phase;
 mod read;
+mod unread;
 mod write;
 
 pub use names::NOMINAL_SITE;

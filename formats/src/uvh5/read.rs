@@ -1,7 +1,7 @@
 //! Reading UVH5 in runs of rows.
 
-use super::header;
 use super::names::dataset_of;
+use super::{header, unread};
 use crate::h5::{self, H5In};
 use crate::{FormatError, Result, VisColumn};
 use cittert_arrays::{ArrayError, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
@@ -92,13 +92,41 @@ impl Uvh5Reader {
         let coverage = self.coverage(range.clone())?;
         let file = &self.file;
         let vis: Array3<Complex<f32>> = file.rows::<_, Ix3>(&self.data.vis, self.data.name, range.clone())?;
-        let flags: Array3<i8> = file.rows::<_, Ix3>(&self.data.flags, "Data/flags", range.clone())?;
-        let nsamples: Array3<f32> = file.rows::<_, Ix3>(&self.data.nsamples, "Data/nsamples", range.clone())?;
+        let nsamples = self.samples(range.clone())?;
         let weights = match &self.data.weights {
-            Some(w) => file.rows::<f32, Ix3>(w, "Data/weights", range)?,
+            Some(_) => self.weights(range.clone())?,
             None => nsamples.clone(),
         };
-        VisibilityBlock::new(coverage, vis, weights, flags.mapv(|f| f != 0), nsamples).map_err(values)
+        VisibilityBlock::new(coverage, vis, weights, self.flags(range)?, nsamples).map_err(values)
+    }
+
+    /// Numbers of samples of some rows.
+    pub(super) fn samples(&self, range: Range<usize>) -> Result<Array3<f32>> {
+        self.file.rows::<f32, Ix3>(&self.data.nsamples, "Data/nsamples", range)
+    }
+
+    /// Weights of some rows.
+    pub(super) fn weights(&self, range: Range<usize>) -> Result<Array3<f32>> {
+        match &self.data.weights {
+            Some(weights) => self.file.rows::<f32, Ix3>(weights, "Data/weights", range),
+            None => self.samples(range),
+        }
+    }
+
+    /// Flags of some rows.
+    pub(super) fn flags(&self, range: Range<usize>) -> Result<Array3<bool>> {
+        let flags: Array3<i8> = self.file.rows::<_, Ix3>(&self.data.flags, "Data/flags", range)?;
+        Ok(flags.mapv(|f| f != 0))
+    }
+
+    /// What the file holds beside its rows and its header.
+    pub(super) fn unread(&self, samples_are_kept: bool) -> Result<Vec<String>> {
+        unread::lines(&self.file, &self.header, samples_are_kept)
+    }
+
+    /// The history as it stands in the file.
+    pub(super) fn history_text(&self) -> Result<Option<String>> {
+        self.file.text("Header/history")
     }
 
     fn coverage(&self, range: Range<usize>) -> Result<UvCoverage> {

@@ -46,6 +46,7 @@ pub(crate) fn header(layout: ArrayLayout, spectrum: SpectralWindow, pols: &[Pola
         instrument: "SPIRAL".into(),
         pedestal_k: None,
         scene_pedestal_k: None,
+        annotations: Default::default(),
         history: vec!["made by a test".into(), "second line".into()],
     }
 }

@@ -63,6 +63,22 @@ bool element(const TableRecord& record, const String& key, size_t index, double*
     }
 }
 
+char letter(DataType type) {
+    switch (type) {
+        case TpBool: return 'b';
+        case TpShort:
+        case TpInt:
+        case TpUInt:
+        case TpInt64: return 'i';
+        case TpFloat:
+        case TpDouble: return 'f';
+        case TpString: return 's';
+        case TpTable: return 't';
+        case TpRecord: return 'r';
+        default: return 'o';
+    }
+}
+
 }  // namespace
 
 extern "C" {
@@ -75,6 +91,32 @@ int ct_put_keyword(CtTable* t, const char* column, const char* group, const char
         if (!group) return define(top, key, type, n, values);
         if (!top.isDefined(group)) top.defineRecord(group, TableRecord());
         define(top.rwSubRecord(group), key, type, n, values);
+    });
+}
+
+int ct_names(const CtTable* t, const char* group, int32_t keywords, const char** text) {
+    return guard([&] {
+        std::string& lines = ct::last_text();
+        lines.clear();
+        if (!keywords) {
+            for (const String& name : t->table.tableDesc().columnNames().tovector()) {
+                lines += "c ";
+                lines += name;
+                lines += '\n';
+            }
+        } else {
+            const TableRecord& top = t->table.keywordSet();
+            const bool found = !group || (top.isDefined(group) && top.dataType(group) == TpRecord);
+            const TableRecord none;
+            const TableRecord& record = !found ? none : group ? top.subRecord(group) : top;
+            for (uInt k = 0; k < record.nfields(); ++k) {
+                lines += letter(record.dataType(k));
+                lines += ' ';
+                lines += record.name(k);
+                lines += '\n';
+            }
+        }
+        *text = lines.c_str();
     });
 }
 

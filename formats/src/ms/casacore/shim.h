@@ -32,7 +32,8 @@ const char* ct_error();
 void ct_on_terminate(void (*end)(const char* what));
 
 int ct_create(const char* path, CtTable** out);
-int ct_open(const char* path, CtTable** out);
+// With `change` the table can be written.
+int ct_open(const char* path, int32_t change, CtTable** out);
 // Open and read the table in a child process; an error where that process dies.
 int ct_probe(const char* path);
 // Bytes that can still be written to the file system of a path.
@@ -65,6 +66,9 @@ int ct_get_string(const CtTable* table, const char* column, uint64_t row, size_t
 // Keywords of the table (column = NULL) or of a column, at the top (group = NULL) or in a record. n < 0 puts a scalar.
 int ct_put_keyword(CtTable* table, const char* column, const char* group, const char* key, int32_t type, int32_t n, const void* values);
 int ct_put_table_keyword(CtTable* table, const char* key, const CtTable* subtable);
+// Names of the columns, or (keywords = 1) of the keywords of the table (group = NULL) or of a record, in lines: a letter for the type, a blank,
+// the name. Letters: b truth value, i integer, f real number, s text, t table, r record, o anything else, c column.
+int ct_names(const CtTable* table, const char* group, int32_t keywords, const char** text);
 // *found = 0 where the keyword is missing, has another type, or no element of that index.
 int ct_get_keyword(const CtTable* table, const char* column, const char* group, const char* key, size_t index, int32_t* found,
                    double* number, const char** text);

@@ -79,7 +79,10 @@ void put(Table& t, const char* column, uint64_t start, uint64_t rows, const IPos
     }
     ArrayColumn<T> c(t, column);
     if (!c.columnDesc().isFixedShape()) {
-        for (uint64_t r = start; r < start + rows; ++r) c.setShape(r, cell);
+        // Some storage managers refuse to set the shape of a cell again.
+        for (uint64_t r = start; r < start + rows; ++r) {
+            if (!c.isDefined(r) || !c.shape(r).isEqual(cell)) c.setShape(r, cell);
+        }
     }
     c.putColumnRange(rows_from(start, rows), Array<T>(cell.concatenate(IPosition(1, rows)), values, SHARE));
 }
@@ -147,8 +150,16 @@ int ct_create(const char* path, CtTable** out) {
     });
 }
 
-int ct_open(const char* path, CtTable** out) {
-    return guard([&] { *out = new CtTable{Table(path, no_lock(), Table::Old)}; });
+int ct_open(const char* path, int32_t change, CtTable** out) {
+    return guard([&] {
+        // A table that others have written keeps its number of rows in its lock file, which casacore brings up to date only under a lock.
+        // The table that is changed is a copy that nobody else knows, so that nobody waits for the lock.
+        if (change) {
+            *out = new CtTable{Table(path, TableLock(TableLock::PermanentLocking), Table::Update)};
+        } else {
+            *out = new CtTable{Table(path, no_lock(), Table::Old)};
+        }
+    });
 }
 
 int ct_free_bytes(const char* path, uint64_t* bytes) {
