@@ -41,16 +41,15 @@ static CURRENT: AtomicU64 = AtomicU64::new(0);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct MemoryBudget {
+    /// 0 for the budget of the process.
     bytes: u64,
 }
 
 impl Default for MemoryBudget {
-    /// The budget of the process: the one that was [set](MemoryBudget::set), or half of what the machine has.
+    /// The budget of the process: the one that was [set](MemoryBudget::set), or half of what the machine has. It is looked up where it is used,
+    /// because options are often made before the budget is set.
     fn default() -> Self {
-        match CURRENT.load(Ordering::Relaxed) {
-            0 => Self::of_machine(),
-            bytes => Self { bytes },
-        }
+        Self { bytes: 0 }
     }
 }
 
@@ -72,7 +71,7 @@ impl MemoryBudget {
         Self { bytes }
     }
 
-    /// Make this the default budget of the process. Options that exist already keep theirs.
+    /// Make this the budget of the process.
     pub fn set(self) {
         CURRENT.store(self.bytes, Ordering::Relaxed);
     }
@@ -80,7 +79,12 @@ impl MemoryBudget {
     /// All of it, bytes.
     #[must_use]
     pub fn bytes(self) -> usize {
-        usize::try_from(self.bytes).unwrap_or(usize::MAX)
+        let bytes = match (self.bytes, CURRENT.load(Ordering::Relaxed)) {
+            (0, 0) => Self::of_machine().bytes,
+            (0, current) => current,
+            (own, _) => own,
+        };
+        usize::try_from(bytes).unwrap_or(usize::MAX)
     }
 
     fn share(self, part: usize, most: u64) -> usize {
@@ -196,6 +200,17 @@ mod tests {
         if let Some(all) = memory_of_machine() {
             assert!(budget.bytes <= (all / 2).max(LEAST));
         }
+    }
+
+    /// The command line sets the budget after it has made the options.
+    #[test]
+    fn options_follow_a_budget_that_is_set_after_they_were_made() {
+        let (before, machine) = (MemoryBudget::default(), MemoryBudget::of_machine().bytes());
+        assert_eq!(before.bytes(), machine);
+        // One byte less does not disturb the tests that run at the same time.
+        MemoryBudget::new(machine as u64 - 1).unwrap().set();
+        assert_eq!(before.bytes(), machine - 1);
+        assert_eq!(MemoryBudget::new(LEAST).unwrap().bytes(), LEAST as usize, "a budget of its own");
     }
 
     /// The shares that are in use at once while the imager makes a residual stay within the budget.
