@@ -29,6 +29,9 @@ pub enum ChainError {
     /// Two inputs do not belong together.
     #[error("{0}")]
     Incompatible(String),
+    /// Gains were solved at times or frequencies that are far from those of the data.
+    #[error("the gains were not solved for these data: {0}. Use the table that belongs to them")]
+    FarGains(String),
     /// A condition that the program itself must ensure does not hold.
     #[error("internal error: {0}; please report it")]
     Internal(String),

@@ -95,6 +95,7 @@ fn told(error: &(dyn std::error::Error + 'static)) -> String {
         Some(crate::ChainError::BadOption { option, .. }) if !option.contains(' ') => {
             format!("--{}", error.to_string().replacen(option, &option.replace('_', "-"), 1))
         }
+        Some(crate::ChainError::FarGains(_)) => format!("{error}, or --force"),
         _ => error.to_string(),
     }
 }
