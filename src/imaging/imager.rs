@@ -188,9 +188,7 @@ impl<'a> Imager<'a> {
     /// # Errors
     /// As [`Imager::residual`].
     pub fn chi_squared(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<ImageMisfit> {
-        let used = self.data.survey().counts.used.max(1) as f64;
-        let mean = self.data.survey().channel_weight[self.channels[channel].clone()].iter().sum::<f64>() / used;
-        let scale = if mean > 0.0 && mean.is_finite() { mean } else { 1.0 };
+        let scale = self.over_used(self.survey().channel_weight[self.channels[channel].clone()].iter().sum());
         let (left, sum) = self.residual_sum((channel, ResidualWeights::Data, scale), model, observer)?;
         Ok(ImageMisfit { chi2: left.chi2, gradient: sum * (-2.0 * scale) })
     }
@@ -214,8 +212,14 @@ impl<'a> Imager<'a> {
 
     fn session_on<T: Real>(&self, grid: &SkyGrid, channel: usize) -> Result<Session<T>> {
         let range = self.channels[channel].clone();
-        let n_vis = (self.survey().counts.used * range.len() as u64 / self.freq_hz.len().max(1) as u64).min(LONG);
-        Session::new(grid, (range, &self.freq_hz), self.survey().extent, (&self.options.grid_options(), n_vis), self.mean_weight(channel))
+        let options = (&self.options.grid_options(), self.n_transformed(channel));
+        Session::new(grid, (range, &self.freq_hz), self.survey().extent, options, self.mean_weight(channel))
+    }
+
+    /// The number of visibilities of an output channel that the choice of a transform counts with.
+    pub(crate) fn n_transformed(&self, channel: usize) -> u64 {
+        let share = self.channels[channel].len() as u64;
+        (self.survey().counts.used * share / self.freq_hz.len().max(1) as u64).min(LONG)
     }
 
     /// Grid the visibilities, or 1 in place of each, with their imaging weights, transform them to an image, and divide it by the sum of
@@ -302,8 +306,12 @@ impl<'a> Imager<'a> {
     /// Mean weight of an output channel. Weights are divided by it before they are rounded to single precision, so that a large unit cannot
     /// overflow it. It is 1 if no weight is positive.
     fn mean_weight(&self, channel: usize) -> f64 {
-        let used = self.data.survey().counts.used.max(1) as f64;
-        let mean = self.sums[channel] / used;
+        self.over_used(self.sums[channel])
+    }
+
+    /// A sum of weights over the number of visibilities; 1 where that is no usable scale.
+    fn over_used(&self, sum: f64) -> f64 {
+        let mean = sum / self.survey().counts.used.max(1) as f64;
         if mean > 0.0 && mean.is_finite() { mean } else { 1.0 }
     }
 }

@@ -7,11 +7,9 @@
 //! # Reference
 //! Chan 1988, SIAM J. Sci. Stat. Comput. 9, 766 (the circulant); Cornwell & Evans 1985, A&A 143, 77 (the diagonal alone).
 
-use crate::Result;
-use crate::fourier::{Convolver, GridOptions, Pair, Spectrum};
+use crate::fourier::{Convolver, GridOptions, Spectrum};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, ArrayView2, Zip, s};
-use num_complex::Complex64;
 
 /// Factor on the cell, and its inverse on uvw. It leaves u l unchanged and keeps a field of twice the width in front of the horizon.
 pub(super) const SHRINK: f64 = 1e-4;
@@ -35,14 +33,12 @@ impl std::fmt::Debug for BeamHessian {
 }
 
 impl BeamHessian {
-    /// For visibilities with these uvw in m \[row, 3\], channels and weights \[row x chan\].
-    ///
-    /// # Errors
-    /// As [`Pair::new`].
-    pub fn new(grid: &SkyGrid, freq_hz: &[f64], uvw_m: ArrayView2<'_, f64>, weights: &[f32]) -> Result<Self> {
-        let mut pair = Pair::<f32>::new(&Self::field(grid), freq_hz, Self::stretch(uvw_m).view(), &Self::grid_options())?;
+    /// For visibilities in memory, with these uvw in m \[row, 3\], channels and weights \[row x chan\].
+    #[cfg(test)]
+    pub(super) fn of_list(grid: &SkyGrid, freq_hz: &[f64], uvw_m: ArrayView2<'_, f64>, weights: &[f32]) -> crate::Result<Self> {
+        let mut pair = crate::fourier::Pair::<f32>::new(&Self::field(grid), freq_hz, Self::stretch(uvw_m).view(), &Self::grid_options())?;
         let diagonal: f64 = weights.iter().map(|w| f64::from(*w)).sum();
-        let values: Vec<Complex64> = weights.iter().map(|w| Complex64::new(f64::from(*w) / diagonal, 0.0)).collect();
+        let values: Vec<num_complex::Complex64> = weights.iter().map(|w| (f64::from(*w) / diagonal).into()).collect();
         let beam = pair.adjoint(&values, 1.0)?.mapv(|v| v as f32);
         drop(pair);
         Ok(Self::of_beam(grid, beam, diagonal))
@@ -159,7 +155,7 @@ mod tests {
     fn it_is_the_transform_there_and_back_on_even_and_odd_grids() {
         for (n_l, n_m) in [(16, 12), (15, 9), (14, 17)] {
             let (grid, freq, uvw, weights) = setup(n_l, n_m);
-            let hessian = BeamHessian::new(&grid, &freq, uvw.view(), &weights).unwrap();
+            let hessian = BeamHessian::of_list(&grid, &freq, uvw.view(), &weights).unwrap();
             let image = Array2::from_shape_fn((n_m, n_l), |(i, j)| ((i * 5 + j * 3) % 7) as f64);
             let opts = GridOptions { epsilon: 1e-9, ..GridOptions::default() };
             let vis = image_to_vis(&grid, image.view(), uvw.view(), &freq, &opts).unwrap();
@@ -174,7 +170,7 @@ mod tests {
     #[test]
     fn the_damping_is_positive_definite_and_near_the_inverse() {
         let (grid, freq, uvw, weights) = setup(32, 32);
-        let hessian = BeamHessian::new(&grid, &freq, uvw.view(), &weights).unwrap();
+        let hessian = BeamHessian::of_list(&grid, &freq, uvw.view(), &weights).unwrap();
         let v = Array2::from_shape_fn((32, 32), |(i, j)| (((i * 5 + j * 3) % 7) as f32) - 3.0);
         let t = 0.5;
         let u = hessian.filter(v.view(), &hessian.damping(t));

@@ -9,9 +9,6 @@ use crate::{ChainError, Result, ensure};
 use ndarray::{ArrayView2, s};
 use num_complex::{Complex32, Complex64};
 
-/// The transform of the beam becomes no finer for more visibilities than this.
-const LONG: u64 = 100_000_000;
-
 /// Chi squared of an output channel of an imager.
 pub(super) struct Passes<'i, 's> {
     imager: &'i mut Imager<'s>,
@@ -58,8 +55,7 @@ impl BeamHessian {
         let extent = imager.survey().extent;
         let stretched = UvwExtent { u_m: extent.u_m / SHRINK, v_m: extent.v_m / SHRINK, w_m: 0.0 };
         let options = GridOptions { memory: imager.options().memory, ..Self::grid_options() };
-        let n_vis = imager.survey().counts.used.min(LONG);
-        let transform = Transform::<f32>::new(&Self::field(&grid), &freq_hz, stretched, &options, n_vis)?;
+        let transform = Transform::<f32>::new(&Self::field(&grid), &freq_hz, stretched, &options, imager.n_transformed(channel))?;
         let mut gridder = transform.gridder();
         imager.for_each_weighed(&Quiet(observer), |block| {
             let rows = transform.sort(Self::stretch(block.uvw_m.view()).view())?;
@@ -106,7 +102,7 @@ mod tests {
             let weight: Vec<f32> = data.weights.iter().zip(&data.flags).map(|(w, f)| shown(*w, *f)).collect();
             let used = weight.iter().filter(|w| **w > 0.0).count() as u64;
             let uvw = data.coverage.uvw_m.clone();
-            let list = BeamHessian::new(&grid, &freq, uvw.view(), &weight).unwrap();
+            let list = BeamHessian::of_list(&grid, &freq, uvw.view(), &weight).unwrap();
             let hessian = BeamHessian::in_passes((&mut imager, 0), 3.0, &Silent).unwrap();
             assert!((hessian.diagonal() / list.diagonal() - 1.0).abs() < 1e-6);
             let image = Array2::from_shape_fn((grid.n_m, grid.n_l), |(i, j)| ((i * 5 + j * 3) % 7) as f64);

@@ -66,7 +66,7 @@ pub(super) fn imager(prior: f64, flux: Option<f64>, beam: bool) -> MemImager<'st
 
 fn imager_with(prior: f64, flux: Option<f64>, beam: bool, options: GridOptions) -> MemImager<'static> {
     let (vis, weights) = observe(0.3);
-    let hessian = beam.then(|| BeamHessian::new(&grid(), &[94e9], rows().view(), &weights).unwrap());
+    let hessian = beam.then(|| BeamHessian::of_list(&grid(), &[94e9], rows().view(), &weights).unwrap());
     let term: Box<dyn VisibilityTerm> = Box::new(Visibilities::new(vis, weights).unwrap());
     let chi2 = ChiSquared::new(&grid(), &[94e9], rows().view(), &options, term).unwrap();
     let prior = Array2::from_elem((SIDE, SIDE), prior);
