@@ -33,9 +33,9 @@ pub enum QuantityError {
         /// Accepted units.
         units: String,
     },
-    /// The number is larger than any that this program can use.
-    #[error("{text:?} is larger than any {dimension} that can be used")]
-    TooLarge {
+    /// The number is larger or smaller than any that this program can use.
+    #[error("{text:?} is out of range: no {dimension} of that size can be used")]
+    OutOfRange {
         /// The text.
         text: String,
         /// What was expected.
@@ -56,6 +56,8 @@ pub enum QuantityError {
 /// Largest number in SI units. Its square, and a thousand times its product with any number of this size, is finite in double precision, and it
 /// fits into single precision, in which visibilities are kept.
 const LARGEST: f64 = 1e30;
+/// Smallest number in SI units that is not 0: the same holds for its square and for its inverse.
+const SMALLEST: f64 = 1e-30;
 
 /// Unit names with their factors to SI. The first is the SI unit, with the factor 1.
 type Units = &'static [(&'static str, f64)];
@@ -93,8 +95,8 @@ fn parse(text: &str, dimension: &'static str, units: Units, example: &'static st
         return Err(QuantityError::NoUnit { text: text.into(), dimension, units: names(units) });
     }
     match units.iter().find(|u| u.0 == unit) {
-        Some((_, factor)) if (value * factor).abs() <= LARGEST => Ok(value * factor),
-        Some(_) => Err(QuantityError::TooLarge { text: text.into(), dimension }),
+        Some((_, factor)) if value == 0.0 || (SMALLEST..=LARGEST).contains(&(value * factor).abs()) => Ok(value * factor),
+        Some(_) => Err(QuantityError::OutOfRange { text: text.into(), dimension }),
         None => Err(QuantityError::BadUnit { text: text.into(), unit: unit.into(), dimension, units: names(units) }),
     }
 }

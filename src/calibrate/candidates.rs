@@ -42,8 +42,10 @@ impl CandidateOptions {
 /// joint solution by maximum entropy, in reverse for thermal scenes, which mostly fill their frame.
 ///
 /// # Errors
-/// A deconvolver that is not in the table.
+/// A deconvolver that is not in the table, or an option of CLEAN that is out of range.
 pub fn candidates<'a>(of: &CandidateOptions) -> Result<Vec<Candidate<'a>>> {
+    of.clean.check()?;
+    of.clean.threshold.map_or(Ok(0.0), |level| level.in_unit("threshold", of.unit))?;
     let mut all = match of.clean.algorithm {
         Algorithm::Mem => vec![joint(of)],
         Algorithm::Clean(entry) => vec![clean(of, entry.name)?],

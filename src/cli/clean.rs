@@ -49,6 +49,8 @@ const COMPONENTS: &str = "-components.csv";
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
+    args.clean.check()?;
+    args.clean.entry()?;
     let mut outputs = args.out.all_suffixed(&IMAGES);
     outputs.push(args.out.suffixed(COMPONENTS));
     args.out.claim(outputs.iter().chain(&args.log), [&args.input].into_iter().chain(&args.clean.mask))?;

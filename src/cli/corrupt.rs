@@ -44,16 +44,20 @@ struct Config {
 impl Config {
     fn read(path: &Path) -> Result<Self> {
         let text = cittert_formats::read_text(path)?;
-        toml::from_str(&text).context(format!("{}: the errors of corrupt", path.display()))
+        super::numbers::read(&text, path)
     }
 }
 
 fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
     let config = args.config.as_deref().map_or(Ok(Config::default()), Config::read)?;
     let mut errors = Vec::new();
-    for options in config.errors.iter().map(|e| &e.options).chain([&args.errors]) {
-        errors.extend(options.errors(unit)?);
+    let file = args.config.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+    for section in &config.errors {
+        let of_file = section.options.errors(unit).context(&file)?;
+        of_file.iter().try_for_each(|e| e.model().check()).context(&file)?;
+        errors.extend(of_file);
     }
+    errors.extend(args.errors.errors(unit)?);
     if errors.is_empty() {
         let kinds: Vec<&str> = Error::TABLE.iter().map(|t| t.0).collect();
         return Err(Failure::usage(format!(

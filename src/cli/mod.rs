@@ -25,6 +25,7 @@ mod layout;
 mod man;
 mod mask;
 mod mem;
+mod numbers;
 mod options;
 mod picture;
 mod planned;
@@ -211,7 +212,7 @@ pub fn run_commands(text: &str, path: &Path) -> Result<Vec<String>> {
 }
 
 fn parse(words: &[OsString]) -> Result<Cli> {
-    let matches = Cli::command().try_get_matches_from(words)?;
+    let matches = numbers::limited(command()).try_get_matches_from(words)?;
     Ok(Cli::from_arg_matches(&matches)?)
 }
 

@@ -53,6 +53,9 @@ impl DropoutOptions {
     }
 }
 
+/// Most switches between two times. After so many the state does not depend on the one before.
+const MOST_SWITCHES: u32 = 20_000;
+
 impl Corruption for Dropout {
     fn check(&self) -> Result<()> {
         need("fraction of dropouts", self.fraction, (0.0..1.0).contains(&self.fraction), "a number from 0 to below 1")?;
@@ -75,9 +78,15 @@ impl Corruption for Dropout {
                     off = rng.random::<f64>() < self.fraction;
                     until = t + exponential(mean(off), &mut rng);
                 }
+                let mut left = MOST_SWITCHES;
                 while *t >= until {
                     off = !off;
                     until += exponential(mean(off), &mut rng);
+                    left -= 1;
+                    if left == 0 {
+                        off = rng.random::<f64>() < self.fraction;
+                        until = t.next_up() + exponential(mean(off), &mut rng);
+                    }
                 }
                 if off {
                     table.gains.slice_mut(ndarray::s![time, ant, .., ..]).fill(Complex64::ZERO);

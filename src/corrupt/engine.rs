@@ -14,6 +14,10 @@ use num_complex::{Complex, Complex64};
 /// Size in bytes of one gain: a complex number and a flag.
 const GAIN_BYTES: usize = 17;
 
+/// Sizes of gains with which visibilities and weights stay within single precision.
+const LARGEST_GAIN: f64 = 1e9;
+const SMALLEST_GAIN: f64 = 1e-9;
+
 /// Header of the output: the header of the input with a line of history.
 #[must_use]
 pub fn corrupted_header(header: &VisibilityHeader, options: &CorruptOptions) -> VisibilityHeader {
@@ -89,6 +93,10 @@ pub fn corrupt(
     };
     for entry in &order {
         entry.1.model().gains(&context(entry), &mut table)?;
+        if let Some(gain) = table.gains.iter().find(|g| !(**g == Complex64::ZERO || (SMALLEST_GAIN..=LARGEST_GAIN).contains(&g.norm()))) {
+            let expected = format!("gains from {SMALLEST_GAIN:e} to {LARGEST_GAIN:e}, or 0: make this error smaller");
+            return Err(ChainError::bad_option(entry.1.name(), format!("the gain {gain:e}"), expected));
+        }
     }
     let pairs = feed_pairs(&header, table.feeds.len());
     let total = (source.n_rows() * header.spectrum.n_chan() * header.polarizations.len()) as u64;

@@ -180,7 +180,7 @@ impl Corruption for Troposphere {
         need_size("height of the screen in m", self.height_m)?;
         need("wind direction in rad", self.wind_to_rad, self.wind_to_rad.is_finite(), "a finite angle")?;
         for (option, v) in [("baseline of the troposphere in m", self.baseline_m), ("outer scale in m", self.outer_scale_m)] {
-            need(option, v, v.is_finite() && v > 0.0, "a positive length")?;
+            need(option, v, (1e-3..=1e8).contains(&v), "a length from 1 mm to 100,000 km")?;
         }
         Ok(())
     }

@@ -80,6 +80,9 @@ impl FromStr for Variation {
     }
 }
 
+/// Most draws between two times. It limits the work for a time that is much shorter than an integration.
+const MOST_DRAWS: u64 = 10_000;
+
 impl Variation {
     /// Check the parameters.
     ///
@@ -115,20 +118,24 @@ impl Variation {
                     Self::Integration => {}
                     Self::Interval { length_s } => {
                         // Every interval has its own draw, also in a gap, so that a gap does not change the later draws. The millisecond
-                        // allows for Julian dates, which are accurate to 0.05 ms. After a million intervals a draw is random anyway.
+                        // allows for Julian dates, which are accurate to 0.05 ms. After so many intervals a draw is random anyway.
                         let interval = |t: f64| ((t - seconds[0] + 1e-3) / length_s).floor();
                         let passed = interval(t) - interval(last);
-                        for _ in 0..(passed as u64).min(1_000_000) {
+                        for _ in 0..(passed as u64).min(MOST_DRAWS) {
                             value = draw(rng);
                         }
                     }
                     Self::RandomWalk { time_s } => value += ((t - last) / time_s).max(0.0).sqrt() * draw(rng),
                     Self::Jumps { mean_s } => {
+                        let mut left = MOST_DRAWS;
                         while t >= next_jump {
                             value = draw(rng);
-                            // The jumps of a gap of more than a million mean times need not be drawn: the value after the gap is
-                            // independent of that before it.
-                            next_jump = next_jump.max(t - 1e6 * mean_s) + exponential(mean_s, rng);
+                            next_jump += exponential(mean_s, rng);
+                            left -= 1;
+                            if left == 0 {
+                                // The value after so many jumps is independent of that before, and the process has no memory.
+                                next_jump = t.next_up() + exponential(mean_s, rng);
+                            }
                         }
                     }
                     Self::Coherent { time_s } => {

@@ -128,14 +128,30 @@ impl CleanOptions {
         Scales { widths_px: self.scales.clone(), bias: self.scale_bias, beam_px }
     }
 
-    /// The deconvolver, after a check of the options of the whole run.
+    /// Check what does not depend on the image.
     ///
     /// # Errors
-    /// The algorithm is maximum entropy, which is not a CLEAN, or a mask or box is not loaded.
-    pub(crate) fn entry(&self) -> Result<&'static Entry> {
-        if self.region.is_none() && (self.mask.is_some() || !self.boxes.is_empty()) {
-            return Err(ChainError::Incompatible("the mask and the boxes of CLEAN must be loaded for the grid of the image first".into()));
+    /// An option is out of range.
+    pub fn check(&self) -> Result<()> {
+        for (option, value) in [("gain", self.gain), ("mgain", self.mgain)] {
+            need(option, value, value > 0.0 && value <= 1.0, "above 0, at most 1")?;
         }
+        for (option, value) in [("nsigma", self.nsigma), ("cyclefactor", self.cyclefactor)] {
+            need(option, value, value >= 0.0 && value.is_finite(), "a number of 0 or more")?;
+        }
+        let (low, high) = self.psf_fraction;
+        let rising = low >= 0.0 && low <= high && high <= 1.0;
+        need("fractions of the peak", format!("{low} to {high}"), rising, "two fractions of the peak from 0 to 1, the smaller one first")?;
+        let sigmas = self.auto_mask.unwrap_or(1.0);
+        need("auto-mask", sigmas, sigmas > 0.0 && sigmas.is_finite(), "a positive multiple of the noise")?;
+        self.tuning.check()
+    }
+
+    /// The deconvolver, after a check of the options that belong to one algorithm.
+    ///
+    /// # Errors
+    /// The algorithm is maximum entropy, which is not a CLEAN, or an option is for another algorithm.
+    pub(crate) fn entry(&self) -> Result<&'static Entry> {
         let entry = match self.algorithm {
             Algorithm::Auto => &TABLE[0],
             Algorithm::Clean(entry) => entry,

@@ -5,7 +5,7 @@ use super::fft::image_to_planes;
 use super::grid_options::GridOptions;
 use super::lanes::{Work, run_task, tile_len};
 use super::plan::{Plan, UvwExtent};
-use super::plane_groups::{grid_row, plane_groups, planes_of, within};
+use super::plane_groups::{grid_row, plane_groups, planes_of};
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
 use super::sort::{Segment, SortedRows, TilePlace};
@@ -98,11 +98,11 @@ impl<T: Real> Degridder<T> {
         let plan = &self.plan;
         let mut nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(|c| plan.pool.take(c.n_nodes)).collect();
         if let Some(planes) = &self.resident {
-            degrid_tasks(plan, rows, &rows.tasks, (planes, 0), &mut nodes)?;
+            degrid_units(plan, rows, 0..plan.slabs(), (planes, 0), &mut nodes)?;
         } else {
             for group in &self.groups {
                 let planes = image_to_planes(plan, self.image.view(), (group.start * SLAB, planes_of(plan, group)));
-                degrid_tasks(plan, rows, &within(plan, &rows.tasks, group), (&planes, group.start * SLAB), &mut nodes)?;
+                degrid_units(plan, rows, group.clone(), (&planes, group.start * SLAB), &mut nodes)?;
             }
         }
         Ok(nodes)
@@ -117,29 +117,31 @@ impl<T: Real> Drop for Degridder<T> {
     }
 }
 
-/// Run all tasks, each with a tile of its own. They write their predictions into `nodes`.
-fn degrid_tasks<T: Real>(
+/// Predict from the planes of some slabs into `nodes`.
+fn degrid_units<T: Real>(
     plan: &Plan<T>,
     rows: &SortedRows,
-    tasks: &[Vec<Segment>],
+    slabs: Range<usize>,
     (planes, first_plane): (&PlaneRows<T>, usize),
     nodes: &mut [Vec<Complex<T>>],
 ) -> Result<()> {
     let targets: Vec<Target<T>> = nodes.iter_mut().map(|n| Target { first: n.as_mut_ptr(), len: n.len() }).collect();
-    tasks.par_iter().try_for_each_init(
+    let inside = rows.colours.iter().flatten().filter(|u| slabs.contains(&u.slab));
+    let pieces: Vec<&[Segment]> = inside.flat_map(|u| &u.pieces).map(Vec::as_slice).collect();
+    pieces.par_iter().try_for_each_init(
         || vec![T::default(); tile_len(plan)],
-        |tile, task| run_task(plan, (&rows.chunks, &[]), task, (tile, &mut Load { plan, planes, first_plane, targets: &targets })),
+        |tile, piece| run_task(plan, (&rows.chunks, &[]), piece, (tile, &mut Load { plan, planes, first_plane, targets: &targets })),
     )
 }
 
-/// The nodes of one chunk. Several tasks write them at the same time.
+/// The nodes of one chunk. Several threads write them at the same time.
 struct Target<T> {
     first: *mut Complex<T>,
     len: usize,
 }
 
-// SAFETY: every node belongs to exactly one run, every run to exactly one segment and every segment to exactly one task, so no two
-// threads ever write the same node, and no thread reads them before all tasks have ended.
+// SAFETY: every node belongs to exactly one run, every run to exactly one segment and every segment to exactly one piece of a unit, so no two
+// threads ever write the same node, and no thread reads them before all pieces have ended.
 unsafe impl<T: Send> Sync for Target<T> {}
 
 /// Fills tiles from the planes.

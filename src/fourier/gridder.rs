@@ -6,7 +6,7 @@ use super::fft::planes_to_image;
 use super::grid_options::GridOptions;
 use super::lanes::{Work, run_task, tile_len};
 use super::plan::{Plan, UvwExtent};
-use super::plane_groups::{grid_row, plane_groups, planes_of, within};
+use super::plane_groups::{grid_row, plane_groups, planes_of};
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
 use super::sort::{Chunk, Segment, SortedRows, TilePlace};
@@ -128,11 +128,11 @@ impl<T: Real> Gridder<T> {
     fn spread(&mut self, rows: &SortedRows, nodes: &[Vec<Complex<T>>]) -> Result<()> {
         let plan = &self.plan;
         if let Some(planes) = &self.resident {
-            return grid_tasks(plan, (rows, nodes), &rows.tasks, (planes, 0));
+            return grid_units(plan, (rows, nodes), 0..plan.slabs(), (planes, 0));
         }
         for group in &self.groups {
             let planes = PlaneRows::zeros(plan.n_rows, planes_of(plan, group), plan.nu);
-            grid_tasks(plan, (rows, nodes), &within(plan, &rows.tasks, group), (&planes, group.start * SLAB))?;
+            grid_units(plan, (rows, nodes), group.clone(), (&planes, group.start * SLAB))?;
             planes_to_image(plan, planes, group.start * SLAB, &mut self.image);
         }
         Ok(())
@@ -149,16 +149,49 @@ impl<T: Real> Gridder<T> {
     }
 }
 
-fn grid_tasks<T: Real>(
+/// Grid the visibilities of some slabs, one colour after the other.
+fn grid_units<T: Real>(
     plan: &Plan<T>,
     (rows, nodes): (&SortedRows, &[Vec<Complex<T>>]),
-    tasks: &[Vec<Segment>],
+    slabs: Range<usize>,
     (planes, first_plane): (&PlaneRows<T>, usize),
 ) -> Result<()> {
-    tasks.par_iter().try_for_each_init(
-        || vec![T::default(); tile_len(plan)],
-        |tile, task| run_task(plan, (&rows.chunks, nodes), task, (tile, &mut Flush { plan, planes, first_plane })),
-    )
+    let input = (rows.chunks.as_slice(), nodes);
+    let tile = || vec![T::default(); tile_len(plan)];
+    for colour in &rows.colours {
+        colour.par_iter().filter(|u| slabs.contains(&u.slab)).try_for_each_init(tile, |tile, unit| {
+            let mut flush = Flush { plan, planes, first_plane };
+            if let [piece] = unit.pieces.as_slice() {
+                return run_task(plan, input, piece, (tile, &mut flush));
+            }
+            let sum = |piece: &Vec<Segment>| {
+                let mut own = vec![T::default(); tile_len(plan)];
+                run_task(plan, input, piece, (&mut own, &mut Hold)).map(|()| own)
+            };
+            let sums = unit.pieces.par_iter().map(sum).collect::<Result<Vec<_>>>()?;
+            let place = TilePlace::of(plan, unit.pieces[0][0].key);
+            sums.into_iter().for_each(|mut own| flush.end(place, &mut own));
+            Ok(())
+        })?;
+    }
+    Ok(())
+}
+
+/// Keeps the sum of one tile in its buffer.
+struct Hold;
+
+impl<T: Real> Work<T> for Hold {
+    const GRID: bool = true;
+
+    fn begin(&mut self, _place: TilePlace, tile: &mut [T]) {
+        tile.fill(T::default());
+    }
+
+    fn end(&mut self, _place: TilePlace, _tile: &mut [T]) {}
+
+    fn store(&mut self, _chunk: usize, _first: usize, _values: &[Complex<T>]) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// Adds finished tiles to the planes. It locks one stripe of rows at a time.

@@ -38,6 +38,7 @@ mod tests;
 mod transform;
 #[cfg(test)]
 mod transform_tests;
+mod units;
 mod uv_grid;
 mod wplanes;
 

@@ -1,9 +1,8 @@
-//! The planes of a transform in groups that fit into memory, and the parts of the work that belong to each group.
+//! The planes of a transform in groups that fit into memory.
 
 use super::plan::Plan;
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
-use super::sort::{Segment, TilePlace};
 use super::wplanes::SLAB;
 use std::ops::Range;
 
@@ -19,12 +18,6 @@ pub(super) fn plane_groups<T: Real>(plan: &Plan<T>, budget: usize) -> Vec<Range<
 /// Number of planes of one group of slabs.
 pub(super) fn planes_of<T: Real>(plan: &Plan<T>, group: &Range<usize>) -> usize {
     if plan.slabs() == 1 { plan.slab_depth() } else { (group.len() - 1) * SLAB + plan.slab_depth() }
-}
-
-/// The segments whose slabs belong to `group`.
-pub(super) fn within<T: Real>(plan: &Plan<T>, tasks: &[Vec<Segment>], group: &Range<usize>) -> Vec<Vec<Segment>> {
-    let inside = |s: &&Segment| group.contains(&TilePlace::of(plan, s.key).slab);
-    tasks.iter().map(|t| t.iter().filter(inside).cloned().collect::<Vec<_>>()).filter(|t| !t.is_empty()).collect()
 }
 
 /// Index in the half grid of a row of a tile. The margin of the last tiles extends beyond the grid: these rows are empty, and the result is

@@ -3,6 +3,7 @@
 use super::plan::Plan;
 use super::plane_rows::TILE;
 use super::real::Real;
+use super::units::{Unit, units};
 use super::wplanes::{SLAB, WBasis};
 use crate::{ChainError, Result};
 use ndarray::ArrayView2;
@@ -41,6 +42,9 @@ pub(crate) struct Chunk {
     pub(crate) runs: Vec<Run>,
 }
 
+/// Most chunks of a block.
+const MOST_CHUNKS: usize = 16;
+
 /// The positions of the visibilities of some rows on the grid of one transform, in the order of its tiles. It is made once and used in every
 /// pass over the same rows.
 #[derive(Debug)]
@@ -48,7 +52,8 @@ pub struct SortedRows {
     /// Identity of the plan that the rows were sorted for.
     plan: u64,
     pub(crate) chunks: Vec<Chunk>,
-    pub(crate) tasks: Vec<Vec<Segment>>,
+    /// The units of each colour, in the order of the colours.
+    pub(crate) colours: Vec<Vec<Unit>>,
 }
 
 impl SortedRows {
@@ -57,8 +62,11 @@ impl SortedRows {
         let ranges = shares(uvw_m.nrows());
         let made = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range)).collect::<Result<Vec<_>>>()?;
         let (chunks, keys): (Vec<Chunk>, Vec<Vec<u64>>) = made.into_iter().unzip();
-        let tasks = tasks(&chunks, &keys);
-        Ok(Self { plan: plan.id, chunks, tasks })
+        let each = chunks.par_iter().zip(&keys).enumerate();
+        let mut segments: Vec<Segment> = each.flat_map_iter(|(i, (c, k))| c.segments(i, k)).collect();
+        segments.par_sort_unstable_by_key(|s| (s.key, s.chunk));
+        let colours = units(plan, segments, &chunks);
+        Ok(Self { plan: plan.id, chunks, colours })
     }
 
     /// Check that the rows were sorted for this plan.
@@ -75,8 +83,8 @@ impl SortedRows {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let chunk = |c: &Chunk| c.rows.len() * size_of::<Row>() + c.runs.len() * size_of::<Run>();
-        let task = |t: &Vec<Segment>| t.len() * size_of::<Segment>();
-        self.chunks.iter().map(chunk).sum::<usize>() + self.tasks.iter().map(task).sum::<usize>()
+        let unit = |u: &Unit| size_of::<Unit>() + u.pieces.iter().map(|p| p.len() * size_of::<Segment>()).sum::<usize>();
+        self.chunks.iter().map(chunk).sum::<usize>() + self.colours.iter().flatten().map(unit).sum::<usize>()
     }
 }
 
@@ -229,48 +237,10 @@ fn sort_by_key(runs: &mut Vec<Keyed>) {
     *runs = sorted;
 }
 
-/// Divide the rows of a block into ranges, about two for each thread.
+/// Divide the rows of a block into ranges. Their number does not depend on that of the threads, because sums are made in their order.
 fn shares(n_rows: usize) -> Vec<Range<usize>> {
-    let parts = (2 * rayon::current_num_threads()).min(n_rows.div_ceil(256)).max(1);
+    let parts = n_rows.div_ceil(256).clamp(1, MOST_CHUNKS);
     (0..parts).map(|k| n_rows * k / parts..n_rows * (k + 1) / parts).filter(|r| !r.is_empty()).collect()
-}
-
-/// The segments of all chunks in the order of the tiles, divided into tasks of about equal weight.
-fn tasks(chunks: &[Chunk], keys: &[Vec<u64>]) -> Vec<Vec<Segment>> {
-    let mut all: Vec<Segment> = chunks.par_iter().zip(keys).enumerate().flat_map_iter(|(i, (c, k))| c.segments(i, k)).collect();
-    all.par_sort_by_key(|s| (s.key, s.chunk));
-    let total: usize = all.iter().map(|s| s.weight).sum();
-    let share = (total / (16 * rayon::current_num_threads())).max(2048);
-    let (mut tasks, mut task, mut weight) = (Vec::new(), Vec::new(), 0);
-    for segment in all {
-        for piece in split(segment, share, chunks) {
-            weight += piece.weight;
-            task.push(piece);
-            if weight >= share {
-                tasks.push(std::mem::take(&mut task));
-                weight = 0;
-            }
-        }
-    }
-    if !task.is_empty() {
-        tasks.push(task);
-    }
-    tasks
-}
-
-/// Divide a segment that is heavier than `share`, so that the other threads need not wait for one crowded tile.
-fn split(segment: Segment, share: usize, chunks: &[Chunk]) -> Vec<Segment> {
-    if segment.weight <= 2 * share {
-        return vec![segment];
-    }
-    let parts = segment.weight.div_ceil(share).min(segment.runs.len());
-    let n = segment.runs.len();
-    let piece = |k: usize| {
-        let runs = segment.runs.start + n * k / parts..segment.runs.start + n * (k + 1) / parts;
-        let weight = chunks[segment.chunk].runs[runs.clone()].iter().map(|r| (r.hi - r.lo) as usize).sum();
-        Segment { key: segment.key, chunk: segment.chunk, runs, weight }
-    };
-    (0..parts).map(piece).collect()
 }
 
 #[cfg(test)]

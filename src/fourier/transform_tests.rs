@@ -149,3 +149,24 @@ fn rows_of_another_transform_are_refused() {
     let model = other.degridder(c.plane.view()).unwrap();
     assert!(one.gridder().add_residual(&rows, &model, |_, _| 0.0).is_err());
 }
+
+/// Crowded tiles, tiles over the edge of the grid, few and many slabs of w: the image has the same bytes.
+#[test]
+fn any_number_of_threads_gives_the_same_image() {
+    for (cell, wide, w_max) in [(0.002, (0.9, 40.0), 0.0), (0.002, (0.05, 40.0), 30.0), (0.02, (0.9, 400.0), 60.0)] {
+        let grid = (96, 80);
+        let mut c = case(grid, cell, sky(), (9000, 3), wide);
+        c.uvw.column_mut(2).mapv_inplace(|w| if w_max > 0.0 { w.clamp(-w_max, w_max) } else { 0.0 });
+        let options = GridOptions { epsilon: 1e-4, ..GridOptions::default() };
+        let images: Vec<Array2<f64>> = [1, 2, 3, 5]
+            .map(|threads| {
+                on_threads(threads, || {
+                    let transform = Transform::<f32>::new(&c.grid, &c.freq, UvwExtent::of(c.uvw.view()), &options, 1 << 20).unwrap();
+                    let rows = transform.sort(c.uvw.view()).unwrap();
+                    residual(&c, &transform, &rows)
+                })
+            })
+            .into();
+        assert!(images[1..].iter().all(|i| i == images[0]), "cell {cell}");
+    }
+}

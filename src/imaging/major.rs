@@ -63,21 +63,14 @@ pub fn clean_from(
 }
 
 fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
-    for (option, value) in [("gain", o.gain), ("mgain", o.mgain)] {
-        need(option, value, value > 0.0 && value <= 1.0, "above 0, at most 1")?;
-    }
-    for (option, value) in [("threshold", threshold(imager, o)?), ("nsigma", o.nsigma), ("cyclefactor", o.cyclefactor)] {
-        need(option, value, value >= 0.0 && value.is_finite(), "a number of 0 or more")?;
-    }
-    let (low, high) = o.psf_fraction;
-    let rising = low >= 0.0 && low <= high && high <= 1.0;
-    need("fractions of the peak", format!("{low} to {high}"), rising, "two fractions of the peak from 0 to 1, the smaller one first")?;
-    let sigmas = o.auto_mask.unwrap_or(1.0);
-    need("auto-mask", sigmas, sigmas > 0.0 && sigmas.is_finite(), "a positive multiple of the noise")?;
+    o.check()?;
+    let level = threshold(imager, o)?;
+    need("threshold", level, level >= 0.0 && level.is_finite(), "a level of 0 or more")?;
+    let loaded = o.region.is_some() || (o.mask.is_none() && o.boxes.is_empty());
+    ensure!(loaded, ChainError::Incompatible("the mask and the boxes of CLEAN must be loaded for the grid of the image first".into()));
     let shape = (imager.grid().n_m, imager.grid().n_l);
     let mask = o.region.as_ref().map_or(shape, Array2::dim);
-    need("mask", format!("{mask:?}"), mask == shape, format!("a mask of the shape of the image, {shape:?}"))?;
-    o.tuning.check()
+    need("mask", format!("{mask:?}"), mask == shape, format!("a mask of the shape of the image, {shape:?}"))
 }
 
 /// The threshold in the unit of the images; 0 if there is none.

@@ -109,7 +109,7 @@ impl ImagingOptions {
             let width = taper.unwrap_or(Angle(1.0));
             need(field, width, width.si().is_finite() && width.si() > 0.0, "a positive angle")?;
         }
-        Ok(())
+        need("epsilon", self.epsilon, (1e-13..=0.5).contains(&self.epsilon), "a relative error from 1e-13 to 0.5")
     }
 
     /// The same options with the size and the cell of a grid.

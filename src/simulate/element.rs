@@ -64,7 +64,7 @@ impl ElementPattern {
                 ("width of the element pattern", fwhm_rad, positive(fwhm_rad))
             }
             Self::Airy { diameter_m } => ("diameter of the element pattern", diameter_m, positive(diameter_m)),
-            Self::CosPower { exponent } => ("exponent of the element pattern", exponent, exponent.is_finite() && exponent >= 0.0),
+            Self::CosPower { exponent } => ("exponent of the element pattern", exponent, (0.0..=1e9).contains(&exponent)),
         };
         need(option, value, good, "a positive, finite number")
     }

@@ -119,7 +119,7 @@ impl NoiseModel {
     /// not depend on the blocks.
     ///
     /// # Errors
-    /// An integration time is not positive.
+    /// An integration time is not positive, or single precision cannot hold the noise or the weights.
     pub fn apply(&self, block: &mut VisibilityBlock, first_row: u64) -> Result<()> {
         if let Some((row, t)) = block.coverage.integration_s.iter().enumerate().find(|(_, t)| !(t.is_finite() && **t > 0.0)) {
             let value = format!("{t} s (row {})", first_row + row as u64);
@@ -127,7 +127,7 @@ impl NoiseModel {
         }
         let coverage = &block.coverage;
         let rows = block.vis.axis_iter_mut(Axis(0)).into_par_iter().zip(block.weights.axis_iter_mut(Axis(0)));
-        rows.enumerate().for_each(|(row, (mut vis, mut weights))| {
+        rows.enumerate().try_for_each(|(row, (mut vis, mut weights))| {
             let (a1, a2) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
             let mut rng = stream(self.options.seed, "thermal noise", first_row + row as u64);
             for ((chan, pol), v) in vis.indexed_iter_mut() {
@@ -135,10 +135,15 @@ impl NoiseModel {
                 let (re, im): (f64, f64) = (StandardNormal.sample(&mut rng), StandardNormal.sample(&mut rng));
                 let im = if a1 == a2 { 0.0 } else { im };
                 *v = Complex::new((f64::from(v.re) + sigma * re) as f32, (f64::from(v.im) + sigma * im) as f32);
-                weights[[chan, pol]] = (1.0 / (sigma * sigma)) as f32;
+                let weight = (1.0 / (sigma * sigma)) as f32;
+                if !(weight.is_normal() && v.re.is_finite() && v.im.is_finite()) {
+                    let expected = "a noise whose 1/sigma^2 single precision can hold: check Tsys or SEFD, diameter, efficiency and time";
+                    return Err(ChainError::bad_option("noise", format!("{sigma:e} per visibility"), expected));
+                }
+                weights[[chan, pol]] = weight;
             }
-        });
-        Ok(())
+            Ok(())
+        })
     }
 }
 

@@ -95,3 +95,16 @@ fn images_of_one_row_are_refused() {
         assert!(!s.path("d.fits").exists());
     }
 }
+
+#[test]
+fn a_mask_and_a_box_keep_components_inside() {
+    let s = Scratch::new();
+    changed(&s, |_| ());
+    for (k, region) in ["--box=-2mrad,-2mrad,2mrad,2mrad", "--mask c0-model.fits"].iter().enumerate() {
+        s.ok(&format!("clean v.uvh5 {IMAGE} {region} -o c{k}"));
+        let components = std::fs::read_to_string(s.path(&format!("c{k}-components.csv"))).unwrap();
+        let inside = |line: &str| line.split(',').take(2).all(|x| x.parse::<f64>().unwrap().abs() <= 2e-3);
+        assert!(components.lines().count() > 1 && components.lines().skip(1).all(inside), "{components}");
+    }
+    s.fails(&format!("clean v.uvh5 {IMAGE} --box=9rad,9rad,9rad,9rad -o d"), 1, &["no pixel", "box"]);
+}

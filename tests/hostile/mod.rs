@@ -5,6 +5,7 @@ mod collisions;
 mod files;
 mod imaging;
 mod kept;
+mod numbers;
 mod options;
 mod physics;
 mod scenes;

@@ -118,7 +118,7 @@ impl FromStr for RangeChoice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |part: &str| part.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+        let number = |part: &str| part.trim().parse::<f64>().ok().filter(|v| crate::cli::numbers::usable(*v));
         match text {
             "auto" => Ok(Self::Auto),
             "full" => Ok(Self::Full),

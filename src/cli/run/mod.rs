@@ -79,7 +79,7 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
 }
 
 fn check(text: &str, path: &Path) -> Result<(Config, Vec<Step>)> {
-    let config: Config = toml::from_str(text).context(format!("{}", path.display()))?;
+    let config: Config = crate::cli::numbers::read(text, path)?;
     let steps = steps(&config, path.parent().unwrap_or(Path::new("")))?;
     check_quality(&config, &steps).context(format!("{}", path.display()))?;
     Ok((config, steps))

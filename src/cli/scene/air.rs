@@ -2,7 +2,7 @@
 
 use super::table::Cell;
 use super::values::{exact, read_text};
-use crate::cli::failure::{Failure, Result};
+use crate::cli::failure::{Context as _, Failure, Result};
 use cittert_arrays::quantity::{Density, Percent, Pressure, Temperature};
 use cittert_phenomenology::atmosphere::{
     ATMOSPHERES, Atmosphere, Humidity, Layer, Profile, SurfaceWeather, gas_model, rain_model, reference_profile,
@@ -77,7 +77,7 @@ impl AirArgs {
     pub(super) fn build(&self) -> Result<Vec<Air>> {
         let mut all = Vec::with_capacity(self.count());
         for name in &self.atmosphere {
-            let profile = load(name)?.with_surface_weather(&self.weather())?;
+            let profile = load(name).and_then(|p| Ok(p.with_surface_weather(&self.weather())?)).context(name)?;
             for model in &self.model {
                 let air = Atmosphere::new(profile.clone(), gas_model(model)?)?
                     .with_rain_model(rain_model(&self.rain_model)?)
@@ -107,9 +107,7 @@ fn load(name: &str) -> Result<Profile> {
     if !path.exists() {
         let known: Vec<&str> = ATMOSPHERES.iter().map(|a| a.name).collect();
         let known = known.join(", ");
-        return Err(Failure::message(format!(
-            "{name}: this is neither a built-in atmosphere nor a file; the built-in atmospheres are {known}"
-        )));
+        return Err(Failure::message(format!("this is neither a built-in atmosphere nor a file; the built-in atmospheres are {known}")));
     }
     Ok(Profile::from_csv(name, &read_text(path, "profile", MAX_FILE_BYTES)?)?)
 }

@@ -5,8 +5,7 @@ use super::surface::{Pair, SurfaceArgs};
 use super::table::{Picture, PlotArgs, Table};
 use super::values::{check_rows, combinations, exact};
 use crate::cli::context::Outcome;
-use crate::cli::failure::Result;
-use crate::cli::options::NOTHING;
+use crate::cli::failure::{Context as _, Result};
 use cittert_arrays::quantity::{Angle, Frequency};
 use cittert_phenomenology::surfaces::{BistaticGeometry, Shadowing, Slopes, bistatic_coefficient};
 use clap::{Args, ValueEnum};
@@ -57,7 +56,7 @@ pub(crate) struct BistaticArgs {
 /// # Errors
 /// Values out of range, unknown names, a stack file that cannot be read, a picture that cannot be written.
 pub(super) fn run(args: &BistaticArgs) -> Result<Outcome> {
-    args.plot.claim(NOTHING)?;
+    args.plot.claim(args.surface.file())?;
     let lengths = [args.freq.len(), args.incidence.len(), args.scattered.len(), args.azimuth.len()];
     check_rows(&[&lengths[..], &args.surface.material.lengths()].concat())?;
     let slopes = Slopes::new(args.slopes.0, args.slopes.1)?;
@@ -71,7 +70,8 @@ pub(super) fn run(args: &BistaticArgs) -> Result<Outcome> {
     for surface in args.surface.surfaces()? {
         for [f, i, s, a] in combinations(lengths) {
             let freq_hz = args.freq[f].si();
-            let stack = with_hint(surface.description.resolve(exact(freq_hz), args.surface.material.extrapolation()))?;
+            let stack = with_hint(surface.description.resolve(exact(freq_hz), args.surface.material.extrapolation()))
+                .context(args.surface.named())?;
             let [incidence, scattered, azimuth] = [args.incidence[i], args.scattered[s], args.azimuth[a]].map(Angle::si);
             let geometry = BistaticGeometry {
                 incident_zenith_rad: incidence,

@@ -5,8 +5,7 @@ use super::surface::SurfaceArgs;
 use super::table::{Picture, PlotArgs, Table};
 use super::values::{check_rows, exact};
 use crate::cli::context::Outcome;
-use crate::cli::failure::{Failure, Result, ensure};
-use crate::cli::options::NOTHING;
+use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use cittert_arrays::quantity::{Angle, Frequency, Temperature};
 use cittert_phenomenology::surfaces::{Roughness, Sky, SurfaceModel};
 use clap::Args;
@@ -40,7 +39,7 @@ pub(crate) struct EmissivityArgs {
 /// # Errors
 /// Values out of range, unknown names, a stack file that cannot be read, a picture that cannot be written.
 pub(super) fn run(args: &EmissivityArgs) -> Result<Outcome> {
-    args.plot.claim(NOTHING)?;
+    args.plot.claim(args.surface.file())?;
     let sky_k = args.sky.si();
     ensure!(sky_k >= 0.0, Failure::message(format!("sky temperature is {sky_k} K, expected at least 0 K")));
     check_rows(&[&[args.freq.len(), args.angle.len()][..], &args.surface.material.lengths()].concat())?;
@@ -50,7 +49,8 @@ pub(super) fn run(args: &EmissivityArgs) -> Result<Outcome> {
     let mut table = Table::default();
     for s in args.surface.surfaces()? {
         for &freq_hz in &freqs_hz {
-            let model = SurfaceModel::new(with_hint(s.description.resolve(freq_hz, extrapolation))?, args.rough);
+            let model =
+                SurfaceModel::new(with_hint(s.description.resolve(freq_hz, extrapolation)).context(args.surface.named())?, args.rough);
             for angle_rad in &angles_rad {
                 let r = with_hint(model.response(*angle_rad, args.azimuth.si(), Sky::Symmetric(&sky)))?;
                 let [brightness_h_k, brightness_v_k] = r.brightness_k();

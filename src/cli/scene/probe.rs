@@ -39,8 +39,8 @@ pub(super) fn run(args: &ProbeArgs) -> Result<Outcome> {
     let scene = read_probe_with(&scene_text(&args.scene)?, &pictures_beside(&args.scene)).context(&named)?;
     let region = args.region.as_deref();
     match (&args.rays, &args.points) {
-        (Some(path), _) => table(&scene.rays(region, &rows::<RayRow>(path)?).context(&named)?),
-        (None, Some(path)) => table(&scene.points(region, &rows::<PointRow>(path)?).context(&named)?),
+        (Some(path), _) => table(&scene.rays(region, &rows::<RayRow>(path)?).context(path.display())?),
+        (None, Some(path)) => table(&scene.points(region, &rows::<PointRow>(path)?).context(path.display())?),
         (None, None) => Err(Failure::usage("give --rays or --points")),
     }
 }

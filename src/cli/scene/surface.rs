@@ -7,7 +7,7 @@ use crate::cli::failure::{Context as _, Failure, Result};
 use cittert_phenomenology::dielectrics::{MaterialState, Parameter, permittivity_of};
 use cittert_phenomenology::surfaces::{DEFAULT_TEMPERATURE_K, LayerDescription, StackDescription, Substance};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Largest stack file that is read, bytes.
@@ -60,6 +60,16 @@ impl Surface {
 }
 
 impl SurfaceArgs {
+    /// The file that is read, if any.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.stack.as_deref()
+    }
+
+    /// What describes the surface, for messages.
+    pub(super) fn named(&self) -> String {
+        self.stack.as_ref().map_or_else(|| "the surface".into(), |path| path.display().to_string())
+    }
+
     /// Every surface that the options describe.
     ///
     /// # Errors

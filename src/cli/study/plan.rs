@@ -37,7 +37,7 @@ impl Plan {
     /// # Errors
     /// The file is wrong (the message names the line or the values of the axes), or a layout or a scene cannot be read.
     pub(super) fn new(text: &str, path: &Path, context: &Context) -> Result<Self> {
-        let table: toml::Table = toml::from_str(text)?;
+        let table: toml::Table = crate::cli::numbers::read(text, path)?;
         let of_file = toml::from_str::<Parts>(text)?;
         let axes = axes(of_file.axis, of_file.question.as_ref())?;
         let of_texts = axes.iter().map(|(s, l)| Ok(Axis::new(&s.parameter, &l.iter().map(shown).collect::<Vec<_>>())?));
