@@ -88,6 +88,11 @@ fn tables_do_not_depend_on_threads_or_on_a_torn_journal() {
     std::fs::create_dir(s.path("full")).unwrap();
     s.write("full/mine.txt", "x");
     s.fails("study c.toml -o full --overwrite", 1, &["full", "another folder"]);
+
+    // What is left of a study that was killed before it had a journal.
+    std::fs::create_dir_all(s.path("begun/.journal.jsonl.0123456789ab.partial")).unwrap();
+    s.write("begun/journal.lock", "");
+    assert_eq!(s.json("study c.toml -o begun")["resumed"], 0);
 }
 
 #[test]

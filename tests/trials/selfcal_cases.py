@@ -170,8 +170,8 @@ def page(done, failed):
     ]
     worse = [c for c in done if c["after_rad"] > c["before_rad"] + SAME_RAD]
     told = "; ".join(
-        f"case {c['seed']} from {c['before_rad']:.3f} to {c['after_rad']:.3f} with a stated standard deviation of a gain of {c['gain_sigma']:.3f}, and its amplitude error "
-        f"from {c['amp_before']:.3f} to {c['amp_after']:.3f}" for c in worse)
+        f"case {c['seed']} from {c['before_rad']:.3f} to {c['after_rad']:.3f} with a stated standard deviation of a gain of {c['gain_sigma']:.3f}, "
+        f"its amplitude error from {c['amp_before']:.3f} to {c['amp_after']:.3f}, the error of its image from {c['image_before']:.2f} to {c['image_after']:.2f}" for c in worse)
     return "\n".join([
         "# Self-calibration of random cases", "",
         "Each case is drawn from its seed: a layout of 12 to 100 elements, a scene of points, of extended sources, of both (in Jy) or a thermal scene (in kelvin), phase errors",

@@ -97,15 +97,17 @@ impl Journal {
         let path = folder.join(NAME);
         let head = serde_json::to_string(&Head { study: fingerprint.to_owned(), trials })?;
         [NAME, LOCK].iter().try_for_each(|name| cittert_formats::refuse_special(&folder.join(name)))?;
+        if !path.exists() && !folder_is_free(folder)? {
+            let text = format!("{}: it has files but no {NAME} of a study; choose another folder", folder.display());
+            return Err(Failure::message(text));
+        }
+        let lock = lock(folder)?;
+        // Another process may have made the journal before it released the lock.
         let old = match std::fs::read(&path) {
             Ok(bytes) => Some(bytes),
-            Err(_) if folder_is_free(folder)? => None,
-            Err(_) => {
-                let text = format!("{}: it has files but no {NAME} of a study; choose another folder", folder.display());
-                return Err(Failure::message(text));
-            }
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => None,
+            Err(e) => return Err(e).context(format!("{}", path.display())),
         };
-        let lock = lock(folder)?;
         let list = if old.is_some() { FileList::read(folder, WRITER)? } else { FileList::default() };
         refuse_taken(folder, &list)?;
         let mut done = BTreeMap::new();
@@ -202,9 +204,11 @@ fn lock(folder: &Path) -> Result<File> {
     }
 }
 
+/// True if a folder does not exist or holds nothing but what a study leaves that was killed before it had a journal.
 fn folder_is_free(folder: &Path) -> Result<bool> {
+    let left = |name: &str| name == LOCK || name == LIST || (name.starts_with(&format!(".{NAME}.")) && name.ends_with(".partial"));
     match std::fs::read_dir(folder) {
-        Ok(entries) => Ok(entries.flatten().all(|e| e.file_name() == LOCK || e.file_name() == LIST)),
+        Ok(entries) => Ok(entries.flatten().all(|e| e.file_name().to_str().is_some_and(left))),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(true),
         Err(e) => Err(e).context(format!("{}", folder.display())),
     }
