@@ -22,11 +22,14 @@ import argparse
 import sys
 import time
 
-from hostile import numbers
+from hostile import damage, disks, numbers, paths
 from hostile.bench import Bench
 
 CLASSES = {
     "numbers": (numbers.campaign, 20000),
+    "damage": (damage.campaign, 5000),
+    "disks": (disks.campaign, 100),
+    "paths": (paths.campaign, 200),
 }
 
 

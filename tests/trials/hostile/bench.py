@@ -58,7 +58,7 @@ FLIGHT = 'scene = "b.toml"\nframes_per_second = 2\n[[key]]\ntime_s = 0\nposition
     "[[key]]\ntime_s = 0.5\nposition_m = [2, -30, 6]\nlook_at_m = [0, 0, 1]\n"
 CHAIN = 'layout = { name = "l.toml" }\nscene = { file = "s.csv" }\n[simulate]\nfreq = "94GHz"\nbandwidth = "8GHz"\nchannels = 2\nsefd = "3000Jy"\n' \
     '[image]\nsize = 32\ncell = "1mrad"\n'
-STUDY = 'seeds = 1\n' + CHAIN + '[clean]\nniter = 20\n[corrupt]\nphase-rms = "10deg"\n[[axis]]\nparameter = "corrupt.phase-rms"\nvalues = ["10deg", "20deg"]\n'
+STUDY = "seeds = 1\n" + CHAIN.replace('sefd = "3000Jy"\n', "") + '[clean]\nniter = 20\n[corrupt]\nphase-rms = "10deg"\n[[axis]]\nparameter = "corrupt.phase-rms"\nvalues = ["10deg", "20deg"]\n'
 
 # The files of the data set that are texts. The antennas of both layouts are added by `make`.
 TEXTS = {
@@ -206,6 +206,11 @@ class Bench:
                 odd.append(name)
                 path.write_bytes(was)
         return odd
+
+    def listing(self):
+        """All names in the folder: for a link where it leads, for the other name of an input its number, else nothing."""
+        number = {(self.folder / name).stat().st_ino: name for name in self.inputs if (self.folder / name).exists()}
+        return {str(p.relative_to(self.folder)): os.readlink(p) if p.is_symlink() else number.get(p.stat().st_ino, "") for p in self.folder.rglob("*")}
 
     def left(self):
         """Hidden leftovers in the folder of outputs."""

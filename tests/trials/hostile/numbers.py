@@ -183,7 +183,7 @@ def campaign(bench, count, seed):
     print(f"numbers: {len(options.all)} options and {len(keys.all)} keys", flush=True)
     for case in range(count):
         rng = random.Random(f"numbers {seed} {case}")
-        words, must, key = keys.draw(rng, bench) if rng.random() < 0.25 else options.draw(rng)
+        words, must, key = keys.draw(rng, bench) if rng.random() < 0.12 else options.draw(rng)
         if rng.random() < 0.5:
             words = ["--json", *words]
         if not any(w.startswith("--threads") for w in words):
