@@ -19,16 +19,20 @@ program are needed. A first run with `--count 100` takes less than a minute.
 """
 
 import argparse
+import signal
 import sys
 import time
 
-from hostile import damage, disks, numbers, paths
+from hostile import damage, disks, kills, numbers, pairs, paths
 from hostile.bench import Bench
 
 CLASSES = {
     "numbers": (numbers.campaign, 20000),
     "damage": (damage.campaign, 5000),
+    "kills": (kills.kills, 500),
+    "signals": (kills.signals, 100),
     "disks": (disks.campaign, 100),
+    "pairs": (pairs.campaign, 100),
     "paths": (paths.campaign, 200),
 }
 
@@ -43,6 +47,9 @@ def main():
     unknown = [name for name in args.classes if name not in CLASSES]
     if unknown:
         parser.error(f"unknown class {unknown[0]}; the classes are {', '.join(CLASSES)}")
+    # A script in the background of a shell ignores these, and so would the program.
+    for ignored in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(ignored, signal.SIG_DFL)
     bench, rows, failed = Bench(args.program), [], 0
     for name in args.classes or CLASSES:
         campaign, count = CLASSES[name]

@@ -149,13 +149,14 @@ class Bench:
             raise SystemExit(f"{done.line}: {done.err}")
         return done
 
-    def start(self, words, tag="one"):
+    def start(self, words, tag="one", quiet=True):
         """Start a call. Its words go to files, so that no pipe is held open by a child of the child."""
+        flags = ["-q"] if quiet else []
         out, err = open(self.spool / f"{tag}.out", "wb"), open(self.spool / f"{tag}.err", "wb")
         with out, err:
-            process = subprocess.Popen([self.program, "-q", *words], cwd=self.folder, stdin=subprocess.DEVNULL, stdout=out, stderr=err)
+            process = subprocess.Popen([self.program, *flags, *words], cwd=self.folder, stdin=subprocess.DEVNULL, stdout=out, stderr=err)
         process.begun, process.tag = time.monotonic(), tag
-        process.line = " ".join(["cittert", "-q", *("''" if w == "" else f"'{w}'" if re.search(r"[^\w./:,=@%+-]", w) else w for w in words)])
+        process.line = " ".join(["cittert", *flags, *("''" if w == "" else f"'{w}'" if re.search(r"[^\w./:,=@%+-]", w) else w for w in words)])
         return process
 
     def finish(self, process, limit_s=LIMIT_S):

@@ -92,7 +92,7 @@ def campaign(bench, count, seed):
             faults.append(("unnamed", f"the message does not name the file: {done.err.strip()[:300]}"))
         if done.code == 0 and line.split()[0] in IMAGERS:
             faults += [f for f in bench.check_results() if done.ended]
-        if bench.left():
+        if bench.left() and done.ended:
             faults.append(("leftover", f"left {bench.left()}"))
         bench.counts["refused" if done.code else "done"] += 1
         for kind, text in faults:

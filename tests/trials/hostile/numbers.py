@@ -30,7 +30,7 @@ def value(rng, patterns):
             return number(rng, False), "no unit"
         if draw < 0.12:
             other = rng.choice([u for q in QUANTITIES.values() for u in q if u not in ("s", "m", "d", "h", "min")])
-            same = next(q for q in QUANTITIES.values() if units[0] in q)
+            same = next((q for q in QUANTITIES.values() if units[0] in q), units)
             return number(rng, False) + other, None if other in same or (units[0] in ("Jy", "K") and other in ("Jy", "K", "mJy")) else "another unit"
     holes = pattern.count("@")
     wrong = rng.randrange(holes)
@@ -169,7 +169,7 @@ def judge(bench, done, must, key):
         found = readers.WORD.search(done.out)
         if found and "--help" not in done.line:
             faults.append(("result", f"printed {found.group()}"))
-    if bench.left():
+    if bench.left() and done.ended:
         faults.append(("leftover", f"left {bench.left()}"))
     if done.code == 2 and list(bench.out.iterdir()):
         faults.append(("leftover", f"refused, and made {sorted(p.name for p in bench.out.iterdir())}"))
