@@ -41,6 +41,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("classes", nargs="*", metavar="CLASS", help="by default all of them")
     parser.add_argument("--count", type=int, help="number of cases of each class")
+    parser.add_argument("--seconds", type=float, help="time after which a class draws no more cases")
+    parser.add_argument("--limit", type=float, default=60.0, help="time in seconds after which a call counts as one that never ends")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--program", default="target/release/cittert")
     args = parser.parse_args()
@@ -50,7 +52,7 @@ def main():
     # A script in the background of a shell ignores these, and so would the program.
     for ignored in (signal.SIGINT, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_DFL)
-    bench, rows, failed = Bench(args.program), [], 0
+    bench, rows, failed = Bench(args.program, args.limit, args.seconds), [], 0
     for name in args.classes or CLASSES:
         campaign, count = CLASSES[name]
         count = count if args.count is None else args.count
@@ -61,7 +63,7 @@ def main():
         failures = sum(n for what, n in bench.counts.items() if what.startswith("failed"))
         failed += failures
         details = ", ".join(f"{what} {n}" for what, n in sorted(bench.counts.items()))
-        rows.append(f"{name:8} {count:6} {failures:7}  {time.monotonic() - begun:6.0f} s  {details}")
+        rows.append(f"{name:8} {bench.drawn:6} {failures:7}  {time.monotonic() - begun:6.0f} s  {details}")
     slow = bench.slowest
     bench.close()
     print("class     cases  failed      time  counts")

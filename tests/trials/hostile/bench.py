@@ -14,8 +14,6 @@ from pathlib import Path
 
 from . import readers
 
-# A call that takes longer than this is killed and counts as one that never ends.
-LIMIT_S = 60.0
 SLOW_S = 10.0
 LIMIT_KB = 2_000_000
 
@@ -85,6 +83,7 @@ LINES = [
     f"dirty v.uvh5 {IMAGE} -o d.fits",
     f"dirty c.uvh5 {IMAGE} -o t.fits",
     f"clean v.uvh5 {IMAGE} --niter 50 -o m",
+    f"mem v.uvh5 {IMAGE} --tolerance 9 --kkt 0.9 -o q",
     "scene render b.toml --scene-size 16 -o k.fits",
     "simulate --layout l.toml --scene k.fits --freq 94GHz --bandwidth 8GHz -o k.uvh5",
     "scene convert b.toml i.toml",
@@ -118,7 +117,9 @@ class Outcome:
 
 
 class Bench:
-    def __init__(self, program):
+    def __init__(self, program, limit_s=60.0, seconds=None):
+        """A call longer than `limit_s` is killed and counts as one that never ends. Each class draws cases for at most `seconds`."""
+        self.limit_s, self.seconds, self.drawn = limit_s, seconds, 0
         self.program = str(Path(program).resolve())
         self.folder = Path(tempfile.mkdtemp(prefix="hostile-"))
         self.out, self.spool = self.folder / "out", Path(tempfile.mkdtemp(prefix="hostile-said-"))
@@ -159,9 +160,9 @@ class Bench:
         process.line = " ".join(["cittert", *flags, *("''" if w == "" else f"'{w}'" if re.search(r"[^\w./:,=@%+-]", w) else w for w in words)])
         return process
 
-    def finish(self, process, limit_s=LIMIT_S):
+    def finish(self, process):
         overdue = threading.Event()
-        timer = threading.Timer(limit_s, lambda: (overdue.set(), process.kill()))
+        timer = threading.Timer(self.limit_s, lambda: (overdue.set(), process.kill()))
         timer.start()
         _, status, usage = os.wait4(process.pid, 0)
         timer.cancel()
@@ -175,8 +176,22 @@ class Bench:
             print(f"slow  {seconds:.0f} s  {done.line}", flush=True)
         return done
 
-    def call(self, words, limit_s=LIMIT_S):
-        return self.finish(self.start(words), limit_s)
+    def call(self, words):
+        return self.finish(self.start(words))
+
+    def cases(self, count):
+        """The numbers of the cases of a class, until its time is over."""
+        begun, self.drawn = time.monotonic(), 0
+        while self.drawn < count and (self.seconds is None or time.monotonic() - begun < self.seconds):
+            yield self.drawn
+            self.drawn += 1
+
+    def must_work(self, words):
+        """A line to which something hostile is added later: without it the call succeeds."""
+        done = self.call(words)
+        if done.code or done.faults():
+            self.fail("plain", done.line, f"a right call fails: {done.err.strip()[:300]}")
+        self.clear()
 
     def fail(self, kind, line, text, key=None):
         """Print a failure. Further ones of the same key are counted only."""

@@ -19,8 +19,9 @@ READERS = [
                 "plot @ -o out/o.png", f"grid @ {IMAGE} -o out/o.h5", f"beam @ {IMAGE} -o out/o.fits"]),
     ("e.uvfits", ["dirty @ --size 32 -o out/o.fits", "info @", "convert @ out/o.uvh5", "closure @ -o out/o.csv", "plot @ --what uv -o out/o.png"]),
     ("d.fits", ["info @", "plot @ -o out/o.png", "compare @ t.fits", "compare t.fits @ --convolve", "convert @ out/o.png", "convert @ out/o.fits"]),
+    ("q-model.fits", [f"mem v.uvh5 {IMAGE} --tolerance 99 --kkt 0.9 --prior @ -o out/o", f"mem v.uvh5 {IMAGE} --tolerance 99 --kkt 0.9 --mask @ -o out/o"]),
     ("k.fits", ["simulate --layout l.toml --scene @ " + BAND + " -o out/o.uvh5", "info @", "convert @ out/o.png"]),
-    ("m-model.fits", [f"clean v.uvh5 {IMAGE} --niter 50 --mask @ -o out/o", "predict v.uvh5 --model @ -o out/o.uvh5", f"mem v.uvh5 {IMAGE} --niter 20 --prior @ -o out/o"]),
+    ("m-model.fits", [f"clean v.uvh5 {IMAGE} --niter 50 --mask @ -o out/o", "predict v.uvh5 --model @ -o out/o.uvh5"]),
     ("g.calh5", ["info @", "applycal c.uvh5 @ -o out/o.uvh5", "compare @ g.calh5", "plot @ -o out/o.png", "convert @ out/o.calh5"]),
     ("s.csv", ["simulate --layout l.toml --scene @ " + BAND + " -o out/o.uvh5", "predict v.uvh5 --model @ -o out/o.uvh5"]),
     ("l.toml", ["layout show @ --freq 94GHz", "simulate --layout @ --scene s.csv " + BAND + " -o out/o.uvh5", "plot @ -o out/o.png", "layout convert @ -o out/o.csv"]),
@@ -78,8 +79,11 @@ def damaged(rng, data, is_text):
 
 
 def campaign(bench, count, seed):
+    for name, lines in READERS:
+        for line in lines:
+            bench.must_work(line.replace("@", name).split())
     keep = bench.folder.parent / f"{bench.folder.name}-kept"
-    for case in range(count):
+    for case in bench.cases(count):
         rng = random.Random(f"damage {seed} {case}")
         name, lines = rng.choice(READERS)
         line = rng.choice(lines)

@@ -46,7 +46,7 @@ def sizes(bench):
 def campaign(bench, count, seed):
     disk = bench.folder / "out" / "disk"
     needs = sizes(bench)
-    for case in range(count):
+    for case in bench.cases(count):
         rng = random.Random(f"disks {seed} {case}")
         k = case % len(WRITERS)
         writer, need = WRITERS[k], needs[k]

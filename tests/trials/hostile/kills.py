@@ -21,7 +21,6 @@ import signal
 import time
 
 from . import readers
-from .bench import LIMIT_S
 from .writers import BAND, WRITERS, Writer
 
 PARTIAL = re.compile(r"^\..+\.[0-9A-Za-z]{12}\.partial$")
@@ -147,7 +146,7 @@ def interrupt(bench, case, references, which, rng):
     bench.counts["with leftovers"] += bool(left)
     bench.counts["old outputs"] += set(states.values()) == {"old"}
     bench.counts["new outputs"] += set(states.values()) == {"new"}
-    again = bench.finish(bench.start(over, quiet=False), LIMIT_S)
+    again = bench.finish(bench.start(over, quiet=False))
     if again.code:
         wrong.append(("blocked", f"the next call fails: {again.err.strip()[:300]}"))
     untold = [name for name in partial if name not in again.err]
@@ -165,7 +164,7 @@ def interrupt(bench, case, references, which, rng):
 
 def campaign(bench, count, seed, signals, name):
     references = References(bench)
-    for k in range(count):
+    for k in bench.cases(count):
         rng = random.Random(f"{name} {seed} {k}")
         case = CASES[k % len(CASES)]
         line, wrong = interrupt(bench, case, references, rng.choice(signals), rng)

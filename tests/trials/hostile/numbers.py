@@ -179,9 +179,11 @@ def judge(bench, done, must, key):
 
 
 def campaign(bench, count, seed):
+    for line in LINES:
+        bench.must_work(line.split())
     options, keys = Options(bench), Keys(bench)
     print(f"numbers: {len(options.all)} options and {len(keys.all)} keys", flush=True)
-    for case in range(count):
+    for case in bench.cases(count):
         rng = random.Random(f"numbers {seed} {case}")
         words, must, key = keys.draw(rng, bench) if rng.random() < 0.12 else options.draw(rng)
         if rng.random() < 0.5:

@@ -80,7 +80,7 @@ def draw(bench, rng):
 
 
 def campaign(bench, count, seed):
-    for case in range(count):
+    for case in bench.cases(count):
         rng = random.Random(f"paths {seed} {case}")
         words = draw(bench, rng) + (["--overwrite"] if rng.random() < 0.8 else [])
         before = bench.listing()

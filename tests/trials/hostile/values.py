@@ -68,6 +68,7 @@ LINES = [
     f"beam v.uvh5 {IMAGE} -o out/o.fits",
     f"dirty v.uvh5 {IMAGE} -o out/o.fits",
     f"clean v.uvh5 {IMAGE} --niter 50 -o out/o",
+    f"clean v.uvh5 {IMAGE} --niter 50 --box=-9mrad,-9mrad,9mrad,9mrad -o out/o",
     f"mem v.uvh5 {IMAGE} --niter 20 -o out/o",
     f"selfcal c.uvh5 {IMAGE} --niter 50 --rounds 2 --force -o out/o",
     "closure e.uvh5 -o out/o.csv",
@@ -94,7 +95,7 @@ LINES = [
 
 # The tables of the configurations. A key of the last column is set beside the one that is drawn.
 FIRST = {"": {"title": '"x"'}, "layout": {"name": '"l.toml"'}, "scene": {"file": '"s.csv"'}, "simulate": {"freq": '"94GHz"', "bandwidth": '"8GHz"', "channels": "2"}, "image": {"size": "32", "cell": '"1mrad"'}}
-LAST = FIRST | {"": FIRST[""] | {"seeds": "1"}, "clean": {"niter": "20"}, "corrupt": {"phase-rms": '"10deg"'},
+LAST = FIRST | {"": FIRST[""] | {"seeds": "1"}, "clean": {"niter": "20"}, "corrupt": {"phase-rms": '"10deg"', "sefd": '"3000Jy"'},
                 "axis": {"parameter": '"corrupt.phase-rms"', "values": '["10deg"]'}}
 TABLES = {"run": FIRST, "study": LAST, "corrupt": {"error": {}}}
 # Tables that are there only where one of their keys is drawn.
