@@ -11,11 +11,12 @@
 | `signals` | SIGINT, SIGTERM or SIGHUP at a random moment | 100 |
 | `disks` | outputs on a disk that becomes full | 100 |
 | `pairs` | two commands at once on one file | 100 |
-| `paths` | outputs that are inputs, under other names | 200 |
+| `paths` | outputs and logs that are inputs, under other names | 200 |
 
-The heads of the modules in `hostile/` say what must hold. Each case is drawn from the seed and its number, so a failure comes again with the same seed. Each
-failure is one line with the command; the same failure of the same option is printed once and counted. The exit code is 1 where anything failed. Only Python and the
-program are needed. A first run with `--count 100` takes less than a minute.
+The heads of the modules in `hostile/` say what must hold. Each case is drawn from the seed and its number, so a failure comes again with the same seed.
+Each failure is one line with the command; the same failure of the same option is printed once and counted. Calls of more than 10 s are printed as slow: a
+person judges whether they made progress. The exit code is 1 where anything failed. Only Python and the program are needed. `--count 100` gives a first
+impression in a few minutes.
 """
 
 import argparse

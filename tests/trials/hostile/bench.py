@@ -56,7 +56,8 @@ FLIGHT = 'scene = "b.toml"\nframes_per_second = 2\n[[key]]\ntime_s = 0\nposition
     "[[key]]\ntime_s = 0.5\nposition_m = [2, -30, 6]\nlook_at_m = [0, 0, 1]\n"
 CHAIN = 'layout = { name = "l.toml" }\nscene = { file = "s.csv" }\n[simulate]\nfreq = "94GHz"\nbandwidth = "8GHz"\nchannels = 2\nsefd = "3000Jy"\n' \
     '[image]\nsize = 32\ncell = "1mrad"\n'
-STUDY = "seeds = 1\n" + CHAIN.replace('sefd = "3000Jy"\n', "") + '[clean]\nniter = 20\n[corrupt]\nphase-rms = "10deg"\n[[axis]]\nparameter = "corrupt.phase-rms"\nvalues = ["10deg", "20deg"]\n'
+STUDY = "seeds = 1\n" + CHAIN.replace('sefd = "3000Jy"\n', "") + "[clean]\nniter = 20\n" \
+    '[corrupt]\nphase-rms = "10deg"\n[[axis]]\nparameter = "corrupt.phase-rms"\nvalues = ["10deg", "20deg"]\n'
 
 # The files of the data set that are texts. The antennas of both layouts are added by `make`.
 TEXTS = {
@@ -70,13 +71,15 @@ TEXTS = {
     "a.csv": "z_km,p_hpa,t_k,e_hpa\n0,1013,288,10\n5,540,256,2\n10,265,223,0.1\n20,55,217,0.01\n",
     "r.csv": "ox,oy,oz,dx,dy,dz\n-5,0.6,1,1,0,0\n0,0,9,0,0,-1\n",
     "p.csv": "x,y,z\n0.9,0.9,1\n0,0,1\n5,5,5\n",
-    "k.toml": "coherent = false\n[[layer]]\nmaterial = \"paint\"\nthickness_m = 2e-4\ntemperature_k = 294.0\n[[layer]]\neps = [4.0, 0.6]\ntemperature_k = 290.0\n",
+    "k.toml": "coherent = false\n"
+              "[[layer]]\nmaterial = 'paint'\nthickness_m = 2e-4\ntemperature_k = 294.0\n[[layer]]\neps = [4.0, 0.6]\ntemperature_k = 290.0\n",
 }
 
 # How the other files are made, in this order.
 LINES = [
     "simulate --layout l.toml --scene s.csv --freq 94GHz --bandwidth 8GHz --channels 2 --duration 20s --sefd 3000Jy -o v.uvh5",
-    "simulate --layout e.toml --scene s.csv --freq 8GHz --bandwidth 1GHz --channels 2 --phase-center 10deg,40deg --start 2025-06-01T15:00:00 --duration 1min -o e.uvh5",
+    "simulate --layout e.toml --scene s.csv --freq 8GHz --bandwidth 1GHz --channels 2 "
+    "--phase-center 10deg,40deg --start 2025-06-01T15:00:00 --duration 1min -o e.uvh5",
     "corrupt v.uvh5 --phase-rms 1rad --amp-rms 0.1 -o c.uvh5 --gains g.calh5",
     "convert v.uvh5 v.uvfits",
     "convert e.uvh5 e.uvfits",

@@ -1,7 +1,7 @@
 """Damaged files for the commands that read them.
 
-A file loses its end, gets zeros, other bytes or a block of its own at another place, or (a text) a hostile number or a line twice. The command must end, without a
-panic and in little memory; where it fails, its message names the file; where it makes an image, the image is finite.
+A file loses its end, gets zeros, other bytes or a block of its own at another place, or (a text) a hostile number or a line twice. The command must end,
+without a panic and in little memory. Where it fails, its message names the file. Where it makes an image, the image is finite.
 """
 
 import random
@@ -13,9 +13,11 @@ from .numbers import HOSTILE
 BAND = "--freq 94GHz --bandwidth 8GHz"
 # The file that is damaged, and the commands that read it as `@`.
 READERS = [
-    ("v.uvh5", [f"dirty @ {IMAGE} -o out/o.fits", f"clean @ {IMAGE} --niter 50 -o out/o", f"mem @ {IMAGE} --niter 20 -o out/o", "info @", "closure @ -o out/o.csv",
+    ("v.uvh5", [f"dirty @ {IMAGE} -o out/o.fits", f"clean @ {IMAGE} --niter 50 -o out/o", f"mem @ {IMAGE} --niter 20 -o out/o",
+                "info @", "closure @ -o out/o.csv",
                 f"selfcal @ {IMAGE} --niter 20 --rounds 1 --algorithm hogbom -o out/o", "corrupt @ --phase-rms 1rad -o out/o.uvh5", "convert @ out/o.uvfits",
-                "convert @ out/o.uvh5", "predict @ --model s.csv -o out/o.uvh5", "predict @ --model s.csv --into model -o out/o.uvh5", "applycal @ g.calh5 -o out/o.uvh5",
+                "convert @ out/o.uvh5", "predict @ --model s.csv -o out/o.uvh5", "predict @ --model s.csv --into model -o out/o.uvh5",
+                "applycal @ g.calh5 -o out/o.uvh5",
                 "plot @ -o out/o.png", f"grid @ {IMAGE} -o out/o.h5", f"beam @ {IMAGE} -o out/o.fits"]),
     ("e.uvfits", ["dirty @ --size 32 -o out/o.fits", "info @", "convert @ out/o.uvh5", "closure @ -o out/o.csv", "plot @ --what uv -o out/o.png"]),
     ("d.fits", ["info @", "plot @ -o out/o.png", "compare @ t.fits", "compare t.fits @ --convolve", "convert @ out/o.png", "convert @ out/o.fits"]),
@@ -24,7 +26,8 @@ READERS = [
     ("m-model.fits", [f"clean v.uvh5 {IMAGE} --niter 50 --mask @ -o out/o", "predict v.uvh5 --model @ -o out/o.uvh5"]),
     ("g.calh5", ["info @", "applycal c.uvh5 @ -o out/o.uvh5", "compare @ g.calh5", "plot @ -o out/o.png", "convert @ out/o.calh5"]),
     ("s.csv", ["simulate --layout l.toml --scene @ " + BAND + " -o out/o.uvh5", "predict v.uvh5 --model @ -o out/o.uvh5"]),
-    ("l.toml", ["layout show @ --freq 94GHz", "simulate --layout @ --scene s.csv " + BAND + " -o out/o.uvh5", "plot @ -o out/o.png", "layout convert @ -o out/o.csv"]),
+    ("l.toml", ["layout show @ --freq 94GHz", "simulate --layout @ --scene s.csv " + BAND + " -o out/o.uvh5", "plot @ -o out/o.png",
+                "layout convert @ -o out/o.csv"]),
     ("e.toml", ["layout show @", "layout convert @ -o out/o.cfg", "simulate --layout @ --scene s.csv --freq 8GHz --bandwidth 1GHz --phase-center 10deg,40deg "
                 "--start 2025-06-01T15:00:00 -o out/o.uvh5"]),
     *((name, ["layout show @ --freq 8GHz", "layout convert @ -o out/o.toml"]) for name in ("l.cfg", "l.txt", "l.csv", "l.ant")),

@@ -80,7 +80,8 @@ def campaign(bench, count, seed):
             elif [p for p in disk.rglob("*") if p.name.startswith(".") and str(p.relative_to(disk)) not in before and p.name.endswith((".partial", ".lock"))]:
                 faults.append(("left", f"left {[p.name for p in disk.iterdir()]}"))
         for kind, text in faults:
-            bench.fail(kind, f"{done.line} (disk of {room} kB and {'the old output' if old else 'no output'}; {need} kB needed)", text, f"{writer.line} {text[:40]}")
+            disk_is = f"disk of {room} kB and {'the old output' if old else 'no output'}; {need} kB needed"
+            bench.fail(kind, f"{done.line} ({disk_is})", text, f"{writer.line} {text[:40]}")
         subprocess.run(["umount", str(disk)], check=True)
         shutil.rmtree(disk)
         odd = bench.restore()

@@ -5,11 +5,12 @@ After it this must hold, with old outputs there (`--overwrite`) and without, and
 - Each output is the old one, the new one as a whole, or (where there was no old one) none. A mixture of old and new bytes in one file is an error in any case.
 - Inputs are as they were.
 - A signal leaves nothing else, and either all outputs of a command are new or none is.
-- Between SIGKILL and the names of several files lies a moment that no file system closes, so a SIGKILL may leave some outputs new and others old. Such a case is
-  counted. A SIGKILL leaves at most the hidden folders `.NAME.RANDOM.partial` and `.NAME.lock`. The same command then runs to its end, tells which folders it
-  removes, and leaves none.
+- Between SIGKILL and the names of several files lies a moment that no file system closes, so a SIGKILL may leave some outputs new and others old. Such a
+  case is counted. A SIGKILL leaves at most the hidden folders `.NAME.RANDOM.partial` and `.NAME.lock`. The same command then runs to its end, tells which
+  folders it removes, and leaves none.
 
-A new file is whole if its bytes are those of an undisturbed run. Where two such runs differ (a log with durations), its size and its end are judged, and `info` must read it.
+A new file is whole if its bytes are those of an undisturbed run. Where two such runs differ (a log with durations), its size and its end are judged, and
+`info` must read it.
 """
 
 import hashlib

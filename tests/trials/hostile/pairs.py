@@ -1,7 +1,7 @@
 """Two commands at once on one file: both write it, both change it, or one reads it while the other replaces it.
 
-No file may be lost or torn, and nothing that a command reports as done may be missing from the result. One of the two may be refused, and then says that another
-process has the file. The second command begins after a random part of the time that the first one takes.
+No file may be lost or torn, and nothing that a command reports as done may be missing from the result. One of the two may be refused, and then says that
+another process has the file. The second command begins after a random part of the time that the first one takes.
 """
 
 import random
@@ -10,21 +10,24 @@ import time
 from .bench import IMAGE
 
 SIMULATE = "simulate --layout l.toml --scene s.csv --freq 94GHz --bandwidth 8GHz --channels 2 --duration 40s --sefd 3000Jy -o out/w.uvh5 --overwrite --seed"
-READER = ["dirty out/w.uvh5 " + IMAGE + " -o out/d.fits", "info out/w.uvh5", "convert out/w.uvh5 out/x.uvfits", "corrupt out/w.uvh5 --phase-rms 1rad -o out/c.uvh5",
+READER = ["dirty out/w.uvh5 " + IMAGE + " -o out/d.fits", "info out/w.uvh5", "convert out/w.uvh5 out/x.uvfits",
+          "corrupt out/w.uvh5 --phase-rms 1rad -o out/c.uvh5",
           "closure out/w.uvh5 -o out/c.csv", "plot out/w.uvh5 -o out/p.png"]
-COLUMNS = ["predict out/w.uvh5 --model s.csv --into model -o out/w.uvh5 --overwrite", "predict out/w.uvh5 --model s.csv --into residual -o out/w.uvh5 --overwrite"]
+COLUMNS = [f"predict out/w.uvh5 --model s.csv --into {column} -o out/w.uvh5 --overwrite" for column in ("model", "residual")]
+CALIBRATE = "applycal out/w.uvh5 g.calh5 -o out/w.uvh5 --overwrite"
+CORRUPT = "corrupt v.uvh5 --phase-rms 1rad -o out/w.uvh5 --overwrite --seed"
 # What is made first, the first command, the second one, and what must hold afterwards.
 KINDS = {
     "two appends": ("convert v.uvh5 out/w.uvh5", ["convert v.uvh5 out/w.uvh5 --append"], ["convert v.uvh5 out/w.uvh5 --append"], "rows"),
     "two columns": ("convert v.uvh5 out/w.uvh5", COLUMNS[:1], COLUMNS[1:], "columns"),
-    "a column and calibrated data": ("convert c.uvh5 out/w.uvh5", COLUMNS[:1], ["applycal out/w.uvh5 g.calh5 -o out/w.uvh5 --overwrite"], "columns"),
-    "calibrated data and an append": ("convert c.uvh5 out/w.uvh5", ["applycal out/w.uvh5 g.calh5 -o out/w.uvh5 --overwrite"], ["convert c.uvh5 out/w.uvh5 --append"], "rows"),
+    "a column and calibrated data": ("convert c.uvh5 out/w.uvh5", COLUMNS[:1], [CALIBRATE], "columns"),
+    "calibrated data and an append": ("convert c.uvh5 out/w.uvh5", [CALIBRATE], ["convert c.uvh5 out/w.uvh5 --append"], "rows"),
     "two new sets": ("convert v.uvh5 out/w.uvh5", [SIMULATE + " 1"], [SIMULATE + " 2"], "whole"),
     "two first sets": (None, [SIMULATE.replace(" --overwrite", "") + " 1"], [SIMULATE.replace(" --overwrite", "") + " 2"], "whole"),
     "a reader and a new set": ("convert v.uvh5 out/w.uvh5", [SIMULATE + " 3"], READER, "whole"),
     "a reader and a change": ("convert v.uvh5 out/w.uvh5", COLUMNS, READER, "whole"),
     "two cleans": (None, [f"clean v.uvh5 {IMAGE} --niter 50 -o out/k --overwrite"], [f"clean v.uvh5 {IMAGE} --niter 30 -o out/k --overwrite"], "one clean"),
-    "two corrupts": (None, ["corrupt v.uvh5 --phase-rms 1rad --seed 1 -o out/w.uvh5 --overwrite"], ["corrupt v.uvh5 --phase-rms 1rad --seed 2 -o out/w.uvh5 --overwrite"], "one truth"),
+    "two corrupts": (None, [CORRUPT + " 1"], [CORRUPT + " 2"], "one truth"),
     "two runs": ("run c.toml -o out/r", ["run c.toml -o out/r --overwrite"], ["run c.toml -o out/r --overwrite"], "folder"),
     "two studies": (None, ["study u.toml -o out/r"], ["study u.toml -o out/r"], "folder"),
     "two new studies": ("study u.toml -o out/r", ["study u.toml -o out/r --overwrite"], ["study u.toml -o out/r --overwrite"], "folder"),
@@ -84,7 +87,9 @@ def folder_wrong(bench, done, _):
     return "" if page.is_file() and b"</html>" in page.read_bytes() and (bench.out / "r" / "metrics.json").is_file() else "the folder is not whole"
 
 
-CHECKS = {"rows": rows_wrong, "columns": columns_wrong, "whole": whole_wrong, "one clean": one_clean_wrong, "one truth": one_truth_wrong, "folder": folder_wrong}
+CHECKS = {
+    "rows": rows_wrong, "columns": columns_wrong, "whole": whole_wrong, "one clean": one_clean_wrong, "one truth": one_truth_wrong, "folder": folder_wrong,
+}
 
 
 def campaign(bench, count, seed):

@@ -1,7 +1,7 @@
 """Outputs and logs that are inputs, the configuration or other outputs, under other names. Each is refused before any work, and every file is as it was.
 
-The other names are `./`, a way through `..`, the whole path, a way through a folder that is a link, a symbolic link, a hard link, and for a folder of results one
-that holds the inputs. Some cases are named otherwise than their files: a name with a slash at its end, or a link to a link.
+The other names are `./`, a way through `..`, the whole path, a way through a folder that is a link, a symbolic link, a link to a link, a hard link, and for a
+folder of results one that holds the inputs.
 """
 
 import os
@@ -15,14 +15,18 @@ LOGS = [
     (f"clean v.uvh5 {IMAGE} --mask m-model.fits --log @ -o out/o", ["m-model.fits"]), (f"mem v.uvh5 {IMAGE} --prior d.fits --log @ -o out/o", ["d.fits"]),
     (f"mem v.uvh5 {IMAGE} --terms vis --log @ -o out/o", ["v.uvh5"]), ("corrupt v.uvh5 --config x.toml -o out/o.uvh5 --gains @", ["v.uvh5", "x.toml"]),
     ("scene render b.toml --scene-size 8 -o out/o.fits --incidence @", ["b.toml"]), ("closure v.uvh5 --plot-amplitudes @", ["v.uvh5"]),
-    ("compare d.fits t.fits --difference @", ["d.fits", "t.fits"]), ("scene render k.fits -o @", ["k.fits"]), ("scene emissivity --stack k.toml --freq 94GHz --plot @", ["k.toml"]),
-    (f"selfcal c.uvh5 {IMAGE} --model m-model.fits -o @", []), ("predict v.uvh5 --model m-model.fits --into model -o @", ["m-model.fits"]),
-    ("applycal c.uvh5 g.calh5 -o @", ["g.calh5"]), ("plot v.uvh5 --what model --model s.csv -o @", ["v.uvh5", "s.csv"]), ("plot d.fits --like t.fits -o @", ["t.fits"]),
+    ("compare d.fits t.fits --difference @", ["d.fits", "t.fits"]), ("scene render k.fits -o @", ["k.fits"]),
+    ("scene emissivity --stack k.toml --freq 94GHz --plot @", ["k.toml"]),
+    ("scene bistatic --stack k.toml --freq 94GHz --slopes 0.1,0.1 --incidence 30deg --scattered 30deg --plot @", ["k.toml"]),
+    ("predict v.uvh5 --model m-model.fits --into model -o @", ["m-model.fits"]),
+    ("applycal c.uvh5 g.calh5 -o @", ["g.calh5"]), ("plot v.uvh5 --what model --model s.csv -o @", ["v.uvh5", "s.csv"]),
+    ("plot d.fits --like t.fits -o @", ["t.fits"]),
     ("plot d.fits --beam-of t.fits -o @", ["t.fits"]), ("convert v.uvh5 @ --append", ["v.uvh5"]),
 ]
 # Two outputs of one command: the second one is given by name.
 TWINS = [
-    "corrupt v.uvh5 --phase-rms 1rad -o @ --gains &", "closure v.uvh5 -o @ --plot &", "closure v.uvh5 --plot-amplitudes @ --plot &", "compare d.fits t.fits --difference @ --fidelity &",
+    "corrupt v.uvh5 --phase-rms 1rad -o @ --gains &", "closure v.uvh5 -o @ --plot &", "closure v.uvh5 --plot-amplitudes @ --plot &",
+    "compare d.fits t.fits --difference @ --fidelity &",
     "scene render b.toml --scene-size 8 -o @ --range &", f"clean v.uvh5 {IMAGE} -o out/z --log &-image.fits", f"mem v.uvh5 {IMAGE} -o out/z --log &-model.fits",
 ]
 
@@ -32,7 +36,8 @@ def spelled(bench, rng, name):
     kind = rng.choice(("same", "dot", "parent", "whole", "linked folder", "double"))
     if kind == "linked folder":
         os.symlink(".", bench.folder / "way")
-    return {"same": name, "dot": f"./{name}", "parent": f"out/../{name}", "whole": str(bench.folder / name), "linked folder": f"way/{name}", "double": f".//./{name}"}[kind]
+    ways = {"same": "", "dot": "./", "parent": "out/../", "whole": f"{bench.folder}/", "linked folder": "way/", "double": ".//./"}
+    return ways[kind] + name
 
 
 def linked(bench, rng, name, link):
@@ -57,7 +62,7 @@ def draw(bench, rng):
         second = "out/../out/z" if "&-" in line else rng.choice(("z.fits", "./z.fits", "out/../z.fits"))
         return line.replace("@", first).replace("&", second).split()
     if choice < 0.45:
-        line, inputs = rng.choice([one for one in LOGS if one[1]])
+        line, inputs = rng.choice(LOGS)
         name = rng.choice(inputs)
         if rng.random() < 0.5:
             link = "linked." + name.split(".")[1]
@@ -97,6 +102,6 @@ def campaign(bench, count, seed):
             faults.append(("made", f"the folder has changed: made {sorted(set(after) - set(before))}, lost {sorted(set(before) - set(after))}"))
         bench.counts[f"exit code {done.code}"] += 1
         for kind, text in faults:
-            bench.fail(kind, f"{done.line}  (with {', '.join(links) or 'no link'})", f"{text}; {done.err.strip()[:200]}", f"{words[0]} {kind}")
+            bench.fail(kind, f"{done.line}  (with {', '.join(links) or 'no link'})", f"{text}; {done.err.strip()[:200]}", f"{' '.join(words[:2]) if words[0] == 'scene' else words[0]} {kind}")
         bench.clear()
         bench.restore()

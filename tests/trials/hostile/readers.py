@@ -57,7 +57,8 @@ def described(path, info):
     facts = strict(done.out)
     if facts.get("n_not_finite"):
         return f"{facts['n_not_finite']} visibilities are not finite"
-    lost = [key for key in ("mean_abs_unflagged", "mean_amplitude", "rms_phase_rad", "integration_s", "shortest_baseline_m") if key in facts and facts[key] is None]
+    numbers = ("mean_amplitude", "rms_phase_rad", "integration_s", "shortest_baseline_m", "longest_baseline_m")
+    lost = [key for key in numbers if key in facts and facts[key] is None]
     lost += [key for key in ("freq_hz", "channel_width_hz", "time_jd") if None in (facts.get(key) or [])]
     return f"{lost[0]} is not finite" if lost else None
 

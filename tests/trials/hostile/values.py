@@ -43,7 +43,8 @@ CLOSURE = "--terms cphase,logcamp"
 COMPANIONS = {
     "robust": "--weighting briggs", "scales": "--algorithm multiscale", "scale-bias": "--algorithm multiscale", "element-diameter": "--element airy",
     "element-width": "--element gaussian", "outlier-scale": "--outliers huber", ("selfcal", "prior"): "--algorithm mem", "step": "--mode realtime",
-    "spread": "--mode realtime", "tilt": "--elevation=30deg", "elevation": "--tilt=45deg", "troposphere-baseline": "--troposphere=1rad", "wind": "--troposphere=1rad",
+    "spread": "--mode realtime", "tilt": "--elevation=30deg", "elevation": "--tilt=45deg",
+    "troposphere-baseline": "--troposphere=1rad", "wind": "--troposphere=1rad",
     "wind-to": "--troposphere=1rad", "screen-height": "--troposphere=1rad", "outer-scale": "--troposphere=1rad", "bandpass-period": "--bandpass-ripple=0.1",
     "dropout-length": "--dropout=0.1", "phase-variation": "--phase-rms=1rad", "amp-variation": "--amp-rms=0.1", "delay-variation": "--delay-rms=1ps",
     "variation": "--phase-rms=1rad", "diameter": "--tsys=100K", "super-uniform": "--weighting uniform", "aperture-efficiency": "--tsys=600K",
@@ -94,7 +95,10 @@ LINES = [
 ]
 
 # The tables of the configurations. A key of the last column is set beside the one that is drawn.
-FIRST = {"": {"title": '"x"'}, "layout": {"name": '"l.toml"'}, "scene": {"file": '"s.csv"'}, "simulate": {"freq": '"94GHz"', "bandwidth": '"8GHz"', "channels": "2"}, "image": {"size": "32", "cell": '"1mrad"'}}
+FIRST = {
+    "": {"title": '"x"'}, "layout": {"name": '"l.toml"'}, "scene": {"file": '"s.csv"'}, "image": {"size": "32", "cell": '"1mrad"'},
+    "simulate": {"freq": '"94GHz"', "bandwidth": '"8GHz"', "channels": "2"},
+}
 LAST = FIRST | {"": FIRST[""] | {"seeds": "1"}, "clean": {"niter": "20"}, "corrupt": {"phase-rms": '"10deg"', "sefd": '"3000Jy"'},
                 "axis": {"parameter": '"corrupt.phase-rms"', "values": '["10deg"]'}}
 TABLES = {"run": FIRST, "study": LAST, "corrupt": {"error": {}}}
