@@ -102,12 +102,16 @@ class Outcome:
 
     def __init__(self, line, code, out, err, seconds, peak_kb, ended):
         self.line, self.code, self.out, self.err, self.seconds, self.peak_kb, self.ended = line, code, out, err, seconds, peak_kb, ended
+        # Much work that makes progress.
+        self.long = False
 
     def faults(self):
         """What no call may do, whatever it was given: (kind, text)."""
         found = []
+        if self.long:
+            return found
         if not self.ended:
-            found.append(("hang", f"no end after {self.seconds:.0f} s"))
+            found.append(("hang", f"no end after {self.seconds:.0f} s, and no word in the last {SLOW_S:.0f} s"))
         elif self.code < 0:
             found.append(("abort", f"ended by signal {-self.code}: {self.err.strip()[-200:]}"))
         elif self.code not in (0, 1, 2) or "panicked" in self.err:
@@ -180,7 +184,19 @@ class Bench:
         return done
 
     def call(self, words):
-        return self.finish(self.start(words))
+        done = self.finish(self.start(words))
+        if not done.ended and self.progresses(words):
+            # Much work is no failure, where it is told.
+            self.counts["long, with progress"] += 1
+            print(f"long  {done.line}", flush=True)
+            done.long = True
+        return done
+
+    def progresses(self, words):
+        """Make a call that did not end once more, and see whether it says something in its last 10 s."""
+        self.clear()
+        self.finish(self.start(words, tag="again", quiet=False))
+        return time.time() - (self.spool / "again.err").stat().st_mtime < SLOW_S
 
     def cases(self, count):
         """The numbers of the cases of a class, until its time is over."""

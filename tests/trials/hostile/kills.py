@@ -119,8 +119,8 @@ def interrupt(bench, case, references, which, rng):
         mark_old(bench, reference.digests)
     before = {name: digest(bench.out / name) for name in reference.digests}
     process = bench.start(words, quiet=False)
-    # Writing comes last, so the second half has most of the moments.
-    time.sleep(max(0.0, rng.choice((rng.uniform(0, 1.05), rng.uniform(0.5, 1.05))) * reference.seconds))
+    # Folders and locks are made first, and files are written last.
+    time.sleep(rng.choice((rng.uniform(0, 1.05), rng.uniform(0.5, 1.05), rng.uniform(0, 0.15))) * reference.seconds)
     # `send_signal` would take the exit code of a command that has ended.
     os.kill(process.pid, which)
     done = bench.finish(process)
