@@ -138,29 +138,41 @@ def interrupt(bench, case, references, which, rng):
     if mixed and which != signal.SIGKILL:
         wrong.append(("mixed", f"some outputs are new and some are old after {which.name}: {states}"))
     left = [p.name for p in bench.out.iterdir() if p.name not in reference.digests]
-    partial = [name for name in left if PARTIAL.match(name)]
+    partial = leftovers(bench)
     strange = [name for name in left if not PARTIAL.match(name) and not (name.startswith(".") and name.endswith(".lock"))]
-    if strange or (left and which != signal.SIGKILL):
-        wrong.append(("leftover", f"left after {which.name}: {left}"))
+    if strange or ((left or partial) and which != signal.SIGKILL):
+        wrong.append(("leftover", f"left after {which.name}: {left + partial}"))
     bench.counts["ended before"] += done.code == 0
     bench.counts["some new, some old"] += mixed
-    bench.counts["with leftovers"] += bool(left)
+    bench.counts["with leftovers"] += bool(left or partial)
     bench.counts["old outputs"] += set(states.values()) == {"old"}
     bench.counts["new outputs"] += set(states.values()) == {"new"}
-    again = bench.finish(bench.start(over, quiet=False))
+    wrong += next_call(bench, over, partial, next_reference, first)
+    return done.line, wrong
+
+
+def leftovers(bench):
+    """Hidden folders of unfinished outputs, also inside of folders of results."""
+    return [p.name for p in bench.out.rglob("*") if PARTIAL.match(p.name)]
+
+
+def next_call(bench, words, partial, reference, first):
+    """Make the call again that was interrupted. Returns what is wrong: it must work, tell what it removes, and leave nothing."""
+    wrong = []
+    again = bench.finish(bench.start(words, quiet=False))
     if again.code:
         wrong.append(("blocked", f"the next call fails: {again.err.strip()[:300]}"))
     untold = [name for name in partial if name not in again.err]
     if untold:
         wrong.append(("untold", f"the next call does not tell of {untold}"))
-    after = [p.name for p in bench.out.iterdir() if p.name not in reference.digests]
+    after = [p.name for p in bench.out.iterdir() if p.name not in reference.digests] + leftovers(bench)
     if after:
         wrong.append(("leftover", f"left after the next call: {after}"))
     if not first:
-        torn = [name for name in next_reference.digests if not (bench.out / name).exists() or not next_reference.whole(bench, bench.out / name)]
+        torn = [name for name in reference.digests if not (bench.out / name).exists() or not reference.whole(bench, bench.out / name)]
         if torn:
             wrong.append(("torn", f"not whole after the next call: {torn}"))
-    return done.line, wrong
+    return wrong
 
 
 def campaign(bench, count, seed, signals, name):

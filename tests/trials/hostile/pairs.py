@@ -7,6 +7,7 @@ another process has the file. The second command begins after a random part of t
 import random
 import time
 
+from . import readers
 from .bench import IMAGE
 
 SIMULATE = "simulate --layout l.toml --scene s.csv --freq 94GHz --bandwidth 8GHz --channels 2 --duration 40s --sefd 3000Jy -o out/w.uvh5 --overwrite --seed"
@@ -37,7 +38,6 @@ REFUSED = ("another process", "locked", "another command", "exists", "in use", "
 
 def history(bench, file):
     """The lines of the history of a file, and its facts."""
-    from . import readers
     done = bench.call(["--json", "info", file])
     facts = readers.strict(done.out) if done.code == 0 else None
     return (facts or {}).get("history", []), facts, done
