@@ -102,6 +102,7 @@ def campaign(bench, count, seed):
             faults.append(("made", f"the folder has changed: made {sorted(set(after) - set(before))}, lost {sorted(set(before) - set(after))}"))
         bench.counts[f"exit code {done.code}"] += 1
         for kind, text in faults:
-            bench.fail(kind, f"{done.line}  (with {', '.join(links) or 'no link'})", f"{text}; {done.err.strip()[:200]}", f"{' '.join(words[:2]) if words[0] == 'scene' else words[0]} {kind}")
+            name = " ".join(words[:2]) if words[0] == "scene" else words[0]
+            bench.fail(kind, f"{done.line}  (with {', '.join(links) or 'no link'})", f"{text}; {done.err.strip()[:200]}", f"{name} {kind}")
         bench.clear()
         bench.restore()
