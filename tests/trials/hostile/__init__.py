@@ -1,0 +1,1 @@
+"""Classes of hostile calls. Each module holds one class and has a function `campaign(bench, count, seed)`."""
