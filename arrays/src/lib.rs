@@ -6,6 +6,7 @@
 //! | type | holds | shapes and units |
 //! |---|---|---|
 //! | [`ArrayLayout`] | antennas, site or boresight frame | m |
+//! | [`GenerateOptions`], [`LAYOUT_KINDS`] | what a generated layout is made of | m |
 //! | [`LayoutFigures`] | beam, side lobes, coverage of a layout at a frequency | rad, dB |
 //! | [`LocalSky`] | sidereal time and apparent places at one moment and site | rad |
 //! | [`SpectralWindow`] | channel centres and widths | Hz \[chan\] |
@@ -27,6 +28,7 @@ mod coverage;
 mod error;
 mod figures;
 mod gains;
+mod generate;
 mod geodesy;
 mod image;
 mod layout;
@@ -34,6 +36,7 @@ mod layout_toml;
 mod phase_center;
 mod polarization;
 pub mod quantity;
+pub mod random;
 mod sources;
 mod spectrum;
 mod stream;
@@ -49,6 +52,7 @@ pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, BoxError, Result};
 pub use figures::{LayoutExtent, LayoutFigures};
 pub use gains::GainTable;
+pub use generate::{GenerateOptions, LAYOUT_KINDS, LayoutKind};
 pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};
 pub use layout::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
 pub use phase_center::{PhaseCenter, PhaseCenterKind};
