@@ -223,6 +223,7 @@ fn bad_options_are_refused_by_name() {
         (FigureOptions { robust: Some(0.0), ..good.clone() }, "robust is 0, expected no robustness"),
         (FigureOptions { weighting: Weighting::Briggs, robust: Some(3.0), ..good.clone() }, "robust is 3"),
         (FigureOptions { within: Some(f64::NAN), ..good.clone() }, "within is NaN"),
+        (FigureOptions { within: Some(0.1), ..good.clone() }, "within is 0.1, expected more than the main lobe, which is 0.7 wide"),
         (FigureOptions { uv_cell: Some(Length(0.0)), ..good.clone() }, "uv_cell is 0m"),
         (
             FigureOptions { weighting: Weighting::Uniform, bandwidth: Some(Frequency(1e9)), channels: 4000, ..good.clone() },

@@ -2,7 +2,7 @@
 
 use super::plane::Plane;
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 
 /// The diameter is found to this fraction of itself.
 const TOLERANCE: f64 = 1e-3;
@@ -14,7 +14,8 @@ const TOLERANCE: f64 = 1e-3;
 /// cannot contain a point of a radius above r + half its diagonal: squares are divided, the most promising first, until none can hold more.
 pub(super) fn diameter(plane: &Plane) -> f64 {
     let longest = plane.longest();
-    let samples = Samples::new(plane.pairs().flat_map(|[u, v]| [[u / longest, v / longest], [-u / longest, -v / longest]]).collect());
+    let points: Vec<[f64; 2]> = plane.pairs().flat_map(|[u, v]| [[u / longest, v / longest], [-u / longest, -v / longest]]).collect();
+    let samples = Samples::new(&points);
     let radius = |x: f64, y: f64| (1.0 - x.hypot(y)).min(samples.nearest(x, y));
     let square = |x: f64, y: f64, half: f64| {
         let r = radius(x, y);
@@ -70,33 +71,49 @@ impl PartialEq for Square {
 
 impl Eq for Square {}
 
-/// Points in square cells, so that the nearest is found among few.
+/// Points of the square from -1 to 1 in square cells, so that the nearest is found among few.
 struct Samples {
-    cell: f64,
-    cells: HashMap<[i64; 2], Vec<[f64; 2]>>,
+    /// Number of cells along each side.
+    side: usize,
+    /// The points cell by cell, and the place of the first point of each cell (and of the end).
+    points: Vec<[f64; 2]>,
+    first: Vec<usize>,
 }
 
 impl Samples {
-    fn new(points: Vec<[f64; 2]>) -> Self {
-        let cell = (std::f64::consts::PI / points.len() as f64).sqrt();
-        let mut cells: HashMap<[i64; 2], Vec<[f64; 2]>> = HashMap::new();
-        for p in points {
-            cells.entry(p.map(|v| (v / cell).floor() as i64)).or_default().push(p);
+    fn new(points: &[[f64; 2]]) -> Self {
+        // About as many cells as points.
+        let side = (points.len() as f64).sqrt().ceil() as usize;
+        let cells: Vec<usize> = points.iter().map(|p| cell(p[1], side) * side + cell(p[0], side)).collect();
+        let mut first = vec![0; side * side + 1];
+        cells.iter().for_each(|c| first[c + 1] += 1);
+        for c in 0..side * side {
+            first[c + 1] += first[c];
         }
-        Self { cell, cells }
+        let (mut next, mut sorted) = (first.clone(), vec![[0.0; 2]; points.len()]);
+        for (c, p) in cells.iter().zip(points) {
+            sorted[next[*c]] = *p;
+            next[*c] += 1;
+        }
+        Self { side, points: sorted, first }
     }
 
+    /// Distance of the nearest point.
     fn nearest(&self, x: f64, y: f64) -> f64 {
-        let [i, j] = [x, y].map(|v| (v / self.cell).floor() as i64);
-        let (mut best, last) = (f64::INFINITY, (3.0 / self.cell) as i64);
-        for ring in 0..=last {
-            // Cells of this ring are at least ring - 1 cells away.
-            if best <= (ring - 1) as f64 * self.cell {
+        let (i, j, side) = (cell(x, self.side) as i64, cell(y, self.side) as i64, self.side as i64);
+        let width = 2.0 / self.side as f64;
+        let mut best = f64::INFINITY;
+        for ring in 0..side {
+            // Points in the cells of this ring are at least ring - 1 cells away.
+            if best <= (ring - 1) as f64 * width {
                 break;
             }
             let mut look = |i: i64, j: i64| {
-                for p in self.cells.get(&[i, j]).into_iter().flatten() {
-                    best = best.min((p[0] - x).hypot(p[1] - y));
+                if (0..side).contains(&i) && (0..side).contains(&j) {
+                    let c = (j * side + i) as usize;
+                    for p in &self.points[self.first[c]..self.first[c + 1]] {
+                        best = best.min((p[0] - x).hypot(p[1] - y));
+                    }
                 }
             };
             for k in -ring..=ring {
@@ -112,6 +129,11 @@ impl Samples {
         }
         best
     }
+}
+
+/// The cell of a coordinate from -1 to 1.
+fn cell(v: f64, side: usize) -> usize {
+    (((v + 1.0) / 2.0 * side as f64).max(0.0) as usize).min(side - 1)
 }
 
 #[cfg(test)]

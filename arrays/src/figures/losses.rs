@@ -77,12 +77,12 @@ impl ArrayLayout {
         ArrayError::need("lost", if pairs { 2 } else { 1 }, n >= least, format!("0: of {n} antennas none can be spared"))?;
         ArrayError::need("lost", 2, n <= most, format!("at most 1 for more than {most} antennas, here {n}"))?;
         let sums = Sums::new(self, wavelength_m, cell_m / wavelength_m, sefd_jy);
-        let intact = sums.figures(&sums.field_of(None), &[]);
+        let intact = sums.figures(&sums.sums_without(None), &[]);
         let ranked = |lost: Vec<usize>, figures| (lost, figures);
-        let single: Vec<_> = (0..n).into_par_iter().map(|i| ranked(vec![i], sums.figures(&sums.field_of(Some(i)), &[i]))).collect();
+        let single: Vec<_> = (0..n).into_par_iter().map(|i| ranked(vec![i], sums.figures(&sums.sums_without(Some(i)), &[i]))).collect();
         let two = pairs.then(|| {
             let of = |i: usize| {
-                let field = sums.field_of(Some(i));
+                let field = sums.sums_without(Some(i));
                 (i + 1..n).map(|j| ranked(vec![i, j], sums.figures(&field, &[i, j]))).collect::<Vec<_>>()
             };
             let all: Vec<_> = (0..n).into_par_iter().flat_map_iter(of).collect();
@@ -160,7 +160,7 @@ impl Sums {
         Self { plane, field, along, across, ray_steps, on_rays, total, ray_total, pairs }
     }
 
-    fn field_of(&self, lost: Option<usize>) -> Reduced {
+    fn sums_without(&self, lost: Option<usize>) -> Reduced {
         let (mut grid, mut rays) = (self.total.clone(), self.ray_total.clone());
         if let Some(a) = lost {
             add(&mut grid, &self.along[a], &self.across[a], -1.0);

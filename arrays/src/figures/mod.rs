@@ -223,6 +223,8 @@ fn within(psf: &Psf, beam: &Beam, x: f64, longest: f64) -> Result<(f64, f64)> {
         return Ok((0.0, 0.0));
     };
     let lobes = SideLobes::of(psf, &field);
+    let main = beam.major_rad * longest;
+    ArrayError::need("within", x, lobes.peak > 0.0, format!("more than the main lobe, which is {main:.1} wide at half of its peak"))?;
     Ok((10.0 * lobes.peak.log10(), lobes.rms))
 }
 

@@ -105,10 +105,8 @@ impl Psf {
                         second[2] += z * (y * y);
                     }
                     out.value += norm * (af.norm_sqr() - xy.len() as f64);
-                    for k in 0..2 {
-                        // d|AF|^2 = 2 Re(conj AF i F) = -2 Im(conj AF F).
-                        out.gradient[k] -= norm * 2.0 * (af.conj() * first[k]).im;
-                    }
+                    // d|AF|^2 = 2 Re(conj AF i F) = -2 Im(conj AF F).
+                    out.gradient.iter_mut().zip(first).for_each(|(g, f)| *g -= norm * 2.0 * (af.conj() * f).im);
                     for (k, (a, b)) in [(0, 0), (0, 1), (1, 1)].into_iter().enumerate() {
                         out.hessian[k] += norm * 2.0 * ((first[a].conj() * first[b]).re - (af.conj() * second[k]).re);
                     }

@@ -35,7 +35,7 @@ pub(super) struct SideLobes {
     pub rms: f64,
 }
 
-/// Where the main lobe ends along a ray: its distance in beams, and the value of the beam there.
+/// Where the main lobe ends along a ray: its distance in beams, and the value of the beam there (1 where the field ends before).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge {
     pub beams: f64,
@@ -113,7 +113,8 @@ impl Field {
                 }
                 last = next;
             }
-            Edge { beams: self.ray_end as f64 / RAY_STEPS, value: last }
+            // No minimum within the field.
+            Edge { beams: self.ray_end as f64 / RAY_STEPS, value: 1.0 }
         };
         (0..RAYS).map(end).collect()
     }

@@ -12,7 +12,7 @@ use super::singer::{difference_set, has_set, modulus};
 use crate::Result;
 
 pub fn has(s: &Shape) -> bool {
-    has_set(s.elements) && s.elements <= 1000
+    s.elements <= 1000 && has_set(s.elements)
 }
 
 /// The sizes whose modulus can be folded.
@@ -46,7 +46,7 @@ fn sides(v: usize) -> Option<(usize, usize)> {
     fn common(a: usize, b: usize) -> usize {
         if b == 0 { a } else { common(b, a % b) }
     }
-    (2..).take_while(|a| a * a < v).filter(|a| v % a == 0 && common(*a, v / a) == 1).last().map(|a| (a, v / a))
+    (2..).take_while(|a| a * a < v).filter(|a| v.is_multiple_of(*a) && common(*a, v / a) == 1).last().map(|a| (a, v / a))
 }
 
 #[cfg(test)]

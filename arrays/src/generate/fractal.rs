@@ -44,7 +44,7 @@ pub fn sierpinski(s: &Shape) -> Result<Vec<Point>> {
 
 /// 3, or 3 times a power of 4.
 pub fn has_koch(s: &Shape) -> bool {
-    s.elements == 3 || (s.elements % 3 == 0 && level(4, s.elements / 3).is_some())
+    s.elements == 3 || (s.elements.is_multiple_of(3) && level(4, s.elements / 3).is_some())
 }
 
 /// The corners of Koch's snowflake.

@@ -41,8 +41,11 @@ const OPTIMAL: [&[usize]; 26] = [
     &[0, 3, 15, 41, 66, 95, 97, 106, 142, 152, 220, 221, 225, 242, 295, 330, 338, 354, 382, 388, 402, 415, 486, 504, 523, 546, 553],
 ];
 
+/// Most marks of an arm. The widest ruler is found among a million places.
+const MOST: usize = 1000;
+
 pub fn has(s: &Shape) -> bool {
-    marks_per_arm(s).is_some_and(|m| ruler(m).is_some())
+    marks_per_arm(s).is_some_and(|m| (2..=MOST).contains(&m))
 }
 
 pub fn points(s: &Shape) -> Result<Vec<Point>> {
@@ -50,13 +53,13 @@ pub fn points(s: &Shape) -> Result<Vec<Point>> {
     Ok(on_arms(&marks_per_arm(s).and_then(ruler).unwrap_or_default(), s.arms))
 }
 
-/// A Golomb ruler of so many marks, from 2 to 1000.
+/// A Golomb ruler of so many marks, at least 2.
 fn ruler(marks: usize) -> Option<Vec<usize>> {
     if (2..=27).contains(&marks) {
         return Some(OPTIMAL[marks - 2].to_vec());
     }
     // No two differences of a difference set are the same, even modulo v, so any run of its marks is a ruler. The shortest run is taken.
-    let size = (marks..2 * marks).find(|size| singer::has_set(*size)).filter(|_| (28..=1000).contains(&marks))?;
+    let size = (marks..2 * marks).find(|size| singer::has_set(*size))?;
     let (set, v) = (singer::difference_set(size)?, singer::modulus(size));
     let at = |k: usize| set[k % size] + if k >= size { v } else { 0 };
     let first = (0..size).min_by_key(|k| at(k + marks - 1) - at(*k))?;

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 /// The arms share the elements evenly, at least two each; one more may stand at the centre.
 pub fn has(s: &Shape) -> bool {
-    s.elements / s.arms >= 2 && (s.elements % s.arms == 0 || s.elements % s.arms == 1)
+    s.elements / s.arms >= 2 && (s.elements.is_multiple_of(s.arms) || s.elements % s.arms == 1)
 }
 
 pub fn points(s: &Shape) -> Result<Vec<Point>> {

@@ -7,9 +7,9 @@ use crate::Result;
 fn sides(s: &Shape) -> Option<(usize, usize)> {
     let columns = match s.columns {
         Some(columns) => columns,
-        None => (2..=s.elements).find(|c| c * c >= s.elements && s.elements % c == 0).filter(|c| c * c <= 2 * s.elements)?,
+        None => (2..=s.elements).find(|c| c * c >= s.elements && s.elements.is_multiple_of(*c)).filter(|c| c * c <= 2 * s.elements)?,
     };
-    (s.elements % columns == 0).then_some((columns, s.elements / columns))
+    s.elements.is_multiple_of(columns).then_some((columns, s.elements / columns))
 }
 
 pub fn has(s: &Shape) -> bool {

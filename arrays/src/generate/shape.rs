@@ -158,7 +158,7 @@ pub fn on_arms(marks: &[usize], arms: usize) -> Vec<Point> {
 
 /// Number of marks on each arm, the shared one included; `None` where the elements do not fill the arms evenly.
 pub fn marks_per_arm(s: &Shape) -> Option<usize> {
-    (s.elements > s.arms && (s.elements - 1) % s.arms == 0).then(|| 1 + (s.elements - 1) / s.arms)
+    (s.elements > s.arms && (s.elements - 1).is_multiple_of(s.arms)).then(|| 1 + (s.elements - 1) / s.arms)
 }
 
 /// Refuse arms that lie opposite to each other: along their common line the baselines of one repeat those of the other.

@@ -8,10 +8,13 @@
 
 /// The prime of which `q` is a power, and the power.
 fn prime_power(q: usize) -> Option<(usize, u32)> {
-    let p = (2..).find(|p| p * p > q || q % p == 0).map(|p| if q % p == 0 { p } else { q }).filter(|p| *p >= 2)?;
+    if q < 2 {
+        return None;
+    }
+    let p = (2..).take_while(|p| p * p <= q).find(|p| q.is_multiple_of(*p)).unwrap_or(q);
     let mut power = 0;
     let mut rest = q;
-    while rest % p == 0 && rest > 1 {
+    while rest.is_multiple_of(p) && rest > 1 {
         rest /= p;
         power += 1;
     }
@@ -66,9 +69,9 @@ impl Field {
         let mut factors = Vec::new();
         let mut f = 2;
         while f * f <= rest {
-            if rest % f == 0 {
+            if rest.is_multiple_of(f) {
                 factors.push(f);
-                while rest % f == 0 {
+                while rest.is_multiple_of(f) {
                     rest /= f;
                 }
             }

@@ -1,6 +1,6 @@
 //! The figures of merit of a layout, as JSON and as text.
 
-use super::show::Told;
+use super::told::Told;
 use crate::cli::failure::{Failure, Result};
 use crate::cli::text::{angle, round};
 use cittert_arrays::quantity::{Frequency, Length};
@@ -28,7 +28,7 @@ pub(super) fn tell(layout: &ArrayLayout, freq: Frequency, options: &FigureOption
     if let (Some(x), Some((psl, rms))) = (options.within, f.within) {
         told.add(json!({ "within": x, "psl_within_db": psl, "rms_sidelobe_within": rms }));
     }
-    told.line(&heading(freq, options), "");
+    told.heading(heading(freq, options));
     lines(&f, options, told);
     Ok(())
 }
@@ -105,7 +105,7 @@ pub(super) fn tell_losses(layout: &ArrayLayout, freq: Frequency, options: &Figur
     let name = |i: usize| layout.antennas()[i].name.as_str();
     let ranking: Vec<Value> = losses.ranking.iter().map(|(i, f)| json!({ "antenna": name(*i), "figures": object(f) })).collect();
     told.add(json!({ "lost_none": object(&losses.intact), "lost_one": summary(&losses.one, 1, name), "lost_ranking": ranking }));
-    told.line("with lost elements, natural weights at one frequency:", "");
+    told.heading("with lost elements, natural weights at one frequency:");
     told.line("intact", in_words(&losses.intact));
     for (count, label, s) in [(1, "one lost", Some(&losses.one)), (2, "two lost", losses.two.as_ref())] {
         let Some(s) = s else { continue };

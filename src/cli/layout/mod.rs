@@ -3,6 +3,7 @@
 mod figures;
 mod make;
 mod show;
+mod told;
 
 use super::context::{Context, Outcome, subcommands};
 use super::failure::{Failure, Result};

@@ -1,6 +1,7 @@
 //! `layout show`: describe a layout.
 
 use super::figures;
+use super::told::Told;
 use crate::cli::context::Outcome;
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::options::{OutputArgs, load_layout};
@@ -10,7 +11,7 @@ use crate::simulate::TrackOptions;
 use cittert_arrays::quantity::{Frequency, Length};
 use cittert_arrays::{ArrayLayout, FigureOptions, LayoutFrame};
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::PathBuf;
 
 /// Options of `layout show`.
@@ -40,34 +41,13 @@ pub struct ShowArgs {
     overwrite: bool,
 }
 
-/// The results as JSON and as lines of text.
-#[derive(Debug)]
-pub(super) struct Told {
-    json: serde_json::Map<String, Value>,
-    lines: Vec<String>,
-}
-
-impl Told {
-    /// Add the keys of an object.
-    pub(super) fn add(&mut self, json: Value) {
-        if let Value::Object(more) = json {
-            self.json.extend(more);
-        }
-    }
-
-    /// Add a line.
-    pub(super) fn line(&mut self, label: &str, text: impl std::fmt::Display) {
-        self.lines.push(format!("{label:12} {text}").trim_end().to_owned());
-    }
-}
-
 /// Describe the layout, and draw it if asked to.
 ///
 /// # Errors
 /// The layout or an option is wrong, or an error of the file system.
 pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
     let layout = load_layout(&args.layout)?;
-    let mut told = Told { json: serde_json::Map::new(), lines: Vec::new() };
+    let mut told = Told::default();
     extent(&layout, args, &mut told)?;
     match args.freq {
         Some(freq) => {
@@ -85,7 +65,7 @@ pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
     if let Some(source) = &layout.source {
         told.line("source", source);
     }
-    let mut outcome = Outcome::new(Value::Object(told.json), told.lines.join("\n"));
+    let mut outcome = told.outcome();
     if let Some(png) = &args.png {
         let out = OutputArgs { output: png.clone(), overwrite: args.overwrite };
         out.claim([png], [&args.layout])?;
@@ -114,7 +94,7 @@ fn extent(layout: &ArrayLayout, args: &ShowArgs, told: &mut Told) -> Result<()> 
         "frame": if layout.site().is_some() { "enu" } else { "boresight" },
         "antenna_names": layout.antennas().iter().map(|a| a.name.as_str()).collect::<Vec<_>>(),
     }));
-    told.lines.push(format!("{} ({} antennas, {} baselines)", layout.name, extent.n_antennas, extent.n_baselines));
+    told.heading(format_args!("{} ({} antennas, {} baselines)", layout.name, extent.n_antennas, extent.n_baselines));
     told.line("frame", frame);
     told.line("baselines", format_args!("{:.9} to {:.9}", Length(round(extent.shortest_m)), Length(round(extent.longest_m))));
     let mut cables = format!("{:.9} from antenna to antenna", Length(round(cable_m)));
