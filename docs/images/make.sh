@@ -29,7 +29,7 @@ rows=$(((${#kinds[@]} + columns - 1) / columns))
   echo "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>"
   for i in "${!kinds[@]}"; do
     read -r kind elements <<<"${kinds[$i]}"
-    "$program" -q layout make "$kind" --elements "$elements" --aperture 200m -o "$work/$kind.toml"
+    "$program" -q layout make "$kind" --elements "$elements" --aperture 200m -o "$work/$kind.toml" >/dev/null
     left=$((i % columns * width)) top=$((i / columns * height))
     echo "<text x=\"$((left + width / 2))\" y=\"$((top + 16))\" font-family=\"sans-serif\" font-size=\"13\" text-anchor=\"middle\">$kind, $elements</text>"
     # Positions in metres around the mean become dots; y grows up.
