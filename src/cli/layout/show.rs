@@ -23,22 +23,22 @@ pub struct ShowArgs {
     /// Frequency for which resolution, largest scale and side lobes are computed.
     #[arg(long, value_name = "FREQ")]
     freq: Option<Frequency>,
-    #[command(flatten)]
-    figures: FigureOptions,
-    /// Also give the figures with any one (1) or any two (2) elements lost.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2), help_heading = "Figures of merit")]
-    lost: u8,
     /// Place to which each element has a cable: the name of an antenna, or X,Y or X,Y,Z such as 0m,0m.
     #[arg(long, value_name = "PLACE", allow_hyphen_values = true)]
     hub: Option<String>,
-    #[command(flatten, next_help_heading = "Track for the shadows")]
-    track: TrackOptions,
     /// Draw the antennas into this PNG file.
     #[arg(long, value_name = "PNG")]
     png: Option<PathBuf>,
     /// Replace a picture that exists.
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    figures: FigureOptions,
+    /// Also give the figures with any one (1) or any two (2) elements lost.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2), help_heading = "Figures of merit")]
+    lost: u8,
+    #[command(flatten, next_help_heading = "Track for the shadows")]
+    track: TrackOptions,
 }
 
 /// Describe the layout, and draw it if asked to.
