@@ -32,7 +32,7 @@ use std::f64::consts::PI;
 /// Largest number of antennas for which figures are computed, because the pairs are held in memory.
 const MOST_ANTENNAS: usize = 3000;
 /// Most baselines of all channels together that the beam of other than natural weights sums one by one.
-const MOST_TERMS: usize = 1_000_000;
+const MOST_TERMS: usize = 250_000;
 
 /// Baselines of an array.
 #[derive(Debug, Clone, Copy, PartialEq)]
