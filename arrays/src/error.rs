@@ -43,6 +43,16 @@ pub enum ArrayError {
         /// What is accepted.
         expected: &'static str,
     },
+    /// The value of an option is outside the range that is accepted.
+    #[error("{option} is {value}, expected {expected}")]
+    BadOption {
+        /// Name of the option.
+        option: &'static str,
+        /// The value that was given.
+        value: String,
+        /// The values that are accepted.
+        expected: String,
+    },
     /// Two antennas are at the same position.
     #[error("antennas {first:?} and {second:?} are at the same place ({distance_m:.1e} m apart)")]
     CoincidentAntennas {
@@ -80,6 +90,14 @@ impl ArrayError {
     /// The value is not good.
     pub fn unless(good: bool, what: impl Display, value: impl Display, expected: &'static str) -> Result<()> {
         if good { Ok(()) } else { Err(Self::bad_value(what, value, expected)) }
+    }
+
+    /// [`Self::BadOption`], unless the value of the option is good.
+    ///
+    /// # Errors
+    /// The value is not good.
+    pub fn need(option: &'static str, value: impl Display, good: bool, expected: impl Into<String>) -> Result<()> {
+        if good { Ok(()) } else { Err(Self::BadOption { option, value: value.to_string(), expected: expected.into() }) }
     }
 
     /// [`Self::OutOfRange`], unless a range of rows lies within `len` rows.

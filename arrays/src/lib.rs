@@ -6,6 +6,7 @@
 //! | type | holds | shapes and units |
 //! |---|---|---|
 //! | [`ArrayLayout`] | antennas, site or boresight frame | m |
+//! | [`GenerateOptions`], [`LAYOUT_KINDS`] | what a generated layout is made of | m |
 //! | [`LayoutFigures`] | beam, side lobes, coverage of a layout at a frequency | rad, dB |
 //! | [`LocalSky`] | sidereal time and apparent places at one moment and site | rad |
 //! | [`SpectralWindow`] | channel centres and widths | Hz \[chan\] |
@@ -27,6 +28,7 @@ mod coverage;
 mod error;
 mod figures;
 mod gains;
+mod generate;
 mod geodesy;
 mod image;
 mod layout;
@@ -34,11 +36,13 @@ mod layout_toml;
 mod phase_center;
 mod polarization;
 pub mod quantity;
+pub mod random;
 mod sources;
 mod spectrum;
 mod stream;
 mod uv_grid;
 mod visibility;
+mod weighting;
 
 pub use annotations::{Annotations, Keyword, XOrientation};
 pub use astrometry::{ApparentPlace, LocalSky, apparent_place, lst_rad};
@@ -47,8 +51,9 @@ pub use builtin::{BUILTIN_LAYOUTS, BuiltinLayout};
 pub use constants::{BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S, jy_per_kelvin_sr};
 pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, BoxError, Result};
-pub use figures::{LayoutExtent, LayoutFigures};
+pub use figures::{FigureOptions, Ghosts, LOSS_FIGURES, LayoutExtent, LayoutFigures, LossFigures, LossSummary, Losses, Shadowing};
 pub use gains::GainTable;
+pub use generate::{GenerateOptions, LAYOUT_KINDS, LayoutKind};
 pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};
 pub use layout::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
 pub use phase_center::{PhaseCenter, PhaseCenterKind};
@@ -58,3 +63,4 @@ pub use spectrum::SpectralWindow;
 pub use stream::{VisibilitySink, VisibilitySource, for_each_block};
 pub use uv_grid::UvGrid;
 pub use visibility::{VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet};
+pub use weighting::Weighting;

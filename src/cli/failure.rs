@@ -1,7 +1,7 @@
 //! The error of a command: what the command was doing, the chain of causes, and the exit code.
 
 pub(crate) use crate::ensure;
-use cittert_arrays::BoxError;
+use cittert_arrays::{ArrayError, BoxError};
 use std::fmt;
 use std::io::Write;
 
@@ -29,7 +29,7 @@ impl Failure {
     #[must_use]
     pub fn call(error: crate::ChainError) -> Self {
         match error {
-            crate::ChainError::BadOption { .. } => Self::usage(told(&error)),
+            crate::ChainError::BadOption { .. } | crate::ChainError::Array(ArrayError::BadOption { .. }) => Self::usage(told(&error)),
             other => other.into(),
         }
     }
@@ -91,10 +91,19 @@ impl fmt::Display for Failure {
 
 /// An error in the words of the command line: the library names fields, which are options here.
 fn told(error: &(dyn std::error::Error + 'static)) -> String {
-    match error.downcast_ref::<crate::ChainError>() {
-        Some(crate::ChainError::BadOption { option, .. }) if !option.contains(' ') => {
-            format!("--{}", error.to_string().replacen(option, &option.replace('_', "-"), 1))
-        }
+    let chain = error.downcast_ref::<crate::ChainError>();
+    let arrays = match chain {
+        Some(crate::ChainError::Array(inner)) => Some(inner),
+        _ => error.downcast_ref::<ArrayError>(),
+    };
+    let option = match (chain, arrays) {
+        (Some(crate::ChainError::BadOption { option, .. }), _) | (_, Some(ArrayError::BadOption { option, .. })) => Some(option),
+        _ => None,
+    };
+    if let Some(option) = option.filter(|o| !o.contains(' ')) {
+        return format!("--{}", error.to_string().replacen(option, &option.replace('_', "-"), 1));
+    }
+    match chain {
         Some(crate::ChainError::FarGains(_)) => format!("{error}, or --force"),
         _ => error.to_string(),
     }
@@ -130,7 +139,6 @@ impl<T, E: Into<Failure>> Context<T> for std::result::Result<T, E> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cittert_arrays::ArrayError;
 
     #[test]
     fn the_chain_of_causes_is_printed_once_each() {
@@ -150,5 +158,13 @@ mod tests {
     #[test]
     fn a_wrong_call_exits_with_2() {
         assert_eq!(Failure::usage("no").exit_code(), 2);
+        // A field of a struct of options is a flag here, whichever crate has the struct.
+        let wrong = ArrayError::need("uv_cell", 0, false, "a length").unwrap_err();
+        assert_eq!(
+            Failure::from(ArrayError::need("uv_cell", 0, false, "a length").unwrap_err()).to_string(),
+            "--uv-cell is 0, expected a length"
+        );
+        let failure = Failure::call(wrong.into());
+        assert_eq!((failure.exit_code(), failure.to_string().as_str()), (2, "--uv-cell is 0, expected a length"));
     }
 }

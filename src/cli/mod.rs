@@ -81,7 +81,7 @@ subcommands! {
     Command {
         /// Run the whole chain from one configuration file, with pictures, numbers and a report.
         Run(run::RunArgs) => run::run;
-        /// List, describe and convert antenna layouts.
+        /// List, generate, describe and convert antenna layouts.
         #[command(subcommand)]
         Layout(layout::LayoutCommand) => |command: &layout::LayoutCommand, context| command.run(context);
         /// Write the u-v mask of a layout on the FFT grid, with coverage figures.

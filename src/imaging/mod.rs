@@ -34,13 +34,14 @@ mod tests;
 mod tuning_tests;
 
 pub use beam_fit::fit_beam;
+pub use cittert_arrays::Weighting;
 pub(crate) use clock::Clock;
 pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use data::{Data, ReducedBlock, Survey};
 pub use imager::{ImageMisfit, Imager, Residual};
 pub use major::{CleanProducts, StopReason, clean, clean_from};
-pub use options::{BeamShape, ImageSize, ImagingOptions, Weighting};
+pub use options::{BeamShape, ImageSize, ImagingOptions};
 pub(crate) use output::Kind;
 pub use output::{dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};

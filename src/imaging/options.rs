@@ -6,7 +6,7 @@ use crate::fourier::GridOptions;
 use crate::memory::MemoryBudget;
 use crate::values::{by_text, need};
 use cittert_arrays::quantity::Angle;
-use cittert_arrays::{Polarization, RestoringBeam, SkyGrid};
+use cittert_arrays::{Polarization, RestoringBeam, SkyGrid, Weighting};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -122,19 +122,6 @@ impl ImagingOptions {
     pub(crate) fn grid_options(&self) -> GridOptions {
         GridOptions { epsilon: self.epsilon, w_term: !self.no_w, divide_by_n: false, memory: self.memory }
     }
-}
-
-/// Scheme of the weights of visibilities in an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum, schemars::JsonSchema))]
-pub enum Weighting {
-    /// By the noise alone: the best signal to noise ratio of a point.
-    Natural,
-    /// Every occupied cell of the u-v plane counts the same: the sharpest beam.
-    Uniform,
-    /// Between natural and uniform, by the robustness.
-    Briggs,
 }
 
 /// Number of pixels of an image: 512, or 512x256.

@@ -17,8 +17,8 @@
 //! itself and without a limit, so its weights differ.
 
 use super::data::ReducedBlock;
-use super::options::{ImagingOptions, Weighting};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
+use super::options::ImagingOptions;
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, Weighting};
 use ndarray::{Axis, Zip};
 use rayon::prelude::*;
 use std::ops::Range;

@@ -3,6 +3,7 @@
 mod calibration;
 mod chain;
 mod docs;
+mod layouts;
 mod mem;
 mod options;
 mod pages;

@@ -1,230 +1,243 @@
-//! The beam of an array by direct sums: its main lobe and its side lobes.
+//! The beam of an array by direct sums.
 //!
-//! With natural weights and no autocorrelations the beam of N antennas is (|AF|^2 - N) / (N (N - 1)), where AF is the sum of the
-//! antennas' phasors, so each point of the beam costs N multiplications.
+//! With natural weights and no autocorrelations the beam of N antennas is (|AF|^2 - N) / (N (N - 1)), where AF is the sum of the antennas'
+//! phasors, so each point of the beam costs N multiplications. With other weights it is the sum of the baselines' cosines. Over a band it is
+//! the mean of the channels: at the frequency s f the beam at (l, m) is that at f at (s l, s m).
 
 use super::plane::Plane;
+use super::weights;
+use crate::Weighting;
 use num_complex::Complex64;
-use std::f64::consts::{FRAC_PI_2, LN_2, PI, TAU};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
 
-/// Number of grid points from the centre to the edge of the grid on which the main lobe is fitted.
-const FIT_HALF: i64 = 16;
-/// Side lobes are searched out to this many beams.
-const BEAMS: f64 = 30.0;
-/// Points per beam in the search for side lobes.
-const PER_BEAM: f64 = 4.0;
+/// Baselines that are summed at once, so that their phasors stay in the cache.
+const CHUNK: usize = 1024;
 
-/// An elliptical Gaussian fitted to the main lobe.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Beam {
-    pub major_rad: f64,
-    pub minor_rad: f64,
-    /// From +y towards +x.
-    pub pa_rad: f64,
+/// A beam with its peak of 1 at the centre.
+pub(super) struct Psf {
+    sum: Sum,
 }
 
-/// Peak (absolute) and rms of the beam outside its main lobe, over its peak.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SideLobes {
-    pub peak: f64,
-    pub rms: f64,
+enum Sum {
+    /// Antennas in wavelengths at the reference frequency, and the channels' frequencies over it.
+    Antennas { xy: Vec<[f64; 2]>, scales: Vec<f64> },
+    /// Baselines u, v in wavelengths of their channels, with weights whose sum is 1.
+    Baselines { uv: Vec<[f64; 2]>, weights: Vec<f64> },
 }
 
-impl Plane {
-    /// The beam on the points i a + j b for i in -half..=half and j in 0..=half (the beam is even), [j][i].
-    fn beam_grid(&self, a: [f64; 2], b: [f64; 2], half: i64) -> Vec<Vec<f64>> {
-        let n = self.xy.len() as f64;
-        let phasor = |p: [f64; 2], s: [f64; 2], k: i64| Complex64::cis(TAU * (p[0] * s[0] + p[1] * s[1]) * k as f64);
-        // [i][antenna], so that the inner sum runs along memory.
-        let along: Vec<Vec<Complex64>> = (-half..=half).map(|i| self.xy.iter().map(|p| phasor(*p, a, i)).collect()).collect();
-        (0..=half)
-            .map(|j| {
-                let across: Vec<Complex64> = self.xy.iter().map(|p| phasor(*p, b, j)).collect();
-                along
-                    .iter()
-                    .map(|row| {
-                        let af: Complex64 = row.iter().zip(&across).map(|(x, y)| x * y).sum();
-                        (af.norm_sqr() - n) / (n * (n - 1.0))
-                    })
-                    .collect()
-            })
-            .collect()
+/// Value, gradient and second derivatives (ll, lm, mm) of the beam.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Curve {
+    pub value: f64,
+    pub gradient: [f64; 2],
+    pub hessian: [f64; 3],
+}
+
+impl Psf {
+    /// The beam at one frequency with natural weights.
+    pub(super) fn natural(xy: &[[f64; 2]]) -> Self {
+        Self { sum: Sum::Antennas { xy: xy.to_vec(), scales: vec![1.0] } }
     }
 
-    fn beam_at(&self, l: f64, m: f64) -> f64 {
-        let n = self.xy.len() as f64;
-        let af: Complex64 = self.xy.iter().map(|p| Complex64::cis(TAU * (p[0] * l + p[1] * m))).sum();
-        (af.norm_sqr() - n) / (n * (n - 1.0))
+    /// The beam over channels at `scales` times the reference frequency. `cell` is the width of the cells of the weights in wavelengths.
+    pub(super) fn weighted(plane: &Plane, scales: &[f64], weighting: Weighting, robust: f64, cell: f64) -> Self {
+        if weighting == Weighting::Natural {
+            return Self { sum: Sum::Antennas { xy: plane.xy.clone(), scales: scales.to_vec() } };
+        }
+        let uv: Vec<[f64; 2]> = scales.iter().flat_map(|s| plane.pairs().map(move |p| p.map(|v| v * s))).collect();
+        let weights = weights::of(&uv, weighting, robust, cell);
+        Self { sum: Sum::Baselines { uv, weights } }
     }
-}
 
-impl Beam {
-    /// Fit the main lobe above half its peak.
-    ///
-    /// The curvature at the peak gives axes and a first size; the logarithm of the beam is then fitted by a quadratic form, with weights
-    /// equal to the beam squared, on a grid stretched to those axes.
-    pub(super) fn fit(plane: &Plane) -> Self {
-        // The beam near its peak is 1 - 2 pi^2 <(u l + v m)^2> over baselines, and baselines have twice the antennas' moments.
-        let n = plane.xy.len() as f64;
-        let scale = 2.0 * n / (n - 1.0) / n;
-        let moment = |i: usize, k: usize| scale * plane.xy.iter().map(|p| p[i] * p[k]).sum::<f64>();
-        let curvature = eigen(moment(0, 0), moment(0, 1), moment(1, 1));
-        // Gaussian of the same curvature: 1 - 4 ln2 x^2 / fwhm^2.
-        let fwhm = |m: f64| (2.0 * LN_2 / m.max(f64::MIN_POSITIVE)).sqrt() / PI;
-        // A line of antennas has no resolution across the line: there the beam is wider than the sky.
-        let narrow = fwhm(curvature.large);
-        let wide = fwhm(curvature.small).clamp(narrow, (2.0 * PI).max(narrow));
-        let line = wide >= PI;
-        let (along, across) = (curvature.axis, [-curvature.axis[1], curvature.axis[0]]);
-        let mut reach = 1.0;
-        loop {
-            let step = |axis: [f64; 2], size: f64| axis.map(|v| v * size * reach / FIT_HALF as f64);
-            let grid = plane.beam_grid(step(along, narrow), step(across, wide), FIT_HALF);
-            match quadratic(&grid, line) {
-                Some((x2, xy, y2)) => {
-                    let unit = reach / FIT_HALF as f64;
-                    let (sx, sy) = (narrow * unit, wide * unit);
-                    return Self::of_form(x2 / (sx * sx), xy / (sx * sy), y2 / (sy * sy), along, across);
+    #[cfg(test)]
+    pub(super) fn of_baselines(uv: Vec<[f64; 2]>, weights: Vec<f64>) -> Self {
+        let total: f64 = weights.iter().sum();
+        Self { sum: Sum::Baselines { uv, weights: weights.iter().map(|w| w / total).collect() } }
+    }
+
+    /// Mean of u u, u v, v v over the weighted baselines, wavelengths^2.
+    pub(super) fn moments(&self) -> [f64; 3] {
+        let product = |p: &[f64; 2]| [p[0] * p[0], p[0] * p[1], p[1] * p[1]];
+        match &self.sum {
+            Sum::Antennas { xy, scales } => {
+                // Baselines have twice the moments of antennas about their mean.
+                let n = xy.len() as f64;
+                let spread = scales.iter().map(|s| s * s).sum::<f64>() / scales.len() as f64;
+                [0, 1, 2].map(|k| 2.0 / (n - 1.0) * spread * xy.iter().map(|p| product(p)[k]).sum::<f64>())
+            }
+            Sum::Baselines { uv, weights } => [0, 1, 2].map(|k| uv.iter().zip(weights).map(|(p, w)| w * product(p)[k]).sum::<f64>()),
+        }
+    }
+
+    /// The beam in the direction (l, m).
+    pub(super) fn at(&self, l: f64, m: f64) -> f64 {
+        match &self.sum {
+            Sum::Antennas { xy, scales } => {
+                let n = xy.len() as f64;
+                let one = |s: &f64| {
+                    let af: Complex64 = xy.iter().map(|p| Complex64::cis(TAU * s * (p[0] * l + p[1] * m))).sum();
+                    (af.norm_sqr() - n) / (n * (n - 1.0))
+                };
+                scales.iter().map(one).sum::<f64>() / scales.len() as f64
+            }
+            Sum::Baselines { uv, weights } => uv.iter().zip(weights).map(|(p, w)| w * (TAU * (p[0] * l + p[1] * m)).cos()).sum(),
+        }
+    }
+
+    /// The beam and its derivatives in the direction (l, m).
+    pub(super) fn curve(&self, l: f64, m: f64) -> Curve {
+        let mut out = Curve::default();
+        match &self.sum {
+            Sum::Antennas { xy, scales } => {
+                let norm = 1.0 / (xy.len() as f64 * (xy.len() as f64 - 1.0) * scales.len() as f64);
+                for s in scales {
+                    // The sum of phasors, and its derivatives without their factors of i.
+                    let (mut af, mut first, mut second) = (Complex64::ZERO, [Complex64::ZERO; 2], [Complex64::ZERO; 3]);
+                    for p in xy {
+                        let [x, y] = p.map(|v| TAU * s * v);
+                        let z = Complex64::cis(x * l + y * m);
+                        af += z;
+                        first[0] += z * x;
+                        first[1] += z * y;
+                        second[0] += z * (x * x);
+                        second[1] += z * (x * y);
+                        second[2] += z * (y * y);
+                    }
+                    out.value += norm * (af.norm_sqr() - xy.len() as f64);
+                    // d|AF|^2 = 2 Re(conj AF i F) = -2 Im(conj AF F).
+                    out.gradient.iter_mut().zip(first).for_each(|(g, f)| *g -= norm * 2.0 * (af.conj() * f).im);
+                    for (k, (a, b)) in [(0, 0), (0, 1), (1, 1)].into_iter().enumerate() {
+                        out.hessian[k] += norm * 2.0 * ((first[a].conj() * first[b]).re - (af.conj() * second[k]).re);
+                    }
                 }
-                // A wide pedestal makes the beam wider than its curvature suggests, so the grid is enlarged. Far enough out the beam of any array
-                // falls below half.
-                None if reach < 1e4 => reach *= 2.0,
-                None => return Self::of_form(1.0 / (narrow * narrow), 0.0, 1.0 / (wide * wide), along, across),
             }
-        }
-    }
-
-    /// From 1/fwhm^2 as a quadratic form along two axes.
-    fn of_form(x2: f64, xy: f64, y2: f64, along: [f64; 2], across: [f64; 2]) -> Self {
-        let e = eigen(x2, xy, y2);
-        // The small eigenvalue belongs to the major axis, at right angles to the other.
-        let (p, q) = (-e.axis[1], e.axis[0]);
-        let major = [0, 1].map(|k| p * along[k] + q * across[k]);
-        let pa = major[0].atan2(major[1]);
-        let pa_rad = if pa > FRAC_PI_2 {
-            pa - PI
-        } else if pa <= -FRAC_PI_2 {
-            pa + PI
-        } else {
-            pa
-        };
-        Self { major_rad: 1.0 / e.small.max(f64::MIN_POSITIVE).sqrt(), minor_rad: 1.0 / e.large.sqrt(), pa_rad }
-    }
-}
-
-/// Fit ln beam = -4 ln2 (x2 i^2 + 2 xy i j + y2 j^2) to the points above half that are connected to the centre; `None` where they reach
-/// the edge. For a line of antennas only the middle row is fitted, because the beam does not fall across the line.
-fn quadratic(grid: &[Vec<f64>], line: bool) -> Option<(f64, f64, f64)> {
-    let half = FIT_HALF;
-    let at = |i: i64, j: i64| if j >= 0 { grid[j as usize][(i + half) as usize] } else { grid[-j as usize][(half - i) as usize] };
-    let mut inside = vec![(0_i64, 0_i64)];
-    let mut seen = std::collections::HashSet::from([(0_i64, 0_i64)]);
-    // Normal equations for the three coefficients.
-    let (mut m, mut r) = ([[0.0; 3]; 3], [0.0; 3]);
-    let mut points = 0;
-    while let Some((i, j)) = inside.pop() {
-        if i.abs() == half || j.abs() == half {
-            return None;
-        }
-        let p = at(i, j);
-        let (x, y) = (i as f64, j as f64);
-        let basis = [x * x, 2.0 * x * y, y * y];
-        let value = -p.ln() / (4.0 * LN_2);
-        for a in 0..3 {
-            for b in 0..3 {
-                m[a][b] += p * p * basis[a] * basis[b];
-            }
-            r[a] += p * p * basis[a] * value;
-        }
-        points += 1;
-        for next in [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)] {
-            if (!line || next.1 == 0) && at(next.0, next.1) > 0.5 && seen.insert(next) {
-                inside.push(next);
-            }
-        }
-    }
-    if line {
-        return (points >= 3).then(|| (r[0] / m[0][0], 0.0, 0.0));
-    }
-    if points < 9 { None } else { solve3(m, r).filter(|(x2, xy, y2)| *x2 > 0.0 && x2 * y2 > xy * xy) }
-}
-
-/// Solution of three symmetric equations by Cramer's rule.
-fn solve3(m: [[f64; 3]; 3], r: [f64; 3]) -> Option<(f64, f64, f64)> {
-    let det = |a: [[f64; 3]; 3]| {
-        a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) - a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0])
-            + a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0])
-    };
-    let d = det(m);
-    let with = |c: usize| {
-        let mut a = m;
-        for k in 0..3 {
-            a[k][c] = r[k];
-        }
-        det(a) / d
-    };
-    (d != 0.0).then(|| (with(0), with(1), with(2))).filter(|(a, b, c)| a.is_finite() && b.is_finite() && c.is_finite())
-}
-
-struct Eigen {
-    large: f64,
-    small: f64,
-    /// Unit vector of the large eigenvalue.
-    axis: [f64; 2],
-}
-
-/// Eigenvalues of a symmetric 2 x 2 matrix.
-fn eigen(xx: f64, xy: f64, yy: f64) -> Eigen {
-    let (mean, half) = ((xx + yy) / 2.0, ((xx - yy) / 2.0).hypot(xy));
-    let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
-    Eigen { large: mean + half, small: (mean - half).max(0.0), axis: [angle.cos(), angle.sin()] }
-}
-
-/// Side lobes beyond the first minimum of the beam along each ray, out to 30 beams (less where the sky ends).
-pub(super) fn side_lobes(plane: &Plane, beam: &Beam) -> SideLobes {
-    let (sin_pa, cos_pa) = beam.pa_rad.sin_cos();
-    let major = beam.major_rad.min(2.0 / BEAMS);
-    let unit_x = [cos_pa, -sin_pa].map(|v| v * beam.minor_rad);
-    let unit_y = [sin_pa, cos_pa].map(|v| v * major);
-    // The main lobe ends where the beam first stops falling, ray by ray, in units of the fitted ellipse.
-    let rays = 180;
-    let edge: Vec<f64> = (0..rays)
-        .map(|k| {
-            let (s, c) = (PI * k as f64 / rays as f64).sin_cos();
-            let step = 0.5 / PER_BEAM;
-            let value = |i: i32| {
-                let r = f64::from(i) * step;
-                plane.beam_at(r * (c * unit_x[0] + s * unit_y[0]), r * (c * unit_x[1] + s * unit_y[1]))
-            };
-            let mut last = 1.0;
-            let mut i = 1;
-            while f64::from(i) * step < BEAMS {
-                let v = value(i);
-                if v > last {
-                    break;
+            Sum::Baselines { uv, weights } => {
+                for (p, w) in uv.iter().zip(weights) {
+                    let [x, y] = p.map(|v| TAU * v);
+                    let (sin, cos) = (x * l + y * m).sin_cos();
+                    out.value += w * cos;
+                    out.gradient[0] -= w * x * sin;
+                    out.gradient[1] -= w * y * sin;
+                    out.hessian[0] -= w * x * x * cos;
+                    out.hessian[1] -= w * x * y * cos;
+                    out.hessian[2] -= w * y * y * cos;
                 }
-                last = v;
-                i += 1;
             }
-            f64::from(i - 1) * step
-        })
-        .collect();
-    let half = (BEAMS * PER_BEAM) as i64;
-    let grid = plane.beam_grid(unit_x.map(|v| v / PER_BEAM), unit_y.map(|v| v / PER_BEAM), half);
-    let (mut peak, mut sum, mut count) = (0.0_f64, 0.0, 0_usize);
-    for (j, row) in grid.iter().enumerate() {
-        for (column, v) in row.iter().enumerate() {
-            let (x, y) = ((column as i64 - half) as f64 / PER_BEAM, j as f64 / PER_BEAM);
-            let (l, m) = (x * unit_x[0] + y * unit_y[0], x * unit_x[1] + y * unit_y[1]);
-            let turn = y.atan2(x).rem_euclid(PI) / PI * rays as f64;
-            let end = edge[turn.floor() as usize % rays].max(edge[turn.ceil() as usize % rays]);
-            if x.hypot(y) <= end || l * l + m * m > 1.0 {
-                continue;
+        }
+        out
+    }
+
+    /// The beam on the points i a + j b for i in -half..=half and j in 0..=half (the beam is even), \[j\]\[i\].
+    pub(super) fn on_grid(&self, a: [f64; 2], b: [f64; 2], half: i64) -> Vec<Vec<f64>> {
+        let width = (2 * half + 1) as usize;
+        let mut out = vec![vec![0.0; width]; (half + 1) as usize];
+        match &self.sum {
+            Sum::Antennas { xy, scales } => {
+                let n = xy.len() as f64;
+                let norm = 1.0 / (n * (n - 1.0) * scales.len() as f64);
+                for s in scales {
+                    let (a, b) = (a.map(|v| v * s), b.map(|v| v * s));
+                    // [i][antenna], so that the inner sum runs along memory.
+                    let along: Vec<Vec<Complex64>> = (-half..=half).map(|i| xy.iter().map(|p| phasor(*p, a, i)).collect()).collect();
+                    out.par_iter_mut().enumerate().for_each(|(j, row)| {
+                        let across: Vec<Complex64> = xy.iter().map(|p| phasor(*p, b, j as i64)).collect();
+                        for (value, column) in row.iter_mut().zip(&along) {
+                            let af: Complex64 = column.iter().zip(&across).map(|(x, y)| x * y).sum();
+                            *value += norm * (af.norm_sqr() - n);
+                        }
+                    });
+                }
             }
-            peak = peak.max(v.abs());
-            sum += v * v;
-            count += 1;
+            Sum::Baselines { uv, weights } => {
+                for (uv, weights) in uv.chunks(CHUNK).zip(weights.chunks(CHUNK)) {
+                    let along: Vec<Vec<Complex64>> = (-half..=half).map(|i| uv.iter().map(|p| phasor(*p, a, i)).collect()).collect();
+                    out.par_iter_mut().enumerate().for_each(|(j, row)| {
+                        let across: Vec<Complex64> = uv.iter().zip(weights).map(|(p, w)| phasor(*p, b, j as i64) * w).collect();
+                        for (value, column) in row.iter_mut().zip(&along) {
+                            *value += column.iter().zip(&across).map(|(x, y)| x.re * y.re - x.im * y.im).sum::<f64>();
+                        }
+                    });
+                }
+            }
+        }
+        out
+    }
+}
+
+/// The phasor of a point (wavelengths) in the direction k times `step`.
+pub(super) fn phasor(point: [f64; 2], step: [f64; 2], k: i64) -> Complex64 {
+    Complex64::cis(TAU * (point[0] * step[0] + point[1] * step[1]) * k as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane() -> Plane {
+        let xy: Vec<[f64; 2]> = (0..9).map(|k| [(f64::from(k * k) * 1.7) % 13.0, (f64::from(k) * 5.3) % 11.0]).collect();
+        let mean = [0, 1].map(|k| xy.iter().map(|p| p[k]).sum::<f64>() / 9.0);
+        Plane { xy: xy.iter().map(|p| [p[0] - mean[0], p[1] - mean[1]]).collect() }
+    }
+
+    /// All pairs of antennas in both orders and all channels, without any shortcut.
+    fn brute(plane: &Plane, scales: &[f64], l: f64, m: f64) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for s in scales {
+            for (i, a) in plane.xy.iter().enumerate() {
+                for (j, b) in plane.xy.iter().enumerate() {
+                    if i != j {
+                        sum += (TAU * s * ((b[0] - a[0]) * l + (b[1] - a[1]) * m)).cos();
+                        count += 1.0;
+                    }
+                }
+            }
+        }
+        sum / count
+    }
+
+    #[test]
+    fn the_sums_equal_a_sum_over_all_pairs() {
+        let (plane, scales) = (plane(), [0.9, 1.0, 1.1]);
+        // Cells so small that each baseline has its own: uniform weights are all alike.
+        for weighting in [Weighting::Natural, Weighting::Uniform, Weighting::Briggs] {
+            let psf = Psf::weighted(&plane, &scales, weighting, 0.0, 1e-6);
+            let (a, b) = ([0.011, 0.002], [-0.003, 0.013]);
+            let grid = psf.on_grid(a, b, 4);
+            for (j, row) in grid.iter().enumerate() {
+                for (i, value) in row.iter().enumerate() {
+                    let (x, y) = (i as f64 - 4.0, j as f64);
+                    let (l, m) = (x * a[0] + y * b[0], x * a[1] + y * b[1]);
+                    let truth = brute(&plane, &scales, l, m);
+                    assert!((value - truth).abs() < 1e-12 && (psf.at(l, m) - truth).abs() < 1e-12, "{weighting:?} {l} {m}");
+                    assert!((psf.curve(l, m).value - truth).abs() < 1e-12);
+                }
+            }
+        }
+        // Natural weights, no zero spacing: nothing is lower than -1 / (N - 1).
+        let psf = Psf::natural(&plane.xy);
+        let lowest = (0..4000).map(|k| psf.at(f64::from(k) * 0.0007, f64::from(k * k % 997) * 0.001)).fold(1.0, f64::min);
+        assert!((-1.0 / 8.0..0.0).contains(&lowest), "{lowest}");
+    }
+
+    #[test]
+    fn derivatives_equal_differences() {
+        let plane = plane();
+        for (weighting, cell) in [(Weighting::Natural, 1.0), (Weighting::Uniform, 3.0)] {
+            let psf = Psf::weighted(&plane, &[0.95, 1.05], weighting, 0.0, cell);
+            let (l, m, h) = (0.031, -0.017, 1e-6);
+            let c = psf.curve(l, m);
+            let (right, up) = (psf.curve(l + h, m), psf.curve(l, m + h));
+            let (left, down) = (psf.curve(l - h, m), psf.curve(l, m - h));
+            let slopes = [(right.value - left.value) / (2.0 * h), (up.value - down.value) / (2.0 * h)];
+            let seconds = [
+                (right.gradient[0] - left.gradient[0]) / (2.0 * h),
+                (right.gradient[1] - left.gradient[1]) / (2.0 * h),
+                (up.gradient[1] - down.gradient[1]) / (2.0 * h),
+            ];
+            for (a, b) in c.gradient.iter().zip(slopes).chain(c.hessian.iter().zip(seconds)) {
+                assert!((a - b).abs() < 1e-6 * a.abs().max(1.0), "{weighting:?}: {a} {b}");
+            }
         }
     }
-    SideLobes { peak: peak.min(1.0), rms: if count == 0 { 0.0 } else { (sum / count as f64).sqrt() } }
 }

@@ -1,0 +1,79 @@
+//! `layout make` and `layout show`: generated layouts and their figures of merit.
+
+use crate::program::Scratch;
+
+#[test]
+fn a_made_layout_is_a_layout_with_its_history() {
+    let s = Scratch::new();
+    s.ok("layout make poisson-disc --elements 40 --aperture 0.7m --seed 7 --diameter 10mm --tsys 600K -o a.toml");
+    s.ok("layout generate poisson-disc --elements 40 --aperture 0.7m --seed 7 --diameter 10mm --tsys 600K -o b.toml");
+    let text = std::fs::read_to_string(s.path("a.toml")).unwrap();
+    assert_eq!(text, std::fs::read_to_string(s.path("b.toml")).unwrap(), "the same seed, the same layout");
+    for words in ["kind poisson-disc", "elements 40", "aperture 0.7m", "seed 7", "Bridson 2007", "tsys_k = 600.0"] {
+        assert!(text.contains(words), "{words}");
+    }
+    let shown = s.json("layout show a.toml --freq 94GHz --within 20 --bandwidth 1GHz --time 1s");
+    assert_eq!(shown["n_antennas"], 40);
+    assert!((shown["longest_m"].as_f64().unwrap() - 0.7).abs() < 1e-12);
+    for key in ["psl_db", "psl_within_db", "delta_t_k", "cable_m", "smallest_spacing_m", "largest_hole_m", "half_power_equivalent_rad"] {
+        assert!(shown[key].is_f64(), "{key}: {}", shown[key]);
+    }
+    // 600 K over sqrt(40 x 39 x 1 GHz x 1 s) and the ratio of the element's solid angle to the beam's.
+    let wavelength: f64 = 299_792_458.0 / 94e9;
+    let beam = std::f64::consts::PI / (4.0 * 2_f64.ln()) * shown["bmaj_rad"].as_f64().unwrap() * shown["bmin_rad"].as_f64().unwrap();
+    let element = wavelength * wavelength / (std::f64::consts::PI / 4.0 * 1e-4);
+    let expected = 600.0 / (40.0 * 39.0 * 1e9_f64).sqrt() * element / beam;
+    assert!((shown["delta_t_k"].as_f64().unwrap() / expected - 1.0).abs() < 1e-9);
+    assert!(s.json("layout show a.toml --freq 94GHz")["delta_t_k"].is_null(), "no bandwidth, no noise");
+}
+
+#[test]
+fn every_kind_is_in_the_help() {
+    let s = Scratch::new();
+    let help = s.ok("layout make --help").out;
+    for kind in cittert_arrays::LAYOUT_KINDS {
+        assert!(help.contains(&format!("- {}:", kind.name)) && help.contains(&kind.about[..20]), "{}", kind.name);
+    }
+}
+
+#[test]
+fn lost_elements_hubs_and_shadows_are_told() {
+    let s = Scratch::new();
+    s.ok("layout make fermat --elements 16 --aperture 0.3m -o f.toml");
+    let lost = s.json("layout show f.toml --freq 94GHz --lost 2");
+    assert_eq!(lost["lost_ranking"].as_array().unwrap().len(), 16);
+    let psl = |key: &str, which: &str| lost[key][which]["psl_db"].as_f64().unwrap();
+    assert!(psl("lost_two", "worst") >= psl("lost_one", "worst") && psl("lost_one", "worst") >= psl("lost_one", "mean"));
+    assert_eq!(lost["lost_none"]["psl_db"], lost["psl_db"]);
+    assert_eq!(lost["lost_two"]["worst_for_psl"].as_array().unwrap().len(), 2);
+    // The VLA at its smallest sees shadows at low elevations.
+    let track = "--phase-center 299.87deg,-20deg --start 2025-06-01T00:00:00 --hour-angle -4h,4h --integration 10min";
+    let shown = s.json(&format!("layout show vla-d --hub 0m,0m {track}"));
+    assert!((0.005..0.5).contains(&shown["shadowed_fraction"].as_f64().unwrap()), "{}", shown["shadowed_fraction"]);
+    assert!(shown["cable_to_hub_m"].as_f64().unwrap() > shown["cable_m"].as_f64().unwrap());
+}
+
+#[test]
+fn bad_calls_are_refused_in_the_words_of_the_command_line() {
+    let s = Scratch::new();
+    s.ok("layout make ring --elements 9 --aperture 1m -o r.toml");
+    for (line, words) in [
+        ("layout make y --elements 29 --aperture 1m -o x.toml", vec!["--elements is 29", "28 or 30"]),
+        ("layout make ring --elements 9 --aperture 1m --arms 3 -o x.toml", vec!["--arms is 3", "no such option"]),
+        ("layout make random --elements 900 --aperture 1m --spacing 10cm -o x.toml", vec!["--elements is 900", "at most 110"]),
+        ("layout make ring --elements 90 --aperture 1m --spacing 10cm -o x.toml", vec!["--spacing is 10cm", "at most 3.49"]),
+        ("layout make circle --elements 9 --aperture 1m -o x.toml", vec!["circle", "reuleaux"]),
+        ("layout make ring --elements 9 --aperture 1 -o x.toml", vec!["no unit"]),
+        ("layout make ring --elements 9 --aperture 1m -o x.cfg", vec!["x.cfg", ".toml"]),
+        ("layout show r.toml --within 10", vec!["--freq"]),
+        ("layout show r.toml --lost 1", vec!["--freq"]),
+        ("layout show r.toml --freq 94GHz --uv-cell 0m", vec!["--uv-cell is 0m"]),
+        ("layout show r.toml --freq 94GHz --channels 4", vec!["--channels is 4", "bandwidth"]),
+        ("layout show r.toml --hub nowhere", vec!["--hub is \"nowhere\""]),
+        ("layout show r.toml --phase-center 10deg,40deg", vec!["boresight"]),
+    ] {
+        s.fails(line, 2, &words);
+    }
+    assert!(!s.path("x.toml").exists());
+    s.fails("layout make ring --elements 9 --aperture 1m -o r.toml", 1, &["exists already"]);
+}
