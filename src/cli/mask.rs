@@ -4,6 +4,7 @@ use super::context::{Context, Outcome};
 use super::failure::{Failure, Result};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
+use crate::memory::{ImageWork, check_images};
 use crate::simulate::mask::{UvMask, uv_mask};
 use crate::simulate::{BandOptions, PlannedTrack, TrackOptions};
 use cittert_arrays::quantity::Angle;
@@ -54,6 +55,7 @@ pub fn run(args: &MaskArgs, context: &Context) -> Result<Outcome> {
     super::planned::warn(&plan, context);
     super::planned::check_size(&plan, spectrum.n_chan(), None, context)?;
     let grid = SkyGrid::new(args.size, args.size, args.cell.si(), SkyGrid::frame_of(&center))?;
+    check_images((args.size, args.size), ImageWork::Transform, 1)?;
     let mask = uv_mask(&grid, &spectrum, &mut plan.blocks(BLOCK_ROWS))?;
     write(args, &mask, &spectrum, context)?;
     if mask.outside > 0 {

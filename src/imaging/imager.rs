@@ -7,6 +7,7 @@ use super::session::{Gridded, ResidualWeights, Residue, Session};
 use super::size::choose_grid;
 use super::weights::ImageWeights;
 use crate::fourier::Real;
+use crate::memory::{ImageWork, check_images};
 use crate::progress::{Event, Observer};
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
@@ -77,6 +78,7 @@ impl<'a> Imager<'a> {
         let selector = PolSelector::new(options.pol, &source.header().polarizations)?;
         let mut data = Data::open(source, selector, (options.unit_weights, options.memory), observer)?;
         let grid = choose_grid(data.survey(), data.header(), &options, observer)?;
+        check_images((grid.n_l, grid.n_m), ImageWork::Transform, 1)?;
         let freq_hz = spectrum.freq_hz().to_vec();
         let all = 0..freq_hz.len();
         let own = !options.joint_weights;

@@ -15,6 +15,7 @@ use super::continued::{Continue, Tool, Tools};
 use super::imager::{Imager, Residual};
 use crate::deconvolve::{Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, peak_size};
 use crate::fidelity::robust_rms;
+use crate::memory::{ImageWork, check_images};
 use crate::progress::{Event, Observer};
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
@@ -64,6 +65,7 @@ pub fn clean_from(
 
 fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
     o.check()?;
+    check_images((imager.grid().n_l, imager.grid().n_m), ImageWork::Clean, 1)?;
     let level = threshold(imager, o)?;
     need("threshold", level, level >= 0.0 && level.is_finite(), "a level of 0 or more")?;
     let loaded = o.region.is_some() || (o.mask.is_none() && o.boxes.is_empty());

@@ -11,6 +11,7 @@ use super::solver::{MemGoals, Progress};
 use super::statistics::DataSums;
 use super::uncertainty::{Uncertainty, uncertainty};
 use crate::imaging::{Clock, Imager, Kind, with_beam};
+use crate::memory::{ImageWork, check_images};
 use crate::progress::Observer;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
@@ -79,6 +80,7 @@ pub(crate) fn in_front(one: &Array2<f64>, mut mask: Option<Array2<bool>>) -> Opt
 /// are not errors: see [`Certificate::met`].
 pub fn mem(imager: &mut Imager<'_>, opts: &MemPlan, observer: &dyn Observer) -> Result<MemProducts> {
     let shape = (imager.grid().n_m, imager.grid().n_l);
+    check_images((shape.1, shape.0), ImageWork::Entropy, 1)?;
     for (option, found) in [("mask", opts.mask.as_ref().map(Array2::dim)), ("prior", prior_shape(&opts.prior))] {
         let expected = format!("an image of the shape of the result, {shape:?}");
         need(option, format!("{:?}", found.unwrap_or(shape)), found.is_none_or(|f| f == shape), expected)?;
