@@ -76,6 +76,7 @@ pub mod fidelity;
 pub(crate) mod fixtures;
 pub mod fourier;
 pub mod imaging;
+mod lbfgs;
 mod linalg;
 pub mod mem;
 pub mod memory;
