@@ -70,6 +70,7 @@ pub mod closure;
 pub mod closure_imaging;
 pub mod corrupt;
 pub mod deconvolve;
+pub mod design;
 pub mod error;
 pub mod fidelity;
 #[cfg(test)]
