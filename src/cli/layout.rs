@@ -2,6 +2,7 @@
 
 use super::context::{Context, Outcome, subcommands};
 use super::failure::{Failure, Result};
+use super::optimize::{self, OptimizeArgs};
 use super::options::{OutputArgs, load_layout};
 use super::picture;
 use super::text::{angle, round};
@@ -22,6 +23,8 @@ subcommands! {
         Show(ShowArgs) => |args, _| show(args);
         /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .ant).
         Convert(ConvertArgs) => convert;
+        /// Find the positions of elements, or choose among pads, so that the side lobes of the beam or other figures are low.
+        Optimize(Box<OptimizeArgs>) => optimize::run;
     }
 }
 

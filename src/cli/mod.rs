@@ -25,6 +25,7 @@ mod layout;
 mod man;
 mod mask;
 mod mem;
+mod optimize;
 mod options;
 mod picture;
 mod planned;
