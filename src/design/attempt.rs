@@ -1,5 +1,6 @@
 //! One attempt: a start, and what a method makes of it.
 
+use super::grid::snap;
 use super::method::{Beginning, MethodKind, Work};
 use super::problem::Problem;
 use super::search::Found;
@@ -41,7 +42,11 @@ pub fn attempt(
     };
     let mut evaluator = problem.evaluator()?;
     let work = Work { problem, evaluator: &mut evaluator, start, beginning, random, observer };
-    let xy = freedom.positions(&(method.run)(work)?);
+    let mut x = (method.run)(work)?;
+    if let Some(step) = problem.grid {
+        x = snap(problem, &mut evaluator, step, &x)?;
+    }
+    let xy = freedom.positions(&x);
     let score = evaluator.score(&xy)?;
     Ok(Found { attempt: number, xy, score })
 }

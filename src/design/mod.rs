@@ -8,7 +8,7 @@
 //! | `journal` | attempts as lines of a file, to continue an interrupted search |
 //! | `limits`, `region`, `polygon`, `freedom` | where elements may stand, and which of them move |
 //! | `lobes`, `kernels`, `views`, `beam_map`, `lobe_norm` | the beam on a grid of directions, its p-norm, and their gradients |
-//! | `moving_lobes` | the beam of an array of which one antenna moves |
+//! | `moving_lobes`, `movable`, `grid` | an array of which one antenna moves at a time, and positions on a grid |
 //! | `pads`, `baselines` | a choice among pads |
 //! | `peaks`, `polish`, `minimax` | the tops of the side lobes, and the layout in which the highest is lowest |
 //!
@@ -19,6 +19,7 @@ mod attempt;
 mod baselines;
 mod beam_map;
 mod freedom;
+mod grid;
 pub mod journal;
 mod kernels;
 mod limits;
@@ -26,6 +27,7 @@ mod lobe_norm;
 mod lobes;
 mod method;
 mod minimax;
+mod movable;
 mod moving_lobes;
 mod objective;
 mod options;

@@ -76,6 +76,9 @@ pub struct DesignOptions {
     /// Smallest distance of two elements.
     #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH", default_value_t = DesignOptions::default().spacing))]
     pub spacing: Length,
+    /// Elements stand only at multiples of this length from the centre, along both axes.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
+    pub position_grid: Option<Length>,
     /// Largest full width of the beam at half of its maximum, over all azimuths, in wavelengths over the aperture; 0 allows any width
     /// [default: 1.2 for elements that move, any for pads].
     #[cfg_attr(feature = "cli", arg(long, value_name = "X"))]
@@ -137,6 +140,7 @@ impl Default for DesignOptions {
             aperture: None,
             objective: Objectives(vec![("psl".into(), 1.0)]),
             spacing: Length(0.0),
+            position_grid: None,
             beam: None,
             first_minimum: 1.3,
             within: 30.0,
@@ -267,6 +271,9 @@ impl DesignOptions {
             format!("the number to choose, {choose}"),
         )?;
         need("symmetry", self.symmetry, self.symmetry == 1, "1 for pads")?;
+        if let Some(grid) = self.position_grid {
+            return bad_value("position-grid", grid, "none for pads: they stand where they stand");
+        }
         need(
             "method",
             self.method.as_deref().unwrap_or("exchange"),
@@ -288,7 +295,7 @@ impl DesignOptions {
         // All pads are ground.
         let region = Region::disc(2.0 * reach);
         let limits = Limits { region, spacing, beam: self.beam_limit(None)?, views: setting.views.clone() };
-        Ok((Problem { freedom: Freedom::all(choose), limits, setting, terms: self.terms()? }, pads))
+        Ok((Problem { freedom: Freedom::all(choose), limits, grid: None, setting, terms: self.terms()? }, pads))
     }
 
     /// The problem of placing elements freely, with the aperture as the unit of length.
@@ -332,8 +339,16 @@ impl DesignOptions {
                 return Err(ChainError::Incompatible(text));
             }
         }
+        if let Some(grid) = self.position_grid {
+            let good = grid.si() > 0.0 && grid.si() < 0.25 * aperture_m;
+            need("position-grid", grid, good, format!("a positive length below a quarter of the aperture, {}", Length(aperture_m)))?;
+            let kept = [1, 2, 4].contains(&self.symmetry);
+            need("symmetry", self.symmetry, kept, "1, 2 or 4 with a position grid: a square grid has no other symmetry")?;
+        }
+        let grid = self.position_grid.map(|g| g.si() / aperture_m);
         let terms = self.terms()?;
-        let problem = Problem { freedom: Freedom { free: free / self.symmetry, symmetry: self.symmetry, fixed }, limits, setting, terms };
+        let problem =
+            Problem { freedom: Freedom { free: free / self.symmetry, symmetry: self.symmetry, fixed }, limits, grid, setting, terms };
         Ok(problem)
     }
 

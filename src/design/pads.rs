@@ -5,6 +5,8 @@
 //! Experiments. Worse exchanges are accepted at a falling temperature first (Kirkpatrick et al. 1983), then only better ones.
 
 use super::baselines::BaselineCounts;
+use super::lobes::LobeGrid;
+use super::moving_lobes::MovingLobes;
 use super::problem::{Evaluator, Problem};
 use super::search::Found;
 use crate::progress::Observer;
@@ -15,11 +17,14 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 /// Exchanges that are tried at a falling temperature, for each chosen pad.
-const QUICK_TRIES: usize = 2000;
+const QUICK_TRIES: usize = 10_000;
+const LOBE_TRIES: usize = 400;
 const SLOW_TRIES: usize = 30;
 /// Temperature at the start and at the end, relative to the score of the start.
 const HOT: f64 = 0.02;
 const COLD: f64 = 1e-4;
+/// Distance of the directions of side lobes. Tops between them are higher by a few per cent at most.
+const GRID_STEP: f64 = 0.25;
 /// Share of the pads that a hop exchanges.
 const HOPPED: f64 = 0.25;
 
@@ -51,15 +56,28 @@ impl Pads {
 enum Choice<'a> {
     /// Unique baselines alone: counts of equal baselines.
     Counts(BaselineCounts),
+    /// Peak side lobes alone: an exchange changes one phasor.
+    Lobes(&'a Problem, Option<MovingLobes>),
     /// Any objectives.
     Whole(&'a mut Evaluator),
 }
 
-impl Choice<'_> {
-    /// The score of the pads with index `chosen[slot]` replaced by `pad`.
-    fn after(&mut self, pads: &Pads, chosen: &[usize], slot: usize, pad: usize) -> Result<f64> {
+impl<'a> Choice<'a> {
+    fn new(problem: &'a Problem, pads: &Pads, evaluator: &'a mut Evaluator) -> (Self, usize) {
+        let unlimited = problem.limits.beam.is_none() && problem.limits.spacing == 0.0;
+        if unlimited && problem.kinds().all(|(k, _)| k.name == "redundancy") {
+            let weight = problem.kinds().map(|(_, w)| w).sum();
+            return (Self::Counts(BaselineCounts::new(&pads.places, problem.setting.tolerance, weight)), QUICK_TRIES);
+        }
+        if unlimited && problem.only_peak() { (Self::Lobes(problem, None), LOBE_TRIES) } else { (Self::Whole(evaluator), SLOW_TRIES) }
+    }
+
+    /// The score of the pads with index `chosen[slot]` replaced by `pad`; infinite where it is known to be above `limit`.
+    fn after(&mut self, pads: &Pads, chosen: &[usize], slot: usize, pad: usize, limit: f64) -> Result<f64> {
         match self {
             Self::Counts(counts) => Ok(counts.after(chosen, slot, pad)),
+            Self::Lobes(_, None) => Ok(f64::INFINITY),
+            Self::Lobes(_, Some(moving)) => Ok(moving.try_move(slot, pads.places[pad], limit).unwrap_or(f64::INFINITY)),
             Self::Whole(evaluator) => {
                 let place = |(k, c): (usize, &usize)| pads.places[if k == slot { pad } else { *c }];
                 evaluator.score(&chosen.iter().enumerate().map(place).collect::<Vec<_>>())
@@ -67,9 +85,27 @@ impl Choice<'_> {
         }
     }
 
-    fn set(&mut self, chosen: &[usize]) {
-        if let Self::Counts(counts) = self {
-            counts.set(chosen);
+    /// Begin at a choice.
+    fn set(&mut self, pads: &Pads, chosen: &[usize]) {
+        match self {
+            Self::Counts(counts) => counts.set(chosen),
+            Self::Lobes(problem, moving) => {
+                let ring = problem.setting.ring;
+                let xy: Vec<[f64; 2]> = chosen.iter().map(|k| pads.places[*k]).collect();
+                *moving = Some(MovingLobes::new(&problem.setting.views, &LobeGrid::new(ring.inner, ring.outer, GRID_STEP), &xy));
+            }
+            Self::Whole(_) => {}
+        }
+    }
+
+    /// Make an exchange. `chosen` is the choice after it.
+    fn make(&mut self, pads: &Pads, chosen: &[usize], slot: usize) {
+        match self {
+            Self::Lobes(_, Some(moving)) => {
+                moving.try_move(slot, pads.places[chosen[slot]], f64::INFINITY);
+                moving.accept();
+            }
+            other => other.set(pads, chosen),
         }
     }
 }
@@ -95,13 +131,9 @@ pub fn attempt_pads(problem: &Problem, pads: &Pads, seed: u64, number: u64, elit
         }
     };
     let mut evaluator = problem.evaluator()?;
-    let quick = problem.kinds().all(|(k, _)| k.name == "redundancy") && problem.limits.beam.is_none() && problem.limits.spacing == 0.0;
-    let weight: f64 = problem.kinds().map(|(_, w)| w).sum();
-    let tolerance = problem.setting.tolerance;
-    let mut choice =
-        if quick { Choice::Counts(BaselineCounts::new(&pads.places, tolerance, weight)) } else { Choice::Whole(&mut evaluator) };
     if pads.choose > pads.kept.len() && pads.choose < n {
-        exchange(pads, &mut choice, &mut chosen, if quick { QUICK_TRIES } else { SLOW_TRIES }, &mut random, observer)?;
+        let (mut choice, tries) = Choice::new(problem, pads, &mut evaluator);
+        exchange(pads, &mut choice, &mut chosen, tries, &mut random, observer)?;
     }
     chosen[pads.kept.len()..].sort_unstable();
     let xy: Vec<[f64; 2]> = chosen.iter().map(|k| pads.places[*k]).collect();
@@ -134,8 +166,8 @@ fn exchange(
     let kept = pads.kept.len();
     let mut taken = vec![false; pads.places.len()];
     chosen.iter().for_each(|k| taken[*k] = true);
-    choice.set(chosen);
-    let mut score = choice.after(pads, chosen, kept, chosen[kept])?;
+    choice.set(pads, chosen);
+    let mut score = choice.after(pads, chosen, kept, chosen[kept], f64::INFINITY)?;
     let scale = score.abs().max(1e-6);
     let mut best = (score, chosen.to_vec());
     let total = tries * (chosen.len() - kept);
@@ -149,17 +181,17 @@ fn exchange(
         if taken[pad] {
             continue;
         }
-        let after = choice.after(pads, chosen, slot, pad)?;
+        let after = choice.after(pads, chosen, slot, pad, limit)?;
         if after <= limit {
             (taken[chosen[slot]], taken[pad], chosen[slot], score) = (false, true, pad, after);
-            choice.set(chosen);
+            choice.make(pads, chosen, slot);
             if score < best.0 {
                 best = (score, chosen.to_vec());
             }
         }
     }
     chosen.copy_from_slice(&best.1);
-    choice.set(chosen);
+    choice.set(pads, chosen);
     descend(pads, choice, chosen, best.0, observer)
 }
 
@@ -170,7 +202,7 @@ fn descend(pads: &Pads, choice: &mut Choice<'_>, chosen: &mut [usize], mut score
         for slot in pads.kept.len()..chosen.len() {
             ensure!(!observer.cancelled(), ChainError::Cancelled);
             for pad in (0..pads.places.len()).filter(|p| !chosen.contains(p)) {
-                let after = choice.after(pads, chosen, slot, pad)?;
+                let after = choice.after(pads, chosen, slot, pad, best.0)?;
                 if after < best.0 - 1e-12 * best.0.abs() {
                     best = (after, Some((slot, pad)));
                 }
@@ -178,6 +210,6 @@ fn descend(pads: &Pads, choice: &mut Choice<'_>, chosen: &mut [usize], mut score
         }
         let Some((slot, pad)) = best.1 else { return Ok(()) };
         (score, chosen[slot]) = (best.0, pad);
-        choice.set(chosen);
+        choice.make(pads, chosen, slot);
     }
 }

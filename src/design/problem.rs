@@ -12,6 +12,8 @@ pub struct Problem {
     pub freedom: Freedom,
     /// The conditions.
     pub limits: Limits,
+    /// Free elements stand at multiples of this.
+    pub grid: Option<f64>,
     /// The observation.
     pub setting: Setting,
     /// Rows of [`OBJECTIVES`] with their weights.
