@@ -10,6 +10,7 @@
 //! | `lobes`, `kernels`, `views`, `beam_map`, `lobe_norm` | the beam on a grid of directions, its p-norm, and their gradients |
 //! | `moving_lobes`, `movable`, `grid` | an array of which one antenna moves at a time, and positions on a grid |
 //! | `pads`, `baselines` | a choice among pads |
+//! | `scene_chain` | from a layout to the error of an image: the objective `scene` |
 //! | `peaks`, `polish`, `minimax` | the tops of the side lobes, and the layout in which the highest is lowest |
 //!
 //! The unit of length is the aperture, the unit of directions the wavelength over the aperture.
@@ -39,6 +40,7 @@ mod problem;
 mod profile;
 mod region;
 mod repair;
+mod scene_chain;
 mod search;
 mod start;
 mod views;
@@ -50,7 +52,7 @@ pub use limits::Limits;
 pub use lobes::{LobeField, LobeGrid, LobeMap, MovedAntenna};
 pub use method::{Beginning, METHODS, MethodKind, Work};
 pub use moving_lobes::MovingLobes;
-pub use objective::{OBJECTIVES, Objective, ObjectiveKind, Setting};
+pub use objective::{OBJECTIVES, Objective, ObjectiveKind, SceneError, SceneFunction, Setting};
 pub use options::{DesignOptions, Ground, Objectives};
 pub use pads::{Pads, attempt_pads};
 pub use peaks::{Lobe, PeakFinder, Ring};
@@ -59,6 +61,7 @@ pub use polygon::Polygon;
 pub use problem::{Evaluator, Problem};
 pub use profile::{Density, Profile};
 pub use region::Region;
+pub use scene_chain::{Deconvolver, SceneChain, SceneTestOptions};
 pub use search::{Found, SearchControl, Searched, search};
 pub use views::View;
 

@@ -238,7 +238,7 @@ impl DesignOptions {
         let ring = Ring { inner: self.first_minimum, outer: self.within };
         // A tenth of a wavelength, as in the figures of layouts; without a wavelength a thousandth of the aperture.
         let tolerance = self.freq.map_or(1e-3, |f| 0.1 * SPEED_OF_LIGHT_M_S / f.si() / aperture_m);
-        Ok(Setting { views, ring, tolerance, density: self.density.profile() })
+        Ok(Setting { views, ring, tolerance, density: self.density.profile(), scene: None })
     }
 
     fn beam_limit(&self, default: Option<f64>) -> Result<Option<f64>> {

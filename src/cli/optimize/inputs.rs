@@ -58,6 +58,12 @@ pub(super) enum Kind {
 }
 
 impl Kind {
+    pub(super) fn problem_mut(&mut self) -> &mut Problem {
+        match self {
+            Self::Free { problem, .. } | Self::Pads { problem, .. } => problem,
+        }
+    }
+
     pub(super) fn problem(&self) -> &Problem {
         match self {
             Self::Free { problem, .. } | Self::Pads { problem, .. } => problem,

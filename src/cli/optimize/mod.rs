@@ -6,6 +6,7 @@
 mod inputs;
 mod journal;
 mod page;
+mod scene;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
@@ -17,6 +18,7 @@ use cittert_arrays::quantity::Length;
 use clap::Args;
 use inputs::{Inputs, Kind, PlaceArgs};
 use journal::Journal;
+use scene::SceneTestArgs;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -28,6 +30,8 @@ pub struct OptimizeArgs {
     place: PlaceArgs,
     #[command(flatten)]
     design: DesignOptions,
+    #[command(flatten, next_help_heading = "Objective scene")]
+    scene: SceneTestArgs,
     /// Write a page with the layout, its side lobes and the scores of all attempts.
     #[arg(long, value_name = "HTML")]
     page: Option<PathBuf>,
@@ -45,10 +49,11 @@ const PEAK_STEP: f64 = 0.1;
 pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     check_ending(path)?;
-    args.out.claim([path].into_iter().chain(&args.page), args.place.files())?;
+    args.out.claim([path].into_iter().chain(&args.page), args.place.files().into_iter().chain(args.scene.file()))?;
     let inputs = Inputs::read(&args.place, &args.design)?;
     let control = args.design.control().map_err(Failure::call)?;
-    let kind = inputs.kind(&args.design).map_err(Failure::call)?;
+    let mut kind = inputs.kind(&args.design).map_err(Failure::call)?;
+    kind.problem_mut().setting.scene = args.scene.error(&args.design, inputs.aperture_m, context)?;
     let problem = kind.problem();
     let journal_path = args.out.suffixed(".journal");
     let fingerprint = fingerprint(args, &inputs)?;
@@ -88,7 +93,12 @@ pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Outcome> {
 /// What must be the same for a journal to fit: the version, and all that the result depends on. The number of attempts and the time may differ.
 fn fingerprint(args: &OptimizeArgs, inputs: &Inputs) -> Result<String> {
     let design = DesignOptions { restarts: None, time: None, ..args.design.clone() };
-    Ok(format!("cittert {} layout optimize {} {}", env!("CARGO_PKG_VERSION"), serde_json::to_string(&design)?, inputs.fingerprint()))
+    Ok(format!(
+        "cittert {} layout optimize {} {}",
+        env!("CARGO_PKG_VERSION"),
+        serde_json::to_string(&design)?,
+        inputs.fingerprint() + &args.scene.fingerprint()?
+    ))
 }
 
 fn write(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, found: &Searched, context: &Context) -> Result<Outcome> {

@@ -4,6 +4,8 @@ use crate::Result;
 use crate::design::peaks::Ring;
 use crate::design::profile::Profile;
 use crate::design::views::View;
+use std::fmt;
+use std::sync::Arc;
 
 /// A figure of merit of a layout. Each thread has its own, with the memory that it needs.
 pub trait Objective: Send {
@@ -21,6 +23,25 @@ pub trait Objective: Send {
     }
 }
 
+/// A function from a layout to the error of the image of a scene.
+#[derive(Clone)]
+pub struct SceneError(pub Arc<SceneFunction>);
+
+/// Positions in apertures to the rms error of the image, relative to the rms of the scene.
+pub type SceneFunction = dyn Fn(&[[f64; 2]]) -> Result<f64> + Send + Sync;
+
+impl fmt::Debug for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("SceneError")
+    }
+}
+
+impl PartialEq for SceneError {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
 /// What objectives know about the observation. The unit of length is the aperture, that of directions the wavelength over the aperture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
@@ -32,6 +53,8 @@ pub struct Setting {
     pub tolerance: f64,
     /// The target density of baselines.
     pub density: Profile,
+    /// The error of the image of a scene, if one is given.
+    pub scene: Option<SceneError>,
 }
 
 /// A kind of objective.

@@ -12,8 +12,9 @@ mod redundancy;
 mod residual;
 mod rms;
 mod robust;
+mod scene;
 
-pub use kind::{Objective, ObjectiveKind, Setting};
+pub use kind::{Objective, ObjectiveKind, SceneError, SceneFunction, Setting};
 
 /// All kinds.
 pub const OBJECTIVES: &[ObjectiveKind] = &[
@@ -30,6 +31,7 @@ pub const OBJECTIVES: &[ObjectiveKind] = &[
     ObjectiveKind { name: "cable", about: "length of the shortest tree of cables, in apertures", gradient: true, make: cable::make },
     ObjectiveKind { name: "delta-t", about: "noise in kelvin relative to an evenly filled disc", gradient: true, make: delta_t::make },
     ObjectiveKind { name: "robust", about: "peak side lobe after the loss of any one element", gradient: true, make: robust::make },
+    ObjectiveKind { name: "scene", about: "error of the image of a scene through the whole chain", gradient: false, make: scene::make },
 ];
 
 #[cfg(test)]
