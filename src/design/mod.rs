@@ -5,6 +5,7 @@
 //! | `objective` | figures of merit with their gradients, one file and one row of a table each |
 //! | `method` | ways from a start to a good layout, one file and one row of a table each |
 //! | `search`, `attempt`, `start` | many attempts in parallel, from random layouts and from the best ones |
+//! | `front` | weightings of two objectives, and the layouts that none beats in both |
 //! | `journal` | attempts as lines of a file, to continue an interrupted search |
 //! | `limits`, `region`, `polygon`, `freedom` | where elements may stand, and which of them move |
 //! | `lobes`, `kernels`, `views`, `beam_map`, `lobe_norm` | the beam on a grid of directions, its p-norm, and their gradients |
@@ -20,6 +21,7 @@ mod attempt;
 mod baselines;
 mod beam_map;
 mod freedom;
+mod front;
 mod grid;
 pub mod journal;
 mod kernels;
@@ -48,6 +50,7 @@ mod views;
 pub use array_factor::{array_factor, beam};
 pub use attempt::attempt;
 pub use freedom::Freedom;
+pub use front::{front, weightings};
 pub use limits::Limits;
 pub use lobes::{LobeField, LobeGrid, LobeMap, MovedAntenna};
 pub use method::{Beginning, METHODS, MethodKind, Work};

@@ -1,8 +1,8 @@
 //! A choice among pads: exchange of chosen pads for free ones.
 //!
 //! # Reference
-//! Su et al. 2004, ChJAA 4, 198, and Boone 2001, A&A 377, 368, choose pads of real arrays; the exchange itself is Fedorov 1972, Theory of Optimal
-//! Experiments. Worse exchanges are accepted at a falling temperature first (Kirkpatrick et al. 1983), then only better ones.
+//! Boone 2001, A&A 377, 368 (the pads of an array); Fedorov 1972, Theory of Optimal Experiments (exchange); Kirkpatrick, Gelatt & Vecchi 1983,
+//! Science 220, 671: worse exchanges are accepted at a falling temperature first, then only better ones.
 
 use super::baselines::BaselineCounts;
 use super::lobes::LobeGrid;

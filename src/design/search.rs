@@ -58,8 +58,11 @@ pub fn search(
     observer: &dyn Observer,
 ) -> Result<Searched> {
     let started = Instant::now();
-    observer.event(Event::Phase { name: "attempts", total: Some(control.attempts), unit: "attempt" });
+    // Where time ends the search, the number of attempts is only an upper limit.
+    let total = control.time.is_none().then_some(control.attempts);
+    observer.event(Event::Phase { name: "attempts", total, unit: "attempt" });
     let (mut all, mut longest): (Vec<Found>, Duration) = (Vec::new(), Duration::ZERO);
+    let mut told = f64::INFINITY;
     while (all.len() as u64) < control.attempts {
         let first = all.len() as u64;
         let last = (first + ROUND).min(control.attempts);
@@ -85,8 +88,9 @@ pub fn search(
             .collect::<Result<_>>()?;
         all.extend(round);
         longest = longest.max(begun.elapsed());
-        if let Some(best) = self::elite(&all).first() {
-            observer.event(Event::Note(&format!("{} attempts, best {:.5} (attempt {})", all.len(), best.score, best.attempt)));
+        if let Some(best) = self::elite(&all).first().filter(|best| best.score < told) {
+            told = best.score;
+            observer.event(Event::Note(&format!("{} attempts, best {:.5} (attempt {})", all.len(), best.score, best.attempt + 1)));
         }
         if control.time.is_some_and(|limit| started.elapsed() + longest > limit) {
             break;

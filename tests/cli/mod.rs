@@ -4,6 +4,7 @@ mod calibration;
 mod chain;
 mod docs;
 mod mem;
+mod optimize;
 mod options;
 mod pages;
 mod physics;

@@ -3,6 +3,7 @@
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::options::load_layout;
 use crate::design::{DesignOptions, Ground, MethodKind, Pads, Polygon, Problem};
+use crate::values::need;
 use crate::{ChainError, Result as ChainResult};
 use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
 use clap::Args;
@@ -61,6 +62,12 @@ impl Kind {
     pub(super) fn problem_mut(&mut self) -> &mut Problem {
         match self {
             Self::Free { problem, .. } | Self::Pads { problem, .. } => problem,
+        }
+    }
+
+    pub(super) fn into_problem(self) -> Problem {
+        match self {
+            Self::Free { problem, .. } | Self::Pads { problem, .. } => *problem,
         }
     }
 
@@ -146,6 +153,7 @@ impl Inputs {
     /// The variables at which the first attempt begins.
     fn variables(&self, start: &ArrayLayout, problem: &Problem) -> ChainResult<Vec<f64>> {
         let (places, free, symmetry) = (places(start), problem.freedom.free, problem.freedom.symmetry);
+        need("symmetry", symmetry, symmetry == 1, "1 for a search that begins at a given layout")?;
         let expected = free * symmetry;
         crate::ensure!(
             places.len() == expected,

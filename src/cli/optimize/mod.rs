@@ -3,6 +3,7 @@
 //! From the start, a journal of the finished attempts stands beside the output. A search that was killed therefore continues where it stopped, when
 //! the same command is run again. The journal is removed when the layout is written.
 
+mod front;
 mod inputs;
 mod journal;
 mod page;
@@ -32,6 +33,9 @@ pub struct OptimizeArgs {
     design: DesignOptions,
     #[command(flatten, next_help_heading = "Objective scene")]
     scene: SceneTestArgs,
+    /// Search N weightings of two objectives instead of one, and write the layouts that no other beats in both, as PATH-1.toml and so on.
+    #[arg(long, value_name = "N", conflicts_with = "page")]
+    pareto: Option<usize>,
     /// Write a page with the layout, its side lobes and the scores of all attempts.
     #[arg(long, value_name = "HTML")]
     page: Option<PathBuf>,
@@ -42,35 +46,63 @@ pub struct OptimizeArgs {
 /// Distance of the directions from which the tops of side lobes are searched for the figures of the result.
 const PEAK_STEP: f64 = 0.1;
 
-/// Search, and write the best layout.
+impl OptimizeArgs {
+    /// The files that are read.
+    fn inputs(&self) -> Vec<PathBuf> {
+        self.place.files().into_iter().chain(self.scene.file()).collect()
+    }
+}
+
+/// Search, and write the best layout, or those of a Pareto front.
 ///
 /// # Errors
 /// An option or a file is wrong, elements do not fit, or an error of the file system.
 pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     check_ending(path)?;
-    args.out.claim([path].into_iter().chain(&args.page), args.place.files().into_iter().chain(args.scene.file()))?;
+    if let Some(count) = args.pareto {
+        return front::run(args, count, context);
+    }
+    args.out.claim([path].into_iter().chain(&args.page), args.inputs())?;
     let inputs = Inputs::read(&args.place, &args.design)?;
-    let control = args.design.control().map_err(Failure::call)?;
-    let mut kind = inputs.kind(&args.design).map_err(Failure::call)?;
-    kind.problem_mut().setting.scene = args.scene.error(&args.design, inputs.aperture_m, context)?;
-    let problem = kind.problem();
-    let journal_path = args.out.suffixed(".journal");
-    let fingerprint = fingerprint(args, &inputs)?;
-    let elements = problem.freedom.elements();
+    let started = std::time::Instant::now();
+    let found = search_one(args, &args.design, &inputs, path, context)?;
+    let seconds = started.elapsed().as_secs_f64();
+    let mut outcome = write(args, &inputs, &found.problem, &found.searched, context)?;
+    found.journal.remove()?;
+    outcome.json["resumed"] = found.resumed.into();
+    outcome.json["seconds"] = seconds.into();
+    Ok(outcome)
+}
+
+/// A search that has ended.
+struct Ended {
+    problem: Problem,
+    searched: Searched,
+    journal: Journal,
+    /// Attempts that were in the journal at the start.
+    resumed: usize,
+}
+
+/// Search for the layout that is written to `path`.
+fn search_one(args: &OptimizeArgs, design: &DesignOptions, inputs: &Inputs, path: &Path, context: &Context) -> Result<Ended> {
+    let control = design.control().map_err(Failure::call)?;
+    let mut kind = inputs.kind(design).map_err(Failure::call)?;
+    kind.problem_mut().setting.scene = args.scene.error(design, inputs.aperture_m, context)?;
+    let mut journal_path = path.as_os_str().to_owned();
+    journal_path.push(".journal");
+    let journal_path = PathBuf::from(journal_path);
+    let elements = kind.problem().freedom.elements();
+    let fingerprint = fingerprint(args, design, inputs)?;
     let (journal, done) = Journal::open(&journal_path, &fingerprint, elements, args.out.overwrite, context)?;
     let resumed = done.len();
     if resumed > 0 {
         context.console.note(&format!("{}: {resumed} attempts are in the journal already", journal_path.display()));
     }
-    let started = std::time::Instant::now();
-    let observer: &dyn Observer = &context.console;
-    let seed = args.design.seed;
+    let (observer, seed): (&dyn Observer, u64) = (&context.console, design.seed);
     let journal = Mutex::new(journal);
-    let keep = |found: &Found| -> ChainResult<()> {
-        let mut journal = journal.lock().map_err(|_| ChainError::Internal("the journal is not usable after a failure".into()))?;
-        journal.append(found)
-    };
+    let lost = || ChainError::Internal("the journal is not usable after a failure".into());
+    let keep = |found: &Found| -> ChainResult<()> { journal.lock().map_err(|_| lost())?.append(found) };
     let result = match &kind {
         Kind::Free { problem, method, start } => {
             let one = |k: u64, elite: &[Found]| attempt(problem, method, start.as_deref(), seed, k, elite, observer);
@@ -80,19 +112,13 @@ pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Outcome> {
             search(control, done, &|k, elite| attempt_pads(problem, pads, seed, k, elite, observer), &keep, observer)
         }
     };
-    let found = result.map_err(Failure::call)?;
-    let seconds = started.elapsed().as_secs_f64();
-    let outcome = write(args, &inputs, problem, &found, context)?;
-    journal.into_inner().map_err(|_| Failure::message("the journal is not usable after a failure"))?.remove()?;
-    let mut json = outcome.json;
-    json["resumed"] = resumed.into();
-    json["seconds"] = seconds.into();
-    Ok(Outcome { json, ..outcome })
+    let searched = result.map_err(Failure::call)?;
+    Ok(Ended { problem: kind.into_problem(), searched, journal: journal.into_inner().map_err(|_| lost())?, resumed })
 }
 
 /// What must be the same for a journal to fit: the version, and all that the result depends on. The number of attempts and the time may differ.
-fn fingerprint(args: &OptimizeArgs, inputs: &Inputs) -> Result<String> {
-    let design = DesignOptions { restarts: None, time: None, ..args.design.clone() };
+fn fingerprint(args: &OptimizeArgs, design: &DesignOptions, inputs: &Inputs) -> Result<String> {
+    let design = DesignOptions { restarts: None, time: None, ..design.clone() };
     Ok(format!(
         "cittert {} layout optimize {} {}",
         env!("CARGO_PKG_VERSION"),

@@ -10,7 +10,7 @@ fn options(objective: &str) -> DesignOptions {
         elements: Some(12),
         aperture: Some(Length(2.0)),
         spacing: Length(0.2),
-        within: 6.0,
+        within: 4.0,
         beam: Some(0.0),
         objective: objective.parse().unwrap(),
         ..DesignOptions::default()
