@@ -3,13 +3,14 @@
 use super::objective::SceneError;
 use crate::fidelity::{CompareOptions, compare};
 use crate::imaging::{ImageSize, Imager, ImagingOptions, clean};
-use crate::mem::{MemOptions, MemPlan, Uncertainty, mem};
+use crate::mem::{MemInputs, MemOptions, Uncertainty, mem};
 use crate::progress::Silent;
 use crate::simulate::{Element, ElementPattern, SimulateOptions, SkyModel, TrackOptions, simulate_set};
 use crate::values::{bad_value, need};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::quantity::{Angle, Duration, Temperature};
 use cittert_arrays::{Antenna, ArrayLayout, BrightnessUnit, Image, LayoutFrame, SpectralWindow, VisUnit};
+use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -134,7 +135,7 @@ impl SceneChain {
     /// The same as a function for the objective.
     #[must_use]
     pub fn error(self) -> SceneError {
-        SceneError(Arc::new(move |xy: &[[f64; 2]]| self.nrmse(xy)))
+        SceneError(Arc::new(move |xy: &[[f64; 2]]| self.image_error(xy)))
     }
 
     fn layout(&self, xy: &[[f64; 2]]) -> Result<ArrayLayout> {
@@ -146,26 +147,41 @@ impl SceneChain {
         Ok(ArrayLayout::new("candidate", LayoutFrame::Boresight, xy.iter().enumerate().map(antenna).collect())?)
     }
 
-    /// The rms difference of image and scene over the rms of the scene.
+    /// The rms difference of image and scene over the rms of the scene, each about its mean: 0 for a perfect image, 1 for a grey card.
     ///
     /// # Errors
     /// A step of the chain fails.
-    pub fn nrmse(&self, xy: &[[f64; 2]]) -> Result<f64> {
+    pub fn image_error(&self, xy: &[[f64; 2]]) -> Result<f64> {
         let layout = self.layout(xy)?;
         let track = TrackOptions { integration: self.options.integration, ..TrackOptions::default() }.plan(&layout)?;
         let coverage = track.plan.coverage()?;
         let header = self.simulate.header(layout, self.spectrum.clone(), track.center, self.unit);
         let mut set = simulate_set(header, &coverage, &self.sky, &self.simulate, &Silent)?;
+        let options = MemOptions { uncertainty: Uncertainty::None, ..MemOptions::default() };
+        // Data without noise have weights without scale, for which maximum entropy takes a small noise.
+        let noise = if self.options.deconvolver == Deconvolver::Mem { Some(options.believed_noise(&mut set, &Silent)?) } else { None };
         let mut imager = Imager::new(&mut set, self.imaging.clone(), &Silent)?;
-        let image = match self.options.deconvolver {
-            Deconvolver::Clean => clean(&mut imager, &crate::deconvolve::CleanOptions::default(), &Silent)?.restored,
-            Deconvolver::Mem => {
-                let options = MemOptions { uncertainty: Uncertainty::None, ..MemOptions::default() };
-                mem(&mut imager, &MemPlan { options, ..MemPlan::default() }, &Silent)?.model
+        let image = match noise {
+            None => clean(&mut imager, &crate::deconvolve::CleanOptions::default(), &Silent)?.restored,
+            Some(noise) => {
+                let plan = options.plan(&imager, MemInputs::default(), noise)?;
+                mem(&mut imager, &plan, &Silent)?.model
             }
         };
-        Ok(compare(&image, &self.truth, &CompareOptions::default())?.scores.nrmse)
+        let c = compare(&image, &self.truth, &CompareOptions::default())?;
+        Ok(error_about_the_mean(&c.image, &c.truth))
     }
+}
+
+/// The rms of I - T over that of T, each about its mean, over the pixels with a value in both. Baselines do not measure the mean of a scene.
+fn error_about_the_mean(image: &Array2<f64>, truth: &Array2<f64>) -> f64 {
+    let pairs = || image.iter().zip(truth).filter(|(i, t)| i.is_finite() && t.is_finite());
+    let n = pairs().count() as f64;
+    let scatter = |f: &dyn Fn(f64, f64) -> f64| {
+        let mean = pairs().map(|(i, t)| f(*i, *t)).sum::<f64>() / n;
+        pairs().map(|(i, t)| (f(*i, *t) - mean).powi(2)).sum::<f64>()
+    };
+    (scatter(&|i, t| i - t) / scatter(&|_, t| t)).sqrt()
 }
 
 #[cfg(test)]
@@ -174,28 +190,44 @@ mod tests {
     use cittert_arrays::{Polarization, SkyFrame, SkyGrid};
     use ndarray::Array4;
 
-    /// More elements make a better image of a smooth scene.
-    #[test]
-    fn the_error_falls_with_the_number_of_elements() {
+    fn golden(n: usize) -> Vec<[f64; 2]> {
+        let place = |k: usize| {
+            let (radius, (s, c)) = (0.5 * ((k as f64 + 0.5) / n as f64).sqrt(), (2.399_963 * k as f64).sin_cos());
+            [radius * c, radius * s]
+        };
+        (0..n).map(place).collect()
+    }
+
+    /// A bump of 100 K on a constant background, at 94 GHz.
+    fn chain(background: f64, deconvolver: Deconvolver) -> SceneChain {
         let spectrum = SpectralWindow::band(94e9, 1e9, 1).unwrap();
         let grid = SkyGrid::new(64, 64, 2e-3, SkyFrame::Boresight).unwrap();
-        let bump = |i: usize, k: usize| (-((i as f64 - 30.0).powi(2) + (k as f64 - 36.0).powi(2)) / 40.0).exp();
-        let data = Array4::from_shape_fn((1, 1, 64, 64), |(_, _, m, l)| 100.0 * bump(m, l));
+        let bump = |i: usize, k: usize| (-((i as f64 - 30.0).powi(2) + (k as f64 - 36.0).powi(2)) / 80.0).exp();
+        let data = Array4::from_shape_fn((1, 1, 64, 64), |(_, _, m, l)| background + 100.0 * bump(m, l));
         let truth = Image::new(grid, spectrum.clone(), vec![Polarization::I], data, BrightnessUnit::Kelvin).unwrap();
-        let options = SceneTestOptions { image_size: 64, ..SceneTestOptions::default() };
-        let chain = SceneChain::new(SkyModel::of_image(truth), spectrum, options, 0.3).unwrap();
-        let golden = |n: usize| -> Vec<[f64; 2]> {
-            (0..n)
-                .map(|k| {
-                    let (radius, (s, c)) = (0.5 * ((k as f64 + 0.5) / n as f64).sqrt(), (2.399_963 * k as f64).sin_cos());
-                    [radius * c, radius * s]
-                })
-                .collect()
-        };
-        let (few, many) = (chain.nrmse(&golden(7)).unwrap(), chain.nrmse(&golden(40)).unwrap());
-        assert!(many < 0.5 * few && many < 0.2, "{few} {many}");
+        let options = SceneTestOptions { image_size: 64, deconvolver, ..SceneTestOptions::default() };
+        SceneChain::new(SkyModel::of_image(truth), spectrum, options, 0.3).unwrap()
+    }
+
+    #[test]
+    fn more_elements_make_a_better_image() {
+        for (background, deconvolver) in [(0.0, Deconvolver::Clean), (200.0, Deconvolver::Mem)] {
+            let chain = chain(background, deconvolver);
+            let (few, many) = (chain.image_error(&golden(7)).unwrap(), chain.image_error(&golden(40)).unwrap());
+            // A grey card has 1.
+            assert!(many < 0.8 * few && many < 1.0, "{deconvolver}: {few} {many}");
+        }
+    }
+
+    #[test]
+    fn a_list_of_sources_and_noise_without_a_diameter_are_refused() {
+        let band = || SpectralWindow::band(94e9, 1e9, 1).unwrap();
         let list = SkyModel::of_sources(Vec::new());
-        let band = SpectralWindow::band(94e9, 1e9, 1).unwrap();
-        assert!(SceneChain::new(list, band, SceneTestOptions::default(), 1.0).is_err());
+        let message = SceneChain::new(list, band(), SceneTestOptions::default(), 1.0).err().unwrap().to_string();
+        assert!(message.contains("one image"), "{message}");
+        let noisy = SceneTestOptions { tsys: Some(Temperature(500.0)), ..SceneTestOptions::default() };
+        let sky = chain(0.0, Deconvolver::Mem).sky;
+        let message = SceneChain::new(sky, band(), noisy, 1.0).err().unwrap().to_string();
+        assert!(message.contains("diameter"), "{message}");
     }
 }

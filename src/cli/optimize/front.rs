@@ -1,7 +1,7 @@
 //! `--pareto`: several weightings of two objectives, and the layouts that no other beats in both.
 
 use super::inputs::Inputs;
-use super::{OptimizeArgs, search_one};
+use super::search::{OptimizeArgs, name, search_one};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
 use crate::design::{DesignOptions, Objectives, front, weightings};
@@ -46,7 +46,7 @@ pub(super) fn run(args: &OptimizeArgs, count: usize, context: &Context) -> Resul
             one.searched.attempts,
             args.design.seed
         );
-        let layout = inputs.layout(super::name(&layouts[*k]), &one.searched.best.xy, history)?;
+        let layout = inputs.layout(name(&layouts[*k]), &one.searched.best.xy, history)?;
         args.out.write(&layouts[*k], layout.to_toml().as_bytes())?;
         outcome = outcome.wrote(&layouts[*k]);
         rows.push(

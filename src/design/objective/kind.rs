@@ -27,7 +27,7 @@ pub trait Objective: Send {
 #[derive(Clone)]
 pub struct SceneError(pub Arc<SceneFunction>);
 
-/// Positions in apertures to the rms error of the image, relative to the rms of the scene.
+/// Positions in apertures to the rms error of the image over the rms of the scene, each about its mean.
 pub type SceneFunction = dyn Fn(&[[f64; 2]]) -> Result<f64> + Send + Sync;
 
 impl fmt::Debug for SceneError {
