@@ -31,7 +31,9 @@ impl Journal {
     ) -> Result<(Self, BTreeMap<u64, Found>)> {
         cittert_formats::refuse_special(path)?;
         let mut done = BTreeMap::new();
-        if path.exists() {
+        // A process that makes this search has locked the file, which must not be replaced then.
+        let old = if path.exists() { Some(locked(path)?) } else { None };
+        if old.is_some() {
             let text = cittert_formats::read_text(path)?;
             let (first, rest) = text.split_once('\n').unwrap_or((&text, ""));
             if first == fingerprint {
@@ -45,19 +47,12 @@ impl Journal {
                     "{}: it is not the journal of this search; use the options with which it began, or --overwrite to begin anew",
                     path.display()
                 );
-                ensure!(overwrite && (text.is_empty() || first.starts_with("cittert ")), Failure::message(text));
+                ensure!(overwrite && first.starts_with("cittert "), Failure::message(text));
             }
         }
         let lines: String = done.values().map(journal::line).collect();
         write_file_now(path, true, format!("{fingerprint}\n{lines}").as_bytes())?;
-        let file = OpenOptions::new().append(true).open(path).context(format!("{}", path.display()))?;
-        match file.try_lock() {
-            Ok(()) => Ok((Self { file, path: path.into() }, done)),
-            Err(TryLockError::WouldBlock) => {
-                Err(Failure::message(format!("{}: another process makes this search; wait for it, or choose another -o", path.display())))
-            }
-            Err(TryLockError::Error(e)) => Err(e).context(format!("{}: cannot lock it", path.display())),
-        }
+        Ok((Self { file: locked(path)?, path: path.into() }, done))
     }
 
     /// Add an attempt. It is on the disk when this function returns.
@@ -75,5 +70,17 @@ impl Journal {
     /// An error of the file system.
     pub(super) fn remove(self) -> Result<()> {
         std::fs::remove_file(&self.path).context(format!("{}: cannot remove the journal", self.path.display()))
+    }
+}
+
+/// A journal open at its end, with its lock.
+fn locked(path: &Path) -> Result<File> {
+    let file = OpenOptions::new().append(true).open(path).context(format!("{}", path.display()))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => {
+            Err(Failure::message(format!("{}: another process makes this search; wait for it, or choose another -o", path.display())))
+        }
+        Err(TryLockError::Error(e)) => Err(e).context(format!("{}: cannot lock it", path.display())),
     }
 }
