@@ -43,6 +43,12 @@ impl Problem {
         self.terms.len() == 1 && self.kinds().all(|(k, _)| k.name == "psl")
     }
 
+    /// True if an objective makes an image of a scene for each layout, which takes tenths of a second.
+    #[must_use]
+    pub fn makes_images(&self) -> bool {
+        self.kinds().any(|(k, _)| k.name == "scene")
+    }
+
     /// The objectives of one thread.
     ///
     /// # Errors

@@ -13,9 +13,10 @@ use crate::{ChainError, Result, ensure};
 use rand::RngExt;
 use std::f64::consts::TAU;
 
-/// Moves for each element, where a move is looked at by its change alone, and where the whole figure is computed.
+/// Moves for each element, where a move is looked at by its change alone, where the whole figure is computed, and where this makes an image.
 const QUICK_MOVES: usize = 1500;
 const SLOW_MOVES: usize = 100;
+const IMAGE_MOVES: usize = 8;
 /// Temperature at the start and at the end, relative to the score of the start.
 const HOT: f64 = 0.03;
 const COLD: f64 = 2e-4;
@@ -26,7 +27,12 @@ const NEAR: f64 = 0.003;
 pub(super) fn run(work: Work<'_>) -> Result<Vec<f64>> {
     let Work { problem, evaluator, start, mut random, observer, .. } = work;
     let freedom = &problem.freedom;
-    let moves = freedom.free * if is_quick(problem) { QUICK_MOVES } else { SLOW_MOVES };
+    let moves = freedom.free
+        * match is_quick(problem) {
+            true => QUICK_MOVES,
+            false if problem.makes_images() => IMAGE_MOVES,
+            false => SLOW_MOVES,
+        };
     let mut layout = movable(problem, evaluator, start)?;
     let scale = layout.score().abs().max(1e-6);
     let (mut best, mut found) = (layout.score(), layout.variables());
