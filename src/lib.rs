@@ -70,12 +70,14 @@ pub mod closure;
 pub mod closure_imaging;
 pub mod corrupt;
 pub mod deconvolve;
+pub mod design;
 pub mod error;
 pub mod fidelity;
 #[cfg(test)]
 pub(crate) mod fixtures;
 pub mod fourier;
 pub mod imaging;
+mod lbfgs;
 mod linalg;
 pub mod mem;
 pub mod memory;

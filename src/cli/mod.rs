@@ -26,6 +26,7 @@ mod man;
 mod mask;
 mod mem;
 mod numbers;
+mod optimize;
 mod options;
 mod picture;
 mod planned;

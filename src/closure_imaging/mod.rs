@@ -8,7 +8,6 @@
 //! | `field` | the grid, the co-located antennas and the size of the source |
 //! | `dft` | exact transforms of small images |
 //! | `penalty` | penalties that choose among the images that fit the data |
-//! | `lbfgs` | minimisation |
 //! | `problem` | all terms together as a function of ln I |
 //! | `gains` | gains of the antennas given an image |
 //! | `tuning` | constants that choose the field, the prior and the flux |
@@ -23,7 +22,6 @@ mod dft;
 mod field;
 mod gains;
 mod gather;
-mod lbfgs;
 mod options;
 mod penalty;
 mod phase_term;

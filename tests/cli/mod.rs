@@ -5,6 +5,7 @@ mod chain;
 mod docs;
 mod layouts;
 mod mem;
+mod optimize;
 mod options;
 mod pages;
 mod physics;

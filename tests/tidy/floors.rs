@@ -7,7 +7,7 @@ use crate::ties::{Ties, ties};
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["study", "plot"],
-    &["verdict"],
+    &["verdict", "design"],
     &["calibrate"],
     &["closure_imaging", "mem"],
     &["imaging"],
@@ -15,7 +15,7 @@ const FLOORS: &[&[&str]] = &[
     &["corrupt"],
     &["simulate"],
     &["closure", "fidelity", "misfit"],
-    &["fourier", "linalg"],
+    &["fourier", "lbfgs", "linalg"],
     &["values", "memory"],
     &["progress", "error", "random"],
 ];

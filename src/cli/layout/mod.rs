@@ -7,6 +7,7 @@ mod told;
 
 use super::context::{Context, Outcome, subcommands};
 use super::failure::{Failure, Result};
+use super::optimize::{self, OptimizeArgs};
 use super::options::{OutputArgs, load_layout};
 use cittert_arrays::BUILTIN_LAYOUTS;
 use cittert_arrays::quantity::Frequency;
@@ -27,6 +28,8 @@ subcommands! {
         Show(show::ShowArgs) => |args, _| show::run(args);
         /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .ant).
         Convert(ConvertArgs) => convert;
+        /// Find the positions of elements, or choose among pads, so that the side lobes of the beam or other figures are low.
+        Optimize(Box<OptimizeArgs>) => optimize::run;
     }
 }
 

@@ -10,19 +10,19 @@ use std::collections::VecDeque;
 
 /// When to stop.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Limits {
+pub(crate) struct Limits {
     /// Most iterations.
-    pub iterations: usize,
+    pub(crate) iterations: usize,
     /// Relative decrease in one iteration below which it has converged.
-    pub decrease: f64,
+    pub(crate) decrease: f64,
 }
 
 /// The result of a minimisation.
 #[derive(Debug, Clone)]
-pub(super) struct Minimum {
-    pub x: Vec<f64>,
-    pub value: f64,
-    pub evaluations: usize,
+pub(crate) struct Minimum {
+    pub(crate) x: Vec<f64>,
+    pub(crate) value: f64,
+    pub(crate) evaluations: usize,
 }
 
 /// Pairs of steps that are remembered.
@@ -59,7 +59,7 @@ struct State {
 }
 
 /// Minimise `f`, which writes its gradient, from `x`.
-pub(super) fn minimise(x: Vec<f64>, limits: Limits, f: &mut dyn FnMut(&[f64], &mut [f64]) -> f64) -> Minimum {
+pub(crate) fn minimise(x: Vec<f64>, limits: Limits, f: &mut dyn FnMut(&[f64], &mut [f64]) -> f64) -> Minimum {
     let mut gradient = vec![0.0; x.len()];
     let value = f(&x, &mut gradient);
     let mut evaluations = 1;
