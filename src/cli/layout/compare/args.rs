@@ -1,12 +1,13 @@
 //! The options of `layout compare`.
 
 use crate::cli::failure::{Failure, Result, ensure};
-use crate::imaging::ImageSize;
+use crate::deconvolve::{Algorithm, CleanOptions};
+use crate::imaging::{ImageSize, ImagingOptions};
 use crate::simulate::{Element, SceneOptions, SimulateOptions};
 use cittert_arrays::quantity::{Angle, Frequency, Length};
-use cittert_arrays::{FigureOptions, Weighting};
+use cittert_arrays::{BuiltinLayout, FigureOptions, Weighting};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `layout compare`.
 #[derive(Debug, Args)]
@@ -60,8 +61,11 @@ pub(super) struct ObservedArgs {
     #[arg(long, value_name = "ANGLE")]
     pub(super) cell: Option<Angle>,
     /// Scheme of the weights of all images: natural, uniform or briggs.
-    #[arg(long, value_name = "SCHEME", value_enum, hide_possible_values = true, default_value_t = crate::imaging::ImagingOptions::default().weighting)]
+    #[arg(long, value_name = "SCHEME", value_enum, hide_possible_values = true, default_value_t = ImagingOptions::default().weighting)]
     pub(super) image_weighting: Weighting,
+    /// Algorithm of CLEAN: hogbom, clark, or multiscale for extended scenes.
+    #[arg(long, value_name = "NAME", default_value_t = CleanOptions::default().algorithm)]
+    pub(super) algorithm: Algorithm,
     /// Compare the images with the scene only inside a disc around the centre. Its radius is this fraction of the smaller side.
     #[arg(long, value_name = "FRACTION")]
     pub(super) disc: Option<f64>,
@@ -73,7 +77,10 @@ impl CompareArgs {
         let n = self.layouts.len();
         ensure!(n >= 2, Failure::usage(format!("{n} layout is nothing to compare: give two layouts or more")));
         for (k, name) in self.layouts.iter().enumerate() {
-            ensure!(!self.layouts[..k].contains(name), Failure::usage(format!("the layout {name} is given twice: give each layout once")));
+            if let Some(twin) = self.layouts[..k].iter().find(|other| is_one(other, name)) {
+                let both = if twin == name { format!("{name} is given twice") } else { format!("{twin} and {name} are one file") };
+                return Err(Failure::usage(format!("{both}: give each layout once")));
+            }
         }
         self.figures.check(self.freq.si()).map_err(|e| Failure::call(e.into()))?;
         let o = &self.observed;
@@ -90,13 +97,24 @@ impl CompareArgs {
             ("element-width", o.element_width.is_some()),
             ("size", o.size.is_some()),
             ("cell", o.cell.is_some()),
-            ("image-weighting", o.image_weighting != crate::imaging::ImagingOptions::default().weighting),
+            ("image-weighting", o.image_weighting != ImagingOptions::default().weighting),
             ("disc", o.disc.is_some()),
-            ("scene-cell", o.how != SceneOptions::default()),
+            ("algorithm", o.algorithm != CleanOptions::default().algorithm),
+            ("scene-cell", o.how.scene_cell.is_some()),
+            ("scene-size", o.how.scene_size.is_some()),
+            ("scene-channels", o.how.scene_channels),
+            ("scene-min", o.how.scene_min.is_some()),
+            ("scene-max", o.how.scene_max.is_some()),
         ];
         match given.iter().find(|g| g.1) {
             Some((option, _)) => Err(Failure::usage(format!("--{option} needs --scene: without a scene no image is made"))),
             None => Ok(()),
         }
     }
+}
+
+/// Whether two texts name the same layout.
+fn is_one(a: &str, b: &str) -> bool {
+    let file = |text: &str| if BuiltinLayout::find(text).is_some() { None } else { Path::new(text).canonicalize().ok() };
+    a == b || file(a).zip(file(b)).is_some_and(|(a, b)| a == b)
 }

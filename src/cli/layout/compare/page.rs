@@ -109,9 +109,7 @@ pub(super) fn page(told: Told<'_>, context: &Context) -> String {
         ));
     }
     let heading = heading(args.freq, &args.figures);
-    let mut all =
-        Section { title: "Figures".into(), text: format!("Figures {}.", heading.trim_end_matches(':')), table, ..Section::default() };
-    all.commands = Vec::new();
+    let all = Section { title: "Figures".into(), text: format!("Figures {}.", heading.trim_end_matches(':')), table, ..Section::default() };
     let mut sections = vec![all];
     for row in rows {
         let commands = done.iter().filter(|d| d.step.section == row.title).map(|d| d.command.clone()).collect();

@@ -7,6 +7,9 @@ use crate::cli::run::labels::{angle, brightness, digits};
 /// beams that are not alike say nothing about which layout is better.
 const ALIKE: f64 = 1.2;
 
+/// Side lobes that differ by less are told as equal, dB.
+const TIE_DB: f64 = 0.1;
+
 /// What the side lobes of one layout are judged by.
 #[derive(Debug, Clone)]
 pub(super) struct Beam {
@@ -91,6 +94,11 @@ pub(super) fn by_beams(all: &[Beam]) -> Ranking {
             )
         }
     };
+    if let [best, second, ..] = alike.as_slice()
+        && second.psl_db - best.psl_db < TIE_DB
+    {
+        reason += &format!(" {} is as good: the two differ by less than {TIE_DB} dB.", second.name);
+    }
     if !wide.is_empty() {
         let told: Vec<String> = wide.iter().map(|b| format!("{} ({}, {})", b.name, angle(b.width_rad), db(b))).collect();
         reason += &format!(" Not ranked, because the beam is wider and side lobes can be traded for resolution: {}.", told.join("; "));
@@ -113,6 +121,8 @@ mod tests {
         assert_eq!((found.order, found.not_ranked), (vec!["b".to_owned(), "a".into()], vec!["wide".to_owned()]));
         assert!(found.reason.starts_with("b has the lowest peak side lobe of the 2 layouts with beams alike, -10.0 dB (a has -8.0 dB)"));
         assert!(found.reason.contains("Not ranked") && found.reason.contains("wide (6.88 arcmin, -20.0 dB)"), "{}", found.reason);
+        assert!(!found.reason.contains("as good"));
+        assert!(by_beams(&[beam("a", 1e-3, -8.0), beam("b", 1e-3, -8.05)]).reason.contains("a is as good"));
         let alone = by_beams(&[beam("a", 1e-3, -8.0), beam("wide", 2e-3, -20.0)]);
         assert!(alone.order == ["a"] && alone.reason.starts_with("a has the narrowest beam, 3.44 arcmin"), "{}", alone.reason);
     }

@@ -70,7 +70,7 @@ fn layout(design: &Design, done: &[Done], scores: &[Score]) -> Value {
     }
     for s in scores {
         let own = &mut all[s.key];
-        (own["rms_error"], own["unit"]) = (s.rms.into(), s.unit.as_str().into());
+        (own["rms_difference"], own["unit"]) = (s.rms.into(), s.unit.as_str().into());
         (own["nrmse"], own["error_over_grey_card"]) = (s.nrmse.into(), s.over_grey_card.into());
         if s.unit == "K" {
             own["rms_k"] = s.rms.into();

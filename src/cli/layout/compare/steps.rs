@@ -20,7 +20,7 @@ const BEAM_SIZE: usize = 256;
 /// Width of a channel over its frequency, where no bandwidth is given: data without noise do not depend on it.
 const NARROW: f64 = 1e-3;
 
-/// The images of a layout: the word of the results, the file, the title of its section, and its error map.
+/// One kind of images: the command that makes it and its key in the results, its file, and the title of its section.
 pub(super) struct Made {
     pub(super) key: &'static str,
     pub(super) file: &'static str,
@@ -172,6 +172,7 @@ pub(super) fn images(name: &str, args: &CompareArgs, pixels: Pixels) -> Vec<Step
     for made in &IMAGES {
         let step = Step::new(made.title, format!("{name}: {}", made.key), made.key, made.key).with([vis.clone()]);
         let step = step.with(sized(pixels)).with([weighting(o.image_weighting)]);
+        let step = step.with((made.key == "clean").then(|| format!("--algorithm={}", o.algorithm)));
         all.push(step.to(&format!("{name}/{}", if made.key == "dirty" { made.file } else { made.key })));
         if has_truth(args) {
             let step = Step::new(made.title, format!("{name}: error of {}", made.key), format!("compare.{}", made.key), "compare");
