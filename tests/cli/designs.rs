@@ -16,7 +16,7 @@ fn read(s: &Scratch, file: &str) -> Value {
     serde_json::from_slice(&std::fs::read(s.path(file)).unwrap()).unwrap()
 }
 
-const SCENE: &str = "kind = \"analytic\"\nbackground = { temperature_k = 270.0 }\n[[shape]]\ntype = \"ellipse\"\ncenter_deg = [1.0, 0.5]\nsize_deg = [1.5, 1.0]\ntemperature_k = 120.0\n";
+const SCENE: &str = "kind = \"analytic\"\nname = \"disc\"\nbackground = { temperature_k = 270.0 }\n[[shape]]\ntype = \"ellipse\"\ncenter_deg = [1.0, 0.5]\nsize_deg = [1.5, 1.0]\ntemperature_k = 120.0\n";
 
 #[test]
 fn the_figures_are_those_of_show_and_the_lowest_side_lobe_wins() {
@@ -117,7 +117,7 @@ fn bad_calls_give_one_message_and_leave_nothing() {
         ("ring.toml fermat.toml -o . --overwrite", 2, ["a folder that holds the input", "choose another folder"]),
         ("ring.toml fermat.toml -o d --scene-size 64", 2, ["--scene-size", "needs --scene"]),
         ("ring.toml fermat.toml -o d --scene ring.toml --noise", 2, ["--noise", "--bandwidth"]),
-        ("ring.toml fermat.toml -o d --scene none.toml --scene-size 32", 1, ["none.toml", "cannot read"]),
+        ("ring.toml fermat.toml -o d --scene none.toml --scene-size 32", 1, ["none.toml", "cannot open"]),
         ("ring.toml fermat.toml -o d --channels 4", 2, ["channels", "4"]),
     ] {
         s.fails(&format!("layout compare {line} --freq 94GHz"), code, &words);
