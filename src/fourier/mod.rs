@@ -33,6 +33,7 @@ mod pool;
 mod real;
 mod series;
 mod sort;
+mod sorted_rows;
 #[cfg(test)]
 mod tests;
 mod transform;
@@ -51,6 +52,6 @@ pub(crate) use line_fft::good_size;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
-pub use sort::SortedRows;
+pub use sorted_rows::SortedRows;
 pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;

@@ -6,7 +6,7 @@
 use super::grid_options::GridOptions;
 use super::plan::UvwExtent;
 use super::real::Real;
-use super::sort::SortedRows;
+use super::sorted_rows::SortedRows;
 use super::transform::Transform;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayError, SkyGrid};

@@ -3,11 +3,9 @@
 use super::plan::Plan;
 use super::plane_rows::TILE;
 use super::real::Real;
-use super::units::{Unit, units};
 use super::wplanes::{SLAB, WBasis};
 use crate::{ChainError, Result};
 use ndarray::ArrayView2;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// A row that is folded to v >= 0.
@@ -40,52 +38,6 @@ pub(crate) struct Chunk {
     pub(crate) n_nodes: usize,
     /// Runs in the order of their tiles.
     pub(crate) runs: Vec<Run>,
-}
-
-/// Most chunks of a block.
-const MOST_CHUNKS: usize = 16;
-
-/// The positions of the visibilities of some rows on the grid of one transform, in the order of its tiles. It is made once and used in every
-/// pass over the same rows.
-#[derive(Debug)]
-pub struct SortedRows {
-    /// Identity of the plan that the rows were sorted for.
-    plan: u64,
-    pub(crate) chunks: Vec<Chunk>,
-    /// The units of each colour, in the order of the colours.
-    pub(crate) colours: Vec<Vec<Unit>>,
-}
-
-impl SortedRows {
-    pub(crate) fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>) -> Result<Self> {
-        plan.check_rows(uvw_m, (uvw_m.nrows(), plan.n_chan()))?;
-        let ranges = shares(uvw_m.nrows());
-        let made = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range)).collect::<Result<Vec<_>>>()?;
-        let (chunks, keys): (Vec<Chunk>, Vec<Vec<u64>>) = made.into_iter().unzip();
-        let each = chunks.par_iter().zip(&keys).enumerate();
-        let mut segments: Vec<Segment> = each.flat_map_iter(|(i, (c, k))| c.segments(i, k)).collect();
-        segments.par_sort_unstable_by_key(|s| (s.key, s.chunk));
-        let colours = units(plan, segments, &chunks);
-        Ok(Self { plan: plan.id, chunks, colours })
-    }
-
-    /// Check that the rows were sorted for this plan.
-    pub(crate) fn check<T: Real>(&self, plan: &Plan<T>) -> Result<()> {
-        if self.plan == plan.id {
-            return Ok(());
-        }
-        Err(ChainError::Incompatible(
-            "rows that were sorted for one transform were given to another: sort them with the transform that grids them".into(),
-        ))
-    }
-
-    /// Size in bytes.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let chunk = |c: &Chunk| c.rows.len() * size_of::<Row>() + c.runs.len() * size_of::<Run>();
-        let unit = |u: &Unit| size_of::<Unit>() + u.pieces.iter().map(|p| p.len() * size_of::<Segment>()).sum::<usize>();
-        self.chunks.iter().map(chunk).sum::<usize>() + self.colours.iter().flatten().map(unit).sum::<usize>()
-    }
 }
 
 /// The runs of one chunk in one tile.
@@ -141,7 +93,7 @@ struct Keyed {
 
 impl Chunk {
     /// Fold, classify, cut and sort the rows of `range`. Also returns the key of the tile of each run.
-    fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Result<(Self, Vec<u64>)> {
+    pub(crate) fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Result<(Self, Vec<u64>)> {
         let mut rows = Vec::with_capacity(range.len());
         let (mut runs, mut n_nodes) = (Vec::with_capacity(4 * range.len()), 0);
         for r in range.clone() {
@@ -160,7 +112,7 @@ impl Chunk {
         Ok((Self { range, rows, n_nodes, runs }, keys))
     }
 
-    fn segments(&self, chunk: usize, keys: &[u64]) -> Vec<Segment> {
+    pub(crate) fn segments(&self, chunk: usize, keys: &[u64]) -> Vec<Segment> {
         let mut out = Vec::new();
         let mut first = 0;
         for same in keys.chunk_by(|a, b| a == b) {
@@ -235,12 +187,6 @@ fn sort_by_key(runs: &mut Vec<Keyed>) {
         *at += 1;
     }
     *runs = sorted;
-}
-
-/// Divide the rows of a block into ranges. Their number does not depend on that of the threads, because sums are made in their order.
-fn shares(n_rows: usize) -> Vec<Range<usize>> {
-    let parts = n_rows.div_ceil(256).clamp(1, MOST_CHUNKS);
-    (0..parts).map(|k| n_rows * k / parts..n_rows * (k + 1) / parts).filter(|r| !r.is_empty()).collect()
 }
 
 #[cfg(test)]

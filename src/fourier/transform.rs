@@ -5,7 +5,7 @@ use super::grid_options::GridOptions;
 use super::gridder::Gridder;
 use super::plan::{Plan, UvwExtent};
 use super::real::Real;
-use super::sort::SortedRows;
+use super::sorted_rows::SortedRows;
 use super::wplanes::WBasis;
 use crate::Result;
 use cittert_arrays::SkyGrid;

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod chain;
+mod designs;
 mod docs;
 mod layouts;
 mod mem;

@@ -128,8 +128,8 @@ fn options_without_effect_and_numbers_beyond_all_bounds_are_refused() {
         (format!("simulate {look} --element airy --element-width 1deg -o w.uvh5"), 2, ["--element-width", "gaussian"]),
         ("corrupt v.uvh5 --phase-rms 5deg --wind 5m/s -o w.uvh5".into(), 1, ["troposphere", "turns this error on"]),
         ("corrupt v.uvh5 --phase-rms 5deg --dropout-noticed -o w.uvh5".into(), 1, ["dropout", "turns this error on"]),
-        ("corrupt v.uvh5 --phase-rms 1e300deg -o w.uvh5".into(), 2, ["--phase-rms", "larger than any angle"]),
-        ("corrupt v.uvh5 --troposphere 1rad --outer-scale 1e300m -o w.uvh5".into(), 2, ["--outer-scale", "larger than any length"]),
+        ("corrupt v.uvh5 --phase-rms 1e300deg -o w.uvh5".into(), 2, ["--phase-rms", "no angle of that size"]),
+        ("corrupt v.uvh5 --troposphere 1rad --outer-scale 1e300m -o w.uvh5".into(), 2, ["--outer-scale", "no length of that size"]),
     ] {
         s.fails(&command, code, &words);
     }

@@ -21,7 +21,7 @@ fn wrong_calls_of_selfcal_are_said_before_any_work() {
     s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --solint 1s"), 1, &["solint"]);
     s.fails("selfcal v.uvh5 -o x --size 64 --cell 1mrad --rounds 0", 2, &["--rounds", "0"]);
     s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --algorithm magic"), 2, &["magic", "hogbom"]);
-    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --minsnr nan"), 1, &["minsnr"]);
+    s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --minsnr nan"), 2, &["minsnr"]);
     s.fails(&format!("selfcal v.uvh5 -o x {IMAGE} --model nowhere.fits"), 1, &["nowhere.fits"]);
     assert_eq!(s.names(), before);
 }

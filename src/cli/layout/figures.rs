@@ -13,7 +13,15 @@ const RANKED: usize = 5;
 /// Figures at a frequency or over a band.
 pub(super) fn tell(layout: &ArrayLayout, freq: Frequency, options: &FigureOptions, told: &mut Told) -> Result<()> {
     let f = layout.figures_with(freq.si(), options).map_err(|e| Failure::call(e.into()))?;
-    told.add(json!({
+    told.add(json(&f, freq, options));
+    told.heading(heading(freq, options));
+    lines(&f, options, told);
+    Ok(())
+}
+
+/// The figures as the keys of an object.
+pub(super) fn json(f: &LayoutFigures, freq: Frequency, options: &FigureOptions) -> Value {
+    let mut all = json!({
         "freq_hz": freq.si(), "bmaj_rad": f.bmaj_rad, "bmin_rad": f.bmin_rad, "bpa_rad": f.bpa_rad,
         "beam_equivalent_rad": (f.bmaj_rad * f.bmin_rad).sqrt(),
         "half_power_max_rad": f.half_power_rad[0], "half_power_min_rad": f.half_power_rad[1],
@@ -24,16 +32,27 @@ pub(super) fn tell(layout: &ArrayLayout, freq: Frequency, options: &FigureOption
         "redundancy": f.redundancy, "unique_baselines": f.unique_baselines,
         "alias_free_field_rad": f.ghosts.alias_free_field_rad, "ghosts_lm": f.ghosts.directions, "grid_steps_wavelengths": f.ghosts.steps,
         "point_source_jy": f.point_source_jy, "delta_t_k": f.delta_t_k,
-    }));
+    });
     if let (Some(x), Some((psl, rms))) = (options.within, f.within) {
-        told.add(json!({ "within": x, "psl_within_db": psl, "rms_sidelobe_within": rms }));
+        (all["within"], all["psl_within_db"], all["rms_sidelobe_within"]) = (x.into(), psl.into(), rms.into());
     }
-    told.heading(heading(freq, options));
-    lines(&f, options, told);
-    Ok(())
+    all
 }
 
-fn heading(freq: Frequency, options: &FigureOptions) -> String {
+/// Elements, baselines and cable as the keys of an object.
+pub(super) fn extent_json(layout: &ArrayLayout) -> Value {
+    let extent = layout.extent();
+    json!({
+        "name": layout.name, "n_antennas": extent.n_antennas, "n_baselines": extent.n_baselines,
+        "shortest_m": extent.shortest_m, "longest_m": extent.longest_m, "source": layout.source,
+        "smallest_spacing_m": extent.shortest_m, "cable_m": layout.cable_m(),
+        "frame": if layout.site().is_some() { "enu" } else { "boresight" },
+        "antenna_names": layout.antennas().iter().map(|a| a.name.as_str()).collect::<Vec<_>>(),
+    })
+}
+
+/// Band, weights and direction for which the figures hold.
+pub(super) fn heading(freq: Frequency, options: &FigureOptions) -> String {
     let weights = match (options.weighting, options.robust) {
         (Weighting::Natural, _) => "natural weights".to_owned(),
         (Weighting::Uniform, _) => "uniform weights".to_owned(),

@@ -1,5 +1,6 @@
-//! `layout`: list, make, describe and convert antenna layouts.
+//! `layout`: list, make, describe, compare and convert antenna layouts.
 
+mod compare;
 mod figures;
 mod make;
 mod show;
@@ -26,6 +27,8 @@ subcommands! {
         Make(make::MakeArgs) => make::run;
         /// Describe a layout: antennas, baselines, resolution, side lobes, and what the loss of elements costs.
         Show(show::ShowArgs) => |args, _| show::run(args);
+        /// Compare layouts side by side: figures of merit, beams, and images of the same scene.
+        Compare(Box<compare::CompareArgs>) => |args: &compare::CompareArgs, context| compare::run(args, context);
         /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .ant).
         Convert(ConvertArgs) => convert;
         /// Find the positions of elements, or choose among pads, so that the side lobes of the beam or other figures are low.

@@ -87,13 +87,7 @@ fn extent(layout: &ArrayLayout, args: &ShowArgs, told: &mut Told) -> Result<()> 
         ),
     };
     let cable_m = layout.cable_m();
-    told.add(json!({
-        "name": layout.name, "n_antennas": extent.n_antennas, "n_baselines": extent.n_baselines,
-        "shortest_m": extent.shortest_m, "longest_m": extent.longest_m, "source": layout.source,
-        "smallest_spacing_m": extent.shortest_m, "cable_m": cable_m,
-        "frame": if layout.site().is_some() { "enu" } else { "boresight" },
-        "antenna_names": layout.antennas().iter().map(|a| a.name.as_str()).collect::<Vec<_>>(),
-    }));
+    told.add(figures::extent_json(layout));
     told.heading(format_args!("{} ({} antennas, {} baselines)", layout.name, extent.n_antennas, extent.n_baselines));
     told.line("frame", frame);
     told.line("baselines", format_args!("{:.9} to {:.9}", Length(round(extent.shortest_m)), Length(round(extent.longest_m))));

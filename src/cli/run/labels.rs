@@ -129,7 +129,7 @@ fn shown(how: Show, json: &Value, key: &str) -> Option<String> {
 }
 
 /// Three significant digits, without an exponent where it can be avoided.
-pub(super) fn digits(x: f64) -> String {
+pub(in crate::cli) fn digits(x: f64) -> String {
     let size = x.abs();
     // Rounding errors of sums of order one are told as zero.
     if size < 1e-12 {
@@ -143,7 +143,7 @@ pub(super) fn digits(x: f64) -> String {
 }
 
 /// A whole number with a space after each group of three digits.
-pub(super) fn grouped(x: f64) -> String {
+pub(in crate::cli) fn grouped(x: f64) -> String {
     let digits = format!("{:.0}", x.abs());
     let mut out = String::new();
     for (k, c) in digits.chars().enumerate() {
@@ -156,7 +156,7 @@ pub(super) fn grouped(x: f64) -> String {
 }
 
 /// A brightness with its unit: kelvin as they are, janskys with a prefix.
-pub(super) fn brightness(x: f64, unit: &str) -> String {
+pub(in crate::cli) fn brightness(x: f64, unit: &str) -> String {
     if !unit.starts_with("Jy") {
         return format!("{} {unit}", digits(x)).trim_end().to_owned();
     }
@@ -171,7 +171,8 @@ fn angle_unit(rad: f64) -> (f64, &'static str) {
     units.into_iter().find(|u| rad.abs() >= u.0).unwrap_or((1e-6 * arcsec, "\u{b5}as"))
 }
 
-fn angle(rad: f64) -> String {
+/// An angle with three significant digits, in deg, arcmin, arcsec, mas or microarcseconds.
+pub(in crate::cli) fn angle(rad: f64) -> String {
     let (unit, name) = angle_unit(rad);
     format!("{} {name}", digits(rad / unit))
 }
@@ -181,7 +182,8 @@ fn beam(major: f64, minor: f64, position: f64) -> String {
     format!("{} x {} {name} at {:.0} deg", digits(major / unit), digits(minor / unit), position.to_degrees())
 }
 
-fn length(m: f64) -> String {
+/// A length with three significant digits, in km, m or mm.
+pub(in crate::cli) fn length(m: f64) -> String {
     let (unit, name) = [(1e3, "km"), (1.0, "m")].into_iter().find(|u| m.abs() >= u.0).unwrap_or((1e-3, "mm"));
     format!("{} {name}", digits(m / unit))
 }

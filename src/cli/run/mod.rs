@@ -3,15 +3,15 @@
 //! Each section of the file becomes the words of a subcommand. The subcommand then runs as if it had been typed, and the report shows its words.
 
 mod calibration;
-mod command;
+pub(super) mod command;
 mod config;
-mod labels;
+pub(super) mod labels;
 mod page;
-mod place;
+pub(super) mod perform;
+pub(super) mod place;
 mod steps;
 mod verdict;
 
-use super::console::Console;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{ConfigArgs, OutputArgs};
@@ -21,6 +21,7 @@ use cittert_formats::atomic::{AtomicDir, Replaces};
 use clap::Args;
 use command::{Done, Step};
 use config::Config;
+use perform::perform;
 use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::path::Path;
@@ -28,6 +29,8 @@ use steps::steps;
 
 /// The name in the list of files that a run leaves in its folder.
 const WRITER: &str = "cittert run";
+/// Files of a run beside those of its steps.
+const OWN: [&str; 2] = ["metrics.json", "report.html"];
 
 /// Options of `run`.
 #[derive(Debug, Args)]
@@ -57,7 +60,7 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: target.to_path_buf(), overwrite: args.overwrite };
     out.claim([target], place::inputs(path, &steps))?;
     let folder = AtomicDir::create(target, args.overwrite, Replaces::FilesOf(WRITER))?;
-    place::refuse_taken(target, WRITER, &steps)?;
+    place::refuse_taken(target, WRITER, &steps, &OWN.map(str::to_owned))?;
     let (here, shown) = (folder.path().display().to_string(), target.display().to_string());
     let mut done = Vec::new();
     let total = steps.len();
@@ -113,19 +116,6 @@ fn commands(steps: &[Step], check: fn(&[OsString]) -> Result<()>) -> Result<Vec<
 /// The configuration is wrong. The message names the line.
 pub fn run_commands(text: &str, path: &Path, check_words: fn(&[OsString]) -> Result<()>) -> Result<Vec<String>> {
     commands(&check(text, path)?.1, check_words)
-}
-
-fn perform(step: Step, here: &str, shown: &str, context: &Context) -> Result<Done> {
-    let command = step.shown(shown);
-    let started = std::time::Instant::now();
-    let (console, subcommands) = (Console::new(context.console.loudness), context.subcommands);
-    let inner = Context { command_line: command.clone(), console, subcommands };
-    let outcome = (subcommands.run)(&step.argv(here), &inner).map_err(|e| e.renamed(here, shown)).context(&command)?;
-    if let Some(why) = outcome.failed {
-        context.console.warn(&format!("{}: {why}", step.title));
-    }
-    let warnings = inner.console.take_warnings().into_iter().map(|w| w.replace(here, shown)).collect();
-    Ok(Done { step, command, json: place::renamed(outcome.json, here, shown), warnings, seconds: started.elapsed().as_secs_f64() })
 }
 
 fn metrics(config: &Config, done: &[Done], context: &Context) -> Value {

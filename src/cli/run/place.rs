@@ -6,9 +6,6 @@ use cittert_formats::atomic::FileList;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// Files of a run beside those of its steps.
-const OWN: [&str; 2] = ["metrics.json", "report.html"];
-
 /// The files that a run reads: its configuration, and all that the words of its steps name.
 pub(super) fn inputs(config: &Path, steps: &[Step]) -> Vec<PathBuf> {
     let words = steps.iter().flat_map(|s| &s.words).filter(|w| !w.contains(DIR));
@@ -16,11 +13,12 @@ pub(super) fn inputs(config: &Path, steps: &[Step]) -> Vec<PathBuf> {
     std::iter::once(config.to_path_buf()).chain(named).collect()
 }
 
-/// Refuse a folder in which somebody else has a file with the name of a file of this run. Files with other names are kept.
+/// Refuse a folder in which somebody else has a file with the name of a file that the steps write, or of one of `own`. Files with other names
+/// are kept.
 ///
 /// # Errors
 /// The first such file.
-pub(super) fn refuse_taken(folder: &Path, writer: &str, steps: &[Step]) -> Result<()> {
+pub(in crate::cli) fn refuse_taken(folder: &Path, writer: &str, steps: &[Step], own: &[String]) -> Result<()> {
     if !folder.is_dir() {
         return Ok(());
     }
@@ -33,7 +31,7 @@ pub(super) fn refuse_taken(folder: &Path, writer: &str, steps: &[Step]) -> Resul
     };
     for path in FileList::read(folder, writer)?.others(folder)? {
         let name = path.to_string_lossy();
-        if OWN.contains(&name.as_ref()) || outputs.iter().any(|out| is_of(&name, out)) {
+        if own.iter().any(|file| *file == name) || outputs.iter().any(|out| is_of(&name, out)) {
             let file = folder.join(&path);
             let text = format!("{}: {writer} has not written this file, and would replace it: move it away", file.display());
             return Err(Failure::message(text));
@@ -43,7 +41,7 @@ pub(super) fn refuse_taken(folder: &Path, writer: &str, steps: &[Step]) -> Resul
 }
 
 /// Put the final folder in the place of the hidden one in every text of a result.
-pub(super) fn renamed(value: Value, hidden: &str, last: &str) -> Value {
+pub(in crate::cli) fn renamed(value: Value, hidden: &str, last: &str) -> Value {
     match value {
         Value::String(text) => Value::String(text.replace(hidden, last)),
         Value::Array(all) => all.into_iter().map(|v| renamed(v, hidden, last)).collect(),
