@@ -233,7 +233,7 @@ mod tests {
         assert!("nanGHz".parse::<Frequency>().is_err());
         assert!("1e999Hz".parse::<Frequency>().is_err());
         let e = "-1e300deg".parse::<Angle>().unwrap_err().to_string();
-        assert!(e.contains("larger than any angle"), "{e}");
+        assert!(e.contains("no angle of that size") && "1e-300s".parse::<Duration>().is_err() && "0s".parse::<Duration>().is_ok(), "{e}");
         assert_eq!("1e20Hz".parse::<Frequency>().unwrap().si(), 1e20);
     }
 
@@ -287,7 +287,7 @@ mod tests {
 
     proptest::proptest! {
         #[test]
-        fn any_angle_reads_back_as_the_same_value(digits in proptest::num::f64::NORMAL, exponent in -300..30) {
+        fn any_angle_reads_back_as_the_same_value(digits in proptest::num::f64::NORMAL, exponent in -29..30) {
             let mantissa = f64::from_bits(digits.to_bits() & !(0x7ff << 52) | 1023 << 52);
             let radians = mantissa / 2.0 * 10_f64.powi(exponent);
             proptest::prop_assert_eq!(Angle(radians).to_string().parse::<Angle>().unwrap(), Angle(radians));

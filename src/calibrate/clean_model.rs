@@ -186,7 +186,7 @@ impl ModelMaker for CleanMaker {
             products.components = joined(before.products.components.into_iter().chain(products.components));
         }
         let epsilon =
-            if plan.last { self.imaging.epsilon } else { (self.tuning.predicted_epsilon * plan.depth).clamp(self.imaging.epsilon, 1e-3) };
+            if plan.last { self.imaging.epsilon } else { (self.tuning.predicted_epsilon * plan.depth).min(1e-3).max(self.imaging.epsilon) };
         self.hold(place, products, epsilon)
     }
 

@@ -65,8 +65,8 @@ impl FromStr for Terms {
             let Some((_, term)) = Term::ALL.iter().find(|(n, _)| *n == name) else {
                 return bad("amp, cphase, logcamp and vis, with commas between, each with =WEIGHT where it is not 1".into());
             };
-            let Some(weight) = weight.ok().filter(|w| *w > 0.0 && w.is_finite()) else {
-                return bad(format!("a positive weight for {name}"));
+            let Some(weight) = weight.ok().filter(|w| *w > 0.0 && *w <= 1e6) else {
+                return bad(format!("a positive weight of at most 1e6 for {name}"));
             };
             need("terms", format!("{text:?}"), terms.iter().all(|(t, _)| t != term), format!("{name} once"))?;
             terms.push((*term, weight));
@@ -267,9 +267,9 @@ impl FromStr for PenaltyWeights {
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let mut weights = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            let wrong = || format!("{part:?} is not entropy, tv, tv2, flux or centroid with =WEIGHT of 0 or more");
+            let wrong = || format!("{part:?} is not entropy, tv, tv2, flux or centroid with =WEIGHT from 0 to 1e6");
             let (name, value) = part.split_once('=').ok_or_else(wrong)?;
-            let value = value.trim().parse::<f64>().ok().filter(|v| *v >= 0.0 && v.is_finite()).ok_or_else(wrong)?;
+            let value = value.trim().parse::<f64>().ok().filter(|v| (0.0..=1e6).contains(v)).ok_or_else(wrong)?;
             *weights.named().into_iter().find(|(n, _)| *n == name.trim()).ok_or_else(wrong)?.1 = value;
         }
         Ok(weights)

@@ -25,13 +25,15 @@ impl Region {
     pub fn mask(self, n_m: usize, n_l: usize) -> Result<Array2<bool>> {
         match self {
             Self::All => Ok(Array2::from_elem((n_m, n_l), true)),
-            Self::Disc { radius } if radius.is_finite() && radius > 0.0 => {
+            Self::Disc { radius } if radius.is_finite() && radius * n_m.min(n_l) as f64 >= 1.0 => {
                 let r = radius * n_m.min(n_l) as f64;
                 Ok(Array2::from_shape_fn((n_m, n_l), |(row, column)| {
                     (row as f64 - (n_m / 2) as f64).hypot(column as f64 - (n_l / 2) as f64) <= r
                 }))
             }
-            Self::Disc { radius } => Err(ChainError::bad_option("radius of the disc", radius, "a positive fraction of the frame")),
+            Self::Disc { radius } => {
+                Err(ChainError::bad_option("radius of the disc", radius, "a fraction of the frame that is at least a pixel"))
+            }
         }
     }
 }
@@ -44,6 +46,6 @@ mod tests {
     fn the_disc_has_its_radius() {
         let mask = Region::Disc { radius: 0.25 }.mask(16, 16).unwrap();
         assert!(mask[[8, 12]] && !mask[[8, 13]] && !mask[[0, 0]]);
-        assert!(Region::Disc { radius: 0.0 }.mask(16, 16).is_err());
+        assert!(Region::Disc { radius: 0.0 }.mask(16, 16).is_err() && Region::Disc { radius: 0.05 }.mask(16, 16).is_err());
     }
 }

@@ -42,6 +42,12 @@ fn self_calibration_checks_the_options_of_clean_with_every_deconvolver() {
 }
 
 #[test]
+fn the_coarsest_accuracy_is_enough_for_self_calibration() {
+    let s = set();
+    s.ok(&format!("selfcal v.uvh5 {IMAGE} --niter 20 --rounds 2 --epsilon 0.5 --force -o o"));
+}
+
+#[test]
 fn errors_and_noise_beyond_single_precision_are_refused() {
     let s = set();
     for (option, word) in [
