@@ -90,7 +90,9 @@ fn tables_do_not_depend_on_threads_or_on_a_torn_journal() {
     s.fails("study c.toml -o full --overwrite", 1, &["full", "another folder"]);
 
     // What is left of a study that was killed before it had a journal.
-    std::fs::create_dir_all(s.path("begun/.journal.jsonl.0123456789ab.partial")).unwrap();
+    for left in [".journal.jsonl.0123456789ab.partial", "..cittert-files.0123456789ab.partial"] {
+        std::fs::create_dir_all(s.path(&format!("begun/{left}"))).unwrap();
+    }
     s.write("begun/journal.lock", "");
     assert_eq!(s.json("study c.toml -o begun")["resumed"], 0);
 }

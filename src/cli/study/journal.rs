@@ -206,7 +206,8 @@ fn lock(folder: &Path) -> Result<File> {
 
 /// True if a folder does not exist or holds nothing but what a study leaves that was killed before it had a journal.
 fn folder_is_free(folder: &Path) -> Result<bool> {
-    let left = |name: &str| name == LOCK || name == LIST || (name.starts_with(&format!(".{NAME}.")) && name.ends_with(".partial"));
+    let unfinished = |name: &str| [NAME, LIST].iter().any(|of| name.starts_with(&format!(".{of}."))) && name.ends_with(".partial");
+    let left = |name: &str| name == LOCK || name == LIST || unfinished(name);
     match std::fs::read_dir(folder) {
         Ok(entries) => Ok(entries.flatten().all(|e| e.file_name().to_str().is_some_and(left))),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(true),
