@@ -18,6 +18,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Oversampling factors of the grid that are compared. The last one is used if the number of visibilities is not known.
 const OVERSAMPLING: [f64; 4] = [1.375, 1.5, 1.75, 2.0];
 
+/// Cells (for w: wavelengths) beyond which a position has no digits left for its place between two cells.
+const FARTHEST: f64 = 1e12;
+
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
 /// The largest u, v and w of a set. They must be known before the first row is gridded.
@@ -125,6 +128,12 @@ impl<T: Real> Plan<T> {
             grid.cell_rad * nv as f64 / SPEED_OF_LIGHT_M_S,
             1.0 / SPEED_OF_LIGHT_M_S,
         ];
+        let reach = [extent.u_m * scale[0].abs(), extent.v_m * scale[1], extent.w_m * scale[2]].map(|x| x * f_max);
+        if !reach.iter().all(|x| *x <= FARTHEST) {
+            let message =
+                format!("uvw up to {extent:?} are {reach:?} cells and wavelengths long: the set is damaged, or its uvw are not in m");
+            return Err(ChainError::Incompatible(message));
+        }
         let top = ((extent.v_m * f_max * scale[1]).ceil().min(nv as f64)) as usize;
         let below = kernel.support / 2;
         Ok(Self {
