@@ -11,7 +11,7 @@
 //!
 //! The final gains and image use all baselines.
 
-use super::degeneracy::{CompareOptions, compare_gains};
+use super::evidence::Evidence;
 use super::held_out::{HeldOut, JudgeOptions, Prediction, Without};
 use super::joint_model::ImageMaker;
 use super::model::ModelVisibilities;
@@ -84,25 +84,6 @@ impl Verdict {
     pub fn accepted(&self) -> bool {
         !matches!(self, Self::Rejected(_))
     }
-}
-
-/// Numbers of the judgement.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Evidence {
-    /// Misfit of the held-out baselines for the best image of the data as they are.
-    pub before: f64,
-    /// The same for the best round.
-    pub after: f64,
-    /// Significance of the difference, in standard deviations.
-    pub sigmas: f64,
-    /// The fall of the misfit over the fall that gains of this size imply.
-    pub explained: f64,
-    /// Rms of the gains from 1 without common phase and phase gradient (rad), with all baselines.
-    pub gain_rms: f64,
-    /// Standard deviation of a gain, from the change that the held-out baselines make.
-    pub gain_sigma: f64,
-    /// Baselines held out.
-    pub baselines: usize,
 }
 
 /// The end of a self-calibration.
@@ -282,9 +263,9 @@ fn decide(
         Err(e) => Some(format!("no gains can be solved when the held-out baselines are added: {e}")),
         Ok(()) => None,
     };
-    let evidence = evidence(before, after, &trained, &calibrated.gains, held)?;
+    let evidence = Evidence::of((before, after), (&trained, &calibrated.gains), held)?;
     calibrated.evidence = Some(evidence);
-    Ok(added.or_else(|| doubt(&evidence, judging)))
+    Ok(added.or_else(|| evidence.doubt(judging)))
 }
 
 /// The step at which the image of the data as they are predicts the held-out baselines best, and this prediction.
@@ -332,62 +313,4 @@ fn add_all_baselines(
     calibrated.rounds.deepened = None;
     calibrated.gains = calibrated.rounds.best().gains.clone();
     Ok(())
-}
-
-fn evidence(before: &Prediction, after: &Prediction, trained: &GainTable, last: &GainTable, held: &HeldOut) -> Result<Evidence> {
-    let free = CompareOptions { gradient: true, flux_scale: true };
-    let mut unity = last.clone();
-    unity.gains.fill(1.0.into());
-    unity.flags.fill(false);
-    let rms = |c: super::GainComparison| c.rms_phase_rad.hypot(c.rms_amplitude);
-    let gain_rms = rms(compare_gains(last, &unity, free)?);
-    let change = rms(compare_gains(trained, last, free)?);
-    let trained_rms = rms(compare_gains(trained, &unity, free)?);
-    // A phase of variance s^2 on each antenna lowers the coherence of a baseline to exp(-s^2).
-    let expected = 2.0 * (1.0 - (-trained_rms * trained_rms).exp());
-    let fall = before.misfit() - after.misfit();
-    Ok(Evidence {
-        before: before.misfit(),
-        after: after.misfit(),
-        sigmas: after.better_than(before),
-        explained: if expected > 0.0 { fall / expected } else { 0.0 },
-        gain_rms,
-        // The variance of a fit to the part 1 - f of the data exceeds that of the whole by f / (1 - f), and so does their difference.
-        gain_sigma: change * ((1.0 - held.fraction()) / held.fraction()).sqrt(),
-        baselines: held.n_baselines(),
-    })
-}
-
-/// Why the gains are not to be believed.
-fn doubt(e: &Evidence, judging: &JudgeOptions) -> Option<String> {
-    let (least, most) = judging.explained;
-    if e.after > judging.largest_misfit {
-        return Some(format!(
-            "the model leaves {:.0} % of the held-out baselines unexplained, more than {:.0} %, so it says nothing about gains",
-            100.0 * e.after,
-            100.0 * judging.largest_misfit
-        ));
-    }
-    if !(e.sigmas >= judging.sigmas) {
-        return Some(format!(
-            "the held-out baselines are not predicted better with the gains than without them: the misfit is {:.4} with and {:.4} without, {:.1} sigma apart",
-            e.after, e.before, e.sigmas
-        ));
-    }
-    if !(e.gain_rms * e.gain_rms > 2.0 * e.gain_sigma * e.gain_sigma) {
-        return Some(format!(
-            "the gains differ from 1 by {:.3} rms, and their own uncertainty is {:.3}: the held-out baselines change them that much",
-            e.gain_rms, e.gain_sigma
-        ));
-    }
-    if !(e.after < judging.enough || (least..=most).contains(&e.explained)) {
-        return Some(format!(
-            "the misfit falls from {:.4} to {:.4}, and gains that differ from 1 by {:.3} rms must lower it by {:.1} times as much: the model is wrong",
-            e.before,
-            e.after,
-            e.gain_rms,
-            1.0 / e.explained
-        ));
-    }
-    None
 }
