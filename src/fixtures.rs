@@ -31,6 +31,23 @@ pub(crate) fn positions(n: usize, radius_m: f64, height_m: f64, seed: u64) -> Ve
     (0..n).map(place).collect()
 }
 
+/// Exchange the visibilities of two antennas, as if their cables were swapped. The set is one of [`snapshot`].
+pub(crate) fn swap_antennas(set: &mut VisibilitySet, one: u32, other: u32) {
+    let coverage = &set.data.coverage;
+    let swapped = |a: u32| match a {
+        a if a == one => other,
+        a if a == other => one,
+        a => a,
+    };
+    let row_of = |a: u32, b: u32| (0..coverage.n_rows()).find(|r| (coverage.ant1[*r], coverage.ant2[*r]) == (a.min(b), a.max(b))).unwrap();
+    let vis = ndarray::Array3::from_shape_fn(set.data.vis.dim(), |(r, c, p)| {
+        let (a, b) = (swapped(coverage.ant1[r]), swapped(coverage.ant2[r]));
+        let v = set.data.vis[(row_of(a, b), c, p)];
+        if a < b { v } else { v.conj() }
+    });
+    set.data.vis = vis;
+}
+
 /// One integration of all baselines at a boresight, with sources (l, m, flux). The noise has this standard deviation in each real part.
 pub(crate) fn snapshot(
     positions: &[[f64; 3]],

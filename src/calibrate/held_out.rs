@@ -267,6 +267,15 @@ impl Prediction {
         (t.misfit - noise).max(0.0) / (t.power - noise)
     }
 
+    /// Standard deviation that the noise of the data gives to [`Prediction::misfit`]; 0 where the noise is not known.
+    #[must_use]
+    pub fn misfit_sigma(&self) -> f64 {
+        let t = self.total();
+        let noise = self.noise_power(&t);
+        // The squared modulus of a complex Gaussian number has a standard deviation equal to its mean.
+        noise / t.samples.max(1.0).sqrt() / (t.power - noise.min(0.999 * t.power))
+    }
+
     /// Misfit that `self` leaves over the misfit that noise alone would leave; infinite where the noise is not known.
     #[must_use]
     pub fn over_noise(&self) -> f64 {

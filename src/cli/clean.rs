@@ -2,6 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
+use super::held_out::{self, HoldOutArgs};
 use super::options::{ColumnArgs, OutputArgs, loaded};
 use super::planned::check_room_for_images;
 use super::text::{beam, chi2, note_beam, number, reasons};
@@ -10,7 +11,7 @@ use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_pha
 use crate::deconvolve::CleanOptions;
 use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanProducts, Imager, ImagingOptions, clean};
-use crate::progress::Silent;
+use crate::progress::{Quiet, Silent};
 use crate::verdict::ImageFacts;
 use cittert_arrays::{VisUnit, VisibilitySource};
 use clap::Args;
@@ -30,6 +31,8 @@ pub struct CleanCommandArgs {
     imaging: ImagingOptions,
     #[command(flatten)]
     clean: CleanOptions,
+    #[command(flatten)]
+    hold_out: HoldOutArgs,
     /// Solve the phases against a point at the phase centre first: always, never, or (auto) where the phases of baselines that do not
     /// resolve the field show that the data are not calibrated.
     #[arg(long, value_name = "WHEN", value_enum, hide_possible_values = true, default_value_t = StartPhases::Auto)]
@@ -51,6 +54,7 @@ const COMPONENTS: &str = "-components.csv";
 pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     args.clean.check()?;
     args.clean.entry()?;
+    args.hold_out.check()?;
     let mut outputs = args.out.all_suffixed(&IMAGES);
     outputs.push(args.out.suffixed(COMPONENTS));
     args.out.claim(outputs.iter().chain(&args.log), [&args.input].into_iter().chain(&args.clean.mask))?;
@@ -93,11 +97,18 @@ fn save(
     products: CleanProducts,
     context: &Context,
 ) -> Result<Outcome> {
-    let judged = verdict::of_model(data, (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
+    let mut judged = verdict::of_model(data, (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
+    let options = loaded(&args.clean, &products.model.grid)?;
+    let quiet = Quiet(&context.console);
+    let again = |data: &mut dyn VisibilitySource, imaging: &ImagingOptions| {
+        Ok(clean(&mut Imager::new(data, imaging.clone(), &quiet)?, &options, &quiet)?.model)
+    };
+    let check = args.hold_out.judge(data, (&products.model, &args.imaging), &mut judged, &again, context)?;
     let mut json = statistics(&products, args, args.clean.entry()?.name);
     json["startmod"] = started.into();
+    let held_out = held_out::line(check, &mut json);
     let verdict = verdict::report(&judged, "the image explains the visibilities", &mut json, context);
-    let text = format!("{}\n{verdict}", describe(&products, &json));
+    let text = format!("{}\n{held_out}{verdict}", describe(&products, &json));
     let components = components(&products.components, data.header().unit);
     let images = [products.psf, products.dirty, products.model, products.residual, products.restored];
     let outcome = args.out.images(IMAGES.into_iter().zip(images), context, Outcome::new(json, text))?;

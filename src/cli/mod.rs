@@ -18,6 +18,7 @@ mod cycle_log;
 mod dirty;
 mod failure;
 mod grid;
+mod held_out;
 mod identify;
 mod info;
 mod interrupt;

@@ -12,7 +12,7 @@ use cittert_arrays::{BrightnessUnit, Image, Polarization, VisibilityHeader, Visi
 use serde_json::{Value, json};
 
 /// Accuracy of the prediction. The rules compare with the noise of single visibilities, which is larger.
-const EPSILON: f64 = 1e-4;
+pub(super) const EPSILON: f64 = 1e-4;
 
 /// What is doubtful about a fit, and the residuals that it was judged by.
 #[derive(Debug, Default)]

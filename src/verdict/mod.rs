@@ -10,6 +10,7 @@ mod gains;
 mod images;
 mod misfits;
 mod pedestals;
+mod prediction;
 mod residuals;
 #[cfg(test)]
 mod tests;
@@ -19,4 +20,5 @@ pub use gains::{not_determined, of_gains};
 pub use images::{ImageFacts, of_image};
 pub use misfits::of_residuals;
 pub use pedestals::of_pedestal;
+pub use prediction::CrossCheck;
 pub use residuals::Residuals;

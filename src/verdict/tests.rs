@@ -1,12 +1,15 @@
 use super::residuals::Residuals;
-use super::{ImageFacts, of_image, of_pedestal, of_residuals};
-use crate::calibrate::{ModelVisibilities, PointModel};
-use crate::fixtures::{Noise, positions, snapshot};
-use crate::imaging::StopReason;
+use super::{CrossCheck, ImageFacts, of_image, of_pedestal, of_residuals};
+use crate::calibrate::{Accuracy, ModelVisibilities, PointModel};
+use crate::deconvolve::CleanOptions;
+use crate::fixtures::{Noise, positions, snapshot, swap_antennas};
+use crate::imaging::{ImageSize, Imager, ImagingOptions, StopReason, clean};
 use crate::progress::Silent;
 use crate::simulate::{SimulateOptions, Simulator, SkyModel};
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{
     BrightnessUnit, Image, Polarization, RestoringBeam, SkyFrame, SkyGrid, Source, SourceShape, SpectralWindow, VisUnit, VisibilitySet,
+    VisibilitySource,
 };
 use ndarray::Array4;
 use num_complex::Complex32;
@@ -42,27 +45,33 @@ fn interference_and_swapped_antennas_are_named() {
     set.data.vis.iter_mut().filter(|_| noise.next() > 0.96).for_each(|v| *v += Complex32::new(20.0, 0.0));
     assert_eq!(names(&mut set, &mut model, 1.0)[0], "interference");
     let mut set = observed(&[POINT]);
-    let coverage = &set.data.coverage;
-    let swapped = |a: u32| {
-        if a == 3 {
-            11
-        } else if a == 11 {
-            3
-        } else {
-            a
-        }
-    };
-    let row_of = |a: u32, b: u32| (0..coverage.n_rows()).find(|r| (coverage.ant1[*r], coverage.ant2[*r]) == (a.min(b), a.max(b))).unwrap();
-    let vis = ndarray::Array3::from_shape_fn(set.data.vis.dim(), |(r, c, p)| {
-        let (a, b) = (swapped(coverage.ant1[r]), swapped(coverage.ant2[r]));
-        let v = set.data.vis[(row_of(a, b), c, p)];
-        if a < b { v } else { v.conj() }
-    });
-    set.data.vis = vis;
+    swap_antennas(&mut set, 3, 11);
     let r = Residuals::measure(&mut set, &mut model).unwrap().unwrap();
     let findings = of_residuals(&r, &|k| format!("a{k}"), Some(1.0));
     let told = findings.iter().find(|f| f.name == "antennas").unwrap();
     assert!(told.says.contains("a3") && told.says.contains("a11") && !told.says.contains("a4"), "{told:?}");
+}
+
+/// CLEAN explains the data of swapped antennas to the noise, because its image has more pixels than the array has visibilities.
+#[test]
+fn an_image_of_swapped_antennas_does_not_predict_the_baselines_that_it_was_not_made_from() {
+    let imaging = ImagingOptions { size: Some(ImageSize::square(128)), cell: Some(Angle(3e-4)), ..ImagingOptions::default() };
+    let mut make = |data: &mut dyn VisibilitySource| {
+        let mut imager = Imager::new(data, imaging.clone(), &Silent)?;
+        Ok(clean(&mut imager, &CleanOptions::default(), &Silent)?.model)
+    };
+    let sources = [POINT, (-0.006, 0.002, 0.7), (0.001, 0.005, 0.5)];
+    let mut set = observed(&sources);
+    let accuracy = Accuracy { epsilon: 1e-4, no_w: false };
+    let mut check = |set: &mut VisibilitySet| CrossCheck::of(set, 0.15, &mut make, accuracy, &Silent).unwrap();
+    let right = check(&mut set).unwrap();
+    assert!(right.misfit < 0.02 && right.finding().is_none() && right.baselines == 29, "{right:?}");
+    swap_antennas(&mut set, 3, 11);
+    let wrong = check(&mut set).unwrap();
+    assert!(wrong.misfit > 0.15 && wrong.finding().is_some(), "{wrong:?}");
+    // Six antennas have 15 baselines: too few to leave any out.
+    let mut few = snapshot(&positions(6, 0.5, 0.0, 5), &[94e9], &[Polarization::I], &[POINT], (0.1, VisUnit::Jy));
+    assert_eq!(check(&mut few), None);
 }
 
 /// A wide Gaussian whose shortest baselines are flagged.

@@ -138,6 +138,20 @@ fn noise_that_the_file_does_not_know_is_estimated_from_two_hands_or_asked_for() 
 }
 
 #[test]
+fn an_image_is_judged_by_baselines_that_it_was_not_made_from() {
+    let s = observed("");
+    let mem = |name: &str, options: &str| -> Value {
+        serde_json::from_str(&s.ok(&format!("--json mem vis.uvh5 {IMAGE} -o {name} {options}")).out).unwrap()
+    };
+    let judged = mem("a", "");
+    assert!(number(&judged["held_out"], "baselines") == 170.0 && number(&judged["held_out"], "misfit") < 0.02, "{judged}");
+    assert!(mem("b", "--hold-out 0")["held_out"].is_null());
+    // The second image leaves the first as it is.
+    let (a, b) = (open_image(&s.path("a-model.fits")).unwrap(), open_image(&s.path("b-model.fits")).unwrap());
+    assert_eq!(a.data, b.data);
+}
+
+#[test]
 fn a_set_without_noise_gives_an_image_too() {
     for hands in ["", "--pols XX,YY"] {
         let s = simulated(hands);

@@ -123,6 +123,7 @@ fn options_without_effect_and_numbers_beyond_all_bounds_are_refused() {
         (format!("{clean} --scales 0,4"), 1, ["--scales", "multiscale"]),
         (format!("{clean} --scale-bias 0.3"), 1, ["--scale-bias", "multiscale"]),
         (format!("{clean} --algorithm clark --scales 0,4"), 1, ["--scales", "multiscale"]),
+        (format!("{clean} --hold-out 0.6"), 2, ["--hold-out", "0 (no judgement) to 0.5"]),
         (format!("{clean} --weighting natural --super-uniform 2"), 1, ["--super-uniform", "uniform"]),
         (format!("simulate {look} --element-diameter 25m -o w.uvh5"), 2, ["--element-diameter", "airy"]),
         (format!("simulate {look} --element airy --element-width 1deg -o w.uvh5"), 2, ["--element-width", "gaussian"]),

@@ -1,6 +1,7 @@
 //! The options of `mem`.
 
 use crate::cli::failure::Result;
+use crate::cli::held_out::HoldOutArgs;
 use crate::cli::options::{ColumnArgs, OutputArgs, prior_file};
 use crate::closure_imaging::ClosureImagingOptions;
 use crate::imaging::ImagingOptions;
@@ -22,6 +23,8 @@ pub struct MemCommandArgs {
     pub(super) mem: MemOptions,
     #[command(flatten)]
     pub(super) terms: ClosureImagingOptions,
+    #[command(flatten)]
+    pub(super) hold_out: HoldOutArgs,
     /// Write each step as one line of JSON to this file.
     #[arg(long, value_name = "FILE")]
     pub(super) log: Option<PathBuf>,

@@ -7,13 +7,16 @@ pub use args::MemCommandArgs;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
+use super::held_out;
 use super::options::{fits_mask, prior_image};
 use super::planned::check_room_for_images;
 use super::text::{beam, note_beam, number, reasons};
 use super::verdict::{self, Judged};
-use crate::imaging::Imager;
+use crate::imaging::{Imager, ImagingOptions};
 use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, mem};
-use crate::verdict::ImageFacts;
+use crate::progress::Quiet;
+use crate::verdict::{CrossCheck, ImageFacts};
+use cittert_arrays::VisibilitySource;
 use serde_json::{Value, json};
 
 const IMAGES: [&str; 3] = ["-model.fits", "-residual.fits", "-image.fits"];
@@ -35,6 +38,7 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     args.mem.check().map_err(Failure::call)?;
+    args.hold_out.check()?;
     let noise = args.mem.believed_noise(source.as_mut(), &context.console).context(&what)?;
     let mut imager = Imager::new(source.as_mut(), args.imaging.clone(), &context.console).context(&what)?;
     check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
@@ -48,14 +52,26 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let options = args.mem.plan(&imager, inputs, noise)?;
     let products = mem(&mut imager, &options, &context.console).context(&what)?;
     drop(imager);
-    let judged = verdict::of_model(source.as_mut(), (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
-    save(args, (products, judged), &options, context)
+    let source = source.as_mut();
+    let mut judged = verdict::of_model(source, (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
+    let quiet = Quiet(&context.console);
+    let again = |data: &mut dyn VisibilitySource, imaging: &ImagingOptions| {
+        Ok(mem(&mut Imager::new(data, imaging.clone(), &quiet)?, &options, &quiet)?.model)
+    };
+    let check = args.hold_out.judge(source, (&products.model, &args.imaging), &mut judged, &again, context)?;
+    save(args, (products, judged, check), &options, context)
 }
 
-fn save(args: &MemCommandArgs, (products, judged): (MemProducts, Judged), options: &MemPlan, context: &Context) -> Result<Outcome> {
+fn save(
+    args: &MemCommandArgs,
+    (products, judged, check): (MemProducts, Judged, Option<CrossCheck>),
+    options: &MemPlan,
+    context: &Context,
+) -> Result<Outcome> {
     let mut json = statistics(&products, args, options);
+    let held_out = held_out::line(check, &mut json);
     let verdict = verdict::report(&judged, "the image explains the visibilities", &mut json, context);
-    let outcome = Outcome::new(json, format!("{}\n{verdict}", describe(&products)));
+    let outcome = Outcome::new(json, format!("{}\n{held_out}{verdict}", describe(&products)));
     let goals = options.options.goals();
     let short = |(k, c): (usize, &Certificate)| {
         let which = if products.certificates.len() > 1 { format!("output channel {k}: ") } else { String::new() };

@@ -141,7 +141,7 @@ fn judged(
 ) -> Result<Judged> {
     let mut calibrated = CalibratedSource::new(source, &result.gains, args.rounds.apply())?;
     let mut judged = verdict::of_model(&mut calibrated, (&products.model, &args.imaging), &ImageFacts::from(products), context)?;
-    if let Some(finding) = report::doubt(&result.verdict) {
+    if let Some(finding) = report::doubt(result) {
         judged.findings.insert(0, finding);
     }
     judged.findings.extend(of_gains(&result.rounds.best().report));
