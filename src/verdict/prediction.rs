@@ -15,8 +15,9 @@ use crate::simulate::SkyModel;
 use crate::{ChainError, Result};
 use cittert_arrays::{Image, VisibilitySource};
 
-/// The part of the power of baselines that an image may leave unexplained. In random cases whose images came out right it is below 0.016.
-const MISFIT: f64 = 0.03;
+/// The part of the power of baselines that an image may leave unexplained. It is below 0.07 for all but 2 of 110 random images that came out right, and above
+/// 0.13 for those of swapped antennas that fit their data.
+const MISFIT: f64 = 0.1;
 /// Standard deviations by which the noise cannot explain it.
 const SIGMAS: f64 = 3.0;
 /// Antennas keep at least so many baselines.
@@ -90,7 +91,7 @@ mod tests {
     #[test]
     fn only_what_noise_cannot_explain_is_a_finding() {
         let check = |misfit, sigma| CrossCheck { baselines: 12, misfit, sigma }.finding();
-        assert_eq!(check(0.02, 0.0), None);
+        assert_eq!(check(0.05, 0.0), None);
         assert_eq!(check(0.9, 0.3), None);
         let found = check(0.4, 0.05).unwrap();
         assert!(found.name == "not_predicted" && found.says.contains("12 of the baselines leaves 40 %"), "{found:?}");

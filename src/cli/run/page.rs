@@ -3,7 +3,7 @@
 use super::command::Done;
 use super::config::Config;
 use super::labels::{grouped, rows};
-use super::verdict::{Results, image_name, verdict};
+use super::verdict::{Results, image_name, step_of, verdict};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
 use crate::plot::report::{Figure, Finding, Report, Section, Table, page as html};
@@ -16,7 +16,7 @@ use std::path::Path;
 /// A picture that cannot be read.
 pub(super) fn page(config: &Config, path: &Path, done: &[Done], folder: &Path, context: &Context) -> Result<String> {
     let results = Results(done);
-    let findings: Vec<Finding> = done.iter().flat_map(findings).collect();
+    let findings = all_findings(done, &results);
     let mut report = Report { title: config.title.clone(), verdict: verdict(config, &results, &findings), findings, ..Report::default() };
     let highlights = highlights(done, &results);
     for name in &highlights {
@@ -26,7 +26,8 @@ pub(super) fn page(config: &Config, path: &Path, done: &[Done], folder: &Path, c
     }
     for d in done {
         // The warning of a finding says the same as the finding.
-        let new = d.warnings.iter().filter(|w| !report.findings.iter().any(|f| w.contains(&f.says)));
+        let own = findings_of(d);
+        let new = d.warnings.iter().filter(|w| !own.iter().any(|f| w.contains(&f.says)));
         report.warnings.extend(new.map(|w| format!("{}: {w}", capital(&d.step.title))));
         if !report.sections.iter().any(|s| s.title == d.step.section) {
             report.sections.push(Section { title: d.step.section.into(), ..Section::default() });
@@ -91,8 +92,21 @@ fn capital(text: &str) -> String {
     chars.next().map(|c| c.to_uppercase().collect::<String>() + chars.as_str()).unwrap_or_default()
 }
 
+/// The findings of all steps: those of the best image and of self-calibration come first. Data with errors that were injected on purpose have none: what
+/// the errors do is in the verdict.
+fn all_findings(done: &[Done], results: &Results<'_>) -> Vec<Finding> {
+    let best = results.best().map(|b| step_of(&b)).unwrap_or_default();
+    let mut steps: Vec<&Done> = done.iter().filter(|d| d.step.key != "clean.corrupted").collect();
+    steps.sort_by_key(|d| match d.step.key.as_str() {
+        key if key == best => 0,
+        "selfcal" => 1,
+        _ => 2,
+    });
+    steps.into_iter().flat_map(findings_of).collect()
+}
+
 /// What a step found, from the objects of its array `findings`.
-fn findings(d: &Done) -> Vec<Finding> {
+fn findings_of(d: &Done) -> Vec<Finding> {
     let text = |f: &Value, key: &str| f.get(key).and_then(Value::as_str).unwrap_or_default().to_owned();
     let all = d.json.get("findings").and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
     let finding = |f: &Value| Finding { step: d.step.title.clone(), says: text(f, "says"), next: text(f, "next") };

@@ -58,7 +58,7 @@ pub(super) fn image_name(key: &str) -> String {
 }
 
 /// Key of the results of an image.
-fn step_of(key: &str) -> String {
+pub(super) fn step_of(key: &str) -> String {
     if key == "mem" { "mem".into() } else { format!("clean.{key}") }
 }
 
