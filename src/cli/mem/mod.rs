@@ -48,7 +48,7 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let options = args.mem.plan(&imager, inputs, noise)?;
     let products = mem(&mut imager, &options, &context.console).context(&what)?;
     drop(imager);
-    let judged = verdict::of_model(source.as_mut(), (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
+    let judged = verdict::of_model(source.as_mut(), (products.model.clone(), &args.imaging), &ImageFacts::from(&products), context)?;
     save(args, (products, judged), &options, context)
 }
 
