@@ -7,13 +7,14 @@ use super::options::{ColumnArgs, OutputArgs, loaded};
 use super::planned::check_room_for_images;
 use super::text::{beam, chi2, note_beam, number, reasons};
 use super::verdict;
+use crate::ChainError;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
 use crate::deconvolve::CleanOptions;
 use crate::imaging::major::CleanComponent;
-use crate::imaging::{CleanProducts, Imager, ImagingOptions, clean};
+use crate::imaging::{CleanReport, Imager, ImagingOptions, Kind, clean, clean_once};
 use crate::progress::{Quiet, Silent};
-use crate::verdict::ImageFacts;
-use cittert_arrays::{VisUnit, VisibilitySource};
+use crate::verdict::{ImageFacts, Levels};
+use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilitySource};
 use clap::Args;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -66,8 +67,8 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     let g = imager.grid();
     let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
     if !args.startmod.may_solve(imager.survey().uv_range_wl.0, half_field_rad) {
-        let products = deconvolve(args, imager, context)?;
-        return save(args, (source.as_mut(), false), products, context);
+        let cleaned = deconvolve(args, imager, context)?;
+        return save(args, (source.as_mut(), false), cleaned, context);
     }
     drop(imager);
     let gains = starting_phases(source.as_mut(), args.startmod, half_field_rad, &context.console).context(&what)?;
@@ -80,38 +81,75 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
         None => source.as_mut(),
     };
     let imager = Imager::new(data, options, &Silent).context(&what)?;
-    let products = deconvolve(args, imager, context)?;
-    save(args, (data, gains.is_some()), products, context)
+    let cleaned = deconvolve(args, imager, context)?;
+    save(args, (data, gains.is_some()), cleaned, context)
 }
 
-fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context) -> Result<CleanProducts> {
+/// What is left of a run when its images are written.
+struct Written {
+    report: CleanReport,
+    /// The model, by which the run is judged.
+    model: Image,
+    restored: Levels,
+    residual: Levels,
+    grid: SkyGrid,
+}
+
+/// Run CLEAN and write its images one after the other, because together they would need more memory than the run.
+fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context) -> Result<Written> {
     check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
     let options = loaded(&args.clean, imager.grid())?;
-    clean(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))
+    let cleaned = clean_once(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))?;
+    let (mut model, mut restored, mut residual) = (None, None, None);
+    let report = cleaned.deliver(&imager, |kind, mut image| -> Result<()> {
+        args.out.image(&args.out.suffixed(suffix(kind)), &mut image, context)?;
+        match kind {
+            Kind::Restored => restored = Some(Levels::of(&image)),
+            Kind::Residual => residual = Some(Levels::of(&image)),
+            Kind::Model => model = Some(image),
+            Kind::Psf | Kind::Dirty => {}
+        }
+        Ok(())
+    })?;
+    match (model, restored, residual) {
+        (Some(model), Some(restored), Some(residual)) => Ok(Written { report, model, restored, residual, grid: imager.grid().clone() }),
+        _ => Err(ChainError::Internal("CLEAN has made no model".into()).into()),
+    }
 }
 
-/// Judge the images, and write them. `started` is true where starting phases were applied to `data`.
+fn suffix(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Psf => IMAGES[0],
+        Kind::Dirty => IMAGES[1],
+        Kind::Model => IMAGES[2],
+        Kind::Residual => IMAGES[3],
+        Kind::Restored => IMAGES[4],
+    }
+}
+
+/// Judge the images, and write the components. `started` is true where starting phases were applied to `data`.
 fn save(
     args: &CleanCommandArgs,
     (data, started): (&mut dyn VisibilitySource, bool),
-    products: CleanProducts,
+    written: Written,
     context: &Context,
 ) -> Result<Outcome> {
-    let mut judged = verdict::of_model(data, (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
-    let options = loaded(&args.clean, &products.model.grid)?;
+    let Written { report, model, restored, residual, grid } = written;
+    let facts = ImageFacts { restored, residual, beam: report.beams.first(), stop: &report.statistics.stop };
+    let mut judged = verdict::of_model(data, (model, &args.imaging), &facts, context)?;
+    let options = loaded(&args.clean, &grid)?;
     let quiet = Quiet(&context.console);
     let again = |data: &mut dyn VisibilitySource, imaging: &ImagingOptions| {
         Ok(clean(&mut Imager::new(data, imaging.clone(), &quiet)?, &options, &quiet)?.model)
     };
-    let check = args.hold_out.judge(data, (&products.model, &args.imaging), &mut judged, &again, context)?;
-    let mut json = statistics(&products, args, args.clean.entry()?.name);
+    let check = args.hold_out.judge(data, (&grid, &args.imaging), &mut judged, &again, context)?;
+    let mut json = statistics(&report, args, (args.clean.entry()?.name, restored.unit, &grid));
     json["startmod"] = started.into();
     let held_out = held_out::line(check, &mut json);
     let verdict = verdict::report(&judged, "the image explains the visibilities", &mut json, context);
-    let text = format!("{}\n{held_out}{verdict}", describe(&products, &json));
-    let components = components(&products.components, data.header().unit);
-    let images = [products.psf, products.dirty, products.model, products.residual, products.restored];
-    let outcome = args.out.images(IMAGES.into_iter().zip(images), context, Outcome::new(json, text))?;
+    let text = format!("{}\n{held_out}{verdict}", describe(&report, restored.unit, &json));
+    let components = components(&report.components, data.header().unit);
+    let outcome = IMAGES.iter().fold(Outcome::new(json, text), |outcome, suffix| outcome.wrote(args.out.suffixed(suffix)));
     let path = args.out.suffixed(COMPONENTS);
     args.out.write(&path, components.as_bytes())?;
     Ok(outcome.wrote(path))
@@ -139,23 +177,23 @@ pub(super) fn components(list: &[CleanComponent], unit: VisUnit) -> String {
     text
 }
 
-fn statistics(p: &CleanProducts, args: &CleanCommandArgs, algorithm: &str) -> Value {
+fn statistics(p: &CleanReport, args: &CleanCommandArgs, (algorithm, unit, grid): (&str, BrightnessUnit, &SkyGrid)) -> Value {
     let s = &p.statistics;
     let stops: Vec<&str> = s.stop.iter().map(|r| r.name()).collect();
     let mut json = json!({
         "output": args.out.output, "algorithm": algorithm, "stop_reason": reasons(&stops), "iterations": s.iterations,
         "major_cycles": s.major_cycles, "residual_rms": s.residual_rms, "residual_peak": s.residual_peak,
         "model_flux": s.model_flux, "dynamic_range": s.dynamic_range, "chi2_per_datum": s.chi2_per_datum,
-        "n_components": p.components.len(), "seconds": s.seconds, "unit": p.restored.unit.bunit(),
-        "size": [p.restored.grid.n_l, p.restored.grid.n_m], "cell_rad": p.restored.grid.cell_rad,
+        "n_components": p.components.len(), "seconds": s.seconds, "unit": unit.bunit(),
+        "size": [grid.n_l, grid.n_m], "cell_rad": grid.cell_rad,
     });
     note_beam(&mut json, &p.beams);
     json
 }
 
-fn describe(p: &CleanProducts, json: &Value) -> String {
+fn describe(p: &CleanReport, unit: BrightnessUnit, json: &Value) -> String {
     let s = &p.statistics;
-    let unit = p.restored.unit.bunit();
+    let unit = unit.bunit();
     let mut lines = vec![
         format!(
             "{} iterations in {} major cycles; stopped: {}",

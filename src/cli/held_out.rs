@@ -7,7 +7,7 @@ use crate::calibrate::Accuracy;
 use crate::imaging::ImagingOptions;
 use crate::progress::Quiet;
 use crate::verdict::CrossCheck;
-use cittert_arrays::{Image, Polarization, VisibilitySource};
+use cittert_arrays::{Image, Polarization, SkyGrid, VisibilitySource};
 use clap::Args;
 use serde_json::{Value, json};
 
@@ -38,30 +38,30 @@ impl HoldOutArgs {
         }
     }
 
-    fn fraction(&self, data: &dyn VisibilitySource, image: &Image) -> f64 {
+    fn fraction(&self, data: &dyn VisibilitySource, pixels: usize) -> f64 {
         let spectrum = &data.header().spectrum;
         let visibilities = data.n_rows().saturating_mul(spectrum.n_chan()).saturating_mul(data.header().polarizations.len());
-        let small = visibilities <= MOST && image.data.len() <= MOST;
+        let small = visibilities <= MOST && pixels <= MOST;
         self.hold_out.unwrap_or(if small { FRACTION } else { 0.0 })
     }
 
-    /// Image again without some baselines by `make`, which gets the options of the same grid, and add what this says to the judgement of `image`.
+    /// Image again without some baselines by `make`, which gets the options of the same grid, and add what this says to the judgement of the first image.
     ///
     /// # Errors
     /// The data cannot be read, or the work is cancelled.
     pub(super) fn judge(
         &self,
         data: &mut dyn VisibilitySource,
-        (image, imaging): (&Image, &ImagingOptions),
+        (grid, imaging): (&SkyGrid, &ImagingOptions),
         judged: &mut Judged,
         make: &dyn Fn(&mut dyn VisibilitySource, &ImagingOptions) -> crate::Result<Image>,
         context: &Context,
     ) -> Result<Option<CrossCheck>> {
-        let fraction = self.fraction(data, image);
+        let fraction = self.fraction(data, grid.n_l.saturating_mul(grid.n_m).saturating_mul(imaging.channels_out));
         if fraction == 0.0 || imaging.pol != Polarization::I {
             return Ok(None);
         }
-        let same = imaging.on_grid(&image.grid);
+        let same = imaging.on_grid(grid);
         let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
         let check = CrossCheck::of(data, fraction, &mut |data| make(data, &same), accuracy, &Quiet(&context.console))?;
         // An image that does not even explain its own data needs no second doubt.

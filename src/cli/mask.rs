@@ -55,7 +55,7 @@ pub fn run(args: &MaskArgs, context: &Context) -> Result<Outcome> {
     super::planned::warn(&plan, context);
     super::planned::check_size(&plan, spectrum.n_chan(), None, context)?;
     let grid = SkyGrid::new(args.size, args.size, args.cell.si(), SkyGrid::frame_of(&center))?;
-    check_images((args.size, args.size), ImageWork::Transform, 1)?;
+    check_images((args.size, args.size), ImageWork::Transform)?;
     let mask = uv_mask(&grid, &spectrum, &mut plan.blocks(BLOCK_ROWS))?;
     write(args, &mask, &spectrum, context)?;
     if mask.outside > 0 {

@@ -28,16 +28,18 @@ pub(super) struct Judged {
 /// The data cannot be read.
 pub(super) fn of_model(
     data: &mut dyn VisibilitySource,
-    (model, imaging): (&Image, &ImagingOptions),
+    (model, imaging): (Image, &ImagingOptions),
     facts: &ImageFacts<'_>,
     context: &Context,
 ) -> Result<Judged> {
     let header = data.header().clone();
-    let judged = matches!(imaging.pol, Polarization::I) && model.grid.frame == facts.restored.grid.frame;
-    if !judged {
+    if imaging.pol != Polarization::I {
         return Ok(Judged::default());
     }
-    let sky = SkyModel::of_image(model.clone());
+    // Without its zero spacing a thermal scene may have any flux.
+    let positive = model.unit == BrightnessUnit::JyPerPixel;
+    let flux = positive.then(|| model.data.sum() / model.spectrum.n_chan().max(1) as f64);
+    let sky = SkyModel::of_image(model);
     let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
     let quiet = Quiet(&context.console);
     let mut predicted = match SkyPrediction::new(&header, &sky, accuracy, &quiet) {
@@ -46,25 +48,22 @@ pub(super) fn of_model(
         // A set that a model cannot be predicted for, such as one of correlations without total intensity, has no residuals to judge by.
         Err(_) => return Ok(Judged { findings: of_image(facts, None), residuals: None }),
     };
-    of_prediction(data, &mut predicted, (model, facts))
+    of_prediction(data, &mut predicted, (flux, facts))
 }
 
-/// The findings about an image whose model predicts visibilities itself.
+/// The findings about an image whose model predicts visibilities itself. `flux` is that of the model, where it must be positive.
 ///
 /// # Errors
 /// The data cannot be read.
 fn of_prediction(
     data: &mut dyn VisibilitySource,
     model: &mut dyn ModelVisibilities,
-    (image, facts): (&Image, &ImageFacts<'_>),
+    (flux, facts): (Option<f64>, &ImageFacts<'_>),
 ) -> Result<Judged> {
     let header: VisibilityHeader = data.header().clone();
     let residuals = Residuals::measure(data, model)?;
     let antennas = header.layout.antennas();
     let name = |k: usize| antennas.get(k).map_or_else(|| k.to_string(), |a| a.name.clone());
-    // Without its zero spacing a thermal scene may have any flux.
-    let positive = image.unit == BrightnessUnit::JyPerPixel;
-    let flux = positive.then(|| image.data.sum() / image.spectrum.n_chan().max(1) as f64);
     let mut findings = residuals.as_ref().map_or_else(Vec::new, |r| of_residuals(r, &name, flux));
     findings.extend(of_image(facts, residuals.as_ref()));
     if let Some(pedestal) = of_pedestal(&header) {

@@ -12,7 +12,7 @@ use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, Mino
 use super::tiles::TiledBeam;
 use super::tuning::CleanTuning;
 use crate::Result;
-use ndarray::{Array2, ArrayView1, ArrayView2, Axis, Zip};
+use ndarray::{ArcArray2, Array2, ArrayView1, Axis};
 use rayon::prelude::*;
 
 /// Number of bins of the histogram. They have even steps of the logarithm over four decades below the peak.
@@ -21,29 +21,28 @@ const DECADES: f64 = 4.0;
 
 struct Clark {
     beam: TiledBeam,
-    psf: Vec<f32>,
-    n_l: usize,
     /// Half width of the patch in pixels, and the largest |beam| outside the patch.
     patch: usize,
     outside: f64,
     tuning: CleanTuning,
 }
 
-pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &Scales, tuning: &CleanTuning) -> Result<Box<dyn Deconvolver>> {
-    check_beam(psf)?;
+pub(super) fn make(psf: &ArcArray2<f32>, _opts: &Scales, tuning: &CleanTuning) -> Result<Box<dyn Deconvolver>> {
+    check_beam(psf.view())?;
     let (n_m, n_l) = psf.dim();
     let side = n_m.max(n_l);
     let patch = ((tuning.clark_patch * side as f64) as usize).max(tuning.clark_patch_least).min(side);
     let far = |at: usize, n: usize| at.abs_diff(n / 2) > patch;
-    let outside = psf.indexed_iter().filter(|((i, j), _)| far(*i, n_m) || far(*j, n_l)).map(|(_, v)| v.abs()).fold(0.0, f64::max);
-    let single = psf.iter().map(|v| *v as f32).collect();
-    Ok(Box::new(Clark { beam: TiledBeam::new(psf), psf: single, n_l, patch, outside, tuning: *tuning }))
+    let outside = psf.indexed_iter().filter(|((i, j), _)| far(*i, n_m) || far(*j, n_l)).map(|(_, v)| v.abs()).fold(0.0, f32::max);
+    Ok(Box::new(Clark { beam: TiledBeam::new(psf)?, patch, outside: outside.into(), tuning: *tuning }))
 }
 
 impl Deconvolver for Clark {
     fn minor(&mut self, cycle: Minor<'_>) -> Result<MinorReport> {
         check_cycle(&cycle, self.beam.shape())?;
-        let Minor { residual, model, mask, limits } = cycle;
+        let Minor { residual, mask, limits } = cycle;
+        // The spectrum of the beam is made for this cycle only, because the next image of a major cycle needs the memory.
+        let spectrum = self.beam.spectrum();
         let mut taken: Vec<Component> = Vec::new();
         let mut peak = peak_size(residual.view(), mask, limits.negative);
         let stop = loop {
@@ -53,16 +52,13 @@ impl Deconvolver for Clark {
             let cut = self.cut(residual, mask, peak, &limits);
             let mut active = Active::new(residual, mask, cut, limits.negative);
             let found = self.among(&mut active, cut, &limits, limits.iterations - taken.len());
-            let mut flux = Array2::zeros(residual.dim());
-            found.iter().for_each(|c| flux[(c.row, c.column)] += c.flux);
-            let mut next = self.beam.convolve(flux.view());
-            Zip::from(&mut next).and(&*residual).par_for_each(|n, r| *n = r - *n);
+            let mut next = residual.clone();
+            self.beam.subtract(&found, &spectrum, &mut next);
             let after = peak_size(next.view(), mask, limits.negative);
             if !(after <= self.tuning.minor_divergence * peak) {
                 break MinorStop::Diverged;
             }
             *residual = next;
-            Zip::from(&mut *model).and(&flux).par_for_each(|m, f| *m += f);
             taken.extend(found);
             peak = after;
         };
@@ -72,11 +68,11 @@ impl Deconvolver for Clark {
 
 impl Clark {
     /// The level above which pixels are active.
-    fn cut(&self, residual: &Array2<f64>, mask: Option<&Array2<bool>>, peak: f64, limits: &MinorLimits) -> f64 {
+    fn cut(&self, residual: &Array2<f32>, mask: Option<&Array2<bool>>, peak: f64, limits: &MinorLimits) -> f64 {
         let least = peak * 10f64.powf(-DECADES);
-        let count = |mut histogram: Vec<usize>, (i, row): (usize, ArrayView1<'_, f64>)| {
+        let count = |mut histogram: Vec<usize>, (i, row): (usize, ArrayView1<'_, f32>)| {
             for (j, v) in row.iter().enumerate() {
-                let size = if limits.negative { v.abs() } else { *v };
+                let size = f64::from(if limits.negative { v.abs() } else { *v });
                 if size > least && mask.is_none_or(|m| m[(i, j)]) {
                     let below = -(size / peak).log10() / DECADES * BINS as f64;
                     histogram[(below as usize).min(BINS - 1)] += 1;
@@ -119,15 +115,14 @@ impl Clark {
     }
 
     fn subtract(&self, active: &mut Active, row: usize, column: usize, flux: f64) {
-        let (n_m, _) = self.beam.shape();
-        let n_l = self.n_l;
+        let (n_m, n_l) = self.beam.shape();
         let first = active.rows.partition_point(|r| r.row + self.patch < row);
         // Column of the beam for column 0 of the image. A negative number wraps to a number that is larger than any column. The beam is 0 outside
         // its array.
         let shift = (n_l / 2).wrapping_sub(column);
         for r in active.rows[first..].iter_mut().take_while(|r| r.row <= row + self.patch) {
             let Some(line) = (r.row + n_m / 2).checked_sub(row).filter(|b| *b < n_m) else { continue };
-            let line = &self.psf[line * n_l..(line + 1) * n_l];
+            let line = self.beam.line(line);
             let mut best = (0.0, r.lo);
             for (k, (c, v)) in (r.lo..r.hi).zip(active.columns[r.lo..r.hi].iter().zip(&mut active.values[r.lo..r.hi])) {
                 *v -= flux * f64::from(line.get((*c as usize).wrapping_add(shift)).copied().unwrap_or(0.0));
@@ -158,11 +153,11 @@ struct ActiveRow {
 }
 
 impl Active {
-    fn new(residual: &Array2<f64>, mask: Option<&Array2<bool>>, cut: f64, negative: bool) -> Self {
-        let bright = |(i, line): (usize, ArrayView1<'_, f64>)| -> Vec<(u32, f64)> {
-            let size = |v: f64| if negative { v.abs() } else { v };
+    fn new(residual: &Array2<f32>, mask: Option<&Array2<bool>>, cut: f64, negative: bool) -> Self {
+        let bright = |(i, line): (usize, ArrayView1<'_, f32>)| -> Vec<(u32, f64)> {
+            let size = |v: f32| f64::from(if negative { v.abs() } else { v });
             let inside = |j: usize| mask.is_none_or(|m| m[(i, j)]);
-            line.iter().enumerate().filter(|(j, v)| size(**v) > cut && inside(*j)).map(|(j, v)| (j as u32, *v)).collect()
+            line.iter().enumerate().filter(|(j, v)| size(**v) > cut && inside(*j)).map(|(j, v)| (j as u32, f64::from(*v))).collect()
         };
         let lines: Vec<Vec<(u32, f64)>> = residual.axis_iter(Axis(0)).into_par_iter().enumerate().map(bright).collect();
         let mut active = Self { columns: Vec::new(), values: Vec::new(), rows: Vec::new(), negative };

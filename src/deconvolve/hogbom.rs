@@ -8,26 +8,22 @@ use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, Mino
 use super::tiles::{TiledBeam, TiledResidual};
 use super::tuning::CleanTuning;
 use crate::Result;
-use ndarray::{Array2, ArrayView2};
+use ndarray::{ArcArray2, Array2};
 
 struct Hogbom {
     beam: TiledBeam,
     divergence: f64,
 }
 
-pub(super) fn make(psf: ArrayView2<'_, f64>, _opts: &Scales, tuning: &CleanTuning) -> Result<Box<dyn Deconvolver>> {
-    check_beam(psf)?;
-    Ok(Box::new(Hogbom { beam: TiledBeam::new(psf), divergence: tuning.minor_divergence }))
+pub(super) fn make(psf: &ArcArray2<f32>, _opts: &Scales, tuning: &CleanTuning) -> Result<Box<dyn Deconvolver>> {
+    check_beam(psf.view())?;
+    Ok(Box::new(Hogbom { beam: TiledBeam::new(psf)?, divergence: tuning.minor_divergence }))
 }
 
 impl Deconvolver for Hogbom {
     fn minor(&mut self, cycle: Minor<'_>) -> Result<MinorReport> {
         check_cycle(&cycle, self.beam.shape())?;
-        let report = components(&self.beam, cycle.residual, cycle.mask, (&cycle.limits, self.divergence));
-        for c in &report.components {
-            cycle.model[(c.row, c.column)] += c.flux;
-        }
-        Ok(report)
+        Ok(components(&self.beam, cycle.residual, cycle.mask, (&cycle.limits, self.divergence)))
     }
 }
 
@@ -35,11 +31,11 @@ impl Deconvolver for Hogbom {
 /// smallest value.
 pub(super) fn components(
     beam: &TiledBeam,
-    residual: &mut Array2<f64>,
+    residual: &mut Array2<f32>,
     mask: Option<&Array2<bool>>,
     (limits, divergence): (&MinorLimits, f64),
 ) -> MinorReport {
-    let mut state = TiledResidual::new(beam, residual, mask, limits.negative);
+    let mut state = TiledResidual::new(beam, std::mem::take(residual), mask, limits.negative);
     let mut taken: Vec<Component> = Vec::new();
     // Smallest peak so far, and the number of components at that time.
     let (mut least, mut best) = (f64::INFINITY, 0);

@@ -23,20 +23,25 @@ impl Default for Scales {
 
 /// A deconvolver that was made for one dirty beam.
 pub trait Deconvolver: Send {
-    /// Remove components from `cycle.residual` until a limit is reached, and add them to `cycle.model`.
+    /// Remove components from `cycle.residual` until a limit is reached.
     ///
     /// # Errors
     /// An array has another shape than the beam.
     fn minor(&mut self, cycle: Minor<'_>) -> Result<MinorReport>;
+
+    /// Add components to a model in flux per pixel \[m, l\]. Components of an algorithm without scales are points.
+    fn draw(&self, components: &[Component], model: &mut Array2<f64>) {
+        for c in components {
+            model[(c.row, c.column)] += c.flux;
+        }
+    }
 }
 
 /// The input of a minor cycle. All arrays are \[m, l\].
 #[derive(Debug)]
 pub struct Minor<'a> {
     /// Residual, flux per beam. The minor cycle updates it.
-    pub residual: &'a mut Array2<f64>,
-    /// Model, flux per pixel. The minor cycle adds the components to it.
-    pub model: &'a mut Array2<f64>,
+    pub residual: &'a mut Array2<f32>,
     /// The pixels where components are allowed. Without a mask all pixels are allowed.
     pub mask: Option<&'a Array2<bool>>,
     /// The limits at which the cycle stops.
@@ -119,15 +124,15 @@ pub(crate) struct Peak {
 
 /// The pixel with the largest absolute value (without negative components: the largest value) within the mask. The first pixel wins a tie.
 /// `None` if no pixel is above 0.
-pub(crate) fn peak_of(image: ArrayView2<'_, f64>, mask: Option<&Array2<bool>>, negative: bool) -> Option<Peak> {
-    let of_row = |(row, line): (usize, ArrayView1<'_, f64>)| {
+pub(crate) fn peak_of(image: ArrayView2<'_, f32>, mask: Option<&Array2<bool>>, negative: bool) -> Option<Peak> {
+    let of_row = |(row, line): (usize, ArrayView1<'_, f32>)| {
         let mut best: Option<Peak> = None;
         let mut largest = 0.0;
         for (column, v) in line.iter().enumerate() {
             let size = if negative { v.abs() } else { *v };
             if size > largest && mask.is_none_or(|m| m[(row, column)]) {
                 largest = size;
-                best = Some(Peak { value: *v, row, column });
+                best = Some(Peak { value: f64::from(*v), row, column });
             }
         }
         best
@@ -141,12 +146,12 @@ pub(crate) fn peak_of(image: ArrayView2<'_, f64>, mask: Option<&Array2<bool>>, n
 }
 
 /// The size of the pixel of [`peak_of`]; 0 if there is none.
-pub(crate) fn peak_size(image: ArrayView2<'_, f64>, mask: Option<&Array2<bool>>, negative: bool) -> f64 {
+pub(crate) fn peak_size(image: ArrayView2<'_, f32>, mask: Option<&Array2<bool>>, negative: bool) -> f64 {
     peak_of(image, mask, negative).map_or(0.0, |p| p.value.abs())
 }
 
 /// Check that a dirty beam is finite and has its peak of 1 at the centre pixel.
-pub(super) fn check_beam(psf: ArrayView2<'_, f64>) -> Result<()> {
+pub(super) fn check_beam(psf: ArrayView2<'_, f32>) -> Result<()> {
     let Some(center) = psf.get((psf.nrows() / 2, psf.ncols() / 2)) else {
         return Err(ChainError::Incompatible("a deconvolver needs a dirty beam of at least one pixel".into()));
     };
@@ -160,12 +165,9 @@ pub(super) fn check_beam(psf: ArrayView2<'_, f64>) -> Result<()> {
 /// Check that all arrays of a cycle have the shape of the beam.
 pub(super) fn check_cycle(cycle: &Minor<'_>, shape: (usize, usize)) -> Result<()> {
     let mask = cycle.mask.map_or(shape, |m| m.dim());
-    if [cycle.residual.dim(), cycle.model.dim(), mask].iter().any(|d| *d != shape) {
-        let message = format!(
-            "residual {:?}, model {:?}, mask {mask:?} and beam {shape:?} must have one shape",
-            cycle.residual.dim(),
-            cycle.model.dim()
-        );
+    let residual = cycle.residual.dim();
+    if [residual, mask].iter().any(|d| *d != shape) {
+        let message = format!("residual {residual:?}, mask {mask:?} and beam {shape:?} must have one shape");
         return Err(ChainError::Incompatible(message));
     }
     Ok(())

@@ -20,10 +20,11 @@ pub use options::{Algorithm, CleanOptions, SkyBox};
 pub use tuning::CleanTuning;
 
 use crate::{ChainError, Result};
-use ndarray::ArrayView2;
+use ndarray::ArcArray2;
 
-/// Function that makes a deconvolver for a dirty beam \[m, l\] with its peak of 1 at the centre pixel.
-pub type Make = fn(ArrayView2<'_, f64>, &Scales, &CleanTuning) -> Result<Box<dyn Deconvolver>>;
+/// Function that makes a deconvolver for a dirty beam \[m, l\] with its peak of 1 at the centre pixel. The deconvolver shares the memory of
+/// the beam.
+pub type Make = fn(&ArcArray2<f32>, &Scales, &CleanTuning) -> Result<Box<dyn Deconvolver>>;
 
 /// One row of the table of deconvolvers.
 #[derive(Debug, Clone, Copy)]

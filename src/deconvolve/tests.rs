@@ -1,9 +1,9 @@
 //! Compares the deconvolvers with plain versions of the same algorithms and with known components.
 
-use super::minor::{Peak, peak_of};
+use super::minor::Peak;
 use super::*;
 use crate::fixtures::Noise;
-use ndarray::Array2;
+use ndarray::{ArcArray2, Array2};
 
 /// A beam with wide side lobes all over the image.
 fn beam(n_m: usize, n_l: usize) -> Array2<f64> {
@@ -34,11 +34,23 @@ fn dirty(psf: &Array2<f64>, sources: &[(usize, usize, f64)]) -> Array2<f64> {
     sources.iter().fold(Array2::zeros(psf.dim()), |sum, (i, j, f)| sum + shifted(psf, *i, *j) * *f)
 }
 
-/// Högbom's algorithm in its plainest form.
+fn shared(psf: &Array2<f64>) -> ArcArray2<f32> {
+    psf.mapv(|v| v as f32).into_shared()
+}
+
+/// The first pixel with the largest value within the mask.
+fn peak_of_plain(image: &Array2<f64>, mask: Option<&Array2<bool>>, negative: bool) -> Option<Peak> {
+    let size = |v: f64| if negative { v.abs() } else { v };
+    let inside = image.indexed_iter().filter(|(at, v)| size(**v) > 0.0 && mask.is_none_or(|m| m[*at]));
+    let best = inside.reduce(|a, b| if size(*b.1) > size(*a.1) { b } else { a });
+    best.map(|((row, column), value)| Peak { value: *value, row, column })
+}
+
+/// Högbom's algorithm in its plainest form, in double precision.
 fn plain(psf: &Array2<f64>, residual: &mut Array2<f64>, mask: Option<&Array2<bool>>, limits: &MinorLimits) -> Vec<Component> {
     let mut out = Vec::new();
     while out.len() < limits.iterations {
-        let Some(Peak { value, row, column }) = peak_of(residual.view(), mask, limits.negative) else { break };
+        let Some(Peak { value, row, column }) = peak_of_plain(residual, mask, limits.negative) else { break };
         if value.abs() <= limits.level {
             break;
         }
@@ -56,10 +68,12 @@ fn run(
     mask: Option<&Array2<bool>>,
     limits: MinorLimits,
 ) -> (MinorReport, Array2<f64>, Array2<f64>) {
-    let mut d = (by_name(name).unwrap().make)(psf.view(), &Scales::default(), &CleanTuning::default()).unwrap();
-    let (mut residual, mut model) = (image.clone(), Array2::zeros(image.dim()));
-    let report = d.minor(Minor { residual: &mut residual, model: &mut model, mask, limits }).unwrap();
-    (report, residual, model)
+    let mut d = (by_name(name).unwrap().make)(&shared(psf), &Scales::default(), &CleanTuning::default()).unwrap();
+    let mut residual = image.mapv(|v| v as f32);
+    let report = d.minor(Minor { residual: &mut residual, mask, limits }).unwrap();
+    let mut model = Array2::zeros(image.dim());
+    d.draw(&report.components, &mut model);
+    (report, residual.mapv(f64::from), model)
 }
 
 const LIMITS: MinorLimits = MinorLimits { gain: 0.1, level: 0.0, iterations: 400, negative: true };
@@ -68,7 +82,7 @@ const LIMITS: MinorLimits = MinorLimits { gain: 0.1, level: 0.0, iterations: 400
 fn lazy_tiles_give_the_components_of_the_plain_algorithm() {
     // The sides are not multiples of the tile, with and without a mask and negative components.
     let psf = single(&beam(90, 110));
-    let image = dirty(&psf, &[(20, 30, 1.0), (70, 95, -0.6), (45, 50, 0.3), (0, 0, 0.5), (89, 3, 0.2)]);
+    let image = single(&dirty(&psf, &[(20, 30, 1.0), (70, 95, -0.6), (45, 50, 0.3), (0, 0, 0.5), (89, 3, 0.2)]));
     let mask = Array2::from_shape_fn(image.dim(), |(i, j)| (i + j) % 7 != 0);
     for (mask, negative) in [(None, true), (Some(&mask), true), (None, false), (Some(&mask), false)] {
         let limits = MinorLimits { negative, ..LIMITS };
@@ -80,7 +94,8 @@ fn lazy_tiles_give_the_components_of_the_plain_algorithm() {
             assert_eq!((a.row, a.column), (b.row, b.column));
             assert!((a.flux - b.flux).abs() < 1e-12);
         }
-        assert!(left.iter().zip(&residual).all(|(a, b)| (a - b).abs() < 1e-11));
+        // The residual is rounded to single precision at the end, 6e-8 of each pixel.
+        assert!(left.iter().zip(&residual).all(|(a, b)| (a - b).abs() <= 6e-8 * b.abs() + 1e-11));
         assert!((model.sum() - expected.iter().map(|c| c.flux).sum::<f64>()).abs() < 1e-11);
     }
 }
@@ -94,7 +109,8 @@ fn a_source_on_the_grid_leaves_exactly_one_minus_gain_to_the_n() {
             let (report, left, _) = run(name, &psf, &image, None, MinorLimits { iterations: n, ..LIMITS });
             assert_eq!(report.components.len(), n);
             let expected = 3.0 * 0.9_f64.powi(n as i32);
-            assert!((left[(40, 21)] - expected).abs() < 1e-12, "{name} {n}: {} {expected}", left[(40, 21)]);
+            // Each of the n subtractions may round a value of at most 3 to single precision, 2^-25 of it relative to 1.
+            assert!((left[(40, 21)] - expected).abs() < 3.0 * f64::from(f32::EPSILON), "{name} {n}: {} {expected}", left[(40, 21)]);
         }
     }
 }
@@ -106,7 +122,7 @@ fn the_level_the_iterations_and_the_empty_image_stop_a_cycle() {
     for entry in &TABLE {
         let (r, left, _) = run(entry.name, &psf, &image, None, MinorLimits { level: 0.5, iterations: 10_000, ..LIMITS });
         assert_eq!(r.stop, MinorStop::Level, "{}", entry.name);
-        assert!(left.iter().all(|v| v.abs() <= 0.5 + 1e-9), "{}", entry.name);
+        assert!(left.iter().all(|v| v.abs() <= 0.5 + 1e-7), "{}", entry.name);
         let (r, ..) = run(entry.name, &psf, &image, None, MinorLimits { iterations: 5, ..LIMITS });
         assert_eq!((r.stop, r.components.len()), (MinorStop::Iterations, 5), "{}", entry.name);
         let (r, ..) = run(entry.name, &psf, &Array2::zeros((64, 64)), None, LIMITS);
@@ -141,7 +157,7 @@ fn a_residual_that_grows_is_stopped_at_its_best() {
     image[(20, 5)] = 1.0;
     let (r, left, model) = run("hogbom", &psf, &image, None, MinorLimits { gain: 0.9, ..LIMITS });
     assert_eq!(r.stop, MinorStop::Diverged);
-    assert!(left.iter().all(|v| v.abs() <= 1.0 + 1e-9));
+    assert!(left.iter().all(|v| v.abs() <= 1.0 + 1e-7));
     assert!((model.sum() - r.components.iter().map(|c| c.flux).sum::<f64>()).abs() < 1e-12);
 }
 
@@ -168,12 +184,12 @@ fn multiscale_takes_an_extended_source_with_few_wide_components() {
 #[test]
 fn bad_beams_masks_and_names_are_refused() {
     let make = by_name("hogbom").unwrap().make;
-    assert!(make(Array2::zeros((8, 8)).view(), &Scales::default(), &CleanTuning::default()).is_err());
+    assert!(make(&ArcArray2::zeros((8, 8)), &Scales::default(), &CleanTuning::default()).is_err());
     assert!(by_name("magic").unwrap_err().to_string().contains("hogbom, clark, multiscale"));
     let psf = beam(16, 16);
-    let mut d = make(psf.view(), &Scales::default(), &CleanTuning::default()).unwrap();
-    let (mut residual, mut model) = (Array2::zeros((16, 16)), Array2::zeros((16, 15)));
-    assert!(d.minor(Minor { residual: &mut residual, model: &mut model, mask: None, limits: LIMITS }).is_err());
+    let mut d = make(&shared(&psf), &Scales::default(), &CleanTuning::default()).unwrap();
+    let mut residual = Array2::zeros((16, 15));
+    assert!(d.minor(Minor { residual: &mut residual, mask: None, limits: LIMITS }).is_err());
     let scales = Scales { widths_px: vec![-1.0], ..Scales::default() };
-    assert!((by_name("multiscale").unwrap().make)(psf.view(), &scales, &CleanTuning::default()).is_err());
+    assert!((by_name("multiscale").unwrap().make)(&shared(&psf), &scales, &CleanTuning::default()).is_err());
 }

@@ -15,30 +15,31 @@ const BITS: u32 = 14;
 /// # Reference
 /// Rousseeuw & Croux 1993, J. Am. Stat. Assoc. 88, 1273, eq. 1.2.
 #[must_use]
-pub fn robust_rms(plane: ArrayView2<'_, f64>) -> f64 {
-    let finite = |values: &[f64]| values.par_iter().all(|v| v.is_finite());
+pub fn robust_rms<P: Copy + Into<f64> + Send + Sync>(plane: ArrayView2<'_, P>) -> f64 {
+    let finite = |values: &[P]| values.par_iter().all(|v| (*v).into().is_finite());
     let values = match plane.to_slice() {
         Some(all) if finite(all) => Cow::Borrowed(all),
-        _ => Cow::Owned(plane.iter().copied().filter(|v| v.is_finite()).collect()),
+        _ => Cow::Owned(plane.iter().copied().filter(|v| (*v).into().is_finite()).collect()),
     };
     let center = median(&values, |v| v);
     1.482_602_218_505_602 * median(&values, |v| (v - center).abs())
 }
 
 /// The median of a function of finite values: for an even number of values the mean of the two in the middle. NaN for an empty list.
-fn median(values: &[f64], f: impl Fn(f64) -> f64 + Sync) -> f64 {
+fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f64 + Sync) -> f64 {
+    let f = |v: &P| f((*v).into());
     let n = values.len();
     if n == 0 {
         return f64::NAN;
     }
     if n < FEW {
-        let mut all: Vec<f64> = values.iter().map(|v| f(*v)).collect();
+        let mut all: Vec<f64> = values.iter().map(f).collect();
         return middle(&mut all, n / 2, n.is_multiple_of(2), || f64::NAN);
     }
     // The keys have the order of the numbers. The leading bits of the keys are counted, and only the bin of the median is sorted.
     let bin = |v: f64| (key(v) >> (64 - BITS)) as usize;
-    let count = |mut counts: Vec<usize>, part: &[f64]| {
-        part.iter().for_each(|v| counts[bin(f(*v))] += 1);
+    let count = |mut counts: Vec<usize>, part: &[P]| {
+        part.iter().for_each(|v| counts[bin(f(v))] += 1);
         counts
     };
     let none = || vec![0_usize; 1 << BITS];
@@ -52,8 +53,8 @@ fn median(values: &[f64], f: impl Fn(f64) -> f64 + Sync) -> f64 {
         below += counts[wanted];
         wanted += 1;
     }
-    let mut inside: Vec<f64> = values.par_iter().map(|v| f(*v)).filter(|v| bin(*v) == wanted).collect();
-    let before = || values.par_iter().map(|v| f(*v)).filter(|v| bin(*v) < wanted).reduce(|| f64::NEG_INFINITY, f64::max);
+    let mut inside: Vec<f64> = values.par_iter().map(f).filter(|v| bin(*v) == wanted).collect();
+    let before = || values.par_iter().map(f).filter(|v| bin(*v) < wanted).reduce(|| f64::NEG_INFINITY, f64::max);
     middle(&mut inside, n / 2 - below, n.is_multiple_of(2), before)
 }
 

@@ -1,14 +1,16 @@
 //! Convolution of images by padded Fourier transforms. It serves restoring beams, the scales of multiscale CLEAN, and models with the dirty
 //! beam.
 //!
-//! Two real rows share one complex transform, and only half of the spectrum is kept. The spectrum is stored by columns, so that the inverse
-//! transform can start without a transpose.
+//! Two real rows share one complex transform, and only half of the spectrum is kept. The spectrum of a kernel is stored by columns. An image
+//! never has its whole spectrum in memory: its rows are transformed, and then each block of columns is padded, transformed, multiplied,
+//! transformed back and written over the rows. The padding along m exists only in the block that a thread works on.
 
 use super::line_fft::{LineFfts, good_size};
 use super::real::Real;
-use ndarray::{Array2, ArrayView2, Axis};
+use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Number of columns that are transposed together: a few cache lines of each row.
 const BLOCK: usize = 16;
@@ -47,46 +49,91 @@ impl<T: Real> Convolver<T> {
         (self.p_m, self.p_l)
     }
 
-    /// Spectrum of an image of this size.
-    #[must_use]
-    pub fn image(&self, image: ArrayView2<'_, T>) -> Spectrum<T> {
-        self.forward(image, (0, 0))
-    }
-
     /// Spectrum of a kernel. Its array \[k_m, k_l\] is not larger than the images, and its centre is the pixel (k_m / 2, k_l / 2).
     #[must_use]
     pub fn kernel(&self, kernel: ArrayView2<'_, T>) -> Spectrum<T> {
         let (k_m, k_l) = kernel.dim();
-        self.forward(kernel, (k_m / 2, k_l / 2))
+        let (c_m, c_l) = (k_m / 2, k_l / 2);
+        let half = self.half();
+        let rows = self.rows(k_m, c_l, |row, out| copy_row(kernel.row(row), out));
+        let mut out: Vec<Complex<T>> = bytemuck::zeroed_vec(half * self.p_m);
+        out.par_chunks_mut(BLOCK * self.p_m).enumerate().for_each_init(
+            || vec![Complex::default(); self.fft.columns[0].get_inplace_scratch_len()],
+            |scratch, (block, columns)| {
+                let width = columns.len() / self.p_m;
+                for r in 0..k_m {
+                    let at = (r + self.p_m - c_m) % self.p_m;
+                    for (c, v) in rows.row(r).iter().skip(block * BLOCK).take(width).enumerate() {
+                        columns[c * self.p_m + at] = *v;
+                    }
+                }
+                self.fft.columns[0].process_with_scratch(columns, scratch);
+            },
+        );
+        Spectrum(out)
     }
 
     /// Image convolved with a kernel.
     #[must_use]
-    pub fn convolve(&self, image: ArrayView2<'_, T>, kernel: &Spectrum<T>) -> Array2<T> {
-        let mut s = self.image(image);
-        s.multiply(kernel);
-        self.inverse(s)
+    pub fn convolve(&self, image: ArrayView2<'_, T>, kernel: &impl Filter<T>) -> Array2<T> {
+        let mut out = Array2::from_elem((self.n_m, self.n_l), T::default());
+        self.through(|row, out| copy_row(image.row(row), out), kernel, &mut out, |o, v| *o = v);
+        out
     }
 
-    fn forward(&self, image: ArrayView2<'_, T>, (c_m, c_l): (usize, usize)) -> Spectrum<T> {
-        let (k_m, k_l) = image.dim();
-        let half = self.p_l / 2 + 1;
+    /// Subtract points (row, column, flux), convolved with a kernel, from an image. Points of one pixel add up.
+    pub fn subtract_points(&self, points: &[(usize, usize, f64)], kernel: &impl Filter<T>, image: &mut Array2<T>) {
+        let mut sums = BTreeMap::<(usize, usize), f64>::new();
+        points.iter().for_each(|(row, column, flux)| *sums.entry((*row, *column)).or_default() += flux);
+        let fill = |row: usize, out: &mut [T]| {
+            let mut any = false;
+            for ((_, column), flux) in sums.range((row, 0)..(row + 1, 0)) {
+                out[*column] = T::of(*flux);
+                any = true;
+            }
+            any
+        };
+        self.through(fill, kernel, image, |o, v| *o = *o - v);
+    }
+
+    fn half(&self) -> usize {
+        self.p_l / 2 + 1
+    }
+
+    /// Convolve the image whose rows `fill` writes, and combine each pixel of the result with one of `out`.
+    fn through(
+        &self,
+        fill: impl Fn(usize, &mut [T]) -> bool + Sync,
+        kernel: &impl Filter<T>,
+        out: &mut Array2<T>,
+        combine: impl Fn(&mut T, T) + Sync,
+    ) {
+        let mut rows = self.rows(self.n_m, 0, fill);
+        self.columns(&mut rows, kernel);
+        self.back(&rows, out, combine);
+    }
+
+    /// Transforms of `count` real rows along l, \[row, u\]. `fill` writes a row into a slice of zeros and returns false if the row is empty.
+    /// The pixel `origin` of a row is the origin of the transform.
+    fn rows(&self, count: usize, origin: usize, fill: impl Fn(usize, &mut [T]) -> bool + Sync) -> Array2<Complex<T>> {
+        let half = self.half();
         let zero = Complex::new(T::default(), T::default());
         // New memory is zero already, and the threads that fill it are the first to touch it.
-        let mut rows: Vec<Complex<T>> = bytemuck::zeroed_vec(k_m * half);
+        let mut rows: Vec<Complex<T>> = bytemuck::zeroed_vec(count * half);
         rows.par_chunks_mut(2 * half).enumerate().for_each_init(
-            || (vec![zero; self.p_l], vec![zero; self.fft.rows[0].get_inplace_scratch_len()]),
-            |(z, scratch), (pair, out)| {
+            || (vec![zero; self.p_l], vec![zero; self.fft.rows[0].get_inplace_scratch_len()], [self.line(), self.line()]),
+            |(z, scratch, [a, b]), (pair, out)| {
+                a.fill(T::default());
+                b.fill(T::default());
+                let first = fill(2 * pair, a);
+                let second = 2 * pair + 1 < count && fill(2 * pair + 1, b);
                 // Most rows of a model have no source. Their spectra are 0.
-                let empty = |row: usize| row >= k_m || image.row(row).iter().all(|v| *v == T::default());
-                if empty(2 * pair) && empty(2 * pair + 1) {
+                if !first && !second {
                     return;
                 }
                 z.fill(zero);
-                for c in 0..k_l {
-                    let at = (c + self.p_l - c_l) % self.p_l;
-                    let second = if 2 * pair + 1 < k_m { image[(2 * pair + 1, c)] } else { T::default() };
-                    z[at] = Complex::new(image[(2 * pair, c)], second);
+                for (c, (a, b)) in a.iter().zip(b.iter()).enumerate() {
+                    z[(c + self.p_l - origin) % self.p_l] = Complex::new(*a, *b);
                 }
                 self.fft.rows[0].process_with_scratch(z, scratch);
                 let (first, second) = out.split_at_mut(half);
@@ -100,86 +147,134 @@ impl<T: Real> Convolver<T> {
                 }
             },
         );
-        let mut out: Vec<Complex<T>> = bytemuck::zeroed_vec(half * self.p_m);
-        out.par_chunks_mut(BLOCK * self.p_m).enumerate().for_each_init(
-            || vec![zero; self.fft.columns[0].get_inplace_scratch_len()],
-            |scratch, (block, columns)| {
-                let width = columns.len() / self.p_m;
-                for r in 0..k_m {
-                    let at = (r + self.p_m - c_m) % self.p_m;
-                    let from = &rows[r * half + block * BLOCK..];
-                    for (c, v) in from[..width].iter().enumerate() {
-                        columns[c * self.p_m + at] = *v;
-                    }
-                }
-                self.fft.columns[0].process_with_scratch(columns, scratch);
-            },
-        );
-        Spectrum(out)
+        // The length is that of the shape, so this never fails.
+        Array2::from_shape_vec((count, half), rows).unwrap_or_default()
     }
 
-    /// The image of a spectrum.
-    #[must_use]
-    pub fn inverse(&self, mut spectrum: Spectrum<T>) -> Array2<T> {
-        let half = self.p_l / 2 + 1;
+    fn line(&self) -> Vec<T> {
+        vec![T::default(); self.p_l]
+    }
+
+    /// Multiply the transforms of the columns of these rows \[row, u\] by a kernel.
+    fn columns(&self, rows: &mut Array2<Complex<T>>, kernel: &impl Filter<T>) {
         let zero = Complex::new(T::default(), T::default());
-        spectrum.0.par_chunks_mut(BLOCK * self.p_m).for_each_init(
-            || vec![zero; self.fft.columns[1].get_inplace_scratch_len()],
-            |scratch, columns| self.fft.columns[1].process_with_scratch(columns, scratch),
+        let scratch = self.fft.columns.iter().map(|f| f.get_inplace_scratch_len()).max().unwrap_or(0);
+        rows.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each_init(
+            || (vec![zero; BLOCK * self.p_m], vec![zero; scratch]),
+            |(z, scratch), (block, mut part)| {
+                let z = &mut z[..part.ncols() * self.p_m];
+                z.fill(zero);
+                for (r, row) in part.rows().into_iter().enumerate() {
+                    for (c, v) in row.iter().enumerate() {
+                        z[c * self.p_m + r] = *v;
+                    }
+                }
+                self.fft.columns[0].process_with_scratch(z, scratch);
+                kernel.apply(block * BLOCK * self.p_m, z);
+                self.fft.columns[1].process_with_scratch(z, scratch);
+                for (r, mut row) in part.rows_mut().into_iter().enumerate() {
+                    for (c, v) in row.iter_mut().enumerate() {
+                        *v = z[c * self.p_m + r];
+                    }
+                }
+            },
         );
-        let columns = &spectrum.0;
-        // Several rows are gathered together, since their values are adjacent in each column.
-        let mut out = Array2::from_elem((self.n_m, self.n_l), T::default());
+    }
+
+    /// Transform rows \[row, u\] back to pixels, and combine them with those of `out`.
+    fn back(&self, rows: &Array2<Complex<T>>, out: &mut Array2<T>, combine: impl Fn(&mut T, T) + Sync) {
+        let zero = Complex::new(T::default(), T::default());
         let scale = T::of(1.0 / (self.p_l as f64 * self.p_m as f64));
-        out.axis_chunks_iter_mut(Axis(0), BLOCK).into_par_iter().enumerate().for_each_init(
-            || (vec![zero; BLOCK / 2 * self.p_l], vec![zero; self.fft.rows[1].get_inplace_scratch_len()]),
-            |(z, scratch), (block, mut rows)| {
-                let first = block * BLOCK;
-                for u in 0..half {
+        out.axis_chunks_iter_mut(Axis(0), 2).into_par_iter().enumerate().for_each_init(
+            || (vec![zero; self.p_l], vec![zero; self.fft.rows[1].get_inplace_scratch_len()]),
+            |(z, scratch), (pair, mut lines)| {
+                let two = lines.nrows() == 2;
+                for (u, a) in rows.row(2 * pair).iter().enumerate() {
+                    let b = if two { rows[(2 * pair + 1, u)] } else { zero };
+                    z[u] = Complex::new(a.re - b.im, a.im + b.re);
                     let mirror = (self.p_l - u) % self.p_l;
-                    let column = &columns[u * self.p_m + first..(u + 1) * self.p_m];
-                    for (q, pair) in z.chunks_exact_mut(self.p_l).enumerate() {
-                        let a = column.get(2 * q).copied().unwrap_or(zero);
-                        let b = column.get(2 * q + 1).copied().unwrap_or(zero);
-                        pair[u] = Complex::new(a.re - b.im, a.im + b.re);
-                        if mirror != u {
-                            pair[mirror] = Complex::new(a.re + b.im, b.re - a.im);
-                        }
+                    if mirror != u {
+                        z[mirror] = Complex::new(a.re + b.im, b.re - a.im);
                     }
                 }
                 self.fft.rows[1].process_with_scratch(z, scratch);
-                for (r, mut row) in rows.rows_mut().into_iter().enumerate() {
-                    let pair = &z[r / 2 * self.p_l..];
-                    for (o, v) in row.iter_mut().zip(pair) {
-                        *o = scale * if r % 2 == 0 { v.re } else { v.im };
+                for (r, mut line) in lines.rows_mut().into_iter().enumerate() {
+                    for (o, v) in line.iter_mut().zip(z.iter()) {
+                        combine(o, scale * if r == 0 { v.re } else { v.im });
                     }
                 }
             },
         );
-        out
+    }
+}
+
+/// Copy a row to the front of a slice of zeros; false if the row is 0 everywhere.
+fn copy_row<T: Real>(row: ArrayView1<'_, T>, out: &mut [T]) -> bool {
+    let mut any = false;
+    for (o, v) in out.iter_mut().zip(row) {
+        *o = *v;
+        any |= *v != T::default();
+    }
+    any
+}
+
+/// What multiplies the spectrum of an image.
+pub trait Filter<T: Real>: Sync {
+    /// Multiply these values of a half spectrum \[u, v\], from the one with the index `first` on.
+    fn apply(&self, first: usize, values: &mut [Complex<T>]);
+}
+
+impl<T: Real> Filter<T> for Spectrum<T> {
+    fn apply(&self, first: usize, values: &mut [Complex<T>]) {
+        values.iter_mut().zip(&self.0[first..]).for_each(|(v, k)| *v *= *k);
     }
 }
 
 impl<T: Real> Spectrum<T> {
-    /// The spectrum with a real function applied to the real part. The imaginary part becomes 0, as it is for a symmetric kernel.
-    #[must_use]
-    pub fn map_real(&self, f: impl Fn(T) -> T + Sync) -> Self {
-        Self(self.0.par_iter().map(|v| Complex::new(f(v.re), T::default())).collect())
-    }
-
     /// The real parts.
     pub fn real_parts(&self) -> impl Iterator<Item = T> + '_ {
         self.0.iter().map(|v| v.re)
     }
 
-    /// Multiply by another spectrum of the same convolver.
-    pub fn multiply(&mut self, other: &Self) {
-        debug_assert_eq!(self.0.len(), other.0.len(), "spectra of two convolvers");
-        self.0.par_chunks_mut(1 << 14).zip(other.0.par_chunks(1 << 14)).for_each(|(a, b)| {
-            for (a, b) in a.iter_mut().zip(b) {
-                *a *= *b;
-            }
-        });
+    /// The spectrum of a symmetric kernel, whose imaginary part is 0, with a function applied to it.
+    #[must_use]
+    pub fn real(&self, f: impl Fn(T) -> T + Sync) -> RealSpectrum<T> {
+        RealSpectrum(self.0.par_iter().map(|v| f(v.re)).collect())
+    }
+}
+
+/// Half of the spectrum of a kernel that is symmetric about its centre \[u, v\]. It has no imaginary part.
+#[derive(Debug, Clone)]
+pub struct RealSpectrum<T>(Vec<T>);
+
+impl<T: Real> RealSpectrum<T> {
+    /// The values.
+    #[must_use]
+    pub fn values(&self) -> &[T] {
+        &self.0
+    }
+
+    /// The operator that multiplies each Fourier component by a function of its value here.
+    pub fn map<F: Fn(T) -> T + Sync>(&self, f: F) -> impl Filter<T> + use<'_, T, F> {
+        Mapped { values: &self.0, f }
+    }
+}
+
+impl<T: Real> Filter<T> for RealSpectrum<T> {
+    fn apply(&self, first: usize, values: &mut [Complex<T>]) {
+        values.iter_mut().zip(&self.0[first..]).for_each(|(v, k)| *v = v.scale(*k));
+    }
+}
+
+/// A function of a real spectrum.
+struct Mapped<'a, T, F> {
+    values: &'a [T],
+    f: F,
+}
+
+impl<T: Real, F: Fn(T) -> T + Sync> Filter<T> for Mapped<'_, T, F> {
+    fn apply(&self, first: usize, values: &mut [Complex<T>]) {
+        values.iter_mut().zip(&self.values[first..]).for_each(|(v, k)| *v = v.scale((self.f)(*k)));
     }
 }
 

@@ -28,7 +28,8 @@ pub struct Degridder<T: Real> {
     pub(super) plan: Arc<Plan<T>>,
     groups: Vec<Range<usize>>,
     resident: Option<PlaneRows<T>>,
-    image: Array2<f64>,
+    /// The image, where the planes are made again for every block.
+    image: Array2<T>,
 }
 
 impl<T: Real> Degridder<T> {
@@ -40,20 +41,20 @@ impl<T: Real> Degridder<T> {
         Self::on(Arc::new(Plan::new(grid, freq_hz, extent, opts, None)?), plane)
     }
 
-    pub(super) fn on(plan: Arc<Plan<T>>, plane: ArrayView2<'_, f64>) -> Result<Self> {
+    pub(super) fn on<P: Real>(plan: Arc<Plan<T>>, plane: ArrayView2<'_, P>) -> Result<Self> {
         let grid = &plan.grid;
         if plane.dim() != (grid.n_m, grid.n_l) {
             let found = plane.shape().to_vec();
             return Err(ArrayError::ShapeMismatch { what: "image to predict", expected: vec![grid.n_m, grid.n_l], found }.into());
         }
-        if let Some(((m, l), v)) = plane.indexed_iter().find(|(_, v)| !v.is_finite()) {
+        if let Some(((m, l), v)) = plane.indexed_iter().find(|(_, v)| !v.to64().is_finite()) {
             let what = format!("pixel (column {l}, row {m}) of the image to predict");
-            return Err(ArrayError::BadValue { what, value: v.to_string(), expected: "a finite number" }.into());
+            return Err(ArrayError::BadValue { what, value: v.to64().to_string(), expected: "a finite number" }.into());
         }
         let groups = plane_groups(&plan, plan.memory.planes());
         let one = groups.len() == 1;
         let resident = one.then(|| image_to_planes(&plan, plane, (0, planes_of(&plan, &groups[0]))));
-        let image = if one { Array2::zeros((0, 0)) } else { plane.to_owned() };
+        let image = if one { Array2::zeros((0, 0)) } else { plane.mapv(|v| T::of(v.to64())) };
         Ok(Self { plan, groups, resident, image })
     }
 

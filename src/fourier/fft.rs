@@ -110,12 +110,7 @@ fn quarter_turns<T: Real>(z: Complex<T>, k: usize) -> Complex<T> {
 
 /// Transform the planes from `first_plane` on with exp(-2 pi i ...), apply screens and corrections, and add them to `image` \[m, l\].
 /// The transform overwrites the planes. Their memory is returned for the next use.
-pub(crate) fn planes_to_image<T: Real>(
-    plan: &Plan<T>,
-    mut rows: PlaneRows<T>,
-    first_plane: usize,
-    image: &mut Array2<f64>,
-) -> PlaneRows<T> {
+pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, first_plane: usize, image: &mut Array2<T>) -> PlaneRows<T> {
     let (nu, n_l) = (plan.nu, plan.grid.n_l);
     let planes = rows.planes;
     rows.stripes_mut().into_par_iter().enumerate().for_each_init(
@@ -150,7 +145,7 @@ pub(crate) fn planes_to_image<T: Real>(
         }
         for (i, mut out) in block.rows_mut().into_iter().enumerate() {
             for (c, o) in out.iter_mut().enumerate() {
-                *o += sum[i * BLOCK + c].to64() * columns.factor[i * BLOCK + c];
+                *o += T::of(sum[i * BLOCK + c].to64() * columns.factor[i * BLOCK + c]);
             }
         }
     });
@@ -158,7 +153,11 @@ pub(crate) fn planes_to_image<T: Real>(
 }
 
 /// The planes `first_plane..first_plane + planes` of an image \[m, l\]: apply corrections and screens, and transform with exp(+2 pi i ...).
-pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64>, (first_plane, planes): (usize, usize)) -> PlaneRows<T> {
+pub(crate) fn image_to_planes<T: Real, P: Real>(
+    plan: &Plan<T>,
+    image: ArrayView2<'_, P>,
+    (first_plane, planes): (usize, usize),
+) -> PlaneRows<T> {
     let (nu, n_l, n_rows) = (plan.nu, plan.grid.n_l, plan.n_rows);
     let blocks: Vec<Vec<Complex<T>>> = (0..n_l.div_ceil(BLOCK))
         .into_par_iter()
@@ -167,7 +166,7 @@ pub(crate) fn image_to_planes<T: Real>(plan: &Plan<T>, image: ArrayView2<'_, f64
             let mut pixels = vec![T::default(); plan.grid.n_m * BLOCK];
             for i in 0..plan.grid.n_m {
                 for c in 0..columns.width {
-                    pixels[i * BLOCK + c] = T::of(image[(i, columns.first + c)] * columns.factor[i * BLOCK + c]);
+                    pixels[i * BLOCK + c] = T::of(image[(i, columns.first + c)].to64() * columns.factor[i * BLOCK + c]);
                 }
             }
             let mut work = Work::new(plan, 1);

@@ -8,7 +8,7 @@ use super::lanes::{Work, run_task, tile_len};
 use super::plan::{Plan, UvwExtent};
 use super::plane_groups::{grid_row, plane_groups, planes_of};
 use super::plane_rows::{PlaneRows, TILE};
-use super::real::Real;
+use super::real::{Real, in_precision};
 use super::sort::{Chunk, Segment, TilePlace};
 use super::sorted_rows::SortedRows;
 use super::wplanes::SLAB;
@@ -30,7 +30,8 @@ pub struct Gridder<T: Real> {
     plan: Arc<Plan<T>>,
     groups: Vec<Range<usize>>,
     resident: Option<PlaneRows<T>>,
-    image: Array2<f64>,
+    /// The sum of the groups of planes that were transformed so far.
+    image: Option<Array2<T>>,
 }
 
 impl<T: Real> Gridder<T> {
@@ -49,8 +50,7 @@ impl<T: Real> Gridder<T> {
             planes.clear();
             planes
         });
-        let image = Array2::zeros((plan.grid.n_m, plan.grid.n_l));
-        Self { plan, groups, resident, image }
+        Self { plan, groups, resident, image: None }
     }
 
     /// Add rows: uvw in m \[row, 3\] and weighted visibilities \[row, chan\]. A visibility that must not count has the value 0.
@@ -134,19 +134,21 @@ impl<T: Real> Gridder<T> {
         for group in &self.groups {
             let planes = PlaneRows::zeros(plan.n_rows, planes_of(plan, group), plan.nu);
             grid_units(plan, (rows, nodes), group.clone(), (&planes, group.start * SLAB))?;
-            planes_to_image(plan, planes, group.start * SLAB, &mut self.image);
+            let image = self.image.get_or_insert_with(|| Array2::zeros((plan.grid.n_m, plan.grid.n_l)));
+            planes_to_image(plan, planes, group.start * SLAB, image);
         }
         Ok(())
     }
 
     /// The image \[m, l\] of all visibilities that were added.
     #[must_use]
-    pub fn finish(mut self) -> Array2<f64> {
+    pub fn finish<P: Real>(mut self) -> Array2<P> {
+        let mut image = self.image.take().unwrap_or_else(|| Array2::zeros((self.plan.grid.n_m, self.plan.grid.n_l)));
         if let Some(planes) = self.resident.take() {
-            let planes = planes_to_image(&self.plan, planes, 0, &mut self.image);
+            let planes = planes_to_image(&self.plan, planes, 0, &mut image);
             self.plan.pool.give_planes(planes);
         }
-        self.image
+        in_precision(image)
     }
 }
 

@@ -43,7 +43,7 @@ mod units;
 mod uv_grid;
 mod wplanes;
 
-pub use convolve::{Convolver, Spectrum};
+pub use convolve::{Convolver, Filter, RealSpectrum, Spectrum};
 pub use degridder::Degridder;
 pub use grid_options::GridOptions;
 pub use gridder::Gridder;
@@ -52,6 +52,7 @@ pub(crate) use line_fft::good_size;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
+pub(crate) use real::in_precision;
 pub use sorted_rows::SortedRows;
 pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;

@@ -3,7 +3,9 @@
 use bytemuck::Zeroable;
 use cittert_fourier_planner::num_traits::NumAssign;
 use cittert_fourier_planner::{Fft, FftDirection, FftNum};
+use ndarray::Array2;
 use num_complex::Complex;
+use std::any::Any;
 use std::sync::Arc;
 
 /// A floating-point type of the transforms: `f32` for requested errors down to 1e-5, `f64` for smaller ones.
@@ -51,6 +53,13 @@ macro_rules! real {
 }
 real!(f32, 5, cittert_fourier_planner::single);
 real!(f64, 9, cittert_fourier_planner::double);
+
+/// An image in another precision. An image that has this precision already is returned as it is.
+pub(crate) fn in_precision<T: Real, P: Real>(image: Array2<T>) -> Array2<P> {
+    let mut image = Some(image);
+    let same = (&mut image as &mut dyn Any).downcast_mut::<Option<Array2<P>>>().and_then(Option::take);
+    same.or_else(|| image.map(|i| i.mapv(|v| P::of(v.to64())))).unwrap_or_default()
+}
 
 /// True if the machine has AVX2 and fused multiply-add.
 pub(crate) fn fused() -> bool {

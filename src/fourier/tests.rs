@@ -134,7 +134,7 @@ fn adjoint_error<T: Real>(c: &Case, opts: &GridOptions) -> f64 {
     d.predict(c.uvw.view(), a.view_mut()).unwrap();
     let mut g = Gridder::<T>::new(&c.grid, &c.freq, extent, opts).unwrap();
     g.add(c.uvw.view(), vis.view()).unwrap();
-    let b = g.finish();
+    let b: Array2<f64> = g.finish();
     let left: f64 = a.iter().zip(&vis).map(|(a, v)| a.re.to64() * v.re.to64() + a.im.to64() * v.im.to64()).sum();
     let right: f64 = b.iter().zip(&c.plane).map(|(b, x)| b * x).sum();
     let norm = |z: &Array2<Complex<T>>| z.iter().map(|z| z.re.to64().powi(2) + z.im.to64().powi(2)).sum::<f64>().sqrt();

@@ -58,7 +58,7 @@ impl<T: Real> Transform<T> {
     ///
     /// # Errors
     /// The image has another shape than the grid, or a pixel is not finite.
-    pub fn degridder(&self, plane: ArrayView2<'_, f64>) -> Result<Degridder<T>> {
+    pub fn degridder<P: Real>(&self, plane: ArrayView2<'_, P>) -> Result<Degridder<T>> {
         Degridder::on(Arc::clone(&self.plan), plane)
     }
 

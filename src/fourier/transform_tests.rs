@@ -129,7 +129,7 @@ fn the_two_directions_of_a_transform_are_adjoint() {
             transform.degridder(c.plane.view()).unwrap().predict(c.uvw.view(), a.view_mut()).unwrap();
             let mut g = transform.gridder();
             g.add_sorted(&rows, |r, vis| vis.iter_mut().zip(c.vis.row(r)).for_each(|(v, x)| *v = *x)).unwrap();
-            let b = g.finish();
+            let b: Array2<f64> = g.finish();
             let left: f64 = a.iter().zip(&c.vis).map(|(a, v)| a.re * v.re + a.im * v.im).sum();
             let right: f64 = b.iter().zip(&c.plane).map(|(b, x)| b * x).sum();
             let scale = a.iter().map(|a| a.norm_sqr()).sum::<f64>().sqrt() * c.vis.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();

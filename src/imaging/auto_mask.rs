@@ -21,10 +21,11 @@ impl AutoMask {
     }
 
     /// Add the pixels of the residual that are above the level, with the pixels around them. Pixels outside `fixed` stay out.
-    pub(super) fn grow(&mut self, residual: &Array2<f64>, level: f64, fixed: Option<&Array2<bool>>) {
+    pub(super) fn grow(&mut self, residual: &Array2<f32>, level: f64, fixed: Option<&Array2<bool>>) {
         let (n_m, n_l) = residual.dim();
         for ((i, j), v) in residual.indexed_iter() {
-            let above = if self.negative { v.abs() > level } else { *v > level };
+            let v = f64::from(*v);
+            let above = if self.negative { v.abs() > level } else { v > level };
             if above {
                 let rows = i.saturating_sub(self.reach)..(i + self.reach + 1).min(n_m);
                 let columns = j.saturating_sub(self.reach)..(j + self.reach + 1).min(n_l);

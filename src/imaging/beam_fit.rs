@@ -1,5 +1,6 @@
 //! The restoring beam: an elliptical Gaussian that is fitted to the main lobe of the dirty beam.
 
+use crate::fourier::Real;
 use crate::linalg::solve_3;
 use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::ArrayView2;
@@ -18,7 +19,7 @@ const MOST_PIXELS: usize = 200_000;
 /// # Reference
 /// Levenberg-Marquardt: Press et al. 2007, Numerical Recipes, sect. 15.5.
 #[must_use]
-pub fn fit_beam(grid: &SkyGrid, psf: ArrayView2<'_, f64>) -> Option<RestoringBeam> {
+pub fn fit_beam<P: Real>(grid: &SkyGrid, psf: ArrayView2<'_, P>) -> Option<RestoringBeam> {
     let lobe = main_lobe(psf)?;
     let mut p = start(&lobe)?;
     let mut lambda = 1e-3;
@@ -54,10 +55,10 @@ struct Pixel {
     value: f64,
 }
 
-fn main_lobe(psf: ArrayView2<'_, f64>) -> Option<Vec<Pixel>> {
+fn main_lobe<P: Real>(psf: ArrayView2<'_, P>) -> Option<Vec<Pixel>> {
     let (n_m, n_l) = psf.dim();
     let center = (n_m / 2, n_l / 2);
-    if !(psf[center] > LEVEL) {
+    if !(psf[center].to64() > LEVEL) {
         return None;
     }
     let mut seen = ndarray::Array2::from_elem((n_m, n_l), false);
@@ -65,7 +66,7 @@ fn main_lobe(psf: ArrayView2<'_, f64>) -> Option<Vec<Pixel>> {
     let mut lobe = Vec::new();
     seen[center] = true;
     while let Some((i, j)) = queue.pop_front() {
-        lobe.push(Pixel { x: j as f64 - center.1 as f64, y: i as f64 - center.0 as f64, value: psf[(i, j)] });
+        lobe.push(Pixel { x: j as f64 - center.1 as f64, y: i as f64 - center.0 as f64, value: psf[(i, j)].to64() });
         if lobe.len() >= MOST_PIXELS {
             break;
         }
@@ -73,7 +74,7 @@ fn main_lobe(psf: ArrayView2<'_, f64>) -> Option<Vec<Pixel>> {
             let next = (i.wrapping_add_signed(di), j.wrapping_add_signed(dj));
             if let (Some(v), Some(s)) = (psf.get(next), seen.get_mut(next))
                 && !*s
-                && *v > LEVEL
+                && v.to64() > LEVEL
             {
                 *s = true;
                 queue.push_back(next);
@@ -86,7 +87,7 @@ fn main_lobe(psf: ArrayView2<'_, f64>) -> Option<Vec<Pixel>> {
         if let (Some(v), Some(s)) = (psf.get(at), seen.get(at))
             && !*s
         {
-            lobe.push(Pixel { x: dj as f64, y: di as f64, value: *v });
+            lobe.push(Pixel { x: dj as f64, y: di as f64, value: v.to64() });
         }
     }
     Some(lobe)
@@ -177,6 +178,6 @@ mod tests {
     #[test]
     fn a_beam_without_a_lobe_is_none() {
         let grid = SkyGrid::new(8, 8, 1e-3, SkyFrame::Boresight).unwrap();
-        assert!(fit_beam(&grid, ndarray::Array2::zeros((8, 8)).view()).is_none());
+        assert!(fit_beam(&grid, ndarray::Array2::<f64>::zeros((8, 8)).view()).is_none());
     }
 }

@@ -5,10 +5,10 @@ use super::components::{CleanComponent, joined};
 use super::imager::{Imager, Residual};
 use super::output::Kind;
 use super::restore::with_beam;
-use crate::Result;
 use crate::deconvolve::Component;
+use crate::{ChainError, Result};
 use cittert_arrays::{Image, RestoringBeam};
-use ndarray::Array2;
+use ndarray::{ArcArray2, Array2, Zip};
 use std::collections::BTreeMap;
 
 /// The reason why CLEAN stopped.
@@ -88,61 +88,101 @@ pub struct CleanProducts {
 }
 
 /// The state of one output channel.
-pub(super) struct Channel {
-    pub(super) psf: Array2<f64>,
+#[derive(Debug)]
+pub(crate) struct Channel {
+    pub(super) psf: ArcArray2<f32>,
     pub(super) beam: RestoringBeam,
-    pub(super) dirty: Array2<f64>,
+    pub(super) dirty: Array2<f32>,
+    /// The final model \[m, l\]; until then it is empty.
     pub(super) model: Array2<f64>,
-    pub(super) residual: Residual,
+    pub(super) residual: Residual<f32>,
     pub(super) components: Vec<Component>,
-    /// Flux that was added to raise the model to its floor \[m, l\].
-    pub(super) given_back: Array2<f64>,
+    /// Flux that was added to raise the model to its floor.
+    pub(super) given_back: Vec<Component>,
     pub(super) stop: StopReason,
     pub(super) major: usize,
 }
 
-/// Make the products of all output channels.
-pub(super) fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Result<CleanProducts> {
-    let grid = imager.grid().clone();
-    let beams: Vec<RestoringBeam> = channels.iter().map(|c| c.beam).collect();
-    let restored: Vec<Array2<f64>> =
-        clock.time("restore", || channels.iter().map(|c| with_beam(&grid, c.model.view(), &c.beam) + &c.residual.image).collect());
-    let mut statistics = CleanStatistics {
-        stop: channels.iter().map(|c| c.stop).collect(),
-        iterations: channels.iter().map(|c| c.components.len()).sum(),
-        major_cycles: channels.iter().map(|c| c.major).sum(),
-        residual_rms: 0.0,
-        residual_peak: 0.0,
-        model_flux: channels.iter().map(|c| c.model.sum()).sum::<f64>() / channels.len() as f64,
-        dynamic_range: 0.0,
-        chi2_per_datum: channels.iter().map(|c| c.residual.chi2_per_datum).sum::<f64>() / channels.len() as f64,
-        seconds: clock.0,
-    };
-    let mut components = Vec::new();
-    let (mut psfs, mut dirties, mut models, mut residuals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (channel, c) in channels.into_iter().enumerate() {
-        let back = c.given_back.indexed_iter().filter(|(_, f)| **f != 0.0);
-        let back = back.map(|((row, column), flux)| Component::point(row, column, *flux));
-        components.extend(c.components.into_iter().chain(back).map(|c| CleanComponent::on(&grid, channel, c)));
-        psfs.push(c.psf);
-        dirties.push(c.dirty);
-        models.push(c.model);
-        residuals.push(c.residual.image);
+/// A finished run whose images are not made yet.
+#[derive(Debug)]
+pub(crate) struct Cleaned {
+    pub(super) channels: Vec<Channel>,
+    pub(super) clock: Clock,
+}
+
+/// What a run of CLEAN tells besides its images.
+#[derive(Debug)]
+pub(crate) struct CleanReport {
+    pub(crate) components: Vec<CleanComponent>,
+    pub(crate) statistics: CleanStatistics,
+    pub(crate) beams: Vec<RestoringBeam>,
+}
+
+impl Cleaned {
+    /// Make the images one after the other, and hand each to `take`: beam, dirty image, restored image, residual, model. The planes of an image
+    /// are dropped with it, so that the images in double precision are never in memory together.
+    ///
+    /// # Errors
+    /// Those of `take`.
+    pub(crate) fn deliver<E: From<ChainError>>(
+        self,
+        imager: &Imager<'_>,
+        mut take: impl FnMut(Kind, Image) -> Result<(), E>,
+    ) -> Result<CleanReport, E> {
+        let Self { mut channels, mut clock } = self;
+        let grid = imager.grid();
+        let beams: Vec<RestoringBeam> = channels.iter().map(|c| c.beam).collect();
+        let psfs = channels.iter_mut().map(|c| std::mem::take(&mut c.psf).into_owned()).collect();
+        take(Kind::Psf, imager.image(psfs, Kind::Psf, &beams)?)?;
+        let dirties = channels.iter_mut().map(|c| std::mem::take(&mut c.dirty)).collect();
+        take(Kind::Dirty, imager.image(dirties, Kind::Dirty, &beams)?)?;
+        let mut statistics = CleanStatistics {
+            stop: channels.iter().map(|c| c.stop).collect(),
+            iterations: channels.iter().map(|c| c.components.len()).sum(),
+            major_cycles: channels.iter().map(|c| c.major).sum(),
+            residual_rms: 0.0,
+            residual_peak: 0.0,
+            model_flux: channels.iter().map(|c| c.model.sum()).sum::<f64>() / channels.len() as f64,
+            dynamic_range: 0.0,
+            chi2_per_datum: channels.iter().map(|c| c.residual.chi2_per_datum).sum::<f64>() / channels.len() as f64,
+            seconds: BTreeMap::new(),
+        };
+        let restored = |c: &mut Channel| {
+            let mut plane = with_beam(grid, c.model.view(), &c.beam);
+            Zip::from(&mut plane).and(&c.residual.image).par_for_each(|p, r| *p += f64::from(*r));
+            plane
+        };
+        let restored: Vec<Array2<f64>> = clock.time("restore", || channels.iter_mut().map(restored).collect());
+        let restored = imager.image(restored, Kind::Restored, &beams)?;
+        let top = restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - restored.pedestal_k.unwrap_or(0.0);
+        take(Kind::Restored, restored)?;
+        let residuals = channels.iter_mut().map(|c| std::mem::take(&mut c.residual.image)).collect();
+        let residual = imager.image(residuals, Kind::Residual, &beams)?;
+        statistics.residual_rms = (residual.data.iter().map(|v| v * v).sum::<f64>() / residual.data.len() as f64).sqrt();
+        statistics.residual_peak = residual.data.iter().fold(0.0, |a, v| a.max(v.abs()));
+        statistics.dynamic_range = top / statistics.residual_rms.max(f64::MIN_POSITIVE);
+        take(Kind::Residual, residual)?;
+        let models = channels.iter_mut().map(|c| std::mem::take(&mut c.model)).collect();
+        take(Kind::Model, imager.image(models, Kind::Model, &beams)?)?;
+        statistics.seconds = clock.0;
+        let of_channel = |(k, c): (usize, Channel)| {
+            let all = c.components.into_iter().chain(c.given_back);
+            all.map(move |one| CleanComponent::on(grid, k, one))
+        };
+        Ok(CleanReport { components: joined(channels.into_iter().enumerate().flat_map(of_channel)), statistics, beams })
     }
-    let residual = imager.image(residuals, Kind::Residual, &beams)?;
-    let restored = imager.image(restored, Kind::Restored, &beams)?;
-    statistics.residual_rms = (residual.data.iter().map(|v| v * v).sum::<f64>() / residual.data.len() as f64).sqrt();
-    statistics.residual_peak = residual.data.iter().fold(0.0, |a, v| a.max(v.abs()));
-    let top = restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - restored.pedestal_k.unwrap_or(0.0);
-    statistics.dynamic_range = top / statistics.residual_rms.max(f64::MIN_POSITIVE);
-    Ok(CleanProducts {
-        psf: imager.image(psfs, Kind::Psf, &beams)?,
-        dirty: imager.image(dirties, Kind::Dirty, &beams)?,
-        model: imager.image(models, Kind::Model, &beams)?,
-        residual,
-        restored,
-        components: joined(components),
-        statistics,
-        beams,
-    })
+}
+
+impl CleanProducts {
+    /// All images of a finished run together.
+    pub(super) fn of(run: Cleaned, imager: &Imager<'_>) -> Result<Self> {
+        let mut images = Vec::new();
+        let CleanReport { components, statistics, beams } = run.deliver(imager, |_, image| -> Result<()> {
+            images.push(image);
+            Ok(())
+        })?;
+        let images: [Image; 5] = images.try_into().map_err(|_| ChainError::Internal("CLEAN makes five images".into()))?;
+        let [psf, dirty, restored, residual, model] = images;
+        Ok(Self { psf, dirty, model, residual, restored, components, statistics, beams })
+    }
 }

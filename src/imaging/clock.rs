@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Seconds of each stage.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(crate) struct Clock(pub(crate) BTreeMap<&'static str, f64>);
 
 impl Clock {

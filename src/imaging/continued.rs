@@ -6,7 +6,7 @@ use crate::Result;
 use crate::deconvolve::{CleanOptions, Deconvolver};
 use crate::progress::Observer;
 use cittert_arrays::RestoringBeam;
-use ndarray::Array2;
+use ndarray::{ArcArray2, Array2};
 
 /// The start and the end of a run. By default it starts with an empty model and ends with an exact residual.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +36,7 @@ pub struct Tools {
 
 /// Beam and deconvolver of one output channel.
 pub(super) struct Tool {
-    pub(super) psf: Array2<f64>,
+    pub(super) psf: ArcArray2<f32>,
     pub(super) beam: RestoringBeam,
     pub(super) side_lobe: f64,
     pub(super) deconvolver: Box<dyn Deconvolver>,
@@ -63,11 +63,11 @@ impl Tools {
     pub(super) fn new(imager: &mut Imager<'_>, opts: &CleanOptions, observer: &dyn Observer) -> Result<Self> {
         let entry = opts.entry()?;
         let make = |imager: &mut Imager<'_>, k: usize| {
-            let psf = imager.psf(k, observer)?;
-            let beam = imager.beam_of(&psf)?;
+            let psf = imager.psf_in::<f32>(k, observer)?.into_shared();
+            let beam = imager.beam_of(psf.view())?;
             let beam_px = (beam.bmaj_rad * beam.bmin_rad).sqrt() / imager.grid().cell_rad;
-            let deconvolver = (entry.make)(psf.view(), &opts.scales(beam_px), &opts.tuning)?;
-            Ok(Tool { side_lobe: side_lobe(imager.grid(), &psf, &beam, opts.tuning.main_lobe_fwhm), psf, beam, deconvolver })
+            let deconvolver = (entry.make)(&psf, &opts.scales(beam_px), &opts.tuning)?;
+            Ok(Tool { side_lobe: side_lobe(imager.grid(), psf.view(), &beam, opts.tuning.main_lobe_fwhm), psf, beam, deconvolver })
         };
         let all = (0..imager.channels().len()).map(|k| make(imager, k)).collect::<Result<_>>()?;
         Ok(Self { all, made_for: key(imager) })

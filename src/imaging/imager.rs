@@ -12,7 +12,7 @@ use crate::progress::{Event, Observer};
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySource};
-use ndarray::{Array2, ArrayView2, Axis, s};
+use ndarray::{Array2, ArrayView2, Axis, CowArray, Ix2, s};
 use rayon::prelude::*;
 use std::any::Any;
 use std::ops::Range;
@@ -37,9 +37,9 @@ pub struct Imager<'a> {
 
 /// The residual of the data after the subtraction of a model.
 #[derive(Debug, Clone)]
-pub struct Residual {
+pub struct Residual<P = f64> {
     /// Residual image, flux per beam \[m, l\].
-    pub image: Array2<f64>,
+    pub image: Array2<P>,
     /// Sum of weight |V - model|^2, divided by twice the number of used visibilities. It is 1 if the residual is only noise.
     pub chi2_per_datum: f64,
 }
@@ -78,7 +78,7 @@ impl<'a> Imager<'a> {
         let selector = PolSelector::new(options.pol, &source.header().polarizations)?;
         let mut data = Data::open(source, selector, (options.unit_weights, options.memory), observer)?;
         let grid = choose_grid(data.survey(), data.header(), &options, observer)?;
-        check_images((grid.n_l, grid.n_m), ImageWork::Transform, 1)?;
+        check_images((grid.n_l, grid.n_m), ImageWork::Transform)?;
         let freq_hz = spectrum.freq_hz().to_vec();
         let all = 0..freq_hz.len();
         let own = !options.joint_weights;
@@ -169,6 +169,11 @@ impl<'a> Imager<'a> {
     /// # Errors
     /// The source fails.
     pub fn dirty(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
+        self.dirty_in(channel, observer)
+    }
+
+    /// [`Imager::dirty`] in this precision.
+    pub(super) fn dirty_in<P: Real>(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<P>> {
         self.gridded((None, channel), Gridded::Visibilities, observer)
     }
 
@@ -178,6 +183,16 @@ impl<'a> Imager<'a> {
     /// The output channel has no usable visibility, the model has another shape than the image or a pixel that is not finite, or the source
     /// fails.
     pub fn residual(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<Residual> {
+        self.residual_in(channel, model.into(), observer)
+    }
+
+    /// [`Imager::residual`] in this precision. A model that is given away is dropped as soon as it is transformed.
+    pub(super) fn residual_in<P: Real>(
+        &mut self,
+        channel: usize,
+        model: CowArray<'_, f64, Ix2>,
+        observer: &dyn Observer,
+    ) -> Result<Residual<P>> {
         let scale = self.mean_weight(channel);
         let (left, sum) = self.residual_sum((channel, ResidualWeights::Imaging, scale), model, observer)?;
         let image = self.mean(channel, scale, sum);
@@ -191,7 +206,7 @@ impl<'a> Imager<'a> {
     /// As [`Imager::residual`].
     pub fn chi_squared(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<ImageMisfit> {
         let scale = self.over_used(self.survey().channel_weight[self.channels[channel].clone()].iter().sum());
-        let (left, sum) = self.residual_sum((channel, ResidualWeights::Data, scale), model, observer)?;
+        let (left, sum) = self.residual_sum::<f64>((channel, ResidualWeights::Data, scale), model.into(), observer)?;
         Ok(ImageMisfit { chi2: left.chi2, gradient: sum * (-2.0 * scale) })
     }
 
@@ -226,20 +241,20 @@ impl<'a> Imager<'a> {
 
     /// Grid the visibilities, or 1 in place of each, with their imaging weights, transform them to an image, and divide it by the sum of
     /// weights. Without a field the image has the grid of the imager, and the session is kept for the next pass.
-    pub(super) fn gridded(&mut self, at: (Option<&SkyGrid>, usize), what: Gridded, observer: &dyn Observer) -> Result<Array2<f64>> {
+    pub(super) fn gridded<P: Real>(&mut self, at: (Option<&SkyGrid>, usize), what: Gridded, observer: &dyn Observer) -> Result<Array2<P>> {
         if self.options.grid_options().single_precision_suffices() {
-            self.gridded_in::<f32>(at, what, observer)
+            self.gridded_in::<f32, P>(at, what, observer)
         } else {
-            self.gridded_in::<f64>(at, what, observer)
+            self.gridded_in::<f64, P>(at, what, observer)
         }
     }
 
-    fn gridded_in<T: Real>(
+    fn gridded_in<T: Real, P: Real>(
         &mut self,
         (field, channel): (Option<&SkyGrid>, usize),
         what: Gridded,
         observer: &dyn Observer,
-    ) -> Result<Array2<f64>> {
+    ) -> Result<Array2<P>> {
         let mut session = match field {
             Some(grid) => self.session_on(grid, channel)?,
             None => self.session::<T>(channel)?,
@@ -263,33 +278,38 @@ impl<'a> Imager<'a> {
     }
 
     /// A sum of scaled weights times values, divided by the sum of weights. Without weights the sum is 0 and stays 0.
-    fn mean(&self, channel: usize, scale: f64, sum: Array2<f64>) -> Array2<f64> {
-        if self.sums[channel] > 0.0 { sum * (scale / self.sums[channel]) } else { sum }
+    fn mean<P: Real>(&self, channel: usize, scale: f64, mut sum: Array2<P>) -> Array2<P> {
+        if self.sums[channel] > 0.0 {
+            let factor = scale / self.sums[channel];
+            sum.par_mapv_inplace(|v| P::of(v.to64() * factor));
+        }
+        sum
     }
 
     /// The residuals of an output channel with these weights over `scale`, gridded and transformed, and what they leave of chi squared.
-    fn residual_sum(
+    fn residual_sum<P: Real>(
         &mut self,
         how: (usize, ResidualWeights, f64),
-        model: ArrayView2<'_, f64>,
+        model: CowArray<'_, f64, Ix2>,
         observer: &dyn Observer,
-    ) -> Result<(Residue, Array2<f64>)> {
+    ) -> Result<(Residue, Array2<P>)> {
         if self.options.grid_options().single_precision_suffices() {
-            self.residual_sum_in::<f32>(how, model, observer)
+            self.residual_sum_in::<f32, P>(how, model, observer)
         } else {
-            self.residual_sum_in::<f64>(how, model, observer)
+            self.residual_sum_in::<f64, P>(how, model, observer)
         }
     }
 
-    fn residual_sum_in<T: Real>(
+    fn residual_sum_in<T: Real, P: Real>(
         &mut self,
         (channel, weights, scale): (usize, ResidualWeights, f64),
-        model: ArrayView2<'_, f64>,
+        model: CowArray<'_, f64, Ix2>,
         observer: &dyn Observer,
-    ) -> Result<(Residue, Array2<f64>)> {
+    ) -> Result<(Residue, Array2<P>)> {
         observer.event(Event::Phase { name: "residual", total: Some(self.data.survey().counts.total), unit: "vis" });
         let mut session = self.session::<T>(channel)?;
-        let degridder = session.transform.degridder(model)?;
+        let degridder = session.transform.degridder(model.view())?;
+        drop(model);
         let mut gridder = session.transform.gridder();
         let cached = self.data.is_cached();
         let (mut left, mut number) = (Residue::default(), 0);

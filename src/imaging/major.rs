@@ -9,11 +9,11 @@
 //! Schwab 1984, AJ 89, 1076 (Cotton-Schwab).
 
 use super::auto_mask::AutoMask;
-use super::cleaned::{Channel, products};
+use super::cleaned::{Channel, Cleaned};
 use super::clock::Clock;
 use super::continued::{Continue, Tool, Tools};
 use super::imager::{Imager, Residual};
-use crate::deconvolve::{Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, peak_size};
+use crate::deconvolve::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, peak_size};
 use crate::fidelity::robust_rms;
 use crate::memory::{ImageWork, check_images};
 use crate::progress::{Event, Observer};
@@ -46,6 +46,26 @@ pub fn clean_from(
     from: Continue<'_>,
     observer: &dyn Observer,
 ) -> Result<CleanProducts> {
+    let (channels, clock) = channels_from(imager, opts, tools, from, observer)?;
+    CleanProducts::of(Cleaned { channels, clock }, imager)
+}
+
+/// [`clean`] up to the last residual. Its images are made one after the other by [`Cleaned::deliver`].
+///
+/// # Errors
+/// As [`clean`].
+pub(crate) fn cleaned(imager: &mut Imager<'_>, opts: &CleanOptions, observer: &dyn Observer) -> Result<Cleaned> {
+    let (channels, clock) = channels_from(imager, opts, &mut None, Continue::default(), observer)?;
+    Ok(Cleaned { channels, clock })
+}
+
+fn channels_from(
+    imager: &mut Imager<'_>,
+    opts: &CleanOptions,
+    tools: &mut Option<Tools>,
+    from: Continue<'_>,
+    observer: &dyn Observer,
+) -> Result<(Vec<Channel>, Clock)> {
     check(imager, opts)?;
     let mut clock = Clock::default();
     let n = imager.channels().len();
@@ -59,13 +79,12 @@ pub fn clean_from(
     };
     let channels = tools.all.iter_mut().enumerate();
     let channels = channels.map(|(k, tool)| clean_channel((imager, k), opts, (tool, from), (observer, &mut clock)));
-    let channels = channels.collect::<Result<Vec<_>>>()?;
-    products(imager, channels, clock)
+    Ok((channels.collect::<Result<Vec<_>>>()?, clock))
 }
 
 fn check(imager: &Imager<'_>, o: &CleanOptions) -> Result<()> {
     o.check()?;
-    check_images((imager.grid().n_l, imager.grid().n_m), ImageWork::Clean, 1)?;
+    check_images((imager.grid().n_l, imager.grid().n_m), ImageWork::Clean)?;
     let level = threshold(imager, o)?;
     need("threshold", level, level >= 0.0 && level.is_finite(), "a level of 0 or more")?;
     let loaded = o.region.is_some() || (o.mask.is_none() && o.boxes.is_empty());
@@ -86,7 +105,7 @@ fn clean_channel(
     (tool, from): (&mut Tool, Continue<'_>),
     (observer, clock): (&dyn Observer, &mut Clock),
 ) -> Result<Channel> {
-    let dirty = clock.time("dirty", || imager.dirty(k, observer))?;
+    let dirty = clock.time("dirty", || imager.dirty_in::<f32>(k, observer))?;
     let kelvin = imager.header().unit == VisUnit::KelvinSr;
     let start = from.models.get(k);
     let run = Run {
@@ -94,48 +113,48 @@ fn clean_channel(
         side_lobe: tool.side_lobe,
         threshold: threshold(imager, opts)? * if kelvin { tool.beam.solid_angle_sr() } else { 1.0 },
         beam_px: tool.beam.bmaj_rad / imager.grid().cell_rad,
-        taken: start.filter(|_| from.subtracted),
+        start,
         from,
     };
     let mut state = Channel {
-        model: start.cloned().unwrap_or_else(|| Array2::zeros(dirty.dim())),
+        model: Array2::zeros((0, 0)),
         residual: Residual { image: dirty.clone(), chi2_per_datum: f64::NAN },
         components: Vec::new(),
-        given_back: Array2::zeros(dirty.dim()),
+        given_back: Vec::new(),
         stop: StopReason::MajorCycles,
         major: 0,
         psf: tool.psf.clone(),
         beam: tool.beam,
         dirty,
     };
+    let deconvolver = &mut *tool.deconvolver;
     if start.is_some() && !from.subtracted {
-        state.residual = clock.time("major", || run.residual(imager, k, &state.model, observer))?;
+        clock.time("major", || run.renew((imager, k), &*deconvolver, &mut state, observer))?;
     }
-    run.cycles(imager, k, &mut *tool.deconvolver, &mut state, (observer, clock))?;
+    run.cycles(imager, k, deconvolver, &mut state, (observer, clock))?;
     if state.residual.chi2_per_datum.is_nan() && from.exact {
-        state.residual = clock.time("major", || run.residual(imager, k, &state.model, observer))?;
+        clock.time("major", || run.renew((imager, k), &*deconvolver, &mut state, observer))?;
     }
+    state.model = run.lifted(&*deconvolver, &mut state);
     Ok(state)
 }
 
-/// The state with the lowest peak.
+/// The state with the lowest peak, as the number of its components and of the corrections to the floor. Its model and its residual are made
+/// from them again, because copies of images that are hardly ever needed would take much memory.
+#[derive(Clone, Copy)]
 struct Best {
-    model: Array2<f64>,
-    residual: Residual,
-    given_back: Array2<f64>,
-    /// Number of components.
     components: usize,
+    given_back: usize,
 }
 
 impl Best {
     fn of(state: &Channel) -> Self {
-        let (model, residual, given_back) = (state.model.clone(), state.residual.clone(), state.given_back.clone());
-        Self { model, residual, given_back, components: state.components.len() }
+        Self { components: state.components.len(), given_back: state.given_back.len() }
     }
 
     fn restore(self, state: &mut Channel) {
-        (state.model, state.residual, state.given_back) = (self.model, self.residual, self.given_back);
         state.components.truncate(self.components);
+        state.given_back.truncate(self.given_back);
     }
 }
 
@@ -145,26 +164,48 @@ struct Run<'a> {
     side_lobe: f64,
     threshold: f64,
     beam_px: f64,
-    /// The part of the model that was subtracted from the data.
-    taken: Option<&'a Array2<f64>>,
+    /// The model to begin with.
+    start: Option<&'a Array2<f64>>,
     from: Continue<'a>,
 }
 
 impl Run<'_> {
-    fn residual(&self, imager: &mut Imager<'_>, k: usize, model: &Array2<f64>, observer: &dyn Observer) -> Result<Residual> {
-        match self.taken {
-            Some(taken) => imager.residual(k, (model - taken).view(), observer),
-            None => imager.residual(k, model.view(), observer),
-        }
+    /// The model, from the components. It is made where it is needed, and not kept.
+    fn model(&self, deconvolver: &dyn Deconvolver, state: &Channel) -> Array2<f64> {
+        let mut model = self.start.cloned().unwrap_or_else(|| Array2::zeros(state.dirty.dim()));
+        deconvolver.draw(&state.components, &mut model);
+        state.given_back.iter().for_each(|c| model[(c.row, c.column)] += c.flux);
+        model
     }
 
-    /// Raise the model to its floor.
-    fn lift(&self, state: &mut Channel) {
-        let Some(floor) = self.from.floor else { return };
-        for (value, back) in state.model.iter_mut().zip(&mut state.given_back).filter(|(v, _)| **v < floor) {
-            *back += floor - *value;
-            *value = floor;
+    /// Raise the model to its floor, and make its exact residual.
+    fn renew(
+        &self,
+        (imager, k): (&mut Imager<'_>, usize),
+        deconvolver: &dyn Deconvolver,
+        state: &mut Channel,
+        observer: &dyn Observer,
+    ) -> Result<()> {
+        let mut model = self.lifted(deconvolver, state);
+        // The new residual replaces the old one, which is not needed for it.
+        state.residual.image = Array2::zeros((0, 0));
+        if let Some(taken) = self.start.filter(|_| self.from.subtracted) {
+            model -= taken;
         }
+        state.residual = imager.residual_in(k, model.into(), observer)?;
+        Ok(())
+    }
+
+    /// The model, raised to its floor. What was added is noted.
+    fn lifted(&self, deconvolver: &dyn Deconvolver, state: &mut Channel) -> Array2<f64> {
+        let mut model = self.model(deconvolver, state);
+        if let Some(floor) = self.from.floor {
+            for ((row, column), v) in model.indexed_iter_mut().filter(|(_, v)| **v < floor) {
+                state.given_back.push(Component::point(row, column, floor - *v));
+                *v = floor;
+            }
+        }
+        model
     }
 
     fn cycles(
@@ -177,6 +218,7 @@ impl Run<'_> {
     ) -> Result<()> {
         let o = self.opts;
         let mut auto = o.auto_mask.map(|sigmas| AutoMask::new(state.dirty.dim(), sigmas, self.beam_px, !o.no_negative, &o.tuning));
+        let start_flux = self.start.map_or(0.0, |m| m.sum());
         let mut best = Best::of(state);
         let mut least = f64::INFINITY;
         loop {
@@ -190,11 +232,13 @@ impl Run<'_> {
             let mask = auto.as_ref().map(|a| &a.mask).or(o.region.as_ref());
             let peak = peak_size(state.residual.image.view(), mask, !o.no_negative);
             let (number, iterations) = (state.major, state.components.len());
-            observer.event(Event::Cycle { number: number + 1, iterations, peak, flux: state.model.sum(), rms });
+            let flux = start_flux + state.components.iter().chain(&state.given_back).map(|c| c.flux).sum::<f64>();
+            observer.event(Event::Cycle { number: number + 1, iterations, peak, flux, rms });
             ensure!(!observer.cancelled(), ChainError::Cancelled);
             // The peak is much higher than in the best state: the cycles since then have made the model worse.
             if number > 0 && !(peak <= o.tuning.major_divergence * least) {
                 best.restore(state);
+                clock.time("major", || self.renew((imager, k), &*deconvolver, state, observer))?;
                 return self.stop(state, StopReason::Diverged, observer);
             }
             if peak < least {
@@ -210,18 +254,16 @@ impl Run<'_> {
             let part = (o.cyclefactor * self.side_lobe).clamp(o.psf_fraction.0, o.psf_fraction.1).max(1.0 - o.mgain);
             let limits =
                 MinorLimits { gain: o.gain, level: level.max(part * peak), iterations: o.niter - iterations, negative: !o.no_negative };
-            let Channel { residual, model, .. } = state;
-            let cycle = Minor { residual: &mut residual.image, model, mask, limits };
+            let cycle = Minor { residual: &mut state.residual.image, mask, limits };
             let report: MinorReport = clock.time("minor", || deconvolver.minor(cycle))?;
             state.major += 1;
             let took = report.components.len();
             state.components.extend(report.components);
-            self.lift(state);
             if !self.from.exact && state.major >= o.max_major {
                 state.residual.chi2_per_datum = f64::NAN;
                 return self.stop(state, StopReason::MajorCycles, observer);
             }
-            state.residual = clock.time("major", || self.residual(imager, k, &state.model, observer))?;
+            clock.time("major", || self.renew((imager, k), &*deconvolver, state, observer))?;
             if took == 0 {
                 let reason = if report.stop == MinorStop::Diverged { StopReason::Diverged } else { StopReason::Nothing };
                 return self.stop(state, reason, observer);

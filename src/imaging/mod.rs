@@ -35,11 +35,13 @@ mod tuning_tests;
 
 pub use beam_fit::fit_beam;
 pub use cittert_arrays::Weighting;
+pub(crate) use cleaned::CleanReport;
 pub(crate) use clock::Clock;
 pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use data::{Data, ReducedBlock, Survey};
 pub use imager::{ImageMisfit, Imager, Residual};
+pub(crate) use major::cleaned as clean_once;
 pub use major::{CleanProducts, StopReason, clean, clean_from};
 pub use options::{BeamShape, ImageSize, ImagingOptions};
 pub(crate) use output::Kind;

@@ -8,10 +8,11 @@
 use super::beam_fit::fit_beam;
 use super::imager::Imager;
 use super::options::BeamShape;
+use crate::fourier::{Real, in_precision};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, SpectralWindow, VisUnit};
-use ndarray::{Array2, Array4, Axis};
+use ndarray::{Array2, Array4, ArrayView2, Axis};
 
 /// The content of a plane. It determines the unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,20 +34,30 @@ impl Imager<'_> {
     ///
     /// # Errors
     /// No Gaussian fits the main lobe.
-    pub fn beam_of(&self, psf: &Array2<f64>) -> Result<RestoringBeam> {
-        let fit = self.options().beam.map(BeamShape::restoring).or_else(|| fit_beam(self.grid(), psf.view()));
+    pub fn beam_of<P: Real>(&self, psf: ArrayView2<'_, P>) -> Result<RestoringBeam> {
+        let fit = self.options().beam.map(BeamShape::restoring).or_else(|| fit_beam(self.grid(), psf));
         fit.ok_or_else(|| ChainError::NoData("no Gaussian fits the main lobe of the dirty beam: give a beam, or a smaller cell".into()))
     }
 
     /// Make an image of the planes \[m, l\] of all output channels.
-    pub(crate) fn image(&self, planes: Vec<Array2<f64>>, kind: Kind, beams: &[RestoringBeam]) -> Result<Image> {
+    pub(crate) fn image<P: Real>(&self, planes: Vec<Array2<P>>, kind: Kind, beams: &[RestoringBeam]) -> Result<Image> {
         let grid = self.grid();
         let header = self.header();
         let kelvin = header.unit == VisUnit::KelvinSr;
-        let mut data = Array4::zeros((planes.len(), 1, grid.n_m, grid.n_l));
+        let made = |(k, plane): (usize, Array2<P>)| {
+            let plane = in_precision(plane);
+            if kelvin { in_kelvin(grid, plane, kind, beams.get(k), header.pedestal_k) } else { Ok(plane) }
+        };
+        let single = planes.len() == 1;
+        let mut data = Array4::zeros(if single { (0, 0, 0, 0) } else { (planes.len(), 1, grid.n_m, grid.n_l) });
         for (k, plane) in planes.into_iter().enumerate() {
-            let plane = if kelvin { in_kelvin(grid, plane, kind, beams.get(k), header.pedestal_k)? } else { plane };
-            data.index_axis_mut(Axis(0), k).index_axis_mut(Axis(0), 0).assign(&plane);
+            let plane = made((k, plane))?;
+            if single {
+                // The plane becomes the image without a copy.
+                data = plane.insert_axis(Axis(0)).insert_axis(Axis(0));
+            } else {
+                data.index_axis_mut(Axis(0), k).index_axis_mut(Axis(0), 0).assign(&plane);
+            }
         }
         let unit = match (kind, kelvin) {
             (Kind::Psf, _) => BrightnessUnit::One,
@@ -103,8 +114,8 @@ fn in_kelvin(
 /// # Errors
 /// As [`Imager::psf`].
 pub fn psf_image(imager: &mut Imager<'_>, observer: &dyn Observer) -> Result<(Image, Vec<RestoringBeam>)> {
-    let planes = (0..imager.channels().len()).map(|k| imager.psf(k, observer)).collect::<Result<Vec<_>>>()?;
-    let beams: Vec<Option<RestoringBeam>> = planes.iter().map(|p| imager.beam_of(p).ok()).collect();
+    let planes = (0..imager.channels().len()).map(|k| imager.psf_in::<f32>(k, observer)).collect::<Result<Vec<_>>>()?;
+    let beams: Vec<Option<RestoringBeam>> = planes.iter().map(|p| imager.beam_of(p.view()).ok()).collect();
     let all: Option<Vec<RestoringBeam>> = beams.into_iter().collect();
     if all.is_none() {
         observer.event(Event::Warning("no Gaussian fits the main lobe of the dirty beam: no restoring beam is recorded"));
@@ -124,7 +135,7 @@ pub fn dirty_image(imager: &mut Imager<'_>, with_beam: bool, observer: &dyn Obse
     if with_beam || kelvin {
         for k in 0..imager.channels().len() {
             let psf = if imager.options().beam.is_some() { Array2::zeros((0, 0)) } else { imager.psf_core(k, observer)? };
-            match imager.beam_of(&psf) {
+            match imager.beam_of(psf.view()) {
                 Ok(beam) => beams.push(beam),
                 Err(e) if kelvin => return Err(e),
                 Err(e) => observer.event(Event::Warning(&e.to_string())),
@@ -134,6 +145,6 @@ pub fn dirty_image(imager: &mut Imager<'_>, with_beam: bool, observer: &dyn Obse
             beams.clear();
         }
     }
-    let planes = (0..imager.channels().len()).map(|k| imager.dirty(k, observer)).collect::<Result<Vec<_>>>()?;
+    let planes = (0..imager.channels().len()).map(|k| imager.dirty_in::<f32>(k, observer)).collect::<Result<Vec<_>>>()?;
     imager.image(planes, Kind::Dirty, &beams)
 }

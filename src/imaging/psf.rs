@@ -3,10 +3,11 @@
 use super::beam_fit::LEVEL;
 use super::imager::Imager;
 use super::session::Gridded;
+use crate::fourier::Real;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
 use cittert_arrays::{RestoringBeam, SkyGrid};
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView2};
 
 /// Side in pixels of the small field in which the main lobe is made first.
 const CORE_SIDE: usize = 128;
@@ -18,6 +19,11 @@ impl Imager<'_> {
     /// # Errors
     /// The output channel has no usable visibility, or the source fails.
     pub fn psf(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
+        self.psf_in(channel, observer)
+    }
+
+    /// [`Imager::psf`] in this precision.
+    pub(super) fn psf_in<P: Real>(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<P>> {
         self.psf_on(None, channel, observer)
     }
 
@@ -32,7 +38,7 @@ impl Imager<'_> {
             return self.psf(channel, observer);
         }
         let field = SkyGrid::new(CORE_SIDE, CORE_SIDE, whole.cell_rad, whole.frame)?;
-        let core = self.psf_on(Some(&field), channel, observer)?;
+        let core = self.psf_on::<f64>(Some(&field), channel, observer)?;
         let last = CORE_SIDE - 1;
         let edge = |k: usize| core[(0, k)].max(core[(last, k)]).max(core[(k, 0)]).max(core[(k, last)]);
         // If the lobe extends beyond the small field, the edge is above the level of the fit.
@@ -40,28 +46,28 @@ impl Imager<'_> {
     }
 
     /// The beam on a field, or on the grid of the image.
-    fn psf_on(&mut self, field: Option<&SkyGrid>, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
+    fn psf_on<P: Real>(&mut self, field: Option<&SkyGrid>, channel: usize, observer: &dyn Observer) -> Result<Array2<P>> {
         if !(self.sum_of_weights(channel) > 0.0) {
             return Err(ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no beam")));
         }
-        let mut psf = self.gridded((field, channel), Gridded::Beam, observer)?;
+        let mut psf: Array2<P> = self.gridded((field, channel), Gridded::Beam, observer)?;
         // The peak is 1 to within the error of the transform. It is made exact, so that CLEAN subtracts exactly the flux of a component.
         let center = (psf.nrows() / 2, psf.ncols() / 2);
-        let peak = psf[center];
-        psf /= peak;
-        psf[center] = 1.0;
+        let peak = psf[center].to64();
+        psf.mapv_inplace(|v| P::of(v.to64() / peak));
+        psf[center] = P::one();
         Ok(psf)
     }
 }
 
 /// Largest absolute value of a beam \[m, l\] outside its main lobe: an ellipse with the axes of the restoring beam, `main_lobe_fwhm` times as
 /// large from its centre.
-pub(super) fn side_lobe(grid: &SkyGrid, psf: &Array2<f64>, beam: &RestoringBeam, main_lobe_fwhm: f64) -> f64 {
+pub(super) fn side_lobe(grid: &SkyGrid, psf: ArrayView2<'_, f32>, beam: &RestoringBeam, main_lobe_fwhm: f64) -> f64 {
     let (sin, cos) = beam.bpa_rad.sin_cos();
     let outside = |i: usize, j: usize| {
         let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
         let (along, across) = ((l * sin + m * cos) / beam.bmaj_rad, (l * cos - m * sin) / beam.bmin_rad);
         along * along + across * across > main_lobe_fwhm * main_lobe_fwhm
     };
-    psf.indexed_iter().filter(|((i, j), _)| outside(*i, *j)).map(|(_, v)| v.abs()).fold(0.0, f64::max)
+    psf.indexed_iter().filter(|((i, j), _)| outside(*i, *j)).map(|(_, v)| v.abs()).fold(0.0, f32::max).into()
 }

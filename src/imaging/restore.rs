@@ -2,7 +2,8 @@
 
 use crate::fourier::Convolver;
 use cittert_arrays::{RestoringBeam, SkyGrid};
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, Axis, s};
+use rayon::prelude::*;
 
 /// The restoring beam \[m, l\] with its peak of 1 at the centre pixel.
 #[must_use]
@@ -17,13 +18,43 @@ pub fn gaussian(grid: &SkyGrid, beam: &RestoringBeam) -> Array2<f64> {
     })
 }
 
+/// Multiply-adds per pixel for which a convolution by Fourier transforms takes as long as the sum over the bright pixels.
+const CONVOLUTION: usize = 500;
+
 /// A model \[m, l\] in flux per pixel, convolved with the beam. The result is in flux per beam.
 #[must_use]
 pub fn with_beam(grid: &SkyGrid, model: ArrayView2<'_, f64>, beam: &RestoringBeam) -> Array2<f64> {
     // Beyond four FWHM a Gaussian is below 1e-19 of its peak.
     let reach = (4.0 * beam.bmaj_rad / grid.cell_rad).ceil() as usize + 1;
+    let side = |n: usize| 2 * reach.min(n - 1) + 1;
+    let patch = gaussian(&SkyGrid { n_l: side(grid.n_l), n_m: side(grid.n_m), ..grid.clone() }, beam);
+    let rows: Vec<Vec<usize>> =
+        model.axis_iter(Axis(0)).map(|row| row.iter().enumerate().filter(|(_, v)| **v != 0.0).map(|(c, _)| c).collect()).collect();
+    let count: usize = rows.iter().map(Vec::len).sum();
+    if count.saturating_mul(patch.len()) <= CONVOLUTION * model.len() {
+        return sum_of_patches(model, &rows, &patch);
+    }
     let convolver = Convolver::<f64>::new((grid.n_m, grid.n_l), reach);
-    convolver.convolve(model, &convolver.kernel(gaussian(grid, beam).view()))
+    convolver.convolve(model, &convolver.kernel(patch.view()))
+}
+
+/// The sum of the beam at every bright pixel. `rows` lists their columns in each row.
+fn sum_of_patches(model: ArrayView2<'_, f64>, rows: &[Vec<usize>], patch: &Array2<f64>) -> Array2<f64> {
+    let (reach, reach_l) = (patch.nrows() / 2, patch.ncols() / 2);
+    let mut out = Array2::zeros(model.dim());
+    out.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(i, mut line)| {
+        for from in i.saturating_sub(reach)..(i + reach + 1).min(rows.len()) {
+            let beam = patch.row(i + reach - from);
+            for column in &rows[from] {
+                let flux = model[(from, *column)];
+                let first = column.saturating_sub(reach_l);
+                let last = (column + reach_l + 1).min(line.len());
+                let part = beam.slice(s![first + reach_l - column..last + reach_l - column]);
+                line.slice_mut(s![first..last]).scaled_add(flux, &part);
+            }
+        }
+    });
+    out
 }
 
 #[cfg(test)]

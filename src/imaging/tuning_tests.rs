@@ -53,7 +53,7 @@ fn cases() -> Vec<Case> {
         let mut set = snapshot(&layout, &[94e9, 100e9], &[Polarization::I], &sources, (0.02, VisUnit::Jy));
         let mut imager = Imager::new(&mut set, options(), &Silent).unwrap();
         let psf = imager.psf(0, &Silent).unwrap();
-        let (beam, grid) = (imager.beam_of(&psf).unwrap(), imager.grid().clone());
+        let (beam, grid) = (imager.beam_of(psf.view()).unwrap(), imager.grid().clone());
         let (sin, cos) = beam.bpa_rad.sin_cos();
         let truth = Array2::from_shape_fn((SIDE, SIDE), |(i, j)| {
             let at = |(l, m, flux): &(f64, f64, f64)| {

@@ -7,9 +7,9 @@
 //! # Reference
 //! Chan 1988, SIAM J. Sci. Stat. Comput. 9, 766 (the circulant); Cornwell & Evans 1985, A&A 143, 77 (the diagonal alone).
 
-use crate::fourier::{Convolver, GridOptions, Spectrum};
+use crate::fourier::{Convolver, Filter, GridOptions, RealSpectrum};
 use cittert_arrays::SkyGrid;
-use ndarray::{Array2, ArrayView2, Zip, s};
+use ndarray::{Array2, ArrayView2, Zip};
 
 /// Factor on the cell, and its inverse on uvw. It leaves u l unchanged and keeps a field of twice the width in front of the horizon.
 pub(super) const SHRINK: f64 = 1e-4;
@@ -17,9 +17,9 @@ pub(super) const SHRINK: f64 = 1e-4;
 /// The Hessian of half of chi squared as a convolution.
 pub struct BeamHessian {
     wide: Convolver<f32>,
-    beam: Spectrum<f32>,
+    beam: RealSpectrum<f32>,
     round: Convolver<f32>,
-    eigenvalues: Spectrum<f32>,
+    eigenvalues: RealSpectrum<f32>,
     /// Sum of the weights: the diagonal, 1 / flux^2.
     diagonal: f64,
     /// Largest eigenvalue over the diagonal.
@@ -63,16 +63,16 @@ impl BeamHessian {
     }
 
     /// From the beam of twice the size \[2 m, 2 l\], 1 in its middle, and the sum of the weights, 1 / flux^2.
-    pub(super) fn of_beam(grid: &SkyGrid, beam: Array2<f32>, diagonal: f64) -> Self {
+    pub(super) fn of_beam(grid: &SkyGrid, mut beam: Array2<f32>, diagonal: f64) -> Self {
         let wide = Convolver::new((grid.n_m, grid.n_l), grid.n_m.max(grid.n_l));
         let round = Convolver::new((grid.n_m, grid.n_l), 0);
-        let eigenvalues = round.kernel(circulant(&beam, (grid.n_m, grid.n_l), round.padded()).view()).map_real(|v| v.max(0.0));
-        let largest = eigenvalues.real_parts().fold(0.0_f32, f32::max);
-        // The wide transform may be shorter than twice an odd side. Only the outermost line is cut, which no pair of pixels spans.
-        let (p_m, p_l) = wide.padded();
-        let (h_m, h_l) = (grid.n_m.min(p_m / 2), grid.n_l.min(p_l / 2));
-        let part = beam.slice(s![grid.n_m - h_m..grid.n_m + h_m, grid.n_l - h_l..grid.n_l + h_l]);
-        let beam = wide.kernel(part);
+        let eigenvalues = round.kernel(circulant(&beam, (grid.n_m, grid.n_l), round.padded()).view()).real(|v| v.max(0.0));
+        let largest = eigenvalues.values().iter().copied().fold(0.0_f32, f32::max);
+        // The outermost lines have no mirror image, and no pair of pixels spans them. Without them the beam is symmetric, because the data have
+        // no w, and its spectrum is real.
+        beam.row_mut(0).fill(0.0);
+        beam.column_mut(0).fill(0.0);
+        let beam = wide.kernel(beam.view()).real(|v| v);
         Self { wide, beam, round, eigenvalues, diagonal, largest: f64::from(largest) }
     }
 
@@ -95,22 +95,22 @@ impl BeamHessian {
     }
 
     /// The operator (1 + t H / diagonal)^-1 in the circulant approximation, for [`BeamHessian::filter`].
-    #[must_use]
-    pub fn damping(&self, t: f32) -> Spectrum<f32> {
-        self.eigenvalues.map_real(|k| 1.0 / (1.0 + t * k))
+    pub fn damping(&self, t: f32) -> impl Filter<f32> + use<'_> {
+        self.eigenvalues.map(move |k| 1.0 / (1.0 + t * k))
     }
 
     /// Apply an operator of [`BeamHessian::damping`] to an image.
     #[must_use]
-    pub fn filter(&self, v: ArrayView2<'_, f32>, operator: &Spectrum<f32>) -> Array2<f32> {
+    pub fn filter(&self, v: ArrayView2<'_, f32>, operator: &impl Filter<f32>) -> Array2<f32> {
         self.round.convolve(v, operator)
     }
 
     /// Mean over the spectrum of 1 / (1 + t k). This is the diagonal of the operator.
     #[must_use]
     pub fn mean_damping(&self, t: f64) -> f64 {
-        let (sum, n) = self.eigenvalues.real_parts().fold((0.0, 0_usize), |(s, n), k| (s + 1.0 / (1.0 + t * f64::from(k)), n + 1));
-        sum / n.max(1) as f64
+        let values = self.eigenvalues.values();
+        let sum: f64 = values.iter().map(|k| 1.0 / (1.0 + t * f64::from(*k))).sum();
+        sum / values.len().max(1) as f64
     }
 }
 

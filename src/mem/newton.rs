@@ -10,7 +10,6 @@
 use super::beam::BeamHessian;
 use super::control::Effort;
 use super::objective::{Multipliers, Point};
-use crate::fourier::Spectrum;
 use crate::{ChainError, Result};
 use ndarray::Array2;
 
@@ -31,7 +30,8 @@ pub(super) struct NewtonSystem<'a> {
     weight: f32,
     rho: f32,
     bright: Array2<f32>,
-    circulant: Spectrum<f32>,
+    /// The argument of the circulant, see [`BeamHessian::damping`].
+    damping: f32,
 }
 
 /// Pixels of an image, row after row. Compilers turn loops over plain slices into vector code in every build.
@@ -83,9 +83,8 @@ impl<'a> NewtonSystem<'a> {
             let x = d * d / e;
             *b = if x > 0.0 { (x / (x + HALF_BRIGHT * mean)).sqrt() } else { 0.0 };
         });
-        let circulant = beam.damping(weight * mean);
         let root = flat(&e)?.iter().map(|e| e.sqrt()).collect();
-        Ok(Self { beam, d, e, root, weight, rho: m.rho as f32, bright, circulant })
+        Ok(Self { beam, d, e, root, weight, rho: m.rho as f32, bright, damping: weight * mean })
     }
 
     fn hessian(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
@@ -116,7 +115,7 @@ impl<'a> NewtonSystem<'a> {
         let bright = flat(&self.bright)?;
         let blend = || bright.iter().zip(&self.root);
         flat_mut(&mut part)?.iter_mut().zip(blend()).for_each(|(p, (b, root))| *p *= b / root);
-        let mut out = self.beam.filter(part.view(), &self.circulant);
+        let mut out = self.beam.filter(part.view(), &self.beam.damping(self.damping));
         let given = flat(v)?.iter().zip(blend());
         flat_mut(&mut out)?.iter_mut().zip(given).for_each(|(o, (v, (b, root)))| *o = ((1.0 - b * b) * v / root + b * *o) / root);
         Ok(out)

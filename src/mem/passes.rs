@@ -64,7 +64,7 @@ impl BeamHessian {
                 out.iter_mut().zip(weight.row(row)).for_each(|(o, w)| *o = Complex32::new((f64::from(*w) / sum) as f32, 0.0));
             })
         })?;
-        Ok(Self::of_beam(&grid, gridder.finish().mapv(|v| v as f32), factor * sum))
+        Ok(Self::of_beam(&grid, gridder.finish(), factor * sum))
     }
 }
 

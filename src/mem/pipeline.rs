@@ -80,7 +80,7 @@ pub(crate) fn in_front(one: &Array2<f64>, mut mask: Option<Array2<bool>>) -> Opt
 /// are not errors: see [`Certificate::met`].
 pub fn mem(imager: &mut Imager<'_>, opts: &MemPlan, observer: &dyn Observer) -> Result<MemProducts> {
     let shape = (imager.grid().n_m, imager.grid().n_l);
-    check_images((shape.1, shape.0), ImageWork::Entropy, 1)?;
+    check_images((shape.1, shape.0), ImageWork::Entropy)?;
     for (option, found) in [("mask", opts.mask.as_ref().map(Array2::dim)), ("prior", prior_shape(&opts.prior))] {
         let expected = format!("an image of the shape of the result, {shape:?}");
         need(option, format!("{:?}", found.unwrap_or(shape)), found.is_none_or(|f| f == shape), expected)?;
@@ -105,7 +105,7 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
     let one = flux_of_one(imager);
     let inside = in_front(&one, opts.mask.clone());
     let psf = clock.time("psf", || imager.psf_core(k, observer))?;
-    let beam = imager.beam_of(&psf)?;
+    let beam = imager.beam_of(psf.view())?;
     let grid = imager.grid().clone();
     let start = Instant::now();
     let sums = DataSums::new((&mut *imager, k), observer)?;
@@ -129,11 +129,11 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         Prior::Flat(t) => &one * *t,
         Prior::Image(image) => &one * image,
     };
+    drop(one);
     *clock.0.entry("statistics").or_default() += start.elapsed().as_secs_f64();
     let hessian = clock.time("beam", || BeamHessian::in_passes((&mut *imager, k), factor, observer))?;
     let chi2 = ChiSquared::in_passes((&mut *imager, k), (factor, sums.used), observer)?;
-    let objective =
-        Objective { chi2, penalty: WeightedSum::default(), inside: inside.clone(), offset, flux, beam: Some(hessian), unit: 1.0 };
+    let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux, beam: Some(hessian), unit: 1.0 };
     let mut solver = prepared(objective, prior, opts)?;
     let mut state = solver.start();
     let (goals, method) = (opts.options.goals(), opts.options.solver);

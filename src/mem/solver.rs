@@ -11,8 +11,9 @@ use std::cell::{RefCell, RefMut};
 /// The form of the problem for argmin, which gives only shared references.
 type Shared<'p, 'a> = RefCell<&'p mut Objective<'a>>;
 
-/// The state that argmin keeps: the variable s.
-type State = IterState<Array2<f64>, (), (), (), (), f64>;
+/// The state that argmin keeps. It holds no image: argmin would keep copies of the variable s of this step, of the one before and of the best,
+/// and the method has its own in the point.
+type State = IterState<(), (), (), (), (), f64>;
 
 /// When a solution is done.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,15 +92,15 @@ impl<'o> Course<'o> {
         o.evaluate(s)
     }
 
-    /// Report a new point, note whether all goals are met there, and keep it. Returns the variable and the value of J.
-    fn accept(&mut self, o: &Objective<'_>, number: u64, point: Point) -> (Array2<f64>, f64) {
+    /// Report a new point, note whether all goals are met there, and keep it. Returns the value of J.
+    fn accept(&mut self, o: &Objective<'_>, number: u64, point: Point) -> f64 {
         let (m, evaluations) = (self.multipliers, self.evaluations);
         let (chi2, kkt) = (point.chi2 / o.chi2.expected(), o.kkt(&point, &m));
         let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
         self.observer.event(Event::Entropy { number: number as usize, evaluations, chi2, kkt, flux: point.flux, lambda: m.lambda });
         self.met = self.steering.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
         self.compare([self.steering.control.departure(chi2), kkt, error]);
-        let accepted = (point.s.clone(), o.value(&point, &m));
+        let accepted = o.value(&point, &m);
         self.point = Some(point);
         accepted
     }
@@ -128,6 +129,8 @@ const CLOSER: f64 = 0.99;
 
 /// A method on its course, as argmin sees it.
 struct Run<'o, A> {
+    /// The variable s of the first point, until the run begins.
+    start: Option<Array2<f64>>,
     course: Course<'o>,
     method: A,
 }
@@ -142,11 +145,11 @@ impl<'p, 'a, A: Advance> Solver<Shared<'p, 'a>, State> for Run<'_, A> {
         A::NAME
     }
 
-    fn init(&mut self, problem: &mut Problem<Shared<'p, 'a>>, mut state: State) -> Result<(State, Option<KV>), Error> {
-        let start = state.take_param().ok_or_else(|| Error::msg("no image to start from"))?;
+    fn init(&mut self, problem: &mut Problem<Shared<'p, 'a>>, state: State) -> Result<(State, Option<KV>), Error> {
+        let start = self.start.take().ok_or_else(|| Error::msg("no image to start from"))?;
         let mut o = objective(problem)?;
-        self.course.point = Some(self.course.evaluate(&mut o, start.clone())?);
-        Ok((state.param(start), None))
+        self.course.point = Some(self.course.evaluate(&mut o, start)?);
+        Ok((state, None))
     }
 
     fn next_iter(&mut self, problem: &mut Problem<Shared<'p, 'a>>, state: State) -> Result<(State, Option<KV>), Error> {
@@ -155,8 +158,8 @@ impl<'p, 'a, A: Advance> Solver<Shared<'p, 'a>, State> for Run<'_, A> {
         let mut o = objective(problem)?;
         let (point, moved) = self.method.step(&mut self.course, &mut o, from)?;
         self.course.stalled = if moved { 0 } else { self.course.stalled + 1 };
-        let (s, value) = self.course.accept(&o, state.iter + 1, point);
-        Ok((state.param(s).cost(value), None))
+        let value = self.course.accept(&o, state.iter + 1, point);
+        Ok((state.param(()).cost(value), None))
     }
 
     fn terminate(&mut self, _state: &State) -> TerminationStatus {
@@ -197,8 +200,8 @@ pub(super) fn run<'o, A: Advance>(
 ) -> crate::Result<(Course<'o>, Progress)> {
     // An error of argmin contains an error of this crate.
     let ours = |e: Error| e.downcast::<ChainError>().unwrap_or_else(|e| ChainError::Other(e.to_string().into()));
-    let executor = Executor::new(RefCell::new(o), Run { course, method });
-    let result = executor.configure(|state| state.param(s).max_iters(steps as u64)).run().map_err(ours)?;
+    let executor = Executor::new(RefCell::new(o), Run { start: Some(s), course, method });
+    let result = executor.configure(|state| state.param(()).max_iters(steps as u64)).run().map_err(ours)?;
     let (course, iterations) = (result.solver.course, result.state.iter as usize);
     let Course { evaluations, convolutions, met, .. } = course;
     let stalled = !met && course.has_stalled::<A>();

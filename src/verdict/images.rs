@@ -24,13 +24,42 @@ const DETECTED: f64 = 6.0;
 /// Standard deviations by which the power of visibilities with a source exceeds that of noise.
 const POWER: f64 = 5.0;
 
-/// What the rules need of an image of total intensity.
+/// Numbers about the pixels of one image.
+#[derive(Debug, Clone, Copy)]
+pub struct Levels {
+    /// Smallest value.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Root of the mean of the squares.
+    pub rms: f64,
+    /// Unit of these values.
+    pub unit: BrightnessUnit,
+    /// Constant that was removed from the scene and is in the values, K.
+    pub pedestal_k: Option<f64>,
+}
+
+impl Levels {
+    /// Those of an image.
+    #[must_use]
+    pub fn of(image: &Image) -> Self {
+        let all = || image.data.iter();
+        let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+        let n = image.data.len() as f64;
+        let (mean, rms) = (all().sum::<f64>() / n, (all().map(|v| v * v).sum::<f64>() / n).sqrt());
+        Self { low, high, mean, rms, unit: image.unit, pedestal_k: image.pedestal_k }
+    }
+}
+
+/// What the rules need of an image of total intensity. They are numbers, so that the image itself need not be kept.
 #[derive(Debug, Clone, Copy)]
 pub struct ImageFacts<'a> {
     /// The restored image, with its pedestal; for methods that need no restoring beam, the image itself.
-    pub restored: &'a Image,
+    pub restored: Levels,
     /// The residual image.
-    pub residual: &'a Image,
+    pub residual: Levels,
     /// Restoring beam of the first output channel.
     pub beam: Option<&'a RestoringBeam>,
     /// Why CLEAN stopped; empty for other methods.
@@ -39,13 +68,13 @@ pub struct ImageFacts<'a> {
 
 impl<'a> From<&'a CleanProducts> for ImageFacts<'a> {
     fn from(p: &'a CleanProducts) -> Self {
-        Self { restored: &p.restored, residual: &p.residual, beam: p.beams.first(), stop: &p.statistics.stop }
+        Self { restored: Levels::of(&p.restored), residual: Levels::of(&p.residual), beam: p.beams.first(), stop: &p.statistics.stop }
     }
 }
 
 impl<'a> From<&'a MemProducts> for ImageFacts<'a> {
     fn from(p: &'a MemProducts) -> Self {
-        Self { restored: &p.model, residual: &p.residual, beam: p.beams.first(), stop: &[] }
+        Self { restored: Levels::of(&p.model), residual: Levels::of(&p.residual), beam: p.beams.first(), stop: &[] }
     }
 }
 
@@ -54,10 +83,9 @@ impl<'a> From<&'a MemProducts> for ImageFacts<'a> {
 pub fn of_image(image: &ImageFacts<'_>, residuals: Option<&Residuals>) -> Vec<Finding> {
     let pedestal = image.restored.pedestal_k.unwrap_or(0.0);
     let kelvin = image.restored.unit == BrightnessUnit::Kelvin;
-    let (low, high) = image.restored.data.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
-    let left = &image.residual.data;
-    let rms = (left.iter().map(|v| v * v).sum::<f64>() / left.len() as f64).sqrt();
-    let peak_left = left.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let Levels { low, high, mean, .. } = image.restored;
+    let rms = image.residual.rms;
+    let peak_left = image.residual.high.max(-image.residual.low);
     let unit = image.restored.unit.bunit();
     let mut all = Vec::new();
     if image.stop.contains(&StopReason::Diverged) {
@@ -101,7 +129,6 @@ pub fn of_image(image: &ImageFacts<'_>, residuals: Option<&Residuals>) -> Vec<Fi
             "integrate longer, observe a brighter source, or check the unit and the scale of the scene",
         ));
     }
-    let mean = image.restored.data.iter().sum::<f64>() / image.restored.data.len() as f64;
     if kelvin && (mean - pedestal).abs() > PEDESTAL * pedestal && pedestal > 0.0 {
         let says = format!(
             "the image has a mean of {mean:.1} K, and a constant of {pedestal:.1} K was removed from the scene: the constant should be the mean"

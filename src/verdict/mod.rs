@@ -17,7 +17,7 @@ mod tests;
 
 pub use finding::{Finding, sentence};
 pub use gains::{not_determined, of_gains};
-pub use images::{ImageFacts, of_image};
+pub use images::{ImageFacts, Levels, of_image};
 pub use misfits::of_residuals;
 pub use pedestals::of_pedestal;
 pub use prediction::CrossCheck;

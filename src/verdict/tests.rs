@@ -1,5 +1,5 @@
 use super::residuals::Residuals;
-use super::{CrossCheck, ImageFacts, of_image, of_pedestal, of_residuals};
+use super::{CrossCheck, ImageFacts, Levels, of_image, of_pedestal, of_residuals};
 use crate::calibrate::{Accuracy, ModelVisibilities, PointModel};
 use crate::deconvolve::CleanOptions;
 use crate::fixtures::{Noise, positions, snapshot, swap_antennas};
@@ -126,7 +126,7 @@ fn images_that_no_sky_has_are_named() {
     residual.data.fill(0.5);
     let beam = RestoringBeam { bmaj_rad: 2e-3, bmin_rad: 2e-3, bpa_rad: 0.0 };
     let found = |restored: &Image, stop: &[StopReason]| -> Vec<&str> {
-        let facts = ImageFacts { restored, residual: &residual, beam: Some(&beam), stop };
+        let facts = ImageFacts { restored: Levels::of(restored), residual: Levels::of(&residual), beam: Some(&beam), stop };
         of_image(&facts, None).iter().map(|f| f.name).collect()
     };
     assert_eq!(found(&image(BrightnessUnit::Kelvin, -2.0), &[]), Vec::<&str>::new(), "within the noise");
@@ -151,7 +151,7 @@ fn an_image_of_noise_alone_is_named() {
     let found = |sources: &[(f64, f64, f64)], peak: f64| -> Vec<&str> {
         let residuals = Residuals::measure(&mut observed(sources), &mut PointModel { l: POINT.0, m: POINT.1, flux: 0.0 }).unwrap().unwrap();
         let (restored, residual) = (image(peak), image(0.1));
-        of_image(&ImageFacts { restored: &restored, residual: &residual, beam: None, stop: &[] }, Some(&residuals))
+        of_image(&ImageFacts { restored: Levels::of(&restored), residual: Levels::of(&residual), beam: None, stop: &[] }, Some(&residuals))
             .iter()
             .map(|f| f.name)
             .collect()

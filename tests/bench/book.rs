@@ -90,7 +90,7 @@ fn measure(n_vis: usize, side: usize, turns: usize) -> Done<(usize, Times)> {
                 t.spread += s;
                 done += vis.len();
             } else {
-                let model = transform.degridder(ndarray::ArrayView2::from(image.as_ref().ok_or("no image")?))?;
+                let model = transform.degridder(ndarray::ArrayView2::<f64>::from(image.as_ref().ok_or("no image")?))?;
                 let mut out = vis;
                 // A prediction that runs once sorts the rows as well. Sorting has its own column in the table.
                 let (s, result) = least(turns, || model.predict(uvw_m.view(), out.view_mut()));
@@ -98,7 +98,7 @@ fn measure(n_vis: usize, side: usize, turns: usize) -> Done<(usize, Times)> {
                 t.gather += s;
                 if first {
                     drop(model);
-                    let view = ndarray::ArrayView2::from(image.as_ref().ok_or("no image")?);
+                    let view = ndarray::ArrayView2::<f64>::from(image.as_ref().ok_or("no image")?);
                     let (s, model) = least(turns, || transform.degridder(view));
                     drop(model?);
                     t.from_image = s;

@@ -102,24 +102,27 @@ fn transform(path: &Path, (n, cell_arcsec): (usize, f64), (epsilon, turns): (f64
 
 /// Time one minor cycle with a given number of components, on a beam and a dirty image that any program may have written.
 fn minor(name: &str, (psf, dirty): (&Path, &Path), iterations: usize, model_path: &Path) -> Done<Value> {
-    let (mut psf, dirty) = (open_image(psf)?.plane(0, 0).to_owned(), open_image(dirty)?);
+    let (mut psf, dirty) = (open_image(psf)?.plane(0, 0).mapv(|v| v as f32), open_image(dirty)?);
     let center = (psf.nrows() / 2, psf.ncols() / 2);
     let peak = psf[center];
     psf /= peak;
-    let field = dirty.plane(0, 0).to_owned();
+    let psf = psf.into_shared();
+    let field = dirty.plane(0, 0).mapv(|v| v as f32);
     let limits = MinorLimits { gain: 0.1, level: 0.0, iterations, negative: true };
     let entry = by_name(name)?;
-    let (made_s, deconvolver) = least(1, || (entry.make)(psf.view(), &Scales::default(), &CleanTuning::default()));
+    let (made_s, deconvolver) = least(1, || (entry.make)(&psf, &Scales::default(), &CleanTuning::default()));
     let mut deconvolver = deconvolver?;
-    let (mut residual, mut model) = (field.clone(), Array2::zeros(field.dim()));
-    let (cpu_s, report) = least(1, || deconvolver.minor(Minor { residual: &mut residual, model: &mut model, mask: None, limits }));
+    let mut residual = field.clone();
+    let (cpu_s, report) = least(1, || deconvolver.minor(Minor { residual: &mut residual, mask: None, limits }));
     let report = report?;
-    let rms = (residual.iter().map(|v| v * v).sum::<f64>() / residual.len() as f64).sqrt();
+    let mut model = Array2::zeros(field.dim());
+    deconvolver.draw(&report.components, &mut model);
+    let rms = (residual.iter().map(|v| f64::from(v * v)).sum::<f64>() / residual.len() as f64).sqrt();
     let mut image = dirty;
     image.unit = BrightnessUnit::JyPerPixel;
     image.beams.clear();
     image.plane_mut(0, 0).assign(&model);
     write_image(model_path, &image, ImageOptions { overwrite: true, ..ImageOptions::default() })?;
-    let (iterations, peak) = (report.components.len(), residual.iter().fold(0.0_f64, |a, v| a.max(v.abs())));
+    let (iterations, peak) = (report.components.len(), residual.iter().fold(0.0_f32, |a, v| a.max(v.abs())));
     Ok(json!({ "iterations": iterations, "cpu_s": made_s + cpu_s, "peak": peak, "rms": rms, "flux": model.sum() }))
 }

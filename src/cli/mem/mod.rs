@@ -53,12 +53,12 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let products = mem(&mut imager, &options, &context.console).context(&what)?;
     drop(imager);
     let source = source.as_mut();
-    let mut judged = verdict::of_model(source, (&products.model, &args.imaging), &ImageFacts::from(&products), context)?;
+    let mut judged = verdict::of_model(source, (products.model.clone(), &args.imaging), &ImageFacts::from(&products), context)?;
     let quiet = Quiet(&context.console);
     let again = |data: &mut dyn VisibilitySource, imaging: &ImagingOptions| {
         Ok(mem(&mut Imager::new(data, imaging.clone(), &quiet)?, &options, &quiet)?.model)
     };
-    let check = args.hold_out.judge(source, (&products.model, &args.imaging), &mut judged, &again, context)?;
+    let check = args.hold_out.judge(source, (&products.model.grid, &args.imaging), &mut judged, &again, context)?;
     save(args, (products, judged, check), &options, context)
 }
 

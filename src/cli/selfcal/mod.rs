@@ -140,7 +140,7 @@ fn judged(
     context: &Context,
 ) -> Result<Judged> {
     let mut calibrated = CalibratedSource::new(source, &result.gains, args.rounds.apply())?;
-    let mut judged = verdict::of_model(&mut calibrated, (&products.model, &args.imaging), &ImageFacts::from(products), context)?;
+    let mut judged = verdict::of_model(&mut calibrated, (products.model.clone(), &args.imaging), &ImageFacts::from(products), context)?;
     if let Some(finding) = report::doubt(result) {
         judged.findings.insert(0, finding);
     }
