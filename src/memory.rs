@@ -8,7 +8,7 @@
 //! | visibilities that the imager keeps in memory | 1/8 | |
 //! | the order of these rows on the grid | 1/16 | |
 //! | the planes of one transform | 1/4 | |
-//! | planes kept for the next pass (two sets: model and image) | 1/8 each | |
+//! | planes kept for the next pass (two sets: model and image) | 1/8 each | 256 MiB each |
 //! | buffers of rows kept for the next pass | 1/64 | 64 MiB |
 //! | one block of simulated rows | 1/64 | 64 MiB |
 //! | transforms of scenes kept between blocks of rows | 1/4 | |
@@ -122,8 +122,9 @@ shares! {
     sorted_rows: 1 / 16, at most NO_LIMIT;
     /// Bytes of the planes of one transform. A transform with more planes makes them in groups, once for every block of rows.
     planes: 1 / 4, at most NO_LIMIT;
-    /// Bytes of one set of planes that is kept for the next pass.
-    kept_planes: 1 / 8, at most NO_LIMIT;
+    /// Bytes of one set of planes that is kept for the next pass. The planes of a large image would stay beside its other arrays, and to
+    /// clear new pages takes little of the time of their transform.
+    kept_planes: 1 / 8, at most 256 * MIB;
     /// Bytes of the buffers of rows that are kept for the next pass. The blocks of a long file need buffers of many lengths, so without a
     /// limit unused buffers would accumulate.
     kept_buffers: 1 / 64, at most 64 * MIB;

@@ -36,26 +36,36 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
         let mut all: Vec<f64> = values.iter().map(f).collect();
         return middle(&mut all, n / 2, n.is_multiple_of(2), || f64::NAN);
     }
-    // The keys have the order of the numbers. The leading bits of the keys are counted, and only the bin of the median is sorted.
-    let bin = |v: f64| (key(v) >> (64 - BITS)) as usize;
-    let count = |mut counts: Vec<usize>, part: &[P]| {
-        part.iter().for_each(|v| counts[bin(f(v))] += 1);
-        counts
+    // The keys have the order of the numbers. Their leading bits are counted, then the next bits of those in the bin of the median, until few are
+    // left to be sorted. A copy of one bin alone may be as large as a quarter of the image.
+    let (mut start, mut shift, mut rank) = (0_u64, 64, n / 2);
+    let inside = loop {
+        let (begin, above) = (start, shift);
+        let within = move |v: f64| above == 64 || key(v) >> above == begin >> above;
+        shift -= BITS;
+        let count = |mut counts: Vec<usize>, part: &[P]| {
+            part.iter().map(f).filter(|v| within(*v)).for_each(|v| counts[(key(v) >> shift) as usize % (1 << BITS)] += 1);
+            counts
+        };
+        let none = || vec![0_usize; 1 << BITS];
+        let plus = |mut a: Vec<usize>, b: Vec<usize>| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+            a
+        };
+        let counts = values.par_chunks(FEW).fold(none, count).reduce(none, plus);
+        let mut wanted = 0;
+        while rank >= counts[wanted] {
+            rank -= counts[wanted];
+            wanted += 1;
+        }
+        start |= (wanted as u64) << shift;
+        if counts[wanted] < FEW || shift < BITS {
+            break move |v: &f64| key(*v) >> shift == start >> shift;
+        }
     };
-    let none = || vec![0_usize; 1 << BITS];
-    let plus = |mut a: Vec<usize>, b: Vec<usize>| {
-        a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-        a
-    };
-    let counts = values.par_chunks(FEW).fold(none, count).reduce(none, plus);
-    let (mut wanted, mut below) = (0, 0);
-    while below + counts[wanted] <= n / 2 {
-        below += counts[wanted];
-        wanted += 1;
-    }
-    let mut inside: Vec<f64> = values.par_iter().map(f).filter(|v| bin(*v) == wanted).collect();
-    let before = || values.par_iter().map(f).filter(|v| bin(*v) < wanted).reduce(|| f64::NEG_INFINITY, f64::max);
-    middle(&mut inside, n / 2 - below, n.is_multiple_of(2), before)
+    let mut all: Vec<f64> = values.par_iter().map(f).filter(&inside).collect();
+    let before = || values.par_iter().map(f).filter(|v| key(*v) < start).reduce(|| f64::NEG_INFINITY, f64::max);
+    middle(&mut all, rank, n.is_multiple_of(2), before)
 }
 
 /// The value of rank `rank`, or its mean with the value before it. If that value is not in the list, `before` gives it.

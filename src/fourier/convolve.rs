@@ -93,7 +93,7 @@ impl<T: Real> Convolver<T> {
             }
             any
         };
-        self.through(fill, kernel, image, |o, v| *o = *o - v);
+        self.through(fill, kernel, image, |o, v| *o -= v);
     }
 
     fn half(&self) -> usize {

@@ -6,6 +6,7 @@ mod designs;
 mod docs;
 mod layouts;
 mod mem;
+mod memory;
 mod optimize;
 mod options;
 mod pages;
