@@ -3,6 +3,9 @@
 use crate::{ArrayError, Result};
 use serde::{Deserialize, Serialize};
 
+/// Largest coordinate of an antenna, m: seven times the distance of the Earth from the Sun. A larger one is damaged.
+const FARTHEST_M: f64 = 1e12;
+
 /// Sensitivity of an antenna.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Sensitivity {
@@ -138,7 +141,7 @@ impl ArrayLayout {
             if !numbers.insert(a.number) {
                 return Err(ArrayError::Name(format!("antenna number {} is used twice", a.number)));
             }
-            if a.position_m.iter().any(|p| !p.is_finite()) {
+            if a.position_m.iter().any(|p| !(p.abs() <= FARTHEST_M)) {
                 return Err(ArrayError::bad_value(
                     format_args!("position of antenna {:?}", a.name),
                     format_args!("{:?}", a.position_m),

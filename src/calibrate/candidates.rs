@@ -45,7 +45,10 @@ impl CandidateOptions {
 /// A deconvolver that is not in the table, or an option of CLEAN that is out of range.
 pub fn candidates<'a>(of: &CandidateOptions) -> Result<Vec<Candidate<'a>>> {
     of.clean.check()?;
-    of.clean.threshold.map_or(Ok(0.0), |level| level.in_unit("threshold", of.unit))?;
+    // A threshold in another unit is refused here, before a candidate begins.
+    if let Some(level) = of.clean.threshold {
+        level.in_unit("threshold", of.unit)?;
+    }
     let mut all = match of.clean.algorithm {
         Algorithm::Mem => vec![joint(of)],
         Algorithm::Clean(entry) => vec![clean(of, entry.name)?],

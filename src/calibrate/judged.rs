@@ -141,6 +141,9 @@ pub fn calibrate<'a>(
     let judge = held.as_ref().map(|held| Judge { held, noise });
     let mut trials = Trials::default();
     for (index, candidate) in candidates.iter().enumerate() {
+        if candidates.len() > 1 {
+            observer.event(Event::Note(&format!("candidate {} of at most {}: {}", index + 1, candidates.len(), candidate.name)));
+        }
         trials.add(data, (index, candidate), &mut beginning, judge, observer)?;
         if trials.best.as_ref().is_some_and(|b| b.misfit < judging.enough) {
             break;

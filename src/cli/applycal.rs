@@ -68,6 +68,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     header.history.push(context.history());
     let edit = Edit { overwrite: args.out.overwrite, data: true, columns: Vec::new(), history: vec![context.history()] };
     let columns = cittert_formats::visibility_format(&args.input)?.columns(&args.input)?;
+    let mut lost = Vec::new();
     let mut sink: Box<dyn VisibilitySink> = match cittert_formats::edit_visibilities(&args.input, path, &edit)? {
         Some(created) => {
             for column in &columns {
@@ -79,6 +80,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
             for column in &columns {
                 context.console.note(&format!("the column {:?} is not kept: only the data go to another format", column.name()));
             }
+            lost = args.out.note_losses(&args.input, &header, context)?;
             args.out.visibilities(&header, context)?
         }
     };
@@ -86,7 +88,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     sink.finish().context(format!("{}", path.display()))?;
     let json = serde_json::json!({
         "output": path, "n_blts": source.n_rows(), "n_applied": counts.applied, "n_without_gain": counts.flagged,
-        "n_antennas_without_gain": missing.len(), "inverted": args.invert,
+        "n_antennas_without_gain": missing.len(), "inverted": args.invert, "lost": lost,
     });
     let verb = if args.invert { "multiplied by gains" } else { "calibrated" };
     let text = format!("{}: {} visibilities {verb}, {} flagged because they have no gain", path.display(), counts.applied, counts.flagged);

@@ -8,7 +8,6 @@ use super::planned::check_room_for_set;
 use crate::memory::MemoryBudget;
 use crate::plot::{self, ImagePlot};
 use cittert_arrays::{VisibilitySource, for_each_block};
-use cittert_formats::atomic::{EditLock, hold};
 use cittert_formats::calh5::{read_gains, write_delays, write_gains};
 use cittert_formats::{ColumnSink, Compression, CreateOptions, Edit, Holds, format_of};
 use clap::Args;
@@ -61,9 +60,6 @@ fn compression(name: &str) -> std::result::Result<Compression, String> {
 pub fn run(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: args.output.clone(), overwrite: args.overwrite || args.append };
     out.claim([&args.output], [&args.input])?;
-    if args.append && args.output.exists() {
-        hold(EditLock::take(&args.output)?);
-    }
     let holds = format_of(&args.input)?.holds();
     if !matches!(holds, Holds::Visibilities(_)) && (args.append || args.compression.is_some() || args.column.chosen().is_some()) {
         return Err(Failure::usage(format!("{}: --append, --compression and --column are for visibilities", args.input.display())));

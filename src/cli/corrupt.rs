@@ -81,8 +81,10 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let options = options(args, source.header().unit)?;
     let mut header = corrupted_header(source.header(), &options);
     header.history.push(context.history());
+    let lost = args.out.note_losses(&args.input, source.header(), context)?;
     let mut sink = args.out.visibilities(&header, context)?;
-    let what = format!("corrupting {}", args.input.display());
+    let with = args.config.as_ref().map_or(String::new(), |path| format!(" with the errors of {}", path.display()));
+    let what = format!("corrupting {}{with}", args.input.display());
     let mut table = corrupt(source.as_mut(), sink.as_mut(), &options, &context.console).context(&what)?;
     table.history.push(context.history());
     // The true gains are written first: corrupted data without them would be useless.
@@ -93,7 +95,7 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let json = json!({
         "output": path, "gains": gains_path, "seed": options.seed, "per_feed": options.per_feed, "n_blts": source.n_rows(),
         "errors": serde_json::to_value(&options.errors)?, "n_intervals": table.time_jd.len(), "n_gains": table.gains.len(),
-        "n_gains_flagged": flagged, "rms_phase_rad": rms_phase, "rms_amplitude": rms_amplitude,
+        "n_gains_flagged": flagged, "rms_phase_rad": rms_phase, "rms_amplitude": rms_amplitude, "lost": lost,
     });
     let names: Vec<&str> = options.errors.iter().map(Error::name).collect();
     let text = format!(

@@ -2,7 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result};
-use super::options::{OutputArgs, load_layout};
+use super::options::{OutputArgs, load_array};
 use super::picture;
 use crate::memory::{ImageWork, check_images};
 use crate::simulate::mask::{UvMask, uv_mask};
@@ -49,7 +49,7 @@ pub fn run(args: &MaskArgs, context: &Context) -> Result<Outcome> {
     }
     let png = fits.with_extension("png");
     args.out.claim([fits].into_iter().chain((!args.no_png).then_some(&png)), [&args.layout])?;
-    let layout = load_layout(&args.layout)?;
+    let layout = load_array(&args.layout)?;
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { center, plan } = args.track.plan(&layout).map_err(Failure::call)?;
     super::planned::warn(&plan, context);

@@ -2,7 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{OutputArgs, SceneArgs, load_layout};
+use super::options::{OutputArgs, SceneArgs, load_array};
 use super::{planned, verdict};
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use crate::verdict::{Finding, of_pedestal};
@@ -36,7 +36,7 @@ const BLOCK_ROWS: usize = 16_384;
 /// The layout, the scene or an option is wrong, or an error of the file system.
 pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     args.out.claim([&args.out.output], [Path::new(&args.layout), &args.scene.scene])?;
-    let layout = load_layout(&args.layout)?;
+    let layout = load_array(&args.layout)?;
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { mut center, plan } = args.track.plan(&layout).map_err(Failure::call)?;
     planned::warn(&plan, context);
@@ -49,7 +49,8 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let mut simulator = Simulator::new(head, &scene.sky, &args.how, &context.console).context(format!("{}", args.scene.scene.display()))?;
     let path = &args.out.output;
     let mut sink = args.out.visibilities(simulator.header(), context)?;
-    let summary = simulator.run(&mut plan.blocks(BLOCK_ROWS), Some(plan.n_rows() as u64), sink.as_mut(), &context.console)?;
+    let summary = simulator.run(&mut plan.blocks(BLOCK_ROWS), Some(plan.n_rows() as u64), sink.as_mut(), &context.console);
+    let summary = summary.context(format!("{}", args.scene.scene.display()))?;
     sink.finish().context(format!("{}", path.display()))?;
     let header = simulator.header();
     let findings: Vec<Finding> = of_pedestal(header).into_iter().collect();

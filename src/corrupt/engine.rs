@@ -95,7 +95,7 @@ pub fn corrupt(
         entry.1.model().gains(&context(entry), &mut table)?;
         if let Some(gain) = table.gains.iter().find(|g| !(**g == Complex64::ZERO || (SMALLEST_GAIN..=LARGEST_GAIN).contains(&g.norm()))) {
             let expected = format!("gains from {SMALLEST_GAIN:e} to {LARGEST_GAIN:e}, or 0: make this error smaller");
-            return Err(ChainError::bad_option(entry.1.name(), format!("the gain {gain:e}"), expected));
+            return Err(ChainError::bad_option("size of an error", format!("the gain {gain:e} of kind {}", entry.1.name()), expected));
         }
     }
     let pairs = feed_pairs(&header, table.feeds.len());

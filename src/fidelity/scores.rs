@@ -105,7 +105,7 @@ pub fn fidelity_of_pixel(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>)
 }
 
 /// Fidelity index: the sum of T^2 divided by the sum of |T| |I - T| over the pixels (I, T) of image and truth. It is the inverse of the
-/// relative error, weighted by brightness, and infinite for a perfect image.
+/// relative error, weighted by brightness. It is infinite for a perfect image, and NaN for a truth that is 0 everywhere.
 ///
 /// # Reference
 /// Pety, Gueth & Guilloteau 2001, ALMA Memo 398, where the fidelity of a pixel is |T| / |I - T|. Here the pixels have the weights
@@ -113,7 +113,11 @@ pub fn fidelity_of_pixel(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>)
 #[must_use]
 pub fn fidelity_index(pixels: &[(f64, f64)]) -> f64 {
     let (above, below) = pixels.iter().fold((0.0, 0.0), |(a, b), (i, t)| (a + t * t, b + t.abs() * (i - t).abs()));
-    if below > 0.0 { above / below } else { f64::INFINITY }
+    match (above > 0.0, below > 0.0) {
+        (_, true) => above / below,
+        (true, false) => f64::INFINITY,
+        (false, false) => f64::NAN,
+    }
 }
 
 /// Structural similarity, averaged over the region. The windows are Gaussians of 11 x 11 pixels with sigma 1.5, K1 = 0.01 and K2 = 0.03. The

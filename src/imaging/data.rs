@@ -91,7 +91,7 @@ impl<'a> Data<'a> {
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
-        for_each_block_ahead(source, memory.imaging_block(fits), |_, block| {
+        for_each_block_ahead(source, memory.imaging_block(fits), |first_row, block| {
             ensure!(!observer.cancelled(), ChainError::Cancelled);
             let first_center = block.coverage.phase_center.first().copied();
             if center.is_none() {
@@ -101,6 +101,7 @@ impl<'a> Data<'a> {
                 let message = "the rows have several phase centres: split the set and image one field at a time";
                 return Err(ChainError::Incompatible(message.into()));
             }
+            refuse_impossible(&block, first_row)?;
             let (reduced, counts) = reduce(&selector, unit_weights, &block)?;
             survey.counts = survey.counts.plus(counts);
             times = block.coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
@@ -180,6 +181,22 @@ impl<'a> Data<'a> {
     pub fn is_cached(&self) -> bool {
         self.cache.is_some()
     }
+}
+
+/// Longest baseline that a set can have, m: seven times the distance of the Earth from the Sun.
+const LONGEST_M: f64 = 1e12;
+
+/// Refuse coordinates that no array has. Rows that are not finite are left out later. `first_row` is the place of the block in the set.
+fn refuse_impossible(block: &VisibilityBlock, first_row: usize) -> Result<()> {
+    let far = |x: &f64| x.is_finite() && x.abs() > LONGEST_M;
+    let found = block.coverage.uvw_m.outer_iter().enumerate().find_map(|(row, uvw)| Some((row, *uvw.iter().find(|x| far(x))?)));
+    found.map_or(Ok(()), |(row, x)| {
+        let text = format!(
+            "row {} has a coordinate of {x:.3e} m, which no array reaches: the set is damaged, or its uvw are not in m",
+            first_row + row
+        );
+        Err(ChainError::Incompatible(text))
+    })
 }
 
 /// Combine the polarisation products of a block.

@@ -200,7 +200,7 @@ impl ImageWeights {
 fn wrapped(x: f64, n: usize) -> usize {
     // Truncation and a step down give the floor without a call.
     let whole = x as i64;
-    let floor = whole - i64::from((whole as f64) > x);
+    let floor = whole.saturating_sub(i64::from((whole as f64) > x));
     if (0..n as i64).contains(&floor) { floor as usize } else { floor.rem_euclid(n as i64) as usize }
 }
 
@@ -249,6 +249,14 @@ mod tests {
         }
         weights.apply(&mut b, &(0..1), &[1e9]);
         b.imaging.iter().copied().collect()
+    }
+
+    #[test]
+    fn places_beyond_all_cells_wrap_into_a_cell() {
+        for x in [-1e300, -1e19, -1.5, -1.0, 0.0, 7.9, 8.0, 1e300, f64::NAN] {
+            assert!(wrapped(x, 8) < 8, "{x}");
+        }
+        assert_eq!([-1.5, -1.0, 0.0, 7.9, 8.0].map(|x| wrapped(x, 8)), [6, 7, 0, 7, 0]);
     }
 
     #[test]

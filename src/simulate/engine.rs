@@ -81,6 +81,9 @@ pub struct Simulator<'a> {
     memory: MemoryBudget,
 }
 
+/// Largest part of a visibility that is simulated. Visibilities are stored as 32-bit numbers, which end at 3.4e38.
+const LARGEST: f64 = 1e38;
+
 impl<'a> Simulator<'a> {
     /// Check the header, the scene and the options. [`Simulator::header`] is then the header of the output: the given header with the
     /// pedestal and a line of history.
@@ -217,6 +220,13 @@ impl<'a> Simulator<'a> {
         }
         if !self.sky.sources.is_empty() {
             self.add_sources(&coverage, &mut sum);
+        }
+        if sum.iter().any(|v| !(v.re.abs() <= LARGEST && v.im.abs() <= LARGEST)) {
+            let text = format!(
+                "the scene has visibilities above {LARGEST:e} {}, which are not finite as they are stored: its fluxes or temperatures are wrong",
+                self.header.unit.name()
+            );
+            return Err(ChainError::Incompatible(text));
         }
         let mut block = VisibilityBlock::zeros(coverage, n_chan, n_pol);
         block.vis.assign(&sum.mapv(|v| Complex::new(v.re as f32, v.im as f32)));

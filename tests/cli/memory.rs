@@ -38,7 +38,8 @@ fn an_image_takes_few_bytes_for_each_pixel() {
         ("clean v.uvh5 --algorithm clark --niter 300 --startmod never --hold-out 0 -o a", 60.0),
         ("clean v.uvh5 --algorithm hogbom --niter 300 --startmod never --hold-out 0 -o a", 65.0),
     ] {
-        let of = |side: u32| peak(&s, &format!("{command} --size {side} --cell {}mrad --no-w --threads 2 --overwrite", 300.0 / f64::from(side)));
+        let of =
+            |side: u32| peak(&s, &format!("{command} --size {side} --cell {}mrad --no-w --threads 2 --overwrite", 300.0 / f64::from(side)));
         let (small, large) = (768_u32, 1536_u32);
         let pixels = f64::from(large * large - small * small);
         let each = (of(large) - of(small)) / pixels;

@@ -5,6 +5,7 @@ mod collisions;
 mod files;
 mod imaging;
 mod kept;
+mod named;
 mod numbers;
 mod options;
 mod physics;

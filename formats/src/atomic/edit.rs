@@ -21,15 +21,26 @@ pub struct EditLock {
     path: PathBuf,
 }
 
+/// A target by all links, and the file that locks it.
+fn place_of(target: &Path) -> std::io::Result<(PathBuf, PathBuf)> {
+    let target = fs::canonicalize(target)?;
+    let name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let lock = parent_of(&target).join(format!(".{name}.lock"));
+    Ok((target, lock))
+}
+
 impl EditLock {
+    /// Whether this is the lock of a file.
+    pub(super) fn is_of(&self, target: &Path) -> bool {
+        place_of(target).is_ok_and(|(_, path)| path == self.path)
+    }
+
     /// Take the lock of a file. It must be taken before the file is opened to read.
     ///
     /// # Errors
     /// Another process changes the file and does not end within two seconds, or an error of the file system.
     pub fn take(target: &Path) -> Result<Self> {
-        let target = fs::canonicalize(target).map_err(|e| FormatError::io(target, "open", e))?;
-        let name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let path = parent_of(&target).join(format!(".{name}.lock"));
+        let (target, path) = place_of(target).map_err(|e| FormatError::io(target, "open", e))?;
         let failed = |e| FormatError::io(&target, "lock", e);
         let begun = Instant::now();
         refuse_special(&path)?;

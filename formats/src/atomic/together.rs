@@ -101,9 +101,19 @@ pub fn remove_at_the_end(path: &Path) -> Result<()> {
     if waits { Ok(()) } else { fs::remove_file(path).map_err(|e| FormatError::io(path, "remove", e)) }
 }
 
-/// Hold the lock of a file that is changed in place until the open [`Together`] is committed. Where there is none, the lock is released.
-pub fn hold(lock: EditLock) {
+/// Lock an existing file that is changed or replaced, until the open [`Together`] is committed. A file that it has locked already stays so. Where
+/// there is none, the lock is released at once.
+///
+/// # Errors
+/// As [`EditLock::take`].
+pub fn hold(target: &Path) -> Result<()> {
+    let is_held = |open: &Option<Open>| open.iter().flat_map(|o| &o.locks).any(|lock| lock.is_of(target));
+    if OPEN.with_borrow(is_held) {
+        return Ok(());
+    }
+    let lock = EditLock::take(target)?;
     OPEN.with_borrow_mut(|open| open.as_mut().map(|o| o.locks.push(lock)));
+    Ok(())
 }
 
 /// Outputs of the open [`Together`] are for the user alone, because an input is.

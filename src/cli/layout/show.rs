@@ -4,7 +4,7 @@ use super::figures;
 use super::told::Told;
 use crate::cli::context::Outcome;
 use crate::cli::failure::{Failure, Result, ensure};
-use crate::cli::options::{OutputArgs, load_layout};
+use crate::cli::options::{OutputArgs, load_array, load_layout};
 use crate::cli::picture;
 use crate::cli::text::round;
 use crate::simulate::TrackOptions;
@@ -46,7 +46,7 @@ pub struct ShowArgs {
 /// # Errors
 /// The layout or an option is wrong, or an error of the file system.
 pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
-    let layout = load_layout(&args.layout)?;
+    let layout = if args.freq.is_some() { load_array(&args.layout)? } else { load_layout(&args.layout)? };
     let mut told = Told::default();
     extent(&layout, args, &mut told)?;
     match args.freq {

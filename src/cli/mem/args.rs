@@ -38,7 +38,11 @@ impl MemCommandArgs {
     /// # Errors
     /// As [`OutputArgs::claim`].
     pub(super) fn claim(&self, outputs: Vec<PathBuf>) -> Result<()> {
-        let inputs = [&self.input].into_iter().chain(&self.mem.mask).chain(self.mem.prior.as_ref().and_then(prior_file));
-        self.out.claim(outputs.iter().chain(&self.log), inputs)
+        self.out.claim(outputs.iter().chain(&self.log), [&self.input].into_iter().chain(self.given()))
+    }
+
+    /// The images that are given beside the data: the mask and the prior.
+    pub(super) fn given(&self) -> impl Iterator<Item = &PathBuf> {
+        self.mem.mask.iter().chain(self.mem.prior.as_ref().and_then(prior_file))
     }
 }

@@ -49,7 +49,10 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
         prior: prior_image(args.mem.prior.as_ref())?,
         mask: args.mem.mask.as_deref().map(|path| fits_mask(path, imager.grid())).transpose()?,
     };
-    let options = args.mem.plan(&imager, inputs, noise)?;
+    // An error may lie in the data or in the images that were given with them.
+    let given: Vec<String> = args.given().map(|path| path.display().to_string()).collect();
+    let what = if given.is_empty() { what } else { format!("{what} with {}", given.join(" and ")) };
+    let options = args.mem.plan(&imager, inputs, noise).context(&what)?;
     let products = mem(&mut imager, &options, &context.console).context(&what)?;
     drop(imager);
     let source = source.as_mut();

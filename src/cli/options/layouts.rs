@@ -1,6 +1,6 @@
 //! Antenna layouts by name or from files.
 
-use crate::cli::failure::{Context as _, Result};
+use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use cittert_arrays::{ArrayLayout, BuiltinLayout};
 use std::path::Path;
 
@@ -14,4 +14,15 @@ pub fn load_layout(name: &str) -> Result<ArrayLayout> {
         return Ok(cittert_formats::layouts::read_layout(path, None)?);
     }
     ArrayLayout::builtin(name).context(format!("{name:?} is neither a layout file nor a built-in layout"))
+}
+
+/// As [`load_layout`], for commands that need baselines.
+///
+/// # Errors
+/// As [`load_layout`], and a layout with fewer than two antennas.
+pub fn load_array(name: &str) -> Result<ArrayLayout> {
+    let layout = load_layout(name)?;
+    let count = layout.n_ant();
+    ensure!(count >= 2, Failure::message(format!("{name}: number of antennas is {count}, expected at least two, to form a baseline")));
+    Ok(layout)
 }

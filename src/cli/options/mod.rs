@@ -14,7 +14,7 @@ pub use claim::keep_apart;
 pub use column::ColumnArgs;
 pub use config::ConfigArgs;
 pub use image_of::ImageOfArgs;
-pub use layouts::load_layout;
+pub use layouts::{load_array, load_layout};
 pub use output::{NOTHING, OutputArgs};
 pub use region::{fits_mask, loaded, prior_file, prior_image};
 pub use scene::{SceneArgs, pictures_beside, read_scene, read_scene_and_pictures, scene_text};

@@ -4,7 +4,7 @@ use super::claim::{is_one_file, keep_apart};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
 use cittert_arrays::{Image, VisibilityHeader, VisibilitySink};
-use cittert_formats::atomic::{self, EditLock};
+use cittert_formats::atomic;
 use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -55,7 +55,7 @@ impl OutputArgs {
     /// Another process changes the file.
     pub fn edit(&self, input: &Path) -> Result<()> {
         if input.exists() && is_one_file(&self.output, input) {
-            atomic::hold(EditLock::take(input)?);
+            atomic::hold(input)?;
         }
         Ok(())
     }
@@ -69,7 +69,12 @@ impl OutputArgs {
         if !folder.is_dir() {
             return Err(Failure::message(format!("{}: the folder {} does not exist; make it first", path.display(), folder.display())));
         }
-        Ok(atomic::try_output(path)?)
+        atomic::try_output(path)?;
+        if path.exists() {
+            // Another process that changes the file would lose its changes, or those of this command.
+            atomic::hold(path)?;
+        }
+        Ok(())
     }
 
     /// PREFIX with each suffix.
@@ -93,6 +98,17 @@ impl OutputArgs {
         let created = cittert_formats::create_visibilities(&self.output, header, self.overwrite)?;
         created.notes.iter().for_each(|n| context.console.note(n));
         Ok(created.sink)
+    }
+
+    /// Print what visibilities lose because the output has another format than the input, one line each, and return these lines.
+    ///
+    /// # Errors
+    /// An input or an output of no known format.
+    pub fn note_losses(&self, input: &Path, header: &VisibilityHeader, context: &Context) -> Result<Vec<String>> {
+        let same = cittert_formats::visibility_format(input)?.name() == cittert_formats::format_of_output(input, &self.output)?.name();
+        let lost = if same { Vec::new() } else { cittert_formats::losses(input, &self.output, header)? };
+        lost.iter().for_each(|line| context.console.note(line));
+        Ok(lost)
     }
 
     /// Write an image as FITS, with the command line at the end of its history.

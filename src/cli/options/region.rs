@@ -23,7 +23,11 @@ pub fn fits_mask(path: &Path, grid: &SkyGrid) -> Result<Array2<bool>> {
 /// The mask cannot be read or is on another grid, or no pixel is allowed.
 pub fn loaded(options: &CleanOptions, grid: &SkyGrid) -> Result<CleanOptions> {
     let mask = options.mask.as_deref().map(|path| fits_mask(path, grid)).transpose()?;
-    Ok(options.clone().with_region(mask, grid)?)
+    let chosen = options.clone().with_region(mask, grid);
+    match &options.mask {
+        Some(path) => chosen.context(path.display()),
+        None => Ok(chosen?),
+    }
 }
 
 /// The file of a prior, where it is one.

@@ -53,6 +53,11 @@ pub(super) struct Air {
 }
 
 impl Air {
+    /// The name of the atmosphere, as typed.
+    pub(super) fn name(&self) -> String {
+        format!("atmosphere {}", self.atmosphere)
+    }
+
     /// The cells that name the atmosphere and its gas model in a table.
     pub(super) fn cells(&self) -> [(&'static str, Cell); 2] {
         [("atmosphere", self.atmosphere.as_str().into()), ("model", self.model.as_str().into())]

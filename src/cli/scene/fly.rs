@@ -66,9 +66,9 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let flight = Flight::from_toml(&scene_text(&args.path)?).context(args.path.display())?;
     let path = scene_path(args, &flight)?;
     OutputArgs { output: args.output.clone(), overwrite: args.overwrite }.claim([&args.output], [&args.path, &path])?;
-    let scene = scene(args, &path)?;
+    let scene = scene(args, &path).context(path.display())?;
     let base = if args.size == 0 { scene.camera()?.clone() } else { scene.camera()?.with_side(args.size) };
-    let cameras = flight.cameras(&base)?;
+    let cameras = flight.cameras(&base).context(args.path.display())?;
     for (k, camera) in cameras.iter().enumerate() {
         scene.check_camera_at(camera).context(format!("{}: frame {k}", args.path.display()))?;
     }
@@ -76,7 +76,7 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let highest_m = cameras.iter().map(|c| c.position_m[2]).fold(0.0, f64::max);
     let options = RenderOptions { highest_m, ..args.tracer.options(false) };
     let freq = super::image::frequency(args.freq, scene.file().freq_hz, context);
-    let tracer = Tracer::new(&scene, &[freq.si()], &options).context("scene")?;
+    let tracer = Tracer::new(&scene, &[freq.si()], &options).context(path.display())?;
     let mesh = args.mesh.options(options.antialias > 1);
 
     context.console.event(Event::Phase { name: "flying", total: Some(cameras.len() as u64), unit: "frames" });
@@ -84,7 +84,7 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let mut scale: Option<GreyScale> = None;
     for (k, camera) in cameras.iter().enumerate() {
         let started = Instant::now();
-        let frame = tracer.frame(&View::of_camera(camera)?, &mesh).context(format!("frame {k}"))?;
+        let frame = tracer.frame(&View::of_camera(camera)?, &mesh).context(format!("{}: frame {k}", args.path.display()))?;
         seconds += started.elapsed().as_secs_f64();
         rays += frame.rays;
         let grey = match scale {

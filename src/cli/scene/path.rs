@@ -4,7 +4,7 @@ use super::air::{Air, AirArgs};
 use super::table::{Picture, PlotArgs, Table};
 use super::values::{check_rows, combinations, degrees, exact, ghz};
 use crate::cli::context::Outcome;
-use crate::cli::failure::{Failure, Result};
+use crate::cli::failure::{Context as _, Failure, Result};
 use cittert_arrays::quantity::{Angle, Frequency, Length};
 use cittert_phenomenology::atmosphere::{PathEnds, PathExtent, PathTable};
 use clap::{Args, ValueEnum};
@@ -67,7 +67,7 @@ pub(super) fn run(args: &PathArgs) -> Result<Outcome> {
     check_rows(&[args.air.count(), args.freq.len(), args.observer.len(), args.target.len(), extents.len()])?;
     let mut table = Table::default();
     for air in args.air.build()? {
-        rows(args, &air, &extents, &mut table)?;
+        rows(args, &air, &extents, &mut table).context(air.name())?;
     }
     table.finish(&args.plot, &Picture { title: "Path", columns: &["emission_rj_k"], label: "emission, Rayleigh-Jeans [K]" })
 }

@@ -79,7 +79,28 @@ impl Line {
 pub(super) struct Journal {
     file: File,
     path: PathBuf,
+    begun: Begun,
     _lock: File,
+}
+
+/// A folder without a finished trial. It is removed with what a study writes at its beginning, if the study ends before a trial is stored.
+struct Begun {
+    folder: PathBuf,
+    /// False where the folder holds trials, or existed before.
+    removes: bool,
+}
+
+impl Drop for Begun {
+    fn drop(&mut self) {
+        if self.removes {
+            for name in [NAME, LIST, LOCK] {
+                // What is not there needs no removal.
+                let _ = std::fs::remove_file(self.folder.join(name));
+            }
+            // A folder that holds something else stays.
+            let _ = std::fs::remove_dir(&self.folder);
+        }
+    }
 }
 
 impl Journal {
@@ -101,7 +122,9 @@ impl Journal {
             let text = format!("{}: it has files but no {NAME} of a study; choose another folder", folder.display());
             return Err(Failure::message(text));
         }
+        let is_new = !folder.exists();
         let lock = lock(folder)?;
+        let begun = Begun { folder: folder.to_owned(), removes: is_new };
         // Another process may have made the journal before it released the lock.
         let old = match std::fs::read(&path) {
             Ok(bytes) => Some(bytes),
@@ -145,7 +168,7 @@ impl Journal {
             write_file_now(&path, true, text.as_bytes())?;
         }
         let file = OpenOptions::new().append(true).open(&path).context(format!("{}", path.display()))?;
-        Ok((Self { file, path, _lock: lock }, done))
+        Ok((Self { file, path, begun, _lock: lock }, done))
     }
 
     /// Add a trial. It is on the disk when this function returns.
@@ -155,10 +178,9 @@ impl Journal {
     pub(super) fn append(&mut self, key: &Key, result: &TrialResult) -> Result<()> {
         let line = serde_json::to_string(&Line::of(key, result))? + "\n";
         // One write for each line: a killed process leaves whole lines, and at most one incomplete line at the end.
-        self.file
-            .write_all(line.as_bytes())
-            .and_then(|()| self.file.sync_data())
-            .context(format!("{}: cannot store a trial", self.path.display()))
+        let stored = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
+        self.begun.removes &= stored.is_err();
+        stored.context(format!("{}: cannot store a trial", self.path.display()))
     }
 }
 

@@ -70,9 +70,9 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
         context.console.note(&format!("{resumed} trials are in the journal already"));
     }
     let started = std::time::Instant::now();
-    grid(&plan.study, &mut all)?;
-    failures::fail(&plan, &mut all)?;
-    let answers = answers::answer(&mut plan, &mut all, context)?;
+    grid(&plan.study, &mut all).context(path.display())?;
+    failures::fail(&plan, &mut all).context(path.display())?;
+    let answers = answers::answer(&mut plan, &mut all, context).context(path.display())?;
     let seconds = started.elapsed().as_secs_f64();
     let found = output::write(folder, &plan, &all, &answers, path, context)?;
     let trials = all.done.len();

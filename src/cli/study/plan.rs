@@ -43,6 +43,8 @@ impl Plan {
         let of_texts = axes.iter().map(|(s, l)| Ok(Axis::new(&s.parameter, &l.iter().map(shown).collect::<Vec<_>>())?));
         let grid = Grid::new(of_texts.collect::<Result<_>>()?)?;
         let mut maker = Setups::new(table, path.parent().unwrap_or(Path::new("")))?;
+        let first = axes.iter().filter_map(|(s, list)| Some((s.parameter.as_str(), list.first()?.clone())));
+        maker.check_replaced(&first.collect::<Vec<_>>())?;
         let (mut setups, mut head) = (Vec::new(), None);
         for point in 0..grid.n_points() {
             let changes = axes.iter().zip(grid.indices(point)).map(|((s, list), k)| (s.parameter.as_str(), list[k].clone()));

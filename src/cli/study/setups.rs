@@ -69,6 +69,22 @@ impl Setups {
         Ok((setup, config))
     }
 
+    /// Check the values that the file itself gives to the parameters of axes: the axes replace them, so that nothing else reads them. `first` is
+    /// the first value of each axis.
+    ///
+    /// # Errors
+    /// A value that its key does not take.
+    pub(super) fn check_replaced(&self, first: &[(&str, toml::Value)]) -> Result<()> {
+        for (parameter, _) in first.iter().filter(|(parameter, _)| has(&self.table, parameter)) {
+            let mut tree = self.table.clone();
+            first.iter().filter(|(other, _)| other != parameter).try_for_each(|(other, value)| put(&mut tree, other, value.clone()))?;
+            toml::Value::Table(tree)
+                .try_into::<Config>()
+                .context(format!("{parameter}, which an axis varies, has a wrong value of its own"))?;
+        }
+        Ok(())
+    }
+
     /// Make trials without keeping their observations: those of a question are used once.
     ///
     /// # Errors
@@ -93,6 +109,14 @@ impl Setups {
     /// Unit of residual images.
     pub(super) fn unit(&self) -> &'static str {
         if self.bases.values().any(|b| b.1 == VisUnit::KelvinSr) { "K" } else { "Jy/beam" }
+    }
+}
+
+/// Whether a table has a value at a place such as `corrupt.phase-rms`.
+fn has(table: &toml::Table, parameter: &str) -> bool {
+    match parameter.split_once('.') {
+        Some((head, rest)) => table.get(head).and_then(toml::Value::as_table).is_some_and(|inner| has(inner, rest)),
+        None => table.contains_key(parameter),
     }
 }
 
