@@ -75,12 +75,17 @@ impl Setups {
     /// # Errors
     /// A value that its key does not take.
     pub(super) fn check_replaced(&self, first: &[(&str, toml::Value)]) -> Result<()> {
-        for (parameter, _) in first.iter().filter(|(parameter, _)| has(&self.table, parameter)) {
+        let config_without = |kept: Option<&str>| -> Result<std::result::Result<Config, toml::de::Error>> {
             let mut tree = self.table.clone();
-            first.iter().filter(|(other, _)| other != parameter).try_for_each(|(other, value)| put(&mut tree, other, value.clone()))?;
-            toml::Value::Table(tree)
-                .try_into::<Config>()
-                .context(format!("{parameter}, which an axis varies, has a wrong value of its own"))?;
+            first.iter().filter(|(other, _)| Some(*other) != kept).try_for_each(|(other, value)| put(&mut tree, other, value.clone()))?;
+            Ok(toml::Value::Table(tree).try_into())
+        };
+        if config_without(None)?.is_err() {
+            // Something else is wrong, and the trials say what.
+            return Ok(());
+        }
+        for (parameter, _) in first.iter().filter(|(parameter, _)| has(&self.table, parameter)) {
+            config_without(Some(parameter))?.context(format!("{parameter}, which an axis varies, has a wrong value of its own"))?;
         }
         Ok(())
     }
