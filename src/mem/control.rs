@@ -35,6 +35,11 @@ pub(super) struct Effort {
 const FAR: Effort = Effort { tolerance: 0.3, steps: 8 };
 const CLOSE: Effort = Effort { tolerance: 0.2, steps: 30 };
 
+/// Growth of the exponent of the rule with each step on the same side of the target.
+const CALM: f64 = 1.2;
+/// Number of times that chi squared may cross its target before the exponent falls, because a few crossings belong to a search that converges.
+const CROSSINGS: usize = 4;
+
 impl Control {
     /// True where chi squared is at its target.
     #[must_use]
@@ -63,6 +68,11 @@ pub(super) struct Steering {
     settled: Option<Settled>,
     /// d ln(chi2) / d ln(lambda) between two of them.
     power: Option<f64>,
+    /// Exponent on the factors of the rule: 1, or less after chi squared has gone from one side of its target to the other many times.
+    damping: f64,
+    crossings: usize,
+    /// True if chi squared was above its target at the last step.
+    above: Option<bool>,
 }
 
 /// Chi squared over its expected value, of an image that has settled at this lambda.
@@ -74,7 +84,7 @@ struct Settled {
 
 impl Steering {
     pub(super) fn new(control: Control, tuning: MemControl) -> Self {
-        Self { control, tuning, settled: None, power: None }
+        Self { control, tuning, settled: None, power: None, damping: 1.0, crossings: 0, above: None }
     }
 
     /// The next lambda, from chi squared over its expected value and the KKT residual.
@@ -86,12 +96,21 @@ impl Steering {
         }
         let excess = chi2 / target;
         let departure = (excess - 1.0).abs();
+        self.damp(excess > 1.0);
         match self.power {
             Some(_) if departure <= t.dead_band * tolerance => lambda,
             Some(_) if departure < t.near && kkt >= t.settled => lambda,
             Some(power) if departure < t.near => lambda * excess.powf(-1.0 / power).clamp(1.0 / t.jump, t.jump),
-            _ => self.by_rule(lambda, chi2, kkt),
+            _ => lambda * (self.by_rule(lambda, chi2, kkt) / lambda).powf(self.damping),
         }
+    }
+
+    /// Where chi squared answers to lambda more strongly than the rule expects, the rule would go to and fro across the target for ever.
+    fn damp(&mut self, above: bool) {
+        let crossed = self.above.replace(above).is_some_and(|before| before != above);
+        self.crossings += usize::from(crossed);
+        let fall = crossed && self.crossings > CROSSINGS;
+        self.damping = if fall { 0.5 * self.damping } else { (CALM * self.damping).min(1.0) };
     }
 
     /// The next lambda while the power law is not known.
@@ -154,6 +173,23 @@ mod tests {
         let mut plain = 1.0;
         (0..5).for_each(|_| plain = Steering::new(control, MemControl::default()).by_rule(plain, chi2(plain), 1e-3));
         assert!(!control.met(chi2(plain)), "the rule alone is as good: {plain}");
+    }
+
+    #[test]
+    fn a_chi_squared_that_answers_strongly_is_not_led_to_and_fro() {
+        // An image that never settles, and a chi squared that answers with a power of the step, as with data that have hardly any noise.
+        let control = Control::Target { target: 1.0, tolerance: 0.008 };
+        for power in [-1.5, -2.0, -3.0] {
+            let chi2 = |lambda: f64| lambda.powf(power);
+            let mut steering = Steering::new(control, MemControl::default());
+            let mut lambda = 1.3;
+            let mut steps = 0;
+            while steps < 60 && !control.met(chi2(lambda)) {
+                lambda = steering.next(lambda, chi2(lambda), 0.04);
+                steps += 1;
+            }
+            assert!(steps < 40, "power {power}: {steps} steps to {lambda}");
+        }
     }
 
     #[test]
