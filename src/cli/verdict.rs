@@ -7,7 +7,7 @@ use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::imaging::ImagingOptions;
 use crate::progress::Quiet;
 use crate::simulate::SkyModel;
-use crate::verdict::{Finding, ImageFacts, Residuals, of_image, of_pedestal, of_residuals, sentence};
+use crate::verdict::{Finding, ImageFacts, Residuals, left_beyond_noise, of_image, of_pedestal, of_residuals, sentence};
 use cittert_arrays::{BrightnessUnit, Image, Polarization, VisibilityHeader, VisibilitySource};
 use serde_json::{Value, json};
 
@@ -85,7 +85,8 @@ pub(super) fn warn(findings: &[Finding], context: &Context) {
 pub(super) fn report(judged: &Judged, good: &str, json: &mut Value, context: &Context) -> String {
     let findings = &judged.findings;
     warn(findings, context);
-    let verdict = sentence(findings, good);
+    let limit = judged.residuals.as_ref().and_then(left_beyond_noise).map_or_else(String::new, |says| format!(", {says}"));
+    let verdict = sentence(findings, &format!("{good}{limit}"));
     if json["verdict"].is_null() {
         json["verdict"] = verdict.clone().into();
     }
@@ -93,7 +94,8 @@ pub(super) fn report(judged: &Judged, good: &str, json: &mut Value, context: &Co
     if let Some(r) = &judged.residuals {
         json["residuals"] = json!({
             "visibilities": r.samples, "noise_known": r.noise_known, "mean_square": r.mean, "typical_square": r.typical,
-            "unexplained": r.unexplained, "outliers": r.outliers, "worst_antenna_ratio": r.antennas.first().map(|a| a.1),
+            "unexplained": r.unexplained, "outliers": r.outliers,
+            "shortest_baselines": r.shortest.0, "zero_spacing": r.zero_spacing(), "worst_antenna_ratio": r.antennas.first().map(|a| a.1),
         });
     }
     format!("verdict       {verdict}")

@@ -6,6 +6,9 @@ use super::residuals::{OUTLIER, Residuals};
 /// The square of the residuals, in terms of noise, above which an image does not explain the data. The limit allows for weights that are
 /// wrong by a quarter and for the faint structure that a deconvolution to three times the noise of the image leaves.
 const CHI2: f64 = 1.5;
+/// Power beyond that of the noise that a deconvolution leaves at a very high signal to noise ratio, because pixels and components describe the sky
+/// only so well. The image explains the amplitudes to 7 % then, and less noise would not make it better.
+const LIMITED: f64 = 0.005;
 /// Power that a fit may leave where the noise is not known.
 const UNEXPLAINED: f64 = 0.05;
 /// Fraction of samples that stand out by chance is nothing; so many point to interference or to damaged records.
@@ -28,7 +31,7 @@ const MISSED: f64 = 1.5;
 #[must_use]
 pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Option<f64>) -> Vec<Finding> {
     let mut all = Vec::new();
-    let poor = if r.noise_known { r.mean > CHI2 && r.unexplained > 1e-7 } else { r.unexplained > UNEXPLAINED };
+    let poor = if r.noise_known { r.mean > CHI2 && r.unexplained > LIMITED } else { r.unexplained > UNEXPLAINED };
     // Without noise a good fit leaves residuals that differ much from sample to sample, and all of them are small.
     if r.outliers > INTERFERENCE && (r.noise_known || r.unexplained > DAMAGED) {
         let says = format!(
@@ -68,16 +71,26 @@ pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Opti
     all
 }
 
+/// What a good fit leaves of data with so little noise that pixels and components describe the sky less well than the data show it.
+#[must_use]
+pub fn left_beyond_noise(r: &Residuals) -> Option<String> {
+    let beyond = r.noise_known && r.mean > CHI2;
+    beyond.then(|| {
+        format!("but for {:.2} % of their power: the residual has {:.1} times the power of the noise", 100.0 * r.unexplained, r.mean)
+    })
+}
+
 /// Flux that the array does not measure, or the image does not hold.
 fn short_spacings(r: &Residuals, flux: f64) -> Option<Finding> {
     let (data, _) = r.shortest;
-    let (length, slope) = r.decay;
+    let (length, all) = (r.decay.0, r.zero_spacing());
     // Where noise dominates the short baselines their amplitude says nothing.
     if !(r.signal > 1.0) {
         return None;
     }
-    let missed = (-0.5 * slope * length * length).exp();
-    if missed > MISSED {
+    let missed = all / data;
+    // A positive image of a compact source can hold the flux that its shortest baselines have lost.
+    if missed > MISSED && flux < LEAST_FLUX * all {
         let says = format!(
             "the shortest baselines, {length:.0} wavelengths long, resolve the source already: from their decay its flux is about {missed:.1} times what they see, \
              and structure larger than {} is missing from the image",

@@ -18,7 +18,7 @@ mod tests;
 pub use finding::{Finding, sentence};
 pub use gains::{not_determined, of_gains};
 pub use images::{ImageFacts, Levels, of_image};
-pub use misfits::of_residuals;
+pub use misfits::{left_beyond_noise, of_residuals};
 pub use pedestals::of_pedestal;
 pub use prediction::CrossCheck;
 pub use residuals::Residuals;

@@ -108,6 +108,13 @@ impl Residuals {
         Ok((!samples.is_empty()).then(|| Self::of(&samples, noise.is_some())))
     }
 
+    /// Amplitude at zero spacing of a Gaussian that decays over the shortest baselines as the data do, in their unit.
+    #[must_use]
+    pub fn zero_spacing(&self) -> f64 {
+        let (length, slope) = self.decay;
+        self.shortest.0 * (-0.5 * slope * length * length).exp()
+    }
+
     fn of(samples: &[Sample], noise_known: bool) -> Self {
         let n = samples.len() as f64;
         let sum = |f: fn(&Sample) -> f64| samples.iter().map(f).sum::<f64>();
