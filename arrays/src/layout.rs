@@ -145,7 +145,7 @@ impl ArrayLayout {
                 return Err(ArrayError::bad_value(
                     format_args!("position of antenna {:?}", a.name),
                     format_args!("{:?}", a.position_m),
-                    "three finite numbers in metres",
+                    "three finite numbers in metres, none of them beyond 1e12",
                 ));
             }
             let noise = match a.sensitivity {

@@ -150,7 +150,7 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
             *left -= *m;
             let told = if args.residual || out.only_residual() { *left } else { *m };
             if !block.flags[at] && told.is_finite() {
-                power += f64::from(told.norm_sqr());
+                power += f64::from(told.re).powi(2) + f64::from(told.im).powi(2);
                 used += 1;
             }
         }

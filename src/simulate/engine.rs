@@ -81,8 +81,8 @@ pub struct Simulator<'a> {
     memory: MemoryBudget,
 }
 
-/// Largest part of a visibility that is simulated. Visibilities are stored as 32-bit numbers, which end at 3.4e38.
-const LARGEST: f64 = 1e38;
+/// Largest part of a visibility that is simulated. Imaging uses none above 1e19, whose squares 32-bit numbers cannot hold.
+const LARGEST: f64 = 1e19;
 
 impl<'a> Simulator<'a> {
     /// Check the header, the scene and the options. [`Simulator::header`] is then the header of the output: the given header with the
@@ -223,7 +223,7 @@ impl<'a> Simulator<'a> {
         }
         if sum.iter().any(|v| !(v.re.abs() <= LARGEST && v.im.abs() <= LARGEST)) {
             let text = format!(
-                "the scene has visibilities above {LARGEST:e} {}, which are not finite as they are stored: its fluxes or temperatures are wrong",
+                "the scene has visibilities above {LARGEST:e} {}, which imaging does not use: its fluxes or temperatures are wrong",
                 self.header.unit.name()
             );
             return Err(ChainError::Incompatible(text));

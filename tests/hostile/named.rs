@@ -70,10 +70,10 @@ fn errors_of_a_file_that_are_too_large_are_not_those_of_an_option() {
 }
 
 #[test]
-fn a_scene_too_bright_for_single_precision_is_refused() {
+fn a_scene_too_bright_for_imaging_is_refused() {
     let s = set();
-    s.write("big.csv", "l_rad,m_rad,flux_jy\n0,0,1e200\n");
-    s.fails(&format!("simulate --layout mm-y --scene big.csv {BAND} -o o.uvh5"), 1, &["big.csv", "not finite"]);
+    s.write("big.csv", "l_rad,m_rad,flux_jy\n0,0,1e25\n");
+    s.fails(&format!("simulate --layout mm-y --scene big.csv {BAND} -o o.uvh5"), 1, &["big.csv", "above 1e19"]);
     assert!(!s.path("o.uvh5").exists());
 }
 

@@ -25,7 +25,7 @@ pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     let (scene, pictures) = if described { read_scene_and_pictures(&args.scene).map(|(s, p)| (Some(s), p))? } else { (None, Vec::new()) };
     args.out.claim(&outputs, &pictures)?;
     let freq = frequency(args.freq, scene.as_ref().and_then(Scene::freq_hz), context);
-    let spectrum = SpectralWindow::band(freq.si(), args.bandwidth.si(), args.channels).context(args.scene.display())?;
+    let spectrum = SpectralWindow::band(freq.si(), args.bandwidth.si(), args.channels).context("--freq, --bandwidth and --channels")?;
     if let Some(Scene::Solids(scene)) = scene {
         return solids::run(args, *scene, (&center, &spectrum), context);
     }
