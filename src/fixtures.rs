@@ -68,6 +68,7 @@ pub(crate) fn snapshot(
         instrument: "test".into(),
         pedestal_k: None,
         scene_pedestal_k: None,
+        scene_width_rad: None,
         annotations: Default::default(),
         history: Vec::new(),
     };

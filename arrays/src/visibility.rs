@@ -61,6 +61,8 @@ pub struct VisibilityHeader {
     pub pedestal_k: Option<f64>,
     /// Pedestal that suits the scene, K, where the scene is known: its mean if it is warm up to its edges, otherwise 0.
     pub scene_pedestal_k: Option<f64>,
+    /// Width of the square about the phase centre that holds the simulated scene, as a difference of direction cosines. Images cover it by default.
+    pub scene_width_rad: Option<f64>,
     /// What is only carried from file to file.
     pub annotations: Annotations,
     /// History of the data, oldest first, one entry per line.

@@ -71,7 +71,7 @@ fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     let block = reader.read(0..set.data.n_rows()).unwrap();
     let header = reader.header();
     assert_eq!((header.unit, &header.polarizations[..]), (VisUnit::Jy, &[Polarization::RR, Polarization::LL][..]));
-    assert_eq!((header.pedestal_k, header.scene_pedestal_k), (Some(280.0), Some(281.5)));
+    assert_eq!((header.pedestal_k, header.scene_pedestal_k, header.scene_width_rad), (Some(280.0), Some(281.5), Some(0.25)));
     assert!(header.phase_centers[0].ra_dec_rad().is_some());
     assert!(header.history.iter().any(|h| h.contains("zenith")));
     let f = header.spectrum.freq_hz()[2];

@@ -35,6 +35,7 @@ fn assert_same(a: &VisibilitySet, b: &Uvh5Reader, tolerance_m: f64) {
     assert_eq!((&ha.spectrum, &ha.polarizations, ha.unit), (&hb.spectrum, &hb.polarizations, hb.unit));
     assert_eq!((&ha.telescope, &ha.instrument, &ha.history), (&hb.telescope, &hb.instrument, &hb.history));
     assert_eq!((ha.pedestal_k, ha.scene_pedestal_k), (hb.pedestal_k, hb.scene_pedestal_k));
+    assert_eq!(ha.scene_width_rad, hb.scene_width_rad);
     assert_eq!(ha.phase_centers[0].kind, hb.phase_centers[0].kind);
     assert_eq!(b.n_rows(), a.data.n_rows());
     assert_eq!(b.read(0..a.data.n_rows()).unwrap(), a.data);

@@ -63,6 +63,7 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         "unit": header.unit.name(),
         "pedestal_k": header.pedestal_k,
         "scene_pedestal_k": header.scene_pedestal_k,
+        "scene_width_rad": header.scene_width_rad,
         "findings": findings,
         "seed": args.how.seed,
     });

@@ -64,6 +64,7 @@ impl Scene {
             instrument: "disc".into(),
             pedestal_k: None,
             scene_pedestal_k: None,
+            scene_width_rad: None,
             annotations: Default::default(),
             history: Vec::new(),
         }

@@ -29,6 +29,7 @@ fn set(times: usize, channels: usize, frame: LayoutFrame) -> VisibilitySet {
         instrument: "t".into(),
         pedestal_k: None,
         scene_pedestal_k: None,
+        scene_width_rad: None,
         annotations: Default::default(),
         history: Vec::new(),
     };

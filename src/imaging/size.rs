@@ -26,8 +26,13 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
             ensure!(longest > 0.0, needed("an image size"));
             let apart = shortest_between_sites(&survey.shortest_by_octave_wl);
             let field = field_of_view(header, apart.unwrap_or(shortest), &opts.sizes);
+            let scene = header.scene_width_rad.filter(|width| *width < field);
+            let field = scene.unwrap_or(field);
             let n = chosen_side(field, cell, &opts.sizes);
-            if let Some(apart) = apart {
+            if let Some(width) = scene {
+                let text = format!("the image covers the {width:.3e} rad of the scene that was simulated. The option size makes it larger");
+                observer.event(Event::Note(&text));
+            } else if let Some(apart) = apart {
                 let text = format!(
                     "baselines of {shortest:.3e} wavelengths join antennas of one site, and those between sites begin at {apart:.3e}: the image covers the field that the latter measure. The option size makes it larger"
                 );

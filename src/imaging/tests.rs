@@ -228,6 +228,17 @@ fn size_and_cell_are_chosen_and_a_coarse_cell_is_warned_of() {
     let (_, longest) = imager.survey().uv_range_wl;
     assert!((g.cell_rad * longest - 0.25).abs() < 1e-12 && g.n_l >= 64, "{g:?}");
     assert!(recorder.messages()[0].contains("chosen from the coverage"));
+    // A simulated scene that is narrower than the field of the antennas sets the size, a wider one does not.
+    let sizes = SizeTuning { least_side: 4, ..SizeTuning::default() };
+    let width = |set: &mut VisibilitySet, scene| {
+        set.header.scene_width_rad = scene;
+        let grid = Imager::new(set, ImagingOptions { sizes, ..ImagingOptions::default() }, &Silent).unwrap().grid().clone();
+        grid.n_l as f64 * grid.cell_rad
+    };
+    let field = width(&mut set, None);
+    assert!((0.5..0.7).contains(&(width(&mut set, Some(0.5 * field)) / field)));
+    assert_eq!(width(&mut set, Some(2.0 * field)), field);
+    set.header.scene_width_rad = None;
     let recorder = Recorder::default();
     Imager::new(&mut set, options(16, 1e-2), &recorder).unwrap();
     assert!(recorder.messages()[0].contains("too coarse for the longest baseline"), "{:?}", recorder.messages());

@@ -136,6 +136,7 @@ impl<'a> Simulator<'a> {
         };
         simulator.header.pedestal_k = pedestal_k;
         simulator.header.scene_pedestal_k = scene_pedestal_k;
+        simulator.header.scene_width_rad = sky.width_rad();
         let line = simulator.history();
         simulator.header.history.push(line);
         Ok(simulator)

@@ -28,6 +28,7 @@ fn header(unit: VisUnit, spectrum: SpectralWindow, products: &[Polarization]) ->
         instrument: "t".into(),
         pedestal_k: None,
         scene_pedestal_k: None,
+        scene_width_rad: None,
         annotations: Default::default(),
         history: Vec::new(),
     }

@@ -196,6 +196,7 @@ mod tests {
             instrument: "t".into(),
             pedestal_k: None,
             scene_pedestal_k: None,
+            scene_width_rad: None,
             annotations: Default::default(),
             history: Vec::new(),
         }

@@ -289,6 +289,7 @@ impl SimulateOptions {
             unit: self.unit.map_or(unit, DataUnit::vis_unit),
             pedestal_k: None,
             scene_pedestal_k: None,
+            scene_width_rad: None,
             annotations: Default::default(),
             history: Vec::new(),
         }

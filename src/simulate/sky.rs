@@ -31,6 +31,20 @@ impl SkyModel {
     pub fn of_sources(sources: Vec<Source>) -> Self {
         Self { images: Vec::new(), sources }
     }
+
+    /// Width of the square about the phase centre that holds all images, as a difference of direction cosines. Sources in a list say nothing of the
+    /// field around them, so a scene that has some has no width.
+    #[must_use]
+    pub fn width_rad(&self) -> Option<f64> {
+        if !self.sources.is_empty() {
+            return None;
+        }
+        let edges = self.images.iter().flat_map(|image| {
+            let (g, n_l, n_m) = (&image.grid, image.grid.n_l as f64, image.grid.n_m as f64);
+            [g.l_at(-0.5), g.l_at(n_l - 0.5), g.m_at(-0.5), g.m_at(n_m - 0.5)]
+        });
+        Some(2.0 * edges.fold(0.0, |most: f64, x| most.max(x.abs()))).filter(|w| w.is_finite() && *w > 0.0)
+    }
 }
 
 /// Factor from flux densities in Jy to the unit of the visibilities.

@@ -34,6 +34,7 @@ pub(super) fn base(n_ant: u32, size: usize) -> Arc<Base> {
         unit: VisUnit::Jy,
         pedestal_k: None,
         scene_pedestal_k: None,
+        scene_width_rad: None,
         annotations: Default::default(),
         history: Vec::new(),
     };

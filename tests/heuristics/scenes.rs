@@ -119,6 +119,7 @@ impl Case {
             instrument: "test".into(),
             pedestal_k: None,
             scene_pedestal_k: None,
+            scene_width_rad: None,
             annotations: Default::default(),
             history: Vec::new(),
         };

@@ -25,6 +25,7 @@ fn set() -> VisibilitySet {
         instrument: String::new(),
         pedestal_k: None,
         scene_pedestal_k: None,
+        scene_width_rad: None,
         annotations: Default::default(),
         history: vec!["first".into()],
     };

@@ -12,10 +12,11 @@ const SOURCE: &str = "cittert_layout_source";
 const INSTRUMENT: &str = "cittert_instrument";
 const PEDESTAL: &str = "pedestal_k";
 const SCENE_PEDESTAL: &str = "scene_pedestal_k";
+const SCENE_WIDTH: &str = "scene_width_rad";
 const WEIGHT_SCALE: &str = "cittert_weight_scale";
 
 /// All of these keywords.
-pub(super) const KEYWORDS: [&str; 7] = [FRAME, LAYOUT, SOURCE, INSTRUMENT, PEDESTAL, SCENE_PEDESTAL, WEIGHT_SCALE];
+pub(super) const KEYWORDS: [&str; 8] = [FRAME, LAYOUT, SOURCE, INSTRUMENT, PEDESTAL, SCENE_PEDESTAL, SCENE_WIDTH, WEIGHT_SCALE];
 
 /// The values of these keywords.
 #[derive(Debug, Default, Clone, PartialEq)]
@@ -26,6 +27,7 @@ pub(super) struct Own {
     pub(super) instrument: Option<String>,
     pub(super) pedestal_k: Option<f64>,
     pub(super) scene_pedestal_k: Option<f64>,
+    pub(super) scene_width_rad: Option<f64>,
     /// Weights of the file divided by weights of the data.
     pub(super) weight_scale: Option<f64>,
 }
@@ -49,7 +51,7 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
         // The name in pyuvdata of the convention that Stokes I is half the sum of the parallel hands.
         text("pyuvdata_polconv", "avg")?;
     }
-    for (key, value) in [(PEDESTAL, header.pedestal_k), (SCENE_PEDESTAL, header.scene_pedestal_k)] {
+    for (key, value) in [(PEDESTAL, header.pedestal_k), (SCENE_PEDESTAL, header.scene_pedestal_k), (SCENE_WIDTH, header.scene_width_rad)] {
         if let Some(value) = value {
             main.put_keyword_value(Place::table(key), value)?;
         }
@@ -72,6 +74,7 @@ pub(super) fn read(main: &Table) -> Result<Own> {
         instrument: text(INSTRUMENT)?,
         pedestal_k: main.keyword_number(Place::table(PEDESTAL), 0)?.filter(|p| p.is_finite()),
         scene_pedestal_k: main.keyword_number(Place::table(SCENE_PEDESTAL), 0)?.filter(|p| p.is_finite()),
+        scene_width_rad: main.keyword_number(Place::table(SCENE_WIDTH), 0)?.filter(|w| w.is_finite() && *w > 0.0),
         weight_scale: main.keyword_number(Place::table(WEIGHT_SCALE), 0)?.filter(|s| s.is_finite() && *s > 0.0),
     })
 }

@@ -351,6 +351,7 @@ mod tests {
             instrument: String::new(),
             pedestal_k: None,
             scene_pedestal_k: None,
+            scene_width_rad: None,
             annotations: Default::default(),
             history: Vec::new(),
         };

@@ -109,6 +109,7 @@ impl UvfitsReader {
             instrument: text("INSTRUME"),
             pedestal_k: primary.real("CITPEDST"),
             scene_pedestal_k: primary.real("CITSCPED"),
+            scene_width_rad: primary.real("CITSCWID").filter(|w| *w > 0.0),
             annotations: annotations::read(&primary, &an),
             history: primary.history.clone(),
             phase_centers,

@@ -165,6 +165,9 @@ impl UvfitsWriter {
         if let Some(right) = self.header.scene_pedestal_k {
             h.real("CITSCPED", right, "K, suits the scene");
         }
+        if let Some(width) = self.header.scene_width_rad {
+            h.real("CITSCWID", width, "rad, width of the simulated scene");
+        }
         annotations::write(&mut h, &self.header.annotations);
         h.history(&self.header.history);
         h.history(&annotations::lost_keywords(&self.header.annotations).into_iter().map(|l| l.1).collect::<Vec<_>>());

@@ -1,6 +1,6 @@
 //! The header: channels, polarisations, units, history.
 
-use super::names::{PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD};
+use super::names::{PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD, SCENE_WIDTH_KEYWORD};
 use super::{annotations, layout, phase};
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
@@ -22,7 +22,12 @@ pub(super) fn write(out: &H5Out, header: &VisibilityHeader) -> Result<()> {
         out.text("Header/pol_convention", "avg")?;
     }
     phase::write_catalog(out, &header.phase_centers)?;
-    for (key, value) in [(PEDESTAL_KEYWORD, header.pedestal_k), (SCENE_PEDESTAL_KEYWORD, header.scene_pedestal_k)] {
+    let simulated = [
+        (PEDESTAL_KEYWORD, header.pedestal_k),
+        (SCENE_PEDESTAL_KEYWORD, header.scene_pedestal_k),
+        (SCENE_WIDTH_KEYWORD, header.scene_width_rad),
+    ];
+    for (key, value) in simulated {
         if let Some(value) = value {
             out.scalar(&format!("Header/extra_keywords/{key}"), value)?;
         }
@@ -76,6 +81,7 @@ pub(super) fn read(file: &H5In) -> Result<VisibilityHeader> {
         instrument: file.text("Header/instrument")?.unwrap_or_default(),
         pedestal_k: file.real(&format!("Header/extra_keywords/{PEDESTAL_KEYWORD}"))?,
         scene_pedestal_k: file.real(&format!("Header/extra_keywords/{SCENE_PEDESTAL_KEYWORD}"))?,
+        scene_width_rad: file.real(&format!("Header/extra_keywords/{SCENE_WIDTH_KEYWORD}"))?.filter(|w| *w > 0.0),
         history: history.lines().map(String::from).collect(),
     })
 }

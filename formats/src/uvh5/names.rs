@@ -13,6 +13,8 @@ pub(super) const BORESIGHT: &str = "boresight";
 /// Keyword of the temperature that was removed from the scene, K.
 pub(super) const PEDESTAL_KEYWORD: &str = "pedestal_k";
 pub(super) const SCENE_PEDESTAL_KEYWORD: &str = "scene_pedestal_k";
+/// Keyword of the width of a simulated scene, rad.
+pub(super) const SCENE_WIDTH_KEYWORD: &str = "scene_width_rad";
 /// Keyword of the name of the layout, where it differs from the name of the telescope.
 pub(super) const LAYOUT_KEYWORD: &str = "cittert_layout";
 /// Keyword of the source of the antenna positions.

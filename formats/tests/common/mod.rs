@@ -46,6 +46,7 @@ pub(crate) fn header(layout: ArrayLayout, spectrum: SpectralWindow, pols: &[Pola
         instrument: "SPIRAL".into(),
         pedestal_k: None,
         scene_pedestal_k: None,
+        scene_width_rad: None,
         annotations: Default::default(),
         history: vec!["made by a test".into(), "second line".into()],
     }
@@ -123,5 +124,6 @@ pub(crate) fn boresight() -> VisibilitySet {
     header.unit = VisUnit::KelvinSr;
     header.pedestal_k = Some(280.0);
     header.scene_pedestal_k = Some(281.5);
+    header.scene_width_rad = Some(0.25);
     set(header, 1)
 }

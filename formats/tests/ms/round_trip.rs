@@ -117,7 +117,8 @@ fn a_boresight_set_in_kelvin_becomes_two_hands_in_jy_and_stays_in_its_frame() {
     assert!(back.header.is_boresight());
     assert_eq!(back.header.unit, VisUnit::Jy);
     assert_eq!(back.header.polarizations, [Polarization::RR, Polarization::LL]);
-    assert_eq!((back.header.pedestal_k, back.header.scene_pedestal_k), (Some(280.0), Some(281.5)));
+    let simulated = (back.header.pedestal_k, back.header.scene_pedestal_k, back.header.scene_width_rad);
+    assert_eq!(simulated, (Some(280.0), Some(281.5), Some(0.25)));
     assert_eq!(back.header.phase_centers[0].kind, PhaseCenterKind::Unprojected);
     assert!(back.header.history.iter().any(|h| h.contains("zenith")));
     assert_eq!(back.data.coverage.uvw_m, set.data.coverage.uvw_m);
