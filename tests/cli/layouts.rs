@@ -15,7 +15,7 @@ fn a_made_layout_is_a_layout_with_its_history() {
     let shown = s.json("layout show a.toml --freq 94GHz --within 20 --bandwidth 1GHz --time 1s");
     assert_eq!(shown["n_antennas"], 40);
     assert!((shown["longest_m"].as_f64().unwrap() - 0.7).abs() < 1e-12);
-    for key in ["psl_db", "psl_within_db", "delta_t_k", "cable_m", "smallest_spacing_m", "largest_hole_m", "half_power_equivalent_rad"] {
+    for key in ["psl_db", "within", "delta_t_k", "cable_m", "smallest_spacing_m", "largest_hole_m", "half_power_equivalent_rad"] {
         assert!(shown[key].is_f64(), "{key}: {}", shown[key]);
     }
     // 600 K over sqrt(40 x 39 x 1 GHz x 1 s) and the ratio of the element's solid angle to the beam's.
@@ -50,6 +50,12 @@ fn lost_elements_hubs_and_shadows_are_told() {
     let track = "--phase-center 299.87deg,-20deg --start 2025-06-01T00:00:00 --hour-angle -4h,4h --integration 10min";
     let shown = s.json(&format!("layout show vla-d --hub 0m,0m {track}"));
     assert!((0.005..0.5).contains(&shown["shadowed_fraction"].as_f64().unwrap()), "{}", shown["shadowed_fraction"]);
+    let figures = s.json(&format!("layout show vla-d --freq 1.4GHz {track}"));
+    let snapshot = s.json("layout show vla-d --freq 1.4GHz");
+    let number = |json: &serde_json::Value, key: &str| json[key].as_f64().unwrap();
+    assert!(number(&figures, "uv_fill") > 1.5 * number(&snapshot, "uv_fill") && number(&figures, "psl_db") < number(&snapshot, "psl_db"));
+    assert!((number(&figures, "time_s") - 600.0 * number(&figures, "n_integrations")).abs() < 1e-6);
+    assert_eq!(figures["shadowed_fraction"], shown["shadowed_fraction"]);
     assert!(shown["cable_to_hub_m"].as_f64().unwrap() > shown["cable_m"].as_f64().unwrap());
 }
 

@@ -116,3 +116,15 @@ fn bad_calls_get_one_clear_message() {
     }
     s.fails("layout optimize --elements 5 --aperture 1m --restarts 1 -o x.cfg", 2, &[".toml"]);
 }
+
+#[test]
+fn the_peak_side_lobe_is_that_of_layout_show() {
+    let s = Scratch::new();
+    for (more, same) in [("", ""), ("--freq 94GHz --bandwidth 8GHz --channels 3", "--bandwidth 8GHz --channels 3")] {
+        let found = s.json(&format!("layout optimize --elements 12 --aperture 1m --within 8 --restarts 1 {more} -o a.toml --overwrite"));
+        let shown = s.json(&format!("layout show a.toml --freq 94GHz --within 8 {same}"));
+        let psl = |json: &serde_json::Value| json["psl_db"].as_f64().unwrap();
+        assert!((psl(&found) - psl(&shown)).abs() < 1e-6, "{found} {shown}");
+        assert!((found["searched_to"].as_f64().unwrap() - 8.0 / 0.95).abs() < 1e-12);
+    }
+}

@@ -1,6 +1,7 @@
 //! Figures of merit of an array: its size, and at one frequency or over a band its beam, side lobes, u-v coverage and noise, for a snapshot at
-//! the zenith.
+//! the zenith or over a track.
 
+mod beam_lobes;
 mod cable;
 mod coverage;
 mod ghosts;
@@ -16,22 +17,25 @@ mod side_lobes;
 mod uniformity;
 mod weights;
 
+pub use beam_lobes::BeamLobes;
 pub use ghosts::Ghosts;
 pub use losses::{LOSS_FIGURES, LossFigures, LossSummary, Losses};
-pub use options::FigureOptions;
+pub use options::{FigureOptions, WITHIN};
 pub use shadowing::Shadowing;
 
+use beam_lobes::side_lobes_within;
 use main_lobe::{Beam, HalfPower};
 use plane::Plane;
 use psf::Psf;
-use side_lobes::{Field, SideLobes};
 
-use crate::{ArrayError, ArrayLayout, Result, SPEED_OF_LIGHT_M_S, Weighting};
+use crate::{ArrayError, ArrayLayout, CoveragePlan, Result, SPEED_OF_LIGHT_M_S, Weighting};
 use std::f64::consts::PI;
 
 /// Largest number of antennas for which figures are computed, because the pairs are held in memory.
 const MOST_ANTENNAS: usize = 3000;
-/// Most baselines of all channels together that the beam of other than natural weights sums one by one.
+/// Most antennas of all channels and integrations together, each of which costs a phasor in every direction.
+const MOST_SEEN: usize = 200_000;
+/// Most baselines of all channels and integrations together that the beam of other than natural weights sums one by one.
 const MOST_TERMS: usize = 250_000;
 
 /// Baselines of an array.
@@ -47,7 +51,7 @@ pub struct LayoutExtent {
     pub longest_m: f64,
 }
 
-/// Figures at one frequency or over a band, for one integration towards the zenith or boresight.
+/// Figures at one frequency or over a band, for one integration towards the zenith or boresight, or for all integrations of a track together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayoutFigures {
     /// Full width at half maximum of the main lobe along its major axis, rad (Gaussian fit); pi where the array has no
@@ -63,14 +67,12 @@ pub struct LayoutFigures {
     pub half_power_equivalent_rad: f64,
     /// Wavelength over the shortest projected baseline, rad.
     pub largest_scale_rad: f64,
-    /// Largest side lobe (of either sign) over the main lobe, dB, within 30 beams of the centre.
+    /// Largest side lobe (of either sign) over the main lobe, dB, within the distance of the options.
     pub psl_db: f64,
-    /// Root mean square of the beam outside the main lobe over its peak, within 30 beams of the centre.
+    /// Root mean square of the beam outside the main lobe over its peak, within that distance.
     pub rms_sidelobe: f64,
     /// Lowest value of the beam there: its deepest negative side lobe.
     pub lowest_sidelobe: f64,
-    /// Peak side lobe, dB, and rms side lobe within the distance of the options.
-    pub within: Option<(f64, f64)>,
     /// Fraction of the u-v cells within the longest baseline that contain a baseline. A cell has the size of the smallest element diameter,
     /// or of the shortest baseline where no diameter is known, or that of the options.
     pub uv_fill: f64,
@@ -89,6 +91,10 @@ pub struct LayoutFigures {
     pub unique_baselines: usize,
     /// Where regular spacings repeat the image.
     pub ghosts: Ghosts,
+    /// Number of integrations: 1 without a track.
+    pub n_integrations: usize,
+    /// Time to which the noise belongs, s: that of the options, or of all integrations of the track.
+    pub time_s: f64,
     /// Rms of a point source in the naturally weighted image, Jy; `None` without a bandwidth or the sensitivity of every antenna.
     pub point_source_jy: Option<f64>,
     /// The same as brightness averaged over the fitted beam, K.
@@ -130,27 +136,50 @@ impl ArrayLayout {
     /// A frequency that is not positive; fewer than two antennas or more than 3,000; antennas that all lie along the line of sight; an option out of
     /// its range; sums that would take minutes.
     pub fn figures_with(&self, freq_hz: f64, options: &FigureOptions) -> Result<LayoutFigures> {
-        let (plane, wavelength_m) = self.in_plane(freq_hz, options)?;
+        self.figures_of(freq_hz, options, None)
+    }
+
+    /// Figures of merit of all integrations of a track together. The plan must be one of this layout.
+    ///
+    /// # Errors
+    /// As [`ArrayLayout::figures_with`]; so many integrations that the sums would take minutes.
+    pub fn figures_over(&self, freq_hz: f64, options: &FigureOptions, plan: &CoveragePlan) -> Result<LayoutFigures> {
+        self.figures_of(freq_hz, options, Some(plan))
+    }
+
+    fn figures_of(&self, freq_hz: f64, options: &FigureOptions, track: Option<&CoveragePlan>) -> Result<LayoutFigures> {
+        let (snapshot, wavelength_m) = self.in_plane(freq_hz, options)?;
+        let plane = track.map_or(snapshot, |plan| Plane::along(plan, wavelength_m));
         let scales = options.scales(freq_hz);
-        let terms = self.n_baselines() * scales.len();
+        let seen = plane.n_seen() * scales.len();
+        let expected = format!("longer ones or fewer channels: {seen} antennas of all channels and integrations, at most {MOST_SEEN}");
+        ArrayError::need(
+            "integration",
+            format_args!("{} s", track.map_or(0.0, CoveragePlan::integration_s)),
+            track.is_none() || seen <= MOST_SEEN,
+            expected,
+        )?;
+        let terms = plane.pairs().count() * scales.len();
         ArrayError::need(
             "weighting",
             if options.weighting == Weighting::Uniform { "uniform" } else { "briggs" },
             options.weighting == Weighting::Natural || terms <= MOST_TERMS,
-            format!("natural for {terms} baselines of all channels: other weights take at most {MOST_TERMS}"),
+            format!("natural for {terms} baselines of all channels and integrations: other weights take at most {MOST_TERMS}"),
         )?;
         let cell_m = self.uv_cell_m(&plane, wavelength_m, options);
         let cell = cell_m / wavelength_m;
         let psf = Psf::weighted(&plane, &scales, options.weighting, options.robust.unwrap_or(0.0), cell);
         let beam = Beam::fit(&psf);
         let width = HalfPower::of(&psf, &beam);
-        let lobes = SideLobes::of(&psf, &Field::whole(&beam));
-        let within = options.within.map(|x| within(&psf, &beam, x, plane.longest())).transpose()?;
+        let lobes = side_lobes_within(&psf, &beam, options.within, plane.longest())?;
         let different = coverage::different_baselines(self, wavelength_m / 10.0).into_iter().max().map_or(0, |last| last + 1);
         let hit = coverage::uv_cells(&plane, cell).into_iter().flatten().max().map_or(0, |last| last + 1);
         let sefd = sensitivity::sefd_jy(self, options, wavelength_m);
-        let point =
-            sefd.zip(options.bandwidth).map(|(s, b)| sensitivity::point_source_jy(sensitivity::pairs(&s), b.si(), options.time.si()));
+        // Pairs of all integrations, each of which has the time of one.
+        let (n_integrations, each_s) = (plane.views.len(), track.map_or(options.time.si(), CoveragePlan::integration_s));
+        let of = |view: Vec<(usize, [f64; 2])>, s: &[f64]| sensitivity::pairs(&view.iter().map(|(i, _)| s[*i]).collect::<Vec<_>>());
+        let pairs = |s: &[f64]| track.map_or_else(|| sensitivity::pairs(s), |plan| plan.views().map(|view| of(view, s)).sum());
+        let point = sefd.zip(options.bandwidth).map(|(s, b)| sensitivity::point_source_jy(pairs(&s), b.si(), each_s));
         let (major, minor) = (beam.major_rad.min(PI), beam.minor_rad.min(PI));
         Ok(LayoutFigures {
             bmaj_rad: major,
@@ -162,7 +191,6 @@ impl ArrayLayout {
             psl_db: 10.0 * lobes.peak.log10(),
             rms_sidelobe: lobes.rms,
             lowest_sidelobe: lobes.lowest,
-            within,
             uv_fill: coverage::uv_fill(hit, plane.longest(), cell),
             uv_fill_cell_m: cell_m,
             radial_uniformity: uniformity::radial(&plane),
@@ -171,20 +199,22 @@ impl ArrayLayout {
             redundancy: self.n_baselines() as f64 / different as f64,
             unique_baselines: different,
             ghosts: Ghosts::of(&plane),
+            n_integrations,
+            time_s: n_integrations as f64 * each_s,
             point_source_jy: point,
             delta_t_k: point.map(|p| p * sensitivity::kelvin_per_jy(freq_hz, major, minor)),
         })
     }
 
-    /// Figures with any one antenna lost, and any two if `pairs`: at one frequency, with natural weights. The side lobes are those within 30 beams
-    /// of the full array.
+    /// Figures with any one antenna lost, and any two if `pairs`: at one frequency, with natural weights. The side lobes are those
+    /// within the distance of the options, over the longest baseline of the full array.
     ///
     /// # Errors
     /// As [`ArrayLayout::figures_with`]; fewer than three antennas (four for pairs), more than 256 for pairs.
     pub fn figures_with_losses(&self, freq_hz: f64, options: &FigureOptions, pairs: bool) -> Result<Losses> {
         let (plane, wavelength_m) = self.in_plane(freq_hz, options)?;
         let sefd = sensitivity::sefd_jy(self, options, wavelength_m);
-        self.losses(wavelength_m, self.uv_cell_m(&plane, wavelength_m, options), sefd.as_deref(), pairs)
+        self.losses(wavelength_m, self.uv_cell_m(&plane, wavelength_m, options), sefd.as_deref(), options.within, pairs)
     }
 
     /// The antennas in the aperture plane and the wavelength, after a check of what was asked.
@@ -214,18 +244,6 @@ impl ArrayLayout {
         let own = if smallest.is_finite() { smallest } else { plane.shortest() * wavelength_m };
         options.uv_cell.or(options.diameter).map_or(own, |c| c.si())
     }
-}
-
-/// Peak side lobe in dB and rms within `x` wavelengths over the longest baseline.
-fn within(psf: &Psf, beam: &Beam, x: f64, longest: f64) -> Result<(f64, f64)> {
-    let Some(field) = Field::within(beam, x / longest) else {
-        ArrayError::need("within", x, false, format!("at most {:.0} for this array: 1000 beams", 1000.0 * beam.minor_rad * longest))?;
-        return Ok((0.0, 0.0));
-    };
-    let lobes = SideLobes::of(psf, &field);
-    let main = beam.major_rad * longest;
-    ArrayError::need("within", x, lobes.peak > 0.0, format!("more than the main lobe, which is {main:.1} wide at half of its peak"))?;
-    Ok((10.0 * lobes.peak.log10(), lobes.rms))
 }
 
 #[cfg(test)]

@@ -4,6 +4,9 @@ use crate::quantity::{Duration, FluxDensity, Frequency, Length, Temperature};
 use crate::{ArrayError, Result, Weighting};
 use serde::{Deserialize, Serialize};
 
+/// Side lobes count to this many wavelengths over the longest baseline, unless an option says otherwise.
+pub const WITHIN: f64 = 30.0;
+
 /// For which band, weights and receivers figures of merit hold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
@@ -22,9 +25,9 @@ pub struct FigureOptions {
     /// Robustness of briggs weights, from -2 (close to uniform) to 2 (close to natural) [default: 0].
     #[cfg_attr(feature = "cli", arg(long, value_name = "R", allow_negative_numbers = true))]
     pub robust: Option<f64>,
-    /// Also give the side lobes within this distance of the centre, in wavelengths over the longest baseline.
-    #[cfg_attr(feature = "cli", arg(long, value_name = "X"))]
-    pub within: Option<f64>,
+    /// Distance from the centre to which side lobes count, in wavelengths over the longest baseline.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = FigureOptions::default().within))]
+    pub within: f64,
     /// Width of a cell of the u-v fill, as a length in the aperture [default: smallest diameter, or shortest baseline].
     #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
     pub uv_cell: Option<Length>,
@@ -49,7 +52,7 @@ impl Default for FigureOptions {
             channels: 1,
             weighting: Weighting::Natural,
             robust: None,
-            within: None,
+            within: WITHIN,
             uv_cell: None,
             time: Duration(10.0),
             tsys: None,
@@ -78,7 +81,7 @@ impl FigureOptions {
         ArrayError::need("robust", robust, (-2.0..=2.0).contains(&robust), "a number from -2 (uniform) to 2 (natural)")?;
         let used = self.robust.is_none() || self.weighting == Weighting::Briggs;
         ArrayError::need("robust", robust, used, "no robustness, or the weighting briggs, which alone uses it")?;
-        let within = self.within.unwrap_or(1.0);
+        let within = self.within;
         ArrayError::need(
             "within",
             within,

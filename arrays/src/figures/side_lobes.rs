@@ -7,8 +7,6 @@ use super::main_lobe::Beam;
 use super::psf::{Curve, Psf};
 use std::f64::consts::PI;
 
-/// The whole field reaches out to this many beams.
-const BEAMS: f64 = 30.0;
 /// Grid points per beam.
 const PER_BEAM: f64 = 4.0;
 /// Directions in which the end of the main lobe is searched, over half a turn.
@@ -60,12 +58,6 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Out to 30 beams in the shape of the beam, or where the sky ends.
-    pub(super) fn whole(beam: &Beam) -> Self {
-        let major = beam.major_rad.min(2.0 / BEAMS);
-        Self::new([beam.minor_rad, major, beam.pa_rad], (BEAMS * PER_BEAM) as i64, f64::INFINITY)
-    }
-
     /// Out to a distance from the centre (a direction cosine); `None` where that is so many beams that the sums would take minutes.
     pub(super) fn within(beam: &Beam, radius: f64) -> Option<Self> {
         let step = beam.minor_rad / PER_BEAM;

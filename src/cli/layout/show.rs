@@ -9,7 +9,7 @@ use crate::cli::picture;
 use crate::cli::text::round;
 use crate::simulate::TrackOptions;
 use cittert_arrays::quantity::{Frequency, Length};
-use cittert_arrays::{ArrayLayout, FigureOptions, LayoutFrame};
+use cittert_arrays::{ArrayLayout, CoveragePlan, FigureOptions, LayoutFrame};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -37,7 +37,7 @@ pub struct ShowArgs {
     /// Also give the figures with any one (1) or any two (2) elements lost.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2), help_heading = "Figures of merit")]
     lost: u8,
-    #[command(flatten, next_help_heading = "Track for the shadows")]
+    #[command(flatten, next_help_heading = "Track of all figures and the shadows")]
     track: TrackOptions,
 }
 
@@ -49,9 +49,11 @@ pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
     let layout = if args.freq.is_some() { load_array(&args.layout)? } else { load_layout(&args.layout)? };
     let mut told = Told::default();
     extent(&layout, args, &mut told)?;
+    let track = (args.track != TrackOptions::default()).then(|| args.track.plan(&layout).map_err(Failure::call)).transpose()?;
+    let plan = track.as_ref().map(|t| &t.plan);
     match args.freq {
         Some(freq) => {
-            figures::tell(&layout, freq, &args.figures, &mut told)?;
+            figures::tell(&layout, freq, &args.figures, plan, &mut told)?;
             if args.lost > 0 {
                 figures::tell_losses(&layout, freq, &args.figures, args.lost > 1, &mut told)?;
             }
@@ -61,7 +63,9 @@ pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
             ensure!(unused, Failure::usage("the figures of merit need --freq"));
         }
     }
-    shadows(&layout, args, &mut told)?;
+    if let Some(plan) = plan {
+        shadows(&layout, args, plan, &mut told)?;
+    }
     if let Some(source) = &layout.source {
         told.line("source", source);
     }
@@ -117,13 +121,13 @@ fn place(text: &str, layout: &ArrayLayout) -> Result<[f64; 3]> {
     }
 }
 
-/// Shadows over a track, if one is given.
-fn shadows(layout: &ArrayLayout, args: &ShowArgs, told: &mut Told) -> Result<()> {
-    if args.track == TrackOptions::default() {
+/// Shadows over a track. Where a diameter is not known, a track is for the figures alone.
+fn shadows(layout: &ArrayLayout, args: &ShowArgs, plan: &CoveragePlan, told: &mut Told) -> Result<()> {
+    if args.freq.is_some() && layout.antennas().iter().any(|a| a.diameter_m.is_none()) {
+        told.line("shadows", "not known: the layout gives no diameters");
         return Ok(());
     }
-    let planned = args.track.plan(layout).map_err(Failure::call)?;
-    let s = layout.shadowing(&planned.plan)?;
+    let s = layout.shadowing(plan)?;
     told.add(json!({ "shadowed_fraction": s.fraction, "shadowed_at_once": s.most_at_once }));
     told.line(
         "shadows",

@@ -16,14 +16,13 @@ use std::fmt::Write;
 /// One row of the table: its label, and the text of each layout; none where the figure is unknown.
 type Line = (&'static str, fn(&Design) -> Option<String>);
 
-const LINES: [Line; 18] = [
+const LINES: [Line; 17] = [
     ("Elements", |d| Some(grouped(d.extent.n_antennas as f64))),
     ("Shortest and longest baseline", |d| Some(format!("{} to {}", length(d.extent.shortest_m), length(d.extent.longest_m)))),
     ("Main lobe (Gaussian fit)", |d| Some(format!("{} x {}", angle(d.figures.bmaj_rad), angle(d.figures.bmin_rad)))),
     ("Width at half power (circle of the same area)", |d| Some(angle(d.figures.half_power_equivalent_rad))),
     ("Peak side lobe", |d| Some(format!("{:.1} dB", d.figures.psl_db))),
     ("Rms of the side lobes", |d| Some(format!("{} %", digits(100.0 * d.figures.rms_sidelobe)))),
-    ("Peak side lobe within the radius of the options", |d| d.figures.within.map(|w| format!("{:.1} dB", w.0))),
     ("u-v cells filled", |d| Some(format!("{} %", digits(100.0 * d.figures.uv_fill)))),
     ("Width of a u-v cell", |d| Some(length(d.figures.uv_fill_cell_m))),
     ("Different baselines", |d| Some(grouped(d.figures.unique_baselines as f64))),
@@ -108,7 +107,7 @@ pub(super) fn page(told: Told<'_>, context: &Context) -> String {
             if o.cell.is_none() { format!(", which suit the finest layout, {}", d.name) } else { String::new() }
         ));
     }
-    let heading = heading(args.freq, &args.figures);
+    let heading = heading(args.freq, &args.figures, None);
     let all = Section { title: "Figures".into(), text: format!("Figures {}.", heading.trim_end_matches(':')), table, ..Section::default() };
     let mut sections = vec![all];
     for row in rows {

@@ -4,6 +4,7 @@ use super::args::CompareArgs;
 use super::design::Design;
 use super::steps::{IMAGES, Made, TRUTH, error_file};
 use crate::cli::failure::{Context as _, Result};
+use crate::cli::layout::figures::range;
 use crate::cli::picture::layout_title;
 use crate::plot::report::Figure;
 use crate::plot::{self, ImagePlot, Picture, Range, View, Wish, uv_coverage};
@@ -51,7 +52,7 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
         coverages.push(keep(folder, format!("{name}/uv.png"), name.clone(), picture)?);
         let image = open_image(&folder.join(format!("{name}/psf.fits")))?;
         let options = ImagePlot { title: name.clone(), width, height: BEAM_HEIGHT, ..ImagePlot::default() };
-        let caption = format!("{name}: peak side lobe {:.1} dB within 30 beams", d.figures.psl_db);
+        let caption = format!("{name}: peak side lobe {:.1} dB {}", d.figures.psl_db, range(f));
         beams.push(keep(folder, format!("{name}/psf.png"), caption, plot::psf(&image, &options)?)?);
     }
     let row = |title: &str, text: &str, figures| Row { title: title.into(), text: text.into(), figures };
