@@ -86,7 +86,7 @@ pub struct DesignOptions {
     /// Distance from the beam at which side lobes begin, in wavelengths over the aperture.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = DesignOptions::default().first_minimum))]
     pub first_minimum: f64,
-    /// Distance from the centre to which side lobes count, in wavelengths over the longest baseline.
+    /// Distance from the centre to which side lobes count, in wavelengths over the aperture.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = DesignOptions::default().within))]
     pub within: f64,
     /// Centre of the band. It is needed with a bandwidth, and by objectives that compare lengths with the wavelength.
@@ -163,8 +163,6 @@ impl Default for DesignOptions {
 
 /// Attempts where neither a number nor a time is given.
 const ATTEMPTS: u64 = 64;
-/// The longest baseline over the aperture that a search counts on: layouts of 24 and more elements end at 0.95 to 0.97.
-const LONGEST: f64 = 0.95;
 /// Largest width of the beam of elements that move, where none is given, in wavelengths over the aperture.
 const BEAM: f64 = 1.2;
 /// Limits of the width of the beam below this cannot be met.
@@ -237,7 +235,7 @@ impl DesignOptions {
             }
             _ => return bad_value("declination", "alone", "a declination and a latitude, or neither"),
         };
-        let ring = Ring { inner: self.first_minimum, outer: self.within / LONGEST };
+        let ring = Ring { inner: self.first_minimum, outer: self.within };
         // A tenth of a wavelength, as in the figures of layouts; without a wavelength a thousandth of the aperture.
         let tolerance = self.freq.map_or(1e-3, |f| 0.1 * SPEED_OF_LIGHT_M_S / f.si() / aperture_m);
         Ok(Setting { views, ring, tolerance, density: self.density.profile(), scene: None })

@@ -3,7 +3,7 @@
 //! A lost antenna takes its phasors out of the sums of the beam, and its baselines out of the counts. Nothing is summed anew: one pair of lost
 //! antennas costs as much as one antenna does in the full sum.
 
-use super::beam_lobes::field_within;
+use super::beam_lobes::Reach;
 use super::coverage::{different_baselines, uv_cells, uv_fill};
 use super::main_lobe::Beam;
 use super::plane::Plane;
@@ -70,17 +70,17 @@ pub struct Losses {
 
 impl ArrayLayout {
     /// Figures at a frequency with natural weights, for one integration towards the zenith, with any one antenna lost, and any two if `pairs`. The
-    /// side lobes are those within `within` wavelengths over the longest baseline of the full array. The u-v cells are those of [`crate::LayoutFigures`] at this
+    /// side lobes are those within `reach`, the range of the full array. The u-v cells are those of [`crate::LayoutFigures`] at this
     /// `cell_m`. `sefd_jy` weighs the antennas in `noise_ratio`; equal ones without it.
     ///
     /// # Errors
     /// Fewer than three antennas (four for pairs), more than 3,000 (256 for pairs).
-    pub(super) fn losses(&self, wavelength_m: f64, cell_m: f64, sefd_jy: Option<&[f64]>, within: f64, pairs: bool) -> Result<Losses> {
+    pub(super) fn losses(&self, wavelength_m: f64, cell_m: f64, sefd_jy: Option<&[f64]>, reach: Reach, pairs: bool) -> Result<Losses> {
         let n = self.n_ant();
         let (least, most) = if pairs { (4, MOST_FOR_PAIRS) } else { (3, 3000) };
         ArrayError::need("lost", if pairs { 2 } else { 1 }, n >= least, format!("0: of {n} antennas none can be spared"))?;
         ArrayError::need("lost", 2, n <= most, format!("at most 1 for more than {most} antennas, here {n}"))?;
-        let sums = Sums::new(self, wavelength_m, cell_m / wavelength_m, sefd_jy, within)?;
+        let sums = Sums::new(self, wavelength_m, cell_m / wavelength_m, sefd_jy, reach)?;
         let intact = sums.figures(&sums.sums_without(None), &[]);
         let ranked = |lost: Vec<usize>, figures| (lost, figures);
         let single: Vec<_> = (0..n).into_par_iter().map(|i| ranked(vec![i], sums.figures(&sums.sums_without(Some(i)), &[i]))).collect();
@@ -133,11 +133,11 @@ struct Reduced {
 }
 
 impl Sums {
-    fn new(layout: &ArrayLayout, wavelength_m: f64, cell: f64, sefd_jy: Option<&[f64]>, within: f64) -> Result<Self> {
+    fn new(layout: &ArrayLayout, wavelength_m: f64, cell: f64, sefd_jy: Option<&[f64]>, reach: Reach) -> Result<Self> {
         let plane = Plane::new(layout, wavelength_m);
         let xy = plane.views.concat();
         let psf = Psf::natural(&xy);
-        let field = field_within(&Beam::fit(&psf), within, plane.longest())?;
+        let field = reach.field(&Beam::fit(&psf))?;
         let edges = field.edges(|ray, step| {
             let [l, m] = field.on_ray(ray, step as f64 / RAY_STEPS);
             psf.at(l, m)

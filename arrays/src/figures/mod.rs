@@ -17,13 +17,13 @@ mod side_lobes;
 mod uniformity;
 mod weights;
 
-pub use beam_lobes::BeamLobes;
+pub use beam_lobes::{Aperture, ApertureFrom, BeamLobes};
 pub use ghosts::Ghosts;
 pub use losses::{LOSS_FIGURES, LossFigures, LossSummary, Losses};
 pub use options::{FigureOptions, WITHIN};
 pub use shadowing::Shadowing;
 
-use beam_lobes::side_lobes_within;
+use beam_lobes::Reach;
 use main_lobe::{Beam, HalfPower};
 use plane::Plane;
 use psf::Psf;
@@ -67,7 +67,13 @@ pub struct LayoutFigures {
     pub half_power_equivalent_rad: f64,
     /// Wavelength over the shortest projected baseline, rad.
     pub largest_scale_rad: f64,
-    /// Largest side lobe (of either sign) over the main lobe, dB, within the distance of the options.
+    /// The aperture whose wavelengths are the unit of `within`.
+    pub aperture: Aperture,
+    /// Distance from the centre to which side lobes count, wavelengths over the aperture.
+    pub within: f64,
+    /// The same, rad.
+    pub within_rad: f64,
+    /// Largest side lobe (of either sign) over the main lobe, dB, from the first minimum to that distance.
     pub psl_db: f64,
     /// Root mean square of the beam outside the main lobe over its peak, within that distance.
     pub rms_sidelobe: f64,
@@ -171,7 +177,9 @@ impl ArrayLayout {
         let psf = Psf::weighted(&plane, &scales, options.weighting, options.robust.unwrap_or(0.0), cell);
         let beam = Beam::fit(&psf);
         let width = HalfPower::of(&psf, &beam);
-        let lobes = side_lobes_within(&psf, &beam, options.within, plane.longest())?;
+        let aperture = Aperture::of(self, options, plane.longest() * wavelength_m);
+        let reach = Reach { within: options.within, aperture: aperture.diameter_m / wavelength_m };
+        let lobes = reach.side_lobes(&psf, &beam)?;
         let different = coverage::different_baselines(self, wavelength_m / 10.0).into_iter().max().map_or(0, |last| last + 1);
         let hit = coverage::uv_cells(&plane, cell).into_iter().flatten().max().map_or(0, |last| last + 1);
         let sefd = sensitivity::sefd_jy(self, options, wavelength_m);
@@ -188,6 +196,9 @@ impl ArrayLayout {
             half_power_rad: [width.widest_rad, width.narrowest_rad],
             half_power_equivalent_rad: width.equivalent_rad,
             largest_scale_rad: 1.0 / plane.shortest(),
+            aperture,
+            within: options.within,
+            within_rad: reach.radius_rad(),
             psl_db: 10.0 * lobes.peak.log10(),
             rms_sidelobe: lobes.rms,
             lowest_sidelobe: lobes.lowest,
@@ -207,14 +218,16 @@ impl ArrayLayout {
     }
 
     /// Figures with any one antenna lost, and any two if `pairs`: at one frequency, with natural weights. The side lobes are those
-    /// within the distance of the options, over the longest baseline of the full array.
+    /// within the distance of the options, in wavelengths over the aperture of the full array.
     ///
     /// # Errors
     /// As [`ArrayLayout::figures_with`]; fewer than three antennas (four for pairs), more than 256 for pairs.
     pub fn figures_with_losses(&self, freq_hz: f64, options: &FigureOptions, pairs: bool) -> Result<Losses> {
         let (plane, wavelength_m) = self.in_plane(freq_hz, options)?;
         let sefd = sensitivity::sefd_jy(self, options, wavelength_m);
-        self.losses(wavelength_m, self.uv_cell_m(&plane, wavelength_m, options), sefd.as_deref(), options.within, pairs)
+        let aperture_m = Aperture::of(self, options, plane.longest() * wavelength_m).diameter_m;
+        let reach = Reach { within: options.within, aperture: aperture_m / wavelength_m };
+        self.losses(wavelength_m, self.uv_cell_m(&plane, wavelength_m, options), sefd.as_deref(), reach, pairs)
     }
 
     /// The antennas in the aperture plane and the wavelength, after a check of what was asked.

@@ -4,7 +4,9 @@ use super::told::Told;
 use crate::cli::failure::{Failure, Result};
 use crate::cli::text::{angle, round};
 use cittert_arrays::quantity::{Duration, Frequency, Length};
-use cittert_arrays::{ArrayLayout, CoveragePlan, FigureOptions, Ghosts, LOSS_FIGURES, LayoutFigures, LossFigures, LossSummary, Weighting};
+use cittert_arrays::{
+    ApertureFrom, ArrayLayout, CoveragePlan, FigureOptions, Ghosts, LOSS_FIGURES, LayoutFigures, LossFigures, LossSummary, Weighting,
+};
 use serde_json::{Map, Value, json};
 
 /// Most elements whose loss is told as text. JSON has all.
@@ -23,20 +25,22 @@ pub(super) fn tell(
         None => layout.figures_with(freq.si(), options),
     };
     let f = f.map_err(|e| Failure::call(e.into()))?;
-    told.add(json(&f, freq, options));
+    told.add(json(&f, freq));
     told.heading(heading(freq, options, track.map(|_| &f)));
-    lines(&f, options, told);
+    lines(&f, told);
     Ok(())
 }
 
 /// The figures as the keys of an object.
-pub(super) fn json(f: &LayoutFigures, freq: Frequency, options: &FigureOptions) -> Value {
+pub(super) fn json(f: &LayoutFigures, freq: Frequency) -> Value {
     json!({
         "freq_hz": freq.si(), "bmaj_rad": f.bmaj_rad, "bmin_rad": f.bmin_rad, "bpa_rad": f.bpa_rad,
         "beam_equivalent_rad": (f.bmaj_rad * f.bmin_rad).sqrt(),
         "half_power_max_rad": f.half_power_rad[0], "half_power_min_rad": f.half_power_rad[1],
         "half_power_equivalent_rad": f.half_power_equivalent_rad,
-        "largest_scale_rad": f.largest_scale_rad, "within": options.within, "psl_db": f.psl_db, "rms_sidelobe": f.rms_sidelobe, "lowest_sidelobe": f.lowest_sidelobe,
+        "largest_scale_rad": f.largest_scale_rad,
+        "within": f.within, "within_rad": f.within_rad, "aperture_m": f.aperture.diameter_m, "aperture_from": from(f.aperture.from),
+        "psl_db": f.psl_db, "rms_sidelobe": f.rms_sidelobe, "lowest_sidelobe": f.lowest_sidelobe,
         "uv_fill": f.uv_fill, "uv_fill_cell_m": f.uv_fill_cell_m, "radial_uniformity": f.radial_uniformity,
         "azimuthal_uniformity": f.azimuthal_uniformity, "largest_hole_m": f.largest_hole_m,
         "redundancy": f.redundancy, "unique_baselines": f.unique_baselines,
@@ -76,11 +80,21 @@ pub(super) fn heading(freq: Frequency, options: &FigureOptions, over: Option<&La
 }
 
 /// The directions in which side lobes count.
-pub(super) fn range(options: &FigureOptions) -> String {
-    format!("from the first minimum to {} wavelengths over the longest baseline", options.within)
+pub(super) fn range(f: &LayoutFigures) -> String {
+    let length = Length(round(f.aperture.diameter_m));
+    format!("from the first minimum to {} wavelengths over the {}, {length:.9}", f.within, f.aperture.from.in_words())
 }
 
-fn lines(f: &LayoutFigures, options: &FigureOptions, told: &mut Told) {
+/// How the aperture is known, as a word.
+fn from(known: ApertureFrom) -> &'static str {
+    match known {
+        ApertureFrom::Options => "options",
+        ApertureFrom::Layout => "layout",
+        ApertureFrom::LongestBaseline => "longest-baseline",
+    }
+}
+
+fn lines(f: &LayoutFigures, told: &mut Told) {
     told.line(
         "resolution",
         format_args!("{} x {}, position angle {:.1} deg", angle(f.bmaj_rad), angle(f.bmin_rad), f.bpa_rad.to_degrees()),
@@ -90,7 +104,8 @@ fn lines(f: &LayoutFigures, options: &FigureOptions, told: &mut Told) {
         format_args!("{} to {}, equivalent {}", angle(f.half_power_rad[1]), angle(f.half_power_rad[0]), angle(f.half_power_equivalent_rad)),
     );
     told.line("largest", angle(f.largest_scale_rad));
-    told.line("side lobes", format_args!("peak {:.1} dB, rms {:.4} {}", f.psl_db, f.rms_sidelobe, range(options)));
+    told.line("side lobes", format_args!("peak {:.1} dB, rms {:.4}", f.psl_db, f.rms_sidelobe));
+    told.line("", range(f));
     told.line(
         "u-v plane",
         format_args!(

@@ -14,7 +14,6 @@ pub use search::OptimizeArgs;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
-use super::text::round;
 use crate::design::{PeakFinder, Problem, Searched};
 use cittert_arrays::quantity::Length;
 use cittert_arrays::{BeamLobes, SPEED_OF_LIGHT_M_S};
@@ -77,11 +76,12 @@ fn write(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, found: &Search
         "output": args.out.output, "n_antennas": layout.n_ant(), "aperture_m": inputs.aperture_m, "score": best.score,
         "figures": figures.iter().map(|(n, v)| ((*n).to_owned(), json!(v))).collect::<serde_json::Map<_, _>>(),
         "psl": lobes.peak, "psl_db": 10.0 * lobes.peak.log10(), "within": args.design.within, "rms_sidelobe": lobes.rms,
+        "within_rad": args.design.freq.map(|f| args.design.within * SPEED_OF_LIGHT_M_S / f.si() / inputs.aperture_m),
         "psl_searched": searched, "searched_from": ring.inner, "searched_to": ring.outer, "longest_m": longest_m, "beam_largest": width[1], "beam_smallest": width[0], "violated": violated.max(0.0),
         "attempts": found.attempts, "best_attempt": best.attempt, "scores": found.scores, "seed": args.design.seed,
     });
     outcome.text = format!(
-        "{}: {} elements in {}\n{} (attempt {} of {})\npeak side lobe {:.4} ({:.2} dB) from the first minimum to {} wavelengths over the longest baseline, {:.9}\nsearched: peak side lobe {:.4} from {} to {:.2} wavelengths over the aperture\nbeam {:.3} to {:.3} wavelengths over the aperture",
+        "{}: {} elements in {}\n{} (attempt {} of {})\npeak side lobe {:.4} ({:.2} dB) from the first minimum to {} wavelengths over the aperture\nsearched: peak side lobe {:.4} from {} to {}\nbeam {:.3} to {:.3} wavelengths over the aperture",
         args.out.output.display(),
         layout.n_ant(),
         Length(inputs.aperture_m),
@@ -91,7 +91,6 @@ fn write(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, found: &Search
         lobes.peak,
         10.0 * lobes.peak.log10(),
         args.design.within,
-        Length(round(longest_m)),
         searched,
         ring.inner,
         ring.outer,
@@ -106,7 +105,7 @@ fn lobes(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, xy: &[[f64; 2]
     // Without a frequency the field is small, so that the horizon does not cut it.
     let unit = args.design.freq.map_or(FAR * args.design.within, |f| inputs.aperture_m * f.si() / SPEED_OF_LIGHT_M_S);
     let views = problem.setting.views.iter().map(|view| view.of(xy).into_iter().map(|p| p.map(|v| v * unit)).collect()).collect();
-    BeamLobes::of_views(views, args.design.within).map_err(|e| Failure::call(e.into()))
+    BeamLobes::of_views(views, args.design.within, unit).map_err(|e| Failure::call(e.into()))
 }
 
 /// The file name must have an ending that layouts are read by.

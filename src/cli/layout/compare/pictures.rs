@@ -52,7 +52,7 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
         coverages.push(keep(folder, format!("{name}/uv.png"), name.clone(), picture)?);
         let image = open_image(&folder.join(format!("{name}/psf.fits")))?;
         let options = ImagePlot { title: name.clone(), width, height: BEAM_HEIGHT, ..ImagePlot::default() };
-        let caption = format!("{name}: peak side lobe {:.1} dB {}", d.figures.psl_db, range(f));
+        let caption = format!("{name}: peak side lobe {:.1} dB {}", d.figures.psl_db, range(&d.figures));
         beams.push(keep(folder, format!("{name}/psf.png"), caption, plot::psf(&image, &options)?)?);
     }
     let row = |title: &str, text: &str, figures| Row { title: title.into(), text: text.into(), figures };
