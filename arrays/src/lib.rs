@@ -52,8 +52,8 @@ pub use constants::{BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S, jy_pe
 pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, BoxError, Result};
 pub use figures::{
-    Aperture, ApertureFrom, BeamLobes, FigureOptions, Ghosts, LOSS_FIGURES, LayoutExtent, LayoutFigures, LossFigures, LossSummary, Losses,
-    Shadowing, WITHIN,
+    Aperture, ApertureFrom, BeamLobes, FigureOptions, GhostLobe, GhostMap, Ghosts, LOSS_FIGURES, LayoutExtent, LayoutFigures, LossFigures,
+    LossSummary, Losses, Shadowing, WITHIN,
 };
 pub use gains::GainTable;
 pub use generate::{GenerateOptions, LAYOUT_KINDS, LayoutKind};

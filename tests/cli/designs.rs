@@ -45,7 +45,7 @@ fn the_figures_are_those_of_show_and_the_lowest_side_lobe_wins() {
     assert!(ranking.windows(2).all(|w| number(w[0], "psl_db") <= number(w[1], "psl_db")), "{ranking:?}");
     assert_eq!((&found["best"], &found["ranked_by"]), (&found["ranking"][0], &Value::from("psl_db")));
     let page = std::fs::read_to_string(s.path("d/report.html")).unwrap();
-    assert!(page.contains(found["reason"].as_str().unwrap()) && page.matches("data:image/png").count() == 12);
+    assert!(page.contains(found["reason"].as_str().unwrap()) && page.matches("data:image/png").count() == 16);
     for file in ["psf.fits", "psf.png", "uv.png", "layout.png", "layout.toml"] {
         assert!(s.path("d/ring").join(file).exists(), "{file}");
     }
@@ -73,8 +73,8 @@ fn images_of_one_scene_are_judged_alike_and_their_errors_are_those_of_compare() 
     assert!(error(0).min(error(1)) < 1.0, "{} {}", error(0), error(1));
     let page = std::fs::read_to_string(s.path("d/report.html")).unwrap();
     assert!(page.contains("Errors: images of maximum entropy") && page.contains("cittert mem d/ring/vis.uvh5"));
-    // The truth once, and for each layout elements, baselines, beam, three images and three error maps.
-    assert_eq!(page.matches("data:image/png").count(), 1 + 2 * 9);
+    // The truth once, and for each layout elements, baselines, beam, ghosts, three images and three error maps.
+    assert_eq!(page.matches("data:image/png").count(), 1 + 2 * 10);
     // A second comparison replaces the files of the first, and keeps those of others.
     s.write("d/notes.txt", "mine");
     s.fails(line, 1, &["d: it exists already", "--overwrite"]);

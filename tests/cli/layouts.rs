@@ -60,6 +60,28 @@ fn lost_elements_hubs_and_shadows_are_told() {
 }
 
 #[test]
+fn the_map_of_ghosts_shows_those_of_a_grid() {
+    let s = Scratch::new();
+    s.ok("layout make rectangular --elements 36 --columns 6 --aperture 0.5m -o grid.toml");
+    let told = s.json("layout show grid.toml --freq 94GHz --ghosts g.fits --ghost-level -1");
+    let spacing = told["shortest_m"].as_f64().unwrap();
+    let ghost = 299_792_458.0 / 94e9 / spacing;
+    let map = &told["ghost_map"];
+    let lobes = map["lobes"].as_array().unwrap();
+    let first = [lobes[0]["l"].as_f64().unwrap(), lobes[0]["m"].as_f64().unwrap()];
+    assert!((first[0].hypot(first[1]) / ghost - 1.0).abs() < 1e-6 && lobes[0]["level_db"].as_f64().unwrap().abs() < 1e-6, "{lobes:?}");
+    assert!(map["radius"].as_f64().unwrap() > 2.0 * ghost);
+    // The image has the source in the middle, and a ghost as bright one wavelength over the spacing beside it.
+    let image = cittert_formats::open_image(&s.path("g.fits")).unwrap();
+    let plane = image.plane(0, 0);
+    let at = |l: f64| plane[[image.grid.row_of(0.0).round() as usize, image.grid.column_of(l).round() as usize]];
+    assert!((at(0.0) - 1.0).abs() < 1e-6 && at(ghost) > 0.8 && at(0.5 * ghost) < 0.1, "{} {}", at(ghost), at(0.5 * ghost));
+    s.fails("layout show grid.toml --freq 94GHz --ghosts g.fits", 1, &["exists already"]);
+    let told = s.ok("layout show grid.toml --freq 94GHz --ghosts g.png").out;
+    assert!(told.contains("lobes of -6 dB or more and as many opposite") && s.path("g.png").exists(), "{told}");
+}
+
+#[test]
 fn bad_calls_are_refused_in_the_words_of_the_command_line() {
     let s = Scratch::new();
     s.ok("layout make ring --elements 9 --aperture 1m -o r.toml");
@@ -75,6 +97,10 @@ fn bad_calls_are_refused_in_the_words_of_the_command_line() {
         ("layout show r.toml --lost 1", vec!["--freq"]),
         ("layout show r.toml --freq 94GHz --uv-cell 0m", vec!["--uv-cell is 0m"]),
         ("layout show r.toml --freq 94GHz --channels 4", vec!["--channels is 4", "bandwidth"]),
+        ("layout show r.toml --ghosts g.png", vec!["--ghosts needs --freq"]),
+        ("layout show r.toml --freq 94GHz --ghosts g.jpg", vec!["g.jpg", ".png or .fits"]),
+        ("layout show r.toml --freq 94GHz --ghosts g.png --ghost-level 3", vec!["--ghost-level is 3", "below 0 dB"]),
+        ("layout show r.toml --freq 94GHz --ghost-level -9", vec!["--ghost-level needs --ghosts"]),
         ("layout show r.toml --hub nowhere", vec!["--hub is \"nowhere\""]),
         ("layout show r.toml --phase-center 10deg,40deg", vec!["boresight"]),
     ] {

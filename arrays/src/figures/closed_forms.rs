@@ -6,7 +6,7 @@ use super::psf::Psf;
 use super::side_lobes::{Field, SideLobes};
 use super::*;
 use crate::quantity::{Frequency, Length};
-use crate::{GenerateOptions, LayoutKind, PhaseCenter, Track};
+use crate::{GenerateOptions, LayoutKind, PhaseCenter, SPEED_OF_LIGHT_M_S, Track, Weighting};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Baselines that fill a disc of this radius (wavelengths) evenly: rings of equal area with equal steps.

@@ -4,6 +4,7 @@
 mod beam_lobes;
 mod cable;
 mod coverage;
+mod ghost_map;
 mod ghosts;
 mod hole;
 mod losses;
@@ -11,6 +12,7 @@ mod main_lobe;
 mod options;
 mod plane;
 mod psf;
+mod seen;
 mod sensitivity;
 mod shadowing;
 mod side_lobes;
@@ -18,25 +20,18 @@ mod uniformity;
 mod weights;
 
 pub use beam_lobes::{Aperture, ApertureFrom, BeamLobes};
+pub use ghost_map::{GhostLobe, GhostMap};
 pub use ghosts::Ghosts;
 pub use losses::{LOSS_FIGURES, LossFigures, LossSummary, Losses};
 pub use options::{FigureOptions, WITHIN};
 pub use shadowing::Shadowing;
 
 use beam_lobes::Reach;
-use main_lobe::{Beam, HalfPower};
-use plane::Plane;
-use psf::Psf;
+use main_lobe::HalfPower;
+use seen::Seen;
 
-use crate::{ArrayError, ArrayLayout, CoveragePlan, Result, SPEED_OF_LIGHT_M_S, Weighting};
+use crate::{ArrayLayout, CoveragePlan, Result};
 use std::f64::consts::PI;
-
-/// Largest number of antennas for which figures are computed, because the pairs are held in memory.
-const MOST_ANTENNAS: usize = 3000;
-/// Most antennas of all channels and integrations together, each of which costs a phasor in every direction.
-const MOST_SEEN: usize = 200_000;
-/// Most baselines of all channels and integrations together that the beam of other than natural weights sums one by one.
-const MOST_TERMS: usize = 250_000;
 
 /// Baselines of an array.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -154,31 +149,9 @@ impl ArrayLayout {
     }
 
     fn figures_of(&self, freq_hz: f64, options: &FigureOptions, track: Option<&CoveragePlan>) -> Result<LayoutFigures> {
-        let (snapshot, wavelength_m) = self.in_plane(freq_hz, options)?;
-        let plane = track.map_or(snapshot, |plan| Plane::along(plan, wavelength_m));
-        let scales = options.scales(freq_hz);
-        let seen = plane.n_seen() * scales.len();
-        let expected = format!("longer ones or fewer channels: {seen} antennas of all channels and integrations, at most {MOST_SEEN}");
-        ArrayError::need(
-            "integration",
-            format_args!("{} s", track.map_or(0.0, CoveragePlan::integration_s)),
-            track.is_none() || seen <= MOST_SEEN,
-            expected,
-        )?;
-        let terms = plane.pairs().count() * scales.len();
-        ArrayError::need(
-            "weighting",
-            if options.weighting == Weighting::Uniform { "uniform" } else { "briggs" },
-            options.weighting == Weighting::Natural || terms <= MOST_TERMS,
-            format!("natural for {terms} baselines of all channels and integrations: other weights take at most {MOST_TERMS}"),
-        )?;
-        let cell_m = self.uv_cell_m(&plane, wavelength_m, options);
+        let Seen { plane, wavelength_m, cell_m, psf, beam, aperture, reach } = self.seen(freq_hz, options, track)?;
         let cell = cell_m / wavelength_m;
-        let psf = Psf::weighted(&plane, &scales, options.weighting, options.robust.unwrap_or(0.0), cell);
-        let beam = Beam::fit(&psf);
         let width = HalfPower::of(&psf, &beam);
-        let aperture = Aperture::of(self, options, plane.longest() * wavelength_m);
-        let reach = Reach { within: options.within, aperture: aperture.diameter_m / wavelength_m };
         let lobes = reach.side_lobes(&psf, &beam)?;
         let different = coverage::different_baselines(self, wavelength_m / 10.0).into_iter().max().map_or(0, |last| last + 1);
         let hit = coverage::uv_cells(&plane, cell).into_iter().flatten().max().map_or(0, |last| last + 1);
@@ -228,34 +201,6 @@ impl ArrayLayout {
         let aperture_m = Aperture::of(self, options, plane.longest() * wavelength_m).diameter_m;
         let reach = Reach { within: options.within, aperture: aperture_m / wavelength_m };
         self.losses(wavelength_m, self.uv_cell_m(&plane, wavelength_m, options), sefd.as_deref(), reach, pairs)
-    }
-
-    /// The antennas in the aperture plane and the wavelength, after a check of what was asked.
-    fn in_plane(&self, freq_hz: f64, options: &FigureOptions) -> Result<(Plane, f64)> {
-        ArrayError::unless(freq_hz.is_finite() && freq_hz > 0.0, "frequency", format_args!("{freq_hz} Hz"), "a positive frequency")?;
-        ArrayError::unless(
-            (2..=MOST_ANTENNAS).contains(&self.n_ant()),
-            "number of antennas",
-            self.n_ant(),
-            "2 to 3000 for figures of merit",
-        )?;
-        options.check(freq_hz)?;
-        let wavelength_m = SPEED_OF_LIGHT_M_S / freq_hz;
-        let plane = Plane::new(self, wavelength_m);
-        ArrayError::unless(
-            plane.longest() != 0.0,
-            "longest baseline in the aperture plane",
-            "0 m",
-            "antennas side by side, not one behind the other",
-        )?;
-        Ok((plane, wavelength_m))
-    }
-
-    /// Width of a cell of the u-v fill.
-    fn uv_cell_m(&self, plane: &Plane, wavelength_m: f64, options: &FigureOptions) -> f64 {
-        let smallest = self.antennas().iter().filter_map(|a| a.diameter_m).fold(f64::INFINITY, f64::min);
-        let own = if smallest.is_finite() { smallest } else { plane.shortest() * wavelength_m };
-        options.uv_cell.or(options.diameter).map_or(own, |c| c.si())
     }
 }
 

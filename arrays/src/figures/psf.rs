@@ -64,6 +64,14 @@ impl Psf {
         Self { sum: Sum::Baselines { uv, weights: weights.iter().map(|w| w / total).collect() } }
     }
 
+    /// Number of phasors in the sum of one direction.
+    pub(super) fn n_terms(&self) -> usize {
+        match &self.sum {
+            Sum::Antennas { views, .. } => views.iter().map(Vec::len).sum(),
+            Sum::Baselines { uv, .. } => uv.len(),
+        }
+    }
+
     /// Mean of u u, u v, v v over the weighted baselines, wavelengths^2.
     pub(super) fn moments(&self) -> [f64; 3] {
         let product = |p: &[f64; 2]| [p[0] * p[0], p[0] * p[1], p[1] * p[1]];

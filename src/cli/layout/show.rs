@@ -1,6 +1,7 @@
 //! `layout show`: describe a layout.
 
 use super::figures;
+use super::ghosts::GhostArgs;
 use super::told::Told;
 use crate::cli::context::Outcome;
 use crate::cli::failure::{Failure, Result, ensure};
@@ -37,6 +38,8 @@ pub struct ShowArgs {
     /// Also give the figures with any one (1) or any two (2) elements lost.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2), help_heading = "Figures of merit")]
     lost: u8,
+    #[command(flatten)]
+    ghosts: GhostArgs,
     #[command(flatten, next_help_heading = "Track of all figures and the shadows")]
     track: TrackOptions,
 }
@@ -46,14 +49,17 @@ pub struct ShowArgs {
 /// # Errors
 /// The layout or an option is wrong, or an error of the file system.
 pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
+    args.ghosts.check(args.freq.is_some())?;
     let layout = if args.freq.is_some() { load_array(&args.layout)? } else { load_layout(&args.layout)? };
     let mut told = Told::default();
     extent(&layout, args, &mut told)?;
     let track = (args.track != TrackOptions::default()).then(|| args.track.plan(&layout).map_err(Failure::call)).transpose()?;
     let plan = track.as_ref().map(|t| &t.plan);
+    let mut map = None;
     match args.freq {
         Some(freq) => {
             figures::tell(&layout, freq, &args.figures, plan, &mut told)?;
+            map = args.ghosts.tell((&layout, &args.layout), (freq, &args.figures, plan), args.overwrite, &mut told)?;
             if args.lost > 0 {
                 figures::tell_losses(&layout, freq, &args.figures, args.lost > 1, &mut told)?;
             }
@@ -70,6 +76,9 @@ pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
         told.line("source", source);
     }
     let mut outcome = told.outcome();
+    if let Some(file) = map {
+        outcome = outcome.wrote(file);
+    }
     if let Some(png) = &args.png {
         let out = OutputArgs { output: png.clone(), overwrite: args.overwrite };
         out.claim([png], [&args.layout])?;

@@ -5,6 +5,7 @@ use super::design::Design;
 use super::steps::{IMAGES, Made, TRUTH, error_file};
 use crate::cli::failure::{Context as _, Result};
 use crate::cli::layout::figures::range;
+use crate::cli::layout::ghosts::{LEVEL_DB, in_words};
 use crate::cli::picture::layout_title;
 use crate::plot::report::Figure;
 use crate::plot::{self, ImagePlot, Picture, Range, View, Wish, uv_coverage};
@@ -42,7 +43,7 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
         Some(width) => SpectralWindow::band(freq, width.si(), f.channels)?,
         None => SpectralWindow::new(vec![freq], vec![freq])?,
     };
-    let (mut places, mut coverages, mut beams) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut places, mut coverages, mut beams, mut maps) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for d in designs {
         let name = &d.name;
         let picture = plot::layout(&d.layout, &layout_title(&d.layout), width, height)?;
@@ -54,6 +55,9 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
         let options = ImagePlot { title: name.clone(), width, height: BEAM_HEIGHT, ..ImagePlot::default() };
         let caption = format!("{name}: peak side lobe {:.1} dB {}", d.figures.psl_db, range(&d.figures));
         beams.push(keep(folder, format!("{name}/psf.png"), caption, plot::psf(&image, &options)?)?);
+        let map = d.layout.ghost_map(freq, f, None, LEVEL_DB)?;
+        let caption = format!("{name}: {}", in_words(&map, LEVEL_DB));
+        maps.push(keep(folder, format!("{name}/ghosts.png"), caption, plot::ghosts(&map, name, width, height)?)?);
     }
     let row = |title: &str, text: &str, figures| Row { title: title.into(), text: text.into(), figures };
     Ok(vec![
@@ -67,6 +71,12 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
             "Dirty beams",
             "All beams have the same pixels. Below each one, its largest value and rms against the distance from the peak.",
             beams,
+        ),
+        row(
+            "Where ghosts lie",
+            "The beam out to 2.5 times the distance of the nearest exact ghost, or as far as side lobes count where the spacings are not regular. Each \
+             picture has a scale of its own.",
+            maps,
         ),
     ])
 }
@@ -135,7 +145,7 @@ fn draw(designs: &[Design], folder: &Path, all: &[Image], what: &str, view: Opti
 pub(super) fn names(designs: &[Design]) -> Vec<String> {
     let of = |d: &Design| {
         let images = IMAGES.iter().flat_map(|m| [m.key.to_owned(), format!("{}-error", m.key)]);
-        let all = ["layout", "uv", "psf"].map(str::to_owned).into_iter().chain(images);
+        let all = ["layout", "uv", "psf", "ghosts"].map(str::to_owned).into_iter().chain(images);
         all.map(|what| format!("{}/{what}.png", d.name)).collect::<Vec<_>>()
     };
     designs.iter().flat_map(of).chain(["scene.png".to_owned()]).collect()
