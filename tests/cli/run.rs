@@ -118,8 +118,8 @@ fn a_layout_is_made_by_its_options() {
     for (from, to, words) in [
         ("log-spiral", "ring", vec!["wrong.toml", "layout.make", "arms is 4", "no such option"]),
         ("log-spiral", "circle", vec!["layout.make", "circle", "reuleaux"]),
-        ("0.4m", "0.4", vec!["c.toml", "line", "no unit"]),
-        ("arms", "spokes", vec!["c.toml", "line", "spokes", "`arms`"]),
+        ("0.4m", "0.4", vec!["wrong.toml", "line 4", "no unit"]),
+        ("arms", "spokes", vec!["wrong.toml", "line 4", "spokes", "`arms`"]),
         ("make = ", "name = \"mm-y\", make = ", vec!["give name, or make", "not both"]),
     ] {
         let text = std::fs::read_to_string(s.path("c.toml")).unwrap();

@@ -82,17 +82,18 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
 }
 
 /// The scene, and the images and errors of every layout.
-pub(super) fn of_images(designs: &[Design], folder: &Path, has_truth: bool) -> Result<Vec<Row>> {
+/// `rule` tells how they are compared; none where the scene has no image.
+pub(super) fn of_images(designs: &[Design], folder: &Path, rule: Option<String>) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    let truth = has_truth.then(|| open_image(&folder.join(TRUTH))).transpose()?;
-    if let Some(image) = &truth {
+    let truth = rule.is_some().then(|| open_image(&folder.join(TRUTH))).transpose()?;
+    if let Some((image, rule)) = truth.as_ref().zip(rule.as_ref()) {
         let figure = keep(folder, "scene.png".into(), "The truth".into(), plot::image(image, &options(String::new(), None))?)?;
-        let text = "The scene at the resolution of its pixels. Every image is compared with it as it is.".into();
+        let text = format!("The scene at the resolution of its pixels. {rule}");
         rows.push(Row { title: "Scene".into(), text, figures: vec![figure] });
     }
     for made in &IMAGES {
         rows.push(row(designs, folder, made, truth.as_ref())?);
-        if has_truth {
+        if rule.is_some() {
             rows.push(errors(designs, folder, made)?);
         }
     }
@@ -124,7 +125,7 @@ fn errors(designs: &[Design], folder: &Path, made: &Made) -> Result<Row> {
     let worst = all.iter().zip(designs).max_by(|a, b| power(a.0).total_cmp(&power(b.0)));
     let view = worst.map(|(image, d)| View::new(image, 0, 0, &whole(Range::Symmetric)).map(|v| v.like(&d.name))).transpose()?;
     let figures = draw(designs, folder, &all, &format!("{}-error", made.key), view)?;
-    let text = "Image minus scene, all in the same colours around zero.".into();
+    let text = "Image minus truth, both at the common resolution, all in the same colours around zero.".into();
     Ok(Row { title: format!("Errors: {}", made.title.to_lowercase().replace("clean", "CLEAN")), text, figures })
 }
 
