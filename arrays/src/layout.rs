@@ -69,6 +69,9 @@ pub struct ArrayLayout {
     pub frame: LayoutFrame,
     /// Where the positions come from.
     pub source: Option<String>,
+    /// Diameter D of the aperture for which the array was designed, m: side lobes are counted to a number of lambda / D. Its longest baseline may be
+    /// shorter.
+    pub aperture_m: Option<f64>,
     antennas: Vec<Antenna>,
 }
 
@@ -82,7 +85,7 @@ impl ArrayLayout {
     /// No antenna, more than 65,535, names or numbers used twice, coordinates that are not finite, a diameter or noise that is
     /// not positive, two antennas at the same place, a site beyond the poles.
     pub fn new(name: impl Into<String>, frame: LayoutFrame, antennas: Vec<Antenna>) -> Result<Self> {
-        let layout = Self { name: name.into(), frame, source: None, antennas };
+        let layout = Self { name: name.into(), frame, source: None, aperture_m: None, antennas };
         layout.check()?;
         Ok(layout)
     }
@@ -93,7 +96,7 @@ impl ArrayLayout {
     /// # Errors
     /// As [`ArrayLayout::new`], except for antennas at the same place.
     pub fn from_data(name: impl Into<String>, frame: LayoutFrame, antennas: Vec<Antenna>) -> Result<Self> {
-        let layout = Self { name: name.into(), frame, source: None, antennas };
+        let layout = Self { name: name.into(), frame, source: None, aperture_m: None, antennas };
         layout.check_values()?;
         Ok(layout)
     }

@@ -51,7 +51,10 @@ pub use builtin::{BUILTIN_LAYOUTS, BuiltinLayout};
 pub use constants::{BOLTZMANN_J_PER_K, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S, jy_per_kelvin_sr};
 pub use coverage::{CoveragePlan, Track, UvCoverage};
 pub use error::{ArrayError, BoxError, Result};
-pub use figures::{FigureOptions, Ghosts, LOSS_FIGURES, LayoutExtent, LayoutFigures, LossFigures, LossSummary, Losses, Shadowing};
+pub use figures::{
+    Aperture, ApertureFrom, BeamLobes, FigureOptions, GhostLobe, GhostMap, Ghosts, LOSS_FIGURES, LayoutExtent, LayoutFigures, LossFigures,
+    LossSummary, Losses, Shadowing, WITHIN,
+};
 pub use gains::GainTable;
 pub use generate::{GenerateOptions, LAYOUT_KINDS, LayoutKind};
 pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};

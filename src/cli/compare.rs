@@ -7,6 +7,7 @@ use super::text::angle;
 use crate::calibrate::{CompareOptions as GainOptions, compare_gains};
 use crate::fidelity::{CompareOptions, Comparison, Fidelity, Region, compare, fidelity_of_pixel};
 use crate::plot::{self, ImagePlot, Range, Wish};
+use cittert_arrays::quantity::Angle;
 use cittert_arrays::{BrightnessUnit, Image, SkyGrid, SpectralWindow};
 use cittert_formats::calh5::{is_gains, read_gains};
 use cittert_formats::fits::{ImageOptions, write_image};
@@ -27,6 +28,9 @@ pub struct CompareArgs {
     /// Convolve the truth with the restoring beam of the image first.
     #[arg(long)]
     convolve: bool,
+    /// Bring image and truth to a round beam of this full width at half maximum first, so that images of different beams compare alike.
+    #[arg(long, value_name = "ANGLE", conflicts_with = "convolve")]
+    resolution: Option<Angle>,
     /// Compare only inside a disc around the centre. Its radius is this fraction of the smaller side (0.5 touches the edge).
     #[arg(long, value_name = "FRACTION")]
     disc: Option<f64>,
@@ -70,8 +74,14 @@ pub fn run(args: &CompareArgs, context: &Context) -> Result<Outcome> {
 }
 
 fn gains(args: &CompareArgs) -> Result<Outcome> {
-    if args.convolve || args.shift || args.disc.is_some() || args.difference.is_some() || args.fidelity.is_some() {
-        let options = "--convolve, --disc, --shift, --difference and --fidelity";
+    if args.convolve
+        || args.resolution.is_some()
+        || args.shift
+        || args.disc.is_some()
+        || args.difference.is_some()
+        || args.fidelity.is_some()
+    {
+        let options = "--convolve, --resolution, --disc, --shift, --difference and --fidelity";
         return Err(Failure::usage(format!("{options} are for images; gain tables take --gradient and --flux-scale")));
     }
     let (found, truth) = (read_gains(&args.image)?, read_gains(&args.truth)?);
@@ -109,7 +119,7 @@ fn images(args: &CompareArgs, context: &Context) -> Result<Outcome> {
         }
     };
     let region = args.disc.map_or(Region::All, |radius| Region::Disc { radius });
-    let options = CompareOptions { region, beam, shift: args.shift };
+    let options = CompareOptions { region, beam, resolution_rad: args.resolution.map(Angle::si), shift: args.shift };
     let found = compare(&image, &truth, &options).context(format!("comparing {} with {}", names.0, names.1))?;
     warn(&image, &truth, &found, context);
     let (mut json, mut text) = (serde_json::to_value(found.scores)?, scores(&found.scores, image.unit.bunit()));

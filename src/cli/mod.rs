@@ -23,6 +23,7 @@ mod identify;
 mod info;
 mod interrupt;
 mod layout;
+mod made;
 mod man;
 mod mask;
 mod mem;

@@ -14,8 +14,8 @@ use super::search::SearchControl;
 use super::views::View;
 use crate::values::{bad_value, by_text, need};
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::SPEED_OF_LIGHT_M_S;
 use cittert_arrays::quantity::{Angle, Duration, Frequency, Length};
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, WITHIN};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use std::fmt;
@@ -86,7 +86,7 @@ pub struct DesignOptions {
     /// Distance from the beam at which side lobes begin, in wavelengths over the aperture.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = DesignOptions::default().first_minimum))]
     pub first_minimum: f64,
-    /// Distance from the beam to which side lobes count, in wavelengths over the aperture.
+    /// Distance from the centre to which side lobes count, in wavelengths over the aperture.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = DesignOptions::default().within))]
     pub within: f64,
     /// Centre of the band. It is needed with a bandwidth, and by objectives that compare lengths with the wavelength.
@@ -143,7 +143,7 @@ impl Default for DesignOptions {
             position_grid: None,
             beam: None,
             first_minimum: 1.3,
-            within: 30.0,
+            within: WITHIN,
             freq: None,
             bandwidth: None,
             channels: 1,

@@ -51,6 +51,14 @@ impl View {
         seen.extend(xy.iter().map(|p| [m[0][0] * p[0] + m[0][1] * p[1], m[1][0] * p[0] + m[1][1] * p[1]]));
     }
 
+    /// The positions in this view, in a list of their own.
+    #[must_use]
+    pub fn of(&self, xy: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let mut seen = Vec::new();
+        self.project(xy, &mut seen);
+        seen
+    }
+
     /// The direction in which the layout itself has the phases that this view has in `direction`.
     pub(super) fn direction(&self, [l, m]: [f64; 2]) -> [f64; 2] {
         let v = self.matrix;

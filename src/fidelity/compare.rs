@@ -4,6 +4,7 @@ use super::alignment::check_alignment;
 use super::convolve::convolve;
 use super::region::Region;
 use super::regrid::regrid;
+use super::resolution::{missing, smooth};
 use super::scores::{Fidelity, compare_planes};
 use super::shift::{find_shift, shifted};
 use crate::{ChainError, Result};
@@ -20,6 +21,9 @@ pub struct CompareOptions {
     pub region: Region,
     /// Convolve the truth with this beam first. The brightness of a uniform sky does not change.
     pub beam: Option<RestoringBeam>,
+    /// Bring image and truth to a round Gaussian beam of this full width at half maximum first, rad: the image from its restoring beam, where it has
+    /// one, and the truth from its pixels. The truth is then not convolved with `beam`.
+    pub resolution_rad: Option<f64>,
     /// Shift the image onto the truth first.
     pub shift: bool,
 }
@@ -53,9 +57,13 @@ pub struct Comparison {
 pub fn compare(image: &Image, truth: &Image, options: &CompareOptions) -> Result<Comparison> {
     let grid = &image.grid;
     let mut region = options.region.mask(grid.n_m, grid.n_l)?;
-    let mut expected = match options.beam {
-        Some(beam) => keeping_blanks(truth.plane(0, 0), |plane| convolve(plane, &truth.grid, &beam))?,
-        None => truth.plane(0, 0).to_owned(),
+    let mut expected = match (options.resolution_rad, options.beam) {
+        (Some(fwhm), _) => {
+            let beam = missing(None, fwhm, truth.grid.cell_rad)?;
+            keeping_blanks(truth.plane(0, 0), |plane| smooth(plane, &truth.grid, &beam))?
+        }
+        (None, Some(beam)) => keeping_blanks(truth.plane(0, 0), |plane| convolve(plane, &truth.grid, &beam))?,
+        (None, None) => truth.plane(0, 0).to_owned(),
     };
     let factor = conversion(truth, image)?;
     if factor != 1.0 {
@@ -66,6 +74,10 @@ pub fn compare(image: &Image, truth: &Image, options: &CompareOptions) -> Result
         expected = regrid(expected.view(), &truth.grid, grid)?;
     }
     let (mut found, mut shift_rad) = (image.plane(0, 0).to_owned(), None);
+    if let Some(fwhm) = options.resolution_rad {
+        let beam = missing(image.beams.first(), fwhm, grid.cell_rad)?;
+        found = keeping_blanks(found.view(), |plane| smooth(plane, grid, &beam))?;
+    }
     if options.shift {
         let by = find_shift(without_blanks(found.view()).view(), without_blanks(expected.view()).view())?;
         found = keeping_blanks(found.view(), |plane| Ok(shifted(plane, by)))?;

@@ -6,6 +6,7 @@ mod convolve;
 mod noise;
 mod region;
 mod regrid;
+mod resolution;
 mod scores;
 mod shift;
 

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`image()`], [`images`] | one plane of an image, or of several side by side, with beam, contours and colour bar |
 //! | [`psf()`] | a dirty beam in dB, with its profile along the radius |
+//! | [`ghosts()`] | a beam in dB over the directions of its ghosts, with its highest lobes |
 //! | [`uv_coverage`] | u-v points coloured by channel |
 //! | [`uv_mask`] | hits of the cells of the Fourier grid |
 //! | [`layout`] | antennas on the ground or in the aperture plane |
@@ -28,6 +29,7 @@ mod failed;
 mod gain_grid;
 mod gain_values;
 mod gains;
+mod ghosts;
 mod grey;
 mod heat;
 mod hits;
@@ -55,6 +57,7 @@ pub use antennas::layout;
 pub use curves::{CurveOptions, Series, curves};
 pub use gain_values::GainQuantity;
 pub use gains::{GainPlot, gains};
+pub use ghosts::ghosts;
 pub use grey::grey;
 pub use hits::uv_mask;
 pub use legend::Style;

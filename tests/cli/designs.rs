@@ -45,7 +45,7 @@ fn the_figures_are_those_of_show_and_the_lowest_side_lobe_wins() {
     assert!(ranking.windows(2).all(|w| number(w[0], "psl_db") <= number(w[1], "psl_db")), "{ranking:?}");
     assert_eq!((&found["best"], &found["ranked_by"]), (&found["ranking"][0], &Value::from("psl_db")));
     let page = std::fs::read_to_string(s.path("d/report.html")).unwrap();
-    assert!(page.contains(found["reason"].as_str().unwrap()) && page.matches("data:image/png").count() == 12);
+    assert!(page.contains(found["reason"].as_str().unwrap()) && page.matches("data:image/png").count() == 16);
     for file in ["psf.fits", "psf.png", "uv.png", "layout.png", "layout.toml"] {
         assert!(s.path("d/ring").join(file).exists(), "{file}");
     }
@@ -57,10 +57,18 @@ fn images_of_one_scene_are_judged_alike_and_their_errors_are_those_of_compare() 
     s.write("s.toml", SCENE);
     let line = "layout compare fermat.toml ring.toml --freq 94GHz --bandwidth 4GHz --channels 2 --time 1s --noise --seed 5 --scene s.toml --scene-size 48 --scene-cell 4mrad -o d";
     let found = s.json(line);
+    // All are compared at one resolution, 1.1 times the coarsest beam of all images.
+    let resolution = found["resolution_rad"].as_f64().unwrap();
+    let beam = |file: &str| s.json(&format!("info d/{file}"))["beam"][0].as_f64().unwrap();
+    let coarsest = ["fermat/dirty.fits", "ring/dirty.fits", "fermat/clean-image.fits", "ring/clean-image.fits"]
+        .map(beam)
+        .into_iter()
+        .fold(0.0, f64::max);
+    assert!((resolution / coarsest - 1.1).abs() < 1e-5, "{resolution} {coarsest}");
     for layout in found["layouts"].as_array().unwrap() {
         let name = layout["name"].as_str().unwrap();
         for (kind, file) in [("dirty", "dirty.fits"), ("clean", "clean-image.fits"), ("mem", "mem-model.fits")] {
-            let own = s.json(&format!("compare d/{name}/{file} d/scene.fits"));
+            let own = s.json(&format!("compare d/{name}/{file} d/scene.fits --resolution {resolution}rad"));
             assert_eq!(layout[kind]["rms_k"], own["rms_difference"], "{name}: {kind}");
             assert_eq!((&layout[kind]["nrmse"], &layout[kind]["unit"]), (&own["nrmse"], &Value::from("K")), "{name}: {kind}");
         }
@@ -73,13 +81,66 @@ fn images_of_one_scene_are_judged_alike_and_their_errors_are_those_of_compare() 
     assert!(error(0).min(error(1)) < 1.0, "{} {}", error(0), error(1));
     let page = std::fs::read_to_string(s.path("d/report.html")).unwrap();
     assert!(page.contains("Errors: images of maximum entropy") && page.contains("cittert mem d/ring/vis.uvh5"));
-    // The truth once, and for each layout elements, baselines, beam, three images and three error maps.
-    assert_eq!(page.matches("data:image/png").count(), 1 + 2 * 9);
+    // The truth and three curves once, and for each layout elements, baselines, beam, ghosts, three images and three error maps.
+    assert_eq!(page.matches("data:image/png").count(), 4 + 2 * 10);
+    quality_falls_with_fewer_elements(&s, &found);
     // A second comparison replaces the files of the first, and keeps those of others.
     s.write("d/notes.txt", "mine");
     s.fails(line, 1, &["d: it exists already", "--overwrite"]);
     s.ok("layout compare fermat.toml ring.toml --freq 94GHz -o d --overwrite");
     assert!(s.path("d/notes.txt").exists() && !s.path("d/ring/mem-model.fits").exists());
+}
+
+/// The curves of the comparison with 15 elements and two channels.
+fn quality_falls_with_fewer_elements(s: &Scratch, found: &Value) {
+    for layout in found["layouts"].as_array().unwrap() {
+        let name = layout["name"].as_str().unwrap();
+        let of = |what: &str, key: &str| -> Vec<f64> {
+            layout["quality_against"][what].as_array().unwrap().iter().map(|p| p[key].as_f64().unwrap()).collect()
+        };
+        assert_eq!((of("elements", "x"), of("lost", "x")), (vec![4.0, 8.0, 11.0, 15.0], vec![0.0, 1.0, 2.0, 4.0]));
+        let bandwidth = of("bandwidth", "x");
+        assert!(bandwidth.len() == 2 && (bandwidth[0] - 2.0).abs() < 1e-9 && (bandwidth[1] - 4.0).abs() < 1e-9, "{bandwidth:?}");
+        let whole = layout["mem"]["error_over_grey_card"].as_f64().unwrap();
+        let elements = of("elements", "error_over_grey_card");
+        assert!(elements[3] == whole && of("lost", "error_over_grey_card")[0] == whole && elements[0] > whole, "{name}: {elements:?}");
+        // Lost is the element whose loss raises the side lobes most; the files of the parts stay.
+        let ranking = s.json(&format!("layout show d/{name}/layout.toml --freq 94GHz --lost 1"));
+        let names = |file: &str| s.json(&format!("layout show d/{name}/{file}.toml"))["antenna_names"].as_array().unwrap().clone();
+        let (part, first) = (names("lost-1"), &ranking["lost_ranking"][0]["antenna"]);
+        assert!(part.len() == 14 && !part.contains(first) && names("layout").contains(first), "{first}");
+        let (few, more) = (names("elements-4"), names("elements-8"));
+        assert!(few.len() == 4 && more.len() == 8 && few.iter().all(|a| more.contains(a)));
+        assert!(!s.path(&format!("d/{name}/varied")).exists());
+    }
+}
+
+#[test]
+fn the_truth_is_dimmed_as_the_elements_dim_the_images() {
+    let s = made();
+    // A warm spot beside the centre, where the pattern is 0.24.
+    s.write("s.toml", SCENE.replace("270.0", "3.0").replace("[1.0, 0.5]", "[3.0, 2.0]"));
+    let line = "layout compare fermat.toml ring.toml --freq 94GHz --scene s.toml --scene-size 48 --scene-cell 4mrad --element gaussian --element-width 5deg -o d";
+    let found = s.json(line);
+    let resolution = found["resolution_rad"].as_f64().unwrap();
+    assert!(found["compared_with"].as_str().unwrap().contains("the scene times the pattern of the elements"));
+    let open = |file: &str| cittert_formats::open_image(&s.path(file)).unwrap();
+    let (scene, seen) = (open("d/scene.fits"), open("d/ring/scene.fits"));
+    let pedestal = open("d/ring/dirty.fits").pedestal_k.unwrap_or(0.0);
+    for (row, column) in [(24, 24), (32, 36), (31, 37), (3, 10)] {
+        let theta = scene.grid.l_at(column as f64).hypot(scene.grid.m_at(row as f64)).asin();
+        let power = (-4.0 * std::f64::consts::LN_2 * (theta / 5.0_f64.to_radians()).powi(2)).exp();
+        let (whole, dimmed) = (scene.plane(0, 0)[[row, column]], seen.plane(0, 0)[[row, column]]);
+        assert!((dimmed - pedestal - (whole - pedestal) * power).abs() < 1e-4 * whole, "{dimmed} {whole} {power}");
+    }
+    let at = |truth: &str| {
+        s.json(&format!("compare d/ring/mem-model.fits d/{truth} --resolution {resolution}rad"))["error_over_grey_card"].clone()
+    };
+    let ring = &found["layouts"][1]["mem"]["error_over_grey_card"];
+    assert_eq!(ring, &at("ring/scene.fits"));
+    assert!(ring.as_f64().unwrap() < 0.8 && at("scene.fits").as_f64().unwrap() > 0.8, "{ring} {}", at("scene.fits"));
+    // One channel leaves no bandwidth to vary.
+    assert!(found["layouts"][0]["quality_against"]["bandwidth"].is_null());
 }
 
 #[test]

@@ -116,3 +116,20 @@ fn bad_calls_get_one_clear_message() {
     }
     s.fails("layout optimize --elements 5 --aperture 1m --restarts 1 -o x.cfg", 2, &[".toml"]);
 }
+
+#[test]
+fn the_peak_side_lobe_is_that_of_layout_show() {
+    let s = Scratch::new();
+    for (more, same) in [("", ""), ("--freq 94GHz --bandwidth 8GHz --channels 3", "--bandwidth 8GHz --channels 3")] {
+        let found = s.json(&format!("layout optimize --elements 12 --aperture 1m --within 8 --restarts 1 {more} -o a.toml --overwrite"));
+        let shown = s.json(&format!("layout show a.toml --freq 94GHz --within 8 {same}"));
+        let psl = |json: &serde_json::Value| json["psl_db"].as_f64().unwrap();
+        assert!((psl(&found) - psl(&shown)).abs() < 1e-6, "{found} {shown}");
+        assert!(found["psl"].as_f64().unwrap() >= found["psl_searched"].as_f64().unwrap() - 1e-6, "{found}");
+        // Both count to 8 lambda / D of the disc, although the longest baseline is shorter.
+        assert_eq!((&shown["within"], &shown["aperture_m"], &shown["aperture_from"]), (&8.0.into(), &1.0.into(), &"layout".into()));
+        let within_rad = 8.0 * 299_792_458.0 / 94e9;
+        assert!((shown["within_rad"].as_f64().unwrap() / within_rad - 1.0).abs() < 1e-12 && found["searched_to"] == 8.0, "{shown}");
+        assert!(shown["longest_m"].as_f64().unwrap() < 0.99, "{shown}");
+    }
+}

@@ -101,6 +101,34 @@ fn a_run_that_misses_its_quality_fails_and_keeps_its_folder() {
 }
 
 #[test]
+fn a_layout_is_made_by_its_options() {
+    let s = scratch(
+        &CONFIG
+            .replace("name = \"mm-y\"", "make = { kind = \"log-spiral\", elements = 20, aperture = \"0.4m\", arms = 4, sefd = \"1kJy\" }"),
+    );
+    let said = s.ok("run c.toml --check").out;
+    assert!(
+        said.contains("cittert layout make log-spiral --aperture=0.4m --arms=4 --elements=20 --sefd=1kJy -o OUT/layout.toml"),
+        "{said}"
+    );
+    let metrics = s.json("run c.toml -o out");
+    assert_eq!(metrics["layout"]["n_antennas"], 20);
+    let made = s.json("layout show out/layout.toml");
+    assert!((made["longest_m"].as_f64().unwrap() - 0.4).abs() < 1e-9);
+    for (from, to, words) in [
+        ("log-spiral", "ring", vec!["wrong.toml", "layout.make", "arms is 4", "no such option"]),
+        ("log-spiral", "circle", vec!["layout.make", "circle", "reuleaux"]),
+        ("0.4m", "0.4", vec!["wrong.toml", "line 4", "no unit"]),
+        ("arms", "spokes", vec!["wrong.toml", "line 4", "spokes", "`arms`"]),
+        ("make = ", "name = \"mm-y\", make = ", vec!["give name, or make", "not both"]),
+    ] {
+        let text = std::fs::read_to_string(s.path("c.toml")).unwrap();
+        s.write("wrong.toml", text.replace(from, to));
+        s.fails("run wrong.toml -o no", 1, &words);
+    }
+}
+
+#[test]
 fn a_wrong_key_points_at_its_line() {
     let s = scratch(&CONFIG.replace("niter = 200", "niterations = 200"));
     s.fails("run c.toml -o out", 1, &["c.toml", "line 16", "niterations"]);
@@ -114,7 +142,7 @@ fn the_examples_are_valid() {
     for name in ["airport.toml", "blind-selfcal.toml", "first-light.toml", "millimetre-imager.toml"] {
         s.ok(&format!("run {} --check", examples.join(name).display()));
     }
-    for name in ["blind-study.toml", "phase-study.toml"] {
+    for name in ["blind-study.toml", "layout-study.toml", "phase-study.toml"] {
         s.ok(&format!("study {} --check", examples.join(name).display()));
     }
 }

@@ -251,6 +251,35 @@ fn maximum_entropy_scores_1_where_the_noise_hides_the_scene() {
     assert!(noisy < 0.6 && clear < 0.6, "{noisy} {clear}");
 }
 
+#[test]
+fn axes_vary_the_options_of_a_made_layout() {
+    let made = "make = { kind = \"ring\", elements = 12, aperture = \"0.5m\", seed = 3 }";
+    let config = CONFIG.replace("name = \"mm-y\", antennas = 12, choose = \"random\"", made);
+    let axes = config.replace("layout.antennas", "layout.make.elements")
+        + "[[axis]]\nparameter = \"layout.make.kind\"\nvalues = [\"ring\", \"random\"]\n";
+    let s = scratch(&axes);
+    let json = s.json("study c.toml -o swept");
+    assert_eq!((json["trials"].as_u64(), json["failed"].as_u64()), (Some(24), Some(0)), "{json}");
+    // Each point is that of the file that `layout make` writes.
+    let swept = read(&s, "swept/trials.csv");
+    let scores = column(&swept, "dynamic_range_before");
+    s.ok("layout make random --elements 14 --aperture 0.5m --seed 3 -o random.toml");
+    let alone = config
+        .replace(made, "name = \"random.toml\"")
+        .replace("layout.antennas", "corrupt.sefd")
+        .replace("values = [12, 14]", "values = [\"1kJy\"]");
+    s.write("alone.toml", alone);
+    s.ok("study alone.toml -o alone");
+    let point: Vec<f64> = column(&read(&s, "alone/trials.csv"), "dynamic_range_before")[..3].to_vec();
+    // The last axis changes fastest: 5 deg with 12 elements of either kind, then with 14.
+    assert_eq!(scores[9..12], point[..], "{swept}");
+    assert!(scores[6..9] != point[..]);
+    s.write("c.toml", axes.replace("\"random\"]", "\"circle\"]"));
+    s.fails("study c.toml -o no", 1, &["layout.make.kind = circle", "reuleaux"]);
+    s.write("c.toml", axes.replace("values = [12, 14]", "values = [12, 1]"));
+    s.fails("study c.toml -o no", 1, &["layout.make.elements = 1", "elements is 1"]);
+}
+
 /// The study of the tutorial with fewer values, seeds and pixels, and what the tutorial says of it.
 #[test]
 fn the_tutorial_holds_in_small() {

@@ -170,6 +170,22 @@ impl CoveragePlan {
         self.times.iter().zip(self.first_row.windows(2)).filter(|(_, w)| w[1] > w[0]).map(|(t, _)| t.jd)
     }
 
+    /// Length of each integration, s.
+    #[must_use]
+    pub fn integration_s(&self) -> f64 {
+        self.integration_s
+    }
+
+    /// Each integration that has baselines, as seen from the phase centre: the antennas that take part, and their places (u, v) in m from a common
+    /// origin. The baseline of two antennas is the difference of their places.
+    pub fn views(&self) -> impl Iterator<Item = Vec<(usize, [f64; 2])>> + '_ {
+        let seen = |slot: &TimeSlot, i: usize| {
+            let [u, v, _] = turned(&slot.axes, self.positions_m[i]);
+            (i, [u, v])
+        };
+        self.times.iter().map(move |slot| self.antennas_up(slot).map(|i| seen(slot, i)).collect()).filter(|view: &Vec<_>| view.len() > 1)
+    }
+
     /// The rows of a range.
     ///
     /// # Errors

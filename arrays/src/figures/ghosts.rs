@@ -65,7 +65,7 @@ impl Ghosts {
 
 /// Steps of the coarsest grid on which all antennas stand; none if there is no grid coarser than [`SHORTEST`].
 fn grid(plane: &Plane) -> Vec<Vector> {
-    let mut offsets: Vec<Vector> = plane.xy.iter().map(|p| sub(*p, plane.xy[0])).collect();
+    let mut offsets: Vec<Vector> = plane.views.iter().flat_map(|xy| xy.iter().map(|p| sub(*p, xy[0]))).collect();
     offsets.sort_by(|a, b| length(*a).total_cmp(&length(*b)));
     let mut basis: Vec<Vector> = Vec::new();
     for offset in &offsets {
@@ -195,7 +195,7 @@ mod tests {
         for (a, b) in [([3.0, 0.0], [0.0, 3.0]), ([2.0, 0.0], [1.0, 3.0_f64.sqrt()]), ([5.1, 1.3], [-2.2, 7.7])] {
             let places = [(0, 0), (4, 6), (9, 1), (15, 10), (-6, 21), (2, -9), (7, 7)];
             let xy: Vec<Vector> = places.iter().map(|(i, j)| [0, 1].map(|k| f64::from(*i) * a[k] + f64::from(*j) * b[k])).collect();
-            let ghosts = Ghosts::of(&Plane { xy: xy.clone() });
+            let ghosts = Ghosts::of(&Plane { views: vec![xy.clone()] });
             assert_eq!(ghosts.steps.len(), 2);
             let area = cross(ghosts.steps[0], ghosts.steps[1]).abs();
             assert!((area / cross(a, b).abs() - 1.0).abs() < 1e-9, "{area}");
@@ -214,7 +214,7 @@ mod tests {
         // Spacings of 4.4, 6.6 and 11 wavelengths have the common step 2.2, turned by 30 degrees.
         let (s, c) = (0.5, 0.75_f64.sqrt());
         let xy = [0.0, 4.4, 11.0, 22.0].map(|r| [r * c, r * s]).to_vec();
-        let ghosts = Ghosts::of(&Plane { xy });
+        let ghosts = Ghosts::of(&Plane { views: vec![xy] });
         assert_eq!(ghosts.steps.len(), 1);
         assert!((length(ghosts.steps[0]) - 2.2).abs() < 1e-12);
         assert_eq!(ghosts.directions.len(), 2);
@@ -229,7 +229,7 @@ mod tests {
             .collect();
         let close: Vec<Vector> = (0..25).map(|k| [f64::from(k % 5), f64::from(k / 5)].map(|v| v * 0.49)).collect();
         for xy in [spiral, close] {
-            let ghosts = Ghosts::of(&Plane { xy });
+            let ghosts = Ghosts::of(&Plane { views: vec![xy] });
             assert!(ghosts.directions.is_empty());
             assert!((ghosts.alias_free_field_rad - std::f64::consts::PI).abs() < 1e-12);
         }

@@ -144,13 +144,13 @@ mod tests {
     fn the_hole_of_one_baseline_is_the_whole_disc() {
         // Two antennas, baseline b: circles within the disc of b beside the line of the two samples. The largest touches both samples and the
         // opposite side: it has the middle (0, y) with b - y = sqrt(b^2 + y^2), so y = 0 and the radius b.
-        let pair = Plane { xy: vec![[0.0, 0.0], [3.0, 0.0]] };
+        let pair = Plane { views: vec![vec![[0.0, 0.0], [3.0, 0.0]]] };
         assert!((diameter(&pair) - 6.0).abs() < 0.01, "{}", diameter(&pair));
     }
 
     #[test]
     fn no_point_of_a_fine_grid_has_a_larger_hole() {
-        let plane = Plane { xy: (0..12).map(|k| [f64::from(k * k * 7 % 23), f64::from(k * 5 % 17) * 1.3]).collect() };
+        let plane = Plane { views: vec![(0..12).map(|k| [f64::from(k * k * 7 % 23), f64::from(k * 5 % 17) * 1.3]).collect()] };
         let found = diameter(&plane) / 2.0;
         let (longest, n) = (plane.longest(), 300);
         let mut best = 0.0_f64;

@@ -3,6 +3,7 @@
 //! A lost antenna takes its phasors out of the sums of the beam, and its baselines out of the counts. Nothing is summed anew: one pair of lost
 //! antennas costs as much as one antenna does in the full sum.
 
+use super::beam_lobes::Reach;
 use super::coverage::{different_baselines, uv_cells, uv_fill};
 use super::main_lobe::Beam;
 use super::plane::Plane;
@@ -17,6 +18,9 @@ use std::f64::consts::{PI, TAU};
 
 /// Most antennas for which all pairs are lost in turn: 32,640 pairs.
 const MOST_FOR_PAIRS: usize = 256;
+
+/// Most steps of a ray whose phasors are kept for every antenna.
+const MOST_RAY_STEPS: usize = 240;
 
 /// Number of figures that are followed.
 const FIGURES: usize = 9;
@@ -66,17 +70,17 @@ pub struct Losses {
 
 impl ArrayLayout {
     /// Figures at a frequency with natural weights, for one integration towards the zenith, with any one antenna lost, and any two if `pairs`. The
-    /// side lobes are those in the field of the full array: 30 of its beams. The u-v cells are those of [`crate::LayoutFigures`] at this
+    /// side lobes are those within `reach`, the range of the full array. The u-v cells are those of [`crate::LayoutFigures`] at this
     /// `cell_m`. `sefd_jy` weighs the antennas in `noise_ratio`; equal ones without it.
     ///
     /// # Errors
     /// Fewer than three antennas (four for pairs), more than 3,000 (256 for pairs).
-    pub(super) fn losses(&self, wavelength_m: f64, cell_m: f64, sefd_jy: Option<&[f64]>, pairs: bool) -> Result<Losses> {
+    pub(super) fn losses(&self, wavelength_m: f64, cell_m: f64, sefd_jy: Option<&[f64]>, reach: Reach, pairs: bool) -> Result<Losses> {
         let n = self.n_ant();
         let (least, most) = if pairs { (4, MOST_FOR_PAIRS) } else { (3, 3000) };
         ArrayError::need("lost", if pairs { 2 } else { 1 }, n >= least, format!("0: of {n} antennas none can be spared"))?;
         ArrayError::need("lost", 2, n <= most, format!("at most 1 for more than {most} antennas, here {n}"))?;
-        let sums = Sums::new(self, wavelength_m, cell_m / wavelength_m, sefd_jy);
+        let sums = Sums::new(self, wavelength_m, cell_m / wavelength_m, sefd_jy, reach)?;
         let intact = sums.figures(&sums.sums_without(None), &[]);
         let ranked = |lost: Vec<usize>, figures| (lost, figures);
         let single: Vec<_> = (0..n).into_par_iter().map(|i| ranked(vec![i], sums.figures(&sums.sums_without(Some(i)), &[i]))).collect();
@@ -108,7 +112,7 @@ fn summary(losses: &[(Vec<usize>, LossFigures)]) -> LossSummary {
 
 /// The sums of the full array, and each antenna's part of them.
 struct Sums {
-    plane: Plane,
+    xy: Vec<[f64; 2]>,
     field: Field,
     /// Phasors of each antenna along the columns and the rows of the field.
     along: Vec<Vec<Complex64>>,
@@ -129,19 +133,21 @@ struct Reduced {
 }
 
 impl Sums {
-    fn new(layout: &ArrayLayout, wavelength_m: f64, cell: f64, sefd_jy: Option<&[f64]>) -> Self {
+    fn new(layout: &ArrayLayout, wavelength_m: f64, cell: f64, sefd_jy: Option<&[f64]>, reach: Reach) -> Result<Self> {
         let plane = Plane::new(layout, wavelength_m);
-        let psf = Psf::natural(&plane.xy);
-        let field = Field::whole(&Beam::fit(&psf));
+        let xy = plane.views.concat();
+        let psf = Psf::natural(&xy);
+        let field = reach.field(&Beam::fit(&psf))?;
         let edges = field.edges(|ray, step| {
             let [l, m] = field.on_ray(ray, step as f64 / RAY_STEPS);
             psf.at(l, m)
         });
         // A lost antenna widens the main lobe. Where it becomes wider than twice of what it was, its end is found by full sums.
-        let ray_steps = ((2.0 * RAY_STEPS * edges.iter().map(|e| e.beams).fold(1.0, f64::max)) as usize + 4).min(field.ray_end);
+        let ray_steps =
+            ((2.0 * RAY_STEPS * edges.iter().map(|e| e.beams).fold(1.0, f64::max)) as usize + 4).min(field.ray_end).min(MOST_RAY_STEPS);
         let steps = |p: &[f64; 2], step: [f64; 2], from: i64| (from..=field.half).map(|k| phasor(*p, step, k)).collect::<Vec<_>>();
-        let along: Vec<_> = plane.xy.iter().map(|p| steps(p, field.step_x, -field.half)).collect();
-        let across: Vec<_> = plane.xy.iter().map(|p| steps(p, field.step_y, 0)).collect();
+        let along: Vec<_> = xy.iter().map(|p| steps(p, field.step_x, -field.half)).collect();
+        let across: Vec<_> = xy.iter().map(|p| steps(p, field.step_y, 0)).collect();
         let ray = |p: &[f64; 2]| {
             let at = |ray: usize, step: usize| {
                 let [l, m] = field.on_ray(ray, step as f64 / RAY_STEPS);
@@ -149,15 +155,15 @@ impl Sums {
             };
             (0..RAYS).flat_map(|r| (1..=ray_steps).map(move |s| (r, s))).map(|(r, s)| at(r, s)).collect::<Vec<_>>()
         };
-        let on_rays: Vec<Vec<Complex64>> = plane.xy.par_iter().map(ray).collect();
+        let on_rays: Vec<Vec<Complex64>> = xy.par_iter().map(ray).collect();
         let mut total = vec![Complex64::ZERO; along[0].len() * across[0].len()];
         let mut ray_total = vec![Complex64::ZERO; RAYS * ray_steps];
-        for a in 0..plane.xy.len() {
+        for a in 0..xy.len() {
             add(&mut total, &along[a], &across[a], 1.0);
             ray_total.iter_mut().zip(&on_rays[a]).for_each(|(t, p)| *t += p);
         }
         let pairs = Pairs::new(layout, &plane, wavelength_m, cell, sefd_jy);
-        Self { plane, field, along, across, ray_steps, on_rays, total, ray_total, pairs }
+        Ok(Self { xy, field, along, across, ray_steps, on_rays, total, ray_total, pairs })
     }
 
     fn sums_without(&self, lost: Option<usize>) -> Reduced {
@@ -171,7 +177,7 @@ impl Sums {
 
     /// Figures without the lost antennas, the first of which is already taken out of the sums.
     fn figures(&self, reduced: &Reduced, lost: &[usize]) -> LossFigures {
-        let left: Vec<[f64; 2]> = (0..self.plane.xy.len()).filter(|k| !lost.contains(k)).map(|k| self.plane.xy[k]).collect();
+        let left: Vec<[f64; 2]> = (0..self.xy.len()).filter(|k| !lost.contains(k)).map(|k| self.xy[k]).collect();
         let n = left.len() as f64;
         let mean = [0, 1].map(|k| left.iter().map(|p| p[k]).sum::<f64>() / n);
         let psf = Psf::natural(&left.iter().map(|p| [p[0] - mean[0], p[1] - mean[1]]).collect::<Vec<_>>());
@@ -242,7 +248,7 @@ struct Counts {
 
 impl Pairs {
     fn new(layout: &ArrayLayout, plane: &Plane, wavelength_m: f64, cell: f64, sefd_jy: Option<&[f64]>) -> Self {
-        let antennas = plane.xy.len();
+        let antennas = layout.n_ant();
         let counted = |numbers: &mut dyn Iterator<Item = usize>| {
             let mut counts = Vec::new();
             for k in numbers {

@@ -66,6 +66,11 @@ fn ellipse_width(beam: &Beam, s: f64, c: f64) -> f64 {
 }
 
 impl Beam {
+    /// Whether the array has no resolution in one direction, as a line of antennas.
+    pub(super) fn is_line(&self) -> bool {
+        self.major_rad >= PI
+    }
+
     /// Fit the main lobe above half its peak.
     ///
     /// The curvature at the peak gives axes and a first size; the logarithm of the beam is then fitted by a quadratic form, with weights

@@ -1,8 +1,10 @@
 //! Figures of merit of an array: its size, and at one frequency or over a band its beam, side lobes, u-v coverage and noise, for a snapshot at
-//! the zenith.
+//! the zenith or over a track.
 
+mod beam_lobes;
 mod cable;
 mod coverage;
+mod ghost_map;
 mod ghosts;
 mod hole;
 mod losses;
@@ -10,29 +12,26 @@ mod main_lobe;
 mod options;
 mod plane;
 mod psf;
+mod seen;
 mod sensitivity;
 mod shadowing;
 mod side_lobes;
 mod uniformity;
 mod weights;
 
+pub use beam_lobes::{Aperture, ApertureFrom, BeamLobes};
+pub use ghost_map::{GhostLobe, GhostMap};
 pub use ghosts::Ghosts;
 pub use losses::{LOSS_FIGURES, LossFigures, LossSummary, Losses};
-pub use options::FigureOptions;
+pub use options::{FigureOptions, WITHIN};
 pub use shadowing::Shadowing;
 
-use main_lobe::{Beam, HalfPower};
-use plane::Plane;
-use psf::Psf;
-use side_lobes::{Field, SideLobes};
+use beam_lobes::Reach;
+use main_lobe::HalfPower;
+use seen::Seen;
 
-use crate::{ArrayError, ArrayLayout, Result, SPEED_OF_LIGHT_M_S, Weighting};
+use crate::{ArrayLayout, CoveragePlan, Result};
 use std::f64::consts::PI;
-
-/// Largest number of antennas for which figures are computed, because the pairs are held in memory.
-const MOST_ANTENNAS: usize = 3000;
-/// Most baselines of all channels together that the beam of other than natural weights sums one by one.
-const MOST_TERMS: usize = 250_000;
 
 /// Baselines of an array.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,7 +46,7 @@ pub struct LayoutExtent {
     pub longest_m: f64,
 }
 
-/// Figures at one frequency or over a band, for one integration towards the zenith or boresight.
+/// Figures at one frequency or over a band, for one integration towards the zenith or boresight, or for all integrations of a track together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayoutFigures {
     /// Full width at half maximum of the main lobe along its major axis, rad (Gaussian fit); pi where the array has no
@@ -63,14 +62,18 @@ pub struct LayoutFigures {
     pub half_power_equivalent_rad: f64,
     /// Wavelength over the shortest projected baseline, rad.
     pub largest_scale_rad: f64,
-    /// Largest side lobe (of either sign) over the main lobe, dB, within 30 beams of the centre.
+    /// The aperture whose wavelengths are the unit of `within`.
+    pub aperture: Aperture,
+    /// Distance from the centre to which side lobes count, wavelengths over the aperture.
+    pub within: f64,
+    /// The same, rad.
+    pub within_rad: f64,
+    /// Largest side lobe (of either sign) over the main lobe, dB, from the first minimum to that distance.
     pub psl_db: f64,
-    /// Root mean square of the beam outside the main lobe over its peak, within 30 beams of the centre.
+    /// Root mean square of the beam outside the main lobe over its peak, within that distance.
     pub rms_sidelobe: f64,
     /// Lowest value of the beam there: its deepest negative side lobe.
     pub lowest_sidelobe: f64,
-    /// Peak side lobe, dB, and rms side lobe within the distance of the options.
-    pub within: Option<(f64, f64)>,
     /// Fraction of the u-v cells within the longest baseline that contain a baseline. A cell has the size of the smallest element diameter,
     /// or of the shortest baseline where no diameter is known, or that of the options.
     pub uv_fill: f64,
@@ -89,6 +92,10 @@ pub struct LayoutFigures {
     pub unique_baselines: usize,
     /// Where regular spacings repeat the image.
     pub ghosts: Ghosts,
+    /// Number of integrations: 1 without a track.
+    pub n_integrations: usize,
+    /// Time to which the noise belongs, s: that of the options, or of all integrations of the track.
+    pub time_s: f64,
     /// Rms of a point source in the naturally weighted image, Jy; `None` without a bandwidth or the sensitivity of every antenna.
     pub point_source_jy: Option<f64>,
     /// The same as brightness averaged over the fitted beam, K.
@@ -130,27 +137,30 @@ impl ArrayLayout {
     /// A frequency that is not positive; fewer than two antennas or more than 3,000; antennas that all lie along the line of sight; an option out of
     /// its range; sums that would take minutes.
     pub fn figures_with(&self, freq_hz: f64, options: &FigureOptions) -> Result<LayoutFigures> {
-        let (plane, wavelength_m) = self.in_plane(freq_hz, options)?;
-        let scales = options.scales(freq_hz);
-        let terms = self.n_baselines() * scales.len();
-        ArrayError::need(
-            "weighting",
-            if options.weighting == Weighting::Uniform { "uniform" } else { "briggs" },
-            options.weighting == Weighting::Natural || terms <= MOST_TERMS,
-            format!("natural for {terms} baselines of all channels: other weights take at most {MOST_TERMS}"),
-        )?;
-        let cell_m = self.uv_cell_m(&plane, wavelength_m, options);
+        self.figures_of(freq_hz, options, None)
+    }
+
+    /// Figures of merit of all integrations of a track together. The plan must be one of this layout.
+    ///
+    /// # Errors
+    /// As [`ArrayLayout::figures_with`]; so many integrations that the sums would take minutes.
+    pub fn figures_over(&self, freq_hz: f64, options: &FigureOptions, plan: &CoveragePlan) -> Result<LayoutFigures> {
+        self.figures_of(freq_hz, options, Some(plan))
+    }
+
+    fn figures_of(&self, freq_hz: f64, options: &FigureOptions, track: Option<&CoveragePlan>) -> Result<LayoutFigures> {
+        let Seen { plane, wavelength_m, cell_m, psf, beam, aperture, reach } = self.seen(freq_hz, options, track)?;
         let cell = cell_m / wavelength_m;
-        let psf = Psf::weighted(&plane, &scales, options.weighting, options.robust.unwrap_or(0.0), cell);
-        let beam = Beam::fit(&psf);
         let width = HalfPower::of(&psf, &beam);
-        let lobes = SideLobes::of(&psf, &Field::whole(&beam));
-        let within = options.within.map(|x| within(&psf, &beam, x, plane.longest())).transpose()?;
+        let lobes = reach.side_lobes(&psf, &beam)?;
         let different = coverage::different_baselines(self, wavelength_m / 10.0).into_iter().max().map_or(0, |last| last + 1);
         let hit = coverage::uv_cells(&plane, cell).into_iter().flatten().max().map_or(0, |last| last + 1);
         let sefd = sensitivity::sefd_jy(self, options, wavelength_m);
-        let point =
-            sefd.zip(options.bandwidth).map(|(s, b)| sensitivity::point_source_jy(sensitivity::pairs(&s), b.si(), options.time.si()));
+        // Pairs of all integrations, each of which has the time of one.
+        let (n_integrations, each_s) = (plane.views.len(), track.map_or(options.time.si(), CoveragePlan::integration_s));
+        let of = |view: Vec<(usize, [f64; 2])>, s: &[f64]| sensitivity::pairs(&view.iter().map(|(i, _)| s[*i]).collect::<Vec<_>>());
+        let pairs = |s: &[f64]| track.map_or_else(|| sensitivity::pairs(s), |plan| plan.views().map(|view| of(view, s)).sum());
+        let point = sefd.zip(options.bandwidth).map(|(s, b)| sensitivity::point_source_jy(pairs(&s), b.si(), each_s));
         let (major, minor) = (beam.major_rad.min(PI), beam.minor_rad.min(PI));
         Ok(LayoutFigures {
             bmaj_rad: major,
@@ -159,10 +169,12 @@ impl ArrayLayout {
             half_power_rad: [width.widest_rad, width.narrowest_rad],
             half_power_equivalent_rad: width.equivalent_rad,
             largest_scale_rad: 1.0 / plane.shortest(),
+            aperture,
+            within: options.within,
+            within_rad: reach.radius_rad(),
             psl_db: 10.0 * lobes.peak.log10(),
             rms_sidelobe: lobes.rms,
             lowest_sidelobe: lobes.lowest,
-            within,
             uv_fill: coverage::uv_fill(hit, plane.longest(), cell),
             uv_fill_cell_m: cell_m,
             radial_uniformity: uniformity::radial(&plane),
@@ -171,61 +183,25 @@ impl ArrayLayout {
             redundancy: self.n_baselines() as f64 / different as f64,
             unique_baselines: different,
             ghosts: Ghosts::of(&plane),
+            n_integrations,
+            time_s: n_integrations as f64 * each_s,
             point_source_jy: point,
             delta_t_k: point.map(|p| p * sensitivity::kelvin_per_jy(freq_hz, major, minor)),
         })
     }
 
-    /// Figures with any one antenna lost, and any two if `pairs`: at one frequency, with natural weights. The side lobes are those within 30 beams
-    /// of the full array.
+    /// Figures with any one antenna lost, and any two if `pairs`: at one frequency, with natural weights. The side lobes are those
+    /// within the distance of the options, in wavelengths over the aperture of the full array.
     ///
     /// # Errors
     /// As [`ArrayLayout::figures_with`]; fewer than three antennas (four for pairs), more than 256 for pairs.
     pub fn figures_with_losses(&self, freq_hz: f64, options: &FigureOptions, pairs: bool) -> Result<Losses> {
         let (plane, wavelength_m) = self.in_plane(freq_hz, options)?;
         let sefd = sensitivity::sefd_jy(self, options, wavelength_m);
-        self.losses(wavelength_m, self.uv_cell_m(&plane, wavelength_m, options), sefd.as_deref(), pairs)
+        let aperture_m = Aperture::of(self, options, plane.longest() * wavelength_m).diameter_m;
+        let reach = Reach { within: options.within, aperture: aperture_m / wavelength_m };
+        self.losses(wavelength_m, self.uv_cell_m(&plane, wavelength_m, options), sefd.as_deref(), reach, pairs)
     }
-
-    /// The antennas in the aperture plane and the wavelength, after a check of what was asked.
-    fn in_plane(&self, freq_hz: f64, options: &FigureOptions) -> Result<(Plane, f64)> {
-        ArrayError::unless(freq_hz.is_finite() && freq_hz > 0.0, "frequency", format_args!("{freq_hz} Hz"), "a positive frequency")?;
-        ArrayError::unless(
-            (2..=MOST_ANTENNAS).contains(&self.n_ant()),
-            "number of antennas",
-            self.n_ant(),
-            "2 to 3000 for figures of merit",
-        )?;
-        options.check(freq_hz)?;
-        let wavelength_m = SPEED_OF_LIGHT_M_S / freq_hz;
-        let plane = Plane::new(self, wavelength_m);
-        ArrayError::unless(
-            plane.longest() != 0.0,
-            "longest baseline in the aperture plane",
-            "0 m",
-            "antennas side by side, not one behind the other",
-        )?;
-        Ok((plane, wavelength_m))
-    }
-
-    /// Width of a cell of the u-v fill.
-    fn uv_cell_m(&self, plane: &Plane, wavelength_m: f64, options: &FigureOptions) -> f64 {
-        let smallest = self.antennas().iter().filter_map(|a| a.diameter_m).fold(f64::INFINITY, f64::min);
-        let own = if smallest.is_finite() { smallest } else { plane.shortest() * wavelength_m };
-        options.uv_cell.or(options.diameter).map_or(own, |c| c.si())
-    }
-}
-
-/// Peak side lobe in dB and rms within `x` wavelengths over the longest baseline.
-fn within(psf: &Psf, beam: &Beam, x: f64, longest: f64) -> Result<(f64, f64)> {
-    let Some(field) = Field::within(beam, x / longest) else {
-        ArrayError::need("within", x, false, format!("at most {:.0} for this array: 1000 beams", 1000.0 * beam.minor_rad * longest))?;
-        return Ok((0.0, 0.0));
-    };
-    let lobes = SideLobes::of(psf, &field);
-    let main = beam.major_rad * longest;
-    ArrayError::need("within", x, lobes.peak > 0.0, format!("more than the main lobe, which is {main:.1} wide at half of its peak"))?;
-    Ok((10.0 * lobes.peak.log10(), lobes.rms))
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! The beam of an array by direct sums.
 //!
 //! With natural weights and no autocorrelations the beam of N antennas is (|AF|^2 - N) / (N (N - 1)), where AF is the sum of the antennas'
-//! phasors, so each point of the beam costs N multiplications. With other weights it is the sum of the baselines' cosines. Over a band it is
-//! the mean of the channels: at the frequency s f the beam at (l, m) is that at f at (s l, s m).
+//! phasors, so each point of the beam costs N multiplications. With other weights it is the sum of the baselines' cosines. Over a band and a
+//! track it is the mean over all baselines of the channels and integrations, each of which is a view: the antennas in wavelengths, as seen from
+//! the source.
 
 use super::plane::Plane;
 use super::weights;
@@ -20,8 +21,8 @@ pub(super) struct Psf {
 }
 
 enum Sum {
-    /// Antennas in wavelengths at the reference frequency, and the channels' frequencies over it.
-    Antennas { xy: Vec<[f64; 2]>, scales: Vec<f64> },
+    /// Antennas in wavelengths from their mean, in each view, and 1 over the number of their pairs in both orders.
+    Antennas { views: Vec<Vec<[f64; 2]>>, norm: f64 },
     /// Baselines u, v in wavelengths of their channels, with weights whose sum is 1.
     Baselines { uv: Vec<[f64; 2]>, weights: Vec<f64> },
 }
@@ -37,13 +38,20 @@ pub(super) struct Curve {
 impl Psf {
     /// The beam at one frequency with natural weights.
     pub(super) fn natural(xy: &[[f64; 2]]) -> Self {
-        Self { sum: Sum::Antennas { xy: xy.to_vec(), scales: vec![1.0] } }
+        Self::of_views(vec![xy.to_vec()])
+    }
+
+    /// The beam of all views with natural weights.
+    fn of_views(views: Vec<Vec<[f64; 2]>>) -> Self {
+        let pairs: f64 = views.iter().map(|v| v.len() as f64 * (v.len() as f64 - 1.0)).sum();
+        Self { sum: Sum::Antennas { views, norm: 1.0 / pairs } }
     }
 
     /// The beam over channels at `scales` times the reference frequency. `cell` is the width of the cells of the weights in wavelengths.
     pub(super) fn weighted(plane: &Plane, scales: &[f64], weighting: Weighting, robust: f64, cell: f64) -> Self {
         if weighting == Weighting::Natural {
-            return Self { sum: Sum::Antennas { xy: plane.xy.clone(), scales: scales.to_vec() } };
+            let scaled = |s: &f64| plane.views.iter().map(|view| view.iter().map(|p| p.map(|v| v * s)).collect()).collect::<Vec<_>>();
+            return Self::of_views(scales.iter().flat_map(scaled).collect());
         }
         let uv: Vec<[f64; 2]> = scales.iter().flat_map(|s| plane.pairs().map(move |p| p.map(|v| v * s))).collect();
         let weights = weights::of(&uv, weighting, robust, cell);
@@ -56,15 +64,22 @@ impl Psf {
         Self { sum: Sum::Baselines { uv, weights: weights.iter().map(|w| w / total).collect() } }
     }
 
+    /// Number of phasors in the sum of one direction.
+    pub(super) fn n_terms(&self) -> usize {
+        match &self.sum {
+            Sum::Antennas { views, .. } => views.iter().map(Vec::len).sum(),
+            Sum::Baselines { uv, .. } => uv.len(),
+        }
+    }
+
     /// Mean of u u, u v, v v over the weighted baselines, wavelengths^2.
     pub(super) fn moments(&self) -> [f64; 3] {
         let product = |p: &[f64; 2]| [p[0] * p[0], p[0] * p[1], p[1] * p[1]];
         match &self.sum {
-            Sum::Antennas { xy, scales } => {
-                // Baselines have twice the moments of antennas about their mean.
-                let n = xy.len() as f64;
-                let spread = scales.iter().map(|s| s * s).sum::<f64>() / scales.len() as f64;
-                [0, 1, 2].map(|k| 2.0 / (n - 1.0) * spread * xy.iter().map(|p| product(p)[k]).sum::<f64>())
+            Sum::Antennas { views, norm } => {
+                // The baselines in both orders have 2 N times the moments of N antennas about their mean.
+                let of = |xy: &Vec<[f64; 2]>, k: usize| 2.0 * xy.len() as f64 * xy.iter().map(|p| product(p)[k]).sum::<f64>();
+                [0, 1, 2].map(|k| norm * views.iter().map(|xy| of(xy, k)).sum::<f64>())
             }
             Sum::Baselines { uv, weights } => [0, 1, 2].map(|k| uv.iter().zip(weights).map(|(p, w)| w * product(p)[k]).sum::<f64>()),
         }
@@ -73,13 +88,12 @@ impl Psf {
     /// The beam in the direction (l, m).
     pub(super) fn at(&self, l: f64, m: f64) -> f64 {
         match &self.sum {
-            Sum::Antennas { xy, scales } => {
-                let n = xy.len() as f64;
-                let one = |s: &f64| {
-                    let af: Complex64 = xy.iter().map(|p| Complex64::cis(TAU * s * (p[0] * l + p[1] * m))).sum();
-                    (af.norm_sqr() - n) / (n * (n - 1.0))
+            Sum::Antennas { views, norm } => {
+                let one = |xy: &Vec<[f64; 2]>| {
+                    let af: Complex64 = xy.iter().map(|p| Complex64::cis(TAU * (p[0] * l + p[1] * m))).sum();
+                    af.norm_sqr() - xy.len() as f64
                 };
-                scales.iter().map(one).sum::<f64>() / scales.len() as f64
+                norm * views.iter().map(one).sum::<f64>()
             }
             Sum::Baselines { uv, weights } => uv.iter().zip(weights).map(|(p, w)| w * (TAU * (p[0] * l + p[1] * m)).cos()).sum(),
         }
@@ -89,13 +103,12 @@ impl Psf {
     pub(super) fn curve(&self, l: f64, m: f64) -> Curve {
         let mut out = Curve::default();
         match &self.sum {
-            Sum::Antennas { xy, scales } => {
-                let norm = 1.0 / (xy.len() as f64 * (xy.len() as f64 - 1.0) * scales.len() as f64);
-                for s in scales {
+            Sum::Antennas { views, norm } => {
+                for xy in views {
                     // The sum of phasors, and its derivatives without their factors of i.
                     let (mut af, mut first, mut second) = (Complex64::ZERO, [Complex64::ZERO; 2], [Complex64::ZERO; 3]);
                     for p in xy {
-                        let [x, y] = p.map(|v| TAU * s * v);
+                        let [x, y] = p.map(|v| TAU * v);
                         let z = Complex64::cis(x * l + y * m);
                         af += z;
                         first[0] += z * x;
@@ -133,11 +146,9 @@ impl Psf {
         let width = (2 * half + 1) as usize;
         let mut out = vec![vec![0.0; width]; (half + 1) as usize];
         match &self.sum {
-            Sum::Antennas { xy, scales } => {
-                let n = xy.len() as f64;
-                let norm = 1.0 / (n * (n - 1.0) * scales.len() as f64);
-                for s in scales {
-                    let (a, b) = (a.map(|v| v * s), b.map(|v| v * s));
+            Sum::Antennas { views, norm } => {
+                for xy in views {
+                    let n = xy.len() as f64;
                     // [i][antenna], so that the inner sum runs along memory.
                     let along: Vec<Vec<Complex64>> = (-half..=half).map(|i| xy.iter().map(|p| phasor(*p, a, i)).collect()).collect();
                     out.par_iter_mut().enumerate().for_each(|(j, row)| {
@@ -177,15 +188,15 @@ mod tests {
     fn plane() -> Plane {
         let xy: Vec<[f64; 2]> = (0..9).map(|k| [(f64::from(k * k) * 1.7) % 13.0, (f64::from(k) * 5.3) % 11.0]).collect();
         let mean = [0, 1].map(|k| xy.iter().map(|p| p[k]).sum::<f64>() / 9.0);
-        Plane { xy: xy.iter().map(|p| [p[0] - mean[0], p[1] - mean[1]]).collect() }
+        Plane { views: vec![xy.iter().map(|p| [p[0] - mean[0], p[1] - mean[1]]).collect()] }
     }
 
     /// All pairs of antennas in both orders and all channels, without any shortcut.
     fn brute(plane: &Plane, scales: &[f64], l: f64, m: f64) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for s in scales {
-            for (i, a) in plane.xy.iter().enumerate() {
-                for (j, b) in plane.xy.iter().enumerate() {
+            for (i, a) in plane.views[0].iter().enumerate() {
+                for (j, b) in plane.views[0].iter().enumerate() {
                     if i != j {
                         sum += (TAU * s * ((b[0] - a[0]) * l + (b[1] - a[1]) * m)).cos();
                         count += 1.0;
@@ -215,7 +226,7 @@ mod tests {
             }
         }
         // Natural weights, no zero spacing: nothing is lower than -1 / (N - 1).
-        let psf = Psf::natural(&plane.xy);
+        let psf = Psf::natural(&plane.views[0]);
         let lowest = (0..4000).map(|k| psf.at(f64::from(k) * 0.0007, f64::from(k * k % 997) * 0.001)).fold(1.0, f64::min);
         assert!((-1.0 / 8.0..0.0).contains(&lowest), "{lowest}");
     }

@@ -7,8 +7,6 @@ use super::main_lobe::Beam;
 use super::psf::{Curve, Psf};
 use std::f64::consts::PI;
 
-/// The whole field reaches out to this many beams.
-const BEAMS: f64 = 30.0;
 /// Grid points per beam.
 const PER_BEAM: f64 = 4.0;
 /// Directions in which the end of the main lobe is searched, over half a turn.
@@ -60,17 +58,20 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Out to 30 beams in the shape of the beam, or where the sky ends.
-    pub(super) fn whole(beam: &Beam) -> Self {
-        let major = beam.major_rad.min(2.0 / BEAMS);
-        Self::new([beam.minor_rad, major, beam.pa_rad], (BEAMS * PER_BEAM) as i64, f64::INFINITY)
-    }
-
     /// Out to a distance from the centre (a direction cosine); `None` where that is so many beams that the sums would take minutes.
     pub(super) fn within(beam: &Beam, radius: f64) -> Option<Self> {
-        let step = beam.minor_rad / PER_BEAM;
-        let points = (radius.min(1.0) / step).ceil();
+        let points = (radius.min(1.0) / Self::step(beam)).ceil();
         (points <= MOST_POINTS).then(|| Self::new([beam.minor_rad, beam.minor_rad, 0.0], points as i64, radius))
+    }
+
+    /// Distance of the grid points of a field, a direction cosine.
+    pub(super) fn step(beam: &Beam) -> f64 {
+        beam.minor_rad / PER_BEAM
+    }
+
+    /// So many grid points from the centre to each side, with the corners, as far as the horizon.
+    pub(super) fn of_cells(beam: &Beam, half: i64) -> Self {
+        Self::new([beam.minor_rad, beam.minor_rad, 0.0], half, 1.0)
     }
 
     fn new(beam: [f64; 3], half: i64, radius: f64) -> Self {
@@ -149,6 +150,37 @@ impl Field {
             lowest = lowest.min(bottom);
         }
         SideLobes { peak: peak.min(1.0), lowest, rms: if count == 0 { 0.0 } else { (sum / count as f64).sqrt() } }
+    }
+
+    /// Tops of the positive lobes that reach a level, beyond the edges of the main lobe, one of each lobe and its opposite. `rows` holds the values on
+    /// the grid, \[j\]\[i\].
+    pub(super) fn tops<'a>(
+        &'a self,
+        rows: &'a [Vec<f64>],
+        edges: &'a [Edge],
+        level: f64,
+        curve: impl Fn(f64, f64) -> Curve + 'a,
+    ) -> impl Iterator<Item = (f64, [f64; 2])> + 'a {
+        let (half, width) = (self.half, 2 * self.half + 1);
+        let beyond = |distance: f64, ray: usize| distance > edges[ray].beams.max(edges[(ray + 1) % RAYS].beams);
+        let at = move |i: i64, j: i64| {
+            let (i, j) = if j < 0 { (-i, -j) } else { (i, j) };
+            if i.abs() > half || j > half { f64::NEG_INFINITY } else { rows[j as usize][(i + half) as usize] }
+        };
+        // Of two equal neighbours the first is the top.
+        let is_top = move |i: i64, j: i64, v: f64| {
+            let before = [(-1, -1), (0, -1), (1, -1), (-1, 0)].into_iter().all(|(a, b)| v > at(i + a, j + b));
+            before && [(1, 0), (-1, 1), (0, 1), (1, 1)].into_iter().all(|(a, b)| v >= at(i + a, j + b))
+        };
+        let points = (0..=half).flat_map(move |j| (-half..=half).map(move |i| (i, j))).filter(|(i, j)| *j > 0 || *i > 0);
+        points.filter_map(move |(i, j)| {
+            let (v, (distance, ray)) = (at(i, j), self.places[(j * width + i + half) as usize]);
+            if v < CLIMBED * level || !beyond(distance, ray) || !is_top(i, j, v) {
+                return None;
+            }
+            let start = [0, 1].map(|k| i as f64 * self.step_x[k] + j as f64 * self.step_y[k]);
+            self.climb(start, &curve).filter(|(top, _)| *top >= level)
+        })
     }
 
     /// Grid points close to the peak, the highest first, no two of them neighbours.

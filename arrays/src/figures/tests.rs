@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Antenna, BUILTIN_LAYOUTS, LayoutFrame};
+use crate::{Antenna, BUILTIN_LAYOUTS, LayoutFrame, SPEED_OF_LIGHT_M_S};
 
 fn boresight(points: &[[f64; 2]]) -> ArrayLayout {
     let antennas = points.iter().enumerate().map(|(i, p)| Antenna::new(format!("A{i}"), i as u32, [p[0], p[1], 0.0])).collect();

@@ -42,14 +42,14 @@ mod tests {
         assert!((evenness::<10>((0..1000).map(|k| f64::from(k) / 1000.0)) - 1.0).abs() < 1e-12);
         assert!((evenness::<10>((0..1000).map(|_| 0.31)) - 0.1).abs() < 1e-12);
         // A line has one direction.
-        let line = Plane { xy: (0..9).map(|k| [f64::from(k) - 4.0, 0.0]).collect() };
+        let line = Plane { views: vec![(0..9).map(|k| [f64::from(k) - 4.0, 0.0]).collect()] };
         assert!((azimuthal(&line) - 1.0 / 18.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_ring_covers_all_directions_and_crowds_at_the_edge() {
         let ring: Vec<[f64; 2]> = (0..36).map(|k| [(f64::from(k) * PI / 18.0).cos(), (f64::from(k) * PI / 18.0).sin()]).collect();
-        let plane = Plane { xy: ring };
+        let plane = Plane { views: vec![ring] };
         assert!(azimuthal(&plane) > 0.98, "{}", azimuthal(&plane));
         // Of the chords of a circle of diameter 1 the fraction 2 / pi asin(d) is shorter than d: most are short or long.
         let within = |k: usize| 2.0 / PI * (k as f64 / 10.0).sqrt().asin();

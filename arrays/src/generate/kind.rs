@@ -96,6 +96,7 @@ impl LayoutKind {
         parts.extend(options.spacing.or(options.diameter).map(|s| format!("spacing at least {s}")));
         parts.extend(options.rotation.map(|r| format!("rotation {r}")));
         parts.push(format!("seed {}", options.seed));
+        layout.aperture_m = Some(options.aperture.si());
         layout.source = Some(format!("generated: {} ({})", parts.join(", "), self.source));
         Ok(layout)
     }

@@ -30,7 +30,7 @@ impl LayoutFormat for Native {
         })?;
         let Some(site) = context.site.filter(|_| layout.site().is_some()) else { return Ok(layout) };
         let mut moved = ArrayLayout::new(layout.name.clone(), LayoutFrame::EastNorthUp(site), layout.antennas().to_vec())?;
-        moved.source = layout.source;
+        (moved.source, moved.aperture_m) = (layout.source, layout.aperture_m);
         Ok(moved)
     }
 

@@ -3,40 +3,50 @@
 use super::told::Told;
 use crate::cli::failure::{Failure, Result};
 use crate::cli::text::{angle, round};
-use cittert_arrays::quantity::{Frequency, Length};
-use cittert_arrays::{ArrayLayout, FigureOptions, Ghosts, LOSS_FIGURES, LayoutFigures, LossFigures, LossSummary, Weighting};
+use cittert_arrays::quantity::{Duration, Frequency, Length};
+use cittert_arrays::{
+    ApertureFrom, ArrayLayout, CoveragePlan, FigureOptions, Ghosts, LOSS_FIGURES, LayoutFigures, LossFigures, LossSummary, Weighting,
+};
 use serde_json::{Map, Value, json};
 
 /// Most elements whose loss is told as text. JSON has all.
 const RANKED: usize = 5;
 
 /// Figures at a frequency or over a band.
-pub(super) fn tell(layout: &ArrayLayout, freq: Frequency, options: &FigureOptions, told: &mut Told) -> Result<()> {
-    let f = layout.figures_with(freq.si(), options).map_err(|e| Failure::call(e.into()))?;
-    told.add(json(&f, freq, options));
-    told.heading(heading(freq, options));
-    lines(&f, options, told);
+pub(super) fn tell(
+    layout: &ArrayLayout,
+    freq: Frequency,
+    options: &FigureOptions,
+    track: Option<&CoveragePlan>,
+    told: &mut Told,
+) -> Result<()> {
+    let f = match track {
+        Some(plan) => layout.figures_over(freq.si(), options, plan),
+        None => layout.figures_with(freq.si(), options),
+    };
+    let f = f.map_err(|e| Failure::call(e.into()))?;
+    told.add(json(&f, freq));
+    told.heading(heading(freq, options, track.map(|_| &f)));
+    lines(&f, told);
     Ok(())
 }
 
 /// The figures as the keys of an object.
-pub(super) fn json(f: &LayoutFigures, freq: Frequency, options: &FigureOptions) -> Value {
-    let mut all = json!({
+pub(super) fn json(f: &LayoutFigures, freq: Frequency) -> Value {
+    json!({
         "freq_hz": freq.si(), "bmaj_rad": f.bmaj_rad, "bmin_rad": f.bmin_rad, "bpa_rad": f.bpa_rad,
         "beam_equivalent_rad": (f.bmaj_rad * f.bmin_rad).sqrt(),
         "half_power_max_rad": f.half_power_rad[0], "half_power_min_rad": f.half_power_rad[1],
         "half_power_equivalent_rad": f.half_power_equivalent_rad,
-        "largest_scale_rad": f.largest_scale_rad, "psl_db": f.psl_db, "rms_sidelobe": f.rms_sidelobe, "lowest_sidelobe": f.lowest_sidelobe,
+        "largest_scale_rad": f.largest_scale_rad,
+        "within": f.within, "within_rad": f.within_rad, "aperture_m": f.aperture.diameter_m, "aperture_from": from(f.aperture.from),
+        "psl_db": f.psl_db, "rms_sidelobe": f.rms_sidelobe, "lowest_sidelobe": f.lowest_sidelobe,
         "uv_fill": f.uv_fill, "uv_fill_cell_m": f.uv_fill_cell_m, "radial_uniformity": f.radial_uniformity,
         "azimuthal_uniformity": f.azimuthal_uniformity, "largest_hole_m": f.largest_hole_m,
         "redundancy": f.redundancy, "unique_baselines": f.unique_baselines,
         "alias_free_field_rad": f.ghosts.alias_free_field_rad, "ghosts_lm": f.ghosts.directions, "grid_steps_wavelengths": f.ghosts.steps,
-        "point_source_jy": f.point_source_jy, "delta_t_k": f.delta_t_k,
-    });
-    if let (Some(x), Some((psl, rms))) = (options.within, f.within) {
-        (all["within"], all["psl_within_db"], all["rms_sidelobe_within"]) = (x.into(), psl.into(), rms.into());
-    }
-    all
+        "n_integrations": f.n_integrations, "time_s": f.time_s, "point_source_jy": f.point_source_jy, "delta_t_k": f.delta_t_k,
+    })
 }
 
 /// Elements, baselines and cable as the keys of an object.
@@ -51,8 +61,8 @@ pub(super) fn extent_json(layout: &ArrayLayout) -> Value {
     })
 }
 
-/// Band, weights and direction for which the figures hold.
-pub(super) fn heading(freq: Frequency, options: &FigureOptions) -> String {
+/// Band, weights and directions for which the figures hold; `over` holds those of a track.
+pub(super) fn heading(freq: Frequency, options: &FigureOptions, over: Option<&LayoutFigures>) -> String {
     let weights = match (options.weighting, options.robust) {
         (Weighting::Natural, _) => "natural weights".to_owned(),
         (Weighting::Uniform, _) => "uniform weights".to_owned(),
@@ -62,10 +72,29 @@ pub(super) fn heading(freq: Frequency, options: &FigureOptions) -> String {
         (Some(width), channels) if channels > 1 => format!(", {channels} channels over {width}"),
         _ => String::new(),
     };
-    format!("at {freq}{band}, {weights}, one integration towards the zenith or boresight:")
+    let seen = over.map_or_else(
+        || "one integration towards the zenith or boresight".to_owned(),
+        |f| format!("a track of {} integrations, {} in all", f.n_integrations, Duration(round(f.time_s))),
+    );
+    format!("at {freq}{band}, {weights}, {seen}:")
 }
 
-fn lines(f: &LayoutFigures, options: &FigureOptions, told: &mut Told) {
+/// The directions in which side lobes count.
+pub(super) fn range(f: &LayoutFigures) -> String {
+    let length = Length(round(f.aperture.diameter_m));
+    format!("from the first minimum to {} wavelengths over the {}, {length:.9}", f.within, f.aperture.from.in_words())
+}
+
+/// How the aperture is known, as a word.
+fn from(known: ApertureFrom) -> &'static str {
+    match known {
+        ApertureFrom::Options => "options",
+        ApertureFrom::Layout => "layout",
+        ApertureFrom::LongestBaseline => "longest-baseline",
+    }
+}
+
+fn lines(f: &LayoutFigures, told: &mut Told) {
     told.line(
         "resolution",
         format_args!("{} x {}, position angle {:.1} deg", angle(f.bmaj_rad), angle(f.bmin_rad), f.bpa_rad.to_degrees()),
@@ -75,10 +104,8 @@ fn lines(f: &LayoutFigures, options: &FigureOptions, told: &mut Told) {
         format_args!("{} to {}, equivalent {}", angle(f.half_power_rad[1]), angle(f.half_power_rad[0]), angle(f.half_power_equivalent_rad)),
     );
     told.line("largest", angle(f.largest_scale_rad));
-    told.line("side lobes", format_args!("peak {:.1} dB, rms {:.4} within 30 beams", f.psl_db, f.rms_sidelobe));
-    if let (Some(x), Some((psl, rms))) = (options.within, f.within) {
-        told.line("", format_args!("peak {psl:.1} dB, rms {rms:.4} within {x} wavelengths over the longest baseline"));
-    }
+    told.line("side lobes", format_args!("peak {:.1} dB, rms {:.4}", f.psl_db, f.rms_sidelobe));
+    told.line("", range(f));
     told.line(
         "u-v plane",
         format_args!(
@@ -100,7 +127,7 @@ fn lines(f: &LayoutFigures, options: &FigureOptions, told: &mut Told) {
     );
     told.line("ghosts", ghosts(&f.ghosts));
     if let (Some(jy), Some(kelvin)) = (f.point_source_jy, f.delta_t_k) {
-        told.line("noise", format_args!("{kelvin:.4} K in a beam, {jy:.4e} Jy of a point source, in {}", options.time));
+        told.line("noise", format_args!("{kelvin:.4} K in a beam, {jy:.4e} Jy of a point source, in {}", Duration(round(f.time_s))));
     }
 }
 
@@ -124,7 +151,7 @@ pub(super) fn tell_losses(layout: &ArrayLayout, freq: Frequency, options: &Figur
     let name = |i: usize| layout.antennas()[i].name.as_str();
     let ranking: Vec<Value> = losses.ranking.iter().map(|(i, f)| json!({ "antenna": name(*i), "figures": object(f) })).collect();
     told.add(json!({ "lost_none": object(&losses.intact), "lost_one": summary(&losses.one, 1, name), "lost_ranking": ranking }));
-    told.heading("with lost elements, natural weights at one frequency:");
+    told.heading("with lost elements, natural weights at one frequency, one integration towards the zenith or boresight:");
     told.line("intact", in_words(&losses.intact));
     for (count, label, s) in [(1, "one lost", Some(&losses.one)), (2, "two lost", losses.two.as_ref())] {
         let Some(s) = s else { continue };

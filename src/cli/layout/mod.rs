@@ -2,6 +2,7 @@
 
 mod compare;
 mod figures;
+mod ghosts;
 mod make;
 mod show;
 mod told;

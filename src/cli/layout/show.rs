@@ -1,6 +1,7 @@
 //! `layout show`: describe a layout.
 
 use super::figures;
+use super::ghosts::GhostArgs;
 use super::told::Told;
 use crate::cli::context::Outcome;
 use crate::cli::failure::{Failure, Result, ensure};
@@ -9,7 +10,7 @@ use crate::cli::picture;
 use crate::cli::text::round;
 use crate::simulate::TrackOptions;
 use cittert_arrays::quantity::{Frequency, Length};
-use cittert_arrays::{ArrayLayout, FigureOptions, LayoutFrame};
+use cittert_arrays::{ArrayLayout, CoveragePlan, FigureOptions, LayoutFrame};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -37,7 +38,9 @@ pub struct ShowArgs {
     /// Also give the figures with any one (1) or any two (2) elements lost.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=2), help_heading = "Figures of merit")]
     lost: u8,
-    #[command(flatten, next_help_heading = "Track for the shadows")]
+    #[command(flatten)]
+    ghosts: GhostArgs,
+    #[command(flatten, next_help_heading = "Track of all figures and the shadows")]
     track: TrackOptions,
 }
 
@@ -46,12 +49,17 @@ pub struct ShowArgs {
 /// # Errors
 /// The layout or an option is wrong, or an error of the file system.
 pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
+    args.ghosts.check(args.freq.is_some())?;
     let layout = if args.freq.is_some() { load_array(&args.layout)? } else { load_layout(&args.layout)? };
     let mut told = Told::default();
     extent(&layout, args, &mut told)?;
+    let track = (args.track != TrackOptions::default()).then(|| args.track.plan(&layout).map_err(Failure::call)).transpose()?;
+    let plan = track.as_ref().map(|t| &t.plan);
+    let mut map = None;
     match args.freq {
         Some(freq) => {
-            figures::tell(&layout, freq, &args.figures, &mut told)?;
+            figures::tell(&layout, freq, &args.figures, plan, &mut told)?;
+            map = args.ghosts.tell((&layout, &args.layout), (freq, &args.figures, plan), args.overwrite, &mut told)?;
             if args.lost > 0 {
                 figures::tell_losses(&layout, freq, &args.figures, args.lost > 1, &mut told)?;
             }
@@ -61,11 +69,16 @@ pub(super) fn run(args: &ShowArgs) -> Result<Outcome> {
             ensure!(unused, Failure::usage("the figures of merit need --freq"));
         }
     }
-    shadows(&layout, args, &mut told)?;
+    if let Some(plan) = plan {
+        shadows(&layout, args, plan, &mut told)?;
+    }
     if let Some(source) = &layout.source {
         told.line("source", source);
     }
     let mut outcome = told.outcome();
+    if let Some(file) = map {
+        outcome = outcome.wrote(file);
+    }
     if let Some(png) = &args.png {
         let out = OutputArgs { output: png.clone(), overwrite: args.overwrite };
         out.claim([png], [&args.layout])?;
@@ -117,13 +130,13 @@ fn place(text: &str, layout: &ArrayLayout) -> Result<[f64; 3]> {
     }
 }
 
-/// Shadows over a track, if one is given.
-fn shadows(layout: &ArrayLayout, args: &ShowArgs, told: &mut Told) -> Result<()> {
-    if args.track == TrackOptions::default() {
+/// Shadows over a track. Where a diameter is not known, a track is for the figures alone.
+fn shadows(layout: &ArrayLayout, args: &ShowArgs, plan: &CoveragePlan, told: &mut Told) -> Result<()> {
+    if args.freq.is_some() && layout.antennas().iter().any(|a| a.diameter_m.is_none()) {
+        told.line("shadows", "not known: the layout gives no diameters");
         return Ok(());
     }
-    let planned = args.track.plan(layout).map_err(Failure::call)?;
-    let s = layout.shadowing(&planned.plan)?;
+    let s = layout.shadowing(plan)?;
     told.add(json!({ "shadowed_fraction": s.fraction, "shadowed_at_once": s.most_at_once }));
     told.line(
         "shadows",

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Where elements stand, or may stand.
 #[derive(Debug, Args)]
 pub struct PlaceArgs {
-    /// Layout at which the first attempt begins. Its number of elements and its extent are the defaults of --elements and --aperture.
+    /// Layout at which the first attempt begins. Its number of elements and its aperture are the defaults of --elements and --aperture.
     #[arg(long, value_name = "LAYOUT", conflicts_with = "pads")]
     start: Option<String>,
     /// Layout whose elements all stay where they are.
@@ -128,7 +128,9 @@ impl Inputs {
         let given = design.aperture.map(|a| a.si());
         Ok(match (&self.pads, &self.start) {
             (Some((pads, _)), _) => given.unwrap_or(pads.extent().longest_m),
-            (None, Some(start)) if given.is_none() => 2.0 * places(start).iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max),
+            (None, Some(start)) if given.is_none() => {
+                start.aperture_m.unwrap_or_else(|| 2.0 * places(start).iter().map(|p| p[0].hypot(p[1])).fold(0.0, f64::max))
+            }
             _ => design.aperture_m(&self.ground)?,
         })
     }
@@ -206,6 +208,7 @@ impl Inputs {
         }
         let mut layout = ArrayLayout::new(name, frame, antennas)?;
         layout.source = Some(source);
+        layout.aperture_m = Some(self.aperture_m);
         Ok(layout)
     }
 }

@@ -16,6 +16,7 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
 use crate::design::{PeakFinder, Problem, Searched};
 use cittert_arrays::quantity::Length;
+use cittert_arrays::{BeamLobes, SPEED_OF_LIGHT_M_S};
 use inputs::Inputs;
 use search::{name, search_one};
 use serde_json::json;
@@ -23,6 +24,8 @@ use std::path::Path;
 
 /// Distance of the directions from which the tops of side lobes are searched for the figures of the result.
 const PEAK_STEP: f64 = 0.1;
+/// Wavelengths of the aperture for each one of the field, where no frequency is given.
+const FAR: f64 = 100.0;
 
 /// Search, and write the best layout, or those of a Pareto front.
 ///
@@ -50,12 +53,15 @@ fn write(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, found: &Search
     let best = &found.best;
     let violated = problem.limits.worst(&best.xy);
     let figures = problem.evaluator().and_then(|mut e| e.figures(&best.xy)).context("figures of the best layout")?;
-    let mut finder = PeakFinder::new(&problem.setting.views, problem.setting.ring, PEAK_STEP);
-    let peak = finder.highest(&best.xy);
+    let ring = problem.setting.ring;
+    let mut finder = PeakFinder::new(&problem.setting.views, ring, PEAK_STEP);
+    let searched = finder.highest(&best.xy);
+    let lobes = lobes(args, inputs, problem, &best.xy)?;
     let width = problem.limits.width(&best.xy);
     let told: Vec<String> = figures.iter().map(|(name, value)| format!("{name} {value:.6}")).collect();
     let history = format!("{}; {} after {} attempts, seed {}", context.history(), told.join(", "), found.attempts, args.design.seed);
     let layout = inputs.layout(name(&args.out.output), &best.xy, history)?;
+    let longest_m = layout.extent().longest_m;
     args.out.write(&args.out.output, layout.to_toml().as_bytes())?;
     let mut outcome = Outcome::new(json!({}), "").wrote(&args.out.output);
     if let Some(page) = &args.page {
@@ -69,25 +75,37 @@ fn write(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, found: &Search
     outcome.json = json!({
         "output": args.out.output, "n_antennas": layout.n_ant(), "aperture_m": inputs.aperture_m, "score": best.score,
         "figures": figures.iter().map(|(n, v)| ((*n).to_owned(), json!(v))).collect::<serde_json::Map<_, _>>(),
-        "psl": peak, "psl_db": 10.0 * peak.log10(), "beam_largest": width[1], "beam_smallest": width[0], "violated": violated.max(0.0),
+        "psl": lobes.peak, "psl_db": 10.0 * lobes.peak.log10(), "within": args.design.within, "rms_sidelobe": lobes.rms,
+        "within_rad": args.design.freq.map(|f| args.design.within * SPEED_OF_LIGHT_M_S / f.si() / inputs.aperture_m),
+        "psl_searched": searched, "searched_from": ring.inner, "searched_to": ring.outer, "longest_m": longest_m, "beam_largest": width[1], "beam_smallest": width[0], "violated": violated.max(0.0),
         "attempts": found.attempts, "best_attempt": best.attempt, "scores": found.scores, "seed": args.design.seed,
     });
     outcome.text = format!(
-        "{}: {} elements in {}\n{} (attempt {} of {})\npeak side lobe {:.4} ({:.2} dB) from {} to {} wavelengths over the aperture\nbeam {:.3} to {:.3} wavelengths over the aperture",
+        "{}: {} elements in {}\n{} (attempt {} of {})\npeak side lobe {:.4} ({:.2} dB) from the first minimum to {} wavelengths over the aperture\nsearched: peak side lobe {:.4} from {} to {}\nbeam {:.3} to {:.3} wavelengths over the aperture",
         args.out.output.display(),
         layout.n_ant(),
         Length(inputs.aperture_m),
         told.join(", "),
         best.attempt + 1,
         found.attempts,
-        peak,
-        10.0 * peak.log10(),
-        problem.setting.ring.inner,
-        problem.setting.ring.outer,
+        lobes.peak,
+        10.0 * lobes.peak.log10(),
+        args.design.within,
+        searched,
+        ring.inner,
+        ring.outer,
         width[0],
         width[1],
     );
     Ok(outcome)
+}
+
+/// Side lobes by the definition of `layout show`, over all channels and moments that are observed.
+fn lobes(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, xy: &[[f64; 2]]) -> Result<BeamLobes> {
+    // Without a frequency the field is small, so that the horizon does not cut it.
+    let unit = args.design.freq.map_or(FAR * args.design.within, |f| inputs.aperture_m * f.si() / SPEED_OF_LIGHT_M_S);
+    let views = problem.setting.views.iter().map(|view| view.of(xy).into_iter().map(|p| p.map(|v| v * unit)).collect()).collect();
+    BeamLobes::of_views(views, args.design.within, unit).map_err(|e| Failure::call(e.into()))
 }
 
 /// The file name must have an ending that layouts are read by.

@@ -84,7 +84,7 @@ fn open(args: &PlotArgs, path: &Path) -> Result<Image> {
     let beam = *other.beams.first().ok_or_else(|| {
         Failure::message(format!("{}: it has no restoring beam (BMAJ, BMIN, BPA), which --beam-of needs", like.display()))
     })?;
-    let options = CompareOptions { region: Region::All, beam: Some(beam), shift: false };
+    let options = CompareOptions { region: Region::All, beam: Some(beam), ..CompareOptions::default() };
     let found = compare(&other, &image, &options).context(format!("convolving {} as {}", path.display(), like.display()))?;
     let band = SpectralWindow::new(other.spectrum.freq_hz()[..1].to_vec(), other.spectrum.width_hz()[..1].to_vec())?;
     let mut shown = found.truth;

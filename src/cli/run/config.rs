@@ -1,5 +1,7 @@
 //! The file that describes a whole run. Every key of a section is the option of the same name of the subcommand that the section runs.
 
+use crate::cli::failure::Result;
+use crate::cli::made::{MakeSection, Origin};
 use crate::cli::quality::Limits;
 use crate::cli::sections::{SceneSection, Section, SelfcalSection, SimulateSection};
 use crate::corrupt::ErrorOptions;
@@ -54,7 +56,19 @@ fn default_seed() -> u64 {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct LayoutSection {
     /// Name of a built-in layout, or path of a layout file (relative to the configuration).
-    pub name: String,
+    pub name: Option<String>,
+    /// A layout that `layout make` makes, instead of a name.
+    pub make: Option<Section<MakeSection>>,
+}
+
+impl LayoutSection {
+    /// Where the antennas stand.
+    ///
+    /// # Errors
+    /// The section has a name and a generated layout, or neither.
+    pub fn origin(&self) -> Result<Origin<'_>> {
+        Origin::of(self.name.as_deref(), self.make.as_ref())
+    }
 }
 
 /// Options of `mask`. Keys that are left out are those of the images.

@@ -83,7 +83,7 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
 
 fn check(text: &str, path: &Path) -> Result<(Config, Vec<Step>)> {
     let config: Config = crate::cli::numbers::read(text, path)?;
-    let steps = steps(&config, path.parent().unwrap_or(Path::new("")))?;
+    let steps = steps(&config, path.parent().unwrap_or(Path::new(""))).context(path.display())?;
     check_quality(&config, &steps).context(format!("{}", path.display()))?;
     Ok((config, steps))
 }

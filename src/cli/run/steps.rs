@@ -3,8 +3,12 @@
 use super::command::{DIR, Step, alike, fit, plot, relative};
 use super::config::Config;
 use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::made::Origin;
 use crate::cli::sections::{Section, words, words_of};
 use std::path::Path;
+
+/// The file of a generated layout.
+const MADE: &str = "layout.toml";
 
 /// All steps of a configuration whose file is in `folder`.
 ///
@@ -12,7 +16,7 @@ use std::path::Path;
 /// The scene has no file, or an option of the images is out of its range.
 pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
     config.image.options.check().context("image")?;
-    let layout = relative(&config.layout.name, folder);
+    let (layout, make) = layout(config.layout.origin()?, folder)?;
     let Some(file) = &config.scene.options.file else {
         return Err(Failure::message("scene: a run needs a file; points are for studies"));
     };
@@ -28,6 +32,7 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
         all.push(render.with(scene).with(seen).to("scene.fits"));
         all.push(plot("Scene", "scene.fits", "scene.png", "The scene, at the resolution of its pixels."));
     }
+    all.extend(make);
     let show = Step::new("Array", "layout", "layout", "layout show").with([layout.clone()]);
     all.push(show.with(words_of(simulate, |key| key == "freq")));
     let picture = Step::new("Array", "picture layout.png", "", "plot").with([layout.clone()]);
@@ -82,6 +87,18 @@ pub(super) fn steps(config: &Config, folder: &Path) -> Result<Vec<Step>> {
         all.extend(super::calibration::steps(config, folder, &image, first, truth.as_deref()));
     }
     Ok(all)
+}
+
+/// The layout as a word of the other steps, and the step that makes it where it is generated.
+fn layout(origin: Origin<'_>, folder: &Path) -> Result<(String, Option<Step>)> {
+    let make = match origin {
+        Origin::Named(name) => return Ok((relative(name, folder), None)),
+        Origin::Made(make) => make,
+    };
+    // Wrong options are found before any work is done.
+    make.options.layout()?;
+    let step = Step::new("Array", "layout make", "", &format!("layout make {}", make.options.kind));
+    Ok((format!("{DIR}/{MADE}"), Some(step.with(words_of(&make.keys, |key| key != "kind")).to(MADE))))
 }
 
 /// The name of an algorithm in a caption.

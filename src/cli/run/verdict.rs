@@ -4,6 +4,7 @@
 use super::command::Done;
 use super::config::Config;
 use super::labels::digits;
+use crate::cli::made::Origin;
 use crate::plot::report::Finding;
 use serde_json::Value;
 
@@ -80,13 +81,14 @@ pub(super) fn verdict(config: &Config, results: &Results<'_>, findings: &[Findin
 }
 
 fn observed(config: &Config, results: &Results<'_>) -> String {
-    let antennas = results.number("layout", "n_antennas").map(|n| format!("{n:.0} antennas ({})", config.layout.name));
+    let layout = config.layout.origin().map(Origin::told).unwrap_or_default();
+    let antennas = results.number("layout", "n_antennas").map(|n| format!("{n:.0} antennas ({layout})"));
     let file = config.scene.options.file.as_ref().and_then(|f| f.file_stem()).map(|s| s.to_string_lossy().into_owned());
     let scene = results.text("scene", "name").map(str::to_owned).or(file).unwrap_or_default();
     let band = &config.simulate.options.band;
     let channels = if band.channels > 1 { format!("{} channels", band.channels) } else { "one channel".into() };
     let noise = if is_noisy(config) { "with thermal noise" } else { "without noise" };
-    let array = antennas.unwrap_or_else(|| config.layout.name.clone());
+    let array = antennas.unwrap_or(layout);
     format!(
         "{array} observe the scene \u{201c}{scene}\u{201d} at {}, {channels} over {}, {noise}.",
         spaced(&band.freq.to_string()),

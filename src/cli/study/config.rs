@@ -1,5 +1,7 @@
 //! The file that describes a study.
 
+use crate::cli::failure::Result;
+use crate::cli::made::{MakeSection, Origin};
 use crate::cli::quality::Limits;
 use crate::cli::sections::{SceneSection, Section, SimulateSection, StudySelfcalSection};
 use crate::corrupt::ErrorOptions;
@@ -60,12 +62,24 @@ fn one() -> u64 {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct LayoutSection {
     /// Name of a built-in layout, or path of a layout file (relative to the configuration).
-    pub name: String,
+    pub name: Option<String>,
+    /// A layout that `layout make` makes, instead of a name. Axes can vary its keys, such as `layout.make.elements`.
+    pub make: Option<Section<MakeSection>>,
     /// Number of antennas that take part. Left out, all of them do.
     pub antennas: Option<usize>,
     /// Which antennas take part.
     #[serde(default)]
     pub choose: Choose,
+}
+
+impl LayoutSection {
+    /// Where the antennas stand.
+    ///
+    /// # Errors
+    /// The section has a name and a generated layout, or neither.
+    pub(super) fn origin(&self) -> Result<Origin<'_>> {
+        Origin::of(self.name.as_deref(), self.make.as_ref())
+    }
 }
 
 /// Which antennas take part.
@@ -140,7 +154,7 @@ pub(super) enum FailingAntennas {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct AxisSection {
-    /// Place of a key in this file, such as `corrupt.phase-rms` or `layout.name`.
+    /// Place of a key in this file, such as `corrupt.phase-rms`, `layout.name` or `layout.make.elements`.
     pub parameter: String,
     /// The values, one after another.
     #[serde(default)]

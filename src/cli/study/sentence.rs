@@ -35,6 +35,8 @@ fn subject(parameter: &str) -> String {
         "simulate.bandwidth" => "bandwidths".into(),
         "simulate.duration" => "durations".into(),
         "layout.antennas" => "numbers of antennas".into(),
+        "layout.make.elements" => "numbers of elements".into(),
+        "layout.make.aperture" => "apertures".into(),
         other => format!("values of {other}"),
     }
 }

@@ -4,6 +4,7 @@ use super::config::{Choose, Config};
 use crate::calibrate::StartFrom;
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
+use crate::cli::made::Origin;
 use crate::cli::options::{SceneArgs, load_layout, loaded};
 use crate::cli::sections::{ScenePoint, StudySelfcalSection};
 use crate::imaging::ImageSize;
@@ -149,7 +150,10 @@ fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more:
         (Some(n), Choose::First) => Antennas::First(n),
         (Some(n), Choose::Random) => Antennas::Random(n),
     };
-    sections.push(c.layout.name.clone());
+    sections.push(match c.layout.origin()? {
+        Origin::Named(name) => name.to_owned(),
+        Origin::Made(make) => format!("{:?}", make.keys),
+    });
     let all = sections.join("\n");
     let (whole, unit) = kept(bases, &all, || observe(c, folder, more))?;
     let layout = &whole.set.header.layout;
@@ -184,10 +188,15 @@ fn kept(bases: &mut Bases, key: &str, make: impl FnOnce() -> Result<(Base, VisUn
 /// The error-free observation of a point.
 fn observe(c: &Config, folder: &Path, (files, context): (&mut Files, &Context)) -> Result<(Base, VisUnit)> {
     let (s, scene) = (&c.simulate.options, &c.scene.options);
-    let path = folder.join(&c.layout.name);
-    let name = if path.exists() { path.display().to_string() } else { c.layout.name.clone() };
-    let layout = load_layout(&name).context("layout.name")?;
-    note_file(files, Path::new(&name));
+    let layout = match c.layout.origin()? {
+        Origin::Named(name) => {
+            let path = folder.join(name);
+            let name = if path.exists() { path.display().to_string() } else { name.to_owned() };
+            note_file(files, Path::new(&name));
+            load_layout(&name).context("layout.name")?
+        }
+        Origin::Made(make) => make.options.layout()?,
+    };
     let spectrum = s.band.spectrum()?;
     let PlannedTrack { center, plan } = s.track.plan(&layout).context("simulate")?;
     if s.how.noise_options()?.is_some() {

@@ -50,12 +50,13 @@ fn common_cell(layouts: &[ArrayLayout], args: &CompareArgs) -> Option<Length> {
 fn design(name: String, given: &str, layout: &ArrayLayout, args: &CompareArgs, options: &FigureOptions) -> Result<Design> {
     let found = layout.figures_with(args.freq.si(), options).map_err(|e| Failure::call(e.into())).context(given)?;
     let mut json = figures::extent_json(layout);
-    if let (Value::Object(all), Value::Object(more)) = (&mut json, figures::json(&found, args.freq, options)) {
+    if let (Value::Object(all), Value::Object(more)) = (&mut json, figures::json(&found, args.freq)) {
         all.extend(more);
     }
     let diameter_m = args.figures.diameter.map(Length::si);
     let antennas = layout.antennas().iter().map(|a| Antenna { diameter_m: diameter_m.or(a.diameter_m), ..a.clone() }).collect();
-    let seen = ArrayLayout::from_data(name.clone(), LayoutFrame::Boresight, antennas).context(given)?;
+    let mut seen = ArrayLayout::from_data(name.clone(), LayoutFrame::Boresight, antennas).context(given)?;
+    seen.aperture_m = layout.aperture_m;
     Ok(Design { name, given: given.to_owned(), extent: layout.extent(), layout: seen, figures: found, json })
 }
 

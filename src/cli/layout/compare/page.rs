@@ -4,7 +4,7 @@ use super::args::CompareArgs;
 use super::design::Design;
 use super::pictures::Row;
 use super::ranking::Ranking;
-use super::results::Score;
+use super::score::Score;
 use super::steps::{IMAGES, Pixels, finest};
 use crate::cli::context::Context;
 use crate::cli::layout::figures::heading;
@@ -22,8 +22,8 @@ const LINES: [Line; 18] = [
     ("Main lobe (Gaussian fit)", |d| Some(format!("{} x {}", angle(d.figures.bmaj_rad), angle(d.figures.bmin_rad)))),
     ("Width at half power (circle of the same area)", |d| Some(angle(d.figures.half_power_equivalent_rad))),
     ("Peak side lobe", |d| Some(format!("{:.1} dB", d.figures.psl_db))),
+    ("Range of the side lobes", |d| Some(format!("{} wavelengths over {}", d.figures.within, length(d.figures.aperture.diameter_m)))),
     ("Rms of the side lobes", |d| Some(format!("{} %", digits(100.0 * d.figures.rms_sidelobe)))),
-    ("Peak side lobe within the radius of the options", |d| d.figures.within.map(|w| format!("{:.1} dB", w.0))),
     ("u-v cells filled", |d| Some(format!("{} %", digits(100.0 * d.figures.uv_fill)))),
     ("Width of a u-v cell", |d| Some(length(d.figures.uv_fill_cell_m))),
     ("Different baselines", |d| Some(grouped(d.figures.unique_baselines as f64))),
@@ -86,13 +86,32 @@ pub(super) struct Told<'a> {
     pub(super) ranking: &'a Ranking,
     pub(super) table: Table,
     pub(super) rows: Vec<Row>,
+    /// The sections of what varies.
+    pub(super) curves: Vec<Section>,
     pub(super) done: &'a [Done],
     pub(super) pixels: Option<Pixels>,
 }
 
+/// The warnings of all steps. One that several steps give is told once, because parts of a layout repeat those of the layout.
+fn warnings(done: &[Done]) -> Vec<String> {
+    let mut told: Vec<(&str, &str, usize)> = Vec::new();
+    for (title, warning) in done.iter().flat_map(|d| d.warnings.iter().map(|w| (d.step.title.as_str(), w.as_str()))) {
+        match told.iter_mut().find(|t| t.1 == warning) {
+            Some((.., others)) => *others += 1,
+            None => told.push((title, warning, 0)),
+        }
+    }
+    let text = |(title, warning, others): (&str, &str, usize)| match others {
+        0 => format!("{title}: {warning}"),
+        1 => format!("{title}, and one other: {warning}"),
+        n => format!("{title}, and {n} others: {warning}"),
+    };
+    told.into_iter().map(text).collect()
+}
+
 /// The page as HTML.
 pub(super) fn page(told: Told<'_>, context: &Context) -> String {
-    let Told { args, designs, ranking, table, rows, done, pixels } = told;
+    let Told { args, designs, ranking, table, rows, curves, done, pixels } = told;
     let names: Vec<&str> = designs.iter().map(|d| d.name.as_str()).collect();
     let mut verdict = vec![ranking.reason.clone()];
     verdict.push(format!("{} layouts are compared: {}.", designs.len(), names.join(", ")));
@@ -108,14 +127,18 @@ pub(super) fn page(told: Told<'_>, context: &Context) -> String {
             if o.cell.is_none() { format!(", which suit the finest layout, {}", d.name) } else { String::new() }
         ));
     }
-    let heading = heading(args.freq, &args.figures);
+    let heading = heading(args.freq, &args.figures, None);
     let all = Section { title: "Figures".into(), text: format!("Figures {}.", heading.trim_end_matches(':')), table, ..Section::default() };
     let mut sections = vec![all];
+    let of = |title: &str| done.iter().filter(|d| d.step.section == title).map(|d| d.command.clone()).collect();
+    for section in curves {
+        sections.push(Section { commands: of(&section.title), ..section });
+    }
     for row in rows {
-        let commands = done.iter().filter(|d| d.step.section == row.title).map(|d| d.command.clone()).collect();
+        let commands = of(&row.title);
         sections.push(Section { title: row.title, text: row.text, figures: row.figures, commands, ..Section::default() });
     }
-    let warnings = done.iter().flat_map(|d| d.warnings.iter().map(|w| format!("{}: {w}", d.step.title))).collect();
+    let warnings = warnings(done);
     let fact = |name: &str, value: String| (name.to_owned(), value);
     let seconds: f64 = done.iter().map(|d| d.seconds).sum();
     let facts = vec![

@@ -4,6 +4,8 @@ use super::args::CompareArgs;
 use super::design::Design;
 use super::steps::{IMAGES, Made, TRUTH, error_file};
 use crate::cli::failure::{Context as _, Result};
+use crate::cli::layout::figures::range;
+use crate::cli::layout::ghosts::{LEVEL_DB, in_words};
 use crate::cli::picture::layout_title;
 use crate::plot::report::Figure;
 use crate::plot::{self, ImagePlot, Picture, Range, View, Wish, uv_coverage};
@@ -41,7 +43,7 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
         Some(width) => SpectralWindow::band(freq, width.si(), f.channels)?,
         None => SpectralWindow::new(vec![freq], vec![freq])?,
     };
-    let (mut places, mut coverages, mut beams) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut places, mut coverages, mut beams, mut maps) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for d in designs {
         let name = &d.name;
         let picture = plot::layout(&d.layout, &layout_title(&d.layout), width, height)?;
@@ -51,8 +53,11 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
         coverages.push(keep(folder, format!("{name}/uv.png"), name.clone(), picture)?);
         let image = open_image(&folder.join(format!("{name}/psf.fits")))?;
         let options = ImagePlot { title: name.clone(), width, height: BEAM_HEIGHT, ..ImagePlot::default() };
-        let caption = format!("{name}: peak side lobe {:.1} dB within 30 beams", d.figures.psl_db);
+        let caption = format!("{name}: peak side lobe {:.1} dB {}", d.figures.psl_db, range(&d.figures));
         beams.push(keep(folder, format!("{name}/psf.png"), caption, plot::psf(&image, &options)?)?);
+        let map = d.layout.ghost_map(freq, f, None, LEVEL_DB)?;
+        let caption = format!("{name}: {}", in_words(&map, LEVEL_DB));
+        maps.push(keep(folder, format!("{name}/ghosts.png"), caption, plot::ghosts(&map, name, width, height)?)?);
     }
     let row = |title: &str, text: &str, figures| Row { title: title.into(), text: text.into(), figures };
     Ok(vec![
@@ -67,21 +72,28 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
             "All beams have the same pixels. Below each one, its largest value and rms against the distance from the peak.",
             beams,
         ),
+        row(
+            "Where ghosts lie",
+            "The beam out to 2.5 times the distance of the nearest exact ghost, or as far as side lobes count where the spacings are not regular. Each \
+             picture has a scale of its own.",
+            maps,
+        ),
     ])
 }
 
 /// The scene, and the images and errors of every layout.
-pub(super) fn of_images(designs: &[Design], folder: &Path, has_truth: bool) -> Result<Vec<Row>> {
+/// `rule` tells how they are compared; none where the scene has no image.
+pub(super) fn of_images(designs: &[Design], folder: &Path, rule: Option<String>) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    let truth = has_truth.then(|| open_image(&folder.join(TRUTH))).transpose()?;
-    if let Some(image) = &truth {
+    let truth = rule.is_some().then(|| open_image(&folder.join(TRUTH))).transpose()?;
+    if let Some((image, rule)) = truth.as_ref().zip(rule.as_ref()) {
         let figure = keep(folder, "scene.png".into(), "The truth".into(), plot::image(image, &options(String::new(), None))?)?;
-        let text = "The scene at the resolution of its pixels. Every image is compared with it as it is.".into();
+        let text = format!("The scene at the resolution of its pixels. {rule}");
         rows.push(Row { title: "Scene".into(), text, figures: vec![figure] });
     }
     for made in &IMAGES {
         rows.push(row(designs, folder, made, truth.as_ref())?);
-        if has_truth {
+        if rule.is_some() {
             rows.push(errors(designs, folder, made)?);
         }
     }
@@ -113,7 +125,7 @@ fn errors(designs: &[Design], folder: &Path, made: &Made) -> Result<Row> {
     let worst = all.iter().zip(designs).max_by(|a, b| power(a.0).total_cmp(&power(b.0)));
     let view = worst.map(|(image, d)| View::new(image, 0, 0, &whole(Range::Symmetric)).map(|v| v.like(&d.name))).transpose()?;
     let figures = draw(designs, folder, &all, &format!("{}-error", made.key), view)?;
-    let text = "Image minus scene, all in the same colours around zero.".into();
+    let text = "Image minus truth, both at the common resolution, all in the same colours around zero.".into();
     Ok(Row { title: format!("Errors: {}", made.title.to_lowercase().replace("clean", "CLEAN")), text, figures })
 }
 
@@ -134,7 +146,7 @@ fn draw(designs: &[Design], folder: &Path, all: &[Image], what: &str, view: Opti
 pub(super) fn names(designs: &[Design]) -> Vec<String> {
     let of = |d: &Design| {
         let images = IMAGES.iter().flat_map(|m| [m.key.to_owned(), format!("{}-error", m.key)]);
-        let all = ["layout", "uv", "psf"].map(str::to_owned).into_iter().chain(images);
+        let all = ["layout", "uv", "psf", "ghosts"].map(str::to_owned).into_iter().chain(images);
         all.map(|what| format!("{}/{what}.png", d.name)).collect::<Vec<_>>()
     };
     designs.iter().flat_map(of).chain(["scene.png".to_owned()]).collect()

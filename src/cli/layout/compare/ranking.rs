@@ -46,7 +46,7 @@ impl Beam {
     }
 }
 
-/// By the error of the image of maximum entropy. Every image is compared with the same scene, so a wide beam counts as an error.
+/// By the error of the image of maximum entropy, which is compared with the truth at the resolution that all layouts have.
 pub(super) fn by_images(mut all: Vec<ImageError>) -> Ranking {
     all.sort_by(|a, b| a.over_grey_card.total_cmp(&b.over_grey_card));
     let told = |e: &ImageError| format!("{} rms, {} of a grey card", brightness(e.rms, &e.unit), digits(e.over_grey_card));

@@ -1,22 +1,15 @@
 //! The numbers of a comparison.
 
 use super::args::CompareArgs;
+use super::common;
 use super::design::Design;
 use super::ranking::{Beam, ImageError, Ranking, by_beams, by_images};
+use super::score::Score;
 use super::steps::{IMAGES, Pixels};
+use super::vary::{self, Point, What};
 use crate::cli::context::Context;
 use crate::cli::run::command::Done;
 use serde_json::{Value, json};
-
-/// The error of one image.
-#[derive(Debug, Clone)]
-pub(super) struct Score {
-    pub(super) key: &'static str,
-    pub(super) rms: f64,
-    pub(super) unit: String,
-    pub(super) nrmse: f64,
-    pub(super) over_grey_card: f64,
-}
 
 /// The scores that `compare` gave to the images of a layout.
 pub(super) fn scores(done: &[Done]) -> Vec<Score> {
@@ -45,16 +38,23 @@ pub(super) fn rank(designs: &[Design], scores: &[Vec<Score>]) -> Ranking {
 pub(super) fn comparison(
     args: &CompareArgs,
     (designs, done, scores): (&[Design], &[Vec<Done>], &[Vec<Score>]),
-    (ranking, pixels): (&Ranking, Option<Pixels>),
+    (ranking, pixels, resolution_rad): (&Ranking, Option<Pixels>, Option<f64>),
+    varied: &[(What, Vec<Vec<Point>>)],
     context: &Context,
 ) -> Value {
-    let layouts: Vec<Value> = designs.iter().zip(done).zip(scores).map(|((d, done), scores)| layout(d, done, scores)).collect();
+    let mut layouts: Vec<Value> = designs.iter().zip(done).zip(scores).map(|((d, done), scores)| layout(d, done, scores)).collect();
+    for (what, points) in varied {
+        for (layout, points) in layouts.iter_mut().zip(points) {
+            layout["quality_against"][what.key()] = vary::json(points);
+        }
+    }
     let o = &args.observed;
     json!({
         "version": env!("CARGO_PKG_VERSION"), "command": context.command_line,
         "freq_hz": args.freq.si(), "bandwidth_hz": args.figures.bandwidth.map(|b| b.si()), "channels": args.figures.channels,
         "scene": o.scene, "noise": o.noise, "seed": o.seed, "time_s": args.figures.time.si(),
         "size": pixels.map(|p| [p.size.columns, p.size.rows]), "cell_rad": pixels.map(|p| p.cell.si()),
+        "resolution_rad": resolution_rad, "compared_with": resolution_rad.map(|r| common::rule(args, r)),
         "best": ranking.order.first(), "ranking": ranking.order, "not_ranked": ranking.not_ranked,
         "ranked_by": ranking.by, "reason": ranking.reason,
         "layouts": layouts,

@@ -2,9 +2,11 @@
 
 use super::args::CompareArgs;
 use super::design::Design;
+use super::vary::Variant;
 use crate::cli::failure::{Failure, Result};
 use crate::cli::run::command::{DIR, Step};
 use crate::imaging::{ImageSize, SizeTuning};
+use crate::simulate::Element;
 use cittert_arrays::quantity::{Angle, Frequency};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, Weighting};
 use clap::ValueEnum;
@@ -13,6 +15,8 @@ use clap::ValueEnum;
 pub(super) const POINT: &str = "point.csv";
 /// Its source list.
 pub(super) const POINT_TEXT: &str = "l_rad,m_rad,flux_jy\n0,0,1\n";
+/// Folder of what the images of variants write.
+pub(super) const WORK: &str = "varied";
 /// The scene as an image.
 pub(super) const TRUTH: &str = "scene.fits";
 /// Pixels along each side of a dirty beam. With a quarter of a fringe in each they reach 32 fringes from the centre.
@@ -146,10 +150,15 @@ fn sized(pixels: Pixels) -> [String; 2] {
     [format!("--size={}", pixels.size), format!("--cell={}", pixels.cell)]
 }
 
-/// The images of a layout and their errors. All layouts have the same words but for their files.
-pub(super) fn images(name: &str, args: &CompareArgs, pixels: Pixels) -> Vec<Step> {
+/// The file with which the images of a layout are compared: the scene, or the scene as the elements of the layout see it.
+pub(super) fn scene_file(name: &str, args: &CompareArgs) -> String {
+    if args.observed.element == Element::None { TRUTH.to_owned() } else { format!("{name}/{TRUTH}") }
+}
+
+/// The visibilities of the scene that a layout file sees. `vis` is the output.
+fn simulate(name: &str, args: &CompareArgs, seen: Vec<String>, vis: &str) -> Option<Step> {
     let (o, f) = (&args.observed, &args.figures);
-    let Some(scene) = &o.scene else { return Vec::new() };
+    let scene = o.scene.as_ref()?;
     let own = [
         word("scene-cell", o.how.scene_cell),
         word("scene-size", o.how.scene_size),
@@ -165,23 +174,72 @@ pub(super) fn images(name: &str, args: &CompareArgs, pixels: Pixels) -> Vec<Step
         word("tsys", f.tsys.filter(|_| o.noise)),
         word("sefd", f.sefd.filter(|_| o.noise)),
     ];
-    let vis = format!("{DIR}/{name}/vis.uvh5");
-    let simulate = Step::new("Scene", format!("{name}: visibilities"), "", "simulate").with(seen(name, args));
-    let mut all =
-        vec![simulate.with([format!("--scene={}", scene.display())]).with(own.into_iter().flatten()).to(&format!("{name}/vis.uvh5"))];
-    for made in &IMAGES {
-        let step = Step::new(made.title, format!("{name}: {}", made.key), made.key, made.key).with([vis.clone()]);
-        let step = step.with(sized(pixels)).with([weighting(o.image_weighting)]);
-        let step = step.with((made.key == "clean").then(|| format!("--algorithm={}", o.algorithm)));
-        all.push(step.to(&format!("{name}/{}", if made.key == "dirty" { made.file } else { made.key })));
-        if has_truth(args) {
-            let step = Step::new(made.title, format!("{name}: error of {}", made.key), format!("compare.{}", made.key), "compare");
-            let files = [format!("{DIR}/{name}/{}", made.file), format!("{DIR}/{TRUTH}")];
-            let difference = format!("--difference={DIR}/{name}/{}", error_file(made));
-            all.push(step.with(files).with([difference]).with(word("disc", o.disc)));
-        }
-    }
-    all
+    let step = Step::new("Scene", format!("{name}: visibilities"), "", "simulate").with(seen);
+    Some(step.with([format!("--scene={}", scene.display())]).with(own.into_iter().flatten()).to(vis))
+}
+
+/// One image of a set of visibilities. All layouts have the same words but for their files.
+fn image(made: &Made, name: &str, args: &CompareArgs, pixels: Pixels, (vis, out): (&str, &str)) -> Step {
+    let o = &args.observed;
+    let step = Step::new(made.title, format!("{name}: {}", made.key), made.key, made.key).with([format!("{DIR}/{vis}")]);
+    let step = step.with(sized(pixels)).with([weighting(o.image_weighting)]);
+    step.with((made.key == "clean").then(|| format!("--algorithm={}", o.algorithm))).to(out)
+}
+
+/// The comparison of an image with the truth at the common resolution.
+fn judged(made: &Made, name: &str, args: &CompareArgs, resolution_rad: f64, file: &str) -> Step {
+    let step = Step::new(made.title, format!("{name}: error of {}", made.key), format!("compare.{}", made.key), "compare");
+    let files = [format!("{DIR}/{file}"), format!("{DIR}/{}", scene_file(name, args))];
+    step.with(files).with([format!("--resolution={}", Angle(resolution_rad))]).with(word("disc", args.observed.disc))
+}
+
+/// The images of a layout.
+pub(super) fn images(name: &str, args: &CompareArgs, pixels: Pixels) -> Vec<Step> {
+    let vis = format!("{name}/vis.uvh5");
+    let made = |made: &Made| {
+        let out = format!("{name}/{}", if made.key == "dirty" { made.file } else { made.key });
+        image(made, name, args, pixels, (&vis, &out))
+    };
+    simulate(name, args, seen(name, args), &vis)
+        .into_iter()
+        .flat_map(|first| std::iter::once(first).chain(IMAGES.iter().map(made)))
+        .collect()
+}
+
+/// The errors of the images of a layout.
+pub(super) fn errors(name: &str, args: &CompareArgs, resolution_rad: f64) -> Vec<Step> {
+    let one = |made: &Made| {
+        let difference = format!("--difference={DIR}/{name}/{}", error_file(made));
+        judged(made, name, args, resolution_rad, &format!("{name}/{}", made.file)).with([difference])
+    };
+    IMAGES.iter().map(one).collect()
+}
+
+/// The image of maximum entropy of a variant of a layout, and its error. What they write is in the folder `work` of the layout, which does not stay.
+pub(super) fn varied(
+    name: &str,
+    args: &CompareArgs,
+    pixels: Pixels,
+    resolution_rad: f64,
+    (variant, section): (&Variant, &'static str),
+) -> Vec<Step> {
+    let Some(made) = IMAGES.iter().find(|m| m.key == "mem") else { return Vec::new() };
+    let work = format!("{name}/{WORK}");
+    let file = variant.layout_file(name);
+    let width = variant.bandwidth.unwrap_or(Frequency(NARROW * args.freq.si()));
+    let seen = vec![
+        format!("--layout={DIR}/{file}"),
+        format!("--channels={}", variant.channels),
+        format!("--freq={}", args.freq),
+        format!("--bandwidth={width}"),
+    ];
+    let vis = format!("{work}/vis.uvh5");
+    let all = [
+        simulate(name, args, seen, &vis),
+        Some(image(made, name, args, pixels, (&vis, &format!("{work}/{}", made.key)))),
+        Some(judged(made, name, args, resolution_rad, &format!("{work}/{}", made.file))),
+    ];
+    all.into_iter().flatten().map(|step| Step { section, title: format!("{} of {}", step.title, variant.told()), ..step }).collect()
 }
 
 #[cfg(test)]
@@ -205,9 +263,15 @@ mod tests {
             |name: &str| -> Vec<String> { images(name, &args, pixels).iter().map(|s| s.shown("d").replace(name, "NAME")).collect() };
         let found = words("first");
         assert_eq!(found, words("second"));
-        assert_eq!(found.len(), 7);
+        assert_eq!(found.len(), 4);
         assert!(found[0].contains("--seed=7") && found[0].contains("--noise --tsys=600K"), "{}", found[0]);
-        assert!(found[3].contains("--size=64") && found[3].contains("-o d/NAME/clean"), "{}", found[3]);
+        assert!(found[2].contains("--size=64") && found[2].contains("-o d/NAME/clean"), "{}", found[2]);
+        let judged = errors("first", &args, 2e-3);
+        assert!(
+            judged.len() == 3 && judged[2].shown("d").contains("compare d/first/mem-model.fits d/scene.fits --resolution=2mrad"),
+            "{}",
+            judged[2].shown("d")
+        );
         assert!(!found.join(" ").contains("--sefd"));
     }
 
