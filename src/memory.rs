@@ -8,6 +8,7 @@
 //! | visibilities that the imager keeps in memory | 1/8 | |
 //! | the order of these rows on the grid | 1/16 | |
 //! | the planes of one transform | 1/4 | |
+//! | the same for at most 2^20 visibilities | 1/4 | 6 bytes for each pixel, but 64 MiB at least |
 //! | planes kept for the next pass (two sets: model and image) | 1/8 each | 256 MiB each |
 //! | buffers of rows kept for the next pass | 1/64 | 64 MiB |
 //! | one block of simulated rows | 1/64 | 64 MiB |
@@ -33,6 +34,11 @@ const NO_LIMIT: u64 = u64::MAX;
 const LEAST: u64 = 16 * MIB;
 /// The budget of a machine that does not say how much memory it has.
 const UNKNOWN_MACHINE: u64 = 4 << 30;
+
+/// Largest number of visibilities of a set that is gridded in one block.
+const SMALL_SET: u64 = 1 << 20;
+/// Bytes for each pixel of an image that the planes of the transform of a small set take.
+const PLANES_OF_PIXEL: usize = 6;
 
 /// Budget of the process in bytes; 0 until it is set.
 static CURRENT: AtomicU64 = AtomicU64::new(0);
@@ -89,6 +95,18 @@ impl MemoryBudget {
 
     fn share(self, part: usize, most: u64) -> usize {
         (self.bytes() / part).min(usize::try_from(most).unwrap_or(usize::MAX))
+    }
+
+    /// Bytes of the planes of one group in the transform of an image with this number of pixels and of about `n_vis` visibilities, if their
+    /// number is known. A small set is gridded in one block, so that groups of planes cost little more than all planes at once. The planes then
+    /// take no more than the images beside them.
+    #[must_use]
+    pub fn image_planes(self, pixels: usize, n_vis: Option<u64>) -> usize {
+        if n_vis.is_some_and(|n| n <= SMALL_SET) {
+            self.planes().min(pixels.saturating_mul(PLANES_OF_PIXEL).max(64 << 20))
+        } else {
+            self.planes()
+        }
     }
 
     /// Size in bytes of one block of rows of the imager. `kept`: the rows stay in memory; otherwise every pass reads the file again.
@@ -167,7 +185,7 @@ impl FromStr for MemoryBudget {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImageWork {
     /// A dirty image, a beam or a grid.
-    Transform = 16,
+    Transform = 8,
     /// CLEAN.
     Clean = 40,
     /// Maximum entropy.

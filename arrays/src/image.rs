@@ -144,9 +144,9 @@ impl BrightnessUnit {
     }
 }
 
-/// Brightness \[chan, pol, m, l\].
+/// Brightness \[chan, pol, m, l\], in double precision unless another one is named.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Image {
+pub struct Image<P = f64> {
     /// Where the pixels are.
     pub grid: SkyGrid,
     /// Channels of the image (one for a multi-frequency image).
@@ -154,7 +154,7 @@ pub struct Image {
     /// Polarisations.
     pub polarizations: Vec<Polarization>,
     /// Values \[chan, pol, m, l\].
-    pub data: Array4<f64>,
+    pub data: Array4<P>,
     /// Unit of the values.
     pub unit: BrightnessUnit,
     /// Beam of each channel; empty where there is none.
@@ -171,7 +171,7 @@ pub struct Image {
     pub history: Vec<String>,
 }
 
-impl Image {
+impl<P> Image<P> {
     /// An image without beam, names or history.
     ///
     /// # Errors
@@ -180,7 +180,7 @@ impl Image {
         grid: SkyGrid,
         spectrum: SpectralWindow,
         polarizations: Vec<Polarization>,
-        data: Array4<f64>,
+        data: Array4<P>,
         unit: BrightnessUnit,
     ) -> Result<Self> {
         let expected = [spectrum.n_chan(), polarizations.len(), grid.n_m, grid.n_l];
@@ -202,13 +202,31 @@ impl Image {
 
     /// One plane \[m, l\].
     #[must_use]
-    pub fn plane(&self, chan: usize, pol: usize) -> ArrayView2<'_, f64> {
+    pub fn plane(&self, chan: usize, pol: usize) -> ArrayView2<'_, P> {
         self.data.slice(s![chan, pol, .., ..])
     }
 
     /// One plane \[m, l\], to change.
-    pub fn plane_mut(&mut self, chan: usize, pol: usize) -> ArrayViewMut2<'_, f64> {
+    pub fn plane_mut(&mut self, chan: usize, pol: usize) -> ArrayViewMut2<'_, P> {
         self.data.slice_mut(s![chan, pol, .., ..])
+    }
+}
+
+impl From<Image<f32>> for Image {
+    fn from(image: Image<f32>) -> Self {
+        Self {
+            data: image.data.mapv(f64::from),
+            grid: image.grid,
+            spectrum: image.spectrum,
+            polarizations: image.polarizations,
+            unit: image.unit,
+            beams: image.beams,
+            object: image.object,
+            telescope: image.telescope,
+            time_jd: image.time_jd,
+            pedestal_k: image.pedestal_k,
+            history: image.history,
+        }
     }
 }
 

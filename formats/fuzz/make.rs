@@ -44,7 +44,7 @@ fn write_the_corpus() {
     let sky = SkyFrame::Sky { ra_rad: 1.0, dec_rad: 0.5, frame: "icrs".into() };
     for (name, frame) in [("sky.fits", sky), ("boresight.fits", SkyFrame::Boresight)] {
         let grid = SkyGrid::new(6, 4, 5e-4, frame).unwrap();
-        let data = Array4::ones((2, 1, 4, 6));
+        let data = Array4::<f64>::ones((2, 1, 4, 6));
         let mut image = Image::new(grid, spectrum.clone(), vec![Polarization::I], data, BrightnessUnit::JyPerBeam).unwrap();
         image.beams = vec![RestoringBeam { bmaj_rad: 2e-3, bmin_rad: 1e-3, bpa_rad: 0.3 }; 2];
         write_image(&root.join("fits").join(name), &image, ImageOptions { overwrite: true, double: false }).unwrap();

@@ -100,20 +100,20 @@ fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context
     check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
     let options = loaded(&args.clean, imager.grid())?;
     let cleaned = clean_once(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))?;
-    let (mut model, mut restored, mut residual) = (None, None, None);
-    let report = cleaned.deliver(&imager, |kind, mut image| -> Result<()> {
+    let (mut restored, mut residual) = (None, None);
+    let (report, mut model) = cleaned.deliver(&imager, |kind, mut image| -> Result<()> {
         args.out.image(&args.out.suffixed(suffix(kind)), &mut image, context)?;
         match kind {
             Kind::Restored => restored = Some(Levels::of(&image)),
             Kind::Residual => residual = Some(Levels::of(&image)),
-            Kind::Model => model = Some(image),
-            Kind::Psf | Kind::Dirty => {}
+            Kind::Model | Kind::Psf | Kind::Dirty => {}
         }
         Ok(())
     })?;
-    match (model, restored, residual) {
-        (Some(model), Some(restored), Some(residual)) => Ok(Written { report, model, restored, residual, grid: imager.grid().clone() }),
-        _ => Err(ChainError::Internal("CLEAN has made no model".into()).into()),
+    args.out.image(&args.out.suffixed(suffix(Kind::Model)), &mut model, context)?;
+    match (restored, residual) {
+        (Some(restored), Some(residual)) => Ok(Written { report, model, restored, residual, grid: imager.grid().clone() }),
+        _ => Err(ChainError::Internal("CLEAN has made no residual".into()).into()),
     }
 }
 

@@ -24,9 +24,10 @@ pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
     let (mut image, counts) =
         args.of.imaged("imaging", context, |imager| Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts)))?;
     let path = args.of.write(&mut image, context)?;
-    let peak = image.data.iter().fold(0.0_f64, |p, v| if v.abs() > p.abs() { *v } else { p });
+    let peak = image.data.iter().fold(0.0_f32, |p, v| if v.abs() > p.abs() { *v } else { p });
+    let peak = f64::from(peak);
     let (g, plane) = (&image.grid, image.plane(0, 0));
-    let rms = (plane.iter().map(|v| v * v).sum::<f64>() / plane.len() as f64).sqrt();
+    let rms = (plane.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / plane.len() as f64).sqrt();
     let json = json!({
         "output": path, "size": [g.n_l, g.n_m], "cell_rad": g.cell_rad, "unit": image.unit.bunit(),
         "peak": peak, "rms": rms, "robust_rms": robust_rms(plane),

@@ -1,16 +1,15 @@
 //! Prediction: the visibilities of an image, block by block.
 
 use super::channels::expand;
-use super::fft::image_to_planes;
+use super::fft::{corrected, image_to_planes};
 use super::grid_options::GridOptions;
 use super::lanes::{Work, run_task, tile_len};
 use super::plan::{Plan, UvwExtent};
-use super::plane_groups::{grid_row, plane_groups, planes_of};
+use super::plane_groups::{grid_row, in_group, plane_groups, reaches};
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
 use super::sort::{Segment, TilePlace};
 use super::sorted_rows::SortedRows;
-use super::wplanes::SLAB;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayError, SkyGrid};
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
@@ -28,7 +27,7 @@ pub struct Degridder<T: Real> {
     pub(super) plan: Arc<Plan<T>>,
     groups: Vec<Range<usize>>,
     resident: Option<PlaneRows<T>>,
-    /// The image, where the planes are made again for every block.
+    /// The corrected image, where the planes are made again for every block.
     image: Array2<T>,
 }
 
@@ -51,10 +50,10 @@ impl<T: Real> Degridder<T> {
             let what = format!("pixel (column {l}, row {m}) of the image to predict");
             return Err(ArrayError::BadValue { what, value: v.to64().to_string(), expected: "a finite number" }.into());
         }
-        let groups = plane_groups(&plan, plan.memory.planes());
+        let groups = plane_groups(&plan, plan.plane_bytes);
         let one = groups.len() == 1;
-        let resident = one.then(|| image_to_planes(&plan, plane, (0, planes_of(&plan, &groups[0]))));
-        let image = if one { Array2::zeros((0, 0)) } else { plane.mapv(|v| T::of(v.to64())) };
+        let resident = one.then(|| image_to_planes(&plan, plane, (true, 0..plan.planes())));
+        let image = if one { Array2::zeros((0, 0)) } else { corrected(&plan, plane) };
         Ok(Self { plan, groups, resident, image })
     }
 
@@ -100,11 +99,13 @@ impl<T: Real> Degridder<T> {
         let plan = &self.plan;
         let mut nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(|c| plan.pool.take(c.n_nodes)).collect();
         if let Some(planes) = &self.resident {
-            degrid_units(plan, rows, 0..plan.slabs(), (planes, 0), &mut nodes)?;
+            degrid_units(plan, rows, (planes, 0..plan.planes()), &mut nodes)?;
         } else {
+            // A buffer may hold anything, and each group adds its part.
+            nodes.iter_mut().for_each(|n| n.fill(Complex::default()));
             for group in &self.groups {
-                let planes = image_to_planes(plan, self.image.view(), (group.start * SLAB, planes_of(plan, group)));
-                degrid_units(plan, rows, group.clone(), (&planes, group.start * SLAB), &mut nodes)?;
+                let planes = image_to_planes(plan, self.image.view(), (false, group.clone()));
+                degrid_units(plan, rows, (&planes, group.clone()), &mut nodes)?;
             }
         }
         Ok(nodes)
@@ -119,20 +120,19 @@ impl<T: Real> Drop for Degridder<T> {
     }
 }
 
-/// Predict from the planes of some slabs into `nodes`.
+/// Predict what a group of planes contributes to `nodes`. All planes replace what the nodes hold, and a part of them adds to it.
 fn degrid_units<T: Real>(
     plan: &Plan<T>,
     rows: &SortedRows,
-    slabs: Range<usize>,
-    (planes, first_plane): (&PlaneRows<T>, usize),
+    (planes, group): (&PlaneRows<T>, Range<usize>),
     nodes: &mut [Vec<Complex<T>>],
 ) -> Result<()> {
     let targets: Vec<Target<T>> = nodes.iter_mut().map(|n| Target { first: n.as_mut_ptr(), len: n.len() }).collect();
-    let inside = rows.colours.iter().flatten().filter(|u| slabs.contains(&u.slab));
+    let inside = rows.colours.iter().flatten().filter(|u| reaches(plan, u.slab, &group));
     let pieces: Vec<&[Segment]> = inside.flat_map(|u| &u.pieces).map(Vec::as_slice).collect();
     pieces.par_iter().try_for_each_init(
         || vec![T::default(); tile_len(plan)],
-        |tile, piece| run_task(plan, (&rows.chunks, &[]), piece, (tile, &mut Load { plan, planes, first_plane, targets: &targets })),
+        |tile, piece| run_task(plan, (&rows.chunks, &[]), piece, (tile, &mut Load { plan, planes, group: &group, targets: &targets })),
     )
 }
 
@@ -150,7 +150,7 @@ unsafe impl<T: Send> Sync for Target<T> {}
 struct Load<'a, T: Real> {
     plan: &'a Plan<T>,
     planes: &'a PlaneRows<T>,
-    first_plane: usize,
+    group: &'a Range<usize>,
     targets: &'a [Target<T>],
 }
 
@@ -161,7 +161,6 @@ impl<T: Real> Work<T> for Load<'_, T> {
         let (plan, nu) = (self.plan, self.plan.nu);
         let stride = TILE + plan.table.lanes;
         let depth = plan.slab_depth();
-        let first_plane = if plan.slabs() == 1 { 0 } else { place.slab * SLAB - self.first_plane };
         for (k, line) in tile.chunks_exact_mut(depth * 2 * stride).enumerate() {
             let Some(r) = grid_row(plan, place.v, k) else {
                 line.fill(T::default());
@@ -169,7 +168,11 @@ impl<T: Real> Work<T> for Load<'_, T> {
             };
             let rows = self.planes.stripes[r / TILE].lock().unwrap_or_else(PoisonError::into_inner);
             for (p, plane) in line.chunks_exact_mut(2 * stride).enumerate() {
-                let at = ((r % TILE) * self.planes.planes + first_plane + p) * nu;
+                let Some(p) = in_group(place.slab, p, self.group) else {
+                    plane.fill(T::default());
+                    continue;
+                };
+                let at = ((r % TILE) * self.planes.planes + p) * nu;
                 let row = &rows[at..at + nu];
                 let (re, im) = plane.split_at_mut(stride);
                 let first = place.u * TILE;
@@ -189,7 +192,12 @@ impl<T: Real> Work<T> for Load<'_, T> {
             return Err(ChainError::Internal(format!("a run ends at node {}, but its chunk has {}", first + values.len(), target.len)));
         }
         // SAFETY: in bounds by the check above, and no other thread writes these nodes (see `Target`).
-        unsafe { std::slice::from_raw_parts_mut(target.first.add(first), values.len()) }.copy_from_slice(values);
+        let nodes = unsafe { std::slice::from_raw_parts_mut(target.first.add(first), values.len()) };
+        if self.group.len() == self.plan.planes() {
+            nodes.copy_from_slice(values);
+        } else {
+            nodes.iter_mut().zip(values).for_each(|(n, v)| *n += *v);
+        }
         Ok(())
     }
 }

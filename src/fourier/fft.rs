@@ -6,12 +6,12 @@
 
 use super::plan::Plan;
 use super::plane_rows::{PlaneRows, TILE};
-use super::real::{Real, cis_turns};
-use super::series::horner;
+use super::real::{Real, cis_of_all};
 use super::wplanes::WBasis;
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Number of columns that are transformed together. They are a few cache lines of each row.
 const BLOCK: usize = 16;
@@ -20,8 +20,8 @@ const BLOCK: usize = 16;
 enum Screens<T> {
     /// Values of (n - 1 - nu_mid) / nu_half.
     Powers(Vec<T>),
-    /// Phase of the current plane, and the factor that leads to the next plane.
-    Planes { now: Vec<Complex<f64>>, step: Vec<Complex<f64>> },
+    /// Values of n - 1 - nu_mid. The phase at w is w times as many turns.
+    Planes(Vec<f64>),
 }
 
 /// The columns of the image that one task processes.
@@ -30,36 +30,85 @@ struct Columns<'a, T: Real> {
     first: usize,
     width: usize,
     screens: Screens<T>,
-    /// The product of all factors of a pixel that do not depend on the plane; 0 behind the horizon \[m, column\].
-    factor: Vec<f64>,
+    depths: Vec<f64>,
+}
+
+/// n - 1 of the pixels of a block of columns; NaN behind the horizon \[m, column\].
+fn depths<T: Real>(plan: &Plan<T>, first: usize, width: usize) -> Vec<f64> {
+    let l2: [f64; BLOCK] = std::array::from_fn(|c| if c < width { plan.grid.l_at((first + c) as f64).powi(2) } else { f64::NAN });
+    let mut depths = vec![0.0; plan.grid.n_m * BLOCK];
+    for (i, line) in depths.as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
+        let m2 = plan.grid.m_at(i as f64).powi(2);
+        for (depth, l2) in line.iter_mut().zip(&l2) {
+            let r2 = l2 + m2;
+            let root = (1.0 - r2).sqrt();
+            *depth = if r2 < 1.0 { -r2 / (1.0 + root) } else { f64::NAN };
+        }
+    }
+    depths
+}
+
+/// The product of all factors of these pixels that do not depend on the plane; 0 behind the horizon \[m, column\].
+fn factors<T: Real>(plan: &Plan<T>, first: usize, depths: &[f64]) -> Vec<f64> {
+    let mut factors = vec![0.0; depths.len()];
+    let along_l: [f64; BLOCK] = std::array::from_fn(|c| plan.correct_l.get(first + c).copied().unwrap_or(0.0));
+    let lines = factors.as_chunks_mut::<BLOCK>().0.iter_mut().zip(depths.as_chunks::<BLOCK>().0);
+    for ((factors, depths), along_m) in lines.zip(&plan.correct_m) {
+        for ((factor, depth), along_l) in factors.iter_mut().zip(depths).zip(&along_l) {
+            let n = if plan.divide_by_n { 1.0 + depth } else { 1.0 };
+            *factor = along_m * along_l / n;
+        }
+        if let WBasis::Planes { correction, .. } = &plan.w.basis {
+            let mut sum = [0.0; BLOCK];
+            for coefficient in correction.iter().rev() {
+                sum.iter_mut().zip(depths).for_each(|(s, depth)| *s = *s * plan.w.scaled(*depth) + coefficient);
+            }
+            factors.iter_mut().zip(sum).for_each(|(f, s)| *f *= s);
+        }
+        factors.iter_mut().zip(depths).for_each(|(f, depth)| *f = if depth.is_nan() { 0.0 } else { *f });
+    }
+    factors
+}
+
+/// Multiply the sum of all planes \[m, l\] by the factors of its pixels.
+pub(crate) fn correct<T: Real>(plan: &Plan<T>, image: &mut Array2<T>) {
+    image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
+        let factor = factors(plan, b * BLOCK, &depths(plan, b * BLOCK, block.ncols()));
+        for (mut line, factor) in block.rows_mut().into_iter().zip(factor.chunks_exact(BLOCK)) {
+            line.iter_mut().zip(factor).for_each(|(v, f)| *v = T::of(v.to64() * f));
+        }
+    });
+}
+
+/// An image \[m, l\] times the factors of its pixels.
+pub(crate) fn corrected<T: Real, P: Real>(plan: &Plan<T>, image: ArrayView2<'_, P>) -> Array2<T> {
+    let mut out = Array2::zeros(image.dim());
+    out.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
+        let factor = factors(plan, b * BLOCK, &depths(plan, b * BLOCK, block.ncols()));
+        for ((i, mut line), factor) in block.rows_mut().into_iter().enumerate().zip(factor.chunks_exact(BLOCK)) {
+            for (c, (o, f)) in line.iter_mut().zip(factor).enumerate() {
+                *o = T::of(image[(i, b * BLOCK + c)].to64() * f);
+            }
+        }
+    });
+    out
 }
 
 impl<'a, T: Real> Columns<'a, T> {
-    fn new(plan: &'a Plan<T>, first: usize, first_plane: usize) -> Self {
+    fn new(plan: &'a Plan<T>, first: usize) -> Self {
         let width = BLOCK.min(plan.grid.n_l - first);
-        let size = plan.grid.n_m * BLOCK;
-        let mut factor = vec![0.0; size];
-        let mut x = vec![0.0; size];
-        for i in 0..plan.grid.n_m {
-            for c in 0..width {
-                if let Some(depth) = plan.depth_at(i, first + c) {
-                    let n = if plan.divide_by_n { 1.0 + depth } else { 1.0 };
-                    factor[i * BLOCK + c] = plan.correct_m[i] * plan.correct_l[first + c] / n;
-                    x[i * BLOCK + c] = (depth - plan.w.nu_mid) / plan.w.nu_half;
-                }
-            }
-        }
+        let depths = depths(plan, first, width);
+        let inside = depths.iter().map(|depth| if depth.is_nan() { plan.w.nu_mid } else { *depth });
         let screens = match &plan.w.basis {
-            WBasis::Powers { .. } => Screens::Powers(x.iter().map(|x| T::of(*x)).collect()),
-            WBasis::Planes { first, step, correction, .. } => {
-                factor.iter_mut().zip(&x).for_each(|(f, x)| *f *= horner(correction, *x));
-                let w = first + first_plane as f64 * step;
-                // The phase of the visibility is +w (n - 1). The direction to the image uses the conjugate.
-                let at = |w: f64| x.iter().map(|x| cis_turns::<f64>(w * x * plan.w.nu_half)).collect();
-                Screens::Planes { now: at(w), step: at(*step) }
-            }
+            WBasis::Powers { .. } => Screens::Powers(inside.map(|depth| T::of(plan.w.scaled(depth))).collect()),
+            WBasis::Planes { .. } => Screens::Planes(inside.map(|depth| depth - plan.w.nu_mid).collect()),
         };
-        Self { plan, first, width, screens, factor }
+        Self { plan, first, width, screens, depths }
+    }
+
+    /// The factors of the pixels.
+    fn factors(&self) -> Vec<f64> {
+        factors(self.plan, self.first, &self.depths)
     }
 
     /// Real screen of a power \[m, column\].
@@ -78,10 +127,10 @@ impl<'a, T: Real> Columns<'a, T> {
         }
     }
 
-    /// Advance the phase screens to the next plane.
-    fn advance(&mut self) {
-        if let Screens::Planes { now, step } = &mut self.screens {
-            now.iter_mut().zip(step).for_each(|(n, s)| *n *= *s);
+    /// Phase screen of a plane of constant w \[m, column\]. The phase of the visibility is +w (n - 1). The direction to the image uses the conjugate.
+    fn phase_screen(&self, plane: usize, out: &mut [Complex<T>]) {
+        if let (WBasis::Planes { first, step, .. }, Screens::Planes(x)) = (&self.plan.w.basis, &self.screens) {
+            cis_of_all(first + plane as f64 * step, x, out);
         }
     }
 
@@ -108,8 +157,9 @@ fn quarter_turns<T: Real>(z: Complex<T>, k: usize) -> Complex<T> {
     }
 }
 
-/// Transform the planes from `first_plane` on with exp(-2 pi i ...), apply screens and corrections, and add them to `image` \[m, l\].
-/// The transform overwrites the planes. Their memory is returned for the next use.
+/// Transform the planes from `first_plane` on with exp(-2 pi i ...), apply their screens, and add them to `image` \[m, l\]. All planes together
+/// are corrected too; a sum of groups is corrected when it is complete. The transform overwrites the planes. Their memory is returned for the
+/// next use.
 pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, first_plane: usize, image: &mut Array2<T>) -> PlaneRows<T> {
     let (nu, n_l) = (plan.nu, plan.grid.n_l);
     let planes = rows.planes;
@@ -130,7 +180,7 @@ pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, f
     let held = rows.stripes_mut();
     let stripes: Vec<&[Complex<T>]> = held.iter().map(|s| s.as_slice()).collect();
     image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
-        let mut columns = Columns::new(plan, b * BLOCK, first_plane);
+        let columns = Columns::new(plan, b * BLOCK);
         let mut sum = vec![T::default(); plan.grid.n_m * BLOCK];
         let mut work = Work::new(plan, 0);
         for p in 0..planes {
@@ -141,32 +191,35 @@ pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, f
             work.gather(&columns, row, first_plane + p);
             work.transform(plan, 0);
             work.accumulate(&columns, first_plane + p, &mut sum);
-            columns.advance();
         }
-        for (i, mut out) in block.rows_mut().into_iter().enumerate() {
-            for (c, o) in out.iter_mut().enumerate() {
-                *o += T::of(sum[i * BLOCK + c].to64() * columns.factor[i * BLOCK + c]);
-            }
+        if planes == plan.planes() {
+            sum.iter_mut().zip(columns.factors()).for_each(|(v, f)| *v = T::of(v.to64() * f));
+        }
+        for (mut out, sum) in block.rows_mut().into_iter().zip(sum.chunks_exact(BLOCK)) {
+            out.iter_mut().zip(sum).for_each(|(o, v)| *o += *v);
         }
     });
     rows
 }
 
-/// The planes `first_plane..first_plane + planes` of an image \[m, l\]: apply corrections and screens, and transform with exp(+2 pi i ...).
+/// A group of planes of an image \[m, l\]: apply screens, and corrections if the image is still `raw`, and transform with exp(+2 pi i ...).
 pub(crate) fn image_to_planes<T: Real, P: Real>(
     plan: &Plan<T>,
     image: ArrayView2<'_, P>,
-    (first_plane, planes): (usize, usize),
+    (raw, group): (bool, Range<usize>),
 ) -> PlaneRows<T> {
+    let (first_plane, planes) = (group.start, group.len());
     let (nu, n_l, n_rows) = (plan.nu, plan.grid.n_l, plan.n_rows);
     let blocks: Vec<Vec<Complex<T>>> = (0..n_l.div_ceil(BLOCK))
         .into_par_iter()
         .map(|b| {
-            let mut columns = Columns::new(plan, b * BLOCK, first_plane);
+            let columns = Columns::new(plan, b * BLOCK);
             let mut pixels = vec![T::default(); plan.grid.n_m * BLOCK];
+            let factor = raw.then(|| columns.factors());
             for i in 0..plan.grid.n_m {
                 for c in 0..columns.width {
-                    pixels[i * BLOCK + c] = T::of(image[(i, columns.first + c)].to64() * columns.factor[i * BLOCK + c]);
+                    let v = image[(i, columns.first + c)].to64();
+                    pixels[i * BLOCK + c] = T::of(factor.as_ref().map_or(v, |f| v * f[i * BLOCK + c]));
                 }
             }
             let mut work = Work::new(plan, 1);
@@ -175,7 +228,6 @@ pub(crate) fn image_to_planes<T: Real, P: Real>(
                 work.spread(&columns, first_plane + p, &pixels);
                 work.transform(plan, 1);
                 work.collect(&columns, first_plane + p, out);
-                columns.advance();
             }
             out
         })
@@ -210,6 +262,7 @@ struct Work<T> {
     z: Vec<Complex<T>>,
     scratch: Vec<Complex<T>>,
     screen: Vec<T>,
+    phases: Vec<Complex<T>>,
     paired: bool,
 }
 
@@ -219,7 +272,8 @@ impl<T: Real> Work<T> {
         Self {
             z: vec![Complex::default(); plan.nv * if paired { BLOCK / 2 } else { BLOCK }],
             scratch: vec![Complex::default(); plan.fft.columns[direction].get_inplace_scratch_len()],
-            screen: vec![T::default(); plan.grid.n_m * BLOCK],
+            screen: vec![T::default(); if paired { plan.grid.n_m * BLOCK } else { 0 }],
+            phases: vec![Complex::default(); if paired { 0 } else { plan.grid.n_m * BLOCK }],
             paired,
         }
     }
@@ -261,6 +315,7 @@ impl<T: Real> Work<T> {
     fn accumulate(&mut self, columns: &Columns<'_, T>, plane: usize, sum: &mut [T]) {
         let nv = columns.plan.nv;
         columns.power_screen(plane, &mut self.screen);
+        columns.phase_screen(plane, &mut self.phases);
         for (i, sum) in sum.chunks_exact_mut(BLOCK).enumerate() {
             let at = columns.index_m(i);
             match &columns.screens {
@@ -272,10 +327,10 @@ impl<T: Real> Work<T> {
                         s[1] += z.im * screen[1];
                     }
                 }
-                Screens::Planes { now, .. } => {
-                    for (c, (s, phase)) in sum.iter_mut().zip(&now[i * BLOCK..]).enumerate() {
+                Screens::Planes(_) => {
+                    for (c, (s, phase)) in sum.iter_mut().zip(&self.phases[i * BLOCK..]).enumerate() {
                         let z = self.z[c * nv + at];
-                        *s += z.re * T::of(phase.re) + z.im * T::of(phase.im);
+                        *s += z.re * phase.re + z.im * phase.im;
                     }
                 }
             }
@@ -287,6 +342,7 @@ impl<T: Real> Work<T> {
         let nv = columns.plan.nv;
         self.z.fill(Complex::default());
         columns.power_screen(plane, &mut self.screen);
+        columns.phase_screen(plane, &mut self.phases);
         for (i, pixels) in pixels.chunks_exact(BLOCK).enumerate() {
             let at = columns.index_m(i);
             match &columns.screens {
@@ -296,9 +352,9 @@ impl<T: Real> Work<T> {
                         self.z[q * nv + at] = Complex::new(p[0] * screen[0], p[1] * screen[1]);
                     }
                 }
-                Screens::Planes { now, .. } => {
-                    for (c, (p, phase)) in pixels.iter().zip(&now[i * BLOCK..]).enumerate() {
-                        self.z[c * nv + at] = Complex::new(*p * T::of(phase.re), *p * T::of(phase.im));
+                Screens::Planes(_) => {
+                    for (c, (p, phase)) in pixels.iter().zip(&self.phases[i * BLOCK..]).enumerate() {
+                        self.z[c * nv + at] = phase.scale(*p);
                     }
                 }
             }

@@ -2,16 +2,15 @@
 
 use super::channels::{compress, expand};
 use super::degridder::Degridder;
-use super::fft::planes_to_image;
+use super::fft::{correct, planes_to_image};
 use super::grid_options::GridOptions;
 use super::lanes::{Work, run_task, tile_len};
 use super::plan::{Plan, UvwExtent};
-use super::plane_groups::{grid_row, plane_groups, planes_of};
+use super::plane_groups::{grid_row, in_group, plane_groups, reaches};
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::{Real, in_precision};
 use super::sort::{Chunk, Segment, TilePlace};
 use super::sorted_rows::SortedRows;
-use super::wplanes::SLAB;
 use crate::{ChainError, Result};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, ArrayView2};
@@ -24,13 +23,14 @@ use std::sync::{Arc, PoisonError};
 ///
 /// The image is the real part of the sum of `w V exp(-2 pi i (u l + v m + w (n - 1)))` over everything added, \[m, l\], to a relative
 /// error of `epsilon`. It needs memory for the planes and for one block of rows. Planes that fit into the share of the memory budget stay in
-/// memory from the first block to the last. Otherwise they are made and transformed in groups for every block.
+/// memory from the first block to the last. Otherwise they are made and transformed in groups for every block, and the sum over the planes is
+/// corrected at the end.
 #[derive(Debug)]
 pub struct Gridder<T: Real> {
     plan: Arc<Plan<T>>,
     groups: Vec<Range<usize>>,
     resident: Option<PlaneRows<T>>,
-    /// The sum of the groups of planes that were transformed so far.
+    /// The sum of the groups of planes that were transformed so far, before its correction.
     image: Option<Array2<T>>,
 }
 
@@ -44,9 +44,9 @@ impl<T: Real> Gridder<T> {
     }
 
     pub(super) fn on(plan: Arc<Plan<T>>) -> Self {
-        let groups = plane_groups(&plan, plan.memory.planes());
+        let groups = plane_groups(&plan, plan.plane_bytes);
         let resident = (groups.len() == 1).then(|| {
-            let mut planes = plan.pool.take_planes(plan.n_rows, planes_of(&plan, &groups[0]), plan.nu);
+            let mut planes = plan.pool.take_planes(plan.n_rows, plan.planes(), plan.nu);
             planes.clear();
             planes
         });
@@ -129,13 +129,19 @@ impl<T: Real> Gridder<T> {
     fn spread(&mut self, rows: &SortedRows, nodes: &[Vec<Complex<T>>]) -> Result<()> {
         let plan = &self.plan;
         if let Some(planes) = &self.resident {
-            return grid_units(plan, (rows, nodes), 0..plan.slabs(), (planes, 0));
+            return grid_units(plan, (rows, nodes), (planes, 0..plan.planes()));
         }
+        let mut kept: Option<PlaneRows<T>> = None;
         for group in &self.groups {
-            let planes = PlaneRows::zeros(plan.n_rows, planes_of(plan, group), plan.nu);
-            grid_units(plan, (rows, nodes), group.clone(), (&planes, group.start * SLAB))?;
+            let mut planes = match kept.take() {
+                Some(planes) if planes.fits(plan.n_rows, group.len(), plan.nu) => planes,
+                _ => PlaneRows::zeros(plan.n_rows, group.len(), plan.nu),
+            };
+            grid_units(plan, (rows, nodes), (&planes, group.clone()))?;
             let image = self.image.get_or_insert_with(|| Array2::zeros((plan.grid.n_m, plan.grid.n_l)));
-            planes_to_image(plan, planes, group.start * SLAB, image);
+            planes = planes_to_image(plan, planes, group.start, image);
+            planes.clear();
+            kept = Some(planes);
         }
         Ok(())
     }
@@ -147,23 +153,24 @@ impl<T: Real> Gridder<T> {
         if let Some(planes) = self.resident.take() {
             let planes = planes_to_image(&self.plan, planes, 0, &mut image);
             self.plan.pool.give_planes(planes);
+        } else {
+            correct(&self.plan, &mut image);
         }
         in_precision(image)
     }
 }
 
-/// Grid the visibilities of some slabs, one colour after the other.
+/// Grid the visibilities onto a group of planes, one colour after the other.
 fn grid_units<T: Real>(
     plan: &Plan<T>,
     (rows, nodes): (&SortedRows, &[Vec<Complex<T>>]),
-    slabs: Range<usize>,
-    (planes, first_plane): (&PlaneRows<T>, usize),
+    (planes, group): (&PlaneRows<T>, Range<usize>),
 ) -> Result<()> {
     let input = (rows.chunks.as_slice(), nodes);
     let tile = || vec![T::default(); tile_len(plan)];
     for colour in &rows.colours {
-        colour.par_iter().filter(|u| slabs.contains(&u.slab)).try_for_each_init(tile, |tile, unit| {
-            let mut flush = Flush { plan, planes, first_plane };
+        colour.par_iter().filter(|u| reaches(plan, u.slab, &group)).try_for_each_init(tile, |tile, unit| {
+            let mut flush = Flush { plan, planes, group: &group };
             if let [piece] = unit.pieces.as_slice() {
                 return run_task(plan, input, piece, (tile, &mut flush));
             }
@@ -201,7 +208,7 @@ impl<T: Real> Work<T> for Hold {
 struct Flush<'a, T: Real> {
     plan: &'a Plan<T>,
     planes: &'a PlaneRows<T>,
-    first_plane: usize,
+    group: &'a Range<usize>,
 }
 
 impl<T: Real> Work<T> for Flush<'_, T> {
@@ -215,7 +222,6 @@ impl<T: Real> Work<T> for Flush<'_, T> {
         let (plan, nu) = (self.plan, self.plan.nu);
         let stride = TILE + plan.table.lanes;
         let depth = plan.slab_depth();
-        let first_plane = if plan.slabs() == 1 { 0 } else { place.slab * SLAB - self.first_plane };
         let cells = TILE + plan.table.support;
         let lock = |stripe: usize| (stripe, self.planes.stripes[stripe].lock().unwrap_or_else(PoisonError::into_inner));
         let mut held = None;
@@ -227,7 +233,8 @@ impl<T: Real> Work<T> for Flush<'_, T> {
             }
             let (_, rows) = held.get_or_insert_with(|| lock(r / TILE));
             for (p, plane) in line.chunks_exact(2 * stride).enumerate() {
-                let at = ((r % TILE) * self.planes.planes + first_plane + p) * nu;
+                let Some(p) = in_group(place.slab, p, self.group) else { continue };
+                let at = ((r % TILE) * self.planes.planes + p) * nu;
                 let row = &mut rows[at..at + nu];
                 let (re, im) = plane.split_at(stride);
                 let first = place.u * TILE;

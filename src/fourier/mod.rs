@@ -52,7 +52,6 @@ pub(crate) use line_fft::good_size;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
-pub(crate) use real::in_precision;
 pub use sorted_rows::SortedRows;
 pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;

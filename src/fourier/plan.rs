@@ -8,7 +8,6 @@ use super::plane_rows::TILE;
 use super::pool::Pool;
 use super::real::Real;
 use super::wplanes::{SLAB, WBasis, WTerm};
-use crate::memory::MemoryBudget;
 use crate::values::need;
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
@@ -80,7 +79,8 @@ pub(crate) struct Plan<T: Real> {
     pub(crate) extent: UvwExtent,
     /// Buffers that are kept between passes.
     pub(crate) pool: Pool<T>,
-    pub(crate) memory: MemoryBudget,
+    /// Bytes of the planes of one group, see [`MemoryBudget::image_planes`].
+    pub(crate) plane_bytes: usize,
 }
 
 /// Estimated time of a transform with the oversampling of `kernel`, in about nanoseconds. The constants come from measured times of the passes
@@ -153,7 +153,7 @@ impl<T: Real> Plan<T> {
             reach: [l, m, if opts.w_term { -nu_min } else { 0.0 }],
             extent,
             pool: Pool::new(opts.memory),
-            memory: opts.memory,
+            plane_bytes: opts.memory.image_planes(grid.n_l * grid.n_m, n_vis),
         })
     }
 
@@ -188,19 +188,20 @@ impl<T: Real> Plan<T> {
         }
     }
 
+    /// Number of planes or screens of the w term.
+    pub(crate) fn planes(&self) -> usize {
+        match &self.w.basis {
+            WBasis::Powers { screens, .. } => screens.len(),
+            WBasis::Planes { count, .. } => *count,
+        }
+    }
+
     /// Number of planes that the tile of one slab covers.
     pub(crate) fn slab_depth(&self) -> usize {
         match &self.w.basis {
             WBasis::Powers { screens, .. } => screens.len(),
             WBasis::Planes { table, .. } => table.support + SLAB - 1,
         }
-    }
-
-    /// n - 1 of a pixel; `None` behind the horizon.
-    pub(crate) fn depth_at(&self, row: usize, column: usize) -> Option<f64> {
-        let (l, m) = (self.grid.l_at(column as f64), self.grid.m_at(row as f64));
-        let r2 = l * l + m * m;
-        (r2 < 1.0).then(|| -r2 / (1.0 + (1.0 - r2).sqrt()))
     }
 
     /// Check the shape of rows, and that their uvw lie within the extent of the plan.

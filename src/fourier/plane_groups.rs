@@ -6,18 +6,26 @@ use super::real::Real;
 use super::wplanes::SLAB;
 use std::ops::Range;
 
-/// Divide the slabs of w into groups. The planes of one group fit into `budget` bytes; a group has at least one slab.
+/// Divide the planes into groups of consecutive planes that fit into `budget` bytes. A group has at least one plane.
+///
+/// A plane belongs to one group, so that it is transformed once. The tiles of a slab of w may reach into several groups, and are made again for
+/// each: with the few visibilities of an image whose planes do not fit, this costs much less than another transform.
 pub(super) fn plane_groups<T: Real>(plan: &Plan<T>, budget: usize) -> Vec<Range<usize>> {
-    let slabs = plan.slabs();
-    let overlap = plan.slab_depth().saturating_sub(SLAB);
-    let fits = |n: usize| slabs == 1 || PlaneRows::<T>::bytes(plan.n_rows, n * SLAB + overlap, plan.nu) <= budget;
-    let step = (1..=slabs).rev().find(|n| fits(*n)).unwrap_or(1);
-    (0..slabs).step_by(step).map(|s| s..(s + step).min(slabs)).collect()
+    let planes = plan.planes();
+    let fits = (budget / PlaneRows::<T>::bytes(plan.n_rows, 1, plan.nu).max(1)).clamp(1, planes);
+    let groups = planes.div_ceil(fits);
+    (0..groups).map(|k| planes * k / groups..planes * (k + 1) / groups).collect()
 }
 
-/// Number of planes of one group of slabs.
-pub(super) fn planes_of<T: Real>(plan: &Plan<T>, group: &Range<usize>) -> usize {
-    if plan.slabs() == 1 { plan.slab_depth() } else { (group.len() - 1) * SLAB + plan.slab_depth() }
+/// True if the tiles of a slab reach into a group of planes.
+pub(super) fn reaches<T: Real>(plan: &Plan<T>, slab: usize, group: &Range<usize>) -> bool {
+    slab * SLAB < group.end && slab * SLAB + plan.slab_depth() > group.start
+}
+
+/// The index in a group of a plane of the tiles of a slab; `None` if it belongs to another group.
+pub(super) fn in_group(slab: usize, plane: usize, group: &Range<usize>) -> Option<usize> {
+    let at = slab * SLAB + plane;
+    group.contains(&at).then(|| at - group.start)
 }
 
 /// Index in the half grid of a row of a tile. The margin of the last tiles extends beyond the grid: these rows are empty, and the result is

@@ -82,6 +82,11 @@ impl<T: Real> WTerm<T> {
         Some(Self { nu_mid: -nu_half, nu_half, basis })
     }
 
+    /// Where a value of n - 1 lies in its range over the image, -1 to 1.
+    pub(crate) fn scaled(&self, depth: f64) -> f64 {
+        (depth - self.nu_mid) / self.nu_half
+    }
+
     /// Number of planes or screens.
     #[cfg(test)]
     fn count(&self) -> usize {

@@ -119,16 +119,16 @@ pub(crate) struct CleanReport {
 }
 
 impl Cleaned {
-    /// Make the images one after the other, and hand each to `take`: beam, dirty image, restored image, residual, model. The planes of an image
-    /// are dropped with it, so that the images in double precision are never in memory together.
+    /// Make the images one after the other, and hand each to `take`: beam, dirty image, restored image, residual. The planes of an image are
+    /// dropped with it. The model is returned.
     ///
     /// # Errors
     /// Those of `take`.
     pub(crate) fn deliver<E: From<ChainError>>(
         self,
         imager: &Imager<'_>,
-        mut take: impl FnMut(Kind, Image) -> Result<(), E>,
-    ) -> Result<CleanReport, E> {
+        mut take: impl FnMut(Kind, Image<f32>) -> Result<(), E>,
+    ) -> Result<(CleanReport, Image), E> {
         let Self { mut channels, mut clock } = self;
         let grid = imager.grid();
         let beams: Vec<RestoringBeam> = channels.iter().map(|c| c.beam).collect();
@@ -148,28 +148,30 @@ impl Cleaned {
             seconds: BTreeMap::new(),
         };
         let restored = |c: &mut Channel| {
-            let mut plane = with_beam(grid, c.model.view(), &c.beam);
-            Zip::from(&mut plane).and(&c.residual.image).par_for_each(|p, r| *p += f64::from(*r));
+            let model = with_beam(grid, c.model.view(), &c.beam);
+            let mut plane = c.residual.image.clone();
+            Zip::from(&mut plane).and(&model).par_for_each(|p, m| *p = (f64::from(*p) + m) as f32);
             plane
         };
-        let restored: Vec<Array2<f64>> = clock.time("restore", || channels.iter_mut().map(restored).collect());
+        let restored: Vec<Array2<f32>> = clock.time("restore", || channels.iter_mut().map(restored).collect());
         let restored = imager.image(restored, Kind::Restored, &beams)?;
-        let top = restored.data.iter().copied().fold(f64::NEG_INFINITY, f64::max) - restored.pedestal_k.unwrap_or(0.0);
+        let top = restored.data.iter().copied().map(f64::from).fold(f64::NEG_INFINITY, f64::max) - restored.pedestal_k.unwrap_or(0.0);
         take(Kind::Restored, restored)?;
         let residuals = channels.iter_mut().map(|c| std::mem::take(&mut c.residual.image)).collect();
         let residual = imager.image(residuals, Kind::Residual, &beams)?;
-        statistics.residual_rms = (residual.data.iter().map(|v| v * v).sum::<f64>() / residual.data.len() as f64).sqrt();
-        statistics.residual_peak = residual.data.iter().fold(0.0, |a, v| a.max(v.abs()));
+        statistics.residual_rms = (residual.data.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / residual.data.len() as f64).sqrt();
+        statistics.residual_peak = residual.data.iter().fold(0.0_f32, |a, v| a.max(v.abs())).into();
         statistics.dynamic_range = top / statistics.residual_rms.max(f64::MIN_POSITIVE);
         take(Kind::Residual, residual)?;
         let models = channels.iter_mut().map(|c| std::mem::take(&mut c.model)).collect();
-        take(Kind::Model, imager.image(models, Kind::Model, &beams)?)?;
+        let model = imager.image(models, Kind::Model, &beams)?;
         statistics.seconds = clock.0;
         let of_channel = |(k, c): (usize, Channel)| {
             let all = c.components.into_iter().chain(c.given_back);
             all.map(move |one| CleanComponent::on(grid, k, one))
         };
-        Ok(CleanReport { components: joined(channels.into_iter().enumerate().flat_map(of_channel)), statistics, beams })
+        let components = joined(channels.into_iter().enumerate().flat_map(of_channel));
+        Ok((CleanReport { components, statistics, beams }, model))
     }
 }
 
@@ -177,12 +179,12 @@ impl CleanProducts {
     /// All images of a finished run together.
     pub(super) fn of(run: Cleaned, imager: &Imager<'_>) -> Result<Self> {
         let mut images = Vec::new();
-        let CleanReport { components, statistics, beams } = run.deliver(imager, |_, image| -> Result<()> {
-            images.push(image);
+        let (CleanReport { components, statistics, beams }, model) = run.deliver(imager, |_, image| -> Result<()> {
+            images.push(image.into());
             Ok(())
         })?;
-        let images: [Image; 5] = images.try_into().map_err(|_| ChainError::Internal("CLEAN makes five images".into()))?;
-        let [psf, dirty, restored, residual, model] = images;
+        let images: [Image; 4] = images.try_into().map_err(|_| ChainError::Internal("CLEAN makes four images of the data".into()))?;
+        let [psf, dirty, restored, residual] = images;
         Ok(Self { psf, dirty, model, residual, restored, components, statistics, beams })
     }
 }

@@ -8,7 +8,7 @@
 use super::beam_fit::fit_beam;
 use super::imager::Imager;
 use super::options::BeamShape;
-use crate::fourier::{Real, in_precision};
+use crate::fourier::Real;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, SpectralWindow, VisUnit};
@@ -39,17 +39,17 @@ impl Imager<'_> {
         fit.ok_or_else(|| ChainError::NoData("no Gaussian fits the main lobe of the dirty beam: give a beam, or a smaller cell".into()))
     }
 
-    /// Make an image of the planes \[m, l\] of all output channels.
-    pub(crate) fn image<P: Real>(&self, planes: Vec<Array2<P>>, kind: Kind, beams: &[RestoringBeam]) -> Result<Image> {
+    /// Make an image of the planes \[m, l\] of all output channels, in their precision. Files have single precision, so that planes in single
+    /// precision lose nothing before they are written.
+    pub(crate) fn image<P: Real>(&self, planes: Vec<Array2<P>>, kind: Kind, beams: &[RestoringBeam]) -> Result<Image<P>> {
         let grid = self.grid();
         let header = self.header();
         let kelvin = header.unit == VisUnit::KelvinSr;
         let made = |(k, plane): (usize, Array2<P>)| {
-            let plane = in_precision(plane);
             if kelvin { in_kelvin(grid, plane, kind, beams.get(k), header.pedestal_k) } else { Ok(plane) }
         };
         let single = planes.len() == 1;
-        let mut data = Array4::zeros(if single { (0, 0, 0, 0) } else { (planes.len(), 1, grid.n_m, grid.n_l) });
+        let mut data = Array4::from_elem(if single { (0, 0, 0, 0) } else { (planes.len(), 1, grid.n_m, grid.n_l) }, P::default());
         for (k, plane) in planes.into_iter().enumerate() {
             let plane = made((k, plane))?;
             if single {
@@ -86,13 +86,13 @@ impl Imager<'_> {
     }
 }
 
-fn in_kelvin(
+fn in_kelvin<P: Real>(
     grid: &SkyGrid,
-    mut plane: Array2<f64>,
+    mut plane: Array2<P>,
     kind: Kind,
     beam: Option<&RestoringBeam>,
     pedestal: Option<f64>,
-) -> Result<Array2<f64>> {
+) -> Result<Array2<P>> {
     let solid_angle = match (kind, beam) {
         (Kind::Psf, _) => return Ok(plane),
         (Kind::Model, _) => grid.cell_sr(),
@@ -104,7 +104,7 @@ fn in_kelvin(
     for ((i, j), v) in plane.indexed_iter_mut() {
         let (l, m) = (grid.l_at(j as f64), grid.m_at(i as f64));
         let n = if raw { 1.0 } else { (1.0 - l * l - m * m).max(0.0).sqrt() };
-        *v = *v * n / solid_angle + constant;
+        *v = P::of(v.to64() * n / solid_angle + constant);
     }
     Ok(plane)
 }
@@ -113,7 +113,7 @@ fn in_kelvin(
 ///
 /// # Errors
 /// As [`Imager::psf`].
-pub fn psf_image(imager: &mut Imager<'_>, observer: &dyn Observer) -> Result<(Image, Vec<RestoringBeam>)> {
+pub fn psf_image(imager: &mut Imager<'_>, observer: &dyn Observer) -> Result<(Image<f32>, Vec<RestoringBeam>)> {
     let planes = (0..imager.channels().len()).map(|k| imager.psf_in::<f32>(k, observer)).collect::<Result<Vec<_>>>()?;
     let beams: Vec<Option<RestoringBeam>> = planes.iter().map(|p| imager.beam_of(p.view()).ok()).collect();
     let all: Option<Vec<RestoringBeam>> = beams.into_iter().collect();
@@ -129,13 +129,12 @@ pub fn psf_image(imager: &mut Imager<'_>, observer: &dyn Observer) -> Result<(Im
 ///
 /// # Errors
 /// As [`Imager::dirty`] and [`Imager::psf`]; also if the set is in `K str` and no Gaussian fits the beam.
-pub fn dirty_image(imager: &mut Imager<'_>, with_beam: bool, observer: &dyn Observer) -> Result<Image> {
+pub fn dirty_image(imager: &mut Imager<'_>, with_beam: bool, observer: &dyn Observer) -> Result<Image<f32>> {
     let kelvin = imager.header().unit == VisUnit::KelvinSr;
     let mut beams = Vec::new();
     if with_beam || kelvin {
         for k in 0..imager.channels().len() {
-            let psf = if imager.options().beam.is_some() { Array2::zeros((0, 0)) } else { imager.psf_core(k, observer)? };
-            match imager.beam_of(psf.view()) {
+            match imager.restoring_beam(k, observer)? {
                 Ok(beam) => beams.push(beam),
                 Err(e) if kelvin => return Err(e),
                 Err(e) => observer.event(Event::Warning(&e.to_string())),

@@ -27,22 +27,36 @@ impl Imager<'_> {
         self.psf_on(None, channel, observer)
     }
 
-    /// The central part of the dirty beam \[m, l\], which contains the main lobe. The restoring beam is fitted to it. A small field needs few
-    /// planes of w and few nodes along the spectrum, so it takes much less time than the whole beam.
+    /// The restoring beam of an output channel, fitted to the central part of its dirty beam, which contains the main lobe. A small field needs
+    /// few planes of w and few nodes along the spectrum, so it takes much less time than the whole beam.
+    ///
+    /// The inner result is that of [`Imager::beam_of`].
     ///
     /// # Errors
     /// As [`Imager::psf`].
-    pub fn psf_core(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<f64>> {
+    pub fn restoring_beam(&mut self, channel: usize, observer: &dyn Observer) -> Result<Result<RestoringBeam>> {
+        if self.options().beam.is_some() {
+            return Ok(self.beam_of(Array2::<f64>::zeros((0, 0)).view()));
+        }
+        if let Some(core) = self.psf_core(channel, observer)? {
+            return Ok(self.beam_of(core.view()));
+        }
+        let whole = self.psf_in::<f32>(channel, observer)?;
+        Ok(self.beam_of(whole.view()))
+    }
+
+    /// The central part of the dirty beam \[m, l\]; `None` where it does not contain the main lobe.
+    pub(super) fn psf_core(&mut self, channel: usize, observer: &dyn Observer) -> Result<Option<Array2<f64>>> {
         let whole = self.grid().clone();
         if whole.n_l <= CORE_SIDE || whole.n_m <= CORE_SIDE || !(self.sum_of_weights(channel) > 0.0) {
-            return self.psf(channel, observer);
+            return Ok(None);
         }
         let field = SkyGrid::new(CORE_SIDE, CORE_SIDE, whole.cell_rad, whole.frame)?;
         let core = self.psf_on::<f64>(Some(&field), channel, observer)?;
         let last = CORE_SIDE - 1;
         let edge = |k: usize| core[(0, k)].max(core[(last, k)]).max(core[(k, 0)]).max(core[(k, last)]);
         // If the lobe extends beyond the small field, the edge is above the level of the fit.
-        if (0..CORE_SIDE).all(|k| edge(k) < LEVEL) { Ok(core) } else { self.psf(channel, observer) }
+        Ok((0..CORE_SIDE).all(|k| edge(k) < LEVEL).then_some(core))
     }
 
     /// The beam on a field, or on the grid of the image.

@@ -136,7 +136,8 @@ impl ImageWeights {
                 let bands: Vec<f64> = self.cells.par_chunks(BAND * self.width).map(|c| c.iter().map(|w| w * w).sum()).collect();
                 let squares: f64 = bands.iter().sum();
                 let f2 = (5.0 * 10f64.powf(-self.robust)).powi(2) / (squares / self.sum_of_weights);
-                self.cells.par_iter_mut().for_each(|w| *w = 1.0 / (1.0 + *w * f2));
+                // Cells without visibilities are left alone: the system gives memory only to pages that are written.
+                self.cells.par_iter_mut().filter(|w| **w > 0.0).for_each(|w| *w = 1.0 / (1.0 + *w * f2));
             }
         }
     }

@@ -104,8 +104,7 @@ fn prior_shape(prior: &Prior) -> Option<(usize, usize)> {
 fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock): (&dyn Observer, &mut Clock)) -> Result<Channel> {
     let one = flux_of_one(imager);
     let inside = in_front(&one, opts.mask.clone());
-    let psf = clock.time("psf", || imager.psf_core(k, observer))?;
-    let beam = imager.beam_of(psf.view())?;
+    let beam = clock.time("psf", || imager.restoring_beam(k, observer))??;
     let grid = imager.grid().clone();
     let start = Instant::now();
     let sums = DataSums::new((&mut *imager, k), observer)?;

@@ -44,9 +44,9 @@ pub struct Levels {
 impl Levels {
     /// Those of an image.
     #[must_use]
-    pub fn of(image: &Image) -> Self {
-        let all = || image.data.iter();
-        let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+    pub fn of<P: Copy + Into<f64>>(image: &Image<P>) -> Self {
+        let all = || image.data.iter().map(|v| -> f64 { (*v).into() });
+        let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         let n = image.data.len() as f64;
         let (mean, rms) = (all().sum::<f64>() / n, (all().map(|v| v * v).sum::<f64>() / n).sqrt());
         Self { low, high, mean, rms, unit: image.unit, pedestal_k: image.pedestal_k }

@@ -34,7 +34,7 @@ fn an_image_takes_few_bytes_for_each_pixel() {
     s.write("s.csv", "l_rad,m_rad,flux_jy\n0.012,0.005,1.0\n-0.004,0.009,0.5\n");
     s.ok("simulate --layout mm-spiral --scene s.csv --freq 94GHz --bandwidth 1GHz --noise --tsys 500K -o v.uvh5");
     for (command, most) in [
-        ("dirty v.uvh5 -o a.fits", 24.0),
+        ("dirty v.uvh5 -o a.fits", 16.0),
         ("clean v.uvh5 --algorithm clark --niter 300 --startmod never --hold-out 0 -o a", 60.0),
         ("clean v.uvh5 --algorithm hogbom --niter 300 --startmod never --hold-out 0 -o a", 65.0),
     ] {

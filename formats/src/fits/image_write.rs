@@ -28,7 +28,7 @@ pub struct ImageOptions {
 ///
 /// # Errors
 /// As [`AtomicFile::create`]; a full disk; polarisations that do not form a regular STOKES axis.
-pub fn write_image(path: &Path, image: &Image, options: ImageOptions) -> Result<()> {
+pub fn write_image<P: Copy + Into<f64>>(path: &Path, image: &Image<P>, options: ImageOptions) -> Result<()> {
     let header = header(path, image, options)?.finish();
     let out = AtomicFile::create(path, options.overwrite)?;
     let io = |e| FormatError::io(path, "write", e);
@@ -47,7 +47,12 @@ pub fn write_image(path: &Path, image: &Image, options: ImageOptions) -> Result<
 }
 
 /// Header, pixels and tables.
-fn write_content(file: &mut impl Write, header: &[u8], image: &Image, options: ImageOptions) -> std::io::Result<()> {
+fn write_content<P: Copy + Into<f64>>(
+    file: &mut impl Write,
+    header: &[u8],
+    image: &Image<P>,
+    options: ImageOptions,
+) -> std::io::Result<()> {
     file.write_all(header)?;
     let mut bytes = Vec::new();
     // In FITS order the channel axis runs before the STOKES axis, so the planes of one polarisation follow each other.
@@ -56,9 +61,9 @@ fn write_content(file: &mut impl Write, header: &[u8], image: &Image, options: I
             for row in image.plane(chan, pol).rows() {
                 bytes.clear();
                 if options.double {
-                    row.iter().for_each(|v| bytes.extend_from_slice(&v.to_be_bytes()));
+                    row.iter().for_each(|v| bytes.extend_from_slice(&(*v).into().to_be_bytes()));
                 } else {
-                    row.iter().for_each(|v| bytes.extend_from_slice(&(*v as f32).to_be_bytes()));
+                    row.iter().for_each(|v| bytes.extend_from_slice(&((*v).into() as f32).to_be_bytes()));
                 }
                 file.write_all(&bytes)?;
             }
@@ -76,12 +81,12 @@ fn write_content(file: &mut impl Write, header: &[u8], image: &Image, options: I
 }
 
 /// True where the beams of the channels differ.
-fn several_beams(image: &Image) -> bool {
+fn several_beams<P>(image: &Image<P>) -> bool {
     image.beams.windows(2).any(|b| b[0] != b[1])
 }
 
 /// Step of the channels in Hz: their spacing, or the width of a single one.
-fn channel_step(image: &Image) -> f64 {
+fn channel_step<P>(image: &Image<P>) -> f64 {
     match image.spectrum.freq_hz() {
         [first, second, ..] => second - first,
         _ => image.spectrum.width_hz()[0],
@@ -89,7 +94,7 @@ fn channel_step(image: &Image) -> f64 {
 }
 
 /// True where the first frequency and the step give all channels and their widths.
-fn even_channels(image: &Image) -> bool {
+fn even_channels<P>(image: &Image<P>) -> bool {
     let (step, first) = (channel_step(image), image.spectrum.freq_hz()[0]);
     let even = |(c, f): (usize, &f64)| (f - first - c as f64 * step).abs() <= 1e-6 * step.abs();
     step != 0.0
@@ -97,7 +102,7 @@ fn even_channels(image: &Image) -> bool {
         && image.spectrum.width_hz().iter().all(|w| (w - step.abs()).abs() <= 1e-6 * step.abs())
 }
 
-fn header(path: &Path, image: &Image, options: ImageOptions) -> Result<HeaderWriter> {
+fn header<P>(path: &Path, image: &Image<P>, options: ImageOptions) -> Result<HeaderWriter> {
     let grid = &image.grid;
     let mut h = HeaderWriter::default();
     h.logical("SIMPLE", true, "conforms to FITS standard");
@@ -158,7 +163,7 @@ fn header(path: &Path, image: &Image, options: ImageOptions) -> Result<HeaderWri
     Ok(h)
 }
 
-fn axes(path: &Path, image: &Image) -> Result<[LinearAxis; 4]> {
+fn axes<P>(path: &Path, image: &Image<P>) -> Result<[LinearAxis; 4]> {
     let grid = &image.grid;
     let cell_deg = grid.cell_rad.to_degrees();
     let axis = |ctype: &str, cunit: &str, crpix: f64, crval: f64, cdelt: f64| LinearAxis {
@@ -216,7 +221,7 @@ fn beams_table(beams: &[RestoringBeam], n_pol: usize) -> Vec<u8> {
     })
 }
 
-fn channels_table(image: &Image) -> Vec<u8> {
+fn channels_table<P>(image: &Image<P>) -> Vec<u8> {
     let mut table = TableWriter::new("CHANNELS", vec![("FREQ", Form::Double(1), "Hz"), ("WIDTH", Form::Double(1), "Hz")]);
     for (freq, width) in image.spectrum.freq_hz().iter().zip(image.spectrum.width_hz()) {
         table.each(&[*freq, *width]);

@@ -40,7 +40,7 @@ impl ImageOfArgs {
     ///
     /// # Errors
     /// An error of the file system.
-    pub fn write(&self, image: &mut Image, context: &Context) -> Result<&Path> {
+    pub fn write<P: Copy + Into<f64>>(&self, image: &mut Image<P>, context: &Context) -> Result<&Path> {
         self.out.image(&self.out.output, image, context)?;
         Ok(&self.out.output)
     }

@@ -115,7 +115,7 @@ impl OutputArgs {
     ///
     /// # Errors
     /// An error of the file system, with the path.
-    pub fn image(&self, path: &Path, image: &mut Image, context: &Context) -> Result<()> {
+    pub fn image<P: Copy + Into<f64>>(&self, path: &Path, image: &mut Image<P>, context: &Context) -> Result<()> {
         image.history.push(context.history());
         Ok(write_image(path, image, ImageOptions { overwrite: self.overwrite, ..ImageOptions::default() })?)
     }
