@@ -27,7 +27,7 @@ subcommands! {
         #[command(visible_alias = "generate")]
         Make(make::MakeArgs) => make::run;
         /// Describe a layout: antennas, baselines, resolution, side lobes, and what the loss of elements costs.
-        Show(show::ShowArgs) => |args, _| show::run(args);
+        Show(Box<show::ShowArgs>) => |args: &show::ShowArgs, _| show::run(args);
         /// Compare layouts side by side: figures of merit, beams, and images of the same scene.
         Compare(Box<compare::CompareArgs>) => |args: &compare::CompareArgs, context| compare::run(args, context);
         /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .ant).
