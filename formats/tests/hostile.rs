@@ -22,7 +22,7 @@ fn good() -> &'static [(&'static str, Vec<u8>)] {
         writer.complete().unwrap();
         let grid = cittert_arrays::SkyGrid::new(8, 8, 1e-3, cittert_arrays::SkyFrame::Boresight).unwrap();
         let spectrum = cittert_arrays::SpectralWindow::new(vec![1e9, 3e9], vec![1e6, 2e6]).unwrap();
-        let data = ndarray::Array4::ones((2, 1, 8, 8));
+        let data = ndarray::Array4::<f64>::ones((2, 1, 8, 8));
         let unit = cittert_arrays::BrightnessUnit::Kelvin;
         let image = cittert_arrays::Image::new(grid, spectrum.clone(), vec![cittert_arrays::Polarization::I], data, unit).unwrap();
         write_image(&path("b.fits"), &image, ImageOptions::default()).unwrap();
