@@ -38,6 +38,11 @@ impl HoldOutArgs {
         }
     }
 
+    /// Whether the user has given a fraction.
+    pub(super) fn is_given(&self) -> bool {
+        self.hold_out.is_some()
+    }
+
     fn fraction(&self, data: &dyn VisibilitySource, pixels: usize) -> f64 {
         let spectrum = &data.header().spectrum;
         let visibilities = data.n_rows().saturating_mul(spectrum.n_chan()).saturating_mul(data.header().polarizations.len());

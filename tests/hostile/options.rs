@@ -58,3 +58,13 @@ fn an_output_in_a_folder_that_is_not_there_is_said_at_once() {
 fn an_earth_layout_needs_a_phase_centre() {
     scratch().fails("simulate --layout vla-a --scene s.csv --freq 1.4GHz --bandwidth 1MHz -o v.uvh5", 2, &["--phase-center"]);
 }
+
+#[test]
+fn options_of_the_other_kind_of_maximum_entropy_are_refused() {
+    let s = scratch();
+    s.ok(&format!("simulate --layout mm-y --scene s.csv {BAND} -o v.uvh5"));
+    s.fails("mem v.uvh5 --terms cphase --prior nowhere.fits --weighting natural -o o", 2, &["--prior", "--weighting", "--terms"]);
+    s.fails("mem v.uvh5 --terms cphase --hold-out 0.1 -o o", 2, &["--hold-out", "--terms"]);
+    s.fails("mem v.uvh5 --average none --starts 2 -o o", 2, &["--average", "--starts", "--terms"]);
+    s.ok("mem v.uvh5 --terms cphase,logcamp,amp --size 32 --cell 1mrad --flux 1Jy --round-niter 5 -o o");
+}

@@ -1,13 +1,17 @@
 //! The options of `mem`.
 
-use crate::cli::failure::Result;
+use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::held_out::HoldOutArgs;
 use crate::cli::options::{ColumnArgs, OutputArgs, prior_file};
 use crate::closure_imaging::ClosureImagingOptions;
 use crate::imaging::ImagingOptions;
 use crate::mem::MemOptions;
 use clap::Args;
+use serde::Serialize;
 use std::path::PathBuf;
+
+/// Options of the image and of maximum entropy that act on images from closure quantities too.
+const SHARED: [&str; 5] = ["size", "cell", "pol", "beam", "flux"];
 
 /// Options of `mem`.
 #[derive(Debug, Args)]
@@ -33,6 +37,22 @@ pub struct MemCommandArgs {
 }
 
 impl MemCommandArgs {
+    /// Refuse options that the kind of image does not use: images from closure quantities have options of their own.
+    ///
+    /// # Errors
+    /// An option that would have no effect.
+    pub(super) fn check_used(&self) -> Result<()> {
+        if self.terms.terms.is_some() {
+            let mut given = given_of(&self.imaging)?;
+            given.extend(given_of(&self.mem)?);
+            given.retain(|name| !SHARED.contains(&name.as_str()));
+            given.extend(self.hold_out.is_given().then(|| "hold-out".to_owned()));
+            refuse(&given, "no effect on images from closure quantities. Leave this out, or --terms")
+        } else {
+            refuse(&given_of(&self.terms)?, "this acts on images from closure quantities only, which --terms asks for")
+        }
+    }
+
     /// Claim the outputs of the command, and its log.
     ///
     /// # Errors
@@ -45,4 +65,17 @@ impl MemCommandArgs {
     pub(super) fn given(&self) -> impl Iterator<Item = &PathBuf> {
         self.mem.mask.iter().chain(self.mem.prior.as_ref().and_then(prior_file))
     }
+}
+
+/// The names of the options that are not at their default.
+fn given_of<T: Serialize + Default>(options: &T) -> Result<Vec<String>> {
+    let (now, default) = (serde_json::to_value(options)?, serde_json::to_value(T::default())?);
+    let entries = now.as_object().into_iter().flatten();
+    Ok(entries.filter(|(name, value)| default.get(name) != Some(value)).map(|(name, _)| name.clone()).collect())
+}
+
+fn refuse(given: &[String], why: &str) -> Result<()> {
+    let names = given.iter().map(|name| format!("--{name}")).collect::<Vec<_>>().join(", ");
+    ensure!(given.is_empty(), Failure::usage(format!("{names}: {why}")));
+    Ok(())
 }

@@ -28,6 +28,7 @@ const UNCERTAINTY: &str = "-uncertainty.fits";
 /// The file or an option is wrong, or an error of the file system. If the constraints are not met within the limit of evaluations, the images
 /// are written and the outcome is a failure.
 pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
+    args.check_used()?;
     if args.terms.terms.is_some() {
         return closures::run(args, context);
     }
