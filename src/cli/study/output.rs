@@ -4,7 +4,7 @@ use super::answers::Answers;
 use super::failures::{Ranking, rankings};
 use super::journal::{WRITER, of_results};
 use super::plan::Plan;
-use super::tables::{asked, cell, csv, failures, json, rows, stages, statistics, summary, trials};
+use super::tables::{AllStatistics, asked, cell, csv, failures, json, rows, stages, statistics, summary, trials};
 use super::trials::Trials;
 use super::{pictures, sentence};
 use crate::cli::context::Context;
@@ -12,7 +12,7 @@ use crate::cli::failure::Result;
 use crate::cli::quality::{self, Verdict};
 use crate::cli::text::number;
 use crate::plot::report::{Figure, Report, Section, Table, page};
-use crate::study::{Answer, Place, Question};
+use crate::study::{Answer, Place, Question, Score, Statistics};
 use cittert_formats::atomic::{LIST, write_file};
 use cittert_formats::{Column, Table as Columns, write_tables};
 use serde_json::{Value, json as object};
@@ -81,6 +81,13 @@ pub(super) fn write(
         figures.extend(pictures::failures(plan, last));
         tables.push(table);
     }
+    let flat = flat_points(plan, &stats);
+    let told = |(stage, points): (&String, &Vec<usize>)| {
+        let places: Vec<String> = points.iter().map(|p| plan.study.grid.place(*p)).collect();
+        sentence::flat(stage, &places, plan.study.setups.len())
+    };
+    sentences.extend(flat.iter().filter_map(told));
+    metrics["no_better_than_flat"] = object!(flat);
     let verdict = quality::judge(&plan.quality, &metrics);
     metrics["quality"] = verdict.json.clone();
     let names = tables.iter().map(|t| format!("{}.csv", t.name)).chain(figures.iter().map(|f| f.0.clone()));
@@ -100,6 +107,15 @@ pub(super) fn write(
     let html = report(plan, all, (&tables, &found), figures.into_iter().map(|f| f.1).collect(), (config, context));
     write_file(&folder.join("report.html"), true, html.as_bytes())?;
     Ok(found)
+}
+
+/// The points at which the median image is no better than a flat one, for each stage.
+fn flat_points(plan: &Plan, stats: &AllStatistics) -> BTreeMap<String, Vec<usize>> {
+    let of = |stage: &Vec<Vec<Statistics>>| {
+        let errors = stage[Score::ErrorOverGreyCard as usize].iter().enumerate();
+        errors.filter(|(_, s)| s.median >= 1.0).map(|(p, _)| p).collect()
+    };
+    stages(plan).iter().zip(stats).map(|(name, stage)| ((*name).to_owned(), of(stage))).collect()
 }
 
 fn of_stage(a: &Answer, q: &Question) -> Value {

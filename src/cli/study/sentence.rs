@@ -21,6 +21,17 @@ fn noun(score: Score) -> &'static str {
     }
 }
 
+/// Which points have images that are no better than a flat one. `None` where there are none.
+pub(super) fn flat(stage: &str, points: &[String], all: usize) -> Option<String> {
+    let first = points.first()?;
+    let when = if stage == "after" { " after self-calibration" } else { "" };
+    let place = if first.is_empty() { String::new() } else { format!(", the first at {first}") };
+    Some(format!(
+        "The median image{when} is no better than a flat one (error over grey card of 1 or more) at {} of {all} points{place}.",
+        points.len()
+    ))
+}
+
 /// A parameter in a sentence, in the plural.
 fn subject(parameter: &str) -> String {
     match parameter {
