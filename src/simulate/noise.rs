@@ -169,7 +169,7 @@ fn sefd_jy(antenna: &Antenna, options: &NoiseOptions, pattern: &ElementPattern, 
         .or(pattern.solid_angle_sr(freq_hz).map(from_angle));
     area.map(|a| 2.0 * BOLTZMANN_J_PER_K * tsys / a * 1e26).ok_or_else(|| {
         ChainError::Incompatible(format!(
-            "antenna {:?} has a Tsys but neither a diameter nor an element pattern: its effective area is unknown",
+            "antenna {:?} has a Tsys but neither a diameter nor an element pattern: its effective area is unknown. Give the layout a diameter, or the elements a pattern",
             antenna.name
         ))
     })

@@ -152,8 +152,9 @@ def interrupt(bench, case, references, which, rng):
 
 
 def leftovers(bench):
-    """Hidden folders of unfinished outputs, also inside of folders of results."""
-    return [p.name for p in bench.out.rglob("*") if PARTIAL.match(p.name)]
+    """Hidden folders of unfinished outputs, also inside of folders of results. What lies in a hidden folder goes with it."""
+    found = [p for p in bench.out.rglob("*") if PARTIAL.match(p.name)]
+    return [p.name for p in found if not any(PARTIAL.match(parent.name) for parent in p.relative_to(bench.out).parents)]
 
 
 def next_call(bench, words, partial, reference, first):

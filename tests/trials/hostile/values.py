@@ -39,7 +39,6 @@ TYPES = {
 }
 
 # What makes an option count: options without effect are refused. A pair names one subcommand.
-CLOSURE = "--terms cphase,logcamp"
 COMPANIONS = {
     "robust": "--weighting briggs", "scales": "--algorithm multiscale", "scale-bias": "--algorithm multiscale", "element-diameter": "--element airy",
     "element-width": "--element gaussian", "outlier-scale": "--outliers huber", ("selfcal", "prior"): "--algorithm mem", "step": "--mode realtime",
@@ -48,8 +47,7 @@ COMPANIONS = {
     "wind-to": "--troposphere=1rad", "screen-height": "--troposphere=1rad", "outer-scale": "--troposphere=1rad", "bandpass-period": "--bandpass-ripple=0.1",
     "dropout-length": "--dropout=0.1", "phase-variation": "--phase-rms=1rad", "amp-variation": "--amp-rms=0.1", "delay-variation": "--delay-rms=1ps",
     "variation": "--phase-rms=1rad", "diameter": "--tsys=100K", "super-uniform": "--weighting uniform", "aperture-efficiency": "--tsys=600K",
-    "average": CLOSURE, "systematic-noise": CLOSURE, "gain-error": CLOSURE, "closures": CLOSURE, "prior-fwhm": CLOSURE, "uv-min": CLOSURE,
-    "penalties": CLOSURE, "closure-rounds": CLOSURE, "round-niter": CLOSURE, "starts": CLOSURE, "start-seed": CLOSURE + " --starts=2",
+    "start-seed": "--starts=2",
     ("fly", "step"): "", ("fly", "spread"): "", "ice": "--temperature=260K",
     "max-rise": "--method constant", ("mem", "seed"): "--uncertainty=2", ("simulate", "seed"): "--noise",
 }
@@ -71,6 +69,7 @@ LINES = [
     f"clean v.uvh5 {IMAGE} --niter 50 -o out/o",
     f"clean v.uvh5 {IMAGE} --niter 50 --box=-9mrad,-9mrad,9mrad,9mrad -o out/o",
     f"mem v.uvh5 {IMAGE} --niter 20 -o out/o",
+    f"mem v.uvh5 {IMAGE} --terms cphase,logcamp -o out/o",
     f"selfcal c.uvh5 {IMAGE} --niter 50 --rounds 2 --force -o out/o",
     "closure e.uvh5 -o out/o.csv",
     f"identify l.toml {BAND}",
