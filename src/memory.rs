@@ -9,11 +9,12 @@
 //! | the order of these rows on the grid | 1/16 | |
 //! | the planes of one transform | 1/4 | |
 //! | the same for at most 2^20 visibilities | 1/4 | 6 bytes for each pixel, but 64 MiB at least |
-//! | planes kept for the next pass (two sets: model and image) | 1/8 each | 256 MiB each |
+//! | planes kept for the next pass (two sets: model and image) of images of up to 2^24 pixels | 1/8 each | 256 MiB each |
 //! | buffers of rows kept for the next pass | 1/64 | 64 MiB |
 //! | one block of simulated rows | 1/64 | 64 MiB |
 //! | transforms of scenes kept between blocks of rows | 1/4 | |
 //! | model visibilities kept between rounds of self-calibration | 1/4 | |
+//! | data of a joint solution of image and gains | 1/4 | |
 //! | visibilities that wait for the rest of their integration | 1/16 | |
 //! | gain tables, normal equations, gridded visibilities | all | |
 //!
@@ -39,6 +40,10 @@ const UNKNOWN_MACHINE: u64 = 4 << 30;
 const SMALL_SET: u64 = 1 << 20;
 /// Bytes for each pixel of an image that the planes of the transform of a small set take.
 const PLANES_OF_PIXEL: usize = 6;
+
+/// Pixels above which no planes are kept for the next pass: they would stay beside the other arrays of a large image, and to clear new pages
+/// takes little of the time of their transform.
+const LARGE_IMAGE: usize = 1 << 24;
 
 /// Budget of the process in bytes; 0 until it is set.
 static CURRENT: AtomicU64 = AtomicU64::new(0);
@@ -109,6 +114,12 @@ impl MemoryBudget {
         }
     }
 
+    /// Bytes of one set of planes that is kept for the next pass over an image with this number of pixels.
+    #[must_use]
+    pub fn kept_planes_of(self, pixels: usize) -> usize {
+        if pixels > LARGE_IMAGE { 0 } else { self.kept_planes() }
+    }
+
     /// Size in bytes of one block of rows of the imager. `kept`: the rows stay in memory; otherwise every pass reads the file again.
     #[must_use]
     pub fn imaging_block(self, kept: bool) -> usize {
@@ -140,8 +151,7 @@ shares! {
     sorted_rows: 1 / 16, at most NO_LIMIT;
     /// Bytes of the planes of one transform. A transform with more planes makes them in groups, once for every block of rows.
     planes: 1 / 4, at most NO_LIMIT;
-    /// Bytes of one set of planes that is kept for the next pass. The planes of a large image would stay beside its other arrays, and to
-    /// clear new pages takes little of the time of their transform.
+    /// Bytes of one set of planes that is kept for the next pass, see also [`MemoryBudget::kept_planes_of`].
     kept_planes: 1 / 8, at most 256 * MIB;
     /// Bytes of the buffers of rows that are kept for the next pass. The blocks of a long file need buffers of many lengths, so without a
     /// limit unused buffers would accumulate.
@@ -152,6 +162,8 @@ shares! {
     kept_scenes: 1 / 4, at most NO_LIMIT;
     /// Bytes of model visibilities that are kept between rounds of self-calibration.
     kept_model: 1 / 4, at most NO_LIMIT;
+    /// Bytes of the data of a joint solution of image and gains. Larger sets are averaged over time first.
+    joint_data: 1 / 4, at most NO_LIMIT;
     /// Bytes of visibilities that wait for the rest of their integration.
     waiting_rows: 1 / 16, at most NO_LIMIT;
 }
@@ -204,6 +216,21 @@ pub fn check_images((n_l, n_m): (usize, usize), work: ImageWork) -> Result<()> {
     Err(ChainError::bad_option("image size", format!("{n_l} x {n_m} pixels"), expected))
 }
 
+/// Refuse a joint solution of image and gains whose data take this number of bytes, where the machine has no memory for them.
+///
+/// # Errors
+/// The data need more than half of the memory of the machine; the other half belongs to the transforms and the system.
+pub fn check_joint(needed: usize) -> Result<()> {
+    let Some(all) = memory_of_machine().filter(|all| needed as u64 > all / 2) else { return Ok(()) };
+    let gib = |bytes: u64| format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30));
+    Err(ChainError::Incompatible(format!(
+        "the joint solution of image and gains keeps its data in memory. They take more than {}, and the machine has {}: use a longer --solint or a \
+         smaller field, so that they can be averaged, or --deconvolver hogbom or multiscale",
+        gib(all / 2),
+        gib(all)
+    )))
+}
+
 /// Bytes of memory of the machine, or of the smallest limit of the control groups that the process is in.
 fn memory_of_machine() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
@@ -239,6 +266,9 @@ mod tests {
     #[test]
     fn images_beyond_the_memory_are_refused_with_an_estimate() {
         assert!(check_images((4096, 2048), ImageWork::Transform).is_ok());
+        assert!(check_joint(1 << 20).is_ok());
+        let e = check_joint(1 << 60).unwrap_err().to_string();
+        assert!(e.contains("joint solution") && e.contains("--deconvolver"), "{e}");
         let e = check_images((1 << 22, 1 << 22), ImageWork::Clean).unwrap_err().to_string();
         assert!(e.contains("4194304 x 4194304 pixels") && e.contains("655360 GiB"), "{e}");
     }

@@ -52,13 +52,14 @@ impl Deconvolver for Clark {
             let cut = self.cut(residual, mask, peak, &limits);
             let mut active = Active::new(residual, mask, cut, limits.negative);
             let found = self.among(&mut active, cut, &limits, limits.iterations - taken.len());
-            let mut next = residual.clone();
-            self.beam.subtract(&found, &spectrum, &mut next);
-            let after = peak_size(next.view(), mask, limits.negative);
+            self.beam.subtract(&found, &spectrum, residual);
+            let after = peak_size(residual.view(), mask, limits.negative);
             if !(after <= self.tuning.minor_divergence * peak) {
+                // To add the components again changes the last digits only. A copy of the residual would take the memory of an image.
+                let back: Vec<Component> = found.into_iter().map(|c| Component { flux: -c.flux, ..c }).collect();
+                self.beam.subtract(&back, &spectrum, residual);
                 break MinorStop::Diverged;
             }
-            *residual = next;
             taken.extend(found);
             peak = after;
         };

@@ -12,7 +12,7 @@
 use super::minor::{Component, Peak};
 use crate::fourier::{Convolver, Spectrum};
 use crate::{ChainError, Result, ensure};
-use ndarray::{ArcArray2, Array2, ArrayView2, Zip, s};
+use ndarray::{ArcArray2, Array2, ArrayBase, ArrayView2, Axis, Data, Ix2, s};
 use rayon::prelude::*;
 
 /// Side of a tile in pixels: 8 kB, so that a tile and the part of the beam over it fit into the first cache.
@@ -81,7 +81,8 @@ pub(super) struct TiledResidual<'a> {
     beam: &'a TiledBeam,
     t_m: usize,
     t_l: usize,
-    /// Values \[tile, row, column\]. Pixels outside the image or the mask are never a peak.
+    /// Values \[tile, row, column\]. Pixels outside the image or the mask are never a peak. Most tiles of a large image are never updated, and
+    /// take no memory.
     tiles: Vec<Tile>,
     allowed: Option<Vec<bool>>,
     negative: bool,
@@ -97,7 +98,8 @@ pub(super) struct TiledResidual<'a> {
 }
 
 struct Tile {
-    values: Box<[f64; AREA]>,
+    /// Its pixels; `None` until a component is subtracted from it: they are then those of the residual before the components.
+    values: Option<Box<[f64; AREA]>>,
     /// Number of components that were subtracted from the tile.
     applied: usize,
     /// Index of the peak at the last update.
@@ -112,7 +114,7 @@ impl<'a> TiledResidual<'a> {
             let at = |k: usize| (k / AREA / t_l * SIDE + k % AREA / SIDE, k / AREA % t_l * SIDE + k % SIDE);
             (0..t_m * t_l * AREA).map(|k| residual.get(at(k)).is_some() && mask.is_none_or(|m| m[at(k)])).collect()
         });
-        let tiles = (0..t_m * t_l).map(|_| Tile { values: Box::new([0.0; AREA]), applied: 0, peak_at: 0 }).collect();
+        let tiles = (0..t_m * t_l).map(|_| Tile { values: None, applied: 0, peak_at: 0 }).collect();
         let mut state = Self {
             beam,
             t_m,
@@ -131,15 +133,13 @@ impl<'a> TiledResidual<'a> {
         state
     }
 
-    /// Load the residual before the components. Pixels of a tile beyond the edge of the image are 0.
+    /// Begin with the residual before the components.
     fn load(&mut self) {
         let (image, t_l, allowed, negative) = (&self.base, self.t_l, self.allowed.as_deref(), self.negative);
         self.tiles.par_iter_mut().zip(&mut self.upper).enumerate().for_each(|(t, (tile, upper))| {
-            for (k, v) in tile.values.iter_mut().enumerate() {
-                *v = image.get((t / t_l * SIDE + k / SIDE, t % t_l * SIDE + k % SIDE)).copied().unwrap_or(0.0).into();
-            }
-            tile.applied = 0;
-            (*upper, tile.peak_at) = tile_peak(&tile.values, allowed.map(|a| &a[t * AREA..(t + 1) * AREA]), negative);
+            (tile.values, tile.applied) = (None, 0);
+            let values = pixels(image, corner(t, t_l));
+            (*upper, tile.peak_at) = tile_peak(&values, allowed.map(|a| &a[t * AREA..(t + 1) * AREA]), negative);
         });
         for i in 0..self.t_m {
             self.row_upper[i] = largest(&self.upper[i * self.t_l..(i + 1) * self.t_l]);
@@ -158,9 +158,10 @@ impl<'a> TiledResidual<'a> {
                 if self.upper[t] == f64::MIN_POSITIVE {
                     return None;
                 }
-                let at = self.tiles[t].peak_at;
-                let (row, column) = (t / self.t_l * SIDE + at / SIDE, t % self.t_l * SIDE + at % SIDE);
-                return Some(Peak { value: self.tiles[t].values[at], row, column });
+                let (at, first) = (self.tiles[t].peak_at, corner(t, self.t_l));
+                let (row, column) = (first.0 + at / SIDE, first.1 + at % SIDE);
+                let value = self.tiles[t].values.as_ref().map_or_else(|| self.base[(row, column)].into(), |values| values[at]);
+                return Some(Peak { value, row, column });
             }
             if self.work > CONVOLUTION * self.base.len() {
                 self.by_convolution();
@@ -204,11 +205,12 @@ impl<'a> TiledResidual<'a> {
     fn refresh(&mut self, t: usize) {
         let pending = self.components.len() - self.tiles[t].applied;
         self.work += pending * AREA;
-        let tile = &mut self.tiles[t];
-        apply(self.beam, &mut tile.values, (t / self.t_l * SIDE, t % self.t_l * SIDE), &self.components[tile.applied..]);
+        let (tile, first) = (&mut self.tiles[t], corner(t, self.t_l));
+        let values = tile.values.get_or_insert_with(|| Box::new(pixels(&self.base, first)));
+        apply(self.beam, values, first, &self.components[tile.applied..]);
         tile.applied = self.components.len();
         let allowed = self.allowed.as_deref().map(|a| &a[t * AREA..(t + 1) * AREA]);
-        (self.upper[t], tile.peak_at) = tile_peak(&tile.values, allowed, self.negative);
+        (self.upper[t], tile.peak_at) = tile_peak(values, allowed, self.negative);
     }
 
     /// Subtract all components from the residual before them.
@@ -226,14 +228,29 @@ impl<'a> TiledResidual<'a> {
             return self.base;
         }
         let (beam, t_l, components) = (self.beam, self.t_l, &self.components);
-        self.tiles.par_iter_mut().enumerate().for_each(|(t, tile)| {
-            apply(beam, &mut tile.values, (t / t_l * SIDE, t % t_l * SIDE), &components[tile.applied..]);
+        let bands = self.base.axis_chunks_iter_mut(Axis(0), SIDE).into_par_iter().zip(self.tiles.par_chunks(t_l)).enumerate();
+        bands.for_each(|(i, (mut band, tiles))| {
+            for (j, tile) in tiles.iter().enumerate() {
+                let mut values = tile.values.as_ref().map_or_else(|| pixels(&band, (0, j * SIDE)), |values| **values);
+                apply(beam, &mut values, (i * SIDE, j * SIDE), &components[tile.applied..]);
+                let columns = j * SIDE..((j + 1) * SIDE).min(band.ncols());
+                for (mut row, line) in band.slice_mut(s![.., columns]).rows_mut().into_iter().zip(values.chunks_exact(SIDE)) {
+                    row.iter_mut().zip(line).for_each(|(v, new)| *v = *new as f32);
+                }
+            }
         });
-        let tiles = &self.tiles;
-        let pixel = |(i, j): (usize, usize)| tiles[i / SIDE * t_l + j / SIDE].values[i % SIDE * SIDE + j % SIDE] as f32;
-        Zip::indexed(&mut self.base).par_for_each(|at, v| *v = pixel(at));
         self.base
     }
+}
+
+/// First pixel of a tile.
+fn corner(tile: usize, t_l: usize) -> (usize, usize) {
+    (tile / t_l * SIDE, tile % t_l * SIDE)
+}
+
+/// The pixels of the tile with this first pixel. Those beyond the edge of the image are 0.
+fn pixels<S: Data<Elem = f32>>(image: &ArrayBase<S, Ix2>, (row, column): (usize, usize)) -> [f64; AREA] {
+    std::array::from_fn(|k| image.get((row + k / SIDE, column + k % SIDE)).copied().unwrap_or(0.0).into())
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -81,6 +81,13 @@ impl<T: Real> Convolver<T> {
         out
     }
 
+    /// Convolve an image with a kernel in its own memory.
+    pub fn convolve_in_place(&self, image: &mut Array2<T>, kernel: &impl Filter<T>) {
+        let mut rows = self.rows(self.n_m, 0, |row, out| copy_row(image.row(row), out));
+        self.columns(&mut rows, kernel);
+        self.back(&rows, image, |o, v| *o = v);
+    }
+
     /// Subtract points (row, column, flux), convolved with a kernel, from an image. Points of one pixel add up.
     pub fn subtract_points(&self, points: &[(usize, usize, f64)], kernel: &impl Filter<T>, image: &mut Array2<T>) {
         let mut sums = BTreeMap::<(usize, usize), f64>::new();

@@ -152,7 +152,7 @@ impl<T: Real> Plan<T> {
             scale,
             reach: [l, m, if opts.w_term { -nu_min } else { 0.0 }],
             extent,
-            pool: Pool::new(opts.memory),
+            pool: Pool::new(opts.memory, grid.n_l * grid.n_m),
             plane_bytes: opts.memory.image_planes(grid.n_l * grid.n_m, n_vis),
         })
     }

@@ -13,11 +13,14 @@ pub(crate) struct Pool<T: Real> {
     nodes: Mutex<Vec<Vec<Complex<T>>>>,
     planes: Mutex<Vec<PlaneRows<T>>>,
     memory: MemoryBudget,
+    /// Bytes of a set of planes that may be kept.
+    kept_planes: usize,
 }
 
 impl<T: Real> Pool<T> {
-    pub(crate) fn new(memory: MemoryBudget) -> Self {
-        Self { nodes: Mutex::new(Vec::new()), planes: Mutex::new(Vec::new()), memory }
+    /// Buffers of the transform of an image with this number of pixels.
+    pub(crate) fn new(memory: MemoryBudget, pixels: usize) -> Self {
+        Self { nodes: Mutex::new(Vec::new()), planes: Mutex::new(Vec::new()), memory, kept_planes: memory.kept_planes_of(pixels) }
     }
 
     /// A buffer of this length with any content: the smallest kept buffer that is long enough and at most twice as long, or a new one.
@@ -55,7 +58,7 @@ impl<T: Real> Pool<T> {
     pub(crate) fn give_planes(&self, planes: PlaneRows<T>) {
         let mut kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner);
         let total: usize = kept.iter().map(PlaneRows::size).sum();
-        let keep = self.memory.kept_planes();
+        let keep = self.kept_planes;
         if total + planes.size() <= 2 * keep && planes.size() <= keep {
             kept.push(planes);
         }
@@ -68,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_buffer_that_is_far_too_large_stays_where_it_is() {
-        let pool = Pool::<f32>::new(MemoryBudget::default());
+        let pool = Pool::<f32>::new(MemoryBudget::default(), 1);
         pool.give(vec![vec![Complex::default(); 1000], vec![Complex::default(); 150]]);
         assert_eq!(pool.take(100).capacity(), 150);
         assert_eq!(pool.take(100).capacity(), 100);

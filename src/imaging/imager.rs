@@ -200,13 +200,14 @@ impl<'a> Imager<'a> {
     }
 
     /// Chi squared of `model` \[m, l\], flux per pixel, and its gradient, from one pass over the data of an output channel. Imaging weights have
-    /// no part in it. The memory does not depend on the number of visibilities if they are read anew in every pass.
+    /// no part in it. The memory does not depend on the number of visibilities if they are read anew in every pass. A model that is given away
+    /// is dropped as soon as it is transformed.
     ///
     /// # Errors
     /// As [`Imager::residual`].
-    pub fn chi_squared(&mut self, channel: usize, model: ArrayView2<'_, f64>, observer: &dyn Observer) -> Result<ImageMisfit> {
+    pub fn chi_squared(&mut self, channel: usize, model: CowArray<'_, f64, Ix2>, observer: &dyn Observer) -> Result<ImageMisfit> {
         let scale = self.over_used(self.survey().channel_weight[self.channels[channel].clone()].iter().sum());
-        let (left, sum) = self.residual_sum::<f64>((channel, ResidualWeights::Data, scale), model.into(), observer)?;
+        let (left, sum) = self.residual_sum::<f64>((channel, ResidualWeights::Data, scale), model, observer)?;
         Ok(ImageMisfit { chi2: left.chi2, gradient: sum * (-2.0 * scale) })
     }
 
