@@ -5,7 +5,7 @@ use cittert_arrays::{
     Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage, VisUnit, VisibilityBlock,
     VisibilityHeader, VisibilitySet,
 };
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 use num_complex::{Complex, Complex64};
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -46,6 +46,23 @@ pub(crate) fn swap_antennas(set: &mut VisibilitySet, one: u32, other: u32) {
         if a < b { v } else { v.conj() }
     });
     set.data.vis = vis;
+}
+
+/// A snapshot again and again, 10 s apart. All baselines move along u by `step_m` from one time to the next.
+pub(crate) fn repeated(one: VisibilitySet, times: usize, step_m: f64) -> VisibilitySet {
+    let (n, c) = (one.data.n_rows(), &one.data.coverage);
+    let rows: Vec<usize> = (0..times * n).map(|k| k % n).collect();
+    let mut uvw_m = c.uvw_m.select(Axis(0), &rows);
+    uvw_m.column_mut(0).iter_mut().enumerate().for_each(|(k, u)| *u += step_m * (k / n) as f64);
+    let time_jd = rows.iter().enumerate().map(|(k, r)| c.time_jd[*r] + (k / n) as f64 * 10.0 / 86400.0).collect();
+    let integration_s = c.integration_s.repeat(times);
+    let coverage =
+        UvCoverage::new(uvw_m, c.ant1.repeat(times), c.ant2.repeat(times), time_jd, integration_s, c.phase_center.repeat(times)).unwrap();
+    let d = &one.data;
+    let (vis, weights) = (d.vis.select(Axis(0), &rows), d.weights.select(Axis(0), &rows));
+    let (flags, nsamples) = (d.flags.select(Axis(0), &rows), d.nsamples.select(Axis(0), &rows));
+    let data = VisibilityBlock::new(coverage, vis, weights, flags, nsamples).unwrap();
+    VisibilitySet::new(one.header, data).unwrap()
 }
 
 /// One integration of all baselines at a boresight, with sources (l, m, flux). The noise has this standard deviation in each real part.

@@ -9,6 +9,7 @@ use super::joint_tuning::JointSchedule;
 use super::model::ModelVisibilities;
 use super::options::SolveOptions;
 use super::rounds::{ModelMaker, ModelMetrics, RoundPlan};
+use super::row_averages::Averages;
 use super::unknown_gains::UnknownGains;
 use super::unknown_gains_builder::UnknownGainsBuilder;
 use crate::fourier::GridOptions;
@@ -17,16 +18,22 @@ use crate::imaging::{CleanProducts, Imager, ImagingOptions};
 use crate::mem::regulariser::WeightedSum;
 use crate::mem::{
     ChiSquared, DataSums, MemImager, MemPlan, MemState, Objective, Prior, flat_prior, flux_of_one, in_front, noise_from_hands, prepared,
-    sum_inside,
+    single, sum_inside,
 };
+use crate::memory::check_joint;
 use crate::misfit::VisibilityTerm;
 use crate::progress::{Event, Observer, Quiet};
 use crate::{ChainError, Result};
-use cittert_arrays::{Polarization, SPEED_OF_LIGHT_M_S, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource, for_each_block};
+use cittert_arrays::{
+    Polarization, SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block,
+};
 use ndarray::{Array2, Array3};
 use num_complex::Complex;
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Memory that the joint solution takes for a visibility: the visibility, its weight, its model, its slope and its place on the grid.
+const BYTES_OF_DATUM: usize = 48;
 
 /// How the joint solution is made.
 #[derive(Debug, Clone)]
@@ -64,16 +71,6 @@ impl JointMaker {
     /// The problem of these data.
     fn problem(&self, data: &mut dyn VisibilitySource, observer: &dyn Observer) -> Result<Problem> {
         let counts = noise_from_hands(data)?.weights_are_counts;
-        let mut builder = UnknownGainsBuilder::new(data.header(), &self.options.solve)?;
-        let mut places: Vec<f64> = Vec::new();
-        for_each_block(data, self.imaging.memory.block(), |_, block| -> Result<()> {
-            for row in builder.add(&block)? {
-                places.extend(block.coverage.uvw_m.row(row));
-            }
-            Ok(())
-        })?;
-        let gains = Arc::new(builder.finish()?);
-        let uvw_m = Array2::from_shape_fn((places.len() / 3, 3), |(r, k)| places[3 * r + k]);
         let freq_hz = data.header().spectrum.freq_hz().to_vec();
         let mut imager = Imager::new(data, self.imaging.clone(), observer)?;
         let one = flux_of_one(&imager);
@@ -90,11 +87,14 @@ impl JointMaker {
                 (flat_prior(&one, seen, inside.as_ref())?, false)
             }
         };
+        let (prior, offset) = (single(prior).into_shared(), offset.map(single));
+        let grid = imager.grid().clone();
+        drop(imager);
+        let (gains, uvw_m) = self.gathered(data, &grid, observer)?;
         let epsilon = self.imaging.epsilon.max(self.options.goals.tuning.epsilon);
         let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
-        let chi2 = ChiSquared::new(imager.grid(), &freq_hz, uvw_m.view(), &grid_options, term)?;
-        drop(imager);
+        let chi2 = ChiSquared::new(&grid, &freq_hz, uvw_m.view(), &grid_options, term)?;
         let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux: None, beam: None, unit: 1.0 };
         let mut solver = prepared(objective, prior, &MemPlan::default())?;
         if !known {
@@ -102,6 +102,41 @@ impl JointMaker {
         }
         let goals = JointGoals { find_noise: counts, ..self.options.goals };
         Ok(Problem { solver, gains, uvw_m, freq_hz, goals })
+    }
+
+    /// The data with unknown gains, and their uvw in m \[row, 3\]. A set that is too large for the memory is averaged over time, as far as no pixel
+    /// of `grid` can tell.
+    fn gathered(
+        &self,
+        data: &mut dyn VisibilitySource,
+        grid: &SkyGrid,
+        observer: &dyn Observer,
+    ) -> Result<(Arc<UnknownGains>, Array2<f64>)> {
+        let memory = self.imaging.memory;
+        let mut builder = UnknownGainsBuilder::new(data.header(), &self.options.solve)?;
+        let mut places: Vec<f64> = Vec::new();
+        let mut gather = |block: VisibilityBlock| -> Result<()> {
+            for row in builder.add(&block)? {
+                places.extend(block.coverage.uvw_m.row(row));
+            }
+            Ok(())
+        };
+        let of_row = data.header().spectrum.n_chan() * data.header().polarizations.len() * BYTES_OF_DATUM;
+        if data.n_rows().saturating_mul(of_row) > memory.joint_data() {
+            observer.event(Event::Note("the data of the joint solution are averaged over time, as far as no pixel of the image can tell"));
+            let averages = Averages::new(data.header(), grid, self.options.solve.solint);
+            let mut rows = 0;
+            averages.for_each(data, memory.block(), |block| {
+                rows += block.n_rows();
+                check_joint(rows.saturating_mul(of_row))?;
+                gather(block)
+            })?;
+        } else {
+            for_each_block(data, memory.block(), |_, block| gather(block))?;
+        }
+        let gains = Arc::new(builder.finish()?);
+        let uvw_m = Array2::from_shape_fn((places.len() / 3, 3), |(r, k)| places[3 * r + k]);
+        Ok((gains, uvw_m))
     }
 
     /// Solve image and gains from uncalibrated data. If gains near 1 do not fit, nothing is taken to be known of them.
@@ -146,10 +181,7 @@ impl Problem {
 
     /// The image as a model of the data, flux a pixel.
     fn model(&self, state: &MemState) -> Array2<f64> {
-        match &self.solver.objective().offset {
-            Some(offset) => &state.image - offset,
-            None => state.image.clone(),
-        }
+        self.solver.objective().seen(state.image.clone())
     }
 }
 
@@ -171,12 +203,12 @@ fn of_its_flux<'a>(
     observer: &dyn Observer,
 ) -> Result<MemImager<'a>> {
     let brighter = |solver: MemImager<'a>, factor: f64| -> Result<MemImager<'a>> {
-        let prior = solver.prior() * factor;
+        let prior = solver.prior().mapv(|v| (f64::from(v) * factor) as f32).into_shared();
         prepared(solver.into_objective(), prior, &MemPlan::default())
     };
     for _ in 0..tuning.priors {
         let image = faint(&mut solver, gains, tuning.stages[0], observer)?.image;
-        let ratio = image.sum() / solver.prior().sum();
+        let ratio = image.sum() / sum_inside(solver.prior(), None);
         if !(ratio.is_finite() && ratio > tuning.prior_settled) {
             break;
         }

@@ -322,7 +322,7 @@ fn shift(imager: &MemImager<'_>, gains: &UnknownGains, state: &mut MemState, (co
     if (columns, rows) == (0, 0) {
         return;
     }
-    let mut image = imager.prior() * dark;
+    let mut image = imager.prior().mapv(|v| dark * f64::from(v));
     let (n_m, n_l) = image.dim();
     let spans = |d: i64, n: usize| {
         let d = d.clamp(-(n as i64), n as i64);

@@ -1,7 +1,7 @@
 //! The whole joint solution of a small extended scene with unknown phases.
 
 use super::*;
-use crate::fixtures::{positions, snapshot};
+use crate::fixtures::{Noise, Recorder, positions, snapshot};
 use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::mem::Prior;
 use crate::progress::Silent;
@@ -49,9 +49,13 @@ fn imaging() -> ImagingOptions {
     }
 }
 
-fn maker() -> JointMaker {
+fn options() -> JointOptions {
     let solve = SolveOptions { feeds: FeedGroups::Joined, solint: SolutionInterval::Infinite, ..SolveOptions::default() };
-    JointMaker::new(imaging(), JointOptions { solve, prior: Prior::Auto, mask: None, goals: JointGoals::default() })
+    JointOptions { solve, prior: Prior::Auto, mask: None, goals: JointGoals::default() }
+}
+
+fn maker() -> JointMaker {
+    JointMaker::new(imaging(), options())
 }
 
 /// Normalised error of an image laid over the scene.
@@ -105,6 +109,32 @@ fn noise_of_unknown_size_is_found_through_unknown_phases() {
     let factor = m.solution().unwrap().noise_factor.unwrap();
     assert!((factor / 0.09 - 1.0).abs() < 0.1, "{factor}");
     assert!(nrmse(&model(&m)) < 0.35, "{}", nrmse(&model(&m)));
+}
+
+#[test]
+fn a_set_that_does_not_fit_into_memory_is_averaged_and_gives_as_good_an_image() {
+    let phases = crate::closure::testdata::random_phases(40, std::f64::consts::PI, 2);
+    // Every integration has noise of its own.
+    let set = || {
+        let mut set = crate::fixtures::repeated(observed(&phases, 1e-6), 16, 0.0);
+        let (sigma, mut noise) = (0.9, Noise(5));
+        let mut draw = || (sigma * 3.0_f64.sqrt() * noise.next()) as f32;
+        set.data.vis.mapv_inplace(|v| v + Complex32::new(draw(), draw()));
+        set.data.weights.fill(1.0 / (sigma * sigma) as f32);
+        set
+    };
+    let image = |memory: &str| {
+        let mut m = JointMaker::new(ImagingOptions { memory: memory.parse().unwrap(), ..imaging() }, options());
+        let told = Recorder::default();
+        let plan = schedule(GainMode::Phase, SolutionInterval::Infinite, 1, false)[0];
+        m.update(&mut set(), &plan, &told).unwrap();
+        (told.messages().concat().contains("averaged over time"), model(&m))
+    };
+    let ((all, whole), (few, averaged)) = (image("4GB"), image("16MiB"));
+    assert!(!all && few);
+    // Chi squared of the averages lacks the scatter within them. Its target has the same relative tolerance, so they are fitted more closely.
+    let (whole, averaged) = (nrmse(&whole), nrmse(&averaged));
+    assert!(averaged < 1.05 * whole && averaged < 0.25, "{averaged}, of the whole set {whole}");
 }
 
 #[test]

@@ -58,6 +58,7 @@ mod predicted;
 mod reach;
 mod reference;
 mod rounds;
+mod row_averages;
 mod selfcal;
 #[cfg(test)]
 mod selfcal_tests;

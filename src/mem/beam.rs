@@ -88,10 +88,9 @@ impl BeamHessian {
         self.largest * self.diagonal
     }
 
-    /// The Hessian over its diagonal times an image.
-    #[must_use]
-    pub fn apply(&self, v: ArrayView2<'_, f32>) -> Array2<f32> {
-        self.wide.convolve(v, &self.beam)
+    /// Replace an image by the Hessian over its diagonal times this image.
+    pub fn apply_to(&self, v: &mut Array2<f32>) {
+        self.wide.convolve_in_place(v, &self.beam);
     }
 
     /// The operator (1 + t H / diagonal)^-1 in the circulant approximation, for [`BeamHessian::filter`].
@@ -100,9 +99,8 @@ impl BeamHessian {
     }
 
     /// Apply an operator of [`BeamHessian::damping`] to an image.
-    #[must_use]
-    pub fn filter(&self, v: ArrayView2<'_, f32>, operator: &impl Filter<f32>) -> Array2<f32> {
-        self.round.convolve(v, operator)
+    pub fn filter(&self, v: &mut Array2<f32>, operator: &impl Filter<f32>) {
+        self.round.convolve_in_place(v, operator);
     }
 
     /// Mean over the spectrum of 1 / (1 + t k). This is the diagonal of the operator.
@@ -161,7 +159,8 @@ mod tests {
             let vis = image_to_vis(&grid, image.view(), uvw.view(), &freq, &opts).unwrap();
             let w = Array2::from_shape_fn((40, 2), |(r, c)| f64::from(weights[2 * r + c]));
             let exact = vis_to_image(&grid, uvw.view(), &freq, vis.view(), w.view(), &opts).unwrap() / hessian.diagonal();
-            let fast = hessian.apply(image.mapv(|v| v as f32).view());
+            let mut fast = image.mapv(|v| v as f32);
+            hessian.apply_to(&mut fast);
             let top = exact.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
             assert!(fast.iter().zip(&exact).all(|(a, b)| (f64::from(*a) - b).abs() < 2e-4 * top), "{n_l} {n_m}");
         }
@@ -173,10 +172,13 @@ mod tests {
         let hessian = BeamHessian::of_list(&grid, &freq, uvw.view(), &weights).unwrap();
         let v = Array2::from_shape_fn((32, 32), |(i, j)| (((i * 5 + j * 3) % 7) as f32) - 3.0);
         let t = 0.5;
-        let u = hessian.filter(v.view(), &hessian.damping(t));
+        let mut u = v.clone();
+        hessian.filter(&mut u, &hessian.damping(t));
         let dot = |a: &Array2<f32>, b: &Array2<f32>| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
         assert!(dot(&u, &v) > 0.0);
-        let back = &u + &(hessian.apply(u.view()) * t);
+        let mut back = u.clone();
+        hessian.apply_to(&mut back);
+        let back = &u + &(back * t);
         let left = &back - &v;
         assert!(dot(&left, &left) < 0.1 * dot(&v, &v), "{} of {}", dot(&left, &left), dot(&v, &v));
         assert!(hessian.largest() > hessian.diagonal());

@@ -9,7 +9,7 @@ use crate::misfit::VisibilityTerm;
 use crate::progress::Observer;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{ArrayError, SkyGrid};
-use ndarray::ArrayView2;
+use ndarray::{ArrayView2, CowArray, Ix2};
 use num_complex::Complex64;
 use std::time::Instant;
 
@@ -91,7 +91,7 @@ impl<'a> ChiSquared<'a> {
     ///
     /// # Errors
     /// An image of another size or with values that are not finite.
-    pub fn evaluate(&mut self, image: ArrayView2<'_, f64>) -> Result<ImageMisfit> {
+    pub fn evaluate(&mut self, image: CowArray<'_, f64, Ix2>) -> Result<ImageMisfit> {
         if let Some(((row, column), v)) = image.indexed_iter().find(|(_, v)| !v.is_finite()) {
             let what = format!("pixel (column {column}, row {row}) of the image");
             return Err(ArrayError::BadValue { what, value: v.to_string(), expected: "a finite number" }.into());
@@ -126,13 +126,13 @@ mod tests {
         let mut chi2 = ChiSquared::new(&grid, &freq, uvw.view(), &opts, Box::new(term)).unwrap();
         assert_eq!(chi2.expected(), 96.0);
         let image = Array2::from_shape_fn((8, 10), |(i, j)| 0.1 * ((i * 3 + j) % 7) as f64);
-        let slope = chi2.evaluate(image.view()).unwrap().gradient;
+        let slope = chi2.evaluate(image.view().into()).unwrap().gradient;
         let top = slope.iter().fold(0.0_f64, |a, g| a.max(g.abs()));
         for at in [(0, 0), (3, 4), (7, 9), (5, 1)] {
             let mut moved = |x: f64| {
                 let mut m = image.clone();
                 m[at] += x;
-                chi2.evaluate(m.view()).unwrap().chi2
+                chi2.evaluate(m.into()).unwrap().chi2
             };
             let numeric = (moved(1e-3) - moved(-1e-3)) / 2e-3;
             assert!((numeric - slope[at]).abs() < 1e-8 * top, "{at:?}: {numeric} {}", slope[at]);
@@ -145,6 +145,6 @@ mod tests {
         let grid = SkyGrid::new(4, 4, 1e-3, SkyFrame::Boresight).unwrap();
         let term = Visibilities::new(vec![Complex32::default()], vec![1.0]).unwrap();
         let mut chi2 = ChiSquared::new(&grid, &[1e11], Array2::zeros((1, 3)).view(), &GridOptions::default(), Box::new(term)).unwrap();
-        assert!(chi2.evaluate(Array2::from_elem((4, 4), f64::NAN).view()).is_err());
+        assert!(chi2.evaluate(Array2::from_elem((4, 4), f64::NAN).into()).is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! Images of maximum entropy: from the prior, a few steps at a fixed multiplier, or all steps to the target.
 
 use super::control::{Control, Steering};
-use super::objective::{Multipliers, Objective};
+use super::objective::{Multipliers, Objective, brightness};
 use super::quasi_newton::QuasiNewton;
 use super::regulariser::check_prior;
 use super::solver::{Course, MemGoals, Progress, run};
@@ -10,13 +10,13 @@ use super::vtess::Vtess;
 use crate::progress::Observer;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
-use ndarray::Array2;
+use ndarray::{ArcArray2, Array2};
 use num_complex::Complex64;
 
 /// An image between two calls, with its multipliers: the next call starts from it.
 #[derive(Debug, Clone)]
 pub struct MemState {
-    /// The image, flux a pixel \[m, l\].
+    /// The image, flux a pixel \[m, l\]. It is empty after an error.
     pub image: Array2<f64>,
     /// Multiplier of chi2 / 2 in units of the mean prior; 0 before the first step.
     pub lambda: f64,
@@ -34,7 +34,7 @@ pub struct MemState {
 #[derive(Debug)]
 pub struct MemImager<'a> {
     objective: Objective<'a>,
-    prior: Array2<f64>,
+    prior: ArcArray2<f32>,
     tuning: MemTuning,
 }
 
@@ -55,7 +55,7 @@ impl<'a> MemImager<'a> {
     ///
     /// # Errors
     /// A prior that is not positive where the image may be bright, a flux that is not positive, a mask that leaves no pixel.
-    pub fn new(objective: Objective<'a>, prior: Array2<f64>) -> Result<Self> {
+    pub fn new(objective: Objective<'a>, prior: ArcArray2<f32>) -> Result<Self> {
         check_prior(&prior, objective.inside.as_ref())?;
         let flux = objective.flux.unwrap_or(1.0);
         need("flux", flux, flux > 0.0 && flux.is_finite(), "a positive total flux: entropy is that of a positive image")?;
@@ -90,23 +90,23 @@ impl<'a> MemImager<'a> {
 
     /// The prior \[m, l\], flux a pixel.
     #[must_use]
-    pub fn prior(&self) -> &Array2<f64> {
+    pub fn prior(&self) -> &ArcArray2<f32> {
         &self.prior
     }
 
     /// The state before the first step: the prior.
     #[must_use]
     pub fn start(&self) -> MemState {
-        self.start_at(self.prior.clone())
+        self.start_at(self.prior.mapv(f64::from))
     }
 
     /// A state at any image, such as one of an earlier run. Pixels below a thousandth of the prior start at that value, because the
     /// gradient at s = 0 is zero.
     #[must_use]
     pub fn start_at(&self, mut image: Array2<f64>) -> MemState {
-        ndarray::Zip::from(&mut image).and(&self.prior).for_each(|i, m| *i = i.max(1e-3 * m.max(0.0)));
+        ndarray::Zip::from(&mut image).and(&self.prior).for_each(|i, m| *i = i.max(1e-3 * f64::from(m.max(0.0))));
         let s = self.objective.variable(&image);
-        let image = s.mapv(|s| 0.25 * s * s);
+        let image = s.mapv(brightness);
         MemState { image, lambda: 0.0, beta: 0.0, chi2_per_datum: f64::NAN, kkt: f64::NAN, evaluations: 0 }
     }
 
@@ -115,10 +115,8 @@ impl<'a> MemImager<'a> {
     /// # Errors
     /// An image of another size.
     pub fn predict(&mut self, image: &Array2<f64>) -> Result<&[Complex64]> {
-        match &self.objective.offset {
-            Some(offset) => self.objective.chi2.predict((image - offset).view()),
-            None => self.objective.chi2.predict(image.view()),
-        }
+        let model = self.objective.seen(image.clone());
+        self.objective.chi2.predict(model.view())
     }
 
     /// Make a few steps at this `lambda` (in units of the mean prior), from the present state. A calibration uses this between two gain
@@ -154,9 +152,10 @@ impl<'a> MemImager<'a> {
         // If the data have no beam, this is the lambda at which the gradient of the data is as long as the image in the metric of the
         // entropy.
         let point = self.objective.evaluate(self.objective.variable(&state.image))?;
-        let (mut data, mut size) = (0.0, 0.0);
-        ndarray::Zip::from(&point.image).and(&point.slope).for_each(|i, g| {
-            data += i * g * g;
+        let (mut data, mut size) = (0.0_f64, 0.0_f64);
+        ndarray::Zip::from(&point.s).and(&point.slope).for_each(|s, g| {
+            let i = brightness(*s);
+            data += i * f64::from(*g).powi(2);
             size += i;
         });
         let lambda = 0.1 * size.sqrt() / data.sqrt() / self.objective.unit;
@@ -168,7 +167,7 @@ impl<'a> MemImager<'a> {
         )))
     }
 
-    /// Run a solver from the present state, for at most this number of steps.
+    /// Run a solver from the present state, for at most this number of steps. After an error the state has no image.
     fn run(
         &mut self,
         state: &mut MemState,
@@ -186,7 +185,8 @@ impl<'a> MemImager<'a> {
         let rho = if newton { o.rho() } else { 0.0 };
         let multipliers = Multipliers { lambda: state.lambda * o.unit, beta: state.beta, rho };
         let course = Course::new(multipliers, Steering::new(control, self.tuning.control), goals, observer);
-        let s = o.variable(&state.image);
+        // The image is the state's again after the run, and takes no memory meanwhile.
+        let s = o.variable(&std::mem::take(&mut state.image));
         let (course, progress) = match method {
             Method::QuasiNewton => run(o, s, (QuasiNewton::default(), course), steps)?,
             Method::Vtess => run(o, s, (Vtess { tuning: self.tuning.vtess }, course), steps)?,
@@ -197,7 +197,7 @@ impl<'a> MemImager<'a> {
         state.chi2_per_datum = point.chi2 / o.chi2.expected();
         state.kkt = o.kkt(&point, &course.multipliers);
         state.evaluations += course.evaluations;
-        state.image = point.image;
+        state.image = point.image();
         Ok(progress)
     }
 }

@@ -6,7 +6,7 @@ use crate::imaging::ImageMisfit;
 use crate::misfit::VisibilityTerm;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::SkyGrid;
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, CowArray, Ix2};
 use num_complex::Complex64;
 
 /// The transforms in the precision that the error allows.
@@ -58,8 +58,9 @@ impl DataTerm for Listed {
         self.term.data() as f64
     }
 
-    fn misfit(&mut self, image: ArrayView2<'_, f64>) -> Result<ImageMisfit> {
-        self.predict(image)?;
+    fn misfit(&mut self, image: CowArray<'_, f64, Ix2>) -> Result<ImageMisfit> {
+        self.predict(image.view())?;
+        drop(image);
         self.slope.fill(Complex64::default());
         let chi2 = self.term.add(&self.model, 1.0, &mut self.slope);
         Ok(ImageMisfit { chi2, gradient: self.transpose()? })

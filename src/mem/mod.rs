@@ -35,6 +35,7 @@ pub use chi2::ChiSquared;
 pub use control::Control;
 pub use imager::{MemImager, MemState, Method};
 pub use noise::{HandsNoise, HandsSum, Noise, noise_from_hands};
+pub(crate) use objective::single;
 pub use objective::{Multipliers, Objective, Point};
 pub use options::{MemOptions, NoiseChoice, PriorChoice};
 pub use pipeline::{MemProducts, flux_of_one, mem};

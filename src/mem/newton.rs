@@ -20,12 +20,10 @@ const HALF_BRIGHT: f32 = 0.1;
 /// The linear system of one Newton step.
 pub(super) struct NewtonSystem<'a> {
     beam: &'a BeamHessian,
-    /// s / 2.
-    d: Array2<f32>,
+    /// The variable, 2 D.
+    s: &'a Array2<f32>,
     /// Curvature of all terms except the data.
     e: Array2<f32>,
-    /// Square root of `e`.
-    root: Vec<f32>,
     /// lambda times the diagonal of the beam's Hessian.
     weight: f32,
     rho: f32,
@@ -63,76 +61,76 @@ fn dot(a: &Array2<f32>, b: &Array2<f32>) -> Result<f64> {
 }
 
 impl<'a> NewtonSystem<'a> {
-    /// At a point; `residual` is dJ/dI there.
-    pub(super) fn new(beam: &'a BeamHessian, point: &Point, residual: &Array2<f64>, m: &Multipliers) -> Result<Self> {
-        let d = point.s.mapv(|s| (0.5 * s) as f32);
-        let mut e = point.stiffness.mapv(|c| c as f32);
+    /// At a point. `residual` is dJ/dI there; its memory is used again.
+    pub(super) fn new(beam: &'a BeamHessian, point: &'a Point, residual: Array2<f32>, m: &Multipliers) -> Result<Self> {
+        let (s, mut e) = (&point.s, residual);
         // The variable s adds curvature where the image must decrease. Where the image must increase, s would reduce the curvature. This
         // part is left out.
-        flat_mut(&mut e)?.iter_mut().zip(residual).for_each(|(e, r)| *e = (*e + (0.5 * r).clamp(0.0, 1e6) as f32).max(1e-4));
+        flat_mut(&mut e)?.iter_mut().zip(flat(&point.stiffness)?).for_each(|(e, c)| *e = (c + (0.5 * *e).clamp(0.0, 1e6)).max(1e-4));
         let weight = (m.lambda * beam.diagonal()) as f32;
         let (mut first, mut second) = (0.0, 0.0);
-        flat(&d)?.iter().zip(flat(&e)?).for_each(|(d, e)| {
-            let x = f64::from(d * d / e);
+        flat(s)?.iter().zip(flat(&e)?).for_each(|(s, e)| {
+            let x = f64::from(0.25 * s * s / e);
             first += x;
             second += x * x;
         });
         let mean = if first > 0.0 { (second / first) as f32 } else { 0.0 };
-        let mut bright = Array2::zeros(d.dim());
-        flat_mut(&mut bright)?.iter_mut().zip(flat(&d)?.iter().zip(flat(&e)?)).for_each(|(b, (d, e))| {
-            let x = d * d / e;
+        let mut bright = Array2::zeros(s.dim());
+        flat_mut(&mut bright)?.iter_mut().zip(flat(s)?.iter().zip(flat(&e)?)).for_each(|(b, (s, e))| {
+            let x = 0.25 * s * s / e;
             *b = if x > 0.0 { (x / (x + HALF_BRIGHT * mean)).sqrt() } else { 0.0 };
         });
-        let root = flat(&e)?.iter().map(|e| e.sqrt()).collect();
-        Ok(Self { beam, d, e, root, weight, rho: m.rho as f32, bright, damping: weight * mean })
+        Ok(Self { beam, s, e, weight, rho: m.rho as f32, bright, damping: weight * mean })
     }
 
     fn hessian(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
         let mut seen = v.clone();
-        flat_mut(&mut seen)?.iter_mut().zip(flat(&self.d)?).for_each(|(s, d)| *s *= d);
+        flat_mut(&mut seen)?.iter_mut().zip(flat(self.s)?).for_each(|(x, s)| *x *= 0.5 * s);
         let common = if self.rho == 0.0 { 0.0 } else { self.rho * flat(&seen)?.iter().map(|x| f64::from(*x)).sum::<f64>() as f32 };
-        let mut out = self.beam.apply(seen.view());
-        let parts = flat(v)?.iter().zip(flat(&self.d)?).zip(flat(&self.e)?);
+        self.beam.apply_to(&mut seen);
+        let parts = flat(v)?.iter().zip(flat(self.s)?).zip(flat(&self.e)?);
         let weight = self.weight;
-        flat_mut(&mut out)?.iter_mut().zip(parts).for_each(|(o, ((v, d), e))| *o = e * v + d * (weight * *o + common));
-        Ok(out)
+        flat_mut(&mut seen)?.iter_mut().zip(parts).for_each(|(o, ((v, s), e))| *o = e * v + 0.5 * s * (weight * *o + common));
+        Ok(seen)
     }
 
     /// The curvature of the data along two directions, x D H D y.
-    pub(super) fn data_curvature(&self, x: &Array2<f64>, y: &Array2<f64>) -> Result<f64> {
-        let top = x.iter().chain(y).fold(f64::MIN_POSITIVE, |a, v| a.max(v.abs()));
-        let seen = |v: &Array2<f64>| -> Result<Array2<f32>> {
-            let mut out = self.d.clone();
-            flat_mut(&mut out)?.iter_mut().zip(v).for_each(|(o, v)| *o *= (v / top) as f32);
+    pub(super) fn data_curvature(&self, x: &Array2<f32>, y: &Array2<f32>) -> Result<f64> {
+        let top = x.iter().chain(y).fold(f32::MIN_POSITIVE, |a, v| a.max(v.abs()));
+        let seen = |v: &Array2<f32>| -> Result<Array2<f32>> {
+            let mut out = self.s.clone();
+            flat_mut(&mut out)?.iter_mut().zip(v).for_each(|(o, v)| *o *= 0.5 * (v / top));
             Ok(out)
         };
-        let h = self.beam.apply(seen(x)?.view());
-        Ok(dot(&h, &seen(y)?)? * self.beam.diagonal() * top * top)
+        let mut h = seen(x)?;
+        self.beam.apply_to(&mut h);
+        Ok(dot(&h, &seen(y)?)? * self.beam.diagonal() * f64::from(top).powi(2))
     }
 
     fn precondition(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
         let mut part = v.clone();
-        let bright = flat(&self.bright)?;
-        let blend = || bright.iter().zip(&self.root);
+        let (bright, e) = (flat(&self.bright)?, flat(&self.e)?);
+        let blend = || bright.iter().zip(e.iter().map(|e| e.sqrt()));
         flat_mut(&mut part)?.iter_mut().zip(blend()).for_each(|(p, (b, root))| *p *= b / root);
-        let mut out = self.beam.filter(part.view(), &self.beam.damping(self.damping));
+        self.beam.filter(&mut part, &self.beam.damping(self.damping));
         let given = flat(v)?.iter().zip(blend());
-        flat_mut(&mut out)?.iter_mut().zip(given).for_each(|(o, (v, (b, root)))| *o = ((1.0 - b * b) * v / root + b * *o) / root);
-        Ok(out)
+        flat_mut(&mut part)?.iter_mut().zip(given).for_each(|(o, (v, (b, root)))| *o = ((1.0 - b * b) * v / root + b * *o) / root);
+        Ok(part)
     }
 
     /// The solution of Hessian x = `rhs` and the number of steps of conjugate gradients that it took.
-    pub(super) fn solve(&self, rhs: &Array2<f64>, effort: Effort) -> Result<(Array2<f64>, usize)> {
-        // The scale keeps the numbers within the range of single precision for every unit of flux.
-        let top = rhs.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
-        if !(top > 0.0) {
-            return Ok((Array2::zeros(rhs.dim()), 0));
-        }
-        let mut r = rhs.mapv(|v| (v / top) as f32);
+    pub(super) fn solve(&self, mut rhs: Array2<f32>, effort: Effort) -> Result<(Array2<f32>, usize)> {
         let mut x = Array2::<f32>::zeros(rhs.dim());
-        let mut z = self.precondition(&r)?;
-        let mut p = z.clone();
+        // The scale keeps the squares within the range of single precision for every unit of flux.
+        let top = rhs.iter().fold(0.0_f32, |a, v| a.max(v.abs()));
+        if !(top > 0.0) {
+            return Ok((x, 0));
+        }
+        rhs.mapv_inplace(|v| v / top);
+        let mut r = rhs;
+        let z = self.precondition(&r)?;
         let mut rz = dot(&r, &z)?;
+        let mut p = z;
         let goal = effort.tolerance * dot(&r, &r)?.sqrt();
         let mut steps = 0;
         while steps < effort.steps && rz > 0.0 {
@@ -148,12 +146,14 @@ impl<'a> NewtonSystem<'a> {
             if dot(&r, &r)?.sqrt() <= goal {
                 break;
             }
-            z = self.precondition(&r)?;
+            drop(h);
+            let z = self.precondition(&r)?;
             let next = dot(&r, &z)?;
             let b = (next / rz) as f32;
             flat_mut(&mut p)?.iter_mut().zip(flat(&z)?).for_each(|(p, z)| *p = z + b * *p);
             rz = next;
         }
-        Ok((x.mapv(|v| f64::from(v) * top), steps))
+        x.mapv_inplace(|v| v * top);
+        Ok((x, steps))
     }
 }

@@ -27,7 +27,7 @@ pub struct Objective<'a> {
     pub inside: Option<Array2<bool>>,
     /// Subtracted from the image before it is compared with the data \[m, l\], flux a pixel. An example is a pedestal that the data do not
     /// contain.
-    pub offset: Option<Array2<f64>>,
+    pub offset: Option<Array2<f32>>,
     /// The total flux, where it is known.
     pub flux: Option<f64>,
     /// Curvature of the data term, where a beam describes it.
@@ -47,25 +47,37 @@ pub struct Multipliers {
     pub rho: f64,
 }
 
-/// The objective at one image.
+/// The objective at one image. Arrays \[m, l\] are in single precision, which is far below the error of the data term. All sums over them are
+/// in double precision.
 #[derive(Debug, Clone)]
 pub struct Point {
-    /// The variable, +- 2 sqrt(I) \[m, l\].
-    pub s: Array2<f64>,
-    /// The image, flux a pixel.
-    pub image: Array2<f64>,
+    /// The variable, +- 2 sqrt(I), where I is the image in flux a pixel.
+    pub s: Array2<f32>,
     /// Chi squared.
     pub chi2: f64,
     /// Half of the gradient of chi squared by the image.
-    pub slope: Array2<f64>,
+    pub slope: Array2<f32>,
     /// The penalty.
     pub penalty: f64,
     /// Its gradient.
-    pub penalty_slope: Array2<f64>,
+    pub penalty_slope: Array2<f32>,
     /// Image times second derivative of the penalty: its curvature in s.
-    pub stiffness: Array2<f64>,
+    pub stiffness: Array2<f32>,
     /// Sum of the image.
     pub flux: f64,
+}
+
+impl Point {
+    /// The image, flux a pixel \[m, l\].
+    #[must_use]
+    pub fn image(&self) -> Array2<f64> {
+        self.s.mapv(brightness)
+    }
+}
+
+/// The image at a value of the variable.
+pub(super) fn brightness(s: f32) -> f64 {
+    0.25 * f64::from(s) * f64::from(s)
 }
 
 impl Objective<'_> {
@@ -77,40 +89,54 @@ impl Objective<'_> {
 
     /// The variable s of an image; pixels outside the mask become 0.
     #[must_use]
-    pub fn variable(&self, image: &Array2<f64>) -> Array2<f64> {
-        let mut s = image.mapv(|v| 2.0 * v.max(0.0).sqrt());
+    pub fn variable(&self, image: &Array2<f64>) -> Array2<f32> {
+        let mut s = image.mapv(|v| (2.0 * v.max(0.0).sqrt()) as f32);
         self.darken(&mut s);
         s
     }
 
     /// Set the pixels outside the mask to 0.
-    pub(super) fn darken(&self, values: &mut Array2<f64>) {
+    pub(super) fn darken<T: Default>(&self, values: &mut Array2<T>) {
         if let Some(inside) = &self.inside {
-            Zip::from(values).and(inside).for_each(|v, inside| *v *= f64::from(u8::from(*inside)));
+            Zip::from(values).and(inside).for_each(|v, inside| {
+                if !*inside {
+                    *v = T::default();
+                }
+            });
         }
+    }
+
+    /// What the data see of an image \[m, l\]: the image without the offset.
+    #[must_use]
+    pub fn seen(&self, mut image: Array2<f64>) -> Array2<f64> {
+        if let Some(offset) = &self.offset {
+            Zip::from(&mut image).and(offset).for_each(|i, o| *i -= f64::from(*o));
+        }
+        image
     }
 
     /// All values and gradients at `s`. This takes one evaluation of the data term.
     ///
     /// # Errors
     /// Values that are not finite.
-    pub fn evaluate(&mut self, s: Array2<f64>) -> Result<Point> {
-        let image = s.mapv(|s| 0.25 * s * s);
-        let mut misfit = match &self.offset {
-            Some(offset) => self.chi2.evaluate((&image - offset).view())?,
-            None => self.chi2.evaluate(image.view())?,
-        };
-        misfit.gradient *= 0.5;
-        Ok(self.assemble(s, image, misfit.chi2, misfit.gradient))
+    pub fn evaluate(&mut self, s: Array2<f32>) -> Result<Point> {
+        let model = self.seen(s.mapv(brightness));
+        let misfit = self.chi2.evaluate(model.into())?;
+        let slope = misfit.gradient.mapv(|g| (0.5 * g) as f32);
+        drop(misfit.gradient);
+        Ok(self.assemble(s, misfit.chi2, slope))
     }
 
     /// A point whose chi squared and gradient are known already.
-    pub(super) fn assemble(&self, s: Array2<f64>, image: Array2<f64>, chi2: f64, slope: Array2<f64>) -> Point {
+    pub(super) fn assemble(&self, s: Array2<f32>, chi2: f64, slope: Array2<f32>) -> Point {
+        let image = s.mapv(brightness);
         let (mut penalty_slope, mut stiffness) = (Array2::zeros(image.dim()), Array2::zeros(image.dim()));
         let penalty = self.penalty.add(&image, 1.0, &mut penalty_slope, &mut stiffness);
         Zip::from(&mut stiffness).and(&image).for_each(|c, i| *c = if *i > 0.0 { *c * i } else { 1.0 });
         let flux = image.sum();
-        Point { s, image, chi2, slope, penalty, penalty_slope, stiffness, flux }
+        drop(image);
+        let (penalty_slope, stiffness) = (single(penalty_slope), single(stiffness));
+        Point { s, chi2, slope, penalty, penalty_slope, stiffness, flux }
     }
 
     /// Departure of the flux from its constraint; 0 without one.
@@ -128,16 +154,16 @@ impl Objective<'_> {
 
     /// dJ/dI for each pixel.
     #[must_use]
-    pub fn residual(&self, point: &Point, m: &Multipliers) -> Array2<f64> {
+    pub fn residual(&self, point: &Point, m: &Multipliers) -> Array2<f32> {
         let beta = m.beta + m.rho * self.excess(point);
         let mut out = point.slope.clone();
-        Zip::from(&mut out).and(&point.penalty_slope).par_for_each(|o, p| *o = m.lambda * *o + p + beta);
+        Zip::from(&mut out).and(&point.penalty_slope).par_for_each(|o, p| *o = (m.lambda * f64::from(*o) + f64::from(*p) + beta) as f32);
         out
     }
 
     /// dJ/ds.
     #[must_use]
-    pub fn gradient(&self, point: &Point, m: &Multipliers) -> Array2<f64> {
+    pub fn gradient(&self, point: &Point, m: &Multipliers) -> Array2<f32> {
         let mut out = self.residual(point, m);
         Zip::from(&mut out).and(&point.s).for_each(|o, s| *o *= 0.5 * s);
         out
@@ -149,8 +175,8 @@ impl Objective<'_> {
     pub fn kkt(&self, point: &Point, m: &Multipliers) -> f64 {
         let beta = m.beta + m.rho * self.excess(point);
         let (mut all, mut data, mut prior) = (0.0, 0.0, 0.0);
-        Zip::from(&point.image).and(&point.slope).and(&point.penalty_slope).for_each(|i, g, p| {
-            let (a, b) = (m.lambda * g, p + beta);
+        Zip::from(&point.s).and(&point.slope).and(&point.penalty_slope).for_each(|s, g, p| {
+            let (i, a, b) = (brightness(*s), m.lambda * f64::from(*g), f64::from(*p) + beta);
             all += i * (a + b) * (a + b);
             data += i * a * a;
             prior += i * b * b;
@@ -158,4 +184,9 @@ impl Objective<'_> {
         let sides = data.sqrt() + prior.sqrt();
         if sides > 0.0 { all.sqrt() / sides } else { 0.0 }
     }
+}
+
+/// In single precision.
+pub(crate) fn single(values: Array2<f64>) -> Array2<f32> {
+    values.mapv(|v| v as f32)
 }

@@ -4,7 +4,7 @@ use super::beam::BeamHessian;
 use super::certificate::Certificate;
 use super::chi2::ChiSquared;
 use super::imager::{MemImager, MemState};
-use super::objective::{Multipliers, Objective};
+use super::objective::{Multipliers, Objective, single};
 use super::plan::{Flux, MemPlan, Prior};
 use super::regulariser::{L1, Regulariser, TotalVariation, WeightedSum, check_prior};
 use super::solver::{MemGoals, Progress};
@@ -16,7 +16,7 @@ use crate::progress::Observer;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{Image, RestoringBeam, VisUnit};
-use ndarray::{Array2, Zip};
+use ndarray::{ArcArray2, Array2, ArrayBase, Data, Ix2, Zip};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -117,6 +117,7 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         Flux::Total(f) => Some(f),
         Flux::ZeroSpacing(v) => Some(v + hidden),
     };
+    let offset = offset.map(single);
     let prior = match &opts.prior {
         Prior::Auto | Prior::Smoothed => {
             let seen = match flux {
@@ -128,6 +129,7 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         Prior::Flat(t) => &one * *t,
         Prior::Image(image) => &one * image,
     };
+    let prior = single(prior).into_shared();
     drop(one);
     *clock.0.entry("statistics").or_default() += start.elapsed().as_secs_f64();
     let hessian = clock.time("beam", || BeamHessian::in_passes((&mut *imager, k), factor, observer))?;
@@ -142,7 +144,7 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         let wide = RestoringBeam { bmaj_rad: 2.0 * beam.bmaj_rad, bmin_rad: 2.0 * beam.bmin_rad, ..beam };
         let smooth = with_beam(&grid, state.image.view(), &wide) * (grid.cell_sr() / wide.solid_angle_sr());
         let least = 1e-3 * smooth.iter().fold(0.0_f64, |a, v| a.max(*v));
-        solver = prepared(solver.into_objective(), smooth.mapv(|v| v.max(least)), opts)?;
+        solver = prepared(solver.into_objective(), smooth.mapv(|v| v.max(least) as f32).into_shared(), opts)?;
         state = solver.start();
     }
     let start = Instant::now();
@@ -150,11 +152,8 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
     let elapsed = start.elapsed().as_secs_f64();
     *clock.0.entry("solve").or_default() += elapsed;
     let certificate = certify(&mut solver, &state, (&progress, elapsed))?;
-    let sigma = clock.time("uncertainty", || map(&mut solver, &state, (opts.options.uncertainty, opts.options.seed)))?;
-    let mut model = state.image;
-    if let Some(offset) = &solver.objective().offset {
-        Zip::from(&mut model).and(offset).for_each(|v, o| *v -= o);
-    }
+    let sigma = clock.time("uncertainty", || map(&mut solver, &mut state, (opts.options.uncertainty, opts.options.seed)))?;
+    let model = solver.objective().seen(state.image);
     drop(solver);
     let residual = clock.time("residual", || imager.residual(k, model.view(), observer))?;
     Ok(Channel { model, residual: residual.image, sigma, beam, certificate })
@@ -170,12 +169,13 @@ pub(crate) fn flat_prior(one: &Array2<f64>, flux: f64, inside: Option<&Array2<bo
 }
 
 /// Sum over the pixels of a mask, or over all.
-pub(crate) fn sum_inside(image: &Array2<f64>, inside: Option<&Array2<bool>>) -> f64 {
-    inside.map_or_else(|| image.sum(), |m| image.iter().zip(m).filter(|(_, m)| **m).map(|(v, _)| v).sum())
+pub(crate) fn sum_inside<S: Data<Elem: Copy + Into<f64>>>(image: &ArrayBase<S, Ix2>, inside: Option<&Array2<bool>>) -> f64 {
+    let all = || image.iter().map(|v| (*v).into());
+    inside.map_or_else(|| all().sum(), |m| all().zip(m).filter(|(_, m)| **m).map(|(v, _)| v).sum())
 }
 
 /// The penalty for a prior, and the imager around it.
-pub(crate) fn prepared<'a>(mut objective: Objective<'a>, prior: Array2<f64>, opts: &MemPlan) -> Result<MemImager<'a>> {
+pub(crate) fn prepared<'a>(mut objective: Objective<'a>, prior: ArcArray2<f32>, opts: &MemPlan) -> Result<MemImager<'a>> {
     check_prior(&prior, objective.inside.as_ref())?;
     let count = objective.inside.as_ref().map_or(prior.len(), |m| m.iter().filter(|x| **x).count());
     ensure!(count > 0, ChainError::NoData("the mask leaves no pixel for the image".into()));
@@ -226,14 +226,17 @@ fn certify(solver: &mut MemImager<'_>, state: &MemState, (progress, seconds): (&
     })
 }
 
-fn map(solver: &mut MemImager<'_>, state: &MemState, how: (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
+/// The map of uncertainties. The image of the state is made again from the point where the map is made.
+fn map(solver: &mut MemImager<'_>, state: &mut MemState, how: (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
     if how.0 == Uncertainty::None {
         return Ok(None);
     }
     let m = multipliers(solver, state);
     let o = solver.objective_mut();
-    let point = o.evaluate(o.variable(&state.image))?;
-    uncertainty(o, &point, &m, how)
+    let point = o.evaluate(o.variable(&std::mem::take(&mut state.image)))?;
+    let sigma = uncertainty(o, &point, &m, how)?;
+    state.image = point.image();
+    Ok(sigma)
 }
 
 fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Result<MemProducts> {

@@ -87,7 +87,7 @@ impl<'o> Course<'o> {
     }
 
     /// One evaluation of the objective, counted.
-    pub(super) fn evaluate(&mut self, o: &mut Objective<'_>, s: Array2<f64>) -> crate::Result<Point> {
+    pub(super) fn evaluate(&mut self, o: &mut Objective<'_>, s: Array2<f32>) -> crate::Result<Point> {
         self.evaluations += 1;
         o.evaluate(s)
     }
@@ -130,7 +130,7 @@ const CLOSER: f64 = 0.99;
 /// A method on its course, as argmin sees it.
 struct Run<'o, A> {
     /// The variable s of the first point, until the run begins.
-    start: Option<Array2<f64>>,
+    start: Option<Array2<f32>>,
     course: Course<'o>,
     method: A,
 }
@@ -194,7 +194,7 @@ pub struct Progress {
 /// Values that are not finite; a request to stop.
 pub(super) fn run<'o, A: Advance>(
     o: &mut Objective<'_>,
-    s: Array2<f64>,
+    s: Array2<f32>,
     (method, course): (A, Course<'o>),
     steps: usize,
 ) -> crate::Result<(Course<'o>, Progress)> {
@@ -209,8 +209,8 @@ pub(super) fn run<'o, A: Advance>(
 }
 
 /// Scalar product of two images.
-pub(super) fn dot(a: &Array2<f64>, b: &Array2<f64>) -> f64 {
+pub(super) fn dot(a: &Array2<f32>, b: &Array2<f32>) -> f64 {
     let mut sum = 0.0;
-    Zip::from(a).and(b).for_each(|a, b| sum += a * b);
+    Zip::from(a).and(b).for_each(|a, b| sum += f64::from(*a) * f64::from(*b));
     sum
 }

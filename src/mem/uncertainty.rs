@@ -11,7 +11,7 @@
 use super::beam::BeamHessian;
 use super::control::Effort;
 use super::newton::NewtonSystem;
-use super::objective::{Multipliers, Objective, Point};
+use super::objective::{Multipliers, Objective, Point, brightness};
 use crate::Result;
 use crate::values::{by_text, need};
 use ndarray::{Array2, Zip};
@@ -72,26 +72,31 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
     match how {
         Uncertainty::None => Ok(None),
         Uncertainty::Beam => {
+            // The circulant gives some weight to spatial frequencies without data, which makes the map too small everywhere.
+            let probe = Probe::new(beam, point, m, 1)?.next(ROUGH)?;
+            let mut true_sum = 0.0;
+            Zip::from(&point.s).and(&probe).for_each(|s, p| true_sum += m.lambda * brightness(*s) * f64::from(*p));
+            drop(probe);
             // The variance of a pixel with x = I / (I R'') is lambda x times the mean over the spectrum of 1 / (1 + lambda x k).
-            let x = |i: f64, e: f64| if i > 0.0 { m.lambda * i / e.max(1e-6) } else { 0.0 };
+            let x = |s: f32, e: f32| if s != 0.0 { m.lambda * brightness(s) / f64::from(e).max(1e-6) } else { 0.0 };
             let scale = beam.diagonal();
             let (mut lo, mut hi) = (f64::INFINITY, 0.0_f64);
-            Zip::from(&point.image).and(&point.stiffness).for_each(|i, e| {
-                let x = x(*i, *e);
+            Zip::from(&point.s).and(&point.stiffness).for_each(|s, e| {
+                let x = x(*s, *e);
                 if x > 0.0 {
                     (lo, hi) = (lo.min(x), hi.max(x));
                 }
             });
             if !(hi > 0.0) {
-                return Ok(Some(Array2::zeros(point.image.dim())));
+                return Ok(Some(Array2::zeros(point.s.dim())));
             }
             // The data do not constrain pixels below a millionth of the brightest pixel.
             let (from, to) = (lo.max(1e-9 * hi).ln(), hi.ln());
             let at = |k: usize| from + (to - from) * k as f64 / (TABLE - 1) as f64;
             let table: Vec<f64> = (0..TABLE).map(|k| beam.mean_damping(at(k).exp() * scale)).collect();
-            let mut out = Array2::zeros(point.image.dim());
-            Zip::from(&mut out).and(&point.image).and(&point.stiffness).for_each(|o, i, e| {
-                let x = x(*i, *e);
+            let mut out = Array2::zeros(point.s.dim());
+            Zip::from(&mut out).and(&point.s).and(&point.stiffness).for_each(|o, s, e| {
+                let x = x(*s, *e);
                 if x > 0.0 {
                     let place = ((x.ln() - from) / (to - from).max(1e-12)).clamp(0.0, 1.0) * (TABLE - 1) as f64;
                     let k = (place as usize).min(TABLE - 2);
@@ -99,13 +104,7 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
                     *o = (x * (table[k] * (1.0 - f) + table[k + 1] * f)).sqrt();
                 }
             });
-            // The circulant gives some weight to spatial frequencies without data, which makes the map too small everywhere.
-            let probe = Probe::new(beam, point, m, 1)?.next(ROUGH)?;
-            let (mut true_sum, mut sum) = (0.0, 0.0);
-            Zip::from(&point.image).and(&probe).and(&out).for_each(|i, p, o| {
-                true_sum += m.lambda * i * p;
-                sum += o * o;
-            });
+            let sum: f64 = out.iter().map(|o| o * o).sum();
             if true_sum > 0.0 && sum > 0.0 {
                 out *= (true_sum / sum).sqrt();
             }
@@ -114,12 +113,12 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
         Uncertainty::Probes(n) => {
             need("uncertainty", "0 probes", n > 0, "1 probe or more")?;
             let mut probes = Probe::new(beam, point, m, seed)?;
-            let mut sum = Array2::<f64>::zeros(point.image.dim());
+            let mut sum = Array2::<f64>::zeros(point.s.dim());
             for _ in 0..n {
-                sum += &probes.next(EXACT)?;
+                Zip::from(&mut sum).and(&probes.next(EXACT)?).for_each(|s, p| *s += f64::from(*p));
             }
             // H in I is D^-1 (E + lambda D H D) D^-1 / lambda: the variance is lambda D (...)^-1 D.
-            Zip::from(&mut sum).and(&point.image).for_each(|s, i| *s = (m.lambda * i * (*s / n as f64).max(0.0)).sqrt());
+            Zip::from(&mut sum).and(&point.s).for_each(|v, s| *v = (m.lambda * brightness(*s) * (*v / n as f64).max(0.0)).sqrt());
             Ok(Some(sum))
         }
     }
@@ -133,15 +132,15 @@ struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    fn new(beam: &'a BeamHessian, point: &Point, m: &Multipliers, seed: u64) -> Result<Self> {
-        let shape = point.image.dim();
-        let system = NewtonSystem::new(beam, point, &Array2::zeros(shape), m)?;
+    fn new(beam: &'a BeamHessian, point: &'a Point, m: &Multipliers, seed: u64) -> Result<Self> {
+        let shape = point.s.dim();
+        let system = NewtonSystem::new(beam, point, Array2::zeros(shape), m)?;
         Ok(Self { system, rng: rand_chacha::ChaCha8Rng::seed_from_u64(seed), shape })
     }
 
-    fn next(&mut self, effort: Effort) -> Result<Array2<f64>> {
+    fn next(&mut self, effort: Effort) -> Result<Array2<f32>> {
         let v = Array2::from_shape_fn(self.shape, |_| if self.rng.random::<bool>() { 1.0 } else { -1.0 });
-        let (x, _) = self.system.solve(&v, effort)?;
+        let (x, _) = self.system.solve(v.clone(), effort)?;
         Ok(v * x)
     }
 }

@@ -29,7 +29,7 @@ pub(super) struct Vtess {
 /// A step with the multipliers it leads to.
 struct Step {
     /// Change of s.
-    direction: Array2<f64>,
+    direction: Array2<f32>,
     multipliers: Multipliers,
 }
 
@@ -74,7 +74,7 @@ impl Model {
 }
 
 /// An array times s / 2.
-fn in_s(point: &Point, v: &Array2<f64>) -> Array2<f64> {
+fn in_s(point: &Point, v: &Array2<f32>) -> Array2<f32> {
     let mut out = v.clone();
     Zip::from(&mut out).and(&point.s).for_each(|o, s| *o *= 0.5 * s);
     out
@@ -87,16 +87,17 @@ impl Vtess {
         let m = course.multipliers;
         let expected = o.chi2.expected();
         let residual = o.residual(point, &m);
-        let system = NewtonSystem::new(beam, point, &residual, &m)?;
+        let gj = in_s(point, &residual);
+        let system = NewtonSystem::new(beam, point, residual, &m)?;
         let (chi2, kkt) = (point.chi2 / expected, o.kkt(point, &m));
         let effort = course.steering.effort(chi2, kkt);
         let mut inner = 0;
-        let mut solve = |g: &Array2<f64>| -> Result<Array2<f64>> {
-            let (x, steps) = system.solve(&g.mapv(|v| -v), effort)?;
+        let mut solve = |g: &Array2<f32>| -> Result<Array2<f32>> {
+            let (x, steps) = system.solve(g.mapv(|v| -v), effort)?;
             inner += steps;
             Ok(x)
         };
-        let (gj, gc) = (in_s(point, &residual), in_s(point, &point.slope));
+        let gc = in_s(point, &point.slope);
         let (mut d0, mut d1) = (solve(&gj)?, solve(&gc)?);
         let range = self.bounds(m.lambda, &gj, &gc, (&d0, &d1));
         let mut beta = [0.0, 0.0];
@@ -107,8 +108,8 @@ impl Vtess {
             let ff = -dot(&gf, &df);
             if ff > 0.0 {
                 beta = [(o.excess(point) + dot(&gf, &d0)) / ff, dot(&gf, &d1) / ff];
-                d0.scaled_add(beta[0], &df);
-                d1.scaled_add(beta[1], &df);
+                d0.scaled_add(beta[0] as f32, &df);
+                d1.scaled_add(beta[1] as f32, &df);
             }
         }
         let c00 = system.data_curvature(&d0, &d0)?;
@@ -116,7 +117,7 @@ impl Vtess {
         course.convolutions += inner + 3;
         let model = Model { now: 0.5 * point.chi2, slope: [dot(&gc, &d0), dot(&gc, &d1)], curvature: [c00, c01, c11] };
         let change = self.change(course, &model, range, (chi2, kkt), expected);
-        d0.scaled_add(change, &d1);
+        d0.scaled_add(change as f32, &d1);
         let multipliers = Multipliers { lambda: m.lambda + change, beta: m.beta + beta[0] + change * beta[1], rho: 0.0 };
         Ok(Step { direction: d0, multipliers })
     }
@@ -136,7 +137,7 @@ impl Vtess {
     }
 
     /// The range for the change of lambda. Within it the squared length of the gradient is at most `growth` times that of its terms.
-    fn bounds(&self, lambda: f64, gj: &Array2<f64>, gc: &Array2<f64>, (d0, d1): (&Array2<f64>, &Array2<f64>)) -> (f64, f64) {
+    fn bounds(&self, lambda: f64, gj: &Array2<f32>, gc: &Array2<f32>, (d0, d1): (&Array2<f32>, &Array2<f32>)) -> (f64, f64) {
         let VtessControl { growth, rise, .. } = self.tuning;
         let (jj, cj, cc) = (-dot(gj, d0), -dot(gc, d0), -dot(gc, d1));
         if !(cc > 0.0) {
@@ -152,11 +153,11 @@ impl Vtess {
     }
 
     /// The new image of a step. It is positive, and the change of each pixel is limited to the range of the quadratic model.
-    fn moved(&self, o: &Objective<'_>, point: &Point, direction: &Array2<f64>) -> Array2<f64> {
-        let mut image = point.image.clone();
+    fn moved(&self, o: &Objective<'_>, point: &Point, direction: &Array2<f32>) -> Array2<f64> {
+        let mut image = point.image();
         let (unit, VtessControl { loss, gain, .. }) = (o.unit, self.tuning);
         Zip::from(&mut image).and(&point.s).and(direction).for_each(|i, s, d| {
-            let step = 0.5 * s * d;
+            let step = 0.5 * f64::from(*s) * f64::from(*d);
             *i += step.clamp(-loss * *i, gain * *i + 0.5 * unit);
         });
         o.darken(&mut image);
@@ -173,8 +174,9 @@ impl Advance for Vtess {
         let m = step.multipliers;
         course.multipliers = m;
         let image = self.moved(o, &old, &step.direction);
-        let change = &image - &old.image;
-        let trial = course.evaluate(o, image.mapv(|i| 2.0 * i.sqrt()))?;
+        let before = old.image();
+        let change = (&image - &before).mapv(|v| v as f32);
+        let trial = course.evaluate(o, o.variable(&image))?;
         let (from, to) = (dot(&o.residual(&old, &m), &change), dot(&o.residual(&trial, &m), &change));
         // If the gradient along the step has changed its sign, the minimum lies between the two ends.
         let t = if from < 0.0 && to > 0.0 { from / (from - to) } else { 1.0 };
@@ -183,12 +185,12 @@ impl Advance for Vtess {
         }
         let bend = dot(&trial.slope, &change) - dot(&old.slope, &change);
         let chi2 = old.chi2 + 2.0 * t * dot(&old.slope, &change) + t * t * bend;
-        let mut slope = &old.slope * (1.0 - t);
-        slope.scaled_add(t, &trial.slope);
-        let mut image = old.image;
-        image.scaled_add(t, &change);
+        let mut slope = &old.slope * (1.0 - t as f32);
+        slope.scaled_add(t as f32, &trial.slope);
+        let mut image = before;
+        Zip::from(&mut image).and(&change).for_each(|i, c| *i += t * f64::from(*c));
         // A step of almost zero length is no progress.
-        Ok((o.assemble(image.mapv(|i| 2.0 * i.sqrt()), image, chi2, slope), t >= 0.02))
+        Ok((o.assemble(o.variable(&image), chi2, slope), t >= 0.02))
     }
 }
 #[cfg(test)]

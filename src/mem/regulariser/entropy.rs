@@ -7,7 +7,7 @@
 
 use super::penalty::Regulariser;
 use crate::{ChainError, Result};
-use ndarray::{Array2, Zip};
+use ndarray::{ArcArray2, Array1, Array2, Zip};
 use serde::{Deserialize, Serialize};
 
 /// Forms of the entropy S.
@@ -32,7 +32,7 @@ const FLOOR_LOG: f64 = 1e-100;
 impl Entropy {
     /// The entropy relative to a prior \[m, l\], flux a pixel, which [`check_prior`] has accepted.
     #[must_use]
-    pub fn of(self, prior: Array2<f64>) -> PriorEntropy {
+    pub fn of(self, prior: ArcArray2<f32>) -> PriorEntropy {
         PriorEntropy { form: self, prior }
     }
 
@@ -57,21 +57,25 @@ impl Entropy {
 #[derive(Debug, Clone)]
 pub struct PriorEntropy {
     form: Entropy,
-    prior: Array2<f64>,
+    prior: ArcArray2<f32>,
 }
 
 impl Regulariser for PriorEntropy {
     fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f64>, curvature: &mut Array2<f64>) -> f64 {
-        let mut terms = Array2::zeros(image.dim());
-        Zip::from(&mut terms).and(image).and(&self.prior).and(gradient).and(curvature).par_for_each(|t, i, m, g, c| {
-            if *m > 0.0 {
-                let [value, slope, bend] = self.form.pixel(*i, *m);
-                *t = value;
-                *g += weight * slope;
-                *c += weight * bend;
-            }
+        // The sums of the rows have a fixed order, so that any number of threads gives the same sum.
+        let mut sums = Array1::zeros(image.nrows());
+        let rows = Zip::from(&mut sums).and(image.rows()).and(self.prior.rows()).and(gradient.rows_mut()).and(curvature.rows_mut());
+        rows.par_for_each(|sum, image, prior, gradient, curvature| {
+            Zip::from(image).and(prior).and(gradient).and(curvature).for_each(|i, m, g, c| {
+                if *m > 0.0 {
+                    let [value, slope, bend] = self.form.pixel(*i, f64::from(*m));
+                    *sum += value;
+                    *g += weight * slope;
+                    *c += weight * bend;
+                }
+            });
         });
-        terms.sum()
+        sums.sum()
     }
 }
 
@@ -79,8 +83,8 @@ impl Regulariser for PriorEntropy {
 ///
 /// # Errors
 /// A pixel (inside the mask, if there is one) is not positive and finite.
-pub fn check_prior(prior: &Array2<f64>, inside: Option<&Array2<bool>>) -> Result<()> {
-    let bad = |((i, j), v): &((usize, usize), &f64)| !(**v > 0.0 && v.is_finite()) && inside.is_none_or(|m| m[(*i, *j)]);
+pub fn check_prior(prior: &ArcArray2<f32>, inside: Option<&Array2<bool>>) -> Result<()> {
+    let bad = |((i, j), v): &((usize, usize), &f32)| !(**v > 0.0 && v.is_finite()) && inside.is_none_or(|m| m[(*i, *j)]);
     match prior.indexed_iter().find(bad) {
         None => Ok(()),
         Some(((row, column), v)) => {
