@@ -60,8 +60,9 @@ fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
     errors.extend(args.errors.errors(unit)?);
     if errors.is_empty() {
         let kinds: Vec<&str> = Error::TABLE.iter().map(|t| t.0).collect();
+        let nothing = args.config.as_ref().map_or(String::new(), |_| format!("{file} has no table [[error]], and "));
         return Err(Failure::usage(format!(
-            "no error to inject: give one such as --phase-rms 30deg, or --config with tables [[error]]. The kinds are {}",
+            "{nothing}no error to inject was given: give one such as --phase-rms 30deg, or --config with tables [[error]]. The kinds are {}",
             kinds.join(", ")
         )));
     }

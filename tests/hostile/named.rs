@@ -111,3 +111,12 @@ fn a_value_that_an_axis_replaces_is_checked_all_the_same() {
     s.write("u.toml", study.replace("nandeg", "5deg"));
     s.ok("study --check u.toml");
 }
+
+#[test]
+fn a_layout_that_a_format_cannot_hold_and_an_empty_file_of_errors_are_named() {
+    let s = set();
+    s.ok("layout make ring --elements 3 --aperture 1m -o bare.toml");
+    s.fails("layout convert bare.toml -o o.cfg", 1, &["bare.toml", "boresight"]);
+    s.write("none.toml", "seed = 3\n");
+    s.fails("corrupt v.uvh5 --config none.toml -o c.uvh5", 2, &["none.toml", "[[error]]"]);
+}

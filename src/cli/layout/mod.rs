@@ -8,7 +8,7 @@ mod show;
 mod told;
 
 use super::context::{Context, Outcome, subcommands};
-use super::failure::{Failure, Result};
+use super::failure::{Context as _, Failure, Result};
 use super::optimize::{self, OptimizeArgs};
 use super::options::{OutputArgs, load_layout};
 use cittert_arrays::BUILTIN_LAYOUTS;
@@ -74,7 +74,7 @@ fn convert(args: &ConvertArgs, context: &Context) -> Result<Outcome> {
     for lost in format.loses(&layout) {
         context.console.warn(&format!("{} cannot hold {lost}", format.name()));
     }
-    args.out.write(path, format.write(&layout)?.as_bytes())?;
+    args.out.write(path, format.write(&layout).context(&args.layout)?.as_bytes())?;
     let text = format!("{}: {} antennas", path.display(), layout.n_ant());
     Ok(Outcome::new(json!({ "output": path, "n_antennas": layout.n_ant() }), text).wrote(path))
 }

@@ -1,4 +1,5 @@
 """Outputs on a disk that becomes full: a tmpfs of a random size. The message must say so, the old output must be as it was, and nothing else may be left.
+A study alone keeps its journal: the same command goes on from the trials in it.
 
 A tmpfs can be mounted by the administrator alone. Without that the class is skipped, and says so.
 """
@@ -74,7 +75,10 @@ def campaign(bench, count, seed):
             bench.counts["full"] += 1
             if "space" not in done.err.lower() and "the disk has" not in done.err:
                 faults.append(("message", f"does not speak of space: {done.err.strip()[:300]}"))
-            if after != before:
+            begun = {"o/.cittert-files", "o/journal.jsonl", "o/journal.lock"}
+            if words[0] == "study" and not before and set(after) <= begun:
+                bench.counts["study begun"] += 1
+            elif after != before:
                 lost, made = sorted(set(before) - set(after)), sorted(set(after) - set(before))
                 faults.append(("left", f"lost {lost}, made {made}, changed {[n for n in before if n in after and before[n] != after[n]]}"))
             elif [p for p in disk.rglob("*") if p.name.startswith(".") and str(p.relative_to(disk)) not in before and p.name.endswith((".partial", ".lock"))]:
