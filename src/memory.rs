@@ -8,7 +8,7 @@
 //! | visibilities that the imager keeps in memory | 1/8 | |
 //! | the order of these rows on the grid | 1/16 | |
 //! | the planes of one transform | 1/4 | |
-//! | the same for at most 2^20 visibilities | 1/4 | 6 bytes for each pixel, but 64 MiB at least |
+//! | the same for at most 2^20 visibilities | 1/4 | 4 bytes for each pixel, but 64 MiB at least |
 //! | planes kept for the next pass (two sets: model and image) of images of up to 2^24 pixels | 1/8 each | 256 MiB each |
 //! | buffers of rows kept for the next pass | 1/64 | 64 MiB |
 //! | one block of simulated rows | 1/64 | 64 MiB |
@@ -39,7 +39,7 @@ const UNKNOWN_MACHINE: u64 = 4 << 30;
 /// Largest number of visibilities of a set that is gridded in one block.
 const SMALL_SET: u64 = 1 << 20;
 /// Bytes for each pixel of an image that the planes of the transform of a small set take.
-const PLANES_OF_PIXEL: usize = 6;
+const PLANES_OF_PIXEL: usize = 4;
 
 /// Pixels above which no planes are kept for the next pass: they would stay beside the other arrays of a large image, and to clear new pages
 /// takes little of the time of their transform.

@@ -262,8 +262,9 @@ fn degridders<T: Real>(
     extent: UvwExtent,
     options: &GridOptions,
 ) -> Result<Vec<Degridder<T>>> {
-    let one =
-        |(k, range): (usize, &Range<usize>)| Degridder::new(&model.grid, flux(model, k).view(), &freq_hz[range.clone()], extent, options);
+    let one = |(k, range): (usize, &Range<usize>)| {
+        Degridder::new(&model.grid, flux(model, k).view(), &freq_hz[range.clone()], extent, options, None)
+    };
     channels.iter().enumerate().map(one).collect()
 }
 

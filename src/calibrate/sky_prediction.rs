@@ -5,7 +5,7 @@ use crate::Result;
 use crate::progress::{Observer, Silent};
 use crate::simulate::{Pedestal, SimulateOptions, Simulator, SkyModel};
 use cittert_arrays::quantity::Temperature;
-use cittert_arrays::{BrightnessUnit, UvCoverage, VisUnit, VisibilityHeader};
+use cittert_arrays::{BrightnessUnit, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource};
 use ndarray::{Array3, s};
 use num_complex::Complex;
 
@@ -39,6 +39,14 @@ impl<'a> SkyPrediction<'a> {
         let pedestal = header.pedestal_k.filter(|_| of_image).map_or(Pedestal::None, |t| Pedestal::Kelvin(Temperature(t)));
         let options = SimulateOptions { epsilon: accuracy.epsilon, no_w: accuracy.no_w, pedestal, ..SimulateOptions::default() };
         Ok(Self { simulator: Simulator::new(header, sky, &options, &Silent)?, observer })
+    }
+
+    /// Expect the rows of a set, so that a large image takes less memory where the set is small.
+    #[must_use]
+    pub fn expecting(mut self, data: &dyn VisibilitySource) -> Self {
+        let of_row = data.header().spectrum.n_chan() * data.header().polarizations.len();
+        self.simulator = self.simulator.expecting(data.n_rows().saturating_mul(of_row) as u64);
+        self
     }
 }
 

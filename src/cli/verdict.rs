@@ -43,7 +43,7 @@ pub(super) fn of_model(
     let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
     let quiet = Quiet(&context.console);
     let mut predicted = match SkyPrediction::new(&header, &sky, accuracy, &quiet) {
-        Ok(predicted) => predicted,
+        Ok(predicted) => predicted.expecting(data),
         Err(ChainError::Cancelled) => return Err(ChainError::Cancelled.into()),
         // A set that a model cannot be predicted for, such as one of correlations without total intensity, has no residuals to judge by.
         Err(_) => return Ok(Judged { findings: of_image(facts, None), residuals: None }),

@@ -32,12 +32,20 @@ pub struct Degridder<T: Real> {
 }
 
 impl<T: Real> Degridder<T> {
-    /// A predictor of the image `plane` \[m, l\] for channels and a range of uvw.
+    /// A predictor of the image `plane` \[m, l\] for channels, a range of uvw, and about `n_vis` visibilities in all, if their number is known:
+    /// a small set needs less memory.
     ///
     /// # Errors
     /// The image has another shape than the grid, a pixel is not finite, no kernel reaches epsilon, or a frequency is not positive.
-    pub fn new(grid: &SkyGrid, plane: ArrayView2<'_, f64>, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions) -> Result<Self> {
-        Self::on(Arc::new(Plan::new(grid, freq_hz, extent, opts, None)?), plane)
+    pub fn new(
+        grid: &SkyGrid,
+        plane: ArrayView2<'_, f64>,
+        freq_hz: &[f64],
+        extent: UvwExtent,
+        opts: &GridOptions,
+        n_vis: Option<u64>,
+    ) -> Result<Self> {
+        Self::on(Arc::new(Plan::new(grid, freq_hz, extent, opts, n_vis)?), plane)
     }
 
     pub(super) fn on<P: Real>(plan: Arc<Plan<T>>, plane: ArrayView2<'_, P>) -> Result<Self> {

@@ -81,7 +81,8 @@ pub(crate) fn image_to_vis(
         freq_hz: &[f64],
         opts: &GridOptions,
     ) -> Result<Array2<Complex<T>>> {
-        let degridder = Degridder::<T>::new(grid, plane, freq_hz, UvwExtent::of(uvw_m), opts)?;
+        let n_vis = (uvw_m.nrows() * freq_hz.len()) as u64;
+        let degridder = Degridder::<T>::new(grid, plane, freq_hz, UvwExtent::of(uvw_m), opts, Some(n_vis))?;
         let mut vis = Array2::from_elem((uvw_m.nrows(), freq_hz.len()), Complex::default());
         degridder.predict(uvw_m, vis.view_mut())?;
         Ok(vis)

@@ -130,7 +130,7 @@ fn adjoint_error<T: Real>(c: &Case, opts: &GridOptions) -> f64 {
     let extent = UvwExtent::of(c.uvw.view());
     let vis = rounded::<T>(&c.vis);
     let mut a = Array2::from_elem(c.vis.dim(), Complex::<T>::default());
-    let d = Degridder::<T>::new(&c.grid, c.plane.view(), &c.freq, extent, opts).unwrap();
+    let d = Degridder::<T>::new(&c.grid, c.plane.view(), &c.freq, extent, opts, None).unwrap();
     d.predict(c.uvw.view(), a.view_mut()).unwrap();
     let mut g = Gridder::<T>::new(&c.grid, &c.freq, extent, opts).unwrap();
     g.add(c.uvw.view(), vis.view()).unwrap();

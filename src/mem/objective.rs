@@ -132,10 +132,12 @@ impl Objective<'_> {
         let image = s.mapv(brightness);
         let (mut penalty_slope, mut stiffness) = (Array2::zeros(image.dim()), Array2::zeros(image.dim()));
         let penalty = self.penalty.add(&image, 1.0, &mut penalty_slope, &mut stiffness);
-        Zip::from(&mut stiffness).and(&image).for_each(|c, i| *c = if *i > 0.0 { *c * i } else { 1.0 });
+        Zip::from(&mut stiffness).and(&image).for_each(|c, i| {
+            if !(*i > 0.0) {
+                *c = 1.0
+            }
+        });
         let flux = image.sum();
-        drop(image);
-        let (penalty_slope, stiffness) = (single(penalty_slope), single(stiffness));
         Point { s, chi2, slope, penalty, penalty_slope, stiffness, flux }
     }
 

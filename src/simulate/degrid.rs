@@ -12,6 +12,7 @@ pub(crate) struct DegridPlane {
     plane: Array2<f64>,
     freq_hz: Vec<f64>,
     options: GridOptions,
+    n_vis: Option<u64>,
     ready: Option<(UvwExtent, Precision)>,
 }
 
@@ -22,10 +23,10 @@ enum Precision {
 }
 
 impl DegridPlane {
-    /// A plane \[m, l\] of values per cell, for some frequencies and an error of at most `epsilon` of the total flux.
-    pub(crate) fn new(grid: &SkyGrid, plane: Array2<f64>, freq_hz: Vec<f64>, epsilon: f64, w_term: bool) -> Self {
+    /// A plane \[m, l\] of values per cell, for some frequencies, an error of at most `epsilon` of the total flux, and about `n_vis` visibilities.
+    pub(crate) fn new(grid: &SkyGrid, plane: Array2<f64>, freq_hz: Vec<f64>, (epsilon, w_term): (f64, bool), n_vis: Option<u64>) -> Self {
         let options = GridOptions { epsilon, w_term, divide_by_n: false, ..GridOptions::default() };
-        Self { grid: grid.clone(), plane, freq_hz, options, ready: None }
+        Self { grid: grid.clone(), plane, freq_hz, options, n_vis, ready: None }
     }
 
     /// Approximate size in bytes.
@@ -75,9 +76,9 @@ impl DegridPlane {
         let room = UvwExtent { u_m: 1.1 * needed.u_m, v_m: 1.1 * needed.v_m, w_m: 1.1 * needed.w_m };
         let plane = self.plane.view();
         let degridder = if self.options.single_precision_suffices() {
-            Precision::Single(Degridder::new(&self.grid, plane, &self.freq_hz, room, &self.options)?)
+            Precision::Single(Degridder::new(&self.grid, plane, &self.freq_hz, room, &self.options, self.n_vis)?)
         } else {
-            Precision::Double(Degridder::new(&self.grid, plane, &self.freq_hz, room, &self.options)?)
+            Precision::Double(Degridder::new(&self.grid, plane, &self.freq_hz, room, &self.options, self.n_vis)?)
         };
         Ok((room, degridder))
     }

@@ -78,6 +78,7 @@ pub struct Simulator<'a> {
     /// Frequencies within each channel, Hz \[chan\]\[sub-channel\].
     freq_hz: Vec<Vec<f64>>,
     warned_coarse: bool,
+    n_vis: Option<u64>,
     memory: MemoryBudget,
 }
 
@@ -132,6 +133,7 @@ impl<'a> Simulator<'a> {
             kept_bytes: 0,
             noise,
             warned_coarse: false,
+            n_vis: None,
             memory: MemoryBudget::default(),
         };
         simulator.header.pedestal_k = pedestal_k;
@@ -313,6 +315,13 @@ impl<'a> Simulator<'a> {
         Ok(())
     }
 
+    /// Expect about so many visibilities in all: the transforms of a large image then take less memory for a small set.
+    #[must_use]
+    pub(crate) fn expecting(mut self, n_vis: u64) -> Self {
+        self.n_vis = Some(n_vis);
+        self
+    }
+
     fn transform(&self, k: usize) -> Result<Transform> {
         let plane = &self.planes[k];
         let image = &self.sky.images[plane.image];
@@ -327,7 +336,8 @@ impl<'a> Simulator<'a> {
             Method::Dft => Transform::Exact { plane: seen },
             Method::Degrid => {
                 let freqs = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().copied()).collect();
-                Transform::Degrid(Box::new(DegridPlane::new(&image.grid, seen, freqs, self.options.epsilon, !self.options.no_w)))
+                let accuracy = (self.options.epsilon, !self.options.no_w);
+                Transform::Degrid(Box::new(DegridPlane::new(&image.grid, seen, freqs, accuracy, self.n_vis)))
             }
             Method::Mask => Transform::Mask(MaskPlane::new(&image.grid, &seen)?),
         })

@@ -64,7 +64,7 @@ impl CrossCheck {
         };
         let sky = SkyModel::of_image(model);
         let quiet = Quiet(observer);
-        let mut predicted = SkyPrediction::new(&header, &sky, accuracy, &quiet)?;
+        let mut predicted = SkyPrediction::new(&header, &sky, accuracy, &quiet)?.expecting(data);
         let prediction = Prediction::of(data, &held, &mut predicted, None, ApplyOptions::default(), noise)?;
         Ok(Some(Self { baselines: held.n_baselines(), misfit: prediction.misfit(), sigma: prediction.misfit_sigma() }))
     }

@@ -24,7 +24,7 @@ fn to_image(t: &Tracks, n: usize) -> Array2<f64> {
 
 fn from_image(t: &Tracks, image: &Array2<f64>, out: &mut Array2<Complex32>) {
     let extent = UvwExtent::of(t.uvw_m.view());
-    let d = Degridder::<f32>::new(&grid(image.ncols()), image.view(), &t.freq_hz, extent, &GridOptions::default()).expect("options");
+    let d = Degridder::<f32>::new(&grid(image.ncols()), image.view(), &t.freq_hz, extent, &GridOptions::default(), None).expect("options");
     d.predict(t.uvw_m.view(), out.view_mut()).expect("rows");
 }
 

@@ -61,17 +61,17 @@ pub struct PriorEntropy {
 }
 
 impl Regulariser for PriorEntropy {
-    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f64>, curvature: &mut Array2<f64>) -> f64 {
+    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f32>, stiffness: &mut Array2<f32>) -> f64 {
         // The sums of the rows have a fixed order, so that any number of threads gives the same sum.
         let mut sums = Array1::zeros(image.nrows());
-        let rows = Zip::from(&mut sums).and(image.rows()).and(self.prior.rows()).and(gradient.rows_mut()).and(curvature.rows_mut());
-        rows.par_for_each(|sum, image, prior, gradient, curvature| {
-            Zip::from(image).and(prior).and(gradient).and(curvature).for_each(|i, m, g, c| {
+        let rows = Zip::from(&mut sums).and(image.rows()).and(self.prior.rows()).and(gradient.rows_mut()).and(stiffness.rows_mut());
+        rows.par_for_each(|sum, image, prior, gradient, stiffness| {
+            Zip::from(image).and(prior).and(gradient).and(stiffness).for_each(|i, m, g, c| {
                 if *m > 0.0 {
                     let [value, slope, bend] = self.form.pixel(*i, f64::from(*m));
                     *sum += value;
-                    *g += weight * slope;
-                    *c += weight * bend;
+                    *g += (weight * slope) as f32;
+                    *c += (weight * bend * i) as f32;
                 }
             });
         });

@@ -7,7 +7,7 @@ use std::fmt::Debug;
 pub trait Regulariser: Debug + Send + Sync {
     /// The penalty of an image in flux per pixel \[m, l\]. Its unit is that of flux.
     ///
-    /// Adds `weight` times the derivative with respect to each pixel to `gradient`. Adds `weight` times the second derivative, if it is not
-    /// negative, to `curvature`.
-    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f64>, curvature: &mut Array2<f64>) -> f64;
+    /// Adds `weight` times the derivative with respect to each pixel to `gradient`. Adds `weight` times the second derivative and the
+    /// pixel, if this is not negative, to `stiffness`: the derivative alone is out of the range of single precision at the darkest pixels.
+    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f32>, stiffness: &mut Array2<f32>) -> f64;
 }

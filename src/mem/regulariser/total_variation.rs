@@ -26,7 +26,7 @@ impl TotalVariation {
 }
 
 impl Regulariser for TotalVariation {
-    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f64>, curvature: &mut Array2<f64>) -> f64 {
+    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f32>, stiffness: &mut Array2<f32>) -> f64 {
         let (n_m, n_l) = image.dim();
         let mut sum = 0.0;
         for i in 0..n_m {
@@ -36,19 +36,19 @@ impl Regulariser for TotalVariation {
                 let dy = if i + 1 < n_m { image[(i + 1, j)] - v } else { 0.0 };
                 let length = (dx * dx + dy * dy + self.softening * self.softening).sqrt();
                 sum += length - self.softening;
-                let (a, b) = (weight * dx / length, weight * dy / length);
+                let (a, b) = ((weight * dx / length) as f32, (weight * dy / length) as f32);
                 let bend = weight / length;
                 gradient[(i, j)] -= a + b;
                 // The Hessian with the length held fixed is larger than the true one.
                 if j + 1 < n_l {
                     gradient[(i, j + 1)] += a;
-                    curvature[(i, j + 1)] += bend;
-                    curvature[(i, j)] += bend;
+                    stiffness[(i, j + 1)] += (bend * image[(i, j + 1)]) as f32;
+                    stiffness[(i, j)] += (bend * v) as f32;
                 }
                 if i + 1 < n_m {
                     gradient[(i + 1, j)] += b;
-                    curvature[(i + 1, j)] += bend;
-                    curvature[(i, j)] += bend;
+                    stiffness[(i + 1, j)] += (bend * image[(i + 1, j)]) as f32;
+                    stiffness[(i, j)] += (bend * v) as f32;
                 }
             }
         }

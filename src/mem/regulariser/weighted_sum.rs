@@ -8,8 +8,8 @@ use ndarray::Array2;
 pub struct WeightedSum(pub Vec<(f64, Box<dyn Regulariser>)>);
 
 impl Regulariser for WeightedSum {
-    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f64>, curvature: &mut Array2<f64>) -> f64 {
-        self.0.iter().map(|(w, r)| w * r.add(image, weight * w, gradient, curvature)).sum()
+    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f32>, stiffness: &mut Array2<f32>) -> f64 {
+        self.0.iter().map(|(w, r)| w * r.add(image, weight * w, gradient, stiffness)).sum()
     }
 }
 
@@ -21,8 +21,8 @@ impl Regulariser for WeightedSum {
 pub struct L1;
 
 impl Regulariser for L1 {
-    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f64>, _curvature: &mut Array2<f64>) -> f64 {
-        *gradient += weight;
+    fn add(&self, image: &Array2<f64>, weight: f64, gradient: &mut Array2<f32>, _stiffness: &mut Array2<f32>) -> f64 {
+        *gradient += weight as f32;
         image.sum()
     }
 }

@@ -13,6 +13,8 @@ from . import readers
 
 HOSTILE = ["nan", "NaN", "inf", "-inf", "1e300", "-1e300", "1e-300", "0", "-0", "-1", "1e9", "18446744073709551616", "", "１２", "٣"]
 RIGHT = ["1", "2", "3", "0.5", "0.1", "16", "32", "100", "300"]
+# A flat prior may be given in either unit, and is converted.
+BRIGHTNESS = set(QUANTITIES["TEMP"] + QUANTITIES["FLUX"])
 OPTION = re.compile(r"^ +(?:-\w, )?--([a-z0-9-]+) <([^>]+)>", re.MULTILINE)
 
 
@@ -31,7 +33,7 @@ def value(rng, patterns):
         if draw < 0.12:
             other = rng.choice([u for q in QUANTITIES.values() for u in q if u not in ("s", "m", "d", "h", "min")])
             same = next((q for q in QUANTITIES.values() if units[0] in q), units)
-            return number(rng, False) + other, None if other in same or (units[0] in ("Jy", "K") and other in ("Jy", "K", "mJy")) else "another unit"
+            return number(rng, False) + other, None if other in same or {units[0], other} <= BRIGHTNESS else "another unit"
     holes = pattern.count("@")
     wrong = rng.randrange(holes)
     drawn = [number(rng, k == wrong and rng.random() < 0.9) for k in range(holes)]
