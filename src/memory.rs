@@ -199,9 +199,9 @@ pub enum ImageWork {
     /// A dirty image, a beam or a grid.
     Transform = 8,
     /// CLEAN.
-    Clean = 40,
+    Clean = 18,
     /// Maximum entropy.
-    Entropy = 200,
+    Entropy = 70,
 }
 
 /// Refuse images that the machine has no memory for, before the work begins.
@@ -270,7 +270,7 @@ mod tests {
         let e = check_joint(1 << 60).unwrap_err().to_string();
         assert!(e.contains("joint solution") && e.contains("--deconvolver"), "{e}");
         let e = check_images((1 << 22, 1 << 22), ImageWork::Clean).unwrap_err().to_string();
-        assert!(e.contains("4194304 x 4194304 pixels") && e.contains("655360 GiB"), "{e}");
+        assert!(e.contains("4194304 x 4194304 pixels") && e.contains("294912 GiB"), "{e}");
     }
 
     #[test]

@@ -27,6 +27,7 @@ pub struct Imager<'a> {
     options: ImagingOptions,
     grid: SkyGrid,
     channels: Vec<Range<usize>>,
+    /// Those of each output channel; none where the blocks stay in memory with their imaging weights.
     weights: Vec<ImageWeights>,
     /// Sum of the imaging weights in each output channel.
     sums: Vec<f64>,
@@ -124,6 +125,8 @@ impl<'a> Imager<'a> {
                 },
             )?;
         }
+        // Blocks in memory keep their imaging weights. The density grid of a large image would take as much memory as four planes.
+        let weights = if data.is_cached() { Vec::new() } else { weights };
         Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None })
     }
 
