@@ -10,7 +10,7 @@
 //! | `limits`, `region`, `polygon`, `freedom` | where elements may stand, and which of them move |
 //! | `lobes`, `kernels`, `views`, `beam_map`, `lobe_norm` | the beam on a grid of directions, its p-norm, and their gradients |
 //! | `moving_lobes`, `movable`, `grid` | an array of which one antenna moves at a time, and positions on a grid |
-//! | `pads`, `baselines` | a choice among pads |
+//! | `pads`, `baselines`, `sites` | a choice among pads, or among sites on the Earth |
 //! | `scene_chain` | from a layout to the error of an image: the objective `scene` |
 //! | `peaks`, `polish`, `minimax` | the tops of the side lobes, and the layout in which the highest is lowest |
 //!
@@ -44,6 +44,7 @@ mod region;
 mod repair;
 mod scene_chain;
 mod search;
+mod sites;
 mod start;
 mod views;
 
@@ -55,7 +56,7 @@ pub use limits::Limits;
 pub use lobes::{LobeField, LobeGrid, LobeMap, MovedAntenna};
 pub use method::{Beginning, METHODS, MethodKind, Work};
 pub use moving_lobes::MovingLobes;
-pub use objective::{OBJECTIVES, Objective, ObjectiveKind, SceneError, SceneFunction, Setting};
+pub use objective::{FigureFunction, LayoutFigure, OBJECTIVES, Objective, ObjectiveKind, Setting};
 pub use options::{DesignOptions, Ground, Objectives};
 pub use pads::{Pads, attempt_pads};
 pub use peaks::{Lobe, PeakFinder, Ring};
@@ -66,6 +67,7 @@ pub use profile::{Density, Profile};
 pub use region::Region;
 pub use scene_chain::{Deconvolver, SceneChain, SceneTestOptions};
 pub use search::{Found, SearchControl, Searched, search};
+pub use sites::SiteTracks;
 pub use views::View;
 
 #[cfg(test)]

@@ -99,9 +99,9 @@ pub struct DesignOptions {
     #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = DesignOptions::default().channels))]
     pub channels: usize,
     /// Observe a source of this declination while the Earth turns, instead of one moment at the zenith or along the boresight.
-    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE", requires = "latitude", allow_hyphen_values = true))]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE", allow_hyphen_values = true))]
     pub declination: Option<Angle>,
-    /// Latitude of the array.
+    /// Latitude of the array [default: that of the site of the given layout].
     #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE", requires = "declination", allow_hyphen_values = true))]
     pub latitude: Option<Angle>,
     /// Length of the track, half of it before the source culminates and half after.
@@ -110,6 +110,9 @@ pub struct DesignOptions {
     /// Number of moments of the track for which the beam is computed.
     #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = DesignOptions::default().moments))]
     pub moments: usize,
+    /// Stations that see the source below this elevation take no part in the objective coverage [default: 10deg].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE", requires = "declination"))]
+    pub elevation_limit: Option<Angle>,
     /// Density of baselines that the objective density compares with: uniform, gaussian=FWHM in apertures, or pairs LENGTH:DENSITY with lengths in
     /// apertures and commas between.
     #[cfg_attr(feature = "cli", arg(long, value_name = "DENSITY", default_value_t = DesignOptions::default().density))]
@@ -151,6 +154,7 @@ impl Default for DesignOptions {
             latitude: None,
             track: Duration(6.0 * 3600.0),
             moments: 12,
+            elevation_limit: None,
             density: Density::Gaussian(1.0),
             symmetry: 1,
             method: None,
@@ -238,7 +242,7 @@ impl DesignOptions {
         let ring = Ring { inner: self.first_minimum, outer: self.within };
         // A tenth of a wavelength, as in the figures of layouts; without a wavelength a thousandth of the aperture.
         let tolerance = self.freq.map_or(1e-3, |f| 0.1 * SPEED_OF_LIGHT_M_S / f.si() / aperture_m);
-        Ok(Setting { views, ring, tolerance, density: self.density.profile(), scene: None })
+        Ok(Setting { views, ring, tolerance, density: self.density.profile(), scene: None, coverage: None })
     }
 
     fn beam_limit(&self, default: Option<f64>) -> Result<Option<f64>> {

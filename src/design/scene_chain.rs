@@ -1,6 +1,6 @@
 //! From a layout to the error of the image of a scene: simulate, deconvolve, compare.
 
-use super::objective::SceneError;
+use super::objective::LayoutFigure;
 use crate::fidelity::{CompareOptions, compare};
 use crate::imaging::{ImageSize, Imager, ImagingOptions, clean};
 use crate::mem::{MemInputs, MemOptions, Uncertainty, mem};
@@ -38,27 +38,27 @@ impl std::fmt::Display for Deconvolver {
 #[cfg_attr(feature = "cli", derive(clap::Args, schemars::JsonSchema))]
 pub struct SceneTestOptions {
     /// How the objective scene makes images: mem or clean.
-    #[cfg_attr(feature = "cli", arg(long, value_name = "mem|clean", value_enum, hide_possible_values = true, default_value_t = SceneTestOptions::default().deconvolver))]
+    #[cfg_attr(feature = "cli", arg(long, requires = "scene", value_name = "mem|clean", value_enum, hide_possible_values = true, default_value_t = SceneTestOptions::default().deconvolver))]
     pub deconvolver: Deconvolver,
     /// Number of pixels along each side of the image of the objective scene.
-    #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = SceneTestOptions::default().image_size))]
+    #[cfg_attr(feature = "cli", arg(long, requires = "scene", value_name = "N", default_value_t = SceneTestOptions::default().image_size))]
     pub image_size: usize,
     /// Size of a pixel of that image [default: that of the scene].
-    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    #[cfg_attr(feature = "cli", arg(long, requires = "scene", value_name = "ANGLE"))]
     pub image_cell: Option<Angle>,
     /// Power pattern of each element: none, airy (of the diameter in the layout), gaussian (of the given width) or cos^N.
-    #[cfg_attr(feature = "cli", arg(long, value_name = "KIND", default_value_t = SceneTestOptions::default().element))]
+    #[cfg_attr(feature = "cli", arg(long, requires = "scene", value_name = "KIND", default_value_t = SceneTestOptions::default().element))]
     pub element: Element,
     /// Full width at half maximum of a gaussian element.
-    #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
+    #[cfg_attr(feature = "cli", arg(long, requires = "scene", value_name = "ANGLE"))]
     pub element_width: Option<Angle>,
-    /// System temperature of every element, for thermal noise [default: no noise].
+    /// System temperature of every new element, written into the layout; noise of the objective scene [default: no noise].
     #[cfg_attr(feature = "cli", arg(long, value_name = "TEMP"))]
     pub tsys: Option<Temperature>,
     /// Length of the integration.
-    #[cfg_attr(feature = "cli", arg(long, value_name = "TIME", default_value_t = SceneTestOptions::default().integration))]
+    #[cfg_attr(feature = "cli", arg(long, requires = "scene", value_name = "TIME", default_value_t = SceneTestOptions::default().integration))]
     pub integration: Duration,
-    /// Diameter of every element, for the noise and for an airy element.
+    /// Diameter of every new element, written into the layout.
     #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
     pub diameter: Option<cittert_arrays::quantity::Length>,
 }
@@ -134,8 +134,8 @@ impl SceneChain {
 
     /// The same as a function for the objective.
     #[must_use]
-    pub fn error(self) -> SceneError {
-        SceneError(Arc::new(move |xy: &[[f64; 2]]| self.image_error(xy)))
+    pub fn error(self) -> LayoutFigure {
+        LayoutFigure(Arc::new(move |xy: &[[f64; 2]]| self.image_error(xy)))
     }
 
     fn layout(&self, xy: &[[f64; 2]]) -> Result<ArrayLayout> {

@@ -133,3 +133,36 @@ fn the_peak_side_lobe_is_that_of_layout_show() {
         assert!(shown["longest_m"].as_f64().unwrap() < 0.99, "{shown}");
     }
 }
+
+#[test]
+fn stations_are_chosen_among_sites_on_the_earth() {
+    let s = Scratch::new();
+    let line =
+        "layout optimize --pads gmva-86ghz --choose 8 --objective coverage --declination 12.4deg --track 24h --moments 48 --restarts 2";
+    let json = s.json(&format!("{line} -o chosen.toml"));
+    let empty = json["figures"]["coverage"].as_f64().unwrap();
+    assert!(empty > 0.5 && empty < 0.95 && json.get("psl").is_none(), "{json}");
+    let (toml, all) = (std::fs::read_to_string(s.path("chosen.toml")).unwrap(), s.json("layout show gmva-86ghz").to_string());
+    let names: Vec<&str> = toml.lines().filter_map(|l| l.strip_prefix("name = ")).skip(1).collect();
+    assert!(names.len() == 8 && names.iter().all(|n| all.contains(n)), "{names:?}");
+    // The beam of a plane says nothing about stations on a sphere.
+    let other = "layout optimize --pads gmva-86ghz --choose 8 -o x.toml";
+    s.fails(other, 1, &["--objective coverage"]);
+    let limited = "layout optimize --pads mm-ring --choose 8 --declination 5deg --latitude 1deg --elevation-limit 5deg -o x.toml";
+    s.fails(limited, 2, &["--elevation-limit"]);
+    s.fails(&format!("{line} -o x.toml --page x.html"), 2, &["--page"]);
+    s.fails("layout optimize --pads vla-d --choose 8 --objective coverage -o x.toml", 2, &["--declination"]);
+    s.fails("layout optimize --elements 8 --aperture 1m --objective coverage -o x.toml", 2, &["choice among sites"]);
+}
+
+#[test]
+fn new_elements_have_the_diameter_and_noise_that_are_given_or_those_of_the_fixed_ones() {
+    let s = Scratch::new();
+    s.ok("layout optimize --elements 6 --aperture 0.3m --within 4 --restarts 1 --diameter 10mm --tsys 600K -o old.toml");
+    let count = |file: &str, line: &str| std::fs::read_to_string(s.path(file)).unwrap().matches(line).count();
+    assert_eq!((count("old.toml", "diameter_m = 0.01\n"), count("old.toml", "tsys_k = 600.0\n")), (6, 6));
+    s.ok("layout optimize --elements 9 --fixed old.toml --aperture 0.3m --within 4 --restarts 1 -o new.toml");
+    assert_eq!((count("new.toml", "diameter_m = 0.01\n"), count("new.toml", "tsys_k = 600.0\n")), (9, 9));
+    // An option of the objective scene has no effect on another objective.
+    s.fails("layout optimize --elements 6 --aperture 0.3m --element gaussian -o x.toml", 2, &["--scene"]);
+}

@@ -46,7 +46,7 @@ pub(super) fn run(args: &OptimizeArgs, count: usize, context: &Context) -> Resul
             one.searched.attempts,
             args.design.seed
         );
-        let layout = inputs.layout(name(&layouts[*k]), &one.searched.best.xy, history)?;
+        let layout = inputs.layout(name(&layouts[*k]), &one.searched.best.xy, history, args.scene.of_new())?;
         args.out.write(&layouts[*k], layout.to_toml().as_bytes())?;
         outcome = outcome.wrote(&layouts[*k]);
         rows.push(

@@ -2,12 +2,16 @@
 
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::options::load_layout;
-use crate::design::{DesignOptions, Ground, MethodKind, Pads, Polygon, Problem};
-use crate::values::need;
+use crate::design::{DesignOptions, Ground, MethodKind, Pads, Polygon, Problem, SiteTracks};
+use crate::values::{bad_value, need};
 use crate::{ChainError, Result as ChainResult};
-use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame};
+use cittert_arrays::quantity::Angle;
+use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Sensitivity};
 use clap::Args;
 use std::path::{Path, PathBuf};
+
+/// Differences of height up to this part of the aperture leave the side lobes as those of a plane.
+const NEARLY_FLAT: f64 = 0.05;
 
 /// Where elements stand, or may stand.
 #[derive(Debug, Args)]
@@ -135,14 +139,45 @@ impl Inputs {
         })
     }
 
+    fn layouts(&self) -> impl Iterator<Item = &ArrayLayout> {
+        self.pads.as_ref().map(|p| &p.0).into_iter().chain(&self.fixed).chain(&self.start)
+    }
+
+    /// False for stations that are so far apart that the Earth between them is no plane.
+    pub(super) fn flat(&self) -> bool {
+        let heights = |l: &ArrayLayout| {
+            let z = l.antennas().iter().map(|a| a.position_m[2]);
+            z.clone().fold(f64::NEG_INFINITY, f64::max) - z.fold(f64::INFINITY, f64::min)
+        };
+        self.layouts().all(|l| heights(l) <= NEARLY_FLAT * self.aperture_m)
+    }
+
     /// The problem.
     pub(super) fn kind(&self, design: &DesignOptions) -> ChainResult<Kind> {
-        if let Some((pads, choose)) = &self.pads {
-            let (problem, pads) = design.problem_of_pads(&places(pads), *choose, &self.ground)?;
-            return Ok(Kind::Pads { problem: Box::new(problem), pads });
-        }
         let mut design = design.clone();
         design.aperture = Some(cittert_arrays::quantity::Length(self.aperture_m));
+        if design.declination.is_some() {
+            design.latitude = design.latitude.or_else(|| self.layouts().find_map(ArrayLayout::site).map(|s| Angle(s.latitude_rad)));
+        }
+        let on_sites = |name: &str| self.pads.is_some() && name == "coverage";
+        if !self.flat() && (design.objective.0.iter().any(|(name, _)| !on_sites(name)) || design.beam.is_some_and(|b| b > 0.0)) {
+            return Err(ChainError::Incompatible(
+                "these stations stand on no plane, and the beam of a layout is that of a plane: choose among them with --objective coverage, \
+                 which follows each pair over the Earth"
+                    .into(),
+            ));
+        }
+        let follows = design.objective.0.iter().any(|(name, _)| on_sites(name));
+        if let Some(limit) = design.elevation_limit.filter(|_| !follows) {
+            return bad_value("elevation-limit", limit, "none: only the objective coverage knows when a station sees the source");
+        }
+        if let Some((pads, choose)) = &self.pads {
+            let (mut problem, chosen) = design.problem_of_pads(&places(pads), *choose, &self.ground)?;
+            if follows {
+                problem.setting.coverage = Some(SiteTracks::new(pads, chosen.places.clone(), &design)?.figure());
+            }
+            return Ok(Kind::Pads { problem: Box::new(problem), pads: chosen });
+        }
         if let (Some(start), None) = (&self.start, design.elements) {
             design.elements = Some(start.n_ant() + self.ground.fixed.len());
         }
@@ -181,8 +216,18 @@ impl Inputs {
         format!("{:?} {:?} {pads:?} {:?} {:?}", layout(&self.start), layout(&self.fixed), self.ground, self.aperture_m)
     }
 
-    /// The layout of the result. Elements keep what is known of the pads, fixed elements or elements of the start that they are.
-    pub(super) fn layout(&self, name: String, xy: &[[f64; 2]], source: String) -> Result<ArrayLayout> {
+    /// The layout of the result. Elements keep what is known of the pads, fixed elements or elements of the start that they are. New elements
+    /// beside fixed ones that are all alike are like these; a diameter and a system temperature `of_new` elements come before that.
+    pub(super) fn layout(
+        &self,
+        name: String,
+        xy: &[[f64; 2]],
+        source: String,
+        of_new: (Option<f64>, Option<Sensitivity>),
+    ) -> Result<ArrayLayout> {
+        let kind = |a: &Antenna| (a.diameter_m, a.sensitivity);
+        let fixed = self.fixed.as_ref().map_or(&[][..], ArrayLayout::antennas);
+        let alike = fixed.first().map(kind).filter(|first| fixed.iter().all(|a| kind(a) == *first)).unwrap_or_default();
         let known = self.pads.as_ref().map(|p| &p.0).or(self.fixed.as_ref()).or(self.start.as_ref());
         let frame = known.map_or(LayoutFrame::Boresight, |l| l.frame);
         let place = |p: &[f64; 2]| p.map(|v| v * self.aperture_m);
@@ -197,9 +242,14 @@ impl Inputs {
                 None => {
                     let mut a = like().unwrap_or_else(|| Antenna::new("", 0, [0.0; 3]));
                     (a.name, a.position_m) = (format!("E{}", k + 1), [p[0], p[1], a.position_m[2]]);
+                    a.diameter_m = of_new.0.or(a.diameter_m).or(alike.0);
+                    a.sensitivity = of_new.1.or(a.sensitivity).or(alike.1);
                     a
                 }
             };
+            // Pads and fixed elements that state neither take what is given for new elements.
+            antenna.diameter_m = antenna.diameter_m.or(of_new.0);
+            antenna.sensitivity = antenna.sensitivity.or(of_new.1);
             if antennas.iter().any(|a| a.name == antenna.name) {
                 antenna.name = format!("{}-{}", antenna.name, k + 1);
             }

@@ -39,6 +39,10 @@ pub fn run(args: &OptimizeArgs, context: &Context) -> Result<Outcome> {
     }
     args.out.claim([path].into_iter().chain(&args.page), args.inputs())?;
     let inputs = Inputs::read(&args.place, &args.design)?;
+    ensure!(
+        args.page.is_none() || inputs.flat(),
+        Failure::usage("--page shows the beam of a plane layout, and these stations stand on no plane: leave it out")
+    );
     let started = std::time::Instant::now();
     let found = search_one(args, &args.design, &inputs, path, context)?;
     let seconds = started.elapsed().as_secs_f64();
@@ -53,14 +57,9 @@ fn write(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, found: &Search
     let best = &found.best;
     let violated = problem.limits.worst(&best.xy);
     let figures = problem.evaluator().and_then(|mut e| e.figures(&best.xy)).context("figures of the best layout")?;
-    let ring = problem.setting.ring;
-    let mut finder = PeakFinder::new(&problem.setting.views, ring, PEAK_STEP);
-    let searched = finder.highest(&best.xy);
-    let lobes = lobes(args, inputs, problem, &best.xy)?;
-    let width = problem.limits.width(&best.xy);
     let told: Vec<String> = figures.iter().map(|(name, value)| format!("{name} {value:.6}")).collect();
     let history = format!("{}; {} after {} attempts, seed {}", context.history(), told.join(", "), found.attempts, args.design.seed);
-    let layout = inputs.layout(name(&args.out.output), &best.xy, history)?;
+    let layout = inputs.layout(name(&args.out.output), &best.xy, history, args.scene.of_new())?;
     let longest_m = layout.extent().longest_m;
     args.out.write(&args.out.output, layout.to_toml().as_bytes())?;
     let mut outcome = Outcome::new(json!({}), "").wrote(&args.out.output);
@@ -75,19 +74,50 @@ fn write(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, found: &Search
     outcome.json = json!({
         "output": args.out.output, "n_antennas": layout.n_ant(), "aperture_m": inputs.aperture_m, "score": best.score,
         "figures": figures.iter().map(|(n, v)| ((*n).to_owned(), json!(v))).collect::<serde_json::Map<_, _>>(),
-        "psl": lobes.peak, "psl_db": 10.0 * lobes.peak.log10(), "within": args.design.within, "rms_sidelobe": lobes.rms,
-        "within_rad": args.design.freq.map(|f| args.design.within * SPEED_OF_LIGHT_M_S / f.si() / inputs.aperture_m),
-        "psl_searched": searched, "searched_from": ring.inner, "searched_to": ring.outer, "longest_m": longest_m, "beam_largest": width[1], "beam_smallest": width[0], "violated": violated.max(0.0),
+        "longest_m": longest_m, "violated": violated.max(0.0),
         "attempts": found.attempts, "best_attempt": best.attempt, "scores": found.scores, "seed": args.design.seed,
     });
     outcome.text = format!(
-        "{}: {} elements in {}\n{} (attempt {} of {})\npeak side lobe {:.4} ({:.2} dB) from the first minimum to {} wavelengths over the aperture\nsearched: peak side lobe {:.4} from {} to {}\nbeam {:.3} to {:.3} wavelengths over the aperture",
+        "{}: {} elements in {}\n{} (attempt {} of {})",
         args.out.output.display(),
         layout.n_ant(),
-        Length(inputs.aperture_m),
+        Length(super::text::round(inputs.aperture_m)),
         told.join(", "),
         best.attempt + 1,
         found.attempts,
+    );
+    if inputs.flat() {
+        add_lobes(&mut outcome, (args, inputs, problem), &best.xy)?;
+    } else {
+        let chosen: Vec<&str> = layout.antennas().iter().map(|a| a.name.as_str()).collect();
+        outcome.text += &format!("\nchosen: {}", chosen.join(", "));
+    }
+    Ok(outcome)
+}
+
+/// Tell the side lobes and the width of the beam of a plane layout.
+fn add_lobes(outcome: &mut Outcome, (args, inputs, problem): (&OptimizeArgs, &Inputs, &Problem), xy: &[[f64; 2]]) -> Result<()> {
+    let ring = problem.setting.ring;
+    let searched = PeakFinder::new(&problem.setting.views, ring, PEAK_STEP).highest(xy);
+    let lobes = lobes(args, inputs, problem, xy)?;
+    let width = problem.limits.width(xy);
+    let within_rad = args.design.freq.map(|f| args.design.within * SPEED_OF_LIGHT_M_S / f.si() / inputs.aperture_m);
+    for (key, value) in [
+        ("psl", json!(lobes.peak)),
+        ("psl_db", json!(10.0 * lobes.peak.log10())),
+        ("within", json!(args.design.within)),
+        ("within_rad", json!(within_rad)),
+        ("rms_sidelobe", json!(lobes.rms)),
+        ("psl_searched", json!(searched)),
+        ("searched_from", json!(ring.inner)),
+        ("searched_to", json!(ring.outer)),
+        ("beam_largest", json!(width[1])),
+        ("beam_smallest", json!(width[0])),
+    ] {
+        outcome.json[key] = value;
+    }
+    outcome.text += &format!(
+        "\npeak side lobe {:.4} ({:.2} dB) from the first minimum to {} wavelengths over the aperture\nsearched: peak side lobe {:.4} from {} to {}\nbeam {:.3} to {:.3} wavelengths over the aperture",
         lobes.peak,
         10.0 * lobes.peak.log10(),
         args.design.within,
@@ -97,7 +127,7 @@ fn write(args: &OptimizeArgs, inputs: &Inputs, problem: &Problem, found: &Search
         width[0],
         width[1],
     );
-    Ok(outcome)
+    Ok(())
 }
 
 /// Side lobes by the definition of `layout show`, over all channels and moments that are observed.

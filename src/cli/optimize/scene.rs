@@ -3,10 +3,10 @@
 use crate::cli::context::Context;
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::options::SceneArgs;
-use crate::design::{DesignOptions, SceneChain, SceneError, SceneTestOptions};
+use crate::design::{DesignOptions, LayoutFigure, SceneChain, SceneTestOptions};
 use crate::simulate::SceneOptions;
 use cittert_arrays::quantity::Frequency;
-use cittert_arrays::{PhaseCenter, SpectralWindow};
+use cittert_arrays::{PhaseCenter, Sensitivity, SpectralWindow};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -28,6 +28,11 @@ impl SceneTestArgs {
         self.scene.clone()
     }
 
+    /// Diameter in m and sensitivity of new elements, where they are given.
+    pub(super) fn of_new(&self) -> (Option<f64>, Option<Sensitivity>) {
+        (self.test.diameter.map(|d| d.si()), self.test.tsys.map(|t| Sensitivity::TsysK(t.si())))
+    }
+
     /// All that the error depends on.
     pub(super) fn fingerprint(&self) -> Result<String> {
         let content = self.scene.as_ref().map(|p| std::fs::metadata(p).map(|m| (m.len(), m.modified().ok())).ok());
@@ -35,7 +40,7 @@ impl SceneTestArgs {
     }
 
     /// The error of the image as a function of the layout; `None` where no objective needs it.
-    pub(super) fn error(&self, design: &DesignOptions, aperture_m: f64, context: &Context) -> Result<Option<SceneError>> {
+    pub(super) fn error(&self, design: &DesignOptions, aperture_m: f64, context: &Context) -> Result<Option<LayoutFigure>> {
         let wanted = design.objective.0.iter().any(|(name, _)| name == "scene");
         ensure!(
             wanted || self.scene.is_none(),

@@ -23,20 +23,20 @@ pub trait Objective: Send {
     }
 }
 
-/// A function from a layout to the error of the image of a scene.
+/// A figure of a layout that is computed outside of this folder.
 #[derive(Clone)]
-pub struct SceneError(pub Arc<SceneFunction>);
+pub struct LayoutFigure(pub Arc<FigureFunction>);
 
-/// Positions in apertures to the rms error of the image over the rms of the scene, each about its mean.
-pub type SceneFunction = dyn Fn(&[[f64; 2]]) -> Result<f64> + Send + Sync;
+/// Positions in apertures to the figure.
+pub type FigureFunction = dyn Fn(&[[f64; 2]]) -> Result<f64> + Send + Sync;
 
-impl fmt::Debug for SceneError {
+impl fmt::Debug for LayoutFigure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("SceneError")
+        f.write_str("LayoutFigure")
     }
 }
 
-impl PartialEq for SceneError {
+impl PartialEq for LayoutFigure {
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
@@ -54,7 +54,9 @@ pub struct Setting {
     /// The target density of baselines.
     pub density: Profile,
     /// The error of the image of a scene, if one is given.
-    pub scene: Option<SceneError>,
+    pub scene: Option<LayoutFigure>,
+    /// The part of the u-v plane that stations on given sites leave empty over a track, if the elements are chosen among sites.
+    pub coverage: Option<LayoutFigure>,
 }
 
 /// A kind of objective.

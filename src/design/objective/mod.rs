@@ -3,6 +3,7 @@
 //! Every figure is a number without unit that is smaller for a better layout, so that a weighted sum of several makes sense.
 
 mod cable;
+mod coverage;
 mod delta_t;
 mod density;
 mod fill;
@@ -14,7 +15,7 @@ mod rms;
 mod robust;
 mod scene;
 
-pub use kind::{Objective, ObjectiveKind, SceneError, SceneFunction, Setting};
+pub use kind::{FigureFunction, LayoutFigure, Objective, ObjectiveKind, Setting};
 
 /// All kinds.
 pub const OBJECTIVES: &[ObjectiveKind] = &[
@@ -31,6 +32,12 @@ pub const OBJECTIVES: &[ObjectiveKind] = &[
     ObjectiveKind { name: "cable", about: "length of the shortest tree of cables, in apertures", gradient: true, make: cable::make },
     ObjectiveKind { name: "delta-t", about: "noise in kelvin relative to an evenly filled disc", gradient: true, make: delta_t::make },
     ObjectiveKind { name: "robust", about: "peak side lobe after the loss of any one element", gradient: true, make: robust::make },
+    ObjectiveKind {
+        name: "coverage",
+        about: "share of the u-v plane that a choice of sites on the Earth leaves empty over a track",
+        gradient: false,
+        make: coverage::make,
+    },
     ObjectiveKind { name: "scene", about: "error of the image of a scene through the whole chain", gradient: false, make: scene::make },
 ];
 

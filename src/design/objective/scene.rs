@@ -5,7 +5,7 @@ use super::kind::{Objective, Setting};
 use crate::Result;
 use crate::values::bad_value;
 
-struct Scene(super::kind::SceneError);
+struct Scene(super::kind::LayoutFigure);
 
 pub(super) fn make(setting: &Setting) -> Result<Box<dyn Objective>> {
     match &setting.scene {
