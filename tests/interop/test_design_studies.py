@@ -1,9 +1,10 @@
 """The design studies of the book: their commands run as they stand, and reach the numbers that the pages state.
 
 A comment in a page, which readers do not see, states a number: `<!-- states: COMMAND | KEY | VALUE | TOLERANCE -->`. COMMAND is run with `--json` after
-the commands of the page; KEY is the place in its result, with dots between names.
+the commands of the page, or is a JSON file that they made; KEY is the place in its result, with dots between names.
 """
 import glob
+import json
 import os
 import re
 import shlex
@@ -47,7 +48,11 @@ def test_a_study_reaches_what_its_page_states(cittert, page):
     stated = STATES.findall(text)
     assert len(stated) >= 3, f"{page} states only {len(stated)} numbers"
     for command, key, value, tolerance in stated:
-        found = cittert.json(*shlex.split(command))
+        if command.endswith(".json"):
+            with open(cittert.path(command)) as f:
+                found = json.load(f)
+        else:
+            found = cittert.json(*shlex.split(command))
         for name in key.split("."):
             found = found[int(name)] if name.isdigit() else found[name]
         assert abs(float(found) - float(value)) <= float(tolerance), f"{page}: {command}: {key} is {found}, the page states {value}"

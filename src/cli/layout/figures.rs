@@ -74,7 +74,7 @@ pub(super) fn heading(freq: Frequency, options: &FigureOptions, over: Option<&La
     };
     let seen = over.map_or_else(
         || "one integration towards the zenith or boresight".to_owned(),
-        |f| format!("a track of {} integrations, {} in all", f.n_integrations, Duration(round(f.time_s))),
+        |f| format!("a track of {} integrations, {:.3} in all", f.n_integrations, Duration(round(f.time_s))),
     );
     format!("at {freq}{band}, {weights}, {seen}:")
 }
@@ -127,7 +127,7 @@ fn lines(f: &LayoutFigures, told: &mut Told) {
     );
     told.line("ghosts", ghosts(&f.ghosts));
     if let (Some(jy), Some(kelvin)) = (f.point_source_jy, f.delta_t_k) {
-        told.line("noise", format_args!("{kelvin:.4} K in a beam, {jy:.4e} Jy of a point source, in {}", Duration(round(f.time_s))));
+        told.line("noise", format_args!("{kelvin:.4} K in a beam, {jy:.4e} Jy of a point source, in {:.3}", Duration(round(f.time_s))));
     }
 }
 

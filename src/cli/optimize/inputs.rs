@@ -10,8 +10,8 @@ use cittert_arrays::{Antenna, ArrayLayout, LayoutFrame, Sensitivity};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// Differences of height up to this part of the aperture leave the side lobes as those of a plane.
-const NEARLY_FLAT: f64 = 0.05;
+/// Differences of height up to this part of the aperture are a slope, such as that of a mountain site, and the side lobes are nearly those of a plane.
+const NEARLY_FLAT: f64 = 0.1;
 
 /// Where elements stand, or may stand.
 #[derive(Debug, Args)]
