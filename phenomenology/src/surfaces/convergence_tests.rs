@@ -103,46 +103,6 @@ fn bistatic_sum_is_the_reflectivity() {
     }
 }
 
-// Over many thicknesses the interference averages out. The mean reflectivity and the mean absorption of each layer are then those of the
-// incoherent stack.
-#[test]
-fn incoherent_stack_is_the_mean_of_coherent_ones() {
-    let at = |depth: f64, coherent: bool| {
-        Stack::new(
-            vec![
-                Layer { eps: Complex64::new(3.17, -0.01), thickness_m: depth, temperature_k: 250.0 },
-                Layer { eps: Complex64::new(8.2, -13.9), thickness_m: f64::INFINITY, temperature_k: 280.0 },
-            ],
-            coherent,
-            FREQ_HZ,
-        )
-        .unwrap()
-    };
-    let theta = 0.7f64;
-    let depth = 0.02;
-    let wave = 299_792_458.0 / FREQ_HZ / (2.0 * (3.17 - theta.sin().powi(2)).sqrt());
-    let count = 400;
-    let mut mean = [[0.0; 2]; 3];
-    for i in 0..count {
-        let d = depth + wave * (f64::from(i) / f64::from(count) - 0.5);
-        let stack = at(d, true);
-        let (r, w) = (stack.reflection(theta).unwrap().powers(), stack.absorption(theta).unwrap());
-        for p in 0..2 {
-            mean[0][p] += r[p] / f64::from(count);
-            mean[1][p] += w[0][p] / f64::from(count);
-            mean[2][p] += w[1][p] / f64::from(count);
-        }
-    }
-    let stack = at(depth, false);
-    let (r, w) = (stack.reflection(theta).unwrap().powers(), stack.absorption(theta).unwrap());
-    println!("{mean:?} {r:?} {w:?}");
-    for p in 0..2 {
-        assert!((mean[0][p] - r[p]).abs() < 5e-4);
-        assert!((mean[1][p] - w[0][p]).abs() < 1.5e-3);
-        assert!((mean[2][p] - w[1][p]).abs() < 1.5e-3);
-    }
-}
-
 // The Wagner form gives visible facets a little more than one: known, and why Smith is default.
 #[test]
 fn wagner_facets_exceed_one_by_a_bounded_amount() {

@@ -26,6 +26,8 @@ mod fresnel;
 mod geometric_optics;
 mod incoherent;
 #[cfg(test)]
+mod incoherent_tests;
+#[cfg(test)]
 mod law_tests;
 mod layer;
 mod model;

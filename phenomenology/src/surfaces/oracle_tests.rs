@@ -27,7 +27,7 @@ fn fresnel_powers() {
     assert!(worst < 1e-8);
 }
 
-fn layers(text: &str) -> Vec<Layer> {
+pub(super) fn layers(text: &str) -> Vec<Layer> {
     text.split('|')
         .map(|layer| {
             let n: Vec<f64> = layer.split(';').map(|x| x.parse().unwrap()).collect();
@@ -39,25 +39,20 @@ fn layers(text: &str) -> Vec<Layer> {
 #[test]
 fn stacks_coherent_and_incoherent() {
     let t = Table::open("multilayer_tmm.csv");
-    let (mut coherent, mut incoherent, mut lossy) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut coherent, mut incoherent) = (0.0f64, 0.0f64);
     for row in &t.rows {
         let list = layers(t.text(row, "layers(eps_re;eps_loss;thickness_mm|...)"));
         let freq_hz = t.number(row, "f_ghz") * 1e9;
         let theta = t.number(row, "theta_deg").to_radians();
-        let low_loss = list[..list.len() - 1].iter().all(|l| -l.eps.im / l.eps.re < 0.06);
         let r = Stack::new(list.clone(), true, freq_hz).unwrap().reflection(theta).unwrap();
         coherent = coherent.max((r.power_h - t.number(row, "r_h_coherent")).abs()).max((r.power_v - t.number(row, "r_v_coherent")).abs());
         let r = Stack::new(list, false, freq_hz).unwrap().reflection(theta).unwrap();
-        let deviation = (r.power_h - t.number(row, "r_h_incoherent")).abs().max((r.power_v - t.number(row, "r_v_incoherent")).abs());
-        if low_loss {
-            incoherent = incoherent.max(deviation);
-        } else {
-            lossy = lossy.max(deviation);
-        }
+        incoherent =
+            incoherent.max((r.power_h - t.number(row, "r_h_incoherent")).abs()).max((r.power_v - t.number(row, "r_v_incoherent")).abs());
     }
-    println!("coherent {coherent:e}, incoherent {incoherent:e}, lossy {lossy:e}");
+    println!("coherent {coherent:e}, incoherent {incoherent:e}");
     assert_eq!(t.rows.len(), 126);
-    assert!(coherent < 1e-8 && incoherent < 2e-4 && lossy < 0.025 && lossy > 0.0);
+    assert!(coherent < 1e-8 && incoherent < 1e-8);
 }
 
 #[test]
