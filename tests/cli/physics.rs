@@ -156,6 +156,23 @@ fn a_path_of_constant_temperature_is_close_to_its_integral() {
 }
 
 #[test]
+fn delays_have_their_parts_and_follow_the_zenith_angle() {
+    let s = Scratch::new();
+    let r = rows(&s, "scene delay --atmosphere ussa,mls --freq 0Hz,94GHz --zenith 0deg,60deg --layer cloud:1km-2km:0.2g/m3");
+    assert_eq!(r.len(), 8);
+    for row in &r {
+        let parts: f64 = ["dry_m", "wet_m", "liquid_m", "bending_m"].map(|p| number(row, p)).iter().sum();
+        assert!((number(row, "excess_m") - parts).abs() < 1e-12 && number(row, "liquid_m") > 2e-4);
+        assert!((number(row, "delay_ns") * 0.299_792_458 / parts - 1.0).abs() < 1e-12);
+    }
+    assert!((2.25..2.35).contains(&number(&r[0], "dry_m")) && (number(&r[1], "excess_m") / number(&r[0], "excess_m") - 2.0).abs() < 1e-9);
+    assert_eq!((number(&r[0], "phase_rad"), number(&r[0], "dispersive_m"), number(&r[0], "freq_ghz")), (0.0, 0.0, 0.0));
+    let bent = &rows(&s, "scene delay --freq 94GHz --zenith 85deg --geometry spherical")[0];
+    assert!(number(bent, "bending_m") > 0.1 && number(bent, "refraction_deg") > 0.1);
+    s.fails("scene delay --freq 94GHz --zenith 90deg", 1, &["zenith angle of a delay 90"]);
+}
+
+#[test]
 fn permittivities_take_lists_and_units() {
     let s = Scratch::new();
     let r = rows(&s, "scene permittivity --material sea-water --freq 10GHz,37GHz --temperature 280K,290K --salinity 0,35");

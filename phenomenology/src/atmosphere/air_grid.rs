@@ -20,9 +20,9 @@ use super::refractivity::refractive_index;
 #[derive(Debug)]
 pub(super) struct AirGrid {
     levels: Arc<Levels>,
-    spectra: Vec<GasSpectrum>,
+    pub(super) spectra: Vec<GasSpectrum>,
     /// Layers present between level i and i + 1.
-    layers: Vec<Vec<Layer>>,
+    pub(super) layers: Vec<Vec<Layer>>,
     rain: Arc<dyn RainModel>,
 }
 

@@ -1,11 +1,11 @@
-//! Absorption by suspended droplets and ice crystals much smaller than the wavelength.
+//! Absorption and refraction by suspended droplets and ice crystals much smaller than the wavelength.
 //!
 //! Haze, fog and cloud differ only in the amount of water. Scattering is not included. The Rayleigh approximation is valid for radii below
 //! about 50 um.
 
 use num_complex::Complex64;
 
-use super::error::{PhysicsError, check_frequency, check_range};
+use super::error::{MAX_FREQ_GHZ, PhysicsError, check_frequency, check_range};
 
 /// Lowest temperature of liquid droplets, K. Colder droplets freeze spontaneously.
 pub const MIN_DROPLET_K: f64 = 233.0;
@@ -75,6 +75,34 @@ pub fn crystal_attenuation_liebe93(freq_ghz: f64, temperature_k: f64, density_g_
     Ok(rayleigh_attenuation_db_per_km(freq_ghz, eps, density_g_m3, 0.916))
 }
 
+/// Complex refractivity `N' - j N''` in ppm of `density_g_m3` of liquid droplets.
+///
+/// # Errors
+/// [`PhysicsError::OutOfRange`] outside 0-1000 GHz, 233-333 K or 0-10 g/m3.
+///
+/// # Reference
+/// Liebe, Hufford & Cotton 1993: `1.5 w (eps-1)/(eps+2)`.
+pub fn droplet_refractivity_liebe93(freq_ghz: f64, temperature_k: f64, density_g_m3: f64) -> Result<Complex64, PhysicsError> {
+    check_range("frequency", freq_ghz, "GHz", 0.0, MAX_FREQ_GHZ)?;
+    check_range("liquid water density", density_g_m3, "g/m3", 0.0, MAX_DENSITY_G_M3)?;
+    check_range("temperature of liquid droplets", temperature_k, "K", MIN_DROPLET_K, MAX_DROPLET_K)?;
+    let eps = droplet_permittivity_liebe93(freq_ghz, temperature_k);
+    Ok(1.5 * density_g_m3 * (eps - 1.0) / (eps + 2.0))
+}
+
+/// Real refractivity in ppm of `density_g_m3` of ice crystals. The loss of ice changes it by less than one part in 1e4.
+///
+/// # Errors
+/// [`PhysicsError::OutOfRange`] outside 150-273.16 K or 0-10 g/m3.
+///
+/// # Reference
+/// Liebe, Hufford & Cotton 1993: `1.5 (w/0.916) (eps-1)/(eps+2)`, `eps = 3.15`.
+pub fn crystal_refractivity_liebe93(temperature_k: f64, density_g_m3: f64) -> Result<f64, PhysicsError> {
+    check_range("ice density", density_g_m3, "g/m3", 0.0, MAX_DENSITY_G_M3)?;
+    check_range("temperature of ice crystals", temperature_k, "K", MIN_ICE_K, MAX_ICE_K)?;
+    Ok(1.5 * (density_g_m3 / 0.916) * 2.15 / 5.15)
+}
+
 fn rayleigh_attenuation_db_per_km(freq_ghz: f64, eps: Complex64, density_g_m3: f64, bulk_density: f64) -> f64 {
     let loss = -eps.im;
     let imaginary = 3.0 * loss / ((eps.re + 2.0).powi(2) + loss * loss);
@@ -96,6 +124,21 @@ mod tests {
         let one = droplet_attenuation_liebe93(94.0, 280.0, 0.1).unwrap();
         let three = droplet_attenuation_liebe93(94.0, 280.0, 0.3).unwrap();
         assert!((three / one - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn loss_and_attenuation_of_droplets_are_one_number() {
+        for freq in [1.0, 94.0, 900.0] {
+            let n = droplet_refractivity_liebe93(freq, 275.0, 0.3).unwrap();
+            let db = droplet_attenuation_liebe93(freq, 275.0, 0.3).unwrap();
+            assert!((0.1820 * freq * -n.im / db - 1.0).abs() < 1e-12);
+        }
+        // A metal would have 1.5 ppm for each g/m3; static water has almost that.
+        let still = droplet_refractivity_liebe93(0.0, 288.0, 1.0).unwrap();
+        assert!((1.4..1.5).contains(&still.re) && still.im == 0.0);
+        let ice = crystal_refractivity_liebe93(260.0, 1.0).unwrap();
+        let eps = crystal_permittivity_liebe93(94.0, 260.0);
+        assert!((ice / (1.5 / 0.916 * (eps - 1.0) / (eps + 2.0)).re - 1.0).abs() < 1e-4);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! - [`hydrosol`]: suspended droplets and ice; [`rain`]: power laws ([`RAIN_MODELS`]).
 //! - [`Profile`], [`ATMOSPHERES`], [`Layer`]: the air and what lies on it.
 //! - [`Atmosphere::sky`], [`Atmosphere::path`]: the full integrals.
+//! - [`Atmosphere::delay`], [`Atmosphere::path_delay`]: excess path length and phase, from 0 GHz.
 //! - [`SkyTable`], [`PathTable`]: tables for ray tracing.
 //!
 //! Units are those of the papers: GHz, hPa, K, km, g/m3, mm/h; angles in degrees from the
@@ -23,6 +24,7 @@ mod air;
 mod air_grid;
 mod attenuation;
 mod csv_table;
+mod delay;
 mod error;
 pub mod gas;
 mod grid;
@@ -50,9 +52,10 @@ pub use air::{
     vapour_density_g_m3,
 };
 pub use attenuation::{AttenuationRow, Parcel, attenuation};
+pub use delay::{DelayRow, PathDelay};
 pub use error::{MAX_FREQ_GHZ, MIN_FREQ_GHZ, PhysicsError, check_frequency, check_range};
 pub use gas::{GAS_MODELS, GasModel, GasModelEntry, NEPER_PER_DECIBEL, gas_model};
-pub use hydrosol::{crystal_attenuation_liebe93, droplet_attenuation_liebe93};
+pub use hydrosol::{crystal_attenuation_liebe93, crystal_refractivity_liebe93, droplet_attenuation_liebe93, droplet_refractivity_liebe93};
 pub use layer::{LAYER_KINDS, Layer, LayerKind, LayerKindEntry, Phase, check_layers};
 pub use model::Atmosphere;
 pub use path::{PathEnds, PathExtent};

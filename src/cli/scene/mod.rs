@@ -4,6 +4,7 @@ mod air;
 mod attenuation;
 mod bistatic;
 mod convert;
+mod delay;
 mod emissivity;
 mod fly;
 mod image;
@@ -41,6 +42,8 @@ subcommands! {
         Attenuation(attenuation::AttenuationArgs) => |args, _| attenuation::run(args);
         /// Print emission and optical depth of the air between two heights as CSV.
         Path(path::PathArgs) => |args, _| path::run(args);
+        /// Print the excess path length and phase of the air as CSV.
+        Delay(delay::DelayArgs) => |args, _| delay::run(args);
         /// Print the permittivity of a material as CSV.
         Permittivity(permittivity::PermittivityArgs) => |args, _| permittivity::run(args);
         /// Print emissivity and reflectivity of a surface as CSV.

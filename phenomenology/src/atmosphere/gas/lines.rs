@@ -60,11 +60,15 @@ pub struct GasSpectrum {
     pub water_continuum_ppm_per_ghz: f64,
     /// Oxygen lines.
     pub oxygen_lines: Vec<SpectralLine>,
+    /// Factor of `f^2.05` in the real refractivity of the water continuum, ppm.
+    pub water_continuum_dispersion_ppm: f64,
     /// Oxygen Debye continuum.
     pub oxygen_debye: DebyeOxygen,
-    /// Pressure of dry air, hPa, for the nitrogen term.
+    /// Pressure of dry air, hPa, for nitrogen and the static refractivity.
     pub dry_pressure_hpa: f64,
-    /// `300 K / T`, for the nitrogen term.
+    /// Pressure of water vapour, hPa, for the static refractivity.
+    pub vapour_pressure_hpa: f64,
+    /// `300 K / T`.
     pub theta: f64,
 }
 

@@ -28,6 +28,9 @@ pub struct GasModelEntry {
     vapour_mixes: bool,
     /// Slope of the water continuum, ppm/GHz, from dry pressure and vapour pressure in the unit of the catalogues, and theta.
     continuum: fn(f64, f64, f64) -> f64,
+    /// Factor of `f^2.05` in the real refractivity of the water continuum, ppm, from the vapour pressure in the unit of the catalogues, and
+    /// theta.
+    continuum_dispersion: fn(f64, f64) -> f64,
 }
 
 /// Every gas model. The first is the default.
@@ -44,6 +47,7 @@ pub const GAS_MODELS: &[GasModelEntry] = &[
         unit_hpa: 10.0,
         vapour_mixes: false,
         continuum: |p_d, e, theta| e * theta.powi(3) * 1e-5 * (0.113 * p_d + 3.57 * e * theta.powf(7.5)),
+        continuum_dispersion: |e, theta| 6.47e-6 * e * theta.powf(2.4),
     },
     // The water continuum is the wing of a pseudo-line at 1780 GHz, so there is no separate continuum. In moist air the sky temperature in
     // the windows is 5-25 K higher than with MPM89 and with recent models.
@@ -58,6 +62,7 @@ pub const GAS_MODELS: &[GasModelEntry] = &[
         unit_hpa: 1.0,
         vapour_mixes: true,
         continuum: |_, _, _| 0.0,
+        continuum_dispersion: |_, _| 0.0,
     },
 ];
 
@@ -119,12 +124,14 @@ impl GasModel {
         GasSpectrum {
             water_lines,
             water_continuum_ppm_per_ghz: (self.entry.continuum)(p_d, e, theta),
+            water_continuum_dispersion_ppm: (self.entry.continuum_dispersion)(e, theta),
             oxygen_lines,
             oxygen_debye: DebyeOxygen {
                 strength: 6.14e-5 * air.dry_pressure_hpa() * theta * theta,
                 width_ghz: 0.56e-3 * air.pressure_hpa() * theta_0_8,
             },
             dry_pressure_hpa: air.dry_pressure_hpa(),
+            vapour_pressure_hpa: air.vapour_pressure_hpa(),
             theta,
         }
     }

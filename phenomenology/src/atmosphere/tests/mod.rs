@@ -1,5 +1,6 @@
 //! Comparisons with independent software, and laws.
 
+mod delay;
 mod laws;
 mod oracle_absorption;
 mod oracle_path;
