@@ -17,8 +17,8 @@ use super::ray::{EARTH_RADIUS_KM, Ray};
 use super::sky::Geometry;
 use crate::constants::SPEED_OF_LIGHT_M_S;
 
-/// `R/(M g)` of dry air, km/K, with the gravity at a height of 36 km.
-const SCALE_HEIGHT_KM_PER_K: f64 = 287.054 / 9.70 / 1e3;
+/// `R/(M g)` of dry air at sea level, km/K.
+const SCALE_HEIGHT_KM_PER_K: f64 = 287.054 / 9.80665 / 1e3;
 /// Metres of excess from 1 ppm along 1 km.
 const M_PER_PPM_KM: f64 = 1e-3;
 
@@ -155,13 +155,16 @@ impl AirGrid {
         Ok(delay)
     }
 
-    /// Excess of the dry air above the top level along the last direction of a rising ray, m: hydrostatic air of any temperature.
+    /// Excess of the dry air above the top level along the last direction of a rising ray, m: hydrostatic air of any temperature. Its
+    /// gravity is that at its centre of mass, a scale height above the top; it varies by 0.5 % over the profiles that end at 10 to 30 km.
     fn dry_above_m(&self, ray: &Ray) -> f64 {
         let z_km = &self.levels().z_km;
         let last = z_km.len() - 1;
         let stretch = ray.steps.last().map_or(1.0, |step| step.length_km / (z_km[last] - z_km[last - 1]));
         let static_ppm = self.spectra[last].refractivity(0.0).dry_static;
-        static_ppm * self.levels().t_k[last] * SCALE_HEIGHT_KM_PER_K * stretch * M_PER_PPM_KM
+        let at_sea_level = self.levels().t_k[last] * SCALE_HEIGHT_KM_PER_K;
+        let weaker = (1.0 + (z_km[last] + at_sea_level) / EARTH_RADIUS_KM).powi(2);
+        static_ppm * at_sea_level * weaker * stretch * M_PER_PPM_KM
     }
 
     /// Excess length by bending, m, and the whole angle that a ray from the lowest level turns on its way out, rad.

@@ -3,6 +3,7 @@
 mod delay;
 mod laws;
 mod oracle_absorption;
+mod oracle_delay;
 mod oracle_path;
 mod oracle_sky;
 mod tables;
