@@ -93,14 +93,14 @@ impl DelayRow {
 
 /// Mean refractivities between two levels, ppm.
 #[derive(Debug, Clone, Copy)]
-struct Segment {
+pub(super) struct Segment {
     dry: f64,
     wet: f64,
     liquid: f64,
     dispersive: f64,
 }
 
-fn check_delay_frequencies(freqs_ghz: &[f64]) -> Result<(), PhysicsError> {
+pub(super) fn check_delay_frequencies(freqs_ghz: &[f64]) -> Result<(), PhysicsError> {
     if freqs_ghz.is_empty() {
         return Err(PhysicsError::Empty { what: "frequency" });
     }
@@ -117,9 +117,22 @@ fn layer_refractivity_ppm(layer: &Layer, freq_ghz: f64, temperature_k: f64) -> R
     }
 }
 
+/// Delay along a ray through segments of one frequency, without the air above the top and without bending.
+pub(super) fn delay_through(segments: &[Segment], freq_ghz: f64, ray: &Ray) -> PathDelay {
+    let mut delay = PathDelay { freq_ghz, ..PathDelay::default() };
+    for step in &ray.steps {
+        let (n, m) = (&segments[step.segment], step.length_km * M_PER_PPM_KM);
+        delay.dry_m += n.dry * m;
+        delay.wet_m += n.wet * m;
+        delay.liquid_m += n.liquid * m;
+        delay.dispersive_m += n.dispersive * m;
+    }
+    delay
+}
+
 impl AirGrid {
     /// Mean refractivities of the segments. Static ones are exponential in height, dispersion may change its sign and is linear.
-    fn segments(&self, freq_ghz: f64) -> Result<Vec<Segment>, PhysicsError> {
+    pub(super) fn segments(&self, freq_ghz: f64) -> Result<Vec<Segment>, PhysicsError> {
         let gas: Vec<GasRefractivity> = self.spectra.iter().map(|s| s.refractivity(freq_ghz)).collect();
         let t_k = &self.levels().t_k;
         (0..self.layers.len())
@@ -143,21 +156,12 @@ impl AirGrid {
     }
 
     fn delay_along(&self, freq_ghz: f64, ray: &Ray) -> Result<PathDelay, PhysicsError> {
-        let segments = self.segments(freq_ghz)?;
-        let mut delay = PathDelay { freq_ghz, ..PathDelay::default() };
-        for step in &ray.steps {
-            let (n, m) = (&segments[step.segment], step.length_km * M_PER_PPM_KM);
-            delay.dry_m += n.dry * m;
-            delay.wet_m += n.wet * m;
-            delay.liquid_m += n.liquid * m;
-            delay.dispersive_m += n.dispersive * m;
-        }
-        Ok(delay)
+        Ok(delay_through(&self.segments(freq_ghz)?, freq_ghz, ray))
     }
 
     /// Excess of the dry air above the top level along the last direction of a rising ray, m: hydrostatic air of any temperature. Its
     /// gravity is that at its centre of mass, a scale height above the top; it varies by 0.5 % over the profiles that end at 10 to 30 km.
-    fn dry_above_m(&self, ray: &Ray) -> f64 {
+    pub(super) fn dry_above_m(&self, ray: &Ray) -> f64 {
         let z_km = &self.levels().z_km;
         let last = z_km.len() - 1;
         let stretch = ray.steps.last().map_or(1.0, |step| step.length_km / (z_km[last] - z_km[last - 1]));
@@ -167,11 +171,11 @@ impl AirGrid {
         static_ppm * at_sea_level * weaker * stretch * M_PER_PPM_KM
     }
 
-    /// Excess length by bending, m, and the whole angle that a ray from the lowest level turns on its way out, rad.
-    fn bending(&self, ray: &Ray, zenith_deg: f64) -> (f64, f64) {
+    /// Excess length by bending, m, and the whole angle that a rising ray from a level turns on its way out, rad.
+    pub(super) fn bending(&self, ray: &Ray, from: usize, zenith_deg: f64) -> (f64, f64) {
         let levels = self.levels();
         let q = |i: usize| levels.index[i] * (EARTH_RADIUS_KM + levels.z_km[i]);
-        let invariant = q(0) * zenith_deg.to_radians().sin();
+        let invariant = q(from) * zenith_deg.to_radians().sin();
         // q cos z, with Snell's law in a sphere.
         let s = |i: usize| ((q(i) - invariant) * (q(i) + invariant)).max(0.0).sqrt();
         let last = levels.z_km.len() - 1;
@@ -230,7 +234,7 @@ impl Atmosphere {
                 Geometry::Plane => Ok((Ray::straight(grid.levels(), 0, last, 1.0 / zenith.to_radians().cos()), (0.0, 0.0))),
                 Geometry::Spherical => {
                     let ray = Ray::refracted(grid.levels(), 0, *zenith)?;
-                    let bending = grid.bending(&ray, *zenith);
+                    let bending = grid.bending(&ray, 0, *zenith);
                     Ok((ray, bending))
                 }
             })

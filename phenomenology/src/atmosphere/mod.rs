@@ -25,6 +25,7 @@ mod air_grid;
 mod attenuation;
 mod csv_table;
 mod delay;
+mod delay_field;
 mod error;
 pub mod gas;
 mod grid;
@@ -53,6 +54,7 @@ pub use air::{
 };
 pub use attenuation::{AttenuationRow, Parcel, attenuation};
 pub use delay::{DelayRow, PathDelay};
+pub use delay_field::DelayField;
 pub use error::{MAX_FREQ_GHZ, MIN_FREQ_GHZ, PhysicsError, check_frequency, check_range};
 pub use gas::{GAS_MODELS, GasModel, GasModelEntry, NEPER_PER_DECIBEL, gas_model};
 pub use hydrosol::{crystal_attenuation_liebe93, crystal_refractivity_liebe93, droplet_attenuation_liebe93, droplet_refractivity_liebe93};
