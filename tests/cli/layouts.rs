@@ -15,7 +15,9 @@ fn a_made_layout_is_a_layout_with_its_history() {
     let shown = s.json("layout show a.toml --freq 94GHz --within 20 --bandwidth 1GHz --time 1s");
     assert_eq!(shown["n_antennas"], 40);
     assert!((shown["longest_m"].as_f64().unwrap() - 0.7).abs() < 1e-12);
-    for key in ["psl_db", "within", "delta_t_k", "cable_m", "smallest_spacing_m", "largest_hole_m", "half_power_equivalent_rad"] {
+    for key in
+        ["psl_db", "psl_within_db", "within", "delta_t_k", "cable_m", "smallest_spacing_m", "largest_hole_m", "half_power_equivalent_rad"]
+    {
         assert!(shown[key].is_f64(), "{key}: {}", shown[key]);
     }
     // 600 K over sqrt(40 x 39 x 1 GHz x 1 s) and the ratio of the element's solid angle to the beam's.
@@ -42,9 +44,9 @@ fn lost_elements_hubs_and_shadows_are_told() {
     s.ok("layout make fermat --elements 16 --aperture 0.3m -o f.toml");
     let lost = s.json("layout show f.toml --freq 94GHz --lost 2");
     assert_eq!(lost["lost_ranking"].as_array().unwrap().len(), 16);
-    let psl = |key: &str, which: &str| lost[key][which]["psl_db"].as_f64().unwrap();
+    let psl = |key: &str, which: &str| lost[key][which]["psl_within_db"].as_f64().unwrap();
     assert!(psl("lost_two", "worst") >= psl("lost_one", "worst") && psl("lost_one", "worst") >= psl("lost_one", "mean"));
-    assert_eq!(lost["lost_none"]["psl_db"], lost["psl_db"]);
+    assert_eq!(lost["lost_none"]["psl_within_db"], lost["psl_within_db"]);
     assert_eq!(lost["lost_two"]["worst_for_psl"].as_array().unwrap().len(), 2);
     // The VLA at its smallest sees shadows at low elevations.
     let track = "--phase-center 299.87deg,-20deg --start 2025-06-01T00:00:00 --hour-angle -4h,4h --integration 10min";

@@ -123,7 +123,7 @@ fn the_peak_side_lobe_is_that_of_layout_show() {
     for (more, same) in [("", ""), ("--freq 94GHz --bandwidth 8GHz --channels 3", "--bandwidth 8GHz --channels 3")] {
         let found = s.json(&format!("layout optimize --elements 12 --aperture 1m --within 8 --restarts 1 {more} -o a.toml --overwrite"));
         let shown = s.json(&format!("layout show a.toml --freq 94GHz --within 8 {same}"));
-        let psl = |json: &serde_json::Value| json["psl_db"].as_f64().unwrap();
+        let psl = |json: &serde_json::Value| json["psl_within_db"].as_f64().unwrap();
         assert!((psl(&found) - psl(&shown)).abs() < 1e-6, "{found} {shown}");
         assert!(found["psl"].as_f64().unwrap() >= found["psl_searched"].as_f64().unwrap() - 1e-6, "{found}");
         // Both count to 8 lambda / D of the disc, although the longest baseline is shorter.

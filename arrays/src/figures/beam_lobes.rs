@@ -50,6 +50,9 @@ impl Aperture {
     }
 }
 
+/// Most phasors that are summed for the side lobes of the whole field: half a second.
+const MOST_SUMS: f64 = 3e8;
+
 /// The range in which side lobes count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reach {
@@ -63,6 +66,13 @@ impl Reach {
     /// The distance from the centre, rad.
     pub(super) fn radius_rad(self) -> f64 {
         self.within / self.aperture
+    }
+
+    /// The whole field: as far as the horizon, or where the sums would take long, as far as [`MOST_SUMS`] allow, but never less than this range.
+    pub(super) fn whole(self, psf: &Psf, beam: &Beam) -> Self {
+        let points = (MOST_SUMS / (2.0 * psf.n_terms() as f64)).sqrt().min(Field::MOST_POINTS - 1.0).floor();
+        let radius_rad = (points * Field::step(beam)).min(1.0).max(self.radius_rad());
+        Self { within: radius_rad * self.aperture, ..self }
     }
 
     /// The field out to this distance.

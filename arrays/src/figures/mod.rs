@@ -69,10 +69,21 @@ pub struct LayoutFigures {
     /// The same, rad.
     pub within_rad: f64,
     /// Largest side lobe (of either sign) over the main lobe, dB, from the first minimum to that distance.
-    pub psl_db: f64,
+    pub psl_within_db: f64,
     /// Root mean square of the beam outside the main lobe over its peak, within that distance.
-    pub rms_sidelobe: f64,
+    pub rms_sidelobe_within: f64,
     /// Lowest value of the beam there: its deepest negative side lobe.
+    pub lowest_sidelobe_within: f64,
+    /// Distance from the centre to the edge of the whole field, wavelengths over the aperture: that of the horizon, or a nearer one where the sums
+    /// would take long.
+    pub field: f64,
+    /// The same, rad; 1 is the horizon.
+    pub field_rad: f64,
+    /// Largest side lobe (of either sign) of the whole field over the main lobe, dB.
+    pub psl_db: f64,
+    /// Root mean square of the beam outside the main lobe over its peak, in the whole field.
+    pub rms_sidelobe: f64,
+    /// Lowest value of the beam in the whole field.
     pub lowest_sidelobe: f64,
     /// Fraction of the u-v cells within the longest baseline that contain a baseline. A cell has the size of the smallest element diameter,
     /// or of the shortest baseline where no diameter is known, or that of the options.
@@ -152,7 +163,9 @@ impl ArrayLayout {
         let Seen { plane, wavelength_m, cell_m, psf, beam, aperture, reach } = self.seen(freq_hz, options, track)?;
         let cell = cell_m / wavelength_m;
         let width = HalfPower::of(&psf, &beam);
-        let lobes = reach.side_lobes(&psf, &beam)?;
+        let near = reach.side_lobes(&psf, &beam)?;
+        let whole = reach.whole(&psf, &beam);
+        let far = if whole.within > reach.within { whole.side_lobes(&psf, &beam)? } else { near };
         let different = coverage::different_baselines(self, wavelength_m / 10.0).into_iter().max().map_or(0, |last| last + 1);
         let hit = coverage::uv_cells(&plane, cell).into_iter().flatten().max().map_or(0, |last| last + 1);
         let sefd = sensitivity::sefd_jy(self, options, wavelength_m);
@@ -172,9 +185,15 @@ impl ArrayLayout {
             aperture,
             within: options.within,
             within_rad: reach.radius_rad(),
-            psl_db: 10.0 * lobes.peak.log10(),
-            rms_sidelobe: lobes.rms,
-            lowest_sidelobe: lobes.lowest,
+            psl_within_db: 10.0 * near.peak.log10(),
+            rms_sidelobe_within: near.rms,
+            lowest_sidelobe_within: near.lowest,
+            field: whole.within,
+            field_rad: whole.radius_rad(),
+            // The tops of the highest lobes are found from the same grid points, of which only so many are followed.
+            psl_db: 10.0 * far.peak.max(near.peak).log10(),
+            rms_sidelobe: far.rms,
+            lowest_sidelobe: far.lowest.min(near.lowest),
             uv_fill: coverage::uv_fill(hit, plane.longest(), cell),
             uv_fill_cell_m: cell_m,
             radial_uniformity: uniformity::radial(&plane),

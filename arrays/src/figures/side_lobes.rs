@@ -20,9 +20,6 @@ const CLIMBED: f64 = 0.85;
 const MOST_CLIMBED: usize = 24;
 /// Rays on which the bottom of the first minimum is found: those where it is deepest.
 const DEEPEST: usize = 3;
-/// Most grid points from the centre to the edge of a field.
-const MOST_POINTS: f64 = 4000.0;
-
 /// The beam outside its main lobe, over its peak.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct SideLobes {
@@ -58,10 +55,13 @@ pub(super) struct Field {
 }
 
 impl Field {
+    /// Most grid points from the centre to the edge of a field.
+    pub(super) const MOST_POINTS: f64 = 4000.0;
+
     /// Out to a distance from the centre (a direction cosine); `None` where that is so many beams that the sums would take minutes.
     pub(super) fn within(beam: &Beam, radius: f64) -> Option<Self> {
         let points = (radius.min(1.0) / Self::step(beam)).ceil();
-        (points <= MOST_POINTS).then(|| Self::new([beam.minor_rad, beam.minor_rad, 0.0], points as i64, radius))
+        (points <= Self::MOST_POINTS).then(|| Self::new([beam.minor_rad, beam.minor_rad, 0.0], points as i64, radius))
     }
 
     /// Distance of the grid points of a field, a direction cosine.

@@ -40,6 +40,20 @@ fn a_uniform_line_counts_its_spacings() {
     assert!(f.psl_db > -0.1, "{}", f.psl_db);
 }
 
+/// An L of elements at two wavelengths repeats its main lobe at l = 1/2, 55 wavelengths over the aperture away. Nearer, only one of its arms is in
+/// phase, and the other adds 0.128 of itself, the second side lobe of a line.
+#[test]
+fn the_whole_field_holds_the_grating_lobe_that_the_near_range_does_not() {
+    let wavelength = SPEED_OF_LIGHT_M_S / 30e9;
+    let step = |i: i32| 2.0 * wavelength * f64::from(i);
+    let points: Vec<[f64; 2]> = (0..40).map(|i| [step(i), 0.0]).chain((1..40).map(|i| [0.0, step(i)])).collect();
+    let f = boresight(&points).figures(30e9).unwrap();
+    let expected = 20.0 * ((40.0 + 0.128 * 39.0) / 79.0_f64).log10();
+    assert!(f.psl_db > -0.01 && (f.psl_within_db - expected).abs() < 0.1, "{} {}", f.psl_db, f.psl_within_db);
+    assert_eq!(f.field_rad, 1.0);
+    assert!((f.field - 78.0 * 2f64.sqrt()).abs() < 1e-9, "{}", f.field);
+}
+
 #[test]
 fn an_odd_ring_has_no_two_baselines_alike() {
     let f = ArrayLayout::builtin("mm-ring").unwrap().figures(94e9).unwrap();

@@ -40,6 +40,8 @@ pub(super) fn json(f: &LayoutFigures, freq: Frequency) -> Value {
         "half_power_equivalent_rad": f.half_power_equivalent_rad,
         "largest_scale_rad": f.largest_scale_rad,
         "within": f.within, "within_rad": f.within_rad, "aperture_m": f.aperture.diameter_m, "aperture_from": from(f.aperture.from),
+        "psl_within_db": f.psl_within_db, "rms_sidelobe_within": f.rms_sidelobe_within, "lowest_sidelobe_within": f.lowest_sidelobe_within,
+        "field": f.field, "field_rad": f.field_rad,
         "psl_db": f.psl_db, "rms_sidelobe": f.rms_sidelobe, "lowest_sidelobe": f.lowest_sidelobe,
         "uv_fill": f.uv_fill, "uv_fill_cell_m": f.uv_fill_cell_m, "radial_uniformity": f.radial_uniformity,
         "azimuthal_uniformity": f.azimuthal_uniformity, "largest_hole_m": f.largest_hole_m,
@@ -85,6 +87,15 @@ pub(super) fn range(f: &LayoutFigures) -> String {
     format!("from the first minimum to {} wavelengths over the {}, {length:.9}", f.within, f.aperture.from.in_words())
 }
 
+/// How far the whole field reaches.
+fn field(f: &LayoutFigures) -> String {
+    if f.field_rad < 1.0 {
+        format!("to {:.0} wavelengths over the {}", f.field, f.aperture.from.in_words())
+    } else {
+        "to the horizon".to_owned()
+    }
+}
+
 /// How the aperture is known, as a word.
 fn from(known: ApertureFrom) -> &'static str {
     match known {
@@ -104,8 +115,9 @@ fn lines(f: &LayoutFigures, told: &mut Told) {
         format_args!("{} to {}, equivalent {}", angle(f.half_power_rad[1]), angle(f.half_power_rad[0]), angle(f.half_power_equivalent_rad)),
     );
     told.line("largest", angle(f.largest_scale_rad));
-    told.line("side lobes", format_args!("peak {:.1} dB, rms {:.4}", f.psl_db, f.rms_sidelobe));
+    told.line("side lobes", format_args!("peak {:.1} dB, rms {:.4}", f.psl_within_db, f.rms_sidelobe_within));
     told.line("", range(f));
+    told.line("whole field", format_args!("peak {:.1} dB, rms {:.4}, {}", f.psl_db, f.rms_sidelobe, field(f)));
     told.line(
         "u-v plane",
         format_args!(

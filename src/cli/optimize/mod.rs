@@ -104,10 +104,10 @@ fn add_lobes(outcome: &mut Outcome, (args, inputs, problem): (&OptimizeArgs, &In
     let within_rad = args.design.freq.map(|f| args.design.within * SPEED_OF_LIGHT_M_S / f.si() / inputs.aperture_m);
     for (key, value) in [
         ("psl", json!(lobes.peak)),
-        ("psl_db", json!(10.0 * lobes.peak.log10())),
+        ("psl_within_db", json!(10.0 * lobes.peak.log10())),
         ("within", json!(args.design.within)),
         ("within_rad", json!(within_rad)),
-        ("rms_sidelobe", json!(lobes.rms)),
+        ("rms_sidelobe_within", json!(lobes.rms)),
         ("psl_searched", json!(searched)),
         ("searched_from", json!(ring.inner)),
         ("searched_to", json!(ring.outer)),

@@ -16,14 +16,15 @@ use std::fmt::Write;
 /// One row of the table: its label, and the text of each layout; none where the figure is unknown.
 type Line = (&'static str, fn(&Design) -> Option<String>);
 
-const LINES: [Line; 18] = [
+const LINES: [Line; 19] = [
     ("Elements", |d| Some(grouped(d.extent.n_antennas as f64))),
     ("Shortest and longest baseline", |d| Some(format!("{} to {}", length(d.extent.shortest_m), length(d.extent.longest_m)))),
     ("Main lobe (Gaussian fit)", |d| Some(format!("{} x {}", angle(d.figures.bmaj_rad), angle(d.figures.bmin_rad)))),
     ("Width at half power (circle of the same area)", |d| Some(angle(d.figures.half_power_equivalent_rad))),
-    ("Peak side lobe", |d| Some(format!("{:.1} dB", d.figures.psl_db))),
+    ("Peak side lobe", |d| Some(format!("{:.1} dB", d.figures.psl_within_db))),
     ("Range of the side lobes", |d| Some(format!("{} wavelengths over {}", d.figures.within, length(d.figures.aperture.diameter_m)))),
-    ("Rms of the side lobes", |d| Some(format!("{} %", digits(100.0 * d.figures.rms_sidelobe)))),
+    ("Rms of the side lobes", |d| Some(format!("{} %", digits(100.0 * d.figures.rms_sidelobe_within)))),
+    ("Peak side lobe of the whole field", |d| Some(format!("{:.1} dB", d.figures.psl_db))),
     ("u-v cells filled", |d| Some(format!("{} %", digits(100.0 * d.figures.uv_fill)))),
     ("Width of a u-v cell", |d| Some(length(d.figures.uv_fill_cell_m))),
     ("Different baselines", |d| Some(grouped(d.figures.unique_baselines as f64))),

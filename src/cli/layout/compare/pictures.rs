@@ -53,7 +53,7 @@ pub(super) fn of_layouts(designs: &[Design], args: &CompareArgs, folder: &Path) 
         coverages.push(keep(folder, format!("{name}/uv.png"), name.clone(), picture)?);
         let image = open_image(&folder.join(format!("{name}/psf.fits")))?;
         let options = ImagePlot { title: name.clone(), width, height: BEAM_HEIGHT, ..ImagePlot::default() };
-        let caption = format!("{name}: peak side lobe {:.1} dB {}", d.figures.psl_db, range(&d.figures));
+        let caption = format!("{name}: peak side lobe {:.1} dB {}", d.figures.psl_within_db, range(&d.figures));
         beams.push(keep(folder, format!("{name}/psf.png"), caption, plot::psf(&image, &options)?)?);
         let map = d.layout.ghost_map(freq, f, None, LEVEL_DB)?;
         let caption = format!("{name}: {}", in_words(&map, LEVEL_DB));

@@ -16,7 +16,7 @@ pub(super) struct Beam {
     pub(super) name: String,
     /// Diameter of the circle with the area of the half-power contour, rad.
     pub(super) width_rad: f64,
-    pub(super) psl_db: f64,
+    pub(super) psl_within_db: f64,
 }
 
 /// The error of the image of one layout.
@@ -42,7 +42,7 @@ pub(super) struct Ranking {
 
 impl Beam {
     pub(super) fn of(design: &Design) -> Self {
-        Self { name: design.name.clone(), width_rad: design.figures.half_power_equivalent_rad, psl_db: design.figures.psl_db }
+        Self { name: design.name.clone(), width_rad: design.figures.half_power_equivalent_rad, psl_within_db: design.figures.psl_within_db }
     }
 }
 
@@ -71,8 +71,8 @@ pub(super) fn by_images(mut all: Vec<ImageError>) -> Ranking {
 pub(super) fn by_beams(all: &[Beam]) -> Ranking {
     let narrowest = all.iter().map(|b| b.width_rad).fold(f64::INFINITY, f64::min);
     let (mut alike, wide): (Vec<&Beam>, Vec<&Beam>) = all.iter().partition(|b| b.width_rad <= ALIKE * narrowest);
-    alike.sort_by(|a, b| a.psl_db.total_cmp(&b.psl_db));
-    let db = |b: &Beam| format!("{:.1} dB", b.psl_db);
+    alike.sort_by(|a, b| a.psl_within_db.total_cmp(&b.psl_within_db));
+    let db = |b: &Beam| format!("{:.1} dB", b.psl_within_db);
     let mut reason = match alike.as_slice() {
         [] => String::new(),
         [only] => format!(
@@ -95,7 +95,7 @@ pub(super) fn by_beams(all: &[Beam]) -> Ranking {
         }
     };
     if let [best, second, ..] = alike.as_slice()
-        && second.psl_db - best.psl_db < TIE_DB
+        && second.psl_within_db - best.psl_within_db < TIE_DB
     {
         reason += &format!(" {} is as good: the two differ by less than {TIE_DB} dB.", second.name);
     }
@@ -104,15 +104,15 @@ pub(super) fn by_beams(all: &[Beam]) -> Ranking {
         reason += &format!(" Not ranked, because the beam is wider and side lobes can be traded for resolution: {}.", told.join("; "));
     }
     let names = |list: &[&Beam]| list.iter().map(|b| b.name.clone()).collect();
-    Ranking { by: "psl_db", order: names(&alike), not_ranked: names(&wide), reason }
+    Ranking { by: "psl_within_db", order: names(&alike), not_ranked: names(&wide), reason }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn beam(name: &str, width_rad: f64, psl_db: f64) -> Beam {
-        Beam { name: name.into(), width_rad, psl_db }
+    fn beam(name: &str, width_rad: f64, psl_within_db: f64) -> Beam {
+        Beam { name: name.into(), width_rad, psl_within_db }
     }
 
     #[test]
