@@ -3,11 +3,15 @@
 //! Radiances are Rayleigh-Jeans temperatures `x B(T)` in K, which add up. Only the finished picture is converted to Planck temperature.
 
 mod angle_table;
+mod facet_table;
 mod options;
+mod response;
 mod sky_lookup;
 mod surface_table;
 
 pub use angle_table::AngleTable;
+pub use facet_table::FacetTable;
 pub use options::TableOptions;
+pub use response::Response;
 pub use sky_lookup::SkyLookup;
-pub use surface_table::{Response, RoughSky, SurfaceTable};
+pub use surface_table::{Scattered, SurfaceTable};

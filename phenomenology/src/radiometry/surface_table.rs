@@ -1,16 +1,13 @@
 //! Reflection and emission of a surface, tabulated against the angle of incidence.
 
 use super::angle_table::AngleTable;
+use super::facet_table::FacetTable;
 use super::options::TableOptions;
+use super::response::{KELVIN, MIRROR_ANGLES, Response};
 use crate::atmosphere::planck::{black_body_radiance, rayleigh_jeans_temperature_k};
-use crate::space::Vec3;
 use crate::surfaces::{Layer, Reflection, Roughness, Sky, Stack, SurfaceError, SurfaceModel};
 use std::f64::consts::PI;
 
-/// Temperature of the radiation for which an error of a reflectivity is counted in kelvins.
-const KELVIN: f64 = 300.0;
-/// First and largest number of intervals of the table of a mirror. The largest number is never reached with a tolerance of 1e-3 K.
-const MIRROR_ANGLES: (usize, usize) = (128, 1 << 15);
 /// First number of intervals of a table of facets.
 const FACET_ANGLES: usize = 32;
 /// Number of azimuths that are tabulated if the slopes along and across differ, from along to across. The response is a polynomial in the
@@ -20,25 +17,14 @@ const AZIMUTHS: usize = 5;
 /// not valid; the value at this cosine is used.
 const GRAZING_COSINE: f64 = 1e-4;
 
-/// Reflection and emission of a surface at one angle of incidence. Temperatures are Rayleigh-Jeans temperatures in K.
+/// What a surface reflects from all directions except along the mirror ray, `[h, v]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Response {
-    /// Power reflectivity, h and v.
+pub struct Scattered {
+    /// Open sky that the level surface scatters to the observer, Rayleigh-Jeans temperature in K.
+    pub sky_k: [f64; 2],
+    /// Power reflectivity, over all directions that the radiation comes from.
     pub power: [f64; 2],
-    /// Real and imaginary part of `r_v` times the conjugate of `r_h`.
-    pub cross: [f64; 2],
-    /// Emitted temperature, h and v, RJ, K.
-    pub emitted_k: [f64; 2],
 }
-
-impl Response {
-    fn of(row: &[f64]) -> Self {
-        Self { power: [row[0], row[1]], cross: [row[2], row[3]], emitted_k: [row[4], row[5]] }
-    }
-}
-
-/// Sky radiation that level facets scatter to the observer, Rayleigh-Jeans temperature in K, `[h, v]`.
-pub type RoughSky = [f64; 2];
 
 /// The table of one surface in one channel.
 #[derive(Debug, Clone)]
@@ -51,13 +37,12 @@ pub struct SurfaceTable {
 #[derive(Debug, Clone)]
 enum Kind {
     Mirror(AngleTable<6>),
-    /// One table for each azimuth. The last two numbers of a row are the sky that a level surface scatters.
+    /// One table for each azimuth: emission, scattered open sky, and reflectivity.
     Facets {
-        tables: Vec<AngleTable<8>>,
+        tables: Vec<AngleTable<6>>,
         cos_twice: f64,
         sin_twice: f64,
-        /// East and north component of one rms slope, along and across the first slope axis.
-        axes: [[f64; 2]; 2],
+        facets: Box<FacetTable>,
     },
 }
 
@@ -93,7 +78,7 @@ impl SurfaceTable {
         let top_k = model.canopy.map_or(model.stack.top_temperature_k(), |c| c.temperature_k);
         let kind = match model.roughness {
             Roughness::GeometricOptics(go) => {
-                let scale = [KELVIN, KELVIN, KELVIN, KELVIN, 1.0, 1.0, 1.0, 1.0];
+                let scale = [1.0, 1.0, 1.0, 1.0, KELVIN, KELVIN];
                 let by_zenith = |zenith: f64| sky(zenith.cos());
                 let azimuths = if go.slopes.is_isotropic() { 1 } else { AZIMUTHS };
                 let tables = (0..azimuths)
@@ -102,16 +87,15 @@ impl SurfaceTable {
                         AngleTable::new(options.facets_k, scale, (FACET_ANGLES, options.facet_intervals), |cos| {
                             let theta = cos.max(GRAZING_COSINE).acos();
                             let r = model.response(theta, azimuth, Sky::Symmetric(&by_zenith))?;
-                            let smooth = model.stack.reflection(theta)?;
-                            let row = row_of(&smooth, r.reflectivity, r.emitted_k);
-                            Ok([row[0], row[1], row[2], row[3], row[4], row[5], r.scattered_sky_k[0], r.scattered_sky_k[1]])
+                            let ([eh, ev], [sh, sv], [h, v]) = (r.emitted_k, r.scattered_sky_k, r.reflectivity);
+                            Ok([eh, ev, sh, sv, h, v])
                         })
                     })
                     .collect::<Result<Vec<_>, SurfaceError>>()?;
                 let (sin_twice, cos_twice) = (2.0 * slope_azimuth_rad).sin_cos();
                 let (sin, cos) = slope_azimuth_rad.sin_cos();
-                let axes = [[sin, cos].map(|a| a * go.slopes.along), [cos, -sin].map(|a| a * go.slopes.across)];
-                Kind::Facets { tables, cos_twice, sin_twice, axes }
+                let facets = Box::new(FacetTable::new(&model, &go, [sin, cos], options)?);
+                Kind::Facets { tables, cos_twice, sin_twice, facets }
             }
             _ => {
                 let dark = |_: f64| 0.0;
@@ -142,23 +126,25 @@ impl SurfaceTable {
         }
     }
 
-    /// The normal of one facet of a level rough surface, drawn by two standard normal numbers. `None` for a surface without facets.
-    #[must_use]
-    pub fn facet(&self, draw: [f64; 2]) -> Option<Vec3> {
-        let Kind::Facets { axes, .. } = &self.kind else { return None };
-        let slope = |k: usize| draw[0] * axes[0][k] + draw[1] * axes[1][k];
-        Some(Vec3::new(-slope(0), -slope(1), 1.0).unit())
-    }
-
-    /// Response at a cosine of incidence, and the sky that a level surface of facets scatters to the observer. The ray runs along a
-    /// direction with horizontal components `x` (east) and `y` (north).
+    /// The facets of the surface; `None` for a surface without facets.
     #[must_use]
     #[inline]
-    pub fn at(&self, cos: f64, x: f64, y: f64) -> (Response, Option<RoughSky>) {
+    pub fn facets(&self) -> Option<&FacetTable> {
+        match &self.kind {
+            Kind::Mirror(_) => None,
+            Kind::Facets { facets, .. } => Some(facets),
+        }
+    }
+
+    /// Emission and mirror reflection at a cosine of incidence, and what the surface scatters. The ray runs along a direction with the
+    /// components `x` and `y` in the plane of the surface: east and north on level ground.
+    #[must_use]
+    #[inline]
+    pub fn at(&self, cos: f64, x: f64, y: f64) -> (Response, Option<Scattered>) {
         match &self.kind {
             Kind::Mirror(table) => (Response::of(&table.at(cos)), None),
             Kind::Facets { tables, cos_twice, sin_twice, .. } => {
-                let row = match tables.as_slice() {
+                let [eh, ev, sh, sv, h, v] = match tables.as_slice() {
                     [only] => only.at(cos),
                     several => {
                         let size = x * x + y * y;
@@ -166,7 +152,8 @@ impl SurfaceTable {
                         between_azimuths(several, cos, twice)
                     }
                 };
-                (Response::of(&row), Some([row[6], row[7]]))
+                let response = Response { power: [0.0; 2], cross: [0.0; 2], emitted_k: [eh, ev] };
+                (response, Some(Scattered { sky_k: [sh, sv], power: [h, v] }))
             }
         }
     }
@@ -178,9 +165,9 @@ fn row_of(smooth: &Reflection, power: [f64; 2], emitted_k: [f64; 2]) -> [f64; 6]
 }
 
 /// The polynomial through the tables at `cos(k pi/4)`, in its barycentric form.
-fn between_azimuths(tables: &[AngleTable<8>], cos: f64, cos_twice: f64) -> [f64; 8] {
+fn between_azimuths(tables: &[AngleTable<6>], cos: f64, cos_twice: f64) -> [f64; 6] {
     let last = tables.len() - 1;
-    let mut sum = [0.0; 8];
+    let mut sum = [0.0; 6];
     let mut weights = 0.0;
     for (k, table) in tables.iter().enumerate() {
         let off = cos_twice - (PI * k as f64 / last as f64).cos();
@@ -243,9 +230,10 @@ mod tests {
             let (r, scattered) = table.at(zenith.to_radians().cos(), s, c);
             let direct = radiant.response(zenith.to_radians(), azimuth - 0.3, Sky::Symmetric(&by_zenith)).unwrap();
             for p in 0..2 {
-                let seen = r.emitted_k[p] + scattered.unwrap()[p];
+                let seen = r.emitted_k[p] + scattered.unwrap().sky_k[p];
                 let want = direct.emitted_k[p] + direct.scattered_sky_k[p];
                 assert!((seen - want).abs() < 0.1, "{zenith} {azimuth}: {seen} {want}");
+                assert!((scattered.unwrap().power[p] - direct.reflectivity[p]).abs() < 4e-4);
             }
         }
     }

@@ -43,6 +43,7 @@ mod stack_file;
 #[cfg(test)]
 pub(crate) mod stokes_tests;
 mod tau_omega;
+mod visible_facets;
 mod wagner_lynch;
 mod wegmuller_matzler99;
 
@@ -59,5 +60,6 @@ pub use slopes::Slopes;
 pub use stack::Stack;
 pub use stack_file::{DEFAULT_TEMPERATURE_K, LayerDescription, RawLayer, StackDescription, Substance};
 pub use tau_omega::{Canopy, CanopyBudget};
+pub use visible_facets::{FacetPath, VisibleFacets};
 pub use wagner_lynch::{FacetIntegrals, Sky};
 pub use wegmuller_matzler99::wegmuller_matzler99;

@@ -1,6 +1,9 @@
 //! Following one ray backwards from the antenna through its reflections, with one weight for every plane and channel.
 
+use super::lattice::Points;
 use super::polar::{local_frame, polarised, reflect, turn};
+use super::scatter::{Scattering, heaviest, weight_of};
+use super::scratch::{Reach, Scratch};
 use super::tracer::{Seen, Spot, Tracer};
 use crate::atmosphere::{PathEnds, PathExtent};
 use crate::error::Result;
@@ -10,122 +13,114 @@ use crate::space::{Ray, Vec3};
 /// this length, so a longer leg emits the same.
 const LONGEST_KM: f64 = 2000.0;
 
-/// Working memory of a ray; one for each thread.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Scratch {
-    /// Antenna rows. // [chan, pol]
-    rows: Vec<[f64; 4]>,
-    /// Temperatures summed so far, RJ, K. // [chan, pol]
-    pub sums: Vec<f64>,
-    /// Sky scattered by the surface of facets that was hit last. // [chan, pol]
-    scattered: Vec<f64>,
-    /// Emission (RJ, K) and transmission of the leg. // [chan]
-    path: Vec<(f64, f64)>,
-}
-
 impl Tracer<'_> {
     /// Working memory for rays.
     pub(super) fn scratch(&self) -> Scratch {
         let n = self.freqs_ghz.len() * self.antenna.len();
-        Scratch { rows: vec![[0.0; 4]; n], sums: vec![0.0; n], scattered: vec![0.0; n], path: vec![(0.0, 1.0); self.freqs_ghz.len()] }
+        Scratch {
+            rows: vec![vec![[0.0; 4]; n]],
+            sums: vec![0.0; n],
+            corrections: vec![0.0; n],
+            path: vec![(0.0, 1.0); self.freqs_ghz.len()],
+            points: Points::of_pixel(0.0, 0.0),
+            scatters: false,
+        }
     }
 
-    /// Follows a ray. `reference` is the h direction of the antenna. Writes the temperatures to `scratch.sums` and returns the first hit.
-    pub(super) fn follow(&self, origin: Vec3, direction: Vec3, reference: Vec3, scratch: &mut Scratch) -> Result<Option<Seen>> {
+    /// Follows a ray. `reference` is the h direction of the antenna, and `points` select the facets of rough surfaces. Writes the
+    /// temperatures to `scratch.sums` and `scratch.corrections`, and returns the first hit.
+    pub(super) fn follow(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        reference: Vec3,
+        points: Points,
+        scratch: &mut Scratch,
+    ) -> Result<Option<Seen>> {
         let planes = self.antenna.len();
-        for (k, row) in scratch.rows.iter_mut().enumerate() {
+        for (k, row) in scratch.rows[0].iter_mut().enumerate() {
             *row = self.antenna[k % planes];
         }
         scratch.sums.fill(0.0);
-        let mut ray = Ray::from_unit(origin, direction);
-        let mut reference = reference;
-        let mut seen = None;
-        let mut from_rough = false;
-        for bounce in 0..=self.options.max_bounces {
-            let Some(spot) = self.spot(&ray)? else {
-                if from_rough && ray.direction.z >= 0.0 {
-                    for (sum, s) in scratch.sums.iter_mut().zip(&scratch.scattered) {
-                        *sum += s;
-                    }
-                } else {
-                    self.add_sky(&ray, scratch)?;
-                }
-                return Ok(seen);
-            };
+        scratch.corrections.fill(0.0);
+        (scratch.points, scratch.scatters) = (points, false);
+        let ray = Ray::from_unit(origin, direction);
+        let Some(spot) = self.spot(&ray)? else {
+            self.add_sky(&ray, 0, scratch)?;
+            return Ok(None);
+        };
+        let cos_incidence = (-ray.direction.dot(spot.normal)).clamp(0.0, 1.0);
+        self.walk(ray, spot, reference, Reach { bounces: 0, branch: 0, bundle: 1.0 }, scratch)?;
+        Ok(Some(Seen { range_m: spot.t, cos_incidence, cover: spot.cover, region: spot.region, face: spot.face }))
+    }
+
+    /// Follows a ray from its next hit on.
+    pub(super) fn walk(&self, ray: Ray, spot: Spot, reference: Vec3, reach: Reach, scratch: &mut Scratch) -> Result<()> {
+        let (mut ray, mut spot, mut reference, mut reach) = (ray, spot, reference, reach);
+        loop {
             let cos = (-ray.direction.dot(spot.normal)).clamp(0.0, 1.0);
-            if bounce == 0 {
-                seen = Some(Seen { range_m: spot.t, cos_incidence: cos, cover: spot.cover, region: spot.region, face: spot.face });
-            }
-            self.add_leg(ray.origin.z, spot.point.z, spot.t, scratch)?;
+            self.add_leg(ray.origin.z, spot.point.z, spot.t, reach.branch, scratch)?;
             if let Some((local, by)) = local_frame(ray.direction, spot.normal, reference) {
-                scratch.rows.iter_mut().for_each(|row| turn(row, by));
+                scratch.rows[reach.branch].iter_mut().for_each(|row| turn(row, by));
                 reference = local;
             }
-            let (rough, heaviest) = self.add_surface(&ray, &spot, cos, scratch);
-            from_rough = rough && spot.normal.z > self.level;
-            if heaviest < self.options.min_weight || bounce == self.options.max_bounces {
-                self.close(spot.cover, from_rough, scratch);
-                return Ok(seen);
+            let left = self.add_surface(&ray, &spot, cos, reference, reach, scratch)?;
+            if left * reach.bundle < self.options.min_weight || reach.bounces == self.options.max_bounces {
+                self.close(spot.cover, reach.branch, scratch);
+                return Ok(());
             }
-            let direction = self.mirrored(&ray, &spot, from_rough);
-            ray = Ray::from_unit(spot.point + spot.normal * self.eps, direction);
+            ray = Ray::from_unit(spot.point + spot.normal * self.eps, ray.direction.mirrored(spot.normal).unit());
+            reach.bounces += 1;
+            spot = match self.spot(&ray)? {
+                Some(spot) => spot,
+                None => return self.add_sky(&ray, reach.branch, scratch),
+            };
         }
-        Ok(seen)
     }
 
-    /// Direction of a reflected ray. On a level surface of facets one facet reflects the ray, so that objects near the surface have blurred
-    /// images. The position of the hit selects the facet, so the picture is always the same.
+    /// Adds what a surface emits and scatters, and reflects every antenna row as a mirror. Returns the largest weight left.
     #[inline]
-    fn mirrored(&self, ray: &Ray, spot: &Spot, rough: bool) -> Vec3 {
-        if rough
-            && let Some(facet) = self.surfaces[spot.cover as usize][0].facet(normal_pair(spot.point))
-            && facet.dot(ray.direction) < 0.0
-        {
-            let direction = ray.direction.mirrored(facet);
-            if direction.z > 0.0 {
-                return direction.unit();
-            }
-        }
-        ray.direction.mirrored(spot.normal).unit()
-    }
-
-    /// Adds the emission of a surface, and reflects every antenna row. Returns whether the surface has facets, and the largest weight left.
-    #[inline]
-    fn add_surface(&self, ray: &Ray, spot: &Spot, cos: f64, scratch: &mut Scratch) -> (bool, f64) {
+    fn add_surface(&self, ray: &Ray, spot: &Spot, cos: f64, reference: Vec3, reach: Reach, scratch: &mut Scratch) -> Result<f64> {
         let planes = self.antenna.len();
-        let (mut rough, mut heaviest) = (false, 0.0_f64);
-        for (channel, table) in self.surfaces[spot.cover as usize].iter().enumerate() {
-            let (response, scattered) = table.at(cos, ray.direction.x, ray.direction.y);
-            rough = scattered.is_some();
+        let tables = &self.surfaces[spot.cover as usize];
+        let scatters = tables[0].facets().is_some();
+        let along = if scatters { self.along(spot, ray.direction) } else { ray.direction };
+        if scatters {
+            scratch.copy_rows(reach.branch);
+            scratch.scatters |= reach.branch == 0;
+        }
+        let (mut left, mut weight) = (0.0_f64, 0.0_f64);
+        for (channel, table) in tables.iter().enumerate() {
+            let (response, scattered) = table.at(cos, along.x, along.y);
             for k in channel * planes..(channel + 1) * planes {
-                let row = &mut scratch.rows[k];
-                scratch.sums[k] += polarised(row, response.emitted_k);
-                if let Some(s) = scattered {
-                    scratch.scattered[k] = polarised(row, s);
+                let (row, sum) = (&mut scratch.rows[reach.branch][k], &mut scratch.sums[k]);
+                *sum += polarised(row, response.emitted_k);
+                if let Some(s) = &scattered {
+                    *sum += polarised(row, self.assumed(spot, table, s));
+                    weight = weight.max(weight_of(row, s.power));
                 }
                 reflect(row, &response);
-                heaviest = heaviest.max(2.0 * row[0].abs()).max(2.0 * row[1].abs()).max(2.0 * row[2].abs()).max(2.0 * row[3].abs());
+                left = left.max(heaviest(row));
             }
         }
-        (rough, heaviest)
+        if scatters && weight * reach.bundle >= self.options.min_weight && reach.bounces < self.options.max_bounces {
+            self.correct_scatter(&Scattering { ray, spot, cos, reference }, weight, reach, scratch)?;
+        }
+        Ok(left)
     }
 
-    /// Ends a ray that is not followed any further. The remaining weight sees the scattered sky of a level surface of facets, or else
-    /// radiation at the temperature of the last surface. A world of one temperature therefore shows exactly that temperature.
-    fn close(&self, cover: u32, from_rough: bool, scratch: &mut Scratch) {
+    /// Ends a ray that is not followed any further. The remaining weight sees radiation at the temperature of the last surface. A world of
+    /// one temperature therefore shows exactly that temperature.
+    fn close(&self, cover: u32, branch: usize, scratch: &mut Scratch) {
         let planes = self.antenna.len();
-        for k in 0..scratch.sums.len() {
-            scratch.sums[k] += if from_rough {
-                scratch.scattered[k]
-            } else {
-                2.0 * scratch.rows[k][0] * self.surfaces[cover as usize][k / planes].top_k()
-            };
+        for (k, row) in scratch.rows[branch].iter().enumerate() {
+            scratch.sums[k] += 2.0 * row[0] * self.surfaces[cover as usize][k / planes].top_k();
         }
     }
 
     /// Adds the emission and the loss of the air between two heights in m over a length in m.
     #[inline]
-    fn add_leg(&self, from_m: f64, to_m: f64, length_m: f64, scratch: &mut Scratch) -> Result<()> {
+    fn add_leg(&self, from_m: f64, to_m: f64, length_m: f64, branch: usize, scratch: &mut Scratch) -> Result<()> {
         let Some(air) = &self.air else { return Ok(()) };
         let (from, to) = (self.altitude_km + 1e-3 * from_m, self.altitude_km + 1e-3 * to_m);
         // Rounding must not make a leg shorter than its rise.
@@ -135,14 +130,14 @@ impl Tracer<'_> {
             let p = air.radiation(channel, &ends)?;
             *path = (p.emission_rj_k(), p.transmission());
         }
-        self.apply_path(scratch);
+        self.apply_path(branch, scratch);
         Ok(())
     }
 
     #[inline]
-    fn apply_path(&self, scratch: &mut Scratch) {
+    fn apply_path(&self, branch: usize, scratch: &mut Scratch) {
         let planes = self.antenna.len();
-        for (k, row) in scratch.rows.iter_mut().enumerate() {
+        for (k, row) in scratch.rows[branch].iter_mut().enumerate() {
             let (emission_k, transmission) = scratch.path[k / planes];
             scratch.sums[k] += 2.0 * row[0] * emission_k;
             row.iter_mut().for_each(|w| *w *= transmission);
@@ -150,13 +145,13 @@ impl Tracer<'_> {
     }
 
     /// Adds the sky, or the black ground under a scene without ground.
-    fn add_sky(&self, ray: &Ray, scratch: &mut Scratch) -> Result<()> {
+    pub(super) fn add_sky(&self, ray: &Ray, branch: usize, scratch: &mut Scratch) -> Result<()> {
         let planes = self.antenna.len();
         let (z, cos) = (ray.origin.z, ray.direction.z);
         if cos < 0.0 && self.air.is_some() {
             let depth = z.max(0.0);
-            self.add_leg(z, z - depth, (depth / -cos).min(1e3 * LONGEST_KM), scratch)?;
-            for (k, row) in scratch.rows.iter().enumerate() {
+            self.add_leg(z, z - depth, (depth / -cos).min(1e3 * LONGEST_KM), branch, scratch)?;
+            for (k, row) in scratch.rows[branch].iter().enumerate() {
                 scratch.sums[k] += 2.0 * row[0] * self.below_k[k / planes];
             }
             return Ok(());
@@ -166,53 +161,11 @@ impl Tracer<'_> {
         let rise_m = 1e3 * (level_km - height_km);
         // There are tables at a few heights. The air between the ray and the next table is added.
         if rise_m > 1e-3 {
-            self.add_leg(z, z + rise_m, (rise_m / cos.max(1e-9)).min(1e3 * LONGEST_KM), scratch)?;
+            self.add_leg(z, z + rise_m, (rise_m / cos.max(1e-9)).min(1e3 * LONGEST_KM), branch, scratch)?;
         }
-        for (k, row) in scratch.rows.iter().enumerate() {
+        for (k, row) in scratch.rows[branch].iter().enumerate() {
             scratch.sums[k] += 2.0 * row[0] * self.sky.rj_k(level, k / planes, cos.abs());
         }
         Ok(())
-    }
-}
-
-/// Two standard normal numbers that depend on nothing but a position.
-fn normal_pair(p: Vec3) -> [f64; 2] {
-    // splitmix64 (Steele et al. 2014) of the bits of the coordinates.
-    let mix = |mut z: u64| {
-        z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
-    let first = mix(mix(p.x.to_bits()) ^ p.y.to_bits().rotate_left(32));
-    let unit = |z: u64| ((z >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
-    let (radius, angle) = ((-2.0 * unit(first).ln()).sqrt(), std::f64::consts::TAU * unit(mix(first)));
-    // The functions of libm give the same bits on every machine.
-    [radius * libm::cos(angle), radius * libm::sin(angle)]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn draws_are_standard_normal_and_repeat() {
-        let at = |k: u32| normal_pair(Vec3::new(f64::from(k) * 0.01, 3.0, 0.0));
-        assert_eq!(at(7), at(7));
-        let n = 40_000;
-        let (mut mean, mut square, mut product) = ([0.0; 2], [0.0; 2], 0.0);
-        for k in 0..n {
-            let d = at(k);
-            for i in 0..2 {
-                mean[i] += d[i];
-                square[i] += d[i] * d[i];
-            }
-            product += d[0] * d[1];
-        }
-        let n = f64::from(n);
-        // Five standard errors.
-        assert!(mean.iter().all(|m| (m / n).abs() < 5.0 / n.sqrt()), "{mean:?}");
-        assert!(square.iter().all(|s| (s / n - 1.0).abs() < 5.0 * (2.0 / n).sqrt()), "{square:?}");
-        assert!((product / n).abs() < 5.0 / n.sqrt());
     }
 }

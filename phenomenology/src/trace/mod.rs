@@ -2,16 +2,22 @@
 
 mod flight;
 mod follow;
+mod lattice;
 mod mesh_options;
 mod options;
 mod picture;
 mod polar;
 mod realtime;
 mod render;
+mod scatter;
+mod scatter_mesh;
+mod scratch;
 mod smooth;
 mod tracer;
 mod vertex;
 
+#[cfg(test)]
+mod facet_tests;
 #[cfg(test)]
 mod physics_tests;
 #[cfg(test)]

@@ -40,6 +40,8 @@ pub struct RenderOptions {
     /// Tilt up to which a surface of facets counts as level, degrees. Only level facets scatter the tabulated sky; on a slope the
     /// reflected ray is followed. A tilt of 2.56 degrees is well below the rms slope of any facets in use.
     pub level_deg: f64,
+    /// Rms noise of objects that rough surfaces mirror, K. It sets the number of facets that are drawn for a pixel.
+    pub speckle_k: f64,
     /// Accuracy of the tables of sky, surfaces and air.
     pub tables: TableOptions,
 }
@@ -56,6 +58,7 @@ impl Default for RenderOptions {
             min_weight: 1e-3,
             highest_m: 0.0,
             level_deg: 2.56,
+            speckle_k: 0.5,
             tables: TableOptions::default(),
         }
     }
@@ -70,6 +73,7 @@ impl RenderOptions {
         SceneError::unless((0.0..1.0).contains(&self.min_weight), "min_weight", self.min_weight, "0 to below 1")?;
         SceneError::unless(self.highest_m.is_finite(), "highest_m", self.highest_m, "a finite height in m")?;
         SceneError::unless((0.0..=90.0).contains(&self.level_deg), "level_deg", self.level_deg, "0 to 90 deg")?;
+        SceneError::unless((0.05..=1e3).contains(&self.speckle_k), "speckle_k", self.speckle_k, "0.05 to 1000 K")?;
         self.tables.check()?;
         SceneError::unless(self.edge_k >= 0.0, "edge_k", self.edge_k, "0 K or more")?;
         let some = !self.polarizations.is_empty();

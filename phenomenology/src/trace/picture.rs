@@ -1,7 +1,10 @@
 //! A picture: one ray for every pixel, more rays on edges, and maps of range, incidence and material.
 
-use super::follow::Scratch;
+use super::lattice::{Points, Use};
+use super::scatter_mesh::Corrections;
+use super::scratch::Scratch;
 use super::tracer::{Seen, Tracer};
+use super::vertex::Face;
 use crate::camera::View;
 use crate::error::{Result, SceneError};
 use cittert_arrays::{BrightnessUnit, Image, SpectralWindow};
@@ -43,6 +46,10 @@ struct Middle {
     material: u32,
     /// First channel and plane, K.
     first_k: f64,
+    /// What the ray met first.
+    face: Face,
+    /// Whether a surface scatters on the way.
+    scatters: bool,
 }
 
 impl Tracer<'_> {
@@ -73,19 +80,22 @@ impl Tracer<'_> {
         };
         // First pass: one ray through the middle of every pixel. // [m, l][chan, pol]
         let mut sums = vec![0.0; rows * columns * states];
-        let nothing = Middle { range_m: f64::NAN, incidence_deg: f64::NAN, identity: (0, 0), material: 0, first_k: 0.0 };
+        let nothing =
+            Middle { range_m: f64::NAN, incidence_deg: f64::NAN, identity: (0, 0), material: 0, first_k: 0.0, face: None, scatters: false };
         let mut middles = vec![nothing; rows * columns];
         sums.par_chunks_mut(columns * states).zip(middles.par_chunks_mut(columns)).enumerate().try_for_each_init(
             || self.scratch(),
             |scratch, (row, (sums, middles))| {
                 for (column, (out, middle)) in sums.chunks_exact_mut(states).zip(middles).enumerate() {
-                    let shot = self.shoot(view, column as f64, row as f64, scratch)?;
+                    let points = Points::of_pixel(column as f64, row as f64).using(Use::Nothing);
+                    let shot = self.shoot(view, column as f64, row as f64, points, scratch)?;
                     if shot.is_some() {
                         out.copy_from_slice(&scratch.sums);
-                        middle.first_k = out[0];
+                        (middle.first_k, middle.scatters) = (out[0], scratch.scatters);
                     }
                     if let Some(seen) = shot.flatten() {
                         (middle.range_m, middle.incidence_deg) = (seen.range_m, seen.cos_incidence.acos().to_degrees());
+                        middle.face = Some(seen.identity());
                         middle.identity = (seen.cover + 1, seen.region.map_or(0, |r| r + 1));
                         middle.material = self.scene.covers.list()[seen.cover as usize].surface as u32 + 1;
                     }
@@ -94,8 +104,16 @@ impl Tracer<'_> {
                 Ok::<(), SceneError>(())
             },
         )?;
+        let faces: Vec<Face> = middles.iter().map(|m| m.face.filter(|_| m.scatters)).collect();
+        let corrections = self.corrections(view, &faces)?;
+        for (pixel, (out, middle)) in sums.chunks_exact_mut(states).zip(&mut middles).enumerate() {
+            if let Some(correction) = corrections.of(pixel) {
+                out.iter_mut().zip(correction).for_each(|(o, c)| *o += c);
+                middle.first_k = out[0];
+            }
+        }
         // Second pass: pixels on an edge get a grid of rays.
-        let extra = if passes == 2 { self.refine(view, &middles, &mut sums, &tell)? } else { 0 };
+        let extra = if passes == 2 { self.refine(view, &middles, &corrections, &mut sums, &tell)? } else { 0 };
 
         let planes = self.antenna.len();
         let mut data = vec![0.0; sums.len()];
@@ -114,19 +132,26 @@ impl Tracer<'_> {
             incidence_deg: map(|m| m.incidence_deg),
             material: Array2::from_shape_fn((rows, columns), |(row, column)| middles[row * columns + column].material),
             material_names: self.scene.covers.surface_names().to_vec(),
-            rays: rows * columns + extra,
+            rays: rows * columns + corrections.rays + extra,
         })
     }
 
     /// A ray through a fractional pixel; `None` outside the hemisphere.
     #[inline]
-    fn shoot(&self, view: &View, column: f64, row: f64, scratch: &mut Scratch) -> Result<Option<Option<Seen>>> {
+    fn shoot(&self, view: &View, column: f64, row: f64, points: Points, scratch: &mut Scratch) -> Result<Option<Option<Seen>>> {
         let Some(direction) = view.direction(column, row) else { return Ok(None) };
-        self.follow(view.position, direction, view.reference(direction), scratch).map(Some)
+        self.follow(view.position, direction, view.reference(direction), points, scratch).map(Some)
     }
 
     /// Replaces every pixel that lies on an edge by the mean of a grid of rays.
-    fn refine(&self, view: &View, middles: &[Middle], sums: &mut [f64], tell: &(impl Fn() + Sync)) -> Result<usize> {
+    fn refine(
+        &self,
+        view: &View,
+        middles: &[Middle],
+        corrections: &Corrections,
+        sums: &mut [f64],
+        tell: &(impl Fn() + Sync),
+    ) -> Result<usize> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         let side = self.options.antialias;
@@ -141,13 +166,24 @@ impl Tracer<'_> {
                     }
                     mean.fill(0.0);
                     let mut count = 0_usize;
-                    for i in 0..side {
-                        for j in 0..side {
-                            if self.shoot(view, column as f64 + offset(j), row as f64 + offset(i), scratch)?.is_some() {
-                                mean.iter_mut().zip(&scratch.sums).for_each(|(m, s)| *m += s);
-                                count += 1;
+                    for look in 0..side * side {
+                        let (x, y) = (column as f64 + offset(look % side), row as f64 + offset(look / side));
+                        let points = Points::of_pixel(column as f64, row as f64).share(look, side * side);
+                        let Some(seen) = self.shoot(view, x, y, points.using(Use::Nothing), scratch)? else { continue };
+                        let face = seen.map(|s| s.identity());
+                        if scratch.scatters {
+                            // The correction of the nearest pixel that shows the same face.
+                            match nearest(middles, columns, (x, y), (column, row), face).and_then(|pixel| corrections.of(pixel)) {
+                                Some(correction) => scratch.corrections.copy_from_slice(correction),
+                                None => {
+                                    self.shoot(view, x, y, points, scratch)?;
+                                }
                             }
                         }
+                        for (m, (s, c)) in mean.iter_mut().zip(scratch.sums.iter().zip(&scratch.corrections)) {
+                            *m += s + c;
+                        }
+                        count += 1;
                     }
                     if count > 0 {
                         out.iter_mut().zip(&*mean).for_each(|(o, m)| *o = m / count as f64);
@@ -162,19 +198,28 @@ impl Tracer<'_> {
     }
 
     fn is_edge(&self, middles: &[Middle], columns: usize, rows: usize, column: usize, row: usize) -> bool {
-        let here = row * columns + column;
+        let here = &middles[row * columns + column];
         for r in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
             for c in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
-                let there = r * columns + c;
-                if middles[there].identity != middles[here].identity
-                    || (middles[there].first_k - middles[here].first_k).abs() > self.options.edge_k
-                {
+                let there = &middles[r * columns + c];
+                // Four standard deviations of the difference of two pixels with noise.
+                let noise_k = if here.scatters { 4.0 * std::f64::consts::SQRT_2 * self.options.speckle_k } else { 0.0 };
+                if there.identity != here.identity || (there.first_k - here.first_k).abs() > self.options.edge_k + noise_k {
                     return true;
                 }
             }
         }
         false
     }
+}
+
+/// The nearest to a place of the nine pixels around one that show a face that scatters.
+fn nearest(middles: &[Middle], columns: usize, (x, y): (f64, f64), (column, row): (usize, usize), face: Face) -> Option<usize> {
+    let around =
+        (row.saturating_sub(1)..=row + 1).flat_map(|r| (column.saturating_sub(1)..=(column + 1).min(columns - 1)).map(move |c| (c, r)));
+    let showing = around.filter(|&(c, r)| middles.get(r * columns + c).is_some_and(|m| m.scatters && m.face == face));
+    let away = |&(c, r): &(usize, usize)| (c as f64 - x).powi(2) + (r as f64 - y).powi(2);
+    showing.min_by(|a, b| away(a).total_cmp(&away(b))).map(|(c, r)| r * columns + c)
 }
 
 /// The error for values that do not fill their array.

@@ -4,10 +4,11 @@
 //! first hit is the same face is interpolated. All other pixels are traced. A vertex is a full ray, with the same tables, reflections and
 //! shadowing as in the full model. [`super::smooth`] then smooths the pixels on an edge.
 
-use super::follow::Scratch;
+use super::lattice::{Points, Use};
 use super::mesh_options::{MeshOptions, TILE};
+use super::scratch::Scratch;
 use super::tracer::Tracer;
-use super::vertex::Vertex;
+use super::vertex::{Face, Vertex};
 use crate::camera::View;
 use crate::error::Result;
 use ndarray::Array2;
@@ -41,7 +42,7 @@ impl Tile<'_, '_> {
         let (x, y) = ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64);
         let v = match self.view.direction(x, y) {
             None => Vertex::default(),
-            Some(d) => self.tracer.vertex(self.view, d, self.scratch)?,
+            Some(d) => self.tracer.vertex(self.view, d, Points::of_pixel(x, y).using(Use::Nothing), self.scratch)?,
         };
         self.rays += 1;
         self.vertices[at] = Some(v);
@@ -90,7 +91,7 @@ impl Tile<'_, '_> {
                 out[(row + j) * TILE + column + i] = match own {
                     Some(v) => v,
                     None if !self.shows(&c[0], column + i, row + j)? => self.vertex(column + i, row + j)?,
-                    None => Vertex { face: c[0].face, rj_k: left + i as f64 / side as f64 * (right - left) },
+                    None => Vertex { rj_k: left + i as f64 / side as f64 * (right - left), ..c[0] },
                 };
             }
         }
@@ -134,7 +135,13 @@ impl Tracer<'_> {
                 pixels.extend_from_slice(&tile.0[row % TILE * TILE..][..left.min(TILE)]);
             }
         }
-        let mut rays = tiles.iter().map(|t| t.1).sum();
+        let mut rays: usize = tiles.iter().map(|t| t.1).sum();
+        let faces: Vec<Face> = pixels.iter().map(Vertex::scattering_face).collect();
+        let corrections = self.corrections(view, &faces)?;
+        rays += corrections.rays;
+        for (k, pixel) in pixels.iter_mut().enumerate() {
+            pixel.rj_k += corrections.of(k).map_or(0.0, |c| c[0]);
+        }
         let mut rj_k: Vec<f64> = pixels.iter().map(|p| p.rj_k).collect();
         if options.antialias {
             rays += self.smooth_edges(view, &options.edges, &pixels, &mut rj_k)?;

@@ -4,8 +4,9 @@
 //! a strong edge. A look finds the first hit without radiometry. Most looks hit a face that one of the nine pixels around shows, and take
 //! the temperature of that pixel. Only the others are followed as full rays.
 
-use super::follow::Scratch;
+use super::lattice::Points;
 use super::mesh_options::EdgeOptions;
+use super::scratch::Scratch;
 use super::tracer::Tracer;
 use super::vertex::{Face, Vertex};
 use crate::camera::View;
@@ -56,14 +57,15 @@ impl Tracer<'_> {
         let one_face = around.is_one_face();
         let (mut sum, mut count) = (0.0, 0_u32);
         for (dx, dy) in looks {
-            let Some(direction) = view.direction(around.column as f64 + dx, around.row as f64 + dy) else { continue };
+            let (x, y) = (around.column as f64 + dx, around.row as f64 + dy);
+            let Some(direction) = view.direction(x, y) else { continue };
             // If all nine pixels show one face, the edge is a mirrored one, and the first hit does not show it.
             let known = if one_face { None } else { around.near(self.face(view, direction)?, dx, dy) };
             sum += match known {
                 Some(rj_k) => rj_k,
                 None => {
                     *followed += 1;
-                    self.vertex(view, direction, scratch)?.rj_k
+                    self.vertex(view, direction, Points::of_pixel(x, y), scratch)?.rj_k
                 }
             };
             count += 1;

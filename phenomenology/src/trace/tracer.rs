@@ -34,6 +34,8 @@ pub struct Tracer<'a> {
     pub(super) eps: f64,
     /// Smallest upward component of the normal of a surface that counts as level.
     pub(super) level: f64,
+    /// Number of the table of the sky that level surfaces scatter.
+    pub(super) open_level: usize,
 }
 
 /// The first point that a ray hits.
@@ -107,6 +109,7 @@ impl<'a> Tracer<'a> {
             top_m,
             eps,
             level: options.level_deg.to_radians().cos(),
+            open_level: level,
         })
     }
 

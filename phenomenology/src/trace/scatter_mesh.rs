@@ -1,0 +1,178 @@
+//! The corrections for scattered objects on a mesh of the picture.
+//!
+//! What a rough surface scatters besides open sky varies slowly from pixel to pixel, because many directions contribute to each pixel. So the
+//! many rays of [`super::scatter`] are sent for the corners of squares of the picture. A square that shows one face, and on which the
+//! correction is nearly linear, is interpolated; any other is split, down to single pixels. Squares at the foot of an object, where its image
+//! is sharp, are split because they show two faces.
+
+use super::lattice::Points;
+use super::mesh_options::TILE;
+use super::scratch::Scratch;
+use super::tracer::Tracer;
+use super::vertex::Face;
+use crate::camera::View;
+use crate::error::Result;
+use rayon::prelude::*;
+
+/// Side of the largest squares, pixels; a power of two.
+const STEP: usize = 8;
+/// Largest difference between the corners of a square, as a multiple of `speckle_k`. Beyond it the image of an object may have an edge between
+/// the corners that the centre does not show.
+const SPREAD: f64 = 25.0;
+/// Largest difference between the centre of a square and the mean of its corners, as a multiple of `speckle_k`: twice its standard deviation if the
+/// correction is linear and each value has the noise of one.
+const CENTER: f64 = 2.24;
+
+/// Corrections of all pixels.
+pub(super) struct Corrections {
+    /// RJ, K; empty if no surface scatters. // [m, l][chan, pol]
+    values: Vec<f64>,
+    states: usize,
+    /// Number of rays sent from the camera.
+    pub rays: usize,
+}
+
+impl Corrections {
+    /// The correction of a pixel. // [chan, pol]
+    pub(super) fn of(&self, pixel: usize) -> Option<&[f64]> {
+        self.values.get(pixel * self.states..(pixel + 1) * self.states)
+    }
+}
+
+/// The squares of a tile.
+struct Squares<'a, 'b> {
+    tracer: &'a Tracer<'b>,
+    view: &'a View,
+    /// The scattering face of each pixel of the picture.
+    faces: &'a [Face],
+    columns: usize,
+    rows: usize,
+    corner: (usize, usize),
+    scratch: &'a mut Scratch,
+    nodes: Vec<Option<Vec<f64>>>,
+    rays: usize,
+}
+
+impl Squares<'_, '_> {
+    fn face(&self, column: usize, row: usize) -> Face {
+        self.faces[row * self.columns + column]
+    }
+
+    /// The correction at a pixel of the picture.
+    fn node(&mut self, column: usize, row: usize) -> Result<Vec<f64>> {
+        let at = (row - self.corner.1) * (TILE + 1) + column - self.corner.0;
+        if let Some(known) = &self.nodes[at] {
+            return Ok(known.clone());
+        }
+        let (x, y) = (column as f64, row as f64);
+        if let Some(direction) = self.view.direction(x, y) {
+            let reference = self.view.reference(direction);
+            self.tracer.follow(self.view.position, direction, reference, Points::of_pixel(x, y), self.scratch)?;
+            self.rays += 1;
+        } else {
+            self.scratch.corrections.fill(0.0);
+        }
+        self.nodes[at] = Some(self.scratch.corrections.clone());
+        Ok(self.scratch.corrections.clone())
+    }
+
+    /// Fills the square with this corner and side in the tile `out`.
+    fn square(&mut self, column: usize, row: usize, side: usize, out: &mut [f64]) -> Result<()> {
+        let (right, top) = ((column + side).min(self.columns), (row + side).min(self.rows));
+        if column >= right || row >= top || (row..top).all(|r| (column..right).all(|c| self.face(c, r).is_none())) {
+            return Ok(());
+        }
+        let states = self.scratch.sums.len();
+        let place = |c: usize, r: usize| ((r - self.corner.1) * TILE + c - self.corner.0) * states;
+        if side == 1 {
+            let at = place(column, row);
+            out[at..at + states].copy_from_slice(&self.node(column, row)?);
+            return Ok(());
+        }
+        let (last_column, last_row) = ((column + side).min(self.columns - 1), (row + side).min(self.rows - 1));
+        let face = self.face(column, row);
+        let pure = (row..=last_row).all(|r| (column..=last_column).all(|c| self.face(c, r) == face));
+        let corners = if pure { self.corners([column, last_column], [row, last_row], side)? } else { None };
+        let Some([a, b, c, d]) = corners else {
+            let half = side / 2;
+            for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
+                self.square(column + dx, row + dy, half, out)?;
+            }
+            return Ok(());
+        };
+        let place = |c: usize, r: usize| ((r - self.corner.1) * TILE + c - self.corner.0) * states;
+        for r in row..top {
+            let v = (r - row) as f64 / (last_row - row).max(1) as f64;
+            for x in column..right {
+                let u = (x - column) as f64 / (last_column - column).max(1) as f64;
+                for (k, out) in out[place(x, r)..place(x, r) + states].iter_mut().enumerate() {
+                    *out = (1.0 - v) * (a[k] + u * (b[k] - a[k])) + v * (c[k] + u * (d[k] - c[k]));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The corrections at the corners, if they agree well enough with each other and with the centre.
+    fn corners(&mut self, columns: [usize; 2], rows: [usize; 2], side: usize) -> Result<Option<[Vec<f64>; 4]>> {
+        let [c0, c1] = columns;
+        let [r0, r1] = rows;
+        let corners = [self.node(c0, r0)?, self.node(c1, r0)?, self.node(c0, r1)?, self.node(c1, r1)?];
+        let limit_k = self.tracer.options.speckle_k;
+        let steep = |k: usize| {
+            let of = corners.iter().map(|n| n[k]);
+            of.clone().fold(f64::NEG_INFINITY, f64::max) - of.fold(f64::INFINITY, f64::min) > SPREAD * limit_k
+        };
+        let states = corners[0].len();
+        if (0..states).any(steep) {
+            return Ok(None);
+        }
+        // A square cut by the border of the picture has its centre there.
+        if c1 - c0 == side && r1 - r0 == side {
+            let center = self.node(c0 + side / 2, r0 + side / 2)?;
+            let mean = |k: usize| 0.25 * corners.iter().map(|n| n[k]).sum::<f64>();
+            if (0..states).any(|k| (center[k] - mean(k)).abs() > CENTER * limit_k) {
+                return Ok(None);
+            }
+        }
+        Ok(Some(corners))
+    }
+}
+
+impl Tracer<'_> {
+    /// The corrections of a picture whose pixels show these faces; `None` for pixels that show nothing that scatters.
+    pub(super) fn corrections(&self, view: &View, faces: &[Face]) -> Result<Corrections> {
+        let (columns, rows) = (view.grid().n_l, view.grid().n_m);
+        let states = self.freqs_ghz.len() * self.antenna.len();
+        if faces.iter().all(Option::is_none) {
+            return Ok(Corrections { values: Vec::new(), states, rays: 0 });
+        }
+        let across = columns.div_ceil(TILE);
+        let tiles: Vec<(Vec<f64>, usize)> = (0..across * rows.div_ceil(TILE))
+            .into_par_iter()
+            .map_init(
+                || self.scratch(),
+                |scratch, k| {
+                    let corner = (k % across * TILE, k / across * TILE);
+                    let nodes = vec![None; (TILE + 1) * (TILE + 1)];
+                    let mut squares = Squares { tracer: self, view, faces, columns, rows, corner, scratch, nodes, rays: 0 };
+                    let mut out = vec![0.0; TILE * TILE * states];
+                    for row in (0..TILE).step_by(STEP) {
+                        for column in (0..TILE).step_by(STEP) {
+                            squares.square(corner.0 + column, corner.1 + row, STEP, &mut out)?;
+                        }
+                    }
+                    Ok((out, squares.rays))
+                },
+            )
+            .collect::<Result<_>>()?;
+        let mut values = Vec::with_capacity(rows * columns * states);
+        for row in 0..rows {
+            for (k, tile) in tiles[row / TILE * across..(row / TILE + 1) * across].iter().enumerate() {
+                let wide = (columns - k * TILE).min(TILE);
+                values.extend_from_slice(&tile.0[row % TILE * TILE * states..][..wide * states]);
+            }
+        }
+        Ok(Corrections { values, states, rays: tiles.iter().map(|t| t.1).sum() })
+    }
+}
