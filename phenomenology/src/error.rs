@@ -58,6 +58,16 @@ pub enum SceneError {
         /// Cause.
         source: Box<PhysicsError>,
     },
+    /// An error of the water of a body of weather.
+    #[error("{at}weather `{name}`")]
+    Weather {
+        /// Line of the scene.
+        at: At,
+        /// Its name.
+        name: String,
+        /// Cause.
+        source: Box<PhysicsError>,
+    },
     /// A picture that the scene names and that could not be read.
     #[error("{at}picture `{name}` of the ground")]
     Picture {

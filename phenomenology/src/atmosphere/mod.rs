@@ -6,6 +6,7 @@
 //! - [`Atmosphere::sky`], [`Atmosphere::path`]: the full integrals.
 //! - [`Atmosphere::delay`], [`Atmosphere::path_delay`]: excess path length and phase, from 0 GHz.
 //! - [`SkyTable`], [`PathTable`]: tables for ray tracing.
+//! - [`Hydrometeors`], [`Mixture`]: the water of a cloud, and its radiation in the air around it.
 //!
 //! Units are those of the papers: GHz, hPa, K, km, g/m3, mm/h; angles in degrees from the
 //! zenith. Radiance is the photon occupation number (see [`planck`]).
@@ -29,8 +30,10 @@ mod delay_field;
 mod error;
 pub mod gas;
 mod grid;
+mod hydrometeors;
 pub mod hydrosol;
 mod layer;
+mod mixture;
 mod model;
 mod path;
 mod path_table;
@@ -57,8 +60,10 @@ pub use delay::{DelayRow, PathDelay};
 pub use delay_field::DelayField;
 pub use error::{MAX_FREQ_GHZ, MIN_FREQ_GHZ, PhysicsError, check_frequency, check_range};
 pub use gas::{GAS_MODELS, GasModel, GasModelEntry, NEPER_PER_DECIBEL, gas_model};
+pub use hydrometeors::Hydrometeors;
 pub use hydrosol::{crystal_attenuation_liebe93, crystal_refractivity_liebe93, droplet_attenuation_liebe93, droplet_refractivity_liebe93};
 pub use layer::{LAYER_KINDS, Layer, LayerKind, LayerKindEntry, Phase, check_layers};
+pub use mixture::Mixture;
 pub use model::Atmosphere;
 pub use path::{PathEnds, PathExtent};
 pub use path_table::PathTable;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use super::air_grid::{Column, Levels};
 use super::error::{PhysicsError, check_frequencies, check_range};
+use super::mixture::Mixture;
 use super::model::Atmosphere;
 use super::path::{LEVEL_PATH_KM, PathEnds};
 use super::transfer::PathRadiation;
@@ -96,11 +97,7 @@ impl PathTable {
             return Err(PhysicsError::OutOfRange { quantity: "channel", value: channel as f64, min: 0.0, max: last, unit: "(index)" });
         };
         let freq_ghz = self.freqs_ghz[channel];
-        let (observer, target) = (ends.observer_km(), ends.target_km());
-        let z = &self.levels.z_km;
-        let (lowest, highest) = (z[0] - BELOW_BOTTOM_KM, z[z.len() - 1]);
-        check_range("path height", observer, "km", lowest, highest)?;
-        check_range("path height", target, "km", lowest, highest)?;
+        let (observer, target) = self.heights_of(ends)?;
 
         let rise = ends.height_km();
         if rise < LEVEL_PATH_KM {
@@ -131,6 +128,36 @@ impl PathTable {
             start_depth = end_depth;
         }
         Ok(path)
+    }
+
+    /// Adds the air of a short path to a mixture. Its black-body radiance is that of the air at each end. Returns these radiances, near and
+    /// far.
+    ///
+    /// # Errors
+    /// [`PhysicsError::OutOfRange`] for an end outside the table.
+    pub fn add_to(&self, mixture: &mut Mixture, channel: usize, ends: &PathEnds) -> Result<[f64; 2], PhysicsError> {
+        let segments = &self.channels[channel];
+        let (observer, target) = self.heights_of(ends)?;
+        let (near, far) = (self.locate(observer), self.locate(target));
+        let rise = ends.height_km();
+        let tau = if rise < LEVEL_PATH_KM {
+            segments[near.segment].absorption(near.fraction) * ends.length_km()
+        } else {
+            (depth(segments, near) - depth(segments, far)).abs() * (ends.length_km() / rise)
+        };
+        let radiances = [near, far].map(|p| segments[p.segment].radiance(p.fraction));
+        mixture.add(tau, radiances[0], radiances[1]);
+        Ok(radiances)
+    }
+
+    /// Heights of the ends of a path, checked against the table.
+    fn heights_of(&self, ends: &PathEnds) -> Result<(f64, f64), PhysicsError> {
+        let (observer, target) = (ends.observer_km(), ends.target_km());
+        let z = &self.levels.z_km;
+        let (lowest, highest) = (z[0] - BELOW_BOTTOM_KM, z[z.len() - 1]);
+        check_range("path height", observer, "km", lowest, highest)?;
+        check_range("path height", target, "km", lowest, highest)?;
+        Ok((observer, target))
     }
 
     /// The place of a height that lies in the table.

@@ -5,6 +5,7 @@
 //! of all regions, with a [`Bvh`] over them.
 //!
 //! - [`read_text`], [`write_text`]: the text of bodies and regions in the style of MORSE and GIFT.
+//! - [`Volumes`]: regions that rays pass through, such as clouds.
 //! - [`probe`]: the first hits of given rays, and the regions of given points.
 
 mod bvh;
@@ -15,6 +16,7 @@ pub mod probe;
 mod term;
 mod text_read;
 mod text_write;
+mod volumes;
 
 #[cfg(test)]
 mod model_tests;
@@ -30,3 +32,4 @@ pub use model::{Geometry, Hit, NamedBody, Region, RegionSource};
 pub(crate) use text_read::is_void;
 pub use text_read::{TextModel, looks_like_bodies, read_text};
 pub use text_write::write_text;
+pub use volumes::{Passage, Volumes};

@@ -196,7 +196,7 @@ impl Geometry {
     }
 }
 
-fn index<'a>(names: impl Iterator<Item = (&'a str, usize)>, what: &'static str) -> Result<HashMap<String, u32>, GeometryError> {
+pub(super) fn index<'a>(names: impl Iterator<Item = (&'a str, usize)>, what: &'static str) -> Result<HashMap<String, u32>, GeometryError> {
     let mut map: HashMap<String, u32> = HashMap::new();
     let mut lines = Vec::new();
     for (i, (name, line)) in names.enumerate() {
@@ -209,7 +209,7 @@ fn index<'a>(names: impl Iterator<Item = (&'a str, usize)>, what: &'static str) 
     Ok(map)
 }
 
-fn terms_of(source: &RegionSource, names: &HashMap<String, u32>, bodies: &[NamedBody]) -> Result<Vec<Term>, GeometryError> {
+pub(super) fn terms_of(source: &RegionSource, names: &HashMap<String, u32>, bodies: &[NamedBody]) -> Result<Vec<Term>, GeometryError> {
     let (line, region) = (source.line, &source.name);
     if source.expression.terms.is_empty() {
         return Err(GeometryError::no_body(line, region));
@@ -233,7 +233,7 @@ fn terms_of(source: &RegionSource, names: &HashMap<String, u32>, bodies: &[Named
     Ok(terms)
 }
 
-fn bounds_of(term: &Term, solids: &[Body]) -> Bounds {
+pub(super) fn bounds_of(term: &Term, solids: &[Body]) -> Bounds {
     term.plus.iter().fold(Bounds::ALL, |b, i| b.intersection(solids[*i as usize].solid.bounds()))
 }
 

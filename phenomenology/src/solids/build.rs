@@ -6,6 +6,7 @@ use super::file::{AtmosphereRow, GroundRow, HeightFieldRow, MapRow, PatchRow, Sc
 use super::images::{ReadGrey, resolve};
 use super::place::{Lines, Placed, place};
 use super::scene::{SolidScene, SurfaceSource};
+use super::weather::{Around, Weather};
 use crate::error::{Result, SceneError};
 use crate::geometry::{At, Geometry, is_void};
 use crate::surfaces::{Canopy, Roughness, StackDescription, SurfaceError};
@@ -59,7 +60,7 @@ fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
         })
         .collect::<Result<Vec<_>>>()?;
     let mut covers = Covers::new(surfaces.iter().map(|s| s.name.as_str()));
-    let Placed { bodies, regions, dresses } = place(&file, text)?;
+    let Placed { bodies, regions, dresses, weather } = place(&file, text)?;
     let sources = regions.clone();
     let geometry = Geometry::new(bodies, regions)?;
     let numbers: HashMap<&str, usize> = geometry.bodies().iter().enumerate().map(|(i, b)| (b.name.as_str(), i)).collect();
@@ -96,8 +97,10 @@ fn build(file: SceneFile, text: &str) -> Result<SolidScene> {
     let defaults = AtmosphereRow::default();
     let (row, at) = file.atmosphere.as_ref().map_or((&defaults, 0), |a| (a.get_ref(), line(a.span().start)));
     let air = atmosphere(row).map_err(|e| SceneError::air(At(at), e))?;
+    let around = Around { atmosphere: air.atmosphere.as_ref(), altitude_km: air.altitude_km };
+    let weather = Weather::new(&weather, geometry.bodies(), around, &row.rain)?;
     let camera_line = file.camera.as_ref().map_or(0, |c| line(c.span().start));
-    let scene = SolidScene { file, geometry, covers, surfaces, terrain, air, camera_line };
+    let scene = SolidScene { file, geometry, covers, surfaces, terrain, air, weather, camera_line };
     scene.check_camera()?;
     Ok(scene)
 }

@@ -56,6 +56,10 @@ pub struct SceneFile {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Vec<InstanceRow>")]
     pub instance: Vec<Spanned<InstanceRow>>,
+    /// Clouds, fog banks, rain shafts and haze layers, made of bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<WeatherRow>")]
+    pub weather: Vec<Spanned<WeatherRow>>,
 }
 
 /// `[atmosphere]`: the air, by default clear mid-latitude summer.
@@ -275,6 +279,34 @@ pub struct FaceRow {
     pub temperature_k: Option<f64>,
 }
 
+/// `[[weather]]`: a volume of water that rays pass through, such as a cloud, a fog bank or a rain shaft.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WeatherRow {
+    /// Name, unique in its assembly.
+    pub name: String,
+    /// Expression of bodies such as `+1 -7 OR +6`. Volumes of weather may overlap; their absorption adds up.
+    pub is: String,
+    /// Liquid water of cloud or fog droplets, g/m3.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub liquid_g_m3: f64,
+    /// Ice crystals, g/m3.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub ice_g_m3: f64,
+    /// Rain rate, mm/h.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rain_mm_h: f64,
+    /// Liquid water of haze droplets, g/m3. It adds to `liquid_g_m3`.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub haze_g_m3: f64,
+    /// Temperature, K; by default that of the air at each height.
+    pub temperature_k: Option<f64>,
+}
+
+fn is_zero(amount: &f64) -> bool {
+    *amount == 0.0
+}
+
 /// `[assembly.NAME]`: bodies and regions that instances place.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -294,6 +326,10 @@ pub struct AssemblyRow {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schemars(with = "Vec<InstanceRow>")]
     pub instance: Vec<Spanned<InstanceRow>>,
+    /// Weather made of its bodies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<WeatherRow>")]
+    pub weather: Vec<Spanned<WeatherRow>>,
 }
 
 /// An assembly placed in the scene.

@@ -26,6 +26,9 @@ impl SolidScene {
                 canopy.temperature_k = temperature_k;
             }
         }
+        if let Some(weather) = &mut self.weather {
+            weather.emit_at(temperature_k);
+        }
         self.covers.forget_temperatures();
         Ok(self)
     }

@@ -13,6 +13,7 @@ mod isothermal;
 mod place;
 mod probe;
 mod scene;
+mod weather;
 mod write;
 
 #[cfg(test)]
@@ -21,8 +22,9 @@ mod scene_tests;
 pub use covers::{Cover, Covers};
 pub use file::{
     AssemblyRow, AtmosphereRow, BodyRow, CanopyRow, FaceRow, GroundRow, HeightFieldRow, InstanceRow, MapRow, PatchRow, RegionRow,
-    SceneFile, SurfaceRow,
+    SceneFile, SurfaceRow, WeatherRow,
 };
 pub use images::ReadGrey;
 pub use probe::{Probed, read_geometry, read_probe_with};
 pub use scene::{Air, SolidScene, SurfaceSource};
+pub use weather::{Weather, WeatherSource};

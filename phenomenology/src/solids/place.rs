@@ -1,6 +1,6 @@
 //! Places the assemblies of a scene: moves the bodies and makes the names unique.
 
-use super::file::{AssemblyRow, BodyRow, FaceRow, InstanceRow, RegionRow, SceneFile};
+use super::file::{AssemblyRow, BodyRow, FaceRow, InstanceRow, RegionRow, SceneFile, WeatherRow};
 use crate::error::{Result, SceneError};
 use crate::geometry::{Expression, GeometryError, NamedBody, RegionSource, is_valid_name, is_void};
 use crate::primitives::Body;
@@ -29,6 +29,8 @@ pub(super) struct Placed {
     pub regions: Vec<RegionSource>,
     /// Surface and temperature of each region. // [region]
     pub dresses: Vec<Dress>,
+    /// Weather, with its place as the expression of a region.
+    pub weather: Vec<(RegionSource, WeatherRow)>,
 }
 
 /// Finds the line of a position in a text.
@@ -66,6 +68,7 @@ pub(super) fn place(file: &SceneFile, text: &str) -> Result<Placed> {
         placer.text_model(inner)?;
     }
     placer.rows(&file.body, &file.region, "", &Similarity::IDENTITY)?;
+    placer.weather(&file.weather, "")?;
     placer.instances(&file.instance, "", &Similarity::IDENTITY, 0)?;
     Ok(placer.out)
 }
@@ -124,6 +127,18 @@ impl Placer<'_> {
         Ok(())
     }
 
+    fn weather(&mut self, rows: &[Spanned<WeatherRow>], prefix: &str) -> Result<()> {
+        for row in rows {
+            let (line, row) = (self.line(row), row.get_ref());
+            name_is_good(&row.name, line)?;
+            let expression = Expression::parse(&row.is).map_err(|e| SceneError::at(line, format!("weather `{}`: {e}", row.name)))?;
+            let expression = expression.renamed(|name| format!("{prefix}{name}"));
+            let source = RegionSource { name: format!("{prefix}{}", row.name), expression, void: false, line };
+            self.out.weather.push((source, row.clone()));
+        }
+        Ok(())
+    }
+
     fn instances(&mut self, rows: &[Spanned<InstanceRow>], prefix: &str, by: &Similarity, depth: usize) -> Result<()> {
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
         for row in rows {
@@ -148,6 +163,7 @@ impl Placer<'_> {
             let (prefix, by) = (format!("{prefix}{name}."), inner.then(by));
             let assembly = assembly.get_ref();
             self.rows(&assembly.body, &assembly.region, &prefix, &by)?;
+            self.weather(&assembly.weather, &prefix)?;
             self.instances(&assembly.instance, &prefix, &by, depth + 1)?;
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 use super::covers::Covers;
 use super::file::SceneFile;
+use super::weather::Weather;
 use crate::atmosphere::{Atmosphere, Geometry as SkyGeometry};
 use crate::camera::Camera;
 use crate::error::{Result, SceneError};
@@ -48,6 +49,8 @@ pub struct SolidScene {
     pub(crate) surfaces: Vec<SurfaceSource>,
     pub(crate) terrain: Option<Terrain>,
     pub(crate) air: Air,
+    /// Clouds, fog banks, rain shafts and haze layers.
+    pub(crate) weather: Option<Weather>,
     /// Line of the camera, 0 if there is none.
     pub(super) camera_line: usize,
 }

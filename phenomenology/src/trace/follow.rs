@@ -5,6 +5,7 @@ use super::polar::{local_frame, polarised, reflect, turn};
 use super::scatter::{Scattering, heaviest, weight_of};
 use super::scratch::{Reach, Scratch};
 use super::tracer::{Seen, Spot, Tracer};
+use super::weather::Cuts;
 use crate::atmosphere::{PathEnds, PathExtent};
 use crate::error::Result;
 use crate::space::{Ray, Vec3};
@@ -24,6 +25,7 @@ impl Tracer<'_> {
             path: vec![(0.0, 1.0); self.freqs_ghz.len()],
             points: Points::of_pixel(0.0, 0.0),
             scatters: false,
+            cuts: Cuts::default(),
         }
     }
 
@@ -59,7 +61,7 @@ impl Tracer<'_> {
         let (mut ray, mut spot, mut reference, mut reach) = (ray, spot, reference, reach);
         loop {
             let cos = (-ray.direction.dot(spot.normal)).clamp(0.0, 1.0);
-            self.add_leg(ray.origin.z, spot.point.z, spot.t, reach.branch, scratch)?;
+            self.add_leg(&ray, spot.point.z, spot.t, reach.branch, scratch)?;
             if let Some((local, by)) = local_frame(ray.direction, spot.normal, reference) {
                 scratch.rows[reach.branch].iter_mut().for_each(|row| turn(row, by));
                 reference = local;
@@ -118,13 +120,27 @@ impl Tracer<'_> {
         }
     }
 
-    /// Adds the emission and the loss of the air between two heights in m over a length in m.
+    /// Adds the emission and the loss of air and weather along a ray to the height `to_m`, over a length in m.
     #[inline]
-    fn add_leg(&self, from_m: f64, to_m: f64, length_m: f64, branch: usize, scratch: &mut Scratch) -> Result<()> {
+    fn add_leg(&self, ray: &Ray, to_m: f64, length_m: f64, branch: usize, scratch: &mut Scratch) -> Result<()> {
+        if self.weather.is_some() && self.add_weathered(ray, to_m, length_m, branch, scratch)? {
+            return Ok(());
+        }
+        self.add_air(ray.origin.z, to_m, length_m, branch, scratch)
+    }
+
+    /// Length of a leg in km between two heights in km. Rounding must not make it shorter than its rise.
+    #[inline]
+    pub(super) fn leg_km(&self, from_km: f64, to_km: f64, length_m: f64) -> f64 {
+        (1e-3 * length_m).max((from_km - to_km).abs()).min(LONGEST_KM)
+    }
+
+    /// Adds the emission and the loss of clear air between two heights in m over a length in m.
+    #[inline]
+    pub(super) fn add_air(&self, from_m: f64, to_m: f64, length_m: f64, branch: usize, scratch: &mut Scratch) -> Result<()> {
         let Some(air) = &self.air else { return Ok(()) };
         let (from, to) = (self.altitude_km + 1e-3 * from_m, self.altitude_km + 1e-3 * to_m);
-        // Rounding must not make a leg shorter than its rise.
-        let length = (1e-3 * length_m).max((from - to).abs()).min(LONGEST_KM);
+        let length = self.leg_km(from, to, length_m);
         let ends = PathEnds::new(from, to, PathExtent::LengthKm(length))?;
         for (channel, path) in scratch.path.iter_mut().enumerate() {
             let p = air.radiation(channel, &ends)?;
@@ -135,7 +151,7 @@ impl Tracer<'_> {
     }
 
     #[inline]
-    fn apply_path(&self, branch: usize, scratch: &mut Scratch) {
+    pub(super) fn apply_path(&self, branch: usize, scratch: &mut Scratch) {
         let planes = self.antenna.len();
         for (k, row) in scratch.rows[branch].iter_mut().enumerate() {
             let (emission_k, transmission) = scratch.path[k / planes];
@@ -144,13 +160,24 @@ impl Tracer<'_> {
         }
     }
 
-    /// Adds the sky, or the black ground under a scene without ground.
+    /// Adds the sky, or the black ground under a scene without ground, with the weather before it.
     pub(super) fn add_sky(&self, ray: &Ray, branch: usize, scratch: &mut Scratch) -> Result<()> {
+        if self.weather.is_some()
+            && (ray.direction.z >= 0.0 || self.air.is_none())
+            && let Some(rest) = self.leave_weather(ray, branch, scratch)?
+        {
+            return self.add_clear_sky(&rest, branch, scratch);
+        }
+        self.add_clear_sky(ray, branch, scratch)
+    }
+
+    /// Adds the sky behind all weather, or the black ground.
+    fn add_clear_sky(&self, ray: &Ray, branch: usize, scratch: &mut Scratch) -> Result<()> {
         let planes = self.antenna.len();
         let (z, cos) = (ray.origin.z, ray.direction.z);
         if cos < 0.0 && self.air.is_some() {
             let depth = z.max(0.0);
-            self.add_leg(z, z - depth, (depth / -cos).min(1e3 * LONGEST_KM), branch, scratch)?;
+            self.add_leg(ray, z - depth, (depth / -cos).min(1e3 * LONGEST_KM), branch, scratch)?;
             for (k, row) in scratch.rows[branch].iter().enumerate() {
                 scratch.sums[k] += 2.0 * row[0] * self.below_k[k / planes];
             }
@@ -161,7 +188,7 @@ impl Tracer<'_> {
         let rise_m = 1e3 * (level_km - height_km);
         // There are tables at a few heights. The air between the ray and the next table is added.
         if rise_m > 1e-3 {
-            self.add_leg(z, z + rise_m, (rise_m / cos.max(1e-9)).min(1e3 * LONGEST_KM), branch, scratch)?;
+            self.add_air(z, z + rise_m, (rise_m / cos.max(1e-9)).min(1e3 * LONGEST_KM), branch, scratch)?;
         }
         for (k, row) in scratch.rows[branch].iter().enumerate() {
             scratch.sums[k] += 2.0 * row[0] * self.sky.rj_k(level, k / planes, cos.abs());

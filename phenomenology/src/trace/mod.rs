@@ -3,6 +3,7 @@
 mod flight;
 mod follow;
 mod lattice;
+mod leg;
 mod mesh_options;
 mod options;
 mod picture;
@@ -15,6 +16,7 @@ mod scratch;
 mod smooth;
 mod tracer;
 mod vertex;
+mod weather;
 
 #[cfg(test)]
 mod facet_tests;
@@ -22,6 +24,8 @@ mod facet_tests;
 mod physics_tests;
 #[cfg(test)]
 mod sensitivity_tests;
+#[cfg(test)]
+mod weather_tests;
 
 pub use flight::{Flight, KeyFrame};
 pub use mesh_options::{EdgeOptions, MeshOptions};

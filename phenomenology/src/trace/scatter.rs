@@ -9,6 +9,7 @@ use super::lattice::Use;
 use super::polar::{local_frame, reflect, turn};
 use super::scratch::{Reach, Scratch};
 use super::tracer::{Spot, Tracer};
+use super::weather::Cuts;
 use crate::error::Result;
 use crate::radiometry::{Scattered, SurfaceTable};
 use crate::space::{Ray, Vec3};
@@ -102,7 +103,8 @@ impl Tracer<'_> {
         let ray_of = |path: &FacetPath| Ray::from_unit(hit.spot.point + hit.spot.normal * self.eps, plane.global(path.direction).unit());
         if level
             && points.use_of == Use::Search
-            && self.all_open((0..(count / SEARCH.0).max(SEARCH.1).min(count)).flat_map(leave).map(|path| ray_of(&path)))?
+            && self
+                .all_open((0..(count / SEARCH.0).max(SEARCH.1).min(count)).flat_map(leave).map(|path| ray_of(&path)), &mut scratch.cuts)?
         {
             return Ok(());
         }
@@ -114,7 +116,7 @@ impl Tracer<'_> {
         for path in (0..count).flat_map(leave) {
             let ray = ray_of(&path);
             let next = self.spot(&ray)?;
-            if level && next.is_none() {
+            if level && next.is_none() && !self.meets_weather(&ray, &mut scratch.cuts) {
                 continue;
             }
             let reference = self.branch(hit, &plane, &path, 1.0 / count as f64, reach, scratch);
@@ -130,10 +132,10 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// Whether rays meet nothing but sky.
-    fn all_open(&self, rays: impl Iterator<Item = Ray>) -> Result<bool> {
+    /// Whether rays meet nothing but clear sky. `cuts` is working memory.
+    fn all_open(&self, rays: impl Iterator<Item = Ray>, cuts: &mut Cuts) -> Result<bool> {
         for ray in rays {
-            if self.spot(&ray)?.is_some() {
+            if self.spot(&ray)?.is_some() || self.meets_weather(&ray, cuts) {
                 return Ok(false);
             }
         }

@@ -1,6 +1,7 @@
 //! The state of rays that are followed, and the memory they work in.
 
 use super::lattice::Points;
+use super::weather::Cuts;
 
 /// Working memory of a ray; one for each thread.
 #[derive(Debug, Clone)]
@@ -17,6 +18,8 @@ pub(super) struct Scratch {
     pub points: Points,
     /// Whether the ray, or its mirror ray, met a surface that scatters.
     pub scatters: bool,
+    /// Where the leg enters and leaves weather.
+    pub cuts: Cuts,
 }
 
 impl Scratch {

@@ -1,6 +1,7 @@
 //! A scene with everything that rays need at given frequencies.
 
 use super::options::{RenderOptions, Scale};
+use super::weather::Weather;
 use crate::atmosphere::PathTable;
 use crate::atmosphere::planck::{black_body_radiance, planck_of_rayleigh_jeans_k, rayleigh_jeans_temperature_k};
 use crate::dielectrics::Extrapolation;
@@ -25,11 +26,12 @@ pub struct Tracer<'a> {
     pub(super) surfaces: Vec<Vec<SurfaceTable>>,
     pub(super) sky: SkyLookup,
     pub(super) air: Option<PathTable>,
+    pub(super) weather: Option<Weather<'a>>,
     pub(super) altitude_km: f64,
     /// Temperature of the black ground that rays meet if they go down past a scene without ground, RJ, K. // [chan]
     pub(super) below_k: Vec<f64>,
     /// Height of the highest sky table, m.
-    top_m: f64,
+    pub(super) top_m: f64,
     /// Distance from a surface at which a reflected ray starts, m. It keeps the ray from hitting the same surface again.
     pub(super) eps: f64,
     /// Smallest upward component of the normal of a surface that counts as level.
@@ -81,7 +83,10 @@ impl<'a> Tracer<'a> {
         let altitude_km = scene.air.altitude_km;
         let top_m = high_m.max(camera_m).max(roof_m).max(options.highest_m);
         let ground_m = scene.terrain.as_ref().map_or(0.0, crate::terrain::Terrain::plane_m);
-        let mut heights: Vec<f64> = [low_m, ground_m, top_m].map(|z| altitude_km + 1e-3 * z).to_vec();
+        // A ray that leaves a cloud sees the sky of the table at its top.
+        let tops: Vec<f64> = scene.weather.iter().flat_map(crate::solids::Weather::tops_m).filter(|z| *z > low_m).collect();
+        let highest_m = tops.iter().copied().fold(top_m, f64::max);
+        let mut heights: Vec<f64> = [low_m, ground_m, top_m].iter().chain(&tops).map(|z| altitude_km + 1e-3 * z).collect();
         heights.sort_by(f64::total_cmp);
         heights.dedup_by(|b, a| *b - *a < 1e-6);
         let (sky, air) = match &scene.air.atmosphere {
@@ -91,6 +96,7 @@ impl<'a> Tracer<'a> {
                 (SkyLookup::new(atmosphere, scene.air.geometry, &freqs_ghz, &heights, &options.tables)?, Some(path))
             }
         };
+        let weather = scene.weather.as_ref().map(|w| Weather::new(w, &freqs_ghz)).transpose()?;
         let below = scene.air.atmosphere.as_ref().map_or(scene.air.background_k, |a| a.profile().surface().temperature_k());
         let below_k = freqs_ghz.iter().map(|f| rayleigh_jeans_temperature_k(*f, black_body_radiance(*f, below))).collect();
         let (level, _) = sky.level_above(altitude_km + 1e-3 * ground_m)?;
@@ -104,9 +110,10 @@ impl<'a> Tracer<'a> {
             surfaces,
             sky,
             air,
+            weather,
             altitude_km,
             below_k,
-            top_m,
+            top_m: highest_m,
             eps,
             level: options.level_deg.to_radians().cos(),
             open_level: level,
