@@ -119,8 +119,8 @@ impl Survey {
 
 /// Unit vector s towards the phase centre in an integration, from the normal equations of w = d . s.
 ///
-/// If the antennas lie in a plane, the baselines do not determine the component across it. It follows from the length of 1, with the source above
-/// the horizon.
+/// If the antennas lie in a plane, which may be tilted, the baselines do not determine the component across it. It follows from the length of 1,
+/// with the source on the upper side of the plane.
 ///
 /// # Errors
 /// The integration has no baseline between antennas at different positions.
@@ -137,14 +137,24 @@ pub(crate) fn direction(integration: &Integration, layout: &ArrayLayout) -> Resu
     }
     let (a, d, f) = (xx + ridge, yy + ridge, zz + ridge);
     let unknown = || ChainError::NoData(format!("the direction of the phase centre at JD {} is unknown", integration.time_jd));
-    let mut s = solve_3([[a, xy, xz], [xy, d, yz], [xz, yz, f]], [xw, yw, zw]).ok_or_else(unknown)?;
-    // |s + x up|^2 = 1 with the larger root, which raises the source.
-    let rest = 1.0 - s[0] * s[0] - s[1] * s[1];
-    if s[2] * s[2] < rest {
-        s[2] = rest.sqrt();
+    let matrix = [[a, xy, xz], [xy, d, yz], [xz, yz, f]];
+    let mut s = solve_3(matrix, [xw, yw, zw]).ok_or_else(unknown)?;
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let unit = |v: [f64; 3]| v.map(|x| x / dot(v, v).sqrt());
+    // The direction that the baselines tell least of: across a plane, and as steep as can be for antennas in a line.
+    let mut across = [0.0, 0.0, 1.0];
+    for _ in 0..8 {
+        across = unit(solve_3(matrix, across).ok_or_else(unknown)?);
     }
-    let length = (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]).sqrt();
-    Ok(s.map(|x| x / length))
+    let along = dot(s, across);
+    // |s + t across| = 1. In a plane s has no component across it, and the larger root raises the source. Where the baselines have told the
+    // component, t is nearly 0.
+    let root = (along * along + 1.0 - dot(s, s)).max(0.0).sqrt();
+    let t = if along < -0.01 { -along - root } else { root - along };
+    for k in 0..3 {
+        s[k] += t * across[k];
+    }
+    Ok(unit(s))
 }
 
 #[cfg(test)]
@@ -176,6 +186,30 @@ mod tests {
             let toward = direction(&found[0], &layout).unwrap();
             for k in 0..3 {
                 assert!((toward[k] - truth[k]).abs() < 1e-4, "hill {hill}: {toward:?}");
+            }
+        }
+    }
+
+    // The source was taken to be 14 degrees off, because its component across a tilted plane was looked for in the vertical one.
+    #[test]
+    fn antennas_on_a_slope_know_the_direction() {
+        for (slope, toward) in [(0.25, [0.0, 0.0, 1.0]), (-0.4, [0.48, -0.36, 0.8]), (1.0, [-0.6, 0.0, 0.8]), (0.1, [0.96, 0.0, 0.28])] {
+            let at = |k: usize| [[0.0, 0.0], [40.0, 0.0], [3.0, 40.0], [-20.0, 25.0]][k];
+            let position = |k: usize| [at(k)[0], at(k)[1], slope * at(k)[0]];
+            let antennas = (0..4).map(|k| Antenna::new(format!("A{k}"), k as u32, position(k))).collect();
+            let site = Site { latitude_rad: 0.5, longitude_rad: 0.0, altitude_m: 0.0 };
+            let layout = ArrayLayout::new("t", LayoutFrame::EastNorthUp(site), antennas).unwrap();
+            let pairs: Vec<(usize, usize)> = (0..4).flat_map(|a| (a + 1..4).map(move |b| (a, b))).collect();
+            let w = |(a, b): (usize, usize)| (0..3).map(|i| (position(b)[i] - position(a)[i]) * toward[i]).sum();
+            let uvw = Array2::from_shape_fn((pairs.len(), 3), |(r, k)| if k == 2 { w(pairs[r]) } else { 0.0 });
+            let n = pairs.len();
+            let (ant1, ant2) = pairs.into_iter().map(|(a, b)| (a as u32, b as u32)).unzip();
+            let coverage = UvCoverage::new(uvw, ant1, ant2, vec![2.46e6; n], vec![10.0; n], vec![0; n]).unwrap();
+            let mut survey = Survey::default();
+            survey.add(&coverage, &layout).unwrap();
+            let found = direction(&survey.finish()[0], &layout).unwrap();
+            for k in 0..3 {
+                assert!((found[k] - toward[k]).abs() < 1e-6, "slope {slope}: {found:?} {toward:?}");
             }
         }
     }
