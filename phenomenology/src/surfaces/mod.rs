@@ -44,6 +44,8 @@ mod stack_file;
 pub(crate) mod stokes_tests;
 mod tau_omega;
 mod visible_facets;
+pub mod volume;
+mod volume_response;
 mod wagner_lynch;
 mod wegmuller_matzler99;
 
@@ -61,5 +63,6 @@ pub use stack::Stack;
 pub use stack_file::{DEFAULT_TEMPERATURE_K, LayerDescription, RawLayer, StackDescription, Substance};
 pub use tau_omega::{Canopy, CanopyBudget};
 pub use visible_facets::{FacetPath, VisibleFacets};
+pub use volume::{SCATTER_KINDS, Scatter};
 pub use wagner_lynch::{FacetIntegrals, Sky};
 pub use wegmuller_matzler99::wegmuller_matzler99;

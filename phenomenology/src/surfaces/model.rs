@@ -7,6 +7,7 @@ use super::geometric_optics::SurfaceResponse;
 use super::roughness::Roughness;
 use super::stack::Stack;
 use super::tau_omega::Canopy;
+use super::volume_response::volume_response;
 use super::wagner_lynch::Sky;
 use super::wegmuller_matzler99::wegmuller_matzler99;
 use crate::constants::SPEED_OF_LIGHT_M_S;
@@ -38,6 +39,7 @@ impl SurfaceModel {
     /// [`SurfaceError::Angle`], or an angle beyond the fit of the roughness.
     pub fn reflection(&self, theta_rad: f64) -> Result<Reflection, SurfaceError> {
         let cos = cos_incidence(theta_rad)?;
+        self.check_roughness()?;
         let smooth = self.stack.reflection_cos(cos);
         match self.roughness {
             Roughness::Smooth => Ok(smooth),
@@ -65,9 +67,11 @@ impl SurfaceModel {
         if bounded("azimuth", azimuth_rad, -1e6, 1e6).is_err() {
             return Err(SurfaceError::Azimuth { degrees: azimuth_rad.to_degrees() });
         }
-        let mut response = match self.roughness {
-            Roughness::GeometricOptics(go) => go.response(&self.stack, theta_rad, azimuth_rad, sky),
-            _ => self.specular_response(theta_rad, cos, sky_at_mirror(sky, theta_rad, azimuth_rad))?,
+        self.check_roughness()?;
+        let mut response = match (volume_response(&self.stack, cos, azimuth_rad, sky), self.roughness) {
+            (Some(response), _) => response,
+            (None, Roughness::GeometricOptics(go)) => go.response(&self.stack, theta_rad, azimuth_rad, sky),
+            (None, _) => self.specular_response(theta_rad, cos, sky_at_mirror(sky, theta_rad, azimuth_rad))?,
         };
         if let Some(canopy) = self.canopy {
             let sky_k = sky_at_mirror(sky, theta_rad, azimuth_rad);
@@ -92,6 +96,15 @@ impl SurfaceModel {
     /// As [`SurfaceModel::response`].
     pub fn brightness_k(&self, theta_rad: f64, azimuth_rad: f64, sky: Sky<'_>) -> Result<[f64; 2], SurfaceError> {
         Ok(self.response(theta_rad, azimuth_rad, sky)?.brightness_k())
+    }
+
+    /// Refuses roughness on a stack that scatters, for which there is no model.
+    fn check_roughness(&self) -> Result<(), SurfaceError> {
+        if self.stack.volume().is_none() || self.roughness == Roughness::Smooth {
+            return Ok(());
+        }
+        let message = "the surface has roughness and layers that scatter; give it one of them, because no model here has both";
+        Err(SurfaceError::Refused(message.to_owned()))
     }
 
     fn k0(&self) -> f64 {

@@ -81,6 +81,11 @@ fn gauss_normal(n: usize) -> Rule {
     Rule { points }
 }
 
+/// Nodes and weights of the Gauss-Legendre rule of `n` points on an interval.
+pub(super) fn gauss_legendre_on(n: usize, lo: f64, hi: f64) -> Vec<(f64, f64)> {
+    gauss_legendre(n).on(lo, hi).collect()
+}
+
 macro_rules! rules {
     ($($name:ident = $make:ident($n:expr), $doc:literal;)*) => {$(
         #[doc = $doc]

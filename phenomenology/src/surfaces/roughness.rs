@@ -130,8 +130,8 @@ impl FromStr for Roughness {
     }
 }
 
-/// A length with its unit, in m.
-fn length_m(text: &str) -> Option<f64> {
+/// A length with its unit, in m; none if the text is no length.
+pub(super) fn length_m(text: &str) -> Option<f64> {
     let split = text.find(|c: char| c.is_ascii_alphabetic() && c != 'e' && c != 'E')?;
     let (number, unit) = text.split_at(split);
     let scale = match unit {

@@ -5,9 +5,11 @@ use super::error::{SurfaceError, cos_incidence};
 use super::fresnel::{Reflection, fresnel_cos};
 use super::incoherent::{incoherent_absorption, incoherent_reflection};
 use super::layer::{Layer, check_layer};
+use super::volume::{Scatterer, StreamOptions, VolumeReflection};
 use crate::constants::SPEED_OF_LIGHT_M_S;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Layers from the top; the last is a half-space.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +20,8 @@ pub struct Stack {
     isothermal_k: Option<f64>,
     k0: f64,
     freq_hz: f64,
+    /// Its solution, if a layer scatters.
+    volume: Option<Arc<VolumeReflection>>,
 }
 
 impl Stack {
@@ -41,7 +45,47 @@ impl Stack {
             })?;
         }
         let isothermal_k = layers.iter().all(|l| l.temperature_k == bottom.temperature_k).then_some(bottom.temperature_k);
-        Ok(Self { layers, coherent, isothermal_k, k0: TAU * freq_hz / SPEED_OF_LIGHT_M_S, freq_hz })
+        Ok(Self { layers, coherent, isothermal_k, k0: TAU * freq_hz / SPEED_OF_LIGHT_M_S, freq_hz, volume: None })
+    }
+
+    /// A stack in which layers scatter, each by its scatterer. The equation of transfer is solved here.
+    ///
+    /// # Errors
+    /// As [`Stack::new`]; a coherent stack, because scattered radiation has no phase; another number of scatterers than of layers.
+    pub fn scattering(
+        layers: Vec<Layer>,
+        scatterers: &[Option<Scatterer>],
+        coherent: bool,
+        freq_hz: f64,
+        options: StreamOptions,
+    ) -> Result<Self, SurfaceError> {
+        let mut stack = Self::new(layers, coherent, freq_hz)?;
+        let Some(first) = scatterers.iter().position(Option::is_some) else { return Ok(stack) };
+        if coherent {
+            let message = "it scatters, and the stack is coherent; scattered radiation has no phase, so set coherent = false".to_owned();
+            return Err(SurfaceError::Layer { layer: first + 1, place: String::new(), message });
+        }
+        if scatterers.len() != stack.layers.len() {
+            let message = format!("{} scatterers for {} layers; give one or none for each layer", scatterers.len(), stack.layers.len());
+            return Err(SurfaceError::Refused(message));
+        }
+        stack.volume = Some(Arc::new(VolumeReflection::new(&stack.layers, scatterers, stack.k0, options)));
+        Ok(stack)
+    }
+
+    /// The same stack with other temperatures in K. What it absorbs and scatters does not change.
+    ///
+    /// # Errors
+    /// A temperature at or below 0 K.
+    pub fn with_temperatures(&self, temperature_k: impl Fn(f64) -> f64) -> Result<Self, SurfaceError> {
+        let layers = self.layers.iter().map(|l| Layer { temperature_k: temperature_k(l.temperature_k), ..*l }).collect();
+        Ok(Self { volume: self.volume.clone(), ..Self::new(layers, self.coherent, self.freq_hz)? })
+    }
+
+    /// The solution of the equation of transfer, if a layer scatters.
+    #[must_use]
+    pub fn volume(&self) -> Option<&VolumeReflection> {
+        self.volume.as_deref()
     }
 
     /// A bare half-space.
@@ -103,6 +147,9 @@ impl Stack {
     }
 
     pub(super) fn reflection_cos(&self, cos_theta: f64) -> Reflection {
+        if let Some(volume) = &self.volume {
+            return volume.reflection(cos_theta);
+        }
         match self.layers.as_slice() {
             [only] => fresnel_cos(only.eps, cos_theta),
             layers if self.coherent => coherent_reflection(layers, self.k0, cos_theta),
@@ -111,7 +158,9 @@ impl Stack {
     }
 
     fn absorption_cos(&self, cos_theta: f64) -> Vec<[f64; 2]> {
-        if self.coherent {
+        if let Some(volume) = &self.volume {
+            volume.budget(cos_theta).absorbed
+        } else if self.coherent {
             coherent_absorption(&self.layers, self.k0, cos_theta)
         } else {
             incoherent_absorption(&self.layers, self.k0, cos_theta)

@@ -3,6 +3,7 @@
 use super::error::SurfaceError;
 use super::layer::Layer;
 use super::stack::Stack;
+use super::volume::{Described, Scatter, Scatterer, StreamOptions};
 use crate::dielectrics::{DielectricError, Extrapolation, Material, MaterialState, Model, permittivity_of};
 use num_complex::Complex64;
 use schemars::JsonSchema;
@@ -38,6 +39,10 @@ pub struct LayerDescription {
     pub thickness_m: f64,
     /// Physical temperature, K.
     pub temperature_k: f64,
+    /// Scattering inside it.
+    pub scatter: Option<Scatter>,
+    /// Volume fraction of air bubbles, in ice that scatters.
+    pub porosity: f64,
     /// Its line in the file, such as ` (line 7)`. It is empty for a layer made in memory.
     pub place: String,
 }
@@ -87,6 +92,10 @@ pub struct RawLayer {
     pub sand: Option<f64>,
     /// Mass fraction of clay.
     pub clay: Option<f64>,
+    /// Scattering inside the layer in its short form, such as `iba:0.1mm`; `cittert scene list surfaces` explains the kinds.
+    pub scatter: Option<String>,
+    /// Volume fraction of air bubbles in ice that scatters.
+    pub porosity: Option<f64>,
 }
 
 impl StackDescription {
@@ -99,6 +108,8 @@ impl StackDescription {
                 substance: Substance::Material { material, state, model },
                 thickness_m: f64::INFINITY,
                 temperature_k: state.temperature_k,
+                scatter: None,
+                porosity: 0.0,
                 place: String::new(),
             }],
         }
@@ -108,7 +119,8 @@ impl StackDescription {
     ///
     /// `coherent = true|false`, then one `[[layer]]` each from the top, with `material` and its
     /// parameters (`temperature_k`, `salinity_psu`, `moisture`, `density_kg_m3`, `texture`,
-    /// `sand`, `clay`, `model`) or `eps = [real, loss]`; `thickness_m` on all but the last.
+    /// `sand`, `clay`, `model`) or `eps = [real, loss]`; `thickness_m` on all but the last; `scatter` on
+    /// layers that scatter, with `porosity` in ice with bubbles.
     /// If no temperature is given, it is the default of the material, or 290 K.
     ///
     /// # Errors
@@ -142,27 +154,49 @@ impl StackDescription {
     /// A layer whose permittivity cannot be found there, or as [`Stack::new`].
     pub fn resolve(&self, freq_hz: f64, extrapolation: Extrapolation) -> Result<Stack, SurfaceError> {
         let mut layers = Vec::with_capacity(self.layers.len());
+        let mut scatterers = Vec::with_capacity(self.layers.len());
         for (i, layer) in self.layers.iter().enumerate() {
-            let eps = match &layer.substance {
-                Substance::Fixed(eps) => *eps,
-                Substance::Material { material, state, model } => {
-                    material
-                        .evaluate(*model, state, freq_hz, extrapolation)
-                        .map_err(|source| match self.layers.len() {
-                            1 if layer.place.is_empty() => source.into(),
-                            _ => SurfaceError::LayerMaterial { layer: i + 1, place: layer.place.clone(), source },
-                        })?
-                        .eps
-                }
-            };
+            let (eps, scatterer) = self.scatterer(i, freq_hz, extrapolation)?;
+            scatterers.push(scatterer);
             layers.push(Layer { eps, thickness_m: layer.thickness_m, temperature_k: layer.temperature_k });
         }
-        Stack::new(layers, self.coherent, freq_hz).map_err(|e| match e {
+        Stack::scattering(layers, &scatterers, self.coherent, freq_hz, StreamOptions::default()).map_err(|e| match e {
             SurfaceError::Layer { layer, message, .. } => {
                 SurfaceError::Layer { layer, place: self.layers.get(layer - 1).map_or_else(String::new, |l| l.place.clone()), message }
             }
             other => other,
         })
+    }
+
+    /// Permittivity of a layer at one frequency, and what scatters in it. Layers are counted from 0.
+    ///
+    /// # Errors
+    /// As [`StackDescription::resolve`].
+    pub fn scatterer(
+        &self,
+        number: usize,
+        freq_hz: f64,
+        extrapolation: Extrapolation,
+    ) -> Result<(Complex64, Option<Scatterer>), SurfaceError> {
+        let layer = &self.layers[number];
+        let (eps, material) = match &layer.substance {
+            Substance::Fixed(eps) => (*eps, None),
+            Substance::Material { material, state, model } => {
+                let found = material.evaluate(*model, state, freq_hz, extrapolation).map_err(|source| match self.layers.len() {
+                    1 if layer.place.is_empty() => source.into(),
+                    _ => SurfaceError::LayerMaterial { layer: number + 1, place: layer.place.clone(), source },
+                })?;
+                (found.eps, Some((*material, state)))
+            }
+        };
+        let Some(scatter) = &layer.scatter else { return Ok((eps, None)) };
+        let described = Described { material, eps, porosity: layer.porosity, thickness_m: layer.thickness_m };
+        let (eps, scatterer) = scatter.resolve(&described, freq_hz).map_err(|e| SurfaceError::Layer {
+            layer: number + 1,
+            place: layer.place.clone(),
+            message: e.to_string(),
+        })?;
+        Ok((eps, Some(scatterer)))
     }
 }
 
@@ -228,7 +262,18 @@ fn read_layer(raw: RawLayer, layer: usize, last: bool, place: String) -> Result<
     if !(temperature_k.is_finite() && temperature_k > 0.0) {
         return fault(&format!("temperature_k is {temperature_k}; it must be a finite number above 0"));
     }
-    Ok(LayerDescription { substance, thickness_m, temperature_k, place })
+    let scatter = raw.scatter.as_deref().map(str::parse).transpose().map_err(|e: SurfaceError| SurfaceError::Layer {
+        layer,
+        place: place.clone(),
+        message: e.to_string(),
+    })?;
+    let porosity = match raw.porosity {
+        None => 0.0,
+        Some(_) if scatter.is_none() => return fault("porosity is the air in ice that scatters; give scatter too, or leave it out"),
+        Some(p) if (0.0..=0.5).contains(&p) => p,
+        Some(p) => return fault(&format!("porosity is {p}; it must lie in 0 to 0.5")),
+    };
+    Ok(LayerDescription { substance, thickness_m, temperature_k, scatter, porosity, place })
 }
 
 #[cfg(test)]

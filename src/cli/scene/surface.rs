@@ -110,6 +110,8 @@ impl SurfaceArgs {
                 substance: Substance::Fixed(permittivity_of(real, loss)),
                 thickness_m: f64::INFINITY,
                 temperature_k,
+                scatter: None,
+                porosity: 0.0,
                 place: String::new(),
             };
             let name = format!("eps {real},{loss}");
