@@ -5,7 +5,7 @@ use super::facet_table::FacetTable;
 use super::options::TableOptions;
 use super::response::{KELVIN, MIRROR_ANGLES, Response};
 use crate::atmosphere::planck::{black_body_radiance, rayleigh_jeans_temperature_k};
-use crate::surfaces::{Layer, Reflection, Roughness, Sky, Stack, SurfaceError, SurfaceModel};
+use crate::surfaces::{Reflection, Roughness, Sky, Stack, SurfaceError, SurfaceModel};
 use std::f64::consts::PI;
 
 /// First number of intervals of a table of facets.
@@ -37,6 +37,8 @@ pub struct SurfaceTable {
 #[derive(Debug, Clone)]
 enum Kind {
     Mirror(AngleTable<6>),
+    /// A surface that scatters inside: the open sky and the reflectivity of its diffuse part after the numbers of the mirror.
+    Volume(AngleTable<10>),
     /// One table for each azimuth: emission, scattered open sky, and reflectivity.
     Facets {
         tables: Vec<AngleTable<6>>,
@@ -49,12 +51,7 @@ enum Kind {
 /// The stack with its temperatures converted to Rayleigh-Jeans temperatures.
 fn in_radiance(stack: &Stack) -> Result<Stack, SurfaceError> {
     let freq_ghz = stack.freq_hz() * 1e-9;
-    let layers = stack
-        .layers()
-        .iter()
-        .map(|l| Layer { temperature_k: rayleigh_jeans_temperature_k(freq_ghz, black_body_radiance(freq_ghz, l.temperature_k)), ..*l })
-        .collect();
-    Stack::new(layers, stack.is_coherent(), stack.freq_hz())
+    stack.with_temperatures(|t| rayleigh_jeans_temperature_k(freq_ghz, black_body_radiance(freq_ghz, t)))
 }
 
 impl SurfaceTable {
@@ -97,6 +94,19 @@ impl SurfaceTable {
                 let facets = Box::new(FacetTable::new(&model, &go, [sin, cos], options)?);
                 Kind::Facets { tables, cos_twice, sin_twice, facets }
             }
+            _ if model.stack.volume().is_some() => {
+                let scale = [KELVIN, KELVIN, KELVIN, KELVIN, 1.0, 1.0, 1.0, 1.0, KELVIN, KELVIN];
+                let by_zenith = |zenith: f64| sky(zenith.cos());
+                Kind::Volume(AngleTable::new(options.facets_k, scale, (FACET_ANGLES, options.facet_intervals), |cos| {
+                    let theta = cos.clamp(GRAZING_COSINE, 1.0).acos();
+                    let r = model.response(theta, 0.0, Sky::Symmetric(&by_zenith))?;
+                    let mirror = model.mirrored_by_volume(theta)?;
+                    let [h, v, re, im, eh, ev] = row_of(&model.reflection(theta)?, mirror, r.emitted_k);
+                    let [sh, sv] = [0, 1].map(|p| r.scattered_sky_k[p] - mirror[p] * sky(theta.cos()));
+                    let [dh, dv] = [0, 1].map(|p| r.reflectivity[p] - mirror[p]);
+                    Ok::<_, SurfaceError>([h, v, re, im, eh, ev, sh, sv, dh, dv])
+                })?)
+            }
             _ => {
                 let dark = |_: f64| 0.0;
                 let scale = [KELVIN, KELVIN, KELVIN, KELVIN, 1.0, 1.0];
@@ -122,6 +132,7 @@ impl SurfaceTable {
     pub fn error_k(&self) -> f64 {
         match &self.kind {
             Kind::Mirror(t) => t.error(),
+            Kind::Volume(t) => t.error(),
             Kind::Facets { tables, .. } => tables.iter().map(AngleTable::error).fold(0.0, f64::max),
         }
     }
@@ -131,7 +142,7 @@ impl SurfaceTable {
     #[inline]
     pub fn facets(&self) -> Option<&FacetTable> {
         match &self.kind {
-            Kind::Mirror(_) => None,
+            Kind::Mirror(_) | Kind::Volume(_) => None,
             Kind::Facets { facets, .. } => Some(facets),
         }
     }
@@ -143,6 +154,10 @@ impl SurfaceTable {
     pub fn at(&self, cos: f64, x: f64, y: f64) -> (Response, Option<Scattered>) {
         match &self.kind {
             Kind::Mirror(table) => (Response::of(&table.at(cos)), None),
+            Kind::Volume(table) => {
+                let row = table.at(cos);
+                (Response::of(&row), Some(Scattered { sky_k: [row[6], row[7]], power: [row[8], row[9]] }))
+            }
             Kind::Facets { tables, cos_twice, sin_twice, .. } => {
                 let [eh, ev, sh, sv, h, v] = match tables.as_slice() {
                     [only] => only.at(cos),

@@ -114,15 +114,12 @@ fn surface(name: &str, row: &SurfaceRow, line: usize, text: &str) -> Result<Surf
     if !row.slope_azimuth_deg.is_finite() {
         return Err(SurfaceError::Azimuth { degrees: row.slope_azimuth_deg });
     }
+    let stack = StackDescription::from_layers(text, row.coherent, row.layer.clone())?;
+    if roughness != Roughness::Smooth && stack.layers.iter().any(|l| l.scatter.is_some()) {
+        return Err(SurfaceError::Refused("it has roughness and a layer that scatters; give it one of them".to_owned()));
+    }
     let canopy = row.canopy.map(|c| Canopy::new(c.tau_np, c.omega, c.temperature_k)).transpose()?;
-    Ok(SurfaceSource {
-        name: name.to_owned(),
-        line,
-        stack: StackDescription::from_layers(text, row.coherent, row.layer.clone())?,
-        roughness,
-        slope_azimuth_rad: row.slope_azimuth_deg.to_radians(),
-        canopy,
-    })
+    Ok(SurfaceSource { name: name.to_owned(), line, stack, roughness, slope_azimuth_rad: row.slope_azimuth_deg.to_radians(), canopy })
 }
 
 fn ground(row: &GroundRow, at: usize, line: &impl Fn(usize) -> usize, covers: &mut Covers) -> Result<Terrain> {

@@ -80,6 +80,16 @@ impl SurfaceModel {
         Ok(response)
     }
 
+    /// The part of the reflection of a stack that scatters that goes along the mirror ray, through the canopy: powers `[h, v]`; 0 for other stacks.
+    ///
+    /// # Errors
+    /// [`SurfaceError::Angle`].
+    pub fn mirrored_by_volume(&self, theta_rad: f64) -> Result<[f64; 2], SurfaceError> {
+        let cos = cos_incidence(theta_rad)?;
+        let through = self.canopy.map_or(1.0, |c| (-2.0 * c.tau_np / cos.max(1e-9)).exp());
+        Ok(self.stack.volume().map_or([0.0; 2], |volume| volume.budget(cos).mirrored.map(|r| r * through)))
+    }
+
     /// Brightness `[h, v]` that the surface emits, K. Each layer has its own temperature.
     ///
     /// # Errors

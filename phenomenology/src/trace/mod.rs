@@ -25,6 +25,8 @@ mod physics_tests;
 #[cfg(test)]
 mod sensitivity_tests;
 #[cfg(test)]
+mod volume_tests;
+#[cfg(test)]
 mod weather_tests;
 
 pub use flight::{Flight, KeyFrame};

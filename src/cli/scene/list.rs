@@ -4,7 +4,7 @@ use crate::cli::context::Outcome;
 use crate::cli::failure::Result;
 use cittert_phenomenology::atmosphere::{ATMOSPHERES, GAS_MODELS, GEOMETRIES, LAYER_KINDS, RAIN_MODELS};
 use cittert_phenomenology::dielectrics::{DielectricError, Material, Model, SoilTexture};
-use cittert_phenomenology::surfaces::ROUGHNESS_KINDS;
+use cittert_phenomenology::surfaces::{ROUGHNESS_KINDS, SCATTER_KINDS};
 use clap::{Args, ValueEnum};
 use serde_json::{Map, Value, json};
 
@@ -89,7 +89,9 @@ fn entries(kind: Kind) -> Result<Vec<Entry>, DielectricError> {
         Kind::Textures => SoilTexture::all()?.iter().map(texture).collect(),
         Kind::Surfaces => ROUGHNESS_KINDS
             .iter()
-            .map(|k| Entry::new(k.name, format!("{}   {}", k.syntax, k.describes), json!({ "syntax": k.syntax })))
+            .map(|k| (k.name, k.syntax, k.describes))
+            .chain(SCATTER_KINDS.iter().map(|k| (k.name, k.syntax, k.describes)))
+            .map(|(name, syntax, describes)| Entry::new(name, format!("{syntax}   {describes}"), json!({ "syntax": syntax })))
             .collect(),
     })
 }
