@@ -7,6 +7,7 @@ mod atmosphere;
 mod dielectrics;
 mod surfaces;
 mod tracer;
+mod volume;
 
 use cittert::plot::{CurveOptions, Series, Style, curves};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -26,7 +27,8 @@ fn main() -> Drawn {
     }
     atmosphere::draw()?;
     dielectrics::draw()?;
-    surfaces::draw()
+    surfaces::draw()?;
+    volume::draw()
 }
 
 fn root() -> &'static Path {
