@@ -5,6 +5,7 @@
 
 mod atmosphere;
 mod dielectrics;
+mod measured;
 mod surfaces;
 mod tracer;
 mod volume;
@@ -28,7 +29,8 @@ fn main() -> Drawn {
     atmosphere::draw()?;
     dielectrics::draw()?;
     surfaces::draw()?;
-    volume::draw()
+    volume::draw()?;
+    measured::draw()
 }
 
 fn root() -> &'static Path {

@@ -9,6 +9,7 @@ pub mod constants;
 pub mod dielectrics;
 mod error;
 pub mod geometry;
+pub mod measured;
 #[cfg(test)]
 mod oracle_tests;
 pub mod primitives;
