@@ -1,5 +1,6 @@
 //! `corrupt`: put known errors into visibilities, and keep the true gains.
 
+use super::airs::Airs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::OutputArgs;
@@ -53,11 +54,11 @@ fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
     let mut errors = Vec::new();
     let file = args.config.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
     for section in &config.errors {
-        let of_file = section.options.errors(unit).context(&file)?;
+        let of_file = section.options.errors(unit, &Airs).context(&file)?;
         of_file.iter().try_for_each(|e| e.model().check()).context(&file)?;
         errors.extend(of_file);
     }
-    errors.extend(args.errors.errors(unit)?);
+    errors.extend(args.errors.errors(unit, &Airs)?);
     if errors.is_empty() {
         let kinds: Vec<&str> = Error::TABLE.iter().map(|t| t.0).collect();
         let nothing = args.config.as_ref().map_or(String::new(), |_| format!("{file} has no table [[error]], and "));

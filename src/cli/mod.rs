@@ -3,6 +3,7 @@
 //! A subcommand is an args struct and `run(args, context)`. Only this module prints, and only it joins the chain with
 //! the formats and the scene simulator.
 
+mod airs;
 mod applycal;
 mod beam;
 mod beside;

@@ -1,13 +1,17 @@
 //! `simulate`: the visibilities that an array measures of a scene.
 
+use super::airs::Airs;
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Failure, Result, ensure};
 use super::options::{OutputArgs, SceneArgs, load_array};
 use super::{planned, verdict};
+use crate::calibrate::spread_channels;
+use crate::corrupt::{AtmosphereOptions, CorruptOptions, ErrorOptions, GainedSink, WindOptions, corrupted_header, true_gains};
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use crate::verdict::{Finding, of_pedestal};
+use cittert_arrays::VisUnit;
 use clap::Args;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Options of `simulate`.
 #[derive(Debug, Args)]
@@ -24,7 +28,38 @@ pub struct SimulateArgs {
     #[command(flatten)]
     how: SimulateOptions,
     #[command(flatten)]
+    air: AirArgs,
+    #[command(flatten)]
     out: OutputArgs,
+}
+
+/// The air over the array.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Air over the array")]
+struct AirArgs {
+    #[command(flatten)]
+    atmosphere: AtmosphereOptions,
+    #[command(flatten)]
+    wind: WindOptions,
+    /// File of the gains of the air [default: the output with the extension .calh5, with an atmosphere].
+    #[arg(long, value_name = "CALH5")]
+    gains: Option<PathBuf>,
+}
+
+impl AirArgs {
+    /// The errors of the air, for a set in `unit`.
+    fn errors(&self, seed: u64, unit: VisUnit) -> Result<Option<CorruptOptions>> {
+        let options = ErrorOptions { atmosphere: self.atmosphere.clone(), wind: self.wind.clone(), ..ErrorOptions::default() };
+        let errors = options.errors(unit, &Airs)?;
+        let idle = errors.is_empty() && self.gains.is_some();
+        ensure!(!idle, Failure::usage("--gains is the file of the gains of the air: give --atmosphere too, or leave --gains out"));
+        Ok((!errors.is_empty()).then_some(CorruptOptions { seed, errors, per_feed: false }))
+    }
+
+    /// The file of the gains, where there are any.
+    fn gains_path(&self, output: &Path) -> Option<PathBuf> {
+        self.atmosphere.atmosphere.as_ref().map(|_| self.gains.clone().unwrap_or_else(|| output.with_extension("calh5")))
+    }
 }
 
 /// Number of rows in a block.
@@ -35,7 +70,8 @@ const BLOCK_ROWS: usize = 16_384;
 /// # Errors
 /// The layout, the scene or an option is wrong, or an error of the file system.
 pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
-    args.out.claim([&args.out.output], [Path::new(&args.layout), &args.scene.scene])?;
+    let gains_path = args.air.gains_path(&args.out.output);
+    args.out.claim([&args.out.output].into_iter().chain(&gains_path), [Path::new(&args.layout), &args.scene.scene])?;
     let layout = load_array(&args.layout)?;
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { mut center, plan } = args.track.plan(&layout).map_err(Failure::call)?;
@@ -45,12 +81,30 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let scene = args.scene.load(&center, &spectrum, context)?;
     center.name.clone_from(&scene.name);
     let mut head = args.how.header(layout, spectrum, center, scene.unit);
+    let air = args.air.errors(args.how.seed, scene.unit)?;
+    let gains = air.as_ref().map(|air| true_gains(&head, &mut plan.blocks(BLOCK_ROWS), air)).transpose()?;
+    if let Some(air) = &air {
+        head = corrupted_header(&head, air);
+    }
     head.history.push(context.history());
     let mut simulator = Simulator::new(head, &scene.sky, &args.how, &context.console).context(format!("{}", args.scene.scene.display()))?;
     let path = &args.out.output;
     let mut sink = args.out.visibilities(simulator.header(), context)?;
-    let summary = simulator.run(&mut plan.blocks(BLOCK_ROWS), Some(plan.n_rows() as u64), sink.as_mut(), &context.console);
+    let mut blocks = plan.blocks(BLOCK_ROWS);
+    let n_rows = Some(plan.n_rows() as u64);
+    let summary = match &gains {
+        Some(table) => {
+            let header = simulator.header().clone();
+            simulator.run(&mut blocks, n_rows, &mut GainedSink::new(sink.as_mut(), table, &header), &context.console)
+        }
+        None => simulator.run(&mut blocks, n_rows, sink.as_mut(), &context.console),
+    };
     let summary = summary.context(format!("{}", args.scene.scene.display()))?;
+    if let (Some(path), Some(mut table)) = (&gains_path, gains) {
+        table.history.push(context.history());
+        let channels = spread_channels(&table, &simulator.header().spectrum);
+        cittert_formats::calh5::write_gains_on(path, &table, (&channels.0, &channels.1), args.out.overwrite)?;
+    }
     sink.finish().context(format!("{}", path.display()))?;
     let header = simulator.header();
     let findings: Vec<Finding> = of_pedestal(header).into_iter().collect();
@@ -66,7 +120,12 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         "scene_width_rad": header.scene_width_rad,
         "findings": findings,
         "seed": args.how.seed,
+        "gains": gains_path,
     });
     let text = format!("{}: {} rows, {} visibilities in {}", path.display(), summary.rows, summary.visibilities, header.unit.name());
-    Ok(Outcome::new(json, text).wrote(path))
+    let outcome = Outcome::new(json, text).wrote(path);
+    Ok(match gains_path {
+        Some(gains) => outcome.wrote(gains),
+        None => outcome,
+    })
 }

@@ -3,9 +3,10 @@
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
 use super::phase::multiply;
+use super::shared::Shared;
 use super::variation::Variation;
 use crate::Result;
-use cittert_arrays::{GainTable, VisUnit};
+use cittert_arrays::GainTable;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -33,8 +34,8 @@ pub struct AmplitudeOptions {
 
 impl AmplitudeOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, variation: Variation, _unit: VisUnit) -> Result<Option<AmplitudeError>> {
-        let variation = self.amp_variation.unwrap_or(variation);
+    pub(super) fn error(&self, shared: &Shared<'_>) -> Result<Option<AmplitudeError>> {
+        let variation = self.amp_variation.unwrap_or(shared.variation);
         Ok(self.amp_rms.map(|rms| AmplitudeError { rms, variation }))
     }
 }

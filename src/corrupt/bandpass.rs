@@ -2,11 +2,11 @@
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
-use super::variation::Variation;
+use super::shared::Shared;
 use crate::Result;
 use crate::values::need;
+use cittert_arrays::GainTable;
 use cittert_arrays::quantity::Frequency;
-use cittert_arrays::{GainTable, VisUnit};
 use num_complex::Complex64;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -48,7 +48,7 @@ impl Default for BandpassOptions {
 
 impl BandpassOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<BandpassError>> {
+    pub(super) fn error(&self, _shared: &Shared<'_>) -> Result<Option<BandpassError>> {
         let asked = self.bandpass_ripple.is_some() || self.bandpass_mismatch.is_some();
         Ok(asked.then(|| BandpassError {
             ripple: self.bandpass_ripple.unwrap_or(0.0),

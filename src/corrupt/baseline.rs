@@ -2,10 +2,10 @@
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
-use super::variation::Variation;
+use super::shared::Shared;
 use crate::Result;
 use crate::values::DataFlux;
-use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
+use cittert_arrays::{GainTable, VisibilityBlock};
 use num_complex::Complex;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
@@ -30,8 +30,8 @@ pub struct BaselineOptions {
 
 impl BaselineOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, _variation: Variation, unit: VisUnit) -> Result<Option<BaselineOffset>> {
-        self.baseline_offset.map(|rms| Ok(BaselineOffset { rms: rms.in_unit("baseline-offset", unit)? })).transpose()
+    pub(super) fn error(&self, shared: &Shared<'_>) -> Result<Option<BaselineOffset>> {
+        self.baseline_offset.map(|rms| Ok(BaselineOffset { rms: rms.in_unit("baseline-offset", shared.unit)? })).transpose()
     }
 }
 

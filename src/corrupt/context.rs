@@ -15,6 +15,8 @@ pub struct Context<'a> {
     pub time_jd: &'a [f64],
     /// The same times in s after the first one \[time\].
     pub seconds: &'a [f64],
+    /// Lengths of the integrations, s \[time\].
+    pub length_s: &'a [f64],
     /// Unit vector towards the phase centre in the axes of the layout \[time\]. It is empty if no error needs it.
     pub toward: &'a [[f64; 3]],
     /// Channels of the gains, Hz \[chan\].

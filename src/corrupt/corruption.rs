@@ -23,6 +23,11 @@ pub trait Corruption: std::fmt::Debug + Send + Sync {
         false
     }
 
+    /// True if a screen of turbulence blows over the array.
+    fn blows(&self) -> bool {
+        false
+    }
+
     /// Multiply this error into the gains.
     ///
     /// # Errors

@@ -3,10 +3,11 @@
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
 use super::phase::multiply;
+use super::shared::Shared;
 use super::variation::Variation;
 use crate::Result;
+use cittert_arrays::GainTable;
 use cittert_arrays::quantity::Duration;
-use cittert_arrays::{GainTable, VisUnit};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -34,8 +35,8 @@ pub struct DelayOptions {
 
 impl DelayOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, variation: Variation, _unit: VisUnit) -> Result<Option<DelayError>> {
-        let variation = self.delay_variation.unwrap_or(variation);
+    pub(super) fn error(&self, shared: &Shared<'_>) -> Result<Option<DelayError>> {
+        let variation = self.delay_variation.unwrap_or(shared.variation);
         Ok(self.delay_rms.map(|rms| DelayError { rms_s: rms.si(), variation }))
     }
 }

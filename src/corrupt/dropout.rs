@@ -2,11 +2,12 @@
 
 use super::context::Context;
 use super::corruption::Corruption;
-use super::variation::{Variation, exponential};
+use super::shared::Shared;
+use super::variation::exponential;
 use crate::Result;
 use crate::values::need;
 use cittert_arrays::quantity::Duration;
-use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
+use cittert_arrays::{GainTable, VisibilityBlock};
 use num_complex::Complex64;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -47,7 +48,7 @@ impl Default for DropoutOptions {
 
 impl DropoutOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<Dropout>> {
+    pub(super) fn error(&self, _shared: &Shared<'_>) -> Result<Option<Dropout>> {
         let of = |fraction| Dropout { fraction, mean_s: self.dropout_length.si(), noticed: self.dropout_noticed };
         Ok(self.dropout.map(of))
     }

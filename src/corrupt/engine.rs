@@ -7,7 +7,8 @@ use crate::progress::{Event, Observer};
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{
-    GainTable, Polarization, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block,
+    GainTable, Polarization, SpectralWindow, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource,
+    for_each_block,
 };
 use num_complex::{Complex, Complex64};
 
@@ -45,9 +46,7 @@ pub fn corrupt(
     options: &CorruptOptions,
     observer: &dyn Observer,
 ) -> Result<GainTable> {
-    for error in &options.errors {
-        error.model().check()?;
-    }
+    options.errors.iter().try_for_each(|error| error.model().check())?;
     let header = source.header().clone();
     let memory = MemoryBudget::default();
     let mut survey = Survey::default();
@@ -55,63 +54,137 @@ pub fn corrupt(
         survey.add(&block.coverage, &header.layout)?;
         if observer.cancelled() { Err(ChainError::Cancelled) } else { Ok(()) }
     })?;
-    let integrations = survey.finish();
-    ensure!(!integrations.is_empty(), ChainError::NoData("the set has no rows".into()));
-    let time_jd: Vec<f64> = integrations.iter().map(|i| i.time_jd).collect();
-    let interval_s = integrations.iter().map(|i| i.length_s).collect();
-    let toward: Vec<[f64; 3]> = if options.errors.iter().any(|e| e.model().needs_direction()) {
-        integrations.iter().map(|i| direction(i, &header.layout)).collect::<Result<_>>()?
-    } else {
-        Vec::new()
-    };
-    if let Some(t) = time_jd.iter().find(|t| !t.is_finite()) {
-        return Err(ChainError::NoData(format!("a row has the time {t}: repair or remove it first")));
-    }
-    let seconds: Vec<f64> = time_jd.iter().map(|t| (t - time_jd[0]) * 86_400.0).collect();
-    let spectrum = gain_spectrum(&header, options)?;
-    let freq_hz = spectrum.freq_hz().to_vec();
-    let feeds = feed_names(&header, options.per_feed);
-    let bytes = GAIN_BYTES * time_jd.len() * header.layout.n_ant() * freq_hz.len() * feeds.len();
-    let gib = |bytes: usize| format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30));
-    let expected = format!("at most the memory budget of {}: corrupt fewer channels or times in one call", gib(memory.bytes()));
-    need("size of the gain table", gib(bytes), bytes <= memory.bytes(), expected)?;
-    let mut table = GainTable::unity(header.layout.clone(), spectrum, feeds, time_jd.clone(), interval_s)?;
-    table.mode = "injected truth".into();
-    table.history.push(describe(options));
-    // The kinds act in the order of their table, and the errors of one kind in the given order.
-    let mut order: Vec<(usize, &Error)> = options.errors.iter().enumerate().collect();
-    order.sort_by_key(|(_, e)| Error::TABLE.iter().position(|t| t.0 == e.name()));
-    let context = |(place, error): &(usize, &Error)| Context {
-        header: &header,
-        time_jd: &time_jd,
-        seconds: &seconds,
-        toward: &toward,
-        freq_hz: &freq_hz,
-        seed: options.seed,
-        name: error.name(),
-        place: options.errors[..*place].iter().filter(|e| e.name() == error.name()).count(),
-    };
-    for entry in &order {
-        entry.1.model().gains(&context(entry), &mut table)?;
-        if let Some(gain) = table.gains.iter().find(|g| !(**g == Complex64::ZERO || (SMALLEST_GAIN..=LARGEST_GAIN).contains(&g.norm()))) {
-            let expected = format!("gains from {SMALLEST_GAIN:e} to {LARGEST_GAIN:e}, or 0: make this error smaller");
-            return Err(ChainError::bad_option("size of an error", format!("the gain {gain:e} of kind {}", entry.1.name()), expected));
-        }
-    }
+    let when = When::new(survey, &header, options)?;
+    let table = when.gains(&header, options)?;
     let pairs = feed_pairs(&header, table.feeds.len());
     let total = (source.n_rows() * header.spectrum.n_chan() * header.polarizations.len()) as u64;
     observer.event(Event::Phase { name: "corrupting", total: Some(total), unit: "vis" });
     for_each_block::<ChainError>(source, memory.block(), |first_row, mut block| {
         ensure!(!observer.cancelled(), ChainError::Cancelled);
         apply(&table, &pairs, &mut block);
-        for entry in &order {
-            entry.1.model().data(&context(entry), &table, &mut block, first_row as u64)?;
+        for entry in in_order(options) {
+            entry.1.model().data(&when.context(&header, options, entry), &table, &mut block, first_row as u64)?;
         }
         observer.event(Event::Advance(block.vis.len() as u64));
         Ok(sink.write_block(&block)?)
     })?;
     observer.event(Event::Done);
     Ok(table)
+}
+
+/// The true gains of a set that is still to be made, from its rows: those that [`corrupt`] would put into it.
+///
+/// # Errors
+/// As [`corrupt`].
+pub fn true_gains(
+    header: &VisibilityHeader,
+    rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
+    options: &CorruptOptions,
+) -> Result<GainTable> {
+    options.errors.iter().try_for_each(|error| error.model().check())?;
+    let mut survey = Survey::default();
+    for coverage in rows {
+        survey.add(&coverage?, &header.layout)?;
+    }
+    When::new(survey, header, options)?.gains(header, options)
+}
+
+/// Puts gains into the blocks on their way into another sink.
+pub struct GainedSink<'a> {
+    sink: &'a mut dyn VisibilitySink,
+    table: &'a GainTable,
+    pairs: Vec<(usize, usize)>,
+}
+
+impl<'a> GainedSink<'a> {
+    /// A sink for sets with a header like that of the table.
+    #[must_use]
+    pub fn new(sink: &'a mut dyn VisibilitySink, table: &'a GainTable, header: &VisibilityHeader) -> Self {
+        Self { sink, table, pairs: feed_pairs(header, table.feeds.len()) }
+    }
+}
+
+impl VisibilitySink for GainedSink<'_> {
+    fn write_block(&mut self, block: &VisibilityBlock) -> cittert_arrays::Result<()> {
+        let mut block = block.clone();
+        apply(self.table, &self.pairs, &mut block);
+        self.sink.write_block(&block)
+    }
+
+    fn finish(self: Box<Self>) -> cittert_arrays::Result<()> {
+        Ok(())
+    }
+}
+
+/// The integrations of a set, and the channels of its gains.
+struct When {
+    time_jd: Vec<f64>,
+    seconds: Vec<f64>,
+    length_s: Vec<f64>,
+    toward: Vec<[f64; 3]>,
+    spectrum: SpectralWindow,
+}
+
+impl When {
+    fn new(survey: Survey, header: &VisibilityHeader, options: &CorruptOptions) -> Result<Self> {
+        let integrations = survey.finish();
+        ensure!(!integrations.is_empty(), ChainError::NoData("the set has no rows".into()));
+        let time_jd: Vec<f64> = integrations.iter().map(|i| i.time_jd).collect();
+        let length_s = integrations.iter().map(|i| i.length_s).collect();
+        let toward: Vec<[f64; 3]> = if options.errors.iter().any(|e| e.model().needs_direction()) {
+            integrations.iter().map(|i| direction(i, &header.layout)).collect::<Result<_>>()?
+        } else {
+            Vec::new()
+        };
+        if let Some(t) = time_jd.iter().find(|t| !t.is_finite()) {
+            return Err(ChainError::NoData(format!("a row has the time {t}: repair or remove it first")));
+        }
+        let seconds = time_jd.iter().map(|t| (t - time_jd[0]) * 86_400.0).collect();
+        Ok(Self { time_jd, seconds, length_s, toward, spectrum: gain_spectrum(header, options)? })
+    }
+
+    fn context<'a>(&'a self, header: &'a VisibilityHeader, options: &CorruptOptions, (place, error): (usize, &Error)) -> Context<'a> {
+        Context {
+            header,
+            time_jd: &self.time_jd,
+            seconds: &self.seconds,
+            length_s: &self.length_s,
+            toward: &self.toward,
+            freq_hz: self.spectrum.freq_hz(),
+            seed: options.seed,
+            name: error.name(),
+            place: options.errors[..place].iter().filter(|e| e.name() == error.name()).count(),
+        }
+    }
+
+    /// The product of the gains of all errors.
+    fn gains(&self, header: &VisibilityHeader, options: &CorruptOptions) -> Result<GainTable> {
+        let memory = MemoryBudget::default();
+        let feeds = feed_names(header, options.per_feed);
+        let bytes = GAIN_BYTES * self.time_jd.len() * header.layout.n_ant() * self.spectrum.n_chan() * feeds.len();
+        let gib = |bytes: usize| format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30));
+        let expected = format!("at most the memory budget of {}: corrupt fewer channels or times in one call", gib(memory.bytes()));
+        need("size of the gain table", gib(bytes), bytes <= memory.bytes(), expected)?;
+        let mut table = GainTable::unity(header.layout.clone(), self.spectrum.clone(), feeds, self.time_jd.clone(), self.length_s.clone())?;
+        table.mode = "injected truth".into();
+        table.history.push(describe(options));
+        for entry in in_order(options) {
+            entry.1.model().gains(&self.context(header, options, entry), &mut table)?;
+            if let Some(gain) = table.gains.iter().find(|g| !(**g == Complex64::ZERO || (SMALLEST_GAIN..=LARGEST_GAIN).contains(&g.norm())))
+            {
+                let expected = format!("gains from {SMALLEST_GAIN:e} to {LARGEST_GAIN:e}, or 0: make this error smaller");
+                return Err(ChainError::bad_option("size of an error", format!("the gain {gain:e} of kind {}", entry.1.name()), expected));
+            }
+        }
+        Ok(table)
+    }
+}
+
+/// The errors with their places: the kinds in the order of their table, and the errors of one kind in the given order.
+fn in_order(options: &CorruptOptions) -> Vec<(usize, &Error)> {
+    let mut order: Vec<(usize, &Error)> = options.errors.iter().enumerate().collect();
+    order.sort_by_key(|(_, e)| Error::TABLE.iter().position(|t| t.0 == e.name()));
+    order
 }
 
 /// The channels of the gains: those of the set if an error differs from channel to channel, otherwise one channel as wide as the band.

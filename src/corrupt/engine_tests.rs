@@ -136,7 +136,17 @@ fn a_displaced_antenna_turns_the_phase_by_its_path_towards_the_source() {
     let (out, _) = run(&clean, &[Error::Position(error)], 9);
     let header = out.header.clone();
     let freq = header.spectrum.freq_hz().to_vec();
-    let context = Context { header: &header, time_jd: &[], seconds: &[], toward: &[], freq_hz: &freq, seed: 9, name: "position", place: 0 };
+    let context = Context {
+        header: &header,
+        time_jd: &[],
+        seconds: &[],
+        length_s: &[],
+        toward: &[],
+        freq_hz: &freq,
+        seed: 9,
+        name: "position",
+        place: 0,
+    };
     let offsets = error.offsets(&context).unwrap();
     for row in 0..out.data.n_rows() {
         let (a, b) = (out.data.coverage.ant1[row] as usize, out.data.coverage.ant2[row] as usize);
@@ -153,7 +163,8 @@ fn a_displaced_antenna_turns_the_phase_by_its_path_towards_the_source() {
 fn the_screen_moves_with_the_wind() {
     // Antenna 1 is 10 m east of antenna 0. A wind of 1 m/s to the east moves the screen from antenna 0 to antenna 1 in one integration.
     let clean = set(5, 1, LayoutFrame::Boresight);
-    let model = Troposphere { wind_m_s: 1.0, wind_to_rad: std::f64::consts::FRAC_PI_2, baseline_m: 100.0, ..Troposphere::default() };
+    let wind = Wind { wind_m_s: 1.0, wind_to_rad: std::f64::consts::FRAC_PI_2, ..Wind::default() };
+    let model = Troposphere { baseline_m: 100.0, wind, ..Troposphere::default() };
     let mut moved = clean.clone();
     let antennas = clean.header.layout.antennas().iter().enumerate().map(|(k, a)| {
         let x = if k == 1 { [10.0, 0.0, 0.0] } else { a.position_m };
@@ -227,7 +238,7 @@ fn noise_comes_on_top_and_its_variance_adds_to_that_of_the_data() {
 fn each_error_keeps_its_numbers_when_another_is_added_and_blocks_do_not_matter() {
     let clean = set(3, 2, LayoutFrame::Boresight);
     let one = [phase(0.5, Variation::Constant)];
-    let two = [Error::Flags(WrongFlags { good_flagged: 0.3, bad_unflagged: 0.0 }), one[0], phase(0.5, Variation::Constant)];
+    let two = [Error::Flags(WrongFlags { good_flagged: 0.3, bad_unflagged: 0.0 }), one[0].clone(), phase(0.5, Variation::Constant)];
     let (_, a) = run(&clean, &one, 12);
     let (_, b) = run(&clean, &two, 12);
     let second = b.gains[[0, 3, 0, 0]] / a.gains[[0, 3, 0, 0]];
@@ -269,6 +280,7 @@ fn bad_parameters_and_empty_sets_are_refused_and_every_kind_has_its_row() {
         Error::Delay(DelayError { rms_s: 1e-9, variation: Variation::Constant }),
         Error::Position(PositionError { rms_m: None }),
         Error::Troposphere(Troposphere::default()),
+        Error::Atmosphere(atmosphere_tests::still()),
         Error::Bandpass(BandpassError { ripple: 0.1, period_hz: 1e6, mismatch: 0.0 }),
         Error::Baseline(BaselineOffset { rms: 0.1 }),
         Error::Dropout(Dropout { fraction: 0.1, mean_s: 1.0, noticed: true }),

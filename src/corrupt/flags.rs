@@ -2,10 +2,10 @@
 
 use super::context::Context;
 use super::corruption::Corruption;
-use super::variation::Variation;
+use super::shared::Shared;
 use crate::Result;
 use crate::values::need;
-use cittert_arrays::{GainTable, VisUnit, VisibilityBlock};
+use cittert_arrays::{GainTable, VisibilityBlock};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
@@ -33,7 +33,7 @@ pub struct FlagOptions {
 
 impl FlagOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<WrongFlags>> {
+    pub(super) fn error(&self, _shared: &Shared<'_>) -> Result<Option<WrongFlags>> {
         let model = WrongFlags { good_flagged: self.flag_good.unwrap_or(0.0), bad_unflagged: self.unflag_bad.unwrap_or(0.0) };
         Ok((self.flag_good.is_some() || self.unflag_bad.is_some()).then_some(model))
     }

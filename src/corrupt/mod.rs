@@ -7,7 +7,11 @@
 //!
 //! The order is fixed: gains, then offsets, then noise, then flags.
 
+mod air;
 mod amplitude;
+mod atmosphere;
+#[cfg(test)]
+mod atmosphere_tests;
 mod bandpass;
 mod baseline;
 mod context;
@@ -21,21 +25,28 @@ mod flags;
 mod noise;
 mod phase;
 mod position;
+mod radiometer;
+mod screen;
+mod shared;
 mod troposphere;
 mod variation;
 
+pub use air::{Air, AirModel, AirPaths, AirSource, ExcessPath};
 pub use amplitude::AmplitudeError;
+pub use atmosphere::{Atmosphere, AtmosphereOptions, Turbulence};
 pub use bandpass::BandpassError;
 pub use baseline::BaselineOffset;
 pub use context::Context;
 pub use corruption::Corruption;
 pub use delay::DelayError;
 pub use dropout::Dropout;
-pub use engine::{corrupt, corrupted_header};
+pub use engine::{GainedSink, corrupt, corrupted_header, true_gains};
 pub use flags::WrongFlags;
 pub use noise::ThermalNoise;
 pub use phase::PhaseError;
 pub use position::{PositionError, PositionRms};
+pub use radiometer::Radiometer;
+pub use screen::{Wind, WindOptions};
 pub use troposphere::Troposphere;
 pub use variation::Variation;
 
@@ -51,6 +62,7 @@ use noise::ThermalNoiseOptions;
 use phase::PhaseOptions;
 use position::PositionOptions;
 use serde::{Deserialize, Serialize};
+use shared::Shared;
 use troposphere::TroposphereOptions;
 
 fn without_effect(kind: &str, by: &str) -> ChainError {
@@ -62,7 +74,7 @@ fn without_effect(kind: &str, by: &str) -> ChainError {
 macro_rules! kinds {
     ($($(#[doc = $doc:literal])* $field:ident: $variant:ident($model:ty, $options:ty) = $name:literal by $by:literal;)*) => {
         /// One error to inject.
-        #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+        #[derive(Debug, Clone, PartialEq, Serialize)]
         #[serde(tag = "kind", rename_all = "kebab-case")]
         pub enum Error {
             $($(#[doc = $doc])* $variant($model),)*
@@ -106,21 +118,28 @@ macro_rules! kinds {
                 #[cfg_attr(feature = "cli", command(flatten))]
                 pub $field: $options,
             )*
+            /// The wind and the screen of turbulence.
+            #[serde(flatten)]
+            #[cfg_attr(feature = "cli", command(flatten))]
+            pub wind: WindOptions,
         }
 
         impl ErrorOptions {
-            /// The errors that the options select, for a set in `unit`.
+            /// The errors that the options select, for a set in `unit`. The air over the array is looked up in `airs`.
             ///
             /// # Errors
-            /// A value outside its range or in another unit than the set, or an option of an error that no option turns on.
-            pub fn errors(&self, unit: VisUnit) -> Result<Vec<Error>> {
+            /// A value outside its range or in another unit than the set, an option of an error that no option turns on, or an unknown atmosphere.
+            pub fn errors(&self, unit: VisUnit, airs: &dyn AirSource) -> Result<Vec<Error>> {
                 let mut all = Vec::new();
+                let shared = Shared { variation: self.variation, unit, wind: &self.wind, airs };
                 $(
-                    let error = self.$field.error(self.variation, unit)?;
+                    let error = self.$field.error(&shared)?;
                     let idle = error.is_none() && self.$field != <$options>::default();
                     ensure!(!idle, without_effect($name, $by));
                     all.extend(error.map(Error::$variant));
                 )*
+                let calm = self.wind != WindOptions::default() && !all.iter().any(|e: &Error| e.model().blows());
+                ensure!(!calm, without_effect("troposphere", "troposphere or turbulence"));
                 all.iter().try_for_each(|e: &Error| e.model().check())?;
                 Ok(all)
             }
@@ -139,6 +158,8 @@ kinds! {
     position: Position(PositionError, PositionOptions) = "position" by "position-rms";
     /// a Kolmogorov screen of water vapour carried over the array by the wind
     troposphere: Troposphere(Troposphere, TroposphereOptions) = "troposphere" by "troposphere";
+    /// the air over the array: paths by height and elevation, turbulence of the water vapour, radiometers
+    atmosphere: Atmosphere(Atmosphere, AtmosphereOptions) = "atmosphere" by "atmosphere";
     /// standing waves and mismatch of the receivers over the band
     bandpass: Bandpass(BandpassError, BandpassOptions) = "bandpass" by "bandpass-ripple or bandpass-mismatch";
     /// constants added to the visibilities of each baseline

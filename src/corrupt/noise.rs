@@ -2,12 +2,12 @@
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
-use super::variation::Variation;
+use super::shared::Shared;
 use crate::Result;
 use crate::simulate::options::sensitivity;
 use crate::simulate::{ElementPattern, NoiseModel, NoiseOptions};
 use cittert_arrays::quantity::{FluxDensity, Length, Temperature};
-use cittert_arrays::{GainTable, Sensitivity, VisUnit, VisibilityBlock};
+use cittert_arrays::{GainTable, Sensitivity, VisibilityBlock};
 use rand::Rng;
 use serde::{Deserialize, Serialize};
 
@@ -46,7 +46,7 @@ pub struct ThermalNoiseOptions {
 
 impl ThermalNoiseOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<ThermalNoise>> {
+    pub(super) fn error(&self, _shared: &Shared<'_>) -> Result<Option<ThermalNoise>> {
         let sensitivity = sensitivity(self.sefd, self.tsys)?;
         let model = ThermalNoise { sensitivity, diameter_m: self.diameter.map(|d| d.si()), data_have_noise: self.data_have_noise };
         Ok((self.noise || sensitivity.is_some()).then_some(model))

@@ -2,10 +2,11 @@
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
+use super::shared::Shared;
 use super::variation::Variation;
 use crate::Result;
+use cittert_arrays::GainTable;
 use cittert_arrays::quantity::Angle;
-use cittert_arrays::{GainTable, VisUnit};
 use ndarray::Axis;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -34,8 +35,8 @@ pub struct PhaseOptions {
 
 impl PhaseOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, variation: Variation, _unit: VisUnit) -> Result<Option<PhaseError>> {
-        let variation = self.phase_variation.unwrap_or(variation);
+    pub(super) fn error(&self, shared: &Shared<'_>) -> Result<Option<PhaseError>> {
+        let variation = self.phase_variation.unwrap_or(shared.variation);
         Ok(self.phase_rms.map(|rms| PhaseError { rms_rad: rms.si(), variation }))
     }
 }

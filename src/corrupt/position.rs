@@ -2,11 +2,11 @@
 
 use super::context::Context;
 use super::corruption::{Corruption, need_size};
-use super::variation::Variation;
+use super::shared::Shared;
 use crate::values::word_or_quantity;
 use crate::{ChainError, Result};
 use cittert_arrays::quantity::Length;
-use cittert_arrays::{GainTable, SPEED_OF_LIGHT_M_S, VisUnit};
+use cittert_arrays::{GainTable, SPEED_OF_LIGHT_M_S};
 use num_complex::Complex64;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
@@ -77,7 +77,7 @@ pub struct PositionOptions {
 
 impl PositionOptions {
     /// The error, if the options select it.
-    pub(super) fn error(&self, _variation: Variation, _unit: VisUnit) -> Result<Option<PositionError>> {
+    pub(super) fn error(&self, _shared: &Shared<'_>) -> Result<Option<PositionError>> {
         let rms_m = |rms| match rms {
             PositionRms::Layout => None,
             PositionRms::Each(length) => Some(length.si()),

@@ -254,3 +254,56 @@ fn tables_can_be_drawn() {
     assert_eq!(s.names(), ["a.png", "e.png"]);
     assert!(std::fs::read(s.path("a.png")).unwrap().starts_with(b"\x89PNG"));
 }
+
+const TALL: &str = r#"
+name = "tall"
+frame = "enu"
+[site]
+latitude_deg = 34.0
+longitude_deg = -107.6
+altitude_m = 0.0
+[[antenna]]
+name = "A"
+position_m = [0.0, 0.0, 0.0]
+[[antenna]]
+name = "B"
+position_m = [40.0, 0.0, 10.0]
+[[antenna]]
+name = "C"
+position_m = [0.0, 40.0, 0.0]
+"#;
+
+// Of three antennas one stands 10 m above the others. Near the zenith the phase of its gain is that of the difference of two delays.
+#[test]
+fn corrupted_paths_are_those_of_scene_delay() {
+    let s = Scratch::new();
+    s.write("tall.toml", TALL);
+    s.write("point.csv", "ra_deg,dec_deg,flux_jy\n100.0,34.0,1\n");
+    let track = "--layout tall.toml --scene point.csv --phase-center 100deg,34deg --hour-angle 0h,0.005h";
+    s.ok(&format!("simulate {track} --freq 1.4GHz --bandwidth 1MHz -o v.uvh5"));
+    for atmosphere in ["ussa", "trl"] {
+        let excess = |height: &str| {
+            number(&rows(&s, &format!("scene delay --atmosphere {atmosphere} --freq 1.4GHz --height {height}"))[0], "excess_m")
+        };
+        let phase = std::f64::consts::TAU * 1.4e9 * (excess("0m") - excess("10m")) / 299_792_458.0;
+        let put = s.json(&format!("corrupt v.uvh5 -o {atmosphere}.uvh5 --atmosphere {atmosphere}"));
+        let rms = put["rms_phase_rad"].as_f64().unwrap() * 3.0_f64.sqrt();
+        // The source passes within 0.2 degrees of the zenith. The vertical of antennas B and C leans by 6e-6 rad.
+        assert!((rms / phase - 1.0).abs() < 2e-3, "{atmosphere}: {rms} {phase}");
+        assert_eq!(put["errors"][0]["air"], atmosphere);
+    }
+    // The same in one step.
+    let put = s.json(&format!("simulate {track} --freq 1.4GHz --bandwidth 1MHz --atmosphere ussa --gains g.calh5 -o a.uvh5"));
+    assert_eq!(put["gains"], "g.calh5");
+    let apart = s.json("compare g.calh5 ussa.calh5");
+    assert!(apart["max_abs_phase_rad"].as_f64().unwrap() < 1e-6, "{apart}");
+    s.ok("corrupt v.uvh5 -o w.uvh5 --atmosphere trl --turbulence 0.02 --wind 5m/s --wvr-rms 0.1mm --wvr-averaging 2s");
+    s.fails("corrupt v.uvh5 -o x.uvh5 --atmosphere venus", 1, &["venus", "built-in atmospheres are ussa"]);
+    s.fails("corrupt v.uvh5 -o x.uvh5 --wvr-rms 1mm", 1, &["atmosphere is not, which turns this error on"]);
+    s.fails("corrupt v.uvh5 -o x.uvh5 --atmosphere ussa --turbulence -0.1", 1, &["turbulence", "-0.1"]);
+    s.fails("corrupt v.uvh5 -o x.uvh5 --atmosphere ussa --wind 5m/s", 1, &["turbulence"]);
+    s.write("l.csv", "l_rad,m_rad,flux_jy\n0,0,1\n");
+    s.fails("simulate --layout mm-y --scene l.csv --freq 94GHz --bandwidth 1GHz --atmosphere ussa -o x.uvh5", 1, &["boresight"]);
+    s.write("low.csv", "z_km,p_hpa,t_k,e_hpa\n1,900,280,5\n20,50,210,0.001\n");
+    s.fails("corrupt v.uvh5 -o x.uvh5 --atmosphere low.csv", 1, &["low.csv", "observer height 0 km"]);
+}

@@ -104,7 +104,7 @@ impl AirArgs {
 }
 
 /// A built-in profile, or the profile in a file.
-fn load(name: &str) -> Result<Profile> {
+pub(in crate::cli) fn load(name: &str) -> Result<Profile> {
     if ATMOSPHERES.iter().any(|a| a.name == name) {
         return Ok(reference_profile(name)?);
     }

@@ -20,6 +20,8 @@ mod surface;
 mod table;
 mod values;
 
+pub(super) use air::load as profile;
+
 use super::context::{Context, Outcome, subcommands};
 use super::failure::Result;
 

@@ -2,6 +2,7 @@
 
 use super::config::{Choose, Config};
 use crate::calibrate::StartFrom;
+use crate::cli::airs::Airs;
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::cli::made::Origin;
@@ -161,7 +162,7 @@ fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more:
     if let Some(seed) = c.corrupt.options.seed {
         return Err(Failure::message(format!("corrupt.seed is {seed}: a study draws its errors from the seeds of its trials")));
     }
-    let errors = c.corrupt.options.errors(whole.set.header.unit).context("corrupt")?;
+    let errors = c.corrupt.options.errors(whole.set.header.unit, &Airs).context("corrupt")?;
     let (base, antennas) = match antennas {
         Antennas::First(n) => {
             let part = || Ok((whole.with(antennas, 0).context("layout")?, unit));
