@@ -108,8 +108,9 @@ fn a_dihedral_with_its_crease_at_45_degrees_swaps_h_and_v() {
 #[test]
 fn channels_and_stokes_planes_make_a_cube_and_simulate_takes_it() {
     let s = Scratch::new();
+    // The models of concrete and glass end at 100 GHz.
     let scene = shipped("bmp-1");
-    s.ok(&format!("scene render {scene} --scene-size 24 --bandwidth 20GHz --channels 3 --pol I,Q,U,V -o cube.fits"));
+    s.ok(&format!("scene render {scene} --scene-size 24 --bandwidth 18GHz --channels 3 --pol I,Q,U,V -o cube.fits"));
     let cube = cittert_formats::open_image(&s.path("cube.fits")).unwrap();
     assert_eq!(cube.data.shape(), [3, 4, 24, 24]);
     let mean = |c: usize| cube.plane(c, 0).mean().unwrap();
@@ -117,11 +118,11 @@ fn channels_and_stokes_planes_make_a_cube_and_simulate_takes_it() {
     assert!(mean(2) > mean(0) + 0.5, "{} {}", mean(0), mean(2));
     assert!(cube.plane(1, 1).iter().any(|q| q.abs() > 5.0));
     let line =
-        format!("simulate --layout mm-ring --scene {scene} --scene-size 24 --freq 94GHz --bandwidth 20GHz --channels 3 --epsilon 1e-4");
+        format!("simulate --layout mm-ring --scene {scene} --scene-size 24 --freq 94GHz --bandwidth 18GHz --channels 3 --epsilon 1e-4");
     s.ok(&format!("{line} --scene-channels -o own.uvh5"));
     s.ok(&format!("{line} -o one.uvh5"));
-    s.ok("scene render {} -o x.fits".replace("{}", &format!("{scene} --scene-size 24 --bandwidth 20GHz --channels 3")).as_str());
-    s.ok("simulate --layout mm-ring --scene x.fits --freq 94GHz --bandwidth 20GHz --channels 3 --epsilon 1e-4 -o cube.uvh5");
+    s.ok("scene render {} -o x.fits".replace("{}", &format!("{scene} --scene-size 24 --bandwidth 18GHz --channels 3")).as_str());
+    s.ok("simulate --layout mm-ring --scene x.fits --freq 94GHz --bandwidth 18GHz --channels 3 --epsilon 1e-4 -o cube.uvh5");
     let amplitude = |name: &str| s.json(&format!("info {name}"))["mean_abs_unflagged"]["I"].as_f64().unwrap();
     let (own, one, cube) = (amplitude("own.uvh5"), amplitude("one.uvh5"), amplitude("cube.uvh5"));
     assert!((own / cube - 1.0).abs() < 1e-3, "{own} {cube}");
@@ -271,4 +272,42 @@ fn the_oracle_is_met_by_command() {
         }
     }
     assert!(total > 100 && agree as f64 >= 0.998 * total as f64, "{agree} of {total}");
+}
+
+#[test]
+fn the_error_of_models_outside_their_range_is_named_mapped_and_drawn() {
+    let s = Scratch::new();
+    s.write(
+        "road.toml",
+        r#"
+kind = "solids"
+name = "road"
+freq_hz = 94e9
+extrapolate = true
+camera = { position_m = [0, 0, 20], pitch_deg = -90, size_px = [16, 16], fov_deg = 10 }
+atmosphere = { vacuum = true, background_k = 10 }
+[surface.asphalt]
+layer = [{ material = "asphalt", temperature_k = 300 }]
+[ground]
+surface = "asphalt"
+"#,
+    );
+    let out = s.ok("scene render road.toml -o road.fits");
+    assert!(
+        out.err.contains("asphalt is used at 94GHz, outside the range of its model p2040") && out.err.contains("--model-error"),
+        "{}",
+        out.err
+    );
+    let json = s.json("scene render road.toml -o road.fits --overwrite --model-error error.fits");
+    assert_eq!(json["model_error"][0]["material"], "asphalt");
+    let rms = json["model_error_rms_k"].as_f64().unwrap();
+    assert!((6.0..6.5).contains(&rms), "{rms}");
+    assert!(s.path("error.png").exists());
+    let info = s.json("info error.fits");
+    assert!(info.to_string().contains("error by models of permittivity outside of their range"), "{info}");
+    // Within the range there is nothing to tell.
+    let out = s.ok("scene render road.toml --freq 30GHz -o low.fits --model-error none.fits");
+    assert!(!out.err.contains("outside the range") && out.err.contains("described for 94GHz"), "{}", out.err);
+    assert!(out.out.contains("models outside of their range: 0.000 K rms"), "{}", out.out);
+    s.fails("scene render road.toml -o x.fits --mode realtime --model-error e.fits", 2, &["--mode full"]);
 }

@@ -17,6 +17,14 @@ pub struct Permittivity {
     pub extended: bool,
 }
 
+impl Permittivity {
+    /// Relative standard uncertainty by the extension of the model; 0 inside its range, where the model is taken as it is.
+    #[must_use]
+    pub fn uncertainty(&self) -> f64 {
+        if self.extended { self.model.uncertainty } else { 0.0 }
+    }
+}
+
 impl Material {
     /// The model of this name, if it describes this material.
     ///

@@ -4,7 +4,7 @@ use super::error::DielectricError;
 use super::ice::{
     BrinePockets, brine_permittivity_stogryn_desargant85, ice_permittivity_hufford91, ice_permittivity_maetzler06, sea_ice_permittivity,
 };
-use super::leaf::leaf_permittivity_ulaby_el_rayes87;
+use super::leaf::{leaf_permittivity_maetzler94, leaf_permittivity_ulaby_el_rayes87};
 use super::material::{Constants, Material};
 use super::model::{Band, Model, permittivity_of};
 use super::p2040::{building_bands, wet_building_permittivity};
@@ -47,6 +47,7 @@ impl Model {
             ("ulaby86-liebe91", _) => soil_permittivity_ulaby86(state, water_permittivity_liebe91(f, t)),
             ("mironov09", _) => soil_permittivity_mironov09(f, mv, clay),
             ("ulaby-el-rayes87", _) => leaf_permittivity_ulaby_el_rayes87(f, mv),
+            ("maetzler94", _) => leaf_permittivity_maetzler94(f, t, mv),
             ("p2040", Constants::P2040(key)) => wet_building_permittivity(key, f, t, mv)?,
             ("conductor", Constants::Conductivity(sigma)) => conductor_permittivity(freq_hz, sigma),
             ("frozen-soil-constant" | "paint-constant", Constants::Fixed(real, loss)) => permittivity_of(real, loss),
@@ -109,7 +110,7 @@ mod tests {
 
     #[test]
     fn every_row_of_the_table_has_its_formula() {
-        assert_eq!(Model::all().len(), 23);
+        assert_eq!(Model::all().len(), 24);
         for model in Model::all() {
             let material = material_of_model(model.name).unwrap();
             let eps = model.permittivity(material, &material.state(), 10e9).unwrap();

@@ -134,6 +134,18 @@ mod tests {
         }
     }
 
+    // The uncertainty of a P.2040 material outside its bands is how far the real parts of the materials with two bands move between them.
+    #[test]
+    fn the_uncertainty_outside_the_bands_is_that_between_two_bands() {
+        let table = building_table().unwrap();
+        let pairs = table.windows(2).filter(|w| w[0].material == w[1].material);
+        let moved: Vec<f64> = pairs.map(|w| w[1].at(w[1].f_min_ghz).re / w[0].at(w[0].f_max_ghz).re - 1.0).collect();
+        let rms = (moved.iter().map(|m| m * m).sum::<f64>() / moved.len() as f64).sqrt();
+        println!("{} materials: {moved:.3?}, rms {rms:.4}", moved.len());
+        let stated = Material::by_name("asphalt").unwrap().default_model(94e9).unwrap().uncertainty;
+        assert!(moved.len() == 8 && (rms - stated).abs() < 1e-3, "{rms} {stated}");
+    }
+
     #[test]
     fn wet_brick_is_lossier() {
         let brick = Material::by_name("brick").unwrap();

@@ -5,6 +5,7 @@ mod follow;
 mod lattice;
 mod leg;
 mod mesh_options;
+mod model_error;
 mod options;
 mod picture;
 mod polar;
@@ -31,6 +32,7 @@ mod weather_tests;
 
 pub use flight::{Flight, KeyFrame};
 pub use mesh_options::{EdgeOptions, MeshOptions};
+pub use model_error::{Extended, ModelError};
 pub use options::{RenderOptions, Scale};
 pub use picture::{Picture, ProgressFn};
 pub use realtime::{Frame, error_map};

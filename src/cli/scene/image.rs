@@ -75,6 +75,9 @@ pub(crate) struct RenderArgs {
     /// Also write the number of that surface; the history of the file lists the names.
     #[arg(long, value_name = "FITS")]
     pub(super) material: Option<PathBuf>,
+    /// Also write the standard error that models of permittivity outside of their range bring, K, and a picture of it beside (.png).
+    #[arg(long, value_name = "FITS")]
+    pub(super) model_error: Option<PathBuf>,
     #[command(flatten)]
     pub(super) out: OutputArgs,
 }
@@ -114,9 +117,18 @@ impl RenderArgs {
         [self.range.as_ref(), self.incidence.as_ref(), self.material.as_ref()]
     }
 
+    /// The map of the error of the models, and its picture.
+    pub(super) fn model_error_files(&self) -> Option<[PathBuf; 2]> {
+        self.model_error.as_ref().map(|path| [path.clone(), path.with_extension("png")])
+    }
+
     /// Whether an option needs the ray tracer.
     pub(super) fn asks_tracer(&self) -> bool {
-        self.mode == Mode::Realtime || self.error_map.is_some() || self.channels != 1 || self.maps().iter().any(Option::is_some)
+        self.mode == Mode::Realtime
+            || self.error_map.is_some()
+            || self.model_error.is_some()
+            || self.channels != 1
+            || self.maps().iter().any(Option::is_some)
     }
 }
 

@@ -15,7 +15,9 @@ use std::path::PathBuf;
 /// # Errors
 /// A scene that is wrong, or an error of the file system.
 pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
-    let outputs: Vec<&PathBuf> = [&args.out.output].into_iter().chain(args.maps().into_iter().flatten()).chain(&args.error_map).collect();
+    let model_error = args.model_error_files();
+    let maps = args.maps().into_iter().flatten().chain(&args.error_map).chain(model_error.iter().flatten());
+    let outputs: Vec<&PathBuf> = [&args.out.output].into_iter().chain(maps).collect();
     args.out.claim(&outputs, [&args.scene])?;
     let center = match &args.phase_center {
         Some(text) => PhaseCenter::parse(text)?,

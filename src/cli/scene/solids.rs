@@ -3,13 +3,16 @@
 use super::image::{Mode, RenderArgs, outcome};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
+use crate::plot::{self, ImagePlot};
 use crate::progress::{Event, Observer};
+use cittert_arrays::quantity::Frequency;
 use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyGrid, SpectralWindow};
 use cittert_phenomenology::camera::Projection;
 use cittert_phenomenology::trace::{Picture, error_map};
 use cittert_phenomenology::{RenderOptions, SolidScene, Tracer, View};
-use ndarray::{Array2, Axis};
-use std::path::Path;
+use ndarray::{Array2, Array4, Axis};
+use serde_json::json;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// A scene of solids, ready to be rendered.
@@ -35,6 +38,7 @@ pub(super) fn run(
     let scene = args.tracer.scene(scene).context(&named)?;
     let view = view(args, &scene, center).context(&named)?;
     let job = Job { args, scene, view, options: args.tracer.options(spectrum.n_chan() > 1), context };
+    job.tell_extended(spectrum);
     if args.mode == Mode::Realtime {
         return job.realtime(spectrum);
     }
@@ -49,7 +53,10 @@ pub(super) fn run(
     for (path, map) in args.maps().into_iter().zip(maps(picture)).filter_map(|(path, map)| Some((path?, map))) {
         outcome = job.map(path, map, &image, outcome)?;
     }
-    Ok(outcome)
+    match args.model_error_files() {
+        Some(files) => job.model_error(files, spectrum, &image, outcome),
+        None => Ok(outcome),
+    }
 }
 
 /// The view on a grid of direction cosines where a cell is given, otherwise in the projection of the camera.
@@ -87,18 +94,53 @@ impl Job<'_> {
 
     /// Write a map on the grid of an image.
     fn map(&self, path: &Path, map: Map, image: &Image, outcome: Outcome) -> Result<Outcome> {
-        let data = map.plane.insert_axis(Axis(0)).insert_axis(Axis(0));
-        let mut out = Image::new(image.grid.clone(), mean_band(&image.spectrum)?, vec![Polarization::I], data, map.unit)?;
+        let mut out = Image::new(image.grid.clone(), mean_band(&image.spectrum)?, vec![Polarization::I], map.cube(), map.unit)?;
         out.object.clone_from(&image.object);
         out.history.push(map.meaning);
         self.args.out.image(path, &mut out, self.context)?;
         Ok(outcome.wrote(path))
     }
 
+    /// Name the materials that are used outside the range of their models.
+    fn tell_extended(&self, spectrum: &SpectralWindow) {
+        for e in self.scene.extended(spectrum.mean_hz()) {
+            let more = if self.args.model_error.is_some() { "" } else { "; --model-error maps what this does to the picture" };
+            let (percent, freq) = (100.0 * e.uncertainty, Frequency(spectrum.mean_hz()));
+            self.context.console.note(&format!(
+                "{} is used at {freq}, outside the range of its model {}: its permittivity is uncertain by {percent:.1} %{more}",
+                e.material, e.model
+            ));
+        }
+    }
+
+    /// Write the map of the error of the models and its picture, and say what each material adds.
+    fn model_error(&self, [map, png]: [PathBuf; 2], spectrum: &SpectralWindow, image: &Image, mut outcome: Outcome) -> Result<Outcome> {
+        let error = self.scene.model_error(&self.view, spectrum, &self.options).context(self.args.scene.display())?;
+        let rms_k = (error.map_k.iter().map(|e| e * e).sum::<f64>() / error.map_k.len() as f64).sqrt();
+        outcome.json["model_error_rms_k"] = rms_k.into();
+        outcome.json["model_error_max_k"] = error.map_k.iter().copied().fold(0.0, f64::max).into();
+        let parts = error.parts.iter().map(|(e, rms_k, max_k)| {
+            json!({ "material": e.material, "model": e.model, "uncertainty": e.uncertainty, "rms_k": rms_k, "max_k": max_k })
+        });
+        outcome.json["model_error"] = parts.collect();
+        outcome.text += &format!("\nmodels outside of their range: {rms_k:.3} K rms");
+        for (e, rms_k, max_k) in &error.parts {
+            outcome.text += &format!("\n  {} ({}): {rms_k:.3} K rms, {max_k:.2} K at most", e.material, e.model);
+        }
+        let meaning = format!("standard error by models of permittivity outside of their range, K; rms {rms_k:.4} K");
+        let plane = Map { plane: error.map_k, unit: BrightnessUnit::Kelvin, meaning };
+        let title = format!("{}: standard error by models outside of their range", self.scene.name());
+        let mut drawn = Image::new(image.grid.clone(), mean_band(&image.spectrum)?, vec![Polarization::I], plane.cube(), plane.unit)?;
+        drawn.object.clone_from(&image.object);
+        self.args.out.write(&png, &plot::image(&drawn, &ImagePlot { title, ..ImagePlot::default() })?.png()?)?;
+        Ok(self.map(&map, plane, image, outcome)?.wrote(png))
+    }
+
     /// Render one frame in the real-time mode, with its error map if the options select one.
     fn realtime(&self, spectrum: &SpectralWindow) -> Result<Outcome> {
         let (args, options, named) = (self.args, &self.options, self.args.scene.display());
-        if options.polarizations.len() != 1 || options.per_channel || args.maps().iter().any(Option::is_some) {
+        if options.polarizations.len() != 1 || options.per_channel || args.maps().iter().any(Option::is_some) || args.model_error.is_some()
+        {
             return Err(Failure::usage("--mode realtime renders one plane: give one --pol and one channel, and use --mode full for maps"));
         }
         let tracer = Tracer::new(&self.scene, &[spectrum.mean_hz()], options).context(&named)?;
@@ -139,6 +181,13 @@ struct Map {
     plane: Array2<f64>,
     unit: BrightnessUnit,
     meaning: String,
+}
+
+impl Map {
+    /// The plane as the only one of an image \[chan, pol, m, l\].
+    fn cube(&self) -> Array4<f64> {
+        self.plane.clone().insert_axis(Axis(0)).insert_axis(Axis(0))
+    }
 }
 
 /// Distance, angle of incidence and surface numbers, in the order of [`RenderArgs::maps`].
