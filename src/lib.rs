@@ -71,6 +71,7 @@ pub mod closure_imaging;
 pub mod corrupt;
 pub mod deconvolve;
 pub mod design;
+pub mod enhance;
 pub mod error;
 pub mod fidelity;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Transforms between images and visibilities. No other module of the crate uses an FFT.
+//! Transforms between images and visibilities. Of the other modules only [`crate::enhance`] uses an FFT.
 //!
 //! The transform is V = sum of I exp(+2 pi i (u l + v m + w (n - 1))) over the pixels. This module computes it and its adjoint, each to a
 //! relative error that the caller chooses. uvw are in metres; only this module converts them to wavelengths. Planes are \[m, l\] in the

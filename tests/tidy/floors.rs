@@ -10,7 +10,7 @@ const FLOORS: &[&[&str]] = &[
     &["verdict", "design"],
     &["calibrate"],
     &["closure_imaging", "mem"],
-    &["imaging"],
+    &["imaging", "enhance"],
     &["deconvolve"],
     &["corrupt"],
     &["simulate"],
