@@ -153,14 +153,14 @@ impl Corruption for Atmosphere {
         let paths = self.air.model.paths(&heights, context.freq_hz)?;
         let overhead = paths.toward(0, 0.0)?;
         let screen = self.screen(context);
-        let (n_time, n_ant, n_chan, n_feed) = table.gains.dim();
+        let (n_time, _, n_chan, n_feed) = table.gains.dim();
         for time in 0..n_time {
             let path =
                 |place: usize| self.path(paths.as_ref(), place, zenith_rad(places[place].1, context.toward[time]), context.time_jd[time]);
             let origin = path(0)?;
-            for ant in 0..n_ant {
+            for (ant, position) in antennas.iter().enumerate() {
                 let here = path(ant + 1)?;
-                let moment = Moment { context, time, ant, position: antennas[ant] };
+                let moment = Moment { context, time, ant, position: *position };
                 let (fluctuation, error_m) = self.fluctuation(&screen, &moment)?;
                 for chan in 0..n_chan {
                     // Radiometers measure all of the wet path, so that only what they miss is left.
