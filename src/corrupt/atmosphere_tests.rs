@@ -157,9 +157,9 @@ fn turbulence_is_the_stated_fraction_of_the_wet_path_in_every_channel() {
             let gain = rough.gains[[0, ant, chan, 0]] / calm.gains[[0, ant, chan, 0]];
             gain.arg() * SPEED_OF_LIGHT_M_S / (std::f64::consts::TAU * rough.spectrum.freq_hz()[chan])
         };
-        for ant in 0..4 {
-            for chan in 0..3 {
-                squares[ant][chan] += (x(ant, chan) - x(0, chan)).powi(2) / screens as f64;
+        for (ant, squares) in squares.iter_mut().enumerate() {
+            for (chan, square) in squares.iter_mut().enumerate() {
+                *square += (x(ant, chan) - x(0, chan)).powi(2) / screens as f64;
             }
         }
         let wet = |chan: usize| wet_overhead_m(500.0, rough.spectrum.freq_hz()[chan]);

@@ -67,7 +67,7 @@ fn a_scene_is_rendered_at_its_own_frequency() {
     let said = s.ok(&format!("scene render {ship} --scene-size 24 --freq 94GHz -o other.fits"));
     assert!(said.err.contains("described for 37GHz"), "{}", said.err);
     let tank = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/phenomenology/scenes/t-72.toml")).unwrap();
-    s.write("tank.toml", &tank.replace("freq_hz = 94e9\n", ""));
+    s.write("tank.toml", tank.replace("freq_hz = 94e9\n", ""));
     assert!(s.ok("scene render tank.toml --scene-size 24 -o tank.fits").err.contains("states no frequency: 94GHz"));
 }
 
