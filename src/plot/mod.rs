@@ -13,6 +13,7 @@
 //! | [`gains`] | solved gains, with the truth where it is known |
 //! | [`curves`] | lines with error bars and a legend |
 //! | [`grey()`] | the pixels of a plane, without axes, as a PNG file |
+//! | [`scene_picture()`], [`cause_picture()`] | a rendered scene without axes, as a PNG file |
 //!
 //! [`View`] chooses colours, contours and part of the frame of an image.
 
@@ -42,6 +43,7 @@ mod picture;
 mod psf;
 mod radial;
 pub mod report;
+mod scene_picture;
 mod shape;
 mod size;
 mod sky;
@@ -63,6 +65,7 @@ pub use hits::uv_mask;
 pub use legend::Style;
 pub use picture::{Picture, PictureFormat};
 pub use psf::{is_psf, psf};
+pub use scene_picture::{SceneStretch, cause_picture, scene_picture};
 pub use size::{DEFAULT_HEIGHT, DEFAULT_WIDTH};
 pub use sky::{ImagePlot, image, images};
 pub use thumbnail::thumbnail;

@@ -311,3 +311,22 @@ surface = "asphalt"
     assert!(out.out.contains("models outside of their range: 0.000 K rms"), "{}", out.out);
     s.fails("scene render road.toml -o x.fits --mode realtime --model-error e.fits", 2, &["--mode full"]);
 }
+
+#[test]
+fn a_scene_is_drawn_in_grey_and_by_cause() {
+    let s = Scratch::new();
+    let scene = shipped("bmp-1");
+    s.ok(&format!("scene render {scene} --scene-size 48 -o t.fits --picture t.png --causes c.png"));
+    let grey = image::open(s.path("t.png")).unwrap().into_luma8();
+    assert_eq!(grey.dimensions(), (48, 48));
+    let (dark, light) = (grey.pixels().filter(|p| p.0[0] < 64).count(), grey.pixels().filter(|p| p.0[0] > 192).count());
+    assert!(dark > 100 && light > 100, "{dark} dark and {light} light pixels");
+    // The row on top is sky, which is blue; the vehicle emits almost nothing itself, and the ground much.
+    let colours = image::open(s.path("c.png")).unwrap().into_rgb8();
+    assert!((0..48).all(|x| colours.get_pixel(x, 0).0[..2] == [0, 0] && colours.get_pixel(x, 0).0[2] > 0));
+    assert!(colours.pixels().any(|p| p.0[0] > 200) && colours.pixels().any(|p| p.0[1] > 100 && p.0[0] < 60));
+    s.ok(&format!("scene render {scene} --scene-size 48 --stretch rank -o r.fits --picture r.png"));
+    assert!(image::open(s.path("r.png")).unwrap().into_luma8() != grey);
+    s.fails(&format!("scene render {scene} --scene-size 48 -o u.fits --picture t.png"), 1, &["exists already"]);
+    s.fails(&format!("scene render {scene} --scene-size 48 --mode realtime -o u.fits --causes u.png"), 2, &["drawings"]);
+}

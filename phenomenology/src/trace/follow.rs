@@ -1,5 +1,6 @@
 //! Following one ray backwards from the antenna through its reflections, with one weight for every plane and channel.
 
+use super::cause::{Cause, Tally};
 use super::lattice::Points;
 use super::polar::{local_frame, polarised, reflect, turn};
 use super::scatter::{Scattering, heaviest, weight_of};
@@ -26,6 +27,7 @@ impl Tracer<'_> {
             points: Points::of_pixel(0.0, 0.0),
             scatters: false,
             cuts: Cuts::default(),
+            tally: Tally::new(self.options.causes),
         }
     }
 
@@ -45,10 +47,12 @@ impl Tracer<'_> {
         }
         scratch.sums.fill(0.0);
         scratch.corrections.fill(0.0);
+        scratch.tally.clear();
         (scratch.points, scratch.scatters) = (points, false);
         let ray = Ray::from_unit(origin, direction);
         let Some(spot) = self.spot(&ray)? else {
             self.add_sky(&ray, 0, scratch)?;
+            scratch.credit(Cause::Sky, 0);
             return Ok(None);
         };
         let cos_incidence = (-ray.direction.dot(spot.normal)).clamp(0.0, 1.0);
@@ -62,6 +66,7 @@ impl Tracer<'_> {
         loop {
             let cos = (-ray.direction.dot(spot.normal)).clamp(0.0, 1.0);
             self.add_leg(&ray, spot.point.z, spot.t, reach.branch, scratch)?;
+            scratch.credit(Cause::Sky, reach.branch);
             if let Some((local, by)) = local_frame(ray.direction, spot.normal, reference) {
                 scratch.rows[reach.branch].iter_mut().for_each(|row| turn(row, by));
                 reference = local;
@@ -69,13 +74,18 @@ impl Tracer<'_> {
             let left = self.add_surface(&ray, &spot, cos, reference, reach, scratch)?;
             if left * reach.bundle < self.options.min_weight || reach.bounces == self.options.max_bounces {
                 self.close(spot.cover, reach.branch, scratch);
+                scratch.credit(Cause::of_bounce(reach.bounces), reach.branch);
                 return Ok(());
             }
             ray = Ray::from_unit(spot.point + spot.normal * self.eps, ray.direction.mirrored(spot.normal).unit());
             reach.bounces += 1;
             spot = match self.spot(&ray)? {
                 Some(spot) => spot,
-                None => return self.add_sky(&ray, reach.branch, scratch),
+                None => {
+                    self.add_sky(&ray, reach.branch, scratch)?;
+                    scratch.credit(Cause::Sky, reach.branch);
+                    return Ok(());
+                }
             };
         }
     }
@@ -91,14 +101,22 @@ impl Tracer<'_> {
             scratch.copy_rows(reach.branch);
             scratch.scatters |= reach.branch == 0;
         }
+        // A level surface scatters the sky; a tilted one is taken to see its own temperature, until drawn facets correct that.
+        let scattered_from = if scatters && self.is_level(spot) { Cause::Sky } else { Cause::Surroundings };
         let (mut left, mut weight) = (0.0_f64, 0.0_f64);
         for (channel, table) in tables.iter().enumerate() {
             let (response, scattered) = table.at(cos, along.x, along.y);
             for k in channel * planes..(channel + 1) * planes {
                 let (row, sum) = (&mut scratch.rows[reach.branch][k], &mut scratch.sums[k]);
                 *sum += polarised(row, response.emitted_k);
+                if k == 0 && reach.branch == 0 {
+                    scratch.tally.credit(Cause::of_bounce(reach.bounces), *sum);
+                }
                 if let Some(s) = &scattered {
                     *sum += polarised(row, self.assumed(spot, table, s));
+                    if k == 0 && reach.branch == 0 {
+                        scratch.tally.credit(scattered_from, *sum);
+                    }
                     weight = weight.max(weight_of(row, s.power));
                 }
                 reflect(row, &response);

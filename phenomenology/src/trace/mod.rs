@@ -1,5 +1,6 @@
 //! The tracer. It follows rays from the sensor back to the sky, and sums the radiation that arrives along them.
 
+mod cause;
 mod flight;
 mod follow;
 mod lattice;
@@ -30,6 +31,7 @@ mod volume_tests;
 #[cfg(test)]
 mod weather_tests;
 
+pub use cause::{CAUSES, Cause};
 pub use flight::{Flight, KeyFrame};
 pub use mesh_options::{EdgeOptions, MeshOptions};
 pub use model_error::{Extended, ModelError};

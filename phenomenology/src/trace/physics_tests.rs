@@ -308,3 +308,37 @@ fn progress_counts_every_row_of_both_passes_and_huge_pictures_are_refused() {
     let message = scene.picture(&huge, &band(), &RenderOptions::default()).unwrap_err().to_string();
     assert!(message.contains("60000 x 60000 pixels"), "{message}");
 }
+
+#[test]
+fn the_causes_add_up_to_the_temperature() {
+    let scene = scene(&EVERYTHING.replace("TEMPERATURE", "profile = \"mls\""));
+    let options = RenderOptions { causes: true, scale: Scale::RayleighJeans, ..RenderOptions::default() };
+    let told = picture(&scene, &options);
+    let causes = told.causes_k.unwrap();
+    let untold = picture(&scene, &RenderOptions { causes: false, ..options });
+    assert!(untold.causes_k.is_none() && untold.temperature.data == told.temperature.data);
+    for ((row, column), t) in told.temperature.plane(0, 0).indexed_iter() {
+        let [emission, surroundings, sky] = [0, 1, 2].map(|cause| causes[[cause, row, column]]);
+        assert!((emission + surroundings + sky - t).abs() < 1e-9, "{row} {column}");
+        assert!(emission >= 0.0 && sky > 0.0);
+    }
+}
+
+#[test]
+fn a_mirror_shows_sky_above_and_ground_below() {
+    let text = "kind = \"solids\"\nname = \"m\"\n[atmosphere]\nvacuum = true\nbackground_k = 50\n\
+        [surface.metal]\nlayer = [{ eps = [1.0, 1e13], temperature_k = 290 }]\n[surface.soil]\nlayer = [{ eps = [4.0, 0.1], temperature_k = 290 }]\n\
+        [ground]\nsurface = \"soil\"\n[[body]]\nname = \"ball\"\ntype = \"SPH\"\ndata = [0, 30, 5, 2]\nsurface = \"metal\"\n\
+        [camera]\nposition_m = [0, 0, 5]\nfov_deg = 1\nsize_px = [2, 2]\n";
+    let scene = scene(text);
+    // The top of the ball mirrors the sky, its lower half the ground, which itself mirrors the sky; the ground in view emits.
+    for (pitch, want) in
+        [(3.0, [false, false, true]), (-2.0, [false, true, true]), (-30.0, [true, false, true]), (20.0, [false, false, true])]
+    {
+        let camera = crate::camera::Camera { pitch_deg: pitch, ..scene.camera().unwrap().clone() };
+        let scene = scene.clone().with_camera(camera).unwrap();
+        let causes = picture(&scene, &RenderOptions { causes: true, antialias: 1, ..RenderOptions::default() }).causes_k.unwrap();
+        let got = [0, 1, 2].map(|cause| causes[[cause, 1, 1]] > 1.0);
+        assert_eq!(got, want, "{pitch}");
+    }
+}

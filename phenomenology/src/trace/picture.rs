@@ -1,5 +1,6 @@
 //! A picture: one ray for every pixel, more rays on edges, and maps of range, incidence and material.
 
+use super::cause::{CAUSES, Cause};
 use super::lattice::{Points, Use};
 use super::scatter_mesh::Corrections;
 use super::scratch::Scratch;
@@ -8,7 +9,7 @@ use super::vertex::Face;
 use crate::camera::View;
 use crate::error::{Result, SceneError};
 use cittert_arrays::{BrightnessUnit, Image, SpectralWindow};
-use ndarray::{Array2, Array4, ShapeError};
+use ndarray::{Array2, Array3, Array4, ShapeError};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -31,6 +32,9 @@ pub struct Picture {
     pub material: Array2<u32>,
     /// Names of the surfaces; number 1 is the first.
     pub material_names: Vec<String>,
+    /// What the temperatures of the first plane and channel come from, Rayleigh-Jeans temperature in K, in the order of
+    /// [`super::CAUSES`]. The causes add up to the temperature. `None` without [`super::RenderOptions::causes`]. // [cause, m, l]
+    pub causes_k: Option<Array3<f64>>,
     /// Number of rays sent from the camera.
     pub rays: usize,
 }
@@ -64,10 +68,11 @@ impl Tracer<'_> {
         let grid = view.grid();
         let (columns, rows) = (grid.n_l, grid.n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
-        if rows * columns > MAX_VALUES / states {
+        let width = self.values();
+        if rows * columns > MAX_VALUES / width {
             return Err(SceneError::bad_value(
                 "picture",
-                format_args!("{columns} x {rows} pixels of {states} planes and channels"),
+                format_args!("{columns} x {rows} pixels of {width} planes and channels"),
                 "at most 134217728 values (1 GB); render fewer pixels or channels at a time",
             ));
         }
@@ -78,19 +83,19 @@ impl Tracer<'_> {
                 progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes * rows);
             }
         };
-        // First pass: one ray through the middle of every pixel. // [m, l][chan, pol]
-        let mut sums = vec![0.0; rows * columns * states];
+        // First pass: one ray through the middle of every pixel. // [m, l][chan and pol, then cause]
+        let mut sums = vec![0.0; rows * columns * width];
         let nothing =
             Middle { range_m: f64::NAN, incidence_deg: f64::NAN, identity: (0, 0), material: 0, first_k: 0.0, face: None, scatters: false };
         let mut middles = vec![nothing; rows * columns];
-        sums.par_chunks_mut(columns * states).zip(middles.par_chunks_mut(columns)).enumerate().try_for_each_init(
+        sums.par_chunks_mut(columns * width).zip(middles.par_chunks_mut(columns)).enumerate().try_for_each_init(
             || self.scratch(),
             |scratch, (row, (sums, middles))| {
-                for (column, (out, middle)) in sums.chunks_exact_mut(states).zip(middles).enumerate() {
+                for (column, (out, middle)) in sums.chunks_exact_mut(width).zip(middles).enumerate() {
                     let points = Points::of_pixel(column as f64, row as f64).using(Use::Nothing);
                     let shot = self.shoot(view, column as f64, row as f64, points, scratch)?;
                     if shot.is_some() {
-                        out.copy_from_slice(&scratch.sums);
+                        out.iter_mut().zip(scratch.sums.iter().chain(&scratch.tally.parts)).for_each(|(o, v)| *o = *v);
                         (middle.first_k, middle.scatters) = (out[0], scratch.scatters);
                     }
                     if let Some(seen) = shot.flatten() {
@@ -106,9 +111,11 @@ impl Tracer<'_> {
         )?;
         let faces: Vec<Face> = middles.iter().map(|m| m.face.filter(|_| m.scatters)).collect();
         let corrections = self.corrections(view, &faces)?;
-        for (pixel, (out, middle)) in sums.chunks_exact_mut(states).zip(&mut middles).enumerate() {
+        for (pixel, (out, middle)) in sums.chunks_exact_mut(width).zip(&mut middles).enumerate() {
             if let Some(correction) = corrections.of(pixel) {
                 out.iter_mut().zip(correction).for_each(|(o, c)| *o += c);
+                // What facets meet counts as surroundings.
+                out[states..].iter_mut().skip(Cause::Surroundings as usize).take(1).for_each(|o| *o += correction[0]);
                 middle.first_k = out[0];
             }
         }
@@ -116,11 +123,18 @@ impl Tracer<'_> {
         let extra = if passes == 2 { self.refine(view, &middles, &corrections, &mut sums, &tell)? } else { 0 };
 
         let planes = self.antenna.len();
-        let mut data = vec![0.0; sums.len()];
+        let plane = |k: usize, row: usize| sums[row * columns * width..].iter().skip(k).step_by(width);
+        let mut data = vec![0.0; rows * columns * states];
         data.par_chunks_mut(columns).enumerate().for_each(|(line, out)| {
             let (state, row) = (line / rows, line % rows);
-            let from = sums[row * columns * states..].iter().skip(state).step_by(states);
-            out.iter_mut().zip(from).for_each(|(o, k)| *o = self.scaled(state / planes, state % planes, *k));
+            out.iter_mut().zip(plane(state, row)).for_each(|(o, k)| *o = self.scaled(state / planes, state % planes, *k));
+        });
+        let causes_k = self.options.causes.then(|| {
+            let mut causes = Array3::zeros((CAUSES.len(), rows, columns));
+            for ((cause, row), mut out) in ndarray::indices((CAUSES.len(), rows)).into_iter().zip(causes.rows_mut()) {
+                out.iter_mut().zip(plane(states + cause, row)).for_each(|(o, v)| *o = *v);
+            }
+            causes
         });
         let data = Array4::from_shape_vec((self.freqs_ghz.len(), planes, rows, columns), data).map_err(shape)?;
         let map =
@@ -132,8 +146,14 @@ impl Tracer<'_> {
             incidence_deg: map(|m| m.incidence_deg),
             material: Array2::from_shape_fn((rows, columns), |(row, column)| middles[row * columns + column].material),
             material_names: self.scene.covers.surface_names().to_vec(),
+            causes_k,
             rays: rows * columns + corrections.rays + extra,
         })
+    }
+
+    /// Number of values of a pixel: those of all channels and planes, and the causes if they are asked for.
+    fn values(&self) -> usize {
+        self.freqs_ghz.len() * self.antenna.len() + if self.options.causes { CAUSES.len() } else { 0 }
     }
 
     /// A ray through a fractional pixel; `None` outside the hemisphere.
@@ -153,14 +173,14 @@ impl Tracer<'_> {
         tell: &(impl Fn() + Sync),
     ) -> Result<usize> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
-        let states = self.freqs_ghz.len() * self.antenna.len();
+        let width = self.values();
         let side = self.options.antialias;
         let offset = |k: usize| (k as f64 + 0.5) / side as f64 - 0.5;
         let shot = AtomicUsize::new(0);
-        sums.par_chunks_mut(columns * states).enumerate().try_for_each_init(
-            || (self.scratch(), vec![0.0; states]),
+        sums.par_chunks_mut(columns * width).enumerate().try_for_each_init(
+            || (self.scratch(), vec![0.0; width]),
             |(scratch, mean), (row, sums)| {
-                for (column, out) in sums.chunks_exact_mut(states).enumerate() {
+                for (column, out) in sums.chunks_exact_mut(width).enumerate() {
                     if !self.is_edge(middles, columns, rows, column, row) {
                         continue;
                     }
@@ -183,6 +203,8 @@ impl Tracer<'_> {
                         for (m, (s, c)) in mean.iter_mut().zip(scratch.sums.iter().zip(&scratch.corrections)) {
                             *m += s + c;
                         }
+                        scratch.tally.credit(Cause::Surroundings, scratch.sums[0] + scratch.corrections[0]);
+                        mean[scratch.sums.len()..].iter_mut().zip(&scratch.tally.parts).for_each(|(m, part)| *m += part);
                         count += 1;
                     }
                     if count > 0 {

@@ -80,7 +80,7 @@ impl Tracer<'_> {
 
     /// Whether a surface scatters the sky of its table.
     #[inline]
-    fn is_level(&self, spot: &Spot) -> bool {
+    pub(super) fn is_level(&self, spot: &Spot) -> bool {
         spot.normal.z > self.level
     }
 

@@ -1,5 +1,6 @@
 //! The state of rays that are followed, and the memory they work in.
 
+use super::cause::{Cause, Tally};
 use super::lattice::Points;
 use super::weather::Cuts;
 
@@ -20,9 +21,19 @@ pub(super) struct Scratch {
     pub scatters: bool,
     /// Where the leg enters and leaves weather.
     pub cuts: Cuts,
+    /// What the sums come from.
+    pub tally: Tally,
 }
 
 impl Scratch {
+    /// Credits a cause with what a ray has added to the sums since the last credit. Rays that branch off add to the corrections.
+    #[inline]
+    pub(super) fn credit(&mut self, cause: Cause, branch: usize) {
+        if branch == 0 {
+            self.tally.credit(cause, self.sums[0]);
+        }
+    }
+
     /// Copies rows to the next place.
     #[inline]
     pub(super) fn copy_rows(&mut self, from: usize) {

@@ -32,7 +32,7 @@ pub(crate) struct ConvertArgs {
 pub(crate) struct SchemaArgs {}
 
 /// Convert a scene. A text holds bodies, regions and the names of their surfaces. Assemblies are therefore written as placed bodies, and
-/// camera, ground, atmosphere, layers and the surfaces of single faces are not written.
+/// camera, ground, atmosphere, weather, layers and the surfaces of single faces are not written.
 ///
 /// # Errors
 /// A scene that is wrong, with the line, or an error of the file system.

@@ -2,6 +2,7 @@
 
 use crate::cli::context::{Context, Outcome};
 use crate::cli::options::{OutputArgs, TracerArgs};
+use crate::plot::SceneStretch;
 use cittert_arrays::Image;
 use cittert_arrays::quantity::{Angle, Frequency, Temperature};
 use cittert_phenomenology::trace::MeshOptions;
@@ -78,6 +79,16 @@ pub(crate) struct RenderArgs {
     /// Also write the standard error that models of permittivity outside of their range bring, K, and a picture of it beside (.png).
     #[arg(long, value_name = "FITS")]
     pub(super) model_error: Option<PathBuf>,
+    /// Also draw the temperatures of a scene of solids into this PNG file, one pixel each.
+    #[arg(long, value_name = "PNG")]
+    pub(super) picture: Option<PathBuf>,
+    /// How --picture turns temperatures into grey. The levels follow from the pixels that show surfaces, not from the sky.
+    #[arg(long, value_enum, default_value_t = StretchName::Asinh)]
+    pub(super) stretch: StretchName,
+    /// Also draw what the temperatures come from into this PNG file: red for the emission of the surface in view, green for what it mirrors
+    /// of other surfaces and the ground, blue for sky, air and weather.
+    #[arg(long, value_name = "PNG")]
+    pub(super) causes: Option<PathBuf>,
     #[command(flatten)]
     pub(super) out: OutputArgs,
 }
@@ -89,6 +100,28 @@ pub(super) enum Mode {
     Full,
     /// The real-time mode, which interpolates on a mesh.
     Realtime,
+}
+
+/// How temperatures become grey.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum StretchName {
+    /// Fine steps around the median of the surfaces, coarse ones far from it.
+    Asinh,
+    /// In proportion, from the 1st to the 99th percentile of the surfaces.
+    Linear,
+    /// Equal numbers of pixels for each level.
+    Rank,
+}
+
+impl StretchName {
+    /// The stretch of this name.
+    pub(super) fn stretch(self) -> SceneStretch {
+        match self {
+            Self::Asinh => SceneStretch::Asinh,
+            Self::Linear => SceneStretch::Linear,
+            Self::Rank => SceneStretch::Rank,
+        }
+    }
 }
 
 /// The frequency of a scene that states none, Hz.
@@ -122,13 +155,19 @@ impl RenderArgs {
         self.model_error.as_ref().map(|path| [path.clone(), path.with_extension("png")])
     }
 
+    /// Paths of the drawings beside the temperature.
+    pub(super) fn drawings(&self) -> [Option<&PathBuf>; 2] {
+        [self.picture.as_ref(), self.causes.as_ref()]
+    }
+
+    /// Whether a map or a drawing is asked for, which only the full model has.
+    pub(super) fn asks_maps(&self) -> bool {
+        self.maps().iter().chain(&self.drawings()).any(Option::is_some)
+    }
+
     /// Whether an option needs the ray tracer.
     pub(super) fn asks_tracer(&self) -> bool {
-        self.mode == Mode::Realtime
-            || self.error_map.is_some()
-            || self.model_error.is_some()
-            || self.channels != 1
-            || self.maps().iter().any(Option::is_some)
+        self.mode == Mode::Realtime || self.error_map.is_some() || self.model_error.is_some() || self.channels != 1 || self.asks_maps()
     }
 }
 

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// A scene that is wrong, or an error of the file system.
 pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     let model_error = args.model_error_files();
-    let maps = args.maps().into_iter().flatten().chain(&args.error_map).chain(model_error.iter().flatten());
+    let maps = args.maps().into_iter().chain(args.drawings()).flatten().chain(&args.error_map).chain(model_error.iter().flatten());
     let outputs: Vec<&PathBuf> = [&args.out.output].into_iter().chain(maps).collect();
     args.out.claim(&outputs, [&args.scene])?;
     let center = match &args.phase_center {
@@ -33,7 +33,7 @@ pub(super) fn run(args: &RenderArgs, context: &Context) -> Result<Outcome> {
     }
     if args.asks_tracer() {
         return Err(Failure::usage(format!(
-            "{}: only a scene of solids has maps, rendered channels and a real-time mode",
+            "{}: only a scene of solids has maps, drawings, rendered channels and a real-time mode",
             args.scene.display()
         )));
     }

@@ -3,7 +3,7 @@
 use super::image::{Mode, RenderArgs, outcome};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
-use crate::plot::{self, ImagePlot};
+use crate::plot::{self, ImagePlot, cause_picture, scene_picture};
 use crate::progress::{Event, Observer};
 use cittert_arrays::quantity::Frequency;
 use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyGrid, SpectralWindow};
@@ -37,7 +37,8 @@ pub(super) fn run(
     let named = args.scene.display();
     let scene = args.tracer.scene(scene).context(&named)?;
     let view = view(args, &scene, center).context(&named)?;
-    let job = Job { args, scene, view, options: args.tracer.options(spectrum.n_chan() > 1), context };
+    let options = RenderOptions { causes: args.causes.is_some(), ..args.tracer.options(spectrum.n_chan() > 1) };
+    let job = Job { args, scene, view, options, context };
     job.tell_extended(spectrum);
     if args.mode == Mode::Realtime {
         return job.realtime(spectrum);
@@ -50,6 +51,7 @@ pub(super) fn run(
     let mut image = picture.temperature.clone();
     let mut outcome = job.write(&mut image)?;
     outcome.json["rays"] = picture.rays.into();
+    outcome = job.draw(&picture, outcome)?;
     for (path, map) in args.maps().into_iter().zip(maps(picture)).filter_map(|(path, map)| Some((path?, map))) {
         outcome = job.map(path, map, &image, outcome)?;
     }
@@ -90,6 +92,21 @@ impl Job<'_> {
         }
         self.args.out.image(&self.args.out.output, image, self.context)?;
         Ok(outcome(image, self.scene.name(), self.args))
+    }
+
+    /// Draw the temperatures of the first plane and channel, and what they come from.
+    fn draw(&self, picture: &Picture, mut outcome: Outcome) -> Result<Outcome> {
+        if let Some(path) = &self.args.picture {
+            let on_surface = picture.material.mapv(|m| m > 0);
+            let png = scene_picture(picture.temperature.plane(0, 0), on_surface.view(), self.args.stretch.stretch())?;
+            self.args.out.write(path, &png)?;
+            outcome = outcome.wrote(path);
+        }
+        if let (Some(path), Some(causes)) = (&self.args.causes, &picture.causes_k) {
+            self.args.out.write(path, &cause_picture(causes.view())?)?;
+            outcome = outcome.wrote(path);
+        }
+        Ok(outcome)
     }
 
     /// Write a map on the grid of an image.
@@ -139,9 +156,10 @@ impl Job<'_> {
     /// Render one frame in the real-time mode, with its error map if the options select one.
     fn realtime(&self, spectrum: &SpectralWindow) -> Result<Outcome> {
         let (args, options, named) = (self.args, &self.options, self.args.scene.display());
-        if options.polarizations.len() != 1 || options.per_channel || args.maps().iter().any(Option::is_some) || args.model_error.is_some()
-        {
-            return Err(Failure::usage("--mode realtime renders one plane: give one --pol and one channel, and use --mode full for maps"));
+        if options.polarizations.len() != 1 || options.per_channel || args.asks_maps() || args.model_error.is_some() {
+            return Err(Failure::usage(
+                "--mode realtime renders one plane: give one --pol and one channel, and use --mode full for maps and drawings",
+            ));
         }
         let tracer = Tracer::new(&self.scene, &[spectrum.mean_hz()], options).context(&named)?;
         let started = Instant::now();
