@@ -178,6 +178,10 @@ mod hostile {
     use crate::solids::{SolidScene, read_probe_with};
     use proptest::prelude::*;
 
+    const WEATHER: &str = "kind = \"solids\"\nname = \"c\"\n[surface.s]\nlayer = [{ material = \"soil\" }]\n[ground]\nsurface = \"s\"\n\
+        [[body]]\nname = \"a\"\ntype = \"ELL\"\ndata = [-50, 0, 800, 50, 0, 800, 140]\n[[body]]\nname = \"b\"\ntype = \"SPH\"\ndata = [40, 0, 810, 60]\n\
+        [[weather]]\nname = \"w\"\nis = \"+a -b OR +b\"\nliquid_g_m3 = 0.3\nrain_mm_h = 2\ntemperature_k = 280\n";
+
     const TEXT: &str =
         "1 RPP 0 4 0 4 0 4\nRCC bore 2 2 -1 0 0 6 1\n3 ELL 0 0 0 1 0 0 3\nREGION body ; +1 -bore OR +3 ; steel\nREGION ball ; +3\n";
 
@@ -185,7 +189,7 @@ mod hostile {
         // Any damage to a file is read or refused, and never ends in a panic.
         #[test]
         fn damaged_files_are_read_or_refused(cuts in proptest::collection::vec((0usize..2000, "[ -~\n\u{e9}]{0,4}"), 1..4)) {
-            for original in [TANK, TEXT] {
+            for original in [TANK, TEXT, WEATHER] {
                 let mut text = original.to_owned();
                 for (at, put) in &cuts {
                     let at = at % text.len();
@@ -201,11 +205,12 @@ mod hostile {
 
         #[test]
         fn wild_numbers_are_read_or_refused(n in prop_oneof![Just("nan"), Just("inf"), Just("-inf"), Just("1e308"), Just("-1e308"), Just("0"), Just("-1"), Just("1e-320")],
-            which in 0usize..60) {
+            which in 0usize..60, weather in proptest::bool::ANY) {
             // The number with this index is replaced.
             let mut seen = 0;
             let mut text = String::new();
-            for word in TANK.split_inclusive([' ', ',', '[', ']', '\n', '}']) {
+            let original = if weather { WEATHER } else { TANK };
+            for word in original.split_inclusive([' ', ',', '[', ']', '\n', '}']) {
                 let bare = word.trim_end_matches([' ', ',', '[', ']', '\n', '}']);
                 if bare.parse::<f64>().is_ok() {
                     text.push_str(if seen == which { n } else { bare });

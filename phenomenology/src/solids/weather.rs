@@ -22,7 +22,7 @@ pub struct WeatherSource {
     pub line: usize,
     /// The water in it.
     pub water: Hydrometeors,
-    /// Lowest and highest height, m.
+    /// Lowest and highest height in the air, m.
     pub heights_m: [f64; 2],
     /// Temperature of the water, which decides how it absorbs, at even steps from the lowest to the highest height, K.
     pub water_k: Vec<f64>,
@@ -111,7 +111,9 @@ fn source_of(
     if bounds.is_empty() {
         return Err(Fault::Said("fills no space; its bodies have nothing in common".into()));
     }
-    let heights_m = [bounds.min.z, bounds.max.z];
+    let bottom_m = air.atmosphere.map_or(f64::NEG_INFINITY, |a| 1e3 * (a.profile().bottom_km() - air.altitude_km));
+    // Below the profile there is its lowest air.
+    let heights_m = [bounds.min.z, bounds.max.z].map(|z| z.max(bottom_m));
     let [low_km, high_km] = heights_m.map(|z| air.altitude_km + 1e-3 * z);
     if let Some(profile) = air.atmosphere.map(Atmosphere::profile).filter(|p| high_km > p.top_km()) {
         let top_m = 1e3 * (profile.top_km() - air.altitude_km);
@@ -125,7 +127,6 @@ fn source_of(
             let steps = ((high_km - low_km) / LEVEL_KM).ceil().max(1.0);
             (0..=steps as usize)
                 .map(|k| {
-                    // Below the profile there is its lowest air.
                     let z_km = low_km + (high_km - low_km) * k as f64 / steps;
                     Ok(profile.air_at(z_km.clamp(profile.bottom_km(), profile.top_km()))?.temperature_k())
                 })
@@ -194,6 +195,14 @@ haze_g_m3 = 0.01
         assert_eq!(again.weather.as_ref().unwrap().bodies[2].water_k, weather.bodies[2].water_k);
         let warm = scene.isothermal(280.0).unwrap();
         assert!(warm.weather.unwrap().bodies.iter().all(|b| b.emits_k == Some(280.0)));
+    }
+
+    #[test]
+    fn a_body_may_reach_far_below_the_ground() {
+        let deep = SolidScene::from_toml(&CLOUD.replace("[0, 0, -10, 0, 0, 760, 30, 45]", "[0, 0, -1e12, 0, 0, 1e12, 30, 45]")).unwrap();
+        let rain = &deep.weather.as_ref().unwrap().bodies[0];
+        assert_eq!((rain.heights_m, rain.water_k.len()), ([0.0, 0.0], 2));
+        assert_eq!(rain.water_k[0], rain.water_k[1]);
     }
 
     #[test]
