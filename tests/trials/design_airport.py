@@ -73,7 +73,7 @@ def layouts(folder, args):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenes", nargs="*", default=["airport", "t-72", "ship", "runway-fog-1"])
+    parser.add_argument("scenes", nargs="*", default=["airport", "t-72", "ship", "bmp-1"])
     parser.add_argument("--restarts", type=int, default=8)
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()

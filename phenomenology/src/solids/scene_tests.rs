@@ -166,6 +166,38 @@ fn the_scenes_that_ship_are_read_and_written() {
     assert!(count >= 10, "{count} scenes");
 }
 
+/// The box around the bodies whose names pass a test.
+fn extent(scene: &SolidScene, wanted: impl Fn(&str) -> bool) -> crate::space::Bounds {
+    let bodies = scene.geometry().bodies().iter().filter(|b| wanted(&b.name));
+    bodies.fold(crate::space::Bounds::EMPTY, |all, b| all.union(b.body.solid.bounds()))
+}
+
+#[test]
+fn the_vehicles_have_their_published_dimensions() {
+    let read = |name: &str| {
+        let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        SolidScene::from_toml(&std::fs::read_to_string(path).unwrap()).unwrap()
+    };
+    let near = |what: &str, got: f64, want: f64| assert!((got - want).abs() < 0.03, "{what}: {got} m, published {want} m");
+    // Wikipedia, "T-72": hull 6.95 m, 9.53 m with the gun forward, 3.59 m wide, clearance 0.49 m.
+    let tank = read("t-72");
+    let outside = ["drum", "log", "bracket"];
+    let hull = extent(&tank, |n| n.starts_with("t72.hull.") && !outside.iter().any(|o| n.contains(o)));
+    near("hull of the T-72", hull.size().x, 6.95);
+    near("T-72 with its gun", extent(&tank, |n| n.ends_with(".barrel")).max.x - hull.min.x, 9.53);
+    near("width of the T-72", hull.size().y, 3.59);
+    near("clearance of the T-72", extent(&tank, |n| n.ends_with(".tub")).min.z, 0.49);
+    assert_eq!(tank.geometry().bodies().iter().filter(|b| b.name.contains(".left.tyre_")).count(), 6);
+    // Wikipedia, "BMP-1": 6.735 m long, 2.94 m wide, 1.881 m to the turret roof, 2.068 m in all, clearance 0.37 m.
+    let bmp = read("bmp-1");
+    let all = bmp.geometry().bounds();
+    near("length of the BMP-1", all.size().x, 6.735);
+    near("width of the BMP-1", all.size().y, 2.94);
+    near("height of the BMP-1", all.max.z, 2.068);
+    near("turret of the BMP-1", extent(&bmp, |n| n.ends_with("turret.roof")).max.z, 1.881);
+    near("clearance of the BMP-1", extent(&bmp, |n| n.ends_with(".tub")).min.z, 0.37);
+}
+
 #[test]
 fn the_example_of_the_book_is_a_scene() {
     let page = include_str!("../../../docs/formats/scene.md");
