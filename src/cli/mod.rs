@@ -17,6 +17,7 @@ mod convert;
 mod corrupt;
 mod cycle_log;
 mod dirty;
+mod enhance;
 mod failure;
 mod grid;
 mod held_out;
@@ -125,6 +126,8 @@ subcommands! {
         Plot(plot::PlotArgs) => plot::run;
         /// Measure how far an image or a gain table is from the truth.
         Compare(compare::CompareArgs) => compare::run;
+        /// Enhance an image: less noise, more pixels, more contrast, sharper edges, deconvolution.
+        Enhance(enhance::EnhanceArgs) => enhance::run;
         /// Convert a file from one format to another.
         Convert(convert::ConvertArgs) => convert::run;
         /// Print the completion script of a shell.

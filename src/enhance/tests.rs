@@ -4,6 +4,8 @@ use super::*;
 use crate::Result;
 use cittert_arrays::BrightnessUnit;
 use ndarray::{Array2, s};
+use std::fmt::Write;
+use std::path::Path;
 
 /// A step with the values that it needs and defaults for the rest.
 fn text(kind: &StepKind) -> String {
@@ -156,4 +158,33 @@ fn wrong_chains_are_refused_with_the_step_and_what_it_takes() {
         let said = serde_json::from_str::<EnhanceOptions>(json).unwrap_err().to_string();
         assert!(words.iter().all(|w| said.contains(w)), "{json}: {said}");
     }
+}
+
+/// The table of steps in the book. Run with CITTERT_BLESS=1 to write it anew.
+#[test]
+fn the_book_lists_the_steps() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/user/enhance.md");
+    let page = std::fs::read_to_string(&path).unwrap();
+    let (begin, end) = ("<!-- steps -->\n", "<!-- end of steps -->");
+    let (before, rest) = page.split_once(begin).unwrap();
+    let (_, after) = rest.split_once(end).unwrap();
+    let mut table = String::from("| step | what it does | values | source |\n|---|---|---|---|\n");
+    for kind in STEPS {
+        let of = |p: &Parameter| {
+            let range = if p.range.is_level() { "a brightness, such as 2K".into() } else { p.range.to_string() };
+            let default = match p.default {
+                None | Some("") => String::new(),
+                Some(text) => format!(", default {text}"),
+            };
+            format!("{}: {} ({range}{default})", p.name.to_uppercase(), p.about)
+        };
+        let values: Vec<String> = kind.parameters.iter().map(of).collect();
+        writeln!(table, "| `{}` | {} | {} | {} |", kind.syntax(), kind.about, values.join("<br>"), kind.source).unwrap();
+    }
+    let wanted = format!("{before}{begin}{table}{end}{after}");
+    if wanted != page && std::env::var_os("CITTERT_BLESS").is_some() {
+        std::fs::write(&path, wanted).unwrap();
+        return;
+    }
+    assert!(wanted == page, "run CITTERT_BLESS=1 cargo test the_book_lists_the_steps");
 }

@@ -4,6 +4,7 @@ mod calibration;
 mod chain;
 mod designs;
 mod docs;
+mod enhance;
 mod layouts;
 mod mem;
 mod memory;

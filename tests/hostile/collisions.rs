@@ -55,6 +55,8 @@ const LINES: &[Line] = &[
     direct("convert d.fits @", &["d.fits"]),
     prefix("compare d.fits t.fits --difference o.fits", &["d.fits", "t.fits"], &["o.fits"]),
     prefix("compare d.fits t.fits --fidelity o.fits", &["d.fits", "t.fits"], &["o.fits"]),
+    direct("enhance d.fits --steps median --truth t.fits -o @", &["d.fits", "t.fits"]),
+    prefix("enhance d.fits --steps median --truth t.fits -o o.fits", &["d.fits", "t.fits"], &["o.png"]),
     prefix("plot d.fits --like t.fits -o o.png", &["d.fits", "t.fits"], &["o.png"]),
     prefix("plot g.calh5 --truth g.calh5 -o o.pdf", &["g.calh5"], &["o.pdf"]),
     prefix("plot v.uvh5 --what model --model s.csv -o o.png", &["v.uvh5", "s.csv"], &["o.png"]),
