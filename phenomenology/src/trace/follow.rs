@@ -102,7 +102,7 @@ impl Tracer<'_> {
             scratch.scatters |= reach.branch == 0;
         }
         // A level surface scatters the sky; a tilted one is taken to see its own temperature, until drawn facets correct that.
-        let scattered_from = if scatters && self.is_level(spot) { Cause::Sky } else { Cause::Surroundings };
+        let scattered_from = if self.is_level(spot) { Cause::Sky } else { Cause::Surroundings };
         let (mut left, mut weight) = (0.0_f64, 0.0_f64);
         for (channel, table) in tables.iter().enumerate() {
             let (response, scattered) = table.at(cos, along.x, along.y);

@@ -70,6 +70,18 @@ fn snow_shows_its_emission_and_the_sky_weighted_by_its_reflection() {
     }
 }
 
+/// Under an open sky nothing but snow and sky is in view, so no part comes from other surfaces.
+#[test]
+fn level_snow_reflects_sky_and_nothing_else() {
+    let scene = SolidScene::from_toml(WINTER).unwrap();
+    let camera = Camera { pitch_deg: -40.0, ..scene.camera().unwrap().clone() };
+    let options = RenderOptions { causes: true, scale: Scale::RayleighJeans, ..RenderOptions::default() };
+    let tracer = Tracer::new(&scene, &[94e9], &options).unwrap();
+    let causes = tracer.picture(&View::of_camera(&camera).unwrap(), &band(), None).unwrap().causes_k.unwrap();
+    let [emission, surroundings, sky] = [0, 1, 2].map(|cause| causes[[cause, 1, 1]]);
+    assert!(emission > 100.0 && surroundings == 0.0 && sky > 10.0, "{emission} {surroundings} {sky}");
+}
+
 #[test]
 fn a_winter_of_one_temperature_shows_only_it() {
     let text = WINTER.replace("[0, 0, 1e-5], size_px = [2, 2], fov_deg = 0.0001", "[0, -8, 2], size_px = [24, 24], fov_deg = 60");
