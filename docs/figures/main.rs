@@ -1,11 +1,12 @@
 //! Draws the pictures of the pages on physics: results of cittert as lines, results of independent software as dots.
 //!
 //! `cargo run --example figures` writes them into docs/algorithms/img. It reads the reference tables in tests/oracle. `cargo run --release
-//! --example figures tracer` measures the time of the tracer and draws it.
+//! --example figures tracer` measures the time of the tracer and draws it, and `figures scenes` draws the scenes that ship.
 
 mod atmosphere;
 mod dielectrics;
 mod measured;
+mod scenes;
 mod surfaces;
 mod tracer;
 mod volume;
@@ -25,6 +26,9 @@ pub(crate) type Drawn<T = ()> = Result<T, Box<dyn Error>>;
 fn main() -> Drawn {
     if std::env::args().any(|a| a == "tracer") {
         return tracer::draw();
+    }
+    if std::env::args().any(|a| a == "scenes") {
+        return scenes::draw();
     }
     atmosphere::draw()?;
     dielectrics::draw()?;

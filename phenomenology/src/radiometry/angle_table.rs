@@ -1,5 +1,7 @@
 //! A table of numbers against the angle of incidence.
 
+use rayon::prelude::*;
+
 /// Largest number of intervals. [`AngleTable::error`] gives the error that is left.
 const LIMIT: usize = 1 << 15;
 
@@ -20,17 +22,17 @@ impl<const N: usize> AngleTable<N> {
     ///
     /// # Errors
     /// The errors of `f`.
-    pub fn new<E>(
+    pub fn new<E: Send>(
         tolerance: f64,
         scale: [f64; N],
         (first, most): (usize, usize),
-        f: impl Fn(f64) -> Result<[f64; N], E>,
+        f: impl Fn(f64) -> Result<[f64; N], E> + Sync,
     ) -> Result<Self, E> {
         let at = |k: usize, n: usize| f(cosine(k as f64 / n as f64));
         let mut n = first.clamp(2, LIMIT);
-        let mut rows = (0..=n).map(|k| at(k, n)).collect::<Result<Vec<_>, E>>()?;
+        let mut rows = (0..=n).into_par_iter().map(|k| at(k, n)).collect::<Result<Vec<_>, E>>()?;
         loop {
-            let middles = (0..n).map(|k| at(2 * k + 1, 2 * n)).collect::<Result<Vec<_>, E>>()?;
+            let middles = (0..n).into_par_iter().map(|k| at(2 * k + 1, 2 * n)).collect::<Result<Vec<_>, E>>()?;
             let mut error = 0.0_f64;
             for (pair, m) in rows.windows(2).zip(&middles) {
                 for i in 0..N {

@@ -3,6 +3,7 @@
 //! Radiances are Rayleigh-Jeans temperatures `x B(T)` in K, which add up. Only the finished picture is converted to Planck temperature.
 
 mod angle_table;
+mod diffuse_table;
 mod facet_table;
 mod options;
 mod response;
@@ -10,6 +11,7 @@ mod sky_lookup;
 mod surface_table;
 
 pub use angle_table::AngleTable;
+pub use diffuse_table::DiffuseTable;
 pub use facet_table::FacetTable;
 pub use options::TableOptions;
 pub use response::Response;

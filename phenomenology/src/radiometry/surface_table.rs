@@ -1,6 +1,7 @@
 //! Reflection and emission of a surface, tabulated against the angle of incidence.
 
 use super::angle_table::AngleTable;
+use super::diffuse_table::DiffuseTable;
 use super::facet_table::FacetTable;
 use super::options::TableOptions;
 use super::response::{KELVIN, MIRROR_ANGLES, Response};
@@ -24,12 +25,15 @@ pub struct Scattered {
     pub sky_k: [f64; 2],
     /// Power reflectivity, over all directions that the radiation comes from.
     pub power: [f64; 2],
+    /// The part of it that belongs to the diffuse lobe. Facets reflect the rest.
+    pub diffuse: [f64; 2],
 }
 
 /// The table of one surface in one channel.
 #[derive(Debug, Clone)]
 pub struct SurfaceTable {
     kind: Kind,
+    diffuse: Option<DiffuseTable>,
     /// Rayleigh-Jeans temperature of its top layer, K. It replaces radiation that is not followed any further.
     top_k: f64,
 }
@@ -37,8 +41,9 @@ pub struct SurfaceTable {
 #[derive(Debug, Clone)]
 enum Kind {
     Mirror(AngleTable<6>),
-    /// A surface that scatters inside: the open sky and the reflectivity of its diffuse part after the numbers of the mirror.
-    Volume(AngleTable<10>),
+    /// A mirror with a diffuse lobe: the open sky in the lobe and its albedo after the numbers of the mirror. One table holds them all, so that
+    /// their sum is exact between its nodes too.
+    Matt(AngleTable<10>),
     /// One table for each azimuth: emission, scattered open sky, and reflectivity.
     Facets {
         tables: Vec<AngleTable<6>>,
@@ -63,7 +68,7 @@ impl SurfaceTable {
     pub fn new(
         model: &SurfaceModel,
         slope_azimuth_rad: f64,
-        sky: &dyn Fn(f64) -> f64,
+        sky: &(dyn Fn(f64) -> f64 + Sync),
         options: &TableOptions,
     ) -> Result<Self, SurfaceError> {
         let freq_ghz = model.stack.freq_hz() * 1e-9;
@@ -73,19 +78,23 @@ impl SurfaceTable {
             canopy.temperature_k = rayleigh_jeans_temperature_k(freq_ghz, black_body_radiance(freq_ghz, canopy.temperature_k));
         }
         let top_k = model.canopy.map_or(model.stack.top_temperature_k(), |c| c.temperature_k);
-        let kind = match model.roughness {
-            Roughness::GeometricOptics(go) => {
+        let by_zenith = |zenith: f64| sky(zenith.cos());
+        let lobe = model.lobe()?;
+        let diffuse = lobe.as_ref().map(|lobe| DiffuseTable::new(&model, lobe, &by_zenith, options)).transpose()?;
+        let respond = |cos: f64, azimuth: f64| {
+            let theta = cos.clamp(GRAZING_COSINE, 1.0).acos();
+            model.response_with(lobe.as_ref(), theta, azimuth, Sky::Symmetric(&by_zenith))
+        };
+        let kind = match (model.roughness, &diffuse) {
+            (Roughness::GeometricOptics(go), _) => {
                 let scale = [1.0, 1.0, 1.0, 1.0, KELVIN, KELVIN];
-                let by_zenith = |zenith: f64| sky(zenith.cos());
                 let azimuths = if go.slopes.is_isotropic() { 1 } else { AZIMUTHS };
                 let tables = (0..azimuths)
                     .map(|k| {
-                        let azimuth = PI / 8.0 * k as f64;
                         AngleTable::new(options.facets_k, scale, (FACET_ANGLES, options.facet_intervals), |cos| {
-                            let theta = cos.max(GRAZING_COSINE).acos();
-                            let r = model.response(theta, azimuth, Sky::Symmetric(&by_zenith))?;
+                            let r = respond(cos, PI / 8.0 * k as f64)?;
                             let ([eh, ev], [sh, sv], [h, v]) = (r.emitted_k, r.scattered_sky_k, r.reflectivity);
-                            Ok([eh, ev, sh, sv, h, v])
+                            Ok::<_, SurfaceError>([eh, ev, sh, sv, h, v])
                         })
                     })
                     .collect::<Result<Vec<_>, SurfaceError>>()?;
@@ -94,30 +103,31 @@ impl SurfaceTable {
                 let facets = Box::new(FacetTable::new(&model, &go, [sin, cos], options)?);
                 Kind::Facets { tables, cos_twice, sin_twice, facets }
             }
-            _ if model.stack.volume().is_some() => {
+            (_, Some(_)) => {
                 let scale = [KELVIN, KELVIN, KELVIN, KELVIN, 1.0, 1.0, 1.0, 1.0, KELVIN, KELVIN];
-                let by_zenith = |zenith: f64| sky(zenith.cos());
-                Kind::Volume(AngleTable::new(options.facets_k, scale, (FACET_ANGLES, options.facet_intervals), |cos| {
+                let (tolerance_k, angles) = match model.stack.volume() {
+                    Some(_) => (options.facets_k, (FACET_ANGLES, options.facet_intervals)),
+                    None => (options.mirror_k, MIRROR_ANGLES),
+                };
+                Kind::Matt(AngleTable::new(tolerance_k, scale, angles, |cos| {
                     let theta = cos.clamp(GRAZING_COSINE, 1.0).acos();
-                    let r = model.response(theta, 0.0, Sky::Symmetric(&by_zenith))?;
-                    let mirror = model.mirrored_by_volume(theta)?;
-                    let [h, v, re, im, eh, ev] = row_of(&model.reflection(theta)?, mirror, r.emitted_k);
-                    let [sh, sv] = [0, 1].map(|p| r.scattered_sky_k[p] - mirror[p] * sky(theta.cos()));
-                    let [dh, dv] = [0, 1].map(|p| r.reflectivity[p] - mirror[p]);
-                    Ok::<_, SurfaceError>([h, v, re, im, eh, ev, sh, sv, dh, dv])
+                    let r = respond(cos, 0.0)?;
+                    let [h, v, re, im, eh, ev] = row_of(&model.reflection(theta)?, r.mirrored, r.emitted_k);
+                    let [sh, sv] = [0, 1].map(|p| r.scattered_sky_k[p] - r.mirrored[p] * sky(theta.cos()));
+                    Ok::<_, SurfaceError>([h, v, re, im, eh, ev, sh, sv, r.diffuse[0], r.diffuse[1]])
                 })?)
             }
-            _ => {
+            (_, None) => {
                 let dark = |_: f64| 0.0;
                 let scale = [KELVIN, KELVIN, KELVIN, KELVIN, 1.0, 1.0];
                 Kind::Mirror(AngleTable::new(options.mirror_k, scale, MIRROR_ANGLES, |cos| {
                     let theta = cos.min(1.0).acos();
-                    let r = model.response(theta, 0.0, Sky::Symmetric(&dark))?;
+                    let r = model.response_with(None, theta, 0.0, Sky::Symmetric(&dark))?;
                     Ok::<_, SurfaceError>(row_of(&model.reflection(theta)?, r.reflectivity, r.emitted_k))
                 })?)
             }
         };
-        Ok(Self { kind, top_k })
+        Ok(Self { kind, diffuse, top_k })
     }
 
     /// Rayleigh-Jeans temperature of the top layer, K.
@@ -132,7 +142,7 @@ impl SurfaceTable {
     pub fn error_k(&self) -> f64 {
         match &self.kind {
             Kind::Mirror(t) => t.error(),
-            Kind::Volume(t) => t.error(),
+            Kind::Matt(t) => t.error(),
             Kind::Facets { tables, .. } => tables.iter().map(AngleTable::error).fold(0.0, f64::max),
         }
     }
@@ -142,9 +152,23 @@ impl SurfaceTable {
     #[inline]
     pub fn facets(&self) -> Option<&FacetTable> {
         match &self.kind {
-            Kind::Mirror(_) | Kind::Volume(_) => None,
+            Kind::Mirror(_) | Kind::Matt(_) => None,
             Kind::Facets { facets, .. } => Some(facets),
         }
+    }
+
+    /// The diffuse lobe of the surface; `None` for a surface without one.
+    #[must_use]
+    #[inline]
+    pub fn diffuse(&self) -> Option<&DiffuseTable> {
+        self.diffuse.as_ref()
+    }
+
+    /// Whether the surface reflects radiation from other directions than along the mirror ray.
+    #[must_use]
+    #[inline]
+    pub fn scatters(&self) -> bool {
+        self.diffuse.is_some() || self.facets().is_some()
     }
 
     /// Emission and mirror reflection at a cosine of incidence, and what the surface scatters. The ray runs along a direction with the
@@ -154,9 +178,10 @@ impl SurfaceTable {
     pub fn at(&self, cos: f64, x: f64, y: f64) -> (Response, Option<Scattered>) {
         match &self.kind {
             Kind::Mirror(table) => (Response::of(&table.at(cos)), None),
-            Kind::Volume(table) => {
+            Kind::Matt(table) => {
                 let row = table.at(cos);
-                (Response::of(&row), Some(Scattered { sky_k: [row[6], row[7]], power: [row[8], row[9]] }))
+                let diffuse = [row[8], row[9]];
+                (Response::of(&row), Some(Scattered { sky_k: [row[6], row[7]], power: diffuse, diffuse }))
             }
             Kind::Facets { tables, cos_twice, sin_twice, .. } => {
                 let [eh, ev, sh, sv, h, v] = match tables.as_slice() {
@@ -167,8 +192,9 @@ impl SurfaceTable {
                         between_azimuths(several, cos, twice)
                     }
                 };
+                let diffuse = self.diffuse.as_ref().map_or([0.0; 2], |d| d.albedo(cos));
                 let response = Response { power: [0.0; 2], cross: [0.0; 2], emitted_k: [eh, ev] };
-                (response, Some(Scattered { sky_k: [sh, sv], power: [h, v] }))
+                (response, Some(Scattered { sky_k: [sh, sv], power: [h, v], diffuse }))
             }
         }
     }

@@ -13,9 +13,9 @@ pub enum Closure {
     /// The power is lost. Emissivity and reflectivity add up to less than 1.
     Single,
     /// The surface absorbs the power, so it counts as emission. A reflectivity above 1, which Wagner shadowing can give, is set to 1.
-    #[default]
     ReEmit,
     /// A second reflection is followed. The surface absorbs the rest.
+    #[default]
     SecondBounce,
 }
 
@@ -37,6 +37,10 @@ pub struct SurfaceResponse {
     pub emissivity: [f64; 2],
     /// Reflectivity, over all directions the power comes from.
     pub reflectivity: [f64; 2],
+    /// The part of the reflectivity along the mirror ray.
+    pub mirrored: [f64; 2],
+    /// The part of the reflectivity of the [diffuse lobe](super::DiffuseLobe). The rest is that of facets.
+    pub diffuse: [f64; 2],
     /// Brightness the surface emits, K.
     pub emitted_k: [f64; 2],
     /// Sky brightness that it scatters to the observer, K.
@@ -82,7 +86,8 @@ impl GeometricOptics {
         let mut reflectivity = once.reflectivity;
         let mut scattered_sky_k = once.scattered_sky_k;
         if self.closure == Closure::Single {
-            return SurfaceResponse { emissivity: once.emissivity, reflectivity, emitted_k: once.emitted_k, scattered_sky_k };
+            let (emissivity, emitted_k) = (once.emissivity, once.emitted_k);
+            return SurfaceResponse { emissivity, reflectivity, mirrored: [0.0; 2], diffuse: [0.0; 2], emitted_k, scattered_sky_k };
         }
         if self.closure == Closure::SecondBounce {
             let twice = second_bounce(self.surface(stack), &view, sky, once.escaping, legendre_12());
@@ -104,6 +109,6 @@ impl GeometricOptics {
             let mean_k = if once.emissivity[p] > 1e-9 { once.emitted_k[p] / once.emissivity[p] } else { stack.top_temperature_k() };
             emissivity[p] * mean_k
         });
-        SurfaceResponse { emissivity, reflectivity, emitted_k, scattered_sky_k }
+        SurfaceResponse { emissivity, reflectivity, mirrored: [0.0; 2], diffuse: [0.0; 2], emitted_k, scattered_sky_k }
     }
 }

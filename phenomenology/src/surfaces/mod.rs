@@ -21,6 +21,7 @@ mod choudhury79;
 mod coherent;
 #[cfg(test)]
 mod convergence_tests;
+mod diffuse;
 mod error;
 mod fresnel;
 mod geometric_optics;
@@ -51,6 +52,7 @@ mod wegmuller_matzler99;
 
 pub use bistatic::{Bistatic, BistaticGeometry, bistatic_coefficient};
 pub use choudhury79::QhRoughness;
+pub use diffuse::DiffuseLobe;
 pub use error::SurfaceError;
 pub use fresnel::{Reflection, fresnel};
 pub use geometric_optics::{Closure, GeometricOptics, SurfaceResponse};

@@ -1,6 +1,7 @@
 //! A surface of a scene at one frequency: layers, roughness and a canopy.
 
 use super::choudhury79::QhRoughness;
+use super::diffuse::DiffuseLobe;
 use super::error::{SurfaceError, bounded, cos_incidence};
 use super::fresnel::Reflection;
 use super::geometric_optics::SurfaceResponse;
@@ -9,7 +10,7 @@ use super::stack::Stack;
 use super::tau_omega::Canopy;
 use super::volume_response::volume_response;
 use super::wagner_lynch::Sky;
-use super::wegmuller_matzler99::wegmuller_matzler99;
+use super::wegmuller_matzler99::{WEGMULLER_MAX_RAD, wegmuller_matzler99};
 use crate::constants::SPEED_OF_LIGHT_M_S;
 use std::f64::consts::TAU;
 
@@ -56,38 +57,78 @@ impl SurfaceModel {
 
     /// Emissivity, reflectivity, emission and scattered sky towards an observer.
     ///
-    /// `azimuth_rad` is the azimuth of the observer from the first slope axis. It matters only for facets of unequal slopes. Specular
-    /// surfaces reflect the sky in the mirror direction.
+    /// `azimuth_rad` is the azimuth of the observer from the first slope axis. It matters only for facets of unequal slopes. What is mirrored
+    /// shows the sky in the mirror direction, and the [diffuse lobe](Self::lobe) shows the whole sky.
     ///
     /// # Errors
     /// [`SurfaceError::Angle`], [`SurfaceError::Azimuth`], or an angle beyond the fit of the
     /// roughness.
     pub fn response(&self, theta_rad: f64, azimuth_rad: f64, sky: Sky<'_>) -> Result<SurfaceResponse, SurfaceError> {
+        self.response_with(self.lobe()?.as_ref(), theta_rad, azimuth_rad, sky)
+    }
+
+    /// [`Self::response`] for many angles: `lobe` is what [`Self::lobe`] gave.
+    ///
+    /// # Errors
+    /// As [`Self::response`].
+    pub fn response_with(
+        &self,
+        lobe: Option<&DiffuseLobe>,
+        theta_rad: f64,
+        azimuth_rad: f64,
+        sky: Sky<'_>,
+    ) -> Result<SurfaceResponse, SurfaceError> {
         let cos = cos_incidence(theta_rad)?;
         if bounded("azimuth", azimuth_rad, -1e6, 1e6).is_err() {
             return Err(SurfaceError::Azimuth { degrees: azimuth_rad.to_degrees() });
         }
         self.check_roughness()?;
+        let lobe_k = lobe.map_or(0.0, |lobe| lobe.mean_sky(&|zenith| sky.mean(zenith)));
         let mut response = match (volume_response(&self.stack, cos, azimuth_rad, sky), self.roughness) {
             (Some(response), _) => response,
             (None, Roughness::GeometricOptics(go)) => go.response(&self.stack, theta_rad, azimuth_rad, sky),
-            (None, _) => self.specular_response(theta_rad, cos, sky_at_mirror(sky, theta_rad, azimuth_rad))?,
+            (None, _) => self.plane_response(theta_rad, cos, sky.mirrored(theta_rad, azimuth_rad), lobe_k)?,
         };
         if let Some(canopy) = self.canopy {
-            let sky_k = sky_at_mirror(sky, theta_rad, azimuth_rad);
-            response = under_canopy(&canopy, &response, cos, sky_k);
+            response = under_canopy(&canopy, &response, cos, lobe_k);
         }
         Ok(response)
     }
 
-    /// The part of the reflection of a stack that scatters that goes along the mirror ray, through the canopy: powers `[h, v]`; 0 for other stacks.
+    /// The diffuse lobe of canopy, small-scale roughness and layers that scatter; `None` for a surface that has none of them.
+    ///
+    /// # Errors
+    /// Roughness on a stack that scatters.
+    pub fn lobe(&self) -> Result<Option<DiffuseLobe>, SurfaceError> {
+        self.check_roughness()?;
+        let rough = !matches!(self.roughness, Roughness::Smooth | Roughness::GeometricOptics(_));
+        if rough || self.stack.volume().is_some() || self.canopy.is_some_and(|c| c.omega > 0.0) {
+            return DiffuseLobe::new(|theta| self.diffuse_albedo(theta));
+        }
+        Ok(None)
+    }
+
+    /// Power `[h, v]` that the diffuse lobe reflects to an observer from a sky of 1. Beyond the fit of a roughness it stays the same.
     ///
     /// # Errors
     /// [`SurfaceError::Angle`].
-    pub fn mirrored_by_volume(&self, theta_rad: f64) -> Result<[f64; 2], SurfaceError> {
+    pub fn diffuse_albedo(&self, theta_rad: f64) -> Result<[f64; 2], SurfaceError> {
+        let theta_rad = match self.roughness {
+            Roughness::WegmullerMatzler { .. } => theta_rad.min(WEGMULLER_MAX_RAD),
+            _ => theta_rad,
+        };
         let cos = cos_incidence(theta_rad)?;
-        let through = self.canopy.map_or(1.0, |c| (-2.0 * c.tau_np / cos.max(1e-9)).exp());
-        Ok(self.stack.volume().map_or([0.0; 2], |volume| volume.budget(cos).mirrored.map(|r| r * through)))
+        let of_ground = match (self.stack.volume(), self.roughness) {
+            (Some(volume), _) => volume.budget(cos).diffuse,
+            (None, Roughness::GeometricOptics(_)) => [0.0; 2],
+            (None, _) => self.plane_parts(theta_rad, cos)?.1,
+        };
+        let Some(canopy) = self.canopy else { return Ok(of_ground) };
+        let whole = self.reflection(theta_rad)?.powers();
+        Ok([0, 1].map(|p| {
+            let b = canopy.budget(whole[p], cos);
+            of_ground[p] * b.ground * b.ground + b.scattered_sky
+        }))
     }
 
     /// Brightness `[h, v]` that the surface emits, K. Each layer has its own temperature.
@@ -121,8 +162,31 @@ impl SurfaceModel {
         TAU * self.stack.freq_hz() / SPEED_OF_LIGHT_M_S
     }
 
-    fn specular_response(&self, theta_rad: f64, cos: f64, sky_k: f64) -> Result<SurfaceResponse, SurfaceError> {
+    /// Reflection into all directions, and the power `[h, v]` of it that is diffuse, of a surface without facets.
+    ///
+    /// The models of small-scale roughness give a power only. Its mirrored part is what a surface of Gaussian heights reflects coherently, and
+    /// what roughness moves from the other polarisation is diffuse.
+    ///
+    /// # Reference
+    /// Ament 1953, Proc. IRE 41, 142: the coherent share is `exp(-(2 k s cos)^2)`, `s` the rms height.
+    fn plane_parts(&self, theta_rad: f64, cos: f64) -> Result<(Reflection, [f64; 2]), SurfaceError> {
         let reflection = self.reflection(theta_rad)?;
+        let (height, unmixed) = match self.roughness {
+            Roughness::Smooth | Roughness::GeometricOptics(_) => return Ok((reflection, [0.0; 2])),
+            Roughness::Qh(qh) => {
+                (qh.h, QhRoughness { q: 0.0, ..qh }.apply(&self.stack.reflection_cos(cos), cos).powers().map(|r| r * (1.0 - qh.q)))
+            }
+            Roughness::Choudhury { rms_height_m } | Roughness::WegmullerMatzler { rms_height_m } => {
+                ((2.0 * self.k0() * rms_height_m).powi(2), self.stack.reflection_cos(cos).powers())
+            }
+        };
+        let coherent = (-height * cos * cos).exp();
+        let whole = reflection.powers();
+        Ok((reflection, [0, 1].map(|p| whole[p] - coherent * unmixed[p].min(whole[p]))))
+    }
+
+    fn plane_response(&self, theta_rad: f64, cos: f64, mirror_k: f64, lobe_k: f64) -> Result<SurfaceResponse, SurfaceError> {
+        let (reflection, diffuse) = self.plane_parts(theta_rad, cos)?;
         let reflectivity = reflection.powers();
         let emissivity = reflection.emissivities();
         let (smooth, mut emitted) = self.stack.local_cos(cos);
@@ -136,30 +200,24 @@ impl SurfaceModel {
             let mean_k = if absorbed[p] > 1e-9 { emitted[p] / absorbed[p] } else { self.stack.top_temperature_k() };
             emissivity[p] * mean_k
         });
-        Ok(SurfaceResponse { emissivity, reflectivity, emitted_k, scattered_sky_k: reflectivity.map(|r| r * sky_k) })
+        let mirrored = [0, 1].map(|p| reflectivity[p] - diffuse[p]);
+        let scattered_sky_k = [0, 1].map(|p| mirrored[p] * mirror_k + diffuse[p] * lobe_k);
+        Ok(SurfaceResponse { emissivity, reflectivity, mirrored, diffuse, emitted_k, scattered_sky_k })
     }
 }
 
-/// Sky brightness in the mirror direction, on the side of the surface opposite to the observer.
-fn sky_at_mirror(sky: Sky<'_>, theta_rad: f64, azimuth_rad: f64) -> f64 {
-    match sky {
-        Sky::Symmetric(t) => t(theta_rad),
-        Sky::Full(t) => {
-            let (s, c) = (azimuth_rad + std::f64::consts::PI).sin_cos();
-            t(theta_rad, s.atan2(c))
-        }
-    }
-}
-
-/// The response through a canopy. The sky that leaves scatter is taken at the mirror angle.
-fn under_canopy(canopy: &Canopy, ground: &SurfaceResponse, cos: f64, sky_k: f64) -> SurfaceResponse {
+/// The response through a canopy. `lobe_k` is the sky that the leaves scatter, K.
+fn under_canopy(canopy: &Canopy, ground: &SurfaceResponse, cos: f64, lobe_k: f64) -> SurfaceResponse {
     let mut out = *ground;
     for p in 0..2 {
         let b = canopy.budget(ground.reflectivity[p], cos);
         out.emissivity[p] = b.canopy + ground.emissivity[p] * b.ground;
         out.emitted_k[p] = b.canopy * canopy.temperature_k + ground.emitted_k[p] * b.ground;
+        let through = b.ground * b.ground;
         out.reflectivity[p] = b.mirrored_sky + b.scattered_sky;
-        out.scattered_sky_k[p] = ground.scattered_sky_k[p] * b.ground * b.ground + b.scattered_sky * sky_k;
+        out.mirrored[p] = ground.mirrored[p] * through;
+        out.diffuse[p] = ground.diffuse[p] * through + b.scattered_sky;
+        out.scattered_sky_k[p] = ground.scattered_sky_k[p] * through + b.scattered_sky * lobe_k;
     }
     out
 }

@@ -148,6 +148,7 @@ fn facets_against_ray_traced_height_fields() {
         let mut go = GeometricOptics::new(Slopes::isotropic(t.number(row, "mss_per_axis").sqrt()).unwrap());
         let theta = t.number(row, "theta_deg").to_radians();
         let cold = |_: f64| 0.0;
+        go.closure = Closure::ReEmit;
         let once = go.response(&stack, theta, 0.0, Sky::Symmetric(&cold)).reflectivity;
         go.closure = Closure::SecondBounce;
         let twice = go.response(&stack, theta, 0.0, Sky::Symmetric(&cold)).reflectivity;

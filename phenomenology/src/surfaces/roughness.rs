@@ -57,7 +57,7 @@ pub const ROUGHNESS_KINDS: &[RoughnessKind] = &[
     RoughnessKind {
         name: "go",
         syntax: "go:su,sc[,single|reemit|second-bounce][,smith|wagner]",
-        describes: "Wagner-Lynch facets by rms slopes along and across",
+        describes: "Wagner-Lynch facets by rms slopes along and across; a second bounce is followed unless told otherwise",
     },
     RoughnessKind {
         name: "sea",

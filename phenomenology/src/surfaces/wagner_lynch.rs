@@ -7,7 +7,7 @@ use super::quadrature::{Rule, legendre_24, legendre_32};
 use super::shadowing::{Shadowing, lambda_of_direction};
 use super::slopes::{SlopeFrame, Slopes};
 use super::stack::Stack;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Number of standard deviations up to which slopes are integrated. A fraction of 2e-11 of the facets lies beyond.
 pub(super) const REACH: f64 = 6.7;
@@ -19,6 +19,37 @@ pub enum Sky<'a> {
     Symmetric(&'a dyn Fn(f64) -> f64),
     /// Depends on zenith angle and azimuth (radians, from the first slope axis): K.
     Full(&'a dyn Fn(f64, f64) -> f64),
+}
+
+/// Azimuths over which a sky is averaged.
+const AZIMUTHS: usize = 16;
+
+impl Sky<'_> {
+    /// Mean over azimuth at a zenith angle, K.
+    #[must_use]
+    pub fn mean(&self, zenith_rad: f64) -> f64 {
+        match self {
+            Self::Symmetric(t) => t(zenith_rad),
+            Self::Full(t) => {
+                let at = |k: usize| t(zenith_rad, wrapped(TAU * k as f64 / AZIMUTHS as f64));
+                (0..AZIMUTHS).map(at).sum::<f64>() / AZIMUTHS as f64
+            }
+        }
+    }
+
+    /// Brightness in the mirror direction of an observer at an angle of incidence and an azimuth: on the other side of the surface, K.
+    #[must_use]
+    pub fn mirrored(&self, theta_rad: f64, azimuth_rad: f64) -> f64 {
+        match self {
+            Self::Symmetric(t) => t(theta_rad),
+            Self::Full(t) => t(theta_rad, wrapped(azimuth_rad + PI)),
+        }
+    }
+}
+
+/// An azimuth between -pi and pi.
+fn wrapped(azimuth_rad: f64) -> f64 {
+    azimuth_rad.sin().atan2(azimuth_rad.cos())
 }
 
 /// Integrals over the facets seen from one direction, each `[h, v]`.

@@ -2,9 +2,12 @@
 
 use super::error::SurfaceError;
 use super::fresnel::Reflection;
+use std::f64::consts::PI;
 
 /// Largest angle of the fit, degrees.
 const MAX_DEGREES: f64 = 70.0;
+/// The same, rad.
+pub(super) const WEGMULLER_MAX_RAD: f64 = MAX_DEGREES * PI / 180.0;
 
 /// The reflection of a rough soil from that of the smooth one.
 ///

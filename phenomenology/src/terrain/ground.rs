@@ -3,7 +3,8 @@
 use super::height_field::HeightField;
 use super::hit::GroundHit;
 use super::map::SurfaceMap;
-use super::patch::{Patch, PatchIndex};
+use super::patch::Patch;
+use super::patch_index::PatchIndex;
 use crate::space::{Ray, Vec3};
 
 /// The ground of a scene.

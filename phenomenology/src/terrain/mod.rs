@@ -5,6 +5,7 @@ mod height_field;
 mod hit;
 mod map;
 mod patch;
+mod patch_index;
 
 pub use ground::Terrain;
 pub use height_field::HeightField;

@@ -1,4 +1,4 @@
-//! Patches of ground, and a grid that finds the patch at a point.
+//! Patches of ground.
 
 /// Outline of a patch, m.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +12,14 @@ pub enum Shape {
         /// Radius, m.
         radius: f64,
     },
+}
+
+/// How a rectangle lies to a patch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lies {
+    Inside,
+    Across,
+    Outside,
 }
 
 /// A patch with its cover.
@@ -34,6 +42,37 @@ impl Patch {
             Shape::Circle { center: [x, y], radius: r } => ([x - r, y - r], [x + r, y + r]),
         };
         Self { shape, cover, low, high }
+    }
+
+    /// Cover of the patch.
+    pub(super) fn cover(&self) -> u32 {
+        self.cover
+    }
+
+    /// Lowest and highest coordinates, m.
+    pub(super) fn bounds(&self) -> [[f64; 2]; 2] {
+        [self.low, self.high]
+    }
+
+    /// How a rectangle between two corners lies to the patch.
+    pub(super) fn lies(&self, low: [f64; 2], high: [f64; 2]) -> Lies {
+        if (0..2).any(|k| low[k] > self.high[k] || high[k] < self.low[k]) {
+            return Lies::Outside;
+        }
+        let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
+        let inside = corners.map(|[x, y]| self.contains(x, y));
+        let crossed = match &self.shape {
+            Shape::Circle { center, radius } => {
+                let nearest = [0, 1].map(|k| center[k].clamp(low[k], high[k]) - center[k]);
+                nearest[0].hypot(nearest[1]) <= *radius && !inside.iter().all(|i| *i)
+            }
+            Shape::Polygon(points) => (0..points.len()).any(|k| meets(points[k], points[(k + 1) % points.len()], low, high)),
+        };
+        match (crossed, inside[0]) {
+            (true, _) => Lies::Across,
+            (false, true) => Lies::Inside,
+            (false, false) => Lies::Outside,
+        }
     }
 
     /// Whether a point lies in the patch. The even-odd rule applies to polygons that cross themselves.
@@ -60,54 +99,15 @@ impl Patch {
     }
 }
 
-/// Cells along each side of the search grid.
-const CELLS: usize = 48;
-
-/// Patches sorted into cells, so that only patches near a point are tested.
-#[derive(Debug, Clone, Default)]
-pub(super) struct PatchIndex {
-    patches: Vec<Patch>,
-    low: [f64; 2],
-    per_m: [f64; 2],
-    /// Patches that overlap each cell, the topmost first.
-    cells: Vec<Vec<u32>>,
-}
-
-impl PatchIndex {
-    pub(super) fn new(patches: Vec<Patch>) -> Self {
-        if patches.is_empty() {
-            return Self::default();
-        }
-        let low = [0, 1].map(|k| patches.iter().fold(f64::INFINITY, |a, p| a.min(p.low[k])));
-        let high = [0, 1].map(|k| patches.iter().fold(f64::NEG_INFINITY, |a, p| a.max(p.high[k])));
-        let per_m = [0, 1].map(|k| CELLS as f64 / (high[k] - low[k]).max(1e-9));
-        let mut cells = vec![Vec::new(); CELLS * CELLS];
-        let clamp = |v: f64| (v.max(0.0) as usize).min(CELLS - 1);
-        for (i, p) in patches.iter().enumerate().rev() {
-            let range = |k: usize| clamp((p.low[k] - low[k]) * per_m[k])..=clamp((p.high[k] - low[k]) * per_m[k]);
-            for row in range(1) {
-                for column in range(0) {
-                    cells[row * CELLS + column].push(i as u32);
-                }
-            }
-        }
-        Self { patches, low, per_m, cells }
+/// Whether a segment meets a rectangle, by separating axes. Touching counts.
+fn meets(a: [f64; 2], b: [f64; 2], low: [f64; 2], high: [f64; 2]) -> bool {
+    if (0..2).any(|k| a[k].max(b[k]) < low[k] || a[k].min(b[k]) > high[k]) {
+        return false;
     }
-
-    /// The cover of the topmost patch at a point.
-    #[inline]
-    pub(super) fn cover(&self, x: f64, y: f64) -> Option<u32> {
-        if self.patches.is_empty() {
-            return None;
-        }
-        let (u, v) = ((x - self.low[0]) * self.per_m[0], (y - self.low[1]) * self.per_m[1]);
-        let limit = CELLS as f64 + 1e-6;
-        if !(u >= 0.0 && v >= 0.0 && u <= limit && v <= limit) {
-            return None;
-        }
-        let cell = (v as usize).min(CELLS - 1) * CELLS + (u as usize).min(CELLS - 1);
-        self.cells[cell].iter().map(|i| &self.patches[*i as usize]).find(|p| p.contains(x, y)).map(|p| p.cover)
-    }
+    let along = [b[0] - a[0], b[1] - a[1]];
+    let side = |x: f64, y: f64| along[0] * (y - a[1]) - along[1] * (x - a[0]);
+    let sides = [side(low[0], low[1]), side(high[0], low[1]), side(high[0], high[1]), side(low[0], high[1])];
+    !(sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0))
 }
 
 /// The rectangles of a strip along a centre line. Two equal points in succession give no rectangle.
@@ -134,21 +134,5 @@ mod tests {
         let road = strip(&[[0.0, 0.0], [3.0, 4.0]], 2.0);
         let road = Patch::new(Shape::Polygon(road[0].clone()), 1);
         assert!(road.contains(1.5, 2.0) && road.contains(1.5 + 0.75, 2.0 - 0.55) && !road.contains(1.5 + 0.9, 2.0 - 0.7));
-    }
-
-    #[test]
-    fn the_index_agrees_with_a_search_of_all() {
-        let patches: Vec<Patch> = (0..60)
-            .map(|k| {
-                let k = f64::from(k);
-                Patch::new(Shape::Circle { center: [37.0 * k % 101.0, 53.0 * k % 89.0], radius: 3.0 + k % 7.0 }, k as u32)
-            })
-            .collect();
-        let index = PatchIndex::new(patches.clone());
-        for i in 0..2000 {
-            let (x, y) = (f64::from(i) * 0.717 % 130.0 - 15.0, f64::from(i) * 0.391 % 120.0 - 15.0);
-            let direct = patches.iter().rev().find(|p| p.contains(x, y)).map(|p| p.cover);
-            assert_eq!(index.cover(x, y), direct, "{x} {y}");
-        }
     }
 }

@@ -43,7 +43,11 @@ impl Flight {
         Ok(flight)
     }
 
-    fn check(&self) -> Result<()> {
+    /// Refuse a flight that cannot be flown.
+    ///
+    /// # Errors
+    /// As [`Flight::from_toml`].
+    pub fn check(&self) -> Result<()> {
         let finite = |k: &KeyFrame| k.time_s.is_finite() && k.position_m.iter().chain(&k.look_at_m).all(|x| x.is_finite());
         let rising = self.key.len() >= 2 && self.key.iter().all(finite) && self.key.windows(2).all(|w| w[1].time_s > w[0].time_s);
         let keys = format_args!("{} frames", self.key.len());
@@ -63,24 +67,34 @@ impl Flight {
         }
     }
 
-    /// A camera for every frame. The given camera moves along straight lines between the key frames.
+    /// The given camera at one time on straight lines between the key frames. Before the first key frame and after the last, it stands still.
+    ///
+    /// # Errors
+    /// As [`Flight::from_toml`], for a flight that was built by hand.
+    pub fn camera_at(&self, camera: &Camera, time_s: f64) -> Result<Camera> {
+        self.check()?;
+        let next = self.key.iter().position(|f| f.time_s > time_s).unwrap_or(self.key.len() - 1).max(1);
+        let (a, b) = (&self.key[next - 1], &self.key[next]);
+        let w = ((time_s - a.time_s) / (b.time_s - a.time_s)).clamp(0.0, 1.0);
+        let mix = |p: [f64; 3], q: [f64; 3]| std::array::from_fn(|i| p[i] + w * (q[i] - p[i]));
+        Ok(Camera { position_m: mix(a.position_m, b.position_m), look_at_m: Some(mix(a.look_at_m, b.look_at_m)), ..camera.clone() })
+    }
+
+    /// The time of every frame, s.
+    #[must_use]
+    pub fn times_s(&self) -> Vec<f64> {
+        let start = self.key.first().map_or(0.0, |f| f.time_s);
+        let last = (self.duration_s() * self.frames_per_second + 1e-9).floor() as usize;
+        (0..=last).map(|k| start + k as f64 / self.frames_per_second).collect()
+    }
+
+    /// A camera for every frame, see [`Flight::camera_at`].
     ///
     /// # Errors
     /// As [`Flight::from_toml`], for a flight that was built by hand.
     pub fn cameras(&self, camera: &Camera) -> Result<Vec<Camera>> {
         self.check()?;
-        let first = &self.key[0];
-        let count = (self.duration_s() * self.frames_per_second + 1e-9).floor() as usize;
-        Ok((0..=count)
-            .map(|k| {
-                let t = first.time_s + k as f64 / self.frames_per_second;
-                let next = self.key.iter().position(|f| f.time_s > t).unwrap_or(self.key.len() - 1).max(1);
-                let (a, b) = (&self.key[next - 1], &self.key[next]);
-                let w = ((t - a.time_s) / (b.time_s - a.time_s)).clamp(0.0, 1.0);
-                let mix = |p: [f64; 3], q: [f64; 3]| std::array::from_fn(|i| p[i] + w * (q[i] - p[i]));
-                Camera { position_m: mix(a.position_m, b.position_m), look_at_m: Some(mix(a.look_at_m, b.look_at_m)), ..camera.clone() }
-            })
-            .collect())
+        self.times_s().into_iter().map(|t| self.camera_at(camera, t)).collect()
     }
 }
 
@@ -109,6 +123,8 @@ mod tests {
         assert_eq!(cameras[1].position_m, [5.0, 0.0, 10.0]);
         assert_eq!(cameras[5].look_at_m, Some([100.0, 25.0, 0.0]));
         assert_eq!(cameras[6].position_m, [20.0, 5.0, 10.0]);
+        let at = |t| Flight::from_toml(PATH).unwrap().camera_at(&camera, t).unwrap().position_m;
+        assert_eq!((at(-1.0), at(0.25), at(9.0)), ([0.0, 0.0, 10.0], [2.5, 0.0, 10.0], [20.0, 5.0, 10.0]));
     }
 
     #[test]

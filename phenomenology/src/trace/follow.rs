@@ -15,6 +15,9 @@ use crate::space::{Ray, Vec3};
 /// this length, so a longer leg emits the same.
 const LONGEST_KM: f64 = 2000.0;
 
+/// Weight of a mirror ray from which an object in the mirror is visible: a contrast of 250 K changes the pixel by 5 K.
+const VISIBLE_MIRROR: f64 = 0.02;
+
 impl Tracer<'_> {
     /// Working memory for rays.
     pub(super) fn scratch(&self) -> Scratch {
@@ -25,7 +28,9 @@ impl Tracer<'_> {
             corrections: vec![0.0; n],
             path: vec![(0.0, 1.0); self.freqs_ghz.len()],
             points: Points::of_pixel(0.0, 0.0),
+            speckle_k: self.options.speckle_k,
             scatters: false,
+            mirrored: None,
             cuts: Cuts::default(),
             tally: Tally::new(self.options.causes),
         }
@@ -48,7 +53,7 @@ impl Tracer<'_> {
         scratch.sums.fill(0.0);
         scratch.corrections.fill(0.0);
         scratch.tally.clear();
-        (scratch.points, scratch.scatters) = (points, false);
+        (scratch.points, scratch.scatters, scratch.mirrored) = (points, false, None);
         let ray = Ray::from_unit(origin, direction);
         let Some(spot) = self.spot(&ray)? else {
             self.add_sky(&ray, 0, scratch)?;
@@ -77,9 +82,14 @@ impl Tracer<'_> {
                 scratch.credit(Cause::of_bounce(reach.bounces), reach.branch);
                 return Ok(());
             }
-            ray = Ray::from_unit(spot.point + spot.normal * self.eps, ray.direction.mirrored(spot.normal).unit());
+            ray = self.mirror_ray(&ray, &spot);
+            let first = reach.bounces == 0 && reach.branch == 0;
             reach.bounces += 1;
-            spot = match self.spot(&ray)? {
+            let next = self.spot(&ray)?;
+            if first && left >= VISIBLE_MIRROR {
+                scratch.mirrored = Some(next.as_ref().map(Spot::identity));
+            }
+            spot = match next {
                 Some(spot) => spot,
                 None => {
                     self.add_sky(&ray, reach.branch, scratch)?;
@@ -90,20 +100,26 @@ impl Tracer<'_> {
         }
     }
 
+    /// The ray that is mirrored at a hit.
+    #[inline]
+    pub(super) fn mirror_ray(&self, ray: &Ray, spot: &Spot) -> Ray {
+        Ray::from_unit(spot.point + spot.normal * self.eps, ray.direction.mirrored(spot.normal).unit())
+    }
+
     /// Adds what a surface emits and scatters, and reflects every antenna row as a mirror. Returns the largest weight left.
     #[inline]
     fn add_surface(&self, ray: &Ray, spot: &Spot, cos: f64, reference: Vec3, reach: Reach, scratch: &mut Scratch) -> Result<f64> {
         let planes = self.antenna.len();
         let tables = &self.surfaces[spot.cover as usize];
-        let scatters = tables[0].facets().is_some();
-        let along = if scatters { self.along(spot, ray.direction) } else { ray.direction };
+        let scatters = tables[0].scatters();
+        let along = if tables[0].facets().is_some() { self.along(spot, ray.direction) } else { ray.direction };
         if scatters {
             scratch.copy_rows(reach.branch);
             scratch.scatters |= reach.branch == 0;
         }
         // A level surface scatters the sky; a tilted one is taken to see its own temperature, until drawn facets correct that.
         let scattered_from = if self.is_level(spot) { Cause::Sky } else { Cause::Surroundings };
-        let (mut left, mut weight) = (0.0_f64, 0.0_f64);
+        let (mut left, mut weights) = (0.0_f64, [0.0_f64; 2]);
         for (channel, table) in tables.iter().enumerate() {
             let (response, scattered) = table.at(cos, along.x, along.y);
             for k in channel * planes..(channel + 1) * planes {
@@ -117,14 +133,15 @@ impl Tracer<'_> {
                     if k == 0 && reach.branch == 0 {
                         scratch.tally.credit(scattered_from, *sum);
                     }
-                    weight = weight.max(weight_of(row, s.power));
+                    let facets = [0, 1].map(|p| s.power[p] - s.diffuse[p]);
+                    weights = [weights[0].max(weight_of(row, facets)), weights[1].max(weight_of(row, s.diffuse))];
                 }
                 reflect(row, &response);
                 left = left.max(heaviest(row));
             }
         }
-        if scatters && weight * reach.bundle >= self.options.min_weight && reach.bounces < self.options.max_bounces {
-            self.correct_scatter(&Scattering { ray, spot, cos, reference }, weight, reach, scratch)?;
+        if scatters && reach.bounces < self.options.max_bounces {
+            self.correct_scatter(&Scattering { ray, spot, cos, reference }, weights, reach, scratch)?;
         }
         Ok(left)
     }

@@ -19,6 +19,8 @@ pub struct MeshOptions {
     /// Largest difference between the centre of a square and the mean of its corners, as a fraction of `spread_k`. A mirrored object may be
     /// smaller than a square; most of these objects change the centre.
     pub center_fraction: f64,
+    /// Noise of what surfaces scatter, as a multiple of that of a full picture. The number of rays falls with its power 4/3.
+    pub speckle: f64,
     /// Whether pixels on an edge are smoothed.
     pub antialias: bool,
     /// How pixels on an edge are smoothed.
@@ -43,7 +45,7 @@ pub struct EdgeOptions {
 
 impl Default for MeshOptions {
     fn default() -> Self {
-        Self { step: 4, spread_k: 6.0, center_fraction: 0.5, antialias: true, edges: EdgeOptions::default() }
+        Self { step: 4, spread_k: 6.0, center_fraction: 0.5, speckle: 3.0, antialias: true, edges: EdgeOptions::default() }
     }
 }
 
@@ -66,6 +68,7 @@ impl MeshOptions {
             ("edges.strong_k", self.edges.strong_k),
             ("edges.alike_k", self.edges.alike_k),
         ];
+        SceneError::unless((0.1..=100.0).contains(&self.speckle), "speckle of the mesh", self.speckle, "0.1 to 100")?;
         spreads.into_iter().try_for_each(|(what, value)| SceneError::unless(value >= 0.0, what, value, "0 or more"))
     }
 }

@@ -1,6 +1,7 @@
 //! The tracer. It follows rays from the sensor back to the sky, and sums the radiation that arrives along them.
 
 mod cause;
+mod face;
 mod flight;
 mod follow;
 mod lattice;
@@ -22,6 +23,8 @@ mod weather;
 
 #[cfg(test)]
 mod facet_tests;
+#[cfg(test)]
+mod lobe_tests;
 #[cfg(test)]
 mod physics_tests;
 #[cfg(test)]

@@ -187,7 +187,7 @@ fn a_flat_sea_agrees_with_emissivity_and_sky_combined_by_hand() {
     let water = Material::by_name("sea-water").unwrap();
     let stack = StackDescription::of_material(water, water.state(), None).resolve(94e9, Extrapolation::Refuse).unwrap();
     let options = RenderOptions { polarizations: vec![Polarization::XX, Polarization::YY], ..RenderOptions::default() };
-    for roughness in ["smooth", "sea:7"] {
+    for roughness in ["smooth", "sea:7,reemit"] {
         let model = SurfaceModel::new(stack.clone(), roughness.parse().unwrap());
         let text = format!(
             "kind = \"solids\"\nname = \"sea\"\ncamera = {{ position_m = [0, 0, 1e-5], size_px = [2, 2], fov_deg = 0.0001 }}\n\
@@ -261,7 +261,8 @@ fn the_mesh_of_the_real_time_mode_stays_near_one_ray_a_pixel() {
         assert_eq!(map.dim(), (128, 128));
         assert!(rms_k < 1.0, "{name}: {rms_k} K rms");
         assert!(frame.rays < 128 * 128 * 3 / 4, "{name}: {} rays", frame.rays);
-        let every = tracer.frame(&view, &MeshOptions { step: 1, spread_k: 0.0, antialias: false, ..MeshOptions::default() }).unwrap();
+        let every =
+            tracer.frame(&view, &MeshOptions { step: 1, spread_k: 0.0, speckle: 1.0, antialias: false, ..MeshOptions::default() }).unwrap();
         assert!(error_map(&every, full.temperature.plane(0, 0)).unwrap().1 < 1e-9);
     }
 }

@@ -1,11 +1,11 @@
 //! A picture: one ray for every pixel, more rays on edges, and maps of range, incidence and material.
 
 use super::cause::{CAUSES, Cause};
+use super::face::Face;
 use super::lattice::{Points, Use};
 use super::scatter_mesh::Corrections;
 use super::scratch::Scratch;
 use super::tracer::{Seen, Tracer};
-use super::vertex::Face;
 use crate::camera::View;
 use crate::error::{Result, SceneError};
 use cittert_arrays::{BrightnessUnit, Image, SpectralWindow};
@@ -110,7 +110,7 @@ impl Tracer<'_> {
             },
         )?;
         let faces: Vec<Face> = middles.iter().map(|m| m.face.filter(|_| m.scatters)).collect();
-        let corrections = self.corrections(view, &faces)?;
+        let corrections = self.corrections(view, &faces, self.options.speckle_k)?;
         for (pixel, (out, middle)) in sums.chunks_exact_mut(width).zip(&mut middles).enumerate() {
             if let Some(correction) = corrections.of(pixel) {
                 out.iter_mut().zip(correction).for_each(|(o, c)| *o += c);

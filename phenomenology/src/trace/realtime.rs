@@ -1,14 +1,15 @@
 //! Real-time mode: temperatures at the vertices of a mesh on the picture, with interpolation between them.
 //!
-//! Each square of the picture is split until its four corners show one face of one body at nearly one temperature. A pixel inside whose
-//! first hit is the same face is interpolated. All other pixels are traced. A vertex is a full ray, with the same tables, reflections and
+//! Each square of the picture is split until its four corners show one face of one body, and one face in the mirror, at nearly one
+//! temperature. A pixel inside that shows the same faces is interpolated. All other pixels are traced. A vertex is a full ray, with the same tables, reflections and
 //! shadowing as in the full model. [`super::smooth`] then smooths the pixels on an edge.
 
+use super::face::Face;
 use super::lattice::{Points, Use};
 use super::mesh_options::{MeshOptions, TILE};
 use super::scratch::Scratch;
 use super::tracer::Tracer;
-use super::vertex::{Face, Vertex};
+use super::vertex::Vertex;
 use crate::camera::View;
 use crate::error::Result;
 use ndarray::Array2;
@@ -49,11 +50,11 @@ impl Tile<'_, '_> {
         Ok(v)
     }
 
-    /// Whether the first hit of a pixel is the face of a vertex.
+    /// Whether a pixel shows the face of a vertex, and the same face in the mirror.
     fn shows(&self, vertex: &Vertex, column: usize, row: usize) -> Result<bool> {
         let (x, y) = ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64);
         let Some(direction) = self.view.direction(x, y) else { return Ok(vertex.face.is_none()) };
-        Ok(self.tracer.face(self.view, direction)? == vertex.face)
+        self.tracer.shows(self.view, direction, vertex)
     }
 
     /// Fills the square with this corner and side in the tile `out`.
@@ -71,7 +72,7 @@ impl Tile<'_, '_> {
         let high = c.iter().map(|v| v.rj_k).fold(f64::NEG_INFINITY, f64::max);
         let low = c.iter().map(|v| v.rj_k).fold(f64::INFINITY, f64::min);
         let half = side / 2;
-        let mut split = high - low > options.spread_k || !c[1..].iter().all(|v| v.face == c[0].face);
+        let mut split = high - low > options.spread_k || !c[1..].iter().all(|v| v.face == c[0].face && v.mirrored == c[0].mirrored);
         if !split && side > 2 {
             let (middle, mean) = (self.vertex(column + half, row + half)?, 0.25 * c.iter().map(|v| v.rj_k).sum::<f64>());
             split = middle.face != c[0].face || (middle.rj_k - mean).abs() > options.center_fraction * options.spread_k;
@@ -137,14 +138,14 @@ impl Tracer<'_> {
         }
         let mut rays: usize = tiles.iter().map(|t| t.1).sum();
         let faces: Vec<Face> = pixels.iter().map(Vertex::scattering_face).collect();
-        let corrections = self.corrections(view, &faces)?;
+        let corrections = self.corrections(view, &faces, options.speckle * self.options.speckle_k)?;
         rays += corrections.rays;
         for (k, pixel) in pixels.iter_mut().enumerate() {
             pixel.rj_k += corrections.of(k).map_or(0.0, |c| c[0]);
         }
         let mut rj_k: Vec<f64> = pixels.iter().map(|p| p.rj_k).collect();
         if options.antialias {
-            rays += self.smooth_edges(view, &options.edges, &pixels, &mut rj_k)?;
+            rays += self.smooth_edges(view, &options.edges, &pixels, &corrections, &mut rj_k)?;
         }
         rj_k.par_chunks_mut(columns).for_each(|row| row.iter_mut().for_each(|t| *t = self.scaled(0, 0, *t)));
         let temperature_k = Array2::from_shape_fn((rows, columns), |(row, column)| rj_k[row * columns + column]);

@@ -4,18 +4,23 @@
 //! many rays of [`super::scatter`] are sent for the corners of squares of the picture. A square that shows one face, and on which the
 //! correction is nearly linear, is interpolated; any other is split, down to single pixels. Squares at the foot of an object, where its image
 //! is sharp, are split because they show two faces.
+//!
+//! The diffuse lobe of a matt surface is so wide that its correction changes slowly on the whole face: squares are larger there, and a pixel
+//! next to another face takes the correction of a near pixel of its own face.
 
+use super::face::Face;
 use super::lattice::Points;
 use super::mesh_options::TILE;
 use super::scratch::Scratch;
 use super::tracer::Tracer;
-use super::vertex::Face;
 use crate::camera::View;
 use crate::error::Result;
 use rayon::prelude::*;
 
-/// Side of the largest squares, pixels; a power of two.
+/// Side of the largest squares of faces with facets, or that mirror what scatters, pixels; a power of two.
 const STEP: usize = 8;
+/// Columns or rows up to which a pixel of a matt face takes the correction of another.
+const NEAR: usize = 4;
 /// Largest difference between the corners of a square, as a multiple of `speckle_k`. Beyond it the image of an object may have an edge between
 /// the corners that the centre does not show.
 const SPREAD: f64 = 25.0;
@@ -76,22 +81,60 @@ impl Squares<'_, '_> {
         Ok(self.scratch.corrections.clone())
     }
 
+    /// Whether a face scatters by its diffuse lobe and not by facets.
+    fn is_matt(&self, face: Face) -> bool {
+        face.is_some_and(|(_, _, cover)| {
+            let table = &self.tracer.surfaces[cover as usize][0];
+            table.diffuse().is_some() && table.facets().is_none()
+        })
+    }
+
+    /// The correction of a known pixel near a pixel of a matt face.
+    fn near(&self, column: usize, row: usize) -> Option<Vec<f64>> {
+        let face = self.face(column, row);
+        if !self.is_matt(face) {
+            return None;
+        }
+        let around =
+            |center: usize, first: usize, n: usize| center.saturating_sub(NEAR).max(first)..=(center + NEAR).min(first + TILE).min(n - 1);
+        let mut best: Option<(usize, &Vec<f64>)> = None;
+        for r in around(row, self.corner.1, self.rows) {
+            for c in around(column, self.corner.0, self.columns) {
+                let Some(known) = &self.nodes[(r - self.corner.1) * (TILE + 1) + c - self.corner.0] else { continue };
+                let away = r.abs_diff(row).pow(2) + c.abs_diff(column).pow(2);
+                if self.face(c, r) == face && best.is_none_or(|(least, _)| away < least) {
+                    best = Some((away, known));
+                }
+            }
+        }
+        best.map(|(_, known)| known.clone())
+    }
+
     /// Fills the square with this corner and side in the tile `out`.
     fn square(&mut self, column: usize, row: usize, side: usize, out: &mut [f64]) -> Result<()> {
         let (right, top) = ((column + side).min(self.columns), (row + side).min(self.rows));
         if column >= right || row >= top || (row..top).all(|r| (column..right).all(|c| self.face(c, r).is_none())) {
             return Ok(());
         }
-        let states = self.scratch.sums.len();
-        let place = |c: usize, r: usize| ((r - self.corner.1) * TILE + c - self.corner.0) * states;
-        if side == 1 {
-            let at = place(column, row);
-            out[at..at + states].copy_from_slice(&self.node(column, row)?);
-            return Ok(());
-        }
         let (last_column, last_row) = ((column + side).min(self.columns - 1), (row + side).min(self.rows - 1));
         let face = self.face(column, row);
-        let pure = (row..=last_row).all(|r| (column..=last_column).all(|c| self.face(c, r) == face));
+        let pure =
+            (side <= STEP || self.is_matt(face)) && (row..=last_row).all(|r| (column..=last_column).all(|c| self.face(c, r) == face));
+        let states = self.scratch.sums.len();
+        let corner = self.corner;
+        let place = |c: usize, r: usize| ((r - corner.1) * TILE + c - corner.0) * states;
+        if side == 1 || (pure && side <= NEAR) {
+            let near = match self.near(column, row) {
+                None if side == 1 => Some(self.node(column, row)?),
+                near => near,
+            };
+            if let Some(correction) = near {
+                for (r, c) in (row..top).flat_map(|r| (column..right).map(move |c| (r, c))) {
+                    out[place(c, r)..place(c, r) + states].copy_from_slice(&correction);
+                }
+                return Ok(());
+            }
+        }
         let corners = if pure { self.corners([column, last_column], [row, last_row], side)? } else { None };
         let Some([a, b, c, d]) = corners else {
             let half = side / 2;
@@ -100,7 +143,6 @@ impl Squares<'_, '_> {
             }
             return Ok(());
         };
-        let place = |c: usize, r: usize| ((r - self.corner.1) * TILE + c - self.corner.0) * states;
         for r in row..top {
             let v = (r - row) as f64 / (last_row - row).max(1) as f64;
             for x in column..right {
@@ -118,7 +160,7 @@ impl Squares<'_, '_> {
         let [c0, c1] = columns;
         let [r0, r1] = rows;
         let corners = [self.node(c0, r0)?, self.node(c1, r0)?, self.node(c0, r1)?, self.node(c1, r1)?];
-        let limit_k = self.tracer.options.speckle_k;
+        let limit_k = self.scratch.speckle_k;
         let steep = |k: usize| {
             let of = corners.iter().map(|n| n[k]);
             of.clone().fold(f64::NEG_INFINITY, f64::max) - of.fold(f64::INFINITY, f64::min) > SPREAD * limit_k
@@ -140,8 +182,9 @@ impl Squares<'_, '_> {
 }
 
 impl Tracer<'_> {
-    /// The corrections of a picture whose pixels show these faces; `None` for pixels that show nothing that scatters.
-    pub(super) fn corrections(&self, view: &View, faces: &[Face]) -> Result<Corrections> {
+    /// The corrections of a picture whose pixels show these faces; `None` for pixels that show nothing that scatters. Their rms noise is
+    /// `speckle_k`.
+    pub(super) fn corrections(&self, view: &View, faces: &[Face], speckle_k: f64) -> Result<Corrections> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         if faces.iter().all(Option::is_none) {
@@ -151,17 +194,13 @@ impl Tracer<'_> {
         let tiles: Vec<(Vec<f64>, usize)> = (0..across * rows.div_ceil(TILE))
             .into_par_iter()
             .map_init(
-                || self.scratch(),
+                || Scratch { speckle_k, ..self.scratch() },
                 |scratch, k| {
                     let corner = (k % across * TILE, k / across * TILE);
                     let nodes = vec![None; (TILE + 1) * (TILE + 1)];
                     let mut squares = Squares { tracer: self, view, faces, columns, rows, corner, scratch, nodes, rays: 0 };
                     let mut out = vec![0.0; TILE * TILE * states];
-                    for row in (0..TILE).step_by(STEP) {
-                        for column in (0..TILE).step_by(STEP) {
-                            squares.square(corner.0 + column, corner.1 + row, STEP, &mut out)?;
-                        }
-                    }
+                    squares.square(corner.0, corner.1, TILE, &mut out)?;
                     Ok((out, squares.rays))
                 },
             )

@@ -1,6 +1,7 @@
 //! The state of rays that are followed, and the memory they work in.
 
 use super::cause::{Cause, Tally};
+use super::face::Face;
 use super::lattice::Points;
 use super::weather::Cuts;
 
@@ -17,8 +18,12 @@ pub(super) struct Scratch {
     pub path: Vec<(f64, f64)>,
     /// The points that select facets.
     pub points: Points,
+    /// Rms noise that the points leave, K.
+    pub speckle_k: f64,
     /// Whether the ray, or its mirror ray, met a surface that scatters.
     pub scatters: bool,
+    /// What the ray hits after its first reflection; `None` if too little is reflected to matter.
+    pub mirrored: Option<Face>,
     /// Where the leg enters and leaves weather.
     pub cuts: Cuts,
     /// What the sums come from.

@@ -67,6 +67,13 @@ pub(super) struct Spot {
     pub face: (u32, u8),
 }
 
+impl Spot {
+    /// Region, body and face, and cover.
+    pub(super) fn identity(&self) -> (Option<u32>, (u32, u8), u32) {
+        (self.region, self.face, self.cover)
+    }
+}
+
 impl<'a> Tracer<'a> {
     /// Tabulates sky, surfaces and air of a scene at frequencies in Hz.
     ///
