@@ -6,6 +6,8 @@ PACKAGES := build-essential pkg-config libhdf5-dev
 MS_PACKAGES := casacore-dev
 # The browser that looks at the report of a run in `make interop`.
 BROWSER_PACKAGES := chromium
+# The encoder of films, which `make interop` uses.
+FILM_PACKAGES := ffmpeg
 DEMO := demo
 # N is the number of executions of each target of `make fuzz`. PART of them run in one process, because the HDF5 library does not
 # survive an unlimited number of damaged files in one process.
@@ -74,7 +76,7 @@ pictures: deps
 
 deps: WANTED = $(PACKAGES)
 deps-ms: WANTED = $(PACKAGES) $(MS_PACKAGES)
-deps-interop: WANTED = $(PACKAGES) $(MS_PACKAGES) $(BROWSER_PACKAGES)
+deps-interop: WANTED = $(PACKAGES) $(MS_PACKAGES) $(BROWSER_PACKAGES) $(FILM_PACKAGES)
 
 # apt installs only the packages that dpkg does not list as installed.
 deps deps-ms deps-interop:

@@ -14,6 +14,7 @@
 //! | [`curves`] | lines with error bars and a legend |
 //! | [`grey()`] | the pixels of a plane, without axes, as a PNG file |
 //! | [`scene_picture()`], [`cause_picture()`] | a rendered scene without axes, as a PNG file |
+//! | [`name_strip`] | the name of a panel of a film |
 //!
 //! [`View`] chooses colours, contours and part of the frame of an image.
 
@@ -27,6 +28,7 @@ mod curves;
 #[cfg(test)]
 mod edges;
 mod failed;
+mod film;
 mod gain_grid;
 mod gain_values;
 mod gains;
@@ -57,6 +59,7 @@ mod visibilities;
 pub use agreement::ModelPlot;
 pub use antennas::layout;
 pub use curves::{CurveOptions, Series, curves};
+pub use film::{inferno, name_strip};
 pub use gain_values::GainQuantity;
 pub use gains::{GainPlot, gains};
 pub use ghosts::ghosts;

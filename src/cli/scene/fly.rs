@@ -1,15 +1,13 @@
 //! `scene fly`: frames of a moving camera in the real-time mode, and a film of them.
 
-use super::image::MeshArgs;
+use super::flight::FlightArgs;
 use crate::cli::context::{Context, Outcome};
-use crate::cli::failure::{Context as _, Failure, Result, ensure};
-use crate::cli::options::{OutputArgs, TracerArgs, read_scene, scene_text};
+use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::options::OutputArgs;
 use crate::plot;
 use crate::progress::{Event, Observer};
-use cittert_arrays::quantity::{Frequency, Temperature};
+use cittert_arrays::quantity::Temperature;
 use cittert_formats::atomic::{AtomicDir, Replaces};
-use cittert_phenomenology::trace::Flight;
-use cittert_phenomenology::{RenderOptions, Scene, SolidScene, Tracer, View};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -19,18 +17,8 @@ use std::time::Instant;
 /// Options of `scene fly`.
 #[derive(Debug, Args)]
 pub(crate) struct FlyArgs {
-    /// Path of the camera: key frames with time_s, position_m and look_at_m, and frames_per_second (TOML).
-    #[arg(value_name = "PATH.toml")]
-    path: PathBuf,
-    /// Scene of solids [default: the scene that the path file names, in the folder of the path file].
-    #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
-    /// Pixels along each side of a frame; 0 takes the number of pixels of the scene's camera.
-    #[arg(long, value_name = "N", default_value_t = 256)]
-    size: usize,
-    /// Frequency [default: the one that the scene states, or 94GHz].
-    #[arg(long, value_name = "FREQ")]
-    freq: Option<Frequency>,
+    #[command(flatten)]
+    flight: FlightArgs,
     /// Temperature that is drawn black [default: the 0.5th percentile of the first frame].
     #[arg(long, value_name = "TEMP")]
     black: Option<Temperature>,
@@ -40,10 +28,6 @@ pub(crate) struct FlyArgs {
     /// Write no film, even where ffmpeg is installed.
     #[arg(long)]
     no_video: bool,
-    #[command(flatten)]
-    tracer: TracerArgs,
-    #[command(flatten)]
-    mesh: MeshArgs,
     /// Folder for the frames and the film.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -62,29 +46,19 @@ const NUMBERS: &str = "flight.json";
 /// # Errors
 /// A path or scene that is wrong, a camera inside a solid, or an error of the file system.
 pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
-    ensure!(args.tracer.pol.len() == 1, Failure::usage("scene fly renders one plane; give one --pol"));
-    let flight = Flight::from_toml(&scene_text(&args.path)?).context(args.path.display())?;
-    let path = scene_path(args, &flight)?;
-    OutputArgs { output: args.output.clone(), overwrite: args.overwrite }.claim([&args.output], [&args.path, &path])?;
-    let scene = scene(args, &path).context(path.display())?;
-    let base = if args.size == 0 { scene.camera()?.clone() } else { scene.camera()?.with_side(args.size) };
-    let cameras = flight.cameras(&base).context(args.path.display())?;
-    for (k, camera) in cameras.iter().enumerate() {
-        scene.check_camera_at(camera).context(format!("{}: frame {k}", args.path.display()))?;
-    }
+    let (path_file, (flight, path)) = (&args.flight.path, args.flight.read("scene fly")?);
+    OutputArgs { output: args.output.clone(), overwrite: args.overwrite }.claim([&args.output], [path_file, &path])?;
+    let flown = args.flight.open(flight, &path, false, context)?;
+    let cameras = flown.cameras()?;
     let folder = AtomicDir::create(&args.output, args.overwrite, Replaces::FilesOf("cittert scene fly"))?;
-    let highest_m = cameras.iter().map(|c| c.position_m[2]).fold(0.0, f64::max);
-    let options = RenderOptions { highest_m, ..args.tracer.options(false) };
-    let freq = super::image::frequency(args.freq, scene.file().freq_hz, context);
-    let tracer = Tracer::new(&scene, &[freq.si()], &options).context(path.display())?;
-    let mesh = args.mesh.options(options.antialias > 1);
+    let (tracer, base, flight) = (flown.tracer()?, &flown.base, &flown.flight);
 
     context.console.event(Event::Phase { name: "flying", total: Some(cameras.len() as u64), unit: "frames" });
     let (mut seconds, mut rays) = (0.0, 0_usize);
     let mut scale: Option<GreyScale> = None;
     for (k, camera) in cameras.iter().enumerate() {
         let started = Instant::now();
-        let frame = tracer.frame(&View::of_camera(camera)?, &mesh).context(format!("{}: frame {k}", args.path.display()))?;
+        let frame = flown.frame(&tracer, camera).context(format!("{}: frame {k}", path_file.display()))?;
         seconds += started.elapsed().as_secs_f64();
         rays += frame.rays;
         let grey = match scale {
@@ -101,7 +75,7 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     context.console.event(Event::Done);
     let film = !args.no_video && film(folder.path(), flight.frames_per_second, context);
     let rate = cameras.len() as f64 / seconds;
-    let Some(grey) = scale else { return Err(Failure::message(format!("{}: the path has no frame", args.path.display()))) };
+    let Some(grey) = scale else { return Err(Failure::message(format!("{}: the path has no frame", path_file.display()))) };
     let json = json!({
         "output": args.output, "frames": cameras.len(), "frames_per_second": rate, "seconds": seconds, "rays": rays,
         "size": base.size_px, "black_k": grey.black_k, "white_k": grey.white_k, "video": film.then(|| args.output.join(FILM)),
@@ -120,26 +94,6 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
         text += &format!("\n{}", args.output.join(FILM).display());
     }
     Ok(Outcome::new(json, text).wrote(&args.output))
-}
-
-fn scene_path(args: &FlyArgs, flight: &Flight) -> Result<PathBuf> {
-    Ok(match (&args.scene, &flight.scene) {
-        (Some(path), _) => path.clone(),
-        (None, Some(name)) => args.path.parent().unwrap_or(Path::new("")).join(name),
-        (None, None) => {
-            return Err(Failure::usage(format!(
-                "{}: the path file names no scene; write scene = \"...\" in it, or give --scene",
-                args.path.display()
-            )));
-        }
-    })
-}
-
-fn scene(args: &FlyArgs, path: &Path) -> Result<SolidScene> {
-    match read_scene(path)? {
-        Scene::Solids(scene) => args.tracer.scene(*scene),
-        _ => Err(Failure::usage(format!("{}: this is not a scene of solids, which scene fly needs", path.display()))),
-    }
 }
 
 /// Temperatures that are drawn black and white.

@@ -95,7 +95,7 @@ pub(crate) struct RenderArgs {
 
 /// How a scene of solids is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Mode {
+pub(in crate::cli) enum Mode {
     /// The full model.
     Full,
     /// The real-time mode, which interpolates on a mesh.

@@ -6,6 +6,7 @@ mod bistatic;
 mod convert;
 mod delay;
 mod emissivity;
+mod flight;
 mod fly;
 mod image;
 mod list;
@@ -21,6 +22,8 @@ mod table;
 mod values;
 
 pub(super) use air::load as profile;
+pub(super) use flight::{FlightArgs, Flown};
+pub(super) use image::Mode;
 
 use super::context::{Context, Outcome, subcommands};
 use super::failure::Result;
