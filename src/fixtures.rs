@@ -86,6 +86,7 @@ pub(crate) fn snapshot(
         pedestal_k: None,
         scene_pedestal_k: None,
         scene_width_rad: None,
+        antenna_temperature_k: None,
         annotations: Default::default(),
         history: Vec::new(),
     };

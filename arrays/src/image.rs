@@ -1,7 +1,7 @@
 //! Images of brightness on a grid of direction cosines.
 
-use crate::{ArrayError, PhaseCenter, Polarization, RestoringBeam, Result, SpectralWindow};
-use ndarray::{Array4, ArrayView2, ArrayViewMut2, s};
+use crate::{ArrayError, ElementPattern, PhaseCenter, Polarization, RestoringBeam, Result, SpectralWindow};
+use ndarray::{Array2, Array4, ArrayView2, ArrayViewMut2, s};
 use serde::{Deserialize, Serialize};
 
 /// Frame of an image: it decides in which direction l grows along the x axis.
@@ -144,6 +144,14 @@ impl BrightnessUnit {
     }
 }
 
+impl ElementPattern {
+    /// Power response at the pixels of a grid \[m, l\].
+    #[must_use]
+    pub fn plane(&self, grid: &SkyGrid, freq_hz: f64) -> Array2<f64> {
+        Array2::from_shape_fn((grid.n_m, grid.n_l), |(row, column)| self.power(grid.l_at(column as f64), grid.m_at(row as f64), freq_hz))
+    }
+}
+
 /// Brightness \[chan, pol, m, l\], in double precision unless another one is named.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image<P = f64> {
@@ -167,6 +175,8 @@ pub struct Image<P = f64> {
     pub time_jd: Option<f64>,
     /// Constant that was removed from the scene and is already added back in `data`, K.
     pub pedestal_k: Option<f64>,
+    /// Power pattern of the elements that the values contain: they are brightness times it. `None`: they are brightness.
+    pub pattern: ElementPattern,
     /// History of the image, oldest first.
     pub history: Vec<String>,
 }
@@ -196,6 +206,7 @@ impl<P> Image<P> {
             telescope: String::new(),
             time_jd: None,
             pedestal_k: None,
+            pattern: ElementPattern::None,
             history: Vec::new(),
         })
     }
@@ -225,6 +236,7 @@ impl From<Image<f32>> for Image {
             telescope: image.telescope,
             time_jd: image.time_jd,
             pedestal_k: image.pedestal_k,
+            pattern: image.pattern,
             history: image.history,
         }
     }
@@ -242,6 +254,15 @@ mod tests {
         assert_eq!(bore.l_at(5.0), 1e-3);
         assert_eq!(sky.column_of(sky.l_at(2.5)), 2.5);
         assert_eq!(bore.row_of(bore.m_at(6.0)), 6.0);
+    }
+
+    #[test]
+    fn a_plane_holds_the_power_of_a_pattern_at_each_pixel() {
+        let grid = SkyGrid::new(6, 4, 0.01, SkyFrame::Boresight).unwrap();
+        let pattern: ElementPattern = "gaussian fwhm_rad=0.05".parse().unwrap();
+        let plane = pattern.plane(&grid, 1e9);
+        assert_eq!((plane.dim(), plane[[2, 3]]), ((4, 6), 1.0));
+        assert_eq!(plane[[0, 5]], pattern.power(grid.l_at(5.0), grid.m_at(0.0), 1e9));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! An array of antennas.
 
-use crate::{ArrayError, Result};
+use crate::pattern::airy::shared_diameter;
+use crate::{ArrayError, ElementPattern, Result};
 use serde::{Deserialize, Serialize};
 
 /// Largest coordinate of an antenna, m: seven times the distance of the Earth from the Sun. A larger one is damaged.
@@ -72,6 +73,8 @@ pub struct ArrayLayout {
     /// Diameter D of the aperture for which the array was designed, m: side lobes are counted to a number of lambda / D. Its longest baseline may be
     /// shorter.
     pub aperture_m: Option<f64>,
+    /// Power pattern that all antennas share. In the header of a set: the pattern that its visibilities contain.
+    pub pattern: ElementPattern,
     antennas: Vec<Antenna>,
 }
 
@@ -85,7 +88,7 @@ impl ArrayLayout {
     /// No antenna, more than 65,535, names or numbers used twice, coordinates that are not finite, a diameter or noise that is
     /// not positive, two antennas at the same place, a site beyond the poles.
     pub fn new(name: impl Into<String>, frame: LayoutFrame, antennas: Vec<Antenna>) -> Result<Self> {
-        let layout = Self { name: name.into(), frame, source: None, aperture_m: None, antennas };
+        let layout = Self { name: name.into(), frame, source: None, aperture_m: None, pattern: ElementPattern::None, antennas };
         layout.check()?;
         Ok(layout)
     }
@@ -96,7 +99,7 @@ impl ArrayLayout {
     /// # Errors
     /// As [`ArrayLayout::new`], except for antennas at the same place.
     pub fn from_data(name: impl Into<String>, frame: LayoutFrame, antennas: Vec<Antenna>) -> Result<Self> {
-        let layout = Self { name: name.into(), frame, source: None, aperture_m: None, antennas };
+        let layout = Self { name: name.into(), frame, source: None, aperture_m: None, pattern: ElementPattern::None, antennas };
         layout.check_values()?;
         Ok(layout)
     }
@@ -191,6 +194,15 @@ impl ArrayLayout {
         }
     }
 
+    /// The diameter that all antennas share, m.
+    ///
+    /// # Errors
+    /// The layout has no diameters, or different ones.
+    pub fn shared_diameter_m(&self) -> Result<f64> {
+        let shared = shared_diameter(self.antennas.iter().map(|a| (a.name.as_str(), a.diameter_m)));
+        shared.map_err(|why| ArrayError::Parse(format!("layout {:?}: {why}: state one diameter for the pattern", self.name)))
+    }
+
     /// Index of the antenna of that name.
     #[must_use]
     pub fn index_of(&self, name: &str) -> Option<usize> {
@@ -207,6 +219,17 @@ mod tests {
         let a = |n: &str, i, x| Antenna::new(n, i, [x, 0.0, 0.0]);
         let e = ArrayLayout::new("t", LayoutFrame::Boresight, vec![a("A", 0, 0.0), a("B", 1, 1.0), a("C", 2, 0.0)]).unwrap_err();
         assert!(e.to_string().contains("\"A\"") && e.to_string().contains("\"C\""), "{e}");
+    }
+
+    #[test]
+    fn different_diameters_are_refused() {
+        let mut antennas: Vec<Antenna> = (0..3_u32).map(|k| Antenna::new(format!("A{k}"), k, [f64::from(k), 0.0, 0.0])).collect();
+        let of = |antennas: &[Antenna]| ArrayLayout::new("t", LayoutFrame::Boresight, antennas.to_vec()).unwrap().shared_diameter_m();
+        assert!(of(&antennas).is_err());
+        antennas.iter_mut().for_each(|a| a.diameter_m = Some(2.0));
+        assert_eq!(of(&antennas).unwrap(), 2.0);
+        antennas[2].diameter_m = Some(3.0);
+        assert!(of(&antennas).unwrap_err().to_string().contains("A2"));
     }
 
     #[test]

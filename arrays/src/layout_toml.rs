@@ -12,9 +12,13 @@
 //! diameter_m = 0.01
 //! tsys_k = 600.0                 # or sefd_jy
 //! position_error_m = [1e-5, 1e-5, 2e-5]
+//!
+//! [pattern]                      # power pattern of every antenna, if the layout states one
+//! kind = "airy"
 //! ```
 
-use crate::{Antenna, ArrayError, ArrayLayout, LayoutFrame, Result, Sensitivity, Site};
+use crate::pattern::in_toml;
+use crate::{Antenna, ArrayError, ArrayLayout, ElementPattern, LayoutFrame, Result, Sensitivity, Site};
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -29,6 +33,7 @@ struct LayoutToml {
     source: Option<String>,
     aperture_m: Option<Spanned<f64>>,
     site: Option<Spanned<SiteToml>>,
+    pattern: Option<Spanned<toml::Table>>,
     #[serde(default)]
     antenna: Vec<AntennaToml>,
 }
@@ -63,6 +68,19 @@ impl ArrayLayout {
     /// A text that is not TOML, an unknown key, a missing or wrong value (each with line and column); a missing site for `enu`, or a site
     /// with `boresight`; and the errors of [`ArrayLayout::new`].
     pub fn from_toml(text: &str) -> Result<Self> {
+        let refuse = |file: &str| {
+            Err(ArrayError::Parse(format!(
+                "the pattern is in the file {file:?}, but this text has no folder: state its samples in the layout"
+            )))
+        };
+        Self::from_toml_with(text, &refuse)
+    }
+
+    /// As [`ArrayLayout::from_toml`], for texts that may name a file with the pattern of the antennas, which `read` reads.
+    ///
+    /// # Errors
+    /// As [`ArrayLayout::from_toml`], and those of `read`.
+    pub fn from_toml_with(text: &str, read: &dyn Fn(&str) -> Result<ElementPattern>) -> Result<Self> {
         let raw: LayoutToml = toml::from_str(text).map_err(|e| match e.span() {
             Some(span) => at(text, span, e.message()),
             None => ArrayError::Parse(e.message().into()),
@@ -106,6 +124,10 @@ impl ArrayLayout {
         }
         layout.source = raw.source;
         layout.aperture_m = raw.aperture_m.map(Spanned::into_inner);
+        if let Some(table) = raw.pattern {
+            let pattern = in_toml::from_table(table.get_ref(), layout.antennas(), read);
+            layout.pattern = pattern.map_err(|e| at(text, table.span(), &e.to_string()))?;
+        }
         Ok(layout)
     }
 
@@ -145,7 +167,7 @@ impl ArrayLayout {
                 let _ = writeln!(t, "position_error_m = {e:?}");
             }
         }
-        t
+        t + &in_toml::to_text(&self.pattern)
     }
 }
 

@@ -8,6 +8,7 @@
 //! | [`ArrayLayout`] | antennas, site or boresight frame | m |
 //! | [`GenerateOptions`], [`LAYOUT_KINDS`] | what a generated layout is made of | m |
 //! | [`LayoutFigures`] | beam, side lobes, coverage of a layout at a frequency | rad, dB |
+//! | [`ElementPattern`], [`pattern::PATTERN_KINDS`] | power pattern of every element | |
 //! | [`LocalSky`] | sidereal time and apparent places at one moment and site | rad |
 //! | [`SpectralWindow`] | channel centres and widths | Hz \[chan\] |
 //! | [`UvCoverage`] | uvw, antenna pairs, times | m \[blt, 3\], s |
@@ -33,6 +34,7 @@ mod geodesy;
 mod image;
 mod layout;
 mod layout_toml;
+pub mod pattern;
 mod phase_center;
 mod polarization;
 pub mod quantity;
@@ -59,6 +61,7 @@ pub use gains::GainTable;
 pub use generate::{GenerateOptions, LAYOUT_KINDS, LayoutKind};
 pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};
 pub use layout::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
+pub use pattern::ElementPattern;
 pub use phase_center::{PhaseCenter, PhaseCenterKind};
 pub use polarization::Polarization;
 pub use sources::{Source, SourcePosition, SourceShape};

@@ -63,6 +63,9 @@ pub struct VisibilityHeader {
     pub scene_pedestal_k: Option<f64>,
     /// Width of the square about the phase centre that holds the simulated scene, as a difference of direction cosines. Images cover it by default.
     pub scene_width_rad: Option<f64>,
+    /// Mean temperature of what one element sees, weighted with its pattern over the half space, K: a measurement of total power. It is the zero
+    /// spacing over the solid angle of the pattern.
+    pub antenna_temperature_k: Option<f64>,
     /// What is only carried from file to file.
     pub annotations: Annotations,
     /// History of the data, oldest first, one entry per line.

@@ -50,7 +50,7 @@ fn layouts() {
         fuzz(&format!("layout-{}", format.name()), &inputs, usize::MAX, 3000, |bytes| {
             let Ok(text) = std::str::from_utf8(bytes) else { return false };
             format.sniff(text, format.extension());
-            format.read(text, &ReadContext { name: "x".into(), site: cittert_formats::layouts::known_site("VLA") }).is_ok()
+            format.read(text, &ReadContext { name: "x".into(), site: cittert_formats::layouts::known_site("VLA"), folder: None }).is_ok()
         });
     }
 }

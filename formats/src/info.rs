@@ -74,6 +74,12 @@ pub struct VisibilityInfo {
     /// Constant brightness temperature that was removed from the scene, K.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pedestal_k: Option<f64>,
+    /// Power pattern of the elements that the visibilities contain, as in layout files.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub element_pattern: Option<String>,
+    /// Mean temperature that one element sees, by total power, K.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub antenna_temperature_k: Option<f64>,
     /// Longest baseline in the u-v plane, m.
     pub longest_baseline_m: f64,
     /// Shortest baseline between two antennas in the u-v plane, m.
@@ -126,6 +132,8 @@ impl VisibilityInfo {
             frame: if header.is_boresight() { "boresight" } else { "earth" },
             phase_centers: header.phase_centers.iter().map(phase_center).collect(),
             pedestal_k: header.pedestal_k,
+            antenna_temperature_k: header.antenna_temperature_k,
+            element_pattern: (!header.layout.pattern.is_none()).then(|| header.layout.pattern.to_string()),
             longest_baseline_m: count.longest_m,
             shortest_baseline_m: if count.shortest_m.is_finite() { count.shortest_m } else { 0.0 },
             flagged_fraction: if all > 0.0 { 1.0 - good as f64 / all } else { 0.0 },

@@ -8,6 +8,7 @@
 //! | [`fits`] | FITS images, cubes and planes |
 //! | [`calh5`] | CalH5 gain tables |
 //! | [`layouts`] | antenna layouts of several programs |
+//! | [`read_pattern`] | power patterns of antennas: CSV, FITS tables, beam files of pyuvdata |
 //! | [`info`] | summaries of files |
 //! | [`atomic`] | outputs that get their name only when complete |
 //!
@@ -30,6 +31,7 @@ pub mod info;
 pub mod layouts;
 #[cfg(feature = "ms")]
 pub mod ms;
+mod patterns;
 mod picture;
 mod registry;
 mod sources;
@@ -47,6 +49,7 @@ pub use format::{Format, GainFormat, Holds, ImageFormat, Label, SourceFormat, Vi
 pub use grid::write_grid;
 pub use h5::Compression;
 pub use layouts::layout_formats;
+pub use patterns::read_pattern;
 pub use picture::read_grey_png;
 pub use registry::{
     create_visibilities, create_visibilities_with, edit_visibilities, format_of, format_of_output, format_to_write, image_format, losses,

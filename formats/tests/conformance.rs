@@ -161,7 +161,7 @@ fn a_layout_reads_alike_as_text_and_as_file() {
     for (format, path) in samples(dir.path()) {
         if let Holds::Layouts(f) = format.holds() {
             let text = std::fs::read_to_string(&path).unwrap();
-            let context = ReadContext { name: "x".into(), site: Some(common::site()) };
+            let context = ReadContext { name: "x".into(), site: Some(common::site()), folder: None };
             let (one, two) = (f.read(&text, &context).unwrap(), read_layout(&path, Some(common::site())).unwrap());
             assert_eq!(one.antennas(), two.antennas(), "{}", format.name());
         }

@@ -72,10 +72,11 @@ fn a_boresight_image_stays_one_and_uneven_channels_survive() {
     let mut a = image(SkyFrame::Boresight, 7, 5, spectrum, vec![Polarization::I]);
     a.unit = BrightnessUnit::Kelvin;
     a.pedestal_k = Some(290.0);
+    a.pattern = "airy diameter_m=0.01 blockage=0.25".parse().unwrap();
     write_image(&path, &a, ImageOptions { double: true, ..Default::default() }).unwrap();
     let b = read_image(&path).unwrap();
     close(&a, &b);
-    assert_eq!((b.grid.frame, b.pedestal_k), (SkyFrame::Boresight, Some(290.0)));
+    assert_eq!((b.grid.frame, b.pedestal_k, b.pattern), (SkyFrame::Boresight, Some(290.0), a.pattern));
 }
 
 /// A FITS file of given cards and data bytes.

@@ -17,6 +17,8 @@ mod kept;
 #[cfg(test)]
 mod overview;
 #[cfg(test)]
+mod patterns;
+#[cfg(test)]
 mod uvfits;
 #[cfg(test)]
 mod uvh5;

@@ -61,6 +61,8 @@ fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("b.uvfits");
     let mut set = common::boresight();
+    set.header.layout.pattern = "airy diameter_m=0.01 blockage=0.25".parse().unwrap();
+    set.header.antenna_temperature_k = Some(264.7);
     // Weights that are not the numbers of samples are 1/sigma^2.
     set.data.weights.mapv_inplace(|w| w * 1e18);
     let notes = save(&path, &set, UvfitsOptions::default()).join("\n");
@@ -72,6 +74,7 @@ fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     let header = reader.header();
     assert_eq!((header.unit, &header.polarizations[..]), (VisUnit::Jy, &[Polarization::RR, Polarization::LL][..]));
     assert_eq!((header.pedestal_k, header.scene_pedestal_k, header.scene_width_rad), (Some(280.0), Some(281.5), Some(0.25)));
+    assert_eq!((&header.layout.pattern, header.antenna_temperature_k), (&set.header.layout.pattern, Some(264.7)));
     assert!(header.phase_centers[0].ra_dec_rad().is_some());
     assert!(header.history.iter().any(|h| h.contains("zenith")));
     let f = header.spectrum.freq_hz()[2];

@@ -31,11 +31,11 @@ fn assert_same(a: &VisibilitySet, b: &Uvh5Reader, tolerance_m: f64) {
         assert_eq!((&x.name, x.number, x.diameter_m, x.sensitivity), (&y.name, y.number, y.diameter_m, y.sensitivity));
         assert!((0..3).all(|k| (x.position_m[k] - y.position_m[k]).abs() <= tolerance_m), "{x:?} {y:?}");
     }
-    assert_eq!(ha.layout.name, hb.layout.name);
+    assert_eq!((&ha.layout.name, &ha.layout.pattern), (&hb.layout.name, &hb.layout.pattern));
     assert_eq!((&ha.spectrum, &ha.polarizations, ha.unit), (&hb.spectrum, &hb.polarizations, hb.unit));
     assert_eq!((&ha.telescope, &ha.instrument, &ha.history), (&hb.telescope, &hb.instrument, &hb.history));
     assert_eq!((ha.pedestal_k, ha.scene_pedestal_k), (hb.pedestal_k, hb.scene_pedestal_k));
-    assert_eq!(ha.scene_width_rad, hb.scene_width_rad);
+    assert_eq!((ha.scene_width_rad, ha.antenna_temperature_k), (hb.scene_width_rad, hb.antenna_temperature_k));
     assert_eq!(ha.phase_centers[0].kind, hb.phase_centers[0].kind);
     assert_eq!(b.n_rows(), a.data.n_rows());
     assert_eq!(b.read(0..a.data.n_rows()).unwrap(), a.data);
@@ -51,6 +51,26 @@ fn a_set_comes_back_whatever_the_blocks_and_the_compression() {
         assert_same(&set, &reader, 1e-9);
         assert_eq!(reader.read(13..59).unwrap(), set.data.rows(13..59).unwrap());
         assert!(reader.read(0..100_000).is_err());
+        std::fs::remove_file(path).unwrap();
+    }
+}
+
+#[test]
+fn the_pattern_of_the_elements_comes_back() {
+    use cittert_arrays::pattern::{PatternSample, SampledPattern};
+    let dir = tempfile::tempdir().unwrap();
+    let mut set = common::boresight();
+    set.header.antenna_temperature_k = Some(264.7);
+    let mut samples = Vec::new();
+    for (k, power) in (0..24).zip([1.0, 1.1, 0.9, 1.0, 0.5, 0.6, 0.4, 0.5, 0.1, 0.0, 0.2, 0.1].into_iter().cycle()) {
+        let (freq_hz, theta_rad, phi_rad) = (90e9 + 8e9 * (k / 12) as f64, 0.1 * (k / 4 % 3) as f64, f64::from(k % 4));
+        samples.push(PatternSample { freq_hz, theta_rad, phi_rad, power });
+    }
+    let table = ElementPattern::Sampled(SampledPattern::of_samples(&samples).unwrap().into());
+    for pattern in ["airy diameter_m=0.01 blockage=0.25".parse().unwrap(), "gaussian fwhm_deg=9".parse().unwrap(), table] {
+        set.header.layout.pattern = pattern;
+        let path = save(dir.path(), "p.uvh5", &set, 1000, Compression::None);
+        assert_same(&set, &Uvh5Reader::open(&path).unwrap(), 1e-9);
         std::fs::remove_file(path).unwrap();
     }
 }

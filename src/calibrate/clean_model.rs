@@ -7,7 +7,7 @@ use super::selfcal_tuning::SelfcalTuning;
 use crate::deconvolve::EXTENDED;
 use crate::fourier::{Degridder, GridOptions, Real, UvwExtent};
 use crate::imaging::major::CleanOptions;
-use crate::imaging::{CleanProducts, Continue, Imager, ImagingOptions, Tools, clean_from, joined};
+use crate::imaging::{BackgroundChoice, CleanProducts, Continue, Imager, ImagingOptions, Tools, clean_from, joined};
 use crate::progress::{Observer, WithoutNotes};
 use crate::values::Level;
 use crate::{ChainError, Result};
@@ -74,6 +74,8 @@ impl CleanMaker {
     /// each round.
     #[must_use]
     pub fn new(imaging: ImagingOptions, clean: CleanOptions) -> Self {
+        // The loop continues from models of the whole data. A background that is taken out of them would be counted twice.
+        let imaging = ImagingOptions { background: BackgroundChoice::None, ..imaging };
         Self { imaging, clean, now: None, best: None, tools: None, predicted: Predicted::default(), tuning: SelfcalTuning::default() }
     }
 

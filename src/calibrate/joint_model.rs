@@ -14,11 +14,11 @@ use super::unknown_gains::UnknownGains;
 use super::unknown_gains_builder::UnknownGainsBuilder;
 use crate::fourier::GridOptions;
 use crate::imaging::major::CleanOptions;
-use crate::imaging::{CleanProducts, Imager, ImagingOptions};
+use crate::imaging::{Background, CleanProducts, Imager, ImagingOptions};
 use crate::mem::regulariser::WeightedSum;
 use crate::mem::{
-    ChiSquared, DataSums, MemImager, MemPlan, MemState, Objective, Prior, flat_prior, flux_of_one, in_front, noise_from_hands, prepared,
-    single, sum_inside,
+    ChiSquared, DataSums, MemImager, MemPlan, MemState, Objective, Prior, Response, flux_of_one, in_front, level_prior, noise_from_hands,
+    prepared, single, sum_inside,
 };
 use crate::memory::check_joint;
 use crate::misfit::VisibilityTerm;
@@ -77,16 +77,30 @@ impl JointMaker {
         let pedestal = imager.header().pedestal_k.filter(|_| imager.header().unit == VisUnit::KelvinSr);
         let offset = pedestal.map(|t| &one * t);
         let inside = in_front(&one, self.options.mask.clone());
+        let pattern = imager.pattern_of(0);
+        let seen_of_one = pattern.as_ref().map(|p| p * &one);
         let (prior, known) = match &self.options.prior {
             Prior::Flat(t) => (&one * *t, true),
             Prior::Image(image) => (&one * image, true),
             Prior::Auto | Prior::Smoothed => {
-                let hidden = offset.as_ref().map_or(0.0, |o| sum_inside(o, inside.as_ref()));
-                // Amplitudes on the shortest baselines give at least a part of the flux. They do not depend on the phases.
-                let seen = DataSums::new((&mut imager, 0), observer)?.flux_seen((&mut imager, 0), 1.0, observer)? + hidden;
-                (flat_prior(&one, seen, inside.as_ref())?, false)
+                // Total power does not depend on the phases, but a fit to the visibilities does.
+                let told = imager.header().antenna_temperature_k.is_some();
+                let background = match &seen_of_one {
+                    Some(seen) if told => Background::of((&mut imager, 0), seen, inside.as_ref(), observer)?,
+                    _ => None,
+                };
+                if let Some(background) = background {
+                    background.say(&imager, observer);
+                    (&one * background.level, true)
+                } else {
+                    let hidden = pedestal.map_or(0.0, |t| t * sum_inside(seen_of_one.as_ref().unwrap_or(&one), inside.as_ref()));
+                    // Amplitudes on the shortest baselines give at least a part of the flux. They do not depend on the phases.
+                    let seen = DataSums::new((&mut imager, 0), observer)?.flux_seen((&mut imager, 0), 1.0, observer)? + hidden;
+                    (level_prior(&one, seen_of_one.as_ref(), seen, inside.as_ref())?, false)
+                }
             }
         };
+        let response = pattern.as_ref().map(Response::of).unwrap_or_default();
         let (prior, offset) = (single(prior).into_shared(), offset.map(single));
         let grid = imager.grid().clone();
         drop(imager);
@@ -94,7 +108,7 @@ impl JointMaker {
         let epsilon = self.imaging.epsilon.max(self.options.goals.tuning.epsilon);
         let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
-        let chi2 = ChiSquared::new(&grid, &freq_hz, uvw_m.view(), &grid_options, term)?;
+        let chi2 = ChiSquared::new(&grid, &freq_hz, uvw_m.view(), &grid_options, term)?.through(response);
         let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux: None, beam: None, unit: 1.0 };
         let mut solver = prepared(objective, prior, &MemPlan::default())?;
         if !known {
@@ -179,9 +193,11 @@ impl Problem {
         joint(&mut self.solver, &self.gains, Lattice { u: &u, v: &v }, &self.goals, observer)
     }
 
-    /// The image as a model of the data, flux a pixel.
+    /// The image as a model of the data, flux a pixel: what the elements see of it.
     fn model(&self, state: &MemState) -> Array2<f64> {
-        self.solver.objective().seen(state.image.clone())
+        let mut model = self.solver.objective().seen(state.image.clone());
+        self.solver.objective().chi2.response().multiply(&mut model);
+        model
     }
 }
 

@@ -11,7 +11,7 @@ use crate::ChainError;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
 use crate::deconvolve::CleanOptions;
 use crate::imaging::major::CleanComponent;
-use crate::imaging::{CleanReport, Imager, ImagingOptions, Kind, clean, clean_once};
+use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, clean, clean_once, pattern_image};
 use crate::progress::{Quiet, Silent};
 use crate::verdict::{ImageFacts, Levels};
 use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilitySource};
@@ -33,6 +33,8 @@ pub struct CleanCommandArgs {
     #[command(flatten)]
     clean: CleanOptions,
     #[command(flatten)]
+    correction: CorrectionOptions,
+    #[command(flatten)]
     hold_out: HoldOutArgs,
     /// Solve the phases against a point at the phase centre first: always, never, or (auto) where the phases of baselines that do not
     /// resolve the field show that the data are not calibrated.
@@ -47,6 +49,14 @@ pub struct CleanCommandArgs {
 
 const IMAGES: [&str; 5] = ["-psf.fits", "-dirty.fits", "-model.fits", "-residual.fits", "-image.fits"];
 const COMPONENTS: &str = "-components.csv";
+/// With `--pbcor`: the restored image divided by the pattern of the elements, and the pattern.
+const CORRECTED: [&str; 2] = ["-image-pbcor.fits", "-pattern.fits"];
+
+impl CleanCommandArgs {
+    fn corrected_outputs(&self) -> Vec<PathBuf> {
+        if self.correction.pbcor { self.out.all_suffixed(&CORRECTED) } else { Vec::new() }
+    }
+}
 
 /// Deconvolve and write PREFIX-psf, -dirty, -model, -residual, -image .fits and -components.csv.
 ///
@@ -58,12 +68,14 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     args.hold_out.check()?;
     let mut outputs = args.out.all_suffixed(&IMAGES);
     outputs.push(args.out.suffixed(COMPONENTS));
+    outputs.extend(args.corrected_outputs());
     args.out.claim(outputs.iter().chain(&args.log), [&args.input].into_iter().chain(&args.clean.mask))?;
     super::cycle_log::open(args.log.as_deref(), context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
     let options = args.imaging.clone();
     let imager = Imager::new(source.as_mut(), options.clone(), &context.console).context(&what)?;
+    args.correction.check(&imager.header().layout.pattern).context(&what)?;
     let g = imager.grid();
     let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
     if !args.startmod.may_solve(imager.survey().uv_range_wl.0, half_field_rad) {
@@ -104,7 +116,14 @@ fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context
     let (report, mut model) = cleaned.deliver(&imager, |kind, mut image| -> Result<()> {
         args.out.image(&args.out.suffixed(suffix(kind)), &mut image, context)?;
         match kind {
-            Kind::Restored => restored = Some(Levels::of(&image)),
+            Kind::Restored => {
+                restored = Some(Levels::of(&image));
+                if args.correction.pbcor {
+                    for (suffix, mut image) in CORRECTED.into_iter().zip([args.correction.corrected(&image), pattern_image(&image)]) {
+                        args.out.image(&args.out.suffixed(suffix), &mut image, context)?;
+                    }
+                }
+            }
             Kind::Residual => residual = Some(Levels::of(&image)),
             Kind::Model | Kind::Psf | Kind::Dirty => {}
         }
@@ -152,7 +171,7 @@ fn save(
     let outcome = IMAGES.iter().fold(Outcome::new(json, text), |outcome, suffix| outcome.wrote(args.out.suffixed(suffix)));
     let path = args.out.suffixed(COMPONENTS);
     args.out.write(&path, components.as_bytes())?;
-    Ok(outcome.wrote(path))
+    Ok(args.corrected_outputs().into_iter().fold(outcome.wrote(path), Outcome::wrote))
 }
 
 /// The component list. If all components are points in Jy, `simulate --scene` reads it as a source list.

@@ -5,7 +5,7 @@ use super::failure::{Context as _, Failure, Result};
 use super::options::OutputArgs;
 use super::text::angle;
 use crate::calibrate::{CompareOptions as GainOptions, compare_gains};
-use crate::fidelity::{CompareOptions, Comparison, Fidelity, Region, compare, fidelity_of_pixel};
+use crate::fidelity::{CompareOptions, Comparison, Dimmed, Fidelity, Region, compare, fidelity_of_pixel};
 use crate::plot::{self, ImagePlot, Range, Wish};
 use cittert_arrays::quantity::Angle;
 use cittert_arrays::{BrightnessUnit, Image, SkyGrid, SpectralWindow};
@@ -157,6 +157,11 @@ fn steps(image: &Image, found: &Comparison, json: &mut serde_json::Value) -> Vec
         let size = |g: &SkyGrid| format!("{} x {} pixels of {}", g.n_l, g.n_m, angle(g.cell_rad));
         lines.push(format!("The truth was regridded from {} to {}.", size(from), size(&image.grid)));
         json["regridded_from"] = serde_json::json!({ "size": [from.n_l, from.n_m], "cell_rad": from.cell_rad });
+    }
+    if let Some(dimmed) = found.dimmed {
+        let (one, other) = if dimmed == Dimmed::Image { ("image", "truth") } else { ("truth", "image") };
+        lines.push(format!("The {one} was multiplied by the pattern of the elements, which the {other} contains."));
+        json["dimmed"] = one.into();
     }
     if let Some(from) = found.converted_from {
         lines.push(format!("The truth was converted from {} to {}.", from.bunit(), image.unit.bunit()));

@@ -5,7 +5,7 @@ use super::failure::Result;
 use super::options::ImageOfArgs;
 use super::text::{angle, number};
 use crate::fidelity::robust_rms;
-use crate::imaging::dirty_image;
+use crate::imaging::{CorrectionOptions, dirty_image};
 use clap::Args;
 use serde_json::json;
 
@@ -14,6 +14,8 @@ use serde_json::json;
 pub struct DirtyArgs {
     #[command(flatten)]
     of: ImageOfArgs,
+    #[command(flatten)]
+    correction: CorrectionOptions,
 }
 
 /// Make the dirty image and write it as FITS.
@@ -21,9 +23,15 @@ pub struct DirtyArgs {
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
-    let (mut image, counts) =
-        args.of.imaged("imaging", context, |imager| Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts)))?;
-    let path = args.of.write(&mut image, context)?;
+    let (mut image, counts) = args.of.imaged("imaging", context, |imager| {
+        args.correction.check(&imager.header().layout.pattern)?;
+        Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts))
+    })?;
+    let path = if args.correction.pbcor {
+        args.of.write(&mut args.correction.corrected(&image), context)?
+    } else {
+        args.of.write(&mut image, context)?
+    };
     let peak = image.data.iter().fold(0.0_f32, |p, v| if v.abs() > p.abs() { *v } else { p });
     let peak = f64::from(peak);
     let (g, plane) = (&image.grid, image.plane(0, 0));

@@ -106,6 +106,12 @@ fn visibilities(format: &str, i: &VisibilityInfo) -> Vec<String> {
     if let Some(t) = i.pedestal_k {
         lines.push(format!("pedestal      {t} K was removed from the scene"));
     }
+    if let Some(pattern) = &i.element_pattern {
+        lines.push(format!("pattern       {pattern}"));
+    }
+    if let Some(t) = i.antenna_temperature_k {
+        lines.push(format!("total power   {t} K"));
+    }
     if i.n_not_finite > 0 {
         lines.push(format!(
             "not finite    {} unflagged visibilities have no finite value or weight; imaging leaves them out",

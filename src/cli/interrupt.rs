@@ -1,6 +1,7 @@
 //! Signals that end the program. Unfinished outputs are removed first.
 
 use super::failure::{Context as _, Result};
+use crate::display::film::end_encoders;
 use cittert_formats::atomic::remove_unfinished;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
@@ -23,6 +24,8 @@ fn start() -> std::io::Result<()> {
     let mut signals = Signals::new([SIGHUP, SIGINT, SIGTERM].into_iter().filter(|s| !is_ignored(*s)))?;
     let wait = move || {
         if let Some(signal) = signals.forever().next() {
+            // First the programs that write into unfinished outputs.
+            end_encoders();
             remove_unfinished();
             // This returns only where the signal does not end a process.
             let _ = emulate_default_handler(signal);

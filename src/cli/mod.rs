@@ -19,6 +19,7 @@ mod cycle_log;
 mod dirty;
 mod enhance;
 mod failure;
+mod film;
 mod grid;
 mod held_out;
 mod identify;
@@ -41,6 +42,7 @@ mod run;
 mod scene;
 mod sections;
 mod selfcal;
+mod sensor;
 mod simulate;
 mod study;
 mod text;
@@ -126,8 +128,12 @@ subcommands! {
         Plot(plot::PlotArgs) => plot::run;
         /// Measure how far an image or a gain table is from the truth.
         Compare(compare::CompareArgs) => compare::run;
+        /// See a scene through a filled-aperture sensor: optics, detectors, scan and noise.
+        Sensor(Box<sensor::SensorArgs>) => sensor::run;
         /// Enhance an image: less noise, more pixels, more contrast, sharper edges, deconvolution.
         Enhance(enhance::EnhanceArgs) => enhance::run;
+        /// Make a film of what a camera with noise sees on its way through a scene, or find its best frame rate.
+        Film(Box<film::FilmArgs>) => film::run;
         /// Convert a file from one format to another.
         Convert(convert::ConvertArgs) => convert::run;
         /// Print the completion script of a shell.

@@ -71,8 +71,12 @@ const BLOCK_ROWS: usize = 16_384;
 /// The layout, the scene or an option is wrong, or an error of the file system.
 pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let gains_path = args.air.gains_path(&args.out.output);
-    args.out.claim([&args.out.output].into_iter().chain(&gains_path), [Path::new(&args.layout), &args.scene.scene])?;
-    let layout = load_array(&args.layout)?;
+    let given = [Path::new(&args.layout), &args.scene.scene].into_iter().chain(args.how.element_file.as_deref());
+    args.out.claim([&args.out.output].into_iter().chain(&gains_path), given)?;
+    let mut layout = load_array(&args.layout)?;
+    if let Some(file) = &args.how.element_file {
+        layout.pattern = cittert_formats::read_pattern(file)?;
+    }
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { mut center, plan } = args.track.plan(&layout).map_err(Failure::call)?;
     planned::warn(&plan, context);
@@ -118,6 +122,8 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         "pedestal_k": header.pedestal_k,
         "scene_pedestal_k": header.scene_pedestal_k,
         "scene_width_rad": header.scene_width_rad,
+        "antenna_temperature_k": header.antenna_temperature_k,
+        "element_pattern": header.layout.pattern.to_string(),
         "findings": findings,
         "seed": args.how.seed,
         "gains": gains_path,

@@ -30,6 +30,7 @@ fn set(times: usize, channels: usize, frame: LayoutFrame) -> VisibilitySet {
         pedestal_k: None,
         scene_pedestal_k: None,
         scene_width_rad: None,
+        antenna_temperature_k: None,
         annotations: Default::default(),
         history: Vec::new(),
     };

@@ -5,7 +5,7 @@ use super::corruption::{Corruption, need_size};
 use super::shared::Shared;
 use crate::Result;
 use crate::simulate::options::sensitivity;
-use crate::simulate::{ElementPattern, NoiseModel, NoiseOptions};
+use crate::simulate::{NoiseModel, NoiseOptions};
 use cittert_arrays::quantity::{FluxDensity, Length, Temperature};
 use cittert_arrays::{GainTable, Sensitivity, VisibilityBlock};
 use rand::Rng;
@@ -62,7 +62,7 @@ impl Corruption for ThermalNoise {
         let seed = context.rng(0).next_u64();
         let options = NoiseOptions { sensitivity: self.sensitivity, diameter_m: self.diameter_m, ..NoiseOptions::seeded(seed) };
         let before = self.data_have_noise.then(|| block.weights.clone());
-        NoiseModel::new(context.header, &options, &ElementPattern::None)?.apply(block, first_row)?;
+        NoiseModel::new(context.header, &options, &context.header.layout.pattern)?.apply(block, first_row)?;
         if let Some(before) = before {
             ndarray::Zip::from(&mut block.weights).and(&before).for_each(|w, old| {
                 *w = if *old > 0.0 { 1.0 / (1.0 / *w + 1.0 / *old) } else { *old };

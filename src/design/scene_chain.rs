@@ -127,6 +127,7 @@ impl SceneChain {
             for ((_, _, m, l), value) in truth.data.indexed_iter_mut() {
                 *value *= pattern.power(grid.l_at(l as f64), grid.m_at(m as f64), freq);
             }
+            truth.pattern = pattern;
         }
         chain.truth = truth;
         Ok(chain)

@@ -42,6 +42,7 @@ pub fn enhance(images: &[Image], steps: &StepList, psf: Option<&Psf>) -> Result<
     let mut out = Image::new(larger, first.spectrum.clone(), first.polarizations.clone(), data, first.unit)?;
     (out.beams, out.object, out.telescope) = (first.beams.clone(), first.object.clone(), first.telescope.clone());
     (out.time_jd, out.pedestal_k, out.history) = (first.time_jd, first.pedestal_k, first.history.clone());
+    out.pattern.clone_from(&first.pattern);
     Ok(out)
 }
 

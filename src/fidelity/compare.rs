@@ -5,11 +5,12 @@ use super::convolve::convolve;
 use super::region::Region;
 use super::regrid::regrid;
 use super::resolution::{missing, smooth};
-use super::scores::{Fidelity, compare_planes};
+use super::scores::{Fidelity, compare_planes_through};
 use super::shift::{find_shift, shifted};
 use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyGrid, jy_per_kelvin_sr};
 use ndarray::{Array2, ArrayView2};
+use std::borrow::Cow;
 
 /// A pixel is blank after a smoothing or a shift if blank pixels have more than this share of its weight.
 const MOST_BLANK: f64 = 0.01;
@@ -43,6 +44,8 @@ pub struct Comparison {
     pub converted_from: Option<BrightnessUnit>,
     /// The shift (l, m) of the image in rad, if it was asked for.
     pub shift_rad: Option<(f64, f64)>,
+    /// Which of the two was multiplied by the pattern of the elements that the other one contains.
+    pub dimmed: Option<Dimmed>,
     /// Number of pixels of the region that are left out, because the image or the truth has no value there.
     pub n_blank: usize,
     /// Number of pixels that are compared.
@@ -55,6 +58,9 @@ pub struct Comparison {
 /// One image has a place on the sky and the other has none. A unit that can only be converted with a beam or a frequency that an image lacks.
 /// No pixel with a value in both, or a truth that is zero everywhere.
 pub fn compare(image: &Image, truth: &Image, options: &CompareOptions) -> Result<Comparison> {
+    let dimmed = Dimmed::of(image, truth);
+    let (image_seen, truth_seen) = seen(image, truth, dimmed);
+    let (image, truth) = (image_seen.as_ref(), truth_seen.as_ref());
     let grid = &image.grid;
     let mut region = options.region.mask(grid.n_m, grid.n_l)?;
     let mut expected = match (options.resolution_rad, options.beam) {
@@ -83,19 +89,56 @@ pub fn compare(image: &Image, truth: &Image, options: &CompareOptions) -> Result
         found = keeping_blanks(found.view(), |plane| Ok(shifted(plane, by)))?;
         shift_rad = Some((grid.l_at(by.1) - grid.l_at(0.0), grid.m_at(by.0) - grid.m_at(0.0)));
     }
+    let pattern = if image.pattern.is_none() { &truth.pattern } else { &image.pattern };
+    let power = (!pattern.is_none()).then(|| pattern.plane(grid, image.spectrum.mean_hz()));
     let inside = region.iter().filter(|on| **on).count();
     ndarray::Zip::from(&mut region).and(&found).and(&expected).for_each(|on, i, t| *on &= i.is_finite() && t.is_finite());
     let n_compared = region.iter().filter(|on| **on).count();
     Ok(Comparison {
-        scores: compare_planes(found.view(), expected.view(), &region)?,
+        scores: compare_planes_through(found.view(), expected.view(), power.as_ref().map(|p| p.view()), &region)?,
         image: found,
         truth: expected,
         regridded_from: other_grid.then(|| truth.grid.clone()),
         converted_from: (truth.unit != image.unit && convertible(truth.unit) && convertible(image.unit)).then_some(truth.unit),
         shift_rad,
+        dimmed,
         n_blank: inside - n_compared,
         n_compared,
     })
+}
+
+/// The one of two images that was multiplied by the pattern of the elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Dimmed {
+    /// The image.
+    Image,
+    /// The truth.
+    Truth,
+}
+
+impl Dimmed {
+    fn of(image: &Image, truth: &Image) -> Option<Self> {
+        match (image.pattern.is_none(), truth.pattern.is_none()) {
+            (false, true) => Some(Self::Truth),
+            (true, false) => Some(Self::Image),
+            _ => None,
+        }
+    }
+}
+
+/// Image and truth as the elements see both, if they see one of them.
+fn seen<'a>(image: &'a Image, truth: &'a Image, dimmed: Option<Dimmed>) -> (Cow<'a, Image>, Cow<'a, Image>) {
+    let through = |one: &Image, other: &Image| {
+        let mut out = one.clone();
+        let power = other.pattern.plane(&one.grid, other.spectrum.mean_hz());
+        out.data.indexed_iter_mut().for_each(|((_, _, row, column), v)| *v *= power[(row, column)]);
+        Cow::Owned(out)
+    };
+    match dimmed {
+        None => (Cow::Borrowed(image), Cow::Borrowed(truth)),
+        Some(Dimmed::Image) => (through(image, truth), Cow::Borrowed(truth)),
+        Some(Dimmed::Truth) => (Cow::Borrowed(image), through(truth, image)),
+    }
 }
 
 /// True for units of brightness, which can be converted into each other.
@@ -183,6 +226,21 @@ mod tests {
         // The smaller image lacks 8 pixels on each side, and the kernel reaches over its edge in at most three more.
         assert!(found.n_compared >= 42 * 42 && found.n_compared <= 48 * 48, "{}", found.n_compared);
         assert_eq!(found.n_compared + found.n_blank, 64 * 64);
+    }
+
+    #[test]
+    fn an_image_that_contains_a_pattern_is_compared_with_what_the_elements_see() {
+        let scene = image(32, 1.0, BrightnessUnit::Kelvin, blob);
+        let mut seen = scene.clone();
+        seen.pattern =
+            cittert_arrays::ElementPattern::Gaussian(cittert_arrays::pattern::Gaussian { fwhm_rad: 20.0 * CELL, ref_freq_hz: None });
+        let power = seen.pattern.plane(&seen.grid, 8e9);
+        seen.data.indexed_iter_mut().for_each(|((_, _, r, c), v)| *v *= power[(r, c)]);
+        for (image, truth, dimmed) in [(&seen, &scene, Dimmed::Truth), (&scene, &seen, Dimmed::Image)] {
+            let found = compare(image, truth, &CompareOptions::default()).unwrap();
+            assert!(found.scores.nrmse < 1e-12 && found.dimmed == Some(dimmed), "{:?}", found.scores);
+        }
+        assert_eq!(compare(&seen, &seen, &CompareOptions::default()).unwrap().dimmed, None);
     }
 
     #[test]

@@ -11,10 +11,12 @@ mod scores;
 mod shift;
 
 pub use alignment::check_alignment;
-pub use compare::{CompareOptions, Comparison, compare};
+pub use compare::{CompareOptions, Comparison, Dimmed, compare};
 pub use convolve::convolve;
 pub use noise::robust_rms;
 pub use region::Region;
 pub use regrid::regrid;
-pub use scores::{Fidelity, compare_planes, error_over_grey_card, fidelity_index, fidelity_of_pixel, peak_over_robust_rms, ssim};
+pub use scores::{
+    Fidelity, compare_planes, compare_planes_through, error_over_grey_card, fidelity_index, fidelity_of_pixel, peak_over_robust_rms, ssim,
+};
 pub use shift::{find_shift, shifted};

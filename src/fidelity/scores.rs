@@ -32,6 +32,19 @@ pub struct Fidelity {
 /// # Errors
 /// The shapes differ, the truth is zero everywhere in the region, or the region has no finite pixel.
 pub fn compare_planes(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>, region: &Array2<bool>) -> Result<Fidelity> {
+    compare_planes_through(image, truth, None, region)
+}
+
+/// [`compare_planes`] for planes that contain the power pattern of the elements: the grey card is seen through the pattern too.
+///
+/// # Errors
+/// As [`compare_planes`].
+pub fn compare_planes_through(
+    image: ArrayView2<'_, f64>,
+    truth: ArrayView2<'_, f64>,
+    pattern: Option<ArrayView2<'_, f64>>,
+    region: &Array2<bool>,
+) -> Result<Fidelity> {
     if image.dim() != truth.dim() || image.dim() != region.dim() {
         return Err(ChainError::Incompatible(format!(
             "the image is {} x {} pixels and the truth {} x {}",
@@ -46,6 +59,14 @@ pub fn compare_planes(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>, re
     if pixels.is_empty() {
         return Err(ChainError::NoData("no pixel of the region has a value in both images".into()));
     }
+    let error_over_grey_card = match pattern {
+        None => error_over_grey_card(&pixels),
+        Some(pattern) => {
+            let kept = image.iter().zip(truth).zip(region).zip(pattern);
+            let seen: Vec<f64> = kept.filter(|((pair, inside), _)| both((*pair, inside)).is_some()).map(|(_, a)| *a).collect();
+            error_over_seen_card(&pixels, &seen)
+        }
+    };
     let truth_rms = rms(pixels.iter().map(|p| p.1));
     if truth_rms == 0.0 {
         return Err(ChainError::NoData("the truth is zero everywhere in the region, so no relative error exists".into()));
@@ -55,7 +76,7 @@ pub fn compare_planes(image: ArrayView2<'_, f64>, truth: ArrayView2<'_, f64>, re
     Ok(Fidelity {
         rms_difference,
         nrmse: rms_difference / truth_rms,
-        error_over_grey_card: error_over_grey_card(&pixels),
+        error_over_grey_card,
         peak_over_robust_rms: peak_over_robust_rms(image),
         fidelity: fidelity_index(&pixels),
         ssim: ssim(image, truth, region),
@@ -76,6 +97,15 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 pub fn error_over_grey_card(pixels: &[(f64, f64)]) -> f64 {
     let mean = pixels.iter().map(|p| p.1).sum::<f64>() / pixels.len().max(1) as f64;
     let (error, card) = (rms(pixels.iter().map(|p| p.0 - p.1)), rms(pixels.iter().map(|p| p.1 - mean)));
+    if error == 0.0 { 0.0 } else { error / card }
+}
+
+/// [`error_over_grey_card`] where image and truth are the scene times a pattern, with the value of the pattern at each pixel. The card is the flat
+/// scene times the pattern that comes closest to the truth. Without this, the shape of the pattern alone would count as detail of a warm scene.
+fn error_over_seen_card(pixels: &[(f64, f64)], pattern: &[f64]) -> f64 {
+    let (along, size) = pixels.iter().zip(pattern).fold((0.0, 0.0), |(t, a), (p, w)| (t + p.1 * w, a + w * w));
+    let level = if size > 0.0 { along / size } else { 0.0 };
+    let (error, card) = (rms(pixels.iter().map(|p| p.0 - p.1)), rms(pixels.iter().zip(pattern).map(|(p, w)| p.1 - level * w)));
     if error == 0.0 { 0.0 } else { error / card }
 }
 
@@ -230,6 +260,22 @@ mod tests {
         image.fill(f64::NAN);
         let e = compare_planes(image.view(), truth.view(), &all(4)).unwrap_err().to_string();
         assert!(e.contains("no pixel"), "{e}");
+    }
+
+    /// Through a pattern, a flat card scores 1 however warm the scene is, and the score of an image does not depend on the background.
+    #[test]
+    fn a_grey_card_seen_through_a_pattern_scores_one() {
+        let pattern = Array2::from_shape_fn((24, 24), |(r, c)| (-0.01 * ((r as f64 - 12.0).powi(2) + (c as f64 - 12.0).powi(2))).exp());
+        let detail = Array2::from_shape_fn((24, 24), |(r, c)| f64::from(u8::from((r / 3 + c / 5) % 2 == 0)) - 0.5);
+        let score = |background_k: f64, share: f64| {
+            let truth = (&detail * 40.0 + background_k) * &pattern;
+            let image = (&detail * (40.0 * share) + background_k) * &pattern;
+            compare_planes_through(image.view(), truth.view(), Some(pattern.view()), &all(24)).unwrap().error_over_grey_card
+        };
+        for background_k in [0.0, 265.0] {
+            assert!((score(background_k, 0.0) - 1.0).abs() < 0.05, "{}", score(background_k, 0.0));
+            assert!((score(background_k, 0.5) - 0.5).abs() < 0.03, "{}", score(background_k, 0.5));
+        }
     }
 
     #[test]

@@ -17,16 +17,16 @@ const BLOCK: usize = 16;
 
 /// Plans for images of one size.
 pub struct Convolver<T: Real> {
-    n_m: usize,
-    n_l: usize,
-    p_m: usize,
-    p_l: usize,
-    fft: LineFfts<T>,
+    pub(super) n_m: usize,
+    pub(super) n_l: usize,
+    pub(super) p_m: usize,
+    pub(super) p_l: usize,
+    pub(super) fft: LineFfts<T>,
 }
 
 /// Half of the spectrum of a real image \[u, v\].
 #[derive(Debug, Clone)]
-pub struct Spectrum<T>(Vec<Complex<T>>);
+pub struct Spectrum<T>(pub(super) Vec<Complex<T>>);
 
 impl<T: Real> std::fmt::Debug for Convolver<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -103,12 +103,12 @@ impl<T: Real> Convolver<T> {
         self.through(fill, kernel, image, |o, v| *o -= v);
     }
 
-    fn half(&self) -> usize {
+    pub(super) fn half(&self) -> usize {
         self.p_l / 2 + 1
     }
 
     /// Convolve the image whose rows `fill` writes, and combine each pixel of the result with one of `out`.
-    fn through(
+    pub(super) fn through(
         &self,
         fill: impl Fn(usize, &mut [T]) -> bool + Sync,
         kernel: &impl Filter<T>,
@@ -122,7 +122,7 @@ impl<T: Real> Convolver<T> {
 
     /// Transforms of `count` real rows along l, \[row, u\]. `fill` writes a row into a slice of zeros and returns false if the row is empty.
     /// The pixel `origin` of a row is the origin of the transform.
-    fn rows(&self, count: usize, origin: usize, fill: impl Fn(usize, &mut [T]) -> bool + Sync) -> Array2<Complex<T>> {
+    pub(super) fn rows(&self, count: usize, origin: usize, fill: impl Fn(usize, &mut [T]) -> bool + Sync) -> Array2<Complex<T>> {
         let half = self.half();
         let zero = Complex::new(T::default(), T::default());
         // New memory is zero already, and the threads that fill it are the first to touch it.
@@ -163,7 +163,7 @@ impl<T: Real> Convolver<T> {
     }
 
     /// Multiply the transforms of the columns of these rows \[row, u\] by a kernel.
-    fn columns(&self, rows: &mut Array2<Complex<T>>, kernel: &impl Filter<T>) {
+    pub(super) fn columns(&self, rows: &mut Array2<Complex<T>>, kernel: &impl Filter<T>) {
         let zero = Complex::new(T::default(), T::default());
         let scratch = self.fft.columns.iter().map(|f| f.get_inplace_scratch_len()).max().unwrap_or(0);
         rows.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each_init(
@@ -189,7 +189,7 @@ impl<T: Real> Convolver<T> {
     }
 
     /// Transform rows \[row, u\] back to pixels, and combine them with those of `out`.
-    fn back(&self, rows: &Array2<Complex<T>>, out: &mut Array2<T>, combine: impl Fn(&mut T, T) + Sync) {
+    pub(super) fn back(&self, rows: &Array2<Complex<T>>, out: &mut Array2<T>, combine: impl Fn(&mut T, T) + Sync) {
         let zero = Complex::new(T::default(), T::default());
         let scale = T::of(1.0 / (self.p_l as f64 * self.p_m as f64));
         out.axis_chunks_iter_mut(Axis(0), 2).into_par_iter().enumerate().for_each_init(

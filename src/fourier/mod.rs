@@ -1,4 +1,4 @@
-//! Transforms between images and visibilities. Of the other modules only [`crate::enhance`] uses an FFT.
+//! Transforms between images and visibilities. Of the other modules only [`crate::enhance`] and [`crate::sensor`] use an FFT.
 //!
 //! The transform is V = sum of I exp(+2 pi i (u l + v m + w (n - 1))) over the pixels. This module computes it and its adjoint, each to a
 //! relative error that the caller chooses. uvw are in metres; only this module converts them to wavelengths. Planes are \[m, l\] in the
@@ -25,6 +25,7 @@ mod gridder;
 mod kernel;
 mod lanes;
 mod line_fft;
+mod mirrored;
 mod pair;
 mod plan;
 mod plane_groups;
@@ -49,6 +50,7 @@ pub use grid_options::GridOptions;
 pub use gridder::Gridder;
 pub use kernel::Kernel;
 pub(crate) use line_fft::good_size;
+pub use mirrored::MirrorConvolver;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;

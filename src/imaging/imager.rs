@@ -5,6 +5,7 @@ use super::data::{Data, ReducedBlock, Survey};
 use super::pol::PolSelector;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use super::size::choose_grid;
+use super::split::Split;
 use super::weights::ImageWeights;
 use crate::fourier::Real;
 use crate::memory::{ImageWork, check_images};
@@ -34,6 +35,8 @@ pub struct Imager<'a> {
     freq_hz: Vec<f64>,
     /// The transform of the output channel that was imaged last, a [`Session`] of either precision.
     session: Option<(usize, Box<dyn Any + Send + Sync>)>,
+    /// The background that is taken out of the data.
+    pub(super) split: Split,
 }
 
 /// The residual of the data after the subtraction of a model.
@@ -127,7 +130,7 @@ impl<'a> Imager<'a> {
         }
         // Blocks in memory keep their imaging weights. The density grid of a large image would take as much memory as four planes.
         let weights = if data.is_cached() { Vec::new() } else { weights };
-        Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None })
+        Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None, split: Split::Pending })
     }
 
     /// The grid of the image.
@@ -177,6 +180,10 @@ impl<'a> Imager<'a> {
 
     /// [`Imager::dirty`] in this precision.
     pub(super) fn dirty_in<P: Real>(&mut self, channel: usize, observer: &dyn Observer) -> Result<Array2<P>> {
+        self.find_backgrounds(observer)?;
+        if let Some(background) = self.background_of(channel).cloned() {
+            return Ok(self.residual_of(channel, background.into(), observer)?.image);
+        }
         self.gridded((None, channel), Gridded::Visibilities, observer)
     }
 
@@ -196,6 +203,15 @@ impl<'a> Imager<'a> {
         model: CowArray<'_, f64, Ix2>,
         observer: &dyn Observer,
     ) -> Result<Residual<P>> {
+        self.find_backgrounds(observer)?;
+        match self.background_of(channel).map(|background| &model + background) {
+            Some(all) => self.residual_of(channel, all.into(), observer),
+            None => self.residual_of(channel, model, observer),
+        }
+    }
+
+    /// The residual of the data, the background included.
+    fn residual_of<P: Real>(&mut self, channel: usize, model: CowArray<'_, f64, Ix2>, observer: &dyn Observer) -> Result<Residual<P>> {
         let scale = self.mean_weight(channel);
         let (left, sum) = self.residual_sum((channel, ResidualWeights::Imaging, scale), model, observer)?;
         let image = self.mean(channel, scale, sum);

@@ -5,12 +5,14 @@
 
 mod ahead;
 mod auto_mask;
+mod background;
 mod beam_fit;
 mod cells;
 mod cleaned;
 mod clock;
 mod components;
 mod continued;
+mod corrected;
 mod data;
 mod imager;
 pub mod major;
@@ -22,6 +24,7 @@ mod restore;
 mod session;
 mod size;
 mod size_tuning;
+mod split;
 pub mod weights;
 
 #[cfg(test)]
@@ -29,25 +32,30 @@ mod cycle_tests;
 #[cfg(test)]
 mod memory_tests;
 #[cfg(test)]
+mod pattern_tests;
+#[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod tuning_tests;
 
+pub use background::{Background, BackgroundFrom};
 pub use beam_fit::fit_beam;
 pub use cittert_arrays::Weighting;
 pub(crate) use cleaned::CleanReport;
 pub(crate) use clock::Clock;
 pub use components::joined;
 pub use continued::{Continue, Tools};
+pub use corrected::{CorrectionOptions, pattern_image};
 pub use data::{Data, ReducedBlock, Survey};
 pub use imager::{ImageMisfit, Imager, Residual};
 pub(crate) use major::cleaned as clean_once;
 pub use major::{CleanProducts, StopReason, clean, clean_from};
 pub use options::{BeamShape, ImageSize, ImagingOptions};
 pub(crate) use output::Kind;
-pub use output::{dirty_image, psf_image};
+pub use output::{PATTERN_LIMIT, dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};
 pub use restore::{gaussian, with_beam};
 pub(crate) use size::warn_coarse;
 pub use size_tuning::SizeTuning;
+pub use split::BackgroundChoice;
 pub use weights::ImageWeights;

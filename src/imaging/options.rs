@@ -1,6 +1,7 @@
 //! Options of every image: one type for the library, the command line and the files of `run` and `study`.
 
 use super::size_tuning::SizeTuning;
+use super::split::BackgroundChoice;
 use crate::Result;
 use crate::fourier::GridOptions;
 use crate::memory::MemoryBudget;
@@ -59,6 +60,10 @@ pub struct ImagingOptions {
     /// Restoring beam MAJOR,MINOR,PA such as 12arcsec,8arcsec,30deg [default: fitted to the dirty beam].
     #[cfg_attr(feature = "cli", arg(long, value_name = "BEAM"))]
     pub beam: Option<BeamShape>,
+    /// Uniform background that elements with a pattern see: it is taken out of visibilities in K sr before an image is made, and put back into the
+    /// image. auto (by total power, or fitted to the visibilities), none or a temperature.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "auto|none|TEMP", default_value_t = ImagingOptions::default().background))]
+    pub background: BackgroundChoice,
     /// Memory that the visibilities, the grid and their buffers share.
     #[serde(skip)]
     #[cfg_attr(feature = "cli", arg(skip))]
@@ -86,6 +91,7 @@ impl Default for ImagingOptions {
             epsilon: 1e-5,
             no_w: false,
             beam: None,
+            background: BackgroundChoice::Auto,
             memory: MemoryBudget::default(),
             sizes: SizeTuning::default(),
         }

@@ -29,7 +29,21 @@ pub(crate) enum Kind {
     Restored,
 }
 
+/// Where the pattern of the elements is below this part of its peak, an image that is divided by it shows mostly noise.
+pub const PATTERN_LIMIT: f64 = 0.2;
+
 impl Imager<'_> {
+    /// The power pattern of the elements at the pixels \[m, l\], at the mean frequency of an output channel; `None` where they have none.
+    #[must_use]
+    pub fn pattern_of(&self, channel: usize) -> Option<Array2<f64>> {
+        let pattern = &self.header().layout.pattern;
+        let range = self.channels()[channel].clone();
+        let (freq, weight) = (&self.header().spectrum.freq_hz()[range.clone()], &self.survey().channel_weight[range]);
+        let sum: f64 = weight.iter().sum();
+        let mean = freq.iter().zip(weight).map(|(f, w)| f * w).sum::<f64>() / sum;
+        (!pattern.is_none()).then(|| pattern.plane(self.grid(), if sum > 0.0 { mean } else { freq[0] }))
+    }
+
     /// The restoring beam for a dirty beam: the beam of the options, or a fitted one.
     ///
     /// # Errors
@@ -45,8 +59,19 @@ impl Imager<'_> {
         let grid = self.grid();
         let header = self.header();
         let kelvin = header.unit == VisUnit::KelvinSr;
-        let made = |(k, plane): (usize, Array2<P>)| {
-            if kelvin { in_kelvin(grid, plane, kind, beams.get(k), header.pedestal_k) } else { Ok(plane) }
+        let made = |(k, plane): (usize, Array2<P>)| -> Result<Array2<P>> {
+            let mut plane = if kelvin { in_kelvin(grid, plane, kind, beams.get(k), header.pedestal_k)? } else { plane };
+            if matches!(kind, Kind::Dirty | Kind::Model | Kind::Restored)
+                && let Some(background) = self.background_of(k)
+            {
+                // Flux a pixel as brightness: the background has no structure that the beam could smooth.
+                let cell = |at: (usize, usize)| {
+                    let n2 = 1.0 - grid.l_at(at.1 as f64).powi(2) - grid.m_at(at.0 as f64).powi(2);
+                    background[at] * n2.max(0.0).sqrt() / grid.cell_sr()
+                };
+                plane.indexed_iter_mut().for_each(|(at, v)| *v = P::of(v.to64() + cell(at)));
+            }
+            Ok(plane)
         };
         let single = planes.len() == 1;
         let mut data = Array4::from_elem(if single { (0, 0, 0, 0) } else { (planes.len(), 1, grid.n_m, grid.n_l) }, P::default());
@@ -72,6 +97,9 @@ impl Imager<'_> {
         image.time_jd = self.survey().time_jd;
         let shows_scene = matches!(kind, Kind::Dirty | Kind::Model | Kind::Restored);
         image.pedestal_k = header.pedestal_k.filter(|_| kelvin && shows_scene);
+        if kind != Kind::Psf {
+            image.pattern.clone_from(&header.layout.pattern);
+        }
         image.history.clone_from(&header.history);
         Ok(image)
     }

@@ -17,8 +17,11 @@ pub struct Certificate {
     pub flux_error: f64,
     /// True where a total flux was given.
     pub flux_constrained: bool,
-    /// Total flux of the image, Jy or K sr.
+    /// Total flux that the elements see of the image, Jy or K sr.
     pub model_flux: f64,
+    /// Brightness of the flat prior, where elements with a pattern see it: by total power, or fitted to the data; K or Jy/pixel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<f64>,
     /// Entropy (minus the sum of all penalties), Jy or K sr.
     pub entropy: f64,
     /// Length of the gradient of the Lagrangian divided by the sum of the lengths of its two terms, in the metric of the entropy.

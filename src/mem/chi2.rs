@@ -3,6 +3,7 @@
 use super::data_term::DataTerm;
 use super::listed::Listed;
 use super::passes::Passes;
+use super::response::Response;
 use crate::fourier::GridOptions;
 use crate::imaging::{ImageMisfit, Imager};
 use crate::misfit::VisibilityTerm;
@@ -17,6 +18,7 @@ use std::time::Instant;
 pub struct ChiSquared<'a> {
     grid: SkyGrid,
     term: Box<dyn DataTerm + 'a>,
+    response: Response,
     evaluations: usize,
     seconds: f64,
 }
@@ -58,7 +60,20 @@ impl<'a> ChiSquared<'a> {
 
     fn of_term(grid: &SkyGrid, term: Box<dyn DataTerm + 'a>) -> Result<Self> {
         ensure!(term.data() > 0.0, ChainError::NoData("no term holds any datum: nothing constrains the image".into()));
-        Ok(Self { grid: grid.clone(), term, evaluations: 0, seconds: 0.0 })
+        Ok(Self { grid: grid.clone(), term, response: Response::default(), evaluations: 0, seconds: 0.0 })
+    }
+
+    /// The same for images that the elements see with this response \[m, l\].
+    #[must_use]
+    pub fn through(mut self, response: Response) -> Self {
+        self.response = response;
+        self
+    }
+
+    /// How the elements see an image.
+    #[must_use]
+    pub fn response(&self) -> &Response {
+        &self.response
     }
 
     /// Where the pixels are.
@@ -84,7 +99,12 @@ impl<'a> ChiSquared<'a> {
     /// # Errors
     /// An image of another size; visibilities that are not in memory.
     pub fn predict(&mut self, image: ArrayView2<'_, f64>) -> Result<&[Complex64]> {
-        self.term.predict(image)
+        if self.response.is_one() {
+            return self.term.predict(image);
+        }
+        let mut seen = image.to_owned();
+        self.response.multiply(&mut seen);
+        self.term.predict(seen.view())
     }
 
     /// Chi squared and its gradient for an image \[m, l\] in flux per pixel.
@@ -97,7 +117,15 @@ impl<'a> ChiSquared<'a> {
             return Err(ArrayError::BadValue { what, value: v.to_string(), expected: "a finite number" }.into());
         }
         let start = Instant::now();
-        let misfit = self.term.misfit(image)?;
+        let misfit = if self.response.is_one() {
+            self.term.misfit(image)?
+        } else {
+            let mut seen = image.into_owned();
+            self.response.multiply(&mut seen);
+            let mut misfit = self.term.misfit(seen.into())?;
+            self.response.multiply(&mut misfit.gradient);
+            misfit
+        };
         let finite = misfit.chi2.is_finite() && misfit.gradient.iter().all(|g| g.is_finite());
         ensure!(finite, ChainError::NoData("chi squared has no finite gradient: the weights are too large for the data".into()));
         self.evaluations += 1;

@@ -17,10 +17,13 @@ mod noise;
 mod objective;
 mod options;
 mod passes;
+#[cfg(test)]
+mod pattern_tests;
 mod pipeline;
 mod plan;
 mod quasi_newton;
 pub mod regulariser;
+mod response;
 mod solver;
 mod statistics;
 #[cfg(test)]
@@ -39,9 +42,10 @@ pub(crate) use objective::single;
 pub use objective::{Multipliers, Objective, Point};
 pub use options::{MemOptions, NoiseChoice, PriorChoice};
 pub use pipeline::{MemProducts, flux_of_one, mem};
-pub(crate) use pipeline::{flat_prior, in_front, prepared, sum_inside};
+pub(crate) use pipeline::{in_front, level_prior, prepared, sum_inside};
 pub use plan::{Flux, MemInputs, MemPlan, Prior, announce_noise};
 pub use regulariser::Entropy;
+pub use response::Response;
 pub use solver::{MemGoals, Progress};
 pub use statistics::DataSums;
 pub use tuning::{MemControl, MemTuning, VtessControl};

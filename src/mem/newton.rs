@@ -1,6 +1,6 @@
 //! The Newton direction in s, by conjugate gradients. The Hessian comes from the dirty beam, and the preconditioner is a circulant.
 //!
-//! The Hessian of J is E + lambda D H D + rho D 1 1^T D, with D = s / 2, H the beam, and E diagonal. Bright and dark pixels differ
+//! The Hessian of J is E + lambda D H D + rho D 1 1^T D, with D = R s / 2, R the response of the elements, H the beam, and E diagonal. Bright and dark pixels differ
 //! by orders of magnitude in D. A circulant matrix has one value for all pixels, so the preconditioner blends two inverses: that of
 //! the circulant for the mean brightness where pixels are bright, and that of E alone where they are dark.
 //!
@@ -10,8 +10,10 @@
 use super::beam::BeamHessian;
 use super::control::Effort;
 use super::objective::{Multipliers, Point};
+use super::response::Response;
 use crate::{ChainError, Result};
 use ndarray::Array2;
+use std::borrow::Cow;
 
 /// Fraction of the mean brightness at which the preconditioner treats a pixel as half bright and half dark. It changes the number of steps
 /// of the conjugate gradients, but not their solution.
@@ -20,8 +22,8 @@ const HALF_BRIGHT: f32 = 0.1;
 /// The linear system of one Newton step.
 pub(super) struct NewtonSystem<'a> {
     beam: &'a BeamHessian,
-    /// The variable, 2 D.
-    s: &'a Array2<f32>,
+    /// The variable times the response, 2 D.
+    s: Cow<'a, Array2<f32>>,
     /// Curvature of all terms except the data.
     e: Array2<f32>,
     /// lambda times the diagonal of the beam's Hessian.
@@ -62,21 +64,30 @@ fn dot(a: &Array2<f32>, b: &Array2<f32>) -> Result<f64> {
 
 impl<'a> NewtonSystem<'a> {
     /// At a point. `residual` is dJ/dI there; its memory is used again.
-    pub(super) fn new(beam: &'a BeamHessian, point: &'a Point, residual: Array2<f32>, m: &Multipliers) -> Result<Self> {
-        let (s, mut e) = (&point.s, residual);
+    pub(super) fn new(
+        (beam, response): (&'a BeamHessian, &Response),
+        point: &'a Point,
+        residual: Array2<f32>,
+        m: &Multipliers,
+    ) -> Result<Self> {
+        let mut s = Cow::Borrowed(&point.s);
+        if !response.is_one() {
+            response.multiply_single(s.to_mut());
+        }
+        let mut e = residual;
         // The variable s adds curvature where the image must decrease. Where the image must increase, s would reduce the curvature. This
         // part is left out.
         flat_mut(&mut e)?.iter_mut().zip(flat(&point.stiffness)?).for_each(|(e, c)| *e = (c + (0.5 * *e).clamp(0.0, 1e6)).max(1e-4));
         let weight = (m.lambda * beam.diagonal()) as f32;
         let (mut first, mut second) = (0.0, 0.0);
-        flat(s)?.iter().zip(flat(&e)?).for_each(|(s, e)| {
+        flat(&s)?.iter().zip(flat(&e)?).for_each(|(s, e)| {
             let x = f64::from(0.25 * s * s / e);
             first += x;
             second += x * x;
         });
         let mean = if first > 0.0 { (second / first) as f32 } else { 0.0 };
-        let mut bright = Array2::zeros(s.dim());
-        flat_mut(&mut bright)?.iter_mut().zip(flat(s)?.iter().zip(flat(&e)?)).for_each(|(b, (s, e))| {
+        let mut bright = Array2::zeros(e.dim());
+        flat_mut(&mut bright)?.iter_mut().zip(flat(&s)?.iter().zip(flat(&e)?)).for_each(|(b, (s, e))| {
             let x = 0.25 * s * s / e;
             *b = if x > 0.0 { (x / (x + HALF_BRIGHT * mean)).sqrt() } else { 0.0 };
         });
@@ -85,10 +96,10 @@ impl<'a> NewtonSystem<'a> {
 
     fn hessian(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
         let mut seen = v.clone();
-        flat_mut(&mut seen)?.iter_mut().zip(flat(self.s)?).for_each(|(x, s)| *x *= 0.5 * s);
+        flat_mut(&mut seen)?.iter_mut().zip(flat(&self.s)?).for_each(|(x, s)| *x *= 0.5 * s);
         let common = if self.rho == 0.0 { 0.0 } else { self.rho * flat(&seen)?.iter().map(|x| f64::from(*x)).sum::<f64>() as f32 };
         self.beam.apply_to(&mut seen);
-        let parts = flat(v)?.iter().zip(flat(self.s)?).zip(flat(&self.e)?);
+        let parts = flat(v)?.iter().zip(flat(&self.s)?).zip(flat(&self.e)?);
         let weight = self.weight;
         flat_mut(&mut seen)?.iter_mut().zip(parts).for_each(|(o, ((v, s), e))| *o = e * v + 0.5 * s * (weight * *o + common));
         Ok(seen)
@@ -98,7 +109,7 @@ impl<'a> NewtonSystem<'a> {
     pub(super) fn data_curvature(&self, x: &Array2<f32>, y: &Array2<f32>) -> Result<f64> {
         let top = x.iter().chain(y).fold(f32::MIN_POSITIVE, |a, v| a.max(v.abs()));
         let seen = |v: &Array2<f32>| -> Result<Array2<f32>> {
-            let mut out = self.s.clone();
+            let mut out = self.s.as_ref().clone();
             flat_mut(&mut out)?.iter_mut().zip(v).for_each(|(o, v)| *o *= 0.5 * (v / top));
             Ok(out)
         };

@@ -1,6 +1,6 @@
 //! The objective J = lambda chi2 / 2 + R + beta (F - F0) + rho (F - F0)^2 / 2, which is minimised over positive images I = s^2 / 4.
 //!
-//! R is the penalty (minus the entropy) and F the total flux. The variable s keeps the image positive and makes the metric of the entropy
+//! R is the penalty (minus the entropy) and F the total flux that the elements see: that of the image times their response. The variable s keeps the image positive and makes the metric of the entropy
 //! the identity: d2R/ds2 is 1 for the relative entropy. lambda and beta are the Lagrange multipliers of chi squared and of the flux. rho is
 //! the strength of the augmented Lagrangian. It does not change the solution, but beta is then found in a few steps.
 //!
@@ -63,7 +63,7 @@ pub struct Point {
     pub penalty_slope: Array2<f32>,
     /// Image times second derivative of the penalty: its curvature in s.
     pub stiffness: Array2<f32>,
-    /// Sum of the image.
+    /// Sum of the image times the response of the elements.
     pub flux: f64,
 }
 
@@ -137,7 +137,7 @@ impl Objective<'_> {
                 *c = 1.0
             }
         });
-        let flux = image.sum();
+        let flux = self.chi2.response().total(&image);
         Point { s, chi2, slope, penalty, penalty_slope, stiffness, flux }
     }
 
@@ -158,8 +158,11 @@ impl Objective<'_> {
     #[must_use]
     pub fn residual(&self, point: &Point, m: &Multipliers) -> Array2<f32> {
         let beta = m.beta + m.rho * self.excess(point);
+        let response = self.chi2.response();
+        let common = if response.is_one() { beta } else { 0.0 };
         let mut out = point.slope.clone();
-        Zip::from(&mut out).and(&point.penalty_slope).par_for_each(|o, p| *o = (m.lambda * f64::from(*o) + f64::from(*p) + beta) as f32);
+        Zip::from(&mut out).and(&point.penalty_slope).par_for_each(|o, p| *o = (m.lambda * f64::from(*o) + f64::from(*p) + common) as f32);
+        response.add_to(beta, &mut out);
         out
     }
 
@@ -177,8 +180,19 @@ impl Objective<'_> {
     pub fn kkt(&self, point: &Point, m: &Multipliers) -> f64 {
         let beta = m.beta + m.rho * self.excess(point);
         let (mut all, mut data, mut prior) = (0.0, 0.0, 0.0);
-        Zip::from(&point.s).and(&point.slope).and(&point.penalty_slope).for_each(|s, g, p| {
-            let (i, a, b) = (brightness(*s), m.lambda * f64::from(*g), f64::from(*p) + beta);
+        let with_flux;
+        let (sides, common) = match self.chi2.response().plane().filter(|_| beta != 0.0) {
+            // Without a flux constraint beta is 0.
+            None => (&point.penalty_slope, beta),
+            Some(_) => {
+                let mut side = point.penalty_slope.clone();
+                self.chi2.response().add_to(beta, &mut side);
+                with_flux = side;
+                (&with_flux, 0.0)
+            }
+        };
+        Zip::from(&point.s).and(&point.slope).and(sides).for_each(|s, g, p| {
+            let (i, a, b) = (brightness(*s), m.lambda * f64::from(*g), f64::from(*p) + common);
             all += i * (a + b) * (a + b);
             data += i * a * a;
             prior += i * b * b;

@@ -7,15 +7,16 @@ use super::imager::{MemImager, MemState};
 use super::objective::{Multipliers, Objective, single};
 use super::plan::{Flux, MemPlan, Prior};
 use super::regulariser::{L1, Regulariser, TotalVariation, WeightedSum, check_prior};
+use super::response::Response;
 use super::solver::{MemGoals, Progress};
 use super::statistics::DataSums;
 use super::uncertainty::{Uncertainty, uncertainty};
-use crate::imaging::{Clock, Imager, Kind, with_beam};
+use crate::imaging::{Background, Clock, Imager, Kind, PATTERN_LIMIT, with_beam};
 use crate::memory::{ImageWork, check_images};
 use crate::progress::Observer;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{Image, RestoringBeam, VisUnit};
+use cittert_arrays::{ElementPattern, Image, RestoringBeam, SkyGrid, VisUnit};
 use ndarray::{ArcArray2, Array2, ArrayBase, Data, Ix2, Zip};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -42,6 +43,8 @@ pub struct MemProducts {
 struct Channel {
     /// Flux a pixel, without the pedestal.
     model: Array2<f64>,
+    /// Power pattern of the elements; `None` where they have none.
+    pattern: Option<Array2<f64>>,
     residual: Array2<f64>,
     sigma: Option<Array2<f64>>,
     beam: RestoringBeam,
@@ -86,6 +89,8 @@ pub fn mem(imager: &mut Imager<'_>, opts: &MemPlan, observer: &dyn Observer) -> 
         need(option, format!("{:?}", found.unwrap_or(shape)), found.is_none_or(|f| f == shape), expected)?;
     }
     opts.options.check()?;
+    // The background is a part of the model.
+    imager.keep_background();
     let mut clock = Clock::default();
     let mut channels = Vec::new();
     for k in 0..imager.channels().len() {
@@ -104,6 +109,8 @@ fn prior_shape(prior: &Prior) -> Option<(usize, usize)> {
 fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock): (&dyn Observer, &mut Clock)) -> Result<Channel> {
     let one = flux_of_one(imager);
     let inside = in_front(&one, opts.mask.clone());
+    let pattern = imager.pattern_of(k);
+    let seen_of_one = pattern.as_ref().map(|p| p * &one);
     let beam = clock.time("psf", || imager.restoring_beam(k, observer))??;
     let grid = imager.grid().clone();
     let start = Instant::now();
@@ -111,29 +118,39 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
     let factor = opts.noise.factor((&mut *imager, k), &sums, observer)?;
     let pedestal = imager.header().pedestal_k.filter(|_| imager.header().unit == VisUnit::KelvinSr);
     let offset = pedestal.map(|t| &one * t);
-    let hidden = offset.as_ref().map_or(0.0, |o| sum_inside(o, inside.as_ref()));
+    let hidden = pedestal.map_or(0.0, |t| t * sum_inside(seen_of_one.as_ref().unwrap_or(&one), inside.as_ref()));
     let flux = match opts.flux {
         Flux::Free => None,
         Flux::Total(f) => Some(f),
         Flux::ZeroSpacing(v) => Some(v + hidden),
     };
     let offset = offset.map(single);
+    let mut background = None;
     let prior = match &opts.prior {
         Prior::Auto | Prior::Smoothed => {
-            let seen = match flux {
-                Some(flux) => flux,
-                None => sums.flux_seen((&mut *imager, k), factor, observer)? + hidden,
-            };
-            flat_prior(&one, seen, inside.as_ref())?
+            if let Some(seen) = &seen_of_one {
+                let found = Background::of((&mut *imager, k), seen, inside.as_ref(), observer)?;
+                background = found.map(|b| b.level);
+                found.iter().for_each(|b| b.say(imager, observer));
+            }
+            match (flux, background) {
+                (None, Some(level)) => &one * level,
+                (Some(flux), _) => level_prior(&one, seen_of_one.as_ref(), flux, inside.as_ref())?,
+                (None, None) => {
+                    let flux = sums.flux_seen((&mut *imager, k), factor, observer)? + hidden;
+                    level_prior(&one, seen_of_one.as_ref(), flux, inside.as_ref())?
+                }
+            }
         }
         Prior::Flat(t) => &one * *t,
         Prior::Image(image) => &one * image,
     };
     let prior = single(prior).into_shared();
-    drop(one);
+    drop((one, seen_of_one));
     *clock.0.entry("statistics").or_default() += start.elapsed().as_secs_f64();
     let hessian = clock.time("beam", || BeamHessian::in_passes((&mut *imager, k), factor, observer))?;
-    let chi2 = ChiSquared::in_passes((&mut *imager, k), (factor, sums.used), observer)?;
+    let response = pattern.as_ref().map(Response::of).unwrap_or_default();
+    let chi2 = ChiSquared::in_passes((&mut *imager, k), (factor, sums.used), observer)?.through(response);
     let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux, beam: Some(hessian), unit: 1.0 };
     let mut solver = prepared(objective, prior, opts)?;
     let mut state = solver.start();
@@ -151,16 +168,32 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
     let progress = solver.solve(&mut state, &goals, method, observer)?;
     let elapsed = start.elapsed().as_secs_f64();
     *clock.0.entry("solve").or_default() += elapsed;
-    let certificate = certify(&mut solver, &state, (&progress, elapsed))?;
+    let certificate = Certificate { background, ..certify(&mut solver, &state, (&progress, elapsed))? };
     let sigma = clock.time("uncertainty", || map(&mut solver, &mut state, (opts.options.uncertainty, opts.options.seed)))?;
     let model = solver.objective().seen(state.image);
     drop(solver);
-    let residual = clock.time("residual", || imager.residual(k, model.view(), observer))?;
-    Ok(Channel { model, residual: residual.image, sigma, beam, certificate })
+    let residual = clock.time("residual", || match &pattern {
+        None => imager.residual(k, model.view(), observer),
+        Some(pattern) => imager.residual(k, (&model * pattern).view(), observer),
+    })?;
+    Ok(Channel { model, pattern, residual: residual.image, sigma, beam, certificate })
+}
+
+/// A prior of equal brightness of which the elements see this total flux.
+pub(crate) fn level_prior(
+    one: &Array2<f64>,
+    seen_of_one: Option<&Array2<f64>>,
+    flux: f64,
+    inside: Option<&Array2<bool>>,
+) -> Result<Array2<f64>> {
+    let Some(seen) = seen_of_one else { return flat_prior(one, flux, inside) };
+    let sum = sum_inside(seen, inside);
+    ensure!(sum > 0.0, ChainError::NoData("the elements see no pixel of the image: check their pattern and the mask".into()));
+    Ok(one * (flux / sum))
 }
 
 /// A prior of equal brightness inside the mask with this total flux; `one` is the flux a pixel of one unit of brightness \[m, l\].
-pub(crate) fn flat_prior(one: &Array2<f64>, flux: f64, inside: Option<&Array2<bool>>) -> Result<Array2<f64>> {
+fn flat_prior(one: &Array2<f64>, flux: f64, inside: Option<&Array2<bool>>) -> Result<Array2<f64>> {
     let sum = sum_inside(one, inside);
     if sum > 0.0 {
         return Ok(one * (flux / sum));
@@ -206,7 +239,7 @@ fn certify(solver: &mut MemImager<'_>, state: &MemState, (progress, seconds): (&
     let o = solver.objective();
     let mut dump = (Array2::zeros(state.image.dim()), Array2::zeros(state.image.dim()));
     let penalty = o.penalty.add(&state.image, 0.0, &mut dump.0, &mut dump.1);
-    let flux = state.image.sum();
+    let flux = o.chi2.response().total(&state.image);
     Ok(Certificate {
         met: progress.met,
         stop_reason,
@@ -214,6 +247,7 @@ fn certify(solver: &mut MemImager<'_>, state: &MemState, (progress, seconds): (&
         data: o.chi2.expected(),
         flux_error: o.flux.map_or(0.0, |f| (flux / f - 1.0).abs()),
         flux_constrained: o.flux.is_some(),
+        background: None,
         model_flux: flux,
         entropy: -penalty,
         kkt_residual: state.kkt,
@@ -239,10 +273,31 @@ fn map(solver: &mut MemImager<'_>, state: &mut MemState, how: (Uncertainty, u64)
     Ok(sigma)
 }
 
+/// The model in the restoring beam plus the residual. Elements with a pattern dim the residual with the sky, so it is divided by the pattern. Where
+/// the pattern is below [`PATTERN_LIMIT`] the residual is mostly noise, and is left out.
+fn restored(grid: &SkyGrid, c: &Channel) -> Array2<f64> {
+    let mut image = with_beam(grid, c.model.view(), &c.beam);
+    match &c.pattern {
+        None => image += &c.residual,
+        Some(pattern) => Zip::from(&mut image).and(&c.residual).and(pattern).for_each(|i, r, a| {
+            if *a >= PATTERN_LIMIT {
+                *i += r / a;
+            }
+        }),
+    }
+    image
+}
+
+/// Images of brightness, which contain no pattern any more.
+fn of_brightness(mut image: Image) -> Image {
+    image.pattern = ElementPattern::None;
+    image
+}
+
 fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Result<MemProducts> {
     let grid = imager.grid().clone();
     let beams: Vec<RestoringBeam> = channels.iter().map(|c| c.beam).collect();
-    let restored = clock.time("restore", || channels.iter().map(|c| with_beam(&grid, c.model.view(), &c.beam) + &c.residual).collect());
+    let restored = clock.time("restore", || channels.iter().map(|c| restored(&grid, c)).collect());
     let (mut models, mut residuals, mut sigmas, mut certificates) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for c in channels {
         models.push(c.model);
@@ -251,7 +306,7 @@ fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Re
         certificates.push(c.certificate);
     }
     let uncertainty = if sigmas.len() == models.len() {
-        let mut image = imager.image(sigmas, Kind::Model, &beams)?;
+        let mut image = of_brightness(imager.image(sigmas, Kind::Model, &beams)?);
         // A standard deviation has no pedestal.
         let pedestal = image.pedestal_k.take().unwrap_or(0.0);
         image.data -= pedestal;
@@ -260,9 +315,9 @@ fn products(imager: &Imager<'_>, channels: Vec<Channel>, mut clock: Clock) -> Re
         None
     };
     Ok(MemProducts {
-        model: imager.image(models, Kind::Model, &beams)?,
+        model: of_brightness(imager.image(models, Kind::Model, &beams)?),
         residual: imager.image(residuals, Kind::Residual, &beams)?,
-        restored: imager.image(restored, Kind::Restored, &beams)?,
+        restored: of_brightness(imager.image(restored, Kind::Restored, &beams)?),
         uncertainty,
         certificates,
         beams,

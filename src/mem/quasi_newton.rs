@@ -32,7 +32,7 @@ impl QuasiNewton {
         let m = course.multipliers;
         let mut d = match &o.beam {
             Some(beam) => {
-                let system = NewtonSystem::new(beam, point, o.residual(point, &m), &m)?;
+                let system = NewtonSystem::new((beam, o.chi2.response()), point, o.residual(point, &m), &m)?;
                 let (mut d, steps) = system.solve(-o.gradient(point, &m), course.steering.effort(chi2, kkt))?;
                 course.convolutions += steps;
                 let more = (0.5 * o.unit.sqrt()) as f32;
@@ -75,7 +75,15 @@ impl QuasiNewton {
             Zip::from(&mut out).and(&p.s).for_each(|o, s| *o = ((f64::from(*o) + beta) * 0.5 * f64::from(*s)) as f32);
             out
         };
-        let penalty = |p: &Point| side(p, &p.penalty_slope, m.beta + m.rho * o.excess(p));
+        let penalty = |p: &Point| {
+            let beta = m.beta + m.rho * o.excess(p);
+            if o.chi2.response().is_one() {
+                return side(p, &p.penalty_slope, beta);
+            }
+            let mut slope = p.penalty_slope.clone();
+            o.chi2.response().add_to(beta, &mut slope);
+            side(p, &slope, 0.0)
+        };
         let data = side(new, &new.slope, 0.0) - side(old, &old.slope, 0.0);
         self.memory.push(&new.s - &old.s, data, penalty(new) - penalty(old));
     }

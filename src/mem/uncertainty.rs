@@ -2,7 +2,8 @@
 //!
 //! With chi2 / 2 as minus the logarithm of the likelihood and R / lambda as that of the prior, the Hessian at the solution is H = A^T W A +
 //! diag(R'') / lambda, and the standard deviation of a pixel is the root of the diagonal of its inverse. The circulant approximation gives
-//! this as a function of the brightness I of the pixel. Random signs give it for the true Hessian. With n vectors of random signs the
+//! this as a function of the brightness I of the pixel and of the response of the elements there: where the response falls, the standard
+//! deviation grows to that of the prior. Random signs give it for the true Hessian. With n vectors of random signs the
 //! relative error is 1 / sqrt(2 n).
 //!
 //! # Reference
@@ -12,6 +13,7 @@ use super::beam::BeamHessian;
 use super::control::Effort;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point, brightness};
+use super::response::Response;
 use crate::Result;
 use crate::values::{by_text, need};
 use ndarray::{Array2, Zip};
@@ -73,16 +75,26 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
         Uncertainty::None => Ok(None),
         Uncertainty::Beam => {
             // The circulant gives some weight to spatial frequencies without data, which makes the map too small everywhere.
-            let probe = Probe::new(beam, point, m, 1)?.next(ROUGH)?;
+            let probe = Probe::new((beam, o.chi2.response()), point, m, 1)?.next(ROUGH)?;
             let mut true_sum = 0.0;
             Zip::from(&point.s).and(&probe).for_each(|s, p| true_sum += m.lambda * brightness(*s) * f64::from(*p));
             drop(probe);
-            // The variance of a pixel with x = I / (I R'') is lambda x times the mean over the spectrum of 1 / (1 + lambda x k).
+            // The variance of a pixel with x = I / (I R'') and the response r is lambda x times the mean over the spectrum of
+            // 1 / (1 + lambda x r^2 k).
             let x = |s: f32, e: f32| if s != 0.0 { m.lambda * brightness(s) / f64::from(e).max(1e-6) } else { 0.0 };
+            let ones;
+            let response = match o.chi2.response().plane() {
+                Some(plane) => plane.view(),
+                None => {
+                    ones = ndarray::arr2(&[[1.0_f32]]);
+                    ones.broadcast(point.s.dim()).ok_or_else(|| crate::ChainError::Internal("one number fills no image".into()))?
+                }
+            };
+            let seen = |x: f64, r: f32| x * f64::from(r * r);
             let scale = beam.diagonal();
             let (mut lo, mut hi) = (f64::INFINITY, 0.0_f64);
-            Zip::from(&point.s).and(&point.stiffness).for_each(|s, e| {
-                let x = x(*s, *e);
+            Zip::from(&point.s).and(&point.stiffness).and(&response).for_each(|s, e, r| {
+                let x = seen(x(*s, *e), *r);
                 if x > 0.0 {
                     (lo, hi) = (lo.min(x), hi.max(x));
                 }
@@ -95,10 +107,11 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
             let at = |k: usize| from + (to - from) * k as f64 / (TABLE - 1) as f64;
             let table: Vec<f64> = (0..TABLE).map(|k| beam.mean_damping(at(k).exp() * scale)).collect();
             let mut out = Array2::zeros(point.s.dim());
-            Zip::from(&mut out).and(&point.s).and(&point.stiffness).for_each(|o, s, e| {
+            Zip::from(&mut out).and(&point.s).and(&point.stiffness).and(&response).for_each(|o, s, e, r| {
                 let x = x(*s, *e);
                 if x > 0.0 {
-                    let place = ((x.ln() - from) / (to - from).max(1e-12)).clamp(0.0, 1.0) * (TABLE - 1) as f64;
+                    let place =
+                        ((seen(x, *r).max(f64::MIN_POSITIVE).ln() - from) / (to - from).max(1e-12)).clamp(0.0, 1.0) * (TABLE - 1) as f64;
                     let k = (place as usize).min(TABLE - 2);
                     let f = place - k as f64;
                     *o = (x * (table[k] * (1.0 - f) + table[k + 1] * f)).sqrt();
@@ -112,7 +125,7 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
         }
         Uncertainty::Probes(n) => {
             need("uncertainty", "0 probes", n > 0, "1 probe or more")?;
-            let mut probes = Probe::new(beam, point, m, seed)?;
+            let mut probes = Probe::new((beam, o.chi2.response()), point, m, seed)?;
             let mut sum = Array2::<f64>::zeros(point.s.dim());
             for _ in 0..n {
                 Zip::from(&mut sum).and(&probes.next(EXACT)?).for_each(|s, p| *s += f64::from(*p));
@@ -132,9 +145,9 @@ struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    fn new(beam: &'a BeamHessian, point: &'a Point, m: &Multipliers, seed: u64) -> Result<Self> {
+    fn new((beam, response): (&'a BeamHessian, &Response), point: &'a Point, m: &Multipliers, seed: u64) -> Result<Self> {
         let shape = point.s.dim();
-        let system = NewtonSystem::new(beam, point, Array2::zeros(shape), m)?;
+        let system = NewtonSystem::new((beam, response), point, Array2::zeros(shape), m)?;
         Ok(Self { system, rng: rand_chacha::ChaCha8Rng::seed_from_u64(seed), shape })
     }
 

@@ -88,7 +88,7 @@ impl Vtess {
         let expected = o.chi2.expected();
         let residual = o.residual(point, &m);
         let gj = in_s(point, &residual);
-        let system = NewtonSystem::new(beam, point, residual, &m)?;
+        let system = NewtonSystem::new((beam, o.chi2.response()), point, residual, &m)?;
         let (chi2, kkt) = (point.chi2 / expected, o.kkt(point, &m));
         let effort = course.steering.effort(chi2, kkt);
         let mut inner = 0;
@@ -103,7 +103,9 @@ impl Vtess {
         let mut beta = [0.0, 0.0];
         if o.flux.is_some() {
             // The flux reaches its value for every change of lambda.
-            let gf = in_s(point, &Array2::ones(point.s.dim()));
+            let mut ones = Array2::ones(point.s.dim());
+            o.chi2.response().multiply_single(&mut ones);
+            let gf = in_s(point, &ones);
             let df = solve(&gf)?;
             let ff = -dot(&gf, &df);
             if ff > 0.0 {

@@ -8,13 +8,14 @@ use super::method::Method;
 use super::noise::NoiseModel;
 use super::options::check;
 use super::pedestal::{self, Chosen};
-use super::sky::{SkyModel, apparent_plane, check_image, from_jy, nearest_channels, stokes_coefficient, unit_factor};
+use super::sky::{SkyModel, apparent_plane, check_image, from_jy, holds_intensity, nearest_channels, stokes_coefficient, unit_factor};
 use super::{ElementPattern, SimulateOptions};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{
-    Polarization, SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySink,
+    BrightnessUnit, Image, Polarization, SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader,
+    VisibilitySet, VisibilitySink,
 };
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::{Complex, Complex64};
@@ -87,7 +88,7 @@ const LARGEST: f64 = 1e19;
 
 impl<'a> Simulator<'a> {
     /// Check the header, the scene and the options. [`Simulator::header`] is then the header of the output: the given header with the
-    /// pedestal and a line of history.
+    /// pattern of the elements, the pedestal and a line of history.
     ///
     /// # Errors
     /// The scene is empty, an image has another frame than the set, a NaN or an unknown unit, a source is behind the horizon, an option is
@@ -95,6 +96,7 @@ impl<'a> Simulator<'a> {
     pub fn new(header: VisibilityHeader, sky: &'a SkyModel, options: &SimulateOptions, observer: &dyn Observer) -> Result<Self> {
         check(options)?;
         let pattern = options.pattern(&header.layout)?;
+        pattern.check_band(header.spectrum.range_hz())?;
         if sky.images.is_empty() && sky.sources.is_empty() {
             return Err(ChainError::NoData("the scene holds neither an image nor a source".into()));
         }
@@ -115,10 +117,13 @@ impl<'a> Simulator<'a> {
             .iter()
             .map(|c| sky.sources.iter().enumerate().map(|(k, s)| seen_from(s, k + 1, c)).collect())
             .collect::<Result<Vec<Vec<Seen>>>>()?;
-        let Chosen { pedestal_k, scene_pedestal_k } =
-            pedestal::choose(options.pedestal, sky, header.unit, &pattern, header.spectrum.mean_hz())?;
+        let Chosen { pedestal_k, scene_pedestal_k } = pedestal::choose(options.pedestal, sky, header.unit, &pattern)?;
         if let Some(t) = pedestal_k {
             observer.event(Event::Note(&format!("removed a pedestal of {t:.3} K from the scene; images add it back")));
+            if !pattern.is_none() {
+                let text = "the pedestal was removed before the pattern of the elements: no instrument measures such visibilities; leave the pedestal out";
+                observer.event(Event::Warning(text));
+            }
         }
         let noise = options.noise_options()?.map(|n| NoiseModel::new(&header, &n, &pattern)).transpose()?;
         let mut simulator = Self {
@@ -136,9 +141,11 @@ impl<'a> Simulator<'a> {
             n_vis: None,
             memory: MemoryBudget::default(),
         };
+        simulator.header.layout.pattern.clone_from(&simulator.pattern);
         simulator.header.pedestal_k = pedestal_k;
         simulator.header.scene_pedestal_k = scene_pedestal_k;
         simulator.header.scene_width_rad = sky.width_rad();
+        simulator.header.antenna_temperature_k = simulator.antenna_temperature_k();
         let line = simulator.history();
         simulator.header.history.push(line);
         Ok(simulator)
@@ -150,13 +157,29 @@ impl<'a> Simulator<'a> {
         &self.header
     }
 
+    /// The temperature that one element sees in the middle of the band, if a warm scene is observed in K sr through a pattern: its zero spacing
+    /// over the solid angle of the pattern, as an ideal measurement of total power gives it.
+    fn antenna_temperature_k(&self) -> Option<f64> {
+        let freq = self.header.spectrum.mean_hz();
+        let solid_angle = self.pattern.solid_angle_sr(freq)?;
+        let thermal = self.header.unit == VisUnit::KelvinSr && self.header.pedestal_k.is_none() && self.sky.sources.is_empty();
+        let intensity = |image: &Image| image.polarizations.iter().position(|p| holds_intensity(*p));
+        let images: Option<Vec<(&Image, usize)>> = self.sky.images.iter().map(|i| Some((i, intensity(i)?))).collect();
+        let images = images.filter(|i| thermal && !i.is_empty() && i.iter().all(|(i, _)| i.unit == BrightnessUnit::Kelvin))?;
+        let seen = images.into_iter().map(|(image, pol)| {
+            let chan = image.spectrum.n_chan() / 2;
+            apparent_plane(image, (chan, pol), &self.pattern, freq, 0.0, self.options.one_over_n).sum()
+        });
+        Some(seen.sum::<f64>() / solid_angle)
+    }
+
     fn history(&self) -> String {
         let o = &self.options;
         let mut line = format!("simulate: method {}", o.method.name());
         if o.method == Method::Degrid {
             line += &format!(", epsilon {:e}", o.epsilon);
         }
-        line += &format!(", w term {}, pattern {:?}, {} sub-channels", !o.no_w && o.method != Method::Mask, self.pattern, o.subchannels);
+        line += &format!(", w term {}, pattern {}, {} sub-channels", !o.no_w && o.method != Method::Mask, self.pattern, o.subchannels);
         line += &self.header.pedestal_k.map_or(", no pedestal".to_owned(), |t| format!(", pedestal {t} K"));
         line += &if self.noise.is_some() { format!(", noise seed {}", o.seed) } else { ", no noise".to_owned() };
         line
@@ -326,8 +349,7 @@ impl<'a> Simulator<'a> {
         let plane = &self.planes[k];
         let image = &self.sky.images[plane.image];
         let freq = self.header.spectrum.freq_hz()[plane.chans[0]];
-        let pedestal =
-            if self.header.pedestal_k.is_some() && image.unit == cittert_arrays::BrightnessUnit::Kelvin { self.pedestal_k } else { 0.0 };
+        let pedestal = if self.header.pedestal_k.is_some() && image.unit == BrightnessUnit::Kelvin { self.pedestal_k } else { 0.0 };
         let seen = apparent_plane(image, (plane.image_chan, plane.pol), &self.pattern, freq, pedestal, self.options.one_over_n);
         if seen.iter().all(|v| *v == 0.0) && self.options.method != Method::Mask {
             return Ok(Transform::Empty);
@@ -344,7 +366,7 @@ impl<'a> Simulator<'a> {
     }
 
     fn add_sources(&self, coverage: &UvCoverage, sum: &mut Array3<Complex64>) {
-        let (unit, pattern, sub) = (self.header.unit, self.pattern, self.options.subchannels);
+        let (unit, pattern, sub) = (self.header.unit, &self.pattern, self.options.subchannels);
         let freqs: Vec<f64> = self.freq_hz.iter().flatten().copied().collect();
         let terms = products(Polarization::I, &self.header.polarizations);
         // In method mask the sources are sampled like the image: at the centre of the cell and without w.
@@ -390,7 +412,7 @@ fn snapped_sources(
     vis
 }
 
-fn warn_beyond_horizon(image: &cittert_arrays::Image, observer: &dyn Observer) {
+fn warn_beyond_horizon(image: &Image, observer: &dyn Observer) {
     let grid = &image.grid;
     let hidden =
         image.data.indexed_iter().filter(|((_, _, r, c), v)| **v != 0.0 && n_minus_1(grid.l_at(*c as f64), grid.m_at(*r as f64)).is_none());

@@ -29,6 +29,7 @@ fn header(unit: VisUnit, spectrum: SpectralWindow, products: &[Polarization]) ->
         pedestal_k: None,
         scene_pedestal_k: None,
         scene_width_rad: None,
+        antenna_temperature_k: None,
         annotations: Default::default(),
         history: Vec::new(),
     }
@@ -151,7 +152,7 @@ fn sub_channels_smear_by_the_sinc_of_the_channel() {
 fn the_pattern_scales_images_and_sources_channel_by_channel() {
     let h = header(VisUnit::Jy, SpectralWindow::band(1e9, 4e8, 2).unwrap(), &[Polarization::I]);
     let rows = coverage(12, 20.0);
-    let pattern = ElementPattern::Airy { diameter_m: 3.0 };
+    let pattern = "airy diameter_m=3".parse::<ElementPattern>().unwrap();
     let mut image = scene(32, 4e-3, BrightnessUnit::JyPerPixel, |_, _| 0.0);
     image.data[[0, 0, 20, 25]] = 1.5;
     let (l, m) = (image.grid.l_at(25.0), image.grid.m_at(20.0));

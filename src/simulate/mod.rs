@@ -14,7 +14,6 @@
 mod analytic;
 mod degrid;
 pub mod dft;
-pub mod element;
 mod engine;
 #[cfg(test)]
 mod engine_tests;
@@ -22,12 +21,13 @@ pub mod mask;
 mod method;
 pub mod noise;
 pub mod options;
+#[cfg(test)]
+mod pattern_tests;
 pub mod pedestal;
 mod phasor;
 mod sky;
 
-pub use cittert_arrays::jy_per_kelvin_sr;
-pub use element::ElementPattern;
+pub use cittert_arrays::{ElementPattern, jy_per_kelvin_sr};
 pub use engine::{Simulator, Summary, simulate_set};
 pub use mask::UvMask;
 pub use method::Method;

@@ -6,11 +6,11 @@
 //! sigma = sqrt(Tsys1 Tsys2 / (2 B t)) lambda^2 / A_e / eta_c = sqrt(Tsys1 Tsys2 / (2 B t)) Omega_A / eta_c,
 //! as the effective area and the solid angle of an antenna obey A_e Omega_A = lambda^2.
 
-use super::element::ElementPattern;
 use super::sky::from_jy;
 use crate::random::stream;
 use crate::values::need;
 use crate::{ChainError, Result};
+use cittert_arrays::ElementPattern;
 use cittert_arrays::{
     Antenna, BOLTZMANN_J_PER_K, Polarization, SPEED_OF_LIGHT_M_S, Sensitivity, VisUnit, VisibilityBlock, VisibilityHeader,
 };
@@ -197,6 +197,7 @@ mod tests {
             pedestal_k: None,
             scene_pedestal_k: None,
             scene_width_rad: None,
+            antenna_temperature_k: None,
             annotations: Default::default(),
             history: Vec::new(),
         }

@@ -5,6 +5,7 @@ use super::{ElementPattern, Method, NoiseOptions, Pedestal};
 use crate::values::{bad_value, by_text, need, word_or_quantity};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::astrometry::parse_utc;
+use cittert_arrays::pattern::{Airy, CosPower, Gaussian};
 use cittert_arrays::quantity::{Angle, Duration, FluxDensity, Frequency, Length, Temperature};
 use cittert_arrays::{
     ArrayError, ArrayLayout, CoveragePlan, LayoutFrame, PhaseCenter, Polarization, Sensitivity, Site, SpectralWindow, Track, VisUnit,
@@ -12,6 +13,7 @@ use cittert_arrays::{
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// The band of the receiver and its channels.
@@ -175,16 +177,21 @@ pub struct SimulateOptions {
     /// Number of frequencies that are averaged in each channel. More than 1 gives bandwidth smearing.
     #[cfg_attr(feature = "cli", arg(long, value_name = "N", default_value_t = SimulateOptions::default().subchannels))]
     pub subchannels: usize,
-    /// Power pattern of each element: none, airy (of the given diameter or that of the layout), gaussian (of the given width) or cos^N.
+    /// Power pattern of each element: layout (the one that the layout states, if any), none, airy (of the given diameter or that of the antennas),
+    /// gaussian (of the given width) or cos^N.
     #[cfg_attr(feature = "cli", arg(long, value_name = "KIND", default_value_t = SimulateOptions::default().element))]
     pub element: Element,
+    /// File with the power pattern of each element, in place of that of the layout: CSV, FITS table or beam file of pyuvdata.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE"))]
+    pub element_file: Option<PathBuf>,
     /// Diameter of an airy element.
     #[cfg_attr(feature = "cli", arg(long, value_name = "LENGTH"))]
     pub element_diameter: Option<Length>,
     /// Full width at half maximum of a gaussian element.
     #[cfg_attr(feature = "cli", arg(long, value_name = "ANGLE"))]
     pub element_width: Option<Angle>,
-    /// Constant that is subtracted from a scene in kelvin before the transform: auto, none or a temperature.
+    /// Constant that is subtracted from a scene in kelvin before the transform: auto (the mean of a warm scene, but nothing from elements with a
+    /// pattern), none or a temperature.
     #[cfg_attr(feature = "cli", arg(long, value_name = "auto|none|TEMP", default_value_t = SimulateOptions::default().pedestal))]
     pub pedestal: Pedestal,
     /// Leave out the w term. Method mask never has it.
@@ -224,7 +231,8 @@ impl Default for SimulateOptions {
             method: Method::Degrid,
             epsilon: 1e-7,
             subchannels: 1,
-            element: Element::None,
+            element: Element::Layout,
+            element_file: None,
             element_diameter: None,
             element_width: None,
             pedestal: Pedestal::Auto,
@@ -242,20 +250,25 @@ impl Default for SimulateOptions {
 }
 
 impl SimulateOptions {
-    /// The power pattern of the elements of a layout.
+    /// The power pattern of the elements of a layout. The pattern of an element file stands in the layout.
     ///
     /// # Errors
-    /// A gaussian element without a width, an airy one without a diameter here and in the layout, numbers out of range.
+    /// A gaussian element without a width, an airy one without a diameter here and in the layout, numbers out of range, an element file beside
+    /// another element.
     pub fn pattern(&self, layout: &ArrayLayout) -> Result<ElementPattern> {
         let pattern = match (self.element, self.element_diameter, self.element_width) {
+            (Element::Layout, _, _) => layout.pattern.clone(),
             (Element::None, _, _) => ElementPattern::None,
-            (Element::Airy, Some(d), _) => ElementPattern::Airy { diameter_m: d.si() },
-            (Element::Airy, None, _) => ElementPattern::airy_of(layout)?,
-            (Element::Gaussian, _, Some(w)) => ElementPattern::Gaussian { fwhm_rad: w.si(), ref_freq_hz: None },
+            (Element::Airy, Some(d), _) => ElementPattern::Airy(Airy { diameter_m: d.si(), blockage: 0.0 }),
+            (Element::Airy, None, _) => ElementPattern::Airy(Airy { diameter_m: layout.shared_diameter_m()?, blockage: 0.0 }),
+            (Element::Gaussian, _, Some(w)) => ElementPattern::Gaussian(Gaussian { fwhm_rad: w.si(), ref_freq_hz: None }),
             (Element::Gaussian, _, None) => return bad_value("element-width", "missing", "an angle, the width of the gaussian element"),
-            (Element::CosPower(exponent), _, _) => ElementPattern::CosPower { exponent },
+            (Element::CosPower(exponent), _, _) => ElementPattern::CosPower(CosPower { exponent }),
         };
         pattern.check()?;
+        let file = self.element_file.as_ref().map_or(String::new(), |f| f.display().to_string());
+        let unused = self.element_file.is_some() && self.element != Element::Layout;
+        need("element-file", file, !unused, "no file, or the element layout, whose pattern it replaces")?;
         let diameter = self.element_diameter.map_or(String::new(), |d| d.to_string());
         let unused = self.element_diameter.is_some() && self.element != Element::Airy;
         need("element-diameter", diameter, !unused, "no diameter, or the element airy, which alone uses it")?;
@@ -290,6 +303,7 @@ impl SimulateOptions {
             pedestal_k: None,
             scene_pedestal_k: None,
             scene_width_rad: None,
+            antenna_temperature_k: None,
             annotations: Default::default(),
             history: Vec::new(),
         }
@@ -329,6 +343,8 @@ impl DataUnit {
 /// Kind of the power pattern of each element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Element {
+    /// The pattern that the layout states, or none.
+    Layout,
     /// 1 everywhere in front of the array.
     None,
     /// A uniformly lit circular aperture.
@@ -338,11 +354,12 @@ pub enum Element {
     /// cos(theta) to this power.
     CosPower(f64),
 }
-by_text!(Element, "string", "none, airy, gaussian, or cos^N such as \"cos^2\".");
+by_text!(Element, "string", "layout, none, airy, gaussian, or cos^N such as \"cos^2\".");
 
 impl fmt::Display for Element {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Layout => f.write_str("layout"),
             Self::None => f.write_str("none"),
             Self::Airy => f.write_str("airy"),
             Self::Gaussian => f.write_str("gaussian"),
@@ -356,12 +373,13 @@ impl FromStr for Element {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         match text {
+            "layout" => Ok(Self::Layout),
             "none" => Ok(Self::None),
             "airy" => Ok(Self::Airy),
             "gaussian" => Ok(Self::Gaussian),
             _ => match text.strip_prefix("cos^").and_then(|n| n.parse().ok()) {
                 Some(n) => Ok(Self::CosPower(n)),
-                None => Err(format!("{text:?} is not an element: use none, airy, gaussian or cos^N such as cos^2")),
+                None => Err(format!("{text:?} is not an element: use layout, none, airy, gaussian or cos^N such as cos^2")),
             },
         }
     }

@@ -1,20 +1,21 @@
 //! The pedestal: a constant brightness temperature that is subtracted from the scene before the transform.
 //!
 //! An interferometer does not measure the zero spacing, so a warm background only adds the side lobes of a bright square. The header records the
-//! constant, and the images add it back.
+//! constant, and the images add it back. Elements with a pattern see no such square: the pattern ends their field, and a constant that is taken
+//! away before the pattern leaves visibilities that no instrument measures. Nothing is subtracted then, unless a temperature is given.
 
 use super::dft::n_minus_1;
-use super::element::ElementPattern;
 use super::sky::{SkyModel, holds_intensity};
 use crate::Result;
 use crate::values::need;
+use cittert_arrays::ElementPattern;
 use cittert_arrays::quantity::Temperature;
 use cittert_arrays::{BrightnessUnit, Image, VisUnit};
 
 /// The constant that is subtracted from a scene in kelvin.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Pedestal {
-    /// The mean of the scene weighted with the element pattern if the background is warm, otherwise nothing.
+    /// The mean of the scene if its background is warm and the elements have no pattern, otherwise nothing.
     #[default]
     Auto,
     /// Nothing.
@@ -31,7 +32,7 @@ const WARM: f64 = 0.1;
 pub(crate) struct Chosen {
     /// The constant that is subtracted, K.
     pub(crate) pedestal_k: Option<f64>,
-    /// The mean of the scene if its background is warm, otherwise 0, K. `None` if the scene is not an image in kelvin.
+    /// The mean of the scene if its background is warm and the elements have no pattern, otherwise 0, K. `None` if the scene is not an image in kelvin.
     pub(crate) scene_pedestal_k: Option<f64>,
 }
 
@@ -39,10 +40,10 @@ pub(crate) struct Chosen {
 ///
 /// # Errors
 /// The temperature is not finite, or a temperature is given but the scene or the set is not in kelvin.
-pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &ElementPattern, freq_hz: f64) -> Result<Chosen> {
+pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &ElementPattern) -> Result<Chosen> {
     let warm: Vec<&Image> = sky.images.iter().filter(|i| i.unit == BrightnessUnit::Kelvin).collect();
     let fits = unit == VisUnit::KelvinSr && warm.len() == 1;
-    let mean = warm.first().filter(|_| fits).and_then(|image| mean_if_warm(image, pattern, freq_hz));
+    let mean = warm.first().filter(|_| fits && pattern.is_none()).and_then(|image| mean_if_warm(image));
     let scene_pedestal_k = fits.then(|| mean.unwrap_or(0.0));
     let pedestal_k = match choice {
         Pedestal::None => None,
@@ -56,8 +57,8 @@ pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &
     Ok(Chosen { pedestal_k, scene_pedestal_k })
 }
 
-/// Mean over the frame with the weights pattern / n. The zero spacing of the rest of the scene is then 0.
-fn mean_if_warm(image: &Image, pattern: &ElementPattern, freq_hz: f64) -> Option<f64> {
+/// Mean over the frame with the weights 1 / n. The zero spacing of the rest of the scene is then 0.
+fn mean_if_warm(image: &Image) -> Option<f64> {
     let pol = image.polarizations.iter().position(|p| holds_intensity(*p))?;
     let (mut sum, mut weight, mut values) = (0.0, 0.0, Vec::with_capacity(image.grid.n_l * image.grid.n_m));
     for chan in 0..image.spectrum.n_chan() {
@@ -65,7 +66,7 @@ fn mean_if_warm(image: &Image, pattern: &ElementPattern, freq_hz: f64) -> Option
         for ((row, column), t) in image.plane(chan, pol).indexed_iter() {
             let (l, m) = (image.grid.l_at(column as f64), image.grid.m_at(row as f64));
             if let Some(n) = n_minus_1(l, m).map(|x| x + 1.0).filter(|n| *n > 0.0) {
-                let w = pattern.power(l, m, freq_hz) / n;
+                let w = 1.0 / n;
                 sum += w * t;
                 weight += w;
                 values.push(*t);
@@ -94,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_warm_background_gives_its_mean_and_a_cold_one_nothing() {
-        let both = |choice, sky: &SkyModel, unit| choose(choice, sky, unit, &ElementPattern::None, 94e9);
+        let both = |choice, sky: &SkyModel, unit| choose(choice, sky, unit, &ElementPattern::None);
         let go = |choice, sky: &SkyModel, unit| both(choice, sky, unit).map(|c| c.pedestal_k);
         let t = go(Pedestal::Auto, &scene(250.0), VisUnit::KelvinSr).unwrap().unwrap();
         assert!((t - 251.0).abs() < 1e-3, "{t}");
@@ -108,6 +109,9 @@ mod tests {
         assert_eq!(go(Pedestal::None, &scene(250.0), VisUnit::KelvinSr).unwrap(), None);
         assert_eq!(go(Pedestal::Kelvin(Temperature(200.0)), &scene(250.0), VisUnit::KelvinSr).unwrap(), Some(200.0));
         assert!(go(Pedestal::Kelvin(Temperature(200.0)), &scene(250.0), VisUnit::Jy).is_err());
+        let pattern: ElementPattern = "gaussian fwhm_deg=0.2".parse().unwrap();
+        let seen = choose(Pedestal::Auto, &scene(250.0), VisUnit::KelvinSr, &pattern).unwrap();
+        assert_eq!(seen, Chosen { pedestal_k: None, scene_pedestal_k: Some(0.0) }, "nothing is subtracted before a pattern");
         assert!(go(Pedestal::Kelvin(Temperature(f64::NAN)), &scene(250.0), VisUnit::KelvinSr).is_err());
     }
 }

@@ -1,8 +1,8 @@
 //! The scene: its checks and its conversion to the unit of the visibilities.
 
 use super::dft::n_minus_1;
-use super::element::ElementPattern;
 use crate::{ChainError, Result};
+use cittert_arrays::ElementPattern;
 use cittert_arrays::{
     BrightnessUnit, Image, PhaseCenter, Polarization, SkyFrame, SkyGrid, Source, SpectralWindow, VisUnit, jy_per_kelvin_sr,
 };
@@ -187,7 +187,8 @@ pub(crate) fn apparent_plane(
             BrightnessUnit::JyPerBeam => value / beam_cells,
             _ => value,
         };
-        if cell == 0.0 { 0.0 } else { cell * pattern.power(l, m, freq_hz) }
+        // An image that contains a pattern already is what the elements see.
+        if cell == 0.0 || !image.pattern.is_none() { cell } else { cell * pattern.power(l, m, freq_hz) }
     })
 }
 

@@ -198,7 +198,8 @@ fn subset(set: &VisibilitySet, chosen: &[usize]) -> Result<VisibilitySet> {
         from.nsamples.select(Axis(0), &rows),
     )?;
     let antennas = chosen.iter().map(|k| header.layout.antennas()[*k].clone()).collect();
-    let layout = ArrayLayout::new(header.layout.name.clone(), header.layout.frame, antennas)?;
+    let mut layout = ArrayLayout::new(header.layout.name.clone(), header.layout.frame, antennas)?;
+    layout.pattern.clone_from(&header.layout.pattern);
     Ok(VisibilitySet::new(VisibilityHeader { layout, ..header.clone() }, data)?)
 }
 

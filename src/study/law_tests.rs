@@ -35,6 +35,7 @@ pub(super) fn base(n_ant: u32, size: usize) -> Arc<Base> {
         pedestal_k: None,
         scene_pedestal_k: None,
         scene_width_rad: None,
+        antenna_temperature_k: None,
         annotations: Default::default(),
         history: Vec::new(),
     };

@@ -33,9 +33,24 @@ const STUDY: [Pair; 6] = [
 /// Keys of sections that are no options: files and points of a scene.
 const NO_OPTIONS: [&str; 2] = ["file", "points"];
 
-/// Options of commands that no section has: inputs and outputs, and the seed, which belongs to the whole file.
-const OF_THE_CALL: [&str; 12] =
-    ["layout", "scene", "output", "overwrite", "column", "log", "startmod", "gains", "config", "help", "version", "seed"];
+/// Options of commands that no section has: inputs and outputs, images beside those that are compared with the scene, and the seed, which belongs to
+/// the whole file.
+const OF_THE_CALL: [&str; 14] = [
+    "layout",
+    "scene",
+    "output",
+    "overwrite",
+    "column",
+    "log",
+    "startmod",
+    "gains",
+    "config",
+    "help",
+    "version",
+    "seed",
+    "pbcor",
+    "pbcor-limit",
+];
 
 fn command(name: &str) -> Command {
     let mut all = cittert::cli::command();

@@ -120,6 +120,7 @@ impl Case {
             pedestal_k: None,
             scene_pedestal_k: None,
             scene_width_rad: None,
+            antenna_temperature_k: None,
             annotations: Default::default(),
             history: Vec::new(),
         };

@@ -57,6 +57,16 @@ const LINES: &[Line] = &[
     prefix("compare d.fits t.fits --fidelity o.fits", &["d.fits", "t.fits"], &["o.fits"]),
     direct("enhance d.fits --steps median --truth t.fits -o @", &["d.fits", "t.fits"]),
     prefix("enhance d.fits --steps median --truth t.fits -o o.fits", &["d.fits", "t.fits"], &["o.png"]),
+    prefix(
+        "sensor d.fits --aperture circle=1m --truth t.fits -o o",
+        &["d.fits", "t.fits"],
+        &["o-image.fits", "o-psf.fits", "o-mtf.csv", "o-report.html"],
+    ),
+    prefix(
+        "sensor d.fits --aperture circle=1m --beside t.fits -o o",
+        &["d.fits", "t.fits"],
+        &["o-nedt.fits", "o-ensquared.csv", "o-psf.png"],
+    ),
     prefix("plot d.fits --like t.fits -o o.png", &["d.fits", "t.fits"], &["o.png"]),
     prefix("plot g.calh5 --truth g.calh5 -o o.pdf", &["g.calh5"], &["o.pdf"]),
     prefix("plot v.uvh5 --what model --model s.csv -o o.png", &["v.uvh5", "s.csv"], &["o.png"]),
@@ -69,6 +79,8 @@ const LINES: &[Line] = &[
     direct("scene convert b.toml @", &["b.toml"]),
     direct("scene sky --atmosphere a.csv --freq 94GHz --plot @", &["a.csv"]),
     direct("scene path --atmosphere a.csv --freq 94GHz --observer 1km --plot @", &["a.csv"]),
+    direct("film f.toml --size 8 --frames 1 --sensor n.toml -o @", &["f.toml", "b.toml", "n.toml"]),
+    prefix("film f.toml --size 24 --rates 5 --tsys 500K -o o.csv", &["f.toml", "b.toml"], &["o.csv", "o.png"]),
     direct("run c.toml -o @", &["c.toml", "s.csv", "l.toml"]),
     direct("study u.toml -o @", &["u.toml", "s.csv", "l.toml"]),
 ];
@@ -99,6 +111,9 @@ fn scratch() -> Scratch {
     s.write("a.csv", "z_km,p_hpa,t_k,e_hpa\n0,1013,288,10\n5,540,256,2\n10,265,223,0.1\n20,55,217,0.01\n");
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("phenomenology/scenes/airport.toml");
     s.write("b.toml", std::fs::read(scene).unwrap());
+    s.write("n.toml", "[pupil]\naperture = \"circle=1m\"\n");
+    let key = |t: usize| format!("[[key]]\ntime_s = {t}\nposition_m = [-180, -230, {}]\nlook_at_m = [0, 60, 0]\n", 110 - t);
+    s.write("f.toml", format!("scene = \"b.toml\"\nframes_per_second = 5\n{}{}", key(0), key(1)));
     std::fs::create_dir(s.path("sub")).unwrap();
     s
 }

@@ -57,6 +57,7 @@ fn a_pipe_is_refused_wherever_a_file_is_expected() {
         "study piped.toml -o out",
         "study points.toml -o folder",
         "scene fly p.toml -o listed --overwrite",
+        "film p.toml -o f.png",
         "predict v.uvh5 --model s.csv --into model -o v.uvh5 --overwrite",
         "predict v.uvh5 --model p -o w.uvh5",
         "applycal v.uvh5 p -o w.uvh5",

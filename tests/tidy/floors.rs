@@ -7,10 +7,10 @@ use crate::ties::{Ties, ties};
 const FLOORS: &[&[&str]] = &[
     &["cli"],
     &["study", "plot"],
-    &["verdict", "design"],
+    &["verdict", "design", "display"],
     &["calibrate"],
     &["closure_imaging", "mem"],
-    &["imaging", "enhance"],
+    &["imaging", "enhance", "sensor"],
     &["deconvolve"],
     &["corrupt"],
     &["simulate"],

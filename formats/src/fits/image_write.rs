@@ -158,6 +158,9 @@ fn header<P>(path: &Path, image: &Image<P>, options: ImageOptions) -> Result<Hea
     if let Some(pedestal) = image.pedestal_k {
         h.real("CITPEDST", pedestal, "K, removed before imaging and added back");
     }
+    if !image.pattern.is_none() {
+        h.text("CITPATT", &image.pattern.to_string(), "");
+    }
     h.text("ORIGIN", "cittert", "");
     h.history(&image.history);
     Ok(h)

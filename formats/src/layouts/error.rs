@@ -79,4 +79,6 @@ pub struct ReadContext {
     pub name: String,
     /// Site for formats that hold none; it replaces the site that the text names.
     pub site: Option<Site>,
+    /// Folder of the file, in which files that the text names are looked for. Without a folder they are refused.
+    pub folder: Option<PathBuf>,
 }

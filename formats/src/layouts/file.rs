@@ -53,7 +53,7 @@ fn read_file(path: &Path, site: Option<Site>) -> Result<ArrayLayout> {
     let text = read_text(path)?;
     let format = sniff_layout(&text, &extension_of(path))?;
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-    let mut context = ReadContext { name: stem, site };
+    let mut context = ReadContext { name: stem, site, folder: path.parent().map(Path::to_path_buf) };
     if format.name() == oskar::NAME {
         if context.name == "layout"
             && let Some(folder) = path.parent().and_then(Path::file_name)

@@ -2,6 +2,7 @@
 
 use super::error::{LayoutError, ReadContext, Result};
 use crate::format::{Label, LayoutFormat};
+use crate::patterns::read_pattern;
 use cittert_arrays::{ArrayError, ArrayLayout, LayoutFrame};
 
 pub(crate) struct Native;
@@ -24,13 +25,21 @@ impl LayoutFormat for Native {
     }
 
     fn read(&self, text: &str, context: &ReadContext) -> Result<ArrayLayout> {
-        let layout = ArrayLayout::from_toml(text).map_err(|e| match e {
+        // A pattern may stand in a file beside the layout.
+        let read = match &context.folder {
+            None => ArrayLayout::from_toml(text),
+            Some(folder) => {
+                let beside = |file: &str| read_pattern(&folder.join(file)).map_err(|e| ArrayError::Parse(e.to_string()));
+                ArrayLayout::from_toml_with(text, &beside)
+            }
+        };
+        let layout = read.map_err(|e| match e {
             ArrayError::Parse(fault) => LayoutError::Missing(format!("expected TOML as in the page on layouts, found this: {fault}")),
             other => other.into(),
         })?;
         let Some(site) = context.site.filter(|_| layout.site().is_some()) else { return Ok(layout) };
         let mut moved = ArrayLayout::new(layout.name.clone(), LayoutFrame::EastNorthUp(site), layout.antennas().to_vec())?;
-        (moved.source, moved.aperture_m) = (layout.source, layout.aperture_m);
+        (moved.source, moved.aperture_m, moved.pattern) = (layout.source, layout.aperture_m, layout.pattern);
         Ok(moved)
     }
 

@@ -10,7 +10,7 @@ fn shared() -> PathBuf {
 }
 
 fn context(name: &str) -> ReadContext {
-    ReadContext { name: name.into(), site: None }
+    ReadContext { name: name.into(), site: None, folder: None }
 }
 
 fn sample(frame: LayoutFrame) -> ArrayLayout {
@@ -159,7 +159,7 @@ fn utm_coordinates_become_places() {
 #[test]
 fn miriad_units_and_axes_follow_baseunit() {
     let site = Site { latitude_rad: 0.5, longitude_rad: 0.0, altitude_m: 0.0 };
-    let with_site = ReadContext { name: "m".into(), site: Some(site) };
+    let with_site = ReadContext { name: "m".into(), site: Some(site), folder: None };
     // 10 ns of light time along y are 2.998 m east in either system.
     let equatorial = sniff_layout("0 10 0\n1 0 0\n", "ant").unwrap().read("0 10 0\n1 0 0\n", &with_site).unwrap();
     let east = equatorial.antennas()[0].position_m;

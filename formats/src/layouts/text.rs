@@ -132,6 +132,7 @@ pub(super) fn lost(layout: &ArrayLayout, keeps: Keeps) -> Vec<String> {
     say(!keeps.errors && antennas.iter().any(|a| a.position_error_m.is_some()), "the position errors");
     say(layout.source.is_some(), "the source of the positions");
     say(layout.aperture_m.is_some(), "the aperture of the design");
+    say(!layout.pattern.is_none(), "the pattern of the elements");
     say(!keeps.exact_site && layout.site().is_some(), "the site as a reference point (positions become geocentric)");
     say(keeps.exact_site && layout.site().is_none(), "the boresight frame for other programs (they take x, y, z for east, north, up)");
     lost

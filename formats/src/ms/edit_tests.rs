@@ -26,6 +26,7 @@ fn set() -> VisibilitySet {
         pedestal_k: None,
         scene_pedestal_k: None,
         scene_width_rad: None,
+        antenna_temperature_k: None,
         annotations: Default::default(),
         history: vec!["first".into()],
     };

@@ -61,9 +61,17 @@ impl Plan {
         if let Some(pedestal) = header.pedestal_k {
             notes.push(format!("a constant {pedestal} K was removed from the scene before; images of this set lack it"));
         }
+        notes.extend(pattern_without_a_line(header));
         let antenna_rows = antenna_rows(header, &mut notes);
         Ok(Self { products, weight_factor, windows: windows(header.spectrum.spw()), factor, unit, antenna_rows, notes })
     }
+}
+
+/// What is lost of a pattern of the elements that has no line of text.
+fn pattern_without_a_line(header: &VisibilityHeader) -> Option<String> {
+    let pattern = &header.layout.pattern;
+    let lost = !pattern.is_none() && pattern.parameters().is_none();
+    lost.then(|| "the pattern of the elements is a table of samples, which this format does not hold: keep it in UVH5".into())
 }
 
 fn products(path: &Path, have: &[Polarization], notes: &mut Vec<String>) -> Result<(Vec<Product>, f64)> {

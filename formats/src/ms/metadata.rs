@@ -146,6 +146,7 @@ pub(super) fn array(ms: &Path, own: &Own, from_importuvfits: bool) -> Result<Arr
     let frame = if own.boresight { LayoutFrame::Boresight } else { LayoutFrame::EastNorthUp(site) };
     let name = own.layout.clone().unwrap_or_else(|| telescope.clone());
     let mut layout = ArrayLayout::from_data(name, frame, antennas).map_err(|e| FormatError::values(&t.path, e))?;
+    layout.pattern.clone_from(&own.pattern);
     layout.source.clone_from(&own.source);
     let mounts = match t.column_ndim("MOUNT", Kind::String)? {
         Some(_) => real.iter().map(|r| t.get_text("MOUNT", *r, 0)).collect::<Result<Vec<_>>>()?,

@@ -3,7 +3,7 @@
 use super::keywords::Place;
 use super::table::Table;
 use crate::Result;
-use cittert_arrays::{VisUnit, VisibilityHeader};
+use cittert_arrays::{ElementPattern, VisUnit, VisibilityHeader};
 
 const FRAME: &str = "cittert_frame";
 const BORESIGHT: &str = "boresight";
@@ -13,10 +13,14 @@ const INSTRUMENT: &str = "cittert_instrument";
 const PEDESTAL: &str = "pedestal_k";
 const SCENE_PEDESTAL: &str = "scene_pedestal_k";
 const SCENE_WIDTH: &str = "scene_width_rad";
+/// The power pattern of the elements, as in UVH5.
+const PATTERN: &str = "element_pattern";
+const ANTENNA_TEMPERATURE: &str = "antenna_temperature_k";
 const WEIGHT_SCALE: &str = "cittert_weight_scale";
 
 /// All of these keywords.
-pub(super) const KEYWORDS: [&str; 8] = [FRAME, LAYOUT, SOURCE, INSTRUMENT, PEDESTAL, SCENE_PEDESTAL, SCENE_WIDTH, WEIGHT_SCALE];
+pub(super) const KEYWORDS: [&str; 10] =
+    [ANTENNA_TEMPERATURE, FRAME, LAYOUT, SOURCE, INSTRUMENT, PATTERN, PEDESTAL, SCENE_PEDESTAL, SCENE_WIDTH, WEIGHT_SCALE];
 
 /// The values of these keywords.
 #[derive(Debug, Default, Clone, PartialEq)]
@@ -28,6 +32,8 @@ pub(super) struct Own {
     pub(super) pedestal_k: Option<f64>,
     pub(super) scene_pedestal_k: Option<f64>,
     pub(super) scene_width_rad: Option<f64>,
+    pub(super) pattern: ElementPattern,
+    pub(super) antenna_temperature_k: Option<f64>,
     /// Weights of the file divided by weights of the data.
     pub(super) weight_scale: Option<f64>,
 }
@@ -47,11 +53,20 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
     if !header.instrument.is_empty() && header.instrument != header.telescope {
         text(INSTRUMENT, &header.instrument)?;
     }
+    if header.layout.pattern.parameters().is_some() {
+        text(PATTERN, &header.layout.pattern.to_string())?;
+    }
     if header.unit != VisUnit::Uncalibrated {
         // The name in pyuvdata of the convention that Stokes I is half the sum of the parallel hands.
         text("pyuvdata_polconv", "avg")?;
     }
-    for (key, value) in [(PEDESTAL, header.pedestal_k), (SCENE_PEDESTAL, header.scene_pedestal_k), (SCENE_WIDTH, header.scene_width_rad)] {
+    let numbers = [
+        (PEDESTAL, header.pedestal_k),
+        (SCENE_PEDESTAL, header.scene_pedestal_k),
+        (SCENE_WIDTH, header.scene_width_rad),
+        (ANTENNA_TEMPERATURE, header.antenna_temperature_k),
+    ];
+    for (key, value) in numbers {
         if let Some(value) = value {
             main.put_keyword_value(Place::table(key), value)?;
         }
@@ -69,12 +84,15 @@ pub(super) fn read(main: &Table) -> Result<Own> {
     let text = |key: &str| main.keyword_text(Place::table(key), 0);
     Ok(Own {
         boresight: text(FRAME)?.as_deref() == Some(BORESIGHT),
+        // A keyword that another program has changed is no reason to refuse the set.
+        pattern: text(PATTERN)?.and_then(|t| t.parse().ok()).unwrap_or_default(),
         layout: text(LAYOUT)?,
         source: text(SOURCE)?,
         instrument: text(INSTRUMENT)?,
         pedestal_k: main.keyword_number(Place::table(PEDESTAL), 0)?.filter(|p| p.is_finite()),
         scene_pedestal_k: main.keyword_number(Place::table(SCENE_PEDESTAL), 0)?.filter(|p| p.is_finite()),
         scene_width_rad: main.keyword_number(Place::table(SCENE_WIDTH), 0)?.filter(|w| w.is_finite() && *w > 0.0),
+        antenna_temperature_k: main.keyword_number(Place::table(ANTENNA_TEMPERATURE), 0)?.filter(|t| t.is_finite()),
         weight_scale: main.keyword_number(Place::table(WEIGHT_SCALE), 0)?.filter(|s| s.is_finite() && *s > 0.0),
     })
 }

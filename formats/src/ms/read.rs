@@ -90,6 +90,7 @@ impl MsSource {
             annotations: array.annotate(annotations::read(path, &main)?),
             pedestal_k: own.pedestal_k,
             scene_pedestal_k: own.scene_pedestal_k,
+            antenna_temperature_k: own.antenna_temperature_k,
             scene_width_rad: own.scene_width_rad,
             history: history.lines,
         };

@@ -149,6 +149,9 @@ fn units(header: &VisibilityHeader, notes: &mut Vec<String>) -> (Vec<f64>, &'sta
     if let Some(pedestal) = header.pedestal_k {
         notes.push(format!("a constant of {pedestal} K was removed from the scene before the transform; images of this file lack it"));
     }
+    if !header.layout.pattern.is_none() && header.layout.pattern.parameters().is_none() {
+        notes.push("the pattern of the elements is a table of samples, which UVFITS does not hold: keep it in UVH5".into());
+    }
     let n = header.spectrum.n_chan();
     match header.unit {
         VisUnit::Jy => (vec![1.0; n], "Jy"),

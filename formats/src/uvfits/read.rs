@@ -97,7 +97,9 @@ impl UvfitsReader {
         input.read_some(&mut vec![0; padding(bytes) as usize])?;
         let tables = Tables::read(&mut input)?;
         let an = tables.an.ok_or_else(|| FormatError::malformed(path, "extensions", "an AIPS AN table (antennas)", "none"))?;
-        let layout = antennas::read(&an, &primary)?;
+        let mut layout = antennas::read(&an, &primary)?;
+        // A card that another program has changed is no reason to refuse the set.
+        layout.pattern = primary.text("CITPATT").and_then(|t| t.parse().ok()).unwrap_or_default();
         let su = tables.su.as_ref().filter(|_| parameters.source.is_some());
         let phase_centers = phase::read(&primary, &axes, su)?;
         let text = |key: &str| primary.text(key).unwrap_or("").to_string();
@@ -110,6 +112,7 @@ impl UvfitsReader {
             pedestal_k: primary.real("CITPEDST"),
             scene_pedestal_k: primary.real("CITSCPED"),
             scene_width_rad: primary.real("CITSCWID").filter(|w| *w > 0.0),
+            antenna_temperature_k: primary.real("CITTANT"),
             annotations: annotations::read(&primary, &an),
             history: primary.history.clone(),
             phase_centers,

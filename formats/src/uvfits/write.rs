@@ -168,6 +168,12 @@ impl UvfitsWriter {
         if let Some(width) = self.header.scene_width_rad {
             h.real("CITSCWID", width, "rad, width of the simulated scene");
         }
+        if let Some(seen) = self.header.antenna_temperature_k {
+            h.real("CITTANT", seen, "K, antenna temperature by total power");
+        }
+        if self.header.layout.pattern.parameters().is_some() {
+            h.text("CITPATT", &self.header.layout.pattern.to_string(), "");
+        }
         annotations::write(&mut h, &self.header.annotations);
         h.history(&self.header.history);
         h.history(&annotations::lost_keywords(&self.header.annotations).into_iter().map(|l| l.1).collect::<Vec<_>>());

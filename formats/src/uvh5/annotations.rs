@@ -2,7 +2,8 @@
 
 use super::layout::UNKNOWN_MOUNT;
 use super::names::{
-    ANTENNA_GROUP, FRAME_KEYWORD, LAYOUT_KEYWORD, PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD, SCENE_WIDTH_KEYWORD, SOURCE_KEYWORD,
+    ANTENNA_GROUP, ANTENNA_TEMPERATURE_KEYWORD, FRAME_KEYWORD, LAYOUT_KEYWORD, PATTERN_KEYWORD, PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD,
+    SCENE_WIDTH_KEYWORD, SOURCE_KEYWORD,
 };
 use crate::Result;
 use crate::h5::{H5In, H5Out};
@@ -12,7 +13,16 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Group of the extra keywords.
 pub(super) const KEYWORDS: &str = "Header/extra_keywords";
 /// Extra keywords with a meaning of their own.
-const OWN: [&str; 6] = [FRAME_KEYWORD, LAYOUT_KEYWORD, PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD, SCENE_WIDTH_KEYWORD, SOURCE_KEYWORD];
+const OWN: [&str; 8] = [
+    ANTENNA_TEMPERATURE_KEYWORD,
+    FRAME_KEYWORD,
+    LAYOUT_KEYWORD,
+    PATTERN_KEYWORD,
+    PEDESTAL_KEYWORD,
+    SCENE_PEDESTAL_KEYWORD,
+    SCENE_WIDTH_KEYWORD,
+    SOURCE_KEYWORD,
+];
 /// Largest difference of the angle of a feed, rad.
 const FEED_TOLERANCE_RAD: f64 = 1e-6;
 

@@ -1,7 +1,7 @@
 //! The header: channels, polarisations, units, history.
 
-use super::names::{PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD, SCENE_WIDTH_KEYWORD};
-use super::{annotations, layout, phase};
+use super::names::{ANTENNA_TEMPERATURE_KEYWORD, PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD, SCENE_WIDTH_KEYWORD};
+use super::{annotations, layout, pattern, phase};
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
 use cittert_arrays::{PhaseCenterKind, Polarization, SpectralWindow, VisUnit, VisibilityHeader};
@@ -12,6 +12,7 @@ pub(super) fn write(out: &H5Out, header: &VisibilityHeader) -> Result<()> {
     out.text("Header/version", "1.2")?;
     layout::write_telescope(out, &header.layout, &header.telescope, &header.instrument, &header.annotations.mounts)?;
     annotations::write(out, &header.annotations, header.layout.n_ant())?;
+    pattern::write(out, &header.layout.pattern)?;
     write_spectrum(out, &header.spectrum)?;
     let pols = Array1::from_iter(header.polarizations.iter().map(|p| i64::from(p.aips())));
     out.scalar("Header/Npols", pols.len() as i64)?;
@@ -26,6 +27,7 @@ pub(super) fn write(out: &H5Out, header: &VisibilityHeader) -> Result<()> {
         (PEDESTAL_KEYWORD, header.pedestal_k),
         (SCENE_PEDESTAL_KEYWORD, header.scene_pedestal_k),
         (SCENE_WIDTH_KEYWORD, header.scene_width_rad),
+        (ANTENNA_TEMPERATURE_KEYWORD, header.antenna_temperature_k),
     ];
     for (key, value) in simulated {
         if let Some(value) = value {
@@ -51,7 +53,8 @@ pub(crate) fn write_spectrum(out: &H5Out, spectrum: &SpectralWindow) -> Result<(
 
 /// Read everything that does not depend on the rows.
 pub(super) fn read(file: &H5In) -> Result<VisibilityHeader> {
-    let (layout, telescope) = layout::read_telescope(file)?;
+    let (mut layout, telescope) = layout::read_telescope(file)?;
+    layout.pattern = pattern::read(file)?;
     let spectrum = read_spectrum(file)?;
     if file.has("Header/flex_spw_polarization_array") {
         return Err(FormatError::unsupported(
@@ -82,6 +85,7 @@ pub(super) fn read(file: &H5In) -> Result<VisibilityHeader> {
         pedestal_k: file.real(&format!("Header/extra_keywords/{PEDESTAL_KEYWORD}"))?,
         scene_pedestal_k: file.real(&format!("Header/extra_keywords/{SCENE_PEDESTAL_KEYWORD}"))?,
         scene_width_rad: file.real(&format!("Header/extra_keywords/{SCENE_WIDTH_KEYWORD}"))?.filter(|w| *w > 0.0),
+        antenna_temperature_k: file.real(&format!("Header/extra_keywords/{ANTENNA_TEMPERATURE_KEYWORD}"))?,
         history: history.lines().map(String::from).collect(),
     })
 }
@@ -131,6 +135,7 @@ pub(super) fn difference(a: &VisibilityHeader, b: &VisibilityHeader) -> Option<(
             ("polarisations", h.polarizations.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")),
             ("phase centres", centers.collect::<Vec<_>>().join("; ")),
             ("unit", h.unit.name().to_string()),
+            ("pattern of the elements", h.layout.pattern.to_string()),
             ("pedestal", format!("{:?}", h.pedestal_k)),
             ("pedestal that suits the scene", format!("{:?}", h.scene_pedestal_k)),
         ]

@@ -9,6 +9,7 @@ mod format;
 mod header;
 mod layout;
 mod names;
+mod pattern;
 mod phase;
 mod read;
 mod unread;

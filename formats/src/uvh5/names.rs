@@ -15,6 +15,10 @@ pub(super) const PEDESTAL_KEYWORD: &str = "pedestal_k";
 pub(super) const SCENE_PEDESTAL_KEYWORD: &str = "scene_pedestal_k";
 /// Keyword of the width of a simulated scene, rad.
 pub(super) const SCENE_WIDTH_KEYWORD: &str = "scene_width_rad";
+/// Keyword of the temperature that an element sees in all, K.
+pub(super) const ANTENNA_TEMPERATURE_KEYWORD: &str = "antenna_temperature_k";
+/// Keyword of the power pattern of the elements.
+pub(super) const PATTERN_KEYWORD: &str = "element_pattern";
 /// Keyword of the name of the layout, where it differs from the name of the telescope.
 pub(super) const LAYOUT_KEYWORD: &str = "cittert_layout";
 /// Keyword of the source of the antenna positions.

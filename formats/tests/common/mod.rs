@@ -47,6 +47,7 @@ pub(crate) fn header(layout: ArrayLayout, spectrum: SpectralWindow, pols: &[Pola
         pedestal_k: None,
         scene_pedestal_k: None,
         scene_width_rad: None,
+        antenna_temperature_k: None,
         annotations: Default::default(),
         history: vec!["made by a test".into(), "second line".into()],
     }

@@ -107,7 +107,9 @@ fn exchanged_rows_are_the_same_measurement() {
 
 #[test]
 fn a_boresight_set_in_kelvin_becomes_two_hands_in_jy_and_stays_in_its_frame() {
-    let set = common::boresight();
+    let mut set = common::boresight();
+    set.header.layout.pattern = "gaussian fwhm_deg=9".parse().unwrap();
+    set.header.antenna_temperature_k = Some(264.7);
     let (_dir, path) = temp();
     let notes = write(&path, &set, 1000).join("\n");
     for part in ["2 k nu^2 / c^2", "RR and LL", "zenith", "280 K", "2^"] {
@@ -119,6 +121,7 @@ fn a_boresight_set_in_kelvin_becomes_two_hands_in_jy_and_stays_in_its_frame() {
     assert_eq!(back.header.polarizations, [Polarization::RR, Polarization::LL]);
     let simulated = (back.header.pedestal_k, back.header.scene_pedestal_k, back.header.scene_width_rad);
     assert_eq!(simulated, (Some(280.0), Some(281.5), Some(0.25)));
+    assert_eq!((&back.header.layout.pattern, back.header.antenna_temperature_k), (&set.header.layout.pattern, Some(264.7)));
     assert_eq!(back.header.phase_centers[0].kind, PhaseCenterKind::Unprojected);
     assert!(back.header.history.iter().any(|h| h.contains("zenith")));
     assert_eq!(back.data.coverage.uvw_m, set.data.coverage.uvw_m);

@@ -116,7 +116,7 @@ fn statistics(p: &MemProducts, args: &MemCommandArgs, options: &MemPlan) -> Valu
         "major_cycles": c.iter().map(|c| c.iterations).max(),
         "chi2_per_datum": chi2, "flux_error": worst(|c| c.flux_error), "flux_constrained": c.iter().any(|c| c.flux_constrained),
         "kkt_residual": worst(|c| c.kkt_residual), "entropy": c.iter().map(|c| c.entropy).sum::<f64>(),
-        "entropy_form": options.options.entropy, "lambda": mean(|c| c.lambda), "model_flux": mean(|c| c.model_flux),
+        "background": c.iter().filter_map(|c| c.background).next(), "entropy_form": options.options.entropy, "lambda": mean(|c| c.lambda), "model_flux": mean(|c| c.model_flux),
         "residual_rms": rms, "residual_peak": residual.iter().fold(0.0_f64, |a, v| a.max(v.abs())),
         "dynamic_range": top / rms.max(f64::MIN_POSITIVE),
         "seconds_per_evaluation": mean(|c| c.seconds_per_evaluation), "time_in_evaluations": worst(Certificate::time_ratio),
@@ -139,6 +139,7 @@ fn describe(p: &MemProducts) -> String {
             format!("chi2/N        {:.4} over {} real data", c.chi2_per_datum, c.data),
             format!("flux          {}{flux}", number(c.model_flux)),
             format!("entropy       {}", number(c.entropy)),
+            c.background.map_or(String::new(), |t| format!("background    {} {}", number(t), p.model.unit.bunit())),
             format!("KKT residual  {:.1e}", c.kkt_residual),
             format!("time          {:.2} s, {:.0} times one evaluation ({:.3} s)", c.seconds, c.time_ratio(), c.seconds_per_evaluation),
         ]);
@@ -146,5 +147,6 @@ fn describe(p: &MemProducts) -> String {
     if let Some(b) = p.beams.first() {
         lines.push(format!("beam          {}", beam(b)));
     }
+    lines.retain(|line| !line.is_empty());
     lines.join("\n")
 }

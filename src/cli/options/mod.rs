@@ -3,6 +3,7 @@
 mod claim;
 mod column;
 mod config;
+mod given;
 mod image_of;
 mod layouts;
 mod output;
@@ -13,6 +14,7 @@ mod tracer;
 pub use claim::keep_apart;
 pub use column::ColumnArgs;
 pub use config::ConfigArgs;
+pub use given::Given;
 pub use image_of::ImageOfArgs;
 pub use layouts::{load_array, load_layout};
 pub use output::{NOTHING, OutputArgs};

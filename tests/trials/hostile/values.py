@@ -22,7 +22,7 @@ PATTERNS = {name: [units] for name, units in QUANTITIES.items()} | {
 
 # By the name of the option, where the word is also that of other values. The pair names one subcommand.
 BY_NAME = {
-    "size": IMAGE_SIZE, ("mask", "size"): PLAIN, ("fly", "size"): PLAIN, "element": ["cos^@"], "scales": ["@", "@,@"],
+    "size": IMAGE_SIZE, ("mask", "size"): PLAIN, ("fly", "size"): PLAIN, ("film", "size"): PLAIN, "element": ["cos^@"], "scales": ["@", "@,@"],
     "penalties": ["entropy=@", "tv=@,flux=@"], "terms": ["cphase=@,logcamp=@", "vis=@"], ("mem", "noise"): FLUX, "density": [("kg/m3",), "@g/cm3"],
     "uncertainty": ["@"], "vapour-pressure": [("hPa",)], "compression": ["gzip-@"], "region": ["@"], "robust": PLAIN,
 }
@@ -48,7 +48,7 @@ COMPANIONS = {
     "dropout-length": "--dropout=0.1", "phase-variation": "--phase-rms=1rad", "amp-variation": "--amp-rms=0.1", "delay-variation": "--delay-rms=1ps",
     "variation": "--phase-rms=1rad", "diameter": "--tsys=100K", "super-uniform": "--weighting uniform", "aperture-efficiency": "--tsys=600K",
     "start-seed": "--starts=2",
-    ("fly", "step"): "", ("fly", "spread"): "", "ice": "--temperature=260K",
+    ("fly", "step"): "", ("fly", "spread"): "", ("film", "step"): "", ("film", "spread"): "", "ice": "--temperature=260K",
     "max-rise": "--method constant", ("mem", "seed"): "--uncertainty=2", ("simulate", "seed"): "--noise",
 }
 
@@ -81,6 +81,8 @@ LINES = [
     "layout show l.toml --freq 94GHz",
     "scene render b.toml --scene-size 8 -o out/o.fits",
     "scene fly f.toml --size 8 --no-video -o out/o",
+    "film f.toml --size 8 --frames 2 -o out/o.png",
+    "film f.toml --size 24 --rates 5,10 --tsys 500K -o out/o.csv",
     "scene sky --freq 94GHz",
     "scene attenuation --freq 94GHz",
     "scene path --freq 94GHz --observer 1km",

@@ -54,6 +54,8 @@ WRITERS = [
     Writer("scene convert b.toml @", ".toml"),
     Writer("scene sky --atmosphere a.csv --freq 94GHz --plot @", ".png"),
     Writer("scene fly f.toml --size 8 --no-video -o @", folder=True, inputs=["f.toml", "b.toml"]),
+    Writer("film f.toml --size 8 --frames 2 -o @", ".png", inputs=["f.toml", "b.toml"]),
+    Writer("film f.toml --size 24 --rates 5,10 --tsys 500K -o @.csv", made=[".csv", ".png"], inputs=["f.toml", "b.toml"]),
     Writer("run c.toml -o @", folder=True, inputs=["c.toml", "s.csv", "l.toml"]),
     Writer("study u.toml -o @", folder=True, inputs=["u.toml", "s.csv", "l.toml"]),
     Writer("man -o @", folder=True),

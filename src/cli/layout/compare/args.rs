@@ -46,7 +46,7 @@ pub(super) struct ObservedArgs {
     #[arg(long, value_name = "N", default_value_t = SimulateOptions::default().seed)]
     pub(super) seed: u64,
     /// Power pattern of each element: none, airy (of its diameter), gaussian (of the given width) or cos^N.
-    #[arg(long, value_name = "KIND", default_value_t = SimulateOptions::default().element)]
+    #[arg(long, value_name = "KIND", default_value_t = Element::None)]
     pub(super) element: Element,
     /// Diameter of an airy element.
     #[arg(long, value_name = "LENGTH")]

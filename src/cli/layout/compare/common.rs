@@ -68,6 +68,7 @@ pub(super) fn write_truths(args: &CompareArgs, designs: &[Design], folder: &Path
             let power = pattern.power(grid.l_at(column as f64), grid.m_at(row as f64), args.freq.si());
             *v = pedestal + power * (*v - pedestal);
         }
+        image.pattern = pattern;
         let file = scene_file(&d.name, args);
         write_image(&folder.join(&file), &image, ImageOptions::default()).context(file)?;
     }

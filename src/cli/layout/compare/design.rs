@@ -56,7 +56,7 @@ fn design(name: String, given: &str, layout: &ArrayLayout, args: &CompareArgs, o
     let diameter_m = args.figures.diameter.map(Length::si);
     let antennas = layout.antennas().iter().map(|a| Antenna { diameter_m: diameter_m.or(a.diameter_m), ..a.clone() }).collect();
     let mut seen = ArrayLayout::from_data(name.clone(), LayoutFrame::Boresight, antennas).context(given)?;
-    seen.aperture_m = layout.aperture_m;
+    (seen.aperture_m, seen.pattern) = (layout.aperture_m, layout.pattern.clone());
     Ok(Design { name, given: given.to_owned(), extent: layout.extent(), layout: seen, figures: found, json })
 }
 
