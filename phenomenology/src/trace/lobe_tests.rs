@@ -3,8 +3,9 @@
 use super::{Picture, RenderOptions, Scale};
 use crate::atmosphere::planck::{black_body_radiance, rayleigh_jeans_temperature_k};
 use crate::camera::{Camera, View};
+use crate::dielectrics::Extrapolation;
 use crate::solids::SolidScene;
-use crate::surfaces::{Canopy, Sky, Stack, SurfaceModel};
+use crate::surfaces::{Canopy, Roughness, Sky, Stack, StackDescription, SurfaceModel};
 use cittert_arrays::{Polarization, SpectralWindow};
 use num_complex::Complex64;
 use std::f64::consts::PI;
@@ -14,14 +15,18 @@ const WALL_K: f64 = 295.0;
 /// Distance of the wall from the camera, its height and half its width, m.
 const WALL: [f64; 3] = [12.0, 5.0, 6.0];
 const CAMERA_M: f64 = 4.0;
-/// Roughness and canopy of the ground, as a scene says them.
-const GROUNDS: [&str; 4] = [
+/// Roughness and canopy or layers of the ground, as a scene says them.
+const GROUNDS: [&str; 5] = [
     r#"roughness = "qh:0.2,1.2,0""#,
     r#"roughness = "choudhury:0.5mm""#,
     r#"roughness = "qh:0.2,1.2,0"
 canopy = { tau_np = 0.8, omega = 0.15, temperature_k = 290 }"#,
     r#"canopy = { tau_np = 0.4, omega = 0.3, temperature_k = 290 }"#,
+    SNOW,
 ];
+/// Snow that scatters inside.
+const SNOW: &str = r#"coherent = false
+layer = [{ material = "dry-snow", thickness_m = 1, density_kg_m3 = 280, temperature_k = 258, scatter = "iba:0.15mm" }, { eps = [6.0, 2.0], temperature_k = 290 }]"#;
 
 fn rj(k: f64) -> f64 {
     rayleigh_jeans_temperature_k(94.0, black_body_radiance(94.0, k))
@@ -30,6 +35,7 @@ fn rj(k: f64) -> f64 {
 /// A black wall on matt ground, north of the camera, under a sky of 60 K without air.
 fn yard(ground: &str) -> SolidScene {
     let [near, high, half] = WALL;
+    let layer = if ground.contains("layer") { "" } else { "layer = [{ eps = [6.0, 2.0], temperature_k = 290 }]" };
     SolidScene::from_toml(&format!(
         r#"
 kind = "solids"
@@ -37,7 +43,7 @@ name = "yard"
 camera = {{ position_m = [0, 0, {CAMERA_M}], size_px = [8, 8], fov_deg = 0.001 }}
 atmosphere = {{ vacuum = true, background_k = {SKY_K} }}
 [surface.matt]
-layer = [{{ eps = [6.0, 2.0], temperature_k = 290 }}]
+{layer}
 {ground}
 [surface.black]
 layer = [{{ eps = [1.0, 0.0], temperature_k = {WALL_K} }}]
@@ -57,6 +63,10 @@ surface = "black"
 
 /// The same ground as a surface, with Rayleigh-Jeans temperatures.
 fn model(ground: &str) -> SurfaceModel {
+    if ground == SNOW {
+        let stack = StackDescription::from_toml(SNOW).unwrap().resolve(94e9, Extrapolation::Refuse).unwrap();
+        return SurfaceModel::new(stack.with_temperatures(rj).unwrap(), Roughness::Smooth);
+    }
     let rough = ground.split('"').nth(1).filter(|_| ground.starts_with("rough")).unwrap_or("smooth");
     let mut model = SurfaceModel::new(Stack::half_space(Complex64::new(6.0, -2.0), rj(290.0), 94e9).unwrap(), rough.parse().unwrap());
     let number = |key: &str| ground.split(key).nth(1)?.trim_start_matches([' ', '=']).split([',', ' ']).next()?.parse().ok();
