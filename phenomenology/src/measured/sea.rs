@@ -1,6 +1,6 @@
 //! The sea under strong wind.
 //!
-//! The model has facets of slopes by Cox and Munk and no foam. The sky is that of a mid-latitude winter, the water has 280 K and 35 psu.
+//! The model has facets of slopes by Cox and Munk, and foam. The sky is that of a mid-latitude winter, the water has 280 K and 35 psu.
 
 use super::comparison::{MeasuredError, Point, rows};
 use crate::atmosphere::{Atmosphere, Geometry};
@@ -28,7 +28,7 @@ pub(super) fn compare() -> Result<Vec<Point>, MeasuredError> {
             material.set(&mut state, "temperature", 280.0).map_err(crate::surfaces::SurfaceError::from)?;
             let stack = StackDescription::of_material(material, state, None).resolve(row.freq_ghz * 1e9, Extrapolation::Refuse)?;
             let brightness = |wind: f64| -> Result<f64, MeasuredError> {
-                let model = SurfaceModel::new(stack.clone(), format!("sea:{wind}").parse()?);
+                let model = SurfaceModel::new(stack.clone(), format!("sea:{wind},foam").parse()?);
                 let [h, v] = model.brightness_k(0.0, 0.0, Sky::Symmetric(&sky))?;
                 Ok(0.5 * (h + v))
             };

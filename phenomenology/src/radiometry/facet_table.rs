@@ -12,6 +12,8 @@ pub struct FacetTable {
     facets: VisibleFacets,
     /// Powers and cross term of a facet against the local cosine of incidence.
     local: AngleTable<4>,
+    /// The fraction of the surface between patches of foam.
+    open: f64,
     /// Optical depth of a canopy over the facets, Np.
     canopy_np: f64,
 }
@@ -26,7 +28,8 @@ impl FacetTable {
             let r = model.stack.reflection(cos.min(1.0).acos())?;
             Ok::<_, SurfaceError>([r.power_h, r.power_v, r.cross.re, r.cross.im])
         })?;
-        Ok(Self { facets: VisibleFacets::new(go, axis), local, canopy_np: model.canopy.map_or(0.0, |c| c.tau_np) })
+        let open = go.foam.map_or(1.0, |foam| 1.0 - foam.cover);
+        Ok(Self { facets: VisibleFacets::new(go, axis), local, open, canopy_np: model.canopy.map_or(0.0, |c| c.tau_np) })
     }
 
     /// Rays through one and two facets, as [`VisibleFacets::draw`].
@@ -44,10 +47,11 @@ impl FacetTable {
         Response { power: [h, v], cross: [re, im], emitted_k: [0.0; 2] }
     }
 
-    /// The fraction of the radiation of the facets that a canopy over them transmits on both ways, at the cosine of the observer.
+    /// The fraction of the radiation of the facets that is not lost to foam among them and to a canopy over them, on both ways, at the cosine of
+    /// the observer.
     #[must_use]
     #[inline]
-    pub fn through_canopy(&self, cos: f64) -> f64 {
-        if self.canopy_np == 0.0 { 1.0 } else { libm::exp(-2.0 * self.canopy_np / cos.max(1e-9)) }
+    pub fn seen(&self, cos: f64) -> f64 {
+        if self.canopy_np == 0.0 { self.open } else { self.open * libm::exp(-2.0 * self.canopy_np / cos.max(1e-9)) }
     }
 }

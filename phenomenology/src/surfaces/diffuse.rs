@@ -71,7 +71,8 @@ mod tests {
         let rough = |text: &str| SurfaceModel::new(stack(), text.parse::<Roughness>().unwrap());
         let grass = SurfaceModel { canopy: Some(Canopy::new(1.2, 0.06, 290.0).unwrap()), ..rough("qh:0.2,1.2,0") };
         let sea = SurfaceModel { canopy: Some(Canopy::new(0.3, 0.1, 290.0).unwrap()), ..rough("go:0.2,0.2") };
-        vec![rough("qh:0.1,0.5,1"), rough("choudhury:0.2mm"), rough("wegmuller:0.3mm"), grass, sea]
+        let foam = rough("sea:20,foam");
+        vec![rough("qh:0.1,0.5,1"), rough("choudhury:0.2mm"), rough("wegmuller:0.3mm"), grass, sea, foam]
     }
 
     /// The integral over all sources, on another rule than that of the lobe, is the albedo.
@@ -100,7 +101,7 @@ mod tests {
 
     #[test]
     fn smooth_surfaces_and_facets_have_no_lobe() {
-        for text in ["smooth", "qh:0,0,0", "go:0.1,0.1"] {
+        for text in ["smooth", "qh:0,0,0", "go:0.1,0.1", "sea:12"] {
             let stack = Stack::half_space(Complex64::new(5.0, -1.5), 290.0, 94e9).unwrap();
             assert_eq!(SurfaceModel::new(stack, text.parse().unwrap()).lobe().unwrap(), None, "{text}");
         }

@@ -1,5 +1,6 @@
 //! Geometric optics of a rough surface, with the treatment of multiple scattering.
 
+use super::foam::Foam;
 use super::quadrature::legendre_12;
 use super::second_bounce::second_bounce;
 use super::shadowing::Shadowing;
@@ -28,6 +29,8 @@ pub struct GeometricOptics {
     pub shadowing: Shadowing,
     /// Treatment of multiple scatter.
     pub closure: Closure,
+    /// Patches of foam among the facets. The facets themselves do not know them; [`SurfaceModel`](super::SurfaceModel) does.
+    pub foam: Option<Foam>,
 }
 
 /// Emission and reflection of a surface in one direction, `[h, v]`.
@@ -56,10 +59,10 @@ impl SurfaceResponse {
 }
 
 impl GeometricOptics {
-    /// Facets with Smith shadowing and the default closure.
+    /// Facets with Smith shadowing and the default closure, without foam.
     #[must_use]
     pub fn new(slopes: Slopes) -> Self {
-        Self { slopes, shadowing: Shadowing::default(), closure: Closure::default() }
+        Self { slopes, shadowing: Shadowing::default(), closure: Closure::default(), foam: None }
     }
 
     fn surface<'a>(&'a self, stack: &'a Stack) -> FacetSurface<'a> {
@@ -76,7 +79,7 @@ impl GeometricOptics {
         facet_integrals(self.surface(stack), &view, sky, Rules::default())
     }
 
-    /// Response with the closure of this surface.
+    /// Response of the facets, with the closure of this surface.
     ///
     /// Angles as in [`GeometricOptics::integrals`].
     #[must_use]

@@ -28,16 +28,18 @@ fn layered(temperature_k: [f64; 3], coherent: bool) -> Stack {
 fn any_roughness() -> impl Strategy<Value = Roughness> {
     let closures = prop_oneof![Just(Closure::ReEmit), Just(Closure::SecondBounce)];
     let shadowings = prop_oneof![Just(Shadowing::Smith), Just(Shadowing::Wagner)];
+    let foams = prop_oneof![Just(None), (0.0..1.0f64).prop_map(|cover| Some(Foam::new(cover).unwrap()))];
     prop_oneof![
         1 => Just(Roughness::Smooth),
         2 => (0.0..1.0f64, 0.0..2.0f64, 0.0..2.0f64)
             .prop_map(|(q, h, n)| Roughness::Qh(QhRoughness::new(q, h, n).unwrap())),
         1 => (0.0..1e-3f64).prop_map(|s| Roughness::Choudhury { rms_height_m: s }),
-        3 => (0.02..0.4f64, 0.02..0.4f64, closures, shadowings).prop_map(|(a, b, closure, shadowing)| {
+        3 => (0.02..0.4f64, 0.02..0.4f64, closures, shadowings, foams).prop_map(|(a, b, closure, shadowing, foam)| {
             Roughness::GeometricOptics(GeometricOptics {
                 slopes: Slopes::new(a, b).unwrap(),
                 shadowing,
                 closure,
+                foam,
             })
         }),
     ]

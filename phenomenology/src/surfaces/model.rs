@@ -4,7 +4,7 @@ use super::choudhury79::QhRoughness;
 use super::diffuse::DiffuseLobe;
 use super::error::{SurfaceError, bounded, cos_incidence};
 use super::fresnel::Reflection;
-use super::geometric_optics::SurfaceResponse;
+use super::geometric_optics::{GeometricOptics, SurfaceResponse};
 use super::roughness::Roughness;
 use super::stack::Stack;
 use super::tau_omega::Canopy;
@@ -49,8 +49,8 @@ impl SurfaceModel {
             Roughness::WegmullerMatzler { rms_height_m } => wegmuller_matzler99(&smooth, theta_rad, self.k0() * rms_height_m),
             Roughness::GeometricOptics(go) => {
                 let cold = |_: f64| 0.0;
-                let r = go.response(&self.stack, theta_rad, 0.0, Sky::Symmetric(&cold));
-                Ok(smooth.with_powers(r.reflectivity[0], r.reflectivity[1]))
+                let [h, v] = self.facet_response(go, theta_rad, 0.0, Sky::Symmetric(&cold), 0.0).reflectivity;
+                Ok(smooth.with_powers(h, v))
             }
         }
     }
@@ -86,7 +86,7 @@ impl SurfaceModel {
         let lobe_k = lobe.map_or(0.0, |lobe| lobe.mean_sky(&|zenith| sky.mean(zenith)));
         let mut response = match (volume_response(&self.stack, cos, azimuth_rad, sky), self.roughness) {
             (Some(response), _) => response,
-            (None, Roughness::GeometricOptics(go)) => go.response(&self.stack, theta_rad, azimuth_rad, sky),
+            (None, Roughness::GeometricOptics(go)) => self.facet_response(go, theta_rad, azimuth_rad, sky, lobe_k),
             (None, _) => self.plane_response(theta_rad, cos, sky.mirrored(theta_rad, azimuth_rad), lobe_k)?,
         };
         if let Some(canopy) = self.canopy {
@@ -95,13 +95,17 @@ impl SurfaceModel {
         Ok(response)
     }
 
-    /// The diffuse lobe of canopy, small-scale roughness and layers that scatter; `None` for a surface that has none of them.
+    /// The diffuse lobe of canopy, foam, small-scale roughness and layers that scatter; `None` for a surface that has none of them.
     ///
     /// # Errors
     /// Roughness on a stack that scatters.
     pub fn lobe(&self) -> Result<Option<DiffuseLobe>, SurfaceError> {
         self.check_roughness()?;
-        let rough = !matches!(self.roughness, Roughness::Smooth | Roughness::GeometricOptics(_));
+        let rough = match self.roughness {
+            Roughness::Smooth => false,
+            Roughness::GeometricOptics(go) => go.foam.is_some_and(|foam| foam.cover > 0.0),
+            _ => true,
+        };
         if rough || self.stack.volume().is_some() || self.canopy.is_some_and(|c| c.omega > 0.0) {
             return DiffuseLobe::new(|theta| self.diffuse_albedo(theta));
         }
@@ -120,7 +124,7 @@ impl SurfaceModel {
         let cos = cos_incidence(theta_rad)?;
         let of_ground = match (self.stack.volume(), self.roughness) {
             (Some(volume), _) => volume.budget(cos).diffuse,
-            (None, Roughness::GeometricOptics(_)) => [0.0; 2],
+            (None, Roughness::GeometricOptics(go)) => go.foam.map_or([0.0; 2], |foam| foam.albedo(theta_rad)),
             (None, _) => self.plane_parts(theta_rad, cos)?.1,
         };
         let Some(canopy) = self.canopy else { return Ok(of_ground) };
@@ -160,6 +164,15 @@ impl SurfaceModel {
 
     fn k0(&self) -> f64 {
         TAU * self.stack.freq_hz() / SPEED_OF_LIGHT_M_S
+    }
+
+    /// Response of facets and the foam among them. `lobe_k` is the sky that foam scatters, K.
+    fn facet_response(&self, go: GeometricOptics, theta_rad: f64, azimuth_rad: f64, sky: Sky<'_>, lobe_k: f64) -> SurfaceResponse {
+        let facets = go.response(&self.stack, theta_rad, azimuth_rad, sky);
+        match go.foam {
+            Some(foam) => foam.among(&facets, theta_rad, self.stack.top_temperature_k(), lobe_k),
+            None => facets,
+        }
     }
 
     /// Reflection into all directions, and the power `[h, v]` of it that is diffuse, of a surface without facets.

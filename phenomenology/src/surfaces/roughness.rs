@@ -2,6 +2,7 @@
 
 use super::choudhury79::QhRoughness;
 use super::error::{SurfaceError, bounded};
+use super::foam::Foam;
 use super::geometric_optics::{Closure, GeometricOptics};
 use super::shadowing::Shadowing;
 use super::slopes::Slopes;
@@ -61,8 +62,8 @@ pub const ROUGHNESS_KINDS: &[RoughnessKind] = &[
     },
     RoughnessKind {
         name: "sea",
-        syntax: "sea:U[,single|reemit|second-bounce][,smith|wagner]",
-        describes: "facets of a wind-driven sea (Cox & Munk 1954), wind in m/s",
+        syntax: "sea:U[,foam][,single|reemit|second-bounce][,smith|wagner]",
+        describes: "facets of a wind-driven sea (Cox & Munk 1954), wind in m/s; with foam by the wind (Monahan & O'Muircheartaigh 1986)",
     },
 ];
 
@@ -89,17 +90,21 @@ impl FromStr for Roughness {
             let metres = length_m(word).ok_or_else(|| fault(format!("`{word}` is not a length such as 0.5mm, 1cm or 0.001m")))?;
             bounded("rms height in m", metres, 0.0, 10.0).map_err(|e| fault(e.to_string()))
         };
-        let facets = |slopes: Slopes, words: &[&str]| -> Result<Self, SurfaceError> {
+        // `foam` is what the word of this name puts among the facets.
+        let facets = |slopes: Slopes, foam: Option<Foam>, words: &[&str]| -> Result<Self, SurfaceError> {
             let mut go = GeometricOptics::new(slopes);
             for word in words {
                 match *word {
+                    "foam" if foam.is_some() => go.foam = foam,
+                    "foam" => return Err(fault("foam belongs to `sea:U`, because the wind makes it".to_owned())),
                     "single" | "none" => go.closure = Closure::Single,
                     "reemit" | "re-emit" => go.closure = Closure::ReEmit,
                     "second-bounce" | "double" => go.closure = Closure::SecondBounce,
                     "smith" => go.shadowing = Shadowing::Smith,
                     "wagner" => go.shadowing = Shadowing::Wagner,
                     other => {
-                        return Err(fault(format!("`{other}` is none of single, reemit, second-bounce, smith, wagner")));
+                        let foam = if foam.is_some() { "foam, " } else { "" };
+                        return Err(fault(format!("`{other}` is none of {foam}single, reemit, second-bounce, smith, wagner")));
                     }
                 }
             }
@@ -116,11 +121,12 @@ impl FromStr for Roughness {
             "wegmuller" => Ok(Self::WegmullerMatzler { rms_height_m: height()? }),
             "go" => {
                 let slopes = Slopes::new(number(0, "slope su")?, number(1, "slope sc")?);
-                facets(slopes.map_err(explain)?, &words[2..])
+                facets(slopes.map_err(explain)?, None, &words[2..])
             }
             "sea" => {
-                let slopes = Slopes::cox_munk54(number(0, "wind speed")?);
-                facets(slopes.map_err(explain)?, &words[1..])
+                let wind_m_s = number(0, "wind speed")?;
+                let slopes = Slopes::cox_munk54(wind_m_s).map_err(explain)?;
+                facets(slopes, Some(Foam::monahan86(wind_m_s).map_err(explain)?), &words[1..])
             }
             _ => Err(fault(format!(
                 "unknown kind `{kind}`; give one of {}",
@@ -159,7 +165,9 @@ mod tests {
         assert_eq!((go.slopes.along, go.slopes.across), (0.2, 0.1));
         assert_eq!((go.closure, go.shadowing), (Closure::SecondBounce, Shadowing::Wagner));
         let Roughness::GeometricOptics(sea) = "sea:7".parse().unwrap() else { panic!("sea") };
-        assert_eq!(sea.slopes, Slopes::cox_munk54(7.0).unwrap());
+        assert_eq!((sea.slopes, sea.foam), (Slopes::cox_munk54(7.0).unwrap(), None));
+        let Roughness::GeometricOptics(sea) = "sea:12,foam,reemit".parse().unwrap() else { panic!("foam") };
+        assert_eq!((sea.foam, sea.closure), (Some(Foam::monahan86(12.0).unwrap()), Closure::ReEmit));
     }
 
     #[test]
@@ -178,6 +186,8 @@ mod tests {
             ("choudhury:3", "not a length"),
             ("wegmuller:-1mm", "rms height"),
             ("sea:-2", "wind speed"),
+            ("sea:7,spray", "none of foam, single"),
+            ("go:0.1,0.1,foam", "belongs to `sea:U`"),
         ] {
             let error = text.parse::<Roughness>().unwrap_err().to_string();
             assert!(error.contains(part), "{text}: {error}");

@@ -6,7 +6,7 @@ use crate::camera::{Camera, View};
 use crate::dielectrics::{Extrapolation, Material};
 use crate::solids::SolidScene;
 use crate::space::Vec3;
-use crate::surfaces::{Stack, StackDescription};
+use crate::surfaces::{Foam, Stack, StackDescription};
 use cittert_arrays::{Polarization, SpectralWindow};
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -22,7 +22,7 @@ fn rj(k: f64) -> f64 {
 }
 
 /// A black post of 3 m x 6 m on the sea, 35 m north of the camera, under a sky of 60 K without air.
-fn post(closure: &str) -> SolidScene {
+fn post(roughness: &str) -> SolidScene {
     SolidScene::from_toml(&format!(
         r#"
 kind = "solids"
@@ -31,7 +31,7 @@ camera = {{ position_m = [0, 0, {CAMERA_M}], size_px = [16, 16], fov_deg = 0.001
 atmosphere = {{ vacuum = true, background_k = {SKY_K} }}
 [surface.sea]
 layer = [{{ material = "sea-water" }}]
-roughness = "go:{SLOPE},{SLOPE},{closure}"
+roughness = "{roughness}"
 [surface.black]
 layer = [{{ eps = [1.0, 0.0], temperature_k = {POST_K} }}]
 [ground]
@@ -109,7 +109,7 @@ fn picture(scene: &SolidScene, camera: Camera, options: &RenderOptions) -> (View
 
 #[test]
 fn the_image_of_a_post_in_a_rough_sea_is_the_integral_over_the_visible_facets() {
-    let (scene, stack) = (post("reemit"), water());
+    let (scene, stack) = (post(&format!("go:{SLOPE},{SLOPE},reemit")), water());
     let mut failed = false;
     for zenith in [64.0_f64, 68.0, 70.0, 72.0] {
         let camera = Camera { pitch_deg: zenith - 90.0, ..scene.camera().unwrap().clone() };
@@ -130,7 +130,7 @@ fn the_image_of_a_post_in_a_rough_sea_is_the_integral_over_the_visible_facets() 
 
 #[test]
 fn a_profile_across_the_image_of_a_post_follows_the_integral() {
-    let (scene, stack) = (post("reemit"), water());
+    let (scene, stack) = (post(&format!("go:{SLOPE},{SLOPE},reemit")), water());
     let camera = Camera { pitch_deg: -20.0, fov_deg: 24.0, size_px: [96, 96], ..scene.camera().unwrap().clone() };
     let (view, picture) = picture(&scene, camera, &planes());
     let (mut squares, mut count, mut worst) = (0.0, 0, 0.0_f64);
@@ -160,4 +160,36 @@ fn a_profile_across_the_image_of_a_post_follows_the_integral() {
     println!("{count} values from {:.1} to {:.1} K: {rms:.3} K rms, worst {worst:.2} K", span.0, span.1);
     assert!(count > 80 && span.1 - span.0 > 60.0);
     assert!(rms < 1.0 && worst < 2.0, "{rms} K rms, worst {worst} K");
+}
+
+/// Foam covers its share of water and post, and adds its own emission and the sky that it scatters.
+#[test]
+fn foam_covers_its_share_of_the_image() {
+    let zenith = 68.0_f64;
+    let means = ["sea:20,reemit", "sea:20,foam,reemit"].map(|roughness| {
+        let scene = post(roughness);
+        let camera = Camera { pitch_deg: zenith - 90.0, ..scene.camera().unwrap().clone() };
+        let (_, picture) = picture(&scene, camera, &planes());
+        [0, 1].map(|p| picture.temperature.plane(0, p).mean().unwrap())
+    });
+    let cover = Foam::monahan86(20.0).unwrap().cover;
+    let reflected = Foam::reflectivity(zenith.to_radians());
+    let water_k = rj(water().top_temperature_k());
+    for p in 0..2 {
+        let foam_k = (1.0 - reflected[p]) * water_k + reflected[p] * rj(SKY_K);
+        let want = (1.0 - cover) * means[0][p] + cover * foam_k;
+        println!("plane {p}: without {:.2} K, with {:.2} K, expected {want:.2} K", means[0][p], means[1][p]);
+        // The post fills a small part of the sky of the foam.
+        assert!((means[1][p] - want).abs() < 0.15, "plane {p}: {} {want}", means[1][p]);
+    }
+    assert!(means[1][1] - means[0][1] > 0.5, "{means:?}");
+}
+
+#[test]
+fn a_sea_with_foam_in_a_world_of_one_temperature_shows_only_it() {
+    let scene = post("sea:20,foam").isothermal(287.0).unwrap();
+    let camera = Camera { pitch_deg: -20.0, fov_deg: 24.0, size_px: [24, 24], ..scene.camera().unwrap().clone() };
+    let options = RenderOptions { scale: Scale::Planck, ..planes() };
+    let (_, picture) = picture(&scene, camera, &options);
+    assert!(picture.temperature.data.iter().all(|t| (t - 287.0).abs() < 1e-9));
 }

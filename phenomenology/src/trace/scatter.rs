@@ -223,7 +223,7 @@ impl Tracer<'_> {
             for (table, rows) in self.surfaces[hit.spot.cover as usize].iter().zip(rows.chunks_exact_mut(planes)) {
                 let Some(facets) = table.facets() else { continue };
                 let response = facets.reflection(cos);
-                let factor = if bounce == 0 { path.weight * share * facets.through_canopy(hit.cos) } else { 1.0 };
+                let factor = if bounce == 0 { path.weight * share * facets.seen(hit.cos) } else { 1.0 };
                 for row in rows {
                     reflect(row, &response);
                     row.iter_mut().for_each(|w| *w *= factor);

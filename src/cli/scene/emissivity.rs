@@ -21,7 +21,7 @@ pub(crate) struct EmissivityArgs {
     /// Angles from the normal, 0 to below 90 degrees.
     #[arg(long, value_name = "ANGLE", value_delimiter = ',', default_value = "0deg", allow_hyphen_values = true)]
     angle: Vec<Angle>,
-    /// Roughness: qh:Q,H,N or go:su,sc[,single|reemit|second-bounce][,smith|wagner]; `scene list surfaces` explains them.
+    /// Roughness, such as qh:Q,H,N, go:su,sc or sea:U,foam; `scene list surfaces` explains every kind and its options.
     #[arg(long, value_name = "KIND:VALUES", default_value = "smooth", allow_hyphen_values = true)]
     rough: Roughness,
     /// Azimuth of the observer from the first slope axis, for unequal slopes.
