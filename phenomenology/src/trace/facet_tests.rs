@@ -16,6 +16,8 @@ const SKY_K: f64 = 60.0;
 /// Height of the camera over the sea, and distance to the post, m.
 const CAMERA_M: f64 = 10.0;
 const POST_M: f64 = 35.0;
+/// Depth of the post behind its front, m.
+const POST_DEEP_M: f64 = 0.5;
 
 fn rj(k: f64) -> f64 {
     rayleigh_jeans_temperature_k(94.0, black_body_radiance(94.0, k))
@@ -42,7 +44,7 @@ type = "RPP"
 data = [-1.5, 1.5, {POST_M}, {}, 0, 6]
 surface = "black"
 "#,
-        POST_M + 0.5
+        POST_M + POST_DEEP_M
     ))
     .unwrap()
 }
@@ -55,6 +57,16 @@ fn water() -> Stack {
 fn lambda(d: Vec3) -> f64 {
     let v = d.z / d.x.hypot(d.y).max(1e-12) * FRAC_1_SQRT_2 / SLOPE;
     if v > 6.0 { 0.0 } else { 0.5 * ((-v * v).exp() / (PI.sqrt() * v) - libm::erfc(v)) }
+}
+
+/// Whether a ray from the sea meets the post: it passes through all three slabs of the box at once.
+fn meets_post(from: Vec3, r: Vec3) -> bool {
+    let slabs = [(from.x, r.x, -1.5, 1.5), (from.y, r.y, POST_M, POST_M + POST_DEEP_M), (from.z, r.z, 0.0, 6.0)];
+    let (near, far) = slabs.into_iter().fold((0.0_f64, f64::INFINITY), |(near, far), (at, d, low, high)| {
+        let (a, b) = ((low - at) / d, (high - at) / d);
+        (near.max(a.min(b)), far.min(a.max(b)))
+    });
+    near < far
 }
 
 /// The brightness `[h, v]` of the sea at a point `(x, y)` seen from the camera, RJ, K: the integral over the slopes of the facets that are
@@ -82,9 +94,7 @@ fn exact(stack: &Stack, x: f64, y: f64) -> [f64; 2] {
             let c2 = h.dot(h_seen).powi(2);
             let [rh, rv] = fresnel.powers();
             let gamma = [c2 * rh + (1.0 - c2) * rv, c2 * rv + (1.0 - c2) * rh];
-            let t = (POST_M - y) / r.y;
-            let (across, up) = (x + t * r.x, t * r.z);
-            let source_k = if t > 0.0 && across.abs() < 1.5 && up < 6.0 { rj(POST_K) } else { rj(SKY_K) };
+            let source_k = if meets_post(point, r) { rj(POST_K) } else { rj(SKY_K) };
             for p in 0..2 {
                 reflected[p] += weight * gamma[p];
                 brightness[p] += weight * gamma[p] * source_k;
