@@ -99,7 +99,8 @@ impl Bvh {
         if self.nodes.is_empty() || self.nodes[0].bounds.entry(ray, t_max).is_none() {
             return;
         }
-        let mut stack = [(0_u32, 0.0_f64); STACK];
+        // Nodes to visit, and where the ray enters them.
+        let (mut later, mut entries) = ([0_u32; STACK], [0.0_f64; STACK]);
         let mut depth = 0;
         let mut at = 0_u32;
         loop {
@@ -114,8 +115,8 @@ impl Bvh {
                 match (l, r) {
                     (Some(a), Some(b)) => {
                         let left_first = a < b || (a == b && ray.direction[usize::from(node.axis)] >= 0.0);
-                        let (near, far) = if left_first { (left, (right, b)) } else { (right, (left, a)) };
-                        stack[depth] = far;
+                        let (near, far, entry) = if left_first { (left, right, b) } else { (right, left, a) };
+                        (later[depth], entries[depth]) = (far, entry);
                         depth += 1;
                         at = near;
                         continue;
@@ -136,8 +137,8 @@ impl Bvh {
                     return;
                 }
                 depth -= 1;
-                if stack[depth].1 <= t_max {
-                    at = stack[depth].0;
+                if entries[depth] <= t_max {
+                    at = later[depth];
                     break;
                 }
             }

@@ -61,17 +61,16 @@ impl Foam {
     pub(super) fn among(&self, facets: &SurfaceResponse, theta_rad: f64, foam_k: f64, lobe_k: f64) -> SurfaceResponse {
         let open = 1.0 - self.cover;
         let albedo = self.albedo(theta_rad);
-        let mut out = *facets;
-        for p in 0..2 {
-            let emitted = self.cover - albedo[p];
-            out.emissivity[p] = open * facets.emissivity[p] + emitted;
-            out.reflectivity[p] = open * facets.reflectivity[p] + albedo[p];
-            out.mirrored[p] = open * facets.mirrored[p];
-            out.diffuse[p] = open * facets.diffuse[p] + albedo[p];
-            out.emitted_k[p] = open * facets.emitted_k[p] + emitted * foam_k;
-            out.scattered_sky_k[p] = open * facets.scattered_sky_k[p] + albedo[p] * lobe_k;
+        let emitted = albedo.map(|a| self.cover - a);
+        let with = |of_facets: [f64; 2], of_foam: [f64; 2]| [0, 1].map(|p| open * of_facets[p] + of_foam[p]);
+        SurfaceResponse {
+            emissivity: with(facets.emissivity, emitted),
+            reflectivity: with(facets.reflectivity, albedo),
+            mirrored: with(facets.mirrored, [0.0; 2]),
+            diffuse: with(facets.diffuse, albedo),
+            emitted_k: with(facets.emitted_k, emitted.map(|e| e * foam_k)),
+            scattered_sky_k: with(facets.scattered_sky_k, albedo.map(|a| a * lobe_k)),
         }
-        out
     }
 }
 
