@@ -4,7 +4,6 @@
 //! cover more than by its waves.
 
 use super::error::{SurfaceError, bounded};
-use super::geometric_optics::SurfaceResponse;
 
 /// Emissivity of foam at the nadir, and in `v` at every angle.
 const NADIR: f64 = 0.93;
@@ -54,23 +53,6 @@ impl Foam {
     #[must_use]
     pub fn albedo(&self, theta_rad: f64) -> [f64; 2] {
         Self::reflectivity(theta_rad).map(|r| self.cover * r)
-    }
-
-    /// The response of facets with patches of foam among them. The foam has the temperature `foam_k` and scatters the sky `lobe_k`.
-    #[must_use]
-    pub(super) fn among(&self, facets: &SurfaceResponse, theta_rad: f64, foam_k: f64, lobe_k: f64) -> SurfaceResponse {
-        let open = 1.0 - self.cover;
-        let albedo = self.albedo(theta_rad);
-        let emitted = albedo.map(|a| self.cover - a);
-        let with = |of_facets: [f64; 2], of_foam: [f64; 2]| [0, 1].map(|p| open * of_facets[p] + of_foam[p]);
-        SurfaceResponse {
-            emissivity: with(facets.emissivity, emitted),
-            reflectivity: with(facets.reflectivity, albedo),
-            mirrored: with(facets.mirrored, [0.0; 2]),
-            diffuse: with(facets.diffuse, albedo),
-            emitted_k: with(facets.emitted_k, emitted.map(|e| e * foam_k)),
-            scattered_sky_k: with(facets.scattered_sky_k, albedo.map(|a| a * lobe_k)),
-        }
     }
 }
 

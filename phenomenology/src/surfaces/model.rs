@@ -3,6 +3,7 @@
 use super::choudhury79::QhRoughness;
 use super::diffuse::DiffuseLobe;
 use super::error::{SurfaceError, bounded, cos_incidence};
+use super::foam::Foam;
 use super::fresnel::Reflection;
 use super::geometric_optics::{GeometricOptics, SurfaceResponse};
 use super::roughness::Roughness;
@@ -170,7 +171,7 @@ impl SurfaceModel {
     fn facet_response(&self, go: GeometricOptics, theta_rad: f64, azimuth_rad: f64, sky: Sky<'_>, lobe_k: f64) -> SurfaceResponse {
         let facets = go.response(&self.stack, theta_rad, azimuth_rad, sky);
         match go.foam {
-            Some(foam) => foam.among(&facets, theta_rad, self.stack.top_temperature_k(), lobe_k),
+            Some(foam) => among_foam(&foam, &facets, theta_rad, self.stack.top_temperature_k(), lobe_k),
             None => facets,
         }
     }
@@ -216,6 +217,22 @@ impl SurfaceModel {
         let mirrored = [0, 1].map(|p| reflectivity[p] - diffuse[p]);
         let scattered_sky_k = [0, 1].map(|p| mirrored[p] * mirror_k + diffuse[p] * lobe_k);
         Ok(SurfaceResponse { emissivity, reflectivity, mirrored, diffuse, emitted_k, scattered_sky_k })
+    }
+}
+
+/// The response of facets with patches of foam among them. The foam has the temperature `foam_k` and scatters the sky `lobe_k`.
+fn among_foam(foam: &Foam, facets: &SurfaceResponse, theta_rad: f64, foam_k: f64, lobe_k: f64) -> SurfaceResponse {
+    let open = 1.0 - foam.cover;
+    let albedo = foam.albedo(theta_rad);
+    let emitted = albedo.map(|a| foam.cover - a);
+    let with = |of_facets: [f64; 2], of_foam: [f64; 2]| [0, 1].map(|p| open * of_facets[p] + of_foam[p]);
+    SurfaceResponse {
+        emissivity: with(facets.emissivity, emitted),
+        reflectivity: with(facets.reflectivity, albedo),
+        mirrored: with(facets.mirrored, [0.0; 2]),
+        diffuse: with(facets.diffuse, albedo),
+        emitted_k: with(facets.emitted_k, emitted.map(|e| e * foam_k)),
+        scattered_sky_k: with(facets.scattered_sky_k, albedo.map(|a| a * lobe_k)),
     }
 }
 
