@@ -84,6 +84,7 @@ mod linalg;
 pub mod mem;
 pub mod memory;
 pub mod misfit;
+pub mod nearfield;
 #[cfg(feature = "cli")]
 pub mod plot;
 pub mod progress;

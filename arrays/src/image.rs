@@ -1,6 +1,6 @@
 //! Images of brightness on a grid of direction cosines.
 
-use crate::{ArrayError, ElementPattern, PhaseCenter, Polarization, RestoringBeam, Result, SpectralWindow};
+use crate::{ArrayError, ElementPattern, NearField, PhaseCenter, Polarization, RestoringBeam, Result, SpectralWindow};
 use ndarray::{Array2, Array4, ArrayView2, ArrayViewMut2, s};
 use serde::{Deserialize, Serialize};
 
@@ -177,6 +177,8 @@ pub struct Image<P = f64> {
     pub pedestal_k: Option<f64>,
     /// Power pattern of the elements that the values contain: they are brightness times it. `None`: they are brightness.
     pub pattern: ElementPattern,
+    /// Where the scene of the visibilities lies, and the point to which they were phased.
+    pub near_field: NearField,
     /// History of the image, oldest first.
     pub history: Vec<String>,
 }
@@ -207,6 +209,7 @@ impl<P> Image<P> {
             time_jd: None,
             pedestal_k: None,
             pattern: ElementPattern::None,
+            near_field: NearField::default(),
             history: Vec::new(),
         })
     }
@@ -237,6 +240,7 @@ impl From<Image<f32>> for Image {
             time_jd: image.time_jd,
             pedestal_k: image.pedestal_k,
             pattern: image.pattern,
+            near_field: image.near_field,
             history: image.history,
         }
     }

@@ -16,6 +16,7 @@
 //! | [`VisibilityHeader`] | layout, channels, polarisations, phase centres, unit, history | |
 //! | [`VisibilityBlock`] | a run of rows | `Complex<f32>` \[blt, chan, pol\] |
 //! | [`VisibilitySet`] | header and one block in memory | |
+//! | [`NearField`] | where the scene of a set lies, and the point to which it is phased | m |
 //! | [`GainTable`] | antenna gains | `Complex<f64>` \[solint, ant, chan, feed\] |
 //! | [`SkyGrid`], [`Image`] | brightness on a grid of direction cosines | \[chan, pol, m, l\] |
 
@@ -34,6 +35,7 @@ mod geodesy;
 mod image;
 mod layout;
 mod layout_toml;
+mod near_field;
 pub mod pattern;
 mod phase_center;
 mod polarization;
@@ -61,6 +63,7 @@ pub use gains::GainTable;
 pub use generate::{GenerateOptions, LAYOUT_KINDS, LayoutKind};
 pub use image::{BrightnessUnit, Image, SkyFrame, SkyGrid};
 pub use layout::{Antenna, ArrayLayout, LayoutFrame, Sensitivity, Site};
+pub use near_field::{FocusPoint, NearField, SceneRange};
 pub use pattern::ElementPattern;
 pub use phase_center::{PhaseCenter, PhaseCenterKind};
 pub use polarization::Polarization;

@@ -1,7 +1,7 @@
 //! Visibilities with their header: array, channels, polarisations, phase centres and unit.
 
 use crate::coverage::append_rows;
-use crate::{Annotations, ArrayError, ArrayLayout, PhaseCenter, Polarization, Result, SpectralWindow, UvCoverage};
+use crate::{Annotations, ArrayError, ArrayLayout, NearField, PhaseCenter, Polarization, Result, SpectralWindow, UvCoverage};
 use ndarray::{Array3, s};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -66,6 +66,8 @@ pub struct VisibilityHeader {
     /// Mean temperature of what one element sees, weighted with its pattern over the half space, K: a measurement of total power. It is the zero
     /// spacing over the solid angle of the pattern.
     pub antenna_temperature_k: Option<f64>,
+    /// Where the scene lies, and the point to which the visibilities are phased. The uvw are differences of positions in any case.
+    pub near_field: NearField,
     /// What is only carried from file to file.
     pub annotations: Annotations,
     /// History of the data, oldest first, one entry per line.

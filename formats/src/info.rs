@@ -77,6 +77,12 @@ pub struct VisibilityInfo {
     /// Power pattern of the elements that the visibilities contain, as in layout files.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element_pattern: Option<String>,
+    /// Surface on which the scene lies, as `plane METRES`, `sphere METRES` or `map NAME`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scene_range: Option<String>,
+    /// Point to which the visibilities are phased: l, m, and the distance in m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub focus: Option<[f64; 3]>,
     /// Mean temperature that one element sees, by total power, K.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub antenna_temperature_k: Option<f64>,
@@ -133,6 +139,8 @@ impl VisibilityInfo {
             phase_centers: header.phase_centers.iter().map(phase_center).collect(),
             pedestal_k: header.pedestal_k,
             antenna_temperature_k: header.antenna_temperature_k,
+            scene_range: header.near_field.scene.as_ref().map(ToString::to_string),
+            focus: header.near_field.focus.map(|p| [p.l, p.m, p.range_m]),
             element_pattern: (!header.layout.pattern.is_none()).then(|| header.layout.pattern.to_string()),
             longest_baseline_m: count.longest_m,
             shortest_baseline_m: if count.shortest_m.is_finite() { count.shortest_m } else { 0.0 },

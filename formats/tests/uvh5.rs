@@ -36,6 +36,7 @@ fn assert_same(a: &VisibilitySet, b: &Uvh5Reader, tolerance_m: f64) {
     assert_eq!((&ha.telescope, &ha.instrument, &ha.history), (&hb.telescope, &hb.instrument, &hb.history));
     assert_eq!((ha.pedestal_k, ha.scene_pedestal_k), (hb.pedestal_k, hb.scene_pedestal_k));
     assert_eq!((ha.scene_width_rad, ha.antenna_temperature_k), (hb.scene_width_rad, hb.antenna_temperature_k));
+    assert_eq!(ha.near_field, hb.near_field);
     assert_eq!(ha.phase_centers[0].kind, hb.phase_centers[0].kind);
     assert_eq!(b.n_rows(), a.data.n_rows());
     assert_eq!(b.read(0..a.data.n_rows()).unwrap(), a.data);
@@ -61,6 +62,7 @@ fn the_pattern_of_the_elements_comes_back() {
     let dir = tempfile::tempdir().unwrap();
     let mut set = common::boresight();
     set.header.antenna_temperature_k = Some(264.7);
+    set.header.near_field = cittert_arrays::NearField::of_parts(Some("plane 10.5"), [Some(0.1), Some(-0.05), Some(31.25)]).unwrap();
     let mut samples = Vec::new();
     for (k, power) in (0..24).zip([1.0, 1.1, 0.9, 1.0, 0.5, 0.6, 0.4, 0.5, 0.1, 0.0, 0.2, 0.1].into_iter().cycle()) {
         let (freq_hz, theta_rad, phi_rad) = (90e9 + 8e9 * (k / 12) as f64, 0.1 * (k / 4 % 3) as f64, f64::from(k % 4));

@@ -10,6 +10,7 @@ use crate::Result;
 use crate::deconvolve::{Algorithm, CleanOptions, EXTENDED, by_name};
 use crate::imaging::ImagingOptions;
 use crate::mem::Prior;
+use crate::values::need;
 use cittert_arrays::{Polarization, VisUnit};
 
 /// Everything that the candidates share.
@@ -45,6 +46,13 @@ impl CandidateOptions {
 /// A deconvolver that is not in the table, or an option of CLEAN that is out of range.
 pub fn candidates<'a>(of: &CandidateOptions) -> Result<Vec<Candidate<'a>>> {
     of.clean.check()?;
+    let range = of.imaging.range.as_ref().map_or(String::new(), ToString::to_string);
+    need(
+        "range",
+        range,
+        of.imaging.range.is_none(),
+        "no range: self-calibration images by Fourier transforms, of a set that is focused first",
+    )?;
     // A threshold in another unit is refused here, before a candidate begins.
     if let Some(level) = of.clean.threshold {
         level.in_unit("threshold", of.unit)?;

@@ -3,7 +3,7 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::held_out::{self, HoldOutArgs};
-use super::options::{ColumnArgs, OutputArgs, loaded};
+use super::options::{ColumnArgs, OutputArgs, loaded, range_file, with_range};
 use super::planned::check_room_for_images;
 use super::text::{beam, chi2, note_beam, number, reasons};
 use super::verdict;
@@ -69,18 +69,22 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     let mut outputs = args.out.all_suffixed(&IMAGES);
     outputs.push(args.out.suffixed(COMPONENTS));
     outputs.extend(args.corrected_outputs());
-    args.out.claim(outputs.iter().chain(&args.log), [&args.input].into_iter().chain(&args.clean.mask))?;
+    args.out.claim(
+        outputs.iter().chain(&args.log),
+        [args.input.as_path()].into_iter().chain(args.clean.mask.as_deref()).chain(args.imaging.range.as_ref().and_then(range_file)),
+    )?;
+    let imaging = with_range(&args.imaging)?;
     super::cycle_log::open(args.log.as_deref(), context)?;
     let mut source = args.column.open(&args.input)?;
     let what = format!("imaging {}", args.input.display());
-    let options = args.imaging.clone();
+    let options = imaging.clone();
     let imager = Imager::new(source.as_mut(), options.clone(), &context.console).context(&what)?;
     args.correction.check(&imager.header().layout.pattern).context(&what)?;
     let g = imager.grid();
     let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
     if !args.startmod.may_solve(imager.survey().uv_range_wl.0, half_field_rad) {
         let cleaned = deconvolve(args, imager, context)?;
-        return save(args, (source.as_mut(), false), cleaned, context);
+        return save((args, &imaging), (source.as_mut(), false), cleaned, context);
     }
     drop(imager);
     let gains = starting_phases(source.as_mut(), args.startmod, half_field_rad, &context.console).context(&what)?;
@@ -94,7 +98,7 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     };
     let imager = Imager::new(data, options, &Silent).context(&what)?;
     let cleaned = deconvolve(args, imager, context)?;
-    save(args, (data, gains.is_some()), cleaned, context)
+    save((args, &imaging), (data, gains.is_some()), cleaned, context)
 }
 
 /// What is left of a run when its images are written.
@@ -148,20 +152,20 @@ fn suffix(kind: Kind) -> &'static str {
 
 /// Judge the images, and write the components. `started` is true where starting phases were applied to `data`.
 fn save(
-    args: &CleanCommandArgs,
+    (args, imaging): (&CleanCommandArgs, &ImagingOptions),
     (data, started): (&mut dyn VisibilitySource, bool),
     written: Written,
     context: &Context,
 ) -> Result<Outcome> {
     let Written { report, model, restored, residual, grid } = written;
     let facts = ImageFacts { restored, residual, beam: report.beams.first(), stop: &report.statistics.stop };
-    let mut judged = verdict::of_model(data, (model, &args.imaging), &facts, context)?;
+    let mut judged = verdict::of_model(data, (model, imaging), &facts, context)?;
     let options = loaded(&args.clean, &grid)?;
     let quiet = Quiet(&context.console);
     let again = |data: &mut dyn VisibilitySource, imaging: &ImagingOptions| {
         Ok(clean(&mut Imager::new(data, imaging.clone(), &quiet)?, &options, &quiet)?.model)
     };
-    let check = args.hold_out.judge(data, (&grid, &args.imaging), &mut judged, &again, context)?;
+    let check = args.hold_out.judge(data, (&grid, imaging), &mut judged, &again, context)?;
     let mut json = statistics(&report, args, (args.clean.entry()?.name, restored.unit, &grid));
     json["startmod"] = started.into();
     let held_out = held_out::line(check, &mut json);

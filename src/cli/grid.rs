@@ -19,6 +19,7 @@ pub struct GridArgs {
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
+    args.of.no_range("cells of the u-v plane know nothing of spherical waves; focus the set (cittert focus)")?;
     let mut grid = args.of.imaged("gridding", context, |imager| imager.cells(&context.console))?;
     grid.history.push(context.history());
     let path = &args.of.out.output;

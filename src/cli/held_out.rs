@@ -6,6 +6,7 @@ use super::verdict::{EPSILON, Judged};
 use crate::calibrate::Accuracy;
 use crate::imaging::ImagingOptions;
 use crate::progress::Quiet;
+use crate::simulate::SkyModel;
 use crate::verdict::CrossCheck;
 use cittert_arrays::{Image, Polarization, SkyGrid, VisibilitySource};
 use clap::Args;
@@ -68,7 +69,9 @@ impl HoldOutArgs {
         }
         let same = imaging.on_grid(grid);
         let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
-        let check = CrossCheck::of(data, fraction, &mut |data| make(data, &same), accuracy, &Quiet(&context.console))?;
+        let surface = imaging.surface_of(&data.header().near_field)?;
+        let mut model = |data: &mut dyn VisibilitySource| Ok(SkyModel::of_image(make(data, &same)?).at(surface.clone()));
+        let check = CrossCheck::of(data, fraction, &mut model, accuracy, &Quiet(&context.console))?;
         // An image that does not even explain its own data needs no second doubt.
         if judged.findings.iter().all(|f| f.name != "chi_squared") {
             judged.findings.extend(check.and_then(|c| c.finding()));

@@ -109,6 +109,12 @@ fn visibilities(format: &str, i: &VisibilityInfo) -> Vec<String> {
     if let Some(pattern) = &i.element_pattern {
         lines.push(format!("pattern       {pattern}"));
     }
+    if let Some(range) = &i.scene_range {
+        lines.push(format!("scene range   {range}"));
+    }
+    if let Some([l, m, range]) = i.focus {
+        lines.push(format!("focus         l {l}, m {m}, at {}", Length(range)));
+    }
     if let Some(t) = i.antenna_temperature_k {
         lines.push(format!("total power   {t} K"));
     }

@@ -20,6 +20,7 @@ mod dirty;
 mod enhance;
 mod failure;
 mod film;
+mod focus;
 mod grid;
 mod held_out;
 mod identify;
@@ -98,6 +99,8 @@ subcommands! {
         Scene(scene::SceneCommand) => |command: &scene::SceneCommand, context| command.run(context);
         /// Simulate the visibilities that an array measures of a scene.
         Simulate(simulate::SimulateArgs) => simulate::run;
+        /// Phase visibilities to a point near the array, and say where a Fourier image of them is valid.
+        Focus(focus::FocusArgs) => focus::run;
         /// Put known antenna errors into visibilities, and keep the true gains.
         Corrupt(corrupt::CorruptArgs) => corrupt::run;
         /// Write the gridded visibilities.

@@ -3,7 +3,7 @@
 use super::airs::Airs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
-use super::options::{OutputArgs, SceneArgs, load_array};
+use super::options::{OutputArgs, SceneArgs, load_array, range_file, scene_surface};
 use super::{planned, verdict};
 use crate::calibrate::spread_channels;
 use crate::corrupt::{AtmosphereOptions, CorruptOptions, ErrorOptions, GainedSink, WindOptions, corrupted_header, true_gains};
@@ -72,6 +72,7 @@ const BLOCK_ROWS: usize = 16_384;
 pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let gains_path = args.air.gains_path(&args.out.output);
     let given = [Path::new(&args.layout), &args.scene.scene].into_iter().chain(args.how.element_file.as_deref());
+    let given = given.chain(args.how.range.as_ref().and_then(range_file));
     args.out.claim([&args.out.output].into_iter().chain(&gains_path), given)?;
     let mut layout = load_array(&args.layout)?;
     if let Some(file) = &args.how.element_file {
@@ -82,7 +83,8 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     planned::warn(&plan, context);
     planned::check_size(&plan, spectrum.n_chan() * args.how.pols.len(), Some(&args.out.output), context)?;
     args.how.pattern(&layout).map_err(Failure::call)?;
-    let scene = args.scene.load(&center, &spectrum, context)?;
+    let mut scene = args.scene.load(&center, &spectrum, context)?;
+    scene.sky.surface = scene_surface(args.how.range.as_ref(), &args.scene, &scene.sky, &spectrum)?;
     center.name.clone_from(&scene.name);
     let mut head = args.how.header(layout, spectrum, center, scene.unit);
     let air = args.air.errors(args.how.seed, scene.unit)?;
@@ -123,6 +125,7 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         "scene_pedestal_k": header.scene_pedestal_k,
         "scene_width_rad": header.scene_width_rad,
         "antenna_temperature_k": header.antenna_temperature_k,
+        "scene_range": header.near_field.scene.as_ref().map(ToString::to_string),
         "element_pattern": header.layout.pattern.to_string(),
         "findings": findings,
         "seed": args.how.seed,

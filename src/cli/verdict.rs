@@ -39,7 +39,7 @@ pub(super) fn of_model(
     // Without its zero spacing a thermal scene may have any flux.
     let positive = model.unit == BrightnessUnit::JyPerPixel;
     let flux = positive.then(|| model.data.sum() / model.spectrum.n_chan().max(1) as f64);
-    let sky = SkyModel::of_image(model);
+    let sky = SkyModel::of_image(model).at(imaging.surface_of(&header.near_field)?);
     let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
     let quiet = Quiet(&context.console);
     let mut predicted = match SkyPrediction::new(&header, &sky, accuracy, &quiet) {

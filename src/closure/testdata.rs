@@ -66,6 +66,7 @@ impl Scene {
             scene_pedestal_k: None,
             scene_width_rad: None,
             antenna_temperature_k: None,
+            near_field: Default::default(),
             annotations: Default::default(),
             history: Vec::new(),
         }

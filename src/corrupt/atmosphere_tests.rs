@@ -63,6 +63,7 @@ fn set(places: &[[f64; 3]], times: usize, step_s: f64, frame: LayoutFrame) -> Vi
         scene_pedestal_k: None,
         scene_width_rad: None,
         antenna_temperature_k: None,
+        near_field: Default::default(),
         annotations: Default::default(),
         history: Vec::new(),
     };

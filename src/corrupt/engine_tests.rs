@@ -31,6 +31,7 @@ fn set(times: usize, channels: usize, frame: LayoutFrame) -> VisibilitySet {
         scene_pedestal_k: None,
         scene_width_rad: None,
         antenna_temperature_k: None,
+        near_field: Default::default(),
         annotations: Default::default(),
         history: Vec::new(),
     };

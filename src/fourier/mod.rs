@@ -27,6 +27,7 @@ mod lanes;
 mod line_fft;
 mod mirrored;
 mod pair;
+pub(crate) mod phasor;
 mod plan;
 mod plane_groups;
 mod plane_rows;

@@ -8,11 +8,12 @@ use super::ahead::for_each_block_ahead;
 use super::pol::{DataCounts, PolSelector};
 use crate::fourier::UvwExtent;
 use crate::memory::MemoryBudget;
+use crate::nearfield::boresight_turn;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource};
-use ndarray::Array2;
-use num_complex::Complex32;
+use cittert_arrays::{FocusPoint, SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use ndarray::{Array2, ArrayView1};
+use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
 /// Size in bytes of a reduced visibility: the value, its weight and its imaging weight.
@@ -21,6 +22,8 @@ const REDUCED_BYTES: usize = 16;
 /// Rows that are reduced to one polarisation product.
 #[derive(Debug, Clone)]
 pub struct ReducedBlock {
+    /// Antennas of the rows; empty unless they were asked for.
+    pub antennas: Vec<[u32; 2]>,
     /// uvw, m \[row, 3\]. A uvw that is not finite is replaced by 0; the weights of its row are 0.
     pub uvw_m: Array2<f64>,
     /// Visibilities \[row, chan\]; 0 if they must not count.
@@ -53,11 +56,21 @@ pub struct Survey {
     pub phase_center: usize,
 }
 
+/// How rows are reduced to one polarisation product.
+#[derive(Debug)]
+struct Reduction {
+    selector: PolSelector,
+    unit_weights: bool,
+    /// Keep the antennas of the rows.
+    antennas: bool,
+    /// The focus from which visibilities are turned back to the boresight, for Fourier images, and the channels, Hz.
+    focus: Option<(FocusPoint, Vec<f64>)>,
+}
+
 /// A source of reduced blocks.
 pub struct Data<'a> {
     source: &'a mut dyn VisibilitySource,
-    selector: PolSelector,
-    unit_weights: bool,
+    reduction: Reduction,
     memory: MemoryBudget,
     cache: Option<Vec<ReducedBlock>>,
     survey: Survey,
@@ -70,17 +83,21 @@ impl std::fmt::Debug for Data<'_> {
 }
 
 impl<'a> Data<'a> {
-    /// Read the source once: count the visibilities, measure the coverage, and keep the data if they fit into the budget.
+    /// Read the source once: count the visibilities, measure the coverage, and keep the data if they fit into the budget. With `antennas` the blocks hold
+    /// those of their rows, and the visibilities stay phased to the focus of the set.
     ///
     /// # Errors
     /// The source cannot be read, the rows have several phase centres, or no visibility can be used.
     pub fn open(
         source: &'a mut dyn VisibilitySource,
         selector: PolSelector,
-        (unit_weights, memory): (bool, MemoryBudget),
+        (unit_weights, antennas, memory): (bool, bool, MemoryBudget),
         observer: &dyn Observer,
     ) -> Result<Self> {
         let (n_rows, spectrum) = (source.n_rows(), source.header().spectrum.clone());
+        let focus = source.header().near_field.focus.filter(|f| !antennas && !f.is_on_axis());
+        let focus = focus.map(|f| (f, spectrum.freq_hz().to_vec()));
+        let reduction = Reduction { selector, unit_weights, antennas, focus };
         let fits = n_rows.saturating_mul(spectrum.n_chan()).saturating_mul(REDUCED_BYTES) <= memory.kept_visibilities();
         let mut survey = Survey {
             channel_weight: vec![0.0; spectrum.n_chan()],
@@ -102,7 +119,7 @@ impl<'a> Data<'a> {
                 return Err(ChainError::Incompatible(message.into()));
             }
             refuse_impossible(&block, first_row)?;
-            let (reduced, counts) = reduce(&selector, unit_weights, &block)?;
+            let (reduced, counts) = reduction.reduce(&block)?;
             survey.counts = survey.counts.plus(counts);
             times = block.coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
             survey.extent = survey.extent.union(UvwExtent::of(reduced.uvw_m.view()));
@@ -126,10 +143,10 @@ impl<'a> Data<'a> {
         if times.0 <= times.1 {
             survey.time_jd = Some(0.5 * (times.0 + times.1));
         }
-        report(&survey.counts, selector.target.name(), observer)?;
+        report(&survey.counts, reduction.selector.target.name(), observer)?;
         let center: u16 = center.ok_or_else(|| ChainError::NoData("the set has no rows".into()))?;
         survey.phase_center = usize::from(center);
-        Ok(Self { source, selector, unit_weights, memory, cache: fits.then_some(cache), survey })
+        Ok(Self { source, reduction, memory, cache: fits.then_some(cache), survey })
     }
 
     /// The results of the first pass.
@@ -164,10 +181,10 @@ impl<'a> Data<'a> {
             }
             return Ok(());
         }
-        let (selector, unit) = (&self.selector, self.unit_weights);
+        let reduction = &self.reduction;
         for_each_block_ahead(self.source, self.memory.imaging_block(false), |_, block| {
             stop()?;
-            let (mut reduced, _) = reduce(selector, unit, &block)?;
+            let (mut reduced, _) = reduction.reduce(&block)?;
             drop(block);
             prepare(&mut reduced);
             work(&mut reduced)?;
@@ -199,33 +216,48 @@ fn refuse_impossible(block: &VisibilityBlock, first_row: usize) -> Result<()> {
     })
 }
 
-/// Combine the polarisation products of a block.
-fn reduce(selector: &PolSelector, unit: bool, block: &VisibilityBlock) -> Result<(ReducedBlock, DataCounts)> {
-    let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
-    // New memory is zero already, and the threads that fill it are the first to touch it.
-    let mut vis: Vec<Complex32> = bytemuck::zeroed_vec(rows * chans);
-    let (mut weight, mut imaging) = (vec![0.0; rows * chans], vec![0.0; rows * chans]);
-    let counts = vis
-        .par_chunks_exact_mut(chans.max(1))
-        .zip(weight.par_chunks_exact_mut(chans.max(1)))
-        .zip(imaging.par_chunks_exact_mut(chans.max(1)))
-        .enumerate()
-        .map(|(r, ((v, w), imaging))| {
-            let counts = selector.row(block, r, unit, (v, w));
-            imaging.copy_from_slice(w);
-            counts
-        })
-        .reduce(DataCounts::default, DataCounts::plus);
-    let mut uvw_m = block.coverage.uvw_m.clone();
-    for mut row in uvw_m.rows_mut() {
-        if !row.iter().all(|x| x.is_finite()) {
-            row.fill(0.0);
+impl Reduction {
+    /// Combine the polarisation products of a block.
+    fn reduce(&self, block: &VisibilityBlock) -> Result<(ReducedBlock, DataCounts)> {
+        let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
+        // New memory is zero already, and the threads that fill it are the first to touch it.
+        let mut vis: Vec<Complex32> = bytemuck::zeroed_vec(rows * chans);
+        let (mut weight, mut imaging) = (vec![0.0; rows * chans], vec![0.0; rows * chans]);
+        let counts = vis
+            .par_chunks_exact_mut(chans.max(1))
+            .zip(weight.par_chunks_exact_mut(chans.max(1)))
+            .zip(imaging.par_chunks_exact_mut(chans.max(1)))
+            .enumerate()
+            .map(|(r, ((v, w), imaging))| {
+                let counts = self.selector.row(block, r, self.unit_weights, (v, w));
+                self.turn(block.coverage.uvw_m.row(r), v);
+                imaging.copy_from_slice(w);
+                counts
+            })
+            .reduce(DataCounts::default, DataCounts::plus);
+        let mut uvw_m = block.coverage.uvw_m.clone();
+        for mut row in uvw_m.rows_mut() {
+            if !row.iter().all(|x| x.is_finite()) {
+                row.fill(0.0);
+            }
+        }
+        let wrong = |e: ndarray::ShapeError| ChainError::Internal(e.to_string());
+        let shaped = |values| Array2::from_shape_vec((rows, chans), values).map_err(wrong);
+        let vis = Array2::from_shape_vec((rows, chans), vis).map_err(wrong)?;
+        let pair = |(a, b): (&u32, &u32)| [*a, *b];
+        let antennas = if self.antennas { block.coverage.ant1.iter().zip(&block.coverage.ant2).map(pair).collect() } else { Vec::new() };
+        Ok((ReducedBlock { antennas, uvw_m, vis, weight: shaped(weight)?, imaging: shaped(imaging)? }, counts))
+    }
+
+    /// Turn the visibilities of a row from the focus to the boresight.
+    fn turn(&self, uvw: ArrayView1<'_, f64>, vis: &mut [Complex32]) {
+        let Some((focus, freq_hz)) = &self.focus else { return };
+        for (v, freq) in vis.iter_mut().zip(freq_hz) {
+            let turn = boresight_turn(*focus, [uvw[0], uvw[1], uvw[2]], *freq);
+            let turned = Complex64::new(v.re.into(), v.im.into()) * turn;
+            *v = if *v == Complex32::default() { *v } else { Complex32::new(turned.re as f32, turned.im as f32) };
         }
     }
-    let wrong = |e: ndarray::ShapeError| ChainError::Internal(e.to_string());
-    let shaped = |values| Array2::from_shape_vec((rows, chans), values).map_err(wrong);
-    let vis = Array2::from_shape_vec((rows, chans), vis).map_err(wrong)?;
-    Ok((ReducedBlock { uvw_m, vis, weight: shaped(weight)?, imaging: shaped(imaging)? }, counts))
 }
 
 /// Report the visibilities that were left out. It is an error if no visibility is left.

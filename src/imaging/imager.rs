@@ -2,6 +2,7 @@
 
 use super::ImagingOptions;
 use super::data::{Data, ReducedBlock, Survey};
+use super::near::{Near, warn_invalid};
 use super::pol::PolSelector;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use super::size::choose_grid;
@@ -37,6 +38,8 @@ pub struct Imager<'a> {
     session: Option<(usize, Box<dyn Any + Send + Sync>)>,
     /// The background that is taken out of the data.
     pub(super) split: Split,
+    /// The exact transform of a scene near the array, in place of the Fourier transform.
+    pub(super) near: Option<Near>,
 }
 
 /// The residual of the data after the subtraction of a model.
@@ -80,8 +83,13 @@ impl<'a> Imager<'a> {
         let spectrum = source.header().spectrum.clone();
         let channels = share(spectrum.n_chan(), options.channels_out)?;
         let selector = PolSelector::new(options.pol, &source.header().polarizations)?;
-        let mut data = Data::open(source, selector, (options.unit_weights, options.memory), observer)?;
+        let surface = options.surface_of(&source.header().near_field)?;
+        let mut data = Data::open(source, selector, (options.unit_weights, surface.is_some(), options.memory), observer)?;
         let grid = choose_grid(data.survey(), data.header(), &options, observer)?;
+        let near = match surface {
+            Some(surface) => Some(Near::new(data.header(), (surface, options.no_w), &grid, observer)?),
+            None => warn_invalid(data.header(), &grid, observer).map(|()| None)?,
+        };
         check_images((grid.n_l, grid.n_m), ImageWork::Transform)?;
         let freq_hz = spectrum.freq_hz().to_vec();
         let all = 0..freq_hz.len();
@@ -130,7 +138,7 @@ impl<'a> Imager<'a> {
         }
         // Blocks in memory keep their imaging weights. The density grid of a large image would take as much memory as four planes.
         let weights = if data.is_cached() { Vec::new() } else { weights };
-        Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None, split: Split::Pending })
+        Ok(Self { data, options, grid, channels, weights, sums, freq_hz, session: None, split: Split::Pending, near })
     }
 
     /// The grid of the image.
@@ -262,6 +270,9 @@ impl<'a> Imager<'a> {
     /// Grid the visibilities, or 1 in place of each, with their imaging weights, transform them to an image, and divide it by the sum of
     /// weights. Without a field the image has the grid of the imager, and the session is kept for the next pass.
     pub(super) fn gridded<P: Real>(&mut self, at: (Option<&SkyGrid>, usize), what: Gridded, observer: &dyn Observer) -> Result<Array2<P>> {
+        if self.near.is_some() {
+            return self.near_gridded(at, what, observer);
+        }
         if self.options.grid_options().single_precision_suffices() {
             self.gridded_in::<f32, P>(at, what, observer)
         } else {
@@ -313,6 +324,9 @@ impl<'a> Imager<'a> {
         model: CowArray<'_, f64, Ix2>,
         observer: &dyn Observer,
     ) -> Result<(Residue, Array2<P>)> {
+        if self.near.is_some() {
+            return self.near_residual(how, model, observer);
+        }
         if self.options.grid_options().single_precision_suffices() {
             self.residual_sum_in::<f32, P>(how, model, observer)
         } else {

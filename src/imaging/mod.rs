@@ -16,6 +16,9 @@ mod corrected;
 mod data;
 mod imager;
 pub mod major;
+mod near;
+#[cfg(test)]
+mod near_tests;
 mod options;
 mod output;
 mod pol;

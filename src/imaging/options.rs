@@ -5,9 +5,10 @@ use super::split::BackgroundChoice;
 use crate::Result;
 use crate::fourier::GridOptions;
 use crate::memory::MemoryBudget;
+use crate::nearfield::{RangeChoice, Surface};
 use crate::values::{by_text, need};
 use cittert_arrays::quantity::Angle;
-use cittert_arrays::{Polarization, RestoringBeam, SkyGrid, Weighting};
+use cittert_arrays::{NearField, Polarization, RestoringBeam, SkyGrid, Weighting};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -64,6 +65,14 @@ pub struct ImagingOptions {
     /// image. auto (by total power, or fitted to the visibilities), none or a temperature.
     #[cfg_attr(feature = "cli", arg(long, value_name = "auto|none|TEMP", default_value_t = ImagingOptions::default().background))]
     pub background: BackgroundChoice,
+    /// Image by exact spherical waves from a scene at this distance: a plane across the boresight (10m), a sphere around the array (sphere:10m), a FITS image of
+    /// distances in m, or auto (what the set says of its scene or its focus) [default: a Fourier image].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "RANGE"))]
+    pub range: Option<RangeChoice>,
+    /// The map of distances of the range, once it is read.
+    #[serde(skip)]
+    #[cfg_attr(feature = "cli", arg(skip))]
+    pub surface: Option<Surface>,
     /// Memory that the visibilities, the grid and their buffers share.
     #[serde(skip)]
     #[cfg_attr(feature = "cli", arg(skip))]
@@ -92,6 +101,8 @@ impl Default for ImagingOptions {
             no_w: false,
             beam: None,
             background: BackgroundChoice::Auto,
+            range: None,
+            surface: None,
             memory: MemoryBudget::default(),
             sizes: SizeTuning::default(),
         }
@@ -116,6 +127,18 @@ impl ImagingOptions {
             need(field, width, width.si().is_finite() && width.si() > 0.0, "a positive angle")?;
         }
         need("epsilon", self.epsilon, (1e-13..=0.5).contains(&self.epsilon), "a relative error from 1e-13 to 0.5")
+    }
+
+    /// The surface of the scene, for images by spherical waves of a set that says this of the near field; `None` for Fourier images.
+    ///
+    /// # Errors
+    /// A distance that is not positive, a map that was not read, a set that does not say where its scene is.
+    pub fn surface_of(&self, near: &NearField) -> Result<Option<Surface>> {
+        match (&self.surface, &self.range) {
+            (Some(surface), _) => Ok(Some(surface.clone())),
+            (None, None) => Ok(None),
+            (None, Some(choice)) => choice.surface_of(near).map(Some),
+        }
     }
 
     /// The same options with the size and the cell of a grid.

@@ -37,11 +37,16 @@ impl Imager<'_> {
     #[must_use]
     pub fn pattern_of(&self, channel: usize) -> Option<Array2<f64>> {
         let pattern = &self.header().layout.pattern;
+        (!pattern.is_none()).then(|| pattern.plane(self.grid(), self.mean_hz(channel)))
+    }
+
+    /// The mean frequency of the data of an output channel, Hz.
+    pub(super) fn mean_hz(&self, channel: usize) -> f64 {
         let range = self.channels()[channel].clone();
         let (freq, weight) = (&self.header().spectrum.freq_hz()[range.clone()], &self.survey().channel_weight[range]);
         let sum: f64 = weight.iter().sum();
         let mean = freq.iter().zip(weight).map(|(f, w)| f * w).sum::<f64>() / sum;
-        (!pattern.is_none()).then(|| pattern.plane(self.grid(), if sum > 0.0 { mean } else { freq[0] }))
+        if sum > 0.0 { mean } else { freq[0] }
     }
 
     /// The restoring beam for a dirty beam: the beam of the options, or a fitted one.
@@ -100,6 +105,7 @@ impl Imager<'_> {
         if kind != Kind::Psf {
             image.pattern.clone_from(&header.layout.pattern);
         }
+        image.near_field.clone_from(&header.near_field);
         image.history.clone_from(&header.history);
         Ok(image)
     }

@@ -229,6 +229,7 @@ mod tests {
         let wavelength = SPEED_OF_LIGHT_M_S / 1e9;
         let weight = array![[1.0_f32], [3.0], [2.0]];
         ReducedBlock {
+            antennas: Vec::new(),
             uvw_m: array![[100.0, 40.0, 0.0], [-100.2, -40.1, 0.0], [30.0, 0.1, 0.0]] * wavelength,
             vis: Array2::from_elem((3, 1), Complex32::new(1.0, 0.0)),
             imaging: weight.clone(),
@@ -284,7 +285,7 @@ mod tests {
         let uvw_m = Array2::from_shape_fn((n, 3), |(_, k)| if k < 2 { 260.0 * noise.next() * noise.next() * wavelength } else { 0.0 });
         let weight = Array2::from_shape_fn((n, 2), |(r, _)| if r % 9 == 0 { 0.0 } else { 1.0 + noise.next().abs() as f32 });
         let vis = Array2::from_elem((n, 2), Complex32::default());
-        let block = ReducedBlock { uvw_m, vis, imaging: weight.clone(), weight };
+        let block = ReducedBlock { antennas: Vec::new(), uvw_m, vis, imaging: weight.clone(), weight };
         let freq = [0.9e9, 1.1e9];
         let options = ImagingOptions { weighting: Weighting::Uniform, ..ImagingOptions::default() };
         let made = |threads: usize| {

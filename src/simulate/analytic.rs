@@ -1,8 +1,8 @@
 //! Exact visibilities of points and elliptical Gaussians.
 
 use super::dft::{RESTART, n_minus_1};
-use super::phasor::{cos_sin_turns, uniform_step};
 use crate::Result;
+use crate::fourier::phasor::{cos_sin_turns, uniform_step};
 use cittert_arrays::{ArrayError, PhaseCenter, SPEED_OF_LIGHT_M_S, Source, SourceShape};
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis};

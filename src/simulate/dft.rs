@@ -2,7 +2,7 @@
 //!
 //! V(u, v, w) = sum over cells of I(l, m) exp(+2 pi i (u l + v m + w (n - 1))), with u, v, w in wavelengths of each frequency.
 
-use super::phasor::{cos_sin_turns, uniform_step};
+use crate::fourier::phasor::{cos_sin_turns, uniform_step};
 use crate::{ChainError, Result};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::parallel::prelude::*;

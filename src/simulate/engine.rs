@@ -5,6 +5,7 @@ use super::degrid::DegridPlane;
 use super::dft::{image_dft, n_minus_1};
 use super::mask::MaskPlane;
 use super::method::Method;
+use super::near::{Near, surface_of};
 use super::noise::NoiseModel;
 use super::options::check;
 use super::pedestal::{self, Chosen};
@@ -21,12 +22,12 @@ use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::{Complex, Complex64};
 
 /// One image plane that is used for some channels of the set.
-struct Plane {
-    image: usize,
-    image_chan: usize,
-    pol: usize,
+pub(super) struct Plane {
+    pub(super) image: usize,
+    pub(super) image_chan: usize,
+    pub(super) pol: usize,
     /// The channels of the set that use this plane.
-    chans: Vec<usize>,
+    pub(super) chans: Vec<usize>,
     /// Its transform, if it was made and fits into the memory budget.
     ready: Option<Transform>,
 }
@@ -66,21 +67,23 @@ pub struct Summary {
 
 /// Computes the visibilities of one scene for rows of coverage.
 pub struct Simulator<'a> {
-    header: VisibilityHeader,
-    sky: &'a SkyModel,
-    options: SimulateOptions,
-    pattern: ElementPattern,
-    pedestal_k: f64,
+    pub(super) header: VisibilityHeader,
+    pub(super) sky: &'a SkyModel,
+    pub(super) options: SimulateOptions,
+    pub(super) pattern: ElementPattern,
+    pub(super) pedestal_k: f64,
     /// The sources relative to each phase centre \[phase centre\]\[source\].
-    sources: Vec<Vec<Seen>>,
-    planes: Vec<Plane>,
+    pub(super) sources: Vec<Vec<Seen>>,
+    pub(super) planes: Vec<Plane>,
     kept_bytes: usize,
     noise: Option<NoiseModel>,
+    /// The visibilities of every pair of antennas, if the scene lies on a surface.
+    near: Option<Near>,
     /// Frequencies within each channel, Hz \[chan\]\[sub-channel\].
-    freq_hz: Vec<Vec<f64>>,
+    pub(super) freq_hz: Vec<Vec<f64>>,
     warned_coarse: bool,
     n_vis: Option<u64>,
-    memory: MemoryBudget,
+    pub(super) memory: MemoryBudget,
 }
 
 /// Largest part of a visibility that is simulated. Imaging uses none above 1e19, whose squares 32-bit numbers cannot hold.
@@ -137,6 +140,7 @@ impl<'a> Simulator<'a> {
             sources,
             kept_bytes: 0,
             noise,
+            near: None,
             warned_coarse: false,
             n_vis: None,
             memory: MemoryBudget::default(),
@@ -146,6 +150,10 @@ impl<'a> Simulator<'a> {
         simulator.header.scene_pedestal_k = scene_pedestal_k;
         simulator.header.scene_width_rad = sky.width_rad();
         simulator.header.antenna_temperature_k = simulator.antenna_temperature_k();
+        if let Some(surface) = surface_of(sky, options)? {
+            simulator.near = Some(simulator.near_field(&surface, observer)?);
+            simulator.header.near_field.scene = Some(surface.scene_range());
+        }
         let line = simulator.history();
         simulator.header.history.push(line);
         Ok(simulator)
@@ -176,7 +184,10 @@ impl<'a> Simulator<'a> {
     fn history(&self) -> String {
         let o = &self.options;
         let mut line = format!("simulate: method {}", o.method.name());
-        if o.method == Method::Degrid {
+        if self.near.is_some() {
+            let range = self.header.near_field.scene.as_ref().map_or(String::new(), ToString::to_string);
+            line = format!("simulate: exact sum over spherical waves, scene range {range}");
+        } else if o.method == Method::Degrid {
             line += &format!(", epsilon {:e}", o.epsilon);
         }
         line += &format!(", w term {}, pattern {}, {} sub-channels", !o.no_w && o.method != Method::Mask, self.pattern, o.subchannels);
@@ -241,11 +252,16 @@ impl<'a> Simulator<'a> {
         let (n_rows, n_chan, n_pol) = self.header.shape(coverage.n_rows());
         let mut sum = Array3::<Complex64>::zeros((n_rows, n_chan, n_pol));
         let mut outside = Array2::from_elem((n_rows, n_chan), false);
-        for k in 0..self.planes.len() {
-            self.add_plane(k, coverage.uvw_m.view(), &mut sum, &mut outside)?;
-        }
-        if !self.sky.sources.is_empty() {
-            self.add_sources(&coverage, &mut sum);
+        if let Some(near) = &self.near {
+            near.add_to(&coverage, &mut sum);
+        } else {
+            for k in 0..self.planes.len() {
+                self.add_plane(k, coverage.uvw_m.view(), &mut sum, &mut outside)?;
+            }
+            if !self.sky.sources.is_empty() {
+                self.add_sources(&coverage, &mut sum);
+            }
+            self.turn_to_focus(&coverage, &mut sum);
         }
         if sum.iter().any(|v| !(v.re.abs() <= LARGEST && v.im.abs() <= LARGEST)) {
             let text = format!(
@@ -426,7 +442,7 @@ fn warn_beyond_horizon(image: &Image, observer: &dyn Observer) {
 }
 
 /// The products of the set to which a Stokes plane contributes, with their coefficients.
-fn products(scene: Polarization, set: &[Polarization]) -> Vec<(usize, Complex64)> {
+pub(super) fn products(scene: Polarization, set: &[Polarization]) -> Vec<(usize, Complex64)> {
     set.iter().enumerate().map(|(k, p)| (k, stokes_coefficient(scene, *p))).filter(|(_, c)| *c != Complex64::ZERO).collect()
 }
 

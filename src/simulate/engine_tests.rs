@@ -30,6 +30,7 @@ fn header(unit: VisUnit, spectrum: SpectralWindow, products: &[Polarization]) ->
         scene_pedestal_k: None,
         scene_width_rad: None,
         antenna_temperature_k: None,
+        near_field: Default::default(),
         annotations: Default::default(),
         history: Vec::new(),
     }
@@ -175,12 +176,12 @@ fn the_mask_method_moves_sources_and_images_alike_and_flags_what_is_outside() {
     let (l, m) = (image.grid.l_at(25.0), image.grid.m_at(20.0));
     let options = SimulateOptions { method: Method::Mask, ..exact() };
     let empty = scene(32, 6e-3, BrightnessUnit::JyPerPixel, |_, _| 0.0);
-    let both = SkyModel { images: vec![image], sources: vec![Source::point(l, m, -1.5)] };
+    let both = SkyModel { images: vec![image], sources: vec![Source::point(l, m, -1.5)], surface: None };
     let set = simulate(&h, &rows, &both, &options);
     assert!(set.data.vis.iter().all(|v| v.norm() < 1e-6), "the negative source cancels the pixel");
     // 1 / (2 cell) = 83.3 wavelengths; 25 m at 1.1 GHz are 91.7.
     let recorder = Recorder::default();
-    let set = simulate_set(h, &rows, &SkyModel { images: vec![empty], sources: Vec::new() }, &options, &recorder).unwrap();
+    let set = simulate_set(h, &rows, &SkyModel::of_image(empty), &options, &recorder).unwrap();
     let flagged = set.data.flags.iter().filter(|f| **f).count();
     assert!(flagged > 0 && flagged < 20, "{flagged}");
     assert!(recorder.messages().iter().any(|m| m.contains("outside")), "{:?}", recorder.messages());
@@ -192,7 +193,11 @@ fn blocks_of_any_size_give_the_same_set() {
     let rows = coverage(37, 30.0);
     let mut gaussian = Source::point(0.01, 0.0, 3.0);
     gaussian.shape = SourceShape::Gaussian { major_rad: 0.01, minor_rad: 0.004, pa_rad: 0.3 };
-    let sky = SkyModel { images: vec![scene(16, 4e-3, BrightnessUnit::JyPerPixel, |r, c| (r * c) as f64)], sources: vec![gaussian] };
+    let sky = SkyModel {
+        images: vec![scene(16, 4e-3, BrightnessUnit::JyPerPixel, |r, c| (r * c) as f64)],
+        sources: vec![gaussian],
+        surface: None,
+    };
     let options = SimulateOptions { noise: true, seed: 5, ..exact() };
     let whole = simulate(&h, &rows, &sky, &options);
     let mut parts = whole.clone();

@@ -9,7 +9,7 @@
 //! | [`Method::Degrid`] | FFT and interpolation by a gridding kernel | at most [`SimulateOptions::epsilon`] of the total flux |
 //! | [`Method::Mask`] | nearest cell of the FFT of the scene | that of moving each baseline by up to half a cell |
 //!
-//! Points and Gaussians are exact sums in all three methods (in `mask` at the centres of the cells).
+//! A scene on a surface near the array is an exact sum over spherical waves, whatever the method. Points and Gaussians are exact sums in all three methods (in `mask` at the centres of the cells).
 
 mod analytic;
 mod degrid;
@@ -19,12 +19,14 @@ mod engine;
 mod engine_tests;
 pub mod mask;
 mod method;
+mod near;
+#[cfg(test)]
+mod near_tests;
 pub mod noise;
 pub mod options;
 #[cfg(test)]
 mod pattern_tests;
 pub mod pedestal;
-mod phasor;
 mod sky;
 
 pub use cittert_arrays::{ElementPattern, jy_per_kelvin_sr};

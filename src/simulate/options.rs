@@ -2,14 +2,15 @@
 //! `study`.
 
 use super::{ElementPattern, Method, NoiseOptions, Pedestal};
+use crate::nearfield::RangeChoice;
 use crate::values::{bad_value, by_text, need, word_or_quantity};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::astrometry::parse_utc;
 use cittert_arrays::pattern::{Airy, CosPower, Gaussian};
 use cittert_arrays::quantity::{Angle, Duration, FluxDensity, Frequency, Length, Temperature};
 use cittert_arrays::{
-    ArrayError, ArrayLayout, CoveragePlan, LayoutFrame, PhaseCenter, Polarization, Sensitivity, Site, SpectralWindow, Track, VisUnit,
-    VisibilityHeader,
+    ArrayError, ArrayLayout, CoveragePlan, LayoutFrame, NearField, PhaseCenter, Polarization, Sensitivity, Site, SpectralWindow, Track,
+    VisUnit, VisibilityHeader,
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -194,6 +195,10 @@ pub struct SimulateOptions {
     /// pattern), none or a temperature.
     #[cfg_attr(feature = "cli", arg(long, value_name = "auto|none|TEMP", default_value_t = SimulateOptions::default().pedestal))]
     pub pedestal: Pedestal,
+    /// Simulate the near field, a scene at this distance: a plane across the boresight (10m), a sphere around the array (sphere:10m), a FITS image of
+    /// distances in m, or auto (the distances of a traced scene) [default: the far field].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "RANGE"))]
+    pub range: Option<RangeChoice>,
     /// Leave out the w term. Method mask never has it.
     #[cfg_attr(feature = "cli", arg(long))]
     pub no_w: bool,
@@ -236,6 +241,7 @@ impl Default for SimulateOptions {
             element_diameter: None,
             element_width: None,
             pedestal: Pedestal::Auto,
+            range: None,
             no_w: false,
             unit: None,
             pols: vec![Polarization::I],
@@ -304,6 +310,7 @@ impl SimulateOptions {
             scene_pedestal_k: None,
             scene_width_rad: None,
             antenna_temperature_k: None,
+            near_field: NearField::default(),
             annotations: Default::default(),
             history: Vec::new(),
         }

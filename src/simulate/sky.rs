@@ -1,6 +1,7 @@
 //! The scene: its checks and its conversion to the unit of the visibilities.
 
 use super::dft::n_minus_1;
+use crate::nearfield::Surface;
 use crate::{ChainError, Result};
 use cittert_arrays::ElementPattern;
 use cittert_arrays::{
@@ -17,19 +18,27 @@ pub struct SkyModel {
     pub images: Vec<Image>,
     /// Points and Gaussians, unpolarised.
     pub sources: Vec<Source>,
+    /// Where all of them lie; `None` is the far field.
+    pub surface: Option<Surface>,
 }
 
 impl SkyModel {
     /// A scene with one image.
     #[must_use]
     pub fn of_image(image: Image) -> Self {
-        Self { images: vec![image], sources: Vec::new() }
+        Self { images: vec![image], ..Self::default() }
     }
 
     /// A scene with sources only.
     #[must_use]
     pub fn of_sources(sources: Vec<Source>) -> Self {
-        Self { images: Vec::new(), sources }
+        Self { sources, ..Self::default() }
+    }
+
+    /// The same scene on a surface, or in the far field.
+    #[must_use]
+    pub fn at(self, surface: Option<Surface>) -> Self {
+        Self { surface, ..self }
     }
 
     /// Width of the square about the phase centre that holds all images, as a difference of direction cosines. Sources in a list say nothing of the

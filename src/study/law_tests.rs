@@ -36,6 +36,7 @@ pub(super) fn base(n_ant: u32, size: usize) -> Arc<Base> {
         scene_pedestal_k: None,
         scene_width_rad: None,
         antenna_temperature_k: None,
+        near_field: Default::default(),
         annotations: Default::default(),
         history: Vec::new(),
     };

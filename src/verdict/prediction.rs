@@ -13,7 +13,7 @@ use crate::mem::noise_from_hands;
 use crate::progress::{Event, Observer, Quiet};
 use crate::simulate::SkyModel;
 use crate::{ChainError, Result};
-use cittert_arrays::{Image, VisibilitySource};
+use cittert_arrays::VisibilitySource;
 
 /// The part of the power of baselines that an image may leave unexplained. It is below 0.07 for all but 2 of 110 random images that came out right, and above
 /// 0.13 for those of swapped antennas that fit their data.
@@ -38,7 +38,7 @@ pub struct CrossCheck {
 }
 
 impl CrossCheck {
-    /// Leave a fraction of the baselines out, make an image of the others by `make`, and predict those that were left out. `None` where the
+    /// Leave a fraction of the baselines out, make a model of the others by `make`, and predict those that were left out. `None` where the
     /// noise of the set is not known, where it has too few baselines, or where no image can be made without them.
     ///
     /// # Errors
@@ -46,7 +46,7 @@ impl CrossCheck {
     pub fn of(
         data: &mut dyn VisibilitySource,
         fraction: f64,
-        make: &mut dyn FnMut(&mut dyn VisibilitySource) -> Result<Image>,
+        make: &mut dyn FnMut(&mut dyn VisibilitySource) -> Result<SkyModel>,
         accuracy: Accuracy,
         observer: &dyn Observer,
     ) -> Result<Option<Self>> {
@@ -57,12 +57,11 @@ impl CrossCheck {
         let Some(held) = held.filter(|h| h.fraction() <= MOST * fraction) else { return Ok(None) };
         observer.event(Event::Note(&format!("imaging again without {} baselines, to see whether they are predicted", held.n_baselines())));
         let header = data.header().clone();
-        let model = match make(&mut Without::new(data, Some(&held))) {
-            Ok(model) => model,
+        let sky = match make(&mut Without::new(data, Some(&held))) {
+            Ok(sky) => sky,
             Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
             Err(_) => return Ok(None),
         };
-        let sky = SkyModel::of_image(model);
         let quiet = Quiet(observer);
         let mut predicted = SkyPrediction::new(&header, &sky, accuracy, &quiet)?.expecting(data);
         let prediction = Prediction::of(data, &held, &mut predicted, None, ApplyOptions::default(), noise)?;

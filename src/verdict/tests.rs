@@ -58,7 +58,7 @@ fn an_image_of_swapped_antennas_does_not_predict_the_baselines_that_it_was_not_m
     let imaging = ImagingOptions { size: Some(ImageSize::square(128)), cell: Some(Angle(3e-4)), ..ImagingOptions::default() };
     let mut make = |data: &mut dyn VisibilitySource| {
         let mut imager = Imager::new(data, imaging.clone(), &Silent)?;
-        Ok(clean(&mut imager, &CleanOptions::default(), &Silent)?.model)
+        Ok(SkyModel::of_image(clean(&mut imager, &CleanOptions::default(), &Silent)?.model))
     };
     let sources = [POINT, (-0.006, 0.002, 0.7), (0.001, 0.005, 0.5)];
     let mut set = observed(&sources);

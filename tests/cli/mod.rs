@@ -9,6 +9,7 @@ mod film;
 mod layouts;
 mod mem;
 mod memory;
+mod nearfield;
 mod optimize;
 mod options;
 mod pages;

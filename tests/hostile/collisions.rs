@@ -41,6 +41,8 @@ const LINES: &[Line] = &[
     direct("corrupt v.uvh5 --config e.toml -o c.uvh5 --gains @", &["v.uvh5", "e.toml"]),
     prefix("corrupt v.uvh5 --phase-rms 1rad -o o.uvh5", &["v.uvh5"], &["o.calh5"]),
     direct("applycal v.uvh5 g.calh5 -o @", &["g.calh5"]),
+    direct("focus v.uvh5 --range 10m -o @", &["v.uvh5"]),
+    direct("focus v.uvh5 --range 10m -o f.uvh5 --map @", &["v.uvh5"]),
     direct("predict v.uvh5 --model s.csv -o @", &["v.uvh5", "s.csv"]),
     direct("predict v.uvh5 --model s.csv --into model -o @", &["s.csv"]),
     direct("simulate --layout l.toml --scene s.csv --freq 94GHz --bandwidth 1GHz -o @", &["l.toml", "s.csv"]),
@@ -88,6 +90,7 @@ const LINES: &[Line] = &[
 /// Command lines with two outputs that are one file, `@` and `&`.
 const PAIRS: &[&str] = &[
     "corrupt v.uvh5 --phase-rms 1rad -o @ --gains &",
+    "focus v.uvh5 --range 10m -o @ --map &",
     "closure v.uvh5 -o @ --plot &",
     "closure v.uvh5 --plot-amplitudes @ --plot &",
     "compare d.fits t.fits --difference @ --fidelity &",

@@ -14,7 +14,7 @@ const FLOORS: &[&[&str]] = &[
     &["deconvolve"],
     &["corrupt"],
     &["simulate"],
-    &["closure", "fidelity", "misfit"],
+    &["closure", "fidelity", "misfit", "nearfield"],
     &["fourier", "lbfgs", "linalg"],
     &["values", "memory"],
     &["progress", "error", "random"],

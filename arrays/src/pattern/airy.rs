@@ -42,9 +42,13 @@ impl Shape for Airy {
     }
 
     fn power(&self, toward: Toward, freq_hz: f64) -> f64 {
+        self.voltage(toward, freq_hz).powi(2)
+    }
+
+    fn voltage(&self, toward: Toward, freq_hz: f64) -> f64 {
         let x = PI * self.diameter_m * toward.sin_theta * freq_hz / SPEED_OF_LIGHT_M_S;
         let b = self.blockage;
-        if b == 0.0 { disc(x).powi(2) } else { ((disc(x) - b * b * disc(b * x)) / (1.0 - b * b)).powi(2) }
+        if b == 0.0 { disc(x) } else { (disc(x) - b * b * disc(b * x)) / (1.0 - b * b) }
     }
 
     fn solid_angle_sr(&self, freq_hz: f64) -> f64 {

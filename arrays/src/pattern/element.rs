@@ -70,6 +70,14 @@ impl ElementPattern {
         if sin_theta > 1.0 { 0.0 } else { self.shape().map_or(1.0, |s| s.power(Toward { l, m, sin_theta }, freq_hz)) }
     }
 
+    /// Voltage response at direction cosines (l, m) and a frequency in Hz: its square is the power, and it is negative in every other side lobe of an
+    /// aperture. Two elements that see a point at different angles receive the product of their voltages.
+    #[must_use]
+    pub fn voltage(&self, l: f64, m: f64, freq_hz: f64) -> f64 {
+        let sin_theta = l.hypot(m);
+        if sin_theta > 1.0 { 0.0 } else { self.shape().map_or(1.0, |s| s.voltage(Toward { l, m, sin_theta }, freq_hz)) }
+    }
+
     /// Solid angle of the pattern, sr: the integral of the power over the half space. `None` for an element without a pattern.
     #[must_use]
     pub fn solid_angle_sr(&self, freq_hz: f64) -> Option<f64> {
@@ -92,6 +100,9 @@ mod tests {
         assert!(airy.power(1.219_669_9 * lambda_d, 0.0, 1.4e9) < 1e-12);
         assert!((airy.power(0.514_497 * lambda_d, 0.0, 1.4e9) - 0.5).abs() < 1e-5);
         assert!((airy.power(1e-12, 0.0, 1.4e9) - 1.0).abs() < 1e-15);
+        let side_lobe = 1.635 * lambda_d;
+        assert!(airy.voltage(side_lobe, 0.0, 1.4e9) < -0.1 && gauss.voltage(0.01, 0.0, 1e9) > 0.0);
+        assert_eq!(airy.voltage(side_lobe, 0.0, 1.4e9).powi(2), airy.power(side_lobe, 0.0, 1.4e9));
         assert!((ElementPattern::CosPower(CosPower { exponent: 2.0 }).power(0.6, 0.0, 1e9) - 0.64).abs() < 1e-15);
         assert_eq!(ElementPattern::None.power(0.8, 0.8, 1e9), 0.0);
     }

@@ -19,6 +19,11 @@ pub(super) trait Shape {
     /// Power relative to the boresight.
     fn power(&self, toward: Toward, freq_hz: f64) -> f64;
 
+    /// Voltage relative to the boresight: a root of the power, with the sign where a side lobe has the opposite one.
+    fn voltage(&self, toward: Toward, freq_hz: f64) -> f64 {
+        self.power(toward, freq_hz).sqrt()
+    }
+
     /// Integral of the power over the half space in front of the array, sr.
     fn solid_angle_sr(&self, freq_hz: f64) -> f64;
 

@@ -3,6 +3,7 @@
 use super::header::Header;
 use super::image_axes::{Axes, Kind, unit};
 use super::input::{Input, padding};
+use super::near_field::near_field;
 use super::number::{Number, scaled};
 use super::table::Table;
 use crate::{FormatError, Result};
@@ -79,6 +80,7 @@ fn read_here(input: &mut Input, header: &Header) -> Result<Image> {
         header.text("DATE-OBS").and_then(crate::time::jd_of_fits_date).or_else(|| header.real("MJD-OBS").map(|m| m + 2_400_000.5));
     image.pedestal_k = header.real("CITPEDST");
     image.pattern = header.text("CITPATT").and_then(|t| t.parse().ok()).unwrap_or_default();
+    image.near_field = near_field(header);
     image.history = header.history.clone();
     if let (Some(major), Some(minor)) = (header.real("BMAJ"), header.real("BMIN")) {
         let beam = RestoringBeam {

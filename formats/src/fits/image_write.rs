@@ -3,6 +3,7 @@
 use super::header::HeaderWriter;
 use super::input::padding;
 use super::linear::LinearAxis;
+use super::near_field::write_near_field;
 use super::table::{Form, TableWriter};
 use crate::atomic::AtomicFile;
 use crate::{FormatError, Result};
@@ -161,6 +162,7 @@ fn header<P>(path: &Path, image: &Image<P>, options: ImageOptions) -> Result<Hea
     if !image.pattern.is_none() {
         h.text("CITPATT", &image.pattern.to_string(), "");
     }
+    write_near_field(&mut h, &image.near_field);
     h.text("ORIGIN", "cittert", "");
     h.history(&image.history);
     Ok(h)

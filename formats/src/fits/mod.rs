@@ -11,6 +11,7 @@ mod image_read;
 mod image_write;
 mod input;
 mod linear;
+mod near_field;
 mod number;
 pub(crate) mod table;
 
@@ -21,4 +22,5 @@ pub use linear::{LinearAxis, write_plane};
 pub(crate) use format::{FitsImage, is_random_groups};
 pub(crate) use header::{Header, HeaderWriter, Value};
 pub(crate) use input::{Input, padding};
+pub(crate) use near_field::{near_field, write_near_field};
 pub(crate) use number::{Number, scaled};

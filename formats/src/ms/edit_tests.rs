@@ -27,6 +27,7 @@ fn set() -> VisibilitySet {
         scene_pedestal_k: None,
         scene_width_rad: None,
         antenna_temperature_k: None,
+        near_field: Default::default(),
         annotations: Default::default(),
         history: vec!["first".into()],
     };

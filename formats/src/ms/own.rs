@@ -3,7 +3,7 @@
 use super::keywords::Place;
 use super::table::Table;
 use crate::Result;
-use cittert_arrays::{ElementPattern, VisUnit, VisibilityHeader};
+use cittert_arrays::{ElementPattern, NearField, VisUnit, VisibilityHeader};
 
 const FRAME: &str = "cittert_frame";
 const BORESIGHT: &str = "boresight";
@@ -16,11 +16,28 @@ const SCENE_WIDTH: &str = "scene_width_rad";
 /// The power pattern of the elements, as in UVH5.
 const PATTERN: &str = "element_pattern";
 const ANTENNA_TEMPERATURE: &str = "antenna_temperature_k";
+/// The near field, as in UVH5.
+const SCENE_RANGE: &str = "scene_range";
+const FOCUS: [&str; 3] = ["focus_l", "focus_m", "focus_range_m"];
 const WEIGHT_SCALE: &str = "cittert_weight_scale";
 
 /// All of these keywords.
-pub(super) const KEYWORDS: [&str; 10] =
-    [ANTENNA_TEMPERATURE, FRAME, LAYOUT, SOURCE, INSTRUMENT, PATTERN, PEDESTAL, SCENE_PEDESTAL, SCENE_WIDTH, WEIGHT_SCALE];
+pub(super) const KEYWORDS: [&str; 14] = [
+    ANTENNA_TEMPERATURE,
+    FRAME,
+    LAYOUT,
+    SOURCE,
+    INSTRUMENT,
+    PATTERN,
+    PEDESTAL,
+    SCENE_PEDESTAL,
+    SCENE_RANGE,
+    SCENE_WIDTH,
+    FOCUS[0],
+    FOCUS[1],
+    FOCUS[2],
+    WEIGHT_SCALE,
+];
 
 /// The values of these keywords.
 #[derive(Debug, Default, Clone, PartialEq)]
@@ -34,6 +51,7 @@ pub(super) struct Own {
     pub(super) scene_width_rad: Option<f64>,
     pub(super) pattern: ElementPattern,
     pub(super) antenna_temperature_k: Option<f64>,
+    pub(super) near_field: NearField,
     /// Weights of the file divided by weights of the data.
     pub(super) weight_scale: Option<f64>,
 }
@@ -56,6 +74,10 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
     if header.layout.pattern.parameters().is_some() {
         text(PATTERN, &header.layout.pattern.to_string())?;
     }
+    let (scene, focus) = header.near_field.to_parts();
+    if let Some(scene) = scene {
+        text(SCENE_RANGE, &scene)?;
+    }
     if header.unit != VisUnit::Uncalibrated {
         // The name in pyuvdata of the convention that Stokes I is half the sum of the parallel hands.
         text("pyuvdata_polconv", "avg")?;
@@ -66,7 +88,7 @@ pub(super) fn write(main: &mut Table, header: &VisibilityHeader) -> Result<()> {
         (SCENE_WIDTH, header.scene_width_rad),
         (ANTENNA_TEMPERATURE, header.antenna_temperature_k),
     ];
-    for (key, value) in numbers {
+    for (key, value) in numbers.into_iter().chain(FOCUS.into_iter().zip(focus)) {
         if let Some(value) = value {
             main.put_keyword_value(Place::table(key), value)?;
         }
@@ -82,7 +104,10 @@ pub(super) fn write_weight_scale(main: &mut Table, scale: f64) -> Result<()> {
 /// Read the keywords.
 pub(super) fn read(main: &Table) -> Result<Own> {
     let text = |key: &str| main.keyword_text(Place::table(key), 0);
+    let number = |key: &str| Ok(main.keyword_number(Place::table(key), 0)?.filter(|v| v.is_finite()));
+    let focus = [number(FOCUS[0])?, number(FOCUS[1])?, number(FOCUS[2])?];
     Ok(Own {
+        near_field: NearField::of_parts(text(SCENE_RANGE)?.as_deref(), focus).unwrap_or_default(),
         boresight: text(FRAME)?.as_deref() == Some(BORESIGHT),
         // A keyword that another program has changed is no reason to refuse the set.
         pattern: text(PATTERN)?.and_then(|t| t.parse().ok()).unwrap_or_default(),

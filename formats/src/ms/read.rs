@@ -91,6 +91,7 @@ impl MsSource {
             pedestal_k: own.pedestal_k,
             scene_pedestal_k: own.scene_pedestal_k,
             antenna_temperature_k: own.antenna_temperature_k,
+            near_field: own.near_field,
             scene_width_rad: own.scene_width_rad,
             history: history.lines,
         };

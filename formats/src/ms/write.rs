@@ -353,6 +353,7 @@ mod tests {
             scene_pedestal_k: None,
             scene_width_rad: None,
             antenna_temperature_k: None,
+            near_field: Default::default(),
             annotations: Default::default(),
             history: Vec::new(),
         };

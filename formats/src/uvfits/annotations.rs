@@ -11,9 +11,9 @@ const STRUCTURE: [&str; 24] = [
     "CRVAL", "CRPIX", "CDELT", "CROTA", "CUNIT", "COMMENT", "HISTORY", "RADESYS", "CHECKSUM", "DATASUM",
 ];
 /// Further keywords with a place of their own in memory.
-const READ: [&str; 20] = [
+const READ: [&str; 24] = [
     "BUNIT", "OBJECT", "TELESCOP", "INSTRUME", "DATE-OBS", "EPOCH", "PHSFRAME", "OBSRA", "OBSDEC", "LAT", "LON", "ALT", "POLCONV",
-    "XORIENT", "BLTORDER", "CITPEDST", "CITSCPED", "CITSCWID", "CITPATT", "CITTANT",
+    "XORIENT", "BLTORDER", "CITPEDST", "CITSCPED", "CITSCWID", "CITPATT", "CITTANT", "CITRANGE", "CITFOCL", "CITFOCM", "CITFOCR",
 ];
 /// Who wrote the file. Every writer puts its own name there.
 const ORIGIN: &str = "ORIGIN";

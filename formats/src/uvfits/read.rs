@@ -113,6 +113,7 @@ impl UvfitsReader {
             scene_pedestal_k: primary.real("CITSCPED"),
             scene_width_rad: primary.real("CITSCWID").filter(|w| *w > 0.0),
             antenna_temperature_k: primary.real("CITTANT"),
+            near_field: crate::fits::near_field(&primary),
             annotations: annotations::read(&primary, &an),
             history: primary.history.clone(),
             phase_centers,

@@ -174,6 +174,7 @@ impl UvfitsWriter {
         if self.header.layout.pattern.parameters().is_some() {
             h.text("CITPATT", &self.header.layout.pattern.to_string(), "");
         }
+        crate::fits::write_near_field(&mut h, &self.header.near_field);
         annotations::write(&mut h, &self.header.annotations);
         h.history(&self.header.history);
         h.history(&annotations::lost_keywords(&self.header.annotations).into_iter().map(|l| l.1).collect::<Vec<_>>());

@@ -1,7 +1,7 @@
 //! The header: channels, polarisations, units, history.
 
 use super::names::{ANTENNA_TEMPERATURE_KEYWORD, PEDESTAL_KEYWORD, SCENE_PEDESTAL_KEYWORD, SCENE_WIDTH_KEYWORD};
-use super::{annotations, layout, pattern, phase};
+use super::{annotations, layout, near_field, pattern, phase};
 use crate::h5::{H5In, H5Out};
 use crate::{FormatError, Result};
 use cittert_arrays::{PhaseCenterKind, Polarization, SpectralWindow, VisUnit, VisibilityHeader};
@@ -13,6 +13,7 @@ pub(super) fn write(out: &H5Out, header: &VisibilityHeader) -> Result<()> {
     layout::write_telescope(out, &header.layout, &header.telescope, &header.instrument, &header.annotations.mounts)?;
     annotations::write(out, &header.annotations, header.layout.n_ant())?;
     pattern::write(out, &header.layout.pattern)?;
+    near_field::write(out, &header.near_field)?;
     write_spectrum(out, &header.spectrum)?;
     let pols = Array1::from_iter(header.polarizations.iter().map(|p| i64::from(p.aips())));
     out.scalar("Header/Npols", pols.len() as i64)?;
@@ -86,6 +87,7 @@ pub(super) fn read(file: &H5In) -> Result<VisibilityHeader> {
         scene_pedestal_k: file.real(&format!("Header/extra_keywords/{SCENE_PEDESTAL_KEYWORD}"))?,
         scene_width_rad: file.real(&format!("Header/extra_keywords/{SCENE_WIDTH_KEYWORD}"))?.filter(|w| *w > 0.0),
         antenna_temperature_k: file.real(&format!("Header/extra_keywords/{ANTENNA_TEMPERATURE_KEYWORD}"))?,
+        near_field: near_field::read(file)?,
         history: history.lines().map(String::from).collect(),
     })
 }
@@ -136,6 +138,7 @@ pub(super) fn difference(a: &VisibilityHeader, b: &VisibilityHeader) -> Option<(
             ("phase centres", centers.collect::<Vec<_>>().join("; ")),
             ("unit", h.unit.name().to_string()),
             ("pattern of the elements", h.layout.pattern.to_string()),
+            ("range and focus", format!("{:?}", h.near_field)),
             ("pedestal", format!("{:?}", h.pedestal_k)),
             ("pedestal that suits the scene", format!("{:?}", h.scene_pedestal_k)),
         ]

@@ -9,6 +9,7 @@ mod format;
 mod header;
 mod layout;
 mod names;
+mod near_field;
 mod pattern;
 mod phase;
 mod read;

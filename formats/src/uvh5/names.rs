@@ -17,6 +17,10 @@ pub(super) const SCENE_PEDESTAL_KEYWORD: &str = "scene_pedestal_k";
 pub(super) const SCENE_WIDTH_KEYWORD: &str = "scene_width_rad";
 /// Keyword of the temperature that an element sees in all, K.
 pub(super) const ANTENNA_TEMPERATURE_KEYWORD: &str = "antenna_temperature_k";
+/// Keyword of the surface on which the scene lies.
+pub(super) const SCENE_RANGE_KEYWORD: &str = "scene_range";
+/// Keywords of the point to which the visibilities are phased: direction cosines and distance, m.
+pub(super) const FOCUS_KEYWORDS: [&str; 3] = ["focus_l", "focus_m", "focus_range_m"];
 /// Keyword of the power pattern of the elements.
 pub(super) const PATTERN_KEYWORD: &str = "element_pattern";
 /// Keyword of the name of the layout, where it differs from the name of the telescope.

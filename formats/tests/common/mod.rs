@@ -48,6 +48,7 @@ pub(crate) fn header(layout: ArrayLayout, spectrum: SpectralWindow, pols: &[Pola
         scene_pedestal_k: None,
         scene_width_rad: None,
         antenna_temperature_k: None,
+        near_field: Default::default(),
         annotations: Default::default(),
         history: vec!["made by a test".into(), "second line".into()],
     }

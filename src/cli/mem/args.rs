@@ -2,13 +2,13 @@
 
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::held_out::HoldOutArgs;
-use crate::cli::options::{ColumnArgs, OutputArgs, prior_file};
+use crate::cli::options::{ColumnArgs, OutputArgs, prior_file, range_file};
 use crate::closure_imaging::ClosureImagingOptions;
 use crate::imaging::ImagingOptions;
 use crate::mem::MemOptions;
 use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of the image and of maximum entropy that act on images from closure quantities too.
 const SHARED: [&str; 5] = ["size", "cell", "pol", "beam", "flux"];
@@ -58,12 +58,13 @@ impl MemCommandArgs {
     /// # Errors
     /// As [`OutputArgs::claim`].
     pub(super) fn claim(&self, outputs: Vec<PathBuf>) -> Result<()> {
-        self.out.claim(outputs.iter().chain(&self.log), [&self.input].into_iter().chain(self.given()))
+        self.out.claim(outputs.iter().chain(&self.log), [self.input.as_path()].into_iter().chain(self.given()))
     }
 
     /// The images that are given beside the data: the mask and the prior.
-    pub(super) fn given(&self) -> impl Iterator<Item = &PathBuf> {
-        self.mem.mask.iter().chain(self.mem.prior.as_ref().and_then(prior_file))
+    pub(super) fn given(&self) -> impl Iterator<Item = &Path> {
+        let map = self.imaging.range.as_ref().and_then(range_file);
+        self.mem.mask.as_deref().into_iter().chain(self.mem.prior.as_ref().and_then(prior_file).map(PathBuf::as_path)).chain(map)
     }
 }
 

@@ -8,7 +8,7 @@ pub use args::MemCommandArgs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::held_out;
-use super::options::{fits_mask, prior_image};
+use super::options::{fits_mask, prior_image, with_range};
 use super::planned::check_room_for_images;
 use super::text::{beam, note_beam, number, reasons};
 use super::verdict::{self, Judged};
@@ -41,7 +41,8 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     args.mem.check().map_err(Failure::call)?;
     args.hold_out.check()?;
     let noise = args.mem.believed_noise(source.as_mut(), &context.console).context(&what)?;
-    let mut imager = Imager::new(source.as_mut(), args.imaging.clone(), &context.console).context(&what)?;
+    let imaging = with_range(&args.imaging)?;
+    let mut imager = Imager::new(source.as_mut(), imaging.clone(), &context.console).context(&what)?;
     check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
     for (field, flux) in [("flux", args.mem.flux), ("zero-spacing", args.mem.zero_spacing)] {
         flux.map_or(Ok(0.0), |f| f.in_unit(field, imager.header().unit)).map_err(Failure::call)?;
@@ -57,12 +58,12 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let products = mem(&mut imager, &options, &context.console).context(&what)?;
     drop(imager);
     let source = source.as_mut();
-    let mut judged = verdict::of_model(source, (products.model.clone(), &args.imaging), &ImageFacts::from(&products), context)?;
+    let mut judged = verdict::of_model(source, (products.model.clone(), &imaging), &ImageFacts::from(&products), context)?;
     let quiet = Quiet(&context.console);
     let again = |data: &mut dyn VisibilitySource, imaging: &ImagingOptions| {
         Ok(mem(&mut Imager::new(data, imaging.clone(), &quiet)?, &options, &quiet)?.model)
     };
-    let check = args.hold_out.judge(source, (&products.model.grid, &args.imaging), &mut judged, &again, context)?;
+    let check = args.hold_out.judge(source, (&products.model.grid, &imaging), &mut judged, &again, context)?;
     save(args, (products, judged, check), &options, context)
 }
 

@@ -6,7 +6,7 @@ mod report;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{OutputArgs, loaded, prior_file, prior_image};
+use super::options::{OutputArgs, loaded, no_range, prior_file, prior_image};
 use super::planned::check_room_for_set;
 use super::predict::load_model;
 use super::verdict::{self, Judged};
@@ -66,6 +66,7 @@ const BYTES_PER_SAMPLE: usize = 17;
 pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let begun = Instant::now();
     check(args)?;
+    no_range(&args.imaging, "self-calibration images by Fourier transforms; focus the set first (cittert focus), which keeps its gains")?;
     let what = format!("self-calibrating {}", args.input.display());
     let mut source = in_memory(cittert_formats::open_visibilities(&args.input)?).context(&what)?;
     let header = source.header().clone();
