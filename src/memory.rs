@@ -15,6 +15,7 @@
 //! | transforms of scenes kept between blocks of rows | 1/4 | |
 //! | model visibilities kept between rounds of self-calibration | 1/4 | |
 //! | data of a joint solution of image and gains | 1/4 | |
+//! | sums for pairs of antennas of scenes near the array, and the points of such a scene | 1/4 and 1/2 | |
 //! | visibilities that wait for the rest of their integration | 1/16 | |
 //! | gain tables, normal equations, gridded visibilities | all | |
 //!

@@ -3,11 +3,12 @@
 use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{OutputArgs, SceneArgs};
+use super::options::{OutputArgs, SceneArgs, model_surface, range_file};
 use super::planned::check_room_for_set;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::memory::MemoryBudget;
+use crate::nearfield::RangeChoice;
 use crate::progress::{Event, Observer};
 use crate::simulate::{SceneOptions, SkyModel};
 use cittert_arrays::{ArrayError, PhaseCenter, VisibilityHeader, for_each_block};
@@ -32,6 +33,10 @@ pub struct PredictArgs {
     /// into the input itself, and changes nothing else of it.
     #[arg(long, value_name = "COLUMN", value_delimiter = ',', conflicts_with = "residual", value_parser = ["model", "residual"])]
     into: Vec<String>,
+    /// Predict the near field, a model at this distance: a plane across the boresight (10m), a sphere around the array (sphere:10m), a FITS image of distances in m, or
+    /// auto (what the set says of its scene or its focus) [default: the far field].
+    #[arg(long, value_name = "RANGE")]
+    range: Option<RangeChoice>,
     /// Accuracy relative to the total flux.
     #[arg(long, default_value_t = 1e-6, value_name = "X")]
     epsilon: f64,
@@ -117,17 +122,19 @@ impl Output {
 /// A file or an option is wrong, or an error of the file system.
 pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
+    let map = args.range.as_ref().and_then(range_file);
     if args.into.is_empty() {
-        args.out.claim([path], [&args.input, &args.model])?;
+        args.out.claim([path], [args.input.as_path(), &args.model].into_iter().chain(map))?;
     } else {
         // Columns may be added to the input in place: the new file replaces it when it is complete.
-        args.out.claim([path], [&args.model])?;
+        args.out.claim([path], [args.model.as_path()].into_iter().chain(map))?;
         args.out.edit(&args.input)?;
     }
     let mut source = cittert_formats::open_visibilities(&args.input)?;
     check_room_for_set(source.as_ref(), path)?;
     let mut header = source.header().clone();
-    let sky = load_model(&args.model, &header, context)?;
+    let surface = args.range.as_ref().map(|choice| model_surface(choice, &header.near_field)).transpose()?;
+    let sky = load_model(&args.model, &header, context)?.at(surface);
     let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());
     let mut model =
         SkyPrediction::new(&header, &sky, Accuracy { epsilon: args.epsilon, no_w: args.no_w }, &context.console).context(&what)?;

@@ -17,6 +17,7 @@ mod data;
 mod imager;
 pub mod major;
 mod near;
+mod near_passes;
 #[cfg(test)]
 mod near_tests;
 mod options;

@@ -34,11 +34,18 @@ impl PathTransform {
     /// For these points and frequencies, Hz.
     ///
     /// # Errors
-    /// A point nearer than the farthest element; tables of pairs that do not fit into the memory budget.
+    /// A point nearer than the farthest element; points or tables of pairs that do not fit into the memory budget.
     pub fn new(elements: Elements, points: Vec<Point>, freq_hz: &[f64], memory: MemoryBudget) -> Result<Self> {
         let nearest = points.iter().map(|p| p.curvature).fold(0.0, f64::max).recip();
         elements.check_distance(nearest)?;
         Pairs::check_memory(freq_hz.len(), elements.len(), memory)?;
+        let (needed, has) = (points.len() * size_of::<Point>(), memory.bytes() / 2);
+        let text = format!(
+            "the {} points of the scene need {} MiB, more than half of the memory budget: use a smaller image, or more memory (--memory)",
+            points.len(),
+            needed >> 20
+        );
+        ensure!(needed <= has, ChainError::Incompatible(text));
         Ok(Self { elements, points, freq_hz: freq_hz.to_vec(), memory })
     }
 

@@ -20,6 +20,7 @@ mod engine_tests;
 pub mod mask;
 mod method;
 mod near;
+mod near_scene;
 #[cfg(test)]
 mod near_tests;
 pub mod noise;

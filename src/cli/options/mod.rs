@@ -19,7 +19,7 @@ pub use given::Given;
 pub use image_of::ImageOfArgs;
 pub use layouts::{load_array, load_layout};
 pub use output::{NOTHING, OutputArgs};
-pub use range::{no_range, range_file, scene_surface, with_range};
+pub use range::{model_surface, no_range, range_file, scene_surface, with_range};
 pub use region::{fits_mask, loaded, prior_file, prior_image};
 pub use scene::{SceneArgs, pictures_beside, read_scene, read_scene_and_pictures, scene_text};
 pub use tracer::TracerArgs;

@@ -5,7 +5,7 @@ use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::imaging::ImagingOptions;
 use crate::nearfield::{RangeChoice, RangeMap, Surface};
 use crate::simulate::SkyModel;
-use cittert_arrays::{BrightnessUnit, Image, Polarization, SpectralWindow};
+use cittert_arrays::{BrightnessUnit, Image, NearField, Polarization, SpectralWindow};
 use cittert_phenomenology::{RenderOptions, Scene, View};
 use ndarray::Axis;
 use std::path::Path;
@@ -24,6 +24,14 @@ pub fn range_map(path: &Path) -> Result<Surface> {
     let image = cittert_formats::open_image(path)?;
     let name = path.file_name().map_or(String::new(), |n| n.to_string_lossy().into_owned());
     Ok(Surface::Map(RangeMap::new(&name, &image).context(path.display())?.into()))
+}
+
+/// The surface of a model of a set that says this of the near field.
+///
+/// # Errors
+/// A file that holds no distances, a set that does not say where its scene is.
+pub fn model_surface(choice: &RangeChoice, near: &NearField) -> Result<Surface> {
+    range_file(choice).map_or_else(|| Ok(choice.surface_of(near)?), range_map)
 }
 
 /// Options of an image with their map of distances loaded, where they name one.
