@@ -73,8 +73,8 @@ pub fn run(args: &FocusArgs, context: &Context) -> Result<Outcome> {
         "size": [grid.n_l, grid.n_m], "cell_rad": grid.cell_rad,
     });
     let mut lines = vec![match focus {
-        Some(f) if f.is_on_axis() => format!("{}: focused at {}", path.display(), Length(f.range_m)),
-        Some(f) => format!("{}: focused at l {}, m {}, {} away", path.display(), f.l, f.m, Length(f.range_m)),
+        Some(f) if f.is_on_axis() => format!("{}: focused at {:.6}", path.display(), Length(f.range_m)),
+        Some(f) => format!("{}: focused at l {:.6}, m {:.6}, {:.6} away", path.display(), f.l, f.m, Length(f.range_m)),
         None => format!("{}: phased to the boresight at infinity", path.display()),
     }];
     if let Some(f) = &found {
@@ -92,7 +92,7 @@ pub fn run(args: &FocusArgs, context: &Context) -> Result<Outcome> {
         json["valid_radius_rad"] = v.radius_rad.into();
         json["largest_residual_rad"] = v.largest_rad().into();
         lines.push(format!(
-            "valid         {} of {} pixels have a residual phase below pi/8 ({FRAC_PI_8:.3} rad), all of them within {} of the focus; the largest is {:.2} rad",
+            "valid         {} of {} pixels have a residual phase below pi/8 ({FRAC_PI_8:.3} rad), among them all within {} of the focus; the largest is {:.2} rad",
             v.valid,
             v.pixels,
             angle(v.radius_rad),
@@ -104,6 +104,7 @@ pub fn run(args: &FocusArgs, context: &Context) -> Result<Outcome> {
         let band = SpectralWindow::new(vec![header.spectrum.mean_hz()], vec![header.spectrum.extent_hz()])?;
         let data = v.phase_rad.insert_axis(Axis(0)).insert_axis(Axis(0));
         let mut image = Image::new(grid, band, vec![Polarization::I], data, BrightnessUnit::Other)?;
+        image.object = "residual phase in rad".into();
         image.near_field = header.near_field.clone();
         image.history.push("largest residual phase of all pairs of antennas, rad; a Fourier image is valid below pi/8".into());
         args.out.image(file, &mut image, context)?;

@@ -113,7 +113,7 @@ fn visibilities(format: &str, i: &VisibilityInfo) -> Vec<String> {
         lines.push(format!("scene range   {range}"));
     }
     if let Some([l, m, range]) = i.focus {
-        lines.push(format!("focus         l {l}, m {m}, at {}", Length(range)));
+        lines.push(format!("focus         l {l:.6}, m {m:.6}, at {:.9}", Length(range)));
     }
     if let Some(t) = i.antenna_temperature_k {
         lines.push(format!("total power   {t} K"));

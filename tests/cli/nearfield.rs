@@ -65,22 +65,22 @@ fn the_range_is_found_by_sharpness_or_refused() {
 fn a_traced_scene_has_its_own_distances() {
     let s = Scratch::new();
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/phenomenology/scenes/t-72.toml");
-    let size = "--scene-size 24 --scene-cell 4mrad";
+    let size = "--scene-size 40 --scene-cell 1.2mrad";
     let traced = s.json(&format!("simulate --layout mm-y --scene {scene} {size} {BAND} --range auto -o a.uvh5"));
     assert!(traced["scene_range"].as_str().unwrap().starts_with("map "), "{traced}");
     s.ok(&format!("scene render {scene} {size} --range r.fits -o t.fits"));
     s.ok(&format!("simulate --layout mm-y --scene {scene} {size} {BAND} --range r.fits -o b.uvh5"));
     // Distances of a file have single precision.
-    let difference = s.json("dirty a.uvh5 --size 24 --cell 4mrad --range r.fits -o a.fits");
-    let other = s.json("dirty b.uvh5 --size 24 --cell 4mrad --range r.fits -o b.fits");
+    let difference = s.json("dirty a.uvh5 --size 40 --cell 1.2mrad --range r.fits -o a.fits");
+    let other = s.json("dirty b.uvh5 --size 40 --cell 1.2mrad --range r.fits -o b.fits");
     assert!((number(&difference, "peak") / number(&other, "peak") - 1.0).abs() < 1e-3, "{difference} {other}");
-    s.fails("dirty a.uvh5 --size 24 --cell 4mrad --range auto -o c.fits", 1, &["range is auto", "FITS image of distances"]);
+    s.fails("dirty a.uvh5 --size 40 --cell 1.2mrad --range auto -o c.fits", 1, &["range is auto", "FITS image of distances"]);
 }
 
 #[test]
 fn what_has_no_near_field_is_refused() {
     let s = near();
-    let track = "--phase-center 10deg,30deg --start 2025-06-01T00:00:00";
+    let track = "--phase-center 13h31m08s,+30d30m33s --start 2025-06-01T01:30:00";
     s.fails(&format!("simulate --layout vla-d --scene s.csv {BAND} {track} --range 1km -o w.uvh5"), 1, &["stands on the Earth"]);
     s.ok(&format!("simulate --layout vla-d --scene s.csv --freq 1.4GHz --bandwidth 64MHz {track} -o vla.uvh5"));
     s.fails("focus vla.uvh5 --range 1km -o w.uvh5", 1, &["vla.uvh5", "stands on the Earth"]);
@@ -98,19 +98,21 @@ fn what_has_no_near_field_is_refused() {
 fn the_airport_is_imaged_as_well_near_the_array_as_far_away() {
     let s = Scratch::new();
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/phenomenology/scenes/airport.toml");
-    // 10 degrees, seen by 48 elements of an aperture of 0.7 m. At 8 m the curvature across it is 15 rad.
-    s.ok(&format!("scene render {scene} --scene-size 80 --scene-cell 2.2mrad -o truth.fits"));
+    // 8 degrees, seen by 48 elements of an aperture of 0.6 m. At 8 m the curvature across it is 7 rad.
+    s.ok(&format!("scene render {scene} --scene-size 96 --scene-cell 1.4mrad -o truth.fits"));
     let simulate = format!("simulate --layout mm-reuleaux --scene truth.fits {BAND} --tsys 600K --integration 100ms");
     s.ok(&format!("{simulate} -o far.uvh5"));
     s.ok(&format!("{simulate} --range 8m -o near.uvh5"));
     s.ok("focus near.uvh5 --range 8m -o focused.uvh5");
     let nrmse = |set: &str, how: &str| {
-        s.ok(&format!("mem {set}.uvh5 --size 80 --cell 2.2mrad --hold-out 0 {how} --overwrite -o {set}"));
+        // Out of focus, the constraints cannot be met, and the last image is kept.
+        s.run(&format!("mem {set}.uvh5 --size 96 --cell 1.4mrad --hold-out 0 {how} --overwrite -o {set}"));
         number(&s.json(&format!("compare {set}-model.fits truth.fits")), "nrmse")
     };
     let far = nrmse("far", "");
-    let (exact, of_focused) = (nrmse("near", "--range auto"), nrmse("focused", "--range auto"));
-    assert!(exact < 1.1 * far && of_focused < 1.1 * far, "far {far}, near {exact}, focused {of_focused}");
+    let (exact, of_focused, by_fourier) = (nrmse("near", "--range auto"), nrmse("focused", "--range auto"), nrmse("focused", ""));
+    let all = [exact, of_focused, by_fourier];
+    assert!(all.iter().all(|x| *x < 1.03 * far), "far {far}, near {exact}, focused {of_focused}, its Fourier image {by_fourier}");
     let blurred = nrmse("near", "");
-    assert!(blurred > 1.5 * far, "the scene is out of focus without: {blurred}, far {far}");
+    assert!(blurred > 3.0 * far, "the scene is out of focus without: {blurred}, far {far}");
 }
