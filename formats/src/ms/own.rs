@@ -104,7 +104,7 @@ pub(super) fn write_weight_scale(main: &mut Table, scale: f64) -> Result<()> {
 /// Read the keywords.
 pub(super) fn read(main: &Table) -> Result<Own> {
     let text = |key: &str| main.keyword_text(Place::table(key), 0);
-    let number = |key: &str| Ok(main.keyword_number(Place::table(key), 0)?.filter(|v| v.is_finite()));
+    let number = |key: &str| -> Result<Option<f64>> { Ok(main.keyword_number(Place::table(key), 0)?.filter(|v| v.is_finite())) };
     let focus = [number(FOCUS[0])?, number(FOCUS[1])?, number(FOCUS[2])?];
     Ok(Own {
         near_field: NearField::of_parts(text(SCENE_RANGE)?.as_deref(), focus).unwrap_or_default(),
