@@ -126,7 +126,8 @@ fn a_focused_set_gives_the_same_exact_image_and_a_sharp_fourier_image_of_the_foc
     let (_, (l1, m1, top)) = dirty(&mut focused, None);
     assert!((l1 - l).hypot(m1 - m) < 2e-4 && (top - 2.0).abs() < 0.02, "{l1} {m1} {top}");
     let (_, (_, _, blurred)) = dirty(&mut plain, None);
-    assert!(blurred < 0.4, "{blurred}");
+    // Out of focus it is speckle of 40 random phases, whose highest peak is about S ln(pixels) / 40 = 0.49.
+    assert!(blurred < 0.6, "{blurred}");
     // Back to infinity.
     let back = Focusing::new(&focused.header, None).unwrap();
     back.apply(&mut focused.data, 0).unwrap();
