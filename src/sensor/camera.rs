@@ -219,6 +219,7 @@ impl Sensor {
     }
 
     /// PSF of the whole sensor in the middle of the field, as weights of pixels of the frames with the sum 1. Its centre is the pixel n / 2.
+    /// The small part beyond the weights is spread evenly over them.
     ///
     /// # Errors
     /// Pixels that are much coarser than the optics.
@@ -228,12 +229,18 @@ impl Sensor {
         let reach = 24.0 / response.optics.cutoff() + self.footprint[0].0 + self.smear.0.hypot(self.smear.1);
         let n = ((reach / pitch).ceil() as usize * 2).clamp(16, 512).min(((1.99 / pitch) as usize).max(2)) & !1;
         let sampled = response.sampled(pitch)?;
-        let signed = |k: usize| if 2 * k > n { k as f64 - n as f64 } else { k as f64 };
+        // The wings beyond the transform wrap into it, so it is wider than what is kept.
+        let wide = (4 * n).min(1024);
+        let signed = |k: usize| if 2 * k > wide { k as f64 - wide as f64 } else { k as f64 };
         // A shift by half of the period turns the sign of every second frequency.
         let value = |(v, u): (usize, usize)| {
-            sampled.at(signed(u) / n as f64, signed(v) / n as f64) * if (u + v).is_multiple_of(2) { 1.0 } else { -1.0 }
+            sampled.at(signed(u) / wide as f64, signed(v) / wide as f64) * if (u + v).is_multiple_of(2) { 1.0 } else { -1.0 }
         };
-        let weights: Array2<f64> = back(Array2::from_shape_fn((n, n), value)).mapv(|w: Complex64| w.re.max(0.0));
+        let weights = back(Array2::from_shape_fn((wide, wide), value));
+        let middle = wide / 2 - n / 2..wide / 2 + n / 2;
+        let weights = weights.slice(s![middle.clone(), middle]).mapv(|w: Complex64| w.re.max(0.0));
+        let beyond = (1.0 - weights.sum()) / (n * n) as f64;
+        let weights = (weights + beyond).mapv(|w| w.max(0.0));
         let sum = weights.sum();
         let data = (weights / sum).insert_axis(Axis(0)).insert_axis(Axis(0));
         let grid = SkyGrid::new(n, n, pitch, self.grid.frame.clone())?;

@@ -20,7 +20,12 @@ impl FromStr for ZernikeList {
             ((1..=LARGEST).contains(&pair.0) && pair.1.abs() <= 100.0).then_some(pair)
         };
         let bad = |part: &str| format!("{part:?} is not INDEX:WAVES with a Noll index from 1 to {LARGEST} and at most 100 waves");
-        text.split(',').map(|part| one(part).ok_or_else(|| bad(part))).collect::<Result<_, _>>().map(Self)
+        let list: Vec<(usize, f64)> = text.split(',').map(|part| one(part).ok_or_else(|| bad(part))).collect::<Result<_, _>>()?;
+        let twice = list.iter().enumerate().find(|(k, (index, _))| list[..*k].iter().any(|other| other.0 == *index));
+        match twice {
+            Some((_, (index, _))) => Err(format!("index {index} is given twice: write one coefficient for it")),
+            None => Ok(Self(list)),
+        }
     }
 }
 
@@ -45,5 +50,6 @@ mod tests {
         for text in ["", "4", "0:1", "999:1", "4:x", "4:nan", "4:1e9"] {
             assert!(text.parse::<ZernikeList>().unwrap_err().contains("INDEX:WAVES"), "{text}");
         }
+        assert!("4:0.1,5:0.2,4:0.3".parse::<ZernikeList>().unwrap_err().contains("4 is given twice"));
     }
 }

@@ -11,7 +11,7 @@ use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// Lines of each cell at which the edges are computed exactly.
+/// Lines of each part of a cell at which the edges are computed exactly. Parts end where an edge runs along the lines.
 const LINES: usize = 16;
 /// Cells across the pupil: the fewest, and the most where aberrations need them.
 const CELLS: (usize, usize) = (384, 1536);
@@ -72,6 +72,15 @@ impl Openings {
         }
         spans
     }
+
+    /// The heights at which the open parts begin, end or turn, in ascending order.
+    fn breaks_m(&self) -> Vec<f64> {
+        let shapes = std::iter::once(&self.aperture).chain(&self.blockage);
+        let mut breaks: Vec<f64> = shapes.flat_map(|shape| shape.breaks_m()).collect();
+        breaks.extend(self.struts.iter().flat_map(Struts::breaks_m));
+        breaks.sort_by(f64::total_cmp);
+        breaks
+    }
 }
 
 impl Pupil {
@@ -98,14 +107,22 @@ impl Pupil {
         let cell_m = 2.0 * half.0.max(half.1) / n as f64;
         let radius_m = openings.aperture.radius_m();
         let start = -0.5 * n as f64 * cell_m;
+        let breaks = openings.breaks_m();
         let mut open = Array2::<f64>::zeros((n, n));
         open.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(row, mut line)| {
+            let (low, high) = (start + row as f64 * cell_m, start + (row as f64 + 1.0) * cell_m);
             let mut cells = vec![0.0; n];
-            for k in 0..LINES {
-                let y = start + (row as f64 + (k as f64 + 0.5) / LINES as f64) * cell_m;
-                add_cover(&openings.spans(y), start, cell_m, &mut cells);
+            let mut from = low;
+            for to in breaks.iter().copied().filter(|y| low < *y && *y < high).chain([high]) {
+                cells.fill(0.0);
+                for k in 0..LINES {
+                    let y = from + (to - from) * (k as f64 + 0.5) / LINES as f64;
+                    add_cover(&openings.spans(y), start, cell_m, &mut cells);
+                }
+                let share = (to - from) / (cell_m * LINES as f64);
+                line.iter_mut().zip(&cells).for_each(|(v, c)| *v += share * c);
+                from = to;
             }
-            line.iter_mut().zip(&cells).for_each(|(v, c)| *v = c / LINES as f64);
         });
         if let Some(mask) = &options.mask {
             open *= &masked(mask.view(), n, (half.0 / cell_m, half.1 / cell_m))?;
@@ -218,6 +235,19 @@ mod tests {
             // Three bars from the blockage to the rim; the ends are curved by less than 1e-4 of the area.
             let expected = full - PI * 0.0225 - 3.0 * 0.03 * 0.45;
             assert!((pupil(&struts).area_m2 / expected - 1.0).abs() < 2e-4, "{degrees}: {}", pupil(&struts).area_m2 / expected);
+        }
+    }
+
+    /// An edge along the lines is where it is, and not at the nearest line.
+    #[test]
+    fn edges_along_the_lines_are_exact() {
+        for height in [0.74, 0.7413] {
+            let aperture = Some(format!("rectangle=1.06m:{height}m").parse().unwrap());
+            let options = PupilOptions { aperture, blockage: Some("rectangle=0.2m:0.1237m".parse().unwrap()), ..PupilOptions::default() };
+            assert!((pupil(&options).area_m2 / (1.06 * height - 0.2 * 0.1237) - 1.0).abs() < 1e-12, "{height}");
+            let struts = PupilOptions { struts: 2, strut_width: Some(Length(0.0301)), ..options };
+            let open = 1.06 * height - 0.2 * 0.1237 - 0.0301 * 0.86;
+            assert!((pupil(&struts).area_m2 / open - 1.0).abs() < 1e-9, "{height}");
         }
     }
 

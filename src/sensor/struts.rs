@@ -25,6 +25,15 @@ impl Struts {
             (span.0 < span.1).then_some(span)
         })
     }
+
+    /// The heights of the inner corners, m. Those are also the sides of a strut along the lines.
+    pub(super) fn breaks_m(&self) -> impl Iterator<Item = f64> {
+        let of = *self;
+        (0..of.number).flat_map(move |k| {
+            let y = 0.5 * of.width_m * (of.angle_rad + std::f64::consts::TAU * k as f64 / of.number as f64).cos();
+            [-y, y]
+        })
+    }
 }
 
 /// The x for which `low <= slope x + offset <= high`.

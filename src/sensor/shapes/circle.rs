@@ -20,6 +20,10 @@ impl Shape for Circle {
         let square = self.radius_m * self.radius_m - y * y;
         if square > 0.0 { vec![(-square.sqrt(), square.sqrt())] } else { Vec::new() }
     }
+
+    fn breaks_m(&self) -> Vec<f64> {
+        vec![-self.radius_m, self.radius_m]
+    }
 }
 
 pub(super) fn make(sizes: &[f64]) -> MadeShape {

@@ -41,6 +41,10 @@ impl Shape for Polygon {
         at.sort_by(f64::total_cmp);
         at.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect()
     }
+
+    fn breaks_m(&self) -> Vec<f64> {
+        self.corners.iter().map(|c| c.1).collect()
+    }
 }
 
 pub(super) fn make(sizes: &[f64]) -> MadeShape {

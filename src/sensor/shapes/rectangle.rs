@@ -19,6 +19,10 @@ impl Shape for Rectangle {
     fn spans(&self, y: f64) -> Vec<(f64, f64)> {
         if y.abs() < self.half_m.1 { vec![(-self.half_m.0, self.half_m.0)] } else { Vec::new() }
     }
+
+    fn breaks_m(&self) -> Vec<f64> {
+        vec![-self.half_m.1, self.half_m.1]
+    }
 }
 
 pub(super) fn make(sizes: &[f64]) -> MadeShape {

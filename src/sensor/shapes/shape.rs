@@ -13,6 +13,9 @@ pub trait Shape: fmt::Debug + Send + Sync {
 
     /// The parts of the line at height `y` that lie in the shape, m: pairs of limits in ascending order, without overlap.
     fn spans(&self, y: f64) -> Vec<(f64, f64)>;
+
+    /// The heights at which the parts begin, end or turn, m: between two of them their limits are smooth.
+    fn breaks_m(&self) -> Vec<f64>;
 }
 
 /// A shape, or which lengths it needs.
