@@ -1,5 +1,6 @@
 //! A tree of bounding boxes.
 
+use crate::space::Beam;
 use crate::space::Bounds;
 use crate::space::Ray;
 
@@ -88,6 +89,37 @@ impl Bvh {
         let link = self.nodes.len() as u32;
         self.split(bounds, right, first + middle, depth + 1);
         self.nodes[at] = Node { bounds: all, link, count: 0, axis: axis as u16 };
+    }
+
+    /// Finds the items whose boxes a beam may meet. Returns false if they are more than `most`, or if one has no finite box.
+    #[must_use]
+    pub fn in_the_way(&self, beam: &Beam, most: usize, found: &mut Vec<u32>) -> bool {
+        found.clear();
+        if !self.endless.is_empty() {
+            return false;
+        }
+        let mut stack = [0_u32; STACK + 2];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        while depth > 0 {
+            depth -= 1;
+            let at = stack[depth];
+            let node = &self.nodes[at as usize];
+            if !beam.meets(&node.bounds) {
+                continue;
+            }
+            if node.count == 0 {
+                stack[depth] = at + 1;
+                stack[depth + 1] = node.link;
+                depth += 2;
+                continue;
+            }
+            let items = &self.items[node.link as usize..node.link as usize + usize::from(node.count)];
+            if found.len() + items.len() > most {
+                return false;
+            }
+            found.extend_from_slice(items);
+        }
+        true
     }
 
     /// Visits the items whose boxes a ray meets before `t_max`, the nearest first. `visit` returns the new `t_max`.
@@ -200,6 +232,10 @@ mod tests {
                 t
             });
             found.sort_unstable();
+            let mut way = Vec::new();
+            let thin = Beam::new(Bounds::of_points([ray.origin]), Bounds::of_points([ray.direction]));
+            assert!(tree.in_the_way(&thin, 500, &mut way) && found.iter().all(|i| way.contains(i)));
+            assert!(found.is_empty() || !tree.in_the_way(&thin, 0, &mut way));
             let direct: Vec<u32> = (0..500).filter(|i| all[*i as usize].entry(&ray, 1e9).is_some()).collect();
             assert_eq!(found, direct);
         }

@@ -5,6 +5,7 @@ use super::error::{GeometryError, some_names};
 use super::expression::Expression;
 use super::term::{Crossing, Term, union};
 use crate::primitives::Body;
+use crate::space::Beam;
 use crate::space::Bounds;
 use crate::space::Ray;
 use crate::space::Vec3;
@@ -153,16 +154,35 @@ impl Geometry {
     #[inline]
     pub fn first_hit(&self, ray: &Ray, t_max: f64) -> Option<Hit> {
         let mut best: Option<Hit> = None;
-        self.tree.visit(ray, t_max, |leaf, limit| {
-            let (term, region) = &self.leaves[leaf as usize];
-            if let Some(c) = term.entry(&self.solids, ray, self.eps, limit)
-                && best.is_none_or(|b| c.t < b.t - self.eps || (c.t <= b.t + self.eps && *region < b.region))
-            {
-                best = Some(Hit { t: c.t, region: *region, body: c.body, face: c.face, subtracted: c.subtracted });
-            }
-            best.map_or(limit, |b| b.t + self.eps)
-        });
+        self.tree.visit(ray, t_max, |leaf, limit| self.nearer(leaf, ray, limit, &mut best));
         best
+    }
+
+    /// As [`Geometry::first_hit`], if the ray can meet only these leaves.
+    #[must_use]
+    #[inline]
+    pub fn first_hit_of(&self, leaves: &[u32], ray: &Ray, t_max: f64) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        leaves.iter().fold(t_max, |limit, leaf| self.nearer(*leaf, ray, limit, &mut best));
+        best
+    }
+
+    /// Finds the leaves (terms of solid regions) that rays of a beam may meet. Returns false if they are more than `most`.
+    #[must_use]
+    pub fn in_the_way(&self, beam: &Beam, most: usize, found: &mut Vec<u32>) -> bool {
+        self.tree.in_the_way(beam, most, found)
+    }
+
+    /// Replaces the best hit by that of a leaf if it is nearer than `limit`. Returns the new limit.
+    #[inline]
+    fn nearer(&self, leaf: u32, ray: &Ray, limit: f64, best: &mut Option<Hit>) -> f64 {
+        let (term, region) = &self.leaves[leaf as usize];
+        if let Some(c) = term.entry(&self.solids, ray, self.eps, limit)
+            && best.is_none_or(|b| c.t < b.t - self.eps || (c.t <= b.t + self.eps && *region < b.region))
+        {
+            *best = Some(Hit { t: c.t, region: *region, body: c.body, face: c.face, subtracted: c.subtracted });
+        }
+        best.map_or(limit, |b| b.t + self.eps)
     }
 
     /// The nearest border of one region along a ray that starts outside or inside. `None` if there is none.

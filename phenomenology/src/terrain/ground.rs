@@ -36,6 +36,12 @@ impl Terrain {
         self.height_m
     }
 
+    /// Height of the ground if it is level everywhere, m.
+    #[must_use]
+    pub fn level_m(&self) -> Option<f64> {
+        self.field.is_none().then_some(self.height_m)
+    }
+
     /// Highest and lowest ground, m.
     #[must_use]
     pub fn range_m(&self) -> (f64, f64) {
@@ -66,6 +72,15 @@ impl Terrain {
         }
         let t = (self.height_m - ray.origin.z) * ray.inverse.z;
         (t > t_min && t <= t_max).then_some(GroundHit { t, normal: Vec3::UP })
+    }
+
+    /// The cover of all points of a rectangle; `None` if it may have several.
+    #[must_use]
+    pub fn only_cover(&self, low: [f64; 2], high: [f64; 2]) -> Option<u32> {
+        if self.map.is_some() {
+            return None;
+        }
+        self.patches.only(low, high).map(|cover| cover.unwrap_or(self.cover))
     }
 
     /// The cover of a point.

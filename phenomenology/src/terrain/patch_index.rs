@@ -47,6 +47,36 @@ impl Grid {
             .collect();
         Self { low, per_m: size.map(|s| 1.0 / s), cells }
     }
+
+    /// The cover of all points of a rectangle; `None` if it may have several. It may reach beyond the grid of all patches only.
+    fn only(&self, low: [f64; 2], high: [f64; 2]) -> Option<Option<u32>> {
+        let last = CELLS as f64 - 1.0;
+        // Cells that touch it, with a margin for rounding.
+        let place = |k: usize, at: f64, more: f64| (at - self.low[k]) * self.per_m[k] + more;
+        let [from, to] = [[0, 1].map(|k| place(k, low[k], -2e-3)), [0, 1].map(|k| place(k, high[k], 2e-3))];
+        let beyond = (0..2).any(|k| to[k] < 0.0 || from[k] > last + 1.0);
+        if beyond {
+            return Some(None);
+        }
+        let inside = (0..2).all(|k| from[k] >= 0.0 && to[k] <= last + 1.0);
+        let mut found = if inside { None } else { Some(None) };
+        let [from, to] = [from, to].map(|p| p.map(|v| v.clamp(0.0, last) as usize));
+        for (row, column) in (from[1]..=to[1]).flat_map(|r| (from[0]..=to[0]).map(move |c| (r, c))) {
+            let here = match &self.cells[row * CELLS + column] {
+                Cell::Leaf { across, under } if across.is_empty() => *under,
+                Cell::Leaf { .. } => return None,
+                Cell::Finer(finer) => {
+                    let corner = [0, 1].map(|k| self.low[k] + [column, row][k] as f64 / self.per_m[k]);
+                    let end = [0, 1].map(|k| corner[k] + 1.0 / self.per_m[k]);
+                    finer.only([0, 1].map(|k| low[k].max(corner[k])), [0, 1].map(|k| high[k].min(end[k])))?
+                }
+            };
+            if *found.get_or_insert(here) != here {
+                return None;
+            }
+        }
+        found
+    }
 }
 
 impl Cell {
@@ -81,6 +111,12 @@ impl PatchIndex {
         let high = [0, 1].map(|axis| corner(1, axis).fold(f64::NEG_INFINITY, f64::max));
         let topmost: Vec<u32> = (0..patches.len() as u32).rev().collect();
         Self { root: Some(Grid::new(&patches, &topmost, [low, high], 1)), patches }
+    }
+
+    /// The cover of all points of a rectangle, which is `None` where no patch lies. The outer `None` says that it may have several.
+    pub(super) fn only(&self, low: [f64; 2], high: [f64; 2]) -> Option<Option<u32>> {
+        let Some(root) = &self.root else { return Some(None) };
+        root.only(low, high)
     }
 
     /// The cover of the topmost patch at a point.
@@ -131,6 +167,20 @@ mod tests {
             let direct = patches.iter().rev().find(|p| p.contains(x, y)).map(Patch::cover);
             assert_eq!(index.cover(x, y), direct, "{x} {y}");
         }
+        // A rectangle of one cover has it at all of its points.
+        let mut found = 0;
+        for i in 0..4000 {
+            let (x, y) = (f64::from(i) * 0.717 % 130.0 - 15.0, f64::from(i) * 0.391_7 % 120.0 - 15.0);
+            let size = f64::from(i % 7) * 0.4;
+            let Some(only) = index.only([x, y], [x + size, y + size]) else { continue };
+            found += 1;
+            for k in 0..100 {
+                let (u, v) = (x + size * f64::from(k % 10) / 9.0, y + size * f64::from(k / 10) / 9.0);
+                assert_eq!(index.cover(u, v), only, "{u} {v}");
+            }
+        }
+        assert!(found > 1000, "{found}");
+        assert_eq!(PatchIndex::new(Vec::new()).only([0.0; 2], [1.0; 2]), Some(None));
         assert_eq!(PatchIndex::new(Vec::new()).cover(0.0, 0.0), None);
     }
 }

@@ -31,6 +31,7 @@ impl Tracer<'_> {
             speckle_k: self.options.speckle_k,
             scatters: false,
             mirrored: None,
+            mirrors_sky: false,
             cuts: Cuts::default(),
             tally: Tally::new(self.options.causes),
         }
@@ -46,6 +47,19 @@ impl Tracer<'_> {
         points: Points,
         scratch: &mut Scratch,
     ) -> Result<Option<Seen>> {
+        let ray = Ray::from_unit(origin, direction);
+        self.follow_from(ray, self.spot(&ray)?, reference, points, scratch)
+    }
+
+    /// Follows a ray whose first hit is known.
+    pub(super) fn follow_from(
+        &self,
+        ray: Ray,
+        first: Option<Spot>,
+        reference: Vec3,
+        points: Points,
+        scratch: &mut Scratch,
+    ) -> Result<Option<Seen>> {
         let planes = self.antenna.len();
         for (k, row) in scratch.rows[0].iter_mut().enumerate() {
             *row = self.antenna[k % planes];
@@ -54,8 +68,7 @@ impl Tracer<'_> {
         scratch.corrections.fill(0.0);
         scratch.tally.clear();
         (scratch.points, scratch.scatters, scratch.mirrored) = (points, false, None);
-        let ray = Ray::from_unit(origin, direction);
-        let Some(spot) = self.spot(&ray)? else {
+        let Some(spot) = first else {
             self.add_sky(&ray, 0, scratch)?;
             scratch.credit(Cause::Sky, 0);
             return Ok(None);
@@ -85,7 +98,7 @@ impl Tracer<'_> {
             ray = self.mirror_ray(&ray, &spot);
             let first = reach.bounces == 0 && reach.branch == 0;
             reach.bounces += 1;
-            let next = self.spot(&ray)?;
+            let next = if first && scratch.mirrors_sky { None } else { self.spot(&ray)? };
             if first && left >= VISIBLE_MIRROR {
                 scratch.mirrored = Some(next.as_ref().map(Spot::identity));
             }

@@ -8,8 +8,8 @@ pub(super) const TILE: usize = 32;
 /// How the real-time mode builds its mesh.
 ///
 /// The defaults are a compromise between time and error: at 256 x 256 pixels a frame takes a quarter of the time of the full picture, and
-/// differs from it by less than 2.5 K rms. Half or twice any of these values changes the error of the scenes that ship by less than 1 K rms
-/// (test `half_or_twice_an_option_of_the_mesh_changes_its_error_little`), except `strong_side` (2.5 K at 64 x 64 pixels).
+/// differs from it by less than 2.6 K rms. Half or twice any of these values changes the error of the scenes that ship by less than 1 K rms
+/// (test `half_or_twice_an_option_of_the_mesh_changes_its_error_little`), except half the `strong_side` (3.7 K at 64 x 64 pixels).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshOptions {
     /// Side of the largest squares, pixels: 1, 2, 4, 8, 16 or 32.
@@ -21,6 +21,8 @@ pub struct MeshOptions {
     pub center_fraction: f64,
     /// Noise of what surfaces scatter, as a multiple of that of a full picture. The number of rays falls with its power 4/3.
     pub speckle: f64,
+    /// Columns or rows up to which a pixel of a matt face takes what it scatters from another; 4 in a full picture.
+    pub near: usize,
     /// Whether pixels on an edge are smoothed.
     pub antialias: bool,
     /// How pixels on an edge are smoothed.
@@ -30,13 +32,13 @@ pub struct MeshOptions {
 /// How the real-time mode smooths pixels on an edge. A look is a ray that is followed to its first hit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeOptions {
-    /// Difference between a pixel and its neighbours up to which the pixel keeps its value, K. Below 6 K the error of an edge, about a
+    /// Difference between a pixel and its neighbours up to which the pixel keeps its value, K. Below 8 K the error of an edge, about a
     /// quarter of the difference, is smaller than that of the mesh.
     pub weak_k: f64,
     /// Difference above which a pixel gets a grid of looks instead of four, K. Four looks leave an error of about an eighth of the
     /// difference, and 10 K is visible.
     pub strong_k: f64,
-    /// Side of that grid.
+    /// Side of that grid. That of the full picture, whose rays lie at the same places, leaves the least difference.
     pub strong_side: usize,
     /// Largest difference between the pixels that show one face for which a look takes the temperature of the nearest pixel, K. The
     /// temperature changes faster on the round edge of a metal body, and a full ray is followed there.
@@ -45,13 +47,13 @@ pub struct EdgeOptions {
 
 impl Default for MeshOptions {
     fn default() -> Self {
-        Self { step: 4, spread_k: 6.0, center_fraction: 0.5, speckle: 3.0, antialias: true, edges: EdgeOptions::default() }
+        Self { step: 8, spread_k: 6.0, center_fraction: 0.5, speckle: 4.0, near: 8, antialias: true, edges: EdgeOptions::default() }
     }
 }
 
 impl Default for EdgeOptions {
     fn default() -> Self {
-        Self { weak_k: 6.0, strong_k: 80.0, strong_side: 3, alike_k: 30.0 }
+        Self { weak_k: 8.0, strong_k: 100.0, strong_side: 4, alike_k: 30.0 }
     }
 }
 
@@ -61,6 +63,7 @@ impl MeshOptions {
         let (step, side) = (self.step, self.edges.strong_side);
         SceneError::unless(step.is_power_of_two() && step <= TILE, "step of the mesh", step, "1, 2, 4, 8, 16 or 32 pixels")?;
         SceneError::unless((1..=16).contains(&side), "edges.strong_side", side, "1 to 16 looks")?;
+        SceneError::unless(self.near <= TILE, "near of the mesh", self.near, "at most 32 pixels")?;
         let spreads = [
             ("spread_k of the mesh", self.spread_k),
             ("center_fraction of the mesh", self.center_fraction),

@@ -1,5 +1,6 @@
 //! The tracer. It follows rays from the sensor back to the sky, and sums the radiation that arrives along them.
 
+mod blocks;
 mod cause;
 mod face;
 mod flight;

@@ -261,15 +261,17 @@ fn the_mesh_of_the_real_time_mode_stays_near_one_ray_a_pixel() {
         assert_eq!(map.dim(), (128, 128));
         assert!(rms_k < 1.0, "{name}: {rms_k} K rms");
         assert!(frame.rays < 128 * 128 * 3 / 4, "{name}: {} rays", frame.rays);
-        let every =
-            tracer.frame(&view, &MeshOptions { step: 1, spread_k: 0.0, speckle: 1.0, antialias: false, ..MeshOptions::default() }).unwrap();
+        let every = tracer
+            .frame(&view, &MeshOptions { step: 1, spread_k: 0.0, speckle: 1.0, near: 4, antialias: false, ..MeshOptions::default() })
+            .unwrap();
         assert!(error_map(&every, full.temperature.plane(0, 0)).unwrap().1 < 1e-9);
     }
 }
 
 #[test]
 fn the_real_time_mode_stays_within_three_kelvin_of_the_full_model() {
-    for name in ["airport", "runway-fog-1", "runway-fog-2", "runway-fog-3", "runway-fog-4"] {
+    let fog = ["runway-fog-1", "runway-fog-2", "runway-fog-3", "runway-fog-4"];
+    for name in ["airport", "t-72", "bmp-1", "ss-24", "ship", "security"].into_iter().chain(fog) {
         let scene = shipped(name, 256);
         let tracer = Tracer::new(&scene, &[94e9], &RenderOptions::default()).unwrap();
         let view = View::of_camera(scene.camera().unwrap()).unwrap();
@@ -277,7 +279,7 @@ fn the_real_time_mode_stays_within_three_kelvin_of_the_full_model() {
         let frame = tracer.frame(&view, &MeshOptions::default()).unwrap();
         let (_, rms_k) = error_map(&frame, full.temperature.plane(0, 0)).unwrap();
         println!("{name}: {rms_k:.3} K rms, {} rays", frame.rays);
-        assert!(rms_k < 2.5, "{name}: {rms_k} K rms");
+        assert!(rms_k < 2.8, "{name}: {rms_k} K rms");
         assert!(frame.rays < full.rays / 4, "{name}: {} rays, the full model {}", frame.rays, full.rays);
     }
 }

@@ -13,6 +13,9 @@ use ndarray::{Array2, Array3, Array4, ShapeError};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Columns or rows up to which a pixel of a matt face takes the correction of another.
+const NEAR: usize = 4;
+
 /// Largest number of values of a picture (1 GB).
 const MAX_VALUES: usize = 1 << 27;
 
@@ -110,7 +113,7 @@ impl Tracer<'_> {
             },
         )?;
         let faces: Vec<Face> = middles.iter().map(|m| m.face.filter(|_| m.scatters)).collect();
-        let corrections = self.corrections(view, &faces, self.options.speckle_k)?;
+        let corrections = self.corrections(view, &faces, self.options.speckle_k, NEAR)?;
         for (pixel, (out, middle)) in sums.chunks_exact_mut(width).zip(&mut middles).enumerate() {
             if let Some(correction) = corrections.of(pixel) {
                 out.iter_mut().zip(correction).for_each(|(o, c)| *o += c);

@@ -1,19 +1,24 @@
 //! Real-time mode: temperatures at the vertices of a mesh on the picture, with interpolation between them.
 //!
 //! Each square of the picture is split until its four corners show one face of one body, and one face in the mirror, at nearly one
-//! temperature. A pixel inside that shows the same faces is interpolated. All other pixels are traced. A vertex is a full ray, with the same tables, reflections and
-//! shadowing as in the full model. [`super::smooth`] then smooths the pixels on an edge.
+//! temperature. A pixel inside that shows the same faces is interpolated, and one on the ground beside another surface takes the temperature of the
+//! nearest corner that shows its own. All other pixels are traced. A vertex is a full ray, with the same tables, reflections and shadowing as in
+//! the full model. [`super::smooth`] then smooths the pixels on an edge.
 
+use super::blocks::{Block, Blocks};
 use super::face::Face;
 use super::lattice::{Points, Use};
 use super::mesh_options::{MeshOptions, TILE};
 use super::scratch::Scratch;
 use super::tracer::Tracer;
-use super::vertex::Vertex;
+use super::vertex::{Look, Vertex};
 use crate::camera::View;
-use crate::error::Result;
+use crate::error::{Result, SceneError};
 use ndarray::Array2;
 use rayon::prelude::*;
+
+/// Side of the largest squares of ground with several surfaces, pixels.
+const GROUND: usize = 4;
 
 /// One frame.
 #[derive(Debug, Clone)]
@@ -28,33 +33,98 @@ pub struct Frame {
 struct Tile<'a, 'b> {
     tracer: &'a Tracer<'b>,
     view: &'a View,
+    blocks: &'a Blocks,
     scratch: &'a mut Scratch,
     corner: (usize, usize),
     vertices: Vec<Option<Vertex>>,
     rays: usize,
 }
 
-impl Tile<'_, '_> {
+impl<'a> Tile<'a, '_> {
+    /// Place in the picture of a pixel of the tile.
+    fn place(&self, column: usize, row: usize) -> (f64, f64) {
+        ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64)
+    }
+
+    fn block(&self, column: usize, row: usize) -> &'a Block {
+        let (x, y) = self.place(column, row);
+        self.blocks.at(x, y)
+    }
+
     fn vertex(&mut self, column: usize, row: usize) -> Result<Vertex> {
         let at = row * (TILE + 1) + column;
         if let Some(v) = self.vertices[at] {
             return Ok(v);
         }
-        let (x, y) = ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64);
+        let (x, y) = self.place(column, row);
         let v = match self.view.direction(x, y) {
             None => Vertex::default(),
-            Some(d) => self.tracer.vertex(self.view, d, Points::of_pixel(x, y).using(Use::Nothing), self.scratch)?,
+            Some(d) => {
+                let points = Points::of_pixel(x, y).using(Use::Nothing);
+                self.tracer.vertex(self.view, d, points, self.block(column, row), self.scratch)?
+            }
         };
         self.rays += 1;
         self.vertices[at] = Some(v);
         Ok(v)
     }
 
+    /// What a pixel shows; `None` outside the hemisphere.
+    fn look(&self, column: usize, row: usize) -> Result<Option<Look>> {
+        let (x, y) = self.place(column, row);
+        self.view.direction(x, y).map(|d| self.tracer.look(self.view, d, self.block(column, row))).transpose()
+    }
+
     /// Whether a pixel shows the face of a vertex, and the same face in the mirror.
     fn shows(&self, vertex: &Vertex, column: usize, row: usize) -> Result<bool> {
-        let (x, y) = ((self.corner.0 + column) as f64, (self.corner.1 + row) as f64);
-        let Some(direction) = self.view.direction(x, y) else { return Ok(vertex.face.is_none()) };
-        self.tracer.shows(self.view, direction, vertex)
+        if let Some(cover) = self.block(column, row).ground {
+            return Ok(vertex.face == Some((None, (0, 0), cover)) && vertex.mirrored.is_none_or(|m| m.is_none()));
+        }
+        match self.look(column, row)? {
+            Some(look) => self.tracer.agrees(&look, vertex),
+            None => Ok(vertex.face.is_none()),
+        }
+    }
+
+    /// Fills a square of ground with several surfaces: a pixel takes the temperature of the nearest corner that shows its surface. The ground is
+    /// smooth, so its temperature changes little over a square. Returns false, and fills nothing, if the square is another one.
+    fn ground(&mut self, (column, row): (usize, usize), side: usize, c: &[Vertex; 4], spread_k: f64, out: &mut [Vertex]) -> Result<bool> {
+        let is_ground = |v: &Vertex| v.is_ground() && v.mirrored.is_none_or(|m| m.is_none());
+        let alike = |a: &Vertex, b: &Vertex| a.face != b.face || (a.rj_k - b.rj_k).abs() <= spread_k;
+        // Corners of one face have another reason to be split: the temperature between them.
+        if c.iter().all(|v| v.face == c[0].face) || !c.iter().all(is_ground) {
+            return Ok(false);
+        }
+        if !c.iter().enumerate().all(|(k, a)| c[k + 1..].iter().all(|b| alike(a, b))) {
+            return Ok(false);
+        }
+        for j in 0..side {
+            for i in 0..side {
+                let known = self.vertices[(row + j) * (TILE + 1) + column + i];
+                let mut best: Option<(usize, &Vertex)> = None;
+                if known.is_none()
+                    && let Some(look) = self.look(column + i, row + j)?
+                {
+                    for (k, v) in c.iter().enumerate() {
+                        let (x, y) = (k % 2 * side, k / 2 * side);
+                        let away = x.abs_diff(i).pow(2) + y.abs_diff(j).pow(2);
+                        if look.face == v.face && best.is_none_or(|b| away < b.0) {
+                            best = Some((away, v));
+                        }
+                    }
+                    if let Some((_, v)) = best
+                        && !self.tracer.agrees(&look, v)?
+                    {
+                        best = None;
+                    }
+                }
+                out[(row + j) * TILE + column + i] = match (known, best) {
+                    (Some(v), _) | (None, Some((_, &v))) => v,
+                    (None, None) => self.vertex(column + i, row + j)?,
+                };
+            }
+        }
+        Ok(true)
     }
 
     /// Fills the square with this corner and side in the tile `out`.
@@ -76,6 +146,9 @@ impl Tile<'_, '_> {
         if !split && side > 2 {
             let (middle, mean) = (self.vertex(column + half, row + half)?, 0.25 * c.iter().map(|v| v.rj_k).sum::<f64>());
             split = middle.face != c[0].face || (middle.rj_k - mean).abs() > options.center_fraction * options.spread_k;
+        }
+        if split && side <= GROUND && self.ground((column, row), side, &c, options.spread_k, out)? {
+            return Ok(());
         }
         if split {
             for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
@@ -109,6 +182,7 @@ impl Tracer<'_> {
         options.check()?;
         self.check_height(view.position)?;
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
+        let blocks = self.blocks(view);
         let (across, down) = (columns.div_ceil(TILE), rows.div_ceil(TILE));
         let tiles: Vec<(Vec<Vertex>, usize)> = (0..across * down)
             .into_par_iter()
@@ -117,7 +191,7 @@ impl Tracer<'_> {
                 |scratch, k| {
                     let corner = (k % across * TILE, k / across * TILE);
                     let vertices = vec![None; (TILE + 1) * (TILE + 1)];
-                    let mut tile = Tile { tracer: self, view, scratch, corner, vertices, rays: 0 };
+                    let mut tile = Tile { tracer: self, view, blocks: &blocks, scratch, corner, vertices, rays: 0 };
                     let mut out = vec![Vertex::default(); TILE * TILE];
                     let (wide, high) = ((columns - corner.0).min(TILE), (rows - corner.1).min(TILE));
                     for row in (0..high).step_by(options.step) {
@@ -138,17 +212,18 @@ impl Tracer<'_> {
         }
         let mut rays: usize = tiles.iter().map(|t| t.1).sum();
         let faces: Vec<Face> = pixels.iter().map(Vertex::scattering_face).collect();
-        let corrections = self.corrections(view, &faces, options.speckle * self.options.speckle_k)?;
+        let corrections = self.corrections(view, &faces, options.speckle * self.options.speckle_k, options.near)?;
         rays += corrections.rays;
         for (k, pixel) in pixels.iter_mut().enumerate() {
             pixel.rj_k += corrections.of(k).map_or(0.0, |c| c[0]);
         }
         let mut rj_k: Vec<f64> = pixels.iter().map(|p| p.rj_k).collect();
         if options.antialias {
-            rays += self.smooth_edges(view, &options.edges, &pixels, &corrections, &mut rj_k)?;
+            rays += self.smooth_edges(view, &blocks, &options.edges, &pixels, &corrections, &mut rj_k)?;
         }
         rj_k.par_chunks_mut(columns).for_each(|row| row.iter_mut().for_each(|t| *t = self.scaled(0, 0, *t)));
-        let temperature_k = Array2::from_shape_fn((rows, columns), |(row, column)| rj_k[row * columns + column]);
+        let temperature_k = Array2::from_shape_vec((rows, columns), rj_k)
+            .map_err(|e| SceneError::bad_value("shape of the frame", e, "one value for every pixel"))?;
         Ok(Frame { temperature_k, rays })
     }
 }

@@ -19,8 +19,6 @@ use rayon::prelude::*;
 
 /// Side of the largest squares of faces with facets, or that mirror what scatters, pixels; a power of two.
 const STEP: usize = 8;
-/// Columns or rows up to which a pixel of a matt face takes the correction of another.
-const NEAR: usize = 4;
 /// Largest difference between the corners of a square, as a multiple of `speckle_k`. Beyond it the image of an object may have an edge between
 /// the corners that the centre does not show.
 const SPREAD: f64 = 25.0;
@@ -55,6 +53,10 @@ struct Squares<'a, 'b> {
     corner: (usize, usize),
     scratch: &'a mut Scratch,
     nodes: Vec<Option<Vec<f64>>>,
+    /// A bit for each node that is known, row by row.
+    known: [u64; TILE + 1],
+    /// Columns or rows up to which a pixel of a matt face takes the correction of another.
+    near: usize,
     rays: usize,
 }
 
@@ -77,6 +79,7 @@ impl Squares<'_, '_> {
         } else {
             self.scratch.corrections.fill(0.0);
         }
+        self.known[row - self.corner.1] |= 1 << (column - self.corner.0);
         self.nodes[at] = Some(self.scratch.corrections.clone());
         Ok(self.scratch.corrections.clone())
     }
@@ -95,19 +98,31 @@ impl Squares<'_, '_> {
         if !self.is_matt(face) {
             return None;
         }
-        let around =
-            |center: usize, first: usize, n: usize| center.saturating_sub(NEAR).max(first)..=(center + NEAR).min(first + TILE).min(n - 1);
-        let mut best: Option<(usize, &Vec<f64>)> = None;
-        for r in around(row, self.corner.1, self.rows) {
-            for c in around(column, self.corner.0, self.columns) {
-                let Some(known) = &self.nodes[(r - self.corner.1) * (TILE + 1) + c - self.corner.0] else { continue };
-                let away = r.abs_diff(row).pow(2) + c.abs_diff(column).pow(2);
-                if self.face(c, r) == face && best.is_none_or(|(least, _)| away < least) {
-                    best = Some((away, known));
+        let (left, low) = self.corner;
+        let first = column.saturating_sub(self.near).max(left) - left;
+        let last = (column + self.near).min(left + TILE).min(self.columns - 1) - left;
+        let window = (u64::MAX << first) & (u64::MAX >> (63 - last));
+        // Distance squared, row and column of the best one: of equally near ones, the first in the picture.
+        let mut best: Option<(usize, usize, usize)> = None;
+        // Rows from the pixel outwards, until no farther pixel can be nearer.
+        for away in 0..=self.near {
+            if best.is_some_and(|b| b.0 < away * away) {
+                break;
+            }
+            let above = Some(row + away).filter(|r| away > 0 && *r <= (low + TILE).min(self.rows - 1));
+            for r in row.checked_sub(away).filter(|r| *r >= low).into_iter().chain(above) {
+                let mut known = self.known[r - low] & window;
+                while known != 0 {
+                    let c = left + known.trailing_zeros() as usize;
+                    known &= known - 1;
+                    let found = (away * away + c.abs_diff(column).pow(2), r, c);
+                    if best.is_none_or(|b| found < b) && self.face(c, r) == face {
+                        best = Some(found);
+                    }
                 }
             }
         }
-        best.map(|(_, known)| known.clone())
+        best.and_then(|(_, r, c)| self.nodes[(r - low) * (TILE + 1) + c - left].clone())
     }
 
     /// Fills the square with this corner and side in the tile `out`.
@@ -123,7 +138,7 @@ impl Squares<'_, '_> {
         let states = self.scratch.sums.len();
         let corner = self.corner;
         let place = |c: usize, r: usize| ((r - corner.1) * TILE + c - corner.0) * states;
-        if side == 1 || (pure && side <= NEAR) {
+        if side == 1 || (pure && side <= self.near) {
             let near = match self.near(column, row) {
                 None if side == 1 => Some(self.node(column, row)?),
                 near => near,
@@ -183,8 +198,8 @@ impl Squares<'_, '_> {
 
 impl Tracer<'_> {
     /// The corrections of a picture whose pixels show these faces; `None` for pixels that show nothing that scatters. Their rms noise is
-    /// `speckle_k`.
-    pub(super) fn corrections(&self, view: &View, faces: &[Face], speckle_k: f64) -> Result<Corrections> {
+    /// `speckle_k`. A pixel of a matt face takes the correction of another one up to `near` columns or rows away.
+    pub(super) fn corrections(&self, view: &View, faces: &[Face], speckle_k: f64, near: usize) -> Result<Corrections> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         if faces.iter().all(Option::is_none) {
@@ -198,7 +213,8 @@ impl Tracer<'_> {
                 |scratch, k| {
                     let corner = (k % across * TILE, k / across * TILE);
                     let nodes = vec![None; (TILE + 1) * (TILE + 1)];
-                    let mut squares = Squares { tracer: self, view, faces, columns, rows, corner, scratch, nodes, rays: 0 };
+                    let mut squares =
+                        Squares { tracer: self, view, faces, columns, rows, corner, scratch, nodes, known: [0; TILE + 1], near, rays: 0 };
                     let mut out = vec![0.0; TILE * TILE * states];
                     squares.square(corner.0, corner.1, TILE, &mut out)?;
                     Ok((out, squares.rays))

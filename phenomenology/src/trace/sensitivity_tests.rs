@@ -84,9 +84,10 @@ fn half_or_twice_an_option_of_the_mesh_changes_its_error_little() {
         ("spread_k", 1.0, two(&o, |o, f| o.spread_k *= f)),
         ("center_fraction", 1.0, two(&o, |o, f| o.center_fraction *= f)),
         ("speckle", 1.0, two(&o, |o, f| o.speckle *= f)),
+        ("near", 1.0, two(&o, |o, f| o.near = scaled(o.near, f))),
         ("weak_k", 1.0, two(&o, |o, f| o.edges.weak_k *= f)),
         ("strong_k", 1.0, two(&o, |o, f| o.edges.strong_k *= f)),
-        ("strong_side", 2.5, two(&o, |o, f| o.edges.strong_side = scaled(o.edges.strong_side, f))),
+        ("strong_side", 4.0, two(&o, |o, f| o.edges.strong_side = scaled(o.edges.strong_side, f))),
         ("alike_k", 1.0, two(&o, |o, f| o.edges.alike_k *= f)),
     ];
     let mut failed = Vec::new();

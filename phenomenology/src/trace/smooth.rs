@@ -2,8 +2,10 @@
 //!
 //! A pixel keeps its value if it differs little from its neighbours. Otherwise it becomes the mean of four looks, or of a grid of looks on
 //! a strong edge. A look finds the first hit without radiometry. Most looks hit a face that one of the nine pixels around shows, and take
-//! the temperature of that pixel. Only the others are followed as full rays.
+//! the temperature of that pixel. Where all nine show one face, a look must also agree with a pixel in the mirror. Only the others are followed as
+//! full rays.
 
+use super::blocks::Blocks;
 use super::face::Face;
 use super::lattice::{Points, Use};
 use super::mesh_options::EdgeOptions;
@@ -27,6 +29,7 @@ impl Tracer<'_> {
     pub(super) fn smooth_edges(
         &self,
         view: &View,
+        blocks: &Blocks,
         options: &EdgeOptions,
         pixels: &[Vertex],
         corrections: &Corrections,
@@ -35,20 +38,31 @@ impl Tracer<'_> {
         let side = options.strong_side;
         let columns = view.grid().n_l;
         let rays = AtomicUsize::new(0);
+        let before: Vec<f64> = pixels.iter().map(|p| p.rj_k).collect();
         rj_k.par_chunks_mut(columns).enumerate().try_for_each_init(
-            || self.scratch(),
-            |scratch, (row, out)| {
+            || (self.scratch(), Vec::new(), Vec::new()),
+            |(scratch, low, high), (row, out)| {
                 let mut followed = 0;
+                spans(&before, columns, row, low, high);
                 for (column, value) in out.iter_mut().enumerate() {
+                    let near = column.saturating_sub(1)..(column + 2).min(columns);
+                    let lowest = low[near.clone()].iter().fold(f64::INFINITY, |a, t| a.min(*t));
+                    let spread_k = high[near].iter().fold(f64::NEG_INFINITY, |a, t| a.max(*t)) - lowest;
+                    if !(spread_k > options.weak_k) {
+                        continue;
+                    }
+                    // A face that is curved or lit unevenly has no edge: its mean is the value in its middle.
                     let around = Around { pixels, corrections, columns, column, row, alike_k: options.alike_k };
-                    let spread_k = around.spread_k();
-                    if spread_k > options.strong_k {
+                    if around.is_one_face() && around.is_one_mirrored() && bend_k(&before, columns, (column, row)) <= options.weak_k {
+                        continue;
+                    }
+                    *value = if spread_k > options.strong_k {
                         let offset = |k: usize| (k as f64 + 0.5) / side as f64 - 0.5;
                         let looks = (0..side * side).map(|k| (offset(k % side), offset(k / side)));
-                        *value = self.mean_look(view, &around, looks, scratch, &mut followed)?;
-                    } else if spread_k > options.weak_k {
-                        *value = self.mean_look(view, &around, ROOKS.into_iter(), scratch, &mut followed)?;
-                    }
+                        self.mean_look(view, blocks, &around, looks, scratch, &mut followed)?
+                    } else {
+                        self.mean_look(view, blocks, &around, ROOKS.into_iter(), scratch, &mut followed)?
+                    };
                 }
                 rays.fetch_add(followed, Ordering::Relaxed);
                 Ok::<(), SceneError>(())
@@ -61,33 +75,68 @@ impl Tracer<'_> {
     fn mean_look(
         &self,
         view: &View,
+        blocks: &Blocks,
         around: &Around<'_>,
         looks: impl Iterator<Item = (f64, f64)>,
         scratch: &mut Scratch,
         followed: &mut usize,
     ) -> Result<f64> {
-        let one_face = around.is_one_face();
+        // If all nine pixels show one face, the edge is a mirrored one, and the first hit does not show it. On level ground the mirrored hit does;
+        // on bodies, which may be curved, temperatures change too fast along one face in the mirror.
+        let (one_face, one_mirrored) = (around.is_one_face(), around.is_one_mirrored());
+        let on_ground = around.here().is_ground();
+        let block = blocks.at(around.column as f64, around.row as f64);
         let (mut sum, mut count) = (0.0, 0_u32);
         for (dx, dy) in looks {
             let (x, y) = (around.column as f64 + dx, around.row as f64 + dy);
             let Some(direction) = view.direction(x, y) else { continue };
-            // If all nine pixels show one face, the edge is a mirrored one, and the first hit does not show it.
-            let known = if one_face { None } else { around.near(self.face(view, direction)?, (dx, dy)) };
+            let known = if one_face && (one_mirrored || !on_ground) {
+                None
+            } else {
+                let look = self.look(view, direction, block)?;
+                let mirrored = if one_face { Some(self.mirrored(&look)?) } else { None };
+                around.near(look.face, mirrored, (dx, dy))
+            };
             sum += match known {
                 Some(rj_k) => rj_k,
                 None => {
                     *followed += 1;
                     let points = Points::of_pixel(x, y);
-                    let bare = self.vertex(view, direction, points.using(Use::Nothing), scratch)?;
+                    let bare = self.vertex(view, direction, points.using(Use::Nothing), block, scratch)?;
                     match around.correction(&bare, (dx, dy)) {
                         Some(correction_k) => bare.rj_k + correction_k,
-                        None => self.vertex(view, direction, points.share(0, LOOK_SHARES), scratch)?.rj_k,
+                        None => self.vertex(view, direction, points.share(0, LOOK_SHARES), block, scratch)?.rj_k,
                     }
                 }
             };
             count += 1;
         }
         Ok(if count == 0 { 0.0 } else { sum / f64::from(count) })
+    }
+}
+
+/// The largest difference between a pixel and the mean of two opposite neighbours.
+fn bend_k(values: &[f64], columns: usize, (column, row): (usize, usize)) -> f64 {
+    let at = |dx: isize, dy: isize| {
+        let column = column.checked_add_signed(dx).filter(|c| *c < columns)?;
+        values.get(row.checked_add_signed(dy)? * columns + column)
+    };
+    let here = values[row * columns + column];
+    let bend = |(dx, dy): (isize, isize)| Some((0.5 * (at(dx, dy)? + at(-dx, -dy)?) - here).abs());
+    [(1, 0), (0, 1), (1, 1), (1, -1)].into_iter().filter_map(bend).fold(0.0, f64::max)
+}
+
+/// The lowest and the highest of the values of each column in a row and the two rows beside it.
+fn spans(values: &[f64], columns: usize, row: usize, low: &mut Vec<f64>, high: &mut Vec<f64>) {
+    let line = |r: usize| &values[r * columns..(r + 1) * columns];
+    low.clear();
+    low.extend_from_slice(line(row));
+    high.clone_from(low);
+    let last = values.len() / columns - 1;
+    for other in [row.checked_sub(1), Some(row + 1).filter(|r| *r <= last)].into_iter().flatten() {
+        for ((low, high), v) in low.iter_mut().zip(high.iter_mut()).zip(line(other)) {
+            (*low, *high) = (low.min(*v), high.max(*v));
+        }
     }
 }
 
@@ -118,27 +167,25 @@ impl Around<'_> {
         (-1..=1).flat_map(move |dy| (-1..=1).filter_map(move |dx| self.at(dx, dy)))
     }
 
-    /// Difference between the warmest and the coldest pixel, K.
-    fn spread_k(&self) -> f64 {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for v in self.neighbours() {
-            (low, high) = (low.min(v.rj_k), high.max(v.rj_k));
-        }
-        high - low
-    }
-
     fn is_one_face(&self) -> bool {
         self.neighbours().all(|v| v.face == self.here().face)
     }
 
-    /// The nearest to an offset in this pixel of the nine pixels that show a face: its number, and the lowest and highest of their
+    fn is_one_mirrored(&self) -> bool {
+        self.neighbours().all(|v| v.mirrored == self.here().mirrored)
+    }
+
+    /// The nearest to an offset in this pixel of the nine pixels that show a face, and another one in the mirror if that is given: its number, and the lowest and highest of their
     /// temperatures, K.
-    fn nearest(&self, face: Face, (dx, dy): (f64, f64)) -> Option<(usize, [f64; 2])> {
+    fn nearest(&self, face: Face, mirrored: Option<Face>, (dx, dy): (f64, f64)) -> Option<(usize, [f64; 2])> {
         let mut best: Option<(f64, usize)> = None;
         let mut span = [f64::INFINITY, f64::NEG_INFINITY];
         for j in -1..=1_i32 {
             for i in -1..=1_i32 {
-                let Some(v) = self.at(i as isize, j as isize).filter(|v| v.face == face) else { continue };
+                let Some(v) = self.at(i as isize, j as isize) else { continue };
+                if v.face != face || mirrored.is_some_and(|m| v.mirrored.is_some_and(|other| other != m)) {
+                    continue;
+                }
                 span = [span[0].min(v.rj_k), span[1].max(v.rj_k)];
                 let away = (f64::from(i) - dx).powi(2) + (f64::from(j) - dy).powi(2);
                 if best.is_none_or(|b| away < b.0) {
@@ -155,14 +202,14 @@ impl Around<'_> {
         if !look.scatters {
             return Some(0.0);
         }
-        let (pixel, _) = self.nearest(look.face, offset)?;
+        let (pixel, _) = self.nearest(look.face, None, offset)?;
         self.corrections.of(pixel).map(|c| c[0])
     }
 
-    /// Temperature of the nearest of the nine pixels that show a face. `None` if no pixel shows the face, or if the pixels that show it differ
-    /// too much.
-    fn near(&self, face: Face, offset: (f64, f64)) -> Option<f64> {
-        let (pixel, [low, high]) = self.nearest(face, offset)?;
+    /// Temperature of the nearest of the nine pixels that show a face, and another one in the mirror if that is given. `None` if no pixel does, or
+    /// if the pixels that do differ too much.
+    fn near(&self, face: Face, mirrored: Option<Face>, offset: (f64, f64)) -> Option<f64> {
+        let (pixel, [low, high]) = self.nearest(face, mirrored, offset)?;
         (high - low <= self.alike_k).then(|| self.pixels[pixel].rj_k)
     }
 }

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct MeshArgs {
     /// Real-time mode: side of the largest squares of the mesh, pixels (1, 2, 4, 8, 16 or 32).
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(long, value_name = "N", default_value_t = MeshOptions::default().step)]
     step: usize,
     /// Real-time mode: a square whose corners differ by more than this is split.
     #[arg(long, value_name = "TEMP", default_value = "6K")]

@@ -1,0 +1,155 @@
+//! What the rays of a block of pixels can meet.
+//!
+//! Most blocks of a picture show ground without any solid before it, and many others show one or two solids. A search for them once per block
+//! spares every ray of the block the search of the tree of all solids. The ground of a block is a mirror too: where no solid lies in its
+//! mirrored rays, they see the sky.
+
+use super::tracer::Tracer;
+use crate::camera::View;
+use crate::space::{Beam, Bounds, Vec3};
+use rayon::prelude::*;
+
+/// Side of a block, pixels.
+const SIDE: usize = 8;
+/// Largest number of solids in the way of a block. Beyond it the tree is faster.
+const MOST: usize = 4;
+
+/// A block of pixels.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    /// Number of solids in the way of its rays, and the solids; `None` if they are many.
+    count: Option<usize>,
+    solids: [u32; MOST],
+    /// Whether all rays that its level ground mirrors reach the sky.
+    pub mirrors_sky: bool,
+    /// The cover of all of its pixels, if they are level ground with nothing before it and nothing but the sky in its mirror.
+    pub ground: Option<u32>,
+}
+
+impl Block {
+    /// A block of which nothing is known.
+    const UNKNOWN: Self = Self { count: None, solids: [0; MOST], mirrors_sky: false, ground: None };
+
+    /// The only solids that its rays can meet; `None` if they are many.
+    #[inline]
+    pub(super) fn solids(&self) -> Option<&[u32]> {
+        self.count.map(|n| &self.solids[..n])
+    }
+
+    /// Whether its rays can meet nothing but level ground, whose mirror shows nothing but the sky.
+    #[inline]
+    pub(super) fn is_open(&self) -> bool {
+        self.mirrors_sky && self.count == Some(0)
+    }
+}
+
+/// The blocks of a picture.
+#[derive(Debug)]
+pub(super) struct Blocks {
+    across: usize,
+    /// // [m, l]
+    blocks: Vec<Block>,
+    unknown: Block,
+}
+
+impl Blocks {
+    /// The block of a pixel, or of a place in it.
+    #[inline]
+    pub(super) fn at(&self, x: f64, y: f64) -> &Block {
+        let (column, row) = ((x + 0.5) as usize / SIDE, (y + 0.5) as usize / SIDE);
+        if column < self.across { self.blocks.get(row * self.across + column).unwrap_or(&self.unknown) } else { &self.unknown }
+    }
+}
+
+impl Tracer<'_> {
+    /// The blocks of a view.
+    pub(super) fn blocks(&self, view: &View) -> Blocks {
+        let (across, down) = (view.grid().n_l.div_ceil(SIDE), view.grid().n_m.div_ceil(SIDE));
+        let blocks =
+            (0..across * down).into_par_iter().map_init(Vec::new, |found, k| self.block(view, (k % across, k / across), found)).collect();
+        Blocks { across, blocks, unknown: Block::UNKNOWN }
+    }
+
+    fn block(&self, view: &View, (column, row): (usize, usize), found: &mut Vec<u32>) -> Block {
+        let mut block = Block::UNKNOWN;
+        let place = |corner: usize, k: usize| (corner * SIDE) as f64 - 0.5 + 0.5 * (k * SIDE) as f64;
+        let directions = [0, 1, 2].map(|r| [0, 1, 2].map(|c| view.direction(place(column, c), place(row, r))));
+        if directions.iter().flatten().any(Option::is_none) {
+            return block;
+        }
+        let directions = directions.map(|line| line.map(Option::unwrap_or_default));
+        let geometry = &self.scene.geometry;
+        let (origin, around) = (Bounds::of_points([view.position]), held(&directions));
+        if geometry.in_the_way(&Beam::new(origin, around), MOST, found) {
+            block.count = Some(found.len());
+            block.solids[..found.len()].copy_from_slice(found);
+        }
+        // Places of a level plane, and the directions that it mirrors.
+        if let Some(terrain) = &self.scene.terrain
+            && let Some(level_m) = terrain.level_m().filter(|level_m| around.max.z < 0.0 && view.position.z > *level_m)
+        {
+            let places = directions.map(|line| line.map(|d| view.position + d * ((level_m - view.position.z) / d.z)));
+            let mirrored = Bounds {
+                min: Vec3::new(around.min.x, around.min.y, -around.max.z),
+                max: Vec3::new(around.max.x, around.max.y, -around.min.z),
+            };
+            let places = held(&places);
+            block.mirrors_sky = geometry.in_the_way(&Beam::new(places, mirrored), 0, found);
+            if block.is_open() {
+                block.ground = terrain.only_cover([places.min.x, places.min.y], [places.max.x, places.max.y]);
+            }
+        }
+        block
+    }
+}
+
+/// A box that holds a smooth surface through 3 x 3 points. It bends beyond them by at most a quarter of its second differences.
+fn held(points: &[[Vec3; 3]; 3]) -> Bounds {
+    let bend = |a: Vec3, b: Vec3, c: Vec3| (a + c - b * 2.0).norm();
+    let lines = points.iter().map(|[a, b, c]| bend(*a, *b, *c));
+    let columns = (0..3).map(|k| bend(points[0][k], points[1][k], points[2][k]));
+    let most = lines.chain(columns).fold(0.0_f64, f64::max);
+    Bounds::of_points(points.iter().flatten().copied()).grown(most + 1e-9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, Projection};
+    use crate::solids::SolidScene;
+    use crate::space::Ray;
+    use crate::trace::RenderOptions;
+
+    /// Every ray of a block meets what the whole tree says that it meets.
+    #[test]
+    fn rays_of_a_block_meet_only_its_solids() {
+        for name in ["airport", "t-72", "security"] {
+            let path = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+            let scene = SolidScene::from_toml(&std::fs::read_to_string(path).unwrap()).unwrap();
+            let tracer = Tracer::new(&scene, &[94e9], &RenderOptions::default()).unwrap();
+            for projection in [Projection::Sin, Projection::Pinhole] {
+                let camera = Camera { size_px: [100, 75], projection, ..scene.camera().unwrap().clone() };
+                let view = View::of_camera(&camera).unwrap();
+                let blocks = tracer.blocks(&view);
+                let (mut few, mut skies, mut even) = (0, 0, 0);
+                for (r, c) in (0..300).flat_map(|r| (0..400).map(move |c| (r, c))) {
+                    let (x, y) = (0.25 * f64::from(c) - 0.375, 0.25 * f64::from(r) - 0.375);
+                    let ray = Ray::from_unit(view.position, view.direction(x, y).unwrap());
+                    let (block, spot) = (blocks.at(x, y), tracer.spot(&ray).unwrap());
+                    let found = tracer.spot_in(&ray, block).unwrap();
+                    assert_eq!(found.map(|s| (s.t, s.identity())), spot.map(|s| (s.t, s.identity())), "{name} {x} {y}");
+                    few += usize::from(block.solids().is_some());
+                    if let Some(cover) = block.ground {
+                        even += 1;
+                        assert_eq!(found.map(|s| s.identity()), Some((None, (0, 0), cover)), "{name} {x} {y}");
+                    }
+                    if let Some(spot) = spot.filter(|s| block.mirrors_sky && s.region.is_none()) {
+                        skies += 1;
+                        assert!(tracer.spot(&tracer.mirror_ray(&ray, &spot)).unwrap().is_none(), "{name} {x} {y}");
+                    }
+                }
+                assert!(few > 12_000 && (skies.min(even) > 10_000 || name != "airport"), "{name}: {few} {skies} {even}");
+            }
+        }
+    }
+}
