@@ -1,5 +1,7 @@
 //! Properties of an observation that no step of the chain uses. They are carried from file to file.
 
+use crate::as_text::as_text;
+use crate::{ArrayError, Result};
 use std::collections::BTreeMap;
 
 /// The value of a keyword.
@@ -58,6 +60,22 @@ impl XOrientation {
         }
     }
 }
+
+impl std::fmt::Display for XOrientation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for XOrientation {
+    type Err = ArrayError;
+
+    fn from_str(text: &str) -> Result<Self> {
+        Self::named(text).ok_or_else(|| ArrayError::bad_value("direction of the X feeds", text, "north or east"))
+    }
+}
+
+as_text!(XOrientation, "Direction on the sky of the X feeds.".into(), ["north", "east"]);
 
 /// What is known about an observation beside its visibilities.
 #[derive(Debug, Clone, Default, PartialEq)]

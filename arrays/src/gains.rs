@@ -23,6 +23,9 @@ pub struct GainTable {
     pub gains: Array4<Complex64>,
     /// True where no gain is known \[solint, ant, chan, feed\].
     pub flags: Array4<bool>,
+    /// Leakages, where they are known: the part of the field of the other feed that a feed receives, in the shape of the gains. They act before the
+    /// gains, so V_corrupt = G1 D1 V D2^H G2^H with D = \[\[1, d\], \[d', 1\]\].
+    pub leakages: Option<Array4<Complex64>>,
     /// Signal to noise (or other quality) of each gain \[solint, ant, chan, feed\], where known.
     pub quality: Option<Array4<f64>>,
     /// Reduced chi^2 of each interval \[solint, chan, feed\], where known.
@@ -39,7 +42,7 @@ impl GainTable {
     /// Unflagged unit gains.
     ///
     /// # Errors
-    /// No interval, no feed, or times and intervals of different lengths.
+    /// No interval, no feed or more than the four elements of a Jones matrix, or times and intervals of different lengths.
     pub fn unity(
         layout: ArrayLayout,
         spectrum: SpectralWindow,
@@ -47,7 +50,7 @@ impl GainTable {
         time_jd: Vec<f64>,
         interval_s: Vec<f64>,
     ) -> Result<Self> {
-        if time_jd.is_empty() || time_jd.len() != interval_s.len() || feeds.is_empty() || feeds.len() > 2 {
+        if time_jd.is_empty() || time_jd.len() != interval_s.len() || feeds.is_empty() || feeds.len() > 4 {
             return Err(ArrayError::ShapeMismatch {
                 what: "solution intervals and feeds",
                 expected: vec![time_jd.len().max(1), 1],
@@ -63,6 +66,7 @@ impl GainTable {
             interval_s,
             gains: Array4::from_elem(shape, Complex64::new(1.0, 0.0)),
             flags: Array4::from_elem(shape, false),
+            leakages: None,
             quality: None,
             total_quality: None,
             refant: None,
@@ -78,7 +82,10 @@ impl GainTable {
     pub fn check(&self) -> Result<()> {
         let expected = [self.time_jd.len(), self.layout.n_ant(), self.spectrum.n_chan(), self.feeds.len()];
         let quality = self.quality.as_ref().map_or(expected.as_slice(), |q| q.shape());
-        for (what, shape) in [("gains", self.gains.shape()), ("gain flags", self.flags.shape()), ("gain quality", quality)] {
+        let leakages = self.leakages.as_ref().map_or(expected.as_slice(), |l| l.shape());
+        for (what, shape) in
+            [("gains", self.gains.shape()), ("gain flags", self.flags.shape()), ("leakages", leakages), ("gain quality", quality)]
+        {
             ArrayError::unless_shape(what, shape, &expected)?;
         }
         Ok(())
@@ -97,7 +104,7 @@ impl GainTable {
     /// The same gains with one entry for both feeds, named such as `R+L`, if gains, flags and qualities of the two feeds are equal.
     #[must_use]
     pub fn with_equal_feeds_joined(&self) -> Self {
-        if self.feeds.len() < 2 {
+        if self.feeds.len() < 2 || self.leakages.is_some() {
             return self.clone();
         }
         let joined = self.choose_feeds(vec![self.feeds.join("+")], &[0]);

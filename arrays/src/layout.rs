@@ -1,5 +1,6 @@
 //! An array of antennas.
 
+use crate::feeds::Mount;
 use crate::pattern::airy::shared_diameter;
 use crate::{ArrayError, ElementPattern, Result};
 use serde::{Deserialize, Serialize};
@@ -31,13 +32,16 @@ pub struct Antenna {
     pub sensitivity: Option<Sensitivity>,
     /// One-sigma uncertainty of each coordinate, m.
     pub position_error_m: Option<[f64; 3]>,
+    /// In the header of a set: what the receiver adds to the autocorrelations of this antenna. `None` where the set does not state it; its
+    /// autocorrelations then tell nothing of the scene.
+    pub receiver: Option<Sensitivity>,
 }
 
 impl Antenna {
     /// An antenna with a name, a number and a position only.
     #[must_use]
     pub fn new(name: impl Into<String>, number: u32, position_m: [f64; 3]) -> Self {
-        Self { name: name.into(), number, position_m, diameter_m: None, sensitivity: None, position_error_m: None }
+        Self { name: name.into(), number, position_m, diameter_m: None, sensitivity: None, position_error_m: None, receiver: None }
     }
 }
 
@@ -75,6 +79,8 @@ pub struct ArrayLayout {
     pub aperture_m: Option<f64>,
     /// Power pattern that all antennas share. In the header of a set: the pattern that its visibilities contain.
     pub pattern: ElementPattern,
+    /// Mount of all antennas, where it is stated: the feeds turn with it.
+    pub mount: Option<Mount>,
     antennas: Vec<Antenna>,
 }
 
@@ -88,7 +94,8 @@ impl ArrayLayout {
     /// No antenna, more than 65,535, names or numbers used twice, coordinates that are not finite, a diameter or noise that is
     /// not positive, two antennas at the same place, a site beyond the poles.
     pub fn new(name: impl Into<String>, frame: LayoutFrame, antennas: Vec<Antenna>) -> Result<Self> {
-        let layout = Self { name: name.into(), frame, source: None, aperture_m: None, pattern: ElementPattern::None, antennas };
+        let layout =
+            Self { name: name.into(), frame, source: None, aperture_m: None, pattern: ElementPattern::None, mount: None, antennas };
         layout.check()?;
         Ok(layout)
     }
@@ -99,7 +106,8 @@ impl ArrayLayout {
     /// # Errors
     /// As [`ArrayLayout::new`], except for antennas at the same place.
     pub fn from_data(name: impl Into<String>, frame: LayoutFrame, antennas: Vec<Antenna>) -> Result<Self> {
-        let layout = Self { name: name.into(), frame, source: None, aperture_m: None, pattern: ElementPattern::None, antennas };
+        let layout =
+            Self { name: name.into(), frame, source: None, aperture_m: None, pattern: ElementPattern::None, mount: None, antennas };
         layout.check_values()?;
         Ok(layout)
     }
@@ -171,6 +179,11 @@ impl ArrayLayout {
     #[must_use]
     pub fn antennas(&self) -> &[Antenna] {
         &self.antennas
+    }
+
+    /// The antennas, to set what is not checked.
+    pub(crate) fn antennas_mut(&mut self) -> &mut [Antenna] {
+        &mut self.antennas
     }
 
     /// Number of antennas.

@@ -5,6 +5,7 @@
 //! frame = "boresight"            # or "enu" or "ecef"
 //! source = "where the positions come from"
 //! aperture_m = 1.0               # if the array was designed for an aperture
+//! mount = "fixed"                # or "alt-az", "equatorial", "alt-az+nasmyth-r", "alt-az+nasmyth-l", if the feeds turn with it
 //!
 //! [[antenna]]
 //! name = "E1"
@@ -17,6 +18,7 @@
 //! kind = "airy"
 //! ```
 
+use crate::feeds::Mount;
 use crate::pattern::in_toml;
 use crate::{Antenna, ArrayError, ArrayLayout, ElementPattern, LayoutFrame, Result, Sensitivity, Site};
 use serde::Deserialize;
@@ -32,6 +34,7 @@ struct LayoutToml {
     frame: Spanned<String>,
     source: Option<String>,
     aperture_m: Option<Spanned<f64>>,
+    mount: Option<Spanned<String>>,
     site: Option<Spanned<SiteToml>>,
     pattern: Option<Spanned<toml::Table>>,
     #[serde(default)]
@@ -122,6 +125,9 @@ impl ArrayLayout {
         if let Some(a) = raw.aperture_m.as_ref().filter(|a| !(a.get_ref().is_finite() && *a.get_ref() > 0.0)) {
             return Err(at(text, a.span(), &format!("aperture_m is {}, expected a positive number of metres", a.get_ref())));
         }
+        if let Some(mount) = &raw.mount {
+            layout.mount = Some(Mount::named(mount.get_ref()).map_err(|e| at(text, mount.span(), &e.to_string()))?);
+        }
         layout.source = raw.source;
         layout.aperture_m = raw.aperture_m.map(Spanned::into_inner);
         if let Some(table) = raw.pattern {
@@ -145,6 +151,9 @@ impl ArrayLayout {
         }
         if let Some(aperture) = self.aperture_m {
             let _ = writeln!(t, "aperture_m = {aperture:?}");
+        }
+        if let Some(mount) = self.mount {
+            let _ = writeln!(t, "mount = \"{}\"", mount.name());
         }
         if let Some(s) = self.site() {
             let (lat, lon) = (s.latitude_rad.to_degrees(), s.longitude_rad.to_degrees());
@@ -204,6 +213,7 @@ fn antenna(text: &str, index: usize, a: AntennaToml) -> Result<Antenna> {
         diameter_m,
         sensitivity,
         position_error_m: a.position_error_m.map(Spanned::into_inner),
+        receiver: None,
         name: a.name.into_inner(),
     })
 }
@@ -224,6 +234,7 @@ mod tests {
 frame = "enu"
 source = "made up"
 aperture_m = 120.5
+mount = "alt-az"
 
 [site]
 latitude_deg = 34.0
@@ -256,6 +267,7 @@ position_error_m = [0.001, 0.001, 0.002]
         let back = ArrayLayout::from_toml(&layout.to_toml()).unwrap();
         assert_eq!(back.antennas(), layout.antennas());
         assert_eq!((&back.source, back.aperture_m), (&layout.source, Some(120.5)));
+        assert_eq!((layout.mount, back.mount), (Some(Mount::AltAz), Some(Mount::AltAz)));
         let (a, b) = (back.site().unwrap(), layout.site().unwrap());
         assert!((a.latitude_rad - b.latitude_rad).abs() < 1e-15 && (a.longitude_rad - b.longitude_rad).abs() < 1e-15);
     }
@@ -263,30 +275,32 @@ position_error_m = [0.001, 0.001, 0.002]
     #[test]
     fn an_unknown_key_is_named_with_its_line() {
         let e = error(&ENU.replace("tsys_k", "tsys"));
-        assert!(e.contains("line 21, column 1") && e.contains("tsys"), "{e}");
+        assert!(e.contains("line 22, column 1") && e.contains("tsys"), "{e}");
         let e = error(&format!("colour = 1\n{ENU}"));
         assert!(e.contains("line 1, column 1") && e.contains("colour"), "{e}");
         let e = error(&ENU.replace("altitude_m", "height_m"));
-        assert!(e.contains("line 9") && e.contains("height_m"), "{e}");
+        assert!(e.contains("line 10") && e.contains("height_m"), "{e}");
     }
 
     #[test]
     fn bad_values_are_named_with_their_line() {
         let e = error(&ENU.replace("1e-7", "nan"));
-        assert!(e.contains("line 13") && e.contains("NaN"), "{e}");
+        assert!(e.contains("line 14") && e.contains("NaN"), "{e}");
         let e = error(&ENU.replace("[100.0, 0.0, 0.0]", "[100.0, 0.0]"));
-        assert!(e.contains("line 20"), "{e}");
+        assert!(e.contains("line 21"), "{e}");
         let e = error(&ENU.replace("\"enu\"", "\"xyz\""));
         assert!(e.contains("line 2, column 9") && e.contains("boresight"), "{e}");
+        let e = error(&ENU.replace("alt-az", "orbiting"));
+        assert!(e.contains("line 5, column 9") && e.contains("orbiting"), "{e}");
         assert!(error(&ENU.replace("sefd_jy = 300.0", "sefd_jy = 300.0\ntsys_k = 3.0")).contains("both"));
         let e = error(&ENU.replace("120.5", "0.0"));
         assert!(e.contains("line 4, column 14") && e.contains("aperture_m is 0"), "{e}");
         let e = error(&ENU.replace("25.0", "-25.0"));
-        assert!(e.contains("line 14, column 14") && e.contains("diameter_m"), "{e}");
+        assert!(e.contains("line 15, column 14") && e.contains("diameter_m"), "{e}");
         let e = error(&ENU.replace("\"b\"", "'a\"1'"));
-        assert!(e.contains("line 18") && e.contains("used twice"), "{e}");
+        assert!(e.contains("line 19") && e.contains("used twice"), "{e}");
         let e = error(&ENU.replace("34.0", "-134.0"));
-        assert!(e.contains("line 6") && e.contains("-90 to 90"), "{e}");
+        assert!(e.contains("line 7") && e.contains("-90 to 90"), "{e}");
         assert!(error("name = ").contains("line 1"));
         assert!(error("").contains("name"));
         assert!(error("name = \"x\"\nframe = \"boresight\"").contains("number of antennas"));
@@ -297,9 +311,9 @@ position_error_m = [0.001, 0.001, 0.002]
         let no_site = ENU.replace("[site]\nlatitude_deg = 34.0\nlongitude_deg = -107.6\naltitude_m = 2100.0\n", "");
         assert!(error(&no_site).contains("needs a [site]"));
         let e = error(&ENU.replace("\"enu\"", "\"boresight\""));
-        assert!(e.contains("line 6") && e.contains("no [site]"), "{e}");
+        assert!(e.contains("line 7") && e.contains("no [site]"), "{e}");
         assert!(error(&ENU.replace("\"enu\"", "\"ecef\"")).contains("geocentric"));
         let e = error(&ENU.replace("[100.0, 0.0, 0.0]", "[0.1, 1e-7, 3.0]"));
-        assert!(e.contains("line 18, column 8") && e.contains("same place"), "{e}");
+        assert!(e.contains("line 19, column 8") && e.contains("same place"), "{e}");
     }
 }

@@ -45,6 +45,9 @@ pub struct Source {
     pub position: SourcePosition,
     /// Integrated flux density at the reference frequency, Jy.
     pub flux_jy: f64,
+    /// Stokes Q, U and V at the reference frequency, Jy, with the spectrum of the flux density. For a place on the sky Q and U refer to the
+    /// north there, otherwise to the direction of +m.
+    pub polarized_jy: [f64; 3],
     /// Shape.
     pub shape: SourceShape,
     /// Exponent of the spectrum; 0 is flat.
@@ -60,6 +63,7 @@ impl Source {
         Self {
             position: SourcePosition::DirectionCosines { l, m },
             flux_jy,
+            polarized_jy: [0.0; 3],
             shape: SourceShape::Point,
             spectral_index: 0.0,
             ref_freq_hz: None,
@@ -69,9 +73,25 @@ impl Source {
     /// Flux density at a frequency, Jy.
     #[must_use]
     pub fn flux_at(&self, freq_hz: f64) -> f64 {
+        self.on_spectrum(self.flux_jy, freq_hz)
+    }
+
+    /// Stokes Q, U and V at a frequency, Jy.
+    #[must_use]
+    pub fn polarized_at(&self, freq_hz: f64) -> [f64; 3] {
+        self.polarized_jy.map(|x| self.on_spectrum(x, freq_hz))
+    }
+
+    /// True where the source is polarised.
+    #[must_use]
+    pub fn is_polarized(&self) -> bool {
+        self.polarized_jy != [0.0; 3]
+    }
+
+    fn on_spectrum(&self, at_reference: f64, freq_hz: f64) -> f64 {
         match self.ref_freq_hz {
-            Some(reference) if self.spectral_index != 0.0 => self.flux_jy * (freq_hz / reference).powf(self.spectral_index),
-            _ => self.flux_jy,
+            Some(reference) if self.spectral_index != 0.0 => at_reference * (freq_hz / reference).powf(self.spectral_index),
+            _ => at_reference,
         }
     }
 
@@ -106,6 +126,16 @@ impl Source {
         )?;
         Ok((l, m))
     }
+
+    /// Position angle, at the source, of the north of the phase centre carried there along the great circle, rad. It is 0 for sources given
+    /// by direction cosines, whose Stokes parameters refer to the direction of +m already.
+    #[must_use]
+    pub fn carried_north_rad(&self, center: &PhaseCenter) -> f64 {
+        let (SourcePosition::RaDec { ra_rad, dec_rad }, Some((ra0, dec0))) = (self.position, center.ra_dec_rad()) else { return 0.0 };
+        // Half the convergence of the meridians, by one of Napier's analogies.
+        let (sin, cos) = (0.5 * (ra_rad - ra0)).sin_cos();
+        2.0 * (sin * (0.5 * (dec_rad + dec0)).sin()).atan2(cos * (0.5 * (dec_rad - dec0)).cos())
+    }
 }
 
 #[cfg(test)]
@@ -121,6 +151,20 @@ mod tests {
         assert!((l - 0.001 * 0.501_f64.cos()).abs() < 1e-8 && (m - 0.001).abs() < 1e-6, "{l} {m}");
         s.position = SourcePosition::RaDec { ra_rad: 1.0 + std::f64::consts::PI, dec_rad: -0.5 };
         assert!(s.direction_cosines(&center).is_err());
+    }
+
+    #[test]
+    fn the_north_of_the_centre_is_carried_along_the_great_circle() {
+        let center = PhaseCenter::sidereal("c", 1.0, 0.5).unwrap();
+        let at = |ra_rad: f64, dec_rad: f64| Source { position: SourcePosition::RaDec { ra_rad, dec_rad }, ..Source::point(0.0, 0.0, 1.0) };
+        // Position angles of the great circle from the centre to the source, at both ends.
+        for (ra, dec) in [(1.3, 0.9_f64), (0.4, -0.2), (1.0, 0.7), (1.2, 0.5)] {
+            let (sin_a, cos_a) = f64::sin_cos(ra - 1.0);
+            let at_center = (dec.cos() * sin_a).atan2(dec.sin() * 0.5_f64.cos() - dec.cos() * 0.5_f64.sin() * cos_a);
+            let at_source = (0.5_f64.cos() * sin_a).atan2(0.5_f64.cos() * dec.sin() * cos_a - 0.5_f64.sin() * dec.cos());
+            assert!((at(ra, dec).carried_north_rad(&center) - (at_source - at_center)).abs() < 1e-12, "{ra} {dec}");
+        }
+        assert_eq!(Source::point(0.1, 0.2, 1.0).carried_north_rad(&center), 0.0);
     }
 
     #[test]

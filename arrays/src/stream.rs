@@ -1,7 +1,7 @@
 //! Visibility sets larger than memory, read and written in runs of rows.
 
 use crate::visibility::check_block;
-use crate::{ArrayError, Result, VisibilityBlock, VisibilityHeader, VisibilitySet};
+use crate::{ArrayError, Result, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySet};
 use std::ops::Range;
 
 /// A source of visibilities. It can be read several times, in runs of rows.
@@ -17,6 +17,14 @@ pub trait VisibilitySource: Send {
     /// # Errors
     /// A range past the last row, or an error in the file.
     fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock>;
+
+    /// Read only which baselines and times the rows of `range` are. Formats that store them apart from the visibilities do this faster.
+    ///
+    /// # Errors
+    /// As [`VisibilitySource::read_rows`].
+    fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage> {
+        Ok(self.read_rows(range)?.coverage)
+    }
 }
 
 /// An output of visibilities. Blocks are appended in order.
@@ -54,6 +62,10 @@ impl VisibilitySource for VisibilitySet {
 
     fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
         self.data.rows(range)
+    }
+
+    fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage> {
+        self.data.coverage.rows(range)
     }
 }
 

@@ -72,6 +72,16 @@ pub enum FormatError {
         /// The broken invariant.
         source: ArrayError,
     },
+    /// Two files cannot be parts of one set.
+    #[error("{} and {}: {what}", first.display(), second.display())]
+    Apart {
+        /// One of the files.
+        first: PathBuf,
+        /// The other.
+        second: PathBuf,
+        /// What differs, and what to do.
+        what: String,
+    },
     /// A layout could not be read or written.
     #[error(transparent)]
     Layout(#[from] LayoutError),
@@ -131,6 +141,7 @@ impl FormatError {
             | Self::Malformed { path, .. }
             | Self::Unsupported { path, .. }
             | Self::Values { path, .. }
+            | Self::Apart { second: path, .. }
             | Self::Hdf5 { path, .. }
             | Self::Layout(LayoutError::File { path, .. }) => path,
             Self::Layout(_) => Path::new(""),

@@ -1,7 +1,7 @@
 //! Source lists: CSV with one header line whose names carry the units.
 //!
-//! Positions are `l_rad,m_rad` or `ra_deg,dec_deg`; then `flux_jy`; then, optional, `major_rad,minor_rad,pa_rad` (full widths at half
-//! maximum and position angle of a Gaussian) and `spectral_index,ref_freq_hz`. Lines that begin with `#` are comments.
+//! Positions are `l_rad,m_rad` or `ra_deg,dec_deg`; then `flux_jy`; then, optional, `q_jy,u_jy,v_jy` (the other Stokes parameters),
+//! `major_rad,minor_rad,pa_rad` (full widths at half maximum and position angle of a Gaussian) and `spectral_index,ref_freq_hz`. Lines that begin with `#` are comments.
 
 use crate::atomic::write_file;
 use crate::files::open_file;
@@ -12,8 +12,23 @@ use std::fmt::Write;
 use std::path::Path;
 
 /// Columns that a source list may have.
-const COLUMNS: [&str; 10] =
-    ["l_rad", "m_rad", "ra_deg", "dec_deg", "flux_jy", "major_rad", "minor_rad", "pa_rad", "spectral_index", "ref_freq_hz"];
+const COLUMNS: [&str; 13] = [
+    "l_rad",
+    "m_rad",
+    "ra_deg",
+    "dec_deg",
+    "flux_jy",
+    "q_jy",
+    "u_jy",
+    "v_jy",
+    "major_rad",
+    "minor_rad",
+    "pa_rad",
+    "spectral_index",
+    "ref_freq_hz",
+];
+/// Those of the Stokes parameters beside I.
+const POLARIZED: [&str; 3] = ["q_jy", "u_jy", "v_jy"];
 
 /// Source lists in the table of formats.
 pub(crate) struct SourceList;
@@ -129,7 +144,11 @@ impl<'a> Columns<'a> {
         if spectral_index != 0.0 && ref_freq_hz.is_none() {
             return Err(self.bad(line, "ref_freq_hz", "a reference frequency, as there is a spectral index", "nothing".into()));
         }
-        Ok(Source { position, flux_jy: self.require(line, "flux_jy")?, shape, spectral_index, ref_freq_hz })
+        let mut polarized_jy = [0.0; 3];
+        for (value, name) in polarized_jy.iter_mut().zip(POLARIZED) {
+            *value = self.number(line, name)?.unwrap_or(0.0);
+        }
+        Ok(Source { position, flux_jy: self.require(line, "flux_jy")?, polarized_jy, shape, spectral_index, ref_freq_hz })
     }
 }
 
@@ -166,9 +185,11 @@ pub fn read_sources(path: &Path) -> Result<Vec<Source>> {
 /// Positions on the sky mixed with direction cosines, an existing output that may not be overwritten, or an error of the file system.
 pub fn write_sources(path: &Path, sources: &[Source], overwrite: bool) -> Result<()> {
     let equatorial = sources.iter().any(|s| matches!(s.position, SourcePosition::RaDec { .. }));
+    let polarized = sources.iter().any(Source::is_polarized);
     let shapes = sources.iter().any(|s| s.shape != SourceShape::Point);
     let spectra = sources.iter().any(|s| s.spectral_index != 0.0);
     let mut text = String::from(if equatorial { "ra_deg,dec_deg,flux_jy" } else { "l_rad,m_rad,flux_jy" });
+    text.push_str(if polarized { ",q_jy,u_jy,v_jy" } else { "" });
     text.push_str(if shapes { ",major_rad,minor_rad,pa_rad" } else { "" });
     text.push_str(if spectra { ",spectral_index,ref_freq_hz\n" } else { "\n" });
     for s in sources {
@@ -180,6 +201,9 @@ pub fn write_sources(path: &Path, sources: &[Source], overwrite: bool) -> Result
             }
         };
         fields.push(s.flux_jy);
+        if polarized {
+            fields.extend(s.polarized_jy);
+        }
         if shapes {
             fields.extend(match s.shape {
                 SourceShape::Point => [0.0; 3],
@@ -215,7 +239,9 @@ mod tests {
         gaussian.shape = SourceShape::Gaussian { major_rad: 1e-3, minor_rad: 1e-9, pa_rad: 0.1 };
         gaussian.spectral_index = -0.7;
         gaussian.ref_freq_hz = Some(94e9);
-        for list in [vec![Source::point(0.012, 0.005, 2.0)], vec![Source::point(0.012, 0.005, 2.0), gaussian]] {
+        let polarized = Source { polarized_jy: [0.1, -0.2, 0.03], ..gaussian };
+        let point = Source::point(0.012, 0.005, 2.0);
+        for list in [vec![point], vec![point, gaussian], vec![point, polarized]] {
             let path = dir.path().join("s.csv");
             write_sources(&path, &list, true).unwrap();
             assert_eq!(read_sources(&path).unwrap(), list);

@@ -64,6 +64,10 @@ fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     set.header.layout.pattern = "airy diameter_m=0.01 blockage=0.25".parse().unwrap();
     set.header.antenna_temperature_k = Some(264.7);
     set.header.near_field = cittert_arrays::NearField::of_parts(Some("plane 10.5"), [Some(0.1), Some(-0.05), Some(31.25)]).unwrap();
+    let receivers: Vec<Sensitivity> = (0..set.header.layout.n_ant())
+        .map(|k| if k % 3 == 1 { Sensitivity::SefdJy(4e8 * k as f64) } else { Sensitivity::TsysK(100.0 * k as f64) })
+        .collect();
+    set.header.layout = set.header.layout.with_receivers(&receivers);
     // Weights that are not the numbers of samples are 1/sigma^2.
     set.data.weights.mapv_inplace(|w| w * 1e18);
     let notes = save(&path, &set, UvfitsOptions::default()).join("\n");
@@ -77,6 +81,8 @@ fn a_boresight_set_gets_a_place_on_the_sky_and_jansky() {
     assert_eq!((header.pedestal_k, header.scene_pedestal_k, header.scene_width_rad), (Some(280.0), Some(281.5), Some(0.25)));
     assert_eq!((&header.layout.pattern, header.antenna_temperature_k), (&set.header.layout.pattern, Some(264.7)));
     assert_eq!(header.near_field, set.header.near_field);
+    let of = |l: &ArrayLayout| l.antennas().iter().map(|a| a.receiver).collect::<Vec<_>>();
+    assert_eq!(of(&header.layout), of(&set.header.layout), "the receivers");
     assert!(header.phase_centers[0].ra_dec_rad().is_some());
     assert!(header.history.iter().any(|h| h.contains("zenith")));
     let f = header.spectrum.freq_hz()[2];

@@ -29,6 +29,7 @@ fn assert_same(a: &VisibilitySet, b: &Uvh5Reader, tolerance_m: f64) {
     let (ha, hb) = (&a.header, b.header());
     for (x, y) in ha.layout.antennas().iter().zip(hb.layout.antennas()) {
         assert_eq!((&x.name, x.number, x.diameter_m, x.sensitivity), (&y.name, y.number, y.diameter_m, y.sensitivity));
+        assert_eq!(x.receiver, y.receiver);
         assert!((0..3).all(|k| (x.position_m[k] - y.position_m[k]).abs() <= tolerance_m), "{x:?} {y:?}");
     }
     assert_eq!((&ha.layout.name, &ha.layout.pattern), (&hb.layout.name, &hb.layout.pattern));
@@ -63,6 +64,10 @@ fn the_pattern_of_the_elements_comes_back() {
     let mut set = common::boresight();
     set.header.antenna_temperature_k = Some(264.7);
     set.header.near_field = cittert_arrays::NearField::of_parts(Some("plane 10.5"), [Some(0.1), Some(-0.05), Some(31.25)]).unwrap();
+    let receivers: Vec<Sensitivity> = (0..set.header.layout.n_ant())
+        .map(|k| if k % 3 == 1 { Sensitivity::SefdJy(4e8 * k as f64) } else { Sensitivity::TsysK(100.0 * k as f64) })
+        .collect();
+    set.header.layout = set.header.layout.with_receivers(&receivers);
     let mut samples = Vec::new();
     for (k, power) in (0..24).zip([1.0, 1.1, 0.9, 1.0, 0.5, 0.6, 0.4, 0.5, 0.1, 0.0, 0.2, 0.1].into_iter().cycle()) {
         let (freq_hz, theta_rad, phi_rad) = (90e9 + 8e9 * (k / 12) as f64, 0.1 * (k / 4 % 3) as f64, f64::from(k % 4));

@@ -1,8 +1,9 @@
 //! Applying gains: V = V_corrupt / (g1 conj(g2)), or its inverse, block by block.
 //!
 //! The weights change too. Division by a product of gains divides the noise by its modulus, so the weight is multiplied by the square of
-//! the modulus.
+//! the modulus. Leakages mix the four products of a row; they change no weights.
 
+use super::apply_leakage::LeakageApplier;
 use super::lookup::{interval_of, known, nearest_channel};
 use super::reach::Reach;
 use crate::memory::MemoryBudget;
@@ -74,6 +75,8 @@ pub struct GainApplier<'a> {
     order: Vec<usize>,
     /// Times for which the gains may serve; `None` for all times.
     reach: Option<Reach>,
+    /// Leakages, where the table has any.
+    leakages: Option<LeakageApplier<'a>>,
     /// Time for which `now` holds.
     time_jd: f64,
     /// \[ant of the set, chan of the table, feed\]; `None` where there is no gain.
@@ -101,7 +104,8 @@ impl<'a> GainApplier<'a> {
         order.sort_by(|a, b| table.time_jd[*a].total_cmp(&table.time_jd[*b]));
         let reach = if options.anywhere { None } else { Some(Reach::new(table, &header.spectrum)?) };
         let feeds = match_feeds(table, header)?;
-        Ok(Self { table, options, antenna, channel, feeds, order, reach, time_jd: f64::NAN, now: Vec::new() })
+        let leakages = LeakageApplier::new(table, header)?;
+        Ok(Self { table, options, antenna, channel, feeds, order, reach, leakages, time_jd: f64::NAN, now: Vec::new() })
     }
 
     /// Apply the gains to a block in place.
@@ -126,6 +130,14 @@ impl<'a> GainApplier<'a> {
             let time_jd = block.coverage.time_jd[row];
             self.reach.map_or(Ok(()), |r| r.check(time_jd))?;
             self.move_to(time_jd);
+            let leak = |block: &mut VisibilityBlock| {
+                let places = [a1, a2].map(|a| self.antenna[a]);
+                let how = (self.options.direction == Direction::Calibrate, self.options.flag_unsolved);
+                self.leakages.as_ref().map_or(0, |l| l.apply(block, row, (places, &self.channel), how))
+            };
+            if self.options.direction == Direction::Corrupt {
+                counts.flagged += leak(block);
+            }
             for chan in 0..n_chan {
                 for pol in 0..n_pol {
                     let (f1, f2) = self.feeds[pol];
@@ -147,6 +159,9 @@ impl<'a> GainApplier<'a> {
                     block.weights[at] = (f64::from(block.weights[at]) / factor.norm_sqr()) as f32;
                     counts.applied += 1;
                 }
+            }
+            if self.options.direction == Direction::Calibrate {
+                counts.flagged += leak(block);
             }
         }
         Ok(counts)

@@ -84,7 +84,7 @@ impl JointMaker {
             Prior::Image(image) => (&one * image, true),
             Prior::Auto | Prior::Smoothed => {
                 // Total power does not depend on the phases, but a fit to the visibilities does.
-                let told = imager.header().antenna_temperature_k.is_some();
+                let told = imager.header().antenna_temperature_k.is_some() || imager.zero_spacing(0).is_some();
                 let background = match &seen_of_one {
                     Some(seen) if told => Background::of((&mut imager, 0), seen, inside.as_ref(), observer)?,
                     _ => None,

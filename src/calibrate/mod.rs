@@ -7,10 +7,11 @@
 //! | `normal` | one pass over the data: sums for each baseline and interval |
 //! | `least_squares`, `delay` | the least squares problems of one interval |
 //! | `antenna_fit` | which antennas can be solved in an interval |
+//! | `leakage` | leakages between the feeds, and the phase between them |
 //! | `grouping` | channels and feeds that share a solution |
 //! | `reference` | the reference antenna and its substitutes |
 //! | `solve` | the whole set |
-//! | `apply` | gains onto or out of the data |
+//! | `apply`, `apply_leakage` | gains and leakages onto or out of the data |
 //! | `degeneracy` | gain tables compared without the phases and scales that no data determine |
 //! | `gain_differences` | the difference of each gain from the truth, without them |
 //! | `support` | do the closure phases support the model? |
@@ -20,14 +21,17 @@
 //! | `candidates` | the ways among which it chooses |
 //! | `judged` | the choice among ways to self-calibrate, or none |
 //! | `selfcal_tuning`, `joint_tuning` | constants that steer these solutions |
+//! | `power_amplitudes` | amplitudes from autocorrelations |
 //! | `predicted` | predictions of the model, kept from a gain solution to the image that follows it |
 //! | `clean_model` | CLEAN as the model maker of the loop |
 //! | `unknown_gains`, `unknown_gains_builder` | chi squared at the gains that fit a model best |
 //! | `joint_solution`, `joint_model` | image and gains solved as one problem |
+//! | `pointing` | where the antennas point |
 //! | `identify` | what a calibration can determine |
 
 mod antenna_fit;
 mod apply;
+mod apply_leakage;
 mod candidates;
 mod clean_model;
 #[cfg(test)]
@@ -49,11 +53,16 @@ mod joint_tuning;
 mod judged;
 #[cfg(test)]
 mod judged_tests;
+mod leakage;
+#[cfg(test)]
+mod leakage_tests;
 mod least_squares;
 mod lookup;
 mod model;
 mod normal;
 mod options;
+mod pointing;
+mod power_amplitudes;
 mod predicted;
 mod reach;
 mod reference;
@@ -89,10 +98,13 @@ pub use joint_model::{ImageMaker, JointMaker, JointOptions};
 pub use joint_solution::{Joint, JointGoals, JointStage, Lattice, joint};
 pub use joint_tuning::{JointSchedule, JointStep};
 pub use judged::{Beginning, Calibrated, Candidate, CandidateRecord, Verdict, calibrate};
+pub use leakage::{FeedTerm, LeakageSolution, solve_leakages};
 pub(crate) use model::sees_unpolarized;
 pub use model::{ModelVisibilities, PointModel, SetModel};
 pub use normal::{NormalEquations, SampleCounts};
 pub use options::{AntennaNames, ChannelGroups, FeedGroups, GainMode, Outliers, RoundOptions, SolveOptions, StartFrom};
+pub use pointing::{PointingReport, PointingSolveOptions, solve_pointings};
+pub use power_amplitudes::{PowerAmplitudes, ScaleFrom, amplitudes_from_power};
 pub use rounds::{ModelMaker, ModelMetrics, RoundPlan, schedule, tuned_schedule};
 pub use selfcal::{Judge, RoundRecord, Selfcal, SelfcalOptions, SelfcalStop, Start, selfcal};
 pub use selfcal_tuning::SelfcalTuning;

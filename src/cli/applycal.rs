@@ -2,7 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
-use super::options::OutputArgs;
+use super::options::{OutputArgs, SetArgs};
 use super::planned::check_room_for_set;
 use crate::calibrate::{ApplyOptions, Direction, Interpolation, RoundOptions, apply};
 use cittert_arrays::VisibilitySink;
@@ -13,9 +13,8 @@ use std::path::PathBuf;
 /// Options of `applycal`.
 #[derive(Debug, Args)]
 pub struct ApplycalArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: SetArgs,
     /// Gain table (CalH5).
     #[arg(value_name = "GAINS")]
     gains: PathBuf,
@@ -42,9 +41,9 @@ pub struct ApplycalArgs {
 pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     // The data may be calibrated in place: with --overwrite, the new set replaces the old one when it is complete.
-    args.out.claim([path], [&args.gains])?;
-    args.out.edit(&args.input)?;
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let input = args.input.files()?;
+    input.claim_or_edit(&args.out, &[&args.gains])?;
+    let mut source = input.open(context)?;
     check_room_for_set(source.as_ref(), path)?;
     let mut header = source.header().clone();
     let table = cittert_formats::calh5::read_gains_for(&args.gains, &header.spectrum)?;
@@ -56,7 +55,7 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
         flag_unsolved: !args.keep_unsolved,
         anywhere: args.force,
     };
-    let what = format!("applying {} to {}", args.gains.display(), args.input.display());
+    let what = format!("applying {} to {}", args.gains.display(), input);
     // Check that table and data match before the output is created.
     crate::calibrate::GainApplier::new(&table, &header, options).context(&what)?;
     if !missing.is_empty() {
@@ -67,23 +66,24 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     }
     header.history.push(context.history());
     let edit = Edit { overwrite: args.out.overwrite, data: true, columns: Vec::new(), history: vec![context.history()] };
-    let columns = cittert_formats::visibility_format(&args.input)?.columns(&args.input)?;
+    let columns = input.columns()?;
     let mut lost = Vec::new();
-    let mut sink: Box<dyn VisibilitySink> = match cittert_formats::edit_visibilities(&args.input, path, &edit)? {
-        Some(created) => {
-            for column in &columns {
-                context.console.note(&format!("the column {:?} stays as it is: the gains go to the data alone", column.name()));
+    let mut sink: Box<dyn VisibilitySink> =
+        match input.one().map_or(Ok(None), |one| cittert_formats::edit_visibilities(one, path, &edit))? {
+            Some(created) => {
+                for column in &columns {
+                    context.console.note(&format!("the column {:?} stays as it is: the gains go to the data alone", column.name()));
+                }
+                created.sink
             }
-            created.sink
-        }
-        None => {
-            for column in &columns {
-                context.console.note(&format!("the column {:?} is not kept: only the data go to another format", column.name()));
+            None => {
+                for column in &columns {
+                    context.console.note(&format!("the column {:?} is not kept: only the data go to another file", column.name()));
+                }
+                lost = input.note_losses(path, &header, context)?;
+                args.out.visibilities(&header, context)?
             }
-            lost = args.out.note_losses(&args.input, &header, context)?;
-            args.out.visibilities(&header, context)?
-        }
-    };
+        };
     let counts = apply(source.as_mut(), &table, options, sink.as_mut(), &context.console).context(&what)?;
     sink.finish().context(format!("{}", path.display()))?;
     let json = serde_json::json!({

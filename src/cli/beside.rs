@@ -1,8 +1,9 @@
 //! Columns beside the data (model, corrected, residual), copied from one file to another.
 
 use super::failure::Result;
+use super::options::SetFiles;
 use cittert_arrays::{ArrayError, VisibilitySource};
-use cittert_formats::VisColumn;
+use cittert_formats::{JoinedSource, VisColumn};
 use ndarray::Array3;
 use num_complex::Complex;
 use std::ops::Range;
@@ -25,9 +26,10 @@ impl Beside {
     ///
     /// # Errors
     /// A damaged input, or an output of no known format.
-    pub(super) fn open(input: &Path, output: &Path) -> Result<Self> {
-        let (from, to) = (cittert_formats::visibility_format(input)?, cittert_formats::format_to_write(output)?);
-        let have = from.columns(input)?;
+    pub(super) fn open(input: &SetFiles, output: &Path) -> Result<Self> {
+        let to = cittert_formats::format_to_write(output)?;
+        let have = input.columns()?;
+        let joined = if input.one().is_none() && !have.is_empty() { Some(JoinedSource::open(input.all(), have[0])?) } else { None };
         let mut kept = Self::default();
         for column in &have {
             let name = column.name();
@@ -42,7 +44,11 @@ impl Beside {
                         ));
                     }
                     kept.columns.push(place);
-                    kept.sources.push(from.open_column(input, *column)?);
+                    kept.sources.push(match (&joined, input.one()) {
+                        (Some(set), _) => Box::new(set.column(*column)),
+                        (None, Some(one)) => cittert_formats::open_column(one, *column)?,
+                        (None, None) => continue,
+                    });
                 }
                 None => {
                     let how = format!("`convert --column {name}` writes it as data");

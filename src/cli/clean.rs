@@ -3,10 +3,12 @@
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::held_out::{self, HoldOutArgs};
-use super::options::{ColumnArgs, OutputArgs, loaded, range_file, with_range};
+use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, range_file, with_range};
 use super::planned::check_room_for_images;
+use super::slurm::{SlurmArgs, one_job};
 use super::text::{beam, chi2, note_beam, number, reasons};
 use super::verdict;
+use super::zero_spacing;
 use crate::ChainError;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
 use crate::deconvolve::CleanOptions;
@@ -23,9 +25,8 @@ use std::path::PathBuf;
 /// Options of `clean`.
 #[derive(Debug, Args)]
 pub struct CleanCommandArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: SetArgs,
     #[command(flatten)]
     column: ColumnArgs,
     #[command(flatten)]
@@ -43,6 +44,8 @@ pub struct CleanCommandArgs {
     /// Write each major cycle as one line of JSON to this file.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
+    #[command(flatten)]
+    slurm: SlurmArgs,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -69,21 +72,26 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     let mut outputs = args.out.all_suffixed(&IMAGES);
     outputs.push(args.out.suffixed(COMPONENTS));
     outputs.extend(args.corrected_outputs());
+    let input = args.input.files()?;
+    if args.slurm.is_wanted() {
+        return one_job(&args.slurm, "clean", &args.out, context);
+    }
+    let files = input.all().iter().map(PathBuf::as_path);
     args.out.claim(
         outputs.iter().chain(&args.log),
-        [args.input.as_path()].into_iter().chain(args.clean.mask.as_deref()).chain(args.imaging.range.as_ref().and_then(range_file)),
+        files.chain(args.clean.mask.as_deref()).chain(args.imaging.range.as_ref().and_then(range_file)),
     )?;
     let imaging = with_range(&args.imaging)?;
     super::cycle_log::open(args.log.as_deref(), context)?;
-    let mut source = args.column.open(&args.input)?;
-    let what = format!("imaging {}", args.input.display());
+    let mut source = input.open_chosen(&args.column, context)?;
+    let what = format!("imaging {input}");
     let options = imaging.clone();
     let imager = Imager::new(source.as_mut(), options.clone(), &context.console).context(&what)?;
     args.correction.check(&imager.header().layout.pattern).context(&what)?;
     let g = imager.grid();
     let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
     if !args.startmod.may_solve(imager.survey().uv_range_wl.0, half_field_rad) {
-        let cleaned = deconvolve(args, imager, context)?;
+        let cleaned = deconvolve(args, (&input, imager), context)?;
         return save((args, &imaging), (source.as_mut(), false), cleaned, context);
     }
     drop(imager);
@@ -97,7 +105,7 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
         None => source.as_mut(),
     };
     let imager = Imager::new(data, options, &Silent).context(&what)?;
-    let cleaned = deconvolve(args, imager, context)?;
+    let cleaned = deconvolve(args, (&input, imager), context)?;
     save((args, &imaging), (data, gains.is_some()), cleaned, context)
 }
 
@@ -109,13 +117,16 @@ struct Written {
     restored: Levels,
     residual: Levels,
     grid: SkyGrid,
+    /// Where the mean of the image is known from.
+    mean: Value,
 }
 
 /// Run CLEAN and write its images one after the other, because together they would need more memory than the run.
-fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context) -> Result<Written> {
+fn deconvolve(args: &CleanCommandArgs, (input, mut imager): (&SetFiles, Imager<'_>), context: &Context) -> Result<Written> {
     check_room_for_images(IMAGES.len(), imager.grid(), &args.out.output)?;
+    let mean = zero_spacing::of(&imager, false, context);
     let options = loaded(&args.clean, imager.grid())?;
-    let cleaned = clean_once(&mut imager, &options, &context.console).context(format!("imaging {}", args.input.display()))?;
+    let cleaned = clean_once(&mut imager, &options, &context.console).context(format!("imaging {input}"))?;
     let (mut restored, mut residual) = (None, None);
     let (report, mut model) = cleaned.deliver(&imager, |kind, mut image| -> Result<()> {
         args.out.image(&args.out.suffixed(suffix(kind)), &mut image, context)?;
@@ -135,7 +146,7 @@ fn deconvolve(args: &CleanCommandArgs, mut imager: Imager<'_>, context: &Context
     })?;
     args.out.image(&args.out.suffixed(suffix(Kind::Model)), &mut model, context)?;
     match (restored, residual) {
-        (Some(restored), Some(residual)) => Ok(Written { report, model, restored, residual, grid: imager.grid().clone() }),
+        (Some(restored), Some(residual)) => Ok(Written { report, model, restored, residual, grid: imager.grid().clone(), mean }),
         _ => Err(ChainError::Internal("CLEAN has made no residual".into()).into()),
     }
 }
@@ -157,7 +168,7 @@ fn save(
     written: Written,
     context: &Context,
 ) -> Result<Outcome> {
-    let Written { report, model, restored, residual, grid } = written;
+    let Written { report, model, restored, residual, grid, mean } = written;
     let facts = ImageFacts { restored, residual, beam: report.beams.first(), stop: &report.statistics.stop };
     let mut judged = verdict::of_model(data, (model, imaging), &facts, context)?;
     let options = loaded(&args.clean, &grid)?;
@@ -168,6 +179,7 @@ fn save(
     let check = args.hold_out.judge(data, (&grid, imaging), &mut judged, &again, context)?;
     let mut json = statistics(&report, args, (args.clean.entry()?.name, restored.unit, &grid));
     json["startmod"] = started.into();
+    json["mean"] = mean;
     let held_out = held_out::line(check, &mut json);
     let verdict = verdict::report(&judged, "the image explains the visibilities", &mut json, context);
     let text = format!("{}\n{held_out}{verdict}", describe(&report, restored.unit, &json));

@@ -2,7 +2,7 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
-use super::options::OutputArgs;
+use super::options::{OutputArgs, SetArgs};
 use crate::ChainError;
 use crate::closure::{ClosureKey, ClosureOptions, ClosureTally, closure_amplitudes, closure_phases};
 use crate::plot::{CurveOptions, Series, Style, curves};
@@ -16,9 +16,8 @@ use std::path::{Path, PathBuf};
 /// Options of `closure`.
 #[derive(Debug, Args)]
 pub struct ClosureArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: SetArgs,
     /// Table of every quantity (CSV).
     #[arg(short, long, value_name = "CSV")]
     output: Option<PathBuf>,
@@ -112,10 +111,11 @@ impl Table {
 pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
     let outputs = [&args.output, &args.plot, &args.plot_amplitudes];
     let out = OutputArgs { output: PathBuf::new(), overwrite: args.overwrite };
-    out.claim(outputs.into_iter().flatten(), [&args.input])?;
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let input = args.input.files()?;
+    out.claim(outputs.into_iter().flatten(), input.all())?;
+    let mut source = input.open(context)?;
     let layout = source.header().layout.clone();
-    let what = format!("closure quantities of {}", args.input.display());
+    let what = format!("closure quantities of {input}");
     let mut table = Table::create(args.output.as_deref(), args.overwrite)?;
     let (mut phases, mut amplitudes) = (ClosureTally::default(), ClosureTally::default());
     closure_phases(source.as_mut(), &args.how, &context.console, |c| {
@@ -134,7 +134,7 @@ pub fn run(args: &ClosureArgs, context: &Context) -> Result<Outcome> {
     }
     ensure!(phases.count > 0, Failure::message(format!("{what}: no triangle of antennas has usable data (flagged, or of weight 0)")));
     table.commit()?;
-    let name = args.input.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = input.all().first().and_then(|file| file.file_stem()).map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     if let Some(path) = &args.plot {
         write_file(path, args.overwrite, &picture(&phases, &name, "Closure phase (deg)", 1f64.to_degrees())?)?;
     }

@@ -1,4 +1,4 @@
-//! `compare`: the distance of an image or a gain table from the truth.
+//! `compare`: the distance of an image, a gain table or pointings from the truth.
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
@@ -11,6 +11,7 @@ use cittert_arrays::quantity::Angle;
 use cittert_arrays::{BrightnessUnit, Image, SkyGrid, SpectralWindow};
 use cittert_formats::calh5::{is_gains, read_gains};
 use cittert_formats::fits::{ImageOptions, write_image};
+use cittert_formats::is_pointings;
 use cittert_formats::open_image as read_image;
 use clap::Args;
 use ndarray::Axis;
@@ -19,10 +20,10 @@ use std::path::{Path, PathBuf};
 /// Options of `compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// The image (or gain table) to judge.
+    /// The image (or gain table, or table of pointings) to judge.
     #[arg(value_name = "IMAGE")]
     image: PathBuf,
-    /// The true image (or gain table).
+    /// The true image (or gain table, or table of pointings).
     #[arg(value_name = "TRUTH")]
     truth: PathBuf,
     /// Convolve the truth with the restoring beam of the image first.
@@ -59,6 +60,15 @@ pub struct CompareArgs {
 /// # Errors
 /// Files that are neither images nor gain tables, one of each, images without a common sky, antennas that do not match, a missing beam.
 pub fn run(args: &CompareArgs, context: &Context) -> Result<Outcome> {
+    match (is_pointings(&args.image), is_pointings(&args.truth)) {
+        (true, true) => return super::compare_pointings::compare(&args.image, &args.truth),
+        (false, false) => {}
+        (one, _) => {
+            let (table, other) = if one { (&args.image, &args.truth) } else { (&args.truth, &args.image) };
+            let text = format!("{} is a table of pointings and {} is not: give two tables of pointings", table.display(), other.display());
+            return Err(Failure::message(text));
+        }
+    }
     match (is_gains(&args.image), is_gains(&args.truth)) {
         (true, true) => gains(args),
         (false, false) => images(args, context),

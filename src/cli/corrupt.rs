@@ -3,12 +3,14 @@
 use super::airs::Airs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::OutputArgs;
+use super::options::{OutputArgs, SceneArgs, SetArgs};
 use super::planned::check_room_for_set;
+use super::scene_errors::{TruthFiles, band_files, read_bands};
 use super::sections::Section;
 use crate::calibrate::spread_channels;
-use crate::corrupt::{CorruptOptions, Error, ErrorOptions, corrupt, corrupted_header};
-use cittert_arrays::{GainTable, VisUnit};
+use crate::corrupt::{CorruptOptions, Error, ErrorOptions, Truth, corrupt_with, corrupted_header};
+use crate::simulate::{SceneOptions, SkyModel};
+use cittert_arrays::{GainTable, VisUnit, VisibilityHeader};
 use clap::Args;
 use serde::Deserialize;
 use serde_json::json;
@@ -17,9 +19,8 @@ use std::path::{Path, PathBuf};
 /// Options of `corrupt`.
 #[derive(Debug, Args)]
 pub struct CorruptArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: SetArgs,
     /// File of the true gains [default: the output with the extension .calh5].
     #[arg(long, value_name = "CALH5")]
     gains: Option<PathBuf>,
@@ -28,6 +29,11 @@ pub struct CorruptArgs {
     config: Option<PathBuf>,
     #[command(flatten)]
     errors: ErrorOptions,
+    /// The scene that was observed, or a model image, for errors that change what each baseline sees of it: pointing, width and band.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    how: SceneOptions,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -77,17 +83,24 @@ fn options(args: &CorruptArgs, unit: VisUnit) -> Result<CorruptOptions> {
 pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     let gains_path = args.gains.clone().unwrap_or_else(|| path.with_extension("calh5"));
-    args.out.claim([path, &gains_path], [&args.input].into_iter().chain(&args.config))?;
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let input = args.input.files()?;
+    args.out.claim([path, &gains_path], input.all().iter().chain(&args.config).chain(&args.scene))?;
+    let mut source = input.open(context)?;
     check_room_for_set(source.as_ref(), path)?;
-    let options = options(args, source.header().unit)?;
+    let mut options = options(args, source.header().unit)?;
+    let files = TruthFiles::beside(&gains_path);
+    let reads = input.all().to_vec().into_iter().chain(args.config.clone()).chain(args.scene.clone()).chain(band_files(&options.errors));
+    args.out.claim([path.as_path(), &gains_path].into_iter().chain(files.of(&options.errors)), reads)?;
+    read_bands(&mut options.errors, Path::new(""))?;
+    let scene = scene(args, &options, source.header(), context)?;
     let mut header = corrupted_header(source.header(), &options);
     header.history.push(context.history());
-    let lost = args.out.note_losses(&args.input, source.header(), context)?;
+    let lost = input.note_losses(path, source.header(), context)?;
     let mut sink = args.out.visibilities(&header, context)?;
     let with = args.config.as_ref().map_or(String::new(), |path| format!(" with the errors of {}", path.display()));
-    let what = format!("corrupting {}{with}", args.input.display());
-    let mut table = corrupt(source.as_mut(), sink.as_mut(), &options, &context.console).context(&what)?;
+    let what = format!("corrupting {input}{with}");
+    let truth = corrupt_with(source.as_mut(), sink.as_mut(), &options, scene.as_ref(), &context.console);
+    let Truth { gains: mut table, scene: truth } = truth.context(&what)?;
     table.history.push(context.history());
     // The true gains are written first: corrupted data without them would be useless.
     let channels = spread_channels(&table, &source.header().spectrum);
@@ -110,7 +123,27 @@ pub fn run(args: &CorruptArgs, context: &Context) -> Result<Outcome> {
         rms_phase,
         rms_amplitude
     );
-    Ok(Outcome::new(json, text).wrote(path).wrote(gains_path))
+    files.write(&truth, &table.layout, args.out.overwrite, Outcome::new(json, text).wrote(path).wrote(gains_path))
+}
+
+/// The scene, where an error needs it.
+fn scene(args: &CorruptArgs, options: &CorruptOptions, header: &VisibilityHeader, context: &Context) -> Result<Option<SkyModel>> {
+    let needed = options.errors.iter().find(|e| e.model().of_scene());
+    match (&args.scene, needed) {
+        (Some(path), Some(_)) => {
+            let center = header.phase_centers.first().ok_or_else(|| Failure::message("the set has no phase centre"))?;
+            let file = SceneArgs { scene: path.clone(), how: args.how.clone() };
+            Ok(Some(file.load(center, &header.spectrum, context)?.sky))
+        }
+        (None, Some(error)) => Err(Failure::usage(format!(
+            "--scene is missing: the error {} changes what each baseline sees of the scene. Give the scene that was observed, or a model image",
+            error.name()
+        ))),
+        (Some(_), None) => {
+            Err(Failure::usage("--scene is for errors that need the scene (pointing, width, band): give one, or leave --scene out"))
+        }
+        (None, None) => Ok(None),
+    }
 }
 
 /// Rms phase, rms of amplitude minus 1, and number of flagged gains.

@@ -4,6 +4,7 @@ use super::context::{Context, Outcome};
 use super::failure::Result;
 use super::options::ImageOfArgs;
 use super::text::{angle, number};
+use super::zero_spacing;
 use crate::fidelity::robust_rms;
 use crate::imaging::{CorrectionOptions, dirty_image};
 use clap::Args;
@@ -23,9 +24,10 @@ pub struct DirtyArgs {
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
-    let (mut image, counts) = args.of.imaged("imaging", context, |imager| {
+    let (mut image, counts, mean) = args.of.imaged("imaging", context, |imager| {
         args.correction.check(&imager.header().layout.pattern)?;
-        Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts))
+        let mean = zero_spacing::of(imager, false, context);
+        Ok((dirty_image(imager, true, &context.console)?, imager.survey().counts, mean))
     })?;
     let path = if args.correction.pbcor {
         args.of.write(&mut args.correction.corrected(&image), context)?
@@ -40,7 +42,7 @@ pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
         "output": path, "size": [g.n_l, g.n_m], "cell_rad": g.cell_rad, "unit": image.unit.bunit(),
         "peak": peak, "rms": rms, "robust_rms": robust_rms(plane),
         "n_visibilities": counts.total, "n_used": counts.used, "n_flagged": counts.flagged,
-        "n_bad_weight": counts.bad_weight, "n_not_finite": counts.not_finite, "n_autocorrelations": counts.autocorrelations,
+        "n_bad_weight": counts.bad_weight, "n_not_finite": counts.not_finite, "n_autocorrelations": counts.autocorrelations, "mean": mean,
     });
     let text = format!(
         "{}: {} x {} pixels of {}, peak {} {}, rms {}",

@@ -1,8 +1,8 @@
 //! `info`: the contents of a file.
 
 use super::context::{Context, Outcome};
-use super::failure::Result;
-use super::options::load_layout;
+use super::failure::{Context as _, Result};
+use super::options::{SetFiles, load_layout};
 use super::text::{angle, number, round};
 use cittert_arrays::BuiltinLayout;
 use cittert_arrays::astrometry::format_utc;
@@ -15,21 +15,28 @@ use std::path::PathBuf;
 /// Options of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Visibility set, image, gain table, source list or layout (file or built-in name).
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// Visibility set, image, gain table, source list or layout (file or built-in name). Several files, a quoted pattern ('day*.uvh5') or a
+    /// list (@files.txt) are visibilities of one set.
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
 }
 
 /// Describe the contents of a file.
 ///
 /// # Errors
 /// A file of no known format, or a damaged file.
-pub fn run(args: &InfoArgs, _context: &Context) -> Result<Outcome> {
-    let name = args.file.to_string_lossy();
-    let contents = if BuiltinLayout::find(&name).is_some() && !args.file.exists() {
-        Contents::Layout(LayoutInfo::of(&load_layout(&name)?))
-    } else {
-        Contents::of(&args.file)?
+pub fn run(args: &InfoArgs, context: &Context) -> Result<Outcome> {
+    let input = SetFiles::of(&args.files)?;
+    let contents = match input.one() {
+        Some(one) => {
+            let name = one.to_string_lossy();
+            let is_builtin = BuiltinLayout::find(&name).is_some() && !one.exists();
+            if is_builtin { Contents::Layout(LayoutInfo::of(&load_layout(&name)?)) } else { Contents::of(one)? }
+        }
+        None => {
+            let info = VisibilityInfo::of(input.open(context)?.as_mut()).context(format!("reading {input}"))?;
+            Contents::Visibilities { format: "several files", info: Box::new(info) }
+        }
     };
     let lines = match &contents {
         Contents::Visibilities { format, info } => visibilities(format, info),

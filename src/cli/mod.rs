@@ -10,6 +10,7 @@ mod beside;
 mod clean;
 mod closure;
 mod compare;
+mod compare_pointings;
 mod completions;
 mod console;
 mod context;
@@ -41,13 +42,16 @@ mod predict;
 mod quality;
 mod run;
 mod scene;
+mod scene_errors;
 mod sections;
 mod selfcal;
 mod sensor;
 mod simulate;
+mod slurm;
 mod study;
 mod text;
 mod verdict;
+mod zero_spacing;
 
 pub use failure::{Failure, Result};
 

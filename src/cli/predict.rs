@@ -3,7 +3,7 @@
 use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{OutputArgs, SceneArgs, model_surface, range_file};
+use super::options::{OutputArgs, SceneArgs, SetArgs, SetFiles, model_surface, range_file};
 use super::planned::check_room_for_set;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
@@ -20,9 +20,9 @@ use std::path::{Path, PathBuf};
 /// Options of `predict`.
 #[derive(Debug, Args)]
 pub struct PredictArgs {
-    /// Visibilities whose rows, weights and flags are taken.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    // Its rows, weights and flags are taken.
+    #[command(flatten)]
+    input: SetArgs,
     /// Model: FITS image (K, Jy/pixel or Jy/beam) or source list (CSV).
     #[arg(long, value_name = "FITS|CSV")]
     model: PathBuf,
@@ -70,7 +70,7 @@ struct Output {
 
 impl Output {
     /// Begin the output. With columns beside the data it is a copy of the input, if both have the same format.
-    fn begin(args: &PredictArgs, header: &mut VisibilityHeader, context: &Context) -> Result<Self> {
+    fn begin(args: &PredictArgs, input: &SetFiles, header: &mut VisibilityHeader, context: &Context) -> Result<Self> {
         let path = &args.out.output;
         header.history.push(context.history());
         let wanted: Vec<VisColumn> = args.into.iter().filter_map(|name| VisColumn::named(name)).collect();
@@ -80,7 +80,7 @@ impl Output {
             created.notes.iter().for_each(|n| context.console.note(n));
             return Ok(Self { sink: created.sink, beside: Beside::default(), columns: Vec::new(), is_copy: false });
         }
-        let to = cittert_formats::format_of_output(&args.input, path)?;
+        let to = input.one().map_or_else(|| cittert_formats::format_to_write(path), |one| cittert_formats::format_of_output(one, path))?;
         let (mut columns, mut notes) = (Vec::new(), Vec::new());
         for what in VisColumn::ALL.into_iter().filter(|c| wanted.contains(c)) {
             let place = place_of(what, |c| to.keeps(c)).ok_or_else(|| {
@@ -95,11 +95,11 @@ impl Output {
         let places = || columns.iter().map(|c| c.1);
         let lines = [context.history()].into_iter().chain(notes.iter().cloned()).collect();
         let edit = Edit { overwrite: args.out.overwrite, data: false, columns: places().collect(), history: lines };
-        if let Some(created) = cittert_formats::edit_visibilities(&args.input, path, &edit)? {
+        if let Some(created) = input.one().map_or(Ok(None), |one| cittert_formats::edit_visibilities(one, path, &edit))? {
             notes.iter().chain(&created.notes).for_each(|n| context.console.note(n));
             return Ok(Self { sink: created.sink, beside: Beside::default(), columns, is_copy: true });
         }
-        let mut beside = places().fold(Beside::open(&args.input, path)?, Beside::without);
+        let mut beside = places().fold(Beside::open(input, path)?, Beside::without);
         beside.notes.extend(notes);
         let lost = std::mem::take(&mut beside.lost);
         beside.notes.extend(lost);
@@ -122,23 +122,24 @@ impl Output {
 /// A file or an option is wrong, or an error of the file system.
 pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
+    let input = args.input.files()?;
     let map = args.range.as_ref().and_then(range_file);
     if args.into.is_empty() {
-        args.out.claim([path], [args.input.as_path(), &args.model].into_iter().chain(map))?;
+        args.out.claim([path.as_path()], input.all().iter().map(PathBuf::as_path).chain([args.model.as_path()]).chain(map))?;
     } else {
         // Columns may be added to the input in place: the new file replaces it when it is complete.
-        args.out.claim([path], [args.model.as_path()].into_iter().chain(map))?;
-        args.out.edit(&args.input)?;
+        let others: Vec<&Path> = [args.model.as_path()].into_iter().chain(map).collect();
+        input.claim_or_edit(&args.out, &others)?;
     }
-    let mut source = cittert_formats::open_visibilities(&args.input)?;
+    let mut source = input.open(context)?;
     check_room_for_set(source.as_ref(), path)?;
     let mut header = source.header().clone();
     let surface = args.range.as_ref().map(|choice| model_surface(choice, &header.near_field)).transpose()?;
     let sky = load_model(&args.model, &header, context)?.at(surface);
-    let what = format!("predicting {} on the rows of {}", args.model.display(), args.input.display());
+    let what = format!("predicting {} on the rows of {}", args.model.display(), input);
     let mut model =
         SkyPrediction::new(&header, &sky, Accuracy { epsilon: args.epsilon, no_w: args.no_w }, &context.console).context(&what)?;
-    let mut out = Output::begin(args, &mut header, context)?;
+    let mut out = Output::begin(args, &input, &mut header, context)?;
     let mut lost = 0_u64;
     let (mut power, mut used) = (0.0, 0_u64);
     let console = &context.console;

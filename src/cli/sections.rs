@@ -1,7 +1,7 @@
 //! Sections of the files of `run` and `study`. A section is the options of a group, as the command line has them.
 
 use super::context::Outcome;
-use crate::calibrate::{RoundOptions, SolveOptions};
+use crate::calibrate::{PointingSolveOptions, RoundOptions, SolveOptions};
 use crate::corrupt::ErrorOptions;
 use crate::deconvolve::CleanOptions;
 use crate::imaging::ImagingOptions;
@@ -60,6 +60,8 @@ pub(super) struct SelfcalSection {
     pub(super) rounds: RoundOptions,
     #[serde(flatten)]
     pub(super) solve: SolveOptions,
+    #[serde(flatten)]
+    pub(super) pointing: PointingSolveOptions,
     #[serde(flatten)]
     pub(super) clean: CleanOptions,
     /// Prior of deconvolver mem, which solves image and gains together: a temperature (250K), a flux density in a pixel or a FITS image

@@ -4,9 +4,13 @@ use super::airs::Airs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
 use super::options::{OutputArgs, SceneArgs, load_array, range_file, scene_surface};
+use super::scene_errors::{TruthFiles, band_files, read_bands};
 use super::{planned, verdict};
 use crate::calibrate::spread_channels;
-use crate::corrupt::{AtmosphereOptions, CorruptOptions, ErrorOptions, GainedSink, WindOptions, corrupted_header, true_gains};
+use crate::corrupt::{
+    AtmosphereOptions, BandErrorOptions, CorruptOptions, ErrorOptions, GainedSink, JitterOptions, PointingOptions, SceneErrors,
+    WidthOptions, WindOptions, corrupted_header, true_gains, true_scene_errors,
+};
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use crate::verdict::{Finding, of_pedestal};
 use cittert_arrays::VisUnit;
@@ -29,6 +33,8 @@ pub struct SimulateArgs {
     how: SimulateOptions,
     #[command(flatten)]
     air: AirArgs,
+    #[command(flatten)]
+    antennas: AntennaArgs,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -62,6 +68,34 @@ impl AirArgs {
     }
 }
 
+/// Patterns and receivers that differ from antenna to antenna.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Antennas that differ")]
+struct AntennaArgs {
+    #[command(flatten)]
+    pointing: PointingOptions,
+    #[command(flatten)]
+    width: WidthOptions,
+    #[command(flatten)]
+    band: BandErrorOptions,
+    #[command(flatten)]
+    jitter: JitterOptions,
+}
+
+impl AntennaArgs {
+    /// The errors, for a set in `unit`.
+    fn errors(&self, seed: u64, unit: VisUnit) -> Result<CorruptOptions> {
+        let options = ErrorOptions {
+            pointing: self.pointing.clone(),
+            width: self.width.clone(),
+            band: self.band.clone(),
+            jitter: self.jitter.clone(),
+            ..ErrorOptions::default()
+        };
+        Ok(CorruptOptions { seed, errors: options.errors(unit, &Airs).map_err(Failure::call)?, per_feed: false })
+    }
+}
+
 /// Number of rows in a block.
 const BLOCK_ROWS: usize = 16_384;
 
@@ -71,15 +105,22 @@ const BLOCK_ROWS: usize = 16_384;
 /// The layout, the scene or an option is wrong, or an error of the file system.
 pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let gains_path = args.air.gains_path(&args.out.output);
+    // The unit matters to no error of the antennas.
+    let mut antennas = args.antennas.errors(args.how.seed, VisUnit::Jy)?;
+    let files = TruthFiles::beside(&args.out.output);
+    let bands = band_files(&antennas.errors);
     let given = [Path::new(&args.layout), &args.scene.scene].into_iter().chain(args.how.element_file.as_deref());
     let given = given.chain(args.how.range.as_ref().and_then(range_file));
-    args.out.claim([&args.out.output].into_iter().chain(&gains_path), given)?;
+    let outputs = [args.out.output.as_path()].into_iter().chain(gains_path.as_deref()).chain(files.of(&antennas.errors));
+    args.out.claim(outputs, given.chain(bands.iter().map(PathBuf::as_path)))?;
+    read_bands(&mut antennas.errors, Path::new(""))?;
     let mut layout = load_array(&args.layout)?;
     if let Some(file) = &args.how.element_file {
         layout.pattern = cittert_formats::read_pattern(file)?;
     }
     let spectrum = args.band.spectrum()?;
     let PlannedTrack { mut center, plan } = args.track.plan(&layout).map_err(Failure::call)?;
+    let plan = plan.with_autocorrelations(args.how.autos);
     planned::warn(&plan, context);
     planned::check_size(&plan, spectrum.n_chan() * args.how.pols.len(), Some(&args.out.output), context)?;
     args.how.pattern(&layout).map_err(Failure::call)?;
@@ -92,8 +133,14 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     if let Some(air) = &air {
         head = corrupted_header(&head, air);
     }
+    let mut differing = SceneErrors::default();
+    if !antennas.errors.is_empty() {
+        differing = true_scene_errors(&head, &mut plan.blocks(BLOCK_ROWS), &antennas).map_err(Failure::call)?;
+        head = corrupted_header(&head, &antennas);
+    }
     head.history.push(context.history());
-    let mut simulator = Simulator::new(head, &scene.sky, &args.how, &context.console).context(format!("{}", args.scene.scene.display()))?;
+    let simulator = Simulator::new(head, &scene.sky, &args.how, &context.console).context(format!("{}", args.scene.scene.display()))?;
+    let mut simulator = differing.put_into(simulator).map_err(Failure::call)?;
     let path = &args.out.output;
     let mut sink = args.out.visibilities(simulator.header(), context)?;
     let mut blocks = plan.blocks(BLOCK_ROWS);
@@ -133,8 +180,9 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     });
     let text = format!("{}: {} rows, {} visibilities in {}", path.display(), summary.rows, summary.visibilities, header.unit.name());
     let outcome = Outcome::new(json, text).wrote(path);
-    Ok(match gains_path {
+    let outcome = match gains_path {
         Some(gains) => outcome.wrote(gains),
         None => outcome,
-    })
+    };
+    files.write(&differing, &simulator.header().layout, args.out.overwrite, outcome)
 }

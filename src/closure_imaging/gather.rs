@@ -175,7 +175,7 @@ fn read(
     polarization: Polarization,
     observer: &dyn Observer,
 ) -> Result<(Vec<Datum>, DataCounts, usize)> {
-    let selector = PolSelector::new(polarization, &header.polarizations)?;
+    let selector = PolSelector::of(polarization, header)?;
     let (n_ant, n_chan) = (header.layout.n_ant(), header.spectrum.n_chan());
     let (mut data, mut counts, mut center) = (Vec::new(), DataCounts::default(), None);
     observer.event(Event::Phase { name: "reading", total: Some(source.n_rows() as u64), unit: "rows" });
@@ -183,6 +183,7 @@ fn read(
         ensure!(!observer.cancelled(), ChainError::Cancelled);
         let c = &block.coverage;
         let (mut vis, mut weight) = (vec![Complex32::default(); n_chan], vec![0.0_f32; n_chan]);
+        let own = selector.by_row(c)?;
         for row in 0..block.n_rows() {
             let (a, b) = (c.ant1[row] as usize, c.ant2[row] as usize);
             if a == b {
@@ -194,7 +195,7 @@ fn read(
                     "the rows have several phase centres: split the set and image one field at a time".into(),
                 ));
             }
-            counts = counts.plus(selector.row(&block, row, false, (&mut vis, &mut weight)));
+            counts = counts.plus(selector.row(&block, (row, own.as_ref().map(|own| &own[row])), false, (&mut vis, &mut weight)));
             let turn = if a < b { 1.0 } else { -1.0 };
             for (chan, (v, w)) in vis.iter().zip(&weight).enumerate().filter(|(_, (_, w))| **w > 0.0) {
                 data.push(Datum {

@@ -2,7 +2,9 @@
 
 use super::context::Context;
 use crate::Result;
+use crate::simulate::Receivers;
 use crate::values::need;
+use cittert_arrays::pattern::Pointings;
 use cittert_arrays::{GainTable, VisibilityBlock};
 
 /// One kind of error. It implements only the methods that concern it.
@@ -25,6 +27,32 @@ pub trait Corruption: std::fmt::Debug + Send + Sync {
 
     /// True if a screen of turbulence blows over the array.
     fn blows(&self) -> bool {
+        false
+    }
+
+    /// True if the error changes what each baseline sees of the scene, so that the scene is needed to put it into data.
+    fn of_scene(&self) -> bool {
+        false
+    }
+
+    /// Add this error to the patterns of the antennas.
+    ///
+    /// # Errors
+    /// Those of the kind of error.
+    fn pointings(&self, _context: &Context<'_>, _pointings: &mut Pointings) -> Result<()> {
+        Ok(())
+    }
+
+    /// Add this error to the receivers.
+    ///
+    /// # Errors
+    /// Those of the kind of error.
+    fn receivers(&self, _context: &Context<'_>, _receivers: &mut Receivers) -> Result<()> {
+        Ok(())
+    }
+
+    /// True if the two feeds of an antenna have different errors in any case.
+    fn tells_feeds_apart(&self) -> bool {
         false
     }
 

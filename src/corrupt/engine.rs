@@ -1,11 +1,14 @@
 //! Injects errors into a set of any length.
 
 use super::context::{Context, Survey, direction, nearest_index};
+use super::scene::{SceneChange, SceneErrors, without_scene};
 use super::{CorruptOptions, Error};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
+use crate::simulate::SkyModel;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
+use cittert_arrays::feeds::{FourProducts, leakage_matrix};
 use cittert_arrays::{
     GainTable, Polarization, SpectralWindow, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource,
     for_each_block,
@@ -46,7 +49,34 @@ pub fn corrupt(
     options: &CorruptOptions,
     observer: &dyn Observer,
 ) -> Result<GainTable> {
+    Ok(corrupt_with(source, sink, options, None, observer)?.gains)
+}
+
+/// What was put into a set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// The gains.
+    pub gains: GainTable,
+    /// What is no gain, but changes the view of the scene.
+    pub scene: SceneErrors,
+}
+
+/// As [`corrupt`], with the scene that was observed, which some errors need.
+///
+/// # Errors
+/// As [`corrupt`]. Also if an error needs the scene and there is none, or the scene does not belong to the set.
+pub fn corrupt_with(
+    source: &mut dyn VisibilitySource,
+    sink: &mut dyn VisibilitySink,
+    options: &CorruptOptions,
+    scene: Option<&SkyModel>,
+    observer: &dyn Observer,
+) -> Result<Truth> {
     options.errors.iter().try_for_each(|error| error.model().check())?;
+    let blind = scene.is_none().then(|| options.errors.iter().find(|e| e.model().of_scene())).flatten();
+    if let Some(error) = blind {
+        return Err(without_scene(error.name()));
+    }
     let header = source.header().clone();
     let memory = MemoryBudget::default();
     let mut survey = Survey::default();
@@ -56,11 +86,19 @@ pub fn corrupt(
     })?;
     let when = When::new(survey, &header, options)?;
     let table = when.gains(&header, options)?;
+    let errors = when.scene_errors(&header, options, |e| e.model().of_scene())?;
+    let mut change = match scene {
+        Some(sky) if errors != SceneErrors::default() => Some(SceneChange::new(&header, &errors, sky)?),
+        _ => None,
+    };
     let pairs = feed_pairs(&header, table.feeds.len());
     let total = (source.n_rows() * header.spectrum.n_chan() * header.polarizations.len()) as u64;
     observer.event(Event::Phase { name: "corrupting", total: Some(total), unit: "vis" });
     for_each_block::<ChainError>(source, memory.block(), |first_row, mut block| {
         ensure!(!observer.cancelled(), ChainError::Cancelled);
+        if let Some(change) = &mut change {
+            change.add(&mut block, first_row as u64, observer)?;
+        }
         apply(&table, &pairs, &mut block);
         for entry in in_order(options) {
             entry.1.model().data(&when.context(&header, options, entry), &table, &mut block, first_row as u64)?;
@@ -69,7 +107,7 @@ pub fn corrupt(
         Ok(sink.write_block(&block)?)
     })?;
     observer.event(Event::Done);
-    Ok(table)
+    Ok(Truth { gains: table, scene: errors })
 }
 
 /// The true gains of a set that is still to be made, from its rows: those that [`corrupt`] would put into it.
@@ -81,12 +119,20 @@ pub fn true_gains(
     rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
     options: &CorruptOptions,
 ) -> Result<GainTable> {
-    options.errors.iter().try_for_each(|error| error.model().check())?;
-    let mut survey = Survey::default();
-    for coverage in rows {
-        survey.add(&coverage?, &header.layout)?;
-    }
-    When::new(survey, header, options)?.gains(header, options)
+    When::of_rows(header, rows, options)?.gains(header, options)
+}
+
+/// The patterns and receivers of a set that is still to be made: all errors that have to do with them, jitter included. Put them into the
+/// simulation before its noise.
+///
+/// # Errors
+/// As [`corrupt`].
+pub fn true_scene_errors(
+    header: &VisibilityHeader,
+    rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
+    options: &CorruptOptions,
+) -> Result<SceneErrors> {
+    When::of_rows(header, rows, options)?.scene_errors(header, options, |_| true)
 }
 
 /// Puts gains into the blocks on their way into another sink.
@@ -126,6 +172,25 @@ struct When {
 }
 
 impl When {
+    fn of_rows(
+        header: &VisibilityHeader,
+        rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
+        options: &CorruptOptions,
+    ) -> Result<Self> {
+        options.errors.iter().try_for_each(|error| error.model().check())?;
+        let mut survey = Survey::default();
+        for coverage in rows {
+            survey.add(&coverage?, &header.layout)?;
+        }
+        Self::new(survey, header, options)
+    }
+
+    /// What some of the errors do to patterns and receivers.
+    fn scene_errors(&self, header: &VisibilityHeader, options: &CorruptOptions, which: impl Fn(&Error) -> bool) -> Result<SceneErrors> {
+        let entries = in_order(options).into_iter().filter(|e| which(e.1));
+        SceneErrors::draw(header, &self.time_jd, entries.map(|e| (e.1.model(), self.context(header, options, e))))
+    }
+
     fn new(survey: Survey, header: &VisibilityHeader, options: &CorruptOptions) -> Result<Self> {
         let integrations = survey.finish();
         ensure!(!integrations.is_empty(), ChainError::NoData("the set has no rows".into()));
@@ -168,7 +233,12 @@ impl When {
         let mut table = GainTable::unity(header.layout.clone(), self.spectrum.clone(), feeds, self.time_jd.clone(), self.length_s.clone())?;
         table.mode = "injected truth".into();
         table.history.push(describe(options));
-        for entry in in_order(options) {
+        let (apart, alike): (Vec<_>, Vec<_>) = in_order(options).into_iter().partition(|e| e.1.model().tells_feeds_apart());
+        let last = alike.len();
+        for (k, entry) in alike.into_iter().chain(apart).enumerate() {
+            if k >= last {
+                table = table.with_each_feed();
+            }
             entry.1.model().gains(&self.context(header, options, entry), &mut table)?;
             if let Some(gain) = table.gains.iter().find(|g| !(**g == Complex64::ZERO || (SMALLEST_GAIN..=LARGEST_GAIN).contains(&g.norm())))
             {
@@ -212,9 +282,23 @@ fn feed_pairs(header: &VisibilityHeader, n_feed: usize) -> Vec<(usize, usize)> {
     header.polarizations.iter().map(|p| of(p).unwrap_or((0, 0))).collect()
 }
 
-/// V_corrupt = g1 conj(g2) V.
+/// V_corrupt = g1 conj(g2) V, after the leakages.
 fn apply(table: &GainTable, pairs: &[(usize, usize)], block: &mut VisibilityBlock) {
     let wide = table.spectrum.n_chan() > 1;
+    if let Some(leakages) = &table.leakages {
+        // A table has leakages only for sets of four products, which the pairs show.
+        let find = |pair| pairs.iter().position(|p| *p == pair).unwrap_or(0);
+        let four = FourProducts([[find((0, 0)), find((0, 1))], [find((1, 0)), find((1, 1))]]);
+        for row in 0..block.n_rows() {
+            let time = nearest_index(&table.time_jd, block.coverage.time_jd[row]);
+            let ants = [block.coverage.ant1[row], block.coverage.ant2[row]].map(|a| a as usize);
+            for chan in 0..block.vis.shape()[1] {
+                let c = if wide { chan } else { 0 };
+                let [a, b] = ants.map(|ant| leakage_matrix([0, 1].map(|feed| leakages[[time, ant, c, feed]])));
+                four.transform(block, (row, chan), (&a, &b));
+            }
+        }
+    }
     for row in 0..block.n_rows() {
         let time = nearest_index(&table.time_jd, block.coverage.time_jd[row]);
         let (a, b) = (block.coverage.ant1[row] as usize, block.coverage.ant2[row] as usize);

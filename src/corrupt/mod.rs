@@ -1,63 +1,83 @@
 //! Injects known errors into visibilities, so that the result of a calibration can be compared with the true gains.
 //!
-//! Errors of an antenna are gains in the convention V_corrupt = g1 conj(g2) V. Their product is returned as a
+//! Errors of an antenna are gains in the convention V_corrupt = g1 conj(g2) V, and leakages between its feeds. Their product is returned as a
 //! [`cittert_arrays::GainTable`]: the true gains. Other errors change only the data. Each kind of error has one file and one row in
 //! this one, with the options that turn it on. The row makes the variant of [`Error`], its place in [`Error::TABLE`], and its part of [`ErrorOptions`], which are the options of
 //! `corrupt` and of that section in the files of `run` and `study`. Each draw uses a random stream of its own, so an error does not change when another error is added.
 //!
-//! The order is fixed: gains, then offsets, then noise, then flags.
+//! The order is fixed: what changes the view of the scene, gains, then offsets, then noise, then flags.
 
 mod air;
 mod amplitude;
 mod atmosphere;
 #[cfg(test)]
 mod atmosphere_tests;
+mod band;
 mod bandpass;
 mod baseline;
 mod context;
 mod corruption;
+mod cross_phase;
 mod delay;
 mod dropout;
 mod engine;
 #[cfg(test)]
 mod engine_tests;
+#[cfg(test)]
+mod feed_tests;
 mod flags;
+mod jitter;
+mod leakage;
 mod noise;
 mod phase;
+mod pointing;
 mod position;
 mod radiometer;
+mod scene;
+#[cfg(test)]
+mod scene_tests;
 mod screen;
 mod shared;
 mod troposphere;
 mod variation;
+mod width;
 
 pub use air::{Air, AirModel, AirPaths, AirSource, ExcessPath};
 pub use amplitude::AmplitudeError;
 pub use atmosphere::{Atmosphere, AtmosphereOptions, Turbulence};
+pub use band::{BandError, BandErrorOptions};
 pub use bandpass::BandpassError;
 pub use baseline::BaselineOffset;
 pub use context::Context;
 pub use corruption::Corruption;
+pub use cross_phase::CrossPhase;
 pub use delay::DelayError;
 pub use dropout::Dropout;
-pub use engine::{GainedSink, corrupt, corrupted_header, true_gains};
+pub use engine::{GainedSink, Truth, corrupt, corrupt_with, corrupted_header, true_gains, true_scene_errors};
 pub use flags::WrongFlags;
+pub use jitter::{JitterError, JitterOptions};
+pub use leakage::LeakageError;
 pub use noise::ThermalNoise;
 pub use phase::PhaseError;
+pub use pointing::{PointingError, PointingOptions};
 pub use position::{PositionError, PositionRms};
 pub use radiometer::Radiometer;
+pub use scene::SceneErrors;
 pub use screen::{Wind, WindOptions};
 pub use troposphere::Troposphere;
 pub use variation::Variation;
+pub use width::{WidthError, WidthOptions};
 
 use crate::{ChainError, Result, ensure};
 use amplitude::AmplitudeOptions;
 use bandpass::BandpassOptions;
 use baseline::BaselineOptions;
 use cittert_arrays::VisUnit;
+use cross_phase::CrossPhaseOptions;
 use delay::DelayOptions;
 use dropout::DropoutOptions;
 use flags::FlagOptions;
+use leakage::LeakageOptions;
 use noise::ThermalNoiseOptions;
 use phase::PhaseOptions;
 use position::PositionOptions;
@@ -162,6 +182,18 @@ kinds! {
     atmosphere: Atmosphere(Atmosphere, AtmosphereOptions) = "atmosphere" by "atmosphere";
     /// standing waves and mismatch of the receivers over the band
     bandpass: Bandpass(BandpassError, BandpassOptions) = "bandpass" by "bandpass-ripple or bandpass-mismatch";
+    /// bands of the receivers with a shape, out of tune: fringe washing; needs the scene
+    band: Band(BandError, BandErrorOptions) = "band" by "band-shape, band-offset-rms or band-width-rms";
+    /// samplers whose clocks tremble
+    jitter: Jitter(JitterError, JitterOptions) = "jitter" by "jitter-rms";
+    /// antennas that do not point to the phase centre; needs the scene
+    pointing: Pointing(PointingError, PointingOptions) = "pointing" by "pointing-rms";
+    /// patterns of antennas that are wider or narrower than the common one; needs the scene
+    width: Width(WidthError, WidthOptions) = "width" by "width-rms";
+    /// a phase between the two feeds, the same at all antennas
+    cross_phase: CrossPhase(CrossPhase, CrossPhaseOptions) = "cross-phase" by "cross-phase";
+    /// parts of the field of the other feed that each feed receives
+    leakage: Leakage(LeakageError, LeakageOptions) = "leakage" by "leakage-rms";
     /// constants added to the visibilities of each baseline
     baseline: Baseline(BaselineOffset, BaselineOptions) = "baseline" by "baseline-offset";
     /// antennas that fall silent for a while

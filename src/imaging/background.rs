@@ -24,7 +24,7 @@ pub struct Background {
 /// Where the brightness of a background comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BackgroundFrom {
-    /// The total power that the set states.
+    /// Total power: autocorrelations, or the antenna temperature that the set states.
     TotalPower,
     /// A fit to the visibilities.
     Fit {
@@ -63,7 +63,13 @@ impl Background {
             BackgroundChoice::Auto => {}
         }
         let solid_angle = header.layout.pattern.solid_angle_sr(header.spectrum.mean_hz()).filter(|_| header.unit == VisUnit::KelvinSr);
-        if let (Some(t), Some(omega)) = (header.antenna_temperature_k, solid_angle) {
+        let stated = header.antenna_temperature_k.zip(solid_angle);
+        // Autocorrelations of amplitudes that are not calibrated know less than a calibrated radiometer.
+        if let Some(zero) = imager.zero_spacing(channel).filter(|z| stated.is_none() || z.is_calibrated()) {
+            let level = zero.value / total;
+            return Ok(Some(Self { level, from: BackgroundFrom::TotalPower }).filter(|b| b.level > 0.0 && b.level.is_finite()));
+        }
+        if let Some((t, omega)) = stated {
             let level = t * omega / total;
             return Ok(Some(Self { level, from: BackgroundFrom::TotalPower }).filter(|b| b.level > 0.0 && b.level.is_finite()));
         }
@@ -81,7 +87,8 @@ impl Background {
             BackgroundFrom::Given => "as given",
         };
         let pattern = &imager.header().layout.pattern;
-        observer.event(Event::Note(&format!("the elements ({pattern}) see a background of {:.2} {unit}, {from}", self.level)));
+        let pattern = if pattern.is_none() { String::new() } else { format!(" ({pattern})") };
+        observer.event(Event::Note(&format!("the elements{pattern} see a background of {:.2} {unit}, {from}", self.level)));
         if let BackgroundFrom::Fit { seen } = self.from
             && seen < SEEN
         {
@@ -113,7 +120,8 @@ impl Imager<'_> {
         }
         self.split = Split::Off;
         let header = self.header();
-        if header.unit != VisUnit::KelvinSr || header.layout.pattern.is_none() || header.pedestal_k.is_some() {
+        let known = self.zero_spacing(0).is_some() || !header.layout.pattern.is_none();
+        if header.unit != VisUnit::KelvinSr || !known || header.pedestal_k.is_some() {
             return Ok(());
         }
         let mut out = Vec::new();

@@ -6,6 +6,7 @@
 
 use super::ahead::for_each_block_ahead;
 use super::pol::{DataCounts, PolSelector};
+use super::total_power::TotalPower;
 use crate::fourier::UvwExtent;
 use crate::memory::MemoryBudget;
 use crate::nearfield::boresight_turn;
@@ -50,6 +51,8 @@ pub struct Survey {
     pub shortest_by_octave_wl: Vec<f64>,
     /// Sum of the weights of the data in each channel \[chan\].
     pub channel_weight: Vec<f64>,
+    /// Sums over the autocorrelations whose receivers are stated.
+    pub total_power: TotalPower,
     /// Middle between the first and the last time, Julian date.
     pub time_jd: Option<f64>,
     /// Index of the phase centre of the rows.
@@ -103,6 +106,7 @@ impl<'a> Data<'a> {
             channel_weight: vec![0.0; spectrum.n_chan()],
             uv_range_wl: (f64::INFINITY, 0.0),
             shortest_by_octave_wl: vec![f64::INFINITY; OCTAVES],
+            total_power: TotalPower::new(source.header(), reduction.selector.target),
             ..Survey::default()
         };
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
@@ -121,6 +125,7 @@ impl<'a> Data<'a> {
             refuse_impossible(&block, first_row)?;
             let (reduced, counts) = reduction.reduce(&block)?;
             survey.counts = survey.counts.plus(counts);
+            survey.total_power.add(&block, &reduction.selector, reduction.unit_weights);
             times = block.coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
             survey.extent = survey.extent.union(UvwExtent::of(reduced.uvw_m.view()));
             for (uvw, weights) in reduced.uvw_m.rows().into_iter().zip(reduced.weight.rows()) {
@@ -143,7 +148,7 @@ impl<'a> Data<'a> {
         if times.0 <= times.1 {
             survey.time_jd = Some(0.5 * (times.0 + times.1));
         }
-        report(&survey.counts, reduction.selector.target.name(), observer)?;
+        report(&survey, reduction.selector.target.name(), observer)?;
         let center: u16 = center.ok_or_else(|| ChainError::NoData("the set has no rows".into()))?;
         survey.phase_center = usize::from(center);
         Ok(Self { source, reduction, memory, cache: fits.then_some(cache), survey })
@@ -223,13 +228,14 @@ impl Reduction {
         // New memory is zero already, and the threads that fill it are the first to touch it.
         let mut vis: Vec<Complex32> = bytemuck::zeroed_vec(rows * chans);
         let (mut weight, mut imaging) = (vec![0.0; rows * chans], vec![0.0; rows * chans]);
+        let own = self.selector.by_row(&block.coverage)?;
         let counts = vis
             .par_chunks_exact_mut(chans.max(1))
             .zip(weight.par_chunks_exact_mut(chans.max(1)))
             .zip(imaging.par_chunks_exact_mut(chans.max(1)))
             .enumerate()
             .map(|(r, ((v, w), imaging))| {
-                let counts = self.selector.row(block, r, self.unit_weights, (v, w));
+                let counts = self.selector.row(block, (r, own.as_ref().map(|own| &own[r])), self.unit_weights, (v, w));
                 self.turn(block.coverage.uvw_m.row(r), v);
                 imaging.copy_from_slice(w);
                 counts
@@ -261,7 +267,10 @@ impl Reduction {
 }
 
 /// Report the visibilities that were left out. It is an error if no visibility is left.
-fn report(c: &DataCounts, name: &str, observer: &dyn Observer) -> Result<()> {
+fn report(survey: &Survey, name: &str, observer: &dyn Observer) -> Result<()> {
+    // Autocorrelations that measure total power are not left out.
+    let powers = survey.total_power.used.min(survey.counts.autocorrelations);
+    let c = DataCounts { total: survey.counts.total - powers, autocorrelations: survey.counts.autocorrelations - powers, ..survey.counts };
     let left_out = c.left_out(name);
     ensure!(c.used > 0, ChainError::NoData(format!("no usable visibility: {left_out}")));
     if c.used < c.total {

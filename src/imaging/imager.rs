@@ -82,7 +82,7 @@ impl<'a> Imager<'a> {
         options.check()?;
         let spectrum = source.header().spectrum.clone();
         let channels = share(spectrum.n_chan(), options.channels_out)?;
-        let selector = PolSelector::new(options.pol, &source.header().polarizations)?;
+        let selector = PolSelector::of(options.pol, source.header())?;
         let surface = options.surface_of(&source.header().near_field)?;
         let mut data = Data::open(source, selector, (options.unit_weights, surface.is_some(), options.memory), observer)?;
         let grid = choose_grid(data.survey(), data.header(), &options, observer)?;

@@ -14,8 +14,10 @@ mod components;
 mod continued;
 mod corrected;
 mod data;
+mod delta_t;
 mod imager;
 pub mod major;
+mod mean_from;
 mod near;
 mod near_passes;
 #[cfg(test)]
@@ -23,22 +25,30 @@ mod near_tests;
 mod options;
 mod output;
 mod pol;
+mod products;
 mod psf;
 mod restore;
 mod session;
 mod size;
 mod size_tuning;
 mod split;
-pub mod weights;
+mod still_feeds;
+mod total_power;
+mod weighed_rows;
+mod weights;
 
 #[cfg(test)]
 mod cycle_tests;
+#[cfg(test)]
+mod delta_t_tests;
 #[cfg(test)]
 mod memory_tests;
 #[cfg(test)]
 mod pattern_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod total_power_tests;
 #[cfg(test)]
 mod tuning_tests;
 
@@ -51,15 +61,21 @@ pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use corrected::{CorrectionOptions, pattern_image};
 pub use data::{Data, ReducedBlock, Survey};
+pub use delta_t::{DeltaT, delta_t};
 pub use imager::{ImageMisfit, Imager, Residual};
 pub(crate) use major::cleaned as clean_once;
 pub use major::{CleanProducts, StopReason, clean, clean_from};
+pub use mean_from::MeanFrom;
 pub use options::{BeamShape, ImageSize, ImagingOptions};
 pub(crate) use output::Kind;
 pub use output::{PATTERN_LIMIT, dirty_image, psf_image};
 pub use pol::{DataCounts, PolSelector};
+pub use products::Products;
 pub use restore::{gaussian, with_beam};
 pub(crate) use size::warn_coarse;
 pub use size_tuning::SizeTuning;
 pub use split::BackgroundChoice;
+pub use still_feeds::StillFeeds;
+pub use total_power::{TotalPower, ZeroSpacing};
+pub use weighed_rows::WeighedRows;
 pub use weights::ImageWeights;

@@ -1,18 +1,27 @@
 //! Combines the polarisation products of a set into the product that is imaged.
 
 use crate::{ChainError, Result};
-use cittert_arrays::{Polarization, VisibilityBlock};
+use cittert_arrays::feeds::{Feeds, stokes_terms};
+use cittert_arrays::{Polarization, UvCoverage, VisibilityBlock, VisibilityHeader};
 use num_complex::{Complex, Complex32};
 
 /// The linear combination of the products of a set that gives one product.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct PolSelector {
     /// The product that is imaged.
     pub target: Polarization,
     terms: Vec<(usize, Complex32)>,
     /// If one hand of Stokes I is unusable, the other hand replaces it. This is exact for an unpolarised source.
     either_hand: bool,
+    /// Feeds for which the combination differs from row to row, and the place of each product of two feeds in the set.
+    turning: Option<(Feeds, [[Option<usize>; 2]; 2])>,
 }
+
+/// The combination of products for one row; none where all rows have the same.
+pub(crate) type RowTerms = Vec<(usize, Complex32)>;
+
+/// Coefficients that are smaller do not count: rounding leaves them where a product has no part in a combination.
+const SMALLEST_COEFFICIENT: f64 = 1e-9;
 
 /// Numbers of used and unused visibilities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,7 +36,7 @@ pub struct DataCounts {
     pub bad_weight: u64,
     /// Not used: the visibility or a uvw is not finite, or the square of the visibility is not.
     pub not_finite: u64,
-    /// Not used: autocorrelations, which measure the total power of one antenna.
+    /// Not imaged: autocorrelations, which measure the total power of one antenna.
     pub autocorrelations: u64,
     /// Used, but only one of the two hands is usable.
     pub one_hand: u64,
@@ -73,8 +82,9 @@ enum Fault {
 impl PolSelector {
     /// The combination of the products `available` in a set that gives `target`.
     ///
-    /// Circular hands: I = (RR + LL) / 2, V = (RR - LL) / 2, Q = (RL + LR) / 2, U = (RL - LR) / 2i. Linear: I = (XX + YY) / 2,
-    /// Q = (XX - YY) / 2, U = (XY + YX) / 2, V = (XY - YX) / 2i. If the set has only one parallel hand, Stokes I is that hand.
+    /// Circular hands: I = (RR + LL) / 2, V = (RR - LL) / 2, Q = (RL + LR) / 2, U = (LR - RL) / 2i. Linear: I = (XX + YY) / 2,
+    /// Q = (XX - YY) / 2, U = (XY + YX) / 2, V = (YX - XY) / 2i, in the conventions of [`cittert_arrays::feeds`]. If the set has only one parallel
+    /// hand, Stokes I is that hand.
     ///
     /// # Errors
     /// The set does not have the products that `target` needs.
@@ -85,7 +95,7 @@ impl PolSelector {
         use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
         let find = |p: Polarization| available.iter().position(|a| *a == p);
         let one = Complex::new(1.0, 0.0);
-        let selector = |terms, either_hand| Ok(Self { target, terms, either_hand });
+        let selector = |terms, either_hand| Ok(Self { target, terms, either_hand, turning: None });
         if let Some(index) = find(target) {
             return selector(vec![(index, one)], false);
         }
@@ -96,8 +106,8 @@ impl PolSelector {
         let ways: &[[(Polarization, Complex32); 2]] = match target {
             I => &[[(RR, half), (LL, half)], [(XX, half), (YY, half)]],
             Q => &[[(RL, half), (LR, half)], [(XX, half), (YY, -half)]],
-            U => &[[(RL, half_i), (LR, -half_i)], [(XY, half), (YX, half)]],
-            V => &[[(RR, half), (LL, -half)], [(XY, half_i), (YX, -half_i)]],
+            U => &[[(RL, -half_i), (LR, half_i)], [(XY, half), (YX, half)]],
+            V => &[[(RR, half), (LL, -half)], [(XY, -half_i), (YX, half_i)]],
             _ => &[],
         };
         for [a, b] in ways {
@@ -115,14 +125,95 @@ impl PolSelector {
         Err(ChainError::bad_option("polarization", target.name(), expected))
     }
 
+    /// The combination for a set with a header. Where feeds turn, or X points east, Stokes parameters are made of the products by the angles of the
+    /// feeds in each row.
+    ///
+    /// # Errors
+    /// As [`PolSelector::new`], and feeds of unknown mounts.
+    pub fn of(target: Polarization, header: &VisibilityHeader) -> Result<Self> {
+        use Polarization::{I, Q, U, V};
+        let plain = Self::new(target, &header.polarizations)?;
+        let feeds = Feeds::of(header)?;
+        let stokes = [I, Q, U, V].contains(&target) && !header.polarizations.contains(&target);
+        // Stokes I of feeds that are turned alike, and V of circular ones, are the sum and the difference of the parallel hands.
+        let hands = target == I || (target == V && header.polarizations.contains(&Polarization::RR));
+        if !stokes || feeds.are_plain() || (hands && feeds.alike()) {
+            return Ok(plain);
+        }
+        let mut at = [[None; 2]; 2];
+        for (index, product) in header.polarizations.iter().enumerate() {
+            if let Some((j, k)) = product.feeds() {
+                at[j][k] = Some(index);
+            }
+        }
+        Ok(Self { turning: Some((feeds, at)), ..plain })
+    }
+
+    /// The combinations for the rows of a coverage \[row\]; none where all rows have the same.
+    ///
+    /// # Errors
+    /// The set lacks a product that the turned feeds need, or a time is out of range.
+    pub(crate) fn by_row(&self, coverage: &UvCoverage) -> Result<Option<Vec<RowTerms>>> {
+        let Some((feeds, at)) = &self.turning else { return Ok(None) };
+        let mut rows = Vec::with_capacity(coverage.n_rows());
+        let mut last: Option<([f64; 2], RowTerms)> = None;
+        for row in 0..coverage.n_rows() {
+            let angles = if feeds.turn() {
+                let all = feeds.angles(coverage.time_jd[row], coverage.phase_center[row])?;
+                [coverage.ant1[row], coverage.ant2[row]].map(|a| all[a as usize])
+            } else {
+                [0.0; 2]
+            };
+            if let Some((_, terms)) = last.as_ref().filter(|l| l.0 == angles) {
+                rows.push(terms.clone());
+                continue;
+            }
+            let [first, second] = angles.map(|a| feeds.matrix(a));
+            let all = stokes_terms(self.target, &first, &second).ok_or_else(|| ChainError::Internal("feeds that are alike".into()))?;
+            let mut terms = RowTerms::new();
+            for ((j, k), c) in all.into_iter().filter(|(_, c)| c.norm() > SMALLEST_COEFFICIENT) {
+                let expected = "a product that the set can give: its feeds turn, so that Q, U and V of linear feeds need all four products";
+                let index = at[j][k].ok_or_else(|| ChainError::bad_option("polarization", self.target.name(), expected))?;
+                terms.push((index, Complex::new(c.re as f32, c.im as f32)));
+            }
+            rows.push(terms.clone());
+            last = Some((angles, terms));
+        }
+        Ok(Some(rows))
+    }
+
     /// Combine a row of a block into visibilities and weights \[chan\]. Both are 0 for a visibility that cannot be used.
-    pub(crate) fn row(&self, block: &VisibilityBlock, row: usize, unit: bool, (vis, weight): (&mut [Complex32], &mut [f32])) -> DataCounts {
-        let mut counts = DataCounts { total: vis.len() as u64, ..DataCounts::default() };
+    /// `own` is the combination of the row, from [`PolSelector::by_row`].
+    pub(crate) fn row(
+        &self,
+        block: &VisibilityBlock,
+        (row, own): (usize, Option<&RowTerms>),
+        unit: bool,
+        (vis, weight): (&mut [Complex32], &mut [f32]),
+    ) -> DataCounts {
         if block.coverage.ant1[row] == block.coverage.ant2[row] {
             vis.fill(Complex32::default());
             weight.fill(0.0);
-            return DataCounts { autocorrelations: counts.total, ..counts };
+            let total = vis.len() as u64;
+            return DataCounts { total, autocorrelations: total, ..DataCounts::default() };
         }
+        self.combine(block, (row, own), unit, (vis, weight))
+    }
+
+    /// Number of products that are combined.
+    pub(super) fn terms(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// As [`PolSelector::row`], for an autocorrelation too.
+    pub(super) fn combine(
+        &self,
+        block: &VisibilityBlock,
+        (row, own): (usize, Option<&RowTerms>),
+        unit: bool,
+        (vis, weight): (&mut [Complex32], &mut [f32]),
+    ) -> DataCounts {
+        let mut counts = DataCounts { total: vis.len() as u64, ..DataCounts::default() };
         let finite_uvw = block.coverage.uvw_m.row(row).iter().all(|x| x.is_finite());
         for (c, (v, w)) in vis.iter_mut().zip(weight).enumerate() {
             let part = |pol: usize| -> std::result::Result<(Complex32, f32), Fault> {
@@ -139,6 +230,7 @@ impl PolSelector {
                 if finite { Ok((v, if unit { 1.0 } else { w })) } else { Err(Fault::Value) }
             };
             let combined = match self.terms.as_slice() {
+                _ if own.is_some() => sum_of(own.map_or(&[], Vec::as_slice), part),
                 [(a, ca)] => part(*a).map(|(v, w)| (*ca * v, w)),
                 [(a, ca), (b, cb), ..] => match (part(*a), part(*b)) {
                     // The variance of the mean is 1/w = (1/wa + 1/wb) / 4.
@@ -163,10 +255,23 @@ impl PolSelector {
     }
 }
 
+/// A sum of products, and its weight: the variances of the products add up with the squares of their coefficients.
+fn sum_of(
+    terms: &[(usize, Complex32)],
+    part: impl Fn(usize) -> std::result::Result<(Complex32, f32), Fault>,
+) -> std::result::Result<(Complex32, f32), Fault> {
+    let (mut sum, mut variance) = (Complex32::default(), 0.0);
+    for (index, c) in terms {
+        let (v, w) = part(*index)?;
+        sum += *c * v;
+        variance += c.norm_sqr() / w;
+    }
+    if variance > 0.0 { Ok((sum, variance.recip())) } else { Err(Fault::Weight) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cittert_arrays::UvCoverage;
     use ndarray::array;
 
     fn block(values: [Complex32; 4]) -> VisibilityBlock {
@@ -178,7 +283,8 @@ mod tests {
 
     fn combine(s: &PolSelector, b: &VisibilityBlock) -> (Complex32, f32, DataCounts) {
         let (mut v, mut w) = ([Complex32::default()], [0.0]);
-        let counts = s.row(b, 0, false, (&mut v, &mut w));
+        let own = s.by_row(&b.coverage).unwrap();
+        let counts = s.row(b, (0, own.as_ref().map(|o| &o[0])), false, (&mut v, &mut w));
         (v[0], w[0], counts)
     }
 
@@ -187,8 +293,8 @@ mod tests {
         use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
         let (i, q, u, v) = (10.0_f32, 1.0, 2.0, 3.0);
         let re = |x| Complex::new(x, 0.0);
-        let circular = [re(i + v), re(i - v), Complex::new(q, u), Complex::new(q, -u)];
-        let linear = [re(i + q), re(i - q), Complex::new(u, v), Complex::new(u, -v)];
+        let circular = [re(i + v), re(i - v), Complex::new(q, -u), Complex::new(q, u)];
+        let linear = [re(i + q), re(i - q), Complex::new(u, -v), Complex::new(u, v)];
         for (products, values) in [([RR, LL, RL, LR], circular), ([XX, YY, XY, YX], linear)] {
             for (stokes, expected) in [(I, i), (Q, q), (U, u), (V, v)] {
                 let s = PolSelector::new(stokes, &products).unwrap();

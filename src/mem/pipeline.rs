@@ -4,6 +4,7 @@ use super::beam::BeamHessian;
 use super::certificate::Certificate;
 use super::chi2::ChiSquared;
 use super::imager::{MemImager, MemState};
+use super::inside::{in_front, sum_inside};
 use super::objective::{Multipliers, Objective, single};
 use super::plan::{Flux, MemPlan, Prior};
 use super::regulariser::{L1, Regulariser, TotalVariation, WeightedSum, check_prior};
@@ -11,13 +12,13 @@ use super::response::Response;
 use super::solver::{MemGoals, Progress};
 use super::statistics::DataSums;
 use super::uncertainty::{Uncertainty, uncertainty};
-use crate::imaging::{Background, Clock, Imager, Kind, PATTERN_LIMIT, with_beam};
+use crate::imaging::{Background, Clock, Imager, Kind, PATTERN_LIMIT, ZeroSpacing, with_beam};
 use crate::memory::{ImageWork, check_images};
 use crate::progress::Observer;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{ElementPattern, Image, RestoringBeam, SkyGrid, VisUnit};
-use ndarray::{ArcArray2, Array2, ArrayBase, Data, Ix2, Zip};
+use ndarray::{ArcArray2, Array2, Zip};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -67,15 +68,6 @@ pub fn flux_of_one(imager: &Imager<'_>) -> Array2<f64> {
     })
 }
 
-/// The mask without pixels behind the horizon; `one` is 0 there \[m, l\].
-pub(crate) fn in_front(one: &Array2<f64>, mut mask: Option<Array2<bool>>) -> Option<Array2<bool>> {
-    if one.iter().any(|v| *v == 0.0) {
-        let all = mask.get_or_insert_with(|| Array2::from_elem(one.dim(), true));
-        Zip::from(all).and(one).for_each(|m, v| *m &= *v > 0.0);
-    }
-    mask
-}
-
 /// Images of maximum entropy of all output channels of an imager.
 ///
 /// # Errors
@@ -120,7 +112,7 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
     let offset = pedestal.map(|t| &one * t);
     let hidden = pedestal.map_or(0.0, |t| t * sum_inside(seen_of_one.as_ref().unwrap_or(&one), inside.as_ref()));
     let flux = match opts.flux {
-        Flux::Free => None,
+        Flux::Free => imager.zero_spacing(k).filter(ZeroSpacing::is_sure).map(|z| z.value + hidden),
         Flux::Total(f) => Some(f),
         Flux::ZeroSpacing(v) => Some(v + hidden),
     };
@@ -199,12 +191,6 @@ fn flat_prior(one: &Array2<f64>, flux: f64, inside: Option<&Array2<bool>>) -> Re
         return Ok(one * (flux / sum));
     }
     Err(ChainError::NoData("the mask leaves no pixel in front of the horizon for the image".into()))
-}
-
-/// Sum over the pixels of a mask, or over all.
-pub(crate) fn sum_inside<S: Data<Elem: Copy + Into<f64>>>(image: &ArrayBase<S, Ix2>, inside: Option<&Array2<bool>>) -> f64 {
-    let all = || image.iter().map(|v| (*v).into());
-    inside.map_or_else(|| all().sum(), |m| all().zip(m).filter(|(_, m)| **m).map(|(v, _)| v).sum())
 }
 
 /// The penalty for a prior, and the imager around it.

@@ -7,7 +7,9 @@ use crate::imaging::Imager;
 use crate::progress::{Event, Observer};
 use crate::values::{bad_value, need};
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{BOLTZMANN_J_PER_K, BrightnessUnit, Image, JANSKY_W_M2_HZ, SPEED_OF_LIGHT_M_S, SkyGrid, VisUnit, VisibilitySource};
+use cittert_arrays::{
+    BOLTZMANN_J_PER_K, BrightnessUnit, Image, JANSKY_W_M2_HZ, Polarization, SPEED_OF_LIGHT_M_S, SkyGrid, VisUnit, VisibilitySource,
+};
 use ndarray::Array2;
 
 /// Where the prior comes from.
@@ -109,6 +111,13 @@ impl MemOptions {
     /// A value that is out of range or in another unit than the data, a prior in an unknown unit.
     pub fn plan(&self, imager: &Imager<'_>, inputs: MemInputs, noise: Noise) -> Result<MemPlan> {
         self.check()?;
+        let pol = imager.options().pol;
+        need(
+            "pol",
+            pol,
+            pol == Polarization::I || pol.is_parallel_hand(),
+            "I or a parallel hand: entropy is that of a positive image (clean takes Q, U and V)",
+        )?;
         let unit = imager.header().unit;
         let flux = match (self.flux, self.zero_spacing) {
             (Some(f), _) => Flux::Total(f.in_unit("flux", unit)?),

@@ -3,9 +3,9 @@
 use super::dft::{RESTART, n_minus_1};
 use crate::Result;
 use crate::fourier::phasor::{cos_sin_turns, uniform_step};
-use cittert_arrays::{ArrayError, PhaseCenter, SPEED_OF_LIGHT_M_S, Source, SourceShape};
+use cittert_arrays::{ArrayError, PhaseCenter, SPEED_OF_LIGHT_M_S, SkyGrid, Source, SourceShape};
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView2, Axis};
+use ndarray::{Array2, ArrayView2, Axis, s};
 use num_complex::Complex64;
 
 /// A source relative to one phase centre.
@@ -17,6 +17,22 @@ pub(crate) struct Seen {
     /// Axes of the Gaussian as vectors in (l, m), scaled so that the visibility is exp(-(u.a)^2 - (u.b)^2); `None` for a point.
     axes: Option<[[f64; 2]; 2]>,
     pub(crate) source: Source,
+}
+
+impl Seen {
+    /// Visibility of the source with a flux density of 1, at uvw in seconds of light time and a frequency.
+    pub(super) fn phasor(&self, [u, v, w]: [f64; 3], freq_hz: f64, w_term: bool) -> Complex64 {
+        let delay = u * self.l + v * self.m + if w_term { w * self.nm1 } else { 0.0 };
+        let width = self.axes.map_or(0.0, |[a, b]| (u * a[0] + v * a[1]).powi(2) + (u * b[0] + v * b[1]).powi(2));
+        let (cos, sin) = cos_sin_turns(delay * freq_hz);
+        Complex64::new(cos, sin) * (-width * freq_hz * freq_hz).exp()
+    }
+}
+
+impl AsRef<Seen> for Seen {
+    fn as_ref(&self) -> &Seen {
+        self
+    }
 }
 
 /// Check the numbers of a source and find its direction cosines.
@@ -33,6 +49,9 @@ pub(crate) fn seen_from(source: &Source, number: usize, center: &PhaseCenter) ->
         }
     };
     check("flux density", source.flux_jy, source.flux_jy.is_finite(), "a finite number of Jy")?;
+    for (what, value) in ["Stokes Q", "Stokes U", "Stokes V"].into_iter().zip(source.polarized_jy) {
+        check(what, value, value.is_finite(), "a finite number of Jy")?;
+    }
     check("spectral index", source.spectral_index, source.spectral_index.is_finite(), "a finite number")?;
     if let Some(f) = source.ref_freq_hz {
         check("reference frequency", f, f.is_finite() && f > 0.0, "a positive number of Hz")?;
@@ -62,12 +81,12 @@ pub(crate) fn seen_from(source: &Source, number: usize, center: &PhaseCenter) ->
 /// Visibilities of sources at `uvw_m` \[row, 3\] as \[row, freq\]; `amplitude(source, freq)` gives the apparent flux density.
 ///
 /// A Gaussian has the w phase of its centre. The change of n over the Gaussian is neglected, as usual in component lists.
-pub(crate) fn sources_dft(
-    sources: &[Seen],
+pub(crate) fn sources_dft<S: AsRef<Seen> + Sync>(
+    sources: &[S],
     uvw_m: ArrayView2<'_, f64>,
     freq_hz: &[f64],
     w_term: bool,
-    amplitude: impl Fn(&Seen, f64) -> f64 + Sync,
+    amplitude: impl Fn(&S, f64) -> f64 + Sync,
 ) -> Array2<Complex64> {
     let flux = Array2::from_shape_fn((sources.len(), freq_hz.len()), |(s, c)| amplitude(&sources[s], freq_hz[c]));
     let step = uniform_step(freq_hz);
@@ -78,7 +97,7 @@ pub(crate) fn sources_dft(
     let mut out = Array2::zeros((uvw_m.nrows(), freq_hz.len()));
     out.axis_iter_mut(Axis(0)).into_par_iter().zip(uvw_m.axis_iter(Axis(0)).into_par_iter()).for_each(|(mut row, uvw)| {
         let [u, v, w] = [uvw[0], uvw[1], uvw[2]].map(|x| x / SPEED_OF_LIGHT_M_S);
-        for (source, flux) in sources.iter().zip(flux.rows()) {
+        for (source, flux) in sources.iter().map(AsRef::as_ref).zip(flux.rows()) {
             let delay = u * source.l + v * source.m + if w_term { w * source.nm1 } else { 0.0 };
             let width = source.axes.map_or(0.0, |[a, b]| (u * a[0] + v * a[1]).powi(2) + (u * b[0] + v * b[1]).powi(2));
             let turn = step.map(|s| phasor(delay * s));
@@ -94,6 +113,27 @@ pub(crate) fn sources_dft(
         }
     });
     out
+}
+
+/// Visibilities of sources at the centres of the cells of the Fourier grid. The cells differ from channel to channel.
+pub(crate) fn snapped_sources<S: AsRef<Seen> + Sync>(
+    grid: &SkyGrid,
+    sources: &[S],
+    uvw: ArrayView2<'_, f64>,
+    freqs: &[f64],
+    amplitude: impl Fn(&S, f64) -> f64 + Sync,
+) -> Array2<Complex64> {
+    let mut vis = Array2::zeros((uvw.nrows(), freqs.len()));
+    for (c, freq) in freqs.iter().enumerate() {
+        let cells = [1.0 / (grid.n_l as f64 * grid.cell_rad), 1.0 / (grid.n_m as f64 * grid.cell_rad)];
+        let per_metre = freq / SPEED_OF_LIGHT_M_S;
+        let snapped = Array2::from_shape_fn((uvw.nrows(), 3), |(row, axis)| match axis {
+            2 => 0.0,
+            axis => (uvw[[row, axis]] * per_metre / cells[axis]).round() * cells[axis] / per_metre,
+        });
+        vis.slice_mut(s![.., c..=c]).assign(&sources_dft(sources, snapped.view(), &[*freq], false, &amplitude));
+    }
+    vis
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub(crate) fn n_minus_1(l: f64, m: f64) -> Option<f64> {
 }
 
 /// The cells of a plane that are not zero.
-struct Cells {
+pub(super) struct Cells {
     l: Vec<f64>,
     m: Vec<f64>,
     nm1: Vec<f64>,
@@ -32,7 +32,7 @@ struct Cells {
 
 impl Cells {
     /// Padded with zeros to a whole number of chunks. Cells behind the horizon are left out.
-    fn of(grid: &SkyGrid, plane: ArrayView2<'_, f64>) -> Self {
+    pub(super) fn of(grid: &SkyGrid, plane: ArrayView2<'_, f64>) -> Self {
         let mut cells = Self { l: Vec::new(), m: Vec::new(), nm1: Vec::new(), value: Vec::new() };
         for ((row, column), &value) in plane.indexed_iter() {
             let (l, m) = (grid.l_at(column as f64), grid.m_at(row as f64));
@@ -46,6 +46,25 @@ impl Cells {
             cells.push(0.0, 0.0, 0.0, 0.0);
         }
         cells
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.value.len()
+    }
+
+    pub(super) fn values(&self) -> &[f64] {
+        &self.value
+    }
+
+    /// Direction of each cell.
+    pub(super) fn directions(&self) -> Vec<[f64; 3]> {
+        (0..self.len()).map(|k| [self.l[k], self.m[k], 1.0 + self.nm1[k]]).collect()
+    }
+
+    /// Some of the cells: a whole number of chunks.
+    pub(super) fn part(&self, range: std::ops::Range<usize>) -> Self {
+        let of = |x: &[f64]| x[range.clone()].to_vec();
+        Self { l: of(&self.l), m: of(&self.m), nm1: of(&self.nm1), value: of(&self.value) }
     }
 
     fn push(&mut self, l: f64, m: f64, nm1: f64, value: f64) {
@@ -82,7 +101,7 @@ pub fn image_dft(
         let step = uniform_step(freq_hz);
         out.axis_iter_mut(Axis(0)).into_par_iter().zip(uvw_m.axis_iter(Axis(0)).into_par_iter()).for_each(|(mut row, uvw)| {
             let w = if w_term { uvw[2] } else { 0.0 };
-            sum_cells(&cells, [uvw[0], uvw[1], w], freq_hz, step, &mut |c, v| row[c] += v);
+            sum_cells(&cells, &cells.value, [uvw[0], uvw[1], w], freq_hz, step, &mut |c, v| row[c] += v);
         });
     }
     Ok(out)
@@ -101,15 +120,22 @@ fn check_shapes(grid: &SkyGrid, plane: ArrayView2<'_, f64>, uvw_m: ArrayView2<'_
     Ok(())
 }
 
-/// The sum over the cells for one baseline and all frequencies.
-fn sum_cells(cells: &Cells, uvw: [f64; 3], freq_hz: &[f64], step: Option<f64>, add: &mut impl FnMut(usize, Complex64)) {
+/// The sum over the cells, with these values, for one baseline and all frequencies.
+pub(super) fn sum_cells(
+    cells: &Cells,
+    values: &[f64],
+    uvw: [f64; 3],
+    freq_hz: &[f64],
+    step: Option<f64>,
+    add: &mut impl FnMut(usize, Complex64),
+) {
     let mut delay = [0.0; CHUNK]; // in seconds of light time
     let (mut re, mut im) = ([0.0; CHUNK], [0.0; CHUNK]);
     let (mut step_re, mut step_im) = ([1.0; CHUNK], [0.0; CHUNK]);
     let uvw = uvw.map(|x| x / SPEED_OF_LIGHT_M_S);
-    for start in (0..cells.value.len()).step_by(CHUNK) {
+    for start in (0..values.len()).step_by(CHUNK) {
         let range = start..start + CHUNK;
-        let (l, m, nm1, value) = (&cells.l[range.clone()], &cells.m[range.clone()], &cells.nm1[range.clone()], &cells.value[range]);
+        let (l, m, nm1, value) = (&cells.l[range.clone()], &cells.m[range.clone()], &cells.nm1[range.clone()], &values[range]);
         for k in 0..CHUNK {
             delay[k] = uvw[0] * l[k] + uvw[1] * m[k] + uvw[2] * nm1[k];
         }

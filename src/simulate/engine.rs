@@ -1,24 +1,29 @@
 //! The simulation of a set, block by block.
 
-use super::analytic::{Seen, seen_from, sources_dft};
+use super::analytic::{Seen, seen_from};
+use super::band::BandNodes;
 use super::degrid::DegridPlane;
-use super::dft::{image_dft, n_minus_1};
+use super::dft::image_dft;
 use super::mask::MaskPlane;
 use super::method::Method;
 use super::near::{Near, surface_of};
-use super::noise::NoiseModel;
+use super::noise::{NoiseModel, receivers};
 use super::options::check;
 use super::pedestal::{self, Chosen};
-use super::sky::{SkyModel, apparent_plane, check_image, from_jy, holds_intensity, nearest_channels, stokes_coefficient, unit_factor};
+use super::polarized::{received, sky_basis};
+use super::scene_noise::{SceneNoise, integrations};
+use super::sky::{SkyModel, apparent_plane, check_image, nearest_channels, stokes_coefficient, unit_factor, warn_beyond_horizon};
+use super::through::{AntennaPatterns, image_through};
+use super::total_power;
 use super::{ElementPattern, SimulateOptions};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
+use cittert_arrays::feeds::Feeds;
 use cittert_arrays::{
-    BrightnessUnit, Image, Polarization, SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader,
-    VisibilitySet, VisibilitySink,
+    BrightnessUnit, Polarization, SPEED_OF_LIGHT_M_S, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySink,
 };
-use ndarray::{Array2, Array3, ArrayView2, Axis, s};
+use ndarray::{Array2, Array3, Axis, s};
 use num_complex::{Complex, Complex64};
 
 /// One image plane that is used for some channels of the set.
@@ -72,6 +77,9 @@ pub struct Simulator<'a> {
     pub(super) options: SimulateOptions,
     pub(super) pattern: ElementPattern,
     pub(super) pedestal_k: f64,
+    feeds: Feeds,
+    /// The products that are summed: those of the set, or Stokes parameters from which turning feeds make them.
+    pub(super) basis: Vec<Polarization>,
     /// The sources relative to each phase centre \[phase centre\]\[source\].
     pub(super) sources: Vec<Vec<Seen>>,
     pub(super) planes: Vec<Plane>,
@@ -79,8 +87,16 @@ pub struct Simulator<'a> {
     noise: Option<NoiseModel>,
     /// The visibilities of every pair of antennas, if the scene lies on a surface.
     near: Option<Near>,
+    /// Draws the noise of all baselines of an integration together, where it depends on the scene.
+    pub(super) scene_noise: Option<SceneNoise>,
+    /// The zero spacing \[chan, pol\] of the phase centre of this index, where it is known.
+    pub(super) zero: Option<(u16, Array2<Complex64>)>,
     /// Frequencies within each channel, Hz \[chan\]\[sub-channel\].
     pub(super) freq_hz: Vec<Vec<f64>>,
+    /// Weights of these frequencies, where they are not equal.
+    pub(super) band: Option<BandNodes>,
+    /// The patterns of the antennas, where they differ.
+    pub(super) through: Option<AntennaPatterns>,
     warned_coarse: bool,
     n_vis: Option<u64>,
     pub(super) memory: MemoryBudget,
@@ -120,7 +136,11 @@ impl<'a> Simulator<'a> {
             .iter()
             .map(|c| sky.sources.iter().enumerate().map(|(k, s)| seen_from(s, k + 1, c)).collect())
             .collect::<Result<Vec<Vec<Seen>>>>()?;
-        let Chosen { pedestal_k, scene_pedestal_k } = pedestal::choose(options.pedestal, sky, header.unit, &pattern)?;
+        if options.autos {
+            total_power::check(options)?;
+        }
+        let whole = options.autos || options.scene_noise || !pattern.is_none();
+        let Chosen { pedestal_k, scene_pedestal_k } = pedestal::choose(options.pedestal, sky, header.unit, whole)?;
         if let Some(t) = pedestal_k {
             observer.event(Event::Note(&format!("removed a pedestal of {t:.3} K from the scene; images add it back")));
             if !pattern.is_none() {
@@ -128,11 +148,25 @@ impl<'a> Simulator<'a> {
                 observer.event(Event::Warning(text));
             }
         }
-        let noise = options.noise_options()?.map(|n| NoiseModel::new(&header, &n, &pattern)).transpose()?;
+        let feeds = Feeds::of(&header)?;
+        let basis = sky_basis(&header, &feeds, sky, options.feed_basis)?;
+        let noise_options = options.noise_options()?;
+        let noise = noise_options.as_ref().map(|n| NoiseModel::new(&header, n, &pattern)).transpose()?;
+        let scene_noise = options.scene_noise.then(|| SceneNoise::new(&header.polarizations, options.seed)).transpose()?;
+        ensure!(
+            scene_noise.is_none() || pedestal_k.is_none(),
+            ChainError::bad_option("pedestal", "removed", "none with scene-noise, which depends on the whole scene")
+        );
+        let text = "noise of the scene is known for feeds that do not turn on the sky: leave out scene-noise, or the mount";
+        ensure!(scene_noise.is_none() || basis == header.polarizations, ChainError::Incompatible(text.into()));
         let mut simulator = Self {
-            planes: list_planes(&header, sky, &pattern),
+            planes: list_planes(&header, &basis, sky, &pattern),
+            feeds,
+            basis,
             pattern,
             freq_hz: frequencies(&header, options.subchannels),
+            band: None,
+            through: None,
             header,
             sky,
             options: options.clone(),
@@ -141,6 +175,8 @@ impl<'a> Simulator<'a> {
             kept_bytes: 0,
             noise,
             near: None,
+            scene_noise,
+            zero: None,
             warned_coarse: false,
             n_vis: None,
             memory: MemoryBudget::default(),
@@ -149,8 +185,16 @@ impl<'a> Simulator<'a> {
         simulator.header.pedestal_k = pedestal_k;
         simulator.header.scene_pedestal_k = scene_pedestal_k;
         simulator.header.scene_width_rad = sky.width_rad();
-        simulator.header.antenna_temperature_k = simulator.antenna_temperature_k();
+        if options.autos {
+            let receivers = receivers(&simulator.header.layout, noise_options.as_ref());
+            simulator.header.layout = simulator.header.layout.with_receivers(&receivers);
+        }
+        if !options.no_antenna_temperature {
+            simulator.header.antenna_temperature_k = simulator.antenna_temperature_k();
+        }
         if let Some(surface) = surface_of(sky, options)? {
+            let text = "noise of the scene is known for the far field only: leave out the range, or scene-noise";
+            ensure!(simulator.scene_noise.is_none(), ChainError::Incompatible(text.into()));
             simulator.near = Some(simulator.near_field(&surface, observer)?);
             simulator.header.near_field.scene = Some(surface.scene_range());
         }
@@ -159,26 +203,15 @@ impl<'a> Simulator<'a> {
         Ok(simulator)
     }
 
+    /// True if the scene lies near the array.
+    pub(super) fn is_near(&self) -> bool {
+        self.near.is_some()
+    }
+
     /// Header of the output.
     #[must_use]
     pub fn header(&self) -> &VisibilityHeader {
         &self.header
-    }
-
-    /// The temperature that one element sees in the middle of the band, if a warm scene is observed in K sr through a pattern: its zero spacing
-    /// over the solid angle of the pattern, as an ideal measurement of total power gives it.
-    fn antenna_temperature_k(&self) -> Option<f64> {
-        let freq = self.header.spectrum.mean_hz();
-        let solid_angle = self.pattern.solid_angle_sr(freq)?;
-        let thermal = self.header.unit == VisUnit::KelvinSr && self.header.pedestal_k.is_none() && self.sky.sources.is_empty();
-        let intensity = |image: &Image| image.polarizations.iter().position(|p| holds_intensity(*p));
-        let images: Option<Vec<(&Image, usize)>> = self.sky.images.iter().map(|i| Some((i, intensity(i)?))).collect();
-        let images = images.filter(|i| thermal && !i.is_empty() && i.iter().all(|(i, _)| i.unit == BrightnessUnit::Kelvin))?;
-        let seen = images.into_iter().map(|(image, pol)| {
-            let chan = image.spectrum.n_chan() / 2;
-            apparent_plane(image, (chan, pol), &self.pattern, freq, 0.0, self.options.one_over_n).sum()
-        });
-        Some(seen.sum::<f64>() / solid_angle)
     }
 
     fn history(&self) -> String {
@@ -192,7 +225,12 @@ impl<'a> Simulator<'a> {
         }
         line += &format!(", w term {}, pattern {}, {} sub-channels", !o.no_w && o.method != Method::Mask, self.pattern, o.subchannels);
         line += &self.header.pedestal_k.map_or(", no pedestal".to_owned(), |t| format!(", pedestal {t} K"));
-        line += &if self.noise.is_some() { format!(", noise seed {}", o.seed) } else { ", no noise".to_owned() };
+        line += if self.options.autos { ", autocorrelations with the power of the receivers" } else { "" };
+        line += &if self.noise.is_some() {
+            format!(", noise{} seed {}", if o.scene_noise { " of scene and receivers," } else { "" }, o.seed)
+        } else {
+            ", no noise".to_owned()
+        };
         line
     }
 
@@ -213,18 +251,14 @@ impl<'a> Simulator<'a> {
         let mut summary = Summary::default();
         for coverage in rows {
             let coverage = coverage?;
-            let step = self.rows_in_a_pass();
-            let mut start = 0;
-            while start < coverage.n_rows() {
+            for rows in self.passes(&coverage) {
                 ensure!(!observer.cancelled(), ChainError::Cancelled);
-                let end = (start + step).min(coverage.n_rows());
-                let block = self.block(coverage.rows(start..end)?, summary.rows, observer)?;
+                let block = self.block(coverage.rows(rows.clone())?, summary.rows, observer)?;
                 sink.write_block(&block)?;
-                summary.rows += (end - start) as u64;
+                summary.rows += rows.len() as u64;
                 summary.visibilities += block.vis.len() as u64;
                 summary.flagged += block.flags.iter().filter(|f| **f).count() as u64;
                 observer.event(Event::Advance(block.vis.len() as u64));
-                start = end;
             }
         }
         observer.event(Event::Done);
@@ -237,9 +271,18 @@ impl<'a> Simulator<'a> {
         Ok(summary)
     }
 
+    /// The rows that are simulated together: as many as fit, or those of an integration, whose noise is drawn together.
+    fn passes(&self, coverage: &UvCoverage) -> Vec<std::ops::Range<usize>> {
+        if self.scene_noise.is_some() {
+            return integrations(&coverage.time_jd);
+        }
+        let (n, step) = (coverage.n_rows(), self.rows_in_a_pass());
+        (0..n).step_by(step).map(|start| start..(start + step).min(n)).collect()
+    }
+
     fn rows_in_a_pass(&self) -> usize {
-        let values: usize =
-            self.freq_hz.iter().map(Vec::len).sum::<usize>() + 2 * self.header.spectrum.n_chan() * self.header.polarizations.len();
+        let values: usize = self.freq_hz.iter().map(Vec::len).sum::<usize>()
+            + 2 * self.header.spectrum.n_chan() * self.basis.len().max(self.header.polarizations.len());
         (self.memory.simulated_block() / (16 * values)).max(1)
     }
 
@@ -249,20 +292,8 @@ impl<'a> Simulator<'a> {
     /// A row has an antenna or a phase centre that the header does not have, or noise is requested and an integration time is not positive.
     pub fn block(&mut self, coverage: UvCoverage, first_row: u64, observer: &dyn Observer) -> Result<VisibilityBlock> {
         self.check_rows(&coverage, observer)?;
-        let (n_rows, n_chan, n_pol) = self.header.shape(coverage.n_rows());
-        let mut sum = Array3::<Complex64>::zeros((n_rows, n_chan, n_pol));
-        let mut outside = Array2::from_elem((n_rows, n_chan), false);
-        if let Some(near) = &self.near {
-            near.add_to(&coverage, &mut sum);
-        } else {
-            for k in 0..self.planes.len() {
-                self.add_plane(k, coverage.uvw_m.view(), &mut sum, &mut outside)?;
-            }
-            if !self.sky.sources.is_empty() {
-                self.add_sources(&coverage, &mut sum);
-            }
-            self.turn_to_focus(&coverage, &mut sum);
-        }
+        let (_, n_chan, n_pol) = self.header.shape(coverage.n_rows());
+        let (mut sum, outside) = self.expected(&coverage)?;
         if sum.iter().any(|v| !(v.re.abs() <= LARGEST && v.im.abs() <= LARGEST)) {
             let text = format!(
                 "the scene has visibilities above {LARGEST:e} {}, which imaging does not use: its fluxes or temperatures are wrong",
@@ -270,10 +301,19 @@ impl<'a> Simulator<'a> {
             );
             return Err(ChainError::Incompatible(text));
         }
+        if self.options.autos {
+            total_power::add_receivers(&self.header, &coverage, &mut sum);
+        }
         let mut block = VisibilityBlock::zeros(coverage, n_chan, n_pol);
         block.vis.assign(&sum.mapv(|v| Complex::new(v.re as f32, v.im as f32)));
         if let Some(noise) = &self.noise {
-            noise.apply(&mut block, first_row)?;
+            if let Some(scene_noise) = self.scene_noise.clone() {
+                let receivers = noise.receivers().to_owned();
+                let zero = self.zero_spacing(&block.coverage)?;
+                scene_noise.apply(&self.header, &mut block, (zero.view(), receivers.view()), first_row)?;
+            } else {
+                noise.apply(&mut block, first_row)?;
+            }
         }
         for ((row, chan), _) in outside.indexed_iter().filter(|(_, o)| **o) {
             block.flags.slice_mut(s![row, chan, ..]).fill(true);
@@ -281,6 +321,28 @@ impl<'a> Simulator<'a> {
             block.vis.slice_mut(s![row, chan, ..]).fill(Complex::new(0.0, 0.0));
         }
         Ok(block)
+    }
+
+    /// The expected visibilities of the scene \[row, chan, pol\], and which of them lie outside the grid of the mask \[row, chan\].
+    pub(super) fn expected(&mut self, coverage: &UvCoverage) -> Result<(Array3<Complex64>, Array2<bool>)> {
+        let (n_rows, n_chan, _) = self.header.shape(coverage.n_rows());
+        let mut sum = Array3::<Complex64>::zeros((n_rows, n_chan, self.basis.len()));
+        let mut outside = Array2::from_elem((n_rows, n_chan), false);
+        if let Some(near) = &self.near {
+            near.add_to(coverage, &mut sum);
+        } else {
+            for k in 0..self.planes.len() {
+                self.add_plane(k, coverage, &mut sum, &mut outside)?;
+            }
+            if !self.sky.sources.is_empty() {
+                self.add_sources(coverage, &mut sum)?;
+            }
+            self.turn_to_focus(coverage, &mut sum);
+        }
+        if self.basis != self.header.polarizations {
+            sum = received(&sum, coverage, &self.feeds, (self.options.feed_basis, &self.header.polarizations))?;
+        }
+        Ok((sum, outside))
     }
 
     fn check_rows(&mut self, coverage: &UvCoverage, observer: &dyn Observer) -> Result<()> {
@@ -310,7 +372,8 @@ impl<'a> Simulator<'a> {
         Ok(())
     }
 
-    fn add_plane(&mut self, k: usize, uvw: ArrayView2<'_, f64>, sum: &mut Array3<Complex64>, outside: &mut Array2<bool>) -> Result<()> {
+    fn add_plane(&mut self, k: usize, coverage: &UvCoverage, sum: &mut Array3<Complex64>, outside: &mut Array2<bool>) -> Result<()> {
+        let uvw = coverage.uvw_m.view();
         let mut transform = match self.planes[k].ready.take() {
             Some(t) => t,
             None => {
@@ -323,24 +386,37 @@ impl<'a> Simulator<'a> {
         let plane = &self.planes[k];
         let image = &self.sky.images[plane.image];
         let freqs: Vec<f64> = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().copied()).collect();
-        let sub = self.options.subchannels;
+        let of: Vec<usize> = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().map(|_| *c)).collect();
         let vis = match &mut transform {
+            Transform::Exact { plane: seen } if self.through.is_some() => {
+                let pattern_hz = self.header.spectrum.freq_hz()[plane.chans[0]];
+                let scene = (&image.grid, seen.view());
+                self.through.as_ref().map(|t| image_through(t, scene, coverage, (&freqs, pattern_hz), !self.options.no_w)).transpose()?
+            }
             Transform::Exact { plane } => Some(image_dft(&image.grid, plane.view(), uvw, &freqs, !self.options.no_w)?),
             Transform::Degrid(degridder) => Some(degridder.predict(uvw)?),
-            Transform::Mask(mask) => Some(mask.predict(uvw, &freqs, |row, f| outside[[row, plane.chans[f / sub]]] = true)),
+            Transform::Mask(mask) => Some(mask.predict(uvw, &freqs, |row, f| outside[[row, of[f]]] = true)),
             Transform::Empty => None,
         };
         if let Some(vis) = vis {
-            let terms = products(image.polarizations[plane.pol], &self.header.polarizations);
-            for (i, chan) in plane.chans.iter().enumerate() {
-                let factor: Vec<f64> =
-                    self.freq_hz[*chan].iter().map(|f| unit_factor(image.unit, self.header.unit, *f) / sub as f64).collect();
-                for (mut out, vis) in sum.slice_mut(s![.., *chan, ..]).axis_iter_mut(Axis(0)).zip(vis.axis_iter(Axis(0))) {
-                    let mean: Complex64 = factor.iter().enumerate().map(|(j, f)| vis[i * sub + j] * *f).sum();
+            let terms = products(image.polarizations[plane.pol], &self.basis);
+            let mut first = 0;
+            for chan in &plane.chans {
+                let sub = self.freq_hz[*chan].len();
+                let share = if self.band.is_some() { 1.0 } else { sub as f64 };
+                let factor: Vec<f64> = self.freq_hz[*chan].iter().map(|f| unit_factor(image.unit, self.header.unit, *f) / share).collect();
+                let mut rows = sum.slice_mut(s![.., *chan, ..]);
+                for (row, (mut out, vis)) in rows.outer_iter_mut().zip(vis.axis_iter(Axis(0))).enumerate() {
+                    let pair = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
+                    let mean: Complex64 = match &self.band {
+                        None => factor.iter().enumerate().map(|(j, f)| vis[first + j] * *f).sum(),
+                        Some(band) => factor.iter().enumerate().map(|(j, f)| vis[first + j] * *f * band.weight(pair, *chan, j)).sum(),
+                    };
                     for (pol, coefficient) in &terms {
                         out[*pol] += mean * coefficient;
                     }
                 }
+                first += sub;
             }
         }
         // The degridder grows with the range of w of the rows.
@@ -366,11 +442,13 @@ impl<'a> Simulator<'a> {
         let image = &self.sky.images[plane.image];
         let freq = self.header.spectrum.freq_hz()[plane.chans[0]];
         let pedestal = if self.header.pedestal_k.is_some() && image.unit == BrightnessUnit::Kelvin { self.pedestal_k } else { 0.0 };
-        let seen = apparent_plane(image, (plane.image_chan, plane.pol), &self.pattern, freq, pedestal, self.options.one_over_n);
+        let pattern = if self.through.is_some() { &ElementPattern::None } else { &self.pattern };
+        let seen = apparent_plane(image, (plane.image_chan, plane.pol), pattern, freq, pedestal, self.options.one_over_n);
         if seen.iter().all(|v| *v == 0.0) && self.options.method != Method::Mask {
             return Ok(Transform::Empty);
         }
         Ok(match self.options.method {
+            _ if self.through.is_some() => Transform::Exact { plane: seen },
             Method::Dft => Transform::Exact { plane: seen },
             Method::Degrid => {
                 let freqs = plane.chans.iter().flat_map(|c| self.freq_hz[*c].iter().copied()).collect();
@@ -380,65 +458,6 @@ impl<'a> Simulator<'a> {
             Method::Mask => Transform::Mask(MaskPlane::new(&image.grid, &seen)?),
         })
     }
-
-    fn add_sources(&self, coverage: &UvCoverage, sum: &mut Array3<Complex64>) {
-        let (unit, pattern, sub) = (self.header.unit, &self.pattern, self.options.subchannels);
-        let freqs: Vec<f64> = self.freq_hz.iter().flatten().copied().collect();
-        let terms = products(Polarization::I, &self.header.polarizations);
-        // In method mask the sources are sampled like the image: at the centre of the cell and without w.
-        let snap = (self.options.method == Method::Mask).then(|| &self.sky.images[0].grid);
-        for (center, sources) in self.sources.iter().enumerate() {
-            let rows: Vec<usize> = (0..coverage.n_rows()).filter(|r| usize::from(coverage.phase_center[*r]) == center).collect();
-            let uvw = coverage.uvw_m.select(Axis(0), &rows);
-            let amplitude = |s: &Seen, f: f64| s.source.flux_at(f) * from_jy(unit, f) * pattern.power(s.l, s.m, f);
-            let vis = match snap {
-                None => sources_dft(sources, uvw.view(), &freqs, !self.options.no_w, amplitude),
-                Some(grid) => snapped_sources(grid, sources, uvw.view(), &freqs, amplitude),
-            };
-            for (row, vis) in rows.iter().zip(vis.axis_iter(Axis(0))) {
-                for chan in 0..self.freq_hz.len() {
-                    let mean = vis.slice(s![chan * sub..(chan + 1) * sub]).sum() / sub as f64;
-                    for (pol, coefficient) in &terms {
-                        sum[[*row, chan, *pol]] += mean * coefficient;
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Visibilities of sources at the centres of the cells of the Fourier grid. The cells differ from channel to channel.
-fn snapped_sources(
-    grid: &SkyGrid,
-    sources: &[Seen],
-    uvw: ArrayView2<'_, f64>,
-    freqs: &[f64],
-    amplitude: impl Fn(&Seen, f64) -> f64 + Sync,
-) -> Array2<Complex64> {
-    let mut vis = Array2::zeros((uvw.nrows(), freqs.len()));
-    for (c, freq) in freqs.iter().enumerate() {
-        let cells = [1.0 / (grid.n_l as f64 * grid.cell_rad), 1.0 / (grid.n_m as f64 * grid.cell_rad)];
-        let per_metre = freq / SPEED_OF_LIGHT_M_S;
-        let snapped = Array2::from_shape_fn((uvw.nrows(), 3), |(row, axis)| match axis {
-            2 => 0.0,
-            axis => (uvw[[row, axis]] * per_metre / cells[axis]).round() * cells[axis] / per_metre,
-        });
-        vis.slice_mut(s![.., c..=c]).assign(&sources_dft(sources, snapped.view(), &[*freq], false, &amplitude));
-    }
-    vis
-}
-
-fn warn_beyond_horizon(image: &Image, observer: &dyn Observer) {
-    let grid = &image.grid;
-    let hidden =
-        image.data.indexed_iter().filter(|((_, _, r, c), v)| **v != 0.0 && n_minus_1(grid.l_at(*c as f64), grid.m_at(*r as f64)).is_none());
-    let count = hidden.count();
-    if count > 0 {
-        observer.event(Event::Warning(&format!(
-            "{count} pixels of scene {:?} lie behind the horizon (l^2 + m^2 > 1) and do not contribute",
-            image.object
-        )));
-    }
 }
 
 /// The products of the set to which a Stokes plane contributes, with their coefficients.
@@ -447,12 +466,12 @@ pub(super) fn products(scene: Polarization, set: &[Polarization]) -> Vec<(usize,
 }
 
 /// The planes of the images, with the channels that use each of them. There is one plane for each different pattern.
-fn list_planes(header: &VisibilityHeader, sky: &SkyModel, pattern: &ElementPattern) -> Vec<Plane> {
+fn list_planes(header: &VisibilityHeader, basis: &[Polarization], sky: &SkyModel, pattern: &ElementPattern) -> Vec<Plane> {
     let mut planes = Vec::new();
     for (index, image) in sky.images.iter().enumerate() {
         let nearest = nearest_channels(&image.spectrum, &header.spectrum);
         for (pol, name) in image.polarizations.iter().enumerate() {
-            if products(*name, &header.polarizations).is_empty() {
+            if products(*name, basis).is_empty() {
                 continue;
             }
             let plane = |image_chan, chans| Plane { image: index, image_chan, pol, chans, ready: None };
@@ -476,23 +495,4 @@ fn frequencies(header: &VisibilityHeader, subchannels: usize) -> Vec<Vec<f64>> {
     let spectrum = &header.spectrum;
     let offset = |k: usize| (k as f64 + 0.5) / subchannels as f64 - 0.5;
     spectrum.freq_hz().iter().zip(spectrum.width_hz()).map(|(f, w)| (0..subchannels).map(|k| f + w * offset(k)).collect()).collect()
-}
-
-/// Simulate a whole set in memory.
-///
-/// # Errors
-/// As [`Simulator::new`] and [`Simulator::run`].
-pub fn simulate_set(
-    header: VisibilityHeader,
-    coverage: &UvCoverage,
-    sky: &SkyModel,
-    options: &SimulateOptions,
-    observer: &dyn Observer,
-) -> Result<VisibilitySet> {
-    let mut simulator = Simulator::new(header, sky, options, observer)?;
-    let header = simulator.header().clone();
-    let empty = VisibilityBlock::zeros(UvCoverage::empty(), header.spectrum.n_chan(), header.polarizations.len());
-    let mut set = VisibilitySet::new(header, empty)?;
-    simulator.run(&mut std::iter::once(Ok(coverage.clone())), Some(coverage.n_rows() as u64), &mut set, observer)?;
-    Ok(set)
 }

@@ -12,11 +12,16 @@
 //! A scene on a surface near the array is an exact sum over spherical waves, whatever the method. Points and Gaussians are exact sums in all three methods (in `mask` at the centres of the cells).
 
 mod analytic;
+pub mod band;
+mod components;
 mod degrid;
 pub mod dft;
+mod differing;
+mod element;
 mod engine;
 #[cfg(test)]
 mod engine_tests;
+pub mod fields;
 pub mod mask;
 mod method;
 mod near;
@@ -28,15 +33,32 @@ pub mod options;
 #[cfg(test)]
 mod pattern_tests;
 pub mod pedestal;
+mod polarized;
+#[cfg(test)]
+mod polarized_tests;
+mod scene_noise;
+#[cfg(test)]
+mod scene_noise_tests;
 mod sky;
+mod through;
+#[cfg(test)]
+mod through_tests;
+mod total_power;
+#[cfg(test)]
+mod total_power_tests;
+mod whole_set;
+mod zero_spacing;
 
+pub use band::{BandShape, Receiver, Receivers};
 pub use cittert_arrays::{ElementPattern, jy_per_kelvin_sr};
-pub use engine::{Simulator, Summary, simulate_set};
+pub use element::Element;
+pub use engine::{Simulator, Summary};
+pub use fields::Fields;
 pub use mask::UvMask;
 pub use method::Method;
 pub use noise::{NoiseModel, NoiseOptions};
-pub use options::{
-    BandOptions, DataUnit, Direction, Element, HourAngles, PlannedTrack, SceneOptions, SimulateOptions, TrackOptions, UtcTime,
-};
+pub use options::{BandOptions, DataUnit, Direction, HourAngles, PlannedTrack, SceneOptions, SimulateOptions, TrackOptions, UtcTime};
 pub use pedestal::Pedestal;
+pub use polarized::FeedBasis;
 pub use sky::SkyModel;
+pub use whole_set::simulate_set;

@@ -34,6 +34,14 @@ impl Simulator<'_> {
         let gaussian = self.sky.sources.iter().position(|s| s.shape != SourceShape::Point);
         let text = |k: usize| format!("source {} is a Gaussian, which has no closed form in the near field: draw it as an image", k + 1);
         ensure!(gaussian.is_none(), ChainError::Incompatible(text(gaussian.unwrap_or(0))));
+        let polarized = self.sky.sources.iter().position(|s| s.is_polarized());
+        let text = |k: usize| {
+            format!(
+                "source {} is polarised, and sources near the array are summed in intensity alone: draw it as images of Stokes parameters",
+                k + 1
+            )
+        };
+        ensure!(polarized.is_none(), ChainError::Incompatible(text(polarized.unwrap_or(0))));
         let total = self.planes.len() + usize::from(!self.sky.sources.is_empty());
         observer.event(Event::Phase { name: "spherical waves", total: Some(total as u64), unit: "planes" });
         let mut parts = Vec::new();
@@ -48,7 +56,7 @@ impl Simulator<'_> {
             let (points, flux) = lit.unzip();
             let unit = |f: f64| unit_factor(image.unit, self.header.unit, f);
             let elements = elements.clone().relative(!image.pattern.is_none());
-            let terms = products(image.polarizations[plane.pol], &self.header.polarizations);
+            let terms = products(image.polarizations[plane.pol], &self.basis);
             let pairs = self.pairs(elements, Lit { points, flux: vec![flux] }, (&plane.chans, &unit), observer)?;
             parts.push(Part { chans: plane.chans.clone(), pairs, terms });
             observer.event(Event::Advance(1));
@@ -59,7 +67,7 @@ impl Simulator<'_> {
             let flux = self.freq_hz.iter().flatten().map(|f| sources.iter().map(|s| s.source.flux_at(*f)).collect()).collect();
             let unit = |f: f64| from_jy(self.header.unit, f);
             let pairs = self.pairs(elements, Lit { points, flux }, (&chans, &unit), observer)?;
-            parts.push(Part { chans, pairs, terms: products(Polarization::I, &self.header.polarizations) });
+            parts.push(Part { chans, pairs, terms: products(Polarization::I, &self.basis) });
         }
         observer.event(Event::Done);
         Ok(Near { parts })

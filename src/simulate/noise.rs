@@ -12,10 +12,10 @@ use crate::values::need;
 use crate::{ChainError, Result};
 use cittert_arrays::ElementPattern;
 use cittert_arrays::{
-    Antenna, BOLTZMANN_J_PER_K, Polarization, SPEED_OF_LIGHT_M_S, Sensitivity, VisUnit, VisibilityBlock, VisibilityHeader,
+    Antenna, ArrayLayout, BOLTZMANN_J_PER_K, Polarization, SPEED_OF_LIGHT_M_S, Sensitivity, VisUnit, VisibilityBlock, VisibilityHeader,
 };
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, Axis};
+use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
@@ -105,6 +105,11 @@ impl NoiseModel {
         Ok(Self { options: *options, sefd, width_hz: header.spectrum.width_hz().to_vec(), products: header.polarizations.clone() })
     }
 
+    /// SEFD of each antenna in the unit of the set \[ant, chan\]: the power of its receiver.
+    pub(super) fn receivers(&self) -> ArrayView2<'_, f64> {
+        self.sefd.view()
+    }
+
     /// Standard deviation of the real and of the imaginary part of a visibility, in the unit of the set.
     /// An autocorrelation is real, and its standard deviation is larger by sqrt(2).
     #[must_use]
@@ -147,6 +152,25 @@ impl NoiseModel {
     }
 }
 
+/// What the receiver of an antenna adds to its autocorrelation, as a number that holds for the whole band: an SEFD, or a temperature that fills the
+/// solid angle of the pattern.
+fn receiver(antenna: &Antenna, options: &NoiseOptions) -> Option<Sensitivity> {
+    let stated = options.sensitivity.or(antenna.sensitivity)?;
+    Some(match (stated, options.diameter_m.or(antenna.diameter_m)) {
+        (Sensitivity::TsysK(t), Some(d)) => {
+            let area = options.aperture_efficiency * std::f64::consts::PI * d * d / 4.0;
+            Sensitivity::SefdJy(2.0 * BOLTZMANN_J_PER_K * t / area * 1e26)
+        }
+        (stated, _) => stated,
+    })
+}
+
+/// What the receivers of a layout add to the autocorrelations: nothing without noise.
+pub(super) fn receivers(layout: &ArrayLayout, options: Option<&NoiseOptions>) -> Vec<Sensitivity> {
+    let of = |a: &Antenna| options.and_then(|o| receiver(a, o)).unwrap_or(Sensitivity::SefdJy(0.0));
+    layout.antennas().iter().map(of).collect()
+}
+
 /// SEFD of an antenna at a frequency, Jy: the given one, or 2 k Tsys / A_e.
 fn sefd_jy(antenna: &Antenna, options: &NoiseOptions, pattern: &ElementPattern, freq_hz: f64) -> Result<f64> {
     let tsys = match options.sensitivity.or(antenna.sensitivity) {
@@ -178,7 +202,7 @@ fn sefd_jy(antenna: &Antenna, options: &NoiseOptions, pattern: &ElementPattern, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cittert_arrays::{ArrayLayout, LayoutFrame, PhaseCenter, SpectralWindow, UvCoverage};
+    use cittert_arrays::{LayoutFrame, PhaseCenter, SpectralWindow, UvCoverage};
 
     fn header(unit: VisUnit, sensitivity: Option<Sensitivity>, n_ant: u32) -> VisibilityHeader {
         let antennas = (0..n_ant).map(|k| Antenna {

@@ -1,16 +1,19 @@
 //! Options of observations: band, track, method and noise. One type a group for the library, the command line and the files of `run` and
 //! `study`.
 
+use super::element::Element;
+use super::polarized::FeedBasis;
 use super::{ElementPattern, Method, NoiseOptions, Pedestal};
 use crate::nearfield::RangeChoice;
 use crate::values::{bad_value, by_text, need, word_or_quantity};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::astrometry::parse_utc;
+use cittert_arrays::feeds::{Feeds, Mount};
 use cittert_arrays::pattern::{Airy, CosPower, Gaussian};
 use cittert_arrays::quantity::{Angle, Duration, FluxDensity, Frequency, Length, Temperature};
 use cittert_arrays::{
     ArrayError, ArrayLayout, CoveragePlan, LayoutFrame, NearField, PhaseCenter, Polarization, Sensitivity, Site, SpectralWindow, Track,
-    VisUnit, VisibilityHeader,
+    VisUnit, VisibilityHeader, XOrientation,
 };
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -199,6 +202,13 @@ pub struct SimulateOptions {
     /// distances in m, or auto (the distances of a traced scene) [default: the far field].
     #[cfg_attr(feature = "cli", arg(long, value_name = "RANGE"))]
     pub range: Option<RangeChoice>,
+    /// Measure total power: write the autocorrelation of each antenna, which is the zero spacing of the scene plus the power of the receiver. The set
+    /// states what the receivers add.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub autos: bool,
+    /// Leave out the antenna temperature that the set otherwise states: there is no calibrated radiometer beside the array.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub no_antenna_temperature: bool,
     /// Leave out the w term. Method mask never has it.
     #[cfg_attr(feature = "cli", arg(long))]
     pub no_w: bool,
@@ -208,9 +218,24 @@ pub struct SimulateOptions {
     /// Polarisation products of the set, such as RR,LL or XX,YY or I.
     #[cfg_attr(feature = "cli", arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = SimulateOptions::default().pols))]
     pub pols: Vec<Polarization>,
+    /// Mount of the antennas, with which their feeds turn on the sky: alt-az, alt-az+nasmyth-r, alt-az+nasmyth-l, equatorial or fixed [default: that
+    /// of the layout, or feeds that do not turn].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "MOUNT"))]
+    pub mount: Option<Mount>,
+    /// Direction of the X feeds: north or east. At antennas that turn, north is the direction to the zenith [default: north].
+    #[cfg_attr(feature = "cli", arg(long, value_name = "DIRECTION"))]
+    pub x_feeds: Option<XOrientation>,
+    /// Field that a feed receives beside the phase centre: great-circle (that at the phase centre, carried along the great circle) or horizon (across and
+    /// along the vertical circle of each direction, for source lists and the mount alt-az).
+    #[cfg_attr(feature = "cli", arg(long, value_name = "BASIS", value_enum, hide_possible_values = true, default_value_t = SimulateOptions::default().feed_basis))]
+    pub feed_basis: FeedBasis,
     /// Add thermal noise by the SEFD or system temperature of each antenna, the channel width and the integration time.
     #[cfg_attr(feature = "cli", arg(long))]
     pub noise: bool,
+    /// Noise of Gaussian fields that hold scene and receivers: its variance grows with what the antennas see, and baselines share it. Tsys and SEFD are
+    /// then those of the receivers alone. It turns the noise on.
+    #[cfg_attr(feature = "cli", arg(long))]
+    pub scene_noise: bool,
     /// SEFD of every antenna. It turns the noise on.
     #[cfg_attr(feature = "cli", arg(long, value_name = "FLUX", conflicts_with = "tsys"))]
     pub sefd: Option<FluxDensity>,
@@ -242,10 +267,16 @@ impl Default for SimulateOptions {
             element_width: None,
             pedestal: Pedestal::Auto,
             range: None,
+            autos: false,
+            no_antenna_temperature: false,
             no_w: false,
             unit: None,
             pols: vec![Polarization::I],
+            mount: None,
+            x_feeds: None,
+            feed_basis: FeedBasis::GreatCircle,
             noise: false,
+            scene_noise: false,
             sefd: None,
             tsys: None,
             aperture_efficiency: 1.0,
@@ -290,7 +321,7 @@ impl SimulateOptions {
     /// Both an SEFD and a system temperature.
     pub fn noise_options(&self) -> Result<Option<NoiseOptions>> {
         let sensitivity = sensitivity(self.sefd, self.tsys)?;
-        let asked = self.noise || sensitivity.is_some();
+        let asked = self.noise || self.scene_noise || sensitivity.is_some();
         let noise = NoiseOptions { sensitivity, aperture_efficiency: self.aperture_efficiency, ..NoiseOptions::seeded(self.seed) };
         Ok(asked.then_some(noise))
     }
@@ -298,7 +329,7 @@ impl SimulateOptions {
     /// The header of the set: visibilities of a scene whose own unit is `unit`.
     #[must_use]
     pub fn header(&self, layout: ArrayLayout, spectrum: SpectralWindow, center: PhaseCenter, unit: VisUnit) -> VisibilityHeader {
-        VisibilityHeader {
+        let mut header = VisibilityHeader {
             telescope: layout.name.clone(),
             instrument: layout.name.clone(),
             layout,
@@ -313,6 +344,23 @@ impl SimulateOptions {
             near_field: NearField::default(),
             annotations: Default::default(),
             history: Vec::new(),
+        };
+        self.state_feeds(&mut header);
+        header
+    }
+
+    /// Say in the header how the feeds stand and turn, where this matters.
+    fn state_feeds(&self, header: &mut VisibilityHeader) {
+        use Polarization::{XX, XY, YX, YY};
+        let has = |some: &[Polarization]| some.iter().any(|p| self.pols.contains(p));
+        header.layout.mount = self.mount.or(header.layout.mount);
+        let mount = header.layout.mount.filter(|_| header.layout.site().is_some() && self.pols.iter().any(|p| p.feeds().is_some()));
+        if let Some(mount) = mount {
+            Feeds::state(header, mount);
+        }
+        let linear = has(&[XX, YY, XY, YX]);
+        if linear && (has(&[XY, YX]) || self.x_feeds.is_some() || mount.is_some()) {
+            header.annotations.x_orientation = Some(self.x_feeds.unwrap_or(XOrientation::North));
         }
     }
 }
@@ -343,51 +391,6 @@ impl DataUnit {
         match self {
             Self::Jy => VisUnit::Jy,
             Self::Ksr => VisUnit::KelvinSr,
-        }
-    }
-}
-
-/// Kind of the power pattern of each element.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Element {
-    /// The pattern that the layout states, or none.
-    Layout,
-    /// 1 everywhere in front of the array.
-    None,
-    /// A uniformly lit circular aperture.
-    Airy,
-    /// A Gaussian.
-    Gaussian,
-    /// cos(theta) to this power.
-    CosPower(f64),
-}
-by_text!(Element, "string", "layout, none, airy, gaussian, or cos^N such as \"cos^2\".");
-
-impl fmt::Display for Element {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Layout => f.write_str("layout"),
-            Self::None => f.write_str("none"),
-            Self::Airy => f.write_str("airy"),
-            Self::Gaussian => f.write_str("gaussian"),
-            Self::CosPower(n) => write!(f, "cos^{n}"),
-        }
-    }
-}
-
-impl FromStr for Element {
-    type Err = String;
-
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match text {
-            "layout" => Ok(Self::Layout),
-            "none" => Ok(Self::None),
-            "airy" => Ok(Self::Airy),
-            "gaussian" => Ok(Self::Gaussian),
-            _ => match text.strip_prefix("cos^").and_then(|n| n.parse().ok()) {
-                Some(n) => Ok(Self::CosPower(n)),
-                None => Err(format!("{text:?} is not an element: use layout, none, airy, gaussian or cos^N such as cos^2")),
-            },
         }
     }
 }

@@ -2,13 +2,13 @@
 //!
 //! An interferometer does not measure the zero spacing, so a warm background only adds the side lobes of a bright square. The header records the
 //! constant, and the images add it back. Elements with a pattern see no such square: the pattern ends their field, and a constant that is taken
-//! away before the pattern leaves visibilities that no instrument measures. Nothing is subtracted then, unless a temperature is given.
+//! away before the pattern leaves visibilities that no instrument measures. Nothing is subtracted then, unless a temperature is given. Nor is it where
+//! autocorrelations measure the total power of the whole scene.
 
 use super::dft::n_minus_1;
 use super::sky::{SkyModel, holds_intensity};
 use crate::Result;
 use crate::values::need;
-use cittert_arrays::ElementPattern;
 use cittert_arrays::quantity::Temperature;
 use cittert_arrays::{BrightnessUnit, Image, VisUnit};
 
@@ -36,14 +36,14 @@ pub(crate) struct Chosen {
     pub(crate) scene_pedestal_k: Option<f64>,
 }
 
-/// The constant to subtract, if any.
+/// The constant to subtract, if any. `whole` is true where the elements have a pattern or total power is measured, which need the whole scene.
 ///
 /// # Errors
 /// The temperature is not finite, or a temperature is given but the scene or the set is not in kelvin.
-pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, pattern: &ElementPattern) -> Result<Chosen> {
+pub(crate) fn choose(choice: Pedestal, sky: &SkyModel, unit: VisUnit, whole: bool) -> Result<Chosen> {
     let warm: Vec<&Image> = sky.images.iter().filter(|i| i.unit == BrightnessUnit::Kelvin).collect();
     let fits = unit == VisUnit::KelvinSr && warm.len() == 1;
-    let mean = warm.first().filter(|_| fits && pattern.is_none()).and_then(|image| mean_if_warm(image));
+    let mean = warm.first().filter(|_| fits && !whole).and_then(|image| mean_if_warm(image));
     let scene_pedestal_k = fits.then(|| mean.unwrap_or(0.0));
     let pedestal_k = match choice {
         Pedestal::None => None,
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_warm_background_gives_its_mean_and_a_cold_one_nothing() {
-        let both = |choice, sky: &SkyModel, unit| choose(choice, sky, unit, &ElementPattern::None);
+        let both = |choice, sky: &SkyModel, unit| choose(choice, sky, unit, false);
         let go = |choice, sky: &SkyModel, unit| both(choice, sky, unit).map(|c| c.pedestal_k);
         let t = go(Pedestal::Auto, &scene(250.0), VisUnit::KelvinSr).unwrap().unwrap();
         assert!((t - 251.0).abs() < 1e-3, "{t}");
@@ -109,8 +109,7 @@ mod tests {
         assert_eq!(go(Pedestal::None, &scene(250.0), VisUnit::KelvinSr).unwrap(), None);
         assert_eq!(go(Pedestal::Kelvin(Temperature(200.0)), &scene(250.0), VisUnit::KelvinSr).unwrap(), Some(200.0));
         assert!(go(Pedestal::Kelvin(Temperature(200.0)), &scene(250.0), VisUnit::Jy).is_err());
-        let pattern: ElementPattern = "gaussian fwhm_deg=0.2".parse().unwrap();
-        let seen = choose(Pedestal::Auto, &scene(250.0), VisUnit::KelvinSr, &pattern).unwrap();
+        let seen = choose(Pedestal::Auto, &scene(250.0), VisUnit::KelvinSr, true).unwrap();
         assert_eq!(seen, Chosen { pedestal_k: None, scene_pedestal_k: Some(0.0) }, "nothing is subtracted before a pattern");
         assert!(go(Pedestal::Kelvin(Temperature(f64::NAN)), &scene(250.0), VisUnit::KelvinSr).is_err());
     }

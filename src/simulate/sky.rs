@@ -2,6 +2,7 @@
 
 use super::dft::n_minus_1;
 use crate::nearfield::Surface;
+use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::ElementPattern;
 use cittert_arrays::{
@@ -16,7 +17,7 @@ pub struct SkyModel {
     /// Images in K, Jy/pixel or Jy/beam. An image with one channel is used for the whole band. If an image has several channels, each channel
     /// of the set uses the nearest one.
     pub images: Vec<Image>,
-    /// Points and Gaussians, unpolarised.
+    /// Points and Gaussians.
     pub sources: Vec<Source>,
     /// Where all of them lie; `None` is the far field.
     pub surface: Option<Surface>,
@@ -73,15 +74,16 @@ pub(crate) fn unit_factor(image: BrightnessUnit, unit: VisUnit, freq_hz: f64) ->
 /// The coefficient with which a Stokes parameter (or a correlation) of the scene contributes to a product of the set.
 ///
 /// # Reference
-/// Hamaker & Bregman 1996, A&AS 117, 161, with I = (XX + YY) / 2 = (RR + LL) / 2: an unpolarised source has XX = I.
+/// Hamaker & Bregman 1996, A&AS 117, 161, with I = (XX + YY) / 2 = (RR + LL) / 2: an unpolarised source has XX = I. Visibilities in memory are the
+/// conjugates of those of the paper (see [`cittert_arrays::feeds`]).
 pub(crate) fn stokes_coefficient(scene: Polarization, product: Polarization) -> Complex64 {
     use Polarization::{I, LL, LR, Q, RL, RR, U, V, XX, XY, YX, YY};
     let (re, im) = match (scene, product) {
         (a, b) if a == b => (1.0, 0.0),
         (I, RR | LL | XX | YY) | (Q, XX | RL | LR) | (U, XY | YX) | (V, RR) => (1.0, 0.0),
         (Q, YY) | (V, LL) => (-1.0, 0.0),
-        (U, RL) | (V, XY) => (0.0, 1.0),
-        (U, LR) | (V, YX) => (0.0, -1.0),
+        (U, RL) | (V, XY) => (0.0, -1.0),
+        (U, LR) | (V, YX) => (0.0, 1.0),
         _ => (0.0, 0.0),
     };
     Complex64::new(re, im)
@@ -201,6 +203,20 @@ pub(crate) fn apparent_plane(
     })
 }
 
+/// Warn of pixels that no array sees.
+pub(crate) fn warn_beyond_horizon(image: &Image, observer: &dyn Observer) {
+    let grid = &image.grid;
+    let hidden =
+        image.data.indexed_iter().filter(|((_, _, r, c), v)| **v != 0.0 && n_minus_1(grid.l_at(*c as f64), grid.m_at(*r as f64)).is_none());
+    let count = hidden.count();
+    if count > 0 {
+        observer.event(Event::Warning(&format!(
+            "{count} pixels of scene {:?} lie behind the horizon (l^2 + m^2 > 1) and do not contribute",
+            image.object
+        )));
+    }
+}
+
 /// For each channel of the set, the channel of the image with the nearest frequency \[chan\].
 pub(crate) fn nearest_channels(image: &SpectralWindow, set: &SpectralWindow) -> Vec<usize> {
     let distance = |c: &usize, f: f64| (image.freq_hz()[*c] - f).abs();
@@ -211,6 +227,7 @@ pub(crate) fn nearest_channels(image: &SpectralWindow, set: &SpectralWindow) -> 
 mod tests {
     use super::*;
     use cittert_arrays::RestoringBeam;
+    use cittert_arrays::feeds::{coherency, feed_matrix, products};
     use ndarray::Array4;
 
     fn image(unit: BrightnessUnit, value: f64) -> Image {
@@ -269,9 +286,15 @@ mod tests {
         let stokes = [(I, 2.0), (Q, 0.5), (U, -0.7), (V, 0.3)];
         let product = |p| stokes.iter().map(|(s, x)| stokes_coefficient(*s, p) * *x).sum::<Complex64>();
         let truth = 4.0 - 0.25 - 0.49 - 0.09;
-        for [a, b, c, d] in [[XX, YY, XY, YX], [RR, LL, RL, LR]] {
+        for (circular, [a, b, c, d]) in [(false, [XX, YY, XY, YX]), (true, [RR, LL, RL, LR])] {
             assert!((product(a) * product(b) - product(c) * product(d) - truth).norm() < 1e-14);
             assert!((product(c) - product(d).conj()).norm() < 1e-15);
+            // The same products by the matrices of the feeds.
+            let feeds = feed_matrix(circular, false, 0.0);
+            let matrix = products(&feeds, &coherency(stokes.map(|s| Complex64::new(s.1, 0.0))), &feeds);
+            for (p, (j, k)) in [(a, (0, 0)), (b, (1, 1)), (c, (0, 1)), (d, (1, 0))] {
+                assert!((product(p) - matrix[j][k]).norm() < 1e-14, "{p}");
+            }
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::imaging::{BeamShape, CleanProducts, Imager, ImagingOptions};
 use crate::mem::{MemOptions, MemPlan, Uncertainty, mem};
 use crate::progress::Silent;
 use crate::random::stream;
+use crate::simulate::SkyModel;
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::quantity::Angle;
@@ -52,6 +53,8 @@ pub struct Base {
     pub imaging: ImagingOptions,
     /// How they are deconvolved.
     pub deconvolution: Deconvolution,
+    /// The scene, for errors that change what each baseline sees of it.
+    pub scene: Option<Arc<SkyModel>>,
     reference: OnceLock<Arc<Reference>>,
 }
 
@@ -83,7 +86,14 @@ impl Base {
         if matches!(deconvolution, Deconvolution::Mem(_)) {
             weigh(&mut set);
         }
-        Self { set, imaging, deconvolution, reference: OnceLock::new() }
+        Self { set, imaging, deconvolution, scene: None, reference: OnceLock::new() }
+    }
+
+    /// The base with the scene of which its set holds the visibilities.
+    #[must_use]
+    pub fn observing(mut self, scene: SkyModel) -> Self {
+        self.scene = Some(Arc::new(scene));
+        self
     }
 
     /// The base with only some of the antennas.
@@ -97,7 +107,8 @@ impl Base {
             Antennas::First(n) => (0..checked(n, n_ant)?).collect(),
             Antennas::Random(n) => draw(checked(n, n_ant)?, n_ant, seed),
         };
-        Ok(Self::new(subset(&self.set, &chosen)?, self.imaging.clone(), self.deconvolution.clone()))
+        let part = Self::new(subset(&self.set, &chosen)?, self.imaging.clone(), self.deconvolution.clone());
+        Ok(Self { scene: self.scene.clone(), ..part })
     }
 
     /// The image of the error-free data. It is made at the first call.

@@ -6,7 +6,7 @@ use crate::calibrate::{
     AntennaNames, Beginning, CalibratedSource, CandidateOptions, CompareOptions, RoundOptions, SetModel, SolveOptions, StartFrom,
     calibrate, candidates, compare_gains,
 };
-use crate::corrupt::{CorruptOptions, Error, corrupt};
+use crate::corrupt::{CorruptOptions, Error, corrupt_with};
 use crate::deconvolve::{Algorithm, CleanOptions};
 use crate::fidelity::{find_shift, shifted};
 use crate::progress::Silent;
@@ -77,7 +77,7 @@ pub fn trial(setup: &Setup, seed: u64) -> Result<TrialResult> {
     }
     let options = CorruptOptions { seed, errors: setup.errors.clone(), per_feed: false };
     let mut data = VisibilitySet::new(base.set.header.clone(), base.set.data.rows(0..0)?)?;
-    let mut truth = corrupt(&mut base.set.clone(), &mut data, &options, &Silent)?;
+    let mut truth = corrupt_with(&mut base.set.clone(), &mut data, &options, base.scene.as_deref(), &Silent)?.gains;
     if let Some(antenna) = setup.silent {
         silence(&mut data, &mut truth, antenna);
     }

@@ -1,5 +1,6 @@
 //! Tests of the command line.
 
+mod antennas;
 mod calibration;
 mod chain;
 mod designs;
@@ -20,5 +21,6 @@ mod run;
 mod scenes;
 mod scores;
 mod sensor;
+mod sets;
 mod shell;
 mod study;

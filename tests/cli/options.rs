@@ -35,7 +35,7 @@ const NO_OPTIONS: [&str; 2] = ["file", "points"];
 
 /// Options of commands that no section has: inputs and outputs, images beside those that are compared with the scene, and the seed, which belongs to
 /// the whole file.
-const OF_THE_CALL: [&str; 14] = [
+const OF_THE_CALL: [&str; 19] = [
     "layout",
     "scene",
     "output",
@@ -50,6 +50,11 @@ const OF_THE_CALL: [&str; 14] = [
     "seed",
     "pbcor",
     "pbcor-limit",
+    "slurm",
+    "slurm-time",
+    "slurm-memory",
+    "slurm-cpus",
+    "slurm-option",
 ];
 
 fn command(name: &str) -> Command {
@@ -136,8 +141,11 @@ fn differences(of: &str, pairs: &[Pair]) -> String {
             let Some(long) = arg.get_long().filter(|l| !OF_THE_CALL.contains(l)) else { continue };
             let mut sections = pairs.iter().map(|p| keys(&schema, p.section));
             let closure = of == "run" && pair.command == "mem" && arg.get_help_heading() == Some("Closure quantities");
-            let of_study = of == "study" && pair.command == "selfcal" && long == "prior";
-            if !closure && !of_study && !sections.any(|s| s.contains_key(long)) {
+            // A study scores images and gains.
+            let of_study = of == "study" && pair.command == "selfcal" && ["prior", "pointing", "pointing-interval"].contains(&long);
+            // What lies between the feeds is solved with a model of the sky, which is a file of the call.
+            let of_feeds = pair.command == "selfcal" && long == "solve";
+            if !closure && !of_study && !of_feeds && !sections.any(|s| s.contains_key(long)) {
                 writeln!(wrong, "{of}: no section has --{long} of `{}`", pair.command).unwrap();
             }
         }

@@ -316,3 +316,98 @@ fn the_tutorial_holds_in_small() {
     assert!((answer["before"]["value"].as_f64().unwrap() / wanted - 1.0).abs() < 0.25, "{answer}");
     assert_eq!(answer["after"]["outside"], "above");
 }
+
+/// A study in shards: run in any order, one of them killed and run again, merged to the same tables.
+#[test]
+fn shards_in_any_order_give_the_tables_of_one_process() {
+    let s = scratch(&CONFIG.replace("seeds = 3", "seeds = 10"));
+    s.ok("study c.toml -o one");
+    s.fails("study c.toml -o out --merge", 1, &["out", "no trials of shards"]);
+    for wrong in ["0/4", "5/4", "1", "x/4"] {
+        s.fails(&format!("study c.toml -o out --shard {wrong}"), 2, &["--shard"]);
+    }
+    s.fails("study c.toml -o out --shard 1/4 --merge", 2, &["--merge"]);
+    let json = s.json("study c.toml -o out --shard 3/4");
+    assert_eq!((json["shard"].as_str(), json["trials"].as_u64()), (Some("3/4"), Some(10)), "{json}");
+    // A shard that is killed while it writes its journal.
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("cittert"))
+        .args(["--threads", "1", "study", "c.toml", "-o", "out", "--shard", "2/4"])
+        .current_dir(s.path(""))
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let lines = || std::fs::read_to_string(s.path("out/shards/2-of-4/journal.jsonl")).map_or(0, |t| t.lines().count());
+    let started = Instant::now();
+    while lines() < 3 && started.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    s.ok("study c.toml -o out --shard 4/4");
+    let said = s.fails("study c.toml -o out --merge", 1, &["out", "are missing", "1/4"]);
+    assert!(!said.contains("3/4") && !said.contains("4/4") && !s.path("out/trials.csv").exists(), "{said}");
+    s.ok("study c.toml -o out --shard 1/4");
+    let json = s.json("study c.toml -o out --shard 2/4");
+    assert!(json["resumed"].as_u64().unwrap() >= 1 && json["trials"] == 10, "{json}");
+    let json = s.json("study c.toml -o out --merge");
+    assert_eq!((json["trials"].as_u64(), json["resumed"].as_u64()), (Some(40), Some(40)), "{json}");
+    for name in ["trials.csv", "summary.csv", "metrics.json", "study.h5", "dynamic_range.png"] {
+        assert!(std::fs::read(s.path("one").join(name)).unwrap() == std::fs::read(s.path("out").join(name)).unwrap(), "{name}");
+    }
+    // Merged again, and with shards of another division.
+    s.ok("study c.toml -o out --merge");
+    s.ok("study c.toml -o both --shard 1/2");
+    s.ok("study c.toml -o both --shard 2/4");
+    s.fails("study c.toml -o both --merge", 1, &["10 trials are missing", "--shard 4/4"]);
+    s.ok("study c.toml -o both --shard 4/4");
+    s.ok("study c.toml -o both --merge");
+    assert_eq!(read(&s, "one/trials.csv"), read(&s, "both/trials.csv"));
+    // Shards of another configuration are refused.
+    s.write("c.toml", CONFIG.replace("1kJy", "2kJy"));
+    s.fails("study c.toml -o both --shard 1/2", 1, &["another configuration"]);
+    s.fails("study c.toml -o new --merge", 1, &["no trials of shards"]);
+    std::fs::create_dir_all(s.path("new")).unwrap();
+    std::fs::rename(s.path("both/shards"), s.path("new/shards")).unwrap();
+    s.fails("study c.toml -o new --merge", 1, &["1-of-2", "another configuration"]);
+}
+
+/// The scripts for Slurm, read by a shell that has no Slurm: `srun` is a function, and each task runs in turn.
+#[test]
+fn scripts_for_slurm_run_the_study() {
+    let s = scratch(CONFIG);
+    let json = s.json("study c.toml -o out --slurm --shards 3 --slurm-cpus 2 --slurm-option --partition=all");
+    assert_eq!((json["shards"].as_u64(), json["trials"].as_u64(), json["cpus"].as_u64()), (Some(3), Some(12), Some(2)), "{json}");
+    assert!(json["time_s"].as_f64().unwrap() >= 120.0 && json["memory_bytes"].as_u64().unwrap() > 1 << 28, "{json}");
+    let script = read(&s, "out.sbatch");
+    for line in ["#SBATCH --array=1-3", "#SBATCH --cpus-per-task=2", "#SBATCH --partition=all", "#SBATCH --job-name=cittert-study"] {
+        assert!(script.lines().any(|l| l == line), "{line}\n{script}");
+    }
+    assert!(script.contains("--threads 2 ") && script.contains("study c.toml -o out --shard $SLURM_ARRAY_TASK_ID/3"), "{script}");
+    assert!(!s.path("out").exists());
+    let shell = |name: &str, task: usize| {
+        let text = read(&s, name).replace("\nset -euo pipefail\n", "\nset -euo pipefail\nsrun() { shift 2; \"$@\"; }\n");
+        s.write("shell.sh", text);
+        let run =
+            Command::new("bash").arg("shell.sh").env("SLURM_ARRAY_TASK_ID", task.to_string()).current_dir(s.path("")).output().unwrap();
+        assert!(run.status.success(), "{name}\n{}", String::from_utf8_lossy(&run.stderr));
+    };
+    [2, 3, 1].into_iter().for_each(|task| shell("out.sbatch", task));
+    shell("out-merge.sbatch", 0);
+    s.ok("study c.toml -o one");
+    assert_eq!(read(&s, "one/trials.csv"), read(&s, "out/trials.csv"));
+    s.fails("study c.toml -o out --slurm", 1, &["out.sbatch", "exists already"]);
+    s.fails("study c.toml -o x --slurm-cpus 2", 2, &["--slurm"]);
+    s.fails("study c.toml -o x --slurm --shard 1/2", 2, &["--slurm"]);
+    s.fails("study c.toml -o x --slurm --slurm-option nodes", 2, &["--slurm-option"]);
+    s.fails("clean v.uvh5 -o x --slurm --slurm-time 1h", 2, &["--slurm-memory"]);
+    s.ok("clean v.uvh5 -o x --niter 10 --slurm --slurm-time 90min --slurm-memory 4GB");
+    let script = read(&s, "x.sbatch");
+    for words in ["--memory 2000000000B --threads 1", "#SBATCH --time=0-01:30:00", "#SBATCH --mem=3815M", "clean v.uvh5 -o x --niter 10\n"]
+    {
+        let words: Vec<&str> = words.split(" --threads 1").collect();
+        assert!(words.iter().all(|w| script.contains(w)), "{words:?}\n{script}");
+    }
+    s.write("run.toml", "title = \"x\"\n");
+    s.fails("run run.toml -o y --slurm --slurm-time 1h --slurm-memory 4GB", 1, &["run.toml"]);
+}

@@ -23,7 +23,7 @@ export CITTERT_SAMPLES=${CITTERT_SAMPLES:-$(dirname "$CITTERT")/examples/samples
 [ -x "$CITTERT_SAMPLES" ] || fail "there is no program $CITTERT_SAMPLES: run \`make interop\`, or build the example samples of cittert-formats"
 
 # Names of the modules and programs that are not installed.
-MODULES="pyuvdata ducc0 casatools casatasks casacore ehtim astropy h5py hdf5plugin pytest six"
+MODULES="pyuvdata pyuvsim ducc0 casatools casatasks casacore ehtim astropy h5py hdf5plugin pytest six"
 missing() {
   if [ ! -f "$PEERS/env.sh" ]; then
     echo "everything"

@@ -102,6 +102,14 @@ impl CoveragePlan {
         Ok(plan)
     }
 
+    /// The same plan, with or without a row for each antenna with itself.
+    #[must_use]
+    pub fn with_autocorrelations(mut self, on: bool) -> Self {
+        self.autocorrelations = on;
+        self.count_rows();
+        self
+    }
+
     fn count_rows(&mut self) {
         let mut first_row = Vec::with_capacity(self.times.len() + 1);
         first_row.push(0_usize);

@@ -16,6 +16,13 @@ pub struct Airy {
     pub blockage: f64,
 }
 
+impl Airy {
+    /// The pattern of an aperture that is smaller by a factor.
+    pub(super) fn widened(&self, factor: f64) -> Self {
+        Self { diameter_m: self.diameter_m / factor, blockage: self.blockage }
+    }
+}
+
 /// The diameter that all antennas share, from their names and diameters.
 pub(crate) fn shared_diameter<'a>(mut antennas: impl Iterator<Item = (&'a str, Option<f64>)>) -> Result<f64, String> {
     let Some((_, Some(diameter_m))) = antennas.next() else { return Err("there is no antenna diameter".into()) };

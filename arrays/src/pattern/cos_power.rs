@@ -11,6 +11,13 @@ pub struct CosPower {
     pub exponent: f64,
 }
 
+impl CosPower {
+    /// Near the axis cos^n is a Gaussian whose width falls with the square root of n.
+    pub(super) fn widened(&self, factor: f64) -> Self {
+        Self { exponent: self.exponent / (factor * factor) }
+    }
+}
+
 impl Shape for CosPower {
     fn check(&self) -> Result<()> {
         let good = (0.0..=1e9).contains(&self.exponent);

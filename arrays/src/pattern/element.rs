@@ -70,12 +70,24 @@ impl ElementPattern {
         if sin_theta > 1.0 { 0.0 } else { self.shape().map_or(1.0, |s| s.power(Toward { l, m, sin_theta }, freq_hz)) }
     }
 
-    /// Voltage response at direction cosines (l, m) and a frequency in Hz: its square is the power, and it is negative in every other side lobe of an
-    /// aperture. Two elements that see a point at different angles receive the product of their voltages.
+    /// Voltage response at direction cosines (l, m) and a frequency in Hz; 0 behind the horizon. Its square is the power. That of an airy
+    /// element changes its sign from lobe to lobe; the other kinds know the power alone, and their voltage is its root.
     #[must_use]
     pub fn voltage(&self, l: f64, m: f64, freq_hz: f64) -> f64 {
         let sin_theta = l.hypot(m);
         if sin_theta > 1.0 { 0.0 } else { self.shape().map_or(1.0, |s| s.voltage(Toward { l, m, sin_theta }, freq_hz)) }
+    }
+
+    /// The same pattern, wider by a factor: a Gaussian or a table in its angles, an airy element by a smaller aperture, cos^n by a smaller n.
+    #[must_use]
+    pub fn widened(&self, factor: f64) -> Self {
+        match self {
+            Self::None => Self::None,
+            Self::Gaussian(g) => Self::Gaussian(g.widened(factor)),
+            Self::Airy(a) => Self::Airy(a.widened(factor)),
+            Self::CosPower(c) => Self::CosPower(c.widened(factor)),
+            Self::Sampled(s) => Self::Sampled(Arc::new(s.widened(factor))),
+        }
     }
 
     /// Solid angle of the pattern, sr: the integral of the power over the half space. `None` for an element without a pattern.

@@ -14,6 +14,11 @@ pub struct Gaussian {
 }
 
 impl Gaussian {
+    /// Wider by a factor.
+    pub(super) fn widened(&self, factor: f64) -> Self {
+        Self { fwhm_rad: self.fwhm_rad * factor, ..*self }
+    }
+
     fn fwhm_rad(&self, freq_hz: f64) -> f64 {
         self.ref_freq_hz.map_or(self.fwhm_rad, |f| self.fwhm_rad * f / freq_hz)
     }

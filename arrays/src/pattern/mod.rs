@@ -1,8 +1,10 @@
-//! The power pattern of an antenna or a receiving element. All elements of an array have the same pattern.
+//! The power pattern of an antenna or a receiving element. The layout states one pattern for all
+//! elements; [`Pointings`] tell how those of the antennas differ from it.
 //!
 //! One kind is one file with a struct that implements the trait `Shape`, a variant of [`ElementPattern`] and a row of [`PATTERN_KINDS`].
 
 pub(crate) mod airy;
+mod antennas;
 mod cos_power;
 mod element;
 mod gaussian;
@@ -12,6 +14,7 @@ mod sampled;
 mod shape;
 
 pub use airy::Airy;
+pub use antennas::{Pointing, Pointings};
 pub use cos_power::CosPower;
 pub use element::ElementPattern;
 pub use gaussian::Gaussian;

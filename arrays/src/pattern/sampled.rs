@@ -115,6 +115,12 @@ impl SampledPattern {
         Self::new(freq_hz, theta_rad, phi_rad, power)
     }
 
+    /// The same power at angles from the boresight that are larger by a factor.
+    pub(super) fn widened(&self, factor: f64) -> Self {
+        let theta_rad = self.theta_rad.iter().map(|t| t * factor).collect();
+        Self { theta_rad, slope: &self.slope / factor, ..self.clone() }
+    }
+
     /// Frequencies, Hz.
     #[must_use]
     pub fn freq_hz(&self) -> &[f64] {

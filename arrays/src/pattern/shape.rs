@@ -19,7 +19,7 @@ pub(super) trait Shape {
     /// Power relative to the boresight.
     fn power(&self, toward: Toward, freq_hz: f64) -> f64;
 
-    /// Voltage relative to the boresight: a root of the power, with the sign where a side lobe has the opposite one.
+    /// Voltage relative to the boresight, whose square is the power. It changes its sign from lobe to lobe where the kind knows the sign.
     fn voltage(&self, toward: Toward, freq_hz: f64) -> f64 {
         self.power(toward, freq_hz).sqrt()
     }

@@ -9,6 +9,7 @@
 
 mod delays;
 mod format;
+mod leakage;
 mod names;
 mod read;
 mod write;

@@ -1,6 +1,7 @@
 //! Gain tables read from CalH5.
 
 use super::delays;
+use super::leakage::from_feeds;
 use super::names::{DAY_S, JONES, MODE_KEYWORD};
 use crate::h5::{self, H5In};
 use crate::uvh5::{read_spectrum, read_telescope};
@@ -81,7 +82,7 @@ fn read(path: &Path, channels: Option<&SpectralWindow>) -> Result<GainTable> {
         file.text(&format!("Header/extra_keywords/{MODE_KEYWORD}"))?.unwrap_or_else(|| if delays { "delay" } else { "gain" }.into());
     table.history = file.text("Header/history")?.unwrap_or_default().lines().map(String::from).collect();
     table.check().map_err(|e| FormatError::values(path, e))?;
-    Ok(table.with_equal_feeds_joined())
+    Ok(from_feeds(&file, table, invert)?.with_equal_feeds_joined())
 }
 
 /// The values of a file, with the channels of the table.
@@ -170,9 +171,11 @@ fn whole_band(file: &H5In, own: &SpectralWindow) -> Result<SpectralWindow> {
 }
 
 fn feed_name(file: &H5In, jones: f64) -> Result<String> {
-    JONES.iter().find(|j| j.1 as f64 == jones).map(|j| j.0.to_string()).ok_or_else(|| {
-        file.wrong("Header/jones_array", "0, -1 (R), -2 (L), -5 (X) or -6 (Y); leakage terms are not read", jones.to_string())
-    })
+    JONES
+        .iter()
+        .find(|j| j.1 as f64 == jones)
+        .map(|j| j.0.to_string())
+        .ok_or_else(|| file.wrong("Header/jones_array", "0, or -1 (R) to -8 (Jyx)", jones.to_string()))
 }
 
 /// Read the channels. A wide-band table and a table of delays have one value for each spectral window.

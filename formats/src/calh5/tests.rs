@@ -39,6 +39,29 @@ fn a_table_comes_back() {
 }
 
 #[test]
+fn leakages_come_back_as_elements_of_jones_matrices() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("g.calh5");
+    for (feeds, numbers) in [(["R", "L"], [-1, -2, -3, -4]), (["X", "Y"], [-5, -6, -7, -8])] {
+        let mut t = table();
+        t.feeds = feeds.map(String::from).to_vec();
+        let d = |(s, a, c, f): (usize, usize, usize, usize)| Complex64::new(0.1 * a as f64 - 0.02 * f as f64, 0.01 * (s + c) as f64);
+        let mut leakages = Array4::from_shape_fn(t.gains.raw_dim(), d);
+        // Leakages of gains that are not known are not known.
+        leakages[(1, 2, 0, 1)] = Complex64::ZERO;
+        t.leakages = Some(leakages.clone());
+        write_gains(&path, &t, true).unwrap();
+        let jones: Vec<i64> = hdf5::File::open(&path).and_then(|f| f.dataset("Header/jones_array")).and_then(|d| d.read_raw()).unwrap();
+        assert_eq!(jones, numbers);
+        let mut back = read_gains(&path).unwrap();
+        let off = back.leakages.take().unwrap().iter().zip(&leakages).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(off < 1e-15, "{off}");
+        t.leakages = None;
+        assert_eq!(back, t);
+    }
+}
+
+#[test]
 fn a_table_spread_over_channels_is_read_as_one_channel_where_they_agree() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("g.calh5");

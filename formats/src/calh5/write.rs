@@ -2,6 +2,7 @@
 //!
 //! A gain that both feeds share is written once for each feed, because UVCal applies the gains of a feed to that feed alone.
 
+use super::leakage::as_feeds;
 use super::names::{DAY_S, JONES, MODE_KEYWORD};
 use crate::h5::H5Out;
 use crate::uvh5::{site_of, write_spectrum, write_telescope};
@@ -38,7 +39,7 @@ pub fn write_gains_on(path: &Path, table: &GainTable, (spectrum, from): (&Spectr
         let found = format!("{} for {} channels", from.len(), spectrum.n_chan());
         return Err(FormatError::malformed(path, "channels of the gains", "one channel of the table for each channel of the file", found));
     }
-    let table = &table.with_each_feed();
+    let table = &as_feeds(path, &table.with_each_feed())?;
     let out = begin(path, table, overwrite)?;
     write_spectrum(&out, spectrum)?;
     out.text("Header/cal_type", "gain")?;

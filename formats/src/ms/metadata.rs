@@ -5,11 +5,11 @@ use super::keywords::Place;
 use super::observatories;
 use super::own::Own;
 use super::parts::open;
-use super::subtables::APPLICATION;
+use super::subtables::{APPLICATION, RECEIVER_K, RECEIVER_SEFD};
 use super::table::{Kind, Table};
 use crate::uvh5::{NOMINAL_SITE, unique_names};
 use crate::{FormatError, Result};
-use cittert_arrays::{Annotations, Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, Site, SpectralWindow};
+use cittert_arrays::{Annotations, Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, Sensitivity, Site, SpectralWindow};
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -134,6 +134,13 @@ pub(super) fn array(ms: &Path, own: &Own, from_importuvfits: bool) -> Result<Arr
     let distinct = real.iter().map(|r| names[*r].as_str()).collect::<HashSet<_>>().len() == real.len();
     let named = !from_importuvfits && distinct && real.iter().all(|r| !names[*r].is_empty());
     let labels = unique_names(real.iter().map(|r| if named { names[*r].clone() } else { stations[*r].clone() }).collect());
+    let stated = |key: &str, row: usize| -> Result<Option<f64>> {
+        Ok(t.keyword_number(Place::table(key), row)?.filter(|v| v.is_finite() && *v >= 0.0))
+    };
+    let receiver = |row: usize| -> Result<Option<Sensitivity>> {
+        let sefd = stated(RECEIVER_SEFD, row)?.map(Sensitivity::SefdJy);
+        Ok(sefd.or(stated(RECEIVER_K, row)?.map(Sensitivity::TsysK)))
+    };
     let mut of_row = vec![None; rows];
     let mut antennas = Vec::with_capacity(real.len());
     for ((k, r), label) in real.iter().enumerate().zip(labels) {
@@ -141,6 +148,7 @@ pub(super) fn array(ms: &Path, own: &Own, from_importuvfits: bool) -> Result<Arr
         let d = [0, 1, 2].map(|i| place(*r)[i] - center[i]);
         let mut antenna = Antenna::new(label, *r as u32, site.ecef_offset_to_enu(d));
         antenna.diameter_m = Some(diameters[*r]).filter(|d| d.is_finite() && *d > 0.0);
+        antenna.receiver = receiver(*r)?;
         antennas.push(antenna);
     }
     let frame = if own.boresight { LayoutFrame::Boresight } else { LayoutFrame::EastNorthUp(site) };

@@ -171,14 +171,7 @@ impl MsSource {
         }
         let (n, n_chan, n_pol) = self.header.shape(range.len());
         let mut block = VisibilityBlock {
-            coverage: UvCoverage {
-                uvw_m: Array2::zeros((n, 3)),
-                ant1: vec![0; n],
-                ant2: vec![0; n],
-                time_jd: vec![0.0; n],
-                integration_s: vec![0.0; n],
-                phase_center: vec![0; n],
-            },
+            coverage: empty_coverage(n),
             vis: Array3::zeros((n, n_chan, n_pol)),
             weights: Array3::zeros((n, n_chan, n_pol)),
             flags: Array3::from_elem((n, n_chan, n_pol), true),
@@ -188,7 +181,7 @@ impl MsSource {
             for run in self.index.runs(range.clone(), k) {
                 if run.rows > 0 {
                     if all {
-                        self.read_coverage(run, &mut block.coverage)?;
+                        self.read_places(run, &mut block.coverage)?;
                     }
                     self.read_data(run, self.windows[k], &mut block, all)?;
                 }
@@ -198,7 +191,7 @@ impl MsSource {
         Ok(block)
     }
 
-    fn read_coverage(&self, run: Run, c: &mut UvCoverage) -> Result<()> {
+    fn read_places(&self, run: Run, c: &mut UvCoverage) -> Result<()> {
         let Run { start, at, rows } = run;
         let (ant1, ant2) = (self.main.scalars::<i32>("ANTENNA1", start, rows)?, self.main.scalars::<i32>("ANTENNA2", start, rows)?);
         let (field, time) = (self.main.scalars::<i32>("FIELD_ID", start, rows)?, self.main.scalars::<f64>("TIME", start, rows)?);
@@ -278,6 +271,31 @@ impl VisibilitySource for MsSource {
 
     fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock, ArrayError> {
         Ok(self.read(range)?)
+    }
+
+    fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage, ArrayError> {
+        ArrayError::unless_rows(&range, self.index.n_rows()).map_err(|e| FormatError::values(&self.path, e))?;
+        let mut coverage = empty_coverage(range.len());
+        for k in 0..self.windows.len() {
+            for run in self.index.runs(range.clone(), k) {
+                if run.rows > 0 {
+                    self.read_places(run, &mut coverage)?;
+                }
+            }
+        }
+        Ok(coverage)
+    }
+}
+
+/// Coverage of `n` rows, with zeros.
+fn empty_coverage(n: usize) -> UvCoverage {
+    UvCoverage {
+        uvw_m: Array2::zeros((n, 3)),
+        ant1: vec![0; n],
+        ant2: vec![0; n],
+        time_jd: vec![0.0; n],
+        integration_s: vec![0.0; n],
+        phase_center: vec![0; n],
     }
 }
 

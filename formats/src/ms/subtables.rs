@@ -9,7 +9,7 @@ use super::schema::{self, SUBTABLES, TOPO};
 use super::table::{Kind, Manager, Table};
 use crate::uvh5::NOMINAL_SITE;
 use crate::{FormatError, Result};
-use cittert_arrays::{VisibilityHeader, XOrientation};
+use cittert_arrays::{Sensitivity, VisibilityHeader, XOrientation};
 use num_complex::Complex;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -89,11 +89,33 @@ fn antenna(t: &mut Table, c: &Contents<'_>) -> Result<()> {
     t.put("OFFSET", 0, &[3], &vec![0.0; 3 * rows])?;
     t.put("DISH_DIAMETER", 0, &[], &diameters)?;
     t.put("FLAG_ROW", 0, &[], &empty)?;
+    receivers(t, c, rows)?;
     for (row, name) in names.iter().enumerate() {
         t.put_text("NAME", row, &[name], true)?;
         t.put_text("STATION", row, &[stations[row].map_or(name, String::as_str)], true)?;
         t.put_text("TYPE", row, &["GROUND-BASED"], true)?;
         t.put_text("MOUNT", row, &[mounts[row].as_deref().unwrap_or("ALT-AZ")], true)?;
+    }
+    Ok(())
+}
+
+/// Keywords of ANTENNA with what the receivers add to the autocorrelations: a number for each row, NaN where it is stated otherwise or not.
+pub(super) const RECEIVER_SEFD: &str = "receiver_sefd_jy";
+pub(super) const RECEIVER_K: &str = "receiver_k";
+
+fn receivers(t: &mut Table, c: &Contents<'_>, rows: usize) -> Result<()> {
+    let (mut sefd, mut kelvin) = (vec![f64::NAN; rows], vec![f64::NAN; rows]);
+    for (antenna, row) in c.header.layout.antennas().iter().zip(&c.plan.antenna_rows) {
+        match antenna.receiver {
+            Some(Sensitivity::SefdJy(v)) => sefd[*row as usize] = v,
+            Some(Sensitivity::TsysK(t)) => kelvin[*row as usize] = t,
+            None => {}
+        }
+    }
+    for (key, values) in [(RECEIVER_SEFD, sefd), (RECEIVER_K, kelvin)] {
+        if values.iter().any(|v| v.is_finite()) {
+            t.put_keyword_values(Place::table(key), &values)?;
+        }
     }
     Ok(())
 }

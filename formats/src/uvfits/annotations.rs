@@ -3,8 +3,8 @@
 use crate::fits::{Header, HeaderWriter, Value, table::Table};
 use cittert_arrays::{Annotations, Keyword, VisibilityHeader, XOrientation};
 
-/// Mounts by their code in MNTSTA.
-const MOUNTS: [&str; 7] = ["alt-az", "equatorial", "orbiting", "x-y", "alt-az+nasmyth-r", "alt-az+nasmyth-l", "phased"];
+/// Mounts by their code in MNTSTA; the last one is a code of pyuvdata.
+const MOUNTS: [&str; 8] = ["alt-az", "equatorial", "orbiting", "x-y", "alt-az+nasmyth-r", "alt-az+nasmyth-l", "phased", "fixed"];
 /// Beginnings of the keywords that describe the file or that other parts of the header hold.
 const STRUCTURE: [&str; 24] = [
     "SIMPLE", "BITPIX", "NAXIS", "EXTEND", "GROUPS", "PCOUNT", "GCOUNT", "BSCALE", "BZERO", "BLOCKED", "PTYPE", "PSCAL", "PZERO", "CTYPE",

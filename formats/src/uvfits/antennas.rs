@@ -64,6 +64,8 @@ pub(super) fn read(table: &Table, primary: &Header) -> Result<ArrayLayout> {
         let positive = |column: &str| table.real(row, column).filter(|v| v.is_finite() && *v > 0.0);
         antenna.diameter_m = positive("DIAMETER");
         antenna.sensitivity = positive("SEFD").map(Sensitivity::SefdJy);
+        let stated = |column: &str| table.real(row, column).filter(|v| v.is_finite() && *v >= 0.0);
+        antenna.receiver = stated("RCVRSEFD").map(Sensitivity::SefdJy).or(stated("RCVRTEMP").map(Sensitivity::TsysK));
         antennas.push(antenna);
     }
     let name = header.text("ARRNAM").filter(|n| !n.is_empty()).or(primary.text("TELESCOP")).unwrap_or("unknown");

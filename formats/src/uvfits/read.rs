@@ -16,6 +16,9 @@ use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+/// Bytes of groups that are in memory while their coverage is read.
+const COVERAGE_BYTES: usize = 1 << 22;
+
 /// An open UVFITS file.
 pub struct UvfitsReader {
     file: File,
@@ -288,6 +291,24 @@ impl VisibilitySource for UvfitsReader {
 
     fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock, ArrayError> {
         Ok(self.read(range)?)
+    }
+
+    fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage, ArrayError> {
+        ArrayError::unless_rows(&range, self.n_rows).map_err(|e| FormatError::values(&self.path, e))?;
+        let mut coverage = UvCoverage::empty();
+        coverage.uvw_m = Array2::zeros((range.len(), 3));
+        // A run of groups is in memory at once, as they hold the visibilities too.
+        let step = (COVERAGE_BYTES / self.group_bytes).max(1);
+        let mut start = range.start;
+        while start < range.end {
+            let end = (start + step).min(range.end);
+            let bytes = self.bytes(start..end)?;
+            for (k, group) in bytes.chunks_exact(self.group_bytes).enumerate() {
+                self.row(&mut coverage, start - range.start + k, start + k, group)?;
+            }
+            start = end;
+        }
+        Ok(coverage)
     }
 }
 

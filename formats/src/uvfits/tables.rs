@@ -4,7 +4,18 @@ use super::annotations::mount_code;
 use super::export::{Export, site};
 use crate::fits::table::{Form, TableWriter};
 use cittert_arrays::astrometry::{LocalSky, eop};
-use cittert_arrays::{ArrayError, PhaseCenter, PhaseCenterKind, Polarization, Site, VisibilityHeader, XOrientation};
+use cittert_arrays::{Antenna, ArrayError, PhaseCenter, PhaseCenterKind, Polarization, Sensitivity, Site, VisibilityHeader, XOrientation};
+
+/// SEFD and temperature of each receiver, NaN where it is stated otherwise; `None` where none is stated.
+fn receivers(header: &VisibilityHeader) -> Option<Vec<[f64; 2]>> {
+    let of = |a: &Antenna| match a.receiver {
+        Some(Sensitivity::SefdJy(v)) => [v, f64::NAN],
+        Some(Sensitivity::TsysK(t)) => [f64::NAN, t],
+        None => [f64::NAN; 2],
+    };
+    let antennas = header.layout.antennas();
+    antennas.iter().any(|a| a.receiver.is_some()).then(|| antennas.iter().map(of).collect())
+}
 
 /// Rotation of the Earth, degrees per day.
 const DEGREES_A_DAY: f64 = 360.985_643_859_3;
@@ -14,24 +25,27 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
     let place = site(header);
     let all = header.layout.antennas();
     let name_width = all.iter().map(|a| a.name.chars().count()).max().unwrap_or(8).max(8);
-    let mut table = TableWriter::new(
-        "AIPS AN",
-        vec![
-            ("ANNAME", Form::Text(name_width), ""),
-            ("STABXYZ", Form::Double(3), "METERS"),
-            ("ORBPARM", Form::Double(0), ""),
-            ("NOSTA", Form::Int(1), ""),
-            ("MNTSTA", Form::Int(1), ""),
-            ("STAXOF", Form::Float(1), "METERS"),
-            ("POLTYA", Form::Text(1), ""),
-            ("POLAA", Form::Float(1), "DEGREES"),
-            ("POLCALA", Form::Float(3), ""),
-            ("POLTYB", Form::Text(1), ""),
-            ("POLAB", Form::Float(1), "DEGREES"),
-            ("POLCALB", Form::Float(3), ""),
-            ("DIAMETER", Form::Float(1), "METERS"),
-        ],
-    );
+    // What the receivers add to the autocorrelations, Jy at the middle of the band or K.
+    let receivers = receivers(header);
+    let mut columns = vec![
+        ("ANNAME", Form::Text(name_width), ""),
+        ("STABXYZ", Form::Double(3), "METERS"),
+        ("ORBPARM", Form::Double(0), ""),
+        ("NOSTA", Form::Int(1), ""),
+        ("MNTSTA", Form::Int(1), ""),
+        ("STAXOF", Form::Float(1), "METERS"),
+        ("POLTYA", Form::Text(1), ""),
+        ("POLAA", Form::Float(1), "DEGREES"),
+        ("POLCALA", Form::Float(3), ""),
+        ("POLTYB", Form::Text(1), ""),
+        ("POLAB", Form::Float(1), "DEGREES"),
+        ("POLCALB", Form::Float(3), ""),
+        ("DIAMETER", Form::Float(1), "METERS"),
+    ];
+    if receivers.is_some() {
+        columns.extend([("RCVRSEFD", Form::Double(1), "JY"), ("RCVRTEMP", Form::Double(1), "KELVIN")]);
+    }
+    let mut table = TableWriter::new("AIPS AN", columns);
     let linear =
         header.polarizations.iter().any(|p| matches!(p, Polarization::XX | Polarization::YY | Polarization::XY | Polarization::YX));
     let about = &header.annotations;
@@ -59,6 +73,9 @@ pub(super) fn antennas(header: &VisibilityHeader, export: &Export, midnight_jd: 
         table.numbers(&[angle_b]);
         table.numbers(&[0.0; 3]);
         table.numbers(&[antenna.diameter_m.unwrap_or(0.0)]);
+        if let Some(receivers) = &receivers {
+            table.each(&receivers[k]);
+        }
     }
     let greenwich = Site { longitude_rad: 0.0, latitude_rad: 0.0, altitude_m: 0.0 };
     let sidereal = LocalSky::at(midnight_jd, &greenwich)?.lst_rad().to_degrees();

@@ -8,7 +8,7 @@ use std::path::Path;
 const PARAMETERS: [&str; 11] = ["UU", "VV", "WW", "BASELINE", "DATE", "_DATE", "INTTIM", "SOURCE", "ANTENNA1", "ANTENNA2", "SUBARRAY"];
 /// Tables with their columns that are read, or that follow from what is read.
 const TABLES: [(&str, &[&str]); 3] = [
-    ("AIPS AN", &["ANNAME", "STABXYZ", "NOSTA", "MNTSTA", "DIAMETER", "SEFD", "POLTYA", "POLTYB"]),
+    ("AIPS AN", &["ANNAME", "STABXYZ", "NOSTA", "MNTSTA", "DIAMETER", "SEFD", "POLTYA", "POLTYB", "RCVRSEFD", "RCVRTEMP"]),
     ("AIPS FQ", &["FRQSEL", "IF FREQ", "CH WIDTH", "TOTAL BANDWIDTH", "SIDEBAND", "BANDCODE"]),
     ("AIPS SU", &["ID. NO.", "SOURCE", "RAEPO", "DECEPO", "EPOCH", "RAAPP", "DECAPP", "BANDWIDTH"]),
 ];

@@ -139,6 +139,7 @@ pub(super) fn difference(a: &VisibilityHeader, b: &VisibilityHeader) -> Option<(
             ("unit", h.unit.name().to_string()),
             ("pattern of the elements", h.layout.pattern.to_string()),
             ("range and focus", format!("{:?}", h.near_field)),
+            ("receivers", format!("{:?}", antennas.iter().map(|a| a.receiver).collect::<Vec<_>>())),
             ("pedestal", format!("{:?}", h.pedestal_k)),
             ("pedestal that suits the scene", format!("{:?}", h.scene_pedestal_k)),
         ]

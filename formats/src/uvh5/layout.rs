@@ -55,6 +55,14 @@ pub(crate) fn write_telescope(out: &H5Out, layout: &ArrayLayout, telescope: &str
         Some(Sensitivity::TsysK(v)) => Some(v),
         _ => None,
     })?;
+    property(out, "receiver_sefd_jy", antennas, |a| match a.receiver {
+        Some(Sensitivity::SefdJy(v)) => Some(v),
+        _ => None,
+    })?;
+    property(out, "receiver_k", antennas, |a| match a.receiver {
+        Some(Sensitivity::TsysK(v)) => Some(v),
+        _ => None,
+    })?;
     for (k, axis) in ["x", "y", "z"].iter().enumerate() {
         property(out, &format!("position_error_{axis}_m"), antennas, |a| a.position_error_m.map(|e| e[k]))?;
     }
@@ -93,12 +101,15 @@ pub(crate) fn read_telescope(file: &H5In) -> Result<(ArrayLayout, String)> {
     }
     let numbers = file.list("Header/antenna_numbers", n)?;
     let positions = file.list("Header/antenna_positions", 3 * n)?;
-    let optional = |name: &str| -> Result<Vec<Option<f64>>> {
+    let finite = |name: &str| -> Result<Vec<Option<f64>>> {
         if !file.has(name) {
             return Ok(vec![None; n]);
         }
-        Ok(file.list(name, n)?.into_iter().map(|d| Some(d).filter(|d| d.is_finite() && *d > 0.0)).collect())
+        Ok(file.list(name, n)?.into_iter().map(|d| Some(d).filter(|d| d.is_finite())).collect())
     };
+    let optional = |name: &str| -> Result<Vec<Option<f64>>> { Ok(finite(name)?.into_iter().map(|d| d.filter(|d| *d > 0.0)).collect()) };
+    let receiver = |name: &str| finite(&format!("{ANTENNA_GROUP}/antenna_receiver_{name}"));
+    let receivers = (receiver("sefd_jy")?, receiver("k")?);
     let own = |name: &str| optional(&format!("{ANTENNA_GROUP}/antenna_{name}"));
     let (diameters, diameters_too) = (optional("Header/antenna_diameters")?, own("diameter_m")?);
     let (sefd, tsys) = (own("sefd_jy")?, own("tsys_k")?);
@@ -114,6 +125,7 @@ pub(crate) fn read_telescope(file: &H5In) -> Result<(ArrayLayout, String)> {
             Antenna::new(name, number as u32, site.ecef_offset_to_enu([positions[3 * k], positions[3 * k + 1], positions[3 * k + 2]]));
         antenna.diameter_m = diameters[k].or(diameters_too[k]);
         antenna.sensitivity = sefd[k].map(Sensitivity::SefdJy).or(tsys[k].map(Sensitivity::TsysK));
+        antenna.receiver = receivers.0[k].map(Sensitivity::SefdJy).or(receivers.1[k].map(Sensitivity::TsysK)).filter(not_negative);
         antenna.position_error_m = match [errors[0][k], errors[1][k], errors[2][k]] {
             [None, None, None] => None,
             e => Some(e.map(|v| v.unwrap_or(0.0))),
@@ -129,6 +141,12 @@ pub(crate) fn read_telescope(file: &H5In) -> Result<(ArrayLayout, String)> {
     let mut layout = ArrayLayout::from_data(name, frame, antennas).map_err(|e| FormatError::values(file.path(), e))?;
     layout.source = keyword(SOURCE_KEYWORD)?;
     Ok((layout, telescope))
+}
+
+/// A receiver may add nothing, but not less.
+fn not_negative(receiver: &Sensitivity) -> bool {
+    let (Sensitivity::SefdJy(v) | Sensitivity::TsysK(v)) = receiver;
+    *v >= 0.0
 }
 
 /// The position of the array: latitude, longitude, altitude, or geocentric coordinates in old files.

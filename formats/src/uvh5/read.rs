@@ -86,9 +86,7 @@ impl Uvh5Reader {
     /// A range past the last row, an antenna or phase centre that the header does not have, or a damaged file.
     pub fn read(&self, range: Range<usize>) -> Result<VisibilityBlock> {
         let values = |e| FormatError::values(self.file.path(), e);
-        if range.end > self.n_rows || range.start > range.end {
-            return Err(values(ArrayError::OutOfRange { what: "row", index: range.end, len: self.n_rows }));
-        }
+        ArrayError::unless_rows(&range, self.n_rows).map_err(values)?;
         let coverage = self.coverage(range.clone())?;
         let file = &self.file;
         let vis: Array3<Complex<f32>> = file.rows::<_, Ix3>(&self.data.vis, self.data.name, range.clone())?;
@@ -201,5 +199,10 @@ impl VisibilitySource for Uvh5Reader {
 
     fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock, ArrayError> {
         Ok(self.read(range)?)
+    }
+
+    fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage, ArrayError> {
+        ArrayError::unless_rows(&range, self.n_rows).map_err(|e| FormatError::values(self.file.path(), e))?;
+        Ok(self.coverage(range)?)
     }
 }

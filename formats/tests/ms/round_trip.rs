@@ -111,6 +111,10 @@ fn a_boresight_set_in_kelvin_becomes_two_hands_in_jy_and_stays_in_its_frame() {
     set.header.layout.pattern = "gaussian fwhm_deg=9".parse().unwrap();
     set.header.antenna_temperature_k = Some(264.7);
     set.header.near_field = cittert_arrays::NearField::of_parts(Some("plane 10.5"), [Some(0.1), Some(-0.05), Some(31.25)]).unwrap();
+    let receivers: Vec<Sensitivity> = (0..set.header.layout.n_ant())
+        .map(|k| if k % 3 == 1 { Sensitivity::SefdJy(4e8 * k as f64) } else { Sensitivity::TsysK(100.0 * k as f64) })
+        .collect();
+    set.header.layout = set.header.layout.with_receivers(&receivers);
     let (_dir, path) = temp();
     let notes = write(&path, &set, 1000).join("\n");
     for part in ["2 k nu^2 / c^2", "RR and LL", "zenith", "280 K", "2^"] {
@@ -124,6 +128,8 @@ fn a_boresight_set_in_kelvin_becomes_two_hands_in_jy_and_stays_in_its_frame() {
     assert_eq!(simulated, (Some(280.0), Some(281.5), Some(0.25)));
     assert_eq!((&back.header.layout.pattern, back.header.antenna_temperature_k), (&set.header.layout.pattern, Some(264.7)));
     assert_eq!(back.header.near_field, set.header.near_field);
+    let of = |l: &ArrayLayout| l.antennas().iter().map(|a| a.receiver).collect::<Vec<_>>();
+    assert_eq!(of(&back.header.layout), of(&set.header.layout), "the receivers");
     assert_eq!(back.header.phase_centers[0].kind, PhaseCenterKind::Unprojected);
     assert!(back.header.history.iter().any(|h| h.contains("zenith")));
     assert_eq!(back.data.coverage.uvw_m, set.data.coverage.uvw_m);

@@ -4,9 +4,10 @@
 //! spares every ray of the block the search of the tree of all solids. The ground of a block is a mirror too: where no solid lies in its
 //! mirrored rays, they see the sky.
 
-use super::tracer::Tracer;
+use super::tracer::{Spot, Tracer};
 use crate::camera::View;
-use crate::space::{Beam, Bounds, Vec3};
+use crate::error::Result;
+use crate::space::{Beam, Bounds, Ray, Vec3};
 use rayon::prelude::*;
 
 /// Side of a block, pixels.
@@ -62,6 +63,15 @@ impl Blocks {
 }
 
 impl Tracer<'_> {
+    /// The first point that a ray of a block of pixels hits; `None` for the sky.
+    #[inline]
+    pub(super) fn spot_in(&self, ray: &Ray, block: &Block) -> Result<Option<Spot>> {
+        match block.solids() {
+            Some(solids) => self.nearest_spot(ray, |limit| self.scene.geometry.first_hit_of(solids, ray, limit)),
+            None => self.spot(ray),
+        }
+    }
+
     /// The blocks of a view.
     pub(super) fn blocks(&self, view: &View) -> Blocks {
         let (across, down) = (view.grid().n_l.div_ceil(SIDE), view.grid().n_m.div_ceil(SIDE));

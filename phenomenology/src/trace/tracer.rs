@@ -1,6 +1,5 @@
 //! A scene with everything that rays need at given frequencies.
 
-use super::blocks::Block;
 use super::options::{RenderOptions, Scale};
 use super::weather::Weather;
 use crate::atmosphere::PathTable;
@@ -168,18 +167,9 @@ impl<'a> Tracer<'a> {
         self.nearest_spot(ray, |limit| self.scene.geometry.first_hit(ray, limit))
     }
 
-    /// The first point that a ray of a block of pixels hits; `None` for the sky.
-    #[inline]
-    pub(super) fn spot_in(&self, ray: &Ray, block: &Block) -> Result<Option<Spot>> {
-        match block.solids() {
-            Some(solids) => self.nearest_spot(ray, |limit| self.scene.geometry.first_hit_of(solids, ray, limit)),
-            None => self.spot(ray),
-        }
-    }
-
     /// The nearer one of the ground and of the first solid before a distance.
     #[inline]
-    fn nearest_spot(&self, ray: &Ray, solid: impl FnOnce(f64) -> Option<Hit>) -> Result<Option<Spot>> {
+    pub(super) fn nearest_spot(&self, ray: &Ray, solid: impl FnOnce(f64) -> Option<Hit>) -> Result<Option<Spot>> {
         let ground = self.scene.terrain.as_ref().and_then(|t| t.hit(ray, self.eps, f64::INFINITY).map(|g| (t, g)));
         let limit = ground.map_or(f64::INFINITY, |(_, g)| g.t);
         if let Some(hit) = solid(limit)

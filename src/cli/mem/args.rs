@@ -2,7 +2,7 @@
 
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::held_out::HoldOutArgs;
-use crate::cli::options::{ColumnArgs, OutputArgs, prior_file, range_file};
+use crate::cli::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, prior_file, range_file};
 use crate::closure_imaging::ClosureImagingOptions;
 use crate::imaging::ImagingOptions;
 use crate::mem::MemOptions;
@@ -16,9 +16,8 @@ const SHARED: [&str; 5] = ["size", "cell", "pol", "beam", "flux"];
 /// Options of `mem`.
 #[derive(Debug, Args)]
 pub struct MemCommandArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    pub(super) input: PathBuf,
+    #[command(flatten)]
+    pub(super) input: SetArgs,
     #[command(flatten)]
     pub(super) column: ColumnArgs,
     #[command(flatten)]
@@ -57,8 +56,8 @@ impl MemCommandArgs {
     ///
     /// # Errors
     /// As [`OutputArgs::claim`].
-    pub(super) fn claim(&self, outputs: Vec<PathBuf>) -> Result<()> {
-        self.out.claim(outputs.iter().chain(&self.log), [self.input.as_path()].into_iter().chain(self.given()))
+    pub(super) fn claim(&self, outputs: Vec<PathBuf>, input: &SetFiles) -> Result<()> {
+        self.out.claim(outputs.iter().chain(&self.log), input.all().iter().map(PathBuf::as_path).chain(self.given()))
     }
 
     /// The images that are given beside the data: the mask and the prior.

@@ -29,11 +29,12 @@ const POOR: f64 = 1.5;
 /// The file or an option is wrong, or an error of the file system.
 pub(super) fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     let suffixes: &[&str] = &[MODEL, RESIDUAL, IMAGE, SPREAD];
-    args.claim(args.out.all_suffixed(suffixes))?;
+    let input = args.input.files()?;
+    args.claim(args.out.all_suffixed(suffixes), &input)?;
     cycle_log::open(args.log.as_deref(), context)?;
-    let what = format!("imaging {}", args.input.display());
+    let what = format!("imaging {input}");
     let clock = Instant::now();
-    let mut source = args.column.open(&args.input)?;
+    let mut source = input.open_chosen(&args.column, context)?;
     let console = &context.console;
     let flux = args.mem.flux.map(|f| f.in_unit("flux", source.header().unit)).transpose()?;
     let options = ClosureImagingOptions {

@@ -12,6 +12,7 @@ use super::options::{fits_mask, prior_image, with_range};
 use super::planned::check_room_for_images;
 use super::text::{beam, note_beam, number, reasons};
 use super::verdict::{self, Judged};
+use super::zero_spacing;
 use crate::imaging::{Imager, ImagingOptions};
 use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, mem};
 use crate::progress::Quiet;
@@ -34,10 +35,11 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     }
     let mut outputs = args.out.all_suffixed(&IMAGES);
     outputs.push(args.out.suffixed(UNCERTAINTY));
-    args.claim(outputs)?;
+    let input = args.input.files()?;
+    args.claim(outputs, &input)?;
     super::cycle_log::open(args.log.as_deref(), context)?;
-    let mut source = args.column.open(&args.input)?;
-    let what = format!("imaging {}", args.input.display());
+    let mut source = input.open_chosen(&args.column, context)?;
+    let what = format!("imaging {input}");
     args.mem.check().map_err(Failure::call)?;
     args.hold_out.check()?;
     let noise = args.mem.believed_noise(source.as_mut(), &context.console).context(&what)?;
@@ -47,6 +49,7 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     for (field, flux) in [("flux", args.mem.flux), ("zero-spacing", args.mem.zero_spacing)] {
         flux.map_or(Ok(0.0), |f| f.in_unit(field, imager.header().unit)).map_err(Failure::call)?;
     }
+    let mean = zero_spacing::of(&imager, args.mem.flux.is_some() || args.mem.zero_spacing.is_some(), context);
     let inputs = MemInputs {
         prior: prior_image(args.mem.prior.as_ref())?,
         mask: args.mem.mask.as_deref().map(|path| fits_mask(path, imager.grid())).transpose()?,
@@ -64,16 +67,17 @@ pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
         Ok(mem(&mut Imager::new(data, imaging.clone(), &quiet)?, &options, &quiet)?.model)
     };
     let check = args.hold_out.judge(source, (&products.model.grid, &imaging), &mut judged, &again, context)?;
-    save(args, (products, judged, check), &options, context)
+    save(args, (products, judged, check, mean), &options, context)
 }
 
 fn save(
     args: &MemCommandArgs,
-    (products, judged, check): (MemProducts, Judged, Option<CrossCheck>),
+    (products, judged, check, mean): (MemProducts, Judged, Option<CrossCheck>, Value),
     options: &MemPlan,
     context: &Context,
 ) -> Result<Outcome> {
     let mut json = statistics(&products, args, options);
+    json["mean"] = mean;
     let held_out = held_out::line(check, &mut json);
     let verdict = verdict::report(&judged, "the image explains the visibilities", &mut json, context);
     let outcome = Outcome::new(json, format!("{}\n{held_out}{verdict}", describe(&products)));

@@ -1,10 +1,7 @@
 //! Which visibilities of a file are read.
 
-use crate::cli::failure::Result;
-use cittert_arrays::VisibilitySource;
 use cittert_formats::VisColumn;
 use clap::Args;
-use std::path::Path;
 
 /// The column of a set to read.
 #[derive(Debug, Clone, Args)]
@@ -19,13 +16,5 @@ impl ColumnArgs {
     #[must_use]
     pub fn chosen(&self) -> Option<VisColumn> {
         self.column.as_deref().and_then(VisColumn::named)
-    }
-
-    /// Open the visibilities of any format.
-    ///
-    /// # Errors
-    /// A broken file, or a column that it does not have.
-    pub fn open(&self, path: &Path) -> Result<Box<dyn VisibilitySource>> {
-        Ok(cittert_formats::open_column(path, self.chosen().unwrap_or_default())?)
     }
 }

@@ -1,19 +1,18 @@
 //! The arguments and steps that `beam`, `dirty` and `grid` share: one set of visibilities, one image, one output.
 
-use super::{ColumnArgs, OutputArgs, range_file, with_range};
+use super::{ColumnArgs, OutputArgs, SetArgs, range_file, with_range};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
 use crate::imaging::{Imager, ImagingOptions};
-use cittert_arrays::Image;
+use cittert_arrays::{Image, VisibilitySource};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
 /// The visibilities, the options of their image, and the output.
 #[derive(Debug, Clone, Args)]
 pub struct ImageOfArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: SetArgs,
     #[command(flatten)]
     column: ColumnArgs,
     #[command(flatten)]
@@ -29,11 +28,12 @@ impl ImageOfArgs {
     /// # Errors
     /// The file or an option is wrong, and the errors of `work`.
     pub fn imaged<R>(&self, doing: &str, context: &Context, work: impl FnOnce(&mut Imager<'_>) -> crate::Result<R>) -> Result<R> {
+        let input = self.input.files()?;
         let map = self.imaging.range.as_ref().and_then(range_file);
-        self.out.claim([&self.out.output], [self.input.as_path()].into_iter().chain(map))?;
+        self.out.claim([&self.out.output], input.all().iter().map(PathBuf::as_path).chain(map))?;
         let imaging = with_range(&self.imaging)?;
-        let mut source = self.column.open(&self.input)?;
-        let what = format!("{doing} {}", self.input.display());
+        let mut source = input.open_chosen(&self.column, context)?;
+        let what = format!("{doing} {input}");
         let mut imager = Imager::new(source.as_mut(), imaging, &context.console).context(&what)?;
         work(&mut imager).context(&what)
     }
@@ -44,6 +44,22 @@ impl ImageOfArgs {
     /// A range.
     pub fn no_range(&self, instead: &str) -> Result<()> {
         super::no_range(&self.imaging, instead)
+    }
+
+    /// The set once more, and its options.
+    ///
+    /// # Errors
+    /// The file or an option is wrong.
+    pub fn opened(&self, context: &Context) -> Result<(Box<dyn VisibilitySource>, &ImagingOptions)> {
+        Ok((self.input.files()?.open_chosen(&self.column, context)?, &self.imaging))
+    }
+
+    /// Check that an additional output can be written, and is not the input or the output.
+    ///
+    /// # Errors
+    /// It exists, or it is one of these files.
+    pub fn claim_beside(&self, path: &Path) -> Result<()> {
+        self.out.claim([path, &self.out.output], self.input.files()?.all())
     }
 
     /// Write the image as FITS with the command line in its history, and return its path.

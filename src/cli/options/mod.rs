@@ -6,10 +6,12 @@ mod config;
 mod given;
 mod image_of;
 mod layouts;
+mod names;
 mod output;
 mod range;
 mod region;
 mod scene;
+mod set;
 mod tracer;
 
 pub use claim::keep_apart;
@@ -22,4 +24,5 @@ pub use output::{NOTHING, OutputArgs};
 pub use range::{model_surface, no_range, range_file, scene_surface, with_range};
 pub use region::{fits_mask, loaded, prior_file, prior_image};
 pub use scene::{SceneArgs, pictures_beside, read_scene, read_scene_and_pictures, scene_text};
+pub use set::{SetArgs, SetFiles};
 pub use tracer::TracerArgs;

@@ -100,17 +100,6 @@ impl OutputArgs {
         Ok(created.sink)
     }
 
-    /// Print what visibilities lose because the output has another format than the input, one line each, and return these lines.
-    ///
-    /// # Errors
-    /// An input or an output of no known format.
-    pub fn note_losses(&self, input: &Path, header: &VisibilityHeader, context: &Context) -> Result<Vec<String>> {
-        let same = cittert_formats::visibility_format(input)?.name() == cittert_formats::format_of_output(input, &self.output)?.name();
-        let lost = if same { Vec::new() } else { cittert_formats::losses(input, &self.output, header)? };
-        lost.iter().for_each(|line| context.console.note(line));
-        Ok(lost)
-    }
-
     /// Write an image as FITS, with the command line at the end of its history.
     ///
     /// # Errors

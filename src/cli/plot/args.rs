@@ -44,9 +44,10 @@ impl What {
 }
 
 /// Options of `plot`.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct PlotArgs {
-    /// Image, visibility set, gain table, or layout (file or built-in name). Several images stand side by side in the same colours.
+    /// Image, visibility set, gain table, or layout (file or built-in name). Several images stand side by side in the same
+    /// colours; several files of visibilities are one set.
     #[arg(value_name = "FILE", required = true)]
     pub(super) files: Vec<PathBuf>,
     /// What the picture shows. Of visibilities: visibilities, uv, model, antennas. Of a layout: antennas, uv. Of an image: image, psf,
@@ -165,11 +166,15 @@ impl PlotArgs {
         let images = matches!(holds, Some(Holds::Images(_)));
         let layout = matches!(holds, None | Some(Holds::Layouts(_)));
         let colours = self.range != RangeChoice::Auto || self.stretch != StretchChoice::Auto || self.symmetric || !self.like.is_empty();
-        let part = self.full || self.beam_of.is_some() || self.channel != 0 || self.pol_index != 0 || self.files.len() > 1;
+        let part = self.full || self.beam_of.is_some() || self.channel != 0 || self.pol_index != 0;
+        let several = self.files.len() > 1 && !matches!(holds, Some(Holds::Visibilities(_)));
         let refuse = |what: &str| Err(Failure::usage(format!("{name}: {what}")));
         if (colours || part) && !images {
-            let options = "--range, --stretch, --symmetric, --like, --full, --beam-of, --channel, --pol-index and several files";
+            let options = "--range, --stretch, --symmetric, --like, --full, --beam-of, --channel and --pol-index";
             return refuse(&format!("{options} are for images"));
+        }
+        if several && !images {
+            return refuse("several files are for images, and for visibilities that are one set");
         }
         if let Some(what) = self.what.filter(|w| !w.suits(holds)) {
             let word = what.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default();
@@ -186,7 +191,7 @@ impl PlotArgs {
         if self.model.is_some() && self.what != Some(What::Model) {
             return refuse("--model is for visibilities with --what model");
         }
-        if self.title.len() > 1 && self.title.len() != self.files.len() {
+        if self.title.len() > 1 && (self.title.len() != self.files.len() || !images) {
             return refuse(&format!("{} titles for {} files; give one --title for each file", self.title.len(), self.files.len()));
         }
         Ok(())

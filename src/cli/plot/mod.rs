@@ -9,7 +9,7 @@ mod visibilities;
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result};
-use super::options::load_layout;
+use super::options::{SetFiles, load_layout};
 use crate::plot::{Picture, PictureFormat};
 pub use args::PlotArgs;
 use cittert_arrays::BuiltinLayout;
@@ -21,6 +21,7 @@ use cittert_formats::{Holds, format_of};
 /// A file that cannot be drawn, options that do not suit the file, or an error of the file system.
 pub fn run(args: &PlotArgs, context: &Context) -> Result<Outcome> {
     let format = PictureFormat::of(&args.out.output).map_err(Failure::call)?;
+    let args = &PlotArgs { files: SetFiles::of(&args.files)?.all().to_vec(), ..args.clone() };
     args.out.claim([&args.out.output], args.inputs())?;
     let file = draw(args, context)?.file(format)?;
     args.out.write(&args.out.output, &file)?;

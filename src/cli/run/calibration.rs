@@ -3,11 +3,17 @@
 use super::command::{DIR, Step, alike, fit, plot, relative};
 use super::config::Config;
 use crate::calibrate::{GainMode, StartFrom};
-use crate::cli::sections::{Section, words};
+use crate::cli::sections::{Section, words, words_of};
 use crate::deconvolve::CleanOptions;
 use std::path::Path;
 
 const SECTION: &str = "Errors and self-calibration";
+
+/// The scene as words of the step that corrupts the data.
+fn scene_words(config: &Config, folder: &Path) -> Vec<String> {
+    let file = config.scene.options.file.iter().map(|f| format!("--scene={}", relative(&f.display().to_string(), folder)));
+    file.chain(words_of(&config.scene.keys, |key| key != "file")).collect()
+}
 
 /// The steps that corrupt the data, self-calibrate them, image each set, and compare each image with the scene.
 ///
@@ -26,7 +32,13 @@ pub(super) fn steps(config: &Config, folder: &Path, image: &[String], clean: &Se
     if let Some(section) = &config.corrupt {
         let seed = section.options.seed.is_none().then(|| format!("--seed={}", config.seed));
         let step = Step::new(SECTION, "corrupt", "corrupt", "corrupt {dir}/vis.uvh5 -o {dir}/corrupted.uvh5 --gains {dir}/truth.calh5");
-        all.push(step.with(words(&section.keys)).with(seed));
+        let of_scene = ["pointing-rms", "width-rms", "band-shape", "band-offset-rms", "band-width-rms"];
+        let scene = if section.keys.keys().any(|key| of_scene.contains(&key.as_str())) { scene_words(config, folder) } else { Vec::new() };
+        let mut keys = section.keys.clone();
+        if let Some(toml::Value::String(path)) = keys.get_mut("band-shape").filter(|v| v.as_str().is_some_and(|p| p.ends_with(".csv"))) {
+            *path = relative(path, folder);
+        }
+        all.push(step.with(words(&keys)).with(seed).with(scene));
         set = "corrupted.uvh5";
         let step = Step::new(SECTION, "clean the corrupted data", "clean.corrupted", "clean {dir}/corrupted.uvh5 --startmod=never");
         all.push(step.with(image.to_vec()).with(words(&clean.keys)).to("corrupted"));

@@ -17,6 +17,7 @@ use super::failure::{Context as _, Failure, Result};
 use super::options::{ConfigArgs, OutputArgs};
 use super::quality;
 use super::sections::schema;
+use super::slurm::{SlurmArgs, one_job};
 use cittert_formats::atomic::{AtomicDir, Replaces};
 use clap::Args;
 use command::{Done, Step};
@@ -40,6 +41,8 @@ pub struct RunArgs {
     /// Replace a folder of an earlier run.
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    slurm: SlurmArgs,
 }
 
 /// Run a configuration.
@@ -58,6 +61,10 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
         return Ok(Outcome::new(json!({ "commands": lines }), lines.join("\n")));
     };
     let out = OutputArgs { output: target.to_path_buf(), overwrite: args.overwrite };
+    if args.slurm.is_wanted() {
+        commands(&steps, context.subcommands.check)?;
+        return one_job(&args.slurm, "run", &out, context);
+    }
     out.claim([target], place::inputs(path, &steps))?;
     let folder = AtomicDir::create(target, args.overwrite, Replaces::FilesOf(WRITER))?;
     place::refuse_taken(target, WRITER, &steps, &OWN.map(str::to_owned))?;

@@ -1,18 +1,21 @@
 //! `selfcal`: rounds of imaging, deconvolving, predicting and solving for antenna gains.
 
+mod feeds;
 mod images;
 mod maker;
+mod pointing;
 mod report;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
-use super::options::{OutputArgs, loaded, no_range, prior_file, prior_image};
+use super::options::{OutputArgs, SetArgs, SetFiles, loaded, no_range, prior_file, prior_image};
 use super::planned::check_room_for_set;
 use super::predict::load_model;
 use super::verdict::{self, Judged};
 use crate::calibrate::{
-    Accuracy, Beginning, Calibrated, CalibratedSource, Candidate, CandidateOptions, GainMode, ImageMaker, RoundOptions, SkyPrediction,
-    SolveOptions, StartFrom, apply, calibrate, candidates, spread_channels,
+    Accuracy, Beginning, Calibrated, CalibratedSource, Candidate, CandidateOptions, FeedTerm, GainMode, ImageMaker, LeakageSolution,
+    PointingSolveOptions, RoundOptions, ScaleFrom, SkyPrediction, SolveOptions, StartFrom, amplitudes_from_power, apply, calibrate,
+    candidates, spread_channels,
 };
 use crate::deconvolve::{Algorithm, CleanOptions};
 use crate::imaging::{CleanProducts, Imager, ImagingOptions};
@@ -33,13 +36,14 @@ use std::time::Instant;
 /// Options of `selfcal`.
 #[derive(Debug, Args)]
 pub struct SelfcalArgs {
-    /// Visibilities.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    input: SetArgs,
     #[command(flatten)]
     rounds: RoundOptions,
     #[command(flatten)]
     solve: SolveOptions,
+    #[command(flatten)]
+    pointing: PointingSolveOptions,
     #[command(flatten)]
     imaging: ImagingOptions,
     #[command(flatten)]
@@ -48,6 +52,18 @@ pub struct SelfcalArgs {
     /// [default: flat, made from the data as the book describes].
     #[arg(long, value_name = "PRIOR", help_heading = "CLEAN")]
     prior: Option<PriorChoice>,
+    /// What is solved for after the gains, in sets of four products: leakage, cross-phase or both. The model is that of --model, or clean images of
+    /// I, Q, U and V.
+    #[arg(
+        long = "solve",
+        id = "solve-feeds",
+        value_name = "TERM",
+        value_enum,
+        hide_possible_values = true,
+        value_delimiter = ',',
+        help_heading = "Gains"
+    )]
+    feed_terms: Vec<FeedTerm>,
     #[command(flatten)]
     out: OutputArgs,
 }
@@ -65,10 +81,11 @@ const BYTES_PER_SAMPLE: usize = 17;
 /// The file or an option is wrong, the data allow no solution, or an error of the file system.
 pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let begun = Instant::now();
-    check(args)?;
+    let input = args.input.files()?;
+    check(args, &input)?;
     no_range(&args.imaging, "self-calibration images by Fourier transforms; focus the set first (cittert focus), which keeps its gains")?;
-    let what = format!("self-calibrating {}", args.input.display());
-    let mut source = in_memory(cittert_formats::open_visibilities(&args.input)?).context(&what)?;
+    let what = format!("self-calibrating {input}");
+    let mut source = in_memory(input.open(context)?).context(&what)?;
     let header = source.header().clone();
     check_solve(args, source.as_ref()).context(&what)?;
     check_room_for_set(source.as_ref(), &args.out.suffixed(".uvh5"))?;
@@ -76,7 +93,14 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let accuracy = Accuracy { epsilon: imaging.epsilon, no_w: imaging.no_w };
     let drafts = Drafts::beside(&args.out.suffixed("-rounds.jsonl"))?;
     let images = RoundImages { out: &args.out, drafts, history: context.history(), seconds: Cell::default(), kept: RefCell::default() };
-    let ways = ways(args, imaging, (&grid, &header), &images)?;
+    // Autocorrelations tell the amplitudes, so that only phases are left.
+    let amplitudes = match args.solve.mode {
+        GainMode::AmpPhase if args.rounds.model.is_none() => amplitudes_from_power(source.as_mut(), &args.solve).context(&what)?,
+        _ => None,
+    };
+    amplitudes.iter().for_each(|a| a.say(&context.console));
+    let solve = SolveOptions { mode: if amplitudes.is_some() { GainMode::Phase } else { args.solve.mode }, ..args.solve.clone() };
+    let ways = ways(args, (imaging, solve), (&grid, &header), &images)?;
     let sky: SkyModel;
     let mut given;
     let beginning = match (&args.rounds.model, args.rounds.start) {
@@ -90,11 +114,22 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
         (None, StartFrom::Truth) => return Err(Failure::usage("--start truth: only a study has the error-free visibilities")),
     };
     let before = old_rounds(args)?;
-    let solved = calibrate(source.as_mut(), &ways, beginning, &args.rounds.judge(), &context.console);
+    let solved = match &amplitudes {
+        Some(amplitudes) => {
+            let mut powered = CalibratedSource::new(source.as_mut(), &amplitudes.gains, args.rounds.apply()).context(&what)?;
+            calibrate(&mut powered, &ways, beginning, &args.rounds.judge(), &context.console)
+        }
+        None => calibrate(source.as_mut(), &ways, beginning, &args.rounds.judge(), &context.console),
+    };
     let (mut result, maker) = solved.context(&what)?;
+    if let Some(amplitudes) = &amplitudes {
+        amplitudes.multiply(&mut result.gains);
+        result.rounds.rounds.iter_mut().for_each(|r| amplitudes.multiply(&mut r.gains));
+    }
     let mut seconds = Seconds { imaging: images.seconds.get(), ..Seconds::default() };
     seconds.solving = begun.elapsed().as_secs_f64() - seconds.imaging;
     images.choose(result.best, result.rounds.rounds.len())?;
+    let between = between_feeds(args, source.as_mut(), &mut result, &grid, context).context(&what)?;
     let writing = Instant::now();
     let counts = save_data(args, source.as_mut(), &mut result, context).context(&what)?;
     let rounds_from = usize::from(result.rounds.before.is_none());
@@ -117,11 +152,28 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     if let Some(together) = together {
         json["joint"] = together;
     }
-    let free = not_determined(args.rounds.model.is_some(), result.rounds.rounds.iter().any(|r| r.plan.mode == GainMode::AmpPhase));
+    let turned =
+        pointing::solve((&args.pointing, &args.rounds, &args.out), (source.as_mut(), &result), &products, context).context(&what)?;
+    if let Some(turned) = &turned {
+        json["pointing"] = turned.json.clone();
+    }
+    let no_scale = amplitudes.as_ref().is_some_and(|a| a.scale_from == ScaleFrom::MeanGain);
+    let amplitudes_solved = result.rounds.rounds.iter().any(|r| r.plan.mode == GainMode::AmpPhase);
+    let free = not_determined(args.rounds.model.is_some(), amplitudes_solved || no_scale);
+    json["amplitudes"] = match &amplitudes {
+        Some(a) => serde_json::json!({ "from": "autocorrelations", "scale_from": a.scale_from.name(), "scale_sigma": a.scale_sigma }),
+        None => serde_json::json!({ "from": "visibilities" }),
+    };
     json["not_determined"] = free.clone().into();
+    let between = between.map(|found| feeds::json(&found, &args.feed_terms));
+    let feeds_line = between.as_ref().map_or(String::new(), feeds::line);
+    if let Some(found) = between {
+        json["feeds"] = found;
+    }
     let verdict = verdict::report(&judged, "the image explains the calibrated visibilities", &mut json, context);
-    let text = format!("{}\nfree          {}\n{verdict}", report::text(&result, &products), free.join("; "));
-    let mut written: Vec<PathBuf> = OTHERS.iter().map(|s| args.out.suffixed(s)).collect();
+    let pointing_text = turned.as_ref().map_or(String::new(), |t| format!("\npointing      {}", t.text));
+    let text = format!("{}{pointing_text}\n{feeds_line}free          {}\n{verdict}", report::text(&result, &products), free.join("; "));
+    let mut written: Vec<PathBuf> = OTHERS.iter().map(|s| args.out.suffixed(s)).chain(turned.map(|t| t.path)).collect();
     for (suffix, mut image) in IMAGES.iter().zip([products.psf, products.dirty, products.model, products.residual, products.restored]) {
         let path = args.out.suffixed(suffix);
         image.history.push(context.history());
@@ -131,6 +183,34 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     seconds.writing = writing.elapsed().as_secs_f64();
     json["seconds"] = seconds.json(begun.elapsed().as_secs_f64());
     Ok(written.into_iter().fold(Outcome::new(json, text), |o, path| o.wrote(path)))
+}
+
+/// Solve the terms between the feeds, if any are asked for, and put them into the gains.
+fn between_feeds(
+    args: &SelfcalArgs,
+    source: &mut dyn VisibilitySource,
+    result: &mut Calibrated,
+    grid: &SkyGrid,
+    context: &Context,
+) -> Result<Option<LeakageSolution>> {
+    if args.feed_terms.is_empty() {
+        return Ok(None);
+    }
+    let sky = args.rounds.model.as_ref().map(|path| load_model(path, source.header(), context)).transpose()?;
+    let mut clean = loaded(&args.clean, grid)?;
+    if matches!(clean.algorithm, Algorithm::Mem) {
+        // Q, U and V are negative in places, which maximum entropy does not allow.
+        clean.algorithm = Algorithm::Auto;
+    }
+    let (table, found) = feeds::solve(
+        (&args.feed_terms, args.rounds.apply(), &args.solve),
+        (source, sky.as_ref()),
+        &result.gains,
+        (&args.imaging.on_grid(grid), &clean),
+        context,
+    )?;
+    result.gains = table;
+    Ok(Some(found))
 }
 
 /// What is doubtful about the gains, and about the image of the calibrated data.
@@ -152,7 +232,7 @@ fn judged(
 /// The ways to self-calibrate. Their makers pass the image of each round to `images`.
 fn ways<'a>(
     args: &SelfcalArgs,
-    imaging: ImagingOptions,
+    (imaging, solve): (ImagingOptions, SolveOptions),
     (grid, header): (&SkyGrid, &VisibilityHeader),
     images: &'a RoundImages<'a>,
 ) -> Result<Vec<Candidate<'a>>> {
@@ -164,7 +244,7 @@ fn ways<'a>(
         Some(choice) => choice.prior(prior_image(Some(choice))?, grid, header.unit, header.spectrum.mean_hz())?,
         None => Prior::Auto,
     };
-    let mut of = CandidateOptions::new(imaging, clean, args.solve.clone(), args.rounds.clone(), header.unit);
+    let mut of = CandidateOptions::new(imaging, clean, solve, args.rounds.clone(), header.unit);
     of.joint.prior = prior;
     let keeping = |way: Candidate<'a>| {
         let (name, make) = (way.name, way.make);
@@ -204,10 +284,19 @@ fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
 }
 
 /// Check the options and outputs at once instead of after the calibration.
-fn check(args: &SelfcalArgs) -> Result<()> {
+fn check(args: &SelfcalArgs, input: &SetFiles) -> Result<()> {
     args.rounds.check().map_err(Failure::call)?;
+    if args.feed_terms.contains(&FeedTerm::CrossPhase) && args.rounds.model.is_none() {
+        // Images of the data turn their U and V, or Q and U, with this phase.
+        return Err(Failure::usage(
+            "--solve cross-phase needs a polarised model, as images of the data themselves do not tell the phase: give --model",
+        ));
+    }
     let mut outputs = args.out.all_suffixed(&IMAGES);
     outputs.extend(args.out.all_suffixed(&OTHERS));
+    if args.pointing.pointing {
+        outputs.push(args.out.suffixed(pointing::SUFFIX));
+    }
     outputs.extend(old_rounds(args)?);
     // Each round may have a file of gains and an image.
     let rounds = (0..=args.rounds.rounds.min(MOST_CLAIMED)).flat_map(|k| [round_file(k, ".calh5"), round_file(k, "-image.fits")]);
@@ -215,7 +304,7 @@ fn check(args: &SelfcalArgs) -> Result<()> {
     outputs.sort();
     outputs.dedup();
     let prior = args.prior.as_ref().and_then(prior_file);
-    args.out.claim(&outputs, [&args.input].into_iter().chain(&args.clean.mask).chain(&args.rounds.model).chain(prior))
+    args.out.claim(&outputs, input.all().iter().chain(&args.clean.mask).chain(&args.rounds.model).chain(prior))
 }
 
 fn check_solve(args: &SelfcalArgs, source: &dyn VisibilitySource) -> Result<()> {

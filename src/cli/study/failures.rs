@@ -42,6 +42,17 @@ pub(super) fn fail(plan: &Plan, trials: &mut Trials<'_>) -> Result<()> {
     trials.run(&jobs, &place)
 }
 
+/// The keys of the trials without each antenna, in the order in which shards share them out.
+pub(super) fn keys(plan: &Plan) -> Vec<Key> {
+    let Some(failing) = &plan.failing else { return Vec::new() };
+    let seeds = 0..plan.study.seeds.len();
+    let of_point = |(point, antennas): (usize, &Vec<(usize, String)>)| {
+        let keys = antennas.iter().flat_map(|(antenna, _)| seeds.clone().map(move |seed| Key::Without { point, antenna: *antenna, seed }));
+        keys.collect::<Vec<_>>()
+    };
+    failing.antennas.iter().enumerate().flat_map(of_point).collect()
+}
+
 /// The rankings \[point\] of finished trials, for images before or after self-calibration.
 pub(super) fn rankings(plan: &Plan, trials: &Trials<'_>, after: bool) -> Vec<Ranking> {
     let Some(failing) = &plan.failing else { return Vec::new() };

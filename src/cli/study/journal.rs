@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 const NAME: &str = "journal.jsonl";
 /// Locked by the process that runs the study. The lock is released when the process ends, also when it is killed.
 const LOCK: &str = "journal.lock";
+/// The folder of the shards of a study.
+pub(super) const SHARDS: &str = "shards";
 /// The name in the list of files that a study leaves in its folder.
 pub(super) const WRITER: &str = "cittert study";
 /// Files of a finished study beside its journal and its pictures. They are removed when the study starts again.
@@ -171,6 +173,42 @@ impl Journal {
         Ok((Self { file, path, begun, _lock: lock }, done))
     }
 
+    /// The finished trials in the journal of another folder; `None` where there is no journal. Nothing is changed, and nothing is locked: the
+    /// last line of a running study may be incomplete.
+    ///
+    /// # Errors
+    /// The journal is of another study, or an error of the file system.
+    pub(super) fn read(folder: &Path, fingerprint: &str, trials: usize) -> Result<Option<BTreeMap<Key, TrialResult>>> {
+        let path = folder.join(NAME);
+        let text = match std::fs::read(&path) {
+            Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(e) => return Err(e).context(format!("{}", path.display())),
+        };
+        let mut lines = text.split_inclusive('\n');
+        let first = lines.next().unwrap_or_default();
+        if first.ends_with('\n') && !serde_json::from_str::<Head>(first).is_ok_and(|h| h.study == fingerprint && h.trials == trials) {
+            let text = "holds trials of another configuration, input or version; remove this folder, or run the shard with --overwrite";
+            return Err(Failure::message(format!("{}: {text}", folder.display())));
+        }
+        Ok(Some(read_lines(lines, trials).0))
+    }
+
+    /// Add many trials. They are on the disk when this function returns.
+    ///
+    /// # Errors
+    /// An error of the file system.
+    pub(super) fn append_all<'a>(&mut self, trials: impl Iterator<Item = (&'a Key, &'a TrialResult)>) -> Result<()> {
+        let mut text = String::new();
+        for (key, result) in trials {
+            text += &serde_json::to_string(&Line::of(key, result))?;
+            text.push('\n');
+        }
+        let stored = self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data());
+        self.begun.removes &= stored.is_err() || text.is_empty();
+        stored.context(format!("{}: cannot store trials", self.path.display()))
+    }
+
     /// Add a trial. It is on the disk when this function returns.
     ///
     /// # Errors
@@ -229,7 +267,8 @@ fn lock(folder: &Path) -> Result<File> {
 /// True if a folder does not exist or holds nothing but what a study leaves that was killed before it had a journal.
 fn folder_is_free(folder: &Path) -> Result<bool> {
     let unfinished = |name: &str| [NAME, LIST].iter().any(|of| name.starts_with(&format!(".{of}."))) && name.ends_with(".partial");
-    let left = |name: &str| name == LOCK || name == LIST || unfinished(name);
+    // Shards of a study run before the study has a journal of its own.
+    let left = |name: &str| [LOCK, LIST, SHARDS].contains(&name) || unfinished(name);
     match std::fs::read_dir(folder) {
         Ok(entries) => Ok(entries.flatten().all(|e| e.file_name().to_str().is_some_and(left))),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(true),

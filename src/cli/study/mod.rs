@@ -4,39 +4,34 @@
 //! stopped. Tables, pictures and the page are written when all trials are finished.
 
 mod answers;
+mod args;
 mod axes;
 mod config;
 mod failing;
 mod failures;
 mod journal;
+mod merge;
 mod output;
 mod pictures;
 mod plan;
 mod question;
 mod sentence;
 mod setups;
+mod shard;
+mod slurm;
 mod tables;
 mod trials;
 
+pub use args::StudyArgs;
+
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
-use super::options::{ConfigArgs, keep_apart};
+use super::options::keep_apart;
 use super::sections::schema;
 use crate::study::Study;
-use clap::Args;
 use journal::{Journal, Key};
 use std::path::Path;
 use trials::{Job, Trials};
-
-/// Options of `study`.
-#[derive(Debug, Args)]
-pub struct StudyArgs {
-    #[command(flatten)]
-    of: ConfigArgs,
-    /// Replace another study in that folder, or start this one again.
-    #[arg(long)]
-    overwrite: bool,
-}
 
 /// Run a study, or its remaining trials.
 ///
@@ -46,6 +41,7 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
     if args.of.schema {
         return schema::<config::Config>();
     }
+    let started = std::time::Instant::now();
     let (path, text) = args.of.read()?;
     let mut plan = plan::Plan::new(&text, path, context).context(format!("{}", path.display()))?;
     let (points, seeds, planned) = (plan.study.setups.len(), plan.study.seeds.len(), plan.study.n_trials());
@@ -63,8 +59,16 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
     };
     let inputs: Vec<&Path> = std::iter::once(path).chain(plan.setups.inputs()).collect();
     keep_apart(&[folder], &inputs)?;
-    let (journal, done) = Journal::open(folder, &plan.fingerprint, planned, args.overwrite, context)?;
-    let mut all = Trials::new(journal, done, &context.console);
+    if args.slurm.is_wanted() {
+        return slurm::write(args, (folder, started), &plan, context);
+    }
+    let place = args.shard.map_or_else(|| folder.to_owned(), |shard| shard.folder(folder));
+    let (journal, done) = Journal::open(&place, &plan.fingerprint, planned, args.overwrite, context)?;
+    let mut all = Trials::new(journal, done, args.shard, &context.console);
+    if args.merge {
+        let jobs = [(0..planned).map(Key::Grid).collect(), failures::keys(&plan)];
+        merge::merge(folder, &plan.fingerprint, planned, &jobs, &mut all)?;
+    }
     let resumed = all.resumed;
     if resumed > 0 {
         context.console.note(&format!("{resumed} trials are in the journal already"));
@@ -72,6 +76,13 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
     let started = std::time::Instant::now();
     grid(&plan.study, &mut all).context(path.display())?;
     failures::fail(&plan, &mut all).context(path.display())?;
+    if let Some(shard) = args.shard {
+        let n = all.done.len();
+        let json =
+            serde_json::json!({ "shard": shard.to_string(), "trials": n, "resumed": resumed, "seconds": started.elapsed().as_secs_f64() });
+        let text = format!("shard {shard}: {n} trials ({resumed} from the journal); when all shards are done: --merge");
+        return Ok(Outcome::new(json, text));
+    }
     let answers = answers::answer(&mut plan, &mut all, context).context(path.display())?;
     let seconds = started.elapsed().as_secs_f64();
     let found = output::write(folder, &plan, &all, &answers, path, context)?;

@@ -7,6 +7,7 @@ use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::cli::made::Origin;
 use crate::cli::options::{SceneArgs, load_layout, loaded};
+use crate::cli::scene_errors::{band_files, read_bands};
 use crate::cli::sections::{ScenePoint, StudySelfcalSection};
 use crate::imaging::ImageSize;
 use crate::progress::Silent;
@@ -143,7 +144,7 @@ fn put(table: &mut toml::Table, parameter: &str, value: toml::Value) -> Result<(
     Ok(())
 }
 
-fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more: (&mut Files, &Context)) -> Result<Setup> {
+fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, (files, context): (&mut Files, &Context)) -> Result<Setup> {
     c.image.options.check().context("image")?;
     let mut sections: Vec<String> = ["scene", "simulate", "image", "clean"].iter().map(|k| format!("{:?}", tree.get(*k))).collect();
     let antennas = match (c.layout.antennas, c.layout.choose) {
@@ -156,13 +157,17 @@ fn setup(c: &Config, tree: &toml::Table, folder: &Path, bases: &mut Bases, more:
         Origin::Made(make) => format!("{:?}", make.keys),
     });
     let all = sections.join("\n");
-    let (whole, unit) = kept(bases, &all, || observe(c, folder, more))?;
+    let (whole, unit) = kept(bases, &all, || observe(c, folder, (&mut *files, context)))?;
     let layout = &whole.set.header.layout;
     let selfcal = c.selfcal.as_ref().map(|s| plan_of(&s.options, layout)).transpose().context("selfcal")?;
     if let Some(seed) = c.corrupt.options.seed {
         return Err(Failure::message(format!("corrupt.seed is {seed}: a study draws its errors from the seeds of its trials")));
     }
-    let errors = c.corrupt.options.errors(whole.set.header.unit, &Airs).context("corrupt")?;
+    let mut errors = c.corrupt.options.errors(whole.set.header.unit, &Airs).context("corrupt")?;
+    for file in band_files(&errors) {
+        note_file(files, &folder.join(file));
+    }
+    read_bands(&mut errors, folder)?;
     let (base, antennas) = match antennas {
         Antennas::First(n) => {
             let part = || Ok((whole.with(antennas, 0).context("layout")?, unit));
@@ -219,8 +224,9 @@ fn observe(c: &Config, folder: &Path, (files, context): (&mut Files, &Context)) 
     let frame = SkyGrid::frame_of(&center);
     let mut header = s.how.header(layout, spectrum, center, unit);
     header.history.push(context.history());
-    let set = simulate_set(header, &plan.coverage()?, &sky, &s.how, &Silent).context("scene")?;
-    Ok((Base::new(set, c.image.options.clone(), deconvolution(c, &sky, frame)?), unit))
+    let set = simulate_set(header, &plan.with_autocorrelations(s.how.autos).coverage()?, &sky, &s.how, &Silent).context("scene")?;
+    let deconvolution = deconvolution(c, &sky, frame)?;
+    Ok((Base::new(set, c.image.options.clone(), deconvolution).observing(sky), unit))
 }
 
 /// CLEAN, or maximum entropy with the scene with which its images are compared.

@@ -1,6 +1,7 @@
 //! Runs trials that are not in the journal yet, and stores them there.
 
 use super::journal::{Journal, Key};
+use super::shard::Shard;
 use crate::cli::console::Console;
 use crate::cli::failure::Result;
 use crate::study::{Batch, Setup, TrialResult, run_batch};
@@ -19,20 +20,35 @@ pub(super) struct Trials<'a> {
     pub(super) done: BTreeMap<Key, TrialResult>,
     pub(super) resumed: usize,
     console: &'a Console,
+    /// The shard whose trials are run, if not all are.
+    shard: Option<Shard>,
 }
 
 impl<'a> Trials<'a> {
-    pub(super) fn new(journal: Journal, done: BTreeMap<Key, TrialResult>, console: &'a Console) -> Self {
+    pub(super) fn new(journal: Journal, done: BTreeMap<Key, TrialResult>, shard: Option<Shard>, console: &'a Console) -> Self {
         let resumed = done.len();
-        Self { journal, done, resumed, console }
+        Self { journal, done, resumed, console, shard }
     }
 
-    /// Run the jobs that are not done. `place` says where a job is, for messages of errors.
+    /// Take finished trials that are not known yet.
+    ///
+    /// # Errors
+    /// An error of the file system.
+    pub(super) fn adopt(&mut self, trials: BTreeMap<Key, TrialResult>) -> Result<()> {
+        let new: BTreeMap<Key, TrialResult> = trials.into_iter().filter(|(key, _)| !self.done.contains_key(key)).collect();
+        self.journal.append_all(new.iter())?;
+        self.done.extend(new);
+        self.resumed = self.done.len();
+        Ok(())
+    }
+
+    /// Run the jobs that are not done and belong to the shard. `place` says where a job is, for messages of errors.
     ///
     /// # Errors
     /// A trial that fails, or an error of the file system.
     pub(super) fn run(&mut self, jobs: &[Job<'_>], place: &(dyn Fn(&Key) -> String + Sync)) -> Result<()> {
-        let todo: Vec<usize> = (0..jobs.len()).filter(|k| !self.done.contains_key(&jobs[*k].key)).collect();
+        let todo: Vec<usize> =
+            (0..jobs.len()).filter(|k| self.shard.is_none_or(|s| s.has(*k)) && !self.done.contains_key(&jobs[*k].key)).collect();
         let job = |k: usize| (jobs[k].setup, jobs[k].seed);
         let text = |k: usize| place(&jobs[k].key);
         let (journal, done) = (&mut self.journal, &mut self.done);
