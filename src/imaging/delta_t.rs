@@ -6,7 +6,9 @@
 //! fields of the antennas hold the scene too, and baselines share it. S is then a quadratic form of these fields, and for M samples of Gaussian fields
 //! with the covariance C (receivers and scene)
 //!
-//!     var S = tr(W C' W C') / 4 M,   C'_pq = C_pq exp(-i phi_pq),
+//! ```text
+//! var S = tr(W C' W C') / 4 M,   C'_pq = C_pq exp(-i phi_pq),
+//! ```
 //!
 //! which follows the brightness over the field. The autocorrelations of a set with total power are the diagonal of C, so that such a set
 //! holds all of C.

@@ -35,7 +35,7 @@ mod split;
 mod still_feeds;
 mod total_power;
 mod weighed_rows;
-mod weights;
+pub mod weights;
 
 #[cfg(test)]
 mod cycle_tests;

@@ -3,8 +3,10 @@
 //! With the covariance C_pq = <e_p conj(e_q)> of the fields of n receivers, and the mean of M independent samples, every product
 //! V_pq = mean(e_p conj(e_q)) has the expected value C_pq, and (Isserlis 1918)
 //!
-//!     cov(V_pq, V_rs) = <V_pq conj(V_rs)> - C_pq conj(C_rs) = C_pr conj(C_qs) / M,
-//!     <V_pq V_rs> - C_pq C_rs = C_ps conj(C_qr) / M.
+//! ```text
+//! cov(V_pq, V_rs) = <V_pq conj(V_rs)> - C_pq conj(C_rs) = C_pr conj(C_qs) / M,
+//! <V_pq V_rs> - C_pq C_rs = C_ps conj(C_qr) / M.
+//! ```
 //!
 //! All products together have the complex Wishart distribution. It is drawn exactly by Bartlett's triangle: V = L A A^H L^H / M with C = L L^H, where
 //! A has the square roots of gamma deviates of shape M, M - 1, ... on its diagonal and complex Gaussian deviates below it.
