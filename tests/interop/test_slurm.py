@@ -8,6 +8,7 @@ import pytest
 HERE = os.path.dirname(os.path.abspath(__file__))
 SLURM = os.path.join(os.path.dirname(HERE), "peers", "slurm.sh")
 STUDY = """
+title = "phases"
 seeds = 500
 layout = { name = "mm-y", antennas = 12, choose = "random" }
 scene = { points = [{ flux = "1Jy" }] }
@@ -16,7 +17,7 @@ freq = "94GHz"
 bandwidth = "1GHz"
 method = "dft"
 [image]
-size = 32
+size = 64
 cell = "1mrad"
 no-w = true
 [clean]
@@ -98,8 +99,8 @@ def test_clean_runs_as_a_job(cittert, slurm):
 
 def test_a_run_is_a_job(cittert, slurm):
     text = STUDY.split("[[axis]]")[0].replace("seeds = 500\n", "").replace(", antennas = 12, choose = \"random\"", "")
-    text = text.replace('scene = { points = [{ flux = "1Jy" }] }', 'scene = { file = "s.csv" }').replace("phase-rms", "phase-rms")
-    (cittert.folder / "run.toml").write_text('title = "a job"\n' + text.replace("niter = 1\ngain = 1.0\n", "niter = 10\n"))
+    text = text.replace('scene = { points = [{ flux = "1Jy" }] }', 'scene = { file = "s.csv" }').replace("[clean]", "[[clean]]")
+    (cittert.folder / "run.toml").write_text(text.replace("niter = 1\ngain = 1.0\n", "niter = 10\n"))
     (cittert.folder / "s.csv").write_text("l_rad,m_rad,flux_jy\n0.01,0.005,1.0\n")
     made = cittert.json("run", "run.toml", "-o", "r", "--slurm", "--slurm-time", "10min", "--slurm-memory", "1GB")
     submit(cittert, slurm, f"sbatch {made['output']}")
