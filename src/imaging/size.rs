@@ -6,7 +6,7 @@ use super::size_tuning::SizeTuning;
 use crate::fourier::good_size;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{ArrayError, SPEED_OF_LIGHT_M_S, SkyGrid, VisibilityHeader};
+use cittert_arrays::{ArrayError, ElementPattern, SPEED_OF_LIGHT_M_S, SkyGrid, VisibilityHeader};
 
 /// The grid of an image of these data.
 pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &ImagingOptions, observer: &dyn Observer) -> Result<SkyGrid> {
@@ -25,22 +25,29 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
         None => {
             ensure!(longest > 0.0, needed("an image size"));
             let apart = shortest_between_sites(&survey.shortest_by_octave_wl);
-            let field = field_of_view(header, apart.unwrap_or(shortest), &opts.sizes);
-            let scene = header.scene_width_rad.filter(|width| *width < field);
-            let field = scene.unwrap_or(field);
+            let lobe = lobe_width(&header.layout.pattern, header.spectrum.range_hz().0, &opts.sizes);
+            let seen = seen_width(header.scene_width_rad, lobe, survey.total_power.used > 0);
+            let field = match seen {
+                Some((width, _)) => width.min(opts.sizes.widest_field),
+                None => field_of_view(header, lobe, apart.unwrap_or(shortest), &opts.sizes),
+            };
             let n = chosen_side(field, cell, &opts.sizes);
-            if let Some(width) = scene {
-                let text = format!("the image covers the {width:.3e} rad of the scene that was simulated. The option size makes it larger");
+            let covered = n as f64 * cell;
+            if let Some((width, what)) = seen {
+                let text = if width > 1.01 * covered {
+                    format!("the image covers {covered:.3e} rad, and {what} is {width:.3e} rad wide: what lies outside the image is not modelled. The options size and cell change this")
+                } else {
+                    format!("the image covers the {width:.3e} rad of {what}. The option size makes it larger")
+                };
                 observer.event(Event::Note(&text));
             } else if let Some(apart) = apart {
                 let text = format!(
                     "baselines of {shortest:.3e} wavelengths join antennas of one site, and those between sites begin at {apart:.3e}: the image covers the field that the latter measure. The option size makes it larger"
                 );
                 observer.event(Event::Note(&text));
-            } else if field > 1.01 * n as f64 * cell {
+            } else if field > 1.01 * covered {
                 let text = format!(
-                    "the image covers {:.3e} rad of a field of {field:.3e} rad, so that it has at most {} pixels a side. The options size and cell change this",
-                    n as f64 * cell,
+                    "the image covers {covered:.3e} rad of a field of {field:.3e} rad, so that it has at most {} pixels a side. The options size and cell change this",
                     opts.sizes.largest_side
                 );
                 observer.event(Event::Note(&text));
@@ -82,12 +89,41 @@ fn shortest_between_sites(shortest_by_octave_wl: &[f64]) -> Option<f64> {
     gap.map(|w| shortest_by_octave_wl[w[1]])
 }
 
-/// Width of the field in rad: the main lobe of the antennas if their diameters are known, otherwise the largest structure that the shortest
-/// baseline measures.
-fn field_of_view(header: &VisibilityHeader, shortest_wl: f64, sizes: &SizeTuning) -> f64 {
+/// Width in rad of what the antennas certainly see, and what that is: a scene that was simulated, as far as the pattern reaches. Total power sees
+/// the whole lobe of the pattern, also where no baseline measures so large a structure, so that an image that is narrower cannot hold it.
+fn seen_width(scene: Option<f64>, lobe: Option<f64>, has_total_power: bool) -> Option<(f64, &'static str)> {
+    let scene = scene.map(|width| (width, "the scene that was simulated"));
+    let lobe = lobe.filter(|_| has_total_power || scene.is_some()).map(|width| (width, "the lobe of the elements"));
+    scene.into_iter().chain(lobe).min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Width of the main lobe of a pattern, as a difference of direction cosines: from the axis to where the power falls below a given part, along the
+/// direction in which that is farthest. `None` without a pattern.
+fn lobe_width(pattern: &ElementPattern, freq_hz: f64, sizes: &SizeTuning) -> Option<f64> {
+    const STEPS: usize = 4096;
+    const DIRECTIONS: usize = 16;
+    if pattern.is_none() {
+        return None;
+    }
+    let farthest = 0.5 * sizes.widest_field;
+    let step_of = |direction: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * direction as f64 / DIRECTIONS as f64).sin_cos();
+        let power = |step: &usize| {
+            let r = farthest * *step as f64 / STEPS as f64;
+            pattern.power(r * cos, r * sin, freq_hz)
+        };
+        (1..STEPS).find(|step| power(step) < sizes.edge_of_lobe).unwrap_or(STEPS)
+    };
+    let widest = (0..DIRECTIONS).map(step_of).max().unwrap_or(STEPS);
+    Some(2.0 * farthest * widest as f64 / STEPS as f64)
+}
+
+/// Width of the field in rad: the main lobe of the antennas if their pattern or their diameters are known, otherwise the largest structure that the
+/// shortest baseline measures.
+fn field_of_view(header: &VisibilityHeader, lobe: Option<f64>, shortest_wl: f64, sizes: &SizeTuning) -> f64 {
     let smallest = header.layout.antennas().iter().filter_map(|a| a.diameter_m).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     let (lowest, _) = header.spectrum.range_hz();
-    let lobe = sizes.field_per_lobe * SPEED_OF_LIGHT_M_S / lowest / smallest;
+    let lobe = lobe.unwrap_or(sizes.field_per_lobe * SPEED_OF_LIGHT_M_S / lowest / smallest);
     let measured = if shortest_wl > 0.0 { sizes.field_per_fringe / shortest_wl } else { f64::INFINITY };
     let width = if lobe > 0.0 { lobe.min(sizes.most_fields * measured) } else { measured };
     width.min(sizes.widest_field)
@@ -103,6 +139,7 @@ fn chosen_side(field: f64, cell: f64, sizes: &SizeTuning) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cittert_arrays::pattern::Gaussian;
 
     #[test]
     fn baselines_within_a_site_do_not_set_the_field() {
@@ -115,6 +152,26 @@ mod tests {
         assert_eq!(shortest_between_sites(&coverage(&[16, 17, 28, 29, 30])), Some(1.5 * f64::from(1 << 28)));
         assert_eq!(shortest_between_sites(&coverage(&[10, 11, 13, 17])), None);
         assert_eq!(shortest_between_sites(&coverage(&[])), None);
+    }
+
+    #[test]
+    fn a_lobe_ends_where_its_power_falls_below_a_hundredth() {
+        let sizes = SizeTuning::default();
+        let gaussian = ElementPattern::Gaussian(Gaussian { fwhm_rad: 0.1, ref_freq_hz: None });
+        let expected = 0.1 * (100.0_f64.ln() / 2.0_f64.ln()).sqrt();
+        let width = lobe_width(&gaussian, 60e9, &sizes).unwrap();
+        assert!((width / expected - 1.0).abs() < 0.02, "{width} {expected}");
+        assert_eq!(lobe_width(&ElementPattern::None, 60e9, &sizes), None);
+    }
+
+    #[test]
+    fn an_image_covers_what_is_known_to_be_seen() {
+        assert_eq!(seen_width(None, None, true), None);
+        assert_eq!(seen_width(None, Some(0.3), false), None);
+        assert_eq!(seen_width(None, Some(0.3), true).unwrap().0, 0.3);
+        assert_eq!(seen_width(Some(0.2), Some(0.3), false).unwrap().0, 0.2);
+        assert_eq!(seen_width(Some(0.4), Some(0.3), false).unwrap().0, 0.3);
+        assert_eq!(seen_width(Some(0.4), None, false).unwrap().0, 0.4);
     }
 
     #[test]

@@ -16,6 +16,8 @@ pub struct SizeTuning {
     /// Width of the field in units of wavelength / diameter of the smallest antenna. The first nulls of a uniform circular aperture are
     /// 2.44 apart.
     pub field_per_lobe: f64,
+    /// Power of an element pattern, relative to its axis, at which its main lobe ends.
+    pub edge_of_lobe: f64,
     /// Without antenna diameters: width of the field in fringes of the shortest baseline. Structure that is wider than a fringe is not measured.
     pub field_per_fringe: f64,
     /// With antenna diameters: largest width of the field, as a multiple of the width that follows from the shortest baseline.
@@ -31,6 +33,7 @@ impl Default for SizeTuning {
             least_side: 64,
             largest_side: 4096,
             field_per_lobe: 2.4,
+            edge_of_lobe: 0.01,
             field_per_fringe: 2.0,
             most_fields: 4.0,
             widest_field: 1.4,
