@@ -26,16 +26,17 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
             ensure!(longest > 0.0, needed("an image size"));
             let apart = shortest_between_sites(&survey.shortest_by_octave_wl);
             let lobe = lobe_width(&header.layout.pattern, header.spectrum.range_hz().0, &opts.sizes);
-            let seen = seen_width(header.scene_width_rad, lobe, survey.total_power.used > 0);
-            let field = match seen {
-                Some((width, _)) => width.min(opts.sizes.widest_field),
-                None => field_of_view(header, lobe, apart.unwrap_or(shortest), &opts.sizes),
-            };
+            let measured = field_of_view(header, apart.unwrap_or(shortest), &opts.sizes);
+            let has_total_power = survey.total_power.used > 0;
+            let seen = seen_width(header.scene_width_rad, lobe, has_total_power).filter(|(width, _)| has_total_power || *width < measured);
+            let field = seen.map_or(measured, |(width, _)| width.min(opts.sizes.widest_field));
             let n = chosen_side(field, cell, &opts.sizes);
             let covered = n as f64 * cell;
             if let Some((width, what)) = seen {
                 let text = if width > 1.01 * covered {
-                    format!("the image covers {covered:.3e} rad, and {what} is {width:.3e} rad wide: what lies outside the image is not modelled. The options size and cell change this")
+                    format!(
+                        "the image covers {covered:.3e} rad, and {what} is {width:.3e} rad wide: what lies outside the image is not modelled. The options size and cell change this"
+                    )
                 } else {
                     format!("the image covers the {width:.3e} rad of {what}. The option size makes it larger")
                 };
@@ -93,7 +94,7 @@ fn shortest_between_sites(shortest_by_octave_wl: &[f64]) -> Option<f64> {
 /// the whole lobe of the pattern, also where no baseline measures so large a structure, so that an image that is narrower cannot hold it.
 fn seen_width(scene: Option<f64>, lobe: Option<f64>, has_total_power: bool) -> Option<(f64, &'static str)> {
     let scene = scene.map(|width| (width, "the scene that was simulated"));
-    let lobe = lobe.filter(|_| has_total_power || scene.is_some()).map(|width| (width, "the lobe of the elements"));
+    let lobe = lobe.filter(|_| has_total_power).map(|width| (width, "the lobe of the elements"));
     scene.into_iter().chain(lobe).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
@@ -118,12 +119,12 @@ fn lobe_width(pattern: &ElementPattern, freq_hz: f64, sizes: &SizeTuning) -> Opt
     Some(2.0 * farthest * widest as f64 / STEPS as f64)
 }
 
-/// Width of the field in rad: the main lobe of the antennas if their pattern or their diameters are known, otherwise the largest structure that the
-/// shortest baseline measures.
-fn field_of_view(header: &VisibilityHeader, lobe: Option<f64>, shortest_wl: f64, sizes: &SizeTuning) -> f64 {
+/// Width of the field in rad: the main lobe of the antennas if their diameters are known, otherwise the largest structure that the shortest
+/// baseline measures.
+fn field_of_view(header: &VisibilityHeader, shortest_wl: f64, sizes: &SizeTuning) -> f64 {
     let smallest = header.layout.antennas().iter().filter_map(|a| a.diameter_m).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
     let (lowest, _) = header.spectrum.range_hz();
-    let lobe = lobe.unwrap_or(sizes.field_per_lobe * SPEED_OF_LIGHT_M_S / lowest / smallest);
+    let lobe = sizes.field_per_lobe * SPEED_OF_LIGHT_M_S / lowest / smallest;
     let measured = if shortest_wl > 0.0 { sizes.field_per_fringe / shortest_wl } else { f64::INFINITY };
     let width = if lobe > 0.0 { lobe.min(sizes.most_fields * measured) } else { measured };
     width.min(sizes.widest_field)
@@ -170,7 +171,7 @@ mod tests {
         assert_eq!(seen_width(None, Some(0.3), false), None);
         assert_eq!(seen_width(None, Some(0.3), true).unwrap().0, 0.3);
         assert_eq!(seen_width(Some(0.2), Some(0.3), false).unwrap().0, 0.2);
-        assert_eq!(seen_width(Some(0.4), Some(0.3), false).unwrap().0, 0.3);
+        assert_eq!(seen_width(Some(0.4), Some(0.3), true).unwrap().0, 0.3);
         assert_eq!(seen_width(Some(0.4), None, false).unwrap().0, 0.4);
     }
 
