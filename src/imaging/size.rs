@@ -25,10 +25,10 @@ pub(super) fn choose_grid(survey: &Survey, header: &VisibilityHeader, opts: &Ima
         None => {
             ensure!(longest > 0.0, needed("an image size"));
             let apart = shortest_between_sites(&survey.shortest_by_octave_wl);
-            let lobe = lobe_width(&header.layout.pattern, header.spectrum.range_hz().0, &opts.sizes);
             let measured = field_of_view(header, apart.unwrap_or(shortest), &opts.sizes);
             let has_total_power = survey.total_power.used > 0;
-            let seen = seen_width(header.scene_width_rad, lobe, has_total_power).filter(|(width, _)| has_total_power || *width < measured);
+            let lobe = has_total_power.then(|| lobe_width(&header.layout.pattern, header.spectrum.range_hz().0, &opts.sizes)).flatten();
+            let seen = seen_width(header.scene_width_rad, lobe).filter(|(width, _)| has_total_power || *width < measured);
             let field = seen.map_or(measured, |(width, _)| width.min(opts.sizes.widest_field));
             let n = chosen_side(field, cell, &opts.sizes);
             let covered = n as f64 * cell;
@@ -90,11 +90,11 @@ fn shortest_between_sites(shortest_by_octave_wl: &[f64]) -> Option<f64> {
     gap.map(|w| shortest_by_octave_wl[w[1]])
 }
 
-/// Width in rad of what the antennas certainly see, and what that is: a scene that was simulated, as far as the pattern reaches. Total power sees
-/// the whole lobe of the pattern, also where no baseline measures so large a structure, so that an image that is narrower cannot hold it.
-fn seen_width(scene: Option<f64>, lobe: Option<f64>, has_total_power: bool) -> Option<(f64, &'static str)> {
+/// Width in rad of what the antennas certainly see, and what that is: a scene that was simulated, as far as the lobe reaches. The lobe is given where
+/// total power is used: that sees all of it, also where no baseline measures so large a structure, so that a narrower image cannot hold it.
+fn seen_width(scene: Option<f64>, lobe: Option<f64>) -> Option<(f64, &'static str)> {
     let scene = scene.map(|width| (width, "the scene that was simulated"));
-    let lobe = lobe.filter(|_| has_total_power).map(|width| (width, "the lobe of the elements"));
+    let lobe = lobe.map(|width| (width, "the lobe of the elements"));
     scene.into_iter().chain(lobe).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
@@ -167,12 +167,11 @@ mod tests {
 
     #[test]
     fn an_image_covers_what_is_known_to_be_seen() {
-        assert_eq!(seen_width(None, None, true), None);
-        assert_eq!(seen_width(None, Some(0.3), false), None);
-        assert_eq!(seen_width(None, Some(0.3), true).unwrap().0, 0.3);
-        assert_eq!(seen_width(Some(0.2), Some(0.3), false).unwrap().0, 0.2);
-        assert_eq!(seen_width(Some(0.4), Some(0.3), true).unwrap().0, 0.3);
-        assert_eq!(seen_width(Some(0.4), None, false).unwrap().0, 0.4);
+        assert_eq!(seen_width(None, None), None);
+        assert_eq!(seen_width(None, Some(0.3)).unwrap().0, 0.3);
+        assert_eq!(seen_width(Some(0.2), Some(0.3)).unwrap().0, 0.2);
+        assert_eq!(seen_width(Some(0.4), Some(0.3)).unwrap().0, 0.3);
+        assert_eq!(seen_width(Some(0.4), None).unwrap().0, 0.4);
     }
 
     #[test]
