@@ -109,7 +109,8 @@ impl JointMaker {
         let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
         let chi2 = ChiSquared::new(&grid, &freq_hz, uvw_m.view(), &grid_options, term)?.through(response);
-        let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux: None, beam: None, unit: 1.0 };
+        let objective =
+            Objective { chi2, penalty: WeightedSum::default(), inside, offset, smoothness: None, flux: None, beam: None, unit: 1.0 };
         let mut solver = prepared(objective, prior, &MemPlan::default())?;
         if !known {
             solver = of_its_flux(solver, &gains, &self.options.goals.tuning, observer)?;

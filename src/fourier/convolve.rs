@@ -243,6 +243,12 @@ impl<T: Real> Spectrum<T> {
         self.0.iter().map(|v| v.re)
     }
 
+    /// The squares of the absolute values.
+    #[must_use]
+    pub fn powers(&self) -> Vec<T> {
+        self.0.par_iter().map(|v| v.re * v.re + v.im * v.im).collect()
+    }
+
     /// The spectrum of a symmetric kernel, whose imaginary part is 0, with a function applied to it.
     #[must_use]
     pub fn real(&self, f: impl Fn(T) -> T + Sync) -> RealSpectrum<T> {
@@ -265,6 +271,11 @@ impl<T: Real> RealSpectrum<T> {
     pub fn map<F: Fn(T) -> T + Sync>(&self, f: F) -> impl Filter<T> + use<'_, T, F> {
         Mapped { values: &self.0, f }
     }
+
+    /// The operator that multiplies each Fourier component by a function of its values here and in another spectrum of the same size.
+    pub fn map_with<'a, F: Fn(T, T) -> T + Sync>(&'a self, other: &'a Self, f: F) -> impl Filter<T> + use<'a, T, F> {
+        MappedPair { values: &self.0, others: &other.0, f }
+    }
 }
 
 impl<T: Real> Filter<T> for RealSpectrum<T> {
@@ -282,6 +293,20 @@ struct Mapped<'a, T, F> {
 impl<T: Real, F: Fn(T) -> T + Sync> Filter<T> for Mapped<'_, T, F> {
     fn apply(&self, first: usize, values: &mut [Complex<T>]) {
         values.iter_mut().zip(&self.values[first..]).for_each(|(v, k)| *v = v.scale((self.f)(*k)));
+    }
+}
+
+/// A function of two real spectra.
+struct MappedPair<'a, T, F> {
+    values: &'a [T],
+    others: &'a [T],
+    f: F,
+}
+
+impl<T: Real, F: Fn(T, T) -> T + Sync> Filter<T> for MappedPair<'_, T, F> {
+    fn apply(&self, first: usize, values: &mut [Complex<T>]) {
+        let both = self.values[first..].iter().zip(&self.others[first..]);
+        values.iter_mut().zip(both).for_each(|(v, (k, c))| *v = v.scale((self.f)(*k, *c)));
     }
 }
 

@@ -78,6 +78,16 @@ impl Background {
         Ok(Some(Self { level, from: BackgroundFrom::Fit { seen } }).filter(|b| b.level > 0.0))
     }
 
+    /// What the elements see in all, if total power tells it. `one` is the flux a pixel \[m, l\] that they see of a unit of brightness.
+    #[must_use]
+    pub fn total(&self, one: &Array2<f64>, inside: Option<&Array2<bool>>) -> Option<f64> {
+        let sum = || match inside {
+            None => one.sum(),
+            Some(inside) => one.iter().zip(inside).filter(|(_, inside)| **inside).map(|(v, _)| v).sum(),
+        };
+        (self.from == BackgroundFrom::TotalPower).then(|| self.level * sum())
+    }
+
     /// Tell the user where the background comes from, and whether it is doubtful.
     pub fn say(&self, imager: &Imager<'_>, observer: &dyn Observer) {
         let unit = if imager.header().unit == VisUnit::KelvinSr { "K" } else { "Jy/pixel" };

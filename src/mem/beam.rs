@@ -98,6 +98,32 @@ impl BeamHessian {
         self.eigenvalues.map(move |k| 1.0 / (1.0 + t * k))
     }
 
+    /// The operator (1 + t H / diagonal + u L)^-1 in the circulant approximation, with L of [`BeamHessian::differences`].
+    pub fn damping_with<'a>(&'a self, t: f32, differences: &'a RealSpectrum<f32>, u: f32) -> impl Filter<f32> + use<'a> {
+        self.eigenvalues.map_with(differences, move |k, c| 1.0 / (1.0 + t * k + u * c))
+    }
+
+    /// The eigenvalues of the sum of the squared differences of neighbours, 0 to 8, where the image goes on periodically.
+    #[must_use]
+    pub fn differences(&self) -> RealSpectrum<f32> {
+        let stencil = ndarray::arr2(&[[0.0, -1.0, 0.0], [-1.0, 4.0, -1.0], [0.0, -1.0, 0.0]]);
+        self.round.kernel(stencil.view()).real(|v| v.max(0.0))
+    }
+
+    /// Power of the Fourier components of an image that is padded to twice its size, half of the plane \[u, v\], and the padded size \[m, l\].
+    pub(super) fn powers(&self, image: ArrayView2<'_, f32>) -> (Vec<f32>, (usize, usize)) {
+        (self.wide.kernel(image).powers(), self.wide.padded())
+    }
+
+    /// Mean over the spectrum of 1 / (1 + t k + u c), with the differences c.
+    #[must_use]
+    pub fn mean_damping_with(&self, t: f64, differences: &RealSpectrum<f32>, u: f64) -> f64 {
+        let values = self.eigenvalues.values();
+        let pairs = values.iter().zip(differences.values());
+        let sum: f64 = pairs.map(|(k, c)| 1.0 / (1.0 + t * f64::from(*k) + u * f64::from(*c))).sum();
+        sum / values.len().max(1) as f64
+    }
+
     /// Apply an operator of [`BeamHessian::damping`] to an image.
     pub fn filter(&self, v: &mut Array2<f32>, operator: &impl Filter<f32>) {
         self.round.convolve_in_place(v, operator);

@@ -13,6 +13,8 @@ use super::tuning::MemControl;
 pub enum Control {
     /// It does not change.
     Fixed,
+    /// It rises to this value as fast as the image can follow, and stays there.
+    UpTo(f64),
     /// It moves until chi squared is its expected value times `target`, within `tolerance`.
     Target {
         /// Chi squared over its expected value.
@@ -34,6 +36,8 @@ pub(super) struct Effort {
 /// Far from the target an exact step is not useful, because lambda will change. This affects the number of steps, but not the result.
 const FAR: Effort = Effort { tolerance: 0.3, steps: 8 };
 const CLOSE: Effort = Effort { tolerance: 0.2, steps: 30 };
+/// With a smoothness the image of each lambda is wanted, and neighbours change together.
+const SMOOTH: Effort = Effort { tolerance: 0.1, steps: 100 };
 
 /// Growth of the exponent of the rule with each step on the same side of the target.
 const CALM: f64 = 1.2;
@@ -45,7 +49,7 @@ impl Control {
     #[must_use]
     pub fn met(&self, chi2: f64) -> bool {
         match *self {
-            Self::Fixed => true,
+            Self::Fixed | Self::UpTo(_) => true,
             Self::Target { target, tolerance } => (chi2 / target - 1.0).abs() <= tolerance,
         }
     }
@@ -53,7 +57,7 @@ impl Control {
     /// The relative departure of chi squared from its target.
     pub(super) fn departure(&self, chi2: f64) -> f64 {
         match *self {
-            Self::Fixed => 0.0,
+            Self::Fixed | Self::UpTo(_) => 0.0,
             Self::Target { target, .. } => (chi2 / target - 1.0).abs(),
         }
     }
@@ -89,6 +93,10 @@ impl Steering {
 
     /// The next lambda, from chi squared over its expected value and the KKT residual.
     pub(super) fn next(&mut self, lambda: f64, chi2: f64, kkt: f64) -> f64 {
+        if let Control::UpTo(limit) = self.control {
+            let factor = if kkt < self.tuning.followed { self.tuning.rise } else { 1.0 };
+            return (lambda * factor).min(limit);
+        }
         let Control::Target { target, tolerance } = self.control else { return lambda };
         let t = self.tuning;
         if kkt < t.settled {
@@ -129,9 +137,15 @@ impl Steering {
         }
     }
 
+    /// True where lambda has reached the value to which it rises.
+    pub(super) fn arrived(&self, lambda: f64) -> bool {
+        !matches!(self.control, Control::UpTo(limit) if lambda < limit * (1.0 - 1e-9))
+    }
+
     /// How exactly the next Newton step should be solved.
     pub(super) fn effort(&self, chi2: f64, kkt: f64) -> Effort {
         let far = match self.control {
+            Control::UpTo(_) => return SMOOTH,
             Control::Fixed => kkt > self.tuning.followed,
             Control::Target { target, .. } => chi2 / target > 1.1,
         };

@@ -144,6 +144,54 @@ impl<'a> MemImager<'a> {
         self.run(state, control, method, (*goals, goals.evaluations), observer)
     }
 
+    /// Solve at the `lambda` (in units of the mean prior) that belongs to what is expected of the scene, and again with the weights of the smoothness that belong to
+    /// the image. Where chi squared stays above its target there, go on as [`MemImager::solve`] does: data that a smooth scene does not explain ask for more
+    /// structure.
+    ///
+    /// # Errors
+    /// As [`MemImager::solve`].
+    pub fn solve_expected(
+        &mut self,
+        state: &mut MemState,
+        lambda: f64,
+        goals: &MemGoals,
+        method: Method,
+        observer: &dyn Observer,
+    ) -> Result<Progress> {
+        need("lambda", lambda, lambda > 0.0 && lambda.is_finite(), "a positive number")?;
+        state.lambda = self.first_lambda(state)?.min(lambda);
+        let control = Control::UpTo(lambda * self.objective.unit);
+        let mut all = self.run(state, control, method, (*goals, goals.evaluations), observer)?;
+        let left = |done: &Progress| goals.evaluations.saturating_sub(done.evaluations);
+        for _ in 0..self.tuning.reweighted {
+            if !all.met || left(&all) < 2 {
+                break;
+            }
+            self.reweight(state);
+            let more = self.run(state, control, method, (MemGoals { evaluations: left(&all), ..*goals }, left(&all)), observer)?;
+            all = all.and(&more);
+        }
+        let explained = state.chi2_per_datum <= goals.chi2 * (1.0 + goals.chi2_tolerance);
+        if explained || left(&all) < 2 {
+            return Ok(Progress { met: all.met && explained, ..all });
+        }
+        let more = self.solve(state, &MemGoals { evaluations: left(&all), ..*goals }, method, observer)?;
+        Ok(all.and(&more))
+    }
+
+    /// Expect nothing of neighbours any more, and hold another total flux, if any.
+    pub(super) fn with_entropy_alone(&mut self, flux: Option<f64>) {
+        self.objective.smoothness = None;
+        self.objective.flux = flux;
+    }
+
+    /// Give the smoothness, if there is one, the weights that belong to the present image.
+    pub(crate) fn reweight(&mut self, state: &MemState) {
+        if let Some(smoothness) = &mut self.objective.smoothness {
+            smoothness.reweight(&state.image, state.lambda);
+        }
+    }
+
     /// A multiplier at which the data begin to outweigh the entropy, in units of the mean prior.
     fn first_lambda(&mut self, state: &MemState) -> Result<f64> {
         if let Some(beam) = &self.objective.beam {

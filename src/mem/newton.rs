@@ -1,6 +1,7 @@
 //! The Newton direction in s, by conjugate gradients. The Hessian comes from the dirty beam, and the preconditioner is a circulant.
 //!
-//! The Hessian of J is E + lambda D H D + rho D 1 1^T D, with D = R s / 2, R the response of the elements, H the beam, and E diagonal. Bright and dark pixels differ
+//! The Hessian of J is E + lambda D H D + rho D 1 1^T D + (s/2) L (s/2), with D = R s / 2, R the response of the elements, H the beam, E diagonal, and L the
+//! differences of neighbours in the smoothness. Bright and dark pixels differ
 //! by orders of magnitude in D. A circulant matrix has one value for all pixels, so the preconditioner blends two inverses: that of
 //! the circulant for the mean brightness where pixels are bright, and that of E alone where they are dark.
 //!
@@ -11,6 +12,8 @@ use super::beam::BeamHessian;
 use super::control::Effort;
 use super::objective::{Multipliers, Point};
 use super::response::Response;
+use super::smoothness::Smoothness;
+use crate::fourier::RealSpectrum;
 use crate::{ChainError, Result};
 use ndarray::Array2;
 use std::borrow::Cow;
@@ -31,6 +34,17 @@ pub(super) struct NewtonSystem<'a> {
     rho: f32,
     bright: Array2<f32>,
     /// The argument of the circulant, see [`BeamHessian::damping`].
+    damping: f32,
+    smooth: Option<Smooth<'a>>,
+}
+
+/// The part of the smoothness.
+struct Smooth<'a> {
+    links: &'a Smoothness,
+    /// The variable, without the response.
+    s: &'a Array2<f32>,
+    /// Squared differences of neighbours in the circulant approximation, and their factor.
+    spectrum: RealSpectrum<f32>,
     damping: f32,
 }
 
@@ -62,10 +76,21 @@ fn dot(a: &Array2<f32>, b: &Array2<f32>) -> Result<f64> {
     Ok(flat(a)?.chunks(256).zip(flat(b)?.chunks(256)).map(part).sum())
 }
 
+/// The mean of s^2 / (4 E), weighted with itself.
+fn bright_mean(s: &Array2<f32>, e: &Array2<f32>) -> Result<f32> {
+    let (mut first, mut second) = (0.0, 0.0);
+    flat(s)?.iter().zip(flat(e)?).for_each(|(s, e)| {
+        let x = f64::from(0.25 * s * s / e);
+        first += x;
+        second += x * x;
+    });
+    Ok(if first > 0.0 { (second / first) as f32 } else { 0.0 })
+}
+
 impl<'a> NewtonSystem<'a> {
     /// At a point. `residual` is dJ/dI there; its memory is used again.
     pub(super) fn new(
-        (beam, response): (&'a BeamHessian, &Response),
+        (beam, response, links): (&'a BeamHessian, &Response, Option<&'a Smoothness>),
         point: &'a Point,
         residual: Array2<f32>,
         m: &Multipliers,
@@ -79,19 +104,19 @@ impl<'a> NewtonSystem<'a> {
         // part is left out.
         flat_mut(&mut e)?.iter_mut().zip(flat(&point.stiffness)?).for_each(|(e, c)| *e = (c + (0.5 * *e).clamp(0.0, 1e6)).max(1e-4));
         let weight = (m.lambda * beam.diagonal()) as f32;
-        let (mut first, mut second) = (0.0, 0.0);
-        flat(&s)?.iter().zip(flat(&e)?).for_each(|(s, e)| {
-            let x = f64::from(0.25 * s * s / e);
-            first += x;
-            second += x * x;
-        });
-        let mean = if first > 0.0 { (second / first) as f32 } else { 0.0 };
+        let mean = bright_mean(&s, &e)?;
+        // Smooth scenes are bright everywhere: the response decides only how much the data say.
+        let (lit, half) = if links.is_some() { (&point.s, bright_mean(&point.s, &e)?) } else { (s.as_ref(), mean) };
         let mut bright = Array2::zeros(e.dim());
-        flat_mut(&mut bright)?.iter_mut().zip(flat(&s)?.iter().zip(flat(&e)?)).for_each(|(b, (s, e))| {
+        flat_mut(&mut bright)?.iter_mut().zip(flat(lit)?.iter().zip(flat(&e)?)).for_each(|(b, (s, e))| {
             let x = 0.25 * s * s / e;
-            *b = if x > 0.0 { (x / (x + HALF_BRIGHT * mean)).sqrt() } else { 0.0 };
+            *b = if x > 0.0 { (x / (x + HALF_BRIGHT * half)).sqrt() } else { 0.0 };
         });
-        Ok(Self { beam, s, e, weight, rho: m.rho as f32, bright, damping: weight * mean })
+        let smooth = links.map(|links| {
+            let damping = half * links.stencil() as f32;
+            Smooth { links, s: &point.s, spectrum: beam.differences(), damping }
+        });
+        Ok(Self { beam, s, e, weight, rho: m.rho as f32, bright, damping: weight * mean, smooth })
     }
 
     fn hessian(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
@@ -102,6 +127,11 @@ impl<'a> NewtonSystem<'a> {
         let parts = flat(v)?.iter().zip(flat(&self.s)?).zip(flat(&self.e)?);
         let weight = self.weight;
         flat_mut(&mut seen)?.iter_mut().zip(parts).for_each(|(o, ((v, s), e))| *o = e * v + 0.5 * s * (weight * *o + common));
+        if let Some(Smooth { links, s, .. }) = &self.smooth {
+            let mut bent = Array2::zeros(v.dim());
+            links.bend(1.0, |at| f64::from(0.5 * s[at] * v[at]), &mut bent);
+            flat_mut(&mut seen)?.iter_mut().zip(flat(s)?.iter().zip(flat(&bent)?)).for_each(|(o, (s, b))| *o += 0.5 * s * b);
+        }
         Ok(seen)
     }
 
@@ -123,7 +153,10 @@ impl<'a> NewtonSystem<'a> {
         let (bright, e) = (flat(&self.bright)?, flat(&self.e)?);
         let blend = || bright.iter().zip(e.iter().map(|e| e.sqrt()));
         flat_mut(&mut part)?.iter_mut().zip(blend()).for_each(|(p, (b, root))| *p *= b / root);
-        self.beam.filter(&mut part, &self.beam.damping(self.damping));
+        match &self.smooth {
+            None => self.beam.filter(&mut part, &self.beam.damping(self.damping)),
+            Some(smooth) => self.beam.filter(&mut part, &self.beam.damping_with(self.damping, &smooth.spectrum, smooth.damping)),
+        }
         let given = flat(v)?.iter().zip(blend());
         flat_mut(&mut part)?.iter_mut().zip(given).for_each(|(o, (v, (b, root)))| *o = ((1.0 - b * b) * v / root + b * *o) / root);
         Ok(part)

@@ -10,6 +10,7 @@
 use super::beam::BeamHessian;
 use super::chi2::ChiSquared;
 use super::regulariser::{Regulariser, WeightedSum};
+use super::smoothness::Smoothness;
 use crate::Result;
 use ndarray::{Array2, Zip};
 
@@ -23,6 +24,8 @@ pub struct Objective<'a> {
     pub chi2: ChiSquared<'a>,
     /// The penalty.
     pub penalty: WeightedSum,
+    /// The expectation that neighbours are alike, a penalty whose curvature is not diagonal.
+    pub smoothness: Option<Smoothness>,
     /// The pixels where the image may be bright \[m, l\]. Without a mask these are all pixels.
     pub inside: Option<Array2<bool>>,
     /// Subtracted from the image before it is compared with the data \[m, l\], flux a pixel. An example is a pedestal that the data do not
@@ -131,7 +134,10 @@ impl Objective<'_> {
     pub(super) fn assemble(&self, s: Array2<f32>, chi2: f64, slope: Array2<f32>) -> Point {
         let image = s.mapv(brightness);
         let (mut penalty_slope, mut stiffness) = (Array2::zeros(image.dim()), Array2::zeros(image.dim()));
-        let penalty = self.penalty.add(&image, 1.0, &mut penalty_slope, &mut stiffness);
+        let mut penalty = self.penalty.add(&image, 1.0, &mut penalty_slope, &mut stiffness);
+        if let Some(smoothness) = &self.smoothness {
+            penalty += smoothness.bend(1.0, |at| image[at], &mut penalty_slope);
+        }
         Zip::from(&mut stiffness).and(&image).for_each(|c, i| {
             if !(*i > 0.0) {
                 *c = 1.0

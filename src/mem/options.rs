@@ -51,6 +51,10 @@ pub struct MemOptions {
     /// Largest KKT residual: length of the gradient over the sum of the lengths of its two sides.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = MemOptions::default().kkt))]
     pub kkt: f64,
+    /// How far neighbours are expected to be alike: none (entropy alone), auto (as far as the data ask for it, where the set says through which
+    /// pattern its elements saw the scene; not with vtess), or the rms by which a smooth scene is expected to vary, such as 30K.
+    #[cfg_attr(feature = "cli", arg(long, value_name = "HOW", default_value_t = MemOptions::default().smoothness))]
+    pub smoothness: SmoothnessChoice,
     /// Weight of the total variation against the entropy.
     #[cfg_attr(feature = "cli", arg(long, value_name = "X", default_value_t = MemOptions::default().total_variation))]
     pub total_variation: f64,
@@ -82,6 +86,7 @@ impl Default for MemOptions {
             chi2: goals.chi2,
             tolerance: goals.chi2_tolerance,
             kkt: goals.kkt,
+            smoothness: SmoothnessChoice::Auto,
             total_variation: 0.0,
             l1: 0.0,
             mask: None,
@@ -103,6 +108,9 @@ impl MemOptions {
         }
         for (field, value) in [("total-variation", self.total_variation), ("l1", self.l1)] {
             need(field, value, value >= 0.0 && value.is_finite(), "a weight of 0 or more")?;
+        }
+        if let SmoothnessChoice::Varies(rms) = self.smoothness {
+            need("smoothness", rms, rms.si() > 0.0 && rms.si().is_finite(), "auto, none, or a positive temperature such as 30K")?;
         }
         Ok(())
     }
@@ -169,4 +177,23 @@ word_or_quantity!(
     "estimate" => Estimate,
     Sigma(DataFlux),
     "weights, estimate, or a standard deviation in the unit of the data such as \"5mJy\"."
+);
+
+/// Whether neighbours are expected to be alike.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum SmoothnessChoice {
+    /// As far as the data ask for it, where the elements have a pattern.
+    #[default]
+    Auto,
+    /// Pixels are independent.
+    None,
+    /// The scene is smooth and varies by this rms.
+    Varies(Temperature),
+}
+word_or_quantity!(
+    SmoothnessChoice,
+    "auto" => Auto,
+    "none" => None,
+    Varies(Temperature),
+    "auto, none, or the rms by which the scene is expected to vary, such as \"30K\"."
 );

@@ -1,6 +1,6 @@
 //! Maximum entropy through elements with a pattern: the image is the scene, not what the elements see of it.
 
-use super::{MemInputs, MemOptions, MemProducts, Uncertainty, mem};
+use super::{MemInputs, MemOptions, MemProducts, SmoothnessChoice, Uncertainty, mem};
 use crate::fixtures::{Recorder, positions};
 use crate::imaging::{Imager, ImagingOptions};
 use crate::progress::Observer;
@@ -11,6 +11,10 @@ use cittert_arrays::{
     VisibilitySet,
 };
 use ndarray::Array4;
+use num_complex::Complex32;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
 
 const PIXELS: usize = 64;
 const CELL: f64 = 6e-3;
@@ -113,6 +117,7 @@ fn both_solvers_and_a_known_zero_spacing_find_the_same_scene() {
             solver,
             zero_spacing: Some(format!("{zero}Ksr").parse().unwrap()),
             uncertainty: Uncertainty::None,
+            smoothness: SmoothnessChoice::None,
             ..MemOptions::default()
         };
         let made = imaged(&mut set, &options, &Recorder::default());
@@ -121,4 +126,53 @@ fn both_solvers_and_a_known_zero_spacing_find_the_same_scene() {
         images.push(made.model);
     }
     assert!(rms(&images[0], &images[1], 0.0) < 0.5, "{}", rms(&images[0], &images[1], 0.0));
+}
+
+/// A noisy observation of a scene with edges, which fills the frame.
+fn noisy() -> (VisibilitySet, Image) {
+    let board = |l: f64, m: f64| if (l / 0.03).floor() as i64 % 2 == (m / 0.04).floor() as i64 % 2 { 275.0 } else { 250.0 };
+    let (mut set, scene) = observed(board);
+    let noise = Normal::new(0.0, 0.04).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    set.data.vis.mapv_inplace(|v| v + Complex32::new(noise.sample(&mut rng), noise.sample(&mut rng)));
+    set.data.weights.fill(1.0 / (0.04 * 0.04));
+    (set, scene)
+}
+
+#[test]
+fn a_smooth_scene_is_expected_where_the_data_ask_for_it() {
+    let (mut set, scene) = noisy();
+    let mut found = Vec::new();
+    for smoothness in [SmoothnessChoice::None, SmoothnessChoice::Auto] {
+        let recorder = Recorder::default();
+        let options = MemOptions { smoothness, uncertainty: Uncertainty::Probes(20), ..MemOptions::default() };
+        let made = imaged(&mut set, &options, &recorder);
+        assert!(made.certificates[0].met || smoothness == SmoothnessChoice::None, "{:?}", made.certificates[0]);
+        let said = recorder.messages().iter().any(|m| m.contains("smooth scene that varies"));
+        assert_eq!(said, smoothness == SmoothnessChoice::Auto, "{:?}", recorder.messages());
+        found.push((rms(&made.model, &scene, 0.5), made.uncertainty.unwrap()));
+    }
+    assert!(found[1].0 < 0.9 * found[0].0, "{} {}", found[0].0, found[1].0);
+    // The uncertainty is that of the errors, and both ways to it agree.
+    let options = MemOptions { uncertainty: Uncertainty::Beam, ..MemOptions::default() };
+    let beam = imaged(&mut set, &options, &Recorder::default()).uncertainty.unwrap();
+    let middle = |image: &Image| image.data[[0, 0, PIXELS / 2, PIXELS / 2]];
+    let stated = rms(&beam, &Image { data: &beam.data * 0.0, ..beam.clone() }, 0.5);
+    assert!((0.5..2.0).contains(&(stated / found[1].0)), "{stated} {}", found[1].0);
+    assert!((0.6..1.6).contains(&(middle(&beam) / middle(&found[1].1))), "{} {}", middle(&beam), middle(&found[1].1));
+}
+
+#[test]
+fn points_on_a_black_sky_are_not_smooth() {
+    let points = |l: f64, m: f64| if (l / 0.036).fract() == 0.0 && (m / 0.042).fract() == 0.0 { 40_000.0 } else { 3.0 };
+    let (mut set, _) = observed(points);
+    let recorder = Recorder::default();
+    imaged(&mut set, &MemOptions { uncertainty: Uncertainty::None, niter: 20, ..MemOptions::default() }, &recorder);
+    assert!(!recorder.messages().iter().any(|m| m.contains("smooth scene")), "{:?}", recorder.messages());
+}
+
+#[test]
+fn an_impossible_smoothness_is_refused() {
+    assert!("-3K".parse::<SmoothnessChoice>().map_or(true, |s| MemOptions { smoothness: s, ..MemOptions::default() }.check().is_err()));
+    assert!("high".parse::<SmoothnessChoice>().is_err());
 }

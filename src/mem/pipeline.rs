@@ -9,12 +9,13 @@ use super::objective::{Multipliers, Objective, single};
 use super::plan::{Flux, MemPlan, Prior};
 use super::regulariser::{L1, Regulariser, TotalVariation, WeightedSum, check_prior};
 use super::response::Response;
+use super::smooth_scene::{Known, SmoothScene};
 use super::solver::{MemGoals, Progress};
 use super::statistics::DataSums;
 use super::uncertainty::{Uncertainty, uncertainty};
 use crate::imaging::{Background, Clock, Imager, Kind, PATTERN_LIMIT, ZeroSpacing, with_beam};
 use crate::memory::{ImageWork, check_images};
-use crate::progress::Observer;
+use crate::progress::{Event, Observer};
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::{ElementPattern, Image, RestoringBeam, SkyGrid, VisUnit};
@@ -47,6 +48,8 @@ struct Channel {
     /// Power pattern of the elements; `None` where they have none.
     pattern: Option<Array2<f64>>,
     residual: Array2<f64>,
+    /// True if a smooth scene was expected.
+    smooth: bool,
     sigma: Option<Array2<f64>>,
     beam: RestoringBeam,
     certificate: Certificate,
@@ -117,12 +120,13 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         Flux::ZeroSpacing(v) => Some(v + hidden),
     };
     let offset = offset.map(single);
-    let mut background = None;
+    let (mut background, mut told) = (None, None);
     let prior = match &opts.prior {
         Prior::Auto | Prior::Smoothed => {
             if let Some(seen) = &seen_of_one {
                 let found = Background::of((&mut *imager, k), seen, inside.as_ref(), observer)?;
                 background = found.map(|b| b.level);
+                told = found.map(|b| b.level * sum_inside(seen, inside.as_ref()));
                 found.iter().for_each(|b| b.say(imager, observer));
             }
             match (flux, background) {
@@ -137,13 +141,24 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         Prior::Flat(t) => &one * *t,
         Prior::Image(image) => &one * image,
     };
+    if let (None, Some(seen), true) = (told, &seen_of_one, imager.header().antenna_temperature_k.is_some()) {
+        let found = Background::of((&mut *imager, k), seen, inside.as_ref(), observer)?;
+        told = found.and_then(|b| b.total(seen, inside.as_ref()));
+    }
     let prior = single(prior).into_shared();
+    let middle = one[(one.nrows() / 2, one.ncols() / 2)];
     drop((one, seen_of_one));
     *clock.0.entry("statistics").or_default() += start.elapsed().as_secs_f64();
     let hessian = clock.time("beam", || BeamHessian::in_passes((&mut *imager, k), factor, observer))?;
     let response = pattern.as_ref().map(Response::of).unwrap_or_default();
+    let known =
+        Known { beam: &hessian, response: &response, prior: &prior, one: middle, inside: inside.as_ref(), offset: offset.as_ref(), factor };
+    let smooth = clock.time("smoothness", || SmoothScene::of((&mut *imager, k), &known, opts, observer))?;
+    let (smoothness, smooth_lambda) = smooth.map_or((None, None), |s| (Some(s.penalty), Some(s.lambda)));
+    // The links between neighbours let the mean of the scene drift, so its level is held.
+    let (alone, flux) = (flux, flux.or(told.filter(|_| smoothness.is_some())));
     let chi2 = ChiSquared::in_passes((&mut *imager, k), (factor, sums.used), observer)?.through(response);
-    let objective = Objective { chi2, penalty: WeightedSum::default(), inside, offset, flux, beam: Some(hessian), unit: 1.0 };
+    let objective = Objective { chi2, penalty: WeightedSum::default(), smoothness, inside, offset, flux, beam: Some(hessian), unit: 1.0 };
     let mut solver = prepared(objective, prior, opts)?;
     let mut state = solver.start();
     let (goals, method) = (opts.options.goals(), opts.options.solver);
@@ -157,7 +172,22 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         state = solver.start();
     }
     let start = Instant::now();
-    let progress = solver.solve(&mut state, &goals, method, observer)?;
+    let mut smooth = smooth_lambda.is_some();
+    let progress = match smooth_lambda {
+        None => solver.solve(&mut state, &goals, method, observer)?,
+        Some(lambda) => {
+            let first = solver.solve_expected(&mut state, lambda, &goals, method, observer)?;
+            if first.met {
+                first
+            } else {
+                let text = "the image of a smooth scene does not meet its constraints: made again with entropy alone (smoothness none)";
+                observer.event(Event::Note(text));
+                solver.with_entropy_alone(alone);
+                (smooth, state) = (false, solver.start());
+                first.and(&solver.solve(&mut state, &goals, method, observer)?)
+            }
+        }
+    };
     let elapsed = start.elapsed().as_secs_f64();
     *clock.0.entry("solve").or_default() += elapsed;
     let certificate = Certificate { background, ..certify(&mut solver, &state, (&progress, elapsed))? };
@@ -168,7 +198,7 @@ fn channel(imager: &mut Imager<'_>, k: usize, opts: &MemPlan, (observer, clock):
         None => imager.residual(k, model.view(), observer),
         Some(pattern) => imager.residual(k, (&model * pattern).view(), observer),
     })?;
-    Ok(Channel { model, pattern, residual: residual.image, sigma, beam, certificate })
+    Ok(Channel { model, pattern, residual: residual.image, smooth, sigma, beam, certificate })
 }
 
 /// A prior of equal brightness of which the elements see this total flux.
@@ -261,7 +291,13 @@ fn map(solver: &mut MemImager<'_>, state: &mut MemState, how: (Uncertainty, u64)
 
 /// The model in the restoring beam plus the residual. Elements with a pattern dim the residual with the sky, so it is divided by the pattern. Where
 /// the pattern is below [`PATTERN_LIMIT`] the residual is mostly noise, and is left out.
+///
+/// The model of a smooth scene is as sharp as the data allow, and its residual is noise, so it is shown as it is.
 fn restored(grid: &SkyGrid, c: &Channel) -> Array2<f64> {
+    if c.smooth {
+        // Flux a beam.
+        return &c.model * (c.beam.solid_angle_sr() / grid.cell_sr());
+    }
     let mut image = with_beam(grid, c.model.view(), &c.beam);
     match &c.pattern {
         None => image += &c.residual,

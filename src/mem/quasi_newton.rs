@@ -32,7 +32,7 @@ impl QuasiNewton {
         let m = course.multipliers;
         let mut d = match &o.beam {
             Some(beam) => {
-                let system = NewtonSystem::new((beam, o.chi2.response()), point, o.residual(point, &m), &m)?;
+                let system = NewtonSystem::new((beam, o.chi2.response(), o.smoothness.as_ref()), point, o.residual(point, &m), &m)?;
                 let (mut d, steps) = system.solve(-o.gradient(point, &m), course.steering.effort(chi2, kkt))?;
                 course.convolutions += steps;
                 let more = (0.5 * o.unit.sqrt()) as f32;

@@ -98,7 +98,7 @@ impl<'o> Course<'o> {
         let (chi2, kkt) = (point.chi2 / o.chi2.expected(), o.kkt(&point, &m));
         let error = o.flux.map_or(0.0, |f| o.excess(&point).abs() / f);
         self.observer.event(Event::Entropy { number: number as usize, evaluations, chi2, kkt, flux: point.flux, lambda: m.lambda });
-        self.met = self.steering.control.met(chi2) && kkt <= self.goals.kkt && error <= self.goals.flux;
+        self.met = self.steering.control.met(chi2) && self.steering.arrived(m.lambda) && kkt <= self.goals.kkt && error <= self.goals.flux;
         self.compare([self.steering.control.departure(chi2), kkt, error]);
         let accepted = o.value(&point, &m);
         self.point = Some(point);
@@ -186,6 +186,18 @@ pub struct Progress {
     pub met: bool,
     /// No step in any direction improves the image any more, or many steps in a row have not brought it closer to the goals.
     pub stalled: bool,
+}
+
+impl Progress {
+    /// The work of this run and of one that went on from it.
+    pub(super) fn and(&self, more: &Self) -> Self {
+        Self {
+            evaluations: self.evaluations + more.evaluations,
+            iterations: self.iterations + more.iterations,
+            convolutions: self.convolutions + more.convolutions,
+            ..*more
+        }
+    }
 }
 
 /// Take steps of a method from `s` until its goals are met, no step improves the image, or `steps` are taken.

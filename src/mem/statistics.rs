@@ -5,6 +5,7 @@ use crate::progress::{Observer, Quiet};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::SPEED_OF_LIGHT_M_S;
 use num_complex::Complex32;
+use std::collections::BTreeMap;
 
 /// Upper and lower half of the bits of a single.
 const HALF: usize = 1 << 16;
@@ -15,6 +16,8 @@ struct Datum {
     weight: f32,
     /// Length of its baseline on the u-v plane, wavelengths.
     length: f32,
+    /// The baseline on the u-v plane, wavelengths.
+    uv: (f64, f64),
 }
 
 /// Sums over the data of an output channel.
@@ -26,6 +29,52 @@ pub struct DataSums {
     pub power: f64,
 }
 
+/// The mean power of the visibilities whose baselines have about the same length.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct PowerBin {
+    /// Mean length, wavelengths.
+    pub(super) length: f64,
+    /// Number of visibilities.
+    pub(super) count: f64,
+    /// Mean of |V|^2.
+    pub(super) power: f64,
+    /// Mean of 2 / weight: with weights of 1/sigma^2 the part of the noise.
+    pub(super) noise: f64,
+    /// Mean of the power that is known before.
+    pub(super) known: f64,
+}
+
+/// Bins for a factor of two in length.
+const BINS_AN_OCTAVE: f64 = 8.0;
+
+/// The power of an output channel against the length of the baselines, from short to long. The weights times `factor` are 1/sigma^2, and `known` is the power that
+/// is known at a place (u, v).
+///
+/// # Errors
+/// The source cannot be read.
+pub(super) fn powers_by_length(
+    at: (&mut Imager<'_>, usize),
+    factor: f64,
+    known: impl Fn(f64, f64) -> f64,
+    observer: &dyn Observer,
+) -> Result<Vec<PowerBin>> {
+    let mut bins = BTreeMap::<i32, PowerBin>::new();
+    for_each_datum(at, observer, |d| {
+        let length = f64::from(d.length);
+        let bin = bins.entry((BINS_AN_OCTAVE * length.max(1e-9).log2()).floor() as i32).or_default();
+        bin.length += length;
+        bin.count += 1.0;
+        bin.power += f64::from(d.vis.norm_sqr());
+        bin.noise += 2.0 / (factor * f64::from(d.weight));
+        bin.known += known(d.uv.0, d.uv.1);
+    })?;
+    let mean = |b: PowerBin| {
+        let [length, power, noise, known] = [b.length, b.power, b.noise, b.known].map(|sum| sum / b.count);
+        PowerBin { length, count: b.count, power, noise, known }
+    };
+    Ok(bins.into_values().map(mean).collect())
+}
+
 fn for_each_datum((imager, channel): (&mut Imager<'_>, usize), observer: &dyn Observer, mut work: impl FnMut(Datum)) -> Result<()> {
     let range = imager.channels()[channel].clone();
     let per_m: Vec<f64> = imager.header().spectrum.freq_hz().iter().map(|f| f / SPEED_OF_LIGHT_M_S).collect();
@@ -35,7 +84,8 @@ fn for_each_datum((imager, channel): (&mut Imager<'_>, usize), observer: &dyn Ob
             for chan in range.clone() {
                 let weight = block.weight[(row, chan)];
                 if weight > 0.0 {
-                    work(Datum { vis: block.vis[(row, chan)], weight, length: (length * per_m[chan]) as f32 });
+                    let uv = (uvw[0] * per_m[chan], uvw[1] * per_m[chan]);
+                    work(Datum { vis: block.vis[(row, chan)], weight, length: (length * per_m[chan]) as f32, uv });
                 }
             }
         }

@@ -72,7 +72,7 @@ fn imager_with(prior: f64, flux: Option<f64>, beam: bool, options: GridOptions) 
     let unit = prior;
     let prior = ArcArray2::from_elem((SIDE, SIDE), prior as f32);
     let penalty = WeightedSum(vec![(1.0, Box::new(Entropy::Relative.of(prior.clone())))]);
-    MemImager::new(Objective { chi2, penalty, inside: None, offset: None, flux, beam: hessian, unit }, prior).unwrap()
+    MemImager::new(Objective { chi2, penalty, smoothness: None, inside: None, offset: None, flux, beam: hessian, unit }, prior).unwrap()
 }
 
 pub(super) fn nrmse(image: &Array2<f64>) -> f64 {
@@ -260,7 +260,7 @@ fn the_uncertainty_covers_the_errors_of_the_image() {
     let probed = uncertainty(o, &point, &m, (Uncertainty::Probes(200), 3)).unwrap().unwrap();
     assert!(uncertainty(o, &point, &m, (Uncertainty::None, 1)).unwrap().is_none());
     let flat = Array2::zeros((SIDE, SIDE));
-    let system = super::newton::NewtonSystem::new((o.beam.as_ref().unwrap(), o.chi2.response()), &point, flat, &m).unwrap();
+    let system = super::newton::NewtonSystem::new((o.beam.as_ref().unwrap(), o.chi2.response(), None), &point, flat, &m).unwrap();
     for at in [(16, 8), (22, 16), (11, 20), (8, 14)] {
         let mut unit = Array2::zeros((SIDE, SIDE));
         unit[at] = 1.0;

@@ -14,6 +14,7 @@ use super::control::Effort;
 use super::newton::NewtonSystem;
 use super::objective::{Multipliers, Objective, Point, brightness};
 use super::response::Response;
+use super::smoothness::Smoothness;
 use crate::Result;
 use crate::values::{by_text, need};
 use ndarray::{Array2, Zip};
@@ -23,6 +24,8 @@ use std::str::FromStr;
 
 /// Points of the table of the circulant approximation.
 const TABLE: usize = 64;
+/// Weights of the links of a smoothness that have a table each, doubling from one to the next.
+const WEIGHTS: [f64; 8] = [0.0625, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 /// How exactly the system is solved for a probe.
 const EXACT: Effort = Effort { tolerance: 1e-2, steps: 100 };
 /// Tolerance of the solution for the single probe that scales the circulant map.
@@ -71,11 +74,13 @@ impl FromStr for Uncertainty {
 /// The number of probes is 0.
 pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed): (Uncertainty, u64)) -> Result<Option<Array2<f64>>> {
     let Some(beam) = &o.beam else { return Ok(None) };
+    let smoothness = o.smoothness.as_ref().map(|links| links.supported(o.chi2.response()));
+    let links = smoothness.as_ref();
     match how {
         Uncertainty::None => Ok(None),
         Uncertainty::Beam => {
             // The circulant gives some weight to spatial frequencies without data, which makes the map too small everywhere.
-            let probe = Probe::new((beam, o.chi2.response()), point, m, 1)?.next(ROUGH)?;
+            let probe = Probe::new((beam, o.chi2.response(), links), point, m, 1)?.next(ROUGH)?;
             let mut true_sum = 0.0;
             Zip::from(&point.s).and(&probe).for_each(|s, p| true_sum += m.lambda * brightness(*s) * f64::from(*p));
             drop(probe);
@@ -105,16 +110,39 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
             // The data do not constrain pixels below a millionth of the brightest pixel.
             let (from, to) = (lo.max(1e-9 * hi).ln(), hi.ln());
             let at = |k: usize| from + (to - from) * k as f64 / (TABLE - 1) as f64;
-            let table: Vec<f64> = (0..TABLE).map(|k| beam.mean_damping(at(k).exp() * scale)).collect();
+            // A smooth scene is bright everywhere, so one mean of lambda x serves all pixels. The weights of the links differ.
+            let smooth = links.map(|links| {
+                let mut sum = 0.0;
+                Zip::from(&point.s).and(&point.stiffness).for_each(|s, e| sum += x(*s, *e));
+                (beam.differences(), links.even_stencil() * sum / (m.lambda * point.s.len() as f64))
+            });
+            let tables: Vec<Vec<f64>> = match &smooth {
+                None => vec![(0..TABLE).map(|k| beam.mean_damping(at(k).exp() * scale)).collect()],
+                Some((differences, t)) => {
+                    WEIGHTS.map(|w| (0..TABLE).map(|k| beam.mean_damping_with(at(k).exp() * scale, differences, *t * w)).collect()).to_vec()
+                }
+            };
+            // By interpolation along a table, and between those of two weights.
+            let along = |table: &[f64], x: f64| {
+                let place = ((x.max(f64::MIN_POSITIVE).ln() - from) / (to - from).max(1e-12)).clamp(0.0, 1.0) * (TABLE - 1) as f64;
+                let k = (place as usize).min(TABLE - 2);
+                let f = place - k as f64;
+                table[k] * (1.0 - f) + table[k + 1] * f
+            };
             let mut out = Array2::zeros(point.s.dim());
-            Zip::from(&mut out).and(&point.s).and(&point.stiffness).and(&response).for_each(|o, s, e, r| {
+            Zip::indexed(&mut out).and(&point.s).and(&point.stiffness).and(&response).for_each(|place, o, s, e, r| {
                 let x = x(*s, *e);
                 if x > 0.0 {
-                    let place =
-                        ((seen(x, *r).max(f64::MIN_POSITIVE).ln() - from) / (to - from).max(1e-12)).clamp(0.0, 1.0) * (TABLE - 1) as f64;
-                    let k = (place as usize).min(TABLE - 2);
-                    let f = place - k as f64;
-                    *o = (x * (table[k] * (1.0 - f) + table[k + 1] * f)).sqrt();
+                    let mean = match links {
+                        None => along(&tables[0], seen(x, *r)),
+                        Some(links) => {
+                            let w = (links.weight(place).max(f64::MIN_POSITIVE) / WEIGHTS[0]).log2().clamp(0.0, (WEIGHTS.len() - 1) as f64);
+                            let k = (w as usize).min(WEIGHTS.len() - 2);
+                            let f = w - k as f64;
+                            along(&tables[k], seen(x, *r)) * (1.0 - f) + along(&tables[k + 1], seen(x, *r)) * f
+                        }
+                    };
+                    *o = (x * mean).sqrt();
                 }
             });
             let sum: f64 = out.iter().map(|o| o * o).sum();
@@ -125,7 +153,7 @@ pub fn uncertainty(o: &Objective<'_>, point: &Point, m: &Multipliers, (how, seed
         }
         Uncertainty::Probes(n) => {
             need("uncertainty", "0 probes", n > 0, "1 probe or more")?;
-            let mut probes = Probe::new((beam, o.chi2.response()), point, m, seed)?;
+            let mut probes = Probe::new((beam, o.chi2.response(), links), point, m, seed)?;
             let mut sum = Array2::<f64>::zeros(point.s.dim());
             for _ in 0..n {
                 Zip::from(&mut sum).and(&probes.next(EXACT)?).for_each(|s, p| *s += f64::from(*p));
@@ -145,9 +173,9 @@ struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    fn new((beam, response): (&'a BeamHessian, &Response), point: &'a Point, m: &Multipliers, seed: u64) -> Result<Self> {
+    fn new(parts: (&'a BeamHessian, &Response, Option<&'a Smoothness>), point: &'a Point, m: &Multipliers, seed: u64) -> Result<Self> {
         let shape = point.s.dim();
-        let system = NewtonSystem::new((beam, response), point, Array2::zeros(shape), m)?;
+        let system = NewtonSystem::new(parts, point, Array2::zeros(shape), m)?;
         Ok(Self { system, rng: rand_chacha::ChaCha8Rng::seed_from_u64(seed), shape })
     }
 

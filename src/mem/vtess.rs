@@ -88,7 +88,7 @@ impl Vtess {
         let expected = o.chi2.expected();
         let residual = o.residual(point, &m);
         let gj = in_s(point, &residual);
-        let system = NewtonSystem::new((beam, o.chi2.response()), point, residual, &m)?;
+        let system = NewtonSystem::new((beam, o.chi2.response(), o.smoothness.as_ref()), point, residual, &m)?;
         let (chi2, kkt) = (point.chi2 / expected, o.kkt(point, &m));
         let effort = course.steering.effort(chi2, kkt);
         let mut inner = 0;
