@@ -91,9 +91,10 @@ impl Bvh {
         self.nodes[at] = Node { bounds: all, link, count: 0, axis: axis as u16 };
     }
 
-    /// Finds the items whose boxes a beam may meet. Returns false if they are more than `most`, or if one has no finite box.
+    /// Finds the leaves of the tree that a beam may meet, as items with a distance before which no ray enters the leaf, m. Returns false if the
+    /// items are more than `most`, or if one has no finite box.
     #[must_use]
-    pub fn in_the_way(&self, beam: &Beam, most: usize, found: &mut Vec<u32>) -> bool {
+    pub fn in_the_way(&self, beam: &Beam, most: usize, found: &mut Vec<(f64, u32)>) -> bool {
         found.clear();
         if !self.endless.is_empty() {
             return false;
@@ -104,9 +105,7 @@ impl Bvh {
             depth -= 1;
             let at = stack[depth];
             let node = &self.nodes[at as usize];
-            if !beam.meets(&node.bounds) {
-                continue;
-            }
+            let Some(entry) = beam.entry(&node.bounds) else { continue };
             if node.count == 0 {
                 stack[depth] = at + 1;
                 stack[depth + 1] = node.link;
@@ -117,7 +116,7 @@ impl Bvh {
             if found.len() + items.len() > most {
                 return false;
             }
-            found.extend_from_slice(items);
+            found.extend(items.iter().map(|item| (entry, *item)));
         }
         true
     }
@@ -234,7 +233,7 @@ mod tests {
             found.sort_unstable();
             let mut way = Vec::new();
             let thin = Beam::new(Bounds::of_points([ray.origin]), Bounds::of_points([ray.direction]));
-            assert!(tree.in_the_way(&thin, 500, &mut way) && found.iter().all(|i| way.contains(i)));
+            assert!(tree.in_the_way(&thin, 500, &mut way) && found.iter().all(|i| way.iter().any(|w| w.1 == *i)));
             assert!(found.is_empty() || !tree.in_the_way(&thin, 0, &mut way));
             let direct: Vec<u32> = (0..500).filter(|i| all[*i as usize].entry(&ray, 1e9).is_some()).collect();
             assert_eq!(found, direct);

@@ -69,6 +69,8 @@ pub struct Geometry {
     solids: Vec<Body>,
     /// Terms of solid regions, without the empty regions listed before them, and the numbers of the regions. // [leaf]
     leaves: Vec<(Term, u32)>,
+    /// Boxes that hold them, enlarged a little, so that a ray in the plane of a face meets the box of its body. // [leaf]
+    boxes: Vec<Bounds>,
     tree: Bvh,
     bounds: Bounds,
     eps: f64,
@@ -108,9 +110,9 @@ impl Geometry {
         let bounds = boxes.iter().filter(|b| !b.is_empty()).fold(Bounds::EMPTY, |a, b| a.union(*b));
         let reach = if bounds.is_empty() { 1.0 } else { bounds.size().norm().max(bounds.min.norm()).max(bounds.max.norm()) };
         let eps = 1e-9 * reach.clamp(1e-3, 1e9);
-        // The boxes are enlarged a little, so that a ray in the plane of a face meets the box of its body.
-        let tree = Bvh::new(&boxes.iter().map(|b| if b.is_empty() { *b } else { b.grown(eps) }).collect::<Vec<_>>());
-        Ok(Self { bodies, regions, solids, leaves, tree, bounds, eps })
+        let boxes: Vec<Bounds> = boxes.into_iter().map(|b| if b.is_empty() { b } else { b.grown(eps) }).collect();
+        let tree = Bvh::new(&boxes);
+        Ok(Self { bodies, regions, solids, leaves, boxes, tree, bounds, eps })
     }
 
     /// The bodies.
@@ -158,19 +160,34 @@ impl Geometry {
         best
     }
 
-    /// As [`Geometry::first_hit`], if the ray can meet only these leaves.
+    /// As [`Geometry::first_hit`], if the ray can meet only these leaves. Each comes after a distance in m before which the ray cannot meet it, and
+    /// they are sorted by it.
     #[must_use]
     #[inline]
-    pub fn first_hit_of(&self, leaves: &[u32], ray: &Ray, t_max: f64) -> Option<Hit> {
-        let mut best: Option<Hit> = None;
-        leaves.iter().fold(t_max, |limit, leaf| self.nearer(*leaf, ray, limit, &mut best));
+    pub fn first_hit_of(&self, leaves: &[(f64, u32)], ray: &Ray, t_max: f64) -> Option<Hit> {
+        let (mut best, mut limit) = (None, t_max);
+        for &(entry, leaf) in leaves {
+            if entry > limit {
+                break;
+            }
+            if self.boxes[leaf as usize].entry(ray, limit).is_some() {
+                limit = self.nearer(leaf, ray, limit, &mut best);
+            }
+        }
         best
     }
 
-    /// Finds the leaves (terms of solid regions) that rays of a beam may meet. Returns false if they are more than `most`.
+    /// Finds the leaves (terms of solid regions) that rays of a beam may meet, in the order of [`Geometry::first_hit_of`]. Returns false if they are
+    /// more than `most`.
     #[must_use]
-    pub fn in_the_way(&self, beam: &Beam, most: usize, found: &mut Vec<u32>) -> bool {
-        self.tree.in_the_way(beam, most, found)
+    pub fn in_the_way(&self, beam: &Beam, most: usize, found: &mut Vec<(f64, u32)>) -> bool {
+        // Boxes of the tree hold two leaves, and hold them loosely.
+        if !self.tree.in_the_way(beam, most.saturating_mul(4), found) {
+            return false;
+        }
+        found.retain_mut(|(entry, leaf)| beam.entry(&self.boxes[*leaf as usize]).map(|own| *entry = own).is_some());
+        found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        found.len() <= most
     }
 
     /// Replaces the best hit by that of a leaf if it is nearer than `limit`. Returns the new limit.

@@ -16,11 +16,11 @@ impl Beam {
         Self { origins, directions }
     }
 
-    /// Whether a ray may meet a box. It is true for every box that a ray meets, and for some that no ray meets: it asks for one distance at which
-    /// the rays as a whole reach the box along each axis.
+    /// A distance before which no ray enters a box, m; `None` if no ray can meet it. It exists for every box that a ray meets, and for some that no
+    /// ray meets: it asks for one distance at which the rays as a whole reach the box along each axis.
     #[must_use]
     #[inline]
-    pub fn meets(&self, b: &Bounds) -> bool {
+    pub fn entry(&self, b: &Bounds) -> Option<f64> {
         let (mut near, mut far) = (0.0_f64, f64::INFINITY);
         for axis in 0..3 {
             // The lowest ray is not above the box, and the highest one is not below it.
@@ -33,11 +33,11 @@ impl Beam {
                 } else if speed < 0.0 {
                     near = near.max(room / speed);
                 } else if !(room >= 0.0) {
-                    return false;
+                    return None;
                 }
             }
         }
-        near <= far
+        (near <= far).then_some(near)
     }
 }
 
@@ -64,7 +64,8 @@ mod tests {
             let [a, b, c] = at;
             let ray = Ray::from_unit(from + Vec3::new(a, b, c) * wide, direction + Vec3::new(b, c, a) * angle);
             let target = Bounds::around(to, Vec3::new(size, 0.5 * size, 2.0 * size));
-            prop_assert!(target.entry(&ray, f64::INFINITY).is_none() || beam.meets(&target));
+            let first = beam.entry(&target).unwrap_or(f64::INFINITY);
+            prop_assert!(target.entry(&ray, f64::INFINITY).is_none_or(|t| first <= t + 1e-9));
         }
     }
 
@@ -74,10 +75,14 @@ mod tests {
             Bounds::around(Vec3::ZERO, Vec3::new(0.1, 0.1, 0.1)),
             Bounds::around(Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 0.1, 0.1)),
         );
-        let at = |x: f64, y: f64| Bounds::around(Vec3::new(x, y, 0.0), Vec3::new(0.5, 0.5, 0.5));
-        assert!(beam.meets(&at(10.0, 0.0)) && beam.meets(&at(10.0, 1.4)) && !beam.meets(&at(10.0, 2.0)));
-        assert!(!beam.meets(&at(-10.0, 0.0)) && !beam.meets(&at(1.0, 3.0)));
+        let at = |x: f64, y: f64| beam.entry(&Bounds::around(Vec3::new(x, y, 0.0), Vec3::new(0.5, 0.5, 0.5))).is_some();
+        assert!(at(10.0, 0.0) && at(10.0, 1.4) && !at(10.0, 2.0));
+        assert!(!at(-10.0, 0.0) && !at(1.0, 3.0));
         // A direction without any component along an axis.
-        assert!(!Beam::new(Bounds::around(Vec3::ZERO, Vec3::ZERO), Bounds::around(Vec3::UP, Vec3::ZERO)).meets(&at(3.0, 0.0)));
+        assert!(
+            Beam::new(Bounds::around(Vec3::ZERO, Vec3::ZERO), Bounds::around(Vec3::UP, Vec3::ZERO))
+                .entry(&Bounds::around(Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.5, 0.5, 0.5)))
+                .is_none()
+        );
     }
 }

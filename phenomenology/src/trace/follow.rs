@@ -1,6 +1,7 @@
 //! Following one ray backwards from the antenna through its reflections, with one weight for every plane and channel.
 
 use super::cause::{Cause, Tally};
+use super::face::Face;
 use super::lattice::Points;
 use super::polar::{local_frame, polarised, reflect, turn};
 use super::scatter::{Scattering, heaviest, weight_of};
@@ -31,7 +32,6 @@ impl Tracer<'_> {
             speckle_k: self.options.speckle_k,
             scatters: false,
             mirrored: None,
-            mirrors_sky: false,
             cuts: Cuts::default(),
             tally: Tally::new(self.options.causes),
         }
@@ -48,14 +48,15 @@ impl Tracer<'_> {
         scratch: &mut Scratch,
     ) -> Result<Option<Seen>> {
         let ray = Ray::from_unit(origin, direction);
-        self.follow_from(ray, self.spot(&ray)?, reference, points, scratch)
+        self.follow_from(ray, self.spot(&ray)?, None, reference, points, scratch)
     }
 
-    /// Follows a ray whose first hit is known.
+    /// Follows a ray whose first hit is known, and the only solids that its mirrored ray can meet, if they are.
     pub(super) fn follow_from(
         &self,
         ray: Ray,
         first: Option<Spot>,
+        mirrored: Option<&[(f64, u32)]>,
         reference: Vec3,
         points: Points,
         scratch: &mut Scratch,
@@ -74,13 +75,21 @@ impl Tracer<'_> {
             return Ok(None);
         };
         let cos_incidence = (-ray.direction.dot(spot.normal)).clamp(0.0, 1.0);
-        self.walk(ray, spot, reference, Reach { bounces: 0, branch: 0, bundle: 1.0 }, scratch)?;
+        self.walk(ray, spot, mirrored, reference, Reach { bounces: 0, branch: 0, bundle: 1.0 }, scratch)?;
         Ok(Some(Seen { range_m: spot.t, cos_incidence, cover: spot.cover, region: spot.region, face: spot.face }))
     }
 
-    /// Follows a ray from its next hit on.
-    pub(super) fn walk(&self, ray: Ray, spot: Spot, reference: Vec3, reach: Reach, scratch: &mut Scratch) -> Result<()> {
-        let (mut ray, mut spot, mut reference, mut reach) = (ray, spot, reference, reach);
+    /// Follows a ray from its next hit on. `mirrored` are the only solids that its mirrored ray can meet there, if they are known.
+    pub(super) fn walk(
+        &self,
+        ray: Ray,
+        spot: Spot,
+        mirrored: Option<&[(f64, u32)]>,
+        reference: Vec3,
+        reach: Reach,
+        scratch: &mut Scratch,
+    ) -> Result<()> {
+        let (mut ray, mut spot, mut mirrored, mut reference, mut reach) = (ray, spot, mirrored, reference, reach);
         loop {
             let cos = (-ray.direction.dot(spot.normal)).clamp(0.0, 1.0);
             self.add_leg(&ray, spot.point.z, spot.t, reach.branch, scratch)?;
@@ -98,9 +107,12 @@ impl Tracer<'_> {
             ray = self.mirror_ray(&ray, &spot);
             let first = reach.bounces == 0 && reach.branch == 0;
             reach.bounces += 1;
-            let next = if first && scratch.mirrors_sky { None } else { self.spot(&ray)? };
+            let next = match mirrored.take() {
+                Some([]) => None,
+                solids => self.spot_of(&ray, solids)?,
+            };
             if first && left >= VISIBLE_MIRROR {
-                scratch.mirrored = Some(next.as_ref().map(Spot::identity));
+                scratch.mirrored = Some(next.as_ref().map_or(Face::SKY, Spot::identity));
             }
             spot = match next {
                 Some(spot) => spot,

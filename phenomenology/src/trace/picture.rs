@@ -88,8 +88,15 @@ impl Tracer<'_> {
         };
         // First pass: one ray through the middle of every pixel. // [m, l][chan and pol, then cause]
         let mut sums = vec![0.0; rows * columns * width];
-        let nothing =
-            Middle { range_m: f64::NAN, incidence_deg: f64::NAN, identity: (0, 0), material: 0, first_k: 0.0, face: None, scatters: false };
+        let nothing = Middle {
+            range_m: f64::NAN,
+            incidence_deg: f64::NAN,
+            identity: (0, 0),
+            material: 0,
+            first_k: 0.0,
+            face: Face::SKY,
+            scatters: false,
+        };
         let mut middles = vec![nothing; rows * columns];
         sums.par_chunks_mut(columns * width).zip(middles.par_chunks_mut(columns)).enumerate().try_for_each_init(
             || self.scratch(),
@@ -103,7 +110,7 @@ impl Tracer<'_> {
                     }
                     if let Some(seen) = shot.flatten() {
                         (middle.range_m, middle.incidence_deg) = (seen.range_m, seen.cos_incidence.acos().to_degrees());
-                        middle.face = Some(seen.identity());
+                        middle.face = seen.identity();
                         middle.identity = (seen.cover + 1, seen.region.map_or(0, |r| r + 1));
                         middle.material = self.scene.covers.list()[seen.cover as usize].surface as u32 + 1;
                     }
@@ -112,7 +119,7 @@ impl Tracer<'_> {
                 Ok::<(), SceneError>(())
             },
         )?;
-        let faces: Vec<Face> = middles.iter().map(|m| m.face.filter(|_| m.scatters)).collect();
+        let faces: Vec<Face> = middles.iter().map(|m| if m.scatters { m.face } else { Face::SKY }).collect();
         let corrections = self.corrections(view, &faces, self.options.speckle_k, NEAR)?;
         for (pixel, (out, middle)) in sums.chunks_exact_mut(width).zip(&mut middles).enumerate() {
             if let Some(correction) = corrections.of(pixel) {
@@ -193,7 +200,7 @@ impl Tracer<'_> {
                         let (x, y) = (column as f64 + offset(look % side), row as f64 + offset(look / side));
                         let points = Points::of_pixel(column as f64, row as f64).share(look, side * side);
                         let Some(seen) = self.shoot(view, x, y, points.using(Use::Nothing), scratch)? else { continue };
-                        let face = seen.map(|s| s.identity());
+                        let face = seen.map_or(Face::SKY, |s| s.identity());
                         if scratch.scatters {
                             // The correction of the nearest pixel that shows the same face.
                             match nearest(middles, columns, (x, y), (column, row), face).and_then(|pixel| corrections.of(pixel)) {

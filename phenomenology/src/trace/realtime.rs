@@ -70,7 +70,7 @@ impl<'a> Tile<'a, '_> {
     }
 
     /// What a pixel shows; `None` outside the hemisphere.
-    fn look(&self, column: usize, row: usize) -> Result<Option<Look>> {
+    fn look(&self, column: usize, row: usize) -> Result<Option<Look<'a>>> {
         let (x, y) = self.place(column, row);
         self.view.direction(x, y).map(|d| self.tracer.look(self.view, d, self.block(column, row))).transpose()
     }
@@ -78,18 +78,18 @@ impl<'a> Tile<'a, '_> {
     /// Whether a pixel shows the face of a vertex, and the same face in the mirror.
     fn shows(&self, vertex: &Vertex, column: usize, row: usize) -> Result<bool> {
         if let Some(cover) = self.block(column, row).ground {
-            return Ok(vertex.face == Some((None, (0, 0), cover)) && vertex.mirrored.is_none_or(|m| m.is_none()));
+            return Ok(vertex.face == Face::of_ground(cover) && vertex.mirrored.is_none_or(Face::is_sky));
         }
         match self.look(column, row)? {
             Some(look) => self.tracer.agrees(&look, vertex),
-            None => Ok(vertex.face.is_none()),
+            None => Ok(vertex.face.is_sky()),
         }
     }
 
     /// Fills a square of ground with several surfaces: a pixel takes the temperature of the nearest corner that shows its surface. The ground is
     /// smooth, so its temperature changes little over a square. Returns false, and fills nothing, if the square is another one.
     fn ground(&mut self, (column, row): (usize, usize), side: usize, c: &[Vertex; 4], spread_k: f64, out: &mut [Vertex]) -> Result<bool> {
-        let is_ground = |v: &Vertex| v.is_ground() && v.mirrored.is_none_or(|m| m.is_none());
+        let is_ground = |v: &Vertex| v.is_ground() && v.mirrored.is_none_or(Face::is_sky);
         let alike = |a: &Vertex, b: &Vertex| a.face != b.face || (a.rj_k - b.rj_k).abs() <= spread_k;
         // Corners of one face have another reason to be split: the temperature between them.
         if c.iter().all(|v| v.face == c[0].face) || !c.iter().all(is_ground) {
@@ -203,21 +203,25 @@ impl Tracer<'_> {
                 },
             )
             .collect::<Result<_>>()?;
-        let mut pixels = Vec::with_capacity(rows * columns);
-        for row in 0..rows {
-            for tile in &tiles[row / TILE * across..(row / TILE + 1) * across] {
-                let left = columns - pixels.len() % columns;
-                pixels.extend_from_slice(&tile.0[row % TILE * TILE..][..left.min(TILE)]);
-            }
-        }
+        let mut pixels: Vec<Vertex> = (0..rows * columns)
+            .into_par_iter()
+            .map(|k| {
+                let (row, column) = (k / columns, k % columns);
+                tiles[row / TILE * across + column / TILE].0[row % TILE * TILE + column % TILE]
+            })
+            .collect();
         let mut rays: usize = tiles.iter().map(|t| t.1).sum();
-        let faces: Vec<Face> = pixels.iter().map(Vertex::scattering_face).collect();
+        let faces: Vec<Face> = pixels.par_iter().map(Vertex::scattering_face).collect();
         let corrections = self.corrections(view, &faces, options.speckle * self.options.speckle_k, options.near)?;
         rays += corrections.rays;
-        for (k, pixel) in pixels.iter_mut().enumerate() {
-            pixel.rj_k += corrections.of(k).map_or(0.0, |c| c[0]);
-        }
-        let mut rj_k: Vec<f64> = pixels.iter().map(|p| p.rj_k).collect();
+        let mut rj_k: Vec<f64> = pixels
+            .par_iter_mut()
+            .enumerate()
+            .map(|(k, pixel)| {
+                pixel.rj_k += corrections.of(k).map_or(0.0, |c| c[0]);
+                pixel.rj_k
+            })
+            .collect();
         if options.antialias {
             rays += self.smooth_edges(view, &blocks, &options.edges, &pixels, &corrections, &mut rj_k)?;
         }

@@ -187,7 +187,7 @@ impl Tracer<'_> {
             };
             self.subtract_assumed(way, hit, &ray, reach.branch + 2, scratch);
             match next {
-                Some(spot) => self.walk(ray, spot, reference, reach.next_branch(count), scratch)?,
+                Some(spot) => self.walk(ray, spot, None, reference, reach.next_branch(count), scratch)?,
                 None => self.add_sky(&ray, reach.branch + 2, scratch)?,
             }
         }

@@ -16,6 +16,7 @@ use super::tracer::Tracer;
 use crate::camera::View;
 use crate::error::Result;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Side of the largest squares of faces with facets, or that mirror what scatters, pixels; a power of two.
 const STEP: usize = 8;
@@ -52,7 +53,8 @@ struct Squares<'a, 'b> {
     rows: usize,
     corner: (usize, usize),
     scratch: &'a mut Scratch,
-    nodes: Vec<Option<Vec<f64>>>,
+    /// Corrections of the nodes that are known. // [m, l][chan, pol]
+    nodes: Vec<f64>,
     /// A bit for each node that is known, row by row.
     known: [u64; TILE + 1],
     /// Columns or rows up to which a pixel of a matt face takes the correction of another.
@@ -65,11 +67,17 @@ impl Squares<'_, '_> {
         self.faces[row * self.columns + column]
     }
 
-    /// The correction at a pixel of the picture.
-    fn node(&mut self, column: usize, row: usize) -> Result<Vec<f64>> {
-        let at = (row - self.corner.1) * (TILE + 1) + column - self.corner.0;
-        if let Some(known) = &self.nodes[at] {
-            return Ok(known.clone());
+    /// Where `nodes` holds the correction of a pixel of the picture.
+    fn place(&self, column: usize, row: usize) -> Range<usize> {
+        let (at, states) = ((row - self.corner.1) * (TILE + 1) + column - self.corner.0, self.scratch.sums.len());
+        at * states..(at + 1) * states
+    }
+
+    /// Computes the correction at a pixel of the picture, if it is not known. Returns where `nodes` holds it.
+    fn node(&mut self, column: usize, row: usize) -> Result<Range<usize>> {
+        let place = self.place(column, row);
+        if self.known[row - self.corner.1] >> (column - self.corner.0) & 1 == 1 {
+            return Ok(place);
         }
         let (x, y) = (column as f64, row as f64);
         if let Some(direction) = self.view.direction(x, y) {
@@ -80,20 +88,20 @@ impl Squares<'_, '_> {
             self.scratch.corrections.fill(0.0);
         }
         self.known[row - self.corner.1] |= 1 << (column - self.corner.0);
-        self.nodes[at] = Some(self.scratch.corrections.clone());
-        Ok(self.scratch.corrections.clone())
+        self.nodes[place.clone()].copy_from_slice(&self.scratch.corrections);
+        Ok(place)
     }
 
     /// Whether a face scatters by its diffuse lobe and not by facets.
     fn is_matt(&self, face: Face) -> bool {
-        face.is_some_and(|(_, _, cover)| {
+        self.tracer.cover_of(face).is_some_and(|cover| {
             let table = &self.tracer.surfaces[cover as usize][0];
             table.diffuse().is_some() && table.facets().is_none()
         })
     }
 
-    /// The correction of a known pixel near a pixel of a matt face.
-    fn near(&self, column: usize, row: usize) -> Option<Vec<f64>> {
+    /// Where `nodes` holds the correction of a known pixel near a pixel of a matt face.
+    fn near(&self, column: usize, row: usize) -> Option<Range<usize>> {
         let face = self.face(column, row);
         if !self.is_matt(face) {
             return None;
@@ -122,13 +130,13 @@ impl Squares<'_, '_> {
                 }
             }
         }
-        best.and_then(|(_, r, c)| self.nodes[(r - low) * (TILE + 1) + c - left].clone())
+        best.map(|(_, r, c)| self.place(c, r))
     }
 
     /// Fills the square with this corner and side in the tile `out`.
     fn square(&mut self, column: usize, row: usize, side: usize, out: &mut [f64]) -> Result<()> {
         let (right, top) = ((column + side).min(self.columns), (row + side).min(self.rows));
-        if column >= right || row >= top || (row..top).all(|r| (column..right).all(|c| self.face(c, r).is_none())) {
+        if column >= right || row >= top || (row..top).all(|r| (column..right).all(|c| self.face(c, r).is_sky())) {
             return Ok(());
         }
         let (last_column, last_row) = ((column + side).min(self.columns - 1), (row + side).min(self.rows - 1));
@@ -145,19 +153,20 @@ impl Squares<'_, '_> {
             };
             if let Some(correction) = near {
                 for (r, c) in (row..top).flat_map(|r| (column..right).map(move |c| (r, c))) {
-                    out[place(c, r)..place(c, r) + states].copy_from_slice(&correction);
+                    out[place(c, r)..place(c, r) + states].copy_from_slice(&self.nodes[correction.clone()]);
                 }
                 return Ok(());
             }
         }
         let corners = if pure { self.corners([column, last_column], [row, last_row], side)? } else { None };
-        let Some([a, b, c, d]) = corners else {
+        let Some(corners) = corners else {
             let half = side / 2;
             for (dx, dy) in [(0, 0), (half, 0), (0, half), (half, half)] {
                 self.square(column + dx, row + dy, half, out)?;
             }
             return Ok(());
         };
+        let [a, b, c, d] = corners.map(|place| &self.nodes[place]);
         for r in row..top {
             let v = (r - row) as f64 / (last_row - row).max(1) as f64;
             for x in column..right {
@@ -170,25 +179,25 @@ impl Squares<'_, '_> {
         Ok(())
     }
 
-    /// The corrections at the corners, if they agree well enough with each other and with the centre.
-    fn corners(&mut self, columns: [usize; 2], rows: [usize; 2], side: usize) -> Result<Option<[Vec<f64>; 4]>> {
+    /// Where `nodes` holds the corrections at the corners, if they agree well enough with each other and with the centre.
+    fn corners(&mut self, columns: [usize; 2], rows: [usize; 2], side: usize) -> Result<Option<[Range<usize>; 4]>> {
         let [c0, c1] = columns;
         let [r0, r1] = rows;
         let corners = [self.node(c0, r0)?, self.node(c1, r0)?, self.node(c0, r1)?, self.node(c1, r1)?];
         let limit_k = self.scratch.speckle_k;
         let steep = |k: usize| {
-            let of = corners.iter().map(|n| n[k]);
+            let of = corners.iter().map(|n| self.nodes[n.start + k]);
             of.clone().fold(f64::NEG_INFINITY, f64::max) - of.fold(f64::INFINITY, f64::min) > SPREAD * limit_k
         };
-        let states = corners[0].len();
+        let states = self.scratch.sums.len();
         if (0..states).any(steep) {
             return Ok(None);
         }
         // A square cut by the border of the picture has its centre there.
         if c1 - c0 == side && r1 - r0 == side {
             let center = self.node(c0 + side / 2, r0 + side / 2)?;
-            let mean = |k: usize| 0.25 * corners.iter().map(|n| n[k]).sum::<f64>();
-            if (0..states).any(|k| (center[k] - mean(k)).abs() > CENTER * limit_k) {
+            let mean = |k: usize| 0.25 * corners.iter().map(|n| self.nodes[n.start + k]).sum::<f64>();
+            if (0..states).any(|k| (self.nodes[center.start + k] - mean(k)).abs() > CENTER * limit_k) {
                 return Ok(None);
             }
         }
@@ -197,12 +206,12 @@ impl Squares<'_, '_> {
 }
 
 impl Tracer<'_> {
-    /// The corrections of a picture whose pixels show these faces; `None` for pixels that show nothing that scatters. Their rms noise is
+    /// The corrections of a picture whose pixels show these faces; the sky stands for all that scatters nothing. Their rms noise is
     /// `speckle_k`. A pixel of a matt face takes the correction of another one up to `near` columns or rows away.
     pub(super) fn corrections(&self, view: &View, faces: &[Face], speckle_k: f64, near: usize) -> Result<Corrections> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
-        if faces.iter().all(Option::is_none) {
+        if faces.iter().all(|f| f.is_sky()) {
             return Ok(Corrections { values: Vec::new(), states, rays: 0 });
         }
         let across = columns.div_ceil(TILE);
@@ -212,7 +221,7 @@ impl Tracer<'_> {
                 || Scratch { speckle_k, ..self.scratch() },
                 |scratch, k| {
                     let corner = (k % across * TILE, k / across * TILE);
-                    let nodes = vec![None; (TILE + 1) * (TILE + 1)];
+                    let nodes = vec![0.0; (TILE + 1) * (TILE + 1) * states];
                     let mut squares =
                         Squares { tracer: self, view, faces, columns, rows, corner, scratch, nodes, known: [0; TILE + 1], near, rays: 0 };
                     let mut out = vec![0.0; TILE * TILE * states];
@@ -221,13 +230,11 @@ impl Tracer<'_> {
                 },
             )
             .collect::<Result<_>>()?;
-        let mut values = Vec::with_capacity(rows * columns * states);
-        for row in 0..rows {
-            for (k, tile) in tiles[row / TILE * across..(row / TILE + 1) * across].iter().enumerate() {
-                let wide = (columns - k * TILE).min(TILE);
-                values.extend_from_slice(&tile.0[row % TILE * TILE * states..][..wide * states]);
-            }
-        }
+        let value = |k: usize| {
+            let (row, column, state) = (k / states / columns, k / states % columns, k % states);
+            tiles[row / TILE * across + column / TILE].0[(row % TILE * TILE + column % TILE) * states + state]
+        };
+        let values = (0..rows * columns * states).into_par_iter().map(value).collect();
         Ok(Corrections { values, states, rays: tiles.iter().map(|t| t.1).sum() })
     }
 }

@@ -24,8 +24,6 @@ pub(super) struct Scratch {
     pub scatters: bool,
     /// What the ray hits after its first reflection; `None` if too little is reflected to matter.
     pub mirrored: Option<Face>,
-    /// Whether it is known that the first reflection of the ray reaches the sky.
-    pub mirrors_sky: bool,
     /// Where the leg enters and leaves weather.
     pub cuts: Cuts,
     /// What the sums come from.

@@ -38,7 +38,7 @@ impl Tracer<'_> {
         let side = options.strong_side;
         let columns = view.grid().n_l;
         let rays = AtomicUsize::new(0);
-        let before: Vec<f64> = pixels.iter().map(|p| p.rj_k).collect();
+        let before = rj_k.to_vec();
         rj_k.par_chunks_mut(columns).enumerate().try_for_each_init(
             || (self.scratch(), Vec::new(), Vec::new()),
             |(scratch, low, high), (row, out)| {

@@ -1,5 +1,6 @@
 //! A scene with everything that rays need at given frequencies.
 
+use super::face::Face;
 use super::options::{RenderOptions, Scale};
 use super::weather::Weather;
 use crate::atmosphere::PathTable;
@@ -67,13 +68,6 @@ pub(super) struct Spot {
     pub face: (u32, u8),
 }
 
-impl Spot {
-    /// Region, body and face, and cover.
-    pub(super) fn identity(&self) -> (Option<u32>, (u32, u8), u32) {
-        (self.region, self.face, self.cover)
-    }
-}
-
 impl<'a> Tracer<'a> {
     /// Tabulates sky, surfaces and air of a scene at frequencies in Hz.
     ///
@@ -81,6 +75,7 @@ impl<'a> Tracer<'a> {
     /// No frequency; a frequency, surface or sky that cannot be computed; an option outside its range.
     pub fn new(scene: &'a SolidScene, freqs_hz: &[f64], options: &RenderOptions) -> Result<Self> {
         let antenna = options.antenna_rows()?;
+        Face::check(scene.geometry.regions().len(), scene.geometry.bodies().len())?;
         SceneError::unless(!freqs_hz.is_empty(), "frequencies", "empty", "at least one")?;
         let freqs_ghz: Vec<f64> = freqs_hz.iter().map(|f| f * 1e-9).collect();
         let bounds = scene.geometry.bounds();

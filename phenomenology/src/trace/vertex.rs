@@ -25,23 +25,23 @@ pub(super) struct Vertex {
 impl Vertex {
     /// Whether it shows the ground.
     pub(super) fn is_ground(&self) -> bool {
-        self.face.is_some_and(|(region, ..)| region.is_none())
+        self.face.is_ground()
     }
 
-    /// What it shows if that needs a correction.
+    /// What it shows if that needs a correction, else the sky.
     pub(super) fn scattering_face(&self) -> Face {
-        self.face.filter(|_| self.scatters)
+        if self.scatters { self.face } else { Face::SKY }
     }
 }
 
 /// What a ray hits first, and what it would hit in the mirror.
-pub(super) struct Look {
+pub(super) struct Look<'a> {
     ray: Ray,
+    block: &'a Block,
     /// The first hit, where the mirror matters.
     spot: Option<Spot>,
     /// What the first hit is.
     pub face: Face,
-    mirrors_sky: bool,
 }
 
 impl Tracer<'_> {
@@ -50,52 +50,54 @@ impl Tracer<'_> {
     pub(super) fn vertex(&self, view: &View, direction: Vec3, points: Points, block: &Block, scratch: &mut Scratch) -> Result<Vertex> {
         let ray = Ray::from_unit(view.position, direction);
         let first = self.spot_in(&ray, block)?;
-        scratch.mirrors_sky = block.mirrors_sky && first.is_some_and(|s| s.region.is_none());
-        let seen = self.follow_from(ray, first, view.reference(direction), points, scratch)?;
-        scratch.mirrors_sky = false;
+        let mirrored = first.as_ref().and_then(|spot| block.mirrored_at(spot));
+        let seen = self.follow_from(ray, first, mirrored, view.reference(direction), points, scratch)?;
         let rj_k = scratch.sums[0] + scratch.corrections[0];
-        Ok(Vertex { face: seen.map(|s| s.identity()), mirrored: scratch.mirrored, rj_k, scatters: scratch.scatters })
+        Ok(Vertex { face: seen.map_or(Face::SKY, |s| s.identity()), mirrored: scratch.mirrored, rj_k, scatters: scratch.scatters })
     }
 
     /// The first hit along a direction of a view, without radiometry.
     #[inline]
-    pub(super) fn look(&self, view: &View, direction: Vec3, block: &Block) -> Result<Look> {
+    pub(super) fn look<'a>(&self, view: &View, direction: Vec3, block: &'a Block) -> Result<Look<'a>> {
         let ray = Ray::from_unit(view.position, direction);
         if block.is_open()
             && let Some(terrain) = &self.scene.terrain
             && let Some(level_m) = terrain.level_m()
         {
             let point = ray.at((level_m - ray.origin.z) * ray.inverse.z);
-            return Ok(Look { ray, spot: None, face: Some((None, (0, 0), terrain.cover(point.x, point.y))), mirrors_sky: true });
+            return Ok(Look { ray, block, spot: None, face: Face::of_ground(terrain.cover(point.x, point.y)) });
         }
         let spot = self.spot_in(&ray, block)?;
-        Ok(Look { ray, spot, face: spot.as_ref().map(Spot::identity), mirrors_sky: block.mirrors_sky })
+        Ok(Look { ray, block, spot, face: spot.as_ref().map_or(Face::SKY, Spot::identity) })
     }
 
     /// What a look would hit after a mirror at its first hit.
     #[inline]
-    pub(super) fn mirrored(&self, look: &Look) -> Result<Face> {
-        match &look.spot {
-            Some(spot) if !(look.mirrors_sky && spot.region.is_none()) => {
-                Ok(self.spot(&self.mirror_ray(&look.ray, spot))?.as_ref().map(Spot::identity))
-            }
-            _ => Ok(None),
+    pub(super) fn mirrored(&self, look: &Look<'_>) -> Result<Face> {
+        let Some(spot) = &look.spot else { return Ok(Face::SKY) };
+        let solids = look.block.mirrored_at(spot);
+        if solids.is_some_and(<[_]>::is_empty) {
+            return Ok(Face::SKY);
         }
+        Ok(self.spot_of(&self.mirror_ray(&look.ray, spot), solids)?.as_ref().map_or(Face::SKY, Spot::identity))
     }
 
     /// Whether a look hits what a vertex shows, and in the mirror too.
     #[inline]
-    pub(super) fn agrees(&self, look: &Look, vertex: &Vertex) -> Result<bool> {
+    pub(super) fn agrees(&self, look: &Look<'_>, vertex: &Vertex) -> Result<bool> {
         if look.face != vertex.face {
             return Ok(false);
         }
-        vertex.mirrored.map_or(Ok(true), |mirrored| Ok(look.face.is_none() || self.mirrored(look)? == mirrored))
+        vertex.mirrored.map_or(Ok(true), |mirrored| Ok(look.face.is_sky() || self.mirrored(look)? == mirrored))
     }
 }
 
 impl Seen {
-    /// Region, body and face, and surface.
-    pub(super) fn identity(&self) -> (Option<u32>, (u32, u8), u32) {
-        (self.region, self.face, self.cover)
+    /// What was hit.
+    pub(super) fn identity(&self) -> Face {
+        match self.region {
+            Some(region) => Face::of_solid(region, self.face.0, self.face.1),
+            None => Face::of_ground(self.cover),
+        }
     }
 }
