@@ -41,7 +41,6 @@ mod options;
 #[cfg(test)]
 mod oracle_tests;
 mod pupil;
-mod quadrature;
 mod resample;
 mod response;
 mod scans;

@@ -3,9 +3,9 @@
 use super::aberrations::Wavefront;
 use super::options::SensorOptions;
 use super::pupil::Pupil;
-use super::quadrature::gauss_legendre;
 use super::response::sinc;
 use super::transfer::Transfer;
+use crate::linalg::gauss_legendre;
 use crate::values::need;
 use crate::{Result, ensure};
 use cittert_arrays::SPEED_OF_LIGHT_M_S;

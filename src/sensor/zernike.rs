@@ -62,7 +62,7 @@ fn radial(n: usize, m: usize, radius: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensor::quadrature::gauss_legendre;
+    use crate::linalg::gauss_legendre;
     use std::f64::consts::TAU;
 
     #[test]

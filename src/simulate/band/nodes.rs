@@ -3,8 +3,8 @@
 //! The panels between the corners of all responses are integrated by Gauss-Legendre rules. A panel has as few nodes as bring the response to the
 //! largest delay of the scene within [`ACCURACY`], or is halved.
 
-use super::legendre::gauss_legendre;
 use super::receiver::Receivers;
+use crate::linalg::gauss_legendre;
 use crate::values::need;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayLayout, Image, SPEED_OF_LIGHT_M_S, SpectralWindow};

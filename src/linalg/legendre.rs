@@ -6,11 +6,11 @@ use std::f64::consts::PI;
 ///
 /// # Reference
 /// Abramowitz & Stegun 1964, eq. 25.4.29; roots by Newton's method.
-pub(super) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
+pub(crate) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let root = |k: usize| {
         let mut x = (PI * (k as f64 + 0.75) / (n as f64 + 0.5)).cos();
         let mut slope = 1.0;
-        for _ in 0..20 {
+        for _ in 0..100 {
             let (mut now, mut before) = (1.0, 0.0);
             for j in 0..n {
                 let j = j as f64;
