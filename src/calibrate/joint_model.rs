@@ -4,6 +4,7 @@
 //! solves the gains against that image as against any other model. Later calls image the calibrated data only to show the residuals.
 
 use super::clean_model::CleanMaker;
+use super::joint_pattern::ThroughPattern;
 use super::joint_solution::{FROZEN, Joint, JointGoals, Lattice, faint, joint, joint_from, joint_near_unity};
 use super::joint_tuning::JointSchedule;
 use super::model::ModelVisibilities;
@@ -17,8 +18,8 @@ use crate::imaging::major::CleanOptions;
 use crate::imaging::{Background, CleanProducts, Imager, ImagingOptions};
 use crate::mem::regulariser::WeightedSum;
 use crate::mem::{
-    ChiSquared, DataSums, MemImager, MemPlan, MemState, Objective, Prior, Response, flux_of_one, in_front, level_prior, noise_from_hands,
-    prepared, single, sum_inside,
+    BeamHessian, ChiSquared, DataSums, Known, MemImager, MemPlan, MemState, Objective, Prior, Response, SmoothScene, flux_of_one, in_front,
+    level_prior, noise_from_hands, prepared, single, sum_inside,
 };
 use crate::memory::check_joint;
 use crate::misfit::VisibilityTerm;
@@ -103,20 +104,43 @@ impl JointMaker {
         let response = pattern.as_ref().map(Response::of).unwrap_or_default();
         let (prior, offset) = (single(prior).into_shared(), offset.map(single));
         let grid = imager.grid().clone();
+        // Only a scene whose level is known is expected to be smooth around it.
+        let mut smooth = None;
+        if known && !counts && pattern.is_some() {
+            let beam = BeamHessian::in_passes((&mut imager, 0), 1.0, observer)?;
+            let about = Known {
+                beam: &beam,
+                response: &response,
+                prior: &prior,
+                one: one[(one.nrows() / 2, one.ncols() / 2)],
+                inside: inside.as_ref(),
+                offset: offset.as_ref(),
+                factor: 1.0,
+            };
+            let scene = SmoothScene::of((&mut imager, 0), &about, &MemPlan::default(), observer)?;
+            // The links between neighbours let the mean of the scene drift, so what the elements see in all is held.
+            let mut seen = prior.mapv(f64::from);
+            response.multiply(&mut seen);
+            let flux = sum_inside(&seen, inside.as_ref());
+            smooth = scene.map(|scene| (scene, beam, flux));
+        }
         drop(imager);
         let (gains, uvw_m) = self.gathered(data, &grid, observer)?;
         let epsilon = self.imaging.epsilon.max(self.options.goals.tuning.epsilon);
         let grid_options = GridOptions { epsilon, ..self.imaging.grid_options() };
         let term: Box<dyn VisibilityTerm> = Box::new(Arc::clone(&gains));
         let chi2 = ChiSquared::new(&grid, &freq_hz, uvw_m.view(), &grid_options, term)?.through(response);
-        let objective =
-            Objective { chi2, penalty: WeightedSum::default(), inside, offset, smoothness: None, flux: None, beam: None, unit: 1.0 };
+        let (smoothness, beam, lambda, flux) = match smooth {
+            Some((scene, beam, flux)) => (Some(scene.penalty), Some(beam), Some(scene.lambda), Some(flux)),
+            None => (None, None, None, None),
+        };
+        let objective = Objective { chi2, penalty: WeightedSum::default(), smoothness, inside, offset, flux, beam, unit: 1.0 };
         let mut solver = prepared(objective, prior, &MemPlan::default())?;
         if !known {
             solver = of_its_flux(solver, &gains, &self.options.goals.tuning, observer)?;
         }
         let goals = JointGoals { find_noise: counts, ..self.options.goals };
-        Ok(Problem { solver, gains, uvw_m, freq_hz, goals })
+        Ok(Problem { solver, gains, uvw_m, freq_hz, goals, lambda })
     }
 
     /// The data with unknown gains, and their uvw in m \[row, 3\]. A set that is too large for the memory is averaged over time, as far as no pixel
@@ -158,6 +182,11 @@ impl JointMaker {
     fn find(&mut self, data: &mut dyn VisibilitySource, observer: &dyn Observer) -> Result<(Joint, Array2<f64>)> {
         let mut problem = self.problem(data, observer)?;
         let begun = Instant::now();
+        if let Some(found) = problem.smooth(None, observer)? {
+            say(&found, begun, observer);
+            let model = problem.model(&found.state);
+            return Ok((found, model));
+        }
         let Problem { solver, gains, goals, .. } = &mut problem;
         let near = joint_near_unity(solver, gains, goals, observer)?;
         let fits = |j: &Joint, goals: &JointGoals| j.misfit() <= goals.tuning.near_enough * goals.chi2.0;
@@ -181,16 +210,36 @@ struct Problem {
     uvw_m: Array2<f64>,
     freq_hz: Vec<f64>,
     goals: JointGoals,
+    /// Multiplier of chi squared, in units of the mean prior, that belongs to a smooth scene behind the pattern of the elements, if one is expected.
+    lambda: Option<f64>,
 }
 
 impl Problem {
-    /// The solution if nothing is known of the gains.
-    fn solved(&mut self, observer: &dyn Observer) -> Result<Joint> {
-        let lattice = |axis: usize| -> Vec<f64> {
+    /// Coordinates u and v of all visibilities, wavelengths.
+    fn lattice(&self) -> (Vec<f64>, Vec<f64>) {
+        let axis = |axis: usize| -> Vec<f64> {
             let column = self.uvw_m.column(axis);
             column.iter().flat_map(|x| self.freq_hz.iter().map(move |f| x * f / SPEED_OF_LIGHT_M_S)).collect()
         };
-        let (u, v) = (lattice(0), lattice(1));
+        (axis(0), axis(1))
+    }
+
+    /// The solution of a smooth scene behind a pattern: from the data alone, or from an image of most of them. `None` if no such scene is expected.
+    fn smooth(&mut self, from: Option<&Array2<f64>>, observer: &dyn Observer) -> Result<Option<Joint>> {
+        let Some(lambda) = self.lambda else { return Ok(None) };
+        let (u, v) = self.lattice();
+        let at = Lattice { u: &u, v: &v };
+        let mut way = ThroughPattern::new(&mut self.solver, &self.gains, at, (lambda, 1.0, self.goals), observer);
+        let found = match from {
+            Some(image) => way.again(image)?,
+            None => way.solve()?,
+        };
+        Ok(Some(found))
+    }
+
+    /// The solution if nothing is known of the gains.
+    fn solved(&mut self, observer: &dyn Observer) -> Result<Joint> {
+        let (u, v) = self.lattice();
         joint(&mut self.solver, &self.gains, Lattice { u: &u, v: &v }, &self.goals, observer)
     }
 
@@ -302,8 +351,13 @@ impl ModelMaker for JointMaker {
         let Some((before, _)) = self.found.take() else { return Ok(()) };
         let mut problem = self.problem(data, observer)?;
         let begun = Instant::now();
-        let Problem { solver, gains, goals, .. } = &mut problem;
-        let found = joint_from(solver, gains, &before.state.image, goals, observer)?;
+        let found = match problem.smooth(Some(&before.state.image), observer)? {
+            Some(found) => found,
+            None => {
+                let Problem { solver, gains, goals, .. } = &mut problem;
+                joint_from(solver, gains, &before.state.image, goals, observer)?
+            }
+        };
         say(&found, begun, observer);
         let model = problem.model(&found.state);
         self.shown.show(data, &model, &Quiet(observer))?;

@@ -26,6 +26,7 @@
 //! | `clean_model` | CLEAN as the model maker of the loop |
 //! | `unknown_gains`, `unknown_gains_builder` | chi squared at the gains that fit a model best |
 //! | `joint_solution`, `joint_model` | image and gains solved as one problem |
+//! | `joint_pattern` | the same for a smooth scene behind the pattern of the elements |
 //! | `pointing` | where the antennas point |
 //! | `identify` | what a calibration can determine |
 
@@ -46,6 +47,9 @@ mod identify;
 #[cfg(test)]
 mod identify_tests;
 mod joint_model;
+mod joint_pattern;
+#[cfg(test)]
+mod joint_pattern_tests;
 mod joint_solution;
 #[cfg(test)]
 mod joint_tests;

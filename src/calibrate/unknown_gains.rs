@@ -13,7 +13,7 @@ use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
 
 pub(super) const ONE: Complex64 = Complex64::new(1.0, 0.0);
 /// Rows that one task sums.
@@ -63,6 +63,21 @@ pub struct UnknownGains {
     pub(super) problems: Mutex<Vec<Problem>>,
     /// Weight of the expectation that each gain is 1; 0 without one.
     pub(super) prior: Mutex<f64>,
+    /// What of the gains is held.
+    pub(super) held: Mutex<Held>,
+    /// Factors of the data \[row, chan\] where the sky, with the pattern of the elements, is taken to lie elsewhere; empty where it does not.
+    pub(super) frame: RwLock<Vec<Complex32>>,
+}
+
+/// What of the gains does not follow the model.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Held {
+    /// All of them, once they are solved.
+    pub(super) all: bool,
+    /// Their amplitudes are 1.
+    pub(super) amplitudes: bool,
+    /// The geometric mean of their amplitudes has this value.
+    pub(super) scale: Option<f64>,
 }
 
 /// Sums of a row for one problem.
@@ -120,6 +135,34 @@ impl UnknownGains {
             }
         }
         if count > 0 { (sum / count as f64).sqrt() } else { 0.0 }
+    }
+
+    /// True if amplitudes are solved, not phases alone.
+    pub(super) fn has_amplitudes(&self) -> bool {
+        self.amplitudes
+    }
+
+    /// Hold a part of the gains until the next call.
+    pub(super) fn hold(&self, held: Held) {
+        *self.held.lock().unwrap_or_else(PoisonError::into_inner) = held;
+    }
+
+    pub(super) fn held(&self) -> Held {
+        *self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Take the sky, with the pattern of the elements, to lie at `place`, in the unit that makes `u` and `v` \[n\] cycles.
+    pub(super) fn look_at(&self, place: [f64; 2], u: &[f64], v: &[f64]) {
+        let factor = |(u, v): (&f64, &f64)| {
+            let (sin, cos) = (TAU * (u * place[0] + v * place[1])).sin_cos();
+            Complex32::new(cos as f32, -sin as f32)
+        };
+        let factors = if place == [0.0, 0.0] { Vec::new() } else { u.par_iter().zip(v).map(factor).collect() };
+        *self.frame.write().unwrap_or_else(PoisonError::into_inner) = factors;
+    }
+
+    fn frame(&self) -> RwLockReadGuard<'_, Vec<Complex32>> {
+        self.frame.read().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn prior(&self) -> f64 {
@@ -246,10 +289,12 @@ impl UnknownGains {
         let here = &problems[row.interval as usize * n..(row.interval as usize + 1) * n];
         let products: Vec<Complex64> = here.iter().map(|p| p.product(&row)).collect();
         let samples = self.samples(r);
+        let frame = self.frame();
         for (k, (v, w)) in self.vis[samples.clone()].iter().zip(&self.weight[samples]).enumerate() {
             if *w > 0.0 {
                 let g = products[self.problem_of(&row, k) % n];
-                work(k, k / self.hands.len(), g, Complex64::new(f64::from(v.re), f64::from(v.im)), f64::from(*w));
+                let chan = k / self.hands.len();
+                work(k, chan, g, placed(*v, &frame, r * self.n_chan + chan), f64::from(*w));
             }
         }
     }
@@ -257,6 +302,16 @@ impl UnknownGains {
     /// Gains of every problem for a model \[n\], starting from those of the last model.
     fn solve(&self, model: &[Complex64]) -> MutexGuard<'_, Vec<Problem>> {
         let (n, n_hand) = (self.n_group * self.n_feed, self.hands.len());
+        let held = self.held();
+        if held.all {
+            let problems = self.lock();
+            if problems.iter().all(|p| p.active < 2 || !p.gains.is_empty()) {
+                return problems;
+            }
+        }
+        let amplitudes = self.amplitudes && !held.amplitudes;
+        let frame = self.frame();
+        let frame: &[Complex32] = &frame;
         let mut sums = vec![Sum::default(); self.rows.len() * n];
         sums.par_chunks_mut(n * SHARE).enumerate().for_each(|(share, sums)| {
             for (i, sums) in sums.chunks_mut(n).enumerate() {
@@ -265,9 +320,10 @@ impl UnknownGains {
                 let samples = self.samples(r);
                 for (k, (v, w)) in self.vis[samples.clone()].iter().zip(&self.weight[samples]).enumerate() {
                     if *w > 0.0 {
-                        let (m, w) = (model[r * self.n_chan + k / n_hand], f64::from(*w));
+                        let at = r * self.n_chan + k / n_hand;
+                        let (m, w) = (model[at], f64::from(*w));
                         let s = &mut sums[self.problem_of(row, k) % n];
-                        s.vm += Complex64::new(f64::from(v.re), f64::from(v.im)) * m.conj() * w;
+                        s.vm += placed(*v, frame, at) * m.conj() * w;
                         s.mm += w * m.norm_sqr();
                     }
                 }
@@ -293,14 +349,35 @@ impl UnknownGains {
         }
         problems.par_iter_mut().zip(&pairs).filter(|(p, _)| p.active > 1).for_each(|(problem, pairs)| {
             if problem.gains.is_empty() {
-                if let Some(fit) = solve_pairs(pairs, self.amplitudes, ITERATIONS, TOLERANCE) {
+                if let Some(fit) = solve_pairs(pairs, amplitudes, ITERATIONS, TOLERANCE) {
                     problem.gains = fit.gains;
                 }
             } else {
-                refine_pairs(pairs, &mut problem.gains, self.amplitudes, ITERATIONS, TOLERANCE);
+                refine_pairs(pairs, &mut problem.gains, amplitudes, ITERATIONS, TOLERANCE);
+            }
+            if let Some(scale) = held.scale.filter(|_| amplitudes) {
+                to_scale(&mut problem.gains, scale);
             }
         });
         problems
+    }
+}
+
+/// A datum with its factor, if there are any.
+fn placed(vis: Complex32, frame: &[Complex32], at: usize) -> Complex64 {
+    let vis = Complex64::new(f64::from(vis.re), f64::from(vis.im));
+    match frame.get(at) {
+        Some(factor) => vis * Complex64::new(f64::from(factor.re), f64::from(factor.im)),
+        None => vis,
+    }
+}
+
+/// Give the amplitudes of gains this geometric mean.
+fn to_scale(gains: &mut [Complex64], scale: f64) {
+    let logs: f64 = gains.iter().map(|g| g.norm().max(f64::MIN_POSITIVE).ln()).sum();
+    let factor = scale / (logs / gains.len().max(1) as f64).exp();
+    if factor.is_finite() {
+        gains.iter_mut().for_each(|g| *g *= factor);
     }
 }
 

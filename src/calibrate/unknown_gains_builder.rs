@@ -10,7 +10,7 @@ use crate::{ChainError, Result};
 use cittert_arrays::{VisibilityBlock, VisibilityHeader};
 use num_complex::{Complex, Complex32};
 use std::collections::HashMap;
-use std::sync::Mutex;
+use std::sync::{Mutex, RwLock};
 
 /// Collects the rows of a set for [`UnknownGains`].
 #[derive(Debug)]
@@ -127,6 +127,8 @@ impl UnknownGainsBuilder {
             data: 0,
             problems: Mutex::new(Vec::new()),
             prior: Mutex::new(0.0),
+            held: Mutex::default(),
+            frame: RwLock::default(),
         };
         let mut links = vec![Pairs::new(self.n_ant); n_problem];
         let mut present = vec![false; self.n_ant];

@@ -135,6 +135,31 @@ fn a_shift_is_seen_through_unknown_gains_where_the_band_or_the_rotation_tells() 
 }
 
 #[test]
+fn data_can_be_looked_at_from_another_place_of_the_sky() {
+    let phases = random_phases(7, 3.0, 7);
+    let mut s = scene();
+    (s.sigma, s.n_time, s.integration_s) = (1e-4, 6, 1200.0);
+    let set = s.set(|_, p, _, _| cis(phases[p]));
+    let t = term(&set, &SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() });
+    let (sources, place) = (s.sources.clone(), [2e-7, -1e-7]);
+    let (here, u, v) = model(&set, &sources);
+    let moved: Vec<_> = sources.iter().map(|(l, m, flux)| (l - place[0], m - place[1], *flux)).collect();
+    let (there, _, _) = model(&set, &moved);
+    let chi2 = |model: &[Complex64]| {
+        t.restart();
+        let mut gradient = vec![Complex64::default(); model.len()];
+        t.add(model, 1.0, &mut gradient)
+    };
+    let expected = chi2(&here);
+    t.look_at(place, &u, &v);
+    let found = chi2(&there);
+    assert!((found / expected - 1.0).abs() < 1e-5, "{found} {expected}");
+    assert!((chi2(&here) / expected - 1.0).abs() > 1e-3);
+    t.look_at([0.0; 2], &u, &v);
+    assert!((chi2(&here) / expected - 1.0).abs() < 1e-9);
+}
+
+#[test]
 fn flagged_data_and_antennas_that_cannot_be_solved_take_no_part() {
     let set = scene().set(|_, _, _, _| cis(0.0));
     let mut worse = set.clone();

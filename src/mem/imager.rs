@@ -128,7 +128,9 @@ impl<'a> MemImager<'a> {
         need("lambda", lambda, lambda > 0.0 && lambda.is_finite(), "a positive number")?;
         state.lambda = lambda;
         let goals = MemGoals { kkt: 1e-5, flux: 1e-5, evaluations: usize::MAX, ..MemGoals::default() };
-        self.run(state, Control::Fixed, Method::QuasiNewton, (goals, iterations), observer)
+        // The links between neighbours need exact steps.
+        let control = if self.objective.smoothness.is_some() { Control::UpTo(lambda * self.objective.unit) } else { Control::Fixed };
+        self.run(state, control, Method::QuasiNewton, (goals, iterations), observer)
     }
 
     /// Continue from the present state until chi squared is at its target, the flux has its value (if it is known), and the KKT residual is
@@ -145,12 +147,11 @@ impl<'a> MemImager<'a> {
     }
 
     /// Solve at the `lambda` (in units of the mean prior) that belongs to what is expected of the scene, and again with the weights of the smoothness that belong to
-    /// the image. Where chi squared stays above its target there, go on as [`MemImager::solve`] does: data that a smooth scene does not explain ask for more
-    /// structure.
+    /// the image.
     ///
     /// # Errors
     /// As [`MemImager::solve`].
-    pub fn solve_expected(
+    pub(crate) fn solve_at(
         &mut self,
         state: &mut MemState,
         lambda: f64,
@@ -162,20 +163,38 @@ impl<'a> MemImager<'a> {
         state.lambda = self.first_lambda(state)?.min(lambda);
         let control = Control::UpTo(lambda * self.objective.unit);
         let mut all = self.run(state, control, method, (*goals, goals.evaluations), observer)?;
-        let left = |done: &Progress| goals.evaluations.saturating_sub(done.evaluations);
         for _ in 0..self.tuning.reweighted {
-            if !all.met || left(&all) < 2 {
+            let left = all.left(goals);
+            if !all.met || left < 2 {
                 break;
             }
             self.reweight(state);
-            let more = self.run(state, control, method, (MemGoals { evaluations: left(&all), ..*goals }, left(&all)), observer)?;
+            let more = self.run(state, control, method, (MemGoals { evaluations: left, ..*goals }, left), observer)?;
             all = all.and(&more);
         }
+        Ok(all)
+    }
+
+    /// As [`MemImager::solve_at`]. Where chi squared stays above its target there, go on as [`MemImager::solve`] does: data that a smooth scene does not explain ask
+    /// for more structure.
+    ///
+    /// # Errors
+    /// As [`MemImager::solve`].
+    pub fn solve_expected(
+        &mut self,
+        state: &mut MemState,
+        lambda: f64,
+        goals: &MemGoals,
+        method: Method,
+        observer: &dyn Observer,
+    ) -> Result<Progress> {
+        let all = self.solve_at(state, lambda, goals, method, observer)?;
         let explained = state.chi2_per_datum <= goals.chi2 * (1.0 + goals.chi2_tolerance);
-        if explained || left(&all) < 2 {
+        let left = all.left(goals);
+        if explained || left < 2 {
             return Ok(Progress { met: all.met && explained, ..all });
         }
-        let more = self.solve(state, &MemGoals { evaluations: left(&all), ..*goals }, method, observer)?;
+        let more = self.solve(state, &MemGoals { evaluations: left, ..*goals }, method, observer)?;
         Ok(all.and(&more))
     }
 
@@ -189,6 +208,13 @@ impl<'a> MemImager<'a> {
     pub(crate) fn reweight(&mut self, state: &MemState) {
         if let Some(smoothness) = &mut self.objective.smoothness {
             smoothness.reweight(&state.image, state.lambda);
+        }
+    }
+
+    /// Give the links of the smoothness equal weights.
+    pub(crate) fn even_weights(&mut self) {
+        if let Some(smoothness) = &mut self.objective.smoothness {
+            smoothness.even();
         }
     }
 

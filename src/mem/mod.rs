@@ -52,6 +52,7 @@ pub(crate) use pipeline::{level_prior, prepared};
 pub use plan::{Flux, MemInputs, MemPlan, Prior, announce_noise};
 pub use regulariser::Entropy;
 pub use response::Response;
+pub(crate) use smooth_scene::{Known, SmoothScene};
 pub use smoothness::Smoothness;
 pub use solver::{MemGoals, Progress};
 pub use statistics::DataSums;

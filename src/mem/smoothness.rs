@@ -67,6 +67,11 @@ impl Smoothness {
         self.weights = Some((weights, mean));
     }
 
+    /// Give all links the weight 1.
+    pub(crate) fn even(&mut self) {
+        self.weights = None;
+    }
+
     /// The weights as the data support them: in full where the elements see all, and 1 where they see nothing. The law of gradients alone knows nothing of an image.
     pub(super) fn supported(&self, response: &Response) -> Self {
         let mut out = self.clone();

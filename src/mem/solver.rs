@@ -189,6 +189,11 @@ pub struct Progress {
 }
 
 impl Progress {
+    /// Evaluations that the goals leave after this work.
+    pub(super) fn left(&self, goals: &MemGoals) -> usize {
+        goals.evaluations.saturating_sub(self.evaluations)
+    }
+
     /// The work of this run and of one that went on from it.
     pub(super) fn and(&self, more: &Self) -> Self {
         Self {
