@@ -22,10 +22,48 @@ struct Node {
     axis: u16,
 }
 
+/// The boxes of the two children of a branch, side by side: low and high along x, y and z. A ray is tested against both at once.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(align(16))]
+struct Pair([[f64; 2]; 6]);
+
+impl Pair {
+    fn new(left: &Bounds, right: &Bounds) -> Self {
+        let of = |b: &Bounds| [b.min.x, b.max.x, b.min.y, b.max.y, b.min.z, b.max.z];
+        let (left, right) = (of(left), of(right));
+        Self(std::array::from_fn(|k| [left[k], right[k]]))
+    }
+
+    /// As [`Bounds::entry`] for both: where the ray enters and leaves them.
+    #[inline]
+    fn entries(&self, ray: &Ray, t_max: f64) -> [[f64; 2]; 2] {
+        let (o, i) = (ray.origin, ray.inverse);
+        let at = |k: usize, o: f64, i: f64| [(self.0[k][0] - o) * i, (self.0[k][1] - o) * i];
+        let (x1, x2) = (at(0, o.x, i.x), at(1, o.x, i.x));
+        let (y1, y2) = (at(2, o.y, i.y), at(3, o.y, i.y));
+        let (z1, z2) = (at(4, o.z, i.z), at(5, o.z, i.z));
+        let near = larger(larger(smaller(x1, x2), smaller(y1, y2)), larger(smaller(z1, z2), [0.0; 2]));
+        let far = smaller(smaller(larger(x1, x2), larger(y1, y2)), smaller(larger(z1, z2), [t_max; 2]));
+        [near, far]
+    }
+}
+
+#[inline]
+fn smaller(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [if a[0] < b[0] { a[0] } else { b[0] }, if a[1] < b[1] { a[1] } else { b[1] }]
+}
+
+#[inline]
+fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [if a[0] > b[0] { a[0] } else { b[0] }, if a[1] > b[1] { a[1] } else { b[1] }]
+}
+
 /// A bounding volume hierarchy over numbered items.
 #[derive(Debug, Clone, Default)]
 pub struct Bvh {
     nodes: Vec<Node>,
+    /// The children of each branch. // [node]
+    pairs: Vec<Pair>,
     items: Vec<u32>,
     /// Items without finite bounds. Every search tests them.
     endless: Vec<u32>,
@@ -48,6 +86,11 @@ impl Bvh {
             tree.split(bounds, &mut items, 0, 0);
             tree.items = items;
         }
+        let pair = |(at, node): (usize, &Node)| match node.count {
+            0 => Pair::new(&tree.nodes[at + 1].bounds, &tree.nodes[node.link as usize].bounds),
+            _ => Pair::default(),
+        };
+        tree.pairs = tree.nodes.iter().enumerate().map(pair).collect();
         tree
     }
 
@@ -142,9 +185,9 @@ impl Bvh {
                 }
             } else {
                 let (left, right) = (at + 1, node.link);
-                let (l, r) = (self.nodes[left as usize].bounds.entry(ray, t_max), self.nodes[right as usize].bounds.entry(ray, t_max));
-                match (l, r) {
-                    (Some(a), Some(b)) => {
+                let [[a, b], far] = self.pairs[at as usize].entries(ray, t_max);
+                match (a <= far[0], b <= far[1]) {
+                    (true, true) => {
                         let left_first = a < b || (a == b && ray.direction[usize::from(node.axis)] >= 0.0);
                         let (near, far, entry) = if left_first { (left, right, b) } else { (right, left, a) };
                         (later[depth], entries[depth]) = (far, entry);
@@ -152,15 +195,15 @@ impl Bvh {
                         at = near;
                         continue;
                     }
-                    (Some(_), None) => {
+                    (true, false) => {
                         at = left;
                         continue;
                     }
-                    (None, Some(_)) => {
+                    (false, true) => {
                         at = right;
                         continue;
                     }
-                    (None, None) => {}
+                    (false, false) => {}
                 }
             }
             loop {

@@ -38,6 +38,11 @@ pub struct EdgeOptions {
     /// Difference above which a pixel gets a grid of looks instead of four, K. Four looks leave an error of about an eighth of the
     /// difference, and 10 K is visible.
     pub strong_k: f64,
+    /// Rms error of a picture up to which `weak_k` and `strong_k` rise, estimated from the differences of its pixels, K. The smaller the part of a picture that
+    /// lies on edges, the fewer looks it needs.
+    pub budget_k: f64,
+    /// Highest value of `weak_k` after it has risen, K. Larger steps on edges are visible.
+    pub most_k: f64,
     /// Side of that grid. That of the full picture, whose rays lie at the same places, leaves the least difference.
     pub strong_side: usize,
     /// Largest difference between the pixels that show one face for which a look takes the temperature of the nearest pixel, K. The
@@ -53,7 +58,7 @@ impl Default for MeshOptions {
 
 impl Default for EdgeOptions {
     fn default() -> Self {
-        Self { weak_k: 8.0, strong_k: 100.0, strong_side: 4, alike_k: 30.0 }
+        Self { weak_k: 8.0, strong_k: 100.0, budget_k: 2.4, most_k: 50.0, strong_side: 4, alike_k: 30.0 }
     }
 }
 
@@ -69,6 +74,8 @@ impl MeshOptions {
             ("center_fraction of the mesh", self.center_fraction),
             ("edges.weak_k", self.edges.weak_k),
             ("edges.strong_k", self.edges.strong_k),
+            ("edges.budget_k", self.edges.budget_k),
+            ("edges.most_k", self.edges.most_k),
             ("edges.alike_k", self.edges.alike_k),
         ];
         SceneError::unless((0.1..=100.0).contains(&self.speckle), "speckle of the mesh", self.speckle, "0.1 to 100")?;

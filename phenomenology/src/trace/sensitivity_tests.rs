@@ -87,6 +87,8 @@ fn half_or_twice_an_option_of_the_mesh_changes_its_error_little() {
         ("near", 1.0, two(&o, |o, f| o.near = scaled(o.near, f))),
         ("weak_k", 1.0, two(&o, |o, f| o.edges.weak_k *= f)),
         ("strong_k", 1.0, two(&o, |o, f| o.edges.strong_k *= f)),
+        ("budget_k", 1.0, two(&o, |o, f| o.edges.budget_k *= f)),
+        ("most_k", 1.0, two(&o, |o, f| o.edges.most_k *= f)),
         ("strong_side", 4.0, two(&o, |o, f| o.edges.strong_side = scaled(o.edges.strong_side, f))),
         ("alike_k", 1.0, two(&o, |o, f| o.edges.alike_k *= f)),
     ];
