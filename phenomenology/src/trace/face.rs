@@ -1,7 +1,7 @@
 //! What a ray hits, as one number: pictures hold two of them for each pixel, and compare them often.
 
-use super::tracer::{Spot, Tracer};
 use crate::error::{Result, SceneError};
+use crate::solids::Covers;
 use std::num::NonZeroU64;
 
 /// Bits of the number of a face and of a body. The region has the bits above them, but the highest bit, which tells solids from all else.
@@ -43,6 +43,20 @@ impl Face {
         self.0.get() & SOLID == 0 && !self.is_sky()
     }
 
+    /// Its cover; `None` for the sky.
+    pub(super) fn cover(self, covers: &Covers) -> Option<u32> {
+        let number = self.0.get();
+        if self.is_sky() {
+            None
+        } else if self.is_ground() {
+            Some((number >> 1) as u32)
+        } else {
+            let part = |shift: u32, bits: u32| ((number >> shift) & ((1 << bits) - 1)) as u32;
+            let (region, body) = (part(BODY_BITS + FACE_BITS, REGION_BITS), part(FACE_BITS, BODY_BITS));
+            covers.of_face(region, body, part(0, FACE_BITS) as u8)
+        }
+    }
+
     /// Refuses a scene with more regions or bodies than a face can number.
     pub(super) fn check(regions: usize, bodies: usize) -> Result<()> {
         SceneError::unless(regions < 1 << REGION_BITS, "regions", regions, "fewer than 134217728")?;
@@ -53,33 +67,6 @@ impl Face {
 impl Default for Face {
     fn default() -> Self {
         Self::SKY
-    }
-}
-
-impl Spot {
-    /// What was hit.
-    #[inline]
-    pub(super) fn identity(&self) -> Face {
-        match self.region {
-            Some(region) => Face::of_solid(region, self.face.0, self.face.1),
-            None => Face::of_ground(self.cover),
-        }
-    }
-}
-
-impl Tracer<'_> {
-    /// The cover of a face; `None` for the sky.
-    pub(super) fn cover_of(&self, face: Face) -> Option<u32> {
-        let number = face.0.get();
-        if face.is_sky() {
-            None
-        } else if face.is_ground() {
-            Some((number >> 1) as u32)
-        } else {
-            let part = |shift: u32, bits: u32| ((number >> shift) & ((1 << bits) - 1)) as u32;
-            let (region, body) = (part(BODY_BITS + FACE_BITS, REGION_BITS), part(FACE_BITS, BODY_BITS));
-            self.scene.covers.of_face(region, body, part(0, FACE_BITS) as u8)
-        }
     }
 }
 

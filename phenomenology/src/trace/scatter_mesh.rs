@@ -94,7 +94,7 @@ impl Squares<'_, '_> {
 
     /// Whether a face scatters by its diffuse lobe and not by facets.
     fn is_matt(&self, face: Face) -> bool {
-        self.tracer.cover_of(face).is_some_and(|cover| {
+        face.cover(&self.tracer.scene.covers).is_some_and(|cover| {
             let table = &self.tracer.surfaces[cover as usize][0];
             table.diffuse().is_some() && table.facets().is_none()
         })

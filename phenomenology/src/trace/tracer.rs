@@ -68,6 +68,17 @@ pub(super) struct Spot {
     pub face: (u32, u8),
 }
 
+impl Spot {
+    /// What was hit.
+    #[inline]
+    pub(super) fn identity(&self) -> Face {
+        match self.region {
+            Some(region) => Face::of_solid(region, self.face.0, self.face.1),
+            None => Face::of_ground(self.cover),
+        }
+    }
+}
+
 impl<'a> Tracer<'a> {
     /// Tabulates sky, surfaces and air of a scene at frequencies in Hz.
     ///
