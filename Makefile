@@ -4,6 +4,8 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 PACKAGES := build-essential pkg-config libhdf5-dev
 # The additional packages that the feature `ms` (Measurement Sets) needs.
 MS_PACKAGES := casacore-dev
+# The additional packages that the feature `mpi` needs: bindgen reads the headers of MPI with libclang.
+MPI_PACKAGES := libopenmpi-dev openmpi-bin libclang-dev
 # The browser that looks at the report of a run in `make interop`.
 BROWSER_PACKAGES := chromium
 # The encoder of films, which `make interop` uses.
@@ -14,7 +16,7 @@ DEMO := demo
 N ?= 1000000
 PART ?= 50000
 
-.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures deps deps-ms deps-interop
+.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures deps deps-ms deps-mpi deps-interop
 
 demo: deps
 	$(CARGO) build --release --locked
@@ -32,16 +34,17 @@ test: deps
 test-ms: deps-ms
 	$(CARGO) test -p cittert-formats --features ms --locked
 
-lint: deps deps-ms
+lint: deps deps-ms deps-mpi
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
 	$(CARGO) clippy -p cittert-formats --features ms --all-targets --locked -- -D warnings
+	$(CARGO) clippy -p cittert --features mpi --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --locked
 
 # Other programs (WSClean, CASA, pyuvdata, ehtim) judge the files that cittert writes. The first run installs them below ~/.cache.
 # Some of these tests read real public visibilities, which this project does not contain, from the folder CITTERT_DATA.
 interop: visibilities deps-interop
-	$(CARGO) build --release --locked --features ms
+	$(CARGO) build --release --locked --features ms,mpi
 	$(CARGO) build --release --locked -p cittert-formats --features ms --example samples
 	bash tests/interop/run.sh
 
@@ -76,10 +79,11 @@ pictures: deps
 
 deps: WANTED = $(PACKAGES)
 deps-ms: WANTED = $(PACKAGES) $(MS_PACKAGES)
-deps-interop: WANTED = $(PACKAGES) $(MS_PACKAGES) $(BROWSER_PACKAGES) $(FILM_PACKAGES)
+deps-mpi: WANTED = $(PACKAGES) $(MPI_PACKAGES)
+deps-interop: WANTED = $(PACKAGES) $(MS_PACKAGES) $(MPI_PACKAGES) $(BROWSER_PACKAGES) $(FILM_PACKAGES)
 
 # apt installs only the packages that dpkg does not list as installed.
-deps deps-ms deps-interop:
+deps deps-ms deps-mpi deps-interop:
 	@missing=; for p in $(WANTED); do \
 	  dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \
 	[ -z "$$missing" ] && exit 0; \

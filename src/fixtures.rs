@@ -2,13 +2,13 @@
 
 use crate::progress::{Event, Observer};
 use cittert_arrays::{
-    Antenna, ArrayLayout, LayoutFrame, PhaseCenter, Polarization, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage, VisUnit, VisibilityBlock,
-    VisibilityHeader, VisibilitySet,
+    Antenna, ArrayLayout, LayoutFrame, Part, PhaseCenter, Polarization, Ranks, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage, VisUnit,
+    VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource,
 };
 use ndarray::{Array2, Axis};
 use num_complex::{Complex, Complex64};
-use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Barrier, Mutex, PoisonError};
 
 /// Numbers in [-1, 1), the same in every run.
 pub(crate) struct Noise(pub(crate) u64);
@@ -130,7 +130,7 @@ pub(crate) fn snapshot(
 /// Collects notes and warnings of a computation.
 #[derive(Debug, Default)]
 pub(crate) struct Recorder {
-    messages: std::sync::Mutex<Vec<String>>,
+    messages: Mutex<Vec<String>>,
     cancel: AtomicBool,
 }
 
@@ -156,4 +156,67 @@ impl Observer for Recorder {
     fn cancelled(&self) -> bool {
         self.cancel.load(Ordering::Relaxed)
     }
+}
+
+/// Threads of this process that play the processes of a set.
+struct Threads {
+    rank: usize,
+    size: usize,
+    barrier: Arc<Barrier>,
+    table: Arc<Mutex<Vec<Vec<f64>>>>,
+}
+
+impl Threads {
+    fn reduce(&self, values: &mut [f64], with: fn(f64, f64) -> f64) {
+        let lock = || self.table.lock().unwrap_or_else(PoisonError::into_inner);
+        lock()[self.rank] = values.to_vec();
+        self.barrier.wait();
+        for (k, v) in values.iter_mut().enumerate() {
+            *v = lock().iter().map(|of| of[k]).reduce(with).unwrap();
+        }
+        self.barrier.wait();
+    }
+}
+
+impl Ranks for Threads {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn sum(&self, values: &mut [f64]) {
+        self.reduce(values, |a, b| a + b);
+    }
+
+    fn largest(&self, values: &mut [f64]) {
+        self.reduce(values, f64::max);
+    }
+
+    fn meet(&self) {
+        self.barrier.wait();
+    }
+}
+
+/// What `work` makes of a set in each of `size` processes, played by threads. One process has the plain set.
+pub(crate) fn in_processes<R: Send>(size: usize, set: &VisibilitySet, work: impl Fn(&mut dyn VisibilitySource) -> R + Sync) -> Vec<R> {
+    if size == 1 {
+        return vec![work(&mut set.clone())];
+    }
+    let (barrier, table) = (Arc::new(Barrier::new(size)), Arc::new(Mutex::new(vec![Vec::new(); size])));
+    std::thread::scope(|scope| {
+        let begin = |rank| {
+            let ranks = Arc::new(Threads { rank, size, barrier: barrier.clone(), table: table.clone() });
+            let (part, work) = (Part::new(Box::new(set.clone()), ranks), &work);
+            scope.spawn(move || {
+                let mut part = part;
+                // A pool of its own, as processes have, so that one that waits keeps no other from work.
+                rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| work(&mut part))
+            })
+        };
+        let all: Vec<_> = (0..size).map(begin).collect();
+        all.into_iter().map(|t| t.join().unwrap()).collect()
+    })
 }

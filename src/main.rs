@@ -5,9 +5,12 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     keep_freed_memory();
     match cittert::cli::run(std::env::args_os()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => {
+            cittert::cli::end();
+            ExitCode::SUCCESS
+        }
         Err(failure) => {
-            failure.print();
+            cittert::cli::fail(&failure);
             ExitCode::from(failure.exit_code())
         }
     }

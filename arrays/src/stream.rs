@@ -1,8 +1,10 @@
 //! Visibility sets larger than memory, read and written in runs of rows.
 
+use crate::ranks::{Alone, Ranks};
 use crate::visibility::check_block;
 use crate::{ArrayError, Result, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySet};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A source of visibilities. It can be read several times, in runs of rows.
 pub trait VisibilitySource: Send {
@@ -24,6 +26,11 @@ pub trait VisibilitySource: Send {
     /// As [`VisibilitySource::read_rows`].
     fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage> {
         Ok(self.read_rows(range)?.coverage)
+    }
+
+    /// The processes over which the rows of the set are shared out. This source then has only those of this process.
+    fn ranks(&self) -> Arc<dyn Ranks> {
+        Arc::new(Alone)
     }
 }
 

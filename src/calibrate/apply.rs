@@ -310,6 +310,10 @@ impl VisibilitySource for CalibratedSource<'_> {
         self.source.n_rows()
     }
 
+    fn ranks(&self) -> std::sync::Arc<dyn cittert_arrays::Ranks> {
+        self.source.ranks()
+    }
+
     fn read_rows(&mut self, range: std::ops::Range<usize>) -> cittert_arrays::Result<VisibilityBlock> {
         let mut block = self.source.read_rows(range)?;
         self.applier.apply(&mut block).map_err(|e| cittert_arrays::ArrayError::Stream(Box::new(e)))?;

@@ -163,6 +163,10 @@ impl VisibilitySource for Without<'_> {
         self.inner.n_rows()
     }
 
+    fn ranks(&self) -> std::sync::Arc<dyn cittert_arrays::Ranks> {
+        self.inner.ranks()
+    }
+
     fn read_rows(&mut self, range: Range<usize>) -> cittert_arrays::Result<VisibilityBlock> {
         let mut block = self.inner.read_rows(range)?;
         for row in 0..block.n_rows() {

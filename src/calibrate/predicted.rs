@@ -75,6 +75,10 @@ impl VisibilitySource for Left<'_> {
         self.inner.n_rows()
     }
 
+    fn ranks(&self) -> std::sync::Arc<dyn cittert_arrays::Ranks> {
+        self.inner.ranks()
+    }
+
     fn read_rows(&mut self, range: std::ops::Range<usize>) -> cittert_arrays::Result<VisibilityBlock> {
         let first = range.start;
         let mut block = self.inner.read_rows(range)?;

@@ -5,6 +5,7 @@ use super::failure::{Context as _, Result};
 use super::held_out::{self, HoldOutArgs};
 use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, range_file, with_range};
 use super::planned::check_room_for_images;
+use super::ranks;
 use super::slurm::{SlurmArgs, one_job};
 use super::text::{beam, chi2, note_beam, number, reasons};
 use super::verdict;
@@ -75,6 +76,9 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     let input = args.input.files()?;
     if args.slurm.is_wanted() {
         return one_job(&args.slurm, "clean", &args.out, context);
+    }
+    if args.hold_out.is_given() || args.startmod != StartPhases::Never {
+        ranks::refuse_several("clean then solves no phases and holds no data out. Give --startmod never, and no --hold-out")?;
     }
     let files = input.all().iter().map(PathBuf::as_path);
     args.out.claim(

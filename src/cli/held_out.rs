@@ -64,7 +64,8 @@ impl HoldOutArgs {
         context: &Context,
     ) -> Result<Option<CrossCheck>> {
         let fraction = self.fraction(data, grid.n_l.saturating_mul(grid.n_m).saturating_mul(imaging.channels_out));
-        if fraction == 0.0 || imaging.pol != Polarization::I {
+        // Each process would hold out others of its rows.
+        if fraction == 0.0 || imaging.pol != Polarization::I || data.ranks().size() > 1 {
             return Ok(None);
         }
         let same = imaging.on_grid(grid);

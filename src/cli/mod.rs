@@ -40,6 +40,7 @@ mod planned;
 mod plot;
 mod predict;
 mod quality;
+mod ranks;
 mod run;
 mod scene;
 mod scene_errors;
@@ -54,6 +55,7 @@ mod verdict;
 mod zero_spacing;
 
 pub use failure::{Failure, Result};
+pub use ranks::{end, fail};
 
 use crate::ensure;
 use cittert_formats::atomic::{Together, take_notes};
@@ -162,6 +164,7 @@ pub fn command() -> clap::Command {
 /// The failure to print and its exit code.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
     let words: Vec<OsString> = words.into_iter().collect();
+    ranks::begin()?;
     refuse_other_encodings(&words)?;
     interrupt::listen()?;
     let command_line = words
@@ -171,17 +174,21 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         .collect::<Vec<_>>()
         .join(" ");
     let cli = parse(&words)?;
-    let loudness = match (cli.quiet, cli.verbose) {
+    if !matches!(cli.command, Command::Dirty(_) | Command::Clean(_) | Command::Mem(_)) {
+        ranks::refuse_several("only dirty, clean and mem can share their work. Start this one without mpirun")?;
+    }
+    let loudness = match (cli.quiet || ranks::is_silent(), cli.verbose) {
         (true, _) => Loudness::Quiet,
         (_, true) => Loudness::Verbose,
         _ => Loudness::Normal,
     };
-    if let Some(threads) = cli.threads {
+    let (threads, memory) = ranks::share_machine(cli.threads, cli.memory);
+    if let Some(threads) = threads {
         ensure!((1..=1024).contains(&threads), Failure::usage(format!("--threads is {threads}, expected 1 to 1024")));
         // This fails only where a thread pool exists already, as in tests that call this function twice.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     }
-    if let Some(memory) = cli.memory {
+    if let Some(memory) = memory {
         memory.set();
     }
     let context = Context { command_line, console: Console::new(loudness), subcommands: SUBCOMMANDS };
@@ -189,6 +196,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
     let outcome = guarded(|| cli.command.run(&context));
     take_notes().iter().for_each(|note| context.console.note(note));
     let outcome = outcome?;
+    // No output gets its name before every process has done its part.
+    ranks::all().meet();
     outputs.commit()?;
     context.console.close_log()?;
     print(if cli.json { outcome.json.to_string() } else { outcome.text.trim_end().to_owned() })?;
@@ -200,7 +209,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
 
 /// Print a result on stdout.
 fn print(text: String) -> Result<()> {
-    if text.is_empty() {
+    if text.is_empty() || ranks::is_silent() {
         return Ok(());
     }
     let mut stdout = std::io::stdout().lock();

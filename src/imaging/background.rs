@@ -5,7 +5,7 @@ use super::split::{BackgroundChoice, Split};
 use crate::Result;
 use crate::progress::{Event, Observer, Quiet};
 use crate::values::{bad_value, need};
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, VisUnit};
+use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S, VisUnit};
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
@@ -203,6 +203,7 @@ impl Imager<'_> {
             }
             Ok(())
         })?;
+        let shortest = shortest_of_all(&*self.ranks(), shortest);
         let grid = self.grid();
         let sum: Complex64 = one
             .indexed_iter()
@@ -213,4 +214,21 @@ impl Imager<'_> {
             .sum();
         Ok(sum.norm() / one.sum())
     }
+}
+
+/// The shorter baseline (u, v) of all processes, from that of this process. Of several that are as short, the one with the largest u and v counts:
+/// the part of the zero spacing does not depend on the sign of both.
+fn shortest_of_all(ranks: &dyn Ranks, own: [f64; 2]) -> [f64; 2] {
+    if ranks.size() == 1 {
+        return own;
+    }
+    let own = if own[0] < 0.0 { own.map(|x| -x) } else { own };
+    let length = own[0].hypot(own[1]);
+    let mut least = [-length];
+    ranks.largest(&mut least);
+    let mut u = [if length == -least[0] { own[0] } else { f64::NEG_INFINITY }];
+    ranks.largest(&mut u);
+    let mut v = [if length == -least[0] && own[0] == u[0] { own[1] } else { f64::NEG_INFINITY }];
+    ranks.largest(&mut v);
+    [u[0], v[0]]
 }

@@ -12,10 +12,11 @@ use crate::memory::MemoryBudget;
 use crate::nearfield::boresight_turn;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{FocusPoint, SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{FocusPoint, Ranks, SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView1};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Size in bytes of a reduced visibility: the value, its weight and its imaging weight.
 const REDUCED_BYTES: usize = 16;
@@ -118,10 +119,7 @@ impl<'a> Data<'a> {
             if center.is_none() {
                 center = first_center;
             }
-            if block.coverage.phase_center.iter().any(|p| Some(*p) != center) {
-                let message = "the rows have several phase centres: split the set and image one field at a time";
-                return Err(ChainError::Incompatible(message.into()));
-            }
+            ensure!(block.coverage.phase_center.iter().all(|p| Some(*p) == center), several_centers());
             refuse_impossible(&block, first_row)?;
             let (reduced, counts) = reduction.reduce(&block)?;
             survey.counts = survey.counts.plus(counts);
@@ -145,11 +143,14 @@ impl<'a> Data<'a> {
             Ok(())
         })?;
         observer.event(Event::Done);
+        let ranks = source.ranks();
+        survey.share(&*ranks, &mut times);
+        let center = one_center(center, &*ranks)?;
         if times.0 <= times.1 {
             survey.time_jd = Some(0.5 * (times.0 + times.1));
         }
         report(&survey, reduction.selector.target.name(), observer)?;
-        let center: u16 = center.ok_or_else(|| ChainError::NoData("the set has no rows".into()))?;
+        let center = center.ok_or_else(|| ChainError::NoData("the set has no rows".into()))?;
         survey.phase_center = usize::from(center);
         Ok(Self { source, reduction, memory, cache: fits.then_some(cache), survey })
     }
@@ -198,10 +199,46 @@ impl<'a> Data<'a> {
         })
     }
 
+    /// The processes that share the data.
+    #[must_use]
+    pub fn ranks(&self) -> Arc<dyn Ranks> {
+        self.source.ranks()
+    }
+
     /// True if the data are in memory.
     #[must_use]
     pub fn is_cached(&self) -> bool {
         self.cache.is_some()
+    }
+}
+
+fn several_centers() -> ChainError {
+    ChainError::Incompatible("the rows have several phase centres: split the set and image one field at a time".into())
+}
+
+/// The phase centre of all rows, from that of the rows of this process. A process without rows has none.
+fn one_center(own: Option<u16>, ranks: &dyn Ranks) -> Result<Option<u16>> {
+    let mut range = own.map_or([f64::NEG_INFINITY; 2], |p| [f64::from(p), -f64::from(p)]);
+    ranks.largest(&mut range);
+    ensure!(range[0] + range[1] == 0.0 || range[0].is_infinite(), several_centers());
+    Ok(range[0].is_finite().then_some(range[0] as u16))
+}
+
+impl Survey {
+    /// Make the results of the rows of this process, and the first and last of their times, those of all rows.
+    fn share(&mut self, ranks: &dyn Ranks, times: &mut (f64, f64)) {
+        self.counts.share(ranks);
+        self.total_power.share(ranks);
+        ranks.sum(&mut self.channel_weight);
+        let UvwExtent { u_m, v_m, w_m } = self.extent;
+        let mut largest = vec![u_m, v_m, w_m, self.uv_range_wl.1, times.1, -self.uv_range_wl.0, -times.0];
+        let n = largest.len();
+        largest.extend(self.shortest_by_octave_wl.iter().map(|x| -x));
+        ranks.largest(&mut largest);
+        self.extent = UvwExtent { u_m: largest[0], v_m: largest[1], w_m: largest[2] };
+        self.uv_range_wl = (-largest[5], largest[3]);
+        *times = (-largest[6], largest[4]);
+        self.shortest_by_octave_wl.iter_mut().zip(&largest[n..]).for_each(|(x, negative)| *x = -negative);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::ImagingOptions;
 use super::data::{Data, ReducedBlock, Survey};
 use super::near::{Near, warn_invalid};
+use super::over_ranks::sum_image;
 use super::pol::PolSelector;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use super::size::choose_grid;
@@ -13,11 +14,12 @@ use crate::memory::{ImageWork, check_images};
 use crate::progress::{Event, Observer};
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{SkyGrid, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{Ranks, SkyGrid, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis, CowArray, Ix2, s};
 use rayon::prelude::*;
 use std::any::Any;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The oversampling of the grid depends on the number of visibilities up to this number. Longer sets do not need more memory.
 const LONG: u64 = 100_000_000;
@@ -84,6 +86,9 @@ impl<'a> Imager<'a> {
         let channels = share(spectrum.n_chan(), options.channels_out)?;
         let selector = PolSelector::of(options.pol, source.header())?;
         let surface = options.surface_of(&source.header().near_field)?;
+        let ranks = source.ranks();
+        let alone = "one process: exact images of scenes near the array are not shared out";
+        need("number of processes", ranks.size(), surface.is_none() || ranks.size() == 1, alone)?;
         let mut data = Data::open(source, selector, (options.unit_weights, surface.is_some(), options.memory), observer)?;
         let grid = choose_grid(data.survey(), data.header(), &options, observer)?;
         let near = match surface {
@@ -108,7 +113,10 @@ impl<'a> Imager<'a> {
                     Ok(())
                 },
             )?;
-            weights.iter_mut().take(shared).for_each(ImageWeights::finish);
+            for weights in &mut weights[..shared] {
+                weights.share(&*ranks);
+                weights.finish();
+            }
             if !own {
                 let first = weights[0].clone();
                 weights.fill(first);
@@ -135,6 +143,7 @@ impl<'a> Imager<'a> {
                     Ok(())
                 },
             )?;
+            ranks.sum(&mut sums);
         }
         // Blocks in memory keep their imaging weights. The density grid of a large image would take as much memory as four planes.
         let weights = if data.is_cached() { Vec::new() } else { weights };
@@ -238,7 +247,12 @@ impl<'a> Imager<'a> {
         Ok(ImageMisfit { chi2: left.chi2, gradient: sum * (-2.0 * scale) })
     }
 
-    /// Call `work` for every block with its imaging weights, in order.
+    /// The processes that share the data.
+    pub(crate) fn ranks(&self) -> Arc<dyn Ranks> {
+        self.data.ranks()
+    }
+
+    /// Call `work` for every block of this process with its imaging weights, in order.
     pub(crate) fn for_each_weighed(&mut self, observer: &dyn Observer, mut work: impl FnMut(&ReducedBlock) -> Result<()>) -> Result<()> {
         let (channels, weights, freq_hz) = (&self.channels, &self.weights, &self.freq_hz);
         self.data.for_each(observer, |b| weigh(b, channels, weights, freq_hz), |block| work(block))
@@ -300,7 +314,7 @@ impl<'a> Imager<'a> {
             number += 1;
             Ok(())
         })?;
-        let image = self.mean(channel, session.scale, gridder.finish());
+        let image = self.mean(channel, session.scale, sum_image(&*self.data.ranks(), gridder.finish()));
         if field.is_none() {
             self.session = Some((channel, Box::new(session)));
         }
@@ -353,10 +367,12 @@ impl<'a> Imager<'a> {
             Ok(())
         })?;
         drop(degridder);
+        let ranks = self.data.ranks();
+        left.share(&*ranks);
         ensure!(left.used > 0, ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no residual")));
         self.session = Some((channel, Box::new(session)));
         observer.event(Event::Done);
-        Ok((left, gridder.finish()))
+        Ok((left, sum_image(&*ranks, gridder.finish())))
     }
 
     /// Mean weight of an output channel. Weights are divided by it before they are rounded to single precision, so that a large unit cannot

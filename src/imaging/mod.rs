@@ -24,6 +24,7 @@ mod near_passes;
 mod near_tests;
 mod options;
 mod output;
+mod over_ranks;
 mod pol;
 mod products;
 mod psf;
@@ -45,6 +46,8 @@ mod delta_t_tests;
 mod memory_tests;
 #[cfg(test)]
 mod pattern_tests;
+#[cfg(test)]
+mod rank_tests;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
@@ -69,6 +72,7 @@ pub use mean_from::MeanFrom;
 pub use options::{BeamShape, ImageSize, ImagingOptions};
 pub(crate) use output::Kind;
 pub use output::{PATTERN_LIMIT, dirty_image, psf_image};
+pub(crate) use over_ranks::sum_image;
 pub use pol::{DataCounts, PolSelector};
 pub use products::Products;
 pub use restore::{gaussian, with_beam};

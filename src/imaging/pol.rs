@@ -2,7 +2,7 @@
 
 use crate::{ChainError, Result};
 use cittert_arrays::feeds::{Feeds, stokes_terms};
-use cittert_arrays::{Polarization, UvCoverage, VisibilityBlock, VisibilityHeader};
+use cittert_arrays::{Polarization, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader};
 use num_complex::{Complex, Complex32};
 
 /// The linear combination of the products of a set that gives one product.
@@ -55,6 +55,23 @@ impl DataCounts {
             autocorrelations: self.autocorrelations + o.autocorrelations,
             one_hand: self.one_hand + o.one_hand,
         }
+    }
+
+    /// Replace the counts by their sums over all processes.
+    pub(super) fn share(&mut self, ranks: &dyn Ranks) {
+        let counts = [
+            &mut self.total,
+            &mut self.used,
+            &mut self.flagged,
+            &mut self.bad_weight,
+            &mut self.not_finite,
+            &mut self.autocorrelations,
+            &mut self.one_hand,
+        ];
+        // Doubles hold whole numbers up to 2^53.
+        let mut sums = counts.each_ref().map(|n| **n as f64);
+        ranks.sum(&mut sums);
+        counts.into_iter().zip(sums).for_each(|(n, sum)| *n = sum as u64);
     }
 
     /// How many visibilities of the product are not used, by reason. `product` is its name.

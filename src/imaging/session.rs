@@ -6,7 +6,7 @@ use super::data::ReducedBlock;
 use crate::fourier::{Degridder, GridOptions, Gridder, Real, SortedRows, Transform, UvwExtent};
 use crate::memory::MemoryBudget;
 use crate::{ChainError, Result};
-use cittert_arrays::SkyGrid;
+use cittert_arrays::{Ranks, SkyGrid};
 use ndarray::Array2;
 use num_complex::Complex;
 use std::ops::{AddAssign, Range};
@@ -52,6 +52,15 @@ impl AddAssign for Residue {
     fn add_assign(&mut self, other: Self) {
         self.chi2 += other.chi2;
         self.used += other.used;
+    }
+}
+
+impl Residue {
+    /// Replace both numbers by their sums over all processes.
+    pub(super) fn share(&mut self, ranks: &dyn Ranks) {
+        let mut sums = [self.chi2, self.used as f64];
+        ranks.sum(&mut sums);
+        (self.chi2, self.used) = (sums[0], sums[1] as u64);
     }
 }
 

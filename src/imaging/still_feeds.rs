@@ -80,6 +80,10 @@ impl VisibilitySource for StillFeeds {
         self.source.n_rows()
     }
 
+    fn ranks(&self) -> std::sync::Arc<dyn cittert_arrays::Ranks> {
+        self.source.ranks()
+    }
+
     fn read_rows(&mut self, range: Range<usize>) -> cittert_arrays::Result<VisibilityBlock> {
         let mut block = self.source.read_rows(range)?;
         self.turn_back(&mut block).map_err(|e| ArrayError::Stream(Box::new(e)))?;

@@ -5,7 +5,7 @@
 //! the antennas: these set the uncertainty where they exceed the noise.
 
 use super::pol::PolSelector;
-use cittert_arrays::{Polarization, VisibilityBlock, VisibilityHeader};
+use cittert_arrays::{Polarization, Ranks, VisibilityBlock, VisibilityHeader};
 use ndarray::Array2;
 use num_complex::Complex32;
 use std::ops::Range;
@@ -88,6 +88,14 @@ impl TotalPower {
                 }
             }
         }
+    }
+
+    /// Replace the sums by those over all processes.
+    pub(super) fn share(&mut self, ranks: &dyn Ranks) {
+        let mut used = [self.used as f64];
+        [&mut self.weight, &mut self.power].into_iter().filter_map(|a| a.as_slice_mut()).for_each(|sums| ranks.sum(sums));
+        ranks.sum(&mut used);
+        self.used = used[0] as u64;
     }
 
     /// The zero spacing of a range of channels; `None` without autocorrelations.

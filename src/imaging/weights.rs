@@ -18,7 +18,7 @@
 
 use super::data::ReducedBlock;
 use super::options::ImagingOptions;
-use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, Weighting};
+use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S, SkyGrid, Weighting};
 use ndarray::{Axis, Zip};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -122,6 +122,14 @@ impl ImageWeights {
         let sums: Vec<f64> = cells.par_chunks_mut(BAND * self.width).enumerate().map(task).collect();
         self.sum_of_weights += sums.iter().sum::<f64>();
         self.cells = cells;
+    }
+
+    /// Replace the density of the rows of this process by that of all rows.
+    pub(super) fn share(&mut self, ranks: &dyn Ranks) {
+        let mut sum = [self.sum_of_weights];
+        ranks.sum(&mut self.cells);
+        ranks.sum(&mut sum);
+        self.sum_of_weights = sum[0];
     }
 
     /// Convert the density into the factor of each cell.

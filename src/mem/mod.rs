@@ -25,6 +25,8 @@ mod pipeline;
 mod plan;
 mod power_plane;
 mod quasi_newton;
+#[cfg(test)]
+mod rank_tests;
 pub mod regulariser;
 mod response;
 mod smooth_scene;

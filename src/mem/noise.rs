@@ -7,7 +7,7 @@ use crate::imaging::Imager;
 use crate::memory::MemoryBudget;
 use crate::progress::Observer;
 use crate::values::need;
-use cittert_arrays::{Polarization, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
+use cittert_arrays::{Polarization, Ranks, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 
 /// Where the noise of the data is known from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -90,6 +90,13 @@ impl HandsSum {
         }
     }
 
+    /// Replace the sums by those over all processes.
+    fn share(&mut self, ranks: &dyn Ranks) {
+        let mut all = [self.sum, self.count as f64, f64::from(u8::from(!self.counts))];
+        ranks.sum(&mut all);
+        (self.sum, self.count, self.counts) = (all[0], all[1] as u64, all[2] == 0.0);
+    }
+
     /// The noise that the sums tell.
     #[must_use]
     pub fn noise(&self) -> HandsNoise {
@@ -107,6 +114,7 @@ pub fn noise_from_hands(source: &mut dyn VisibilitySource) -> Result<HandsNoise>
         sums.add(&block);
         Ok(())
     })?;
+    sums.share(&*source.ranks());
     Ok(sums.noise())
 }
 

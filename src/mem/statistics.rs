@@ -3,7 +3,7 @@
 use crate::imaging::Imager;
 use crate::progress::{Observer, Quiet};
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::SPEED_OF_LIGHT_M_S;
+use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S};
 use num_complex::Complex32;
 use std::collections::BTreeMap;
 
@@ -59,6 +59,7 @@ pub(super) fn powers_by_length(
     observer: &dyn Observer,
 ) -> Result<Vec<PowerBin>> {
     let mut bins = BTreeMap::<i32, PowerBin>::new();
+    let ranks = at.0.ranks();
     for_each_datum(at, observer, |d| {
         let length = f64::from(d.length);
         let bin = bins.entry((BINS_AN_OCTAVE * length.max(1e-9).log2()).floor() as i32).or_default();
@@ -68,6 +69,7 @@ pub(super) fn powers_by_length(
         bin.noise += 2.0 / (factor * f64::from(d.weight));
         bin.known += known(d.uv.0, d.uv.1);
     })?;
+    let bins = share_bins(&*ranks, bins);
     let mean = |b: PowerBin| {
         let [length, power, noise, known] = [b.length, b.power, b.noise, b.known].map(|sum| sum / b.count);
         PowerBin { length, count: b.count, power, noise, known }
@@ -93,6 +95,29 @@ fn for_each_datum((imager, channel): (&mut Imager<'_>, usize), observer: &dyn Ob
     })
 }
 
+/// The sums in the bins of all processes, from those of this one.
+fn share_bins(ranks: &dyn Ranks, own: BTreeMap<i32, PowerBin>) -> BTreeMap<i32, PowerBin> {
+    let end = |bin: Option<(&i32, &PowerBin)>, sign: f64| bin.map_or(f64::NEG_INFINITY, |(k, _)| sign * f64::from(*k));
+    let mut ends = [end(own.first_key_value(), -1.0), end(own.last_key_value(), 1.0)];
+    ranks.largest(&mut ends);
+    if ranks.size() == 1 || ends[1].is_infinite() {
+        return own;
+    }
+    let keys = -ends[0] as i32..=ends[1] as i32;
+    let sums = |b: PowerBin| [b.length, b.count, b.power, b.noise, b.known];
+    let mut all: Vec<f64> = keys.clone().flat_map(|k| sums(own.get(&k).copied().unwrap_or_default())).collect();
+    ranks.sum(&mut all);
+    let bin = |s: &[f64]| PowerBin { length: s[0], count: s[1], power: s[2], noise: s[3], known: s[4] };
+    keys.zip(all.chunks_exact(5).map(bin)).filter(|(_, b)| b.count > 0.0).collect()
+}
+
+/// Replace counts by their sums over all processes.
+fn share(ranks: &dyn Ranks, counts: &mut [u64]) {
+    let mut sums: Vec<f64> = counts.iter().map(|n| *n as f64).collect();
+    ranks.sum(&mut sums);
+    counts.iter_mut().zip(sums).for_each(|(n, sum)| *n = sum as u64);
+}
+
 impl DataSums {
     /// The sums of an output channel.
     ///
@@ -100,10 +125,14 @@ impl DataSums {
     /// No visibility counts, or the source cannot be read.
     pub fn new(at: (&mut Imager<'_>, usize), observer: &dyn Observer) -> Result<Self> {
         let mut sums = Self::default();
+        let ranks = at.0.ranks();
         for_each_datum(at, observer, |d| {
             sums.used += 1;
             sums.power += f64::from(d.weight) * f64::from(d.vis.norm_sqr());
         })?;
+        let mut all = [sums.used as f64, sums.power];
+        ranks.sum(&mut all);
+        (sums.used, sums.power) = (all[0] as u64, all[1]);
         ensure!(sums.used > 0, ChainError::NoData("no visibility has a weight above 0".into()));
         Ok(sums)
     }
@@ -134,6 +163,7 @@ impl DataSums {
                     counts[bits % HALF] += 1;
                 }
             })?;
+            share(&*imager.ranks(), &mut counts);
             let found = counts.iter().position(|n| {
                 let here = left < *n;
                 left -= if here { 0 } else { *n };
@@ -164,6 +194,7 @@ impl DataSums {
     pub fn flux_seen(&self, (imager, channel): (&mut Imager<'_>, usize), factor: f64, observer: &dyn Observer) -> Result<f64> {
         let short = self.sorted_at(self.used.div_ceil(100) - 1, (&mut *imager, channel), observer, |d| d.length)?;
         let (mut signal, mut noise, mut count) = (0.0, 0.0, 0.0);
+        let ranks = imager.ranks();
         for_each_datum((imager, channel), observer, |d| {
             if d.length <= short {
                 signal += f64::from(d.vis.norm_sqr());
@@ -171,6 +202,9 @@ impl DataSums {
                 count += 1.0;
             }
         })?;
+        let mut all = [signal, noise, count];
+        ranks.sum(&mut all);
+        let [signal, noise, count] = all;
         Ok(((signal - noise) / count).max(noise / count / count).sqrt())
     }
 }

@@ -13,7 +13,7 @@ use std::sync::Mutex;
 /// A command line is run if its first word is one of these.
 const RUN: [&str; 4] = ["cittert", "mkdir", "printf", "sed"];
 /// Commands that build the program or read what it wrote. They are not run.
-const NOT_RUN: [&str; 4] = ["make", "cargo", "man", "git"];
+const NOT_RUN: [&str; 5] = ["make", "cargo", "man", "git", "mpirun"];
 
 /// What a page wants to be run, in order.
 #[derive(Debug, Default, PartialEq)]

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Install the peers (once, below $PEERS, by default ~/.cache/cittert-peers), then let them judge the files that cittert writes.
-# The program under test is $CITTERT, built with `--features ms`; `make interop` builds it. Arguments go to pytest.
+# The program under test is $CITTERT, built with `--features ms,mpi`; `make interop` builds it. Arguments go to pytest.
 # The tests over real public visibilities read the folder $CITTERT_DATA, which holds visibilities/.
 set -euo pipefail
 HERE=$(cd "$(dirname "$0")" && pwd)
@@ -17,7 +17,7 @@ fail() {
 [ "${1:-}" != --check ] || exit 0
 CITTERT_DATA=$(cd "$CITTERT_DATA" && pwd)
 export CITTERT=${CITTERT:-${CARGO_TARGET_DIR:-$ROOT/target}/release/cittert}
-[ -x "$CITTERT" ] || fail "there is no program $CITTERT: run \`make interop\`, or set CITTERT to one built with --features ms"
+[ -x "$CITTERT" ] || fail "there is no program $CITTERT: run \`make interop\`, or set CITTERT to one built with --features ms,mpi"
 # This example writes a small file of every kind.
 export CITTERT_SAMPLES=${CITTERT_SAMPLES:-$(dirname "$CITTERT")/examples/samples}
 [ -x "$CITTERT_SAMPLES" ] || fail "there is no program $CITTERT_SAMPLES: run \`make interop\`, or build the example samples of cittert-formats"

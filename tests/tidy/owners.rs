@@ -29,6 +29,7 @@ const RULES: &[Rule] = &[
         owners: &["formats/src/h5", "formats/src/uvh5", "formats/src/calh5"],
         text: "hdf5 belongs to the small modules of formats",
     },
+    Rule { package: "mpi", owners: &["src/cli/ranks"], text: "mpi belongs to src/cli/ranks; algorithms know the trait Ranks" },
     Rule { package: "indicatif", owners: &["src/cli"], text: "progress bars belong to src/cli; algorithms report to an Observer" },
 ];
 

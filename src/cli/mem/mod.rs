@@ -10,6 +10,7 @@ use super::failure::{Context as _, Failure, Result};
 use super::held_out;
 use super::options::{fits_mask, prior_image, with_range};
 use super::planned::check_room_for_images;
+use super::ranks;
 use super::text::{beam, note_beam, number, reasons};
 use super::verdict::{self, Judged};
 use super::zero_spacing;
@@ -30,6 +31,9 @@ const UNCERTAINTY: &str = "-uncertainty.fits";
 /// are written and the outcome is a failure.
 pub fn run(args: &MemCommandArgs, context: &Context) -> Result<Outcome> {
     args.check_used()?;
+    if args.hold_out.is_given() || args.terms.terms.is_some() {
+        ranks::refuse_several("mem then makes no images from closures and holds no data out. Leave out --terms and --hold-out")?;
+    }
     if args.terms.terms.is_some() {
         return closures::run(args, context);
     }

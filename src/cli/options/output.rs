@@ -3,6 +3,7 @@
 use super::claim::{is_one_file, keep_apart};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
+use crate::cli::ranks::is_silent;
 use cittert_arrays::{Image, VisibilityHeader, VisibilitySink};
 use cittert_formats::atomic;
 use cittert_formats::fits::{ImageOptions, write_image};
@@ -46,6 +47,9 @@ impl OutputArgs {
         let outputs: Vec<&Path> = outputs.iter().map(AsRef::as_ref).collect();
         let inputs: Vec<&Path> = inputs.iter().map(AsRef::as_ref).collect();
         keep_apart(&outputs, &inputs)?;
+        if is_silent() {
+            return Ok(());
+        }
         outputs.into_iter().try_for_each(|path| self.check(path))
     }
 
@@ -87,6 +91,9 @@ impl OutputArgs {
     /// # Errors
     /// An error of the file system, with the path.
     pub fn write(&self, path: &Path, bytes: &[u8]) -> Result<()> {
+        if is_silent() {
+            return Ok(());
+        }
         Ok(atomic::write_file(path, self.overwrite, bytes)?)
     }
 
@@ -105,6 +112,9 @@ impl OutputArgs {
     /// # Errors
     /// An error of the file system, with the path.
     pub fn image<P: Copy + Into<f64>>(&self, path: &Path, image: &mut Image<P>, context: &Context) -> Result<()> {
+        if is_silent() {
+            return Ok(());
+        }
         image.history.push(context.history());
         Ok(write_image(path, image, ImageOptions { overwrite: self.overwrite, ..ImageOptions::default() })?)
     }

@@ -5,7 +5,8 @@ use super::{ColumnArgs, OutputArgs};
 use crate::cli::context::Context;
 use crate::cli::failure::Failure;
 use crate::cli::failure::{Result, ensure};
-use cittert_arrays::{VisibilityHeader, VisibilitySource};
+use crate::cli::ranks;
+use cittert_arrays::{Part, VisibilityHeader, VisibilitySource};
 use cittert_formats::{JoinedSource, VisColumn};
 use clap::Args;
 use std::fmt;
@@ -54,7 +55,7 @@ impl SetFiles {
         if let [one] = &self.0[..] { Some(one) } else { None }
     }
 
-    /// Open the data. What is remarkable about the set goes to the console.
+    /// Open the data; of several processes, each opens its part. What is remarkable about the set goes to the console.
     ///
     /// # Errors
     /// A damaged file, or files that are not parts of one set.
@@ -71,10 +72,11 @@ impl SetFiles {
     }
 
     fn open_column(&self, column: VisColumn, context: &Context) -> Result<Box<dyn VisibilitySource>> {
-        match self.one() {
-            Some(one) => Ok(cittert_formats::open_column(one, column)?),
-            None => Ok(Box::new(self.joined(column, context)?)),
-        }
+        let all = match self.one() {
+            Some(one) => cittert_formats::open_column(one, column)?,
+            None => Box::new(self.joined(column, context)?),
+        };
+        Ok(if ranks::size() > 1 { Box::new(Part::new(all, ranks::all())) } else { all })
     }
 
     /// Open several files as one set.

@@ -1,0 +1,49 @@
+//! The rows of one of several processes that share a set.
+
+use crate::ranks::Ranks;
+use crate::{Result, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// The rows of a source that belong to one of several processes: a run of neighbours, so that files are read in order.
+pub struct Part {
+    inner: Box<dyn VisibilitySource>,
+    ranks: Arc<dyn Ranks>,
+    rows: Range<usize>,
+}
+
+impl Part {
+    /// The part of this process.
+    #[must_use]
+    pub fn new(inner: Box<dyn VisibilitySource>, ranks: Arc<dyn Ranks>) -> Self {
+        let (n, k, of) = (inner.n_rows() as u128, ranks.rank() as u128, ranks.size() as u128);
+        let bound = |k: u128| (n * k / of) as usize;
+        Self { rows: bound(k)..bound(k + 1), inner, ranks }
+    }
+
+    fn place(&self, range: &Range<usize>) -> Range<usize> {
+        self.rows.start + range.start..self.rows.start + range.end
+    }
+}
+
+impl VisibilitySource for Part {
+    fn header(&self) -> &VisibilityHeader {
+        self.inner.header()
+    }
+
+    fn n_rows(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        self.inner.read_rows(self.place(&range))
+    }
+
+    fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage> {
+        self.inner.read_coverage(self.place(&range))
+    }
+
+    fn ranks(&self) -> Arc<dyn Ranks> {
+        self.ranks.clone()
+    }
+}

@@ -1,0 +1,33 @@
+//! Several processes that work on one set. Each reads its own rows, and sums over all rows come from all processes.
+//!
+//! The algorithms know only the few collective operations of [`Ranks`]. A source says which processes share it (`VisibilitySource::ranks`); for
+//! every other source the process is alone, and a collective operation does nothing. All processes must call the same operations in the same
+//! order, and all get the same bits, so that what follows from a sum is the same decision everywhere.
+
+/// The processes that share a set, as one of them sees them.
+pub trait Ranks: Send + Sync {
+    /// The number of this process, from 0.
+    fn rank(&self) -> usize {
+        0
+    }
+
+    /// How many processes there are.
+    fn size(&self) -> usize {
+        1
+    }
+
+    /// Replace each value by its sum over all processes.
+    fn sum(&self, _values: &mut [f64]) {}
+
+    /// Replace each value by the largest of all processes.
+    fn largest(&self, _values: &mut [f64]) {}
+
+    /// Wait until all processes are here.
+    fn meet(&self) {}
+}
+
+/// A process that shares its data with no other.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Alone;
+
+impl Ranks for Alone {}

@@ -1,0 +1,109 @@
+"""Several processes under mpirun make the images of one process, and leave no half output."""
+import os
+import random
+import signal
+import subprocess
+import time
+
+import numpy as np
+import pytest
+from astropy.io import fits
+
+from conftest import CITTERT
+
+ENV = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+IMAGING = ["--size", 128, "--cell", "1mrad", "--weighting", "briggs"]
+COMMANDS = {
+    "dirty": (IMAGING, ["c.fits"]),
+    "clean": ([*IMAGING, "--niter", 500, "--startmod", "never"], ["c-dirty.fits", "c-psf.fits", "c-model.fits", "c-image.fits", "c-residual.fits"]),
+    "mem": (IMAGING, ["c-model.fits", "c-image.fits", "c-residual.fits"]),
+}
+
+
+def mpirun(n, *words):
+    return ["mpirun", "--oversubscribe", "-n", str(n), CITTERT, *map(str, words)]
+
+
+def simulate(cittert):
+    (cittert.folder / "s.csv").write_text("l_rad,m_rad,flux_jy\n0.01,0.005,1e6\n-0.02,0.01,4e5\n")
+    cittert("simulate", "--layout", "mm-y", "--freq", "94GHz", "--bandwidth", "1GHz", "--channels", 16, "--scene", "s.csv", "--noise", "--seed", 3, "-o", "v.uvh5")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_images_are_those_of_one_process(cittert, command):
+    simulate(cittert)
+    options, images = COMMANDS[command]
+    cittert(command, "v.uvh5", *options, "-o", "c.fits" if command == "dirty" else "c")
+    for n in [1, 2, 4]:
+        folder = cittert.folder / str(n)
+        folder.mkdir()
+        output = folder / ("c.fits" if command == "dirty" else "c")
+        run = subprocess.run(mpirun(n, command, "v.uvh5", *options, "-o", output), cwd=cittert.folder, env=ENV, capture_output=True, text=True)
+        assert run.returncode == 0, run.stderr
+        for name in images:
+            one, several = fits.getdata(cittert.folder / name), fits.getdata(folder / name)
+            # A residual is the difference of two images that are as large as the restored one.
+            scale = fits.getdata(cittert.folder / name.replace("residual", "image"))
+            assert np.abs(one - several).max() <= 1e-6 * np.abs(scale).max(), (n, name)
+        assert not [f for f in os.listdir(folder) if f.startswith(".")]
+
+
+def test_the_components_are_those_of_one_process(cittert):
+    simulate(cittert)
+    words = ["clean", "v.uvh5", *COMMANDS["clean"][0], "-o"]
+    cittert(*words, "one")
+    subprocess.run(mpirun(4, *words, "four"), cwd=cittert.folder, env=ENV, check=True, capture_output=True)
+    one, four = (np.genfromtxt(cittert.folder / f"{name}-components.csv", delimiter=",", names=True) for name in ["one", "four"])
+    order = [np.lexsort((t["l_rad"], t["m_rad"])) for t in (one, four)]
+    for column in ["l_rad", "m_rad", "flux_jy"]:
+        assert np.allclose(one[column][order[0]], four[column][order[1]], rtol=0, atol=1e-6 * np.abs(one[column]).max()), column
+
+
+def test_other_commands_and_options_refuse_several_processes(cittert):
+    simulate(cittert)
+    for words in [["info", "v.uvh5"], ["convert", "v.uvh5", "w.uvh5"], ["clean", "v.uvh5", *IMAGING, "-o", "c"]]:
+        run = subprocess.run(mpirun(2, *words), cwd=cittert.folder, env=ENV, capture_output=True, text=True)
+        assert run.returncode == 2 and run.stderr.count("error: 2 processes share this command") == 1, run.stderr
+    assert sorted(os.listdir(cittert.folder)) == ["s.csv", "v.uvh5"]
+
+
+def test_an_error_ends_all_processes(cittert):
+    run = subprocess.run(mpirun(3, "dirty", "none.uvh5", "-o", "c.fits"), cwd=cittert.folder, env=ENV, capture_output=True, text=True, timeout=30)
+    assert run.returncode != 0 and run.stderr.count("error:") == 1 and "none.uvh5" in run.stderr, run.stderr
+
+
+def children(pid):
+    """The cittert processes that an mpirun has started."""
+    with open(f"/proc/{pid}/task/{pid}/children") as f:
+        return [int(child) for child in f.read().split()]
+
+
+def test_a_process_that_is_killed_ends_the_job_and_leaves_no_half_output(cittert):
+    simulate(cittert)
+    words = ["clean", "v.uvh5", "--size", 512, "--cell", "0.3mrad", "--niter", 20000, "--startmod", "never", "-o", "c", "--overwrite"]
+    begun = time.monotonic()
+    subprocess.run(mpirun(3, *words), cwd=cittert.folder, env=ENV, check=True, capture_output=True)
+    whole = time.monotonic() - begun
+    outputs = sorted(p for p in cittert.folder.iterdir() if p.name.startswith("c-"))
+    # Stay in one folder, so that an output that is replaced by a half one would show.
+    before = {p: p.read_bytes() for p in outputs}
+    dice = random.Random(20)
+    killed = 0
+    for _ in range(20):
+        job = subprocess.Popen(mpirun(3, *words), cwd=cittert.folder, env=ENV, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        time.sleep(dice.uniform(0.1, whole))
+        ranks = children(job.pid) if job.poll() is None else []
+        if not ranks:
+            job.communicate()
+            continue
+        victim = dice.choice(ranks)
+        at = time.monotonic()
+        os.kill(victim, signal.SIGKILL)
+        _, err = job.communicate(timeout=30)
+        assert time.monotonic() - at < 10
+        if job.returncode != 0:
+            killed += 1
+            assert "rank" in err or "process" in err, err
+        for path, content in before.items():
+            assert len(path.read_bytes()) == len(content), path
+    assert killed >= 10
