@@ -17,6 +17,7 @@ mod context;
 mod convert;
 mod corrupt;
 mod cycle_log;
+mod design;
 mod dirty;
 mod enhance;
 mod failure;
@@ -143,6 +144,8 @@ subcommands! {
         Enhance(enhance::EnhanceArgs) => enhance::run;
         /// Make a film of what a camera with noise sees on its way through a scene, or find its best frame rate.
         Film(Box<film::FilmArgs>) => film::run;
+        /// Design an array in the browser: see its beam and its images while you move its antennas.
+        Design(design::DesignArgs) => design::run;
         /// Convert a file from one format to another.
         Convert(convert::ConvertArgs) => convert::run;
         /// Print the completion script of a shell.

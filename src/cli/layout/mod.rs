@@ -11,12 +11,23 @@ use super::context::{Context, Outcome, subcommands};
 use super::failure::{Context as _, Failure, Result};
 use super::optimize::{self, OptimizeArgs};
 use super::options::{OutputArgs, load_layout};
-use cittert_arrays::BUILTIN_LAYOUTS;
+use cittert_arrays::{ArrayLayout, BUILTIN_LAYOUTS, FigureOptions};
 use cittert_arrays::quantity::Frequency;
 use cittert_formats::layout_formats;
 use cittert_formats::layouts::layout_format;
 use clap::Args;
 use serde_json::json;
+
+/// All that `layout show --json` says of a layout at a frequency.
+///
+/// # Errors
+/// An option that is out of its range.
+pub(super) fn figures_json(layout: &ArrayLayout, freq: Frequency, options: &FigureOptions) -> Result<serde_json::Value> {
+    let mut told = told::Told::default();
+    told.add(figures::extent_json(layout));
+    figures::tell(layout, freq, options, None, &mut told)?;
+    Ok(told.outcome().json)
+}
 
 subcommands! {
     /// The subcommands of `layout`.

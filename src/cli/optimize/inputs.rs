@@ -128,6 +128,13 @@ impl Inputs {
         Ok(inputs)
     }
 
+    /// A layout in memory as the start, and nothing else.
+    pub(super) fn starting(start: ArrayLayout, design: &DesignOptions) -> Result<Self> {
+        let mut inputs = Self { start: Some(start), fixed: None, pads: None, ground: Ground::default(), aperture_m: 0.0 };
+        inputs.aperture_m = inputs.aperture(design).map_err(Failure::call)?;
+        Ok(inputs)
+    }
+
     fn aperture(&self, design: &DesignOptions) -> ChainResult<f64> {
         let given = design.aperture.map(|a| a.si());
         Ok(match (&self.pads, &self.start) {

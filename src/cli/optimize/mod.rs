@@ -10,7 +10,7 @@ mod page;
 mod scene;
 mod search;
 
-pub use search::OptimizeArgs;
+pub use search::{OptimizeArgs, search_from};
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};

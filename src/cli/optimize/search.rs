@@ -10,6 +10,7 @@ use crate::design::{DesignOptions, Found, Problem, Searched, attempt, attempt_pa
 use crate::progress::Observer;
 use crate::{ChainError, Result as ChainResult};
 use clap::Args;
+use cittert_arrays::ArrayLayout;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -94,4 +95,24 @@ fn fingerprint(args: &OptimizeArgs, design: &DesignOptions, inputs: &Inputs) -> 
 /// The name of the layout: that of its file.
 pub(super) fn name(path: &Path) -> String {
     path.file_stem().map_or_else(|| "optimized".into(), |s| s.to_string_lossy().into_owned())
+}
+
+/// Is told of each attempt, with a function that makes its layout.
+pub type Each<'a> = &'a (dyn Fn(&Found, &dyn Fn(&Found) -> ChainResult<ArrayLayout>) -> ChainResult<()> + Sync);
+
+/// Search from a layout in memory, as the command does with this layout as its start. Nothing is written.
+///
+/// # Errors
+/// An option that is wrong, or a request to stop.
+pub fn search_from(start: &ArrayLayout, design: &DesignOptions, each: Each<'_>, observer: &dyn Observer) -> Result<()> {
+    let inputs = Inputs::starting(start.clone(), design)?;
+    let control = design.control().map_err(Failure::call)?;
+    let Kind::Free { problem, method, start } = inputs.kind(design).map_err(Failure::call)? else {
+        return Err(Failure::message("the page moves elements, and chooses no pads"));
+    };
+    let layout = |found: &Found| {
+        inputs.layout("optimized".into(), &found.xy, "cittert design".into(), (None, None)).map_err(|e| ChainError::Internal(e.to_string()))
+    };
+    let one = |k: u64, elite: &[Found]| attempt(&problem, method, start.as_deref(), design.seed, k, elite, observer);
+    search(control, Default::default(), &one, &|found| each(found, &layout), observer).map(drop).map_err(Failure::call)
 }

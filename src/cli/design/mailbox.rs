@@ -1,0 +1,73 @@
+//! The newest job of a tab. A job that has not begun is replaced by the next one.
+
+use super::state::State;
+use crate::progress::{Event, Observer};
+use std::sync::{Condvar, Mutex, PoisonError};
+
+/// A state to compute.
+#[derive(Debug)]
+pub(super) struct Job {
+    /// The number that the page gave to it.
+    pub(super) seq: u64,
+    /// True while the hand moves: only what is quick is computed.
+    pub(super) moving: bool,
+    pub(super) state: Box<State>,
+}
+
+#[derive(Debug, Default)]
+struct Held {
+    job: Option<Job>,
+    closed: bool,
+}
+
+/// Holds at most one job.
+#[derive(Debug, Default)]
+pub(super) struct Mailbox {
+    held: Mutex<Held>,
+    arrived: Condvar,
+}
+
+impl Mailbox {
+    /// Put a job in the place of the one that waits.
+    pub(super) fn put(&self, job: Job) {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner).job = Some(job);
+        self.arrived.notify_one();
+    }
+
+    /// Tell the worker to end.
+    pub(super) fn close(&self) {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner).closed = true;
+        self.arrived.notify_one();
+    }
+
+    /// Wait for a job; `None` once the tab is closed.
+    pub(super) fn take(&self) -> Option<Job> {
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            if held.closed {
+                return None;
+            }
+            if let Some(job) = held.job.take() {
+                return Some(job);
+            }
+            held = self.arrived.wait(held).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// True where what is computed now is of no use any more.
+    pub(super) fn is_stale(&self) -> bool {
+        let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        held.closed || held.job.is_some()
+    }
+}
+
+/// Stops work once a newer job waits.
+pub(super) struct WhileNewest<'a>(pub(super) &'a Mailbox);
+
+impl Observer for WhileNewest<'_> {
+    fn event(&self, _event: Event<'_>) {}
+
+    fn cancelled(&self) -> bool {
+        self.0.is_stale()
+    }
+}

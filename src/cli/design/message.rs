@@ -1,0 +1,85 @@
+//! The messages of a tab. A message is JSON, or a binary frame with a JSON header and the bytes of a file.
+
+use super::state::State;
+use crate::cli::failure::{Failure, Result, ensure};
+use crate::cli::made::MakeSection;
+use crate::cli::sections::Section;
+use crate::design::DesignOptions;
+use serde::Deserialize;
+
+/// Largest file that may be dropped on the page, bytes.
+pub(super) const MOST_BYTES: usize = 100_000_000;
+/// Largest message that is JSON, bytes: room for the layout of 10,000 antennas.
+const MOST_TEXT: usize = 8 << 20;
+/// Largest header of a binary message, bytes.
+const MOST_HEADER: usize = 4096;
+
+/// What a tab asks for.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]
+pub(super) enum Message {
+    /// Compute a state.
+    Show {
+        /// Its number.
+        seq: u64,
+        /// Whether the hand moves.
+        #[serde(default)]
+        moving: bool,
+        state: Box<State>,
+    },
+    /// Generate a layout.
+    Make { make: Section<MakeSection> },
+    /// Send a built-in layout.
+    Builtin { name: String },
+    /// Write a layout in a format.
+    Save { format: String, layout: toml::Value },
+    /// Search for a better layout.
+    Optimise { layout: toml::Value, design: Box<DesignOptions>, attempts: u64 },
+    /// End the search.
+    Stop,
+}
+
+/// What a dropped file is.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Kind {
+    /// A scene.
+    Scene,
+    /// A layout.
+    Layout,
+}
+
+/// The header of a dropped file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Dropped {
+    pub(super) kind: Kind,
+    pub(super) name: String,
+}
+
+/// Read a message.
+///
+/// # Errors
+/// It is too long, or no message.
+pub(super) fn read(text: &str) -> Result<Message> {
+    let length = text.len();
+    ensure!(length <= MOST_TEXT, Failure::message(format!("a message of {length} bytes is too long, at most {MOST_TEXT}")));
+    serde_json::from_str(text).map_err(|e| Failure::message(format!("the page sent what this program does not understand: {e}")))
+}
+
+/// Read a binary message: the length of the header as u32, the header, the file.
+///
+/// # Errors
+/// It is too long, or no file with a header.
+pub(super) fn read_file(bytes: &[u8]) -> Result<(Dropped, &[u8])> {
+    let wrong = |why: &str| Failure::message(format!("the file did not arrive whole ({why}): drop it again"));
+    let (length, rest) = bytes.split_first_chunk::<4>().ok_or_else(|| wrong("no header"))?;
+    let length = u32::from_le_bytes(*length) as usize;
+    ensure!(length <= MOST_HEADER && length <= rest.len(), wrong("the header is cut off"));
+    let (header, file) = rest.split_at(length);
+    let dropped: Dropped = serde_json::from_slice(header).map_err(|e| wrong(&e.to_string()))?;
+    let size = file.len();
+    let text = format!("{}: the file has {:.0} MB, and the page takes at most 100 MB: make it smaller first", dropped.name, size as f64 / 1e6);
+    ensure!(size <= MOST_BYTES, Failure::message(text));
+    Ok((dropped, file))
+}

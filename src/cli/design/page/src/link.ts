@@ -1,0 +1,27 @@
+// The permalink: the whole state, compressed, in the fragment of the address.
+
+import { restore, snapshot } from './state';
+
+async function through(bytes: Uint8Array, stream: GenericTransformStream): Promise<Uint8Array> {
+  const blob = new Blob([bytes as BlobPart]);
+  return new Uint8Array(await new Response(blob.stream().pipeThrough(stream as ReadableWritablePair<Uint8Array, BufferSource>)).arrayBuffer());
+}
+
+export async function permalink(): Promise<string> {
+  const packed = await through(new TextEncoder().encode(JSON.stringify(snapshot())), new CompressionStream('deflate-raw'));
+  let text = '';
+  packed.forEach((b) => (text += String.fromCharCode(b)));
+  return btoa(text).replace(/\+/g, '-').replace(/\//g, '_').replace(/=+$/, '');
+}
+
+export async function openLink(): Promise<boolean> {
+  const text = location.hash.slice(1);
+  if (!text) return false;
+  try {
+    const packed = Uint8Array.from(atob(text.replace(/-/g, '+').replace(/_/g, '/')), (c) => c.charCodeAt(0));
+    restore(JSON.parse(new TextDecoder().decode(await through(packed, new DecompressionStream('deflate-raw')))));
+    return true;
+  } catch {
+    return false; // A link that is cut off shows the page as it begins.
+  }
+}

@@ -1,0 +1,184 @@
+//! The server: the files of the page, and a socket for each tab.
+
+use super::Beginning;
+use super::assets::asset;
+use super::frame::Answer;
+use super::guard::{Guard, Refused};
+use super::message::MOST_BYTES;
+use super::session::{Send, Session};
+use crate::cli::failure::{Context as _, Result};
+use axum::Router;
+use axum::body::Body;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, Response, StatusCode, header};
+use axum::response::IntoResponse;
+use axum::routing::{any, get};
+use std::net::TcpListener;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use tokio::sync::mpsc;
+
+/// Most tabs at a time.
+const MOST_TABS: usize = 8;
+/// Answers that wait for a slow tab before its worker waits too.
+const WAITING: usize = 32;
+/// Room for the header of a dropped file.
+const HEADER: usize = 8192;
+
+/// The page may load its own files and open its own socket, and nothing else.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; base-uri 'none'; \
+                      form-action 'none'; frame-ancestors 'none'";
+
+/// A page that is ready to be served.
+pub(super) struct Served {
+    listener: TcpListener,
+    port: u16,
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    guard: Guard,
+    port: u16,
+    beginning: Beginning,
+    folder: std::path::PathBuf,
+    tabs: AtomicUsize,
+}
+
+impl Served {
+    /// Serve on this listener.
+    ///
+    /// # Errors
+    /// The listener has no port.
+    pub(super) fn new(listener: TcpListener, guard: Guard, beginning: Beginning) -> Result<Self> {
+        let port = listener.local_addr().context("the port")?.port();
+        listener.set_nonblocking(true).context("the port")?;
+        let folder = beginning.scenes.folder().to_path_buf();
+        let shared = Shared { guard, port, beginning, folder, tabs: AtomicUsize::new(0) };
+        Ok(Self { listener, port, shared: Arc::new(shared) })
+    }
+
+    /// The address of the page.
+    pub(super) fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.port, self.shared.guard.token())
+    }
+
+    /// Serve until the program ends.
+    ///
+    /// # Errors
+    /// The system gives no sockets.
+    pub(super) fn run(self) -> Result<()> {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().context("starting the server")?;
+        runtime.block_on(async {
+            let listener = tokio::net::TcpListener::from_std(self.listener).context("starting the server")?;
+            let routes = Router::new()
+                .route("/{token}/", get(|s: State<Arc<Shared>>, Path(token): Path<String>, h: HeaderMap| async move { file(&s, &token, "", &h) }))
+                .route(
+                    "/{token}/{name}",
+                    get(|s: State<Arc<Shared>>, Path((token, name)): Path<(String, String)>, h: HeaderMap| async move {
+                        file(&s, &token, &name, &h)
+                    }),
+                )
+                .route("/{token}/socket", any(socket))
+                .fallback(|| async { refused(Refused::Token) })
+                .with_state(self.shared);
+            axum::serve(listener, routes).await.context("serving the page")
+        })
+    }
+}
+
+fn text_of<'a>(headers: &'a HeaderMap, name: header::HeaderName) -> Option<&'a str> {
+    headers.get(name).map(|v| v.to_str().unwrap_or("?"))
+}
+
+fn check(shared: &Shared, token: &str, headers: &HeaderMap, needs_origin: bool) -> std::result::Result<(), Refused> {
+    let (host, origin) = (text_of(headers, header::HOST), text_of(headers, header::ORIGIN));
+    shared.guard.check(shared.port, token, host, origin, needs_origin)
+}
+
+fn refused(why: Refused) -> Response<Body> {
+    answer(StatusCode::FORBIDDEN, "text/plain; charset=utf-8", why.text().as_bytes())
+}
+
+fn answer(status: StatusCode, kind: &str, bytes: &'static [u8]) -> Response<Body> {
+    let headers = [
+        (header::CONTENT_TYPE, kind),
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+        (header::HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    ];
+    (status, headers, bytes).into_response()
+}
+
+fn file(shared: &Shared, token: &str, name: &str, headers: &HeaderMap) -> Response<Body> {
+    if let Err(why) = check(shared, token, headers, false) {
+        return refused(why);
+    }
+    match asset(name) {
+        Some(asset) => answer(StatusCode::OK, asset.kind, asset.bytes),
+        None => answer(StatusCode::NOT_FOUND, "text/plain; charset=utf-8", b"there is no such file"),
+    }
+}
+
+async fn socket(
+    State(shared): State<Arc<Shared>>,
+    Path(token): Path<String>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response<Body> {
+    if let Err(why) = check(&shared, &token, &headers, true) {
+        return refused(why);
+    }
+    let most = MOST_BYTES + HEADER;
+    upgrade.max_message_size(most).max_frame_size(most).on_upgrade(move |socket| tab(shared, socket))
+}
+
+/// Counts a tab while it is open.
+struct Counted<'a>(&'a AtomicUsize);
+
+impl Drop for Counted<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+/// Serve a tab until it is closed.
+async fn tab(shared: Arc<Shared>, mut socket: WebSocket) {
+    let open = shared.tabs.fetch_add(1, Ordering::Relaxed);
+    let _counted = Counted(&shared.tabs);
+    if open >= MOST_TABS {
+        let text = format!(r#"{{"is":"error","text":"{MOST_TABS} tabs are open already: close one, and load this one again"}}"#);
+        let _ = socket.send(Message::Text(text.into())).await;
+        return;
+    }
+    let (sender, mut answers) = mpsc::channel(WAITING);
+    // Answers to messages come from this thread, which must not wait for itself.
+    let here = std::thread::current().id();
+    let send: Send = Arc::new(move |answer| {
+        if std::thread::current().id() == here { sender.try_send(answer).is_ok() } else { sender.blocking_send(answer).is_ok() }
+    });
+    let Ok(mut session) = Session::begin(&shared.beginning, shared.folder.clone(), send) else { return };
+    loop {
+        tokio::select! {
+            answer = answers.recv() => {
+                let message = match answer {
+                    Some(Answer::Text(text)) => Message::Text(text.into()),
+                    Some(Answer::Binary(bytes)) => Message::Binary(bytes.into()),
+                    None => return,
+                };
+                if socket.send(message).await.is_err() {
+                    return;
+                }
+            }
+            message = socket.recv() => match message {
+                Some(Ok(Message::Text(text))) => session.text(&text),
+                Some(Ok(Message::Binary(bytes))) => session.file(&bytes),
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                Some(Ok(_)) => {}
+            },
+        }
+    }
+}

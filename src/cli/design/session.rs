@@ -1,0 +1,152 @@
+//! One tab: its messages, its worker and its search.
+
+use super::frame::Answer;
+use super::mailbox::{Job, Mailbox};
+use super::message::{Dropped, Kind, Message, read, read_file};
+use super::optimise::{Search, Wanted};
+use super::state::{check_size, keys, layout};
+use super::worker::Worker;
+use super::{Beginning, scenes::Scenes};
+use crate::cli::failure::{Context as _, Failure, Result};
+use cittert_arrays::{ArrayLayout, BUILTIN_LAYOUTS, LAYOUT_KINDS};
+use cittert_formats::layouts::{layout_format, layout_formats, read_layout};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Where answers go. It returns false once the tab is closed.
+pub(super) type Send = Arc<dyn Fn(Answer) -> bool + std::marker::Send + Sync>;
+
+/// One tab.
+pub(super) struct Session {
+    scenes: Arc<Scenes>,
+    folder: PathBuf,
+    mailbox: Arc<Mailbox>,
+    search: Option<Search>,
+    send: Send,
+}
+
+impl Session {
+    /// Begin a tab, with its worker on a thread of its own.
+    ///
+    /// # Errors
+    /// The system has no thread to give.
+    pub(super) fn begin(beginning: &Beginning, folder: PathBuf, send: Send) -> Result<Self> {
+        let mailbox = Arc::new(Mailbox::default());
+        let scenes = beginning.scenes.clone();
+        let worker = Worker::new(mailbox.clone(), scenes.clone(), send.clone());
+        std::thread::Builder::new().name("designer".into()).spawn(move || worker.run()).context("starting a tab")?;
+        send(Answer::json(&hello(beginning)?));
+        Ok(Self { scenes, folder, mailbox, search: None, send })
+    }
+
+    /// Answer a message that is text.
+    pub(super) fn text(&mut self, text: &str) {
+        let done = read(text).and_then(|message| self.answer(message));
+        self.tell(done);
+    }
+
+    /// Answer a message that is a file.
+    pub(super) fn file(&mut self, bytes: &[u8]) {
+        let done = read_file(bytes).and_then(|(dropped, bytes)| self.keep(&dropped, bytes));
+        self.tell(done);
+    }
+
+    fn tell(&self, done: Result<()>) {
+        if let Err(e) = done {
+            (self.send)(Answer::json(&json!({ "is": "error", "text": e.to_string() })));
+        }
+    }
+
+    fn send(&self, value: &Value) {
+        (self.send)(Answer::json(value));
+    }
+
+    fn answer(&mut self, message: Message) -> Result<()> {
+        match message {
+            Message::Show { seq, moving, state } => {
+                if let Err(e) = state.check() {
+                    self.send(&json!({ "is": "error", "seq": seq, "text": e.to_string() }));
+                    return Ok(());
+                }
+                self.mailbox.put(Job { seq, moving, state });
+            }
+            Message::Make { make } => {
+                let count = make.options.options.elements;
+                let most = super::state::MOST_ANTENNAS;
+                let text = format!("{count} elements are more than the page shows, at most {most}");
+                crate::ensure!(count <= most, Failure::message(text));
+                self.layout(&make.options.layout()?)?;
+            }
+            Message::Builtin { name } => self.layout(&ArrayLayout::builtin(&name)?)?,
+            Message::Save { format, layout: drawn } => {
+                let layout = layout(&drawn)?;
+                let known = || layout_formats().map(|f| f.name()).collect::<Vec<_>>().join(", ");
+                let format = layout_format(&format).ok_or_else(|| Failure::message(format!("the formats are {}", known())))?;
+                let text = format.write(&layout)?;
+                self.send(&json!({ "is": "saved", "name": format!("{}.{}", layout.name, format.extension()), "text": text, "lost": format.loses(&layout) }));
+            }
+            Message::Optimise { layout: drawn, design, attempts } => {
+                self.search = None; // The one before ends.
+                let layout = layout(&drawn)?;
+                self.search = Some(Search::begin(Wanted { layout, design: *design, attempts }, self.send.clone())?);
+            }
+            Message::Stop => self.search = None,
+        }
+        Ok(())
+    }
+
+    fn layout(&self, layout: &ArrayLayout) -> Result<()> {
+        check_size(layout)?;
+        self.send(&json!({ "is": "layout", "layout": keys(layout)? }));
+        Ok(())
+    }
+
+    fn keep(&self, dropped: &Dropped, bytes: &[u8]) -> Result<()> {
+        match dropped.kind {
+            Kind::Scene => {
+                let name = self.scenes.add(&dropped.name, bytes)?;
+                self.send(&json!({ "is": "scenes", "scenes": self.scenes.names(), "added": name }));
+                Ok(())
+            }
+            Kind::Layout => {
+                // Formats are told apart by the ending of the name too.
+                let end: String = dropped.name.rsplit('.').next().unwrap_or("").chars().filter(char::is_ascii_alphanumeric).take(8).collect();
+                let path = self.folder.join(format!("layout-{:p}.{end}", Arc::as_ptr(&self.mailbox)));
+                std::fs::write(&path, bytes).context("keeping the layout")?;
+                let read = read_layout(&path, None);
+                let _ = std::fs::remove_file(&path);
+                let shown = path.display().to_string();
+                let layout = read.map_err(|e| Failure::from(e).renamed(&shown, &dropped.name))?;
+                self.layout(&layout)
+            }
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.mailbox.close();
+    }
+}
+
+/// What the page must know of this program.
+fn hello(beginning: &Beginning) -> Result<Value> {
+    let kinds: Vec<Value> =
+        LAYOUT_KINDS.iter().map(|k| json!({ "name": k.name, "about": k.about, "options": k.options().collect::<Vec<_>>() })).collect();
+    let builtin: Vec<Value> =
+        BUILTIN_LAYOUTS.iter().map(|b| json!({ "name": b.name, "about": b.description, "freq_hz": b.freq_hz })).collect();
+    let formats: Vec<Value> = layout_formats().map(|f| json!({ "name": f.name(), "extension": f.extension() })).collect();
+    let objectives: Vec<Value> = crate::design::OBJECTIVES.iter().map(|o| json!(o.name)).collect();
+    Ok(json!({
+        "is": "hello", "version": env!("CARGO_PKG_VERSION"), "layout": keys(&beginning.layout)?, "freq_hz": beginning.freq_hz,
+        "scene": beginning.scene, "scenes": beginning.scenes.names(), "kinds": kinds, "builtin": builtin, "formats": formats,
+        "objectives": objectives,
+        "colors": { "inferno": hex(colorous::INFERNO), "viridis": hex(colorous::VIRIDIS), "red-blue": hex(colorous::RED_BLUE) },
+    }))
+}
+
+/// 256 colours of a gradient, six hexadecimal digits each.
+fn hex(gradient: colorous::Gradient) -> String {
+    (0..256).map(|k| format!("{:x}", gradient.eval_rational(k, 256))).collect()
+}
