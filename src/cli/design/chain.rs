@@ -2,9 +2,7 @@
 
 use super::scenes::Scenes;
 use super::state::{MOST_VISIBILITIES, State};
-use crate::calibrate::{
-    Beginning, CandidateOptions, Calibrated, apply, calibrate, candidates,
-};
+use crate::calibrate::{Beginning, Calibrated, CandidateOptions, apply, calibrate, candidates};
 use crate::cli::airs::Airs;
 use crate::cli::context::Context;
 use crate::cli::failure::{Failure, Result, ensure};
@@ -15,7 +13,9 @@ use crate::imaging::{CleanProducts, Imager, dirty_image, psf_image};
 use crate::mem::{MemInputs, MemProducts, mem};
 use crate::progress::{Observer, Silent};
 use crate::simulate::{PlannedTrack, SkyModel, simulate_set};
-use cittert_arrays::{ArrayLayout, CoveragePlan, GainTable, Image, PhaseCenter, Source, SpectralWindow, VisUnit, VisibilitySet, VisibilitySource};
+use cittert_arrays::{
+    ArrayLayout, CoveragePlan, GainTable, Image, PhaseCenter, Source, SpectralWindow, VisUnit, VisibilitySet, VisibilitySource,
+};
 use std::sync::Arc;
 
 /// A planned observation.
@@ -40,7 +40,10 @@ pub(super) fn plan(state: &State) -> Result<Planned> {
         "the observation has {visibilities} visibilities, and the page computes at most {MOST_VISIBILITIES}: choose fewer antennas, channels or integrations"
     );
     ensure!(visibilities <= MOST_VISIBILITIES, Failure::message(text));
-    ensure!(plan.n_rows() > 0, Failure::message("no antenna sees the phase centre at any time: lower the elevation limit, or move the track"));
+    ensure!(
+        plan.n_rows() > 0,
+        Failure::message("no antenna sees the phase centre at any time: lower the elevation limit, or move the track")
+    );
     options.how.pattern(&layout).map_err(Failure::call)?;
     Ok(Planned { layout, spectrum, center, plan })
 }
@@ -102,8 +105,13 @@ pub(super) fn calibrated(state: &State, set: &mut VisibilitySet, observer: &dyn 
     of.solve.check(set.header.layout.n_ant()).map_err(Failure::call)?;
     let grid = Imager::new(set, state.image.options.clone(), observer)?.grid().clone();
     let clean = of.clean.clone().with_region(None, &grid)?;
-    let ways =
-        candidates(&CandidateOptions::new(state.image.options.on_grid(&grid), clean, of.solve.clone(), of.rounds.clone(), set.header.unit))?;
+    let ways = candidates(&CandidateOptions::new(
+        state.image.options.on_grid(&grid),
+        clean,
+        of.solve.clone(),
+        of.rounds.clone(),
+        set.header.unit,
+    ))?;
     let (result, _) = calibrate(set, &ways, Beginning::Data, &of.rounds.judge(), observer)?;
     let mut out = VisibilitySet::new(set.header.clone(), set.data.rows(0..0)?)?;
     apply(set, &result.gains, of.rounds.apply(), &mut out, observer)?;

@@ -1,5 +1,6 @@
 //! The same on the command line: the commands that make the images of a state, and the file of `run`.
 
+use super::scenes::Scenes;
 use super::state::State;
 use crate::cli::context::shell_word;
 use crate::cli::sections::words;
@@ -10,13 +11,20 @@ const LAYOUT: &str = "layout.toml";
 
 /// A point, which a page without a scene observes.
 const POINT: &str = "point.csv";
+const POINT_TEXT: &str = "l_rad,m_rad,flux_jy\n0,0,1\n";
 
 /// The commands, each with what it makes, in order.
 pub(super) fn steps(state: &State) -> Vec<Value> {
     let mut all = Vec::new();
+    // As the page has it, to the last digit.
+    let band = state.simulate.keys.get("freq").and_then(toml::Value::as_str).unwrap_or_default();
+    all.push(
+        json!({ "what": "figures of merit", "line": format!("cittert layout show {LAYOUT} --freq {}", shell_word(band)), "output": "" }),
+    );
     let mut add = |what: &str, command: &str, keys: Vec<String>, output: &str| {
         let words: Vec<String> = keys.iter().map(|w| shell_word(w)).collect();
-        let line = ["cittert", command].into_iter().chain(words.iter().map(String::as_str)).chain(["-o", output]).collect::<Vec<_>>().join(" ");
+        let line =
+            ["cittert", command].into_iter().chain(words.iter().map(String::as_str)).chain(["-o", output]).collect::<Vec<_>>().join(" ");
         all.push(json!({ "what": what, "line": line, "output": output }));
     };
     let mut simulate = vec![format!("--layout={LAYOUT}"), format!("--scene={}", scene(state))];
@@ -45,6 +53,13 @@ pub(super) fn steps(state: &State) -> Vec<Value> {
         add("maximum entropy", &format!("mem {data}"), [image, words(&section.keys)].concat(), "mem");
     }
     all
+}
+
+/// The files beside the layout that the commands read, with their text where this program has it.
+pub(super) fn needs(state: &State, scenes: &Scenes) -> Vec<Value> {
+    let name = scene(state);
+    let text = if name == POINT { Some(POINT_TEXT) } else { scenes.text(&name) };
+    vec![json!({ "name": name, "text": text })]
 }
 
 /// The name of the scene on the command line.

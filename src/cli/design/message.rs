@@ -33,8 +33,14 @@ pub(super) enum Message {
     Builtin { name: String },
     /// Write a layout in a format.
     Save { format: String, layout: toml::Value },
-    /// Search for a better layout.
-    Optimise { layout: toml::Value, design: Box<DesignOptions>, attempts: u64 },
+    /// Search for a better layout. `keep_out` holds the corners of zones in which no antenna may stand, m.
+    Optimise {
+        layout: toml::Value,
+        design: Box<DesignOptions>,
+        attempts: u64,
+        #[serde(default)]
+        keep_out: Vec<Vec<[f64; 2]>>,
+    },
     /// End the search.
     Stop,
 }
@@ -79,7 +85,8 @@ pub(super) fn read_file(bytes: &[u8]) -> Result<(Dropped, &[u8])> {
     let (header, file) = rest.split_at(length);
     let dropped: Dropped = serde_json::from_slice(header).map_err(|e| wrong(&e.to_string()))?;
     let size = file.len();
-    let text = format!("{}: the file has {:.0} MB, and the page takes at most 100 MB: make it smaller first", dropped.name, size as f64 / 1e6);
+    let text =
+        format!("{}: the file has {:.0} MB, and the page takes at most 100 MB: make it smaller first", dropped.name, size as f64 / 1e6);
     ensure!(size <= MOST_BYTES, Failure::message(text));
     Ok((dropped, file))
 }

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `state` | what the page shows, as sections of options, and its limits |
 //! | `chain` | from a state to visibilities and images, by the calls of the subcommands |
+//! | `closures` | closure phases with and without errors |
 //! | `worker`, `mailbox` | one worker a tab, which works on the newest state only |
 //! | `message`, `session` | the messages of a tab and their answers |
 //! | `optimise` | a search for a better layout, with its best so far |
@@ -16,6 +17,7 @@
 
 mod assets;
 mod chain;
+mod closures;
 mod commands;
 mod frame;
 mod guard;

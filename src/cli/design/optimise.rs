@@ -6,7 +6,7 @@ use super::state::keys;
 use crate::ChainError;
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::cli::optimize::search_from;
-use crate::design::{DesignOptions, Found};
+use crate::design::{DesignOptions, Found, Polygon};
 use crate::progress::{Event, Observer};
 use cittert_arrays::ArrayLayout;
 use serde_json::json;
@@ -22,6 +22,8 @@ pub(super) struct Wanted {
     pub(super) layout: ArrayLayout,
     pub(super) design: DesignOptions,
     pub(super) attempts: u64,
+    /// Zones in which no antenna may stand.
+    pub(super) keep_out: Vec<Polygon>,
 }
 
 /// A running search. It ends when this is dropped.
@@ -93,7 +95,6 @@ fn run(wanted: &Wanted, send: &Send, observer: &UntilStopped) -> std::result::Re
         })));
         Ok(())
     };
-    search_from(&wanted.layout, &wanted.design, &each, observer).map_err(|e| {
-        if observer.cancelled() { Stopped::ByUser } else { Stopped::Failed(e) }
-    })
+    search_from(&wanted.layout, &wanted.keep_out, &wanted.design, &each, observer)
+        .map_err(|e| if observer.cancelled() { Stopped::ByUser } else { Stopped::Failed(e) })
 }

@@ -103,7 +103,10 @@ impl Scenes {
             return Ok(path.clone());
         }
         let text = self.text(name).ok_or_else(|| {
-            Failure::message(format!("there is no scene {name:?} here: drop its file on the page; the others are {}", self.names().join(", ")))
+            Failure::message(format!(
+                "there is no scene {name:?} here: drop its file on the page; the others are {}",
+                self.names().join(", ")
+            ))
         })?;
         let path = self.folder.join(name);
         std::fs::write(&path, text).context(format!("keeping {name}"))?;

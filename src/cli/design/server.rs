@@ -72,7 +72,10 @@ impl Served {
         runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener).context("starting the server")?;
             let routes = Router::new()
-                .route("/{token}/", get(|s: State<Arc<Shared>>, Path(token): Path<String>, h: HeaderMap| async move { file(&s, &token, "", &h) }))
+                .route(
+                    "/{token}/",
+                    get(|s: State<Arc<Shared>>, Path(token): Path<String>, h: HeaderMap| async move { file(&s, &token, "", &h) }),
+                )
                 .route(
                     "/{token}/{name}",
                     get(|s: State<Arc<Shared>>, Path((token, name)): Path<(String, String)>, h: HeaderMap| async move {
@@ -157,9 +160,12 @@ async fn tab(shared: Arc<Shared>, mut socket: WebSocket) {
     let (sender, mut answers) = mpsc::channel(WAITING);
     // Answers to messages come from this thread, which must not wait for itself.
     let here = std::thread::current().id();
-    let send: Send = Arc::new(move |answer| {
-        if std::thread::current().id() == here { sender.try_send(answer).is_ok() } else { sender.blocking_send(answer).is_ok() }
-    });
+    let send: Send =
+        Arc::new(
+            move |answer| {
+                if std::thread::current().id() == here { sender.try_send(answer).is_ok() } else { sender.blocking_send(answer).is_ok() }
+            },
+        );
     let Ok(mut session) = Session::begin(&shared.beginning, shared.folder.clone(), send) else { return };
     loop {
         tokio::select! {

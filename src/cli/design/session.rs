@@ -8,6 +8,7 @@ use super::state::{check_size, keys, layout};
 use super::worker::Worker;
 use super::{Beginning, scenes::Scenes};
 use crate::cli::failure::{Context as _, Failure, Result};
+use crate::design::Polygon;
 use cittert_arrays::{ArrayLayout, BUILTIN_LAYOUTS, LAYOUT_KINDS};
 use cittert_formats::layouts::{layout_format, layout_formats, read_layout};
 use serde_json::{Value, json};
@@ -86,10 +87,11 @@ impl Session {
                 let text = format.write(&layout)?;
                 self.send(&json!({ "is": "saved", "name": format!("{}.{}", layout.name, format.extension()), "text": text, "lost": format.loses(&layout) }));
             }
-            Message::Optimise { layout: drawn, design, attempts } => {
+            Message::Optimise { layout: drawn, design, attempts, keep_out } => {
                 self.search = None; // The one before ends.
                 let layout = layout(&drawn)?;
-                self.search = Some(Search::begin(Wanted { layout, design: *design, attempts }, self.send.clone())?);
+                let keep_out = zones(keep_out)?;
+                self.search = Some(Search::begin(Wanted { layout, design: *design, attempts, keep_out }, self.send.clone())?);
             }
             Message::Stop => self.search = None,
         }
@@ -111,7 +113,8 @@ impl Session {
             }
             Kind::Layout => {
                 // Formats are told apart by the ending of the name too.
-                let end: String = dropped.name.rsplit('.').next().unwrap_or("").chars().filter(char::is_ascii_alphanumeric).take(8).collect();
+                let end: String =
+                    dropped.name.rsplit('.').next().unwrap_or("").chars().filter(char::is_ascii_alphanumeric).take(8).collect();
                 let path = self.folder.join(format!("layout-{:p}.{end}", Arc::as_ptr(&self.mailbox)));
                 std::fs::write(&path, bytes).context("keeping the layout")?;
                 let read = read_layout(&path, None);
@@ -128,6 +131,19 @@ impl Drop for Session {
     fn drop(&mut self) {
         self.mailbox.close();
     }
+}
+
+/// Most corners of all zones together. Every candidate is compared with each.
+const MOST_CORNERS: usize = 2000;
+
+/// The zones in which no antenna may stand.
+fn zones(corners: Vec<Vec<[f64; 2]>>) -> Result<Vec<Polygon>> {
+    let count: usize = corners.iter().map(Vec::len).sum();
+    crate::ensure!(
+        count <= MOST_CORNERS,
+        Failure::message(format!("the zones have {count} corners, at most {MOST_CORNERS}: draw simpler ones"))
+    );
+    corners.into_iter().enumerate().map(|(k, c)| Polygon::new(&format!("of zone {}", k + 1), c).map_err(Failure::call)).collect()
 }
 
 /// What the page must know of this program.

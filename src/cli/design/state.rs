@@ -50,8 +50,22 @@ const KEYS: [(&str, &[&str]); 7] = [
     (
         "simulate",
         &[
-            "freq", "bandwidth", "channels", "phase-center", "start", "duration", "hour-angle", "integration", "elevation-limit", "element",
-            "element-diameter", "element-width", "noise", "sefd", "tsys", "aperture-efficiency",
+            "freq",
+            "bandwidth",
+            "channels",
+            "phase-center",
+            "start",
+            "duration",
+            "hour-angle",
+            "integration",
+            "elevation-limit",
+            "element",
+            "element-diameter",
+            "element-width",
+            "noise",
+            "sefd",
+            "tsys",
+            "aperture-efficiency",
         ],
     ),
     ("image", &["size", "cell", "weighting", "robust", "taper", "super-uniform"]),
@@ -92,7 +106,10 @@ impl State {
         };
         for (section, allowed) in KEYS {
             for key in of(section).keys() {
-                ensure!(allowed.contains(&key.as_str()), Failure::message(format!("{section}: the page does not set {key}; a file of `run` can")));
+                ensure!(
+                    allowed.contains(&key.as_str()),
+                    Failure::message(format!("{section}: the page does not set {key}; a file of `run` can"))
+                );
             }
         }
         let sides = self.image.options.size.map_or((0, 0), |s| (s.columns, s.rows));

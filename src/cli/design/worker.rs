@@ -1,6 +1,7 @@
 //! The worker of a tab: it computes the newest state, what is quick first.
 
 use super::chain::{self, Planned};
+use super::closures::{self, Closures, closures};
 use super::commands;
 use super::frame::Answer;
 use super::mailbox::{Job, Mailbox, WhileNewest};
@@ -78,6 +79,7 @@ impl Worker {
         self.coverage(seq, &planned)?;
         let scene = chain::scene(state, &planned, &self.scenes, &self.context)?;
         let mut set = chain::simulated(state, &planned, &scene)?;
+        let without = if job.moving || state.corrupt.keys.is_empty() { Closures::new() } else { closures(&set)? };
         let corrupted = chain::corrupted(state, &mut set)?;
         let (mut data, truth) = match corrupted {
             Some((data, truth)) => (data, Some(truth)),
@@ -87,7 +89,12 @@ impl Worker {
         if job.moving {
             return Ok(());
         }
-        self.tell(&json!({ "is": "commands", "seq": seq, "steps": commands::steps(state), "run": commands::run_file(state), "layout": planned.layout.to_toml() }));
+        self.tell(&json!({
+            "is": "commands", "seq": seq, "steps": commands::steps(state), "run": commands::run_file(state), "layout": planned.layout.to_toml(),
+            "needs": commands::needs(state, &self.scenes),
+        }));
+        let with = if without.is_empty() { Closures::new() } else { closures(&data)? };
+        self.tell(&closures::told(seq, &data.header, &without, &with));
         if let Some(image) = scene.sky.images.first() {
             self.image(seq, "truth", image, json!({}));
         }
@@ -115,9 +122,14 @@ impl Worker {
         if let Some(found) = chain::cleaned(state, &mut data, &observer)? {
             let s = &found.statistics;
             let scores = scores(&found.restored, truth, true);
-            self.image(seq, "clean", &found.restored, json!({
-                "seconds": began.elapsed().as_secs_f64(), "iterations": s.iterations, "residual_rms": s.residual_rms, "scores": scores,
-            }));
+            self.image(
+                seq,
+                "clean",
+                &found.restored,
+                json!({
+                    "seconds": began.elapsed().as_secs_f64(), "iterations": s.iterations, "residual_rms": s.residual_rms, "scores": scores,
+                }),
+            );
         }
         let began = Instant::now();
         if let Some(found) = chain::entropic(state, &mut data, &observer)? {
@@ -134,8 +146,7 @@ impl Worker {
     fn coverage(&self, seq: u64, planned: &Planned) -> Result<()> {
         let coverage = planned.plan.coverage()?;
         let every = coverage.n_rows().div_ceil(MOST_POINTS).max(1);
-        let points: Vec<f32> =
-            coverage.uvw_m.rows().into_iter().step_by(every).flat_map(|r| [r[0] as f32, r[1] as f32]).collect();
+        let points: Vec<f32> = coverage.uvw_m.rows().into_iter().step_by(every).flat_map(|r| [r[0] as f32, r[1] as f32]).collect();
         let freq = planned.spectrum.freq_hz();
         let header = json!({ "is": "coverage", "seq": seq, "rows": coverage.n_rows(), "freq_hz": freq });
         (self.send)(Answer::numbers(&header, &points));

@@ -128,9 +128,10 @@ impl Inputs {
         Ok(inputs)
     }
 
-    /// A layout in memory as the start, and nothing else.
-    pub(super) fn starting(start: ArrayLayout, design: &DesignOptions) -> Result<Self> {
-        let mut inputs = Self { start: Some(start), fixed: None, pads: None, ground: Ground::default(), aperture_m: 0.0 };
+    /// A layout in memory as the start, polygons to keep out of, and nothing else.
+    pub(super) fn starting(start: ArrayLayout, outside: Vec<Polygon>, design: &DesignOptions) -> Result<Self> {
+        let ground = Ground { outside, ..Ground::default() };
+        let mut inputs = Self { start: Some(start), fixed: None, pads: None, ground, aperture_m: 0.0 };
         inputs.aperture_m = inputs.aperture(design).map_err(Failure::call)?;
         Ok(inputs)
     }

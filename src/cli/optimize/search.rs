@@ -6,11 +6,11 @@ use super::scene::SceneTestArgs;
 use crate::cli::context::Context;
 use crate::cli::failure::{Failure, Result};
 use crate::cli::options::OutputArgs;
-use crate::design::{DesignOptions, Found, Problem, Searched, attempt, attempt_pads, search};
+use crate::design::{DesignOptions, Found, Polygon, Problem, Searched, attempt, attempt_pads, search};
 use crate::progress::Observer;
 use crate::{ChainError, Result as ChainResult};
-use clap::Args;
 use cittert_arrays::ArrayLayout;
+use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -100,12 +100,18 @@ pub(super) fn name(path: &Path) -> String {
 /// Is told of each attempt, with a function that makes its layout.
 pub type Each<'a> = &'a (dyn Fn(&Found, &dyn Fn(&Found) -> ChainResult<ArrayLayout>) -> ChainResult<()> + Sync);
 
-/// Search from a layout in memory, as the command does with this layout as its start. Nothing is written.
+/// Search from a layout in memory, as the command does with this layout as its start and these polygons to keep out of. Nothing is written.
 ///
 /// # Errors
 /// An option that is wrong, or a request to stop.
-pub fn search_from(start: &ArrayLayout, design: &DesignOptions, each: Each<'_>, observer: &dyn Observer) -> Result<()> {
-    let inputs = Inputs::starting(start.clone(), design)?;
+pub fn search_from(
+    start: &ArrayLayout,
+    keep_out: &[Polygon],
+    design: &DesignOptions,
+    each: Each<'_>,
+    observer: &dyn Observer,
+) -> Result<()> {
+    let inputs = Inputs::starting(start.clone(), keep_out.to_vec(), design)?;
     let control = design.control().map_err(Failure::call)?;
     let Kind::Free { problem, method, start } = inputs.kind(design).map_err(Failure::call)? else {
         return Err(Failure::message("the page moves elements, and chooses no pads"));

@@ -6,10 +6,10 @@ import uPlot from 'uplot';
 import { colors, coverage, pictures, type Picture } from './server';
 import { wavelength } from './state';
 
-export function angle(rad: number): string {
+export function angle(rad: number, digits = 3): string {
   const deg = (rad * 180) / Math.PI;
   const [v, unit] = Math.abs(deg) >= 0.1 ? [deg, '°'] : Math.abs(deg) * 60 >= 0.1 ? [deg * 60, '′'] : [deg * 3600, '″'];
-  return `${Number(v.toPrecision(3))}${unit}`;
+  return `${Number(v.toPrecision(digits))}${unit}`;
 }
 
 function short(v: number): string {

@@ -24,9 +24,12 @@ export interface Observation {
   declination: number; // deg, for a site
   from: number; // h
   to: number; // h
-  integration: number; // s
+  integration: number; // s, for a site
+  time: number; // s, without a site
   tsys: number; // K, 0 for no noise
-  element: string;
+  element: string; // layout, none, airy, gaussian or cos^N
+  diameter: number; // m, of an airy element
+  width: number; // deg, of a gaussian element
 }
 
 export interface Imaging {
@@ -42,12 +45,22 @@ export interface SceneChoice {
   min: number; // K
   max: number; // K
   width: number; // deg, of a picture
+  pixels: number; // columns of a picture
+}
+
+/** A stroke of the brush over a scene that is painted by hand: places in 0 to 1 from the upper left, radius, and brightness in 0 to 1. */
+export interface Stroke {
+  at: number[];
+  radius: number;
+  bright: number;
 }
 
 export interface Errors {
   phase: number; // deg
   amplitude: number; // %
   position: number; // wavelengths / 100
+  atmosphere: number; // deg between antennas that are `apart` apart
+  apart: number; // m
   failed: number; // %
   selfcal: boolean;
   amplitudes: boolean;
@@ -56,11 +69,14 @@ export interface Errors {
 
 export const layout = signal<Layout>({ name: 'empty', frame: 'boresight', antenna: [] });
 export const observation = signal<Observation>({
-  freq: 94, bandwidth: 2, channels: 4, declination: 45, from: -2, to: 2, integration: 300, tsys: 0, element: 'layout',
+  freq: 94, bandwidth: 2, channels: 4, declination: 45, from: -2, to: 2, integration: 300, time: 10, tsys: 0, element: 'layout', diameter: 0.01, width: 20,
 });
 export const imaging = signal<Imaging>({ size: 256, weighting: 'uniform', robust: 0, fit: true });
-export const scene = signal<SceneChoice>({ file: '', size: 256, min: 200, max: 300, width: 5 });
-export const errors = signal<Errors>({ phase: 0, amplitude: 0, position: 0, failed: 0, selfcal: false, amplitudes: false, seed: 1 });
+export const scene = signal<SceneChoice>({ file: '', size: 256, min: 200, max: 300, width: 5, pixels: 256 });
+export const strokes = signal<Stroke[]>([]);
+/** Zones in which no antenna may stand: their corners, m. */
+export const zones = signal<[number, number][][]>([]);
+export const errors = signal<Errors>({ phase: 0, amplitude: 0, position: 0, atmosphere: 0, apart: 1, failed: 0, selfcal: false, amplitudes: false, seed: 1 });
 export const method = signal<'none' | 'clean' | 'mem' | 'both'>('mem');
 /** The pixel of the scene, rad, once it is known. */
 export const sceneCell = signal<{ file: string; size: number; span: number } | null>(null);
@@ -84,13 +100,15 @@ export function sections(): Record<string, unknown> {
   if (o.channels > 1) simulate.channels = o.channels;
   if (o.tsys > 0) simulate.tsys = `${o.tsys}K`;
   if (o.element !== 'layout') simulate.element = o.element;
+  if (o.element === 'airy') simulate['element-diameter'] = `${o.diameter}m`;
+  if (o.element === 'gaussian') simulate['element-width'] = `${o.width}deg`;
   if (isSite.value) {
     simulate['phase-center'] = `180deg,${o.declination}deg`;
     simulate['hour-angle'] = `${o.from}h,${o.to}h`;
     simulate.integration = `${o.integration}s`;
     simulate['elevation-limit'] = '5deg';
-  } else {
-    if (o.integration !== 10) simulate.integration = `${o.integration}s`;
+  } else if (o.time !== 10) {
+    simulate.integration = `${o.time}s`;
   }
   const image: Section = { size: i.size };
   if (i.weighting !== 'uniform') image.weighting = i.weighting;
@@ -102,7 +120,7 @@ export function sections(): Record<string, unknown> {
     const of: Section = { file: s.file };
     if (/\.toml$/i.test(s.file)) of['scene-size'] = s.size;
     if (/\.png$/i.test(s.file)) {
-      of['scene-cell'] = `${(s.width * Math.PI) / 180 / 256}rad`;
+      of['scene-cell'] = `${(s.width * Math.PI) / 180 / s.pixels}rad`;
       of['scene-min'] = `${s.min}K`;
       of['scene-max'] = `${s.max}K`;
     }
@@ -112,6 +130,10 @@ export function sections(): Record<string, unknown> {
   if (e.phase > 0) corrupt['phase-rms'] = `${e.phase}deg`;
   if (e.amplitude > 0) corrupt['amp-rms'] = e.amplitude / 100;
   if (e.position > 0) corrupt['position-rms'] = `${(e.position / 100) * wavelength.value}m`;
+  if (e.atmosphere > 0) {
+    corrupt.troposphere = `${e.atmosphere}deg`;
+    corrupt['troposphere-baseline'] = `${e.apart}m`;
+  }
   if (e.failed > 0) {
     corrupt.dropout = e.failed / 100;
     corrupt['dropout-length'] = '1000h';
@@ -127,7 +149,7 @@ export function sections(): Record<string, unknown> {
 /** What the pixels of the scene depend on. */
 export function sceneKey(): string {
   const s = scene.value;
-  return `${s.file} ${s.size} ${s.width}`;
+  return `${s.file} ${s.size} ${s.width} ${s.pixels}`;
 }
 
 // Undo and redo of the layout.
@@ -191,6 +213,7 @@ export function freshName(taken: Antenna[]): string {
 export function snapshot() {
   return {
     layout: layout.value, observation: observation.value, imaging: imaging.value, scene: scene.value, errors: errors.value, method: method.value,
+    zones: zones.value, strokes: strokes.value,
   };
 }
 
@@ -202,5 +225,7 @@ export function restore(s: Partial<ReturnType<typeof snapshot>>) {
     if (s.scene) scene.value = { ...scene.value, ...s.scene };
     if (s.errors) errors.value = { ...errors.value, ...s.errors };
     if (s.method) method.value = s.method;
+    if (s.zones) zones.value = s.zones;
+    if (s.strokes) strokes.value = s.strokes;
   });
 }
