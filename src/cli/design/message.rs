@@ -3,8 +3,9 @@
 use super::state::State;
 use crate::cli::failure::{Failure, Result, ensure};
 use crate::cli::made::MakeSection;
-use crate::cli::sections::Section;
+use crate::cli::sections::{SceneSection, Section};
 use crate::design::DesignOptions;
+use cittert_arrays::quantity::Frequency;
 use serde::Deserialize;
 
 /// Largest file that may be dropped on the page, bytes.
@@ -43,6 +44,20 @@ pub(super) enum Message {
     },
     /// End the search.
     Stop,
+    /// Compare two layouts, as `layout compare` does.
+    Report { a: toml::Value, b: toml::Value, options: Observed },
+}
+
+/// How the layouts of a comparison observe.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Observed {
+    /// Centre of the band.
+    pub(super) freq: Frequency,
+    /// The scene that both see.
+    pub(super) scene: Option<Section<SceneSection>>,
+    /// Pixels along each side of the images.
+    pub(super) size: Option<usize>,
 }
 
 /// What a dropped file is.

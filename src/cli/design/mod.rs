@@ -11,6 +11,7 @@
 //! | `worker`, `mailbox` | one worker a tab, which works on the newest state only |
 //! | `message`, `session` | the messages of a tab and their answers |
 //! | `optimise` | a search for a better layout, with its best so far |
+//! | `report` | the report that compares two layouts |
 //! | `commands` | the same on the command line |
 //! | `scenes` | the shipped scenes and the dropped ones |
 //! | `server`, `guard`, `assets` | who is served, and what |
@@ -24,6 +25,7 @@ mod guard;
 mod mailbox;
 mod message;
 mod optimise;
+mod report;
 mod scenes;
 mod server;
 mod session;
@@ -35,7 +37,8 @@ mod worker;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::load_layout;
-use cittert_arrays::{ArrayLayout, BuiltinLayout};
+use cittert_arrays::quantity::Length;
+use cittert_arrays::{ArrayLayout, BuiltinLayout, GenerateOptions, LayoutKind};
 use cittert_formats::atomic::{AtomicDir, Replaces};
 use clap::Args;
 use guard::Guard;
@@ -45,9 +48,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The layout of a page that is opened without one.
-const FIRST_LAYOUT: &str = "mm-y";
-/// Its frequency where the layout has none of its own, Hz.
+/// The layout of a page that is opened without one: its kind, elements and aperture in m. Images of 256 pixels show the first scene whole with it.
+const FIRST_LAYOUT: (&str, usize, f64) = ("fermat", 64, 0.5);
+/// The frequency of a layout that has none of its own, Hz.
 const FIRST_FREQ_HZ: f64 = 94e9;
 /// The folder of dropped files. It is never finished, so it is removed when the program ends, also by a signal.
 const FOLDER: Replaces = Replaces::FilesOf("cittert design");
@@ -55,7 +58,7 @@ const FOLDER: Replaces = Replaces::FilesOf("cittert design");
 /// Options of `design`.
 #[derive(Debug, Args)]
 pub struct DesignArgs {
-    /// Name of a built-in layout, or a layout file [default: mm-y].
+    /// Name of a built-in layout, or a layout file [default: a golden-angle spiral of 64 elements over 0.5 m].
     #[arg(value_name = "LAYOUT")]
     layout: Option<String>,
     /// Scene that the page shows first: FITS image, grey-scale PNG, source list (CSV) or scene description (TOML) [default: the shipped airport].
@@ -82,10 +85,9 @@ struct Beginning {
 /// # Errors
 /// The layout or the scene cannot be read, or the port is taken.
 pub fn run(args: &DesignArgs, context: &Context) -> Result<Outcome> {
-    let name = args.layout.as_deref().unwrap_or(FIRST_LAYOUT);
-    let layout = load_layout(name)?;
+    let layout = args.layout.as_deref().map_or_else(first_layout, load_layout)?;
     state::check_size(&layout)?;
-    let freq_hz = BuiltinLayout::find(name).map_or(FIRST_FREQ_HZ, |b| b.freq_hz);
+    let freq_hz = args.layout.as_deref().and_then(BuiltinLayout::find).map_or(FIRST_FREQ_HZ, |b| b.freq_hz);
     let guard = Guard::new()?;
     let folder = AtomicDir::create(&std::env::temp_dir().join(format!("cittert-design-{}", guard.name())), false, FOLDER)?;
     let scenes = Scenes::new(folder.path().to_path_buf());
@@ -108,6 +110,11 @@ pub fn run(args: &DesignArgs, context: &Context) -> Result<Outcome> {
     }
     served.run()?;
     Ok(Outcome::default())
+}
+
+fn first_layout() -> Result<ArrayLayout> {
+    let (kind, elements, aperture_m) = FIRST_LAYOUT;
+    Ok(LayoutKind::find(kind)?.layout(&GenerateOptions::new(elements, Length(aperture_m)))?)
 }
 
 /// Open the page in the browser of the desktop.

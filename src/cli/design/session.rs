@@ -4,6 +4,7 @@ use super::frame::Answer;
 use super::mailbox::{Job, Mailbox};
 use super::message::{Dropped, Kind, Message, read, read_file};
 use super::optimise::{Search, Wanted};
+use super::report;
 use super::state::{check_size, keys, layout};
 use super::worker::Worker;
 use super::{Beginning, scenes::Scenes};
@@ -94,6 +95,10 @@ impl Session {
                 self.search = Some(Search::begin(Wanted { layout, design: *design, attempts, keep_out }, self.send.clone())?);
             }
             Message::Stop => self.search = None,
+            Message::Report { a, b, options } => {
+                let pair = [layout(&a)?, layout(&b)?];
+                report::begin(&self.folder, &pair, &options, &self.scenes, self.send.clone())?;
+            }
         }
         Ok(())
     }
@@ -146,6 +151,9 @@ fn zones(corners: Vec<Vec<[f64; 2]>>) -> Result<Vec<Polygon>> {
     corners.into_iter().enumerate().map(|(k, c)| Polygon::new(&format!("of zone {}", k + 1), c).map_err(Failure::call)).collect()
 }
 
+/// Objectives that need nothing but the layout.
+const ALONE: [&str; 8] = ["psl", "rms", "fill", "density", "redundancy", "cable", "delta-t", "robust"];
+
 /// What the page must know of this program.
 fn hello(beginning: &Beginning) -> Result<Value> {
     let kinds: Vec<Value> =
@@ -153,7 +161,8 @@ fn hello(beginning: &Beginning) -> Result<Value> {
     let builtin: Vec<Value> =
         BUILTIN_LAYOUTS.iter().map(|b| json!({ "name": b.name, "about": b.description, "freq_hz": b.freq_hz })).collect();
     let formats: Vec<Value> = layout_formats().map(|f| json!({ "name": f.name(), "extension": f.extension() })).collect();
-    let objectives: Vec<Value> = crate::design::OBJECTIVES.iter().map(|o| json!(o.name)).collect();
+    let objectives: Vec<Value> =
+        crate::design::OBJECTIVES.iter().filter(|o| ALONE.contains(&o.name)).map(|o| json!({ "name": o.name, "about": o.about })).collect();
     Ok(json!({
         "is": "hello", "version": env!("CARGO_PKG_VERSION"), "layout": keys(&beginning.layout)?, "freq_hz": beginning.freq_hz,
         "scene": beginning.scene, "scenes": beginning.scenes.names(), "kinds": kinds, "builtin": builtin, "formats": formats,

@@ -104,13 +104,8 @@ impl State {
             "mem" => self.mem.as_ref().map_or(&empty, |s| &s.keys),
             _ => self.selfcal.as_ref().map_or(&empty, |s| &s.keys),
         };
-        for (section, allowed) in KEYS {
-            for key in of(section).keys() {
-                ensure!(
-                    allowed.contains(&key.as_str()),
-                    Failure::message(format!("{section}: the page does not set {key}; a file of `run` can"))
-                );
-            }
+        for (section, _) in KEYS {
+            check_keys(section, of(section))?;
         }
         let sides = self.image.options.size.map_or((0, 0), |s| (s.columns, s.rows));
         let scene = self.scene.as_ref().and_then(|s| s.options.how.scene_size).unwrap_or(0);
@@ -120,6 +115,18 @@ impl State {
         }
         self.image.options.check().context("image")
     }
+}
+
+/// Check the keys of a section against those that a page may set.
+///
+/// # Errors
+/// One that is not among them.
+pub(super) fn check_keys(section: &str, keys: &toml::Table) -> Result<()> {
+    let allowed = KEYS.iter().find(|(name, _)| *name == section).map_or(&[][..], |(_, allowed)| allowed);
+    for key in keys.keys() {
+        ensure!(allowed.contains(&key.as_str()), Failure::message(format!("{section}: the page does not set {key}; a file of `run` can")));
+    }
+    Ok(())
 }
 
 /// Refuse a layout with too many antennas for the page.

@@ -297,7 +297,7 @@ export function Editor() {
     const { r, x, y } = reach.value;
     if (moving.peek()) return;
     const v = view.peek();
-    const off = Math.abs(x - v.x) + r > 1.3 * v.half || r < 0.2 * v.half;
+    const off = Math.max(Math.abs(x - v.x), Math.abs(y - v.y)) + r > 1.3 * v.half || r < 0.2 * v.half;
     if (off) fitView();
   });
   useEffect(() => {

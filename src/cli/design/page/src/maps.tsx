@@ -28,8 +28,8 @@ export function range(data: Float32Array): [number, number] {
 
 const scratch = document.createElement('canvas');
 
-/** Draw an image into a canvas, the rows from the bottom up. `value` turns a number into a place from 0 to 1. */
-export function paint(canvas: HTMLCanvasElement, p: Picture, map: string, value: (v: number) => number) {
+/** Draw an image into a canvas, the rows from the bottom up. `value` turns a number into a place from 0 to 1. Only the left `part` is drawn. */
+export function paint(canvas: HTMLCanvasElement, p: Picture, map: string, value: (v: number) => number, part = 1) {
   const lut = colors[map];
   if (!lut) return;
   scratch.width = p.columns;
@@ -51,7 +51,8 @@ export function paint(canvas: HTMLCanvasElement, p: Picture, map: string, value:
   const side = Math.max(1, Math.round(canvas.clientWidth * devicePixelRatio));
   if (canvas.width !== side) canvas.width = canvas.height = side;
   target.imageSmoothingEnabled = p.columns > side;
-  target.drawImage(scratch, 0, 0, side, side);
+  const width = Math.round(part * p.columns);
+  if (width > 0) target.drawImage(scratch, 0, 0, width, p.rows, 0, 0, (side * width) / p.columns, side);
 }
 
 export const FLOOR_DB = -40;
@@ -134,7 +135,7 @@ export function ImageMap({ name, title, about, like, note, picture, two }: MapPr
     <figure class="map" data-map={name}>
       <figcaption>
         <b>{title}</b>
-        <span>{hover || note || (p ? `${angle(p.cell_rad * p.columns)} wide` : '')}</span>
+        <span title={note}>{hover || note || (p ? `${angle(p.cell_rad * p.columns)} wide` : '')}</span>
       </figcaption>
       <div class="square">
         <canvas ref={ref} role="img" aria-label={about ?? title} onPointerMove={over} onPointerLeave={() => setHover('')} />
@@ -145,8 +146,24 @@ export function ImageMap({ name, title, about, like, note, picture, two }: MapPr
   );
 }
 
+// Canvases need colours as numbers, and those of the sheet depend on light and dark: an element that nobody sees resolves them.
+const probe = document.createElement('i');
+const resolved = new Map<string, string>();
+const forget = () => resolved.clear();
+matchMedia('(prefers-color-scheme: dark)').addEventListener('change', forget);
+addEventListener('cittert-theme', forget);
+
 export function css(name: string): string {
-  return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const known = resolved.get(name);
+  if (known) return known;
+  if (!probe.isConnected) {
+    probe.hidden = true;
+    document.body.append(probe);
+  }
+  probe.style.color = `var(${name})`;
+  const color = getComputedStyle(probe).color;
+  resolved.set(name, color);
+  return color;
 }
 
 /** The u-v plane: both halves of each baseline, and a streak for the band. */
@@ -211,9 +228,11 @@ export function UvMap() {
     seen.observe(ref.current!);
     const theme = matchMedia('(prefers-color-scheme: dark)');
     theme.addEventListener('change', draw);
+    addEventListener('cittert-theme', draw);
     return () => {
       seen.disconnect();
       theme.removeEventListener('change', draw);
+      removeEventListener('cittert-theme', draw);
     };
   }, []);
   return (
@@ -279,6 +298,9 @@ export function Cut() {
     );
     const seen = new ResizeObserver(() => ref.current && plot.current?.setSize({ width: ref.current.clientWidth, height: ref.current.clientHeight }));
     seen.observe(ref.current);
+    const again = () => plot.current?.redraw();
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', again);
+    addEventListener('cittert-theme', again);
   });
   return (
     <figure class="map" data-map="cut">

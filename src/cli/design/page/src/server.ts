@@ -1,7 +1,7 @@
 // The socket to the program, and what it has answered.
 
 import { batch, effect, signal } from '@preact/signals';
-import { layout, scene, sceneCell, sceneKey, sections, setLayout, observation, selected, type Layout } from './state';
+import { layout, method, scene, sceneCell, sceneKey, sections, setLayout, observation, selected, type Layout } from './state';
 import { openLink } from './link';
 
 export interface Picture {
@@ -27,7 +27,7 @@ export interface Hello {
   kinds: { name: string; about: string; options: string[] }[];
   builtin: { name: string; about: string; freq_hz: number }[];
   formats: { name: string; extension: string }[];
-  objectives: string[];
+  objectives: { name: string; about: string }[];
 }
 
 export interface Gains {
@@ -37,6 +37,19 @@ export interface Gains {
   left?: { rms_phase_rad: number; rms_amplitude: number } | null;
   true: { phase_rad: number[]; amplitude: number[] } | null;
   solved?: { phase_rad: number[]; amplitude: number[] };
+}
+
+export interface Closures {
+  names: string[];
+  true_rad: number[];
+  observed_rad: number[];
+}
+
+export interface Commands {
+  steps: { what: string; line: string; output: string }[];
+  run: string;
+  layout: string;
+  needs: { name: string; text: string | null }[];
 }
 
 export const connected = signal<'connecting' | 'open' | 'lost'>('connecting');
@@ -49,8 +62,11 @@ export const coverage = signal<Coverage | null>(null);
 export const pictures = signal<Record<string, Picture>>({});
 export const figures = signal<Record<string, unknown> | null>(null);
 export const gains = signal<Gains | null>(null);
-export const commands = signal<{ steps: { what: string; line: string; output: string }[]; run: string; layout: string } | null>(null);
+export const closures = signal<Closures | null>(null);
+export const commands = signal<Commands | null>(null);
 export const search = signal<{ running: boolean; done: number; of: number; best: number; scores: number[]; start: Layout } | null>(null);
+/** Whether a report is being made. */
+export const reporting = signal(false);
 export const colors: Record<string, Uint8ClampedArray> = {};
 
 /** The time of each state until its pictures were drawn, for measurements. */
@@ -123,7 +139,14 @@ function binary(buffer: ArrayBuffer) {
     const key = sceneKey();
     if (sceneCell.value?.file !== key || sceneCell.value.span !== span) sceneCell.value = { file: key, size: picture.columns, span };
   }
-  pictures.value = { ...pictures.value, [picture.name]: picture };
+  const next = { ...pictures.value, [picture.name]: picture };
+  // What the new state does not make is gone.
+  if (picture.name === 'dirty' && !header.calibrated) {
+    const m = method.value;
+    if (m !== 'clean' && m !== 'both') delete next.clean;
+    if (m !== 'mem' && m !== 'both') delete next.mem;
+  }
+  pictures.value = next;
   if (picture.name === 'psf') onScreen(header.seq, timing.psf);
   if (picture.name === 'mem') onScreen(header.seq, timing.mem);
   if (picture.name === 'dirty' && !header.calibrated) {
@@ -153,8 +176,17 @@ function message(m: Record<string, any>) {
       break;
     case 'error':
       problem.value = m.text;
+      // Some errors answer a message that is no state, such as a search with an option that is wrong.
+      if (m.seq === undefined) {
+        reporting.value = false;
+        if (search.value?.running && !search.value.done) {
+          search.value = { ...search.value, running: false };
+          moving.value = false;
+        }
+        break;
+      }
       busy.value = false;
-      arrived(m.seq ?? 0);
+      arrived(m.seq);
       break;
     case 'done':
       arrived(m.seq);
@@ -165,6 +197,7 @@ function message(m: Record<string, any>) {
       break;
     case 'scenes':
       scenes.value = m.scenes;
+      wasSent = ''; // The file may have the name of an earlier one.
       scene.value = { ...scene.value, file: m.added };
       break;
     case 'figures':
@@ -172,6 +205,9 @@ function message(m: Record<string, any>) {
       break;
     case 'gains':
       gains.value = m as Gains;
+      break;
+    case 'closures':
+      closures.value = m as Closures;
       break;
     case 'commands':
       commands.value = m as never;
@@ -190,7 +226,11 @@ function message(m: Record<string, any>) {
       }
       break;
     }
+    case 'report-ended':
+      reporting.value = false;
+      break;
     case 'search-ended':
+      moving.value = false;
       if (search.value) search.value = { ...search.value, running: false };
       if (m.error) problem.value = m.error;
       break;

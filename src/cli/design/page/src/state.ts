@@ -114,7 +114,7 @@ export function sections(): Record<string, unknown> {
   if (i.weighting !== 'uniform') image.weighting = i.weighting;
   if (i.weighting === 'briggs') image.robust = i.robust;
   const known = sceneCell.value;
-  if (i.fit && s.file && known && known.file === sceneKey()) image.cell = `${known.span / i.size}rad`;
+  if (i.fit && s.file && known && known.file === sceneKey()) image.cell = `${fittingCell(known.span, i.size)}rad`;
   const out: Record<string, unknown> = { layout: layout.value, simulate, image, seed: e.seed };
   if (s.file) {
     const of: Section = { file: s.file };
@@ -144,6 +144,27 @@ export function sections(): Record<string, unknown> {
   if (method.value === 'clean' || method.value === 'both') out.clean = {};
   if (method.value === 'mem' || method.value === 'both') out.mem = {};
   return out;
+}
+
+/** Width of the layout along the wider of its axes, m. */
+function widest(): number {
+  const a = layout.value.antenna;
+  let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity];
+  for (const { position_m: [x, y] } of a) {
+    x0 = Math.min(x0, x);
+    x1 = Math.max(x1, x);
+    y0 = Math.min(y0, y);
+    y1 = Math.max(y1, y);
+  }
+  return a.length ? Math.max(x1 - x0, y1 - y0) : 0;
+}
+
+/** Pixels that cover the scene, rad, made finer in steps of the square root of two until two of them fit into a fringe of the longest baseline. */
+function fittingCell(span: number, size: number): number {
+  const most = wavelength.value / Math.max(widest(), 1e-6) / 2;
+  let cell = span / size;
+  for (let k = 0; k < 60 && cell > most; k++) cell /= Math.SQRT2;
+  return cell;
 }
 
 /** What the pixels of the scene depend on. */
