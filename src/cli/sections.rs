@@ -4,6 +4,7 @@ use super::context::Outcome;
 use crate::calibrate::{PointingSolveOptions, RoundOptions, SolveOptions};
 use crate::corrupt::ErrorOptions;
 use crate::deconvolve::CleanOptions;
+use crate::design::DesignOptions;
 use crate::imaging::ImagingOptions;
 use crate::mem::{MemOptions, PriorChoice};
 use crate::simulate::{BandOptions, SceneOptions, SimulateOptions, TrackOptions};
@@ -95,6 +96,7 @@ impl Options for MemOptions {}
 impl Options for ErrorOptions {}
 impl Options for SelfcalSection {}
 impl Options for StudySelfcalSection {}
+impl Options for DesignOptions {}
 
 /// A section: its options, and its keys as they were written.
 #[derive(Debug, Clone)]

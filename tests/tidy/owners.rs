@@ -13,6 +13,9 @@ struct Rule {
 const FFT: &str = "rustfft and ndrustfft belong to src/fourier/planner";
 const JOINS: &str = "only src/cli joins the chain with formats and scenes";
 
+const SERVER: &[&str] = &["src/cli/design/server"];
+const SERVED: &str = "the server of the designer is in src/cli/design/server, and the rest of it knows no sockets";
+
 const RULES: &[Rule] = &[
     Rule { package: "rustfft", owners: &["src/fourier/planner"], text: FFT },
     Rule { package: "ndrustfft", owners: &["src/fourier/planner"], text: FFT },
@@ -31,6 +34,9 @@ const RULES: &[Rule] = &[
     },
     Rule { package: "mpi", owners: &["src/cli/ranks"], text: "mpi belongs to src/cli/ranks; algorithms know the trait Ranks" },
     Rule { package: "indicatif", owners: &["src/cli"], text: "progress bars belong to src/cli; algorithms report to an Observer" },
+    Rule { package: "axum", owners: SERVER, text: SERVED },
+    Rule { package: "tokio", owners: SERVER, text: SERVED },
+    Rule { package: "getrandom", owners: &["src/cli/design/guard.rs"], text: "only the token of the designer is random without a seed" },
 ];
 
 /// The lines that name a package: as the start of a path, or alone in a `use`.

@@ -1,7 +1,7 @@
 //! From a state of the page to visibilities and images, by the calls of the subcommands.
 
 use super::scenes::Scenes;
-use super::state::{MOST_VISIBILITIES, State};
+use super::state::{MOST_VISIBILITIES, State, check_pixels};
 use crate::calibrate::{Beginning, Calibrated, CandidateOptions, apply, calibrate, candidates};
 use crate::cli::airs::Airs;
 use crate::cli::context::Context;
@@ -17,6 +17,9 @@ use cittert_arrays::{
     ArrayLayout, CoveragePlan, GainTable, Image, PhaseCenter, Source, SpectralWindow, VisUnit, VisibilitySet, VisibilitySource,
 };
 use std::sync::Arc;
+
+/// The name of the scene of a state that has none.
+pub(super) const POINT: &str = "point";
 
 /// A planned observation.
 pub(super) struct Planned {
@@ -58,7 +61,7 @@ pub(super) fn scene(state: &State, planned: &Planned, scenes: &Scenes, context: 
         Some((file, section)) => scenes.load((&file.display().to_string(), &section.how), &planned.center, &planned.spectrum, context),
         None => {
             let sky = SkyModel::of_sources(vec![Source::point(0.0, 0.0, 1.0)]);
-            Ok(Arc::new(LoadedScene { sky, unit: VisUnit::Jy, name: "point".into() }))
+            Ok(Arc::new(LoadedScene { sky, unit: VisUnit::Jy, name: POINT.into() }))
         }
     }
 }
@@ -66,14 +69,20 @@ pub(super) fn scene(state: &State, planned: &Planned, scenes: &Scenes, context: 
 /// The visibilities without errors, as `simulate` makes them.
 ///
 /// # Errors
-/// As `simulate`.
-pub(super) fn simulated(state: &State, planned: &Planned, scene: &LoadedScene) -> Result<VisibilitySet> {
+/// As `simulate`, and a newer state.
+pub(super) fn simulated(state: &State, planned: &Planned, scene: &LoadedScene, observer: &dyn Observer) -> Result<VisibilitySet> {
     let mut how = state.simulate.options.how.clone();
     how.seed = state.seed;
     let mut center = planned.center.clone();
     center.name.clone_from(&scene.name);
     let header = how.header(planned.layout.clone(), planned.spectrum.clone(), center, scene.unit);
-    Ok(simulate_set(header, &planned.plan.coverage()?, &scene.sky, &how, &Silent)?)
+    Ok(simulate_set(header, &planned.plan.coverage()?, &scene.sky, &how, observer)?)
+}
+
+/// True where a state puts errors into the data.
+pub(super) fn has_errors(state: &State) -> bool {
+    // Which errors there are does not depend on the unit.
+    state.corrupt.options.errors(VisUnit::Jy, &Airs).is_ok_and(|errors| !errors.is_empty())
 }
 
 /// The data of an observation with the errors of a state, and the true gains.
@@ -81,9 +90,6 @@ pub(super) fn simulated(state: &State, planned: &Planned, scene: &LoadedScene) -
 /// # Errors
 /// As `corrupt`.
 pub(super) fn corrupted(state: &State, set: &mut VisibilitySet) -> Result<Option<(VisibilitySet, GainTable)>> {
-    if state.corrupt.keys.is_empty() {
-        return Ok(None);
-    }
     let errors = state.corrupt.options.errors(set.header.unit, &Airs).map_err(Failure::call)?;
     if errors.is_empty() {
         return Ok(None);
@@ -139,7 +145,9 @@ pub(super) fn dirty(imager: &mut Imager<'_>) -> Result<Image<f32>> {
 /// # Errors
 /// An option that is wrong, or data that cannot be imaged.
 pub(super) fn imager<'a>(state: &State, set: &'a mut dyn VisibilitySource) -> Result<Imager<'a>> {
-    Ok(Imager::new(set, state.image.options.clone(), &Silent)?)
+    let imager = Imager::new(set, state.image.options.clone(), &Silent)?;
+    check_pixels("the image", (imager.grid().n_l, imager.grid().n_m))?;
+    Ok(imager)
 }
 
 /// CLEAN, as `clean` does it.

@@ -54,6 +54,11 @@ impl Mailbox {
         }
     }
 
+    /// True once the tab is closed.
+    pub(super) fn is_closed(&self) -> bool {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner).closed
+    }
+
     /// True where what is computed now is of no use any more.
     pub(super) fn is_stale(&self) -> bool {
         let held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
@@ -61,13 +66,41 @@ impl Mailbox {
     }
 }
 
-/// Stops work once a newer job waits.
-pub(super) struct WhileNewest<'a>(pub(super) &'a Mailbox);
+/// Stops work that nobody waits for: a newer job has come, or the tab is closed. What is quick is finished although a newer job waits, so that
+/// a hand that never rests sees something.
+pub(super) struct WhileWanted<'a> {
+    pub(super) mailbox: &'a Mailbox,
+    pub(super) quick: bool,
+}
 
-impl Observer for WhileNewest<'_> {
+impl Observer for WhileWanted<'_> {
     fn event(&self, _event: Event<'_>) {}
 
     fn cancelled(&self) -> bool {
-        self.0.is_stale()
+        if self.quick { self.mailbox.is_closed() } else { self.mailbox.is_stale() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn job(seq: u64) -> Job {
+        let state = r#"{ "layout": {}, "simulate": { "freq": "94GHz", "bandwidth": "1GHz" } }"#;
+        Job { seq, moving: false, state: serde_json::from_str(state).unwrap() }
+    }
+
+    #[test]
+    fn the_newest_job_wins_and_ends_the_one_before() {
+        let mailbox = Mailbox::default();
+        (1..=3).for_each(|seq| mailbox.put(job(seq)));
+        assert_eq!(mailbox.take().unwrap().seq, 3);
+        let (slow, quick) = (WhileWanted { mailbox: &mailbox, quick: false }, WhileWanted { mailbox: &mailbox, quick: true });
+        assert!(!slow.cancelled() && !quick.cancelled());
+        mailbox.put(job(4));
+        assert!(slow.cancelled() && !quick.cancelled());
+        mailbox.close();
+        assert!(slow.cancelled() && quick.cancelled());
+        assert!(mailbox.take().is_none());
     }
 }

@@ -1,4 +1,21 @@
 //! The messages of a tab. A message is JSON, or a binary frame with a JSON header and the bytes of a file.
+//!
+//! Each answer is an object whose key `is` names it. `seq` is the number of the state that it belongs to.
+//!
+//! | answer | when | keys |
+//! |---|---|---|
+//! | `hello` | at the start | what the program has: `layout`, `freq_hz`, `scene`, `scenes`, `kinds`, `builtin`, `formats`, `objectives`, `colors` |
+//! | `coverage` | each state | binary: u and v of each row, m; `rows`, `freq_hz` of the channels |
+//! | `image` | each state | binary: pixels, l first; `name` is `psf`, `dirty`, `truth`, `clean` or `mem`; `columns`, `rows`, `cell_rad`, `unit` |
+//! | `commands` | at rest | `steps` of `what`, `line`, `output`; `needs` of `name`, `text`; `layout` and `run` as TOML; all of it as a shell `script` |
+//! | `figures` | at rest | `figures` as `layout show --json` has them |
+//! | `closures` | at rest, with errors | `names` of triangles, `true_rad`, `observed_rad` |
+//! | `gains` | at rest | `names`, `true` and `solved` gains of `phase_rad` and `amplitude`; `accepted`, `deconvolver`, `left` |
+//! | `done` | last of a state | `cancelled` where a newer state has ended the work |
+//! | `error` | last of a state, or without `seq` | `text` |
+//! | `layout`, `saved`, `scenes` | asked for | `layout`; `name`, `text`, `lost`; `scenes`, `added` |
+//! | `search`, `attempt`, `search-ended` | a search | `search` is its number; `line` and `needs` of the command; `score`, `best`, `layout`; `error` |
+//! | `report-ended` | asked for | nothing; the page came as `saved`, or an `error` |
 
 use super::state::State;
 use crate::cli::failure::{Failure, Result, ensure};
@@ -37,7 +54,7 @@ pub(super) enum Message {
     /// Search for a better layout. `keep_out` holds the corners of zones in which no antenna may stand, m.
     Optimise {
         layout: toml::Value,
-        design: Box<DesignOptions>,
+        design: Box<Section<DesignOptions>>,
         attempts: u64,
         #[serde(default)]
         keep_out: Vec<Vec<[f64; 2]>>,

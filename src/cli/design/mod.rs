@@ -30,11 +30,9 @@ mod scenes;
 mod server;
 mod session;
 mod state;
-#[cfg(test)]
-mod tests;
 mod worker;
 
-use super::context::{Context, Outcome};
+use super::context::{Context, Outcome, Subcommands};
 use super::failure::{Context as _, Failure, Result};
 use super::options::load_layout;
 use cittert_arrays::quantity::Length;
@@ -78,6 +76,7 @@ struct Beginning {
     freq_hz: f64,
     scene: String,
     scenes: Arc<Scenes>,
+    subcommands: Subcommands,
 }
 
 /// Serve the page until a signal ends the program.
@@ -95,7 +94,7 @@ pub fn run(args: &DesignArgs, context: &Context) -> Result<Outcome> {
         Some(path) => scenes.add_file(path)?,
         None => scenes::FIRST.to_owned(),
     };
-    let beginning = Beginning { layout, freq_hz, scene, scenes: Arc::new(scenes) };
+    let beginning = Beginning { layout, freq_hz, scene, scenes: Arc::new(scenes), subcommands: context.subcommands };
     let listener = std::net::TcpListener::bind(("127.0.0.1", args.port)).map_err(|e| {
         Failure::message(format!("--port {}: cannot listen on this port: {e}; choose another one, or 0 for a free one", args.port))
     })?;

@@ -5,12 +5,15 @@ use super::message::Observed;
 use super::scenes::Scenes;
 use super::session::Send;
 use super::state::check_keys;
+use crate::cli::console::{Console, Loudness};
+use crate::cli::context::{Context, Subcommands};
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
-use crate::cli::sections::words;
+use crate::cli::sections::words_of;
 use cittert_arrays::ArrayLayout;
 use serde_json::json;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Most pixels along each side of the images of a report.
@@ -35,7 +38,13 @@ impl Drop for Counted {
 ///
 /// # Errors
 /// An option that a page does not set, too many pixels, too many reports at a time, an unknown scene, or an error of the file system.
-pub(super) fn begin(folder: &Path, pair: &[ArrayLayout; 2], options: &Observed, scenes: &Scenes, send: Send) -> Result<()> {
+pub(super) fn begin(
+    folder: &Path,
+    pair: &[ArrayLayout; 2],
+    options: &Observed,
+    scenes: &Scenes,
+    (subcommands, send): (Subcommands, Send),
+) -> Result<()> {
     if let Some(scene) = &options.scene {
         check_keys("scene", &scene.keys)?;
     }
@@ -48,22 +57,25 @@ pub(super) fn begin(folder: &Path, pair: &[ArrayLayout; 2], options: &Observed, 
     for (layout, name) in pair.iter().zip(["a.toml", "b.toml"]) {
         std::fs::write(here.join(name), layout.to_toml()).context("keeping a layout")?;
     }
-    let program = std::env::current_exe().context("finding this program")?;
-    let mut command = Command::new(program);
-    command.current_dir(&here).args(["layout", "compare", "a.toml", "b.toml", "-o", "out"]).arg(format!("--freq={}", options.freq));
-    if let Some((section, file)) = options.scene.as_ref().and_then(|s| Some((s, s.options.file.as_ref()?))) {
-        command.arg("--scene").arg(std::path::absolute(scenes.path(&file.display().to_string())?).context("finding the scene")?);
-        command.args(words(&section.keys).into_iter().filter(|w| !w.starts_with("--file=")));
-        command.args(options.size.map(|n| format!("--size={n}")));
+    let file = |name: &str| here.join(name).display().to_string();
+    let mut line: Vec<String> = ["cittert", "layout", "compare"].map(str::to_owned).into();
+    line.extend([file("a.toml"), file("b.toml"), format!("--output={}", file("out")), format!("--freq={}", options.freq)]);
+    if let Some((section, name)) = options.scene.as_ref().and_then(|s| Some((s, s.options.file.as_ref()?))) {
+        line.push(format!("--scene={}", scenes.path(&name.display().to_string())?.display()));
+        line.extend(words_of(&section.keys, |key| key != "file"));
+        line.extend(options.size.map(|n| format!("--size={n}")));
     }
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    // Names of files as the user knows them.
+    let hidden = [&here, folder].map(|path| format!("{}/", path.display()));
     let work = move || {
         let _counted = counted;
-        let made = made(command, &here);
+        let made = catch_unwind(AssertUnwindSafe(|| made(&line, &here, subcommands)));
+        let made = made.unwrap_or_else(|_| Err(Failure::message("internal error, please report it with the address of this page")));
         let _ = std::fs::remove_dir_all(&here);
+        let plain = |text: String| hidden.iter().fold(text, |text, folder| text.replace(folder, ""));
         send(Answer::json(&match made {
-            Ok(text) => json!({ "is": "saved", "name": "comparison.html", "text": text, "lost": [] }),
-            Err(e) => json!({ "is": "error", "text": format!("the report: {e}") }),
+            Ok(text) => json!({ "is": "saved", "name": "comparison.html", "text": plain(text), "lost": [] }),
+            Err(e) => json!({ "is": "error", "text": plain(format!("the report: {e}")) }),
         }));
         send(Answer::json(&json!({ "is": "report-ended" })));
     };
@@ -72,13 +84,10 @@ pub(super) fn begin(folder: &Path, pair: &[ArrayLayout; 2], options: &Observed, 
 }
 
 /// Run the command, and read the page that it wrote.
-fn made(mut command: Command, here: &Path) -> Result<String> {
-    let done = command.output().context("running `layout compare`")?;
-    if !done.status.success() {
-        let text = String::from_utf8_lossy(&done.stderr);
-        let last: Vec<&str> = text.lines().filter(|l| !l.trim().is_empty()).collect();
-        return Err(Failure::message(last.last().map_or("it failed", |l| l.trim_start_matches("cittert: ")).to_owned()));
-    }
-    let page: PathBuf = here.join("out").join("report.html");
-    std::fs::read_to_string(page).context("reading the report")
+fn made(line: &[String], here: &Path, subcommands: Subcommands) -> Result<String> {
+    let words: Vec<OsString> = line.iter().map(Into::into).collect();
+    let shown = "cittert layout compare a.toml b.toml".to_owned();
+    let context = Context { command_line: shown, console: Console::new(Loudness::Quiet), subcommands };
+    (subcommands.run)(&words, &context)?;
+    std::fs::read_to_string(here.join("out").join("report.html")).context("reading the report")
 }

@@ -8,12 +8,14 @@ use super::message::MOST_BYTES;
 use super::session::{Send, Session};
 use crate::cli::failure::{Context as _, Result};
 use axum::Router;
-use axum::body::Body;
+use axum::body::{Body, Bytes};
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, Response, StatusCode, header};
 use axum::response::IntoResponse;
 use axum::routing::{any, get};
+use axum::serve::ListenerExt;
 use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,6 +27,8 @@ const MOST_TABS: usize = 8;
 const WAITING: usize = 32;
 /// Room for the header of a dropped file.
 const HEADER: usize = 8192;
+
+const TEXT: &str = "text/plain; charset=utf-8";
 
 /// The page may load its own files and open its own socket, and nothing else.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; base-uri 'none'; \
@@ -85,12 +89,14 @@ impl Served {
                 .route("/{token}/socket", any(socket))
                 .fallback(|| async { refused(Refused::Token) })
                 .with_state(self.shared);
+            // A short answer must not wait for the receipt of the one before it.
+            let listener = listener.tap_io(|stream| drop(stream.set_nodelay(true)));
             axum::serve(listener, routes).await.context("serving the page")
         })
     }
 }
 
-fn text_of<'a>(headers: &'a HeaderMap, name: header::HeaderName) -> Option<&'a str> {
+fn text_of(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
     headers.get(name).map(|v| v.to_str().unwrap_or("?"))
 }
 
@@ -100,7 +106,7 @@ fn check(shared: &Shared, token: &str, headers: &HeaderMap, needs_origin: bool) 
 }
 
 fn refused(why: Refused) -> Response<Body> {
-    answer(StatusCode::FORBIDDEN, "text/plain; charset=utf-8", why.text().as_bytes())
+    answer(StatusCode::FORBIDDEN, TEXT, why.text().as_bytes())
 }
 
 fn answer(status: StatusCode, kind: &str, bytes: &'static [u8]) -> Response<Body> {
@@ -122,7 +128,7 @@ fn file(shared: &Shared, token: &str, name: &str, headers: &HeaderMap) -> Respon
     }
     match asset(name) {
         Some(asset) => answer(StatusCode::OK, asset.kind, asset.bytes),
-        None => answer(StatusCode::NOT_FOUND, "text/plain; charset=utf-8", b"there is no such file"),
+        None => answer(StatusCode::NOT_FOUND, TEXT, b"there is no such file"),
     }
 }
 
@@ -130,11 +136,12 @@ async fn socket(
     State(shared): State<Arc<Shared>>,
     Path(token): Path<String>,
     headers: HeaderMap,
-    upgrade: WebSocketUpgrade,
+    upgrade: std::result::Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response<Body> {
     if let Err(why) = check(&shared, &token, &headers, true) {
         return refused(why);
     }
+    let Ok(upgrade) = upgrade else { return answer(StatusCode::BAD_REQUEST, TEXT, b"this address is a WebSocket") };
     let most = MOST_BYTES + HEADER;
     upgrade.max_message_size(most).max_frame_size(most).on_upgrade(move |socket| tab(shared, socket))
 }
@@ -148,7 +155,16 @@ impl Drop for Counted<'_> {
     }
 }
 
-/// Serve a tab until it is closed.
+/// What a tab has sent.
+pub(super) enum Sent {
+    /// A message.
+    Text(String),
+    /// A dropped file with its header.
+    File(Bytes),
+}
+
+/// Serve a tab until it is closed. The tab has a thread of its own that answers its messages one after another, so that a long answer keeps no
+/// other tab waiting. A tab that sends faster than it is answered is not read until there is room, so nothing is lost and nothing grows.
 async fn tab(shared: Arc<Shared>, mut socket: WebSocket) {
     let open = shared.tabs.fetch_add(1, Ordering::Relaxed);
     let _counted = Counted(&shared.tabs);
@@ -158,15 +174,19 @@ async fn tab(shared: Arc<Shared>, mut socket: WebSocket) {
         return;
     }
     let (sender, mut answers) = mpsc::channel(WAITING);
-    // Answers to messages come from this thread, which must not wait for itself.
-    let here = std::thread::current().id();
-    let send: Send =
-        Arc::new(
-            move |answer| {
-                if std::thread::current().id() == here { sender.try_send(answer).is_ok() } else { sender.blocking_send(answer).is_ok() }
-            },
-        );
-    let Ok(mut session) = Session::begin(&shared.beginning, shared.folder.clone(), send) else { return };
+    let (messages, mut arrived) = mpsc::channel(1);
+    let send: Send = Arc::new(move |answer| sender.blocking_send(answer).is_ok());
+    let own = shared.clone();
+    let work = move || {
+        if let Some(mut session) = Session::begin(&own.beginning, own.folder.clone(), send) {
+            while let Some(sent) = arrived.blocking_recv() {
+                session.answer(&sent);
+            }
+        }
+    };
+    if std::thread::Builder::new().name("tab".into()).spawn(work).is_err() {
+        return;
+    }
     loop {
         tokio::select! {
             answer = answers.recv() => {
@@ -179,12 +199,15 @@ async fn tab(shared: Arc<Shared>, mut socket: WebSocket) {
                     return;
                 }
             }
-            message = socket.recv() => match message {
-                Some(Ok(Message::Text(text))) => session.text(&text),
-                Some(Ok(Message::Binary(bytes))) => session.file(&bytes),
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
-                Some(Ok(_)) => {}
-            },
+            (room, message) = async { (messages.reserve().await, socket.recv().await) } => {
+                let Ok(room) = room else { return };
+                match message {
+                    Some(Ok(Message::Text(text))) => room.send(Sent::Text(text.as_str().to_owned())),
+                    Some(Ok(Message::Binary(bytes))) => room.send(Sent::File(bytes)),
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                    Some(Ok(_)) => {}
+                }
+            }
         }
     }
 }

@@ -5,14 +5,16 @@ use super::mailbox::{Job, Mailbox};
 use super::message::{Dropped, Kind, Message, read, read_file};
 use super::optimise::{Search, Wanted};
 use super::report;
+use super::server::Sent;
 use super::state::{check_size, keys, layout};
 use super::worker::Worker;
 use super::{Beginning, scenes::Scenes};
-use crate::cli::failure::{Context as _, Failure, Result};
-use crate::design::Polygon;
+use crate::cli::context::Subcommands;
+use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use cittert_arrays::{ArrayLayout, BUILTIN_LAYOUTS, LAYOUT_KINDS};
 use cittert_formats::layouts::{layout_format, layout_formats, read_layout};
 use serde_json::{Value, json};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -25,33 +27,36 @@ pub(super) struct Session {
     folder: PathBuf,
     mailbox: Arc<Mailbox>,
     search: Option<Search>,
+    subcommands: Subcommands,
     send: Send,
 }
 
 impl Session {
-    /// Begin a tab, with its worker on a thread of its own.
-    ///
-    /// # Errors
-    /// The system has no thread to give.
-    pub(super) fn begin(beginning: &Beginning, folder: PathBuf, send: Send) -> Result<Self> {
+    /// Begin a tab, with its worker on a thread of its own. `None` where the tab is closed already, or the system has no thread to give.
+    pub(super) fn begin(beginning: &Beginning, folder: PathBuf, send: Send) -> Option<Self> {
         let mailbox = Arc::new(Mailbox::default());
         let scenes = beginning.scenes.clone();
         let worker = Worker::new(mailbox.clone(), scenes.clone(), send.clone());
-        std::thread::Builder::new().name("designer".into()).spawn(move || worker.run()).context("starting a tab")?;
-        send(Answer::json(&hello(beginning)?));
-        Ok(Self { scenes, folder, mailbox, search: None, send })
+        let session = Self { scenes, folder, mailbox, search: None, subcommands: beginning.subcommands, send };
+        let begun = std::thread::Builder::new().name("designer".into()).spawn(move || worker.run()).context("starting a tab");
+        let hello = begun.and_then(|_| hello(beginning));
+        match hello {
+            Ok(hello) => (session.send)(Answer::json(&hello)).then_some(session),
+            Err(e) => {
+                session.tell(Err(e));
+                None
+            }
+        }
     }
 
-    /// Answer a message that is text.
-    pub(super) fn text(&mut self, text: &str) {
-        let done = read(text).and_then(|message| self.answer(message));
-        self.tell(done);
-    }
-
-    /// Answer a message that is a file.
-    pub(super) fn file(&mut self, bytes: &[u8]) {
-        let done = read_file(bytes).and_then(|(dropped, bytes)| self.keep(&dropped, bytes));
-        self.tell(done);
+    /// Answer what the tab has sent.
+    pub(super) fn answer(&mut self, sent: &Sent) {
+        let work = AssertUnwindSafe(|| match sent {
+            Sent::Text(text) => read(text).and_then(|message| self.message(message)),
+            Sent::File(bytes) => read_file(bytes).and_then(|(dropped, bytes)| self.keep(&dropped, bytes)),
+        });
+        let done = catch_unwind(work);
+        self.tell(done.unwrap_or_else(|_| Err(Failure::message("internal error, please report it with the address of this page"))));
     }
 
     fn tell(&self, done: Result<()>) {
@@ -64,7 +69,7 @@ impl Session {
         (self.send)(Answer::json(value));
     }
 
-    fn answer(&mut self, message: Message) -> Result<()> {
+    fn message(&mut self, message: Message) -> Result<()> {
         match message {
             Message::Show { seq, moving, state } => {
                 if let Err(e) = state.check() {
@@ -77,7 +82,7 @@ impl Session {
                 let count = make.options.options.elements;
                 let most = super::state::MOST_ANTENNAS;
                 let text = format!("{count} elements are more than the page shows, at most {most}");
-                crate::ensure!(count <= most, Failure::message(text));
+                ensure!(count <= most, Failure::message(text));
                 self.layout(&make.options.layout()?)?;
             }
             Message::Builtin { name } => self.layout(&ArrayLayout::builtin(&name)?)?,
@@ -90,14 +95,17 @@ impl Session {
             }
             Message::Optimise { layout: drawn, design, attempts, keep_out } => {
                 self.search = None; // The one before ends.
-                let layout = layout(&drawn)?;
-                let keep_out = zones(keep_out)?;
-                self.search = Some(Search::begin(Wanted { layout, design: *design, attempts, keep_out }, self.send.clone())?);
+                let wanted = Wanted::new(layout(&drawn)?, &design, attempts, keep_out)?;
+                self.search = Some(Search::begin(wanted, self.send.clone())?);
             }
-            Message::Stop => self.search = None,
+            Message::Stop => {
+                if let Some(search) = &self.search {
+                    search.stop();
+                }
+            }
             Message::Report { a, b, options } => {
                 let pair = [layout(&a)?, layout(&b)?];
-                report::begin(&self.folder, &pair, &options, &self.scenes, self.send.clone())?;
+                report::begin(&self.folder, &pair, &options, &self.scenes, (self.subcommands, self.send.clone()))?;
             }
         }
         Ok(())
@@ -136,19 +144,6 @@ impl Drop for Session {
     fn drop(&mut self) {
         self.mailbox.close();
     }
-}
-
-/// Most corners of all zones together. Every candidate is compared with each.
-const MOST_CORNERS: usize = 2000;
-
-/// The zones in which no antenna may stand.
-fn zones(corners: Vec<Vec<[f64; 2]>>) -> Result<Vec<Polygon>> {
-    let count: usize = corners.iter().map(Vec::len).sum();
-    crate::ensure!(
-        count <= MOST_CORNERS,
-        Failure::message(format!("the zones have {count} corners, at most {MOST_CORNERS}: draw simpler ones"))
-    );
-    corners.into_iter().enumerate().map(|(k, c)| Polygon::new(&format!("of zone {}", k + 1), c).map_err(Failure::call)).collect()
 }
 
 /// Objectives that need nothing but the layout.

@@ -109,10 +109,10 @@ impl State {
         }
         let sides = self.image.options.size.map_or((0, 0), |s| (s.columns, s.rows));
         let scene = self.scene.as_ref().and_then(|s| s.options.how.scene_size).unwrap_or(0);
-        for (what, pixels) in [("the image", sides.0.saturating_mul(sides.1)), ("the scene", scene.saturating_mul(scene))] {
-            let text = format!("{what} would have {pixels} pixels, and the page shows at most {MOST_PIXELS} (4096 x 4096): choose fewer");
-            ensure!(pixels <= MOST_PIXELS, Failure::message(text));
-        }
+        check_pixels("the image", sides)?;
+        check_pixels("the scene", (scene, scene))?;
+        let seed = format!("the seed is {}, expected at most {}", self.seed, i64::MAX);
+        ensure!(i64::try_from(self.seed).is_ok(), Failure::message(seed));
         self.image.options.check().context("image")
     }
 }
@@ -126,6 +126,17 @@ pub(super) fn check_keys(section: &str, keys: &toml::Table) -> Result<()> {
     for key in keys.keys() {
         ensure!(allowed.contains(&key.as_str()), Failure::message(format!("{section}: the page does not set {key}; a file of `run` can")));
     }
+    Ok(())
+}
+
+/// Refuse an image that is too large for the page.
+///
+/// # Errors
+/// It has too many pixels.
+pub(super) fn check_pixels(what: &str, (columns, rows): (usize, usize)) -> Result<()> {
+    let pixels = columns.saturating_mul(rows);
+    let text = format!("{what} has {columns} x {rows} pixels, and the page shows at most {MOST_PIXELS} (4096 x 4096): choose fewer");
+    ensure!(pixels <= MOST_PIXELS, Failure::message(text));
     Ok(())
 }
 

@@ -4,11 +4,10 @@ use super::chain::{self, Planned};
 use super::closures::{self, Closures, closures};
 use super::commands;
 use super::frame::Answer;
-use super::mailbox::{Job, Mailbox, WhileNewest};
+use super::mailbox::{Job, Mailbox, WhileWanted};
 use super::scenes::Scenes;
 use super::session::Send;
 use super::state::State;
-use crate::ChainError;
 use crate::calibrate::{CompareOptions, compare_gains};
 use crate::cli::console::{Console, Loudness};
 use crate::cli::context::{Context, Outcome, Subcommands};
@@ -44,12 +43,11 @@ impl Worker {
         while let Some(job) = self.mailbox.take() {
             let done = catch_unwind(AssertUnwindSafe(|| self.show(&job)))
                 .unwrap_or_else(|_| Err(Failure::message("internal error, please report it with the address of this page")));
-            let text = done.err().map(|e| e.to_string());
-            // A newer state has ended the work.
-            let cancelled = text.as_deref().is_some_and(|t| t.contains(&ChainError::Cancelled.to_string()));
-            self.tell(&match text.filter(|_| !cancelled) {
-                Some(text) => json!({ "is": "error", "seq": job.seq, "text": text }),
-                None => json!({ "is": "done", "seq": job.seq, "cancelled": cancelled }),
+            // Work that a newer state has ended has failed too, but nobody waits for it.
+            let stale = done.is_err() && self.mailbox.is_stale();
+            self.tell(&match done {
+                Err(e) if !stale => json!({ "is": "error", "seq": job.seq, "text": e.to_string() }),
+                _ => json!({ "is": "done", "seq": job.seq, "cancelled": stale }),
             });
         }
     }
@@ -78,8 +76,9 @@ impl Worker {
         let planned = chain::plan(state)?;
         self.coverage(seq, &planned)?;
         let scene = chain::scene(state, &planned, &self.scenes, &self.context)?;
-        let mut set = chain::simulated(state, &planned, &scene)?;
-        let without = if job.moving || state.corrupt.keys.is_empty() { Closures::new() } else { closures(&set)? };
+        let observer = WhileWanted { mailbox: &self.mailbox, quick: job.moving };
+        let mut set = chain::simulated(state, &planned, &scene, &observer)?;
+        let without = if job.moving || !chain::has_errors(state) { Closures::new() } else { closures(&set)? };
         let corrupted = chain::corrupted(state, &mut set)?;
         let (mut data, truth) = match corrupted {
             Some((data, truth)) => (data, Some(truth)),
@@ -89,17 +88,13 @@ impl Worker {
         if job.moving {
             return Ok(());
         }
-        self.tell(&json!({
-            "is": "commands", "seq": seq, "steps": commands::steps(state), "run": commands::run_file(state), "layout": planned.layout.to_toml(),
-            "needs": commands::needs(state, &self.scenes),
-        }));
+        self.tell(&commands::told(seq, state, &planned.layout.to_toml(), &self.scenes)?);
         let with = if without.is_empty() { Closures::new() } else { closures(&data)? };
         self.tell(&closures::told(seq, &data.header, &without, &with));
         if let Some(image) = scene.sky.images.first() {
             self.image(seq, "truth", image, json!({}));
         }
         self.figures(seq, state, &planned)?;
-        let observer = WhileNewest(&self.mailbox);
         if let Some((found, calibrated)) = chain::calibrated(state, &mut data, &observer)? {
             let rms = truth.as_ref().map(|t| compare_gains(&found.gains, t, CompareOptions { gradient: true, flux_scale: true }));
             let rms = rms.transpose()?.map(|c| json!({ "rms_phase_rad": c.rms_phase_rad, "rms_amplitude": c.rms_amplitude }));
