@@ -17,6 +17,7 @@ N ?= 1000000
 PART ?= 50000
 
 .PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures deps deps-ms deps-mpi deps-interop
+.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures page deps deps-ms deps-interop
 
 demo: deps
 	$(CARGO) build --release --locked
@@ -76,6 +77,11 @@ bench-book: deps
 pictures: deps
 	$(CARGO) build --release --locked
 	CITTERT=$(TARGET)/release/cittert bash docs/images/make.sh
+
+# Builds the page of `cittert design` anew from its sources. Only this needs Node; the program embeds what is built here.
+page:
+	@command -v npm >/dev/null 2>&1 || { echo "make page needs Node 20 or newer with npm"; exit 1; }
+	cd src/cli/design/page && npm ci --no-audit --no-fund && npm run build
 
 deps: WANTED = $(PACKAGES)
 deps-ms: WANTED = $(PACKAGES) $(MS_PACKAGES)

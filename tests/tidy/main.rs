@@ -11,6 +11,8 @@ mod lexer;
 #[cfg(test)]
 mod owners;
 #[cfg(test)]
+mod page;
+#[cfg(test)]
 mod parser;
 #[cfg(test)]
 mod project;

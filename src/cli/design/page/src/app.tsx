@@ -13,12 +13,12 @@ import { Cut, ImageMap, UvMap, short } from './maps';
 import { ObservePanel } from './observe';
 import { OptimisePanel } from './optimise';
 import { ScenePanel, dropped, restorePainting } from './scenes';
-import { busy, connected, hello, moving, pictures, problem, type Picture } from './server';
+import { arrivals, busy, connected, hello, moving, pictures, problem, type Picture } from './server';
 import { canRedo, canUndo, layout, method, redo, snapshot, undo } from './state';
 
 const PANELS = [
   ['layout', 'Layout', LayoutPanel],
-  ['observe', 'Observation', ObservePanel],
+  ['observe', 'Observe', ObservePanel],
   ['scene', 'Scene', ScenePanel],
   ['errors', 'Errors', ErrorsPanel],
   ['optimise', 'Optimise', OptimisePanel],
@@ -139,7 +139,11 @@ function useLink() {
       }, 300);
     });
     const changed = () => {
-      if (location.hash !== own) void openLink().then(restorePainting);
+      if (location.hash !== own)
+        void openLink().then(() => {
+          arrivals.value++;
+          restorePainting();
+        });
     };
     addEventListener('hashchange', changed);
     return () => {

@@ -1,7 +1,9 @@
 // The same on the command line.
 
 import { Group } from './fields';
-import { commands, download } from './server';
+import { commands, download, hello } from './server';
+import { scene, strokes } from './state';
+import { painting } from './scenes';
 
 export function copy(text: string, button: HTMLButtonElement) {
   void navigator.clipboard.writeText(text).then(() => {
@@ -33,6 +35,10 @@ export function CommandsPanel() {
               <button type="button" onClick={() => download(n.name, n.text!)}>
                 Save {n.name}
               </button>
+            ) : strokes.value.length && n.name === scene.value.file ? (
+              <button type="button" onClick={() => void painting().then((bytes) => download(n.name, bytes))}>
+                Save {n.name}
+              </button>
             ) : (
               `${n.name} is the file that you gave to this page.`
             )}
@@ -61,6 +67,9 @@ export function CommandsPanel() {
           Then <code>cittert run run.toml -o out</code> writes the images and a report.
         </p>
       </Group>
+      <p class="about">
+        cittert {hello.value?.version}. <a href="licences.txt">Licences of this page</a>
+      </p>
     </>
   );
 }

@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { batch, computed, signal, useSignalEffect } from '@preact/signals';
 import { css, short } from './maps';
 import { metres } from './figures';
-import { moving } from './server';
+import { arrivals, moving } from './server';
 import { drawGround } from './ground';
 import { freshName, isSite, layout, redo, remember, selected, setLayout, undo, zones, type Antenna, type Layout } from './state';
 
@@ -292,13 +292,17 @@ export function Editor() {
     g.fillText(names[1], Math.min(w - 40 * ratio, Math.max(4 * ratio, px(0) + 4 * ratio)), 13 * ratio);
   };
   useSignalEffect(draw);
-  // A new frame or a layout that leaves the window is shown whole.
+  // A layout that came from elsewhere, or one that has left the window by far, is shown whole.
   useSignalEffect(() => {
     const { r, x, y } = reach.value;
     if (moving.peek()) return;
     const v = view.peek();
-    const off = Math.max(Math.abs(x - v.x), Math.abs(y - v.y)) + r > 1.3 * v.half || r < 0.2 * v.half;
+    const off = Math.max(Math.abs(x - v.x), Math.abs(y - v.y)) + r > 3 * v.half || r < 0.15 * v.half;
     if (off) fitView();
+  });
+  useSignalEffect(() => {
+    arrivals.value;
+    fitView();
   });
   useEffect(() => {
     const seen = new ResizeObserver(draw);

@@ -5,8 +5,8 @@ import { Group, NumberField, Switch } from './fields';
 import { copy } from './commands';
 import { keep } from './compare';
 import { short } from './maps';
-import { busy, download, hello, moving, search, tell } from './server';
-import { layout, observation, isSite, remember, setLayout, zones } from './state';
+import { beginSearch, busy, download, hello, search, stopSearch } from './server';
+import { isSite, layout, observation, remember, setLayout, zones, type Layout } from './state';
 
 export interface Wanted {
   weights: Record<string, number>;
@@ -47,13 +47,16 @@ function command(): string {
   return ['cittert layout optimize --start=layout.toml', ...words, `--restarts=${wanted.value.attempts}`, ...out, '-o optimized.toml'].join(' ');
 }
 
+function go(shown: Layout, from: Layout) {
+  const attempts = wanted.value.attempts;
+  beginSearch(shown, attempts, { do: 'optimise', layout: from, design: design(), attempts, keep_out: zones.value });
+}
+
 function begin() {
   const start = layout.value;
   remember(start);
   keep();
-  search.value = { running: true, done: 0, of: wanted.value.attempts, best: NaN, scores: [], start };
-  moving.value = true; // While the layout changes, only what is quick is computed.
-  tell({ do: 'optimise', layout: start, design: design(), attempts: wanted.value.attempts, keep_out: zones.value });
+  go(start, start);
 }
 
 /** Search on from the best, with other random numbers. */
@@ -62,9 +65,7 @@ function again() {
   const before = search.value?.start;
   const start = layout.value;
   remember(start);
-  search.value = { running: true, done: 0, of: wanted.value.attempts, best: NaN, scores: [], start: before ?? start };
-  moving.value = true;
-  tell({ do: 'optimise', layout: start, design: design(), attempts: wanted.value.attempts, keep_out: zones.value });
+  go(before ?? start, start);
 }
 
 function Progress() {
@@ -99,7 +100,7 @@ function Progress() {
         </figure>
       )}
       <div class="buttons">
-        <button type="button" disabled={!s.running} onClick={() => tell({ do: 'stop' })}>
+        <button type="button" disabled={!s.running} onClick={stopSearch}>
           Stop
         </button>
         <button type="button" disabled={s.running} onClick={again} title="Search on from this layout with other random numbers">

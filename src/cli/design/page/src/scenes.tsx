@@ -44,8 +44,13 @@ function trace(g: CanvasRenderingContext2D, s: Stroke, side: number) {
   else g.stroke();
 }
 
+/** The file of the painting. */
+export function painting(): Promise<Uint8Array> {
+  return greyPng(SIDE, SIDE, painted(strokes.value));
+}
+
 async function sendPainting() {
-  const bytes = await greyPng(SIDE, SIDE, painted(strokes.value));
+  const bytes = await painting();
   scene.value = { ...scene.value, pixels: SIDE };
   drop({ name: PAINTED, bytes: bytes.buffer as ArrayBuffer }, 'scene');
 }

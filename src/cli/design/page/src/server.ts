@@ -65,6 +65,8 @@ export const gains = signal<Gains | null>(null);
 export const closures = signal<Closures | null>(null);
 export const commands = signal<Commands | null>(null);
 export const search = signal<{ running: boolean; done: number; of: number; best: number; scores: number[]; start: Layout } | null>(null);
+/** Counts layouts that came from elsewhere than the editor, so that it shows them whole. */
+export const arrivals = signal(0);
 /** Whether a report is being made. */
 export const reporting = signal(false);
 export const colors: Record<string, Uint8ClampedArray> = {};
@@ -167,7 +169,10 @@ function message(m: Record<string, any>) {
           observation.value = { ...observation.value, freq: m.freq_hz / 1e9, bandwidth: Number((m.freq_hz / 5e10).toPrecision(2)) };
           scene.value = { ...scene.value, file: m.layout.frame === 'boresight' ? m.scene : 'points.csv' };
         });
-        void openLink().then(() => (hello.value = m as Hello));
+        void openLink().then(() => {
+          arrivals.value++;
+          hello.value = m as Hello;
+        });
       } else {
         seq = live = 0;
         wasSent = '';
@@ -180,8 +185,8 @@ function message(m: Record<string, any>) {
       if (m.seq === undefined) {
         reporting.value = false;
         if (search.value?.running && !search.value.done) {
-          search.value = { ...search.value, running: false };
-          moving.value = false;
+          ended = begun; // It did not begin.
+          rest();
         }
         break;
       }
@@ -194,6 +199,7 @@ function message(m: Record<string, any>) {
       break;
     case 'layout':
       setLayout(m.layout);
+      arrivals.value++;
       break;
     case 'scenes':
       scenes.value = m.scenes;
@@ -218,7 +224,7 @@ function message(m: Record<string, any>) {
       break;
     case 'attempt': {
       const s = search.value;
-      if (!s) break;
+      if (!s?.running || ended !== begun - 1) break; // Of a search that was stopped.
       search.value = { ...s, done: m.done, of: m.of, best: m.best, scores: [...s.scores, m.best] };
       if (m.layout) {
         layout.value = { ...m.layout, name: s.start.name };
@@ -230,11 +236,37 @@ function message(m: Record<string, any>) {
       reporting.value = false;
       break;
     case 'search-ended':
-      moving.value = false;
-      if (search.value) search.value = { ...search.value, running: false };
+      ended += 1;
+      if (ended === begun) rest();
       if (m.error) problem.value = m.error;
       break;
   }
+}
+
+// Each search ends with one message, also one that was stopped or replaced.
+let begun = 0;
+let ended = 0;
+
+function rest() {
+  batch(() => {
+    if (search.value) search.value = { ...search.value, running: false };
+    moving.value = false;
+  });
+}
+
+/** Begin a search. */
+export function beginSearch(start: Layout, of: number, message: unknown) {
+  begun += 1;
+  batch(() => {
+    search.value = { running: true, done: 0, of, best: NaN, scores: [], start };
+    moving.value = true; // While the layout changes, only what is quick is computed.
+  });
+  tell(message);
+}
+
+export function stopSearch() {
+  tell({ do: 'stop' });
+  rest();
 }
 
 export function connect() {
@@ -246,7 +278,9 @@ export function connect() {
   socket.onmessage = (e) => (typeof e.data === 'string' ? message(JSON.parse(e.data)) : binary(e.data));
   socket.onclose = () => {
     connected.value = 'lost';
-    if (search.value) search.value = { ...search.value, running: false };
+    begun = ended = 0;
+    reporting.value = false;
+    rest();
     setTimeout(connect, 1000);
   };
 }
@@ -265,9 +299,9 @@ export function drop(file: { name: string; bytes: ArrayBuffer }, kind: 'scene' |
   socket?.send(out);
 }
 
-export function download(name: string, text: string) {
+export function download(name: string, content: string | Uint8Array) {
   const a = document.createElement('a');
-  a.href = URL.createObjectURL(new Blob([text], { type: 'text/plain' }));
+  a.href = URL.createObjectURL(new Blob([content as BlobPart], { type: typeof content === 'string' ? 'text/plain' : 'application/octet-stream' }));
   a.download = name;
   a.click();
   setTimeout(() => URL.revokeObjectURL(a.href), 1000);
