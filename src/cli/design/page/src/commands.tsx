@@ -25,6 +25,9 @@ export function CommandsPanel() {
           <button type="button" onClick={() => download('layout.toml', c.layout)}>
             Save layout.toml
           </button>
+          <button type="button" onClick={() => download('design.sh', c.script)} title="A script that writes the files and makes all images in an empty folder">
+            Save as a script
+          </button>
           <button type="button" onClick={(e) => copy(all, e.currentTarget)}>
             Copy all
           </button>
@@ -46,9 +49,9 @@ export function CommandsPanel() {
         ))}
         <ol class="commands">
           {c.steps.map((s) => (
-            <li key={s.output}>
+            <li key={s.line}>
               <b>{s.what}</b>
-              <pre data-output={s.output}>{s.line}</pre>
+              <pre data-output={s.output || 'figures'}>{s.line}</pre>
             </li>
           ))}
         </ol>

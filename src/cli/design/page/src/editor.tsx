@@ -142,6 +142,13 @@ export function Editor() {
   const [told, setTold] = useState('');
   const [, again] = useState(0);
 
+  // Where an antenna is on the screen, for tests.
+  (window as unknown as { cittert: Record<string, unknown> }).cittert.screen = (k: number) => {
+    const box = ref.current!.getBoundingClientRect();
+    const [x, y] = layout.value.antenna[k].position_m;
+    const scale = size() / (2 * view.value.half);
+    return [box.left + box.width / 2 + (x - view.value.x) * scale, box.top + box.height / 2 - (y - view.value.y) * scale];
+  };
   const size = () => {
     const canvas = ref.current!;
     return Math.min(canvas.clientWidth, canvas.clientHeight) || 1;

@@ -1,10 +1,11 @@
 // Where layouts come from and where they go: built-in ones, generators, files.
 
+import { batch } from '@preact/signals';
 import { useEffect, useRef, useState } from 'preact/hooks';
 import { Choice, Group, NumberField } from './fields';
 import { Places, fitView, reach } from './editor';
 import { drop, hello, tell } from './server';
-import { isSite, layout, observation, selected, setLayout } from './state';
+import { isSite, layout, observation, scene, selected, setLayout, zones } from './state';
 
 /** Options that a kind may take, with the range of their sliders. Those that are off have the value of the kind. */
 const OPTIONS: Record<string, { label: string; min: number; max: number; first: number; whole?: boolean }> = {
@@ -98,7 +99,12 @@ export function LayoutPanel() {
     if (!b) return;
     tell({ do: 'builtin', name });
     const freq = b.freq_hz / 1e9;
-    observation.value = { ...observation.value, freq, bandwidth: Number((freq / 50).toPrecision(2)) };
+    batch(() => {
+      observation.value = { ...observation.value, freq, bandwidth: Number((freq / 50).toPrecision(2)) };
+      zones.value = [];
+      // The scenes that are seen from nearby are far too wide for an array on the Earth.
+      if (!isSite.value && !/^mm-/.test(name)) scene.value = { ...scene.value, file: '' };
+    });
   };
   const site = layout.value.site;
   const toSite = () => {

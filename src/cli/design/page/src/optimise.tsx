@@ -43,7 +43,7 @@ function zoneFile(): string {
 
 function command(): string {
   const words = Object.entries(design()).map(([k, v]) => `--${k}=${v}`);
-  const out = zones.value.length ? ['--keep-out=zones.txt'] : [];
+  const out = zones.value.length ? ['--keep-out=keep-out.csv'] : [];
   return ['cittert layout optimize --start=layout.toml', ...words, `--restarts=${wanted.value.attempts}`, ...out, '-o optimized.toml'].join(' ');
 }
 
@@ -166,8 +166,8 @@ export function OptimisePanel() {
             Copy
           </button>
           {zones.value.length > 0 && (
-            <button type="button" onClick={() => download('zones.txt', zoneFile())}>
-              Save zones.txt
+            <button type="button" onClick={() => download('keep-out.csv', zoneFile())}>
+              Save keep-out.csv
             </button>
           )}
         </div>

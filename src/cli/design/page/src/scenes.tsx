@@ -4,8 +4,14 @@ import { useEffect, useRef, useState } from 'preact/hooks';
 import { Choice, Group, NumberField } from './fields';
 import { choose } from './layouts';
 import { drop, hello, moving, scenes } from './server';
-import { scene, strokes, type Stroke } from './state';
+import { reach } from './editor';
+import { scene, strokes, wavelength, type Stroke } from './state';
 import { greyPng, pngColumns } from './png';
+
+/** The width of 64 fringes of the longest baseline, degrees. */
+function fieldDeg(): number {
+  return Math.min(60, (64 * wavelength.value * 180) / Math.PI / (2 * reach.value.r));
+}
 
 const PAINTED = 'painted.png';
 const SIDE = 256;
@@ -143,7 +149,10 @@ export function ScenePanel() {
         )}
         {picture && (
           <>
-            <NumberField label="Width" unit="°" value={s.width} min={0.001} max={90} log set={(width) => set({ width })} />
+            <button type="button" onClick={() => set({ width: Number(fieldDeg().toPrecision(3)) })} title="As wide as 64 beams">
+              Width to suit the array
+            </button>
+            <NumberField label="Width" unit="°" value={s.width} min={1e-8} max={90} log set={(width) => set({ width: width > 0 ? width : 1 })} />
             <NumberField label="Black is" unit="K" value={s.min} min={0} max={400} step={1} set={(min) => set({ min })} />
             <NumberField label="White is" unit="K" value={s.max} min={0} max={400} step={1} set={(max) => set({ max })} />
           </>

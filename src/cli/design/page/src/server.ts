@@ -48,6 +48,7 @@ export interface Closures {
 export interface Commands {
   steps: { what: string; line: string; output: string }[];
   run: string;
+  script: string;
   layout: string;
   needs: { name: string; text: string | null }[];
 }
@@ -185,8 +186,7 @@ function message(m: Record<string, any>) {
       if (m.seq === undefined) {
         reporting.value = false;
         if (search.value?.running && !search.value.done) {
-          ended = begun; // It did not begin.
-          rest();
+          rest(); // It did not begin.
         }
         break;
       }
@@ -224,7 +224,7 @@ function message(m: Record<string, any>) {
       break;
     case 'attempt': {
       const s = search.value;
-      if (!s?.running || ended !== begun - 1) break; // Of a search that was stopped.
+      if (!s?.running || m.search !== number) break; // Of a search that was stopped.
       search.value = { ...s, done: m.done, of: m.of, best: m.best, scores: [...s.scores, m.best] };
       if (m.layout) {
         layout.value = { ...m.layout, name: s.start.name };
@@ -235,17 +235,18 @@ function message(m: Record<string, any>) {
     case 'report-ended':
       reporting.value = false;
       break;
+    case 'search':
+      number = m.search;
+      break;
     case 'search-ended':
-      ended += 1;
-      if (ended === begun) rest();
+      if (m.search === number) rest();
       if (m.error) problem.value = m.error;
       break;
   }
 }
 
-// Each search ends with one message, also one that was stopped or replaced.
-let begun = 0;
-let ended = 0;
+/** The number of the newest search, as the program counts them. */
+let number = 0;
 
 function rest() {
   batch(() => {
@@ -256,7 +257,6 @@ function rest() {
 
 /** Begin a search. */
 export function beginSearch(start: Layout, of: number, message: unknown) {
-  begun += 1;
   batch(() => {
     search.value = { running: true, done: 0, of, best: NaN, scores: [], start };
     moving.value = true; // While the layout changes, only what is quick is computed.
@@ -278,7 +278,6 @@ export function connect() {
   socket.onmessage = (e) => (typeof e.data === 'string' ? message(JSON.parse(e.data)) : binary(e.data));
   socket.onclose = () => {
     connected.value = 'lost';
-    begun = ended = 0;
     reporting.value = false;
     rest();
     setTimeout(connect, 1000);
