@@ -23,7 +23,7 @@ export CITTERT_SAMPLES=${CITTERT_SAMPLES:-$(dirname "$CITTERT")/examples/samples
 [ -x "$CITTERT_SAMPLES" ] || fail "there is no program $CITTERT_SAMPLES: run \`make interop\`, or build the example samples of cittert-formats"
 
 # Names of the modules and programs that are not installed.
-MODULES="pyuvdata pyuvsim ducc0 casatools casatasks casacore ehtim astropy h5py hdf5plugin pytest six"
+MODULES="pyuvdata pyuvsim ducc0 casatools casatasks casacore ehtim astropy h5py hdf5plugin pytest six playwright"
 missing() {
   if [ ! -f "$PEERS/env.sh" ]; then
     echo "everything"
@@ -33,11 +33,11 @@ missing() {
   command -v wsclean >/dev/null || echo wsclean
   "$CITTERT_PY" -c 'import importlib.util, sys; print(*(m for m in sys.argv[1:] if importlib.util.find_spec(m) is None))' $MODULES
 }
-# The file ready-2 says that the present version of setup.sh has installed everything. A failed download is tried again.
-if [ ! -f "$PEERS/ready-2" ]; then
+# The file ready-3 says that the present version of setup.sh has installed everything. A failed download is tried again.
+if [ ! -f "$PEERS/ready-3" ]; then
   for attempt in 1 2 3; do
     if bash "$ROOT/tests/peers/setup.sh"; then
-      [ -z "$(missing | xargs)" ] && touch "$PEERS/ready-2" && break
+      [ -z "$(missing | xargs)" ] && touch "$PEERS/ready-3" && break
     fi
     echo "interop: the installation of the other programs failed (attempt $attempt of 3)" >&2
     sleep 5

@@ -23,7 +23,7 @@ PIP="$PEERS/venv/bin/python -m pip --disable-pip-version-check -q"
 INSTALLED=$($PIP freeze)
 # The versions with which the tests' tolerances were set. Packages are installed one at a time, so that one failure does not stop the others.
 for p in numpy==2.3.5 scipy==1.17.1 astropy==8.0.2 h5py==3.16.0 numba==0.62.1 matplotlib==3.11.2 python-casacore==3.8.1 \
-         ducc0==0.42.0 pyuvdata==3.2.8 pyuvsim==1.4.2 hdf5plugin==7.1.0 six==1.17.0 pytest==9.2.0 casaconfig==1.5.2 casatools==6.7.0.31 casatasks==6.7.0.31 ehtim==1.3.2; do
+         ducc0==0.42.0 pyuvdata==3.2.8 pyuvsim==1.4.2 hdf5plugin==7.1.0 six==1.17.0 pytest==9.2.0 casaconfig==1.5.2 casatools==6.7.0.31 casatasks==6.7.0.31 ehtim==1.3.2 playwright==1.56.0; do
   n=${p%%==*}
   grep -qixF "$p" <<<"$INSTALLED" || $PIP install "$p" || $PIP install "$n" || echo "setup: $n NOT installed" >&2
 done

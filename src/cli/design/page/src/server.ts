@@ -276,6 +276,7 @@ export function connect() {
   socket.binaryType = 'arraybuffer';
   socket.onopen = () => (connected.value = 'open');
   socket.onmessage = (e) => (typeof e.data === 'string' ? message(JSON.parse(e.data)) : binary(e.data));
+  (window as unknown as { cittert: Record<string, unknown> }).cittert.disconnect = () => socket?.close(); // For tests.
   socket.onclose = () => {
     connected.value = 'lost';
     reporting.value = false;
