@@ -131,6 +131,7 @@ function useLink() {
     let own = '';
     const stop = effect(() => {
       snapshot();
+      kept.value;
       if (!hello.value || moving.value) return;
       clearTimeout(timer);
       timer = window.setTimeout(async () => {

@@ -5,7 +5,7 @@ import { signal, useSignalEffect } from '@preact/signals';
 import { Choice, Group } from './fields';
 import { ROWS, type Figures } from './figures';
 import { FLOOR_DB, ImageMap, decibel, paint, range } from './maps';
-import { busy, figures, pictures, reporting, tell, type Picture } from './server';
+import { busy, figures, hello, pictures, reporting, tell, type Picture } from './server';
 import { layout, observation, restore, sections, setLayout, snapshot, imaging, type Layout } from './state';
 
 export interface Kept {
@@ -20,6 +20,14 @@ export const shown = signal('psf');
 
 export function keep() {
   kept.value = { state: snapshot(), layout: layout.value, pictures: pictures.value, figures: figures.value };
+}
+
+/** Show a design, keep it as A once everything of it is there, and show another one. */
+export async function openPair(a: Kept['state'], b: Kept['state']) {
+  restore(a);
+  for (let quiet = 0; quiet < 3; quiet = hello.value && !busy.value && figures.value ? quiet + 1 : 0) await new Promise((done) => setTimeout(done, 100));
+  keep();
+  restore(b);
 }
 
 /** A becomes what the page shows, and what it showed becomes A. */

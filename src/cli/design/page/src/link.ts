@@ -1,5 +1,6 @@
-// The permalink: the whole state, compressed, in the fragment of the address.
+// The permalink: the whole state, and that of a design which was kept, compressed, in the fragment of the address.
 
+import { kept, openPair } from './compare';
 import { restore, snapshot } from './state';
 
 async function through(bytes: Uint8Array, stream: GenericTransformStream): Promise<Uint8Array> {
@@ -8,7 +9,7 @@ async function through(bytes: Uint8Array, stream: GenericTransformStream): Promi
 }
 
 export async function permalink(): Promise<string> {
-  const packed = await through(new TextEncoder().encode(JSON.stringify(snapshot())), new CompressionStream('deflate-raw'));
+  const packed = await through(new TextEncoder().encode(JSON.stringify({ ...snapshot(), a: kept.value?.state })), new CompressionStream('deflate-raw'));
   let text = '';
   packed.forEach((b) => (text += String.fromCharCode(b)));
   return btoa(text).replace(/\+/g, '-').replace(/\//g, '_').replace(/=+$/, '');
@@ -19,7 +20,9 @@ export async function openLink(): Promise<boolean> {
   if (!text) return false;
   try {
     const packed = Uint8Array.from(atob(text.replace(/-/g, '+').replace(/_/g, '/')), (c) => c.charCodeAt(0));
-    restore(JSON.parse(new TextDecoder().decode(await through(packed, new DecompressionStream('deflate-raw')))));
+    const { a, ...state } = JSON.parse(new TextDecoder().decode(await through(packed, new DecompressionStream('deflate-raw'))));
+    if (a) void openPair(a, state);
+    else restore(state);
     return true;
   } catch {
     return false; // A link that is cut off shows the page as it begins.
