@@ -47,7 +47,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The layout of a page that is opened without one: its kind, elements and aperture in m. Images of 256 pixels show the first scene whole with it.
-const FIRST_LAYOUT: (&str, usize, f64) = ("fermat", 64, 0.5);
+const FIRST_LAYOUT: (&str, usize, f64) = ("fermat", 64, 0.45);
 /// The frequency of a layout that has none of its own, Hz.
 const FIRST_FREQ_HZ: f64 = 94e9;
 /// The folder of dropped files. It is never finished, so it is removed when the program ends, also by a signal.
@@ -56,7 +56,7 @@ const FOLDER: Replaces = Replaces::FilesOf("cittert design");
 /// Options of `design`.
 #[derive(Debug, Args)]
 pub struct DesignArgs {
-    /// Name of a built-in layout, or a layout file [default: a golden-angle spiral of 64 elements over 0.5 m].
+    /// Name of a built-in layout, or a layout file [default: a golden-angle spiral of 64 elements over 0.45 m].
     #[arg(value_name = "LAYOUT")]
     layout: Option<String>,
     /// Scene that the page shows first: FITS image, grey-scale PNG, source list (CSV) or scene description (TOML) [default: the shipped airport].

@@ -208,6 +208,11 @@ function message(m: Record<string, any>) {
       break;
     case 'figures':
       figures.value = m.figures;
+      // The scene came before the figures, unless it is no image.
+      if (pictures.value.truth && pictures.value.truth.seq !== m.seq) {
+        const { truth: _, ...rest } = pictures.value;
+        pictures.value = rest;
+      }
       break;
     case 'gains':
       gains.value = m as Gains;

@@ -159,9 +159,9 @@ function widest(): number {
   return a.length ? Math.max(x1 - x0, y1 - y0) : 0;
 }
 
-/** Pixels that cover the scene, rad, made finer in steps of the square root of two until two of them fit into a fringe of the longest baseline. */
+/** Pixels that cover the scene, rad, made finer in steps of the square root of two until two and a half of them fit into a fringe of the longest baseline. */
 function fittingCell(span: number, size: number): number {
-  const most = wavelength.value / Math.max(widest(), 1e-6) / 2;
+  const most = wavelength.value / Math.max(widest(), 1e-6) / 2.5;
   let cell = span / size;
   for (let k = 0; k < 60 && cell > most; k++) cell /= Math.SQRT2;
   return cell;
