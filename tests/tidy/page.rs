@@ -42,7 +42,7 @@ fn the_page_was_built_from_its_sources() {
         let all = all.filter(|e| e.file_type().unwrap().is_file()).map(|e| e.file_name().into_string().unwrap());
         all.map(|n| format!("{below}{n}")).collect::<Vec<_>>()
     };
-    let all = ["src/", "dist/", ""].into_iter().flat_map(files);
+    let all = ["src/", "public/", "dist/", ""].into_iter().flat_map(files);
     let present: BTreeSet<String> = all.filter(|n| n != "dist/hashes.txt" && n != ".gitignore").collect();
     assert_eq!(names, present, "a file was added or removed since the page was built: run `make page`");
 }

@@ -8,10 +8,11 @@ pub(super) struct Asset {
 }
 
 /// All files of the page.
-pub(super) const ASSETS: [Asset; 4] = [
+pub(super) const ASSETS: [Asset; 5] = [
     Asset { name: "", kind: "text/html; charset=utf-8", bytes: include_bytes!("page/dist/index.html") },
     Asset { name: "page.js", kind: "text/javascript; charset=utf-8", bytes: include_bytes!("page/dist/page.js") },
     Asset { name: "page.css", kind: "text/css; charset=utf-8", bytes: include_bytes!("page/dist/page.css") },
+    Asset { name: "icon.svg", kind: "image/svg+xml", bytes: include_bytes!("page/dist/icon.svg") },
     Asset { name: "licences.txt", kind: "text/plain; charset=utf-8", bytes: include_bytes!("page/dist/licences.txt") },
 ];
 

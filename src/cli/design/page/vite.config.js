@@ -4,8 +4,8 @@ import { defineConfig } from 'vite';
 
 // Beside the page, the build writes the licences of what is in it, and hashes by which a test without Node sees whether the sources were changed since.
 const here = import.meta.dirname;
-const OTHERS = ['index.html', 'package-lock.json', 'package.json', 'tsconfig.json', 'vite.config.js'];
-const MADE = ['dist/index.html', 'dist/licences.txt', 'dist/page.css', 'dist/page.js'];
+const OTHERS = ['index.html', 'package-lock.json', 'package.json', 'public/icon.svg', 'tsconfig.json', 'vite.config.js'];
+const MADE = ['dist/icon.svg', 'dist/index.html', 'dist/licences.txt', 'dist/page.css', 'dist/page.js'];
 
 /** FNV-1a of 64 bits. */
 function hash(bytes) {
