@@ -3,6 +3,7 @@
 mod antennas;
 mod calibration;
 mod chain;
+mod designer;
 mod designs;
 mod docs;
 mod enhance;

@@ -1,6 +1,10 @@
 //! Answers to the page: JSON as text, and numbers as binary frames with a JSON header.
 
 use serde_json::Value;
+use std::sync::Arc;
+
+/// Where answers go. It returns false once the tab is closed.
+pub(super) type Send = Arc<dyn Fn(Answer) -> bool + std::marker::Send + Sync>;
 
 /// One answer.
 #[derive(Debug, Clone, PartialEq)]

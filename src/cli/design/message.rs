@@ -32,6 +32,14 @@ const MOST_TEXT: usize = 8 << 20;
 /// Largest header of a binary message, bytes.
 const MOST_HEADER: usize = 4096;
 
+/// What a tab has sent.
+pub(super) enum Sent {
+    /// A message.
+    Text(String),
+    /// A dropped file with its header.
+    File(Vec<u8>),
+}
+
 /// What a tab asks for.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "kebab-case", deny_unknown_fields)]

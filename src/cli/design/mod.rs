@@ -5,6 +5,7 @@
 //!
 //! | file | what it holds |
 //! |---|---|
+//! | `beginning` | what every tab begins with |
 //! | `state` | what the page shows, as sections of options, and its limits |
 //! | `chain` | from a state to visibilities and images, by the calls of the subcommands |
 //! | `closures` | closure phases with and without errors |
@@ -17,6 +18,7 @@
 //! | `server`, `guard`, `assets` | who is served, and what |
 
 mod assets;
+mod beginning;
 mod chain;
 mod closures;
 mod commands;
@@ -32,9 +34,10 @@ mod session;
 mod state;
 mod worker;
 
-use super::context::{Context, Outcome, Subcommands};
+use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::load_layout;
+use beginning::Beginning;
 use cittert_arrays::quantity::Length;
 use cittert_arrays::{ArrayLayout, BuiltinLayout, GenerateOptions, LayoutKind};
 use cittert_formats::atomic::{AtomicDir, Replaces};
@@ -68,15 +71,6 @@ pub struct DesignArgs {
     /// Print the address of the page without opening it.
     #[arg(long)]
     no_open: bool,
-}
-
-/// What every tab begins with.
-struct Beginning {
-    layout: ArrayLayout,
-    freq_hz: f64,
-    scene: String,
-    scenes: Arc<Scenes>,
-    subcommands: Subcommands,
 }
 
 /// Serve the page until a signal ends the program.

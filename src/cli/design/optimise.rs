@@ -1,8 +1,7 @@
 //! The search for a better layout, which sends its best so far.
 
 use super::commands::LAYOUT;
-use super::frame::Answer;
-use super::session::Send;
+use super::frame::{Answer, Send};
 use super::state::keys;
 use crate::ChainError;
 use crate::cli::context::shell_word;

@@ -1,9 +1,8 @@
 //! The report that compares two layouts, as `layout compare` writes it.
 
-use super::frame::Answer;
+use super::frame::{Answer, Send};
 use super::message::Observed;
 use super::scenes::Scenes;
-use super::session::Send;
 use super::state::check_keys;
 use crate::cli::console::{Console, Loudness};
 use crate::cli::context::{Context, Subcommands};

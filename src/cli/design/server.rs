@@ -1,14 +1,14 @@
 //! The server: the files of the page, and a socket for each tab.
 
-use super::Beginning;
 use super::assets::asset;
-use super::frame::Answer;
+use super::beginning::Beginning;
+use super::frame::{Answer, Send};
 use super::guard::{Guard, Refused};
-use super::message::MOST_BYTES;
-use super::session::{Send, Session};
+use super::message::{MOST_BYTES, Sent};
+use super::session::Session;
 use crate::cli::failure::{Context as _, Result};
 use axum::Router;
-use axum::body::{Body, Bytes};
+use axum::body::Body;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Path, State};
@@ -155,14 +155,6 @@ impl Drop for Counted<'_> {
     }
 }
 
-/// What a tab has sent.
-pub(super) enum Sent {
-    /// A message.
-    Text(String),
-    /// A dropped file with its header.
-    File(Bytes),
-}
-
 /// Serve a tab until it is closed. The tab has a thread of its own that answers its messages one after another, so that a long answer keeps no
 /// other tab waiting. A tab that sends faster than it is answered is not read until there is room, so nothing is lost and nothing grows.
 async fn tab(shared: Arc<Shared>, mut socket: WebSocket) {
@@ -203,7 +195,7 @@ async fn tab(shared: Arc<Shared>, mut socket: WebSocket) {
                 let Ok(room) = room else { return };
                 match message {
                     Some(Ok(Message::Text(text))) => room.send(Sent::Text(text.as_str().to_owned())),
-                    Some(Ok(Message::Binary(bytes))) => room.send(Sent::File(bytes)),
+                    Some(Ok(Message::Binary(bytes))) => room.send(Sent::File(bytes.into())),
                     Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                     Some(Ok(_)) => {}
                 }

@@ -1,14 +1,14 @@
 //! One tab: its messages, its worker and its search.
 
-use super::frame::Answer;
+use super::beginning::Beginning;
+use super::frame::{Answer, Send};
 use super::mailbox::{Job, Mailbox};
-use super::message::{Dropped, Kind, Message, read, read_file};
+use super::message::{Dropped, Kind, Message, Sent, read, read_file};
 use super::optimise::{Search, Wanted};
 use super::report;
-use super::server::Sent;
+use super::scenes::Scenes;
 use super::state::{check_size, keys, layout};
 use super::worker::Worker;
-use super::{Beginning, scenes::Scenes};
 use crate::cli::context::Subcommands;
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use cittert_arrays::{ArrayLayout, BUILTIN_LAYOUTS, LAYOUT_KINDS};
@@ -17,9 +17,6 @@ use serde_json::{Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::Arc;
-
-/// Where answers go. It returns false once the tab is closed.
-pub(super) type Send = Arc<dyn Fn(Answer) -> bool + std::marker::Send + Sync>;
 
 /// One tab.
 pub(super) struct Session {

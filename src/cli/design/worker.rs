@@ -3,10 +3,9 @@
 use super::chain::{self, Planned};
 use super::closures::{self, Closures, closures};
 use super::commands;
-use super::frame::Answer;
+use super::frame::{Answer, Send};
 use super::mailbox::{Job, Mailbox, WhileWanted};
 use super::scenes::Scenes;
-use super::session::Send;
 use super::state::State;
 use crate::calibrate::{CompareOptions, compare_gains};
 use crate::cli::console::{Console, Loudness};
