@@ -113,6 +113,15 @@ pub(super) fn read(text: &str) -> Result<Message> {
     serde_json::from_str(text).map_err(|e| Failure::message(format!("the page sent what this program does not understand: {e}")))
 }
 
+/// The number of a state that cannot be read.
+pub(super) fn seq_of(text: &str) -> Option<u64> {
+    #[derive(Deserialize)]
+    struct Numbered {
+        seq: u64,
+    }
+    serde_json::from_str::<Numbered>(text).ok().filter(|_| text.len() <= MOST_TEXT).map(|n| n.seq)
+}
+
 /// Read a binary message: the length of the header as u32, the header, the file.
 ///
 /// # Errors

@@ -3,7 +3,7 @@
 use super::beginning::Beginning;
 use super::frame::{Answer, Send};
 use super::mailbox::{Job, Mailbox};
-use super::message::{Dropped, Kind, Message, Sent, read, read_file};
+use super::message::{Dropped, Kind, Message, Sent, read, read_file, seq_of};
 use super::optimise::{Search, Wanted};
 use super::report;
 use super::scenes::Scenes;
@@ -49,7 +49,14 @@ impl Session {
     /// Answer what the tab has sent.
     pub(super) fn answer(&mut self, sent: &Sent) {
         let work = AssertUnwindSafe(|| match sent {
-            Sent::Text(text) => read(text).and_then(|message| self.message(message)),
+            Sent::Text(text) => match read(text) {
+                Ok(message) => self.message(message),
+                Err(e) => {
+                    // The page waits for an answer to each state, also to one that is none.
+                    self.send(&json!({ "is": "error", "seq": seq_of(text), "text": e.to_string() }));
+                    Ok(())
+                }
+            },
             Sent::File(bytes) => read_file(bytes).and_then(|(dropped, bytes)| self.keep(&dropped, bytes)),
         });
         let done = catch_unwind(work);

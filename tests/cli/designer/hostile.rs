@@ -100,7 +100,7 @@ fn message(good: &[Value], chance: &mut Chance) -> Message {
     let text = value.to_string();
     match chance.below(10) {
         0 => Message::binary(chance.bytes(300)),
-        1 => Message::text(String::from_utf8_lossy(&chance.bytes(300))),
+        1 => Message::text(String::from_utf8_lossy(&chance.bytes(300)).into_owned()),
         2 => Message::text(text.get(..chance.below(text.len())).unwrap_or_default()),
         3 => {
             let deep = 1 + chance.below(50_000);
@@ -112,7 +112,7 @@ fn message(good: &[Value], chance: &mut Chance) -> Message {
                 let k = chance.below(bytes.len());
                 bytes[k] = chance.next() as u8 & 0x7f;
             }
-            Message::text(String::from_utf8_lossy(&bytes))
+            Message::text(String::from_utf8_lossy(&bytes).into_owned())
         }
         5 => Message::text(text.replacen(":\"", [":NaN,\"", ":1e999,\"", ":-0x1\"", ":[\""][chance.below(4)], 1 + chance.below(3))),
         6 => {
@@ -173,7 +173,15 @@ fn limits_are_refused_with_a_clear_word() {
     refused(&|s| s["layout"] = ring(1, 0.25), &["two antennas"]);
     refused(&|s| s["image"]["size"] = 4097.into(), &["4097 x 4097", "4096 x 4096"]);
     refused(&|s| s["scene"]["scene-size"] = 4097.into(), &["4097 x 4097"]);
-    refused(&|s| s["simulate"]["channels"] = 5_000_001.into(), &["visibilities", "fewer"]);
+    refused(
+        &|s| {
+            s["layout"] = ring(100, 0.25);
+            s["simulate"]["channels"] = 20_000.into();
+        },
+        &["99000000 visibilities", "fewer"],
+    );
+    refused(&|s| s["simulate"]["channels"] = "many".into(), &["channels", "many"]);
+    refused(&|s| s["simulate"] = json!({}), &["freq"]);
     refused(&|s| s["simulate"]["element-file"] = "/etc/passwd".into(), &["the page does not set element-file"]);
     refused(&|s| s["scene"]["file"] = "/etc/passwd".into(), &["there is no scene"]);
     refused(&|s| s["scene"]["file"] = "../airport.toml".into(), &["there is no scene"]);

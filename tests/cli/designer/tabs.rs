@@ -50,7 +50,7 @@ fn the_newest_state_wins_and_each_state_is_answered() {
     let d = Designer::start(&[]);
     let mut tab = d.tab();
     let mut long = airport(24, 256);
-    long["mem"] = json!({ "niter": 100_000, "noise": 1e-9 });
+    long["mem"] = json!({ "niter": 100_000, "noise": "1e-9Ksr" });
     tab.tell(&json!({ "do": "show", "seq": 1, "state": long }));
     // The long one has begun.
     while tab.answer().header["name"] != "dirty" {}
@@ -134,8 +134,14 @@ fn a_search_gives_the_layout_of_the_command_and_can_be_stopped() {
     assert!(said.status.success(), "{line}\n{}", String::from_utf8_lossy(&said.stderr));
     let text = std::fs::read_to_string(folder.path().join("optimized.toml")).unwrap();
     let made: Value = serde_json::to_value(toml::from_str::<toml::Table>(&text).unwrap()).unwrap();
-    let places = |layout: &Value| layout["antenna"].as_array().unwrap().iter().map(|a| a["position_m"].clone()).collect::<Vec<_>>();
-    assert_eq!(places(&best.unwrap()), places(&made));
+    let places = |layout: &Value| -> Vec<f64> {
+        let all = layout["antenna"].as_array().unwrap().iter().flat_map(|a| a["position_m"].as_array().unwrap());
+        all.map(|v| v.as_f64().unwrap()).collect()
+    };
+    let (best, made) = (places(&best.unwrap()), places(&made));
+    assert_eq!(best.len(), made.len());
+    // This reader of JSON may round the last bit.
+    assert!(best.iter().zip(&made).all(|(a, b)| (a - b).abs() <= 1e-15), "{best:?}\n{made:?}");
     // A search that is stopped ends soon, and the next one is not taken for it.
     let mut long = wanted.clone();
     (long["attempts"], long["layout"]) = (100_000.into(), ring(30, 0.25));
