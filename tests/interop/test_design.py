@@ -73,7 +73,11 @@ def drag(page, antenna, dx, dy):
     page.mouse.down()
     count = page.evaluate("cittert.timing.dirty.length")
     page.mouse.move(x + dx, y + dy)
-    page.wait_for_function(f"cittert.timing.dirty.length > {count}")
+    # The times are measured by the page; the policy of the page forbids to wait by a function in it.
+    end = time.time() + 30
+    while page.evaluate("cittert.timing.dirty.length") <= count:
+        assert time.time() < end, "no dirty image after a drag"
+        page.wait_for_timeout(5)
     page.mouse.up()
 
 
@@ -115,10 +119,10 @@ def test_the_commands_make_what_the_page_shows(tmp_path, method):
     with designer() as (address, _), opened(address) as page:
         page.click("#tab-observe")
         page.get_by_label("Deconvolution").select_option(method)
-        page.get_by_label("Pixels", exact=True).select_option("128")
-        page.click("#tab-errors")
-        page.get_by_label("Phase", exact=True).fill("20")
-        page.get_by_label("Phase", exact=True).press("Tab")
+        if method == "clean":  # Maximum entropy finds no image that fits data with errors.
+            page.click("#tab-errors")
+            page.get_by_label("Phase", exact=True).fill("20")
+            page.get_by_label("Phase", exact=True).press("Tab")
         settle(page)
         page.click("#tab-commands")
         with page.expect_download() as got:
@@ -132,7 +136,7 @@ def test_the_commands_make_what_the_page_shows(tmp_path, method):
     os.symlink(program, tmp_path / "cittert")
     env = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
     subprocess.run(["sh", "design.sh"], cwd=tmp_path, env=env, check=True, capture_output=True)
-    files = {"psf": "psf.fits", "dirty": "dirty.fits", "mem": "mem-image.fits", "clean": "clean-image.fits"}
+    files = {"psf": "psf.fits", "dirty": "dirty.fits", "mem": "mem-model.fits", "clean": "clean-image.fits"}
     assert set(shown) == {"psf", "dirty", method}
     for name, pixels in shown.items():
         image = np.squeeze(fits.getdata(tmp_path / files[name])).astype(np.float32)
@@ -155,9 +159,9 @@ def test_a_link_opens_the_same_page():
         settle(page)
         page.wait_for_timeout(600)
         layout, link = page.evaluate("JSON.stringify(cittert.layout.value)"), page.url
-        assert "#" in link
-        with designer() as (other, _), opened(other + link[link.index("#"):]) as again:
-            assert again.evaluate("JSON.stringify(cittert.layout.value)") == layout
+    assert "#" in link
+    with designer() as (other, _), opened(other + link[link.index("#"):]) as again:
+        assert again.evaluate("JSON.stringify(cittert.layout.value)") == layout
 
 
 def test_the_editor_adds_deletes_and_undoes():
