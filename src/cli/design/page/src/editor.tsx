@@ -401,7 +401,8 @@ export function Editor() {
       draw();
     }
     clearTimeout(rest.current);
-    moving.value = false;
+    // A hand that goes on at once is not kept waiting for what is slow.
+    if (d?.kind === 'antennas' && d.moved) rest.current = window.setTimeout(() => (moving.value = false), REST_MS / 2);
   };
   const wheel = (e: WheelEvent) => {
     e.preventDefault();

@@ -81,6 +81,7 @@ let seq = 0;
 let live = 0; // The newest state whose quick pictures are there.
 let waiting = false;
 let wasSent = '';
+let changed = 0; // When the hand changed what is not sent yet.
 
 function table(hex: string): Uint8ClampedArray {
   return Uint8ClampedArray.from({ length: hex.length / 2 }, (_, k) => parseInt(hex.slice(2 * k, 2 * k + 2), 16));
@@ -99,12 +100,16 @@ function show() {
   }
   const state = sections();
   const text = JSON.stringify(state) + moving.value;
-  if (text === wasSent) return;
+  if (text === wasSent) {
+    changed = 0;
+    return;
+  }
   wasSent = text;
   waiting = false;
   seq += 1;
   busy.value = true;
-  timing.sent.set(seq, performance.now());
+  timing.sent.set(seq, changed || performance.now());
+  changed = 0;
   if (timing.sent.size > 50) timing.sent.delete(timing.sent.keys().next().value!);
   tell({ do: 'show', seq, moving: moving.value, state });
 }
@@ -320,6 +325,7 @@ effect(() => {
   hello.value;
   if (asked) return;
   asked = true;
+  changed ||= performance.now();
   queueMicrotask(() => {
     asked = false;
     show();
