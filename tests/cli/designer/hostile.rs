@@ -180,7 +180,7 @@ fn limits_are_refused_with_a_clear_word() {
         },
         &["99000000 visibilities", "fewer"],
     );
-    refused(&|s| s["simulate"]["channels"] = "many".into(), &["channels", "many"]);
+    refused(&|s| s["simulate"]["channels"] = "many".into(), &["many", "expected usize"]);
     refused(&|s| s["simulate"] = json!({}), &["freq"]);
     refused(&|s| s["simulate"]["element-file"] = "/etc/passwd".into(), &["the page does not set element-file"]);
     refused(&|s| s["scene"]["file"] = "/etc/passwd".into(), &["there is no scene"]);
