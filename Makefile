@@ -16,8 +16,7 @@ DEMO := demo
 N ?= 1000000
 PART ?= 50000
 
-.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures deps deps-ms deps-mpi deps-interop
-.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures page deps deps-ms deps-interop
+.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures page deps deps-ms deps-mpi deps-interop
 
 demo: deps
 	$(CARGO) build --release --locked
