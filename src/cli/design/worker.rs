@@ -7,6 +7,7 @@ use super::frame::{Answer, Send};
 use super::mailbox::{Job, Mailbox, WhileWanted};
 use super::scenes::Scenes;
 use super::state::State;
+use crate::ChainError;
 use crate::calibrate::{CompareOptions, compare_gains};
 use crate::cli::console::{Console, Loudness};
 use crate::cli::context::{Context, Outcome, Subcommands};
@@ -87,13 +88,16 @@ impl Worker {
         if job.moving {
             return Ok(());
         }
+        self.still_wanted()?;
         self.tell(&commands::told(seq, state, &planned.layout.to_toml(), &self.scenes)?);
         let with = if without.is_empty() { Closures::new() } else { closures(&data)? };
         self.tell(&closures::told(seq, &data.header, &without, &with));
         if let Some(image) = scene.sky.images.first() {
             self.image(seq, "truth", image, json!({}));
         }
+        self.still_wanted()?;
         self.figures(seq, state, &planned)?;
+        self.still_wanted()?;
         if let Some((found, calibrated)) = chain::calibrated(state, &mut data, &observer)? {
             let rms = truth.as_ref().map(|t| compare_gains(&found.gains, t, CompareOptions { gradient: true, flux_scale: true }));
             let rms = rms.transpose()?.map(|c| json!({ "rms_phase_rad": c.rms_phase_rad, "rms_amplitude": c.rms_amplitude }));
@@ -134,6 +138,11 @@ impl Worker {
             }));
         }
         Ok(())
+    }
+
+    /// Steps that cannot be interrupted do not begin where a newer state waits.
+    fn still_wanted(&self) -> Result<()> {
+        if self.mailbox.is_stale() { Err(ChainError::Cancelled.into()) } else { Ok(()) }
     }
 
     /// The u-v coverage: u and v of each row in metres, and the band.
