@@ -23,6 +23,8 @@ use std::sync::Arc;
 
 /// The oversampling of the grid depends on the number of visibilities up to this number. Longer sets do not need more memory.
 const LONG: u64 = 100_000_000;
+/// Smallest error of transforms that is of use: visibilities are held in single precision.
+const FINEST: f64 = 1e-8;
 
 /// Makes beams, dirty images and residuals of one polarisation product of a set.
 #[derive(Debug)]
@@ -172,6 +174,11 @@ impl<'a> Imager<'a> {
     #[must_use]
     pub fn options(&self) -> &ImagingOptions {
         &self.options
+    }
+
+    /// Let the error of the transforms be at most this part of the flux, where it was larger.
+    pub(crate) fn refine(&mut self, epsilon: f64) {
+        self.options.epsilon = self.options.epsilon.min(epsilon.max(FINEST));
     }
 
     /// Channels of each output channel.

@@ -90,12 +90,11 @@ fn maximum_entropy_has_the_mean_of_the_scene_within_half_a_kelvin_with_autocorre
         let found = mean(&made.model, &pattern);
         assert!((found - truth).abs() < 0.5, "{pattern}: {found} {truth}");
         assert!(made.certificates[0].flux_constrained, "{:?}", made.certificates[0]);
-        // A warm scene that the frame alone ends takes more evaluations than this test has time for.
+        assert!(made.certificates[0].met, "{:?}", made.certificates[0]);
+        assert_eq!(from, MeanFrom::Autocorrelations);
         if pattern.is_none() {
             continue;
         }
-        assert!(made.certificates[0].met, "{:?}", made.certificates[0]);
-        assert_eq!(from, MeanFrom::Autocorrelations);
         assert!(said.iter().any(|m| m.contains("640 autocorrelations") || m.contains("160 autocorrelations")), "{said:?}");
         let (_, said, from) = entropy(&mut observed(pattern, false));
         assert_eq!(from, MeanFrom::Unknown);
