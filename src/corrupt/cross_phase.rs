@@ -32,7 +32,6 @@ pub struct CrossPhaseOptions {
 
 impl CrossPhaseOptions {
     /// The error, if the options select it.
-    #[allow(clippy::unnecessary_wraps)]
     pub(super) fn error(&self, _shared: &Shared<'_>) -> Result<Option<CrossPhase>> {
         Ok(self.cross_phase.map(|phase| CrossPhase { phase_rad: phase.si() }))
     }

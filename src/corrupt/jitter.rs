@@ -6,8 +6,9 @@ use super::shared::Shared;
 use crate::Result;
 use crate::simulate::Receivers;
 use crate::values::need;
-use cittert_arrays::GainTable;
 use cittert_arrays::quantity::{Duration, Frequency};
+use cittert_arrays::{GainTable, VisibilityBlock};
+use ndarray::s;
 use serde::{Deserialize, Serialize};
 
 /// Each sample is taken early or late by a Gaussian time t of its own. A signal at the frequency f keeps the mean of exp(2 pi i f t) of its
@@ -57,7 +58,22 @@ impl Corruption for JitterError {
         let middle = context.header.spectrum.mean_hz();
         for (chan, freq) in context.freq_hz.iter().enumerate() {
             let left = receivers.coherence(0, *freq, middle);
-            table.gains.slice_mut(ndarray::s![.., .., chan, ..]).iter_mut().for_each(|g| *g *= left);
+            table.gains.slice_mut(s![.., .., chan, ..]).iter_mut().for_each(|g| *g *= left);
+        }
+        Ok(())
+    }
+
+    /// Autocorrelations keep their power: what a sampler takes from the signal is in its own noise.
+    fn data(&self, context: &Context<'_>, _table: &GainTable, block: &mut VisibilityBlock, _first_row: u64) -> Result<()> {
+        let mut receivers = Receivers::nominal(1);
+        self.receivers(context, &mut receivers)?;
+        let middle = context.header.spectrum.mean_hz();
+        for row in (0..block.n_rows()).filter(|r| block.coverage.ant1[*r] == block.coverage.ant2[*r]) {
+            for (chan, freq) in context.header.spectrum.freq_hz().iter().enumerate() {
+                let power = receivers.coherence(0, *freq, middle).powi(2);
+                block.vis.slice_mut(s![row, chan, ..]).mapv_inplace(|v| v / power as f32);
+                block.weights.slice_mut(s![row, chan, ..]).mapv_inplace(|w| (f64::from(w) * power * power) as f32);
+            }
         }
         Ok(())
     }

@@ -34,7 +34,6 @@ pub struct LeakageOptions {
 
 impl LeakageOptions {
     /// The error, if the options select it.
-    #[allow(clippy::unnecessary_wraps)]
     pub(super) fn error(&self, _shared: &Shared<'_>) -> Result<Option<LeakageError>> {
         Ok(self.leakage_rms.map(|rms| LeakageError { rms }))
     }

@@ -109,3 +109,16 @@ fn jitter_is_a_gain_of_every_antenna() {
     let (a, b) = (out.data.vis[[0, 1, 0]].norm(), set().data.vis[[0, 1, 0]].norm());
     assert!((f64::from(a / b) - loss).abs() < 1e-6);
 }
+
+#[test]
+fn jitter_leaves_the_power_of_an_autocorrelation() {
+    let mut with_auto = set();
+    with_auto.data.coverage.ant2[0] = with_auto.data.coverage.ant1[0];
+    let out = put(&with_auto, vec![Error::Jitter(JitterError { rms_s: 3e-13, sampler_hz: None })], None).unwrap().0;
+    for chan in 0..2 {
+        let change = out.data.vis[[0, chan, 0]] - with_auto.data.vis[[0, chan, 0]];
+        assert!(change.norm() < 1e-6 * with_auto.data.vis[[0, chan, 0]].norm());
+        assert!((out.data.weights[[0, chan, 0]] / with_auto.data.weights[[0, chan, 0]] - 1.0).abs() < 1e-6);
+        assert!(out.data.vis[[1, chan, 0]].norm() < 0.99 * with_auto.data.vis[[1, chan, 0]].norm());
+    }
+}
