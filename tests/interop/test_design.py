@@ -186,6 +186,18 @@ def test_the_editor_adds_deletes_and_undoes():
         settle(page)
 
 
+def test_a_change_that_is_taken_back_at_once_leaves_the_page_at_rest():
+    with designer() as (address, _), opened(address) as page:
+        page.evaluate("""async () => {
+            const layout = cittert.layout.value, sent = () => new Promise((done) => setTimeout(done, 0));
+            for (const name of ['a', 'b', 'a']) {
+                cittert.layout.value = { ...layout, name };
+                await sent();
+            }
+        }""")
+        settle(page)
+
+
 def test_a_search_lowers_side_lobes_and_is_compared_with_its_start():
     with designer() as (address, _), opened(address) as page:
         before = page.evaluate("cittert.figures.value.psl_within_db")

@@ -11,7 +11,7 @@ pub type Files = BTreeMap<String, String>;
 pub const CRATES: [&str; 4] = ["src/lib.rs", "arrays/src/lib.rs", "formats/src/lib.rs", "phenomenology/src/lib.rs"];
 
 /// Folders that hold no files of the project.
-const OUTSIDE: [&str; 4] = [".git", "target", "demo", "node_modules"];
+const OUTSIDE: [&str; 4] = [".git", "target", "demo", "src/cli/design/page/node_modules"];
 
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

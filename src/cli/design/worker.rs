@@ -131,10 +131,12 @@ impl Worker {
         }
         let began = Instant::now();
         if let Some(found) = chain::entropic(state, &mut data, &observer)? {
-            let c = found.certificates.first();
+            // The page images one channel.
+            let (c, goals) = (found.certificates.first(), state.mem.as_ref().map(|m| m.options.goals()));
+            let missed = c.zip(goals).and_then(|(c, g)| c.shortfall(g.chi2_tolerance, g.flux, g.kkt));
             self.image(seq, "mem", &found.model, json!({
-                "seconds": began.elapsed().as_secs_f64(), "met": c.is_some_and(|c| c.met), "chi2_per_datum": c.map(|c| c.chi2_per_datum),
-                "scores": scores(&found.model, truth, false),
+                "seconds": began.elapsed().as_secs_f64(), "chi2_per_datum": c.map(|c| c.chi2_per_datum), "scores": scores(&found.model, truth, false),
+                "missed": missed,
             }));
         }
         Ok(())

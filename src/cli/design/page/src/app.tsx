@@ -99,7 +99,12 @@ function score(p: Picture | undefined): string {
   if (!p) return '';
   const s = p.scores as { nrmse: number; ssim: number } | null | undefined;
   const seconds = p.seconds as number | undefined;
-  return [s && `error ${short(100 * s.nrmse)} %`, s && `SSIM ${s.ssim.toFixed(2)}`, seconds !== undefined && `${seconds.toFixed(2)} s`].filter(Boolean).join(', ');
+  return [p.missed && 'not converged', s && `error ${short(100 * s.nrmse)} %`, s && `SSIM ${s.ssim.toFixed(2)}`, seconds !== undefined && `${seconds.toFixed(2)} s`].filter(Boolean).join(', ');
+}
+
+/** What a picture that did not converge lacks, and the usual reasons. */
+function missed(p: Picture | undefined): string {
+  return p?.missed ? `The data and this image do not agree: ${p.missed}. Calibrate the errors, or let the image cover the scene and the noise be that of the receivers.` : '';
 }
 
 function Maps() {
@@ -119,7 +124,7 @@ function Maps() {
       {p.truth && <ImageMap name="truth" title="Scene" about="The scene as it is" />}
       <ImageMap name="dirty" title={p.dirty?.calibrated ? 'Dirty, self-calibrated' : 'Dirty image'} />
       {(m === 'clean' || m === 'both') && <ImageMap name="clean" title="CLEAN" like="truth" note={score(p.clean)} />}
-      {(m === 'mem' || m === 'both') && <ImageMap name="mem" title="Maximum entropy" like="truth" note={score(p.mem)} />}
+      {(m === 'mem' || m === 'both') && <ImageMap name="mem" title="Maximum entropy" like="truth" note={score(p.mem)} warning={missed(p.mem)} />}
     </main>
   );
 }

@@ -88,11 +88,13 @@ interface MapProps {
   about?: string;
   like?: string; // The picture whose range of colours this one shares.
   note?: string;
+  /** What is wrong with the picture. It stands in it. */
+  warning?: string;
   picture?: Picture;
   two?: boolean;
 }
 
-export function ImageMap({ name, title, about, like, note, picture, two }: MapProps) {
+export function ImageMap({ name, title, about, like, note, warning, picture, two }: MapProps) {
   const ref = useRef<HTMLCanvasElement>(null);
   const [hover, setHover] = useState('');
   const [scale, setScale] = useState<{ low: number; high: number; unit: string }>({ low: 0, high: 1, unit: '' });
@@ -140,6 +142,7 @@ export function ImageMap({ name, title, about, like, note, picture, two }: MapPr
       <div class="square">
         <canvas ref={ref} role="img" aria-label={about ?? title} onPointerMove={over} onPointerLeave={() => setHover('')} />
         {empty.value && <p class="none">…</p>}
+        {warning && <p class="warning" role="status">{warning}</p>}
       </div>
       <Bar map={map} low={short(scale.low)} high={short(scale.high)} unit={scale.unit} />
     </figure>

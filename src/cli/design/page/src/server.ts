@@ -98,6 +98,7 @@ function show() {
     waiting = true;
     return;
   }
+  waiting = false;
   const state = sections();
   const text = JSON.stringify(state) + moving.value;
   if (text === wasSent) {
@@ -105,7 +106,6 @@ function show() {
     return;
   }
   wasSent = text;
-  waiting = false;
   seq += 1;
   busy.value = true;
   timing.sent.set(seq, changed || performance.now());
