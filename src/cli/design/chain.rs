@@ -79,6 +79,18 @@ pub(super) fn simulated(state: &State, planned: &Planned, scene: &LoadedScene, o
     Ok(simulate_set(header, &planned.plan.coverage()?, &scene.sky, &how, observer)?)
 }
 
+/// An observation of a point, for its weights: they are there before those of the scene. `None` where the weights depend on the scene or on errors.
+///
+/// # Errors
+/// As `simulate`, and a newer state.
+pub(super) fn weighed(state: &State, planned: &Planned, unit: VisUnit, observer: &dyn Observer) -> Result<Option<VisibilitySet>> {
+    if has_errors(state) || state.simulate.options.how.scene_noise {
+        return Ok(None);
+    }
+    let point = LoadedScene { sky: SkyModel::of_sources(vec![Source::point(0.0, 0.0, 1.0)]), unit, name: POINT.into() };
+    simulated(state, planned, &point, observer).map(Some)
+}
+
 /// True where a state puts errors into the data.
 pub(super) fn has_errors(state: &State) -> bool {
     // Which errors there are does not depend on the unit.

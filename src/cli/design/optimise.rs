@@ -113,8 +113,12 @@ impl Search {
         send(Answer::json(&json!({ "is": "search", "search": search, "line": wanted.line, "needs": wanted.needs })));
         let goes = Arc::new(AtomicU8::new(Goes::On as u8));
         let observer = WhileOn(goes.clone());
+        // A search would keep all common threads, and the beams of the layouts that it finds would wait for its end.
+        let threads = rayon::current_num_threads().saturating_sub(1).max(1);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("starting the search")?;
         let work = move || {
-            let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run((&wanted, search), &send, &observer)));
+            let searching = || pool.install(|| run((&wanted, search), &send, &observer));
+            let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(searching));
             let text = match done {
                 Ok(Ok(()) | Err(Stopped::ByUser)) => None,
                 Ok(Err(Stopped::Failed(e))) => Some(e.to_string()),

@@ -75,8 +75,13 @@ impl Worker {
         let (state, seq) = (job.state.as_ref(), job.seq);
         let planned = chain::plan(state)?;
         self.coverage(seq, &planned)?;
-        let scene = chain::scene(state, &planned, &self.scenes, &self.context)?;
         let observer = WhileWanted { mailbox: &self.mailbox, quick: job.moving };
+        let scene = chain::scene(state, &planned, &self.scenes, &self.context)?;
+        // The beam needs only the weights, so it need not wait for the visibilities.
+        let mut blind = chain::weighed(state, &planned, scene.unit, &observer)?;
+        if let Some(weighed) = &mut blind {
+            self.beam(seq, state, weighed)?;
+        }
         let mut set = chain::simulated(state, &planned, &scene, &observer)?;
         let without = if job.moving || !chain::has_errors(state) { Closures::new() } else { closures(&set)? };
         let corrupted = chain::corrupted(state, &mut set)?;
@@ -84,7 +89,10 @@ impl Worker {
             Some((data, truth)) => (data, Some(truth)),
             None => (set, None),
         };
-        self.quick(seq, state, &mut data)?;
+        if blind.is_none() {
+            self.beam(seq, state, &mut data)?;
+        }
+        self.image(seq, "dirty", &chain::dirty(&mut chain::imager(state, &mut data)?)?, json!({ "calibrated": false }));
         if job.moving {
             return Ok(());
         }
@@ -158,13 +166,11 @@ impl Worker {
         Ok(())
     }
 
-    /// The dirty beam and the dirty image.
-    fn quick(&self, seq: u64, state: &State, data: &mut VisibilitySet) -> Result<()> {
-        let mut imager = chain::imager(state, data)?;
-        let (psf, beams) = chain::psf(&mut imager)?;
+    /// The dirty beam.
+    fn beam(&self, seq: u64, state: &State, data: &mut VisibilitySet) -> Result<()> {
+        let (psf, beams) = chain::psf(&mut chain::imager(state, data)?)?;
         let beam = beams.first().map(|b| json!([b.bmaj_rad, b.bmin_rad, b.bpa_rad]));
         self.image(seq, "psf", &psf, json!({ "beam_rad": beam }));
-        self.image(seq, "dirty", &chain::dirty(&mut imager)?, json!({ "calibrated": false }));
         Ok(())
     }
 

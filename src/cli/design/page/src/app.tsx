@@ -102,9 +102,9 @@ function score(p: Picture | undefined): string {
   return [p.missed && 'not converged', s && `error ${short(100 * s.nrmse)} %`, s && `SSIM ${s.ssim.toFixed(2)}`, seconds !== undefined && `${seconds.toFixed(2)} s`].filter(Boolean).join(', ');
 }
 
-/** What a picture that did not converge lacks, and the usual reasons. */
+/** What to do about a picture that did not converge. */
 function missed(p: Picture | undefined): string {
-  return p?.missed ? `The data and this image do not agree: ${p.missed}. Calibrate the errors, or let the image cover the scene and the noise be that of the receivers.` : '';
+  return p?.missed ? 'It does not fit the data: calibrate the errors, or let the image cover the scene.' : '';
 }
 
 function Maps() {

@@ -19,9 +19,10 @@ function short(v: number): string {
 /** Lowest and highest value of the middle 99.8 %, so that one bright pixel does not darken the rest. */
 export function range(data: Float32Array): [number, number] {
   const step = Math.max(1, Math.floor(data.length / 20000));
-  const some: number[] = [];
-  for (let k = 0; k < data.length; k += step) if (Number.isFinite(data[k])) some.push(data[k]);
-  some.sort((a, b) => a - b);
+  const picked = new Float32Array(Math.ceil(data.length / step));
+  let count = 0;
+  for (let k = 0; k < data.length; k += step) if (Number.isFinite(data[k])) picked[count++] = data[k];
+  const some = picked.subarray(0, count).sort();
   const at = (q: number) => some[Math.min(some.length - 1, Math.max(0, Math.round(q * (some.length - 1))))] ?? 0;
   return [at(0.001), at(0.999)];
 }
@@ -99,11 +100,14 @@ export function ImageMap({ name, title, about, like, note, warning, picture, two
   const [hover, setHover] = useState('');
   const [scale, setScale] = useState<{ low: number; high: number; unit: string }>({ low: 0, high: 1, unit: '' });
   const beam = name === 'psf';
+  // A map is drawn anew only where its own picture is new, or the one whose colours it shares.
+  const mine = useComputed(() => pictures.value[name]);
+  const other = useComputed(() => (like ? pictures.value[like] : undefined));
   const map = two ? 'red-blue' : 'inferno';
   const draw = () => {
-    const p = picture ?? pictures.value[name];
+    const p = picture ?? mine.value;
     if (!p || !ref.current) return;
-    let [low, high] = beam ? [FLOOR_DB, 0] : range((like && pictures.value[like]?.unit === p.unit ? pictures.value[like] : p).data);
+    let [low, high] = beam ? [FLOOR_DB, 0] : range((other.value?.unit === p.unit ? other.value : p).data);
     if (two) {
       high = Math.max(Math.abs(low), Math.abs(high));
       low = -high;
@@ -120,7 +124,7 @@ export function ImageMap({ name, title, about, like, note, warning, picture, two
     return () => seen.disconnect();
   }, [picture, like]);
   const over = (e: PointerEvent) => {
-    const p = picture ?? pictures.value[name];
+    const p = picture ?? mine.value;
     if (!p) return;
     const box = ref.current!.getBoundingClientRect();
     const x = (e.clientX - box.left) / box.width;
@@ -131,8 +135,7 @@ export function ImageMap({ name, title, about, like, note, warning, picture, two
     const at = (k: number, n: number) => angle((k - Math.floor(n / 2)) * p.cell_rad);
     setHover(`${at(column, p.columns)}, ${at(row, p.rows)}: ${beam ? `${decibel(v).toFixed(1)} dB` : `${short(v)} ${p.unit}`}`);
   };
-  const p = picture ?? pictures.value[name];
-  const empty = useComputed(() => !(picture ?? pictures.value[name]));
+  const p = picture ?? mine.value;
   return (
     <figure class="map" data-map={name}>
       <figcaption>
@@ -141,8 +144,8 @@ export function ImageMap({ name, title, about, like, note, warning, picture, two
       </figcaption>
       <div class="square">
         <canvas ref={ref} role="img" aria-label={about ?? title} onPointerMove={over} onPointerLeave={() => setHover('')} />
-        {empty.value && <p class="none">…</p>}
-        {warning && <p class="warning" role="status">{warning}</p>}
+        {!p && <p class="none">…</p>}
+        {warning && <p class="warning" role="status" title={(p?.missed as string) ?? warning}>{warning}</p>}
       </div>
       <Bar map={map} low={short(scale.low)} high={short(scale.high)} unit={scale.unit} />
     </figure>
@@ -167,6 +170,45 @@ export function css(name: string): string {
   const color = getComputedStyle(probe).color;
   resolved.set(name, color);
   return color;
+}
+
+/** Draw a dot at each point and opposite to it, from its place at the lowest frequency to that at the highest. A canvas takes tens of milliseconds for
+ * thousands of short lines; this adds their squares up in an array. */
+function stamps(g: CanvasRenderingContext2D, side: number, uv: Float32Array, [low, high]: [number, number]) {
+  const n = uv.length / 2;
+  const dot = Math.max(devicePixelRatio, Math.min(3 * devicePixelRatio, side / Math.sqrt(n) / 6));
+  const most = n > 20000 ? 0.35 : 0.75;
+  const cover = new Float32Array(side * side);
+  const half = side / 2;
+  const stamp = (x: number, y: number) => {
+    const [left, top] = [half + x - dot / 2, half + y - dot / 2];
+    for (let row = Math.max(0, Math.floor(top)); row < Math.min(side, top + dot); row++) {
+      const high = Math.min(row + 1, top + dot) - Math.max(row, top);
+      for (let column = Math.max(0, Math.floor(left)); column < Math.min(side, left + dot); column++) {
+        const part = high * (Math.min(column + 1, left + dot) - Math.max(column, left));
+        const at = row * side + column;
+        cover[at] += most * part * (1 - cover[at]);
+      }
+    }
+  };
+  for (let k = 0; k < n; k++) {
+    const x = uv[2 * k];
+    const y = -uv[2 * k + 1];
+    const steps = Math.max(1, Math.ceil((Math.sqrt(x * x + y * y) * (high - low)) / dot));
+    for (let i = 0; i < steps; i++) {
+      const f = low + ((i + 0.5) / steps) * (high - low);
+      stamp(x * f, y * f);
+      stamp(-x * f, -y * f);
+    }
+  }
+  const [r, green, b] = (css('--accent').match(/[\d.]+/g) ?? ['0', '0', '0']).map(Number);
+  const color = (b << 16) | (green << 8) | r;
+  const image = new ImageData(side, side);
+  const pixels = new Uint32Array(image.data.buffer);
+  for (let k = 0; k < cover.length; k++) pixels[k] = (Math.round(255 * cover[k]) << 24) | color;
+  scratch.width = scratch.height = side;
+  scratch.getContext('2d')!.putImageData(image, 0, 0);
+  g.drawImage(scratch, 0, 0);
 }
 
 /** The u-v plane: both halves of each baseline, and a streak for the band. */
@@ -198,31 +240,7 @@ export function UvMap() {
     g.moveTo(0, half);
     g.lineTo(side, half);
     g.stroke();
-    const n = c.data.length / 2;
-    const dot = Math.max(devicePixelRatio, Math.min(3 * devicePixelRatio, side / Math.sqrt(n) / 6));
-    g.fillStyle = g.strokeStyle = css('--accent');
-    g.globalAlpha = n > 20000 ? 0.35 : 0.75;
-    if (high > low * 1.002) {
-      g.lineWidth = Math.max(1, dot * 0.75);
-      g.beginPath();
-      for (let k = 0; k < n; k++) {
-        const x = c.data[2 * k] * scale;
-        const y = -c.data[2 * k + 1] * scale;
-        g.moveTo(half + x * low, half + y * low);
-        g.lineTo(half + x * high, half + y * high);
-        g.moveTo(half - x * low, half - y * low);
-        g.lineTo(half - x * high, half - y * high);
-      }
-      g.stroke();
-    }
-    const middle = (low + high) / 2;
-    for (let k = 0; k < n; k++) {
-      const x = c.data[2 * k] * scale * middle;
-      const y = -c.data[2 * k + 1] * scale * middle;
-      g.fillRect(half + x - dot / 2, half + y - dot / 2, dot, dot);
-      g.fillRect(half - x - dot / 2, half - y - dot / 2, dot, dot);
-    }
-    g.globalAlpha = 1;
+    stamps(g, side, c.data, [scale * low, scale * high]);
     setTold(`${c.rows.toLocaleString('en')} baselines, ±${short(most / 1.06)} λ`);
   };
   useSignalEffect(draw);
@@ -254,13 +272,15 @@ export function UvMap() {
 /** Largest and mean square of the beam on rings around its centre, dB. */
 function rings(p: Picture): { radius: number[]; peak: number[]; rms: number[] } {
   const centre = Math.floor(p.columns / 2);
+  const middle = Math.floor(p.rows / 2);
   const count = Math.floor(p.columns / 2);
   const top = new Float64Array(count);
   const sum = new Float64Array(count);
   const of = new Float64Array(count);
   for (let row = 0; row < p.rows; row++) {
     for (let column = 0; column < p.columns; column++) {
-      const r = Math.round(Math.hypot(row - Math.floor(p.rows / 2), column - centre));
+      const [y, x] = [row - middle, column - centre];
+      const r = Math.round(Math.sqrt(x * x + y * y));
       if (r >= count) continue;
       const v = Math.abs(p.data[row * p.columns + column]);
       if (v > top[r]) top[r] = v;
@@ -274,9 +294,10 @@ function rings(p: Picture): { radius: number[]; peak: number[]; rms: number[] } 
 
 export function Cut() {
   const ref = useRef<HTMLDivElement>(null);
+  const beam = useComputed(() => pictures.value.psf);
   const plot = useRef<uPlot | null>(null);
   useSignalEffect(() => {
-    const p = pictures.value.psf;
+    const p = beam.value;
     if (!p || !ref.current) return;
     const r = rings(p);
     const data: uPlot.AlignedData = [r.radius, r.peak, r.rms];
