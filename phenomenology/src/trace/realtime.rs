@@ -5,11 +5,13 @@
 //! nearest corner that shows its own. All other pixels are traced. A vertex is a full ray, with the same tables, reflections and shadowing as in
 //! the full model. [`super::smooth`] then smooths the pixels on an edge.
 
-use super::blocks::{Block, Blocks};
+use super::blocks::{Block, Blocks, SIDE};
 use super::face::Face;
 use super::lattice::{Points, Use};
 use super::mesh_options::{MeshOptions, TILE};
+use super::memory::Memory;
 use super::scratch::Scratch;
+use super::tiles::tiles;
 use super::tracer::Tracer;
 use super::vertex::{Look, Vertex};
 use crate::camera::View;
@@ -36,7 +38,7 @@ struct Tile<'a, 'b> {
     blocks: &'a Blocks,
     scratch: &'a mut Scratch,
     corner: (usize, usize),
-    vertices: Vec<Option<Vertex>>,
+    vertices: &'a mut [Option<Vertex>],
     rays: usize,
 }
 
@@ -47,8 +49,7 @@ impl<'a> Tile<'a, '_> {
     }
 
     fn block(&self, column: usize, row: usize) -> &'a Block {
-        let (x, y) = self.place(column, row);
-        self.blocks.at(x, y)
+        self.blocks.at(self.corner.0 + column, self.corner.1 + row)
     }
 
     fn vertex(&mut self, column: usize, row: usize) -> Result<Vertex> {
@@ -72,7 +73,7 @@ impl<'a> Tile<'a, '_> {
     /// What a pixel shows; `None` outside the hemisphere.
     fn look(&self, column: usize, row: usize) -> Result<Option<Look<'a>>> {
         let (x, y) = self.place(column, row);
-        self.view.direction(x, y).map(|d| self.tracer.look(self.view, d, self.block(column, row))).transpose()
+        self.view.along(x, y).map(|d| self.tracer.look(self.view, d, self.block(column, row))).transpose()
     }
 
     /// Whether a pixel shows the face of a vertex, and the same face in the mirror.
@@ -156,6 +157,9 @@ impl<'a> Tile<'a, '_> {
             }
             return Ok(());
         }
+        // All pixels of most squares are known to show one cover of the ground.
+        let even = if side <= SIDE { self.block(column, row).ground } else { None };
+        let even = even.is_some_and(|cover| c[0].face == Face::of_ground(cover) && c[0].mirrored.is_none_or(Face::is_sky));
         for j in 0..side {
             let v = j as f64 / side as f64;
             let (left, right) = (c[0].rj_k + v * (c[2].rj_k - c[0].rj_k), c[1].rj_k + v * (c[3].rj_k - c[1].rj_k));
@@ -164,7 +168,7 @@ impl<'a> Tile<'a, '_> {
                 let own = self.vertices[(row + j) * (TILE + 1) + column + i];
                 out[(row + j) * TILE + column + i] = match own {
                     Some(v) => v,
-                    None if !self.shows(&c[0], column + i, row + j)? => self.vertex(column + i, row + j)?,
+                    None if !even && !self.shows(&c[0], column + i, row + j)? => self.vertex(column + i, row + j)?,
                     None => Vertex { rj_k: left + i as f64 / side as f64 * (right - left), ..c[0] },
                 };
             }
@@ -183,52 +187,64 @@ impl Tracer<'_> {
         self.check_height(view.position)?;
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let blocks = self.blocks(view);
-        let (across, down) = (columns.div_ceil(TILE), rows.div_ceil(TILE));
-        let tiles: Vec<(Vec<Vertex>, usize)> = (0..across * down)
+        let mut memory = self.memory.take().sized(columns * rows);
+        let mut temperature_k = vec![0.0; columns * rows];
+        let rays = self.fill_frame(view, &blocks, options, &mut memory, &mut temperature_k)?;
+        self.memory.keep(memory);
+        let temperature_k = Array2::from_shape_vec((rows, columns), temperature_k)
+            .map_err(|e| SceneError::bad_value("shape of the frame", e, "one value for every pixel"))?;
+        Ok(Frame { temperature_k, rays })
+    }
+
+    /// Computes the temperatures of a frame. Returns the number of rays.
+    fn fill_frame(&self, view: &View, blocks: &Blocks, options: &MeshOptions, memory: &mut Memory, out: &mut [f64]) -> Result<usize> {
+        let columns = view.grid().n_l;
+        let mut rays = self.mesh(view, blocks, options, memory)?;
+        let values = std::mem::take(&mut memory.corrections);
+        let corrections = self.corrections(view, &memory.scattering, options.speckle * self.options.speckle_k, options.near, values)?;
+        rays += corrections.rays;
+        // A frame has one plane and channel.
+        memory.rj_k.par_chunks_mut(columns).zip(corrections.values.par_chunks(columns * corrections.states)).for_each(|(row, values)| {
+            row.iter_mut().zip(values.chunks_exact(corrections.states)).for_each(|(rj_k, correction)| *rj_k += correction[0]);
+        });
+        rays += self.smooth_edges(view, blocks, options, &memory.shown, &corrections, &memory.rj_k, out)?;
+        memory.corrections = corrections.values;
+        Ok(rays)
+    }
+
+    /// Fills the memory of a frame without corrections, tile by tile. Returns the number of rays.
+    fn mesh(&self, view: &View, blocks: &Blocks, options: &MeshOptions, memory: &mut Memory) -> Result<usize> {
+        let (columns, rows) = (view.grid().n_l, view.grid().n_m);
+        let across = columns.div_ceil(TILE);
+        let Memory { shown, scattering, rj_k, .. } = memory;
+        tiles(shown, columns, 1)
             .into_par_iter()
+            .zip(tiles(scattering, columns, 1))
+            .zip(tiles(rj_k, columns, 1))
+            .enumerate()
             .map_init(
-                || self.scratch(),
-                |scratch, k| {
+                || (self.scratch(), vec![None; (TILE + 1) * (TILE + 1)], vec![Vertex::default(); TILE * TILE]),
+                |(scratch, vertices, out), (k, ((mut shown, mut scattering), mut rj_k))| {
                     let corner = (k % across * TILE, k / across * TILE);
-                    let vertices = vec![None; (TILE + 1) * (TILE + 1)];
-                    let mut tile = Tile { tracer: self, view, blocks: &blocks, scratch, corner, vertices, rays: 0 };
-                    let mut out = vec![Vertex::default(); TILE * TILE];
+                    vertices.fill(None);
+                    let mut tile = Tile { tracer: self, view, blocks, scratch, corner, vertices, rays: 0 };
                     let (wide, high) = ((columns - corner.0).min(TILE), (rows - corner.1).min(TILE));
                     for row in (0..high).step_by(options.step) {
                         for column in (0..wide).step_by(options.step) {
-                            tile.square(column, row, options.step, options, &mut out)?;
+                            tile.square(column, row, options.step, options, out)?;
                         }
                     }
-                    Ok((out, tile.rays))
+                    for (row, line) in out.chunks_exact(TILE).enumerate().take(high) {
+                        for (column, pixel) in line.iter().enumerate().take(wide) {
+                            shown[row][column] = pixel.shown();
+                            scattering[row][column] = pixel.scattering_face();
+                            rj_k[row][column] = pixel.rj_k;
+                        }
+                    }
+                    Ok(tile.rays)
                 },
             )
-            .collect::<Result<_>>()?;
-        let mut pixels: Vec<Vertex> = (0..rows * columns)
-            .into_par_iter()
-            .map(|k| {
-                let (row, column) = (k / columns, k % columns);
-                tiles[row / TILE * across + column / TILE].0[row % TILE * TILE + column % TILE]
-            })
-            .collect();
-        let mut rays: usize = tiles.iter().map(|t| t.1).sum();
-        let faces: Vec<Face> = pixels.par_iter().map(Vertex::scattering_face).collect();
-        let corrections = self.corrections(view, &faces, options.speckle * self.options.speckle_k, options.near)?;
-        rays += corrections.rays;
-        let mut rj_k: Vec<f64> = pixels
-            .par_iter_mut()
-            .enumerate()
-            .map(|(k, pixel)| {
-                pixel.rj_k += corrections.of(k).map_or(0.0, |c| c[0]);
-                pixel.rj_k
-            })
-            .collect();
-        if options.antialias {
-            rays += self.smooth_edges(view, &blocks, &options.edges, &pixels, &corrections, &mut rj_k)?;
-        }
-        rj_k.par_chunks_mut(columns).for_each(|row| row.iter_mut().for_each(|t| *t = self.scaled(0, 0, *t)));
-        let temperature_k = Array2::from_shape_vec((rows, columns), rj_k)
-            .map_err(|e| SceneError::bad_value("shape of the frame", e, "one value for every pixel"))?;
-        Ok(Frame { temperature_k, rays })
+            .sum()
     }
 }
 

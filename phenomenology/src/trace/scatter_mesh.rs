@@ -12,6 +12,7 @@ use super::face::Face;
 use super::lattice::Points;
 use super::mesh_options::TILE;
 use super::scratch::Scratch;
+use super::tiles::{fill, tiles};
 use super::tracer::Tracer;
 use crate::camera::View;
 use crate::error::Result;
@@ -30,8 +31,8 @@ const CENTER: f64 = 2.24;
 /// Corrections of all pixels.
 pub(super) struct Corrections {
     /// RJ, K; empty if no surface scatters. // [m, l][chan, pol]
-    values: Vec<f64>,
-    states: usize,
+    pub values: Vec<f64>,
+    pub states: usize,
     /// Number of rays sent from the camera.
     pub rays: usize,
 }
@@ -54,7 +55,7 @@ struct Squares<'a, 'b> {
     corner: (usize, usize),
     scratch: &'a mut Scratch,
     /// Corrections of the nodes that are known. // [m, l][chan, pol]
-    nodes: Vec<f64>,
+    nodes: &'a mut [f64],
     /// A bit for each node that is known, row by row.
     known: [u64; TILE + 1],
     /// Columns or rows up to which a pixel of a matt face takes the correction of another.
@@ -207,34 +208,35 @@ impl Squares<'_, '_> {
 
 impl Tracer<'_> {
     /// The corrections of a picture whose pixels show these faces; the sky stands for all that scatters nothing. Their rms noise is
-    /// `speckle_k`. A pixel of a matt face takes the correction of another one up to `near` columns or rows away.
-    pub(super) fn corrections(&self, view: &View, faces: &[Face], speckle_k: f64, near: usize) -> Result<Corrections> {
+    /// `speckle_k`. A pixel of a matt face takes the correction of another one up to `near` columns or rows away. `values` is memory for the result.
+    pub(super) fn corrections(&self, view: &View, faces: &[Face], speckle_k: f64, near: usize, mut values: Vec<f64>) -> Result<Corrections> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         if faces.iter().all(|f| f.is_sky()) {
-            return Ok(Corrections { values: Vec::new(), states, rays: 0 });
+            values.clear();
+            return Ok(Corrections { values, states, rays: 0 });
         }
         let across = columns.div_ceil(TILE);
-        let tiles: Vec<(Vec<f64>, usize)> = (0..across * rows.div_ceil(TILE))
+        values.resize(rows * columns * states, 0.0);
+        let rays = tiles(&mut values, columns, states)
             .into_par_iter()
+            .enumerate()
             .map_init(
-                || Scratch { speckle_k, ..self.scratch() },
-                |scratch, k| {
+                || {
+                    let scratch = Scratch { speckle_k, ..self.scratch() };
+                    (scratch, vec![0.0; (TILE + 1) * (TILE + 1) * states], vec![0.0; TILE * TILE * states])
+                },
+                |(scratch, nodes, out), (k, mut lines)| {
                     let corner = (k % across * TILE, k / across * TILE);
-                    let nodes = vec![0.0; (TILE + 1) * (TILE + 1) * states];
                     let mut squares =
                         Squares { tracer: self, view, faces, columns, rows, corner, scratch, nodes, known: [0; TILE + 1], near, rays: 0 };
-                    let mut out = vec![0.0; TILE * TILE * states];
-                    squares.square(corner.0, corner.1, TILE, &mut out)?;
-                    Ok((out, squares.rays))
+                    out.fill(0.0);
+                    squares.square(corner.0, corner.1, TILE, out)?;
+                    fill(&mut lines, out, states);
+                    Ok(squares.rays)
                 },
             )
-            .collect::<Result<_>>()?;
-        let value = |k: usize| {
-            let (row, column, state) = (k / states / columns, k / states % columns, k % states);
-            tiles[row / TILE * across + column / TILE].0[(row % TILE * TILE + column % TILE) * states + state]
-        };
-        let values = (0..rows * columns * states).into_par_iter().map(value).collect();
-        Ok(Corrections { values, states, rays: tiles.iter().map(|t| t.1).sum() })
+            .sum::<Result<usize>>()?;
+        Ok(Corrections { values, states, rays })
     }
 }

@@ -8,15 +8,14 @@
 use super::blocks::Blocks;
 use super::face::Face;
 use super::lattice::{Points, Use};
-use super::mesh_options::EdgeOptions;
+use super::mesh_options::{EdgeOptions, MeshOptions};
 use super::scatter_mesh::Corrections;
 use super::scratch::Scratch;
 use super::tracer::Tracer;
-use super::vertex::Vertex;
+use super::vertex::{Shown, Vertex};
 use crate::camera::View;
-use crate::error::{Result, SceneError};
+use crate::error::Result;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Positions of four looks in a pixel: one in each quarter of the columns and of the rows, as four rooks on a chess board.
 const ROOKS: [(f64, f64); 4] = [(-0.375, -0.125), (-0.125, 0.375), (0.125, -0.375), (0.375, 0.125)];
@@ -36,49 +35,51 @@ const ERRORS: [f64; 3] = [1.0 / 16.0, 1.0 / 64.0, 1.0 / 300.0];
 const LOOK_SHARES: usize = 16;
 
 impl Tracer<'_> {
-    /// Replaces every pixel on an edge by the mean of its looks. Returns the number of looks that were followed as full rays.
+    /// Writes the temperatures of a frame to `out`, with every pixel on an edge replaced by the mean of its looks. Returns the number of looks that were followed as
+    /// full rays.
+    #[allow(clippy::too_many_arguments)] // the parts of a frame
     pub(super) fn smooth_edges(
         &self,
         view: &View,
         blocks: &Blocks,
-        options: &EdgeOptions,
-        pixels: &[Vertex],
+        mesh: &MeshOptions,
+        shown: &[Shown],
         corrections: &Corrections,
-        rj_k: &mut [f64],
+        rj_k: &[f64],
+        out: &mut [f64],
     ) -> Result<usize> {
+        let options = &mesh.edges;
         let side = options.strong_side;
         let columns = view.grid().n_l;
-        let rays = AtomicUsize::new(0);
-        let before = rj_k.to_vec();
-        let [weak_k, strong_k] = limits(&before, columns, options);
-        rj_k.par_chunks_mut(columns).enumerate().try_for_each_init(
-            || (self.scratch(), Vec::new(), Vec::new()),
-            |(scratch, low, high), (row, out)| {
-                let mut followed = 0;
-                spans(&before, columns, row, low, high);
-                for (column, value) in out.iter_mut().enumerate() {
-                    let spread_k = spread_k(low, high, column);
-                    if !(spread_k > weak_k) {
-                        continue;
+        let [weak_k, strong_k] = if mesh.antialias { limits(rj_k, columns, options) } else { [f64::INFINITY; 2] };
+        out.par_chunks_mut(columns)
+            .zip(rj_k.par_chunks(columns))
+            .enumerate()
+            .map_init(
+                || (self.scratch(), Spreads::default()),
+                |(scratch, spreads), (row, (out, line))| {
+                    let mut followed = 0;
+                    out.copy_from_slice(line);
+                    let spreads_k = if mesh.antialias { spreads.of_row(rj_k, columns, row) } else { &[] };
+                    for (column, &spread_k) in spreads_k.iter().enumerate().filter(|(_, spread_k)| **spread_k > weak_k) {
+                        let around = Around::new(shown, rj_k, corrections, columns, (column, row), options.alike_k);
+                        // A face that is curved or lit unevenly has no edge: its mean is the value in its middle.
+                        if around.one_face && around.one_mirrored && bend_k(rj_k, columns, (column, row)) <= options.weak_k {
+                            continue;
+                        }
+                        out[column] = if spread_k > strong_k {
+                            let offset = |k: usize| (k as f64 + 0.5) / side as f64 - 0.5;
+                            let looks = (0..side * side).map(|k| (offset(k % side), offset(k / side)));
+                            self.mean_look(view, blocks, &around, looks, scratch, &mut followed)?
+                        } else {
+                            self.mean_look(view, blocks, &around, ROOKS.into_iter(), scratch, &mut followed)?
+                        };
                     }
-                    // A face that is curved or lit unevenly has no edge: its mean is the value in its middle.
-                    let around = Around { pixels, corrections, columns, column, row, alike_k: options.alike_k };
-                    if around.is_one_face() && around.is_one_mirrored() && bend_k(&before, columns, (column, row)) <= options.weak_k {
-                        continue;
-                    }
-                    *value = if spread_k > strong_k {
-                        let offset = |k: usize| (k as f64 + 0.5) / side as f64 - 0.5;
-                        let looks = (0..side * side).map(|k| (offset(k % side), offset(k / side)));
-                        self.mean_look(view, blocks, &around, looks, scratch, &mut followed)?
-                    } else {
-                        self.mean_look(view, blocks, &around, ROOKS.into_iter(), scratch, &mut followed)?
-                    };
-                }
-                rays.fetch_add(followed, Ordering::Relaxed);
-                Ok::<(), SceneError>(())
-            },
-        )?;
-        Ok(rays.into_inner())
+                    out.iter_mut().for_each(|t| *t = self.scaled(0, 0, *t));
+                    Ok(followed)
+                },
+            )
+            .sum()
     }
 
     /// The mean of the looks at offsets from the centre of a pixel. A pixel with no look inside the hemisphere is 0 K.
@@ -93,17 +94,17 @@ impl Tracer<'_> {
     ) -> Result<f64> {
         // If all nine pixels show one face, the edge is a mirrored one, and the first hit does not show it. On level ground the mirrored hit does;
         // on bodies, which may be curved, temperatures change too fast along one face in the mirror.
-        let (one_face, one_mirrored) = (around.is_one_face(), around.is_one_mirrored());
-        let on_ground = around.here().is_ground();
-        let block = blocks.at(around.column as f64, around.row as f64);
+        let (one_face, one_mirrored) = (around.one_face, around.one_mirrored);
+        let on_ground = around.here.face.is_ground();
+        let block = blocks.at(around.column, around.row);
         let (mut sum, mut count) = (0.0, 0_u32);
         for (dx, dy) in looks {
             let (x, y) = (around.column as f64 + dx, around.row as f64 + dy);
-            let Some(direction) = view.direction(x, y) else { continue };
+            let Some(along) = view.along(x, y) else { continue };
             let known = if one_face && (one_mirrored || !on_ground) {
                 None
             } else {
-                let look = self.look(view, direction, block)?;
+                let look = self.look(view, along, block)?;
                 let mirrored = if one_face { Some(self.mirrored(&look)?) } else { None };
                 around.near(look.face, mirrored, (dx, dy))
             };
@@ -111,6 +112,7 @@ impl Tracer<'_> {
                 Some(rj_k) => rj_k,
                 None => {
                     *followed += 1;
+                    let direction = view.unit(along);
                     let points = Points::of_pixel(x, y);
                     let bare = self.vertex(view, direction, points.using(Use::Nothing), block, scratch)?;
                     match around.correction(&bare, (dx, dy)) {
@@ -133,14 +135,13 @@ fn limits(values: &[f64], columns: usize, options: &EdgeOptions) -> [f64; 2] {
     let counts = (0..values.len() / columns)
         .into_par_iter()
         .fold(
-            || (none(), Vec::new(), Vec::new()),
-            |(mut counts, mut low, mut high), row| {
-                spans(values, columns, row, &mut low, &mut high);
-                (0..columns).for_each(|column| counts[(spread_k(&low, &high, column) as usize).min(SPREADS - 1)] += 1);
-                (counts, low, high)
+            || (none(), Spreads::default()),
+            |(mut counts, mut spreads), row| {
+                spreads.of_row(values, columns, row).iter().for_each(|spread_k| counts[(*spread_k as usize).min(SPREADS - 1)] += 1);
+                (counts, spreads)
             },
         )
-        .map(|(counts, ..)| counts)
+        .map(|(counts, _)| counts)
         .reduce(none, |a, b| a.iter().zip(&b).map(|(a, b)| a + b).collect());
     // Sum of the squares of the differences below each kelvin.
     let mut below = vec![0.0; SPREADS + 1];
@@ -172,83 +173,111 @@ fn bend_k(values: &[f64], columns: usize, (column, row): (usize, usize)) -> f64 
     [(1, 0), (0, 1), (1, 1), (1, -1)].into_iter().filter_map(bend).fold(0.0, f64::max)
 }
 
-/// The difference between the highest and the lowest of the nine pixels around one.
-#[inline]
-fn spread_k(low: &[f64], high: &[f64], column: usize) -> f64 {
-    let near = column.saturating_sub(1)..(column + 2).min(low.len());
-    let lowest = low[near.clone()].iter().fold(f64::INFINITY, |a, t| a.min(*t));
-    high[near].iter().fold(f64::NEG_INFINITY, |a, t| a.max(*t)) - lowest
+/// Differences between the highest and the lowest of the nine pixels around each pixel of a row.
+#[derive(Debug, Default)]
+struct Spreads {
+    /// The lowest and the highest of the values of each column in the row and the two rows beside it.
+    low: Vec<f64>,
+    high: Vec<f64>,
+    spread_k: Vec<f64>,
 }
 
-/// The lowest and the highest of the values of each column in a row and the two rows beside it.
-fn spans(values: &[f64], columns: usize, row: usize, low: &mut Vec<f64>, high: &mut Vec<f64>) {
-    let line = |r: usize| &values[r * columns..(r + 1) * columns];
-    low.clear();
-    low.extend_from_slice(line(row));
-    high.clone_from(low);
-    let last = values.len() / columns - 1;
-    for other in [row.checked_sub(1), Some(row + 1).filter(|r| *r <= last)].into_iter().flatten() {
-        for ((low, high), v) in low.iter_mut().zip(high.iter_mut()).zip(line(other)) {
-            (*low, *high) = (low.min(*v), high.max(*v));
+impl Spreads {
+    /// Those of a row.
+    fn of_row(&mut self, values: &[f64], columns: usize, row: usize) -> &[f64] {
+        let line = |r: usize| &values[r * columns..(r + 1) * columns];
+        let last = values.len() / columns - 1;
+        let (below, here, above) = (line(row.saturating_sub(1)), line(row), line((row + 1).min(last)));
+        for extremes in [&mut self.low, &mut self.high, &mut self.spread_k] {
+            extremes.resize(columns, 0.0);
         }
+        for ((((low, high), a), b), c) in self.low.iter_mut().zip(&mut self.high).zip(below).zip(here).zip(above) {
+            *low = smaller(smaller(*a, *b), *c);
+            *high = larger(larger(*a, *b), *c);
+        }
+        if let [first, .., end] = self.spread_k.as_mut_slice() {
+            *first = larger(self.high[0], self.high[1]) - smaller(self.low[0], self.low[1]);
+            *end = larger(self.high[columns - 2], self.high[columns - 1]) - smaller(self.low[columns - 2], self.low[columns - 1]);
+            for ((spread, low), high) in self.spread_k[1..].iter_mut().zip(self.low.windows(3)).zip(self.high.windows(3)) {
+                *spread = larger(larger(high[0], high[1]), high[2]) - smaller(smaller(low[0], low[1]), low[2]);
+            }
+        } else {
+            self.spread_k[0] = self.high[0] - self.low[0];
+        }
+        &self.spread_k
     }
+}
+
+/// One instruction, where `f64::min` looks for NaN.
+#[inline]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// As [`smaller`].
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// A pixel and its neighbours.
 struct Around<'a> {
-    pixels: &'a [Vertex],
+    /// Their number, and what each shows, its temperature in K, its place in the picture, and how far away it is, pixels.
+    count: usize,
+    near: [(Shown, f64, usize, [f64; 2]); 9],
+    here: Shown,
+    /// Whether all show one face, and one in the mirror.
+    one_face: bool,
+    one_mirrored: bool,
     corrections: &'a Corrections,
-    columns: usize,
     column: usize,
     row: usize,
     /// Largest difference between pixels that show one face for which a look takes the temperature of a pixel, K.
     alike_k: f64,
 }
 
-impl Around<'_> {
-    fn here(&self) -> &Vertex {
-        &self.pixels[self.row * self.columns + self.column]
-    }
-
-    /// The pixel `dx` columns and `dy` rows away; `None` outside the picture.
-    fn at(&self, dx: isize, dy: isize) -> Option<&Vertex> {
-        let column = self.column.checked_add_signed(dx).filter(|c| *c < self.columns)?;
-        let row = self.row.checked_add_signed(dy)?;
-        self.pixels.get(row * self.columns + column)
-    }
-
-    fn neighbours(&self) -> impl Iterator<Item = &Vertex> {
-        (-1..=1).flat_map(move |dy| (-1..=1).filter_map(move |dx| self.at(dx, dy)))
-    }
-
-    fn is_one_face(&self) -> bool {
-        self.neighbours().all(|v| v.face == self.here().face)
-    }
-
-    fn is_one_mirrored(&self) -> bool {
-        self.neighbours().all(|v| v.mirrored == self.here().mirrored)
-    }
-
-    /// The nearest to an offset in this pixel of the nine pixels that show a face, and another one in the mirror if that is given: its number, and the lowest and highest of their
-    /// temperatures, K.
-    fn nearest(&self, face: Face, mirrored: Option<Face>, (dx, dy): (f64, f64)) -> Option<(usize, [f64; 2])> {
-        let mut best: Option<(f64, usize)> = None;
-        let mut span = [f64::INFINITY, f64::NEG_INFINITY];
-        for j in -1..=1_i32 {
-            for i in -1..=1_i32 {
-                let Some(v) = self.at(i as isize, j as isize) else { continue };
-                if v.face != face || mirrored.is_some_and(|m| v.mirrored.is_some_and(|other| other != m)) {
-                    continue;
-                }
-                span = [span[0].min(v.rj_k), span[1].max(v.rj_k)];
-                let away = (f64::from(i) - dx).powi(2) + (f64::from(j) - dy).powi(2);
-                if best.is_none_or(|b| away < b.0) {
-                    let row = self.row.checked_add_signed(j as isize)?;
-                    best = Some((away, row * self.columns + self.column.checked_add_signed(i as isize)?));
-                }
+impl<'a> Around<'a> {
+    fn new(
+        shown: &[Shown],
+        rj_k: &[f64],
+        corrections: &'a Corrections,
+        columns: usize,
+        (column, row): (usize, usize),
+        alike_k: f64,
+    ) -> Self {
+        let here = shown[row * columns + column];
+        let mut around =
+            Self { count: 0, near: [Default::default(); 9], here, one_face: true, one_mirrored: true, corrections, column, row, alike_k };
+        let last = shown.len() / columns - 1;
+        for r in row.saturating_sub(1)..=(row + 1).min(last) {
+            for c in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
+                let (at, away) = (r * columns + c, [c as f64 - column as f64, r as f64 - row as f64]);
+                around.near[around.count] = (shown[at], rj_k[at], at, away);
+                around.count += 1;
+                around.one_face &= shown[at].face == here.face;
+                around.one_mirrored &= shown[at].mirrored == here.mirrored;
             }
         }
-        best.map(|(_, pixel)| (pixel, span))
+        around
+    }
+
+    /// The nearest to an offset in this pixel of the nine pixels that show a face, and another one in the mirror if that is given: its number and its temperature, and
+    /// the lowest and highest of the temperatures of all of them, K.
+    #[inline]
+    fn nearest(&self, face: Face, mirrored: Option<Face>, (dx, dy): (f64, f64)) -> Option<(usize, f64, [f64; 2])> {
+        let (mut best, mut nearest) = (None, f64::INFINITY);
+        let mut span = [f64::INFINITY, f64::NEG_INFINITY];
+        for (shown, rj_k, at, away) in &self.near[..self.count] {
+            if shown.face != face || mirrored.is_some_and(|m| shown.mirrored.is_some_and(|other| other != m)) {
+                continue;
+            }
+            span = [smaller(span[0], *rj_k), larger(span[1], *rj_k)];
+            let far = (away[0] - dx).powi(2) + (away[1] - dy).powi(2);
+            if far < nearest {
+                (best, nearest) = (Some((*at, *rj_k)), far);
+            }
+        }
+        best.map(|(at, rj_k)| (at, rj_k, span))
     }
 
     /// What surfaces scatter to a look besides open sky: the correction of the nearest pixel that shows the same face. `None` if there is none.
@@ -256,15 +285,15 @@ impl Around<'_> {
         if !look.scatters {
             return Some(0.0);
         }
-        let (pixel, _) = self.nearest(look.face, None, offset)?;
+        let (pixel, ..) = self.nearest(look.face, None, offset)?;
         self.corrections.of(pixel).map(|c| c[0])
     }
 
     /// Temperature of the nearest of the nine pixels that show a face, and another one in the mirror if that is given. `None` if no pixel does, or
     /// if the pixels that do differ too much.
     fn near(&self, face: Face, mirrored: Option<Face>, offset: (f64, f64)) -> Option<f64> {
-        let (pixel, [low, high]) = self.nearest(face, mirrored, offset)?;
-        (high - low <= self.alike_k).then(|| self.pixels[pixel].rj_k)
+        let (_, rj_k, [low, high]) = self.nearest(face, mirrored, offset)?;
+        (high - low <= self.alike_k).then_some(rj_k)
     }
 }
 

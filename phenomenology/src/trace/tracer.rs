@@ -1,6 +1,7 @@
 //! A scene with everything that rays need at given frequencies.
 
 use super::face::Face;
+use super::memory::Kept;
 use super::options::{RenderOptions, Scale};
 use super::weather::Weather;
 use crate::atmosphere::PathTable;
@@ -39,6 +40,8 @@ pub struct Tracer<'a> {
     pub(super) level: f64,
     /// Number of the table of the sky that level surfaces scatter.
     pub(super) open_level: usize,
+    /// Memory of frames.
+    pub(super) memory: Kept,
 }
 
 /// The first point that a ray hits.
@@ -130,6 +133,7 @@ impl<'a> Tracer<'a> {
             eps,
             level: options.level_deg.to_radians().cos(),
             open_level: level,
+            memory: Kept::default(),
         })
     }
 

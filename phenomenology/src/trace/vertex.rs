@@ -22,7 +22,21 @@ pub(super) struct Vertex {
     pub scatters: bool,
 }
 
+/// What a pixel shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Shown {
+    /// As in [`Vertex`].
+    pub face: Face,
+    /// As in [`Vertex`].
+    pub mirrored: Option<Face>,
+}
+
 impl Vertex {
+    /// What it shows.
+    pub(super) fn shown(&self) -> Shown {
+        Shown { face: self.face, mirrored: self.mirrored }
+    }
+
     /// Whether it shows the ground.
     pub(super) fn is_ground(&self) -> bool {
         self.face.is_ground()
@@ -36,10 +50,9 @@ impl Vertex {
 
 /// What a ray hits first, and what it would hit in the mirror.
 pub(super) struct Look<'a> {
-    ray: Ray,
     block: &'a Block,
-    /// The first hit, where the mirror matters.
-    spot: Option<Spot>,
+    /// The ray and its first hit, where the mirror matters.
+    spot: Option<(Ray, Spot)>,
     /// What the first hit is.
     pub face: Face,
 }
@@ -56,30 +69,32 @@ impl Tracer<'_> {
         Ok(Vertex { face: seen.map_or(Face::SKY, |s| s.identity()), mirrored: scratch.mirrored, rj_k, scatters: scratch.scatters })
     }
 
-    /// The first hit along a direction of a view, without radiometry.
+    /// The first hit along a vector of a view, without radiometry.
     #[inline]
-    pub(super) fn look<'a>(&self, view: &View, direction: Vec3, block: &'a Block) -> Result<Look<'a>> {
-        let ray = Ray::from_unit(view.position, direction);
-        if block.is_open()
+    pub(super) fn look<'a>(&self, view: &View, along: Vec3, block: &'a Block) -> Result<Look<'a>> {
+        if block.open
             && let Some(terrain) = &self.scene.terrain
             && let Some(level_m) = terrain.level_m()
         {
-            let point = ray.at((level_m - ray.origin.z) * ray.inverse.z);
-            return Ok(Look { ray, block, spot: None, face: Face::of_ground(terrain.cover(point.x, point.y)) });
+            let (from, share) = (view.position, (level_m - view.position.z) / along.z);
+            let face = Face::of_ground(terrain.cover(from.x + along.x * share, from.y + along.y * share));
+            return Ok(Look { block, spot: None, face });
         }
+        let ray = Ray::from_unit(view.position, view.unit(along));
         let spot = self.spot_in(&ray, block)?;
-        Ok(Look { ray, block, spot, face: spot.as_ref().map_or(Face::SKY, Spot::identity) })
+        let face = spot.as_ref().map_or(Face::SKY, Spot::identity);
+        Ok(Look { block, spot: spot.map(|spot| (ray, spot)), face })
     }
 
     /// What a look would hit after a mirror at its first hit.
     #[inline]
     pub(super) fn mirrored(&self, look: &Look<'_>) -> Result<Face> {
-        let Some(spot) = &look.spot else { return Ok(Face::SKY) };
+        let Some((ray, spot)) = &look.spot else { return Ok(Face::SKY) };
         let solids = look.block.mirrored_at(spot);
         if solids.is_some_and(<[_]>::is_empty) {
             return Ok(Face::SKY);
         }
-        Ok(self.spot_of(&self.mirror_ray(&look.ray, spot), solids)?.as_ref().map_or(Face::SKY, Spot::identity))
+        Ok(self.spot_of(&self.mirror_ray(ray, spot), solids)?.as_ref().map_or(Face::SKY, Spot::identity))
     }
 
     /// Whether a look hits what a vertex shows, and in the mirror too.
