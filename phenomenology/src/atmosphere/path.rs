@@ -10,6 +10,8 @@ use super::transfer::PathRadiation;
 
 /// Height differences below this are a horizontal path, km.
 pub(super) const LEVEL_PATH_KM: f64 = 1e-6;
+/// Longest path, km.
+pub(super) const LONGEST_PATH_KM: f64 = 2000.0;
 
 /// Extent of a path, given by its length or by its direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +42,7 @@ impl PathEnds {
         let height_km = (target_km - observer_km).abs();
         let length_km = match extent {
             PathExtent::LengthKm(length_km) => {
-                check_range("path length", length_km, "km", 0.0, 2000.0)?;
+                check_range("path length", length_km, "km", 0.0, LONGEST_PATH_KM)?;
                 // Lengths computed from coordinates may round below the height difference.
                 if length_km < height_km * (1.0 - 1e-9) {
                     let height = format!("the height difference {height_km} km between its ends");

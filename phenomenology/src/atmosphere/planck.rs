@@ -15,17 +15,8 @@ pub const COSMIC_BACKGROUND_K: f64 = 2.728;
 const WARM: f64 = 1.0 / 32.0;
 
 /// Coefficients of `x / ln(1 + x)` in powers of `x`: 1 and those of Gregory (Jordan 1947, Calculus of finite differences, section 89).
-const GREGORY: [f64; 9] = [
-    1.0,
-    1.0 / 2.0,
-    -1.0 / 12.0,
-    1.0 / 24.0,
-    -19.0 / 720.0,
-    3.0 / 160.0,
-    -863.0 / 60480.0,
-    275.0 / 24192.0,
-    -33953.0 / 3_628_800.0,
-];
+const GREGORY: [f64; 9] =
+    [1.0, 1.0 / 2.0, -1.0 / 12.0, 1.0 / 24.0, -19.0 / 720.0, 3.0 / 160.0, -863.0 / 60480.0, 275.0 / 24192.0, -33953.0 / 3_628_800.0];
 
 /// The quantum temperature `x = h f / k` in K (0.0479924 K per GHz).
 #[must_use]

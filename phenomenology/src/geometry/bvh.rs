@@ -4,8 +4,6 @@ use crate::space::Beam;
 use crate::space::Bounds;
 use crate::space::Ray;
 
-/// Largest number of items of a leaf.
-const LEAF: usize = 2;
 /// Number of bins of the search for the best split.
 const BINS: usize = 16;
 /// Largest depth of the tree, which is the size of the search stack. Half of it is left to splits in the middle, which add at most 32 levels.
@@ -18,52 +16,94 @@ struct Node {
     link: u32,
     /// Items of a leaf; 0 for a branch.
     count: u16,
-    /// Axis of the split.
-    axis: u16,
 }
 
-/// The boxes of the two children of a branch, side by side: low and high along x, y and z. A ray is tested against both at once.
-#[derive(Debug, Clone, Copy, Default)]
+/// The boxes of up to four descendants of a branch, side by side: low and high along x, y and z. A ray is tested against all at once, in single precision: the boxes are rounded
+/// outwards, and so are the numbers of the ray, so that no box is missed.
+#[derive(Debug, Clone)]
 #[repr(align(16))]
-struct Pair([[f64; 2]; 6]);
+struct Quad {
+    bounds: [[f32; 4]; 6],
+    /// Another quad, or items.
+    links: [Link; 4],
+    count: usize,
+}
 
-impl Pair {
-    fn new(left: &Bounds, right: &Bounds) -> Self {
-        let of = |b: &Bounds| [b.min.x, b.max.x, b.min.y, b.max.y, b.min.z, b.max.z];
-        let (left, right) = (of(left), of(right));
-        Self(std::array::from_fn(|k| [left[k], right[k]]))
-    }
+/// A quad, or an item.
+#[derive(Debug, Clone, Copy, Default)]
+struct Link(u32);
 
-    /// As [`Bounds::entry`] for both: where the ray enters and leaves them.
+/// Marks an item.
+const IS_ITEM: u32 = 1 << 31;
+
+/// A number that is not below another one, and a little above it; its negative serves for the lower side.
+#[inline]
+fn above(x: f64) -> f32 {
+    (x + (x.abs() * 1.3e-7 + 1e-30)) as f32
+}
+
+/// Relative error of a distance in single precision, with a margin.
+const SLACK: f32 = 1e-6;
+
+/// A ray in single precision.
+struct Thin {
+    /// Its origin, rounded up for lower planes, and down for upper ones.
+    from: [[f32; 2]; 3],
+    inverse: [f32; 3],
+}
+
+impl Thin {
     #[inline]
-    fn entries(&self, ray: &Ray, t_max: f64) -> [[f64; 2]; 2] {
+    fn new(ray: &Ray) -> Self {
         let (o, i) = (ray.origin, ray.inverse);
-        let at = |k: usize, o: f64, i: f64| [(self.0[k][0] - o) * i, (self.0[k][1] - o) * i];
-        let (x1, x2) = (at(0, o.x, i.x), at(1, o.x, i.x));
-        let (y1, y2) = (at(2, o.y, i.y), at(3, o.y, i.y));
-        let (z1, z2) = (at(4, o.z, i.z), at(5, o.z, i.z));
-        let near = larger(larger(smaller(x1, x2), smaller(y1, y2)), larger(smaller(z1, z2), [0.0; 2]));
-        let far = smaller(smaller(larger(x1, x2), larger(y1, y2)), smaller(larger(z1, z2), [t_max; 2]));
-        [near, far]
+        Self { from: [o.x, o.y, o.z].map(|o| [above(o), -above(-o)]), inverse: [i.x as f32, i.y as f32, i.z as f32] }
+    }
+}
+
+impl Quad {
+    fn new(children: &[(Bounds, Link)]) -> Self {
+        let mut quad = Self { bounds: [[0.0; 4]; 6], links: [Link::default(); 4], count: children.len() };
+        for (k, (b, link)) in children.iter().enumerate() {
+            for (axis, (low, high)) in [(b.min.x, b.max.x), (b.min.y, b.max.y), (b.min.z, b.max.z)].into_iter().enumerate() {
+                quad.bounds[2 * axis][k] = -above(-low);
+                quad.bounds[2 * axis + 1][k] = above(high);
+            }
+            quad.links[k] = *link;
+        }
+        quad
+    }
+
+    /// As [`Bounds::entry`] for all: where the ray enters and leaves them.
+    #[inline(never)]
+    fn entries(&self, ray: &Thin, t_max: f32) -> [[f32; 4]; 2] {
+        let (mut near, mut far) = ([0.0; 4], [t_max; 4]);
+        for axis in 0..3 {
+            let ([low, high], inverse) = (ray.from[axis], ray.inverse[axis]);
+            let a = self.bounds[2 * axis].map(|plane| (plane - low) * inverse);
+            let b = self.bounds[2 * axis + 1].map(|plane| (plane - high) * inverse);
+            near = larger(smaller(a, b), near);
+            far = smaller(larger(a, b), far);
+        }
+        [near.map(|t| t * (1.0 - SLACK)), far.map(|t| t * (1.0 + SLACK))]
     }
 }
 
 #[inline]
-fn smaller(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [if a[0] < b[0] { a[0] } else { b[0] }, if a[1] < b[1] { a[1] } else { b[1] }]
+fn smaller(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    std::array::from_fn(|k| if a[k] < b[k] { a[k] } else { b[k] })
 }
 
 #[inline]
-fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [if a[0] > b[0] { a[0] } else { b[0] }, if a[1] > b[1] { a[1] } else { b[1] }]
+fn larger(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    std::array::from_fn(|k| if a[k] > b[k] { a[k] } else { b[k] })
 }
 
 /// A bounding volume hierarchy over numbered items.
 #[derive(Debug, Clone, Default)]
 pub struct Bvh {
     nodes: Vec<Node>,
-    /// The children of each branch. // [node]
-    pairs: Vec<Pair>,
+    /// The nodes for rays, the first one at the root.
+    quads: Vec<Quad>,
     items: Vec<u32>,
     /// Items without finite bounds. Every search tests them.
     endless: Vec<u32>,
@@ -86,20 +126,39 @@ impl Bvh {
             tree.split(bounds, &mut items, 0, 0);
             tree.items = items;
         }
-        let pair = |(at, node): (usize, &Node)| match node.count {
-            0 => Pair::new(&tree.nodes[at + 1].bounds, &tree.nodes[node.link as usize].bounds),
-            _ => Pair::default(),
-        };
-        tree.pairs = tree.nodes.iter().enumerate().map(pair).collect();
+        if !tree.nodes.is_empty() {
+            tree.join(0);
+        }
         tree
+    }
+
+    fn link(&mut self, at: usize) -> Link {
+        match self.nodes[at] {
+            Node { count: 0, .. } => self.join(at),
+            Node { link, .. } => Link(IS_ITEM | self.items[link as usize]),
+        }
+    }
+
+    /// Joins two levels of branches to quads, from a node down.
+    fn join(&mut self, at: usize) -> Link {
+        let of = |at: usize| match self.nodes[at] {
+            Node { count: 0, link, .. } => vec![at + 1, link as usize],
+            _ => vec![at],
+        };
+        let children: Vec<usize> = of(at).into_iter().flat_map(of).collect();
+        let quad = self.quads.len();
+        self.quads.push(Quad::new(&[]));
+        let children: Vec<(Bounds, Link)> = children.into_iter().map(|child| (self.nodes[child].bounds, self.link(child))).collect();
+        self.quads[quad] = Quad::new(&children);
+        Link(quad as u32)
     }
 
     fn split(&mut self, bounds: &[Bounds], items: &mut [u32], first: usize, depth: usize) {
         let of = |items: &[u32]| items.iter().fold(Bounds::EMPTY, |b, i| b.union(bounds[*i as usize]));
         let all = of(items);
         let at = self.nodes.len();
-        self.nodes.push(Node { bounds: all, link: first as u32, count: items.len() as u16, axis: 0 });
-        if items.len() <= LEAF {
+        self.nodes.push(Node { bounds: all, link: first as u32, count: items.len() as u16 });
+        if items.len() <= 1 {
             return;
         }
         let centers = Bounds::of_points(items.iter().map(|i| bounds[*i as usize].center()));
@@ -131,7 +190,7 @@ impl Bvh {
         self.split(bounds, left, first, depth + 1);
         let link = self.nodes.len() as u32;
         self.split(bounds, right, first + middle, depth + 1);
-        self.nodes[at] = Node { bounds: all, link, count: 0, axis: axis as u16 };
+        self.nodes[at] = Node { bounds: all, link, count: 0 };
     }
 
     /// Finds the leaves of the tree that a beam may meet, as items with a distance before which no ray enters the leaf, m. Returns false if the
@@ -170,50 +229,37 @@ impl Bvh {
         for &item in &self.endless {
             t_max = visit(item, t_max);
         }
-        if self.nodes.is_empty() || self.nodes[0].bounds.entry(ray, t_max).is_none() {
+        if self.quads.is_empty() {
             return;
         }
+        let thin = Thin::new(ray);
         // Nodes to visit, and where the ray enters them.
-        let (mut later, mut entries) = ([0_u32; STACK], [0.0_f64; STACK]);
-        let mut depth = 0;
-        let mut at = 0_u32;
-        loop {
-            let node = &self.nodes[at as usize];
-            if node.count > 0 {
-                for &item in &self.items[node.link as usize..node.link as usize + usize::from(node.count)] {
-                    t_max = visit(item, t_max);
-                }
-            } else {
-                let (left, right) = (at + 1, node.link);
-                let [[a, b], far] = self.pairs[at as usize].entries(ray, t_max);
-                match (a <= far[0], b <= far[1]) {
-                    (true, true) => {
-                        let left_first = a < b || (a == b && ray.direction[usize::from(node.axis)] >= 0.0);
-                        let (near, far, entry) = if left_first { (left, right, b) } else { (right, left, a) };
-                        (later[depth], entries[depth]) = (far, entry);
-                        depth += 1;
-                        at = near;
-                        continue;
-                    }
-                    (true, false) => {
-                        at = left;
-                        continue;
-                    }
-                    (false, true) => {
-                        at = right;
-                        continue;
-                    }
-                    (false, false) => {}
-                }
+        let mut later = [(0.0_f32, Link::default()); 3 * (STACK / 2) + 4];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let (entry, link) = later[depth];
+            let limit = t_max as f32 * (1.0 + SLACK);
+            if entry > limit {
+                continue;
             }
-            loop {
-                if depth == 0 {
-                    return;
-                }
-                depth -= 1;
-                if entries[depth] <= t_max {
-                    at = later[depth];
-                    break;
+            if link.0 & IS_ITEM != 0 {
+                t_max = visit(link.0 & !IS_ITEM, t_max);
+                continue;
+            }
+            let quad = &self.quads[link.0 as usize];
+            let [near, far] = quad.entries(&thin, limit);
+            let first = depth;
+            for k in 0..quad.count {
+                if near[k] <= far[k] {
+                    // The nearest last, so that it is visited first.
+                    let mut place = depth;
+                    while place > first && later[place - 1].0 < near[k] {
+                        later[place] = later[place - 1];
+                        place -= 1;
+                    }
+                    later[place] = (near[k], quad.links[k]);
+                    depth += 1;
                 }
             }
         }

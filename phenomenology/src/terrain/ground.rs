@@ -4,7 +4,7 @@ use super::height_field::HeightField;
 use super::hit::GroundHit;
 use super::map::SurfaceMap;
 use super::patch::Patch;
-use super::patch_index::PatchIndex;
+use super::patch_index::{Few, PatchIndex};
 use crate::space::{Ray, Vec3};
 
 /// The ground of a scene.
@@ -81,6 +81,19 @@ impl Terrain {
             return None;
         }
         self.patches.only(low, high).map(|cover| cover.unwrap_or(self.cover))
+    }
+
+    /// The patches that may lie at the points of a rectangle between two corners in m; `None` if they are more than `most`.
+    #[must_use]
+    pub fn few_patches(&self, low: [f64; 2], high: [f64; 2], most: usize) -> Option<Few> {
+        self.patches.few(low, high, most)
+    }
+
+    /// As [`Terrain::cover`] at a point where only these patches may lie.
+    #[must_use]
+    #[inline]
+    pub fn cover_of(&self, few: &Few, x: f64, y: f64) -> u32 {
+        self.patches.cover_of(few, x, y).or_else(|| self.map.as_ref().and_then(|m| m.cover(x, y))).unwrap_or(self.cover)
     }
 
     /// The cover of a point.

@@ -13,3 +13,4 @@ pub use hit::GroundHit;
 pub use map::SurfaceMap;
 pub(crate) use patch::strip;
 pub use patch::{Patch, Shape};
+pub use patch_index::Few;

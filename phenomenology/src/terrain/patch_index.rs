@@ -15,6 +15,13 @@ pub(super) struct PatchIndex {
     root: Option<Grid>,
 }
 
+/// The patches that may lie at the points of a small part of the ground: those whose outline may cross it, the topmost first, and the cover under them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Few {
+    across: Box<[u32]>,
+    under: Option<u32>,
+}
+
 /// A square grid of cells.
 #[derive(Debug, Clone)]
 struct Grid {
@@ -119,6 +126,32 @@ impl PatchIndex {
         root.only(low, high)
     }
 
+    /// The patches that may lie at the points of a rectangle; `None` if they are more than `most`.
+    pub(super) fn few(&self, low: [f64; 2], high: [f64; 2], most: usize) -> Option<Few> {
+        let mut few = Few::default();
+        let mut across = Vec::new();
+        for (i, patch) in self.patches.iter().enumerate().rev() {
+            match patch.lies(low, high) {
+                Lies::Outside => {}
+                Lies::Across if across.len() == most => return None,
+                Lies::Across => across.push(i as u32),
+                Lies::Inside => {
+                    few.under = Some(patch.cover());
+                    break;
+                }
+            }
+        }
+        few.across = across.into();
+        Some(few)
+    }
+
+    /// As [`PatchIndex::cover`] at a point where only these patches may lie.
+    #[inline]
+    pub(super) fn cover_of(&self, few: &Few, x: f64, y: f64) -> Option<u32> {
+        let hit = few.across.iter().map(|i| &self.patches[*i as usize]).find(|p| p.contains(x, y));
+        hit.map(Patch::cover).or(few.under)
+    }
+
     /// The cover of the topmost patch at a point.
     #[inline]
     pub(super) fn cover(&self, x: f64, y: f64) -> Option<u32> {
@@ -168,10 +201,17 @@ mod tests {
             assert_eq!(index.cover(x, y), direct, "{x} {y}");
         }
         // A rectangle of one cover has it at all of its points.
-        let mut found = 0;
+        let (mut found, mut many) = (0, 0);
         for i in 0..4000 {
             let (x, y) = (f64::from(i) * 0.717 % 130.0 - 15.0, f64::from(i) * 0.391_7 % 120.0 - 15.0);
             let size = f64::from(i % 7) * 0.4;
+            if let Some(few) = index.few([x, y], [x + size, y + size], 4) {
+                many += usize::from(few.across.len() > 1);
+                for k in 0..100 {
+                    let (u, v) = (x + size * f64::from(k % 10) / 9.0, y + size * f64::from(k / 10) / 9.0);
+                    assert_eq!(index.cover_of(&few, u, v), index.cover(u, v), "{u} {v}");
+                }
+            }
             let Some(only) = index.only([x, y], [x + size, y + size]) else { continue };
             found += 1;
             for k in 0..100 {
@@ -179,7 +219,7 @@ mod tests {
                 assert_eq!(index.cover(u, v), only, "{u} {v}");
             }
         }
-        assert!(found > 1000, "{found}");
+        assert!(found > 1000 && many > 100, "{found} {many}");
         assert_eq!(PatchIndex::new(Vec::new()).only([0.0; 2], [1.0; 2]), Some(None));
         assert_eq!(PatchIndex::new(Vec::new()).cover(0.0, 0.0), None);
     }

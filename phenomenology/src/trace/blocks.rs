@@ -3,16 +3,20 @@
 //! Most blocks of a picture show ground without any solid before it, and many others show one or two solids. A search for them once per block
 //! spares every ray of the block the search of the tree of all solids. Level ground of a block is a mirror too: its mirrored rays are a bundle.
 
-use super::tracer::{Spot, Tracer};
+use super::tracer::{First, Spot, Tracer};
 use crate::camera::View;
 use crate::error::Result;
 use crate::space::{Beam, Bounds, Ray, Vec3};
+use crate::terrain::{Few, Terrain};
 use rayon::prelude::*;
 
 /// Side of a block, pixels.
 pub(super) const SIDE: usize = 8;
 /// Largest number of solids in the way of a block. Beyond it the tree is faster.
 const MOST: usize = 32;
+
+/// Largest number of patches of ground in a block. Beyond it the index of all patches is faster.
+const MOST_PATCHES: usize = 6;
 
 /// The only solids that a bundle of rays can meet, each after a distance in m before which no ray meets it, the nearest first. `None` if they are many.
 type Way = Option<Box<[(f64, u32)]>>;
@@ -26,13 +30,30 @@ pub(super) struct Block {
     mirrored: Way,
     /// Whether its rays can meet nothing but level ground, whose mirror shows nothing but the sky.
     pub open: bool,
+    /// The patches of the ground that its rays can meet; `None` if they are many or unknown.
+    patches: Option<Few>,
     /// The cover of all of its pixels, if they are level ground with nothing before it and nothing but the sky in its mirror.
     pub ground: Option<u32>,
 }
 
 impl Block {
     /// A block of which nothing is known.
-    const UNKNOWN: Self = Self { solids: None, mirrored: None, open: false, ground: None };
+    const UNKNOWN: Self = Self { solids: None, mirrored: None, open: false, patches: None, ground: None };
+
+    /// The cover of a point of the ground that a ray of the block meets.
+    #[inline]
+    pub(super) fn cover(&self, terrain: &Terrain, x: f64, y: f64) -> u32 {
+        match &self.patches {
+            Some(few) => terrain.cover_of(few, x, y),
+            None => terrain.cover(x, y),
+        }
+    }
+
+    /// Whether rays that its level ground mirrors meet nothing but the sky.
+    #[inline]
+    pub(super) fn mirrors_sky(&self) -> bool {
+        self.mirrored.as_ref().is_some_and(|w| w.is_empty())
+    }
 
     /// The solids in the way of rays that are mirrored at what was hit; `None` if nothing is known of them.
     #[inline]
@@ -63,16 +84,35 @@ impl Tracer<'_> {
     /// The first point that a ray of a block of pixels hits; `None` for the sky.
     #[inline]
     pub(super) fn spot_in(&self, ray: &Ray, block: &Block) -> Result<Option<Spot>> {
-        self.spot_of(ray, block.solids.as_deref())
+        self.spot_at(ray, &self.first_in(ray, block))
+    }
+
+    /// What a ray of a block of pixels hits first.
+    #[inline]
+    pub(super) fn first_in(&self, ray: &Ray, block: &Block) -> First {
+        let geometry = &self.scene.geometry;
+        let solid = |limit| match block.solids.as_deref() {
+            Some(solids) => geometry.first_hit_of(solids, ray, limit),
+            None => geometry.first_hit(ray, limit),
+        };
+        self.first(ray, solid, |terrain, x, y| block.cover(terrain, x, y))
+    }
+
+    /// What a ray hits first, if these are the only solids that it can meet.
+    #[inline]
+    pub(super) fn first_of(&self, ray: &Ray, solids: Option<&[(f64, u32)]>) -> First {
+        let geometry = &self.scene.geometry;
+        let solid = |limit| match solids {
+            Some(solids) => geometry.first_hit_of(solids, ray, limit),
+            None => geometry.first_hit(ray, limit),
+        };
+        self.first(ray, solid, Terrain::cover)
     }
 
     /// The first point that a ray hits, if these are the only solids that it can meet; `None` for the sky.
     #[inline]
     pub(super) fn spot_of(&self, ray: &Ray, solids: Option<&[(f64, u32)]>) -> Result<Option<Spot>> {
-        match solids {
-            Some(solids) => self.nearest_spot(ray, |limit| self.scene.geometry.first_hit_of(solids, ray, limit)),
-            None => self.spot(ray),
-        }
+        self.spot_at(ray, &self.first_of(ray, solids))
     }
 
     /// The blocks of a view.
@@ -107,10 +147,12 @@ impl Tracer<'_> {
                 max: Vec3::new(around.max.x, around.max.y, -around.min.z),
             };
             let places = held(&places);
+            let [low, high] = [places.min, places.max].map(|p| [p.x, p.y]);
             block.mirrored = way(places, mirrored);
+            block.patches = terrain.few_patches(low, high, MOST_PATCHES);
             block.open = [&block.solids, &block.mirrored].into_iter().all(|way| way.as_ref().is_some_and(|w| w.is_empty()));
             if block.open {
-                block.ground = terrain.only_cover([places.min.x, places.min.y], [places.max.x, places.max.y]);
+                block.ground = terrain.only_cover(low, high);
             }
         }
         block

@@ -2,7 +2,7 @@
 
 use super::cause::{Cause, Tally};
 use super::face::Face;
-use super::lattice::Points;
+use super::lattice::{Points, Use};
 use super::polar::{local_frame, polarised, reflect, turn};
 use super::scatter::{Scattering, heaviest, weight_of};
 use super::scratch::{Reach, Scratch};
@@ -62,9 +62,7 @@ impl Tracer<'_> {
         scratch: &mut Scratch,
     ) -> Result<Option<Seen>> {
         let planes = self.antenna.len();
-        for (k, row) in scratch.rows[0].iter_mut().enumerate() {
-            *row = self.antenna[k % planes];
-        }
+        scratch.rows[0].chunks_exact_mut(planes).for_each(|rows| rows.copy_from_slice(&self.antenna));
         scratch.sums.fill(0.0);
         scratch.corrections.fill(0.0);
         scratch.tally.clear();
@@ -138,10 +136,12 @@ impl Tracer<'_> {
         let tables = &self.surfaces[spot.cover as usize];
         let scatters = tables[0].scatters();
         let along = if tables[0].facets().is_some() { self.along(spot, ray.direction) } else { ray.direction };
-        if scatters {
+        // The rows before the reflection are those that the drawn rays get.
+        let draws = scatters && reach.bounces < self.options.max_bounces && (reach.branch > 0 || scratch.points.use_of != Use::Nothing);
+        if draws {
             scratch.copy_rows(reach.branch);
-            scratch.scatters |= reach.branch == 0;
         }
+        scratch.scatters |= scatters && reach.branch == 0;
         // A level surface scatters the sky; a tilted one is taken to see its own temperature, until drawn facets correct that.
         let scattered_from = if self.is_level(spot) { Cause::Sky } else { Cause::Surroundings };
         let (mut left, mut weights) = (0.0_f64, [0.0_f64; 2]);
@@ -165,7 +165,7 @@ impl Tracer<'_> {
                 left = left.max(heaviest(row));
             }
         }
-        if scatters && reach.bounces < self.options.max_bounces {
+        if draws {
             self.correct_scatter(&Scattering { ray, spot, cos, reference }, weights, reach, scratch)?;
         }
         Ok(left)
@@ -201,10 +201,14 @@ impl Tracer<'_> {
         let Some(air) = &self.air else { return Ok(()) };
         let (from, to) = (self.altitude_km + 1e-3 * from_m, self.altitude_km + 1e-3 * to_m);
         let length = self.leg_km(from, to, length_m);
-        let ends = PathEnds::new(from, to, PathExtent::LengthKm(length))?;
         for (channel, path) in scratch.path.iter_mut().enumerate() {
-            let p = air.radiation(channel, &ends)?;
-            *path = (p.emission_rj_k(), p.transmission());
+            *path = match air.of_piece(channel, from, to, length) {
+                Some(piece) => piece,
+                None => {
+                    let p = air.radiation(channel, &PathEnds::new(from, to, PathExtent::LengthKm(length))?)?;
+                    (p.emission_rj_k(), p.transmission())
+                }
+            };
         }
         self.apply_path(branch, scratch);
         Ok(())
@@ -213,10 +217,12 @@ impl Tracer<'_> {
     #[inline]
     pub(super) fn apply_path(&self, branch: usize, scratch: &mut Scratch) {
         let planes = self.antenna.len();
-        for (k, row) in scratch.rows[branch].iter_mut().enumerate() {
-            let (emission_k, transmission) = scratch.path[k / planes];
-            scratch.sums[k] += 2.0 * row[0] * emission_k;
-            row.iter_mut().for_each(|w| *w *= transmission);
+        let rows = scratch.rows[branch].chunks_exact_mut(planes);
+        for ((rows, sums), (emission_k, transmission)) in rows.zip(scratch.sums.chunks_exact_mut(planes)).zip(&scratch.path) {
+            for (row, sum) in rows.iter_mut().zip(sums) {
+                *sum += 2.0 * row[0] * emission_k;
+                row.iter_mut().for_each(|w| *w *= transmission);
+            }
         }
     }
 
@@ -250,8 +256,10 @@ impl Tracer<'_> {
         if rise_m > 1e-3 {
             self.add_air(z, z + rise_m, (rise_m / cos.max(1e-9)).min(1e3 * LONGEST_KM), branch, scratch)?;
         }
-        for (k, row) in scratch.rows[branch].iter().enumerate() {
-            scratch.sums[k] += 2.0 * row[0] * self.sky.rj_k(level, k / planes, cos.abs());
+        let rows = scratch.rows[branch].chunks_exact(planes);
+        for (channel, (rows, sums)) in rows.zip(scratch.sums.chunks_exact_mut(planes)).enumerate() {
+            let sky_k = self.sky.rj_k(level, channel, cos.abs());
+            rows.iter().zip(sums).for_each(|(row, sum)| *sum += 2.0 * row[0] * sky_k);
         }
         Ok(())
     }

@@ -1,7 +1,9 @@
 //! The tracer. It follows rays from the sensor back to the sky, and sums the radiation that arrives along them.
 
+mod around;
 mod blocks;
 mod cause;
+mod edges;
 mod face;
 mod flight;
 mod follow;

@@ -120,7 +120,7 @@ impl Tracer<'_> {
             },
         )?;
         let faces: Vec<Face> = middles.iter().map(|m| if m.scatters { m.face } else { Face::SKY }).collect();
-        let corrections = self.corrections(view, &faces, self.options.speckle_k, NEAR, Vec::new())?;
+        let corrections = self.corrections(view, &faces, self.options.speckle_k, NEAR, Vec::new(), None)?;
         for (pixel, (out, middle)) in sums.chunks_exact_mut(width).zip(&mut middles).enumerate() {
             if let Some(correction) = corrections.of(pixel) {
                 out.iter_mut().zip(correction).for_each(|(o, c)| *o += c);

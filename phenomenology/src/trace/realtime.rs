@@ -8,9 +8,10 @@
 use super::blocks::{Block, Blocks, SIDE};
 use super::face::Face;
 use super::lattice::{Points, Use};
-use super::mesh_options::{MeshOptions, TILE};
 use super::memory::Memory;
+use super::mesh_options::{MeshOptions, TILE};
 use super::scratch::Scratch;
+use super::smooth::Rough;
 use super::tiles::tiles;
 use super::tracer::Tracer;
 use super::vertex::{Look, Vertex};
@@ -38,7 +39,9 @@ struct Tile<'a, 'b> {
     blocks: &'a Blocks,
     scratch: &'a mut Scratch,
     corner: (usize, usize),
-    vertices: &'a mut [Option<Vertex>],
+    vertices: &'a mut [Vertex],
+    /// A bit for each vertex that is traced, row by row.
+    known: [u64; TILE + 1],
     rays: usize,
 }
 
@@ -53,8 +56,7 @@ impl<'a> Tile<'a, '_> {
     }
 
     fn vertex(&mut self, column: usize, row: usize) -> Result<Vertex> {
-        let at = row * (TILE + 1) + column;
-        if let Some(v) = self.vertices[at] {
+        if let Some(v) = self.known(column, row) {
             return Ok(v);
         }
         let (x, y) = self.place(column, row);
@@ -66,14 +68,21 @@ impl<'a> Tile<'a, '_> {
             }
         };
         self.rays += 1;
-        self.vertices[at] = Some(v);
+        self.vertices[row * (TILE + 1) + column] = v;
+        self.known[row] |= 1 << column;
         Ok(v)
     }
 
+    /// A vertex that is traced.
+    #[inline]
+    fn known(&self, column: usize, row: usize) -> Option<Vertex> {
+        (self.known[row] >> column & 1 == 1).then(|| self.vertices[row * (TILE + 1) + column])
+    }
+
     /// What a pixel shows; `None` outside the hemisphere.
-    fn look(&self, column: usize, row: usize) -> Result<Option<Look<'a>>> {
+    fn look(&self, column: usize, row: usize) -> Option<Look<'a>> {
         let (x, y) = self.place(column, row);
-        self.view.along(x, y).map(|d| self.tracer.look(self.view, d, self.block(column, row))).transpose()
+        self.view.along(x, y).map(|d| self.tracer.look(self.view, d, self.block(column, row)))
     }
 
     /// Whether a pixel shows the face of a vertex, and the same face in the mirror.
@@ -81,7 +90,7 @@ impl<'a> Tile<'a, '_> {
         if let Some(cover) = self.block(column, row).ground {
             return Ok(vertex.face == Face::of_ground(cover) && vertex.mirrored.is_none_or(Face::is_sky));
         }
-        match self.look(column, row)? {
+        match self.look(column, row) {
             Some(look) => self.tracer.agrees(&look, vertex),
             None => Ok(vertex.face.is_sky()),
         }
@@ -101,10 +110,10 @@ impl<'a> Tile<'a, '_> {
         }
         for j in 0..side {
             for i in 0..side {
-                let known = self.vertices[(row + j) * (TILE + 1) + column + i];
+                let known = self.known(column + i, row + j);
                 let mut best: Option<(usize, &Vertex)> = None;
                 if known.is_none()
-                    && let Some(look) = self.look(column + i, row + j)?
+                    && let Some(look) = self.look(column + i, row + j)
                 {
                     for (k, v) in c.iter().enumerate() {
                         let (x, y) = (k % 2 * side, k / 2 * side);
@@ -165,7 +174,7 @@ impl<'a> Tile<'a, '_> {
             let (left, right) = (c[0].rj_k + v * (c[2].rj_k - c[0].rj_k), c[1].rj_k + v * (c[3].rj_k - c[1].rj_k));
             for i in 0..side {
                 // An object in front of the face may lie between the corners.
-                let own = self.vertices[(row + j) * (TILE + 1) + column + i];
+                let own = self.known(column + i, row + j);
                 out[(row + j) * TILE + column + i] = match own {
                     Some(v) => v,
                     None if !even && !self.shows(&c[0], column + i, row + j)? => self.vertex(column + i, row + j)?,
@@ -201,13 +210,15 @@ impl Tracer<'_> {
         let columns = view.grid().n_l;
         let mut rays = self.mesh(view, blocks, options, memory)?;
         let values = std::mem::take(&mut memory.corrections);
-        let corrections = self.corrections(view, &memory.scattering, options.speckle * self.options.speckle_k, options.near, values)?;
+        let corrections =
+            self.corrections(view, &memory.scattering, options.speckle * self.options.speckle_k, options.near, values, Some(blocks))?;
         rays += corrections.rays;
         // A frame has one plane and channel.
         memory.rj_k.par_chunks_mut(columns).zip(corrections.values.par_chunks(columns * corrections.states)).for_each(|(row, values)| {
             row.iter_mut().zip(values.chunks_exact(corrections.states)).for_each(|(rj_k, correction)| *rj_k += correction[0]);
         });
-        rays += self.smooth_edges(view, blocks, options, &memory.shown, &corrections, &memory.rj_k, out)?;
+        let rough = Rough { view, blocks, shown: &memory.shown, corrections: &corrections, rj_k: &memory.rj_k };
+        rays += self.smooth_edges(&rough, options, out)?;
         memory.corrections = corrections.values;
         Ok(rays)
     }
@@ -223,11 +234,10 @@ impl Tracer<'_> {
             .zip(tiles(rj_k, columns, 1))
             .enumerate()
             .map_init(
-                || (self.scratch(), vec![None; (TILE + 1) * (TILE + 1)], vec![Vertex::default(); TILE * TILE]),
+                || (self.scratch(), vec![Vertex::default(); (TILE + 1) * (TILE + 1)], vec![Vertex::default(); TILE * TILE]),
                 |(scratch, vertices, out), (k, ((mut shown, mut scattering), mut rj_k))| {
                     let corner = (k % across * TILE, k / across * TILE);
-                    vertices.fill(None);
-                    let mut tile = Tile { tracer: self, view, blocks, scratch, corner, vertices, rays: 0 };
+                    let mut tile = Tile { tracer: self, view, blocks, scratch, corner, vertices, known: [0; TILE + 1], rays: 0 };
                     let (wide, high) = ((columns - corner.0).min(TILE), (rows - corner.1).min(TILE));
                     for row in (0..high).step_by(options.step) {
                         for column in (0..wide).step_by(options.step) {

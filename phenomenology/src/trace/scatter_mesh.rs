@@ -8,6 +8,7 @@
 //! The diffuse lobe of a matt surface is so wide that its correction changes slowly on the whole face: squares are larger there, and a pixel
 //! next to another face takes the correction of a near pixel of its own face.
 
+use super::blocks::Blocks;
 use super::face::Face;
 use super::lattice::Points;
 use super::mesh_options::TILE;
@@ -16,6 +17,7 @@ use super::tiles::{fill, tiles};
 use super::tracer::Tracer;
 use crate::camera::View;
 use crate::error::Result;
+use crate::space::Ray;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -48,6 +50,7 @@ impl Corrections {
 struct Squares<'a, 'b> {
     tracer: &'a Tracer<'b>,
     view: &'a View,
+    blocks: Option<&'a Blocks>,
     /// The scattering face of each pixel of the picture.
     faces: &'a [Face],
     columns: usize,
@@ -82,8 +85,11 @@ impl Squares<'_, '_> {
         }
         let (x, y) = (column as f64, row as f64);
         if let Some(direction) = self.view.direction(x, y) {
-            let reference = self.view.reference(direction);
-            self.tracer.follow(self.view.position, direction, reference, Points::of_pixel(x, y), self.scratch)?;
+            let (ray, reference) = (Ray::from_unit(self.view.position, direction), self.view.reference(direction));
+            let block = self.blocks.map(|blocks| blocks.at(column, row));
+            let first = block.map_or_else(|| self.tracer.spot(&ray), |block| self.tracer.spot_in(&ray, block))?;
+            let mirrored = block.zip(first.as_ref()).and_then(|(block, spot)| block.mirrored_at(spot));
+            self.tracer.follow_from(ray, first, mirrored, reference, Points::of_pixel(x, y), self.scratch)?;
             self.rays += 1;
         } else {
             self.scratch.corrections.fill(0.0);
@@ -208,8 +214,17 @@ impl Squares<'_, '_> {
 
 impl Tracer<'_> {
     /// The corrections of a picture whose pixels show these faces; the sky stands for all that scatters nothing. Their rms noise is
-    /// `speckle_k`. A pixel of a matt face takes the correction of another one up to `near` columns or rows away. `values` is memory for the result.
-    pub(super) fn corrections(&self, view: &View, faces: &[Face], speckle_k: f64, near: usize, mut values: Vec<f64>) -> Result<Corrections> {
+    /// `speckle_k`. A pixel of a matt face takes the correction of another one up to `near` columns or rows away. `values` is memory for the result. The blocks of the view, where they are
+    /// known, save time.
+    pub(super) fn corrections(
+        &self,
+        view: &View,
+        faces: &[Face],
+        speckle_k: f64,
+        near: usize,
+        mut values: Vec<f64>,
+        blocks: Option<&Blocks>,
+    ) -> Result<Corrections> {
         let (columns, rows) = (view.grid().n_l, view.grid().n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         if faces.iter().all(|f| f.is_sky()) {
@@ -228,8 +243,20 @@ impl Tracer<'_> {
                 },
                 |(scratch, nodes, out), (k, mut lines)| {
                     let corner = (k % across * TILE, k / across * TILE);
-                    let mut squares =
-                        Squares { tracer: self, view, faces, columns, rows, corner, scratch, nodes, known: [0; TILE + 1], near, rays: 0 };
+                    let mut squares = Squares {
+                        tracer: self,
+                        view,
+                        blocks,
+                        faces,
+                        columns,
+                        rows,
+                        corner,
+                        scratch,
+                        nodes,
+                        known: [0; TILE + 1],
+                        near,
+                        rays: 0,
+                    };
                     out.fill(0.0);
                     squares.square(corner.0, corner.1, TILE, out)?;
                     fill(&mut lines, out, states);

@@ -13,6 +13,7 @@ use crate::radiometry::{SkyLookup, SurfaceTable, TableOptions};
 use crate::solids::SolidScene;
 use crate::space::{Ray, Vec3};
 use crate::surfaces::{StackDescription, Substance, SurfaceModel};
+use crate::terrain::{GroundHit, Terrain};
 use cittert_arrays::Polarization;
 use rayon::prelude::*;
 
@@ -59,6 +60,27 @@ pub struct Seen {
     pub face: (u32, u8),
 }
 
+/// What a ray hits first, before the values of a [`Spot`] are computed.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum First {
+    Sky,
+    /// The ground, with its cover.
+    Ground(GroundHit, u32),
+    Solid(Hit),
+}
+
+impl First {
+    /// What it is.
+    #[inline]
+    pub(super) fn identity(&self) -> Face {
+        match self {
+            Self::Sky => Face::SKY,
+            Self::Ground(_, cover) => Face::of_ground(*cover),
+            Self::Solid(hit) => Face::of_solid(hit.region, hit.body, hit.face),
+        }
+    }
+}
+
 /// A hit, with the values that the tracer needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spot {
@@ -94,11 +116,11 @@ impl<'a> Tracer<'a> {
         let freqs_ghz: Vec<f64> = freqs_hz.iter().map(|f| f * 1e-9).collect();
         let bounds = scene.geometry.bounds();
         let camera_m = scene.camera().map_or(0.0, |c| c.position_m[2]);
-        let (low_m, high_m) = scene.terrain.as_ref().map_or((0.0, 0.0), crate::terrain::Terrain::range_m);
+        let (low_m, high_m) = scene.terrain.as_ref().map_or((0.0, 0.0), Terrain::range_m);
         let roof_m = if bounds.is_empty() { 0.0 } else { bounds.max.z };
         let altitude_km = scene.air.altitude_km;
         let top_m = high_m.max(camera_m).max(roof_m).max(options.highest_m);
-        let ground_m = scene.terrain.as_ref().map_or(0.0, crate::terrain::Terrain::plane_m);
+        let ground_m = scene.terrain.as_ref().map_or(0.0, Terrain::plane_m);
         // A ray that leaves a cloud sees the sky of the table at its top.
         let tops: Vec<f64> = scene.weather.iter().flat_map(crate::solids::Weather::tops_m).filter(|z| *z > low_m).collect();
         let highest_m = tops.iter().copied().fold(top_m, f64::max);
@@ -174,27 +196,40 @@ impl<'a> Tracer<'a> {
     /// The first point that a ray hits; `None` for the sky.
     #[inline]
     pub(super) fn spot(&self, ray: &Ray) -> Result<Option<Spot>> {
-        self.nearest_spot(ray, |limit| self.scene.geometry.first_hit(ray, limit))
+        self.spot_at(ray, &self.first(ray, |limit| self.scene.geometry.first_hit(ray, limit), Terrain::cover))
     }
 
-    /// The nearer one of the ground and of the first solid before a distance.
+    /// The nearer one of the ground and of the first solid before a distance. `cover` finds the cover of a point of the ground.
     #[inline]
-    pub(super) fn nearest_spot(&self, ray: &Ray, solid: impl FnOnce(f64) -> Option<Hit>) -> Result<Option<Spot>> {
+    pub(super) fn first(&self, ray: &Ray, solid: impl FnOnce(f64) -> Option<Hit>, cover: impl FnOnce(&Terrain, f64, f64) -> u32) -> First {
         let ground = self.scene.terrain.as_ref().and_then(|t| t.hit(ray, self.eps, f64::INFINITY).map(|g| (t, g)));
         let limit = ground.map_or(f64::INFINITY, |(_, g)| g.t);
-        if let Some(hit) = solid(limit)
-            && hit.t < limit
-        {
-            let point = ray.at(hit.t);
-            let n = self.scene.geometry.normal(&hit, point);
-            let normal = if n.dot(ray.direction) > 0.0 { -n } else { n };
-            let cover = self.scene.covers.of_face(hit.region, hit.body, hit.face).ok_or_else(|| self.uncovered(&hit))?;
-            return Ok(Some(Spot { t: hit.t, point, normal, cover, region: Some(hit.region), face: (hit.body, hit.face) }));
+        match (solid(limit), ground) {
+            (Some(hit), _) if hit.t < limit => First::Solid(hit),
+            (_, Some((terrain, g))) => {
+                let point = ray.at(g.t);
+                First::Ground(g, cover(terrain, point.x, point.y))
+            }
+            _ => First::Sky,
         }
-        Ok(ground.map(|(terrain, g)| {
-            let point = ray.at(g.t);
-            Spot { t: g.t, point, normal: g.normal, cover: terrain.cover(point.x, point.y), region: None, face: (0, 0) }
-        }))
+    }
+
+    /// The values of a hit; `None` for the sky.
+    #[inline]
+    pub(super) fn spot_at(&self, ray: &Ray, first: &First) -> Result<Option<Spot>> {
+        match first {
+            First::Sky => Ok(None),
+            First::Ground(g, cover) => {
+                Ok(Some(Spot { t: g.t, point: ray.at(g.t), normal: g.normal, cover: *cover, region: None, face: (0, 0) }))
+            }
+            First::Solid(hit) => {
+                let point = ray.at(hit.t);
+                let n = self.scene.geometry.normal(hit, point);
+                let normal = if n.dot(ray.direction) > 0.0 { -n } else { n };
+                let cover = self.scene.covers.of_face(hit.region, hit.body, hit.face).ok_or_else(|| self.uncovered(hit))?;
+                Ok(Some(Spot { t: hit.t, point, normal, cover, region: Some(hit.region), face: (hit.body, hit.face) }))
+            }
+        }
     }
 
     /// The error for a face without a surface.

@@ -4,7 +4,7 @@ use super::blocks::Block;
 use super::face::Face;
 use super::lattice::Points;
 use super::scratch::Scratch;
-use super::tracer::{Seen, Spot, Tracer};
+use super::tracer::{First, Seen, Tracer};
 use crate::camera::View;
 use crate::error::Result;
 use crate::space::{Ray, Vec3};
@@ -52,7 +52,7 @@ impl Vertex {
 pub(super) struct Look<'a> {
     block: &'a Block,
     /// The ray and its first hit, where the mirror matters.
-    spot: Option<(Ray, Spot)>,
+    first: Option<(Ray, First)>,
     /// What the first hit is.
     pub face: Face,
 }
@@ -71,30 +71,29 @@ impl Tracer<'_> {
 
     /// The first hit along a vector of a view, without radiometry.
     #[inline]
-    pub(super) fn look<'a>(&self, view: &View, along: Vec3, block: &'a Block) -> Result<Look<'a>> {
+    pub(super) fn look<'a>(&self, view: &View, along: Vec3, block: &'a Block) -> Look<'a> {
         if block.open
             && let Some(terrain) = &self.scene.terrain
             && let Some(level_m) = terrain.level_m()
         {
             let (from, share) = (view.position, (level_m - view.position.z) / along.z);
-            let face = Face::of_ground(terrain.cover(from.x + along.x * share, from.y + along.y * share));
-            return Ok(Look { block, spot: None, face });
+            let face = Face::of_ground(block.cover(terrain, from.x + along.x * share, from.y + along.y * share));
+            return Look { block, first: None, face };
         }
         let ray = Ray::from_unit(view.position, view.unit(along));
-        let spot = self.spot_in(&ray, block)?;
-        let face = spot.as_ref().map_or(Face::SKY, Spot::identity);
-        Ok(Look { block, spot: spot.map(|spot| (ray, spot)), face })
+        let first = self.first_in(&ray, block);
+        Look { block, face: first.identity(), first: Some((ray, first)) }
     }
 
     /// What a look would hit after a mirror at its first hit.
     #[inline]
     pub(super) fn mirrored(&self, look: &Look<'_>) -> Result<Face> {
-        let Some((ray, spot)) = &look.spot else { return Ok(Face::SKY) };
-        let solids = look.block.mirrored_at(spot);
-        if solids.is_some_and(<[_]>::is_empty) {
+        let Some((ray, first)) = &look.first else { return Ok(Face::SKY) };
+        if matches!(first, First::Ground(..)) && look.block.mirrors_sky() {
             return Ok(Face::SKY);
         }
-        Ok(self.spot_of(&self.mirror_ray(ray, spot), solids)?.as_ref().map_or(Face::SKY, Spot::identity))
+        let Some(spot) = self.spot_at(ray, first)? else { return Ok(Face::SKY) };
+        Ok(self.first_of(&self.mirror_ray(ray, &spot), look.block.mirrored_at(&spot)).identity())
     }
 
     /// Whether a look hits what a vertex shows, and in the mirror too.
