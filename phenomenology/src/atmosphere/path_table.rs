@@ -147,31 +147,32 @@ impl PathTable {
         if !(inside && length_km >= rise && length_km <= LONGEST_PATH_KM) {
             return None;
         }
-        let (middle, half_way) = self.segment(segments, 0.5 * (low + high));
-        let tau = if rise < LEVEL_PATH_KM || (low >= middle.z_km && high <= middle.z_km + middle.dz_km) {
-            // In one segment, the mean absorption is that half way.
+        let below = self.start(segments, low);
+        let at_middle = rise_to(segments, below, 0.5 * (low + high));
+        let (middle, half_way) = (&segments[at_middle], segments[at_middle].fraction(0.5 * (low + high)));
+        let tau = if rise < LEVEL_PATH_KM {
             middle.absorption(half_way) * length_km
         } else {
-            let depth = |(s, fraction): (&Segment, f64)| s.tau + s.dz_km * fraction * s.absorption(0.5 * fraction);
-            (depth(self.segment(segments, high)) - depth(self.segment(segments, low))) * (length_km / rise)
+            let depth = |segment: &Segment, z_km: f64| {
+                let fraction = segment.fraction(z_km);
+                segment.tau + segment.dz_km * fraction * segment.absorption(0.5 * fraction)
+            };
+            let above = rise_to(segments, at_middle, high);
+            (depth(&segments[above], high) - depth(&segments[below], low)) * (length_km / rise)
         };
         let absorbed = absorbed(tau);
         Some((rayleigh_jeans_temperature_k(self.freqs_ghz[channel], absorbed * middle.radiance(half_way)), 1.0 - absorbed))
     }
 
-    /// The segment of a height that lies in the table, and the place in it.
+    /// The segment of a height that lies in the table.
     #[inline]
-    fn segment<'a>(&self, segments: &'a [Segment], z_km: f64) -> (&'a Segment, f64) {
+    fn start(&self, segments: &[Segment], z_km: f64) -> usize {
         let bin = ((z_km - segments[0].z_km) * (1.0 / BIN_KM)).max(0.0) as usize;
         let mut at = self.bins[bin.min(self.bins.len() - 1)] as usize;
         while at > 0 && segments[at].z_km > z_km {
             at -= 1;
         }
-        while at + 1 < segments.len() && segments[at + 1].z_km <= z_km {
-            at += 1;
-        }
-        let segment = &segments[at];
-        (segment, (z_km - segment.z_km) * segment.per_km)
+        rise_to(segments, at, z_km)
     }
 
     /// Adds the air of a short path to a mixture. Its black-body radiance is that of the air at each end. Returns these radiances, near and
@@ -221,7 +222,22 @@ impl PathTable {
     }
 }
 
+/// The segment of a height that is not below the segment `at`.
+#[inline]
+fn rise_to(segments: &[Segment], mut at: usize, z_km: f64) -> usize {
+    while at + 1 < segments.len() && segments[at + 1].z_km <= z_km {
+        at += 1;
+    }
+    at
+}
+
 impl Segment {
+    /// A height as fraction of the segment.
+    #[inline]
+    fn fraction(&self, z_km: f64) -> f64 {
+        (z_km - self.z_km) * self.per_km
+    }
+
     fn absorption(&self, fraction: f64) -> f64 {
         self.low + fraction.max(0.0) * (self.high - self.low)
     }
@@ -334,7 +350,7 @@ mod tests {
         let (_, table) = table(&[22.235, 94.0]);
         let table = table.with_max_rise(0.2).unwrap();
         for (from, to, length) in
-            [(0.0, 0.1, 0.3), (0.1, 0.0, 40.0), (-0.2, -0.1, 0.1), (1.23, 1.23, 0.5), (29.9, 30.0, 7.0), (0.0, 1e-7, 2000.0)]
+            [(0.0, 0.1, 0.3), (0.1, 0.0, 40.0), (-0.2, -0.1, 0.1), (1.23, 1.23, 0.5), (29.9, 30.0, 7.0), (0.07, 0.07, 2000.0)]
         {
             let plain = table.radiation(1, &PathEnds::new(from, to, PathExtent::LengthKm(length)).unwrap()).unwrap();
             let (emission_k, transmission) = table.of_piece(1, from, to, length).unwrap();

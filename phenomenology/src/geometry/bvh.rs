@@ -164,15 +164,17 @@ impl Bvh {
         let centers = Bounds::of_points(items.iter().map(|i| bounds[*i as usize].center()));
         let size = centers.size();
         let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
-        let center = |i: u32| bounds[i as usize].center()[axis];
+        let center = |i: u32, axis: usize| bounds[i as usize].center()[axis];
         let halves = |items: &mut [u32]| {
             let k = items.len() / 2;
-            items.select_nth_unstable_by(k, |a, b| center(*a).total_cmp(&center(*b)));
+            items.select_nth_unstable_by(k, |a, b| center(*a, axis).total_cmp(&center(*b, axis)));
             k
         };
         let middle = if size[axis] > 0.0 && size[axis].is_finite() && depth < STACK / 2 {
-            let bin_of = |i: u32| (((center(i) - centers.min[axis]) / size[axis] * BINS as f64) as usize).min(BINS - 1);
-            let best = best_bin(bounds, items, bin_of);
+            let bin_of = |axis: usize, i: u32| (((center(i, axis) - centers.min[axis]) / size[axis] * BINS as f64) as usize).min(BINS - 1);
+            let splits = (0..3).filter(|axis| size[*axis] > 0.0).map(|axis| (best_bin(bounds, items, |i| bin_of(axis, i)), axis));
+            let ((_, best), axis) = splits.min_by(|a, b| a.0.0.total_cmp(&b.0.0)).unwrap_or(((0.0, 1), axis));
+            let bin_of = |i: u32| bin_of(axis, i);
             let mut k = 0;
             for j in 0..items.len() {
                 if bin_of(items[j]) < best {
@@ -266,8 +268,8 @@ impl Bvh {
     }
 }
 
-/// First bin of the right part of the split of least cost. Both parts hold at least one item.
-fn best_bin(bounds: &[Bounds], items: &[u32], bin_of: impl Fn(u32) -> usize) -> usize {
+/// The least cost of a split, and the first bin of its right part. Both parts hold at least one item.
+fn best_bin(bounds: &[Bounds], items: &[u32], bin_of: impl Fn(u32) -> usize) -> (f64, usize) {
     let mut bins = [(Bounds::EMPTY, 0_usize); BINS];
     for &i in items {
         let bin = &mut bins[bin_of(i)];
@@ -291,7 +293,7 @@ fn best_bin(bounds: &[Bounds], items: &[u32], bin_of: impl Fn(u32) -> usize) -> 
             }
         }
     }
-    best.1
+    best
 }
 
 #[cfg(test)]

@@ -58,7 +58,7 @@ impl Open {
 /// What is done for the looks of a pixel for which no pixel around has the temperature.
 #[derive(Debug, Clone, Copy)]
 struct Effort {
-    /// Whether they are followed. If not, they take the temperature of the pixel.
+    /// Whether they are followed. If not, only looks at the ground are, one for each surface: they show lines thinner than a pixel. Others take the temperature of the pixel.
     follow: bool,
     /// Whether those of a quarter share a followed ray where the quarters show nearly the same.
     share: bool,
@@ -147,23 +147,23 @@ impl Tracer<'_> {
             };
             match known {
                 Some(rj_k) => sum += rj_k,
-                None if !effort.follow => sum += around.rj_k,
+                None if !effort.follow && !face.is_ground() => sum += around.rj_k,
                 None => work.open.push(Open { face, offset, along }),
             }
         }
         if !work.open.is_empty() {
-            sum += self.sum_of_open(frame, around, effort.share, work)?;
+            sum += self.sum_of_open(frame, around, effort, work)?;
         }
         Ok(if count == 0 { 0.0 } else { sum / f64::from(count) })
     }
 
     /// The sum of the temperatures of the looks for which no pixel around has it.
-    fn sum_of_open(&self, frame: &Rough<'_>, around: &Around<'_>, share: bool, work: &mut Work) -> Result<f64> {
+    fn sum_of_open(&self, frame: &Rough<'_>, around: &Around<'_>, effort: Effort, work: &mut Work) -> Result<f64> {
         let open = std::mem::take(&mut work.open);
         let mut sum = 0.0;
         work.first.clear();
         for look in &open {
-            if !work.first.iter().any(|(first, _)| first.face == look.face && first.is_beside(look)) {
+            if !work.first.iter().any(|(first, _)| first.face == look.face && (!effort.follow || first.is_beside(look))) {
                 let rj_k = self.followed_look(frame, around, look, work)?;
                 work.first.push((*look, rj_k));
             }
@@ -171,9 +171,13 @@ impl Tracer<'_> {
         for look in &open {
             let same = || work.first.iter().filter(|(first, _)| first.face == look.face);
             let (low, high) = same().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, t)| (low.min(*t), high.max(*t)));
-            let beside = same().find(|(first, _)| first.is_beside(look));
+            let beside = same().find(|(first, _)| !effort.follow || first.is_beside(look));
             sum += match beside {
-                Some((first, rj_k)) if first.offset == look.offset || (share && same().count() > 1 && high - low <= around.alike_k) => {
+                Some((first, rj_k))
+                    if !effort.follow
+                        || first.offset == look.offset
+                        || (effort.share && same().count() > 1 && high - low <= around.alike_k) =>
+                {
                     *rj_k
                 }
                 _ => self.followed_look(frame, around, look, work)?,
