@@ -252,7 +252,7 @@ impl Segment {
 #[inline]
 fn absorbed(tau: f64) -> f64 {
     // The series is exact to rounding there, and most paths of a scene are so thin.
-    if tau >= 0.0 && tau < 0.05 {
+    if (0.0..0.05).contains(&tau) {
         const SHARES: [f64; 8] = [1.0 / 9.0, 1.0 / 8.0, 1.0 / 7.0, 1.0 / 6.0, 1.0 / 5.0, 1.0 / 4.0, 1.0 / 3.0, 1.0 / 2.0];
         return tau * SHARES.iter().fold(1.0, |rest, share| 1.0 - tau * share * rest);
     }

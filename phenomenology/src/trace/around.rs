@@ -1,10 +1,22 @@
 //! A pixel of a real-time frame with its neighbours, whose temperatures its looks take.
 
+use super::blocks::Blocks;
 use super::edges::{larger, smaller};
-use super::face::Face;
+use super::face::{Face, Shown};
 use super::scatter_mesh::Corrections;
-use super::smooth::Rough;
-use super::vertex::{Shown, Vertex};
+use super::vertex::Vertex;
+use crate::camera::View;
+
+/// A frame whose edges are not smooth yet.
+pub(super) struct Rough<'a> {
+    pub view: &'a View,
+    pub blocks: &'a Blocks,
+    /// // [m, l]
+    pub shown: &'a [Shown],
+    pub corrections: &'a Corrections,
+    /// With the corrections, RJ, K. // [m, l]
+    pub rj_k: &'a [f64],
+}
 
 /// A pixel and its neighbours.
 pub(super) struct Around<'a> {

@@ -70,6 +70,15 @@ impl Default for Face {
     }
 }
 
+/// What a pixel shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Shown {
+    /// What its ray hits first.
+    pub face: Face,
+    /// What the mirrored ray hits; `None` if too little is mirrored to matter.
+    pub mirrored: Option<Face>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

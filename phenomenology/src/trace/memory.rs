@@ -2,8 +2,7 @@
 //!
 //! The kernel clears fresh memory page by page, which took a tenth of the time of a frame.
 
-use super::face::Face;
-use super::vertex::Shown;
+use super::face::{Face, Shown};
 use std::sync::{Mutex, PoisonError};
 
 /// Numbers for each pixel of a frame. What they hold before the frame is without meaning.

@@ -5,13 +5,13 @@
 //! nearest corner that shows its own. All other pixels are traced. A vertex is a full ray, with the same tables, reflections and shadowing as in
 //! the full model. [`super::smooth`] then smooths the pixels on an edge.
 
+use super::around::Rough;
 use super::blocks::{Block, Blocks, SIDE};
 use super::face::Face;
 use super::lattice::{Points, Use};
 use super::memory::Memory;
 use super::mesh_options::{MeshOptions, TILE};
 use super::scratch::Scratch;
-use super::smooth::Rough;
 use super::tiles::tiles;
 use super::tracer::Tracer;
 use super::vertex::{Look, Vertex};

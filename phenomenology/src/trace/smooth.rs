@@ -6,17 +6,13 @@
 //! full rays. A picture with error to spare follows fewer: one in each quarter of a pixel first, and the rest only if these differ; and none on
 //! weak edges, where such a look takes the temperature of its pixel.
 
-use super::around::Around;
-use super::blocks::Blocks;
+use super::around::{Around, Rough};
 use super::edges::{Spreads, bend_k, limits};
 use super::face::Face;
 use super::lattice::{Points, Use};
 use super::mesh_options::MeshOptions;
-use super::scatter_mesh::Corrections;
 use super::scratch::Scratch;
 use super::tracer::Tracer;
-use super::vertex::Shown;
-use crate::camera::View;
 use crate::error::Result;
 use crate::space::Vec3;
 use rayon::prelude::*;
@@ -26,17 +22,6 @@ const ROOKS: [(f64, f64); 4] = [(-0.375, -0.125), (-0.125, 0.375), (0.125, -0.37
 
 /// A look at a face that no pixel around shows sends one of this many shares of the rays of a pixel.
 const LOOK_SHARES: usize = 16;
-
-/// A frame whose edges are not smooth yet.
-pub(super) struct Rough<'a> {
-    pub view: &'a View,
-    pub blocks: &'a Blocks,
-    /// // [m, l]
-    pub shown: &'a [Shown],
-    pub corrections: &'a Corrections,
-    /// With the corrections, RJ, K. // [m, l]
-    pub rj_k: &'a [f64],
-}
 
 /// A look for which no pixel around has the temperature.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! The result of one ray of the real-time mode.
 
 use super::blocks::Block;
-use super::face::Face;
+use super::face::{Face, Shown};
 use super::lattice::Points;
 use super::scratch::Scratch;
 use super::tracer::{First, Seen, Tracer};
@@ -20,15 +20,6 @@ pub(super) struct Vertex {
     pub rj_k: f64,
     /// Whether a surface scatters on the way, so that the temperature needs a correction.
     pub scatters: bool,
-}
-
-/// What a pixel shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Shown {
-    /// As in [`Vertex`].
-    pub face: Face,
-    /// As in [`Vertex`].
-    pub mirrored: Option<Face>,
 }
 
 impl Vertex {
