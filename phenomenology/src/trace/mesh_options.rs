@@ -38,10 +38,10 @@ pub struct EdgeOptions {
     /// Difference above which a pixel gets a grid of looks instead of four, K. Four looks leave an error of about an eighth of the
     /// difference, and 10 K is visible.
     pub strong_k: f64,
-    /// Rms error of a picture up to which `weak_k` and `strong_k` rise, estimated from the differences of its pixels, K. The smaller the part of a picture that
-    /// lies on edges, the fewer looks it needs.
+    /// Rms error of a picture up to which it follows fewer looks as full rays and `strong_k` rises, estimated from the differences of its pixels, K. The smaller
+    /// the part of a picture that lies on edges, the fewer rays it needs.
     pub budget_k: f64,
-    /// Highest value of `weak_k` after it has risen, K. Larger steps on edges are visible.
+    /// Greatest difference up to which looks are not followed as full rays but keep the value of the pixel, except at the ground, K. Larger steps are visible.
     pub most_k: f64,
     /// Side of that grid. That of the full picture, whose rays lie at the same places, leaves the least difference.
     pub strong_side: usize,
