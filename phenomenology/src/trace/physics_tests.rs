@@ -109,6 +109,17 @@ fn the_picture_is_the_same_to_the_bit_for_any_number_of_threads() {
     let one = with(1);
     assert!(one.iter().zip(&with(2)).all(|(a, b)| a.to_bits() == b.to_bits()));
     assert!(one.iter().copied().fold(0.0, f64::max) - one.iter().copied().fold(1e9, f64::min) > 100.0);
+    // The second frame uses the memory of the first.
+    let view = View::of_camera(scene.camera().unwrap()).unwrap();
+    let frames = |threads: usize| {
+        let tracer = Tracer::new(&scene, &[94e9], &RenderOptions::default()).unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| [0, 1].map(|_| tracer.frame(&view, &MeshOptions::default()).unwrap().temperature_k))
+    };
+    let [first, second] = frames(1);
+    for other in frames(2).iter().chain([&second]) {
+        assert!(first.iter().zip(other).all(|(a, b)| a.to_bits() == b.to_bits()));
+    }
 }
 
 /// Two mirrors at right angles, with the crease at an angle in the picture. Black plates that emit only one polarisation do not exist, so
