@@ -1,8 +1,9 @@
-//! Rows of a dataset with filtered chunks. The chunks are read as stored and unpacked in this crate, on all threads.
+//! Rows of a dataset in chunks. The chunks are read as stored, and unpacked, converted and copied to their places in this crate, on all threads.
 //!
-//! The HDF5 library unpacks on one thread, copies the values of a chunk one by one, and does not check the size that a filter gives.
+//! The HDF5 library does this on one thread, value by value, and does not check the size that a filter gives.
 
 use super::child::in_the_child;
+use super::convert::Form;
 use super::unpack::Pipeline;
 use hdf5::{Dataset, Dataspace, Hyperslab, SliceOrIndex};
 use hdf5_sys::h5::{herr_t, hsize_t};
@@ -22,7 +23,7 @@ unsafe extern "C" {
     fn H5Dget_chunk_storage_size(dataset: hid_t, offset: *const hsize_t, bytes: *mut hsize_t) -> herr_t;
 }
 
-/// A dataset whose filtered chunks this crate unpacks.
+/// A dataset whose chunks this crate unpacks.
 pub(super) struct Chunks<'a> {
     dataset: &'a Dataset,
     pipeline: Pipeline,
@@ -52,9 +53,13 @@ struct Unpacked<'r> {
 }
 
 impl<'a> Chunks<'a> {
-    /// `None` where the library must read the dataset: no chunks, no filters, or filters that this crate does not know.
-    pub(super) fn of(dataset: &'a Dataset) -> hdf5::Result<Option<Self>> {
+    /// For the reading of so many rows. `None` where the library must read them: no chunks, or filters that this crate does not know. Of chunks
+    /// without filters that are higher than the rows, the library reads only a part.
+    pub(super) fn of(dataset: &'a Dataset, rows: usize) -> hdf5::Result<Option<Self>> {
         let (Some(chunk), Some(pipeline)) = (dataset.chunk(), Pipeline::of(&dataset.filters())) else { return Ok(None) };
+        if pipeline.is_empty() && chunk.first().is_none_or(|high| *high > rows / 2) {
+            return Ok(None);
+        }
         let (shape, file_type) = (dataset.get_shape()?, dataset.dtype()?);
         let size = file_type.size();
         if shape.is_empty() || chunk.len() != shape.len() || chunk.contains(&0) || size == 0 {
@@ -63,8 +68,8 @@ impl<'a> Chunks<'a> {
         Ok(Some(Self { dataset, pipeline, shape, chunk, size }))
     }
 
-    /// Read these rows into `out`, as bytes in the type of the file. `out` has exactly their size.
-    pub(super) fn read(&self, rows: Range<usize>, out: &mut [u8]) -> hdf5::Result<()> {
+    /// Read these rows into `out` in this form. `out` has exactly their size.
+    pub(super) fn read(&self, rows: Range<usize>, (out, form): (&mut [u8], Form)) -> hdf5::Result<()> {
         if out.is_empty() {
             return Ok(());
         }
@@ -86,7 +91,7 @@ impl<'a> Chunks<'a> {
             let pieces: Vec<_> = out.chunks_mut(step * row).zip(part.clone().step_by(step)).map(Mutex::new).collect();
             shared(threads, &pieces, |piece| {
                 let (bytes, first) = &mut *piece.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                unpacked.iter().for_each(|u| self.place(u, *first, row, bytes));
+                unpacked.iter().for_each(|u| self.place(u, *first, (row, form), bytes));
                 Ok(())
             })?;
         }
@@ -186,7 +191,7 @@ impl<'a> Chunks<'a> {
     }
 
     /// Copy the part of a chunk that lies in the rows from `first` on into `out`, which has `row` bytes per row.
-    fn place(&self, from: &Unpacked<'_>, first: usize, row: usize, out: &mut [u8]) {
+    fn place(&self, from: &Unpacked<'_>, first: usize, (row, form): (usize, Form), out: &mut [u8]) {
         let end = first + out.len() / row;
         let rows = from.first.max(first)..(from.first + self.chunk[0]).min(end);
         if rows.is_empty() {
@@ -195,32 +200,53 @@ impl<'a> Chunks<'a> {
         let wide = from.bytes.len() / self.chunk[0];
         let source = &from.bytes[(rows.start - from.first) * wide..(rows.end - from.first) * wide];
         let target = &mut out[(rows.start - first) * row..(rows.end - first) * row];
-        let to = from.to * self.size;
+        if form == Form::Floats {
+            let narrow = |x: [u8; 8]| (f64::from_ne_bytes(x) as f32).to_ne_bytes();
+            let pair = |x: &[u8; 16]| {
+                let (re, im) = x.split_at(8);
+                let [re, im] = [re, im].map(|part| narrow(part.try_into().unwrap_or_default()));
+                std::array::from_fn(|k| if k < 4 { re[k] } else { im[k - 4] })
+            };
+            let to = &mut target[from.to * self.size / 2..];
+            match self.size {
+                16 => place_rows::<16, 8>((source, wide), (to, row), from.runs, pair),
+                _ => place_rows::<8, 4>((source, wide), (to, row), from.runs, |x| narrow(*x)),
+            }
+            return;
+        }
+        let to = &mut target[from.to * self.size..];
         match self.size {
-            1 => place_rows::<1>(source, wide, &mut target[to..], row, from.runs),
-            2 => place_rows::<2>(source, wide, &mut target[to..], row, from.runs),
-            4 => place_rows::<4>(source, wide, &mut target[to..], row, from.runs),
-            8 => place_rows::<8>(source, wide, &mut target[to..], row, from.runs),
-            16 => place_rows::<16>(source, wide, &mut target[to..], row, from.runs),
+            1 => place_rows::<1, 1>((source, wide), (to, row), from.runs, |x| *x),
+            2 => place_rows::<2, 2>((source, wide), (to, row), from.runs, |x| *x),
+            4 => place_rows::<4, 4>((source, wide), (to, row), from.runs, |x| *x),
+            8 => place_rows::<8, 8>((source, wide), (to, row), from.runs, |x| *x),
+            16 => place_rows::<16, 16>((source, wide), (to, row), from.runs, |x| *x),
             n => {
                 let bytes: Vec<Run> = from.runs.iter().map(|r| Run { to: r.to * n, from: r.from * n, n: r.n * n }).collect();
-                place_rows::<1>(source, wide, &mut target[to..], row, &bytes);
+                place_rows::<1, 1>((source, wide), (to, row), &bytes, |x| *x);
             }
         }
     }
 }
 
-/// Copy runs of elements of `N` bytes from rows of `wide` bytes to rows of `row` bytes.
-fn place_rows<const N: usize>(source: &[u8], wide: usize, target: &mut [u8], row: usize, runs: &[Run]) {
+/// Copy runs of elements of `N` bytes from rows of `wide` bytes to rows of `row` bytes, where they have `M` bytes.
+fn place_rows<const N: usize, const M: usize>(
+    (source, wide): (&[u8], usize),
+    (target, row): (&mut [u8], usize),
+    runs: &[Run],
+    change: impl Fn(&[u8; N]) -> [u8; M],
+) {
+    // Chunks of a few channels of one polarisation have runs of one element, in the order of the chunk.
+    let single = runs.iter().enumerate().all(|(k, r)| r.n == 1 && r.from == k);
     for (from, to) in source.chunks_exact(wide).zip(target.chunks_mut(row)) {
-        let (from, to) = (from.as_chunks::<N>().0, to.as_chunks_mut::<N>().0);
+        let (from, to) = (from.as_chunks::<N>().0, to.as_chunks_mut::<M>().0);
+        if single {
+            from.iter().zip(runs).for_each(|(f, run)| to[run.to] = change(f));
+            continue;
+        }
         for run in runs {
             let (from, to) = (&from[run.from..run.from + run.n], &mut to[run.to..run.to + run.n]);
-            if run.n > 8 {
-                to.copy_from_slice(from);
-            } else {
-                to.iter_mut().zip(from).for_each(|(t, f)| *t = *f);
-            }
+            to.iter_mut().zip(from).for_each(|(t, f)| *t = change(f));
         }
     }
 }
@@ -258,9 +284,9 @@ mod tests {
     type Filters = fn(hdf5::DatasetBuilder) -> hdf5::DatasetBuilder;
 
     fn whole<T: H5Type + bytemuck::Pod>(dataset: &Dataset, rows: Range<usize>) -> hdf5::Result<Vec<T>> {
-        let chunks = Chunks::of(dataset)?.unwrap();
+        let chunks = Chunks::of(dataset, usize::MAX)?.unwrap();
         let row: usize = dataset.shape()[1..].iter().product();
-        values(dataset, rows.len() * row, |out| chunks.read(rows, out))
+        values(dataset, rows.len() * row, |out, form| chunks.read(rows, (out, form)))
     }
 
     #[test]
@@ -268,7 +294,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = hdf5::File::create(folder.path().join("x.h5")).unwrap();
         let array = Array4::from_shape_fn((61, 13, 5, 3), |(i, j, k, l)| (i * 1000 + j * 70 + k * 8 + l) as f64 * 0.25);
-        let all: [Filters; 5] = [
+        let all: [Filters; 6] = [
+            |b| b,
             |b| b.deflate(3),
             |b| b.shuffle().deflate(5),
             |b| b.lzf(),

@@ -4,20 +4,34 @@ use bytemuck::{Pod, cast_slice_mut, zeroed_vec};
 use hdf5::{Dataset, Datatype, H5Type};
 use hdf5_sys::h5p::H5P_DEFAULT;
 use hdf5_sys::h5t::{H5T_class_t, H5Tclose, H5Tconvert, H5Tequal, H5Tget_class, H5Tget_super};
+use num_complex::Complex;
 
 /// Number of elements that are converted at once.
 const AT_ONCE: usize = 1 << 16;
 
-/// `n` values of a dataset. `fill` writes them, in the type of the dataset, into its buffer.
+/// The form in which values are written into a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// As the bytes in the file.
+    Stored,
+    /// Doubles, alone or in pairs, as floats.
+    Floats,
+}
+
+/// `n` values of a dataset. `fill` writes them, in the form that it is given, into its buffer.
 pub(super) fn values<T: H5Type + Pod>(
     dataset: &Dataset,
     n: usize,
-    fill: impl FnOnce(&mut [u8]) -> hdf5::Result<()>,
+    fill: impl FnOnce(&mut [u8], Form) -> hdf5::Result<()>,
 ) -> hdf5::Result<Vec<T>> {
     let (from, to) = (dataset.dtype()?, Datatype::from_type::<T>()?);
     let mut out: Vec<T> = zeroed_vec(n);
     if alike(&from, &to) {
-        fill(cast_slice_mut(&mut out))?;
+        fill(cast_slice_mut(&mut out), Form::Stored)?;
+        return Ok(out);
+    }
+    if doubles_as_floats(&from, &to)? {
+        fill(cast_slice_mut(&mut out), Form::Floats)?;
         return Ok(out);
     }
     if from.conv_path(&to).is_none() {
@@ -25,7 +39,7 @@ pub(super) fn values<T: H5Type + Pod>(
     }
     let size = from.size();
     let mut bytes: Vec<u8> = zeroed_vec(n.checked_mul(size).ok_or("more values than memory holds")?);
-    fill(&mut bytes)?;
+    fill(&mut bytes, Form::Stored)?;
     let width = size.max(size_of::<T>());
     // The background buffer for the members of compounds, which the library uses where it needs it.
     let (mut work, mut ground) = (vec![0_u8; width * AT_ONCE.min(n)], vec![0_u8; width * AT_ONCE.min(n)]);
@@ -42,6 +56,13 @@ pub(super) fn values<T: H5Type + Pod>(
         to_part.copy_from_slice(&work[..to_part.len()]);
     }
     Ok(out)
+}
+
+/// True for doubles that become floats, alone or as complex numbers. The library takes much longer for them than the file system.
+fn doubles_as_floats(from: &Datatype, to: &Datatype) -> hdf5::Result<bool> {
+    let are = |a: Datatype, b: Datatype| *from == a && *to == b;
+    Ok(are(Datatype::from_type::<f64>()?, Datatype::from_type::<f32>()?)
+        || are(Datatype::from_type::<Complex<f64>>()?, Datatype::from_type::<Complex<f32>>()?))
 }
 
 /// True where elements of the two types have the same bytes: equal types, or an enumeration of such numbers (h5py's booleans).

@@ -181,8 +181,9 @@ impl H5In {
 
     /// All values of a dataset, converted by the library to `T`.
     pub(super) fn all<T: H5Type + Pod>(&self, dataset: &Dataset) -> hdf5::Result<Vec<T>> {
-        match Chunks::of(dataset)? {
-            Some(chunks) => convert::values(dataset, dataset.size(), |out| chunks.read(0..dataset.shape()[0], out)),
+        let rows = dataset.shape().first().copied().unwrap_or(0);
+        match Chunks::of(dataset, rows)? {
+            Some(chunks) => convert::values(dataset, dataset.size(), |out, form| chunks.read(0..rows, (out, form))),
             None => dataset.read_raw::<T>(),
         }
     }
@@ -297,11 +298,11 @@ impl H5In {
         let mut parts = vec![SliceOrIndex::from(rows.clone())];
         parts.extend((1..dataset.ndim()).map(|_| SliceOrIndex::from(..)));
         let place = |e: &hdf5::Error| self.fail(&format!("{name}, rows {} to {}", rows.start, rows.end.saturating_sub(1)), e);
-        let read = || match Chunks::of(dataset)? {
+        let read = || match Chunks::of(dataset, rows.len())? {
             Some(chunks) => {
                 let mut shape = dataset.shape();
                 shape[0] = rows.len();
-                let values = convert::values(dataset, shape.iter().product(), |out| chunks.read(rows.clone(), out))?;
+                let values = convert::values(dataset, shape.iter().product(), |out, form| chunks.read(rows.clone(), (out, form)))?;
                 ArrayD::from_shape_vec(shape, values).map_err(|e| hdf5::Error::from(e.to_string()))
             }
             None => match contiguous::tiles::<T>(dataset, rows.len()) {

@@ -3,6 +3,7 @@
 //! The safe bindings support fixed-length texts only for lengths known at compile time, so these lines call the C library.
 
 use super::chunks::Chunks;
+use super::convert::Form;
 use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
 use hdf5::{Dataset, Group};
 use hdf5_sys::h5d::{H5Dread, H5Dwrite};
@@ -51,8 +52,8 @@ pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Ve
             let bytes = width.saturating_mul(n);
             guard(bytes)?;
             let mut buffer = vec![0u8; bytes];
-            if let Some(chunks) = Chunks::of(dataset)? {
-                chunks.read(0..dataset.shape()[0], &mut buffer)?;
+            if let Some(chunks) = Chunks::of(dataset, 0)? {
+                chunks.read(0..dataset.shape()[0], (&mut buffer, Form::Stored))?;
             } else if bytes > 0 {
                 // SAFETY: the buffer holds the dataset's own element size times its number of elements; the lock is held.
                 let status = hdf5::sync::sync(|| unsafe {
@@ -80,6 +81,6 @@ pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Ve
 fn references(dataset: &Dataset, guard: &dyn Fn(usize) -> hdf5::Result<()>) -> hdf5::Result<()> {
     let bytes = dataset.dtype()?.size().saturating_mul(dataset.size());
     guard(bytes)?;
-    let Some(chunks) = Chunks::of(dataset)? else { return Ok(()) };
-    chunks.read(0..dataset.shape()[0], &mut vec![0; bytes])
+    let Some(chunks) = Chunks::of(dataset, 0)? else { return Ok(()) };
+    chunks.read(0..dataset.shape()[0], (&mut vec![0; bytes], Form::Stored))
 }
