@@ -13,6 +13,14 @@ pub trait ModelVisibilities {
     /// # Errors
     /// The model cannot be evaluated there.
     fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>>;
+
+    /// Visibilities of several runs of rows, each with the index of its first row. A model that need not know these indices may take all together.
+    ///
+    /// # Errors
+    /// As [`ModelVisibilities::predict`].
+    fn predict_runs(&mut self, header: &VisibilityHeader, runs: &[(usize, &UvCoverage)]) -> Result<Vec<Array3<Complex<f32>>>> {
+        runs.iter().map(|(first_row, coverage)| self.predict(header, *first_row, coverage)).collect()
+    }
 }
 
 /// True for the correlations in which an unpolarised model is not zero.

@@ -60,4 +60,18 @@ impl ModelVisibilities for SkyPrediction<'_> {
         lost.iter().for_each(|r| vis.slice_mut(s![*r, .., ..]).fill(Complex::new(f32::NAN, f32::NAN)));
         Ok(vis)
     }
+    fn predict_runs(&mut self, header: &VisibilityHeader, runs: &[(usize, &UvCoverage)]) -> Result<Vec<Array3<Complex<f32>>>> {
+        let Some(((first_row, first), others)) = runs.split_first() else { return Ok(Vec::new()) };
+        // One transform with the extent of all runs, and one way through its tiles.
+        let mut all = (*first).clone();
+        others.iter().try_for_each(|(_, coverage)| all.append(coverage))?;
+        let all = self.predict(header, *first_row, &all)?;
+        let mut end = 0;
+        let of_run = |(_, coverage): &(usize, &UvCoverage)| {
+            let from = end;
+            end += coverage.n_rows();
+            all.slice(s![from..end, .., ..]).to_owned()
+        };
+        Ok(runs.iter().map(of_run).collect())
+    }
 }

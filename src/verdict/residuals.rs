@@ -4,8 +4,9 @@ use crate::Result;
 use crate::calibrate::{ModelVisibilities, sees_unpolarized};
 use crate::mem::{HandsNoise, HandsSum};
 use crate::memory::MemoryBudget;
-use cittert_arrays::{VisibilityBlock, VisibilityHeader, VisibilitySource};
-use num_complex::Complex64;
+use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use ndarray::Array3;
+use num_complex::{Complex32, Complex64};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -95,10 +96,20 @@ impl Residuals {
         let (n_chan, n_pol) = (header.spectrum.n_chan(), header.polarizations.len());
         let rows_at_once = MemoryBudget::default().block() / (n_chan * n_pol * BYTES_PER_SAMPLE).max(1);
         let (mut samples, mut hands) = (Vec::new(), HandsSum::new(&header));
-        for rows in runs(data.n_rows(), n_chan * n_pol, rows_at_once) {
+        let mut blocks: Vec<(usize, VisibilityBlock)> = Vec::new();
+        let mut rows_held = 0;
+        let all = runs(data.n_rows(), n_chan * n_pol, rows_at_once);
+        for (k, rows) in all.iter().enumerate() {
             let block = data.read_rows(rows.clone())?;
             hands.add(&block);
-            add(&mut samples, &header, &block, (model, rows.start))?;
+            blocks.push((rows.start, block));
+            rows_held += rows.len();
+            let next = all.get(k + 1).map_or(usize::MAX, Range::len);
+            if rows_held.saturating_add(next) > rows_at_once {
+                add(&mut samples, &header, &blocks, model)?;
+                blocks.clear();
+                rows_held = 0;
+            }
         }
         let HandsNoise { factor, weights_are_counts } = hands.noise();
         let noise = if weights_are_counts { factor.filter(|f| *f > 0.0) } else { Some(1.0) };
@@ -157,14 +168,21 @@ impl Residuals {
     }
 }
 
+/// Add the samples of blocks, each with the index of its first row.
 fn add(
     samples: &mut Vec<Sample>,
     header: &VisibilityHeader,
-    block: &VisibilityBlock,
-    (model, first): (&mut dyn ModelVisibilities, usize),
+    blocks: &[(usize, VisibilityBlock)],
+    model: &mut dyn ModelVisibilities,
 ) -> Result<()> {
-    let predicted = model.predict(header, first, &block.coverage)?;
-    let wide = |v: num_complex::Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
+    let runs: Vec<(usize, &UvCoverage)> = blocks.iter().map(|(first, block)| (*first, &block.coverage)).collect();
+    let predicted = model.predict_runs(header, &runs)?;
+    blocks.iter().zip(&predicted).for_each(|((_, block), predicted)| add_block(samples, header, block, predicted));
+    Ok(())
+}
+
+fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &VisibilityBlock, predicted: &Array3<Complex32>) {
+    let wide = |v: Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
     let freq_hz = header.spectrum.freq_hz();
     for ((row, c, p), v) in block.vis.indexed_iter() {
         let pair = (block.coverage.ant1[row], block.coverage.ant2[row]);
@@ -184,7 +202,6 @@ fn add(
             model2: m.norm_sqr(),
         });
     }
-    Ok(())
 }
 
 fn median(values: &mut [f64]) -> f64 {
