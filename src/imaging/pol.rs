@@ -3,7 +3,9 @@
 use crate::{ChainError, Result};
 use cittert_arrays::feeds::{Feeds, stokes_terms};
 use cittert_arrays::{Polarization, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader};
+use ndarray::Axis;
 use num_complex::{Complex, Complex32};
+use std::ops::Range;
 
 /// The linear combination of the products of a set that gives one product.
 #[derive(Debug, Clone)]
@@ -232,13 +234,24 @@ impl PolSelector {
     ) -> DataCounts {
         let mut counts = DataCounts { total: vis.len() as u64, ..DataCounts::default() };
         let finite_uvw = block.coverage.uvw_m.row(row).iter().all(|x| x.is_finite());
+        let n_pol = block.vis.shape()[2];
+        let (all_vis, all_weights, all_flags) =
+            (block.vis.index_axis(Axis(0), row), block.weights.index_axis(Axis(0), row), block.flags.index_axis(Axis(0), row));
+        let (all_vis, all_weights, all_flags) =
+            (all_vis.as_standard_layout(), all_weights.as_standard_layout(), all_flags.as_standard_layout());
+        let values = |of_channel: Range<usize>| {
+            let vis = all_vis.as_slice().and_then(|all| all.get(of_channel.clone()));
+            let weights = all_weights.as_slice().and_then(|all| all.get(of_channel.clone()));
+            let flags = all_flags.as_slice().and_then(|all| all.get(of_channel));
+            (vis.unwrap_or_default(), weights.unwrap_or_default(), flags.unwrap_or_default())
+        };
         for (c, (v, w)) in vis.iter_mut().zip(weight).enumerate() {
+            let (of_vis, of_weights, of_flags) = values(c * n_pol..(c + 1) * n_pol);
             let part = |pol: usize| -> std::result::Result<(Complex32, f32), Fault> {
-                let at = (row, c, pol);
-                if block.flags[at] {
+                if of_flags[pol] {
                     return Err(Fault::Flag);
                 }
-                let (v, w) = (block.vis[at], block.weights[at]);
+                let (v, w) = (of_vis[pol], of_weights[pol]);
                 if !(w > 0.0 && w.is_finite()) {
                     return Err(Fault::Weight);
                 }
