@@ -18,6 +18,8 @@ use rayon::prelude::*;
 /// Number of bins of the histogram. They have even steps of the logarithm over four decades below the peak.
 const BINS: usize = 400;
 const DECADES: f64 = 4.0;
+/// Bits of a number in single precision behind those that are counted first: 64 steps in each factor of two.
+const KEY_SHIFT: u32 = 17;
 
 struct Clark {
     beam: TiledBeam,
@@ -42,7 +44,7 @@ impl Deconvolver for Clark {
         check_cycle(&cycle, self.beam.shape())?;
         let Minor { residual, mask, limits } = cycle;
         // The spectrum of the beam is made for this cycle only, because the next image of a major cycle needs the memory.
-        let spectrum = self.beam.spectrum();
+        let mut spectrum = None;
         let mut taken: Vec<Component> = Vec::new();
         let mut peak = peak_size(residual.view(), mask, limits.negative);
         let stop = loop {
@@ -52,12 +54,12 @@ impl Deconvolver for Clark {
             let cut = self.cut(residual, mask, peak, &limits);
             let mut active = Active::new(residual, mask, cut, limits.negative);
             let found = self.among(&mut active, cut, &limits, limits.iterations - taken.len());
-            self.beam.subtract(&found, &spectrum, residual);
+            self.beam.subtract(&found, &mut spectrum, residual);
             let after = peak_size(residual.view(), mask, limits.negative);
             if !(after <= self.tuning.minor_divergence * peak) {
                 // To add the components again changes the last digits only. A copy of the residual would take the memory of an image.
                 let back: Vec<Component> = found.into_iter().map(|c| Component { flux: -c.flux, ..c }).collect();
-                self.beam.subtract(&back, &spectrum, residual);
+                self.beam.subtract(&back, &mut spectrum, residual);
                 break MinorStop::Diverged;
             }
             taken.extend(found);
@@ -70,29 +72,7 @@ impl Deconvolver for Clark {
 impl Clark {
     /// The level above which pixels are active.
     fn cut(&self, residual: &Array2<f32>, mask: Option<&Array2<bool>>, peak: f64, limits: &MinorLimits) -> f64 {
-        let least = peak * 10f64.powf(-DECADES);
-        let count = |mut histogram: Vec<usize>, (i, row): (usize, ArrayView1<'_, f32>)| {
-            for (j, v) in row.iter().enumerate() {
-                let size = f64::from(if limits.negative { v.abs() } else { *v });
-                if size > least && mask.is_none_or(|m| m[(i, j)]) {
-                    let below = -(size / peak).log10() / DECADES * BINS as f64;
-                    histogram[(below as usize).min(BINS - 1)] += 1;
-                }
-            }
-            histogram
-        };
-        let plus = |mut a: Vec<usize>, b: Vec<usize>| {
-            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-            a
-        };
-        let none = || vec![0; BINS];
-        let histogram = residual.axis_iter(Axis(0)).into_par_iter().enumerate().fold(none, count).reduce(none, plus);
-        let mut sum = 0;
-        let bins = histogram.iter().take_while(|n| {
-            sum += **n;
-            sum <= self.tuning.clark_active
-        });
-        let crowded = peak * 10f64.powf(-DECADES * bins.count() as f64 / BINS as f64);
+        let crowded = crowded((residual, mask, limits.negative), peak, self.tuning.clark_active);
         // The cut stays below the peak, so that at least one component can be found. The bound on the beam outside the patch is
         // ineffective for a grating lobe, which is as high as the main lobe.
         crowded.max(limits.level).max(peak * self.outside.min(0.9)).min(0.95 * peak)
@@ -135,6 +115,58 @@ impl Clark {
             (r.peak, r.peak_at) = best;
         }
     }
+}
+
+/// The lowest edge of a bin above which at most `most` pixels lie. The edges have even steps of the logarithm below the peak.
+fn crowded((residual, mask, negative): (&Array2<f32>, Option<&Array2<bool>>, bool), peak: f64, most: usize) -> f64 {
+    let edge = |k: usize| peak * 10f64.powf(-DECADES * k as f64 / BINS as f64);
+    // The largest number in single precision that is not above an edge: the same pixels lie above both.
+    let single = |k: usize| {
+        let rounded = edge(k) as f32;
+        if f64::from(rounded) > edge(k) { rounded.next_down() } else { rounded }
+    };
+    let size = |v: f32| if negative { v.abs() } else { v };
+    let above = |level: f32, each: &mut dyn FnMut(f32), (i, row): (usize, ArrayView1<'_, f32>)| {
+        for (j, v) in row.iter().enumerate() {
+            if size(*v) > level && mask.is_none_or(|m| m[(i, j)]) {
+                each(size(*v));
+            }
+        }
+    };
+    // The leading bits of positive numbers have their order. They are counted first, because a logarithm of each pixel takes longer than all else.
+    let key = |v: f32| v.to_bits() >> KEY_SHIFT;
+    let (least, top) = (single(BINS), key(peak as f32));
+    let step = |v: f32| top.saturating_sub(key(v)) as usize;
+    let rows = || residual.axis_iter(Axis(0)).into_par_iter().enumerate();
+    let count = |mut steps: Vec<usize>, row: (usize, ArrayView1<'_, f32>)| {
+        above(least, &mut |v| steps[step(v)] += 1, row);
+        steps
+    };
+    let plus = |mut a: Vec<usize>, b: Vec<usize>| {
+        a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+        a
+    };
+    let none = || vec![0; step(least) + 1];
+    let mut sums = rows().fold(none, count).reduce(none, plus);
+    let mut sum = 0;
+    for n in &mut sums {
+        sum += *n;
+        *n = sum;
+    }
+    let exactly = |level: f32| {
+        let of_row = |row| {
+            let mut n = 0;
+            above(level, &mut |_| n += 1, row);
+            n
+        };
+        rows().map(of_row).sum::<usize>()
+    };
+    let holds = |k: &usize| {
+        let at = step(single(*k));
+        let before = if at == 0 { 0 } else { sums[at - 1] };
+        before <= most && (sums[at] <= most || exactly(single(*k)) <= most)
+    };
+    edge((1..=BINS).take_while(holds).count())
 }
 
 /// Active pixels, row by row.
@@ -187,5 +219,36 @@ impl Active {
             }
         }
         best.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cut_is_that_of_the_logarithm_of_each_pixel() {
+        let mut noise = crate::fixtures::Noise(5);
+        for (sigma, peak) in [(1.0, 1.0_f32), (1e-3, 0.3), (1e-2, 5e-7), (0.2, 3e4)] {
+            let mut residual = Array2::from_shape_fn((70, 90), |_| peak * (sigma * noise.next() as f32).clamp(-0.99, 0.99));
+            residual[(3, 4)] = -peak;
+            let mask = Array2::from_shape_fn((70, 90), |(i, j)| (i + 2 * j) % 5 != 0 || (i, j) == (3, 4));
+            for most in [1, 10, 300, 2000, 10_000] {
+                for mask in [None, Some(&mask)] {
+                    let peak = f64::from(peak);
+                    let mut bins = [0; BINS];
+                    for (at, v) in residual.indexed_iter().filter(|(_, v)| f64::from(v.abs()) > peak * 1e-4) {
+                        let bin = -(f64::from(v.abs()) / peak).log10() / DECADES * BINS as f64;
+                        bins[(bin as usize).min(BINS - 1)] += usize::from(mask.is_none_or(|m| m[at]));
+                    }
+                    let sums = bins.iter().scan(0, |sum, n| {
+                        *sum += n;
+                        Some(*sum)
+                    });
+                    let expected = peak * 10f64.powf(-DECADES * sums.take_while(|sum| *sum <= most).count() as f64 / BINS as f64);
+                    assert_eq!(crowded((&residual, mask, true), peak, most), expected, "{sigma} {peak} {most}");
+                }
+            }
+        }
     }
 }

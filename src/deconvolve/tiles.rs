@@ -14,6 +14,7 @@ use crate::fourier::{Convolver, Spectrum};
 use crate::{ChainError, Result, ensure};
 use ndarray::{ArcArray2, Array2, ArrayBase, ArrayView2, Axis, Data, Ix2, s};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Side of a tile in pixels: 8 kB, so that a tile and the part of the beam over it fit into the first cache.
 const SIDE: usize = 32;
@@ -21,6 +22,9 @@ const SIDE: usize = 32;
 const AREA: usize = SIDE * SIDE;
 /// Time of an update of the whole residual by convolution, in multiply-adds per pixel.
 const CONVOLUTION: usize = 500;
+/// Most bright pixels whose beams are subtracted one by one from a whole image. The beam comes from memory for each, which takes a few times as
+/// long as its multiply-adds.
+const FEW: usize = 64;
 
 /// A dirty beam, prepared for subtraction.
 pub(super) struct TiledBeam {
@@ -39,14 +43,16 @@ impl TiledBeam {
         ensure!(psf.is_standard_layout(), ChainError::Incompatible("a dirty beam must lie in memory row after row".into()));
         let (b_m, b_l) = (n_m.div_ceil(SIDE), n_l.div_ceil(SIDE));
         let mut blocks = Array2::<f64>::zeros((b_m + 2, b_l + 2));
-        for (k, v) in psf.iter().enumerate() {
-            let b = &mut blocks[(k / n_l / SIDE + 1, k % n_l / SIDE + 1)];
-            *b = b.max(f64::from(v.abs()));
+        for (i, row) in psf.rows().into_iter().enumerate() {
+            for (j, part) in row.axis_chunks_iter(Axis(0), SIDE).enumerate() {
+                let b = &mut blocks[(i / SIDE + 1, j + 1)];
+                *b = b.max(part.iter().fold(0.0_f32, |a, v| a.max(v.abs())).into());
+            }
         }
         let bounds = Array2::from_shape_fn((b_m + 1, b_l + 1), |(i, j)| {
             blocks[(i, j)].max(blocks[(i + 1, j)]).max(blocks[(i, j + 1)]).max(blocks[(i + 1, j + 1)])
         });
-        let convolver = Convolver::new((n_m, n_l), n_m.max(n_l) / 2 + 1);
+        let convolver = Convolver::new((n_m, n_l), n_m.max(n_l) / 2);
         Ok(Self { psf: psf.clone(), n_m, n_l, bounds, convolver })
     }
 
@@ -69,10 +75,30 @@ impl TiledBeam {
         self.convolver.convolve(flux, spectrum)
     }
 
-    /// Subtract point components, convolved with the beam, from an image.
-    pub(super) fn subtract(&self, components: &[Component], spectrum: &Spectrum<f32>, image: &mut Array2<f32>) {
-        let points: Vec<(usize, usize, f64)> = components.iter().map(|c| (c.row, c.column, c.flux)).collect();
-        self.convolver.subtract_points(&points, spectrum, image);
+    /// Subtract point components, convolved with the beam, from an image. The spectrum is made where it is needed, and kept.
+    pub(super) fn subtract(&self, components: &[Component], spectrum: &mut Option<Spectrum<f32>>, image: &mut Array2<f32>) {
+        let mut sums = BTreeMap::<(usize, usize), f64>::new();
+        components.iter().for_each(|c| *sums.entry((c.row, c.column)).or_default() += c.flux);
+        let points: Vec<(usize, usize, f64)> = sums.into_iter().map(|((row, column), flux)| (row, column, flux)).collect();
+        if points.len() <= FEW {
+            return self.subtract_few(&points, image);
+        }
+        self.convolver.subtract_points(&points, spectrum.get_or_insert_with(|| self.spectrum()), image);
+    }
+
+    /// Subtract the beams of some points (row, column, flux), row after row.
+    fn subtract_few(&self, points: &[(usize, usize, f64)], image: &mut Array2<f32>) {
+        let (n_m, n_l) = (self.n_m, self.n_l);
+        image.axis_iter_mut(Axis(0)).into_par_iter().enumerate().for_each(|(i, mut line)| {
+            for (row, column, flux) in points {
+                let Some(of_beam) = (i + n_m / 2).checked_sub(*row).filter(|r| *r < n_m) else { continue };
+                // Pixel j of the line has pixel j + n_l / 2 - column of the beam.
+                let (first, from) = (column.saturating_sub(n_l / 2), (n_l / 2).saturating_sub(*column));
+                let n = (n_l - first).min(n_l - from);
+                let (flux, beam) = (*flux as f32, &self.line(of_beam)[from..from + n]);
+                line.slice_mut(s![first..first + n]).iter_mut().zip(beam).for_each(|(v, b)| *v -= flux * b);
+            }
+        });
     }
 }
 
@@ -215,8 +241,7 @@ impl<'a> TiledResidual<'a> {
 
     /// Subtract all components from the residual before them.
     fn by_convolution(&mut self) {
-        let spectrum = self.spectrum.get_or_insert_with(|| self.beam.spectrum());
-        self.beam.subtract(&self.components, spectrum, &mut self.base);
+        self.beam.subtract(&self.components, &mut self.spectrum, &mut self.base);
         self.components.clear();
     }
 
