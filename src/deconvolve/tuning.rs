@@ -34,6 +34,10 @@ pub struct CleanTuning {
     /// of a tenth comes from sources between the pixels.
     /// Influence: at most 1 per cent.
     pub minor_divergence: f64,
+    /// A cycle goes on without the visibilities while its level is above this factor times the error of its residual, which earlier cycles have
+    /// measured. At 1 the faintest components of a cycle are as large as the errors; a large factor needs more passes over the data.
+    /// Influence: at most 1 per cent.
+    pub trust_margin: f64,
     /// Largest number of active pixels of Clark's algorithm. So many fit into the second cache together with the patch of the beam.
     /// Influence: at most 1 per cent.
     pub clark_active: usize,
@@ -74,6 +78,7 @@ impl Default for CleanTuning {
             mask_growth: 0.5,
             major_divergence: 1.5,
             minor_divergence: 1.1,
+            trust_margin: 4.0,
             clark_active: 20_000,
             clark_patch: 0.125,
             clark_patch_least: 48,
@@ -97,6 +102,7 @@ impl CleanTuning {
             ("side_lobe_margin", self.side_lobe_margin),
             ("main_lobe_fwhm", self.main_lobe_fwhm),
             ("mask_growth", self.mask_growth),
+            ("trust_margin", self.trust_margin),
             ("clark_patch", self.clark_patch),
             ("first_scale", self.first_scale),
         ] {

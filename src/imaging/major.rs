@@ -13,6 +13,7 @@ use super::cleaned::{Channel, Cleaned};
 use super::clock::Clock;
 use super::continued::{Continue, Tool, Tools};
 use super::imager::{Imager, Residual};
+use super::trust::Trust;
 use crate::deconvolve::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, peak_size};
 use crate::fidelity::robust_rms;
 use crate::memory::{ImageWork, check_images};
@@ -158,6 +159,16 @@ impl Best {
     }
 }
 
+/// A minor cycle follows another without the visibilities between them if it can lower the peak to this fraction.
+const WORTH: f64 = 0.5;
+
+/// What a residual tells about itself: its noise, and its peak within the mask.
+#[derive(Clone, Copy)]
+struct Sight {
+    rms: f64,
+    peak: f64,
+}
+
 /// The major cycles of one output channel.
 struct Run<'a> {
     opts: &'a CleanOptions,
@@ -218,19 +229,12 @@ impl Run<'_> {
     ) -> Result<()> {
         let o = self.opts;
         let mut auto = o.auto_mask.map(|sigmas| AutoMask::new(state.dirty.dim(), sigmas, self.beam_px, !o.no_negative, &o.tuning));
+        let mut trust = Trust::new(state.psf.view(), self.beam_px, &o.tuning);
         let start_flux = self.start.map_or(0.0, |m| m.sum());
         let mut best = Best::of(state);
         let mut least = f64::INFINITY;
         loop {
-            let rms = robust_rms(state.residual.image.view());
-            if let Some(auto) = &mut auto {
-                let top = peak_size(state.residual.image.view(), o.region.as_ref(), !o.no_negative);
-                // The side lobes of the sources in the residual are above the noise too, but they are not sources.
-                let level = (auto.sigmas * rms).max(o.tuning.side_lobe_margin * self.side_lobe * top);
-                auto.grow(&state.residual.image, level, o.region.as_ref());
-            }
-            let mask = auto.as_ref().map(|a| &a.mask).or(o.region.as_ref());
-            let peak = peak_size(state.residual.image.view(), mask, !o.no_negative);
+            let Sight { rms, peak } = self.look(&state.residual.image, auto.as_mut());
             let (number, iterations) = (state.major, state.components.len());
             let flux = start_flux + state.components.iter().chain(&state.given_back).map(|c| c.flux).sum::<f64>();
             observer.event(Event::Cycle { number: number + 1, iterations, peak, flux, rms });
@@ -247,27 +251,78 @@ impl Run<'_> {
                     best = Best::of(state);
                 }
             }
-            let level = self.threshold.max(o.nsigma * rms);
-            if let Some(reason) = self.reason(peak, level, state) {
+            if let Some(reason) = self.reason(peak, self.threshold.max(o.nsigma * rms), state) {
                 return self.stop(state, reason, observer);
             }
-            let part = (o.cyclefactor * self.side_lobe).clamp(o.psf_fraction.0, o.psf_fraction.1).max(1.0 - o.mgain);
-            let limits =
-                MinorLimits { gain: o.gain, level: level.max(part * peak), iterations: o.niter - iterations, negative: !o.no_negative };
-            let cycle = Minor { residual: &mut state.residual.image, mask, limits };
-            let report: MinorReport = clock.time("minor", || deconvolver.minor(cycle))?;
+            let stop = clock.time("minor", || self.descend(deconvolver, state, auto.as_ref(), (Sight { rms, peak }, &mut trust)))?;
             state.major += 1;
-            let took = report.components.len();
-            state.components.extend(report.components);
             if !self.from.exact && state.major >= o.max_major {
                 state.residual.chi2_per_datum = f64::NAN;
                 return self.stop(state, StopReason::MajorCycles, observer);
             }
             clock.time("major", || self.renew((imager, k), &*deconvolver, state, observer))?;
-            if took == 0 {
-                let reason = if report.stop == MinorStop::Diverged { StopReason::Diverged } else { StopReason::Nothing };
+            trust.measure(&state.residual.image);
+            if state.components.len() == iterations {
+                let reason = if stop == MinorStop::Diverged { StopReason::Diverged } else { StopReason::Nothing };
                 return self.stop(state, reason, observer);
             }
+        }
+    }
+
+    /// Measure a residual, and let an automatic mask grow.
+    fn look(&self, residual: &Array2<f32>, mut auto: Option<&mut AutoMask>) -> Sight {
+        let o = self.opts;
+        let rms = robust_rms(residual.view());
+        if let Some(auto) = &mut auto {
+            let top = peak_size(residual.view(), o.region.as_ref(), !o.no_negative);
+            // The side lobes of the sources in the residual are above the noise too, but they are not sources.
+            let level = (auto.sigmas * rms).max(o.tuning.side_lobe_margin * self.side_lobe * top);
+            auto.grow(residual, level, o.region.as_ref());
+        }
+        let mask = auto.as_ref().map(|a| &a.mask).or(o.region.as_ref());
+        Sight { rms, peak: peak_size(residual.view(), mask, !o.no_negative) }
+    }
+
+    /// Lower the residual by minor cycles, the first one from an exact residual, as far as its error allows. Says why the last one stopped.
+    fn descend(
+        &self,
+        deconvolver: &mut dyn Deconvolver,
+        state: &mut Channel,
+        auto: Option<&AutoMask>,
+        (mut sight, trust): (Sight, &mut Trust),
+    ) -> Result<MinorStop> {
+        let o = self.opts;
+        let first = state.components.len();
+        let part = (o.cyclefactor * self.side_lobe).clamp(o.psf_fraction.0, o.psf_fraction.1).max(1.0 - o.mgain);
+        // An automatic mask must grow before CLEAN goes deeper: what is not in it yet has side lobes in it. A floor changes the model after the
+        // cycle, and a short update has no exact residual to learn from.
+        let may_go_on = auto.is_none() && self.from.floor.is_none() && self.from.exact;
+        let mut trusted = 0.0;
+        loop {
+            let lowest = self.threshold.max(o.nsigma * sight.rms).max(trusted);
+            let limits = MinorLimits {
+                gain: o.gain,
+                level: lowest.max(part * sight.peak),
+                iterations: o.niter - state.components.len(),
+                negative: !o.no_negative,
+            };
+            let mask = auto.map(|a| &a.mask).or(o.region.as_ref());
+            let MinorReport { stop, components } = deconvolver.minor(Minor { residual: &mut state.residual.image, mask, limits })?;
+            let whole = stop == MinorStop::Level && !components.is_empty();
+            state.components.extend(components);
+            if !may_go_on {
+                return Ok(stop);
+            }
+            let norm = trust.norm(&*deconvolver, &state.components[first..], state.dirty.dim());
+            if let Some(level) = trust.level(norm).filter(|_| whole && state.components.len() < o.niter) {
+                sight = self.look(&state.residual.image, None);
+                trusted = level;
+                if self.threshold.max(o.nsigma * sight.rms).max(trusted) <= WORTH * sight.peak {
+                    continue;
+                }
+            }
+            trust.expect(&state.residual.image, norm);
+            return Ok(stop);
         }
     }
 

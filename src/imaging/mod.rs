@@ -35,6 +35,7 @@ mod size_tuning;
 mod split;
 mod still_feeds;
 mod total_power;
+mod trust;
 mod weighed_rows;
 pub mod weights;
 
@@ -52,6 +53,8 @@ mod rank_tests;
 mod tests;
 #[cfg(test)]
 mod total_power_tests;
+#[cfg(test)]
+mod trust_tests;
 #[cfg(test)]
 mod tuning_tests;
 

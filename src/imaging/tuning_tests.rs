@@ -86,12 +86,13 @@ fn error(case: &Case, algorithm: &str, tuning: CleanTuning) -> f64 {
 #[test]
 fn halving_and_doubling_each_constant_stays_within_its_limit() {
     type Change = fn(&mut CleanTuning, f64);
-    let table: [(&str, &str, f64, Change); 14] = [
+    let table: [(&str, &str, f64, Change); 15] = [
         ("side_lobe_margin", "hogbom", 0.01, |t, x| t.side_lobe_margin *= x),
         ("main_lobe_fwhm", "hogbom", 0.01, |t, x| t.main_lobe_fwhm *= x),
         ("mask_growth", "hogbom", 0.01, |t, x| t.mask_growth *= x),
         ("major_divergence", "hogbom", 0.01, |t, x| t.major_divergence = 1.0 + (t.major_divergence - 1.0) * x),
         ("minor_divergence", "hogbom", 0.01, |t, x| t.minor_divergence = 1.0 + (t.minor_divergence - 1.0) * x),
+        ("trust_margin", "hogbom", 0.01, |t, x| t.trust_margin *= x),
         ("clark_active", "clark", 0.01, |t, x| t.clark_active = (t.clark_active as f64 * x) as usize),
         ("clark_patch", "clark", 0.01, |t, x| t.clark_patch *= x),
         ("clark_patch_least", "clark", 0.01, |t, x| t.clark_patch_least = (t.clark_patch_least as f64 * x) as usize),
