@@ -5,6 +5,7 @@
 use super::child::in_the_child;
 use super::convert::Form;
 use super::unpack::Pipeline;
+use bytemuck::{cast, pod_read_unaligned};
 use hdf5::{Dataset, Dataspace, Hyperslab, SliceOrIndex};
 use hdf5_sys::h5::{herr_t, hsize_t};
 use hdf5_sys::h5d::{H5Dread, H5Dread_chunk1};
@@ -201,16 +202,13 @@ impl<'a> Chunks<'a> {
         let source = &from.bytes[(rows.start - from.first) * wide..(rows.end - from.first) * wide];
         let target = &mut out[(rows.start - first) * row..(rows.end - first) * row];
         if form == Form::Floats {
-            let narrow = |x: [u8; 8]| (f64::from_ne_bytes(x) as f32).to_ne_bytes();
-            let pair = |x: &[u8; 16]| {
-                let (re, im) = x.split_at(8);
-                let [re, im] = [re, im].map(|part| narrow(part.try_into().unwrap_or_default()));
-                std::array::from_fn(|k| if k < 4 { re[k] } else { im[k - 4] })
-            };
             let to = &mut target[from.to * self.size / 2..];
             match self.size {
-                16 => place_rows::<16, 8>((source, wide), (to, row), from.runs, pair),
-                _ => place_rows::<8, 4>((source, wide), (to, row), from.runs, |x| narrow(*x)),
+                16 => place_rows::<16, 8>((source, wide), (to, row), from.runs, |x| {
+                    let [re, im]: [f64; 2] = pod_read_unaligned(x);
+                    cast([re as f32, im as f32])
+                }),
+                _ => place_rows::<8, 4>((source, wide), (to, row), from.runs, |x| (pod_read_unaligned::<f64>(x) as f32).to_ne_bytes()),
             }
             return;
         }
