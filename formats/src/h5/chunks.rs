@@ -57,7 +57,9 @@ impl<'a> Chunks<'a> {
     /// For the reading of so many rows. `None` where the library must read them: no chunks, or filters that this crate does not know. Of chunks
     /// without filters that are higher than the rows, the library reads only a part.
     pub(super) fn of(dataset: &'a Dataset, rows: usize) -> hdf5::Result<Option<Self>> {
-        let (Some(chunk), Some(pipeline)) = (dataset.chunk(), Pipeline::of(&dataset.filters())) else { return Ok(None) };
+        let filters = dataset.filters();
+        let pipeline = if filters.is_empty() { Some(Pipeline::none()) } else { Pipeline::of(&filters) };
+        let (Some(chunk), Some(pipeline)) = (dataset.chunk(), pipeline) else { return Ok(None) };
         if pipeline.is_empty() && chunk.first().is_none_or(|high| *high > rows / 2) {
             return Ok(None);
         }

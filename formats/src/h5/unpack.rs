@@ -23,7 +23,7 @@ enum Step {
 const CHECKSUM: usize = 4;
 
 impl Pipeline {
-    /// `None` where there is a filter that only the library knows.
+    /// `None` where there is no filter, or a filter that only the library knows.
     pub(super) fn of(filters: &[Filter]) -> Option<Self> {
         let step = |f: &Filter| match f {
             Filter::Deflate(_) => Some(Step::Deflate),
@@ -35,7 +35,12 @@ impl Pipeline {
         let steps: Vec<Step> = filters.iter().map(step).collect::<Option<_>>()?;
         // Between two of these filters the size of the data is not known.
         let compressors = steps.iter().filter(|s| matches!(s, Step::Deflate | Step::Lzf)).count();
-        (compressors < 2).then_some(Self { steps })
+        (!steps.is_empty() && compressors < 2).then_some(Self { steps })
+    }
+
+    /// No filters.
+    pub(super) fn none() -> Self {
+        Self { steps: Vec::new() }
     }
 
     /// True where the bytes in the file are the values.
