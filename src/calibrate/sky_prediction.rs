@@ -60,6 +60,7 @@ impl ModelVisibilities for SkyPrediction<'_> {
         lost.iter().for_each(|r| vis.slice_mut(s![*r, .., ..]).fill(Complex::new(f32::NAN, f32::NAN)));
         Ok(vis)
     }
+
     fn predict_runs(&mut self, header: &VisibilityHeader, runs: &[(usize, &UvCoverage)]) -> Result<Vec<Array3<Complex<f32>>>> {
         let Some(((first_row, first), others)) = runs.split_first() else { return Ok(Vec::new()) };
         // One transform with the extent of all runs, and one way through its tiles.
