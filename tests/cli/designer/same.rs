@@ -54,7 +54,6 @@ fn the_printed_commands_make_the_images_of_the_page() {
     for (name, file) in [("psf", "psf.fits"), ("dirty", "dirty.fits"), ("clean", "clean-image.fits"), ("mem", "mem-model.fits")] {
         same(&shown, name, folder.path(), file);
     }
-    assert!(shown["mem"].header["missed"].is_null());
     state["mem"] = json!({ "niter": 2 });
     let cut_short = tab.show(&state, false);
     let missed = cut_short["mem"].header["missed"].as_str().unwrap();
