@@ -175,8 +175,8 @@ impl<'a> MemImager<'a> {
         Ok(all)
     }
 
-    /// As [`MemImager::solve_at`]. Where chi squared stays above its target there, go on as [`MemImager::solve`] does: data that a smooth scene does not explain ask
-    /// for more structure.
+    /// Solve at the `lambda` that belongs to what is expected of the scene. Where chi squared stays above its target there, go on as [`MemImager::solve`]
+    /// does: data that a smooth scene does not explain ask for more structure.
     ///
     /// # Errors
     /// As [`MemImager::solve`].
