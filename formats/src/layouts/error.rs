@@ -40,7 +40,7 @@ pub enum LayoutError {
     /// Text of no known format.
     #[error(
         "expected a layout, found a text in none of the known formats: TOML, CASA .cfg (with '# coordsys='), eht-imaging (NAME X Y Z SEFDR SEFDL), pyuvsim csv \
-         (Name Number BeamID E N U), OSKAR or Miriad (columns of numbers)"
+         (Name Number BeamID E N U), a table with a head line (name, x_m, y_m), OSKAR or Miriad (columns of numbers)"
     )]
     Unknown,
     /// A line that does not fit the format.

@@ -7,6 +7,7 @@ use super::miriad::MiriadAnt;
 use super::native::Native;
 use super::oskar::{self, OskarLayout};
 use super::pyuvsim::PyuvsimCsv;
+use super::spreadsheet::Spreadsheet;
 use crate::files::{LARGEST_TEXT, extension_of, refuse_special};
 use crate::format::{Format, Holds, LayoutFormat};
 use cittert_arrays::{ArrayLayout, Site};
@@ -15,7 +16,7 @@ use std::io::Read;
 use std::path::Path;
 
 /// All formats of layouts, in the order in which they are tried.
-pub(crate) static LAYOUTS: &[&dyn Format] = &[&Native, &CasaCfg, &PyuvsimCsv, &EhtimText, &MiriadAnt, &OskarLayout];
+pub(crate) static LAYOUTS: &[&dyn Format] = &[&Native, &CasaCfg, &PyuvsimCsv, &Spreadsheet, &EhtimText, &MiriadAnt, &OskarLayout];
 
 /// All formats of layouts, in the order in which they are tried.
 pub fn layout_formats() -> impl Iterator<Item = &'static dyn LayoutFormat> {

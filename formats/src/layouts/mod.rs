@@ -12,6 +12,7 @@ mod native;
 mod observatories;
 mod oskar;
 mod pyuvsim;
+mod spreadsheet;
 mod text;
 mod utm;
 

@@ -41,7 +41,7 @@ subcommands! {
         Show(Box<show::ShowArgs>) => |args: &show::ShowArgs, _| show::run(args);
         /// Compare layouts side by side: figures of merit, beams, and images of the same scene.
         Compare(Box<compare::CompareArgs>) => |args: &compare::CompareArgs, context| compare::run(args, context);
-        /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .ant).
+        /// Write a layout in another format, chosen by the ending of the output (.toml, .cfg, .txt, .csv, .tsv, .ant).
         Convert(ConvertArgs) => convert;
         /// Find the positions of elements, or choose among pads, so that the side lobes of the beam or other figures are low.
         Optimize(Box<OptimizeArgs>) => optimize::run;
