@@ -4,7 +4,7 @@ use crate::Result;
 use crate::calibrate::{ModelVisibilities, sees_unpolarized};
 use crate::mem::{HandsNoise, HandsSum};
 use crate::memory::MemoryBudget;
-use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{Polarization, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::Array3;
 use num_complex::{Complex32, Complex64};
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ const MEDIAN: f64 = std::f64::consts::LN_2;
 /// weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
-    /// Number of visibilities.
+    /// Number of visibilities. Two parallel hands count as one.
     pub samples: usize,
     /// True if the noise is known: 1 is then the expected value of the squares.
     pub noise_known: bool,
@@ -181,16 +181,47 @@ fn add(
     Ok(())
 }
 
+/// The other parallel hand of each product, where the set has it.
+fn other_hands(polarizations: &[Polarization]) -> Vec<Option<usize>> {
+    use Polarization::{LL, RR, XX, YY};
+    let other = |p: &Polarization| match p {
+        RR => Some(LL),
+        LL => Some(RR),
+        XX => Some(YY),
+        YY => Some(XX),
+        _ => None,
+    };
+    polarizations.iter().map(|p| other(p).and_then(|o| polarizations.iter().position(|q| *q == o))).collect()
+}
+
+/// The image is one of total intensity. So two parallel hands make one sample, their mean: what differs between them is polarisation, which such
+/// an image does not have to explain.
 fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &VisibilityBlock, predicted: &Array3<Complex32>) {
     let wide = |v: Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
     let freq_hz = header.spectrum.freq_hz();
+    let others = other_hands(&header.polarizations);
+    let weight_of = |at: (usize, usize, usize)| {
+        let weight = f64::from(block.usable_weight(at.0, at.1, at.2));
+        if weight > 0.0 && predicted[at].is_finite() { weight } else { 0.0 }
+    };
     for ((row, c, p), v) in block.vis.indexed_iter() {
         let pair = (block.coverage.ant1[row], block.coverage.ant2[row]);
-        let weight = f64::from(block.usable_weight(row, c, p));
-        let (v, m) = (wide(*v), wide(predicted[(row, c, p)]));
-        if pair.0 == pair.1 || !(weight > 0.0) || !m.is_finite() || !sees_unpolarized(header.polarizations[p]) {
+        let own = weight_of((row, c, p));
+        if pair.0 == pair.1 || own == 0.0 || !sees_unpolarized(header.polarizations[p]) {
             continue;
         }
+        let (v, m) = (wide(*v), wide(predicted[(row, c, p)]));
+        let (v, m, weight) = match others[p].map(|q| (q, weight_of((row, c, q)))) {
+            Some((q, w)) if w > 0.0 => {
+                if q < p {
+                    continue;
+                }
+                let mean = |a: Complex64, b: Complex32| 0.5 * (a + wide(b));
+                // The mean has a quarter of the sum of the variances.
+                (mean(v, block.vis[(row, c, q)]), mean(m, predicted[(row, c, q)]), 4.0 / (own.recip() + w.recip()))
+            }
+            _ => (v, m, own),
+        };
         let uvw = block.coverage.uvw_m.row(row);
         let per_m = freq_hz[c] / cittert_arrays::SPEED_OF_LIGHT_M_S;
         samples.push(Sample {

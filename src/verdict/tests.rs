@@ -37,6 +37,26 @@ fn a_right_model_draws_no_finding_and_a_wrong_one_does() {
     assert_eq!(names(&mut set, &mut PointModel { l: POINT.0, m: POINT.1, flux: 0.6 }, 0.6), ["chi_squared", "missing_flux"]);
 }
 
+/// A polarised source differs between the hands, which an image of total intensity need not explain.
+#[test]
+fn a_polarised_source_is_no_misfit_of_total_intensity() {
+    use Polarization::{XX, YY};
+    let mut set = snapshot(&positions(20, 0.5, 0.0, 5), &[94e9, 95e9, 96e9, 97e9], &[XX, YY], &[POINT], (0.1, VisUnit::Jy));
+    for mut hands in set.data.vis.rows_mut() {
+        // Half of the flux is linearly polarised: V_XX - V_YY = 2 Q.
+        let flux = 0.5 * (hands[0] + hands[1]);
+        hands[0] += flux * 0.5;
+        hands[1] -= flux * 0.5;
+    }
+    let mut model = PointModel { l: POINT.0, m: POINT.1, flux: POINT.2 };
+    let r = Residuals::measure(&mut set, &mut model).unwrap().unwrap();
+    assert!((r.mean - 1.0).abs() < 0.1 && r.unexplained < 2e-3 && r.samples == set.data.vis.len() / 2, "{r:?}");
+    assert_eq!(names(&mut set, &mut model, 1.0), Vec::<&str>::new());
+    // A flagged hand leaves the other, which has its polarisation.
+    set.data.flags.slice_mut(ndarray::s![.., .., 1]).fill(true);
+    assert!(Residuals::measure(&mut set, &mut model).unwrap().unwrap().unexplained > 0.1);
+}
+
 #[test]
 fn interference_and_swapped_antennas_are_named() {
     let mut model = PointModel { l: POINT.0, m: POINT.1, flux: POINT.2 };
