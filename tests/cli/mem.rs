@@ -169,6 +169,7 @@ fn constraints_that_are_not_met_keep_the_image_and_fail() {
     let s = observed("--pedestal none");
     let said = s.run(&format!("--json mem vis.uvh5 {IMAGE} --prior 250K --niter 3 -o m"));
     let json: Value = serde_json::from_str(&said.out).unwrap();
+    assert!(json["verdict"].as_str().unwrap().starts_with("doubtful"), "{json}");
     assert!(said.code == 1 && json["met"] == false && said.err.contains("not met") && said.err.contains("--niter"), "{}", said.err);
     assert!(s.path("m-model.fits").exists() && s.path("m-image.fits").exists());
 }

@@ -83,14 +83,15 @@ fn save(
     let mut json = statistics(&products, args, options);
     json["mean"] = mean;
     let held_out = held_out::line(check, &mut json);
-    let verdict = verdict::report(&judged, "the image explains the visibilities", &mut json, context);
-    let outcome = Outcome::new(json, format!("{}\n{held_out}{verdict}", describe(&products)));
     let goals = options.options.goals();
     let short = |(k, c): (usize, &Certificate)| {
         let which = if products.certificates.len() > 1 { format!("output channel {k}: ") } else { String::new() };
         c.shortfall(goals.chi2_tolerance, goals.flux, goals.kkt).map(|s| which + &s)
     };
     let missed: Vec<String> = products.certificates.iter().enumerate().filter_map(short).collect();
+    let good = if missed.is_empty() { "the image explains the visibilities" } else { "doubtful: the constraints are not met" };
+    let verdict = verdict::report(&judged, good, &mut json, context);
+    let outcome = Outcome::new(json, format!("{}\n{held_out}{verdict}", describe(&products)));
     let images = IMAGES.into_iter().zip([products.model, products.residual, products.restored]);
     let mut outcome = args.out.images(images.chain(products.uncertainty.map(|u| (UNCERTAINTY, u))), context, outcome)?;
     if !missed.is_empty() {
