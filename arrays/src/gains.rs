@@ -101,6 +101,22 @@ impl GainTable {
         self.choose_feeds(names, &[0, 0])
     }
 
+    /// Turn the first of two feeds of all antennas so that the two feeds of the reference antenna have the same phase.
+    ///
+    /// The parallel hands do not tell the phase between the feeds, so that a product of two solutions can have any.
+    pub fn turn_feeds_together(&mut self) {
+        let Some(refant) = self.refant.filter(|_| self.feeds.len() == 2) else { return };
+        for mut interval in self.gains.outer_iter_mut() {
+            for mut chan in interval.axis_iter_mut(Axis(1)) {
+                let between = chan[[refant, 0]] * chan[[refant, 1]].conj();
+                if between.norm() > 0.0 {
+                    let back = between.conj() / between.norm();
+                    chan.column_mut(0).mapv_inplace(|g| g * back);
+                }
+            }
+        }
+    }
+
     /// The same gains with one entry for both feeds, named such as `R+L`, if gains, flags and qualities of the two feeds are equal.
     #[must_use]
     pub fn with_equal_feeds_joined(&self) -> Self {

@@ -54,6 +54,7 @@ pub(super) fn solve(
                     .and(&left.gains)
                     .and(&left.flags)
                     .for_each(|g, l, flag| *g *= if *flag { Complex64::ONE } else { *l });
+                own.turn_feeds_together();
             }
         }
         let mut calibrated = CalibratedSource::new(source, &own, apply)?;
