@@ -1,7 +1,7 @@
 //! Sections of the files of `run` and `study`. A section is the options of a group, as the command line has them.
 
 use super::context::Outcome;
-use crate::calibrate::{PointingSolveOptions, RoundOptions, SolveOptions};
+use crate::calibrate::{FeedTerm, PointingSolveOptions, RoundOptions, SolveOptions};
 use crate::corrupt::ErrorOptions;
 use crate::deconvolve::CleanOptions;
 use crate::design::DesignOptions;
@@ -68,6 +68,9 @@ pub(super) struct SelfcalSection {
     /// Prior of deconvolver mem, which solves image and gains together: a temperature (250K), a flux density in a pixel or a FITS image
     /// [default: flat, made from the data as the book describes].
     pub(super) prior: Option<PriorChoice>,
+    /// What is solved for after the gains, in sets of four products: leakage, cross-phase or both.
+    #[serde(default, rename = "solve")]
+    pub(super) feed_terms: Vec<FeedTerm>,
 }
 
 /// Options of the self-calibration of a study. Its images are those of the sections `[image]` and `[clean]`.

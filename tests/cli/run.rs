@@ -47,6 +47,52 @@ fn a_run_leaves_pictures_numbers_and_a_page() {
     assert_eq!(s.names(), ["c.toml", "out", "s.csv"]);
 }
 
+/// Leakages of the feeds are injected and solved in one run.
+#[test]
+fn a_run_solves_leakages() {
+    let s = Scratch::new();
+    s.write("s.csv", "ra_deg,dec_deg,flux_jy,q_jy,u_jy,v_jy\n202.78,30.51,1,0.2,-0.1,0.05\n");
+    s.write(
+        "c.toml",
+        r#"
+title = "leaking feeds"
+layout = { name = "vla-d" }
+scene = { file = "s.csv" }
+seed = 5
+[simulate]
+freq = "1.4GHz"
+bandwidth = "50MHz"
+phase-center = "202.78deg,30.51deg"
+hour-angle = "-2h,2h"
+integration = "30min"
+pols = ["RR", "RL", "LR", "LL"]
+mount = "alt-az"
+sefd = "400Jy"
+[corrupt]
+leakage-rms = 0.05
+cross-phase = "40deg"
+[image]
+size = 64
+cell = "10arcsec"
+[selfcal]
+model = "s.csv"
+solve = ["leakage", "cross-phase"]
+solint = "inf"
+rounds = 1
+"#,
+    );
+    let said = s.ok("run c.toml --check").out;
+    assert!(said.contains("--solve=leakage") && said.contains("--solve=cross-phase"), "{said}");
+    s.ok("run c.toml -o out");
+    let metrics: serde_json::Value = serde_json::from_slice(&std::fs::read(s.path("out/metrics.json")).unwrap()).unwrap();
+    let number = |key: &str| metrics["selfcal"]["feeds"][key].as_f64().unwrap();
+    // Within the noise: five standard deviations of the phase.
+    let off = number("cross_phase_rad") - 40_f64.to_radians();
+    assert!(off.abs() < 5.0 * number("cross_phase_sigma_rad"), "{metrics}");
+    assert!((number("leakage_rms") - 0.05).abs() < 0.01 && number("reduced_chi2") < 1.1, "{metrics}");
+    assert!(std::fs::read_to_string(s.path("out/report.html")).unwrap().contains("Phase between the feeds"));
+}
+
 /// Errors of a whole run and what self-calibration brings back, with the three images beside each other.
 #[test]
 fn a_run_corrupts_and_calibrates() {

@@ -68,6 +68,9 @@ const LABELS: &[Label] = &[
     Label("corrupt", "rms_phase_rad", "Phase errors put in, rms", Show::Phase),
     Label("corrupt", "rms_amplitude", "Amplitude errors put in, rms", Show::Percent),
     Label("corrupt", "n_intervals", "Intervals with their own errors", Show::Count),
+    Label("selfcal", "/feeds/leakage_rms", "Leakages that were solved, rms", Show::Percent),
+    Label("selfcal", "/feeds/leakage_sigma", "Their standard deviation", Show::Percent),
+    Label("selfcal", "/feeds/cross_phase_rad", "Phase between the feeds", Show::Phase),
     Label("compare", "rms_phase_rad", "Phase error left, rms", Show::Phase),
     Label("compare", "max_abs_phase_rad", "Largest phase error left", Show::Phase),
     Label("compare", "rms_amplitude", "Amplitude error left, rms", Show::Percent),
@@ -101,7 +104,8 @@ pub(super) fn rows(command: &str, json: &Value) -> Vec<(&'static str, String)> {
 }
 
 fn shown(how: Show, json: &Value, key: &str) -> Option<String> {
-    let value = json.get(key)?;
+    // A key with a slash is the path to a value within an object.
+    let value = if key.starts_with('/') { json.pointer(key)? } else { json.get(key)? };
     let number = |key: &str| json.get(key).and_then(Value::as_f64).filter(|v| v.is_finite());
     let x = value.as_f64().filter(|v| v.is_finite());
     let unit = json.get("unit").and_then(Value::as_str).unwrap_or_default();
