@@ -247,7 +247,7 @@ def test_a_lost_connection_is_told_and_found_again():
 
 @pytest.mark.skipif("CITTERT_DESIGN_MINUTES" not in os.environ, reason="half an hour: set CITTERT_DESIGN_MINUTES")
 def test_memory_stays_over_long_dragging():
-    resident = lambda pid: int(next(l for l in open(f"/proc/{pid}/status") if l.startswith("VmRSS")).split()[1])
+    resident = lambda pid: 1024 * int(next(l for l in open(f"/proc/{pid}/status") if l.startswith("VmRSS")).split()[1])
     with designer() as (address, child), opened(address) as page:
         rng = random.Random(2)
         end = time.time() + 60 * float(os.environ["CITTERT_DESIGN_MINUTES"])
@@ -265,5 +265,5 @@ def test_memory_stays_over_long_dragging():
         for name, series in (("page", heap), ("program", program)):
             third = max(1, len(series) // 3)
             early, late = statistics.median(series[:third]), statistics.median(series[-third:])
-            print(f"{name}: {early / 1e6:.1f} to {late / 1e6:.1f}")
+            print(f"{name}: {early / 1e6:.2f} to {late / 1e6:.2f} MB in {len(series)} samples:", *(f"{v / 1e6:.2f}" for v in series[:: max(1, len(series) // 30)]))
             assert late < 1.1 * early, name
