@@ -26,6 +26,9 @@ const LEAST_FLUX: f64 = 0.8;
 /// Factor by which a source is brighter at zero spacing than on the shortest baselines, above which the baselines miss much of it.
 const MISSED: f64 = 1.5;
 
+/// A spectral index is named where it explains at least this part of what the image leaves.
+const SPECTRAL: f64 = 0.2;
+
 /// Findings about the residuals of a fit. `antenna` names an antenna by its index. `flux` is the sum of the model over the image in the unit
 /// of the data, where the zero spacing of the data is that of a positive sky.
 #[must_use]
@@ -66,6 +69,7 @@ pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Opti
         let next = "for extended scenes use mem, or clean deeper; otherwise check the calibration, the size of the image and the coordinates (order of antennas, sign \
                     of u, v, w and of time)";
         all.push(Finding::new("chi_squared", says, next));
+        all.extend(spectral(r).map(|says| Finding::new("spectrum", says, "image the band in several output channels (--channels-out)")));
     }
     all.extend(flux.and_then(|flux| short_spacings(r, flux)));
     all
@@ -76,7 +80,28 @@ pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Opti
 pub fn left_beyond_noise(r: &Residuals) -> Option<String> {
     let beyond = r.noise_known && r.mean > CHI2;
     beyond.then(|| {
-        format!("but for {:.2} % of their power: the residual has {:.1} times the power of the noise", 100.0 * r.unexplained, r.mean)
+        let spectrum = spectral(r).map_or(String::new(), |says| format!("; {says}"));
+        format!(
+            "but for {:.2} % of their power: the residual has {:.1} times the power of the noise{spectrum}",
+            100.0 * r.unexplained,
+            r.mean
+        )
+    })
+}
+
+/// What a spectral index of the sources explains, and how many output channels leave less of it than the noise.
+fn spectral(r: &Residuals) -> Option<String> {
+    let s = r.spectrum;
+    // Within an N-th of the band a spectrum leaves an N^2-th of the power.
+    let left = s.share * (r.mean - if r.noise_known { 1.0 } else { 0.0 });
+    let enough = if r.noise_known { (2.0 * left).sqrt().ceil() as usize } else { 4 };
+    (s.share > SPECTRAL && s.channels > 1).then(|| {
+        format!(
+            "{:.0} % of what is left is the spectrum of the sources, whose index is about {:.1}: --channels-out {} images the band in parts",
+            100.0 * s.share.min(1.0),
+            s.index,
+            enough.clamp(2, s.channels)
+        )
     })
 }
 

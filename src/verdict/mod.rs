@@ -21,4 +21,4 @@ pub use images::{ImageFacts, Levels, of_image};
 pub use misfits::{left_beyond_noise, of_residuals};
 pub use pedestals::of_pedestal;
 pub use prediction::CrossCheck;
-pub use residuals::Residuals;
+pub use residuals::{Residuals, Spectrum};

@@ -50,6 +50,19 @@ pub struct Residuals {
     pub shortest: (f64, f64),
     /// Lengths in wavelengths of the shortest baselines, and slope of ln |V|^2 against the squared length there.
     pub decay: (f64, f64),
+    /// What one spectral index of all sources explains of the residuals.
+    pub spectrum: Spectrum,
+}
+
+/// The spectral index of a model whose fluxes are those of the middle of the band, as the residuals tell it: V - M = index M (nu - nu0) / nu0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spectrum {
+    /// The index: fluxes grow as nu^index.
+    pub index: f64,
+    /// The part that it explains of the power of the residuals beyond noise.
+    pub share: f64,
+    /// Number of channels of the set.
+    pub channels: usize,
 }
 
 /// One visibility.
@@ -63,6 +76,10 @@ struct Sample {
     left2: f64,
     data2: f64,
     model2: f64,
+    /// Real part of the residual times the conjugate of the model.
+    along: f64,
+    /// Offset from the middle of the band, over its frequency.
+    off: f64,
 }
 
 impl Sample {
@@ -116,7 +133,7 @@ impl Residuals {
         if let Some(noise) = noise {
             samples.iter_mut().for_each(|s| s.weight /= noise);
         }
-        Ok((!samples.is_empty()).then(|| Self::of(&samples, noise.is_some())))
+        Ok((!samples.is_empty()).then(|| Self::of(&samples, noise.is_some(), n_chan)))
     }
 
     /// Amplitude at zero spacing of a Gaussian that decays over the shortest baselines as the data do, in their unit.
@@ -126,7 +143,7 @@ impl Residuals {
         self.shortest.0 * (-0.5 * slope * length * length).exp()
     }
 
-    fn of(samples: &[Sample], noise_known: bool) -> Self {
+    fn of(samples: &[Sample], noise_known: bool, n_chan: usize) -> Self {
         let n = samples.len() as f64;
         let sum = |f: fn(&Sample) -> f64| samples.iter().map(f).sum::<f64>();
         let (misfit, power) = (sum(Sample::misfit), sum(|s| 0.5 * s.weight * s.data2));
@@ -152,6 +169,13 @@ impl Residuals {
             .collect();
         antennas.sort_by(|a, b| b.1.total_cmp(&a.1));
         let (shortest, decay) = short_baselines(samples, noise_known);
+        let along = sum(|s| 0.5 * s.weight * s.along * s.off);
+        let across = sum(|s| 0.5 * s.weight * s.model2 * s.off * s.off);
+        let spectrum = Spectrum {
+            index: if across > 0.0 { along / across } else { 0.0 },
+            share: if across > 0.0 && misfit > floor { along * along / across / (misfit - floor) } else { 0.0 },
+            channels: n_chan,
+        };
         Self {
             samples: samples.len(),
             noise_known,
@@ -164,6 +188,7 @@ impl Residuals {
             mean_amplitude: sum(|s| s.data2.sqrt()) / n,
             shortest,
             decay,
+            spectrum,
         }
     }
 }
@@ -199,6 +224,7 @@ fn other_hands(polarizations: &[Polarization]) -> Vec<Option<usize>> {
 fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &VisibilityBlock, predicted: &Array3<Complex32>) {
     let wide = |v: Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
     let freq_hz = header.spectrum.freq_hz();
+    let middle_hz = freq_hz.iter().sum::<f64>() / freq_hz.len().max(1) as f64;
     let others = other_hands(&header.polarizations);
     let weight_of = |at: (usize, usize, usize)| {
         let weight = f64::from(block.usable_weight(at.0, at.1, at.2));
@@ -231,6 +257,8 @@ fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &Visib
             left2: (v - m).norm_sqr(),
             data2: v.norm_sqr(),
             model2: m.norm_sqr(),
+            along: ((v - m) * m.conj()).re,
+            off: freq_hz[c] / middle_hz - 1.0,
         });
     }
 }

@@ -57,6 +57,24 @@ fn a_polarised_source_is_no_misfit_of_total_intensity() {
     assert!(Residuals::measure(&mut set, &mut model).unwrap().unwrap().unexplained > 0.1);
 }
 
+/// Fluxes that fall with frequency leave residuals that a flat model cannot explain.
+#[test]
+fn a_spectrum_is_told_from_other_misfits() {
+    let bright = PointModel { l: POINT.0, m: POINT.1, flux: 10.0 * POINT.2 };
+    let mut set = observed(&[(bright.l, bright.m, bright.flux)]);
+    let middle = 94e9 + 5e8 * 7.5;
+    for (c, mut chan) in set.data.vis.axis_iter_mut(ndarray::Axis(1)).enumerate() {
+        let scale = ((94e9 + 5e8 * c as f64) / middle).powf(-1.5);
+        chan.mapv_inplace(|v| v * scale as f32);
+    }
+    let r = Residuals::measure(&mut set, &mut bright.clone()).unwrap().unwrap();
+    assert!((r.spectrum.index + 1.5).abs() < 0.1 && r.spectrum.share > 0.9, "{r:?}");
+    assert!(super::left_beyond_noise(&r).unwrap().contains("--channels-out"), "{r:?}");
+    // A point at another place is no spectrum.
+    let mut wrong = PointModel { l: -POINT.0, ..bright };
+    assert!(Residuals::measure(&mut set, &mut wrong).unwrap().unwrap().spectrum.share < 0.05);
+}
+
 #[test]
 fn interference_and_swapped_antennas_are_named() {
     let mut model = PointModel { l: POINT.0, m: POINT.1, flux: POINT.2 };
