@@ -1,8 +1,9 @@
 //! Wandering gain: a random walk of each detector since its last calibration. It turns the system temperature into an error of temperature.
 
-use super::drift::{Drifts, Mode, Wander};
+use super::drift::{Drifts, Wander};
 use super::moment::Moment;
 use super::part::{Made, NoisePart, Receiver};
+use super::step::Mode;
 use crate::Result;
 use crate::sensor::options::NoiseOptions;
 use crate::sensor::scans::Samples;
@@ -33,7 +34,7 @@ pub(super) fn make(receiver: &Receiver<'_>) -> Result<Made> {
         return Ok(None);
     }
     let modes = vec![Mode { rate: 0.0, variance: options.gain_drift * options.gain_drift }];
-    let wander = Wander { modes, calibration_s, calibrated: true, purpose: "sensor gain drift" };
+    let wander = Wander { modes, white: 0.0, dwell_s: 0.0, calibration_s, calibrated: true, purpose: "sensor gain drift" };
     let tsys_k = options.tsys.map(|t| t.si());
     Ok(Some(Box::new(Gain { wander, samples: receiver.samples.clone(), tsys_k, receiver_k: options.receiver.map_or(0.0, |t| t.si()) })))
 }
@@ -56,9 +57,7 @@ impl NoisePart for Gain {
 
     fn variance(&self, temperatures: &Array2<f64>, moment: Moment) -> Array2<f64> {
         Array2::from_shape_fn(temperatures.dim(), |(r, c)| {
-            let time = moment.time_s + self.samples.middle_s(r, c);
-            let age = time - self.wander.calibrated_s(time);
-            let walk: f64 = self.wander.modes.iter().map(|mode| mode.structure(age)).sum();
+            let walk = self.wander.variance(moment.time_s + self.samples.middle_s(r, c));
             walk * self.system_k(temperatures[[r, c]]).powi(2)
         })
     }

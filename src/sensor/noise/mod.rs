@@ -8,6 +8,7 @@ mod part;
 mod pattern;
 mod quantize;
 mod radiometer;
+mod step;
 mod table;
 mod thermal;
 
