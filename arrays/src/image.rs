@@ -177,6 +177,8 @@ pub struct Image<P = f64> {
     pub pedestal_k: Option<f64>,
     /// Power pattern of the elements that the values contain: they are brightness times it. `None`: they are brightness.
     pub pattern: ElementPattern,
+    /// Power pattern of the elements that dimmed what was measured, of an image of brightness without it. Where it is small, the values are not measured.
+    pub seen_through: ElementPattern,
     /// Where the scene of the visibilities lies, and the point to which they were phased.
     pub near_field: NearField,
     /// History of the image, oldest first.
@@ -209,6 +211,7 @@ impl<P> Image<P> {
             time_jd: None,
             pedestal_k: None,
             pattern: ElementPattern::None,
+            seen_through: ElementPattern::None,
             near_field: NearField::default(),
             history: Vec::new(),
         })
@@ -240,6 +243,7 @@ impl From<Image<f32>> for Image {
             time_jd: image.time_jd,
             pedestal_k: image.pedestal_k,
             pattern: image.pattern,
+            seen_through: image.seen_through,
             near_field: image.near_field,
             history: image.history,
         }

@@ -135,6 +135,14 @@ fn images(args: &CompareArgs, context: &Context) -> Result<Outcome> {
     let (mut json, mut text) = (serde_json::to_value(found.scores)?, scores(&found.scores, image.unit.bunit()));
     json["unit"] = image.unit.bunit().into();
     (json["n_compared"], json["n_blank"]) = (found.n_compared.into(), found.n_blank.into());
+    if let Some(field) = &found.field {
+        (json["field"], json["field"]["n_compared"]) = (serde_json::to_value(field.scores)?, field.n_compared.into());
+        let share = 100.0 * field.n_compared as f64 / found.n_compared as f64;
+        text += &format!(
+            "\nWithin half power of the elements ({share:.0} % of the pixels), outside of which they see little of the scene:\n{}",
+            scores(&field.scores, image.unit.bunit())
+        );
+    }
     for line in steps(&image, &found, &mut json) {
         text += &format!("\n{line}");
     }

@@ -43,6 +43,7 @@ pub fn enhance(images: &[Image], steps: &StepList, psf: Option<&Psf>) -> Result<
     (out.beams, out.object, out.telescope) = (first.beams.clone(), first.object.clone(), first.telescope.clone());
     (out.time_jd, out.pedestal_k, out.history) = (first.time_jd, first.pedestal_k, first.history.clone());
     out.pattern.clone_from(&first.pattern);
+    out.seen_through.clone_from(&first.seen_through);
     Ok(out)
 }
 

@@ -15,6 +15,9 @@ use std::borrow::Cow;
 /// A pixel is blank after a smoothing or a shift if blank pixels have more than this share of its weight.
 const MOST_BLANK: f64 = 0.01;
 
+/// The field of view of elements with a pattern ends where their power is half of that in the middle.
+const FIELD: f64 = 0.5;
+
 /// Options of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CompareOptions {
@@ -46,9 +49,20 @@ pub struct Comparison {
     pub shift_rad: Option<(f64, f64)>,
     /// Which of the two was multiplied by the pattern of the elements that the other one contains.
     pub dimmed: Option<Dimmed>,
+    /// The scores where the elements see at least half of the power, if image or truth name their pattern and the region has pixels on both sides of that limit.
+    pub field: Option<Field>,
     /// Number of pixels of the region that are left out, because the image or the truth has no value there.
     pub n_blank: usize,
     /// Number of pixels that are compared.
+    pub n_compared: usize,
+}
+
+/// The pixels where the power pattern of the elements is at least half.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Field {
+    /// Their scores. `peak_over_robust_rms` is that of the whole image.
+    pub scores: Fidelity,
+    /// Their number.
     pub n_compared: usize,
 }
 
@@ -94,8 +108,23 @@ pub fn compare(image: &Image, truth: &Image, options: &CompareOptions) -> Result
     let inside = region.iter().filter(|on| **on).count();
     ndarray::Zip::from(&mut region).and(&found).and(&expected).for_each(|on, i, t| *on &= i.is_finite() && t.is_finite());
     let n_compared = region.iter().filter(|on| **on).count();
+    let scores_in = |region: &Array2<bool>| compare_planes_through(found.view(), expected.view(), power.as_ref().map(|p| p.view()), region);
+    let scores = scores_in(&region)?;
+    let mut field = None;
+    // An image of brightness shows nothing where the elements saw nothing, although it does not contain their pattern.
+    let patterns = [&image.pattern, &truth.pattern, &image.seen_through, &truth.seen_through];
+    if let Some(pattern) = patterns.into_iter().find(|pattern| !pattern.is_none()) {
+        let power = pattern.plane(grid, image.spectrum.mean_hz());
+        let seen = ndarray::Zip::from(&region).and(&power).map_collect(|on, a| *on && *a >= FIELD);
+        let n_seen = seen.iter().filter(|on| **on).count();
+        if n_seen > 0 && n_seen < n_compared {
+            // A truth that is zero in the whole field has no relative error there.
+            field = scores_in(&seen).ok().map(|scores| Field { scores, n_compared: n_seen });
+        }
+    }
     Ok(Comparison {
-        scores: compare_planes_through(found.view(), expected.view(), power.as_ref().map(|p| p.view()), &region)?,
+        scores,
+        field,
         image: found,
         truth: expected,
         regridded_from: other_grid.then(|| truth.grid.clone()),
@@ -241,6 +270,37 @@ mod tests {
             assert!(found.scores.nrmse < 1e-12 && found.dimmed == Some(dimmed), "{:?}", found.scores);
         }
         assert_eq!(compare(&seen, &seen, &CompareOptions::default()).unwrap().dimmed, None);
+    }
+
+    #[test]
+    fn the_field_of_the_elements_has_scores_of_its_own() {
+        let mut truth = image(64, 1.0, BrightnessUnit::Kelvin, |_, _| 100.0);
+        truth.pattern =
+            cittert_arrays::ElementPattern::Gaussian(cittert_arrays::pattern::Gaussian { fwhm_rad: 21.0 * CELL, ref_freq_hz: None });
+        let power = truth.pattern.plane(&truth.grid, 8e9);
+        truth.data.indexed_iter_mut().for_each(|((_, _, r, c), v)| *v *= power[(r, c)]);
+        // An error of 1 K where the elements see half of the power, and of 80 K where they see nothing.
+        let mut found = truth.clone();
+        found.data.indexed_iter_mut().for_each(|((_, _, r, c), v)| *v += if power[(r, c)] >= 0.5 { 1.0 } else { 80.0 });
+        let all = compare(&found, &truth, &CompareOptions::default()).unwrap();
+        let field = all.field.unwrap();
+        // A circle with a radius of 10.5 pixels.
+        assert!((field.n_compared as f64 / (10.5_f64.powi(2) * std::f64::consts::PI) - 1.0).abs() < 0.02, "{}", field.n_compared);
+        assert!((field.scores.rms_difference - 1.0).abs() < 1e-9 && field.scores.nrmse < 0.014, "{:?}", field.scores);
+        assert!(all.scores.nrmse > 2.0 && all.n_compared == 64 * 64, "{:?}", all.scores);
+        // An image of brightness that was seen through the pattern says so.
+        let scene = image(64, 1.0, BrightnessUnit::Kelvin, |_, _| 100.0);
+        let mut guessed = image(64, 1.0, BrightnessUnit::Kelvin, |_, _| 101.0);
+        assert_eq!(compare(&guessed, &scene, &CompareOptions::default()).unwrap().field, None);
+        guessed.seen_through.clone_from(&truth.pattern);
+        guessed.data.indexed_iter_mut().filter(|((_, _, r, c), _)| power[(*r, *c)] < 0.5).for_each(|(_, v)| *v = 0.0);
+        let all = compare(&guessed, &scene, &CompareOptions::default()).unwrap();
+        assert!((all.field.unwrap().scores.nrmse - 0.01).abs() < 1e-12 && all.scores.nrmse > 0.9 && all.dimmed.is_none(), "{all:?}");
+        // Inside a disc that the elements see as a whole, and without a pattern, there is no second table.
+        let inner = CompareOptions { region: Region::Disc { radius: 0.1 }, ..CompareOptions::default() };
+        assert_eq!(compare(&found, &truth, &inner).unwrap().field, None);
+        let plain = image(64, 1.0, BrightnessUnit::Kelvin, blob);
+        assert_eq!(compare(&plain, &plain, &CompareOptions::default()).unwrap().field, None);
     }
 
     #[test]

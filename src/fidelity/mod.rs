@@ -11,7 +11,7 @@ mod scores;
 mod shift;
 
 pub use alignment::check_alignment;
-pub use compare::{CompareOptions, Comparison, Dimmed, compare};
+pub use compare::{CompareOptions, Comparison, Dimmed, Field, compare};
 pub use convolve::convolve;
 pub use noise::robust_rms;
 pub use region::Region;

@@ -44,7 +44,7 @@ impl CorrectionOptions {
     #[must_use]
     pub fn corrected(&self, image: &Image<f32>) -> Image<f32> {
         let mut out = image.clone();
-        out.pattern = ElementPattern::None;
+        out.seen_through = std::mem::take(&mut out.pattern);
         for (chan, freq) in image.spectrum.freq_hz().iter().enumerate() {
             let power = image.pattern.plane(&image.grid, *freq);
             for pol in 0..image.polarizations.len() {

@@ -18,7 +18,7 @@ use crate::memory::{ImageWork, check_images};
 use crate::progress::{Event, Observer};
 use crate::values::need;
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{ElementPattern, Image, RestoringBeam, SkyGrid, VisUnit};
+use cittert_arrays::{Image, RestoringBeam, SkyGrid, VisUnit};
 use ndarray::{ArcArray2, Array2, Zip};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -320,7 +320,7 @@ fn restored(grid: &SkyGrid, c: &Channel) -> Array2<f64> {
 
 /// Images of brightness, which contain no pattern any more.
 fn of_brightness(mut image: Image) -> Image {
-    image.pattern = ElementPattern::None;
+    image.seen_through = std::mem::take(&mut image.pattern);
     image
 }
 

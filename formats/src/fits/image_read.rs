@@ -79,7 +79,8 @@ fn read_here(input: &mut Input, header: &Header) -> Result<Image> {
     image.time_jd =
         header.text("DATE-OBS").and_then(crate::time::jd_of_fits_date).or_else(|| header.real("MJD-OBS").map(|m| m + 2_400_000.5));
     image.pedestal_k = header.real("CITPEDST");
-    image.pattern = header.text("CITPATT").and_then(|t| t.parse().ok()).unwrap_or_default();
+    let pattern = |key: &str| header.text(key).and_then(|t| t.parse().ok()).unwrap_or_default();
+    (image.pattern, image.seen_through) = (pattern("CITPATT"), pattern("CITSEEN"));
     image.near_field = near_field(header);
     image.history = header.history.clone();
     if let (Some(major), Some(minor)) = (header.real("BMAJ"), header.real("BMIN")) {

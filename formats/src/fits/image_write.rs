@@ -162,6 +162,9 @@ fn header<P>(path: &Path, image: &Image<P>, options: ImageOptions) -> Result<Hea
     if !image.pattern.is_none() {
         h.text("CITPATT", &image.pattern.to_string(), "");
     }
+    if !image.seen_through.is_none() {
+        h.text("CITSEEN", &image.seen_through.to_string(), "");
+    }
     write_near_field(&mut h, &image.near_field);
     h.text("ORIGIN", "cittert", "");
     h.history(&image.history);
