@@ -11,8 +11,12 @@ use ndarray::ArrayView2;
 /// A plane without pixels, or larger than a PNG can be.
 pub fn grey(plane: ArrayView2<'_, f64>, low: f64, high: f64) -> Result<Vec<u8>> {
     let (rows, columns) = plane.dim();
-    let level = |v: &f64| (255.0 * ((v - low) / (high - low)).clamp(0.0, 1.0)).round() as u8;
-    let bytes: Vec<u8> = plane.rows().into_iter().rev().flat_map(|row| row.iter().map(level).collect::<Vec<_>>()).collect();
+    // Rounds to the nearest; NaN is black.
+    let level = |v: &f64| (255.0 * ((v - low) / (high - low)).clamp(0.0, 1.0) + 0.5) as u8;
+    let mut bytes = Vec::with_capacity(rows * columns);
+    for row in plane.rows().into_iter().rev() {
+        bytes.extend(row.iter().map(level));
+    }
     let size = u32::try_from(columns).ok().zip(u32::try_from(rows).ok()).filter(|(w, h)| *w > 0 && *h > 0);
     let picture = size.and_then(|(w, h)| GrayImage::from_raw(w, h, bytes));
     encode(picture.ok_or_else(|| ChainError::NoData(format!("a picture of {columns} x {rows} pixels cannot be drawn")))?.into())

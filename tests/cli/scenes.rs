@@ -174,6 +174,18 @@ fn a_flight_leaves_frames_and_tells_their_rate() {
     for name in ["frame-00000.png", "frame-00002.png", "flight.json"] {
         assert!(s.path("frames").join(name).is_file(), "{name}");
     }
+    // Frames are made at once, in any number of threads, and come in order.
+    for threads in [1, 3] {
+        s.ok(&format!("--threads {threads} scene fly path.toml --scene {} --size 48 --no-video -o f{threads}", shipped("t-72")));
+        for name in ["frame-00000.png", "frame-00001.png", "frame-00002.png"] {
+            let read = |folder: &str| std::fs::read(s.path(folder).join(name)).unwrap();
+            assert!(read("frames") == read(&format!("f{threads}")), "{threads} threads: {name}");
+        }
+    }
+    assert_ne!(
+        std::fs::read(s.path("frames").join("frame-00000.png")).unwrap(),
+        std::fs::read(s.path("frames").join("frame-00002.png")).unwrap()
+    );
     s.fails("scene fly path.toml -o other", 2, &["names no scene"]);
     let line = format!("scene fly path.toml --scene {} --size 48 -o frames", shipped("t-72"));
     s.fails(&line, 1, &["frames"]);

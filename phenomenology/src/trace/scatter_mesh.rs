@@ -61,6 +61,8 @@ struct Squares<'a, 'b> {
     nodes: &'a mut [f64],
     /// A bit for each node that is known, row by row.
     known: [u64; TILE + 1],
+    /// Whether each cover scatters by its diffuse lobe and not by facets.
+    matt: &'a [bool],
     /// Columns or rows up to which a pixel of a matt face takes the correction of another.
     near: usize,
     rays: usize,
@@ -69,6 +71,12 @@ struct Squares<'a, 'b> {
 impl Squares<'_, '_> {
     fn face(&self, column: usize, row: usize) -> Face {
         self.faces[row * self.columns + column]
+    }
+
+    /// Whether all pixels from the first of two columns and rows up to the second, but not including it, show a face.
+    #[inline]
+    fn all_show(&self, face: Face, columns: [usize; 2], rows: [usize; 2]) -> bool {
+        (rows[0]..rows[1]).all(|r| self.faces[r * self.columns + columns[0]..r * self.columns + columns[1]].iter().all(|f| *f == face))
     }
 
     /// Where `nodes` holds the correction of a pixel of the picture.
@@ -101,10 +109,7 @@ impl Squares<'_, '_> {
 
     /// Whether a face scatters by its diffuse lobe and not by facets.
     fn is_matt(&self, face: Face) -> bool {
-        face.cover(&self.tracer.scene.covers).is_some_and(|cover| {
-            let table = &self.tracer.surfaces[cover as usize][0];
-            table.diffuse().is_some() && table.facets().is_none()
-        })
+        face.cover(&self.tracer.scene.covers).is_some_and(|cover| self.matt[cover as usize])
     }
 
     /// Where `nodes` holds the correction of a known pixel near a pixel of a matt face.
@@ -143,13 +148,12 @@ impl Squares<'_, '_> {
     /// Fills the square with this corner and side in the tile `out`.
     fn square(&mut self, column: usize, row: usize, side: usize, out: &mut [f64]) -> Result<()> {
         let (right, top) = ((column + side).min(self.columns), (row + side).min(self.rows));
-        if column >= right || row >= top || (row..top).all(|r| (column..right).all(|c| self.face(c, r).is_sky())) {
+        if column >= right || row >= top || self.all_show(Face::SKY, [column, right], [row, top]) {
             return Ok(());
         }
         let (last_column, last_row) = ((column + side).min(self.columns - 1), (row + side).min(self.rows - 1));
         let face = self.face(column, row);
-        let pure =
-            (side <= STEP || self.is_matt(face)) && (row..=last_row).all(|r| (column..=last_column).all(|c| self.face(c, r) == face));
+        let pure = (side <= STEP || self.is_matt(face)) && self.all_show(face, [column, last_column + 1], [row, last_row + 1]);
         let states = self.scratch.sums.len();
         let corner = self.corner;
         let place = |c: usize, r: usize| ((r - corner.1) * TILE + c - corner.0) * states;
@@ -159,8 +163,13 @@ impl Squares<'_, '_> {
                 near => near,
             };
             if let Some(correction) = near {
-                for (r, c) in (row..top).flat_map(|r| (column..right).map(move |c| (r, c))) {
-                    out[place(c, r)..place(c, r) + states].copy_from_slice(&self.nodes[correction.clone()]);
+                let correction = &self.nodes[correction];
+                for r in row..top {
+                    let line = &mut out[place(column, r)..place(right, r)];
+                    match correction {
+                        [only] => line.fill(*only),
+                        all => line.chunks_exact_mut(states).for_each(|pixel| pixel.copy_from_slice(all)),
+                    }
                 }
                 return Ok(());
             }
@@ -233,6 +242,7 @@ impl Tracer<'_> {
         }
         let across = columns.div_ceil(TILE);
         values.resize(rows * columns * states, 0.0);
+        let matt: Vec<bool> = self.surfaces.iter().map(|t| t[0].diffuse().is_some() && t[0].facets().is_none()).collect();
         let rays = tiles(&mut values, columns, states)
             .into_par_iter()
             .enumerate()
@@ -254,6 +264,7 @@ impl Tracer<'_> {
                         scratch,
                         nodes,
                         known: [0; TILE + 1],
+                        matt: &matt,
                         near,
                         rays: 0,
                     };

@@ -2,16 +2,18 @@
 
 use super::flight::FlightArgs;
 use crate::cli::context::{Context, Outcome};
-use crate::cli::failure::{Context as _, Failure, Result};
+use crate::cli::failure::{Failure, Result};
 use crate::cli::options::OutputArgs;
-use crate::plot;
-use crate::progress::{Event, Observer};
+use crate::display::Stages;
+use crate::progress::Observer;
+use crate::{ChainError, plot};
 use cittert_arrays::quantity::Temperature;
 use cittert_formats::atomic::{AtomicDir, Replaces};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Options of `scene fly`.
@@ -53,29 +55,34 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let folder = AtomicDir::create(&args.output, args.overwrite, Replaces::FilesOf("cittert scene fly"))?;
     let (tracer, base, flight) = (flown.tracer()?, &flown.base, &flown.flight);
 
-    context.console.event(Event::Phase { name: "flying", total: Some(cameras.len() as u64), unit: "frames" });
-    let (mut seconds, mut rays) = (0.0, 0_usize);
-    let mut scale: Option<GreyScale> = None;
-    for (k, camera) in cameras.iter().enumerate() {
-        let started = Instant::now();
-        let frame = flown.frame(&tracer, camera).context(format!("{}: frame {k}", path_file.display()))?;
-        seconds += started.elapsed().as_secs_f64();
-        rays += frame.rays;
-        let grey = match scale {
-            Some(grey) => grey,
-            None => GreyScale::new(frame.temperature_k.iter().copied().collect(), args)?,
-        };
-        scale = Some(grey);
-        std::fs::write(
-            folder.path().join(format!("frame-{k:05}.png")),
-            plot::grey(frame.temperature_k.view(), grey.black_k, grey.white_k)?,
-        )?;
-        context.console.event(Event::Advance(1));
-    }
-    context.console.event(Event::Done);
+    // A frame has parts that one thread does, so two frames are made at once rather than one by two threads. The first one decides what is black and white.
+    let started = Instant::now();
+    let frame = |k: usize| {
+        flown.frame(&tracer, &cameras[k]).map_err(|e| ChainError::Other(format!("{}: frame {k}: {e}", path_file.display()).into()))
+    };
+    let first = frame(0).map_err(Failure::call)?;
+    let grey = GreyScale::new(first.temperature_k.iter().copied().collect(), args)?;
+    let (first, mut rays) = (Mutex::new(Some(first)), 0);
+    let stages = Stages {
+        see: |k: usize| {
+            let kept = if k == 0 { first.lock().unwrap_or_else(PoisonError::into_inner).take() } else { None };
+            let frame = kept.map_or_else(|| frame(k), Ok)?;
+            Ok((plot::grey(frame.temperature_k.view(), grey.black_k, grey.white_k)?, frame.rays))
+        },
+        measure: |_: usize, (png, of_frame): (Vec<u8>, usize)| {
+            rays += of_frame;
+            Ok(png)
+        },
+        show: |_: usize, png: Vec<u8>| Ok(png),
+        write: |k: usize, png: Vec<u8>| {
+            let path = folder.path().join(format!("frame-{k:05}.png"));
+            std::fs::write(&path, png).map_err(|e| ChainError::Other(format!("{}: {e}", path.display()).into()))
+        },
+    };
+    stages.run(cameras.len(), &context.console as &dyn Observer).map_err(Failure::call)?;
+    let seconds = started.elapsed().as_secs_f64();
     let film = !args.no_video && film(folder.path(), flight.frames_per_second, context);
     let rate = cameras.len() as f64 / seconds;
-    let Some(grey) = scale else { return Err(Failure::message(format!("{}: the path has no frame", path_file.display()))) };
     let json = json!({
         "output": args.output, "frames": cameras.len(), "frames_per_second": rate, "seconds": seconds, "rays": rays,
         "size": base.size_px, "black_k": grey.black_k, "white_k": grey.white_k, "video": film.then(|| args.output.join(FILM)),
