@@ -77,7 +77,7 @@ pub use polarization::Polarization;
 pub use ranks::{Alone, Ranks};
 pub use sources::{Source, SourcePosition, SourceShape};
 pub use spectrum::SpectralWindow;
-pub use stream::{VisibilitySink, VisibilitySource, for_each_block};
+pub use stream::{PartSource, RowPart, VisibilitySink, VisibilitySource, for_each_block, rows_of_block};
 pub use uv_grid::UvGrid;
 pub use visibility::{VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet};
 pub use weighting::Weighting;

@@ -1,7 +1,7 @@
 //! The rows of one of several processes that share a set.
 
 use crate::ranks::Ranks;
-use crate::{Result, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use crate::{PartSource, Result, RowPart, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -43,7 +43,21 @@ impl VisibilitySource for Part {
         self.inner.read_coverage(self.place(&range))
     }
 
+    fn in_parts(&mut self) -> Option<&mut dyn PartSource> {
+        if self.inner.in_parts().is_some() { Some(self) } else { None }
+    }
+
     fn ranks(&self) -> Arc<dyn Ranks> {
         self.ranks.clone()
+    }
+}
+
+impl PartSource for Part {
+    fn read_parts(&mut self, range: Range<usize>, step: usize, take: &(dyn Fn(RowPart<'_>) + Sync)) -> Result<()> {
+        let range = self.place(&range);
+        match self.inner.in_parts() {
+            Some(inner) => inner.read_parts(range, step, take),
+            None => Err(crate::ArrayError::Stream("a source that no longer reads in parts".into())),
+        }
     }
 }

@@ -3,6 +3,7 @@
 use crate::ranks::{Alone, Ranks};
 use crate::visibility::check_block;
 use crate::{ArrayError, Result, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySet};
+use num_complex::Complex32;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -28,10 +29,38 @@ pub trait VisibilitySource: Send {
         Ok(self.read_rows(range)?.coverage)
     }
 
+    /// The same source as one that hands over its rows in small parts, where it can.
+    fn in_parts(&mut self) -> Option<&mut dyn PartSource> {
+        None
+    }
+
     /// The processes over which the rows of the set are shared out. This source then has only those of this process.
     fn ranks(&self) -> Arc<dyn Ranks> {
         Arc::new(Alone)
     }
+}
+
+/// A few neighbouring rows. The arrays are \[row, chan, pol\] in row order.
+#[derive(Debug, Clone)]
+pub struct RowPart<'a> {
+    /// The rows, counted from the first row that was asked for.
+    pub rows: Range<usize>,
+    /// Visibilities.
+    pub vis: &'a [Complex32],
+    /// Weights, 1/sigma^2.
+    pub weights: &'a [f32],
+    /// Flags; true: not to be used.
+    pub flags: &'a [bool],
+}
+
+/// A source that reads rows on several threads and hands them over in small parts. A part is worked on while it is in cache, and no block of all
+/// products is made.
+pub trait PartSource {
+    /// Read the rows of `range`. `take` gets each part of `step` rows once, the last with the rows that are left, in any order and on any thread.
+    ///
+    /// # Errors
+    /// A range past the last row, or an error in the file.
+    fn read_parts(&mut self, range: Range<usize>, step: usize, take: &(dyn Fn(RowPart<'_>) + Sync)) -> Result<()>;
 }
 
 /// An output of visibilities. Blocks are appended in order.
@@ -88,6 +117,14 @@ impl VisibilitySink for VisibilitySet {
     }
 }
 
+/// Number of rows of a block of about `target_bytes`.
+#[must_use]
+pub fn rows_of_block(header: &VisibilityHeader, target_bytes: usize) -> usize {
+    // 8 bytes of visibility, 4 of weight, 4 of nsamples, 1 of flag.
+    let row_bytes = 17 * header.spectrum.n_chan() * header.polarizations.len() + 60;
+    (target_bytes / row_bytes).max(1)
+}
+
 /// Read a source from the first row to the last in blocks of about `target_bytes`. `work` gets each block with the index of its first row.
 ///
 /// # Errors
@@ -97,9 +134,7 @@ pub fn for_each_block<E: From<ArrayError>>(
     target_bytes: usize,
     mut work: impl FnMut(usize, VisibilityBlock) -> std::result::Result<(), E>,
 ) -> std::result::Result<(), E> {
-    // 8 bytes of visibility, 4 of weight, 4 of nsamples, 1 of flag.
-    let row_bytes = 17 * source.header().spectrum.n_chan() * source.header().polarizations.len() + 60;
-    let step = (target_bytes / row_bytes).max(1);
+    let step = rows_of_block(source.header(), target_bytes);
     let n = source.n_rows();
     let mut start = 0;
     while start < n {

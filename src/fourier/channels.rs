@@ -98,29 +98,36 @@ impl<T: Real> ChannelClass<T> {
         self.freq_hz.len()
     }
 
-    /// Sum the visibilities of the channels onto the nodes: the adjoint of the interpolation.
+    /// Sum the visibilities of the channels onto the nodes: the adjoint of the interpolation. `halves` is working memory for the real and the
+    /// imaginary parts, which all nodes read.
     #[inline(always)]
-    fn compress<const FUSED: bool>(&self, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+    fn compress<const FUSED: bool>(&self, (vis, halves): (&[Complex<T>], &mut Vec<T>), nodes: &mut [Complex<T>]) {
         debug_assert_eq!((vis.len(), nodes.len()), (self.n_chan, self.n_nodes()));
         let Some(matrix) = &self.matrix else {
             nodes.copy_from_slice(vis);
             return;
         };
+        halves.resize(2 * vis.len(), T::default());
+        let (all_re, all_im) = halves.split_at_mut(vis.len());
+        for ((re, im), v) in all_re.iter_mut().zip(all_im.iter_mut()).zip(vis) {
+            (*re, *im) = (v.re, v.im);
+        }
+        let ((re8, re_rest), (im8, im_rest)) = (all_re.as_chunks::<8>(), all_im.as_chunks::<8>());
         for (k, node) in nodes.iter_mut().enumerate() {
             let row = &matrix[k * self.n_chan..(k + 1) * self.n_chan];
-            let ((v8, v_rest), (r8, r_rest)) = (vis.as_chunks::<8>(), row.as_chunks::<8>());
+            let (r8, r_rest) = row.as_chunks::<8>();
             let (mut re, mut im) = ([T::default(); 8], [T::default(); 8]);
-            // Both have `n_chan` values; the smaller length only removes the check of each index.
-            for k in 0..v8.len().min(r8.len()) {
-                let (v, r) = (&v8[k], &r8[k]);
+            // All have `n_chan` values; the smaller length only removes the check of each index.
+            for k in 0..re8.len().min(im8.len()).min(r8.len()) {
+                let (v_re, v_im, r) = (&re8[k], &im8[k], &r8[k]);
                 for i in 0..8 {
-                    re[i] = v[i].re.fma::<FUSED>(r[i], re[i]);
-                    im[i] = v[i].im.fma::<FUSED>(r[i], im[i]);
+                    re[i] = v_re[i].fma::<FUSED>(r[i], re[i]);
+                    im[i] = v_im[i].fma::<FUSED>(r[i], im[i]);
                 }
             }
-            for i in 0..v_rest.len().min(r_rest.len()) {
-                re[i] += v_rest[i].re * r_rest[i];
-                im[i] += v_rest[i].im * r_rest[i];
+            for i in 0..re_rest.len().min(im_rest.len()).min(r_rest.len()) {
+                re[i] += re_rest[i] * r_rest[i];
+                im[i] += im_rest[i] * r_rest[i];
             }
             let mut total = Complex::new(T::default(), T::default());
             for i in 0..8 {
@@ -152,11 +159,12 @@ impl<T: Real> ChannelClass<T> {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn compress_avx2<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+fn compress_avx2<T: Real>(class: &ChannelClass<T>, vis: (&[Complex<T>], &mut Vec<T>), nodes: &mut [Complex<T>]) {
     class.compress::<true>(vis, nodes);
 }
 
-pub(super) fn compress<T: Real>(class: &ChannelClass<T>, vis: &[Complex<T>], nodes: &mut [Complex<T>]) {
+/// The visibilities of the channels, and working memory, summed onto the nodes.
+pub(super) fn compress<T: Real>(class: &ChannelClass<T>, vis: (&[Complex<T>], &mut Vec<T>), nodes: &mut [Complex<T>]) {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the machine has just been found to have AVX2 and FMA.

@@ -184,8 +184,12 @@ impl<T: Real> Work<T> for Load<'_, T> {
                 let row = &rows[at..at + nu];
                 let (re, im) = plane.split_at_mut(stride);
                 let first = place.u * TILE;
+                if let Some(cells) = row.get(first..first + stride) {
+                    re.iter_mut().zip(im).zip(cells).for_each(|((re, im), g)| (*re, *im) = (g.re, g.im));
+                    continue;
+                }
                 for (i, (re, im)) in re.iter_mut().zip(im).enumerate() {
-                    let g = row[if first + i < nu { first + i } else { (first + i) % nu }];
+                    let g = row[(first + i) % nu];
                     (*re, *im) = (g.re, g.im);
                 }
             }

@@ -45,11 +45,7 @@ impl<T: Real> Gridder<T> {
 
     pub(super) fn on(plan: Arc<Plan<T>>) -> Self {
         let groups = plane_groups(&plan, plan.plane_bytes);
-        let resident = (groups.len() == 1).then(|| {
-            let mut planes = plan.pool.take_planes(plan.n_rows, plan.planes(), plan.nu);
-            planes.clear();
-            planes
-        });
+        let resident = (groups.len() == 1).then(|| plan.pool.take_empty_planes(plan.n_rows, plan.planes(), plan.nu));
         Self { plan, groups, resident, image: None }
     }
 
@@ -72,11 +68,11 @@ impl<T: Real> Gridder<T> {
         let plan = &self.plan;
         let fill = |chunk: &Chunk| {
             let mut nodes = plan.pool.take(chunk.n_nodes);
-            let mut vis = vec![Complex::default(); plan.n_chan()];
+            let (mut vis, mut halves) = (vec![Complex::default(); plan.n_chan()], Vec::new());
             for (r, row) in chunk.range.clone().zip(&chunk.rows) {
                 let class = &plan.channels.classes[row.class];
                 values(r, &mut vis);
-                compress(class, &vis, &mut nodes[row.offset..row.offset + class.n_nodes()]);
+                compress(class, (&vis, &mut halves), &mut nodes[row.offset..row.offset + class.n_nodes()]);
             }
             nodes
         };
@@ -105,14 +101,14 @@ impl<T: Real> Gridder<T> {
         let plan = &self.plan;
         let mut nodes = model.nodes(rows)?;
         let change = |(chunk, nodes): (&Chunk, &mut Vec<Complex<T>>)| {
-            let mut vis = vec![Complex::default(); plan.n_chan()];
+            let (mut vis, mut halves) = (vec![Complex::default(); plan.n_chan()], Vec::new());
             let mut sum = S::default();
             for (r, row) in chunk.range.clone().zip(&chunk.rows) {
                 let class = &plan.channels.classes[row.class];
                 let nodes = &mut nodes[row.offset..row.offset + class.n_nodes()];
                 expand(class, nodes, &mut vis);
                 sum += turn(r, &mut vis);
-                compress(class, &vis, nodes);
+                compress(class, (&vis, &mut halves), nodes);
             }
             sum
         };

@@ -110,12 +110,16 @@ fn grid_run<T: Real, const L: usize, const FUSED: bool>(
         let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
         let v = if row.conjugate { v.conj() } else { *v } * phase.conj();
         debug_assert!((j + support - 1) * row_len + (p + n) * 2 * stride <= tile.len() && i + L <= stride);
-        for (y, kv) in kv.iter().enumerate().take(support) {
-            let (re, im) = (v.re * *kv, v.im * *kv);
-            let line = (j + y) * row_len;
-            for (q, c) in c.iter().enumerate().take(n) {
-                let (a, b) = (re * *c, im * *c);
-                let at = line + (p + q) * 2 * stride + i;
+        for (q, c) in c.iter().enumerate().take(n) {
+            // The row of the kernel that all lines of this plane share. The loop over the lines then only loads, adds and stores.
+            let (a, b) = (v.re * *c, v.im * *c);
+            let (mut row_re, mut row_im) = ([T::default(); L], [T::default(); L]);
+            for k in 0..L {
+                row_re[k] = ku[k] * a;
+                row_im[k] = ku[k] * b;
+            }
+            for (y, kv) in kv.iter().enumerate().take(support) {
+                let at = (j + y) * row_len + (p + q) * 2 * stride + i;
                 // SAFETY: `run_task` has checked the length of the tile. j and i are below TILE, y is below the support, p + q is below the
                 // depth of a slab and a line has TILE + L cells, so the last cell lies within the tile.
                 let (cells_re, cells_im) = unsafe {
@@ -123,8 +127,8 @@ fn grid_run<T: Real, const L: usize, const FUSED: bool>(
                     (&mut *cells.cast::<[T; L]>(), &mut *cells.add(stride).cast::<[T; L]>())
                 };
                 for k in 0..L {
-                    cells_re[k] = ku[k].fma::<FUSED>(a, cells_re[k]);
-                    cells_im[k] = ku[k].fma::<FUSED>(b, cells_im[k]);
+                    cells_re[k] = row_re[k].fma::<FUSED>(*kv, cells_re[k]);
+                    cells_im[k] = row_im[k].fma::<FUSED>(*kv, cells_im[k]);
                 }
             }
         }
@@ -182,6 +186,22 @@ fn degrid_run<T: Real, const L: usize, const FUSED: bool>(
     }
 }
 
+/// Number of runs after which a row or its nodes are needed that are asked for now.
+const AHEAD: usize = 3;
+
+/// Ask the processor to load an element into its cache.
+#[inline(always)]
+fn ask_for<V>(values: &[V], at: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(value) = values.get(at) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: only a hint, for an element that exists.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (values, at);
+}
+
 #[inline(always)]
 fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
     plan: &Plan<T>,
@@ -195,9 +215,19 @@ fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
         work.begin(at, tile);
         for segment in same {
             let chunk = &chunks[segment.chunk];
-            for Run { row, lo, hi, .. } in &chunk.runs[segment.runs.clone()] {
+            let runs = &chunk.runs[segment.runs.clone()];
+            for (k, Run { row, lo, hi, .. }) in runs.iter().enumerate() {
                 let row = &chunk.rows[*row as usize];
                 let (lo, hi) = (*lo as usize, *hi as usize);
+                // The runs of a tile belong to rows far apart, which the processor cannot foresee.
+                if let Some(far) = runs.get(k + 2 * AHEAD) {
+                    ask_for(&chunk.rows, far.row as usize);
+                }
+                if W::GRID
+                    && let Some(near) = runs.get(k + AHEAD)
+                {
+                    ask_for(&nodes[segment.chunk], chunk.rows[near.row as usize].offset + near.lo as usize);
+                }
                 let freq = &plan.channels.classes[row.class].freq_hz[lo..hi];
                 if W::GRID {
                     let nodes = &nodes[segment.chunk][row.offset + lo..row.offset + hi];

@@ -54,6 +54,19 @@ impl<T: Real> Pool<T> {
         kept.filter(|k| k.fits(n_rows, planes, nu)).unwrap_or_else(|| PlaneRows::zeros(n_rows, planes, nu))
     }
 
+    /// Planes of this size that are 0 everywhere.
+    pub(crate) fn take_empty_planes(&self, n_rows: usize, planes: usize, nu: usize) -> PlaneRows<T> {
+        let kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        // New planes are zero already, and the threads that fill them are the first to touch them.
+        kept.filter(|k| k.fits(n_rows, planes, nu)).map_or_else(
+            || PlaneRows::zeros(n_rows, planes, nu),
+            |mut old| {
+                old.clear();
+                old
+            },
+        )
+    }
+
     /// Give planes back. Planes beyond the share of the memory budget are freed.
     pub(crate) fn give_planes(&self, planes: PlaneRows<T>) {
         let mut kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner);

@@ -2,7 +2,7 @@
 
 use super::plan::Plan;
 use super::plane_rows::TILE;
-use super::real::Real;
+use super::real::{Real, fused};
 use super::wplanes::{SLAB, WBasis};
 use crate::{ChainError, Result};
 use ndarray::ArrayView2;
@@ -94,18 +94,7 @@ struct Keyed {
 impl Chunk {
     /// Fold, classify, cut and sort the rows of `range`. Also returns the key of the tile of each run.
     pub(crate) fn new<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Result<(Self, Vec<u64>)> {
-        let mut rows = Vec::with_capacity(range.len());
-        let (mut runs, mut n_nodes) = (Vec::with_capacity(4 * range.len()), 0);
-        for r in range.clone() {
-            let uvw = [uvw_m[(r, 0)], uvw_m[(r, 1)], uvw_m[(r, 2)]];
-            let conjugate = uvw[1] < 0.0;
-            let sign = if conjugate { -1.0 } else { 1.0 };
-            let class = plan.channels.class_for(plan.turns_per_hz(uvw));
-            let row = Row { uvw: [0, 1, 2].map(|k| sign * uvw[k] * plan.scale[k]), class, offset: n_nodes, conjugate };
-            n_nodes += plan.channels.classes[class].n_nodes();
-            cut(plan, &row, rows.len() as u32, &mut runs)?;
-            rows.push(row);
-        }
+        let (rows, mut runs, n_nodes) = cut_rows(plan, uvw_m, range.clone())?;
         sort_by_key(&mut runs);
         let keys = runs.iter().map(|r| r.key).collect();
         let runs = runs.iter().map(|r| Run { row: r.row, lo: r.lo, hi: r.hi }).collect();
@@ -125,10 +114,48 @@ impl Chunk {
     }
 }
 
+/// Rows, their runs in the order of the rows, and the number of their nodes.
+type CutRows = (Vec<Row>, Vec<Keyed>, usize);
+
+#[inline(always)]
+fn cut_each<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Result<CutRows> {
+    let mut rows = Vec::with_capacity(range.len());
+    let (mut runs, mut n_nodes) = (Vec::with_capacity(4 * range.len()), 0);
+    for r in range {
+        let uvw = [uvw_m[(r, 0)], uvw_m[(r, 1)], uvw_m[(r, 2)]];
+        let conjugate = uvw[1] < 0.0;
+        let sign = if conjugate { -1.0 } else { 1.0 };
+        let class = plan.channels.class_for(plan.turns_per_hz(uvw));
+        let row = Row { uvw: [0, 1, 2].map(|k| sign * uvw[k] * plan.scale[k]), class, offset: n_nodes, conjugate };
+        n_nodes += plan.channels.classes[class].n_nodes();
+        cut(plan, &row, rows.len() as u32, &mut runs)?;
+        rows.push(row);
+    }
+    Ok((rows, runs, n_nodes))
+}
+
+// The machine rounds numbers by an instruction. Without it each rounding is a call.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn cut_avx2<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Result<CutRows> {
+    cut_each(plan, uvw_m, range)
+}
+
+/// Fold, classify and cut the rows of `range`.
+fn cut_rows<T: Real>(plan: &Plan<T>, uvw_m: ArrayView2<'_, f64>, range: Range<usize>) -> Result<CutRows> {
+    #[cfg(target_arch = "x86_64")]
+    if fused() {
+        // SAFETY: the machine has just been found to have AVX2 and FMA.
+        return unsafe { cut_avx2(plan, uvw_m, range) };
+    }
+    cut_each(plan, uvw_m, range)
+}
+
 /// Rounding of a position in cells that is accepted at the edges of a tile.
 const ROUNDING_CELLS: f64 = 1e-3;
 
 /// Cut the nodes of a row into runs.
+#[inline(always)]
 fn cut<T: Real>(plan: &Plan<T>, row: &Row, index: u32, runs: &mut Vec<Keyed>) -> Result<()> {
     let freq = &plan.channels.classes[row.class].freq_hz;
     let half = plan.table.support as f64 / 2.0;

@@ -39,7 +39,7 @@ impl Imager<'_> {
         observer.event(Event::Phase { name: "gridding", total: Some(self.survey().counts.total), unit: "vis" });
         self.for_each_weighed(observer, |block| {
             for (k, range) in channels.iter().enumerate() {
-                for ((row, chan), w) in block.imaging.indexed_iter().filter(|((_, c), w)| range.contains(c) && **w > 0.0) {
+                for ((row, chan), w) in block.imaging().indexed_iter().filter(|((_, c), w)| range.contains(c) && **w > 0.0) {
                     let scale = freq_hz[chan] / SPEED_OF_LIGHT_M_S;
                     let (u, v) = (block.uvw_m[(row, 0)] * scale, block.uvw_m[(row, 1)] * scale);
                     let fold = v < 0.0 || (v == 0.0 && u < 0.0);

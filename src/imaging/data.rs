@@ -6,35 +6,20 @@
 
 use super::ahead::for_each_block_ahead;
 use super::pol::{DataCounts, PolSelector};
+use super::reduction::{ReducedBlock, Reduction};
 use super::total_power::TotalPower;
 use crate::fourier::UvwExtent;
 use crate::memory::MemoryBudget;
-use crate::nearfield::boresight_turn;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{FocusPoint, Ranks, SPEED_OF_LIGHT_M_S, VisibilityBlock, VisibilityHeader, VisibilitySource};
-use ndarray::{Array2, ArrayView1};
-use num_complex::{Complex32, Complex64};
-use rayon::prelude::*;
+use cittert_arrays::{
+    PartSource, Ranks, SPEED_OF_LIGHT_M_S, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, rows_of_block,
+};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Size in bytes of a reduced visibility: the value, its weight and its imaging weight.
 const REDUCED_BYTES: usize = 16;
-
-/// Rows that are reduced to one polarisation product.
-#[derive(Debug, Clone)]
-pub struct ReducedBlock {
-    /// Antennas of the rows; empty unless they were asked for.
-    pub antennas: Vec<[u32; 2]>,
-    /// uvw, m \[row, 3\]. A uvw that is not finite is replaced by 0; the weights of its row are 0.
-    pub uvw_m: Array2<f64>,
-    /// Visibilities \[row, chan\]; 0 if they must not count.
-    pub vis: Array2<Complex32>,
-    /// Weights of the data, 1/sigma^2 \[row, chan\]; 0 if they must not count.
-    pub weight: Array2<f32>,
-    /// Imaging weights \[row, chan\]; see [`super::weights`].
-    pub imaging: Array2<f32>,
-}
 
 /// Number of factors of two of baseline lengths that are told apart. No baseline has 2^48 wavelengths.
 const OCTAVES: usize = 48;
@@ -60,15 +45,12 @@ pub struct Survey {
     pub phase_center: usize,
 }
 
-/// How rows are reduced to one polarisation product.
-#[derive(Debug)]
-struct Reduction {
-    selector: PolSelector,
-    unit_weights: bool,
-    /// Keep the antennas of the rows.
-    antennas: bool,
-    /// The focus from which visibilities are turned back to the boresight, for Fourier images, and the channels, Hz.
-    focus: Option<(FocusPoint, Vec<f64>)>,
+/// Where the rows of a block come from.
+enum Reduce<'a> {
+    /// A block of all products.
+    Block(&'a VisibilityBlock),
+    /// Parts that are read now.
+    Parts(&'a mut dyn PartSource, Range<usize>),
 }
 
 /// A source of reduced blocks.
@@ -110,21 +92,28 @@ impl<'a> Data<'a> {
             total_power: TotalPower::new(source.header(), reduction.selector.target),
             ..Survey::default()
         };
+        let no_total_power = survey.total_power.is_empty();
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
-        for_each_block_ahead(source, memory.imaging_block(fits), |first_row, block| {
+        // What is done with a block, whichever way it was read.
+        let mut take = |first_row: usize, coverage: &UvCoverage, read: Reduce<'_>| -> Result<()> {
             ensure!(!observer.cancelled(), ChainError::Cancelled);
-            let first_center = block.coverage.phase_center.first().copied();
+            let first_center = coverage.phase_center.first().copied();
             if center.is_none() {
                 center = first_center;
             }
-            ensure!(block.coverage.phase_center.iter().all(|p| Some(*p) == center), several_centers());
-            refuse_impossible(&block, first_row)?;
-            let (reduced, counts) = reduction.reduce(&block)?;
+            ensure!(coverage.phase_center.iter().all(|p| Some(*p) == center), several_centers());
+            refuse_impossible(coverage, first_row)?;
+            let (reduced, counts) = match read {
+                Reduce::Block(block) => {
+                    survey.total_power.add(block, &reduction.selector, reduction.unit_weights);
+                    reduction.reduce(block)?
+                }
+                Reduce::Parts(source, range) => reduction.reduce_parts((coverage, spectrum.n_chan()), (source, range))?,
+            };
             survey.counts = survey.counts.plus(counts);
-            survey.total_power.add(&block, &reduction.selector, reduction.unit_weights);
-            times = block.coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
+            times = coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
             survey.extent = survey.extent.union(UvwExtent::of(reduced.uvw_m.view()));
             for (uvw, weights) in reduced.uvw_m.rows().into_iter().zip(reduced.weight.rows()) {
                 if weights.iter().any(|w| *w > 0.0) {
@@ -141,7 +130,19 @@ impl<'a> Data<'a> {
                 cache.push(reduced);
             }
             Ok(())
-        })?;
+        };
+        let rows_at_once = rows_of_block(source.header(), memory.imaging_block(fits));
+        // The total power is summed from whole blocks.
+        if no_total_power && source.in_parts().is_some() {
+            for start in (0..n_rows).step_by(rows_at_once) {
+                let range = start..(start + rows_at_once).min(n_rows);
+                let coverage = source.read_coverage(range.clone())?;
+                let Some(parts) = source.in_parts() else { break };
+                take(start, &coverage, Reduce::Parts(parts, range))?;
+            }
+        } else {
+            for_each_block_ahead(source, memory.imaging_block(fits), |first, block| take(first, &block.coverage, Reduce::Block(&block)))?;
+        }
         observer.event(Event::Done);
         let ranks = source.ranks();
         survey.share(&*ranks, &mut times);
@@ -246,9 +247,9 @@ impl Survey {
 const LONGEST_M: f64 = 1e12;
 
 /// Refuse coordinates that no array has. Rows that are not finite are left out later. `first_row` is the place of the block in the set.
-fn refuse_impossible(block: &VisibilityBlock, first_row: usize) -> Result<()> {
+fn refuse_impossible(coverage: &UvCoverage, first_row: usize) -> Result<()> {
     let far = |x: &f64| x.is_finite() && x.abs() > LONGEST_M;
-    let found = block.coverage.uvw_m.outer_iter().enumerate().find_map(|(row, uvw)| Some((row, *uvw.iter().find(|x| far(x))?)));
+    let found = coverage.uvw_m.outer_iter().enumerate().find_map(|(row, uvw)| Some((row, *uvw.iter().find(|x| far(x))?)));
     found.map_or(Ok(()), |(row, x)| {
         let text = format!(
             "row {} has a coordinate of {x:.3e} m, which no array reaches: the set is damaged, or its uvw are not in m",
@@ -256,51 +257,6 @@ fn refuse_impossible(block: &VisibilityBlock, first_row: usize) -> Result<()> {
         );
         Err(ChainError::Incompatible(text))
     })
-}
-
-impl Reduction {
-    /// Combine the polarisation products of a block.
-    fn reduce(&self, block: &VisibilityBlock) -> Result<(ReducedBlock, DataCounts)> {
-        let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
-        // New memory is zero already, and the threads that fill it are the first to touch it.
-        let mut vis: Vec<Complex32> = bytemuck::zeroed_vec(rows * chans);
-        let (mut weight, mut imaging) = (vec![0.0; rows * chans], vec![0.0; rows * chans]);
-        let own = self.selector.by_row(&block.coverage)?;
-        let counts = vis
-            .par_chunks_exact_mut(chans.max(1))
-            .zip(weight.par_chunks_exact_mut(chans.max(1)))
-            .zip(imaging.par_chunks_exact_mut(chans.max(1)))
-            .enumerate()
-            .map(|(r, ((v, w), imaging))| {
-                let counts = self.selector.row(block, (r, own.as_ref().map(|own| &own[r])), self.unit_weights, (v, w));
-                self.turn(block.coverage.uvw_m.row(r), v);
-                imaging.copy_from_slice(w);
-                counts
-            })
-            .reduce(DataCounts::default, DataCounts::plus);
-        let mut uvw_m = block.coverage.uvw_m.clone();
-        for mut row in uvw_m.rows_mut() {
-            if !row.iter().all(|x| x.is_finite()) {
-                row.fill(0.0);
-            }
-        }
-        let wrong = |e: ndarray::ShapeError| ChainError::Internal(e.to_string());
-        let shaped = |values| Array2::from_shape_vec((rows, chans), values).map_err(wrong);
-        let vis = Array2::from_shape_vec((rows, chans), vis).map_err(wrong)?;
-        let pair = |(a, b): (&u32, &u32)| [*a, *b];
-        let antennas = if self.antennas { block.coverage.ant1.iter().zip(&block.coverage.ant2).map(pair).collect() } else { Vec::new() };
-        Ok((ReducedBlock { antennas, uvw_m, vis, weight: shaped(weight)?, imaging: shaped(imaging)? }, counts))
-    }
-
-    /// Turn the visibilities of a row from the focus to the boresight.
-    fn turn(&self, uvw: ArrayView1<'_, f64>, vis: &mut [Complex32]) {
-        let Some((focus, freq_hz)) = &self.focus else { return };
-        for (v, freq) in vis.iter_mut().zip(freq_hz) {
-            let turn = boresight_turn(*focus, [uvw[0], uvw[1], uvw[2]], *freq);
-            let turned = Complex64::new(v.re.into(), v.im.into()) * turn;
-            *v = if *v == Complex32::default() { *v } else { Complex32::new(turned.re as f32, turned.im as f32) };
-        }
-    }
 }
 
 /// Report the visibilities that were left out. It is an error if no visibility is left.

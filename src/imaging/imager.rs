@@ -1,10 +1,11 @@
 //! The imager: dirty images and residuals of a set, block by block.
 
 use super::ImagingOptions;
-use super::data::{Data, ReducedBlock, Survey};
+use super::data::{Data, Survey};
 use super::near::{Near, warn_invalid};
 use super::over_ranks::sum_image;
 use super::pol::PolSelector;
+use super::reduction::ReducedBlock;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use super::size::choose_grid;
 use super::split::Split;
@@ -66,9 +67,14 @@ pub struct ImageMisfit {
 
 /// Set the imaging weights of all output channels in a block.
 fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWeights], freq_hz: &[f64]) {
-    for (range, w) in channels.iter().zip(weights) {
-        w.apply(block, range, freq_hz);
+    if weights.iter().all(ImageWeights::are_those_of_the_data) {
+        return;
     }
+    let mut imaging = block.imaging.take().unwrap_or_else(|| Array2::zeros(block.weight.dim()));
+    for (range, w) in channels.iter().zip(weights) {
+        w.apply(block, (range, freq_hz), &mut imaging);
+    }
+    block.imaging = Some(imaging);
 }
 
 /// The channels of each output channel.
@@ -137,7 +143,7 @@ impl<'a> Imager<'a> {
                 |block| {
                     weigh(block, &channels, &weights, &freq_hz);
                     for (range, sum) in channels.iter().zip(&mut sums) {
-                        let part = block.imaging.slice(s![.., range.clone()]);
+                        let part = block.imaging().slice(s![.., range.clone()]);
                         let of_row = |r: ndarray::ArrayView1<'_, f32>| r.iter().map(|w| f64::from(*w)).sum();
                         let rows: Vec<f64> = part.axis_iter(Axis(0)).into_par_iter().map(of_row).collect();
                         *sum += rows.iter().sum::<f64>();

@@ -28,6 +28,7 @@ mod over_ranks;
 mod pol;
 mod products;
 mod psf;
+mod reduction;
 mod restore;
 mod session;
 mod size;
@@ -45,6 +46,8 @@ mod cycle_tests;
 mod delta_t_tests;
 #[cfg(test)]
 mod memory_tests;
+#[cfg(test)]
+mod part_tests;
 #[cfg(test)]
 mod pattern_tests;
 #[cfg(test)]
@@ -66,7 +69,7 @@ pub(crate) use clock::Clock;
 pub use components::joined;
 pub use continued::{Continue, Tools};
 pub use corrected::{CorrectionOptions, pattern_image};
-pub use data::{Data, ReducedBlock, Survey};
+pub use data::{Data, Survey};
 pub use delta_t::{DeltaT, delta_t};
 pub use imager::{ImageMisfit, Imager, Residual};
 pub(crate) use major::cleaned as clean_once;
@@ -78,6 +81,7 @@ pub use output::{PATTERN_LIMIT, dirty_image, psf_image};
 pub(crate) use over_ranks::sum_image;
 pub use pol::{DataCounts, PolSelector};
 pub use products::Products;
+pub use reduction::ReducedBlock;
 pub use restore::{gaussian, with_beam};
 pub(crate) use size::warn_coarse;
 pub use size_tuning::SizeTuning;

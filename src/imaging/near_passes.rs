@@ -57,7 +57,7 @@ impl Imager<'_> {
                 let pair = pair.map(|a| a as usize);
                 for (c, chan) in range.clone().enumerate() {
                     let at = (row, chan);
-                    sums.add(c, pair[0], pair[1], of(pair, c, block.vis[at], [block.weight[at], block.imaging[at]]));
+                    sums.add(c, pair[0], pair[1], of(pair, c, block.vis[at], [block.weight[at], block.imaging()[at]]));
                 }
             }
             Ok(())

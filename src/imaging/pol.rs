@@ -208,15 +208,24 @@ impl PolSelector {
         block: &VisibilityBlock,
         (row, own): (usize, Option<&RowTerms>),
         unit: bool,
-        (vis, weight): (&mut [Complex32], &mut [f32]),
+        out: (&mut [Complex32], &mut [f32]),
     ) -> DataCounts {
-        if block.coverage.ant1[row] == block.coverage.ant2[row] {
-            vis.fill(Complex32::default());
-            weight.fill(0.0);
-            let total = vis.len() as u64;
-            return DataCounts { total, autocorrelations: total, ..DataCounts::default() };
+        if block.coverage.ant1[row] == block.coverage.ant2[row] { autocorrelation(out) } else { self.combine(block, (row, own), unit, out) }
+    }
+
+    /// As [`PolSelector::row`], for the values of a row of this coverage.
+    pub(super) fn row_of(
+        &self,
+        (coverage, row): (&UvCoverage, usize),
+        (values, own): (RowValues<'_>, Option<&RowTerms>),
+        unit: bool,
+        out: (&mut [Complex32], &mut [f32]),
+    ) -> DataCounts {
+        if coverage.ant1[row] == coverage.ant2[row] {
+            return autocorrelation(out);
         }
-        self.combine(block, (row, own), unit, (vis, weight))
+        let finite_uvw = coverage.uvw_m.row(row).iter().all(|x| x.is_finite());
+        self.combine_values((values, finite_uvw), own, unit, out)
     }
 
     /// Number of products that are combined.
@@ -230,20 +239,38 @@ impl PolSelector {
         block: &VisibilityBlock,
         (row, own): (usize, Option<&RowTerms>),
         unit: bool,
+        out: (&mut [Complex32], &mut [f32]),
+    ) -> DataCounts {
+        let finite_uvw = block.coverage.uvw_m.row(row).iter().all(|x| x.is_finite());
+        let (vis, weights, flags) =
+            (block.vis.index_axis(Axis(0), row), block.weights.index_axis(Axis(0), row), block.flags.index_axis(Axis(0), row));
+        let (vis, weights, flags) = (vis.as_standard_layout(), weights.as_standard_layout(), flags.as_standard_layout());
+        let values = RowValues {
+            vis: vis.as_slice().unwrap_or_default(),
+            weights: weights.as_slice().unwrap_or_default(),
+            flags: flags.as_slice().unwrap_or_default(),
+        };
+        self.combine_values((values, finite_uvw), own, unit, out)
+    }
+
+    /// Combine the values of a row.
+    fn combine_values(
+        &self,
+        (values, finite_uvw): (RowValues<'_>, bool),
+        own: Option<&RowTerms>,
+        unit: bool,
         (vis, weight): (&mut [Complex32], &mut [f32]),
     ) -> DataCounts {
-        let mut counts = DataCounts { total: vis.len() as u64, ..DataCounts::default() };
-        let finite_uvw = block.coverage.uvw_m.row(row).iter().all(|x| x.is_finite());
-        let n_pol = block.vis.shape()[2];
-        let (all_vis, all_weights, all_flags) =
-            (block.vis.index_axis(Axis(0), row), block.weights.index_axis(Axis(0), row), block.flags.index_axis(Axis(0), row));
-        let (all_vis, all_weights, all_flags) =
-            (all_vis.as_standard_layout(), all_weights.as_standard_layout(), all_flags.as_standard_layout());
+        let n = vis.len() as u64;
+        if own.is_none() && finite_uvw && whole_row(&self.terms, values, unit, (vis, weight)) {
+            return DataCounts { total: n, used: n, ..DataCounts::default() };
+        }
+        let mut counts = DataCounts { total: n, ..DataCounts::default() };
+        let n_pol = values.vis.len() / vis.len().max(1);
         let values = |of_channel: Range<usize>| {
-            let vis = all_vis.as_slice().and_then(|all| all.get(of_channel.clone()));
-            let weights = all_weights.as_slice().and_then(|all| all.get(of_channel.clone()));
-            let flags = all_flags.as_slice().and_then(|all| all.get(of_channel));
-            (vis.unwrap_or_default(), weights.unwrap_or_default(), flags.unwrap_or_default())
+            let RowValues { vis, weights, flags } = values;
+            let vis = vis.get(of_channel.clone()).unwrap_or_default();
+            (vis, weights.get(of_channel.clone()).unwrap_or_default(), flags.get(of_channel).unwrap_or_default())
         };
         for (c, (v, w)) in vis.iter_mut().zip(weight).enumerate() {
             let (of_vis, of_weights, of_flags) = values(c * n_pol..(c + 1) * n_pol);
@@ -283,6 +310,71 @@ impl PolSelector {
         }
         counts
     }
+}
+
+/// The values of one row \[chan, pol\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RowValues<'a> {
+    pub(super) vis: &'a [Complex32],
+    pub(super) weights: &'a [f32],
+    pub(super) flags: &'a [bool],
+}
+
+/// Leave out an autocorrelation.
+fn autocorrelation((vis, weight): (&mut [Complex32], &mut [f32])) -> DataCounts {
+    vis.fill(Complex32::default());
+    weight.fill(0.0);
+    let total = vis.len() as u64;
+    DataCounts { total, autocorrelations: total, ..DataCounts::default() }
+}
+
+/// Combine a row of which every value is used, with real coefficients. The result is false, and the output has no meaning, for any other row.
+fn whole_row(terms: &[(usize, Complex32)], row: RowValues<'_>, unit: bool, out: (&mut [Complex32], &mut [f32])) -> bool {
+    let n_pol = row.vis.len() / out.0.len().max(1);
+    let shaped = [row.vis.len(), row.weights.len(), row.flags.len()].iter().all(|n| *n == n_pol * out.0.len());
+    if !shaped || out.0.len() != out.1.len() || row.flags.iter().fold(false, |any, f| any | f) {
+        return false;
+    }
+    match (terms, n_pol) {
+        ([a], 1) => whole::<1>([*a, (0, Complex32::default())], 1, row, unit, out),
+        ([a], 2) => whole::<2>([*a, (0, Complex32::default())], 1, row, unit, out),
+        ([a], 4) => whole::<4>([*a, (0, Complex32::default())], 1, row, unit, out),
+        ([a, b], 2) => whole::<2>([*a, *b], 2, row, unit, out),
+        ([a, b], 4) => whole::<4>([*a, *b], 2, row, unit, out),
+        _ => false,
+    }
+}
+
+/// [`whole_row`] of one or two terms, of `N` products.
+fn whole<const N: usize>(
+    [(a, ca), (b, cb)]: [(usize, Complex32); 2],
+    terms: usize,
+    row: RowValues<'_>,
+    unit: bool,
+    (vis, weight): (&mut [Complex32], &mut [f32]),
+) -> bool {
+    if a >= N || b >= N || ca.im != 0.0 || cb.im != 0.0 {
+        return false;
+    }
+    let (all_vis, all_weights) = (row.vis.as_chunks::<N>().0, row.weights.as_chunks::<N>().0);
+    let (ca, cb) = (ca.re, cb.re);
+    let mut good = true;
+    let usable = |w: f32, v: Complex32| (w > 0.0) & (w < f32::INFINITY) & (v.re * v.re + v.im * v.im < f32::INFINITY);
+    let of = |w: f32| if unit { 1.0 } else { w };
+    for (((v, w), of_vis), of_weights) in vis.iter_mut().zip(weight).zip(all_vis).zip(all_weights) {
+        let (va, wa) = (of_vis[a], of_weights[a]);
+        good &= usable(wa, va);
+        if terms == 1 {
+            (*v, *w) = (Complex32::new(ca * va.re, ca * va.im), of(wa));
+            continue;
+        }
+        let (vb, wb) = (of_vis[b], of_weights[b]);
+        good &= usable(wb, vb);
+        let (wa, wb) = (of(wa), of(wb));
+        // The variance of the mean is 1/w = (1/wa + 1/wb) / 4.
+        (*v, *w) = (Complex32::new(ca * va.re + cb * vb.re, ca * va.im + cb * vb.im), 4.0 * wa / (wa + wb) * wb);
+    }
+    good
 }
 
 /// A sum of products, and its weight: the variances of the products add up with the squares of their coefficients.
@@ -330,6 +422,37 @@ mod tests {
                 let s = PolSelector::new(stokes, &products).unwrap();
                 let (got, w, _) = combine(&s, &block(values));
                 assert!((got - re(expected)).norm() < 1e-6 && w == 2.0, "{stokes}: {got} {w}");
+            }
+        }
+    }
+
+    /// A row in which every value is used is combined faster, to the same values.
+    #[test]
+    fn a_whole_row_gives_the_values_of_a_row_with_a_gap() {
+        use Polarization::{I, LL, LR, Q, RL, RR, V};
+        let mut noise = crate::fixtures::Noise(9);
+        for products in [vec![RR], vec![RR, LL], vec![RR, RL, LR, LL]] {
+            let n = products.len();
+            let coverage = UvCoverage::new(array![[1.0, 2.0, 3.0]], vec![0], vec![1], vec![0.0], vec![1.0], vec![0]).unwrap();
+            let mut b = VisibilityBlock::zeros(coverage, 21, n);
+            b.vis.mapv_inplace(|_| Complex::new(noise.next() as f32, noise.next() as f32));
+            b.weights.mapv_inplace(|_| 1.0 + noise.next().abs() as f32);
+            for target in [RR, LL, I, V, Q] {
+                let Ok(s) = PolSelector::new(target, &products) else { continue };
+                let run = |b: &VisibilityBlock, unit: bool| {
+                    let (mut v, mut w) = (vec![Complex::default(); 21], vec![0.0; 21]);
+                    let counts = s.row(b, (0, None), unit, (&mut v, &mut w));
+                    (v, w, counts)
+                };
+                for unit in [false, true] {
+                    let (v, w, counts) = run(&b, unit);
+                    let mut gap = b.clone();
+                    gap.flags.index_axis_mut(Axis(1), 20).fill(true);
+                    let (v2, w2, counts2) = run(&gap, unit);
+                    assert!(v[..20] == v2[..20] && w[..20] == w2[..20], "{target} of {products:?}");
+                    assert_eq!((counts.used, counts.total, counts2.used, counts2.flagged), (21, 21, 20, 1));
+                    assert!(v.iter().all(|v| v.norm() > 0.0) && w.iter().all(|w| *w >= 1.0));
+                }
             }
         }
     }

@@ -65,17 +65,20 @@ fn images_do_not_depend_on_the_number_of_processes() {
     }
 }
 
-/// A process may have no row at all.
+/// A process may have no row at all. In single precision the sums of three rows in another order differ by more than those of many rows.
 #[test]
 fn more_processes_than_rows_make_the_same_image() {
     let set = snapshot(&positions(3, 0.5, 0.01, 3), &[94e9], &[Polarization::I], &[(0.0, 0.0, 1.0)], (0.05, VisUnit::Jy));
-    let run = |source: &mut dyn VisibilitySource| {
-        let opts = ImagingOptions { size: Some(ImageSize::square(32)), ..options(Weighting::Briggs) };
-        Imager::new(source, opts, &Silent).unwrap().dirty(0, &Silent).unwrap()
-    };
-    let one = in_processes(1, &set, run).remove(0);
-    for other in in_processes(5, &set, run) {
-        assert!(apart(one.flatten().view(), other.flatten().view()) < 1e-6);
+    for (epsilon, bound) in [(1e-7, 1e-9), (1e-5, 1e-5)] {
+        let run = |source: &mut dyn VisibilitySource| {
+            let opts = ImagingOptions { size: Some(ImageSize::square(32)), epsilon, ..options(Weighting::Briggs) };
+            Imager::new(source, opts, &Silent).unwrap().dirty(0, &Silent).unwrap()
+        };
+        let one = in_processes(1, &set, run).remove(0);
+        for other in in_processes(5, &set, run) {
+            let difference = apart(one.flatten().view(), other.flatten().view());
+            assert!(difference < bound, "epsilon {epsilon}: {difference:e}");
+        }
     }
 }
 

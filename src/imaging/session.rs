@@ -2,7 +2,7 @@
 //!
 //! If the data are in memory, their rows are sorted once and every pass uses the sorted rows.
 
-use super::data::ReducedBlock;
+use super::reduction::ReducedBlock;
 use crate::fourier::{Degridder, GridOptions, Gridder, Real, SortedRows, Transform, UvwExtent};
 use crate::memory::MemoryBudget;
 use crate::{ChainError, Result};
@@ -108,7 +108,7 @@ impl<T: Real> Session<T> {
     ) -> Result<()> {
         let new = self.sorted((number, keep), block)?;
         let inverse = self.scale.recip();
-        let (vis, imaging) = (Rows::of(&block.vis, &self.channels)?, Rows::of(&block.imaging, &self.channels)?);
+        let (vis, imaging) = (Rows::of(&block.vis, &self.channels)?, Rows::of(block.imaging(), &self.channels)?);
         let values = |r: usize, out: &mut [Complex<T>]| {
             for ((out, v), w) in out.iter_mut().zip(vis.row(r)).zip(imaging.row(r)) {
                 let weight = if *w > 0.0 { T::of(f64::from(*w) * inverse) } else { T::default() };
@@ -132,7 +132,7 @@ impl<T: Real> Session<T> {
     ) -> Result<Residue> {
         let new = self.sorted((number, keep), block)?;
         let inverse = scale.recip();
-        let gridded = if weights == ResidualWeights::Imaging { &block.imaging } else { &block.weight };
+        let gridded = if weights == ResidualWeights::Imaging { block.imaging() } else { &block.weight };
         let (vis, weight, gridded) =
             (Rows::of(&block.vis, &self.channels)?, Rows::of(&block.weight, &self.channels)?, Rows::of(gridded, &self.channels)?);
         let subtract = |r: usize, out: &mut [Complex<T>]| {

@@ -68,6 +68,11 @@ impl TotalPower {
         Self { receivers: Array2::from_shape_fn(shape, power), weight: Array2::zeros(shape), power: Array2::zeros(shape), used: 0 }
     }
 
+    /// True if no autocorrelation can add to the sums.
+    pub(super) fn is_empty(&self) -> bool {
+        self.receivers.is_empty()
+    }
+
     /// Add the autocorrelations of a block.
     pub(super) fn add(&mut self, block: &VisibilityBlock, selector: &PolSelector, unit_weights: bool) {
         if self.receivers.is_empty() {

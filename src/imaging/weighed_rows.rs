@@ -28,7 +28,7 @@ impl Imager<'_> {
         let n_chan = self.header().spectrum.n_chan();
         let mut weights = Vec::new();
         self.for_each_weighed(observer, |block| {
-            weights.extend(block.imaging.iter());
+            weights.extend(block.imaging().iter());
             Ok(())
         })?;
         Ok(WeighedRows { weights, n_chan })

@@ -16,10 +16,10 @@
 //! MNRAS 444, 606), as found from the weights that it stores. CASA counts each visibility at (u, v) and at (-u, -v), in cells of the image
 //! itself and without a limit, so its weights differ.
 
-use super::data::ReducedBlock;
 use super::options::ImagingOptions;
+use super::reduction::ReducedBlock;
 use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S, SkyGrid, Weighting};
-use ndarray::{Axis, Zip};
+use ndarray::{Array2, Axis, Zip};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -187,10 +187,10 @@ impl ImageWeights {
         density * self.taper_rad.map_or(1.0, gauss) * self.inner_taper_rad.map_or(1.0, |t| 1.0 - gauss(t))
     }
 
-    /// Set the imaging weights of these channels in a block.
-    pub fn apply(&self, block: &mut ReducedBlock, channels: &Range<usize>, freq_hz: &[f64]) {
+    /// Set the imaging weights \[row, chan\] of these channels of a block.
+    pub fn apply(&self, block: &ReducedBlock, (channels, freq_hz): (&Range<usize>, &[f64]), imaging: &mut Array2<f32>) {
         let plain = self.are_those_of_the_data();
-        let ReducedBlock { uvw_m, weight, imaging, .. } = block;
+        let ReducedBlock { uvw_m, weight, .. } = block;
         imaging.axis_iter_mut(Axis(0)).into_par_iter().zip(weight.axis_iter(Axis(0))).zip(uvw_m.axis_iter(Axis(0))).for_each(
             |((mut imaging, weight), uvw)| {
                 let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
@@ -229,7 +229,7 @@ mod tests {
     use super::*;
     use cittert_arrays::SkyFrame;
     use cittert_arrays::quantity::Angle;
-    use ndarray::{Array2, array};
+    use ndarray::array;
     use num_complex::Complex32;
 
     /// Three rows: two in one cell (one of them with the reversed baseline), and one in a cell of its own.
@@ -240,7 +240,7 @@ mod tests {
             antennas: Vec::new(),
             uvw_m: array![[100.0, 40.0, 0.0], [-100.2, -40.1, 0.0], [30.0, 0.1, 0.0]] * wavelength,
             vis: Array2::from_elem((3, 1), Complex32::new(1.0, 0.0)),
-            imaging: weight.clone(),
+            imaging: None,
             weight,
         }
     }
@@ -251,14 +251,15 @@ mod tests {
 
     fn weigh(options: ImagingOptions) -> Vec<f32> {
         let grid = SkyGrid::new(64, 64, 1e-3, SkyFrame::Boresight).unwrap();
-        let mut b = block();
+        let b = block();
         let mut weights = ImageWeights::new(&grid, &options);
         if weights.needs_density() {
             weights.add(&b, &(0..1), &[1e9]);
             weights.finish();
         }
-        weights.apply(&mut b, &(0..1), &[1e9]);
-        b.imaging.iter().copied().collect()
+        let mut imaging = Array2::zeros(b.weight.dim());
+        weights.apply(&b, (&(0..1), &[1e9]), &mut imaging);
+        imaging.into_iter().collect()
     }
 
     #[test]
@@ -293,7 +294,7 @@ mod tests {
         let uvw_m = Array2::from_shape_fn((n, 3), |(_, k)| if k < 2 { 260.0 * noise.next() * noise.next() * wavelength } else { 0.0 });
         let weight = Array2::from_shape_fn((n, 2), |(r, _)| if r % 9 == 0 { 0.0 } else { 1.0 + noise.next().abs() as f32 });
         let vis = Array2::from_elem((n, 2), Complex32::default());
-        let block = ReducedBlock { antennas: Vec::new(), uvw_m, vis, imaging: weight.clone(), weight };
+        let block = ReducedBlock { antennas: Vec::new(), uvw_m, vis, imaging: None, weight };
         let freq = [0.9e9, 1.1e9];
         let options = ImagingOptions { weighting: Weighting::Uniform, ..ImagingOptions::default() };
         let made = |threads: usize| {

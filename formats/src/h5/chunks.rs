@@ -13,8 +13,8 @@ use hdf5_sys::h5i::hid_t;
 use hdf5_sys::h5p::H5P_DEFAULT;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 
 /// Size of the chunks that are unpacked together, bytes; at least one chunk per thread.
 const BATCH: usize = 1 << 24;
@@ -28,29 +28,40 @@ unsafe extern "C" {
 pub(super) struct Chunks<'a> {
     dataset: &'a Dataset,
     pipeline: Pipeline,
-    shape: Vec<usize>,
-    chunk: Vec<usize>,
+    pub(super) shape: Vec<usize>,
+    pub(super) chunk: Vec<usize>,
     /// Size of an element in the file, bytes.
-    size: usize,
+    pub(super) size: usize,
+    /// Memory of earlier chunks, for the next ones.
+    spare: Mutex<Vec<Vec<u8>>>,
 }
 
 /// Elements that are contiguous both in a row of a chunk and in a row of the array. `to` and `from` count from the start of the chunk.
 #[derive(Clone, Copy)]
-struct Run {
+pub(super) struct Run {
     to: usize,
     from: usize,
     n: usize,
 }
 
 /// Runs by the extent of a chunk on all axes but the first. Chunks at the end of an axis may be cut off.
-type Runs = BTreeMap<Vec<usize>, Vec<Run>>;
+pub(super) type Runs = BTreeMap<Vec<usize>, Vec<Run>>;
 
 /// An unpacked chunk: its first row, and its place within the rows of the array.
-struct Unpacked<'r> {
-    first: usize,
+pub(super) struct Unpacked<'r> {
+    pub(super) first: usize,
     to: usize,
     runs: &'r [Run],
     bytes: Vec<u8>,
+    /// True if all elements are the same. It is not looked for in chunks without filters.
+    uniform: bool,
+}
+
+impl Unpacked<'_> {
+    /// The bytes of every element of `size` bytes, if they are known to be the same.
+    pub(super) fn every(&self, size: usize) -> Option<&[u8]> {
+        self.bytes.get(..size).filter(|_| self.uniform)
+    }
 }
 
 impl<'a> Chunks<'a> {
@@ -68,7 +79,7 @@ impl<'a> Chunks<'a> {
         if shape.is_empty() || chunk.len() != shape.len() || chunk.contains(&0) || size == 0 {
             return Err(format!("chunks of {chunk:?} for the shape {shape:?}").into());
         }
-        Ok(Some(Self { dataset, pipeline, shape, chunk, size }))
+        Ok(Some(Self { dataset, pipeline, shape, chunk, size, spare: Mutex::default() }))
     }
 
     /// Read these rows into `out` in this form. `out` has exactly their size.
@@ -93,26 +104,36 @@ impl<'a> Chunks<'a> {
             let step = part.len().div_ceil(threads).max(1);
             let pieces: Vec<_> = out.chunks_mut(step * row).zip(part.clone().step_by(step)).map(Mutex::new).collect();
             shared(threads, &pieces, |piece| {
-                let (bytes, first) = &mut *piece.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                let (bytes, first) = &mut *piece.lock().unwrap_or_else(PoisonError::into_inner);
                 unpacked.iter().for_each(|u| self.place(u, *first, (row, form), bytes));
                 Ok(())
             })?;
+            self.give(unpacked);
         }
     }
 
+    fn taken(&self) -> Vec<u8> {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
+    }
+
+    /// Give back the memory of chunks, for the next ones.
+    pub(super) fn give<'r>(&self, chunks: impl IntoIterator<Item = Unpacked<'r>>) {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).extend(chunks.into_iter().map(|u| u.bytes));
+    }
+
     /// Size of an unpacked chunk, bytes.
-    fn length(&self) -> hdf5::Result<usize> {
+    pub(super) fn length(&self) -> hdf5::Result<usize> {
         let length = self.chunk.iter().try_fold(self.size, |n, c| n.checked_mul(*c));
         length.ok_or_else(|| "chunks larger than memory".into())
     }
 
     /// Number of chunks side by side in a row of the array.
-    fn columns(&self) -> hdf5::Result<usize> {
+    pub(super) fn columns(&self) -> hdf5::Result<usize> {
         let mut counts = self.shape.iter().zip(&self.chunk).skip(1).map(|(n, step)| n.div_ceil(*step));
         counts.try_fold(1_usize, |all, n| all.checked_mul(n)).ok_or_else(|| "more chunks than memory holds".into())
     }
 
-    fn runs(&self) -> Runs {
+    pub(super) fn runs(&self) -> Runs {
         let mut reaches = vec![Vec::new()];
         for (n, step) in self.shape.iter().zip(&self.chunk).skip(1) {
             let ends = [(*step).min(*n), n % step];
@@ -139,7 +160,7 @@ impl<'a> Chunks<'a> {
     }
 
     /// Unpack the chunk that begins at row `first` in a column of chunks.
-    fn unpacked<'r>(&self, first: usize, column: usize, runs: &'r Runs) -> hdf5::Result<Unpacked<'r>> {
+    pub(super) fn unpacked<'r>(&self, first: usize, column: usize, runs: &'r Runs) -> hdf5::Result<Unpacked<'r>> {
         let (mut rest, mut to, mut stride) = (column, 0, 1);
         let (mut offset, mut reach) = (vec![first as hsize_t; self.shape.len()], vec![0; self.shape.len() - 1]);
         for k in (1..self.shape.len()).rev() {
@@ -152,11 +173,15 @@ impl<'a> Chunks<'a> {
         }
         let length = self.length()?;
         let bytes = match self.stored(&offset, length)? {
-            Some((raw, skipped)) => self.pipeline.unpack(raw, skipped, self.size, length).map_err(|e| format!("{e}, at {offset:?}"))?,
+            Some((raw, skipped)) => {
+                let buffer = if self.pipeline.is_empty() { Vec::new() } else { self.taken() };
+                self.pipeline.unpack(raw, (skipped, buffer), self.size, length).map_err(|e| format!("{e}, at {offset:?}"))?
+            }
             None => self.unwritten(&offset)?.into_iter().cycle().take(length).collect(),
         };
         let runs = runs.get(&reach).map_or(&[][..], |r| r);
-        Ok(Unpacked { first, to, runs, bytes })
+        let uniform = !self.pipeline.is_empty() && bytes[self.size..] == bytes[..bytes.len() - self.size];
+        Ok(Unpacked { first, to, runs, bytes, uniform })
     }
 
     /// The stored bytes of a chunk, and the mask of the filters that were not applied; `None` where the chunk was never written.
@@ -171,11 +196,15 @@ impl<'a> Chunks<'a> {
             if n == 0 || n > Pipeline::most_stored(length) {
                 return Err(format!("{n} bytes stored for a chunk of {length} bytes, at {offset:?}").into());
             }
-            let mut raw = vec![0; n];
+            let mut raw = if self.pipeline.is_empty() { self.taken() } else { Vec::new() };
+            raw.clear();
+            raw.reserve_exact(n);
             // SAFETY: as above; the library reads as many bytes as it said.
             if unsafe { H5Dread_chunk1(id, H5P_DEFAULT, offset.as_ptr(), &mut skipped, raw.as_mut_ptr().cast()) } < 0 {
                 return Err(format!("a chunk that cannot be read, at {offset:?}").into());
             }
+            // SAFETY: the library has written all of them.
+            unsafe { raw.set_len(n) };
             Ok(Some((raw, skipped)))
         })
     }
@@ -194,7 +223,7 @@ impl<'a> Chunks<'a> {
     }
 
     /// Copy the part of a chunk that lies in the rows from `first` on into `out`, which has `row` bytes per row.
-    fn place(&self, from: &Unpacked<'_>, first: usize, (row, form): (usize, Form), out: &mut [u8]) {
+    pub(super) fn place(&self, from: &Unpacked<'_>, first: usize, (row, form): (usize, Form), out: &mut [u8]) {
         let end = first + out.len() / row;
         let rows = from.first.max(first)..(from.first + self.chunk[0]).min(end);
         if rows.is_empty() {
@@ -237,13 +266,20 @@ fn place_rows<const N: usize, const M: usize>(
     change: impl Fn(&[u8; N]) -> [u8; M],
 ) {
     // Chunks of a few channels of one polarisation have runs of one element, in the order of the chunk.
-    let single = runs.iter().enumerate().all(|(k, r)| r.n == 1 && r.from == k);
+    if runs.iter().enumerate().all(|(k, r)| r.n == 1 && r.from == k) {
+        return match runs.len() {
+            1 => place_few::<N, M, 1>((source, wide), (target, row), runs, change),
+            2 => place_few::<N, M, 2>((source, wide), (target, row), runs, change),
+            4 => place_few::<N, M, 4>((source, wide), (target, row), runs, change),
+            8 => place_few::<N, M, 8>((source, wide), (target, row), runs, change),
+            _ => source.chunks_exact(wide).zip(target.chunks_mut(row)).for_each(|(from, to)| {
+                let (from, to) = (from.as_chunks::<N>().0, to.as_chunks_mut::<M>().0);
+                from.iter().zip(runs).for_each(|(f, run)| to[run.to] = change(f));
+            }),
+        };
+    }
     for (from, to) in source.chunks_exact(wide).zip(target.chunks_mut(row)) {
         let (from, to) = (from.as_chunks::<N>().0, to.as_chunks_mut::<M>().0);
-        if single {
-            from.iter().zip(runs).for_each(|(f, run)| to[run.to] = change(f));
-            continue;
-        }
         for run in runs {
             let (from, to) = (&from[run.from..run.from + run.n], &mut to[run.to..run.to + run.n]);
             to.iter_mut().zip(from).for_each(|(t, f)| *t = change(f));
@@ -251,9 +287,26 @@ fn place_rows<const N: usize, const M: usize>(
     }
 }
 
+/// [`place_rows`] of `K` runs of one element, in the order of the chunk. With their number known, the loop over them is unrolled.
+fn place_few<const N: usize, const M: usize, const K: usize>(
+    (source, wide): (&[u8], usize),
+    (target, row): (&mut [u8], usize),
+    runs: &[Run],
+    change: impl Fn(&[u8; N]) -> [u8; M],
+) {
+    let places: [usize; K] = std::array::from_fn(|k| runs[k].to);
+    for (from, to) in source.chunks_exact(wide).zip(target.chunks_mut(row)) {
+        let (from, to) = (from.as_chunks::<N>().0, to.as_chunks_mut::<M>().0);
+        let Some(from) = from.first_chunk::<K>() else { return };
+        for k in 0..K {
+            to[places[k]] = change(&from[k]);
+        }
+    }
+}
+
 /// Do some work on each item with the given number of threads; the results keep the order of the items. The threads are not those of the
 /// pool: the work of the pool may wait for what a reader reads.
-fn shared<I: Sync, R: Send>(threads: usize, items: &[I], work: impl Fn(&I) -> hdf5::Result<R> + Sync) -> hdf5::Result<Vec<R>> {
+pub(super) fn shared<I: Sync, R: Send>(threads: usize, items: &[I], work: impl Fn(&I) -> hdf5::Result<R> + Sync) -> hdf5::Result<Vec<R>> {
     if threads < 2 || items.len() < 2 {
         return items.iter().map(work).collect();
     }

@@ -26,12 +26,8 @@ pub(super) fn values<T: H5Type + Pod>(
 ) -> hdf5::Result<Vec<T>> {
     let (from, to) = (dataset.dtype()?, Datatype::from_type::<T>()?);
     let mut out: Vec<T> = zeroed_vec(n);
-    if alike(&from, &to) {
-        fill(cast_slice_mut(&mut out), Form::Stored)?;
-        return Ok(out);
-    }
-    if doubles_as_floats(&from, &to)? {
-        fill(cast_slice_mut(&mut out), Form::Floats)?;
+    if let Some(form) = form(&from, &to)? {
+        fill(cast_slice_mut(&mut out), form)?;
         return Ok(out);
     }
     if from.conv_path(&to).is_none() {
@@ -56,6 +52,18 @@ pub(super) fn values<T: H5Type + Pod>(
         to_part.copy_from_slice(&work[..to_part.len()]);
     }
     Ok(out)
+}
+
+/// The form in which values of a dataset are written as `T`; `None` where the library must convert them.
+pub(super) fn form_as<T: H5Type>(dataset: &Dataset) -> hdf5::Result<Option<Form>> {
+    form(&dataset.dtype()?, &Datatype::from_type::<T>()?)
+}
+
+fn form(from: &Datatype, to: &Datatype) -> hdf5::Result<Option<Form>> {
+    if alike(from, to) {
+        return Ok(Some(Form::Stored));
+    }
+    Ok(doubles_as_floats(from, to)?.then_some(Form::Floats))
 }
 
 /// True for doubles that become floats, alone or as complex numbers. The library takes much longer for them than the file system.

@@ -11,6 +11,7 @@ mod failure;
 mod flaws;
 mod keyword;
 mod objects;
+mod parts;
 mod probe;
 mod read;
 mod strings;
@@ -18,6 +19,7 @@ mod unpack;
 mod write;
 
 pub(crate) use change::Stored;
+pub(crate) use parts::Three;
 pub(crate) use probe::{has, open};
 pub(crate) use read::{H5In, SIGNATURE};
 pub use write::Compression;

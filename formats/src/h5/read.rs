@@ -3,9 +3,10 @@
 use super::chunks::Chunks;
 use super::failure::failed;
 use super::flaws::is_elsewhere;
-use super::{contiguous, convert, strings};
+use super::{contiguous, convert, parts, strings};
 use crate::{FormatError, Result};
 use bytemuck::Pod;
+use cittert_arrays::RowPart;
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, H5Type, Hyperslab, Selection, SliceOrIndex};
 use hdf5_sys::h5l::{H5L_type_t::H5L_TYPE_EXTERNAL, H5Lunregister};
@@ -288,6 +289,21 @@ impl H5In {
         Ok(self.texts(name)?.and_then(|t| t.into_iter().next()))
     }
 
+    /// True if rows of these datasets can be read in parts.
+    pub(crate) fn has_parts(&self, datasets: parts::Three<'_>) -> bool {
+        parts::can(datasets)
+    }
+
+    /// Read rows of these datasets and give them to `take` in parts of `step` rows, in any order and on any thread.
+    pub(crate) fn parts(
+        &self,
+        (datasets, names): (parts::Three<'_>, [&str; 3]),
+        (rows, step): (Range<usize>, usize),
+        take: &(dyn Fn(RowPart<'_>) + Sync),
+    ) -> Result<()> {
+        parts::read(datasets, rows.clone(), step, take).map_err(|(k, e)| self.fail(&some_rows(names[k], &rows), &e))
+    }
+
     /// Rows of a dataset, converted by the library to `T`.
     pub(crate) fn rows<T: H5Type + Pod, D: Dimension>(
         &self,
@@ -297,7 +313,7 @@ impl H5In {
     ) -> Result<ndarray::Array<T, D>> {
         let mut parts = vec![SliceOrIndex::from(rows.clone())];
         parts.extend((1..dataset.ndim()).map(|_| SliceOrIndex::from(..)));
-        let place = |e: &hdf5::Error| self.fail(&format!("{name}, rows {} to {}", rows.start, rows.end.saturating_sub(1)), e);
+        let place = |e: &hdf5::Error| self.fail(&some_rows(name, &rows), e);
         let read = || match Chunks::of(dataset, rows.len())? {
             Some(chunks) => {
                 let mut shape = dataset.shape();
@@ -319,6 +335,11 @@ impl H5In {
         let shape = all.shape().to_vec();
         all.into_dimensionality::<D>().map_err(|_| self.wrong(name, format!("{:?} axes", D::NDIM), format!("shape {shape:?}")))
     }
+}
+
+/// Some rows of a dataset, for errors.
+fn some_rows(name: &str, rows: &Range<usize>) -> String {
+    format!("{name}, rows {} to {}", rows.start, rows.end.saturating_sub(1))
 }
 
 #[derive(Clone, Copy)]

@@ -2,9 +2,9 @@
 
 use super::names::dataset_of;
 use super::{header, unread};
-use crate::h5::{self, H5In};
+use crate::h5::{self, H5In, Three};
 use crate::{FormatError, Result, VisColumn};
-use cittert_arrays::{ArrayError, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{ArrayError, PartSource, RowPart, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use hdf5::Dataset;
 use ndarray::{Array1, Array2, Array3, Ix1, Ix2, Ix3};
 use num_complex::Complex;
@@ -41,6 +41,13 @@ struct Data {
     flags: Dataset,
     nsamples: Dataset,
     weights: Option<Dataset>,
+}
+
+impl Data {
+    /// What images are made of.
+    fn three(&self) -> Three<'_> {
+        [&self.vis, self.weights.as_ref().unwrap_or(&self.nsamples), &self.flags]
+    }
 }
 
 impl Uvh5Reader {
@@ -204,5 +211,17 @@ impl VisibilitySource for Uvh5Reader {
     fn read_coverage(&mut self, range: Range<usize>) -> Result<UvCoverage, ArrayError> {
         ArrayError::unless_rows(&range, self.n_rows).map_err(|e| FormatError::values(self.file.path(), e))?;
         Ok(self.coverage(range)?)
+    }
+
+    fn in_parts(&mut self) -> Option<&mut dyn PartSource> {
+        if self.file.has_parts(self.data.three()) { Some(self) } else { None }
+    }
+}
+
+impl PartSource for Uvh5Reader {
+    fn read_parts(&mut self, range: Range<usize>, step: usize, take: &(dyn Fn(RowPart<'_>) + Sync)) -> Result<(), ArrayError> {
+        ArrayError::unless_rows(&range, self.n_rows).map_err(|e| FormatError::values(self.file.path(), e))?;
+        let names = [self.data.name, if self.data.weights.is_some() { "Data/weights" } else { "Data/nsamples" }, "Data/flags"];
+        Ok(self.file.parts((self.data.three(), names), (range, step), take)?)
     }
 }

@@ -1,0 +1,96 @@
+//! A set that is read in parts gives the images of a set that is read in blocks.
+
+use super::*;
+use crate::fixtures::{positions, snapshot};
+use crate::memory::MemoryBudget;
+use crate::progress::Silent;
+use cittert_arrays::quantity::Angle;
+use cittert_arrays::{
+    PartSource, Polarization, Result, RowPart, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource, Weighting,
+};
+use num_complex::Complex32;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A set that hands over its rows in parts, last part first, on several threads.
+struct InParts(VisibilitySet);
+
+impl VisibilitySource for InParts {
+    fn header(&self) -> &VisibilityHeader {
+        self.0.header()
+    }
+
+    fn n_rows(&self) -> usize {
+        self.0.n_rows()
+    }
+
+    fn read_rows(&mut self, range: Range<usize>) -> Result<VisibilityBlock> {
+        self.0.read_rows(range)
+    }
+
+    fn in_parts(&mut self) -> Option<&mut dyn PartSource> {
+        Some(self)
+    }
+}
+
+impl PartSource for InParts {
+    fn read_parts(&mut self, range: Range<usize>, step: usize, take: &(dyn Fn(RowPart<'_>) + Sync)) -> Result<()> {
+        let block = self.0.read_rows(range.clone())?;
+        let n = block.vis.len() / range.len();
+        let (vis, weights, flags) = (block.vis.as_slice().unwrap(), block.weights.as_slice().unwrap(), block.flags.as_slice().unwrap());
+        let starts: Vec<usize> = (0..range.len()).step_by(step).rev().collect();
+        starts.into_par_iter().for_each(|start| {
+            let rows = start..(start + step).min(range.len());
+            let of = rows.start * n..rows.end * n;
+            take(RowPart { rows, vis: &vis[of.clone()], weights: &weights[of.clone()], flags: &flags[of] });
+        });
+        Ok(())
+    }
+}
+
+/// Two hands, with every reason not to use a visibility.
+fn set() -> VisibilitySet {
+    let pols = [Polarization::RR, Polarization::LL];
+    let freq: Vec<f64> = (0..40).map(|c| 94e9 + 1e7 * f64::from(c)).collect();
+    let sources = [(0.012, 0.005, 1.0), (-0.004, 0.009, 0.4)];
+    let mut set = snapshot(&positions(40, 0.5, 0.01, 3), &freq, &pols, &sources, (0.05, VisUnit::Jy));
+    let data = &mut set.data;
+    data.flags[(7, 0, 0)] = true;
+    data.flags[(300, 3, 1)] = true;
+    (data.flags[(301, 3, 0)], data.flags[(301, 3, 1)]) = (true, true);
+    data.weights[(100, 1, 0)] = 0.0;
+    (data.weights[(101, 1, 0)], data.weights[(101, 1, 1)]) = (f32::NAN, f32::INFINITY);
+    data.vis[(555, 2, 1)] = Complex32::new(f32::NAN, 0.0);
+    data.vis[(556, 2, 0)] = Complex32::new(3e38, 0.0);
+    data.coverage.uvw_m[(600, 1)] = f64::NAN;
+    data.coverage.ant2[602] = data.coverage.ant1[602];
+    data.weights.iter_mut().enumerate().for_each(|(k, w)| *w *= 1.0 + (k % 5) as f32);
+    set
+}
+
+#[test]
+fn parts_and_blocks_give_the_same_bytes() {
+    for weighting in [Weighting::Natural, Weighting::Briggs] {
+        for pol in [Polarization::I, Polarization::V, Polarization::LL] {
+            let run = |source: &mut dyn VisibilitySource, threads: usize, memory: MemoryBudget| {
+                let options = ImagingOptions { cell: Some(Angle(1e-3)), weighting, pol, memory, ..ImagingOptions::default() };
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| {
+                    let mut imager = Imager::new(source, options, &Silent).unwrap();
+                    let image = imager.dirty(0, &Silent).unwrap();
+                    (imager.survey().clone(), image)
+                })
+            };
+            // The second budget keeps no data, and reads several blocks.
+            for memory in [MemoryBudget::default(), MemoryBudget::new(16 << 20).unwrap()] {
+                let (survey, image) = run(&mut set(), 1, memory);
+                assert!(survey.counts.used > 0 && survey.counts.not_finite > 0 && survey.counts.autocorrelations == 40);
+                for threads in [1, 3] {
+                    let (found, same) = run(&mut InParts(set()), threads, memory);
+                    assert_eq!(found, survey);
+                    assert_eq!(same, image, "{weighting:?} {pol:?} {threads}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Rows of a set, reduced to one polarisation product.
+
+use super::pol::{DataCounts, PolSelector, RowValues};
+use crate::nearfield::boresight_turn;
+use crate::{ChainError, Result};
+use cittert_arrays::{FocusPoint, PartSource, RowPart, UvCoverage, VisibilityBlock};
+use ndarray::{Array2, ArrayView1};
+use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+/// Size in bytes of the products of the rows that are combined together: they fit into the cache of a core.
+const PART_BYTES: usize = 1 << 16;
+
+/// Rows that are reduced to one polarisation product.
+#[derive(Debug, Clone)]
+pub struct ReducedBlock {
+    /// Antennas of the rows; empty unless they were asked for.
+    pub antennas: Vec<[u32; 2]>,
+    /// uvw, m \[row, 3\]. A uvw that is not finite is replaced by 0; the weights of its row are 0.
+    pub uvw_m: Array2<f64>,
+    /// Visibilities \[row, chan\]; 0 if they must not count.
+    pub vis: Array2<Complex32>,
+    /// Weights of the data, 1/sigma^2 \[row, chan\]; 0 if they must not count.
+    pub weight: Array2<f32>,
+    /// Imaging weights \[row, chan\]; see [`super::weights`]. `None` where they are the weights of the data.
+    pub imaging: Option<Array2<f32>>,
+}
+
+impl ReducedBlock {
+    /// Imaging weights \[row, chan\].
+    #[must_use]
+    pub fn imaging(&self) -> &Array2<f32> {
+        self.imaging.as_ref().unwrap_or(&self.weight)
+    }
+}
+
+/// How rows are reduced to one polarisation product.
+#[derive(Debug)]
+pub(super) struct Reduction {
+    pub(super) selector: PolSelector,
+    pub(super) unit_weights: bool,
+    /// Keep the antennas of the rows.
+    pub(super) antennas: bool,
+    /// The focus from which visibilities are turned back to the boresight, for Fourier images, and the channels, Hz.
+    pub(super) focus: Option<(FocusPoint, Vec<f64>)>,
+}
+
+impl Reduction {
+    /// Combine the polarisation products of a block.
+    pub(super) fn reduce(&self, block: &VisibilityBlock) -> Result<(ReducedBlock, DataCounts)> {
+        let (rows, chans) = (block.vis.shape()[0], block.vis.shape()[1]);
+        let (mut vis, mut weight) = empty(rows * chans);
+        let own = self.selector.by_row(&block.coverage)?;
+        let counts = vis
+            .par_chunks_exact_mut(chans.max(1))
+            .zip(weight.par_chunks_exact_mut(chans.max(1)))
+            .enumerate()
+            .map(|(r, (v, w))| {
+                let counts = self.selector.row(block, (r, own.as_ref().map(|own| &own[r])), self.unit_weights, (v, w));
+                self.turn(block.coverage.uvw_m.row(r), v);
+                counts
+            })
+            .reduce(DataCounts::default, DataCounts::plus);
+        Ok((self.shaped(&block.coverage, chans, (vis, weight))?, counts))
+    }
+
+    /// Combine the polarisation products of rows with this coverage and `chans` channels while the source reads them.
+    pub(super) fn reduce_parts(
+        &self,
+        (coverage, chans): (&UvCoverage, usize),
+        (source, range): (&mut dyn PartSource, Range<usize>),
+    ) -> Result<(ReducedBlock, DataCounts)> {
+        let rows = coverage.n_rows();
+        let step = (PART_BYTES / (size_of::<Complex32>() * chans.max(1) * self.selector.terms().max(1))).max(1);
+        let (mut vis, mut weight) = empty(rows * chans);
+        let own = self.selector.by_row(coverage)?;
+        let places: Vec<_> = vis.chunks_mut(step * chans.max(1)).zip(weight.chunks_mut(step * chans.max(1))).map(Mutex::new).collect();
+        let counts = Mutex::new(DataCounts::default());
+        let take = |part: RowPart<'_>| {
+            let Some(place) = places.get(part.rows.start / step) else { return };
+            let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
+            let (vis, weight) = &mut *place;
+            let n = part.vis.len() / part.rows.len().max(1);
+            let mut sum = DataCounts::default();
+            for ((k, r), (v, w)) in part.rows.enumerate().zip(vis.chunks_exact_mut(chans.max(1)).zip(weight.chunks_exact_mut(chans.max(1))))
+            {
+                let at = k * n..(k + 1) * n;
+                let values = RowValues { vis: &part.vis[at.clone()], weights: &part.weights[at.clone()], flags: &part.flags[at] };
+                let own = own.as_ref().map(|own| &own[r]);
+                sum = sum.plus(self.selector.row_of((coverage, r), (values, own), self.unit_weights, (v, w)));
+                self.turn(coverage.uvw_m.row(r), v);
+            }
+            let mut counts = counts.lock().unwrap_or_else(PoisonError::into_inner);
+            *counts = counts.plus(sum);
+        };
+        source.read_parts(range, step, &take)?;
+        drop(places);
+        let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok((self.shaped(coverage, chans, (vis, weight))?, counts))
+    }
+
+    /// Rows as a block.
+    fn shaped(&self, coverage: &UvCoverage, chans: usize, (vis, weight): (Vec<Complex32>, Vec<f32>)) -> Result<ReducedBlock> {
+        let mut uvw_m = coverage.uvw_m.clone();
+        for mut row in uvw_m.rows_mut() {
+            if !row.iter().all(|x| x.is_finite()) {
+                row.fill(0.0);
+            }
+        }
+        let shape = (uvw_m.nrows(), chans);
+        let wrong = |e: ndarray::ShapeError| ChainError::Internal(e.to_string());
+        let vis = Array2::from_shape_vec(shape, vis).map_err(wrong)?;
+        let weight = Array2::from_shape_vec(shape, weight).map_err(wrong)?;
+        let pair = |(a, b): (&u32, &u32)| [*a, *b];
+        let antennas = if self.antennas { coverage.ant1.iter().zip(&coverage.ant2).map(pair).collect() } else { Vec::new() };
+        Ok(ReducedBlock { antennas, uvw_m, vis, weight, imaging: None })
+    }
+
+    /// Turn the visibilities of a row from the focus to the boresight.
+    fn turn(&self, uvw: ArrayView1<'_, f64>, vis: &mut [Complex32]) {
+        let Some((focus, freq_hz)) = &self.focus else { return };
+        for (v, freq) in vis.iter_mut().zip(freq_hz) {
+            let turn = boresight_turn(*focus, [uvw[0], uvw[1], uvw[2]], *freq);
+            let turned = Complex64::new(v.re.into(), v.im.into()) * turn;
+            *v = if *v == Complex32::default() { *v } else { Complex32::new(turned.re as f32, turned.im as f32) };
+        }
+    }
+}
+
+/// Visibilities and weights of 0. New memory is zero already, and the threads that fill it are the first to touch it.
+fn empty(n: usize) -> (Vec<Complex32>, Vec<f32>) {
+    (bytemuck::zeroed_vec(n), bytemuck::zeroed_vec(n))
+}
