@@ -37,6 +37,7 @@ fn a_corrected_image_has_the_flux_of_the_source_and_blanks_outside() {
         time_jd: None,
         pedestal_k: None,
         pattern: image.pattern.clone(),
+        seen_through: image.seen_through.clone(),
         near_field: image.near_field.clone(),
         history: Vec::new(),
     };

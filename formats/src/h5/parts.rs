@@ -190,11 +190,11 @@ mod tests {
                     let seen = Mutex::new(vec![0; range.len()]);
                     let check = |part: RowPart<'_>| {
                         let rows = range.start + part.rows.start..range.start + part.rows.end;
-                        assert!(part.rows.start % step == 0 && (rows.len() == step || rows.end == range.end));
+                        assert!(part.rows.start.is_multiple_of(step) && (rows.len() == step || rows.end == range.end));
                         part.rows.for_each(|r| seen.lock().unwrap()[r] += 1);
                         let of = s![rows, .., ..];
-                        assert!(part.vis.iter().zip(vis.slice(of.clone())).all(|(a, b)| *a == Complex::new(b.re as f32, b.im as f32)));
-                        assert!(part.weights.iter().eq(weights.slice(of.clone())) && part.flags.iter().eq(flags.slice(of)));
+                        assert!(part.vis.iter().zip(vis.slice(of)).all(|(a, b)| *a == Complex::new(b.re as f32, b.im as f32)));
+                        assert!(part.weights.iter().eq(weights.slice(of)) && part.flags.iter().eq(flags.slice(of)));
                         assert_eq!((part.vis.len(), part.flags.len()), (part.weights.len(), part.weights.len()));
                     };
                     read([&v, &w, &g], range.clone(), step, &check).unwrap();
