@@ -149,8 +149,8 @@ mod tests {
         let found = |follow_k: f64, strong_k: f64, share: bool| Limits { follow_k, strong_k, share };
         // Two columns of pixels see the step: without looks, the error is a quarter of it on 2 / side of the picture.
         let error_k = |side: f64| 40.5 / 4.0 * (2.0 / side).sqrt();
-        assert!(error_k(28.0) > options.budget_k && error_k(64.0) < options.budget_k);
-        assert_eq!(at(28, 40.0, &options), found(40.0, high_k, true));
+        assert!(error_k(32.0) > options.budget_k && error_k(64.0) < options.budget_k);
+        assert_eq!(at(32, 40.0, &options), found(40.0, high_k, true));
         assert_eq!(at(64, 40.0, &options), found(50.0, high_k, true));
         assert_eq!(at(16, 400.0, &options), found(8.0, 100.0, false));
         assert_eq!(at(64, 40.0, &EdgeOptions { budget_k: 0.0, ..options }), found(8.0, 100.0, false));
