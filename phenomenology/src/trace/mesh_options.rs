@@ -58,7 +58,7 @@ impl Default for MeshOptions {
 
 impl Default for EdgeOptions {
     fn default() -> Self {
-        Self { weak_k: 8.0, strong_k: 100.0, budget_k: 2.6, most_k: 50.0, strong_side: 4, alike_k: 30.0 }
+        Self { weak_k: 8.0, strong_k: 100.0, budget_k: 2.4, most_k: 50.0, strong_side: 4, alike_k: 30.0 }
     }
 }
 
