@@ -143,16 +143,17 @@ fn the_truth_is_dimmed_as_the_elements_dim_the_images() {
     let dirty = |truth: &str| s.json(&format!("compare d/ring/dirty.fits d/{truth}"));
     assert_eq!((&dirty("scene.fits")["dimmed"], &dirty("ring/scene.fits")["dimmed"]), (&Value::from("truth"), &Value::Null));
     // The elements see half of the power on a circle of 2.5 degrees. The model of the scene itself says through which pattern it was seen.
-    let circle = std::f64::consts::PI * (2.5_f64.to_radians() / 4e-3).powi(2);
+    let cell = open("d/ring/dirty.fits").grid.cell_rad;
+    let circle = std::f64::consts::PI * (2.5_f64.to_radians() / cell).powi(2);
     for file in ["dirty", "mem-model"] {
         let found = s.json(&format!("compare d/ring/{file}.fits d/scene.fits"));
         let pixels = found["field"]["n_compared"].as_f64().unwrap();
-        assert!((pixels / circle - 1.0).abs() < 0.03 && found["n_compared"] == 48 * 48, "{file}: {pixels} {circle}");
+        assert!((pixels / circle - 1.0).abs() < 0.03 && found["n_compared"].as_f64().unwrap() > 4.0 * pixels, "{file}: {pixels} {circle}");
         assert!(found["field"]["nrmse"].as_f64().unwrap() > 0.0 && found["field"]["nrmse"] != found["nrmse"], "{file}");
     }
     assert!(s.json("compare d/scene.fits d/scene.fits")["field"].is_null());
     let told = s.ok("compare d/ring/mem-model.fits d/scene.fits").out;
-    assert!(told.contains("Within half power of the elements (16 % of the pixels)"), "{told}");
+    assert!(told.contains("Within half power of the elements (20 % of the pixels)"), "{told}");
     // One channel leaves no bandwidth to vary.
     assert!(found["layouts"][0]["quality_against"]["bandwidth"].is_null());
 }
