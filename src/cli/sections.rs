@@ -68,7 +68,8 @@ pub(super) struct SelfcalSection {
     /// Prior of deconvolver mem, which solves image and gains together: a temperature (250K), a flux density in a pixel or a FITS image
     /// [default: flat, made from the data as the book describes].
     pub(super) prior: Option<PriorChoice>,
-    /// What is solved for after the gains, in sets of four products: leakage, cross-phase or both.
+    /// What is solved for after the gains, in sets of four products: leakage, cross-phase or both. The model is that of --model, or clean images of
+    /// I, Q, U and V.
     #[serde(default, rename = "solve")]
     pub(super) feed_terms: Vec<FeedTerm>,
 }

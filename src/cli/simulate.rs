@@ -124,9 +124,8 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     planned::warn(&plan, context);
     planned::check_size(&plan, spectrum.n_chan() * args.how.pols.len(), Some(&args.out.output), context)?;
     args.how.pattern(&layout).map_err(Failure::call)?;
-    if args.how.noise_options().map_err(Failure::call)?.is_none() && layout.antennas().iter().all(|a| a.sensitivity.is_some()) {
-        context.console.note("no noise is added: --noise adds that of the system temperatures or SEFDs of the layout");
-    }
+    let noise_left =
+        args.how.noise_options().map_err(Failure::call)?.is_none() && layout.antennas().iter().all(|a| a.sensitivity.is_some());
     let mut scene = args.scene.load(&center, &spectrum, context)?;
     scene.sky.surface = scene_surface(args.how.range.as_ref(), &args.scene, &scene.sky, &spectrum)?;
     center.name.clone_from(&scene.name);
@@ -181,7 +180,8 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         "seed": args.how.seed,
         "gains": gains_path,
     });
-    let text = format!("{}: {} rows, {} visibilities in {}", path.display(), summary.rows, summary.visibilities, header.unit.name());
+    let noise = if noise_left { "\nno noise is added: --noise adds that of the system temperatures or SEFDs of the layout" } else { "" };
+    let text = format!("{}: {} rows, {} visibilities in {}{noise}", path.display(), summary.rows, summary.visibilities, header.unit.name());
     let outcome = Outcome::new(json, text).wrote(path);
     let outcome = match gains_path {
         Some(gains) => outcome.wrote(gains),

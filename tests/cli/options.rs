@@ -142,10 +142,9 @@ fn differences(of: &str, pairs: &[Pair]) -> String {
             let mut sections = pairs.iter().map(|p| keys(&schema, p.section));
             let closure = of == "run" && pair.command == "mem" && arg.get_help_heading() == Some("Closure quantities");
             // A study scores images and gains.
-            let of_study = of == "study" && pair.command == "selfcal" && ["prior", "pointing", "pointing-interval"].contains(&long);
-            // What lies between the feeds is solved with a model of the sky, which is a file of the call.
-            let of_feeds = pair.command == "selfcal" && long == "solve";
-            if !closure && !of_study && !of_feeds && !sections.any(|s| s.contains_key(long)) {
+            let of_study =
+                of == "study" && pair.command == "selfcal" && ["prior", "pointing", "pointing-interval", "solve"].contains(&long);
+            if !closure && !of_study && !sections.any(|s| s.contains_key(long)) {
                 writeln!(wrong, "{of}: no section has --{long} of `{}`", pair.command).unwrap();
             }
         }
