@@ -13,8 +13,8 @@ use hdf5_sys::h5i::hid_t;
 use hdf5_sys::h5p::H5P_DEFAULT;
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::sync::{Mutex, PoisonError};
 
 /// Size of the chunks that are unpacked together, bytes; at least one chunk per thread.
 const BATCH: usize = 1 << 24;
@@ -32,8 +32,6 @@ pub(super) struct Chunks<'a> {
     pub(super) chunk: Vec<usize>,
     /// Size of an element in the file, bytes.
     pub(super) size: usize,
-    /// Memory of earlier chunks, for the next ones.
-    spare: Mutex<Vec<Vec<u8>>>,
 }
 
 /// Elements that are contiguous both in a row of a chunk and in a row of the array. `to` and `from` count from the start of the chunk.
@@ -79,7 +77,7 @@ impl<'a> Chunks<'a> {
         if shape.is_empty() || chunk.len() != shape.len() || chunk.contains(&0) || size == 0 {
             return Err(format!("chunks of {chunk:?} for the shape {shape:?}").into());
         }
-        Ok(Some(Self { dataset, pipeline, shape, chunk, size, spare: Mutex::default() }))
+        Ok(Some(Self { dataset, pipeline, shape, chunk, size }))
     }
 
     /// Read these rows into `out` in this form. `out` has exactly their size.
@@ -104,21 +102,11 @@ impl<'a> Chunks<'a> {
             let step = part.len().div_ceil(threads).max(1);
             let pieces: Vec<_> = out.chunks_mut(step * row).zip(part.clone().step_by(step)).map(Mutex::new).collect();
             shared(threads, &pieces, |piece| {
-                let (bytes, first) = &mut *piece.lock().unwrap_or_else(PoisonError::into_inner);
+                let (bytes, first) = &mut *piece.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                 unpacked.iter().for_each(|u| self.place(u, *first, (row, form), bytes));
                 Ok(())
             })?;
-            self.give(unpacked);
         }
-    }
-
-    fn taken(&self) -> Vec<u8> {
-        self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
-    }
-
-    /// Give back the memory of chunks, for the next ones.
-    pub(super) fn give<'r>(&self, chunks: impl IntoIterator<Item = Unpacked<'r>>) {
-        self.spare.lock().unwrap_or_else(PoisonError::into_inner).extend(chunks.into_iter().map(|u| u.bytes));
     }
 
     /// Size of an unpacked chunk, bytes.
@@ -173,10 +161,7 @@ impl<'a> Chunks<'a> {
         }
         let length = self.length()?;
         let bytes = match self.stored(&offset, length)? {
-            Some((raw, skipped)) => {
-                let buffer = if self.pipeline.is_empty() { Vec::new() } else { self.taken() };
-                self.pipeline.unpack(raw, (skipped, buffer), self.size, length).map_err(|e| format!("{e}, at {offset:?}"))?
-            }
+            Some((raw, skipped)) => self.pipeline.unpack(raw, skipped, self.size, length).map_err(|e| format!("{e}, at {offset:?}"))?,
             None => self.unwritten(&offset)?.into_iter().cycle().take(length).collect(),
         };
         let runs = runs.get(&reach).map_or(&[][..], |r| r);
@@ -196,15 +181,11 @@ impl<'a> Chunks<'a> {
             if n == 0 || n > Pipeline::most_stored(length) {
                 return Err(format!("{n} bytes stored for a chunk of {length} bytes, at {offset:?}").into());
             }
-            let mut raw = if self.pipeline.is_empty() { self.taken() } else { Vec::new() };
-            raw.clear();
-            raw.reserve_exact(n);
+            let mut raw = vec![0; n];
             // SAFETY: as above; the library reads as many bytes as it said.
             if unsafe { H5Dread_chunk1(id, H5P_DEFAULT, offset.as_ptr(), &mut skipped, raw.as_mut_ptr().cast()) } < 0 {
                 return Err(format!("a chunk that cannot be read, at {offset:?}").into());
             }
-            // SAFETY: the library has written all of them.
-            unsafe { raw.set_len(n) };
             Ok(Some((raw, skipped)))
         })
     }

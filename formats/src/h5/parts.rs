@@ -114,7 +114,7 @@ pub(super) fn read(
         for (k, (column, kept)) in columns.iter().zip(&mut kept).enumerate() {
             // Chunks are kept in the order of their rows.
             let past = kept.iter().take_while(|u| !column.overlaps(u, &rows)).count();
-            column.chunks.give(kept.drain(..past));
+            kept.drain(..past);
             let next = kept.last().map_or(0, |u| u.first + 1);
             missing.extend(column.firsts(&rows).filter(|f| *f >= next).flat_map(|f| (0..column.abreast).map(move |c| (k, f, c))));
         }
