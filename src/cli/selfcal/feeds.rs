@@ -104,7 +104,8 @@ pub(super) fn json(solution: &LeakageSolution, terms: &[FeedTerm]) -> Value {
 pub(super) fn line(json: &Value) -> String {
     let number = |key: &str| json[key].as_f64().unwrap_or(f64::NAN);
     format!(
-        "feeds         leakage rms {:.4} (sigma {:.4}), phase between the feeds {:.2} deg (sigma {:.2}), chi2/datum {:.3}\n",
+        "feeds         leakage rms {:.4} (sigma {:.4}), phase between the feeds {:.2} deg (sigma {:.2}), chi2/datum {:.3}\n              \
+         the images and the figures above are from before leakages were taken out: image the calibrated set again\n",
         number("leakage_rms"),
         number("leakage_sigma"),
         number("cross_phase_rad").to_degrees(),
