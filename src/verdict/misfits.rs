@@ -69,7 +69,7 @@ pub fn of_residuals(r: &Residuals, antenna: &dyn Fn(usize) -> String, flux: Opti
         let next = "for extended scenes use mem, or clean deeper; otherwise check the calibration, the size of the image and the coordinates (order of antennas, sign \
                     of u, v, w and of time)";
         all.push(Finding::new("chi_squared", says, next));
-        all.extend(spectral(r).map(|says| Finding::new("spectrum", says, "image the band in several output channels (--channels-out)")));
+        all.extend(spectral(r).map(|says| Finding::new("spectrum", says, "image the band in parts, each with fluxes of its own")));
     }
     all.extend(flux.and_then(|flux| short_spacings(r, flux)));
     all
