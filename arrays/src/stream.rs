@@ -56,7 +56,7 @@ pub struct RowPart<'a> {
 /// A source that reads rows on several threads and hands them over in small parts. A part is worked on while it is in cache, and no block of all
 /// products is made.
 pub trait PartSource {
-    /// Read the rows of `range`. `take` gets each part of `step` rows once, the last with the rows that are left, in any order and on any thread.
+    /// Read the rows of `range`. `take` gets each row once, in parts that lie between two multiples of `step`, in any order and on any thread.
     ///
     /// # Errors
     /// A range past the last row, or an error in the file.

@@ -8,6 +8,8 @@ use super::zero_spacing;
 use crate::fidelity::robust_rms;
 use crate::imaging::{CorrectionOptions, dirty_image};
 use clap::Args;
+use ndarray::{ArrayView1, Axis};
+use rayon::prelude::*;
 use serde_json::json;
 
 /// Options of `dirty`.
@@ -34,10 +36,10 @@ pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
     } else {
         args.of.write(&mut image, context)?
     };
-    let peak = image.data.iter().fold(0.0_f32, |p, v| if v.abs() > p.abs() { *v } else { p });
-    let peak = f64::from(peak);
     let (g, plane) = (&image.grid, image.plane(0, 0));
-    let rms = (plane.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>() / plane.len() as f64).sqrt();
+    let lines: Vec<(f32, f64)> = plane.axis_iter(Axis(0)).into_par_iter().map(peak_and_squares).collect();
+    let peak = f64::from(lines.iter().map(|l| l.0).fold(0.0, farther));
+    let rms = (lines.iter().map(|l| l.1).sum::<f64>() / plane.len() as f64).sqrt();
     let json = json!({
         "output": path, "size": [g.n_l, g.n_m], "cell_rad": g.cell_rad, "unit": image.unit.bunit(),
         "peak": peak, "rms": rms, "robust_rms": robust_rms(plane),
@@ -55,4 +57,14 @@ pub fn run(args: &DirtyArgs, context: &Context) -> Result<Outcome> {
         number(rms)
     );
     Ok(Outcome::new(json, text).wrote(path))
+}
+
+/// The value that is farther from 0.
+fn farther(a: f32, b: f32) -> f32 {
+    if b.abs() > a.abs() { b } else { a }
+}
+
+/// The value of a line of an image that is farthest from 0, and the sum of the squares.
+fn peak_and_squares(line: ArrayView1<'_, f32>) -> (f32, f64) {
+    (line.iter().copied().fold(0.0, farther), line.iter().map(|v| f64::from(*v).powi(2)).sum())
 }

@@ -17,8 +17,9 @@ pub(crate) struct PlaneRows<T> {
 
 impl<T: Real> PlaneRows<T> {
     pub(crate) fn zeros(n_rows: usize, planes: usize, nu: usize) -> Self {
-        let stripe = || Mutex::new(bytemuck::zeroed_vec(TILE * planes * nu));
-        Self { stripes: (0..n_rows.div_ceil(TILE)).map(|_| stripe()).collect(), planes }
+        // Memory that was used before must be cleared, and new pages be given by the system: on all threads.
+        let stripe = |_| Mutex::new(bytemuck::zeroed_vec(TILE * planes * nu));
+        Self { stripes: (0..n_rows.div_ceil(TILE)).into_par_iter().map(stripe).collect(), planes }
     }
 
     /// True if it has this size.

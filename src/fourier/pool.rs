@@ -29,8 +29,9 @@ impl<T: Real> Pool<T> {
         let fits = |b: &&(usize, usize)| b.1 >= len && b.1 <= 2 * len;
         let sizes: Vec<(usize, usize)> = kept.iter().enumerate().map(|(k, b)| (k, b.capacity())).collect();
         let best = sizes.iter().filter(fits).min_by_key(|b| b.1);
-        let mut buffer = best.map_or_else(Vec::new, |b| kept.swap_remove(b.0));
+        let old = best.map(|b| kept.swap_remove(b.0));
         drop(kept);
+        let Some(mut buffer) = old else { return bytemuck::zeroed_vec(len) };
         buffer.resize(len, Complex::new(T::default(), T::default()));
         buffer
     }

@@ -7,43 +7,18 @@
 use super::ahead::for_each_block_ahead;
 use super::pol::{DataCounts, PolSelector};
 use super::reduction::{ReducedBlock, Reduction};
+use super::survey::Survey;
 use super::total_power::TotalPower;
 use crate::fourier::UvwExtent;
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
-use cittert_arrays::{
-    PartSource, Ranks, SPEED_OF_LIGHT_M_S, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, rows_of_block,
-};
+use cittert_arrays::{PartSource, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, rows_of_block};
 use std::ops::Range;
 use std::sync::Arc;
 
 /// Size in bytes of a reduced visibility: the value, its weight and its imaging weight.
 const REDUCED_BYTES: usize = 16;
-
-/// Number of factors of two of baseline lengths that are told apart. No baseline has 2^48 wavelengths.
-const OCTAVES: usize = 48;
-
-/// The results of the first pass.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Survey {
-    /// Numbers of used and unused visibilities.
-    pub counts: DataCounts,
-    /// Largest u, v and w.
-    pub extent: UvwExtent,
-    /// Shortest and longest projected baseline of used rows over all channels, wavelengths.
-    pub uv_range_wl: (f64, f64),
-    /// Shortest of these baselines in each factor of two, wavelengths: entry k is that between 2^k and 2^(k + 1), or infinite.
-    pub shortest_by_octave_wl: Vec<f64>,
-    /// Sum of the weights of the data in each channel \[chan\].
-    pub channel_weight: Vec<f64>,
-    /// Sums over the autocorrelations whose receivers are stated.
-    pub total_power: TotalPower,
-    /// Middle between the first and the last time, Julian date.
-    pub time_jd: Option<f64>,
-    /// Index of the phase centre of the rows.
-    pub phase_center: usize,
-}
 
 /// Where the rows of a block come from.
 enum Reduce<'a> {
@@ -85,13 +60,7 @@ impl<'a> Data<'a> {
         let focus = focus.map(|f| (f, spectrum.freq_hz().to_vec()));
         let reduction = Reduction { selector, unit_weights, antennas, focus };
         let fits = n_rows.saturating_mul(spectrum.n_chan()).saturating_mul(REDUCED_BYTES) <= memory.kept_visibilities();
-        let mut survey = Survey {
-            channel_weight: vec![0.0; spectrum.n_chan()],
-            uv_range_wl: (f64::INFINITY, 0.0),
-            shortest_by_octave_wl: vec![f64::INFINITY; OCTAVES],
-            total_power: TotalPower::new(source.header(), reduction.selector.target),
-            ..Survey::default()
-        };
+        let mut survey = Survey::new(spectrum.n_chan(), TotalPower::new(source.header(), reduction.selector.target));
         let no_total_power = survey.total_power.is_empty();
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
@@ -115,16 +84,7 @@ impl<'a> Data<'a> {
             survey.counts = survey.counts.plus(counts);
             times = coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
             survey.extent = survey.extent.union(UvwExtent::of(reduced.uvw_m.view()));
-            for (uvw, weights) in reduced.uvw_m.rows().into_iter().zip(reduced.weight.rows()) {
-                if weights.iter().any(|w| *w > 0.0) {
-                    let length = uvw[0].hypot(uvw[1]) / SPEED_OF_LIGHT_M_S;
-                    survey.uv_range_wl = (survey.uv_range_wl.0.min(length * f_lo), survey.uv_range_wl.1.max(length * f_hi));
-                    let octave = (length * f_lo).log2().clamp(0.0, (OCTAVES - 1) as f64) as usize;
-                    let shortest = &mut survey.shortest_by_octave_wl[octave];
-                    *shortest = shortest.min(length * f_lo);
-                    weights.iter().zip(&mut survey.channel_weight).for_each(|(w, sum)| *sum += f64::from(*w));
-                }
-            }
+            survey.measure(&reduced, (f_lo, f_hi));
             observer.event(Event::Advance(reduced.vis.len() as u64));
             if fits {
                 cache.push(reduced);
@@ -223,24 +183,6 @@ fn one_center(own: Option<u16>, ranks: &dyn Ranks) -> Result<Option<u16>> {
     ranks.largest(&mut range);
     ensure!(range[0] + range[1] == 0.0 || range[0].is_infinite(), several_centers());
     Ok(range[0].is_finite().then_some(range[0] as u16))
-}
-
-impl Survey {
-    /// Make the results of the rows of this process, and the first and last of their times, those of all rows.
-    fn share(&mut self, ranks: &dyn Ranks, times: &mut (f64, f64)) {
-        self.counts.share(ranks);
-        self.total_power.share(ranks);
-        ranks.sum(&mut self.channel_weight);
-        let UvwExtent { u_m, v_m, w_m } = self.extent;
-        let mut largest = vec![u_m, v_m, w_m, self.uv_range_wl.1, times.1, -self.uv_range_wl.0, -times.0];
-        let n = largest.len();
-        largest.extend(self.shortest_by_octave_wl.iter().map(|x| -x));
-        ranks.largest(&mut largest);
-        self.extent = UvwExtent { u_m: largest[0], v_m: largest[1], w_m: largest[2] };
-        self.uv_range_wl = (-largest[5], largest[3]);
-        *times = (-largest[6], largest[4]);
-        self.shortest_by_octave_wl.iter_mut().zip(&largest[n..]).for_each(|(x, negative)| *x = -negative);
-    }
 }
 
 /// Longest baseline that a set can have, m: seven times the distance of the Earth from the Sun.

@@ -1,7 +1,7 @@
 //! The imager: dirty images and residuals of a set, block by block.
 
 use super::ImagingOptions;
-use super::data::{Data, Survey};
+use super::data::Data;
 use super::near::{Near, warn_invalid};
 use super::over_ranks::sum_image;
 use super::pol::PolSelector;
@@ -9,6 +9,7 @@ use super::reduction::ReducedBlock;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use super::size::choose_grid;
 use super::split::Split;
+use super::survey::Survey;
 use super::weights::ImageWeights;
 use crate::fourier::Real;
 use crate::memory::{ImageWork, check_images};

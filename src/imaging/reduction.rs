@@ -81,11 +81,12 @@ impl Reduction {
         let take = |part: RowPart<'_>| {
             let Some(place) = places.get(part.rows.start / step) else { return };
             let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
+            let first = part.rows.start % step * chans;
             let (vis, weight) = &mut *place;
+            let rows = vis[first..].chunks_exact_mut(chans.max(1)).zip(weight[first..].chunks_exact_mut(chans.max(1)));
             let n = part.vis.len() / part.rows.len().max(1);
             let mut sum = DataCounts::default();
-            for ((k, r), (v, w)) in part.rows.enumerate().zip(vis.chunks_exact_mut(chans.max(1)).zip(weight.chunks_exact_mut(chans.max(1))))
-            {
+            for ((k, r), (v, w)) in part.rows.enumerate().zip(rows) {
                 let at = k * n..(k + 1) * n;
                 let values = RowValues { vis: &part.vis[at.clone()], weights: &part.weights[at.clone()], flags: &part.flags[at] };
                 let own = own.as_ref().map(|own| &own[r]);

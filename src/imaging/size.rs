@@ -1,8 +1,8 @@
 //! Size and cell of an image. They are checked if the caller gives them, and chosen from the coverage otherwise.
 
-use super::data::Survey;
 use super::options::ImagingOptions;
 use super::size_tuning::SizeTuning;
+use super::survey::Survey;
 use crate::fourier::good_size;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};

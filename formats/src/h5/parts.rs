@@ -3,14 +3,15 @@
 //! Every chunk is read and unpacked once. A few rows are then gathered from all chunks that they lie in. The arrays of a whole block would leave
 //! the cache before they are used, and their memory would have to be cleared by the system first.
 
-use super::chunks::{Chunks, Runs, Unpacked, shared};
+use super::chunks::{Chunks, Runs, Unpacked};
 use super::convert::{Form, form_as};
 use cittert_arrays::RowPart;
 use hdf5::{Dataset, H5Type};
 use num_complex::Complex;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
+use std::sync::atomic::{AtomicBool, AtomicUsize};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Size of the chunks of a dataset that lie side by side, bytes. Datasets with more are read in blocks of rows.
 const MOST_ABREAST: usize = 1 << 25;
@@ -54,14 +55,10 @@ impl<'a> Column<'a> {
         (rows.start / high * high..rows.end).step_by(high)
     }
 
-    fn overlaps(&self, chunk: &Unpacked<'_>, rows: &Range<usize>) -> bool {
-        chunk.first < rows.end && chunk.first + self.chunks.chunk[0] > rows.start
-    }
-
     /// Gather rows into `out`, which has exactly their size. `filled` are the bytes of the element that fills `out`, if one does.
-    fn gather(&self, kept: &[Unpacked<'_>], rows: &Range<usize>, (out, filled): (&mut [u8], &mut Vec<u8>)) {
+    fn gather(&self, kept: &[Arc<Group<'_>>], rows: &Range<usize>, (out, filled): (&mut [u8], &mut Vec<u8>)) {
         let size = self.chunks.size;
-        let inside = || kept.iter().filter(|u| self.overlaps(u, rows));
+        let inside = || kept.iter().flat_map(|group| group.chunks.iter().filter_map(OnceLock::get));
         let first = inside().next().and_then(|u| u.every(size)).filter(|_| self.form == Form::Stored);
         if let Some(value) = first.filter(|value| inside().all(|u| u.every(size) == Some(*value))) {
             if filled != value {
@@ -92,6 +89,181 @@ pub(super) fn can(datasets: Three<'_>) -> bool {
     Column::three(datasets).is_ok_and(|c| c.is_some())
 }
 
+/// The chunks that begin at one row of a dataset.
+struct Group<'r> {
+    first: usize,
+    chunks: Vec<OnceLock<Unpacked<'r>>>,
+    /// Number of chunks that are not unpacked yet.
+    missing: AtomicUsize,
+}
+
+/// The groups of a dataset that some rows lie in. A group is dropped when the last window over it is done.
+struct Groups<'r> {
+    high: usize,
+    /// First row of the first group.
+    start: usize,
+    all: Vec<Mutex<Option<Arc<Group<'r>>>>>,
+    /// Number of windows over each group that are not done.
+    windows: Vec<AtomicUsize>,
+}
+
+impl<'r> Groups<'r> {
+    fn new(column: &Column<'_>, rows: &Range<usize>, windows: &[Range<usize>]) -> Self {
+        let high = column.chunks.chunk[0];
+        let firsts: Vec<usize> = column.firsts(rows).collect();
+        let over = |first: &usize| windows.iter().filter(|w| w.start < first + high && w.end > *first).count();
+        let group = |first: &usize| {
+            let chunks = (0..column.abreast).map(|_| OnceLock::new()).collect();
+            Mutex::new(Some(Arc::new(Group { first: *first, chunks, missing: AtomicUsize::new(column.abreast) })))
+        };
+        let windows = firsts.iter().map(|f| AtomicUsize::new(over(f))).collect();
+        Self { high, start: rows.start / high * high, all: firsts.iter().map(group).collect(), windows }
+    }
+
+    /// Indices of the groups that these rows lie in.
+    fn of(&self, rows: &Range<usize>) -> Range<usize> {
+        (rows.start - self.start) / self.high..(rows.end - self.start).div_ceil(self.high)
+    }
+
+    fn get(&self, k: usize) -> Option<Arc<Group<'r>>> {
+        self.all[k].lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Drop the groups that only this window still needed.
+    fn done(&self, window: &Range<usize>) {
+        for k in self.of(window) {
+            if self.windows[k].fetch_sub(1, AcqRel) == 1 {
+                *self.all[k].lock().unwrap_or_else(PoisonError::into_inner) = None;
+            }
+        }
+    }
+}
+
+/// What a thread does next.
+enum Step {
+    /// Unpack a chunk: the dataset, the group, and the place in the group.
+    Unpack(usize, usize, usize),
+    /// Gather rows of a window.
+    Gather(usize, Range<usize>),
+}
+
+/// Ends the other threads where one fails.
+struct Stop<'s>(&'s AtomicBool);
+
+impl Drop for Stop<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Relaxed);
+        }
+    }
+}
+
+/// One reading of rows by several threads. Each takes the next step of the list; to gather rows it waits for the chunks that other threads still
+/// unpack, which come before it in the list.
+struct Reading<'a, 'r> {
+    columns: &'r [Column<'a>; 3],
+    range: Range<usize>,
+    windows: Vec<Range<usize>>,
+    /// Number of steps of each window that still gather.
+    left: Vec<AtomicUsize>,
+    groups: [Groups<'r>; 3],
+    steps: Vec<Step>,
+    next: AtomicUsize,
+    stop: AtomicBool,
+    failed: Mutex<Option<(usize, hdf5::Error)>>,
+}
+
+impl<'a, 'r> Reading<'a, 'r> {
+    fn new(columns: &'r [Column<'a>; 3], range: Range<usize>, step: usize) -> Self {
+        let stored_row: usize = columns.iter().map(|c| c.stored_row).sum();
+        let size = (WINDOW / stored_row.max(1) / step).max(1) * step;
+        let windows: Vec<Range<usize>> = range.clone().step_by(size).map(|s| s..(s + size).min(range.end)).collect();
+        let groups: [Groups<'_>; 3] = std::array::from_fn(|k| Groups::new(&columns[k], &range, &windows));
+        let mut steps = Vec::new();
+        let mut next = [0; 3];
+        for (w, window) in windows.iter().enumerate() {
+            for (k, groups) in groups.iter().enumerate() {
+                let end = groups.of(window).end;
+                steps.extend((next[k]..end).flat_map(|g| (0..columns[k].abreast).map(move |c| Step::Unpack(k, g, c))));
+                next[k] = next[k].max(end);
+            }
+            steps.extend(window.clone().step_by(step).map(|s| Step::Gather(w, s..(s + step).min(window.end))));
+        }
+        let left = windows.iter().map(|w| AtomicUsize::new(w.len().div_ceil(step))).collect();
+        let (next, stop, failed) = (AtomicUsize::new(0), AtomicBool::new(false), Mutex::new(None));
+        Self { columns, range, windows, left, groups, steps, next, stop, failed }
+    }
+
+    /// Do steps until none is left.
+    fn run(&self, take: &(dyn Fn(RowPart<'_>) + Sync)) {
+        let _stop = Stop(&self.stop);
+        let mut buffers = Buffers::default();
+        while !self.stop.load(Relaxed) {
+            match self.steps.get(self.next.fetch_add(1, Relaxed)) {
+                None => return,
+                Some(Step::Unpack(k, g, c)) => self.unpack((*k, *g, *c)),
+                Some(Step::Gather(w, rows)) => {
+                    let Some(kept) = self.chunks_of(rows) else { return };
+                    self.gather(&kept, rows, &mut buffers, take);
+                    if self.left[*w].fetch_sub(1, AcqRel) == 1 {
+                        self.groups.iter().for_each(|g| g.done(&self.windows[*w]));
+                    }
+                }
+            }
+        }
+    }
+
+    fn unpack(&self, (k, g, c): (usize, usize, usize)) {
+        let (column, Some(group)) = (&self.columns[k], self.groups[k].get(g)) else { return };
+        match column.chunks.unpacked(group.first, c, &column.runs) {
+            Ok(unpacked) => {
+                let _ = group.chunks[c].set(unpacked);
+                group.missing.fetch_sub(1, Release);
+            }
+            Err(e) => {
+                self.failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert((k, e));
+                self.stop.store(true, Relaxed);
+            }
+        }
+    }
+
+    /// The groups of each dataset that these rows lie in, all unpacked. `None` where a thread has failed.
+    fn chunks_of(&self, rows: &Range<usize>) -> Option<[Vec<Arc<Group<'r>>>; 3]> {
+        let kept: [Vec<_>; 3] = std::array::from_fn(|k| self.groups[k].of(rows).filter_map(|g| self.groups[k].get(g)).collect());
+        for group in kept.iter().flatten() {
+            while group.missing.load(Acquire) > 0 {
+                if self.stop.load(Relaxed) {
+                    return None;
+                }
+                std::thread::yield_now();
+            }
+        }
+        Some(kept)
+    }
+
+    fn gather(&self, kept: &[Vec<Arc<Group<'r>>>; 3], rows: &Range<usize>, b: &mut Buffers, take: &(dyn Fn(RowPart<'_>) + Sync)) {
+        let n: usize = self.columns[0].chunks.shape[1..].iter().product();
+        let len = rows.len() * n;
+        if b.vis.len() != len {
+            b.vis.resize(len, Complex::default());
+            b.weights.resize(len, 0.0);
+            b.stored_flags.resize(len, 0);
+            b.flags.resize(len, false);
+            b.filled.iter_mut().for_each(Vec::clear);
+        }
+        let [vis, weights, flags] = &mut b.filled;
+        self.columns[0].gather(&kept[0], rows, (bytemuck::cast_slice_mut(&mut b.vis), vis));
+        self.columns[1].gather(&kept[1], rows, (bytemuck::cast_slice_mut(&mut b.weights), weights));
+        let before = (!flags.is_empty()).then(|| flags.clone());
+        self.columns[2].gather(&kept[2], rows, (bytemuck::cast_slice_mut(&mut b.stored_flags), flags));
+        if before.as_ref() != Some(flags) {
+            b.flags.iter_mut().zip(&b.stored_flags).for_each(|(f, stored)| *f = *stored != 0);
+        }
+        let place = rows.start - self.range.start..rows.end - self.range.start;
+        take(RowPart { rows: place, vis: &b.vis, weights: &b.weights, flags: &b.flags });
+    }
+}
+
 /// Read rows and give them to `take` in parts of `step` rows, in any order and on any thread. With the error is the index of the dataset.
 pub(super) fn read(
     datasets: Three<'_>,
@@ -99,60 +271,17 @@ pub(super) fn read(
     step: usize,
     take: &(dyn Fn(RowPart<'_>) + Sync),
 ) -> Result<(), (usize, hdf5::Error)> {
-    let of_vis = |e| (0, e);
-    let columns = Column::three(datasets).map_err(of_vis)?.ok_or_else(|| (0, "values that can only be read as a whole".into()))?;
-    let n: usize = columns[0].chunks.shape[1..].iter().product();
-    let step = step.max(1);
-    let stored_row: usize = columns.iter().map(|c| c.stored_row).sum();
-    let window = (WINDOW / stored_row.max(1) / step).max(1) * step;
-    let threads = rayon::current_num_threads();
-    let spare = Mutex::new(Vec::<Buffers>::new());
-    let mut kept: [Vec<Unpacked<'_>>; 3] = Default::default();
-    for start in range.clone().step_by(window) {
-        let rows = start..(start + window).min(range.end);
-        let mut missing = Vec::new();
-        for (k, (column, kept)) in columns.iter().zip(&mut kept).enumerate() {
-            // Chunks are kept in the order of their rows.
-            let past = kept.iter().take_while(|u| !column.overlaps(u, &rows)).count();
-            kept.drain(..past);
-            let next = kept.last().map_or(0, |u| u.first + 1);
-            missing.extend(column.firsts(&rows).filter(|f| *f >= next).flat_map(|f| (0..column.abreast).map(move |c| (k, f, c))));
+    let columns = Column::three(datasets).map_err(|e| (0, e))?.ok_or_else(|| (0, "values that can only be read as a whole".into()))?;
+    let reading = Reading::new(&columns, range, step.max(1));
+    // The threads are not those of the pool: the work of the pool may wait for what a reader reads.
+    std::thread::scope(|scope| {
+        for _ in 1..rayon::current_num_threads().min(reading.steps.len()) {
+            scope.spawn(|| reading.run(take));
         }
-        let wrong = AtomicUsize::new(0);
-        let unpacked = shared(threads, &missing, |(k, first, c)| {
-            let column = &columns[*k];
-            column.chunks.unpacked(*first, *c, &column.runs).inspect_err(|_| wrong.store(*k, Relaxed))
-        });
-        let unpacked = unpacked.map_err(|e| (wrong.load(Relaxed), e))?;
-        missing.iter().zip(unpacked).for_each(|((k, ..), u)| kept[*k].push(u));
-        let parts: Vec<Range<usize>> = rows.clone().step_by(step).map(|s| s..(s + step).min(rows.end)).collect();
-        shared(threads, &parts, |part| {
-            let lock = || spare.lock().unwrap_or_else(PoisonError::into_inner);
-            let taken = lock().pop();
-            let mut b = taken.unwrap_or_default();
-            let len = part.len() * n;
-            if b.vis.len() != len {
-                b.vis.resize(len, Complex::default());
-                b.weights.resize(len, 0.0);
-                b.stored_flags.resize(len, 0);
-                b.flags.resize(len, false);
-                b.filled.iter_mut().for_each(Vec::clear);
-            }
-            let [vis, weights, flags] = &mut b.filled;
-            columns[0].gather(&kept[0], part, (bytemuck::cast_slice_mut(&mut b.vis), vis));
-            columns[1].gather(&kept[1], part, (bytemuck::cast_slice_mut(&mut b.weights), weights));
-            let before = (!flags.is_empty()).then(|| flags.clone());
-            columns[2].gather(&kept[2], part, (bytemuck::cast_slice_mut(&mut b.stored_flags), flags));
-            if before.as_ref() != Some(flags) {
-                b.flags.iter_mut().zip(&b.stored_flags).for_each(|(f, stored)| *f = *stored != 0);
-            }
-            take(RowPart { rows: part.start - range.start..part.end - range.start, vis: &b.vis, weights: &b.weights, flags: &b.flags });
-            lock().push(b);
-            Ok(())
-        })
-        .map_err(of_vis)?;
-    }
-    Ok(())
+        reading.run(take);
+    });
+    let failed = reading.failed.into_inner().unwrap_or_else(PoisonError::into_inner);
+    failed.map_or(Ok(()), Err)
 }
 
 #[cfg(test)]

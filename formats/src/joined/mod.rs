@@ -20,6 +20,7 @@ mod axes;
 mod build;
 mod headers;
 mod index;
+mod parts;
 mod rows;
 mod sequence;
 mod shelf;

@@ -5,7 +5,7 @@ use super::headers::{Agreed, Headers, Places};
 use super::index::{Place, RowIndex};
 use super::shelf::{Open, Shelf};
 use crate::{FormatError, Result};
-use cittert_arrays::{ArrayError, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{ArrayError, PartSource, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, Array3, s};
 use num_complex::Complex;
 use std::collections::BTreeMap;
@@ -21,6 +21,8 @@ pub struct JoinedSource {
     inner: Arc<Inner>,
     shelf: Shelf,
     place: Place,
+    /// Whether rows can be read in parts.
+    in_parts: bool,
 }
 
 struct Inner {
@@ -35,12 +37,12 @@ struct Inner {
 
 /// Consecutive rows of a file, and where they go.
 #[derive(Debug, Clone, Copy)]
-struct Piece {
-    file: u32,
+pub(super) struct Piece {
+    pub(super) file: u32,
     /// Row in what is read of the file.
-    from: usize,
-    to: usize,
-    n: usize,
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) n: usize,
     /// Whether this file tells the coverage of these rows.
     leads: bool,
 }
@@ -57,10 +59,12 @@ impl JoinedSource {
         let mut shelf = Shelf::new(names.len(), open);
         let mut headers = Headers::new(names.clone());
         let mut rows = Vec::with_capacity(names.len());
+        let mut in_parts = true;
         for k in 0..names.len() {
             let file = shelf.take(k)?;
             rows.push(file.n_rows());
             headers.add(file.header())?;
+            in_parts &= file.in_parts().is_some();
         }
         let Agreed { mut header, places, mut notes } = headers.agreed()?;
         let (index, of_rows) = index(&Files { names: &names, header: &header, places: &places }, &mut shelf)?;
@@ -68,13 +72,16 @@ impl JoinedSource {
         let list: Vec<String> = names.iter().map(|n| n.display().to_string()).collect();
         header.history.push(format!("one set of {} files: {}", names.len(), list.join(", ")));
         let place = Place::start(names.len());
-        Ok(Self { inner: Arc::new(Inner { names, header, places, rows, index, notes }), shelf, place })
+        in_parts &= index.sets().iter().all(|(files, _)| files.len() == 1);
+        let mut set = Self { inner: Arc::new(Inner { names, header, places, rows, index, notes }), shelf, place, in_parts };
+        set.in_parts &= (0..set.inner.names.len()).all(|file| set.has_all_values(file as u32));
+        Ok(set)
     }
 
     /// The same rows from other sources with the same coverage.
     pub(super) fn beside(&self, open: Open) -> Self {
         let n = self.inner.names.len();
-        Self { inner: self.inner.clone(), shelf: Shelf::new(n, open), place: Place::start(n) }
+        Self { inner: self.inner.clone(), shelf: Shelf::new(n, open), place: Place::start(n), in_parts: false }
     }
 
     /// Names of the files, sorted.
@@ -91,7 +98,7 @@ impl JoinedSource {
 
     /// The pieces of a range of rows, and the rows of each file that are read for them, both by file. A file that tells the coverage of a row comes
     /// before those that are compared with it.
-    fn pieces(&mut self, range: Range<usize>) -> Result<(Vec<Piece>, Vec<FileRows>), ArrayError> {
+    pub(super) fn pieces(&mut self, range: Range<usize>) -> Result<(Vec<Piece>, Vec<FileRows>), ArrayError> {
         let index = &self.inner.index;
         ArrayError::unless_rows(&range, index.n_rows())?;
         self.place.go(index, range.start);
@@ -112,7 +119,7 @@ impl JoinedSource {
     }
 
     /// A file that has the number of rows that it had at the beginning.
-    fn file(&mut self, k: u32) -> Result<&mut dyn VisibilitySource> {
+    pub(super) fn file(&mut self, k: u32) -> Result<&mut dyn VisibilitySource> {
         let (k, inner) = (k as usize, &self.inner);
         let file = self.shelf.take(k)?;
         if file.n_rows() != inner.rows[k] {
@@ -122,14 +129,17 @@ impl JoinedSource {
         Ok(file)
     }
 
-    /// Whether all of a file has the same numbers in the set.
-    fn is_alike(&self, file: u32) -> bool {
+    /// Whether a file has all channels and products of the set, in the same order.
+    fn has_all_values(&self, file: u32) -> bool {
         let (places, header) = (&self.inner.places[file as usize], &self.inner.header);
         let same = |list: &[usize], n: usize| list.len() == n && list.iter().enumerate().all(|(k, place)| k == *place);
-        places.antennas.is_none()
-            && places.centers.iter().enumerate().all(|(k, c)| k == usize::from(*c))
-            && same(&places.channels, header.spectrum.n_chan())
-            && same(&places.products, header.polarizations.len())
+        same(&places.channels, header.spectrum.n_chan()) && same(&places.products, header.polarizations.len())
+    }
+
+    /// Whether all of a file has the same numbers in the set.
+    fn is_alike(&self, file: u32) -> bool {
+        let places = &self.inner.places[file as usize];
+        places.antennas.is_none() && places.centers.iter().enumerate().all(|(k, c)| k == usize::from(*c)) && self.has_all_values(file)
     }
 
     /// Copy the coverage of a piece, or compare it with that of another file.
@@ -239,5 +249,9 @@ impl VisibilitySource for JoinedSource {
             }
         }
         Ok(coverage)
+    }
+
+    fn in_parts(&mut self) -> Option<&mut dyn PartSource> {
+        if self.in_parts { Some(self) } else { None }
     }
 }

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 /// Order of the rows of a set.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum RowOrder {
+pub(super) enum RowOrder {
     /// Time, then first and second antenna.
     Sorted,
     /// Time, then second and first antenna.
@@ -23,7 +23,7 @@ enum RowOrder {
 }
 
 #[derive(Debug, Clone)]
-struct Plan {
+pub(super) struct Plan {
     order: RowOrder,
     /// Numbers of antennas, times and channels.
     sizes: (usize, usize, usize),
@@ -31,7 +31,7 @@ struct Plan {
     down: bool,
     seed: u64,
     /// Numbers of parts in time, channels, products and baselines.
-    cuts: [usize; 4],
+    pub(super) cuts: [usize; 4],
 }
 
 fn noise(seed: u64, k: usize) -> f32 {
@@ -45,7 +45,7 @@ fn layout(n: usize) -> ArrayLayout {
     ArrayLayout::new("T", LayoutFrame::Boresight, (0..n).map(|k| Antenna::new(format!("A{k}"), k as u32 + 1, place(k))).collect()).unwrap()
 }
 
-fn set(plan: &Plan) -> VisibilitySet {
+pub(super) fn set(plan: &Plan) -> VisibilitySet {
     let (n_ant, n_times, n_chan) = plan.sizes;
     let layout = layout(n_ant);
     let mut pairs: Vec<(usize, usize)> = (0..n_ant).flat_map(|a| (a + 1..n_ant).map(move |b| (a, b))).collect();
@@ -137,7 +137,7 @@ fn groups(n: usize, parts: usize, scattered: bool, seed: u64) -> Vec<Vec<usize>>
 }
 
 /// The parts of a set, cut by time, channel, product and baseline, in any order.
-fn parts(plan: &Plan, set: &VisibilitySet) -> Vec<VisibilitySet> {
+pub(super) fn parts(plan: &Plan, set: &VisibilitySet) -> Vec<VisibilitySet> {
     let c = &set.data.coverage;
     let (n_ant, n_times, n_chan) = plan.sizes;
     let time = |r: usize| ((c.time_jd[r] - 2_460_000.5) * 8640.0).round() as usize;
@@ -171,12 +171,12 @@ fn error(parts: Vec<VisibilitySet>) -> String {
     joined(parts).err().map(|e| e.to_string()).unwrap_or_default()
 }
 
-fn plan() -> Plan {
+pub(super) fn plan() -> Plan {
     let products = vec![Polarization::XX, Polarization::YY, Polarization::XY, Polarization::YX];
     Plan { order: RowOrder::Sorted, sizes: (4, 4, 4), products, down: false, seed: 3, cuts: [1; 4] }
 }
 
-fn plans() -> impl Strategy<Value = Plan> {
+pub(super) fn plans() -> impl Strategy<Value = Plan> {
     let orders = [RowOrder::Sorted, RowOrder::SortedBySecond, RowOrder::Baselines, RowOrder::AnyBaselines];
     let all = [Polarization::XX, Polarization::YY, Polarization::XY, Polarization::YX];
     ((0..4_usize), (3..6_usize, 2..6_usize, 1..6_usize), (1..5_usize, any::<bool>(), any::<u64>()), prop::array::uniform4(1..4_usize))

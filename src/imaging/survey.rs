@@ -1,0 +1,100 @@
+//! What the first pass over a set finds: numbers of visibilities, coverage and weights.
+
+use super::pol::DataCounts;
+use super::reduction::ReducedBlock;
+use super::total_power::TotalPower;
+use crate::fourier::UvwExtent;
+use cittert_arrays::{Ranks, SPEED_OF_LIGHT_M_S};
+use ndarray::Axis;
+use rayon::prelude::*;
+
+/// Number of factors of two of baseline lengths that are told apart. No baseline has 2^48 wavelengths.
+const OCTAVES: usize = 48;
+
+/// Weights of the rows that are measured together on one thread.
+const VALUES: usize = 1 << 16;
+
+/// The results of the first pass.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Survey {
+    /// Numbers of used and unused visibilities.
+    pub counts: DataCounts,
+    /// Largest u, v and w.
+    pub extent: UvwExtent,
+    /// Shortest and longest projected baseline of used rows over all channels, wavelengths.
+    pub uv_range_wl: (f64, f64),
+    /// Shortest of these baselines in each factor of two, wavelengths: entry k is that between 2^k and 2^(k + 1), or infinite.
+    pub shortest_by_octave_wl: Vec<f64>,
+    /// Sum of the weights of the data in each channel \[chan\].
+    pub channel_weight: Vec<f64>,
+    /// Sums over the autocorrelations whose receivers are stated.
+    pub total_power: TotalPower,
+    /// Middle between the first and the last time, Julian date.
+    pub time_jd: Option<f64>,
+    /// Index of the phase centre of the rows.
+    pub phase_center: usize,
+}
+
+/// What some rows add to a survey.
+struct Measured {
+    uv_range_wl: (f64, f64),
+    shortest_by_octave_wl: Vec<f64>,
+    channel_weight: Vec<f64>,
+}
+
+impl Measured {
+    fn nothing(n_chan: usize) -> Self {
+        Self { uv_range_wl: (f64::INFINITY, 0.0), shortest_by_octave_wl: vec![f64::INFINITY; OCTAVES], channel_weight: vec![0.0; n_chan] }
+    }
+}
+
+impl Survey {
+    /// The survey of no rows yet, of a set with so many channels.
+    pub(super) fn new(n_chan: usize, total_power: TotalPower) -> Self {
+        let Measured { uv_range_wl, shortest_by_octave_wl, channel_weight } = Measured::nothing(n_chan);
+        Self { channel_weight, uv_range_wl, shortest_by_octave_wl, total_power, ..Self::default() }
+    }
+
+    /// Add the baselines and weights of rows. The sums do not depend on the number of threads.
+    pub(super) fn measure(&mut self, rows: &ReducedBlock, (f_lo, f_hi): (f64, f64)) {
+        let n_chan = rows.weight.ncols();
+        let step = (VALUES / n_chan.max(1)).max(1);
+        let parts = rows.uvw_m.axis_chunks_iter(Axis(0), step).into_par_iter().zip(rows.weight.axis_chunks_iter(Axis(0), step));
+        let parts = parts.map(|(uvw_m, weight)| {
+            let mut part = Measured::nothing(n_chan);
+            for (uvw, weights) in uvw_m.rows().into_iter().zip(weight.rows()) {
+                if weights.iter().any(|w| *w > 0.0) {
+                    let length = uvw[0].hypot(uvw[1]) / SPEED_OF_LIGHT_M_S;
+                    part.uv_range_wl = (part.uv_range_wl.0.min(length * f_lo), part.uv_range_wl.1.max(length * f_hi));
+                    let octave = (length * f_lo).log2().clamp(0.0, (OCTAVES - 1) as f64) as usize;
+                    let shortest = &mut part.shortest_by_octave_wl[octave];
+                    *shortest = shortest.min(length * f_lo);
+                    weights.iter().zip(&mut part.channel_weight).for_each(|(w, sum)| *sum += f64::from(*w));
+                }
+            }
+            part
+        });
+        for part in parts.collect::<Vec<_>>() {
+            let (nearest, farthest) = part.uv_range_wl;
+            self.uv_range_wl = (self.uv_range_wl.0.min(nearest), self.uv_range_wl.1.max(farthest));
+            self.shortest_by_octave_wl.iter_mut().zip(&part.shortest_by_octave_wl).for_each(|(a, b)| *a = a.min(*b));
+            self.channel_weight.iter_mut().zip(&part.channel_weight).for_each(|(a, b)| *a += b);
+        }
+    }
+
+    /// Make the results of the rows of this process, and the first and last of their times, those of all rows.
+    pub(super) fn share(&mut self, ranks: &dyn Ranks, times: &mut (f64, f64)) {
+        self.counts.share(ranks);
+        self.total_power.share(ranks);
+        ranks.sum(&mut self.channel_weight);
+        let UvwExtent { u_m, v_m, w_m } = self.extent;
+        let mut largest = vec![u_m, v_m, w_m, self.uv_range_wl.1, times.1, -self.uv_range_wl.0, -times.0];
+        let n = largest.len();
+        largest.extend(self.shortest_by_octave_wl.iter().map(|x| -x));
+        ranks.largest(&mut largest);
+        self.extent = UvwExtent { u_m: largest[0], v_m: largest[1], w_m: largest[2] };
+        self.uv_range_wl = (-largest[5], largest[3]);
+        *times = (-largest[6], largest[4]);
+        self.shortest_by_octave_wl.iter_mut().zip(&largest[n..]).for_each(|(x, negative)| *x = -negative);
+    }
+}
