@@ -145,7 +145,12 @@ impl<T: Real> Gridder<T> {
     /// The image \[m, l\] of all visibilities that were added.
     #[must_use]
     pub fn finish<P: Real>(mut self) -> Array2<P> {
-        let mut image = self.image.take().unwrap_or_else(|| Array2::zeros((self.plan.grid.n_m, self.plan.grid.n_l)));
+        let mut image = self.image.take().unwrap_or_else(|| {
+            let mut new = Array2::zeros((self.plan.grid.n_m, self.plan.grid.n_l));
+            // Pages that are written before they are read are given by the system once.
+            new.par_mapv_inplace(|_| T::default());
+            new
+        });
         if let Some(planes) = self.resident.take() {
             let planes = planes_to_image(&self.plan, planes, 0, &mut image);
             self.plan.pool.give_planes(planes);

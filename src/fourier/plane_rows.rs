@@ -17,9 +17,11 @@ pub(crate) struct PlaneRows<T> {
 
 impl<T: Real> PlaneRows<T> {
     pub(crate) fn zeros(n_rows: usize, planes: usize, nu: usize) -> Self {
-        // Memory that was used before must be cleared, and new pages be given by the system: on all threads.
-        let stripe = |_| Mutex::new(bytemuck::zeroed_vec(TILE * planes * nu));
-        Self { stripes: (0..n_rows.div_ceil(TILE)).into_par_iter().map(stripe).collect(), planes }
+        // New pages are written first, on all threads. A page that is read first is given by the system twice, and the second time all threads wait.
+        let len = TILE * planes * nu;
+        let mut stripes: Vec<Vec<Complex<T>>> = (0..n_rows.div_ceil(TILE)).map(|_| Vec::with_capacity(len)).collect();
+        stripes.par_iter_mut().for_each(|s| s.resize(len, Complex::new(T::default(), T::default())));
+        Self { stripes: stripes.into_iter().map(Mutex::new).collect(), planes }
     }
 
     /// True if it has this size.

@@ -29,9 +29,8 @@ impl<T: Real> Pool<T> {
         let fits = |b: &&(usize, usize)| b.1 >= len && b.1 <= 2 * len;
         let sizes: Vec<(usize, usize)> = kept.iter().enumerate().map(|(k, b)| (k, b.capacity())).collect();
         let best = sizes.iter().filter(fits).min_by_key(|b| b.1);
-        let old = best.map(|b| kept.swap_remove(b.0));
+        let mut buffer = best.map_or_else(Vec::new, |b| kept.swap_remove(b.0));
         drop(kept);
-        let Some(mut buffer) = old else { return bytemuck::zeroed_vec(len) };
         buffer.resize(len, Complex::new(T::default(), T::default()));
         buffer
     }
@@ -58,7 +57,7 @@ impl<T: Real> Pool<T> {
     /// Planes of this size that are 0 everywhere.
     pub(crate) fn take_empty_planes(&self, n_rows: usize, planes: usize, nu: usize) -> PlaneRows<T> {
         let kept = self.planes.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        // New planes are zero already, and the threads that fill them are the first to touch them.
+        // New planes are zero already.
         kept.filter(|k| k.fits(n_rows, planes, nu)).map_or_else(
             || PlaneRows::zeros(n_rows, planes, nu),
             |mut old| {

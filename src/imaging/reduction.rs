@@ -130,7 +130,10 @@ impl Reduction {
     }
 }
 
-/// Visibilities and weights of 0. New memory is zero already, and the threads that fill it are the first to touch it.
+/// Visibilities and weights of 0. The memory is cleared on all threads: new pages take longer than what is written into them.
 fn empty(n: usize) -> (Vec<Complex32>, Vec<f32>) {
-    (bytemuck::zeroed_vec(n), bytemuck::zeroed_vec(n))
+    let (mut vis, mut weight) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    vis.par_extend(rayon::iter::repeat_n(Complex32::default(), n));
+    weight.par_extend(rayon::iter::repeat_n(0.0, n));
+    (vis, weight)
 }

@@ -172,22 +172,19 @@ impl<'a> Chunks<'a> {
     /// The stored bytes of a chunk, and the mask of the filters that were not applied; `None` where the chunk was never written.
     fn stored(&self, offset: &[hsize_t], length: usize) -> hdf5::Result<Option<(Vec<u8>, u32)>> {
         let (id, mut bytes, mut skipped) = (self.dataset.id(), 0, 0);
-        hdf5::sync::sync(|| {
-            // SAFETY: the offset has one number for each axis and outlives the calls; the lock of the library is held.
-            if unsafe { H5Dget_chunk_storage_size(id, offset.as_ptr(), &mut bytes) } < 0 {
-                return Ok(None);
-            }
-            let n = usize::try_from(bytes).unwrap_or(usize::MAX);
-            if n == 0 || n > Pipeline::most_stored(length) {
-                return Err(format!("{n} bytes stored for a chunk of {length} bytes, at {offset:?}").into());
-            }
-            let mut raw = vec![0; n];
-            // SAFETY: as above; the library reads as many bytes as it said.
-            if unsafe { H5Dread_chunk1(id, H5P_DEFAULT, offset.as_ptr(), &mut skipped, raw.as_mut_ptr().cast()) } < 0 {
-                return Err(format!("a chunk that cannot be read, at {offset:?}").into());
-            }
-            Ok(Some((raw, skipped)))
-        })
+        // SAFETY: the offset has one number for each axis and outlives the call; the lock of the library is held.
+        let size = |bytes: &mut hsize_t| unsafe { H5Dget_chunk_storage_size(id, offset.as_ptr(), bytes) };
+        if hdf5::sync::sync(|| size(&mut bytes)) < 0 {
+            return Ok(None);
+        }
+        // Other threads read while this one gets its memory.
+        let mut raw = vec![0; stored_size(bytes, length, offset)?];
+        let (to, mut now) = (raw.as_mut_ptr().cast(), 0);
+        let read = hdf5::sync::sync(|| {
+            // SAFETY: as above; the library reads as many bytes as it says.
+            size(&mut now) >= 0 && now == bytes && unsafe { H5Dread_chunk1(id, H5P_DEFAULT, offset.as_ptr(), &mut skipped, to) } >= 0
+        });
+        if read { Ok(Some((raw, skipped))) } else { Err(format!("a chunk that cannot be read, at {offset:?}").into()) }
     }
 
     /// The bytes of one element of a chunk that was never written: the fill value. The library gives it, because it can tell such a chunk from
@@ -237,6 +234,15 @@ impl<'a> Chunks<'a> {
             }
         }
     }
+}
+
+/// Number of bytes of a stored chunk that has `length` bytes when it is unpacked.
+fn stored_size(bytes: hsize_t, length: usize, offset: &[hsize_t]) -> hdf5::Result<usize> {
+    let n = usize::try_from(bytes).unwrap_or(usize::MAX);
+    if n == 0 || n > Pipeline::most_stored(length) {
+        return Err(format!("{n} bytes stored for a chunk of {length} bytes, at {offset:?}").into());
+    }
+    Ok(n)
 }
 
 /// Copy runs of elements of `N` bytes from rows of `wide` bytes to rows of `row` bytes, where they have `M` bytes.

@@ -295,7 +295,6 @@ mod tests {
     #[test]
     fn parts_hold_every_row_once() {
         let folder = tempfile::tempdir().unwrap();
-        let file = hdf5::File::create(folder.path().join("x.h5")).unwrap();
         let shape = (97, 6, 2);
         let at = |(i, j, k): (usize, usize, usize)| (i * 40 + j * 5 + k) as f64;
         let vis = Array3::from_shape_fn(shape, |p| Complex::new(at(p), -0.5 * at(p)));
@@ -305,15 +304,19 @@ mod tests {
         let filters: [Filters; 3] = [|b| b, |b| b.lzf(), |b| b.shuffle().deflate(2)];
         for (n, chunk) in [(10_usize, 2, 1), (97, 6, 2), (7, 6, 2), (16, 4, 1), (1, 6, 1)].into_iter().enumerate() {
             for (f, filters) in filters.iter().enumerate() {
-                let made = |name: &str| format!("{name}{n}{f}");
+                let path = folder.path().join(format!("x{n}{f}.h5"));
+                let file = hdf5::File::create(&path).unwrap();
                 // The three datasets have chunks of different heights.
                 let low = (chunk.0.div_ceil(2), chunk.1, chunk.2);
-                let v = filters(file.new_dataset_builder()).empty::<Complex<f64>>().shape(shape).chunk(chunk).create(&*made("v")).unwrap();
+                let v = filters(file.new_dataset_builder()).empty::<Complex<f64>>().shape(shape).chunk(chunk).create("v").unwrap();
                 v.write(&vis).unwrap();
-                let w = filters(file.new_dataset_builder()).empty::<f32>().shape(shape).chunk(low).create(&*made("w")).unwrap();
+                let w = filters(file.new_dataset_builder()).empty::<f32>().shape(shape).chunk(low).create("w").unwrap();
                 w.write(&weights).unwrap();
-                let g = filters(file.new_dataset_builder()).empty::<bool>().shape(shape).chunk(chunk).create(&*made("f")).unwrap();
+                let g = filters(file.new_dataset_builder()).empty::<bool>().shape(shape).chunk(chunk).create("f").unwrap();
                 g.write(&flags).unwrap();
+                drop((v, w, g, file));
+                let file = hdf5::File::open(&path).unwrap();
+                let [v, w, g] = ["v", "w", "f"].map(|name| file.dataset(name).unwrap());
                 assert!(can([&v, &w, &g]));
                 for (range, step) in [(0..97, 97), (0..97, 10), (3..88, 1), (50..61, 4), (20..20, 5)] {
                     let seen = Mutex::new(vec![0; range.len()]);
