@@ -2,8 +2,8 @@
 
 use crate::progress::{Event, Observer};
 use cittert_arrays::{
-    Antenna, ArrayLayout, LayoutFrame, Part, PhaseCenter, Polarization, Ranks, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage, VisUnit,
-    VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource,
+    Alone, Antenna, ArrayLayout, LayoutFrame, Part, PhaseCenter, Polarization, Ranks, SPEED_OF_LIGHT_M_S, SpectralWindow, UvCoverage,
+    VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySet, VisibilitySource,
 };
 use ndarray::{Array2, Axis};
 use num_complex::{Complex, Complex64};
@@ -164,6 +164,9 @@ struct Threads {
     size: usize,
     barrier: Arc<Barrier>,
     table: Arc<Mutex<Vec<Vec<f64>>>>,
+    bytes: Arc<Mutex<Vec<Vec<u8>>>>,
+    /// Messages: from, to, content.
+    mail: Arc<Mutex<Vec<(usize, usize, Vec<u8>)>>>,
 }
 
 impl Threads {
@@ -175,6 +178,14 @@ impl Threads {
             *v = lock().iter().map(|of| of[k]).reduce(with).unwrap();
         }
         self.barrier.wait();
+    }
+
+    /// The first message for this process whose sender is `wanted`.
+    fn next(&self, wanted: impl Fn(usize) -> bool) -> Option<(usize, Vec<u8>)> {
+        let mut mail = self.mail.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = mail.iter().position(|(from, to, _)| *to == self.rank && wanted(*from))?;
+        let (from, _, message) = mail.remove(at);
+        Some((from, message))
     }
 }
 
@@ -198,6 +209,32 @@ impl Ranks for Threads {
     fn meet(&self) {
         self.barrier.wait();
     }
+
+    fn exchange(&self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        let lock = || self.bytes.lock().unwrap_or_else(PoisonError::into_inner);
+        lock()[self.rank] = own;
+        self.barrier.wait();
+        let all = lock().clone();
+        self.barrier.wait();
+        all
+    }
+
+    fn send(&self, to: usize, message: &[u8]) {
+        self.mail.lock().unwrap_or_else(PoisonError::into_inner).push((self.rank, to, message.to_vec()));
+    }
+
+    fn take(&self) -> Option<(usize, Vec<u8>)> {
+        self.next(|_| true)
+    }
+
+    fn awaited(&self, from: usize) -> Vec<u8> {
+        loop {
+            if let Some((_, message)) = self.next(|f| f == from) {
+                return message;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+    }
 }
 
 /// What `work` makes of a set in each of `size` processes, played by threads. One process has the plain set.
@@ -205,16 +242,23 @@ pub(crate) fn in_processes<R: Send>(size: usize, set: &VisibilitySet, work: impl
     if size == 1 {
         return vec![work(&mut set.clone())];
     }
-    let (barrier, table) = (Arc::new(Barrier::new(size)), Arc::new(Mutex::new(vec![Vec::new(); size])));
+    as_processes(size, |ranks| work(&mut Part::new(Box::new(set.clone()), ranks)))
+}
+
+/// What `work` makes in each of `size` processes, played by threads.
+pub(crate) fn as_processes<R: Send>(size: usize, work: impl Fn(Arc<dyn Ranks>) -> R + Sync) -> Vec<R> {
+    if size == 1 {
+        return vec![work(Arc::new(Alone))];
+    }
+    let (barrier, mail) = (Arc::new(Barrier::new(size)), Arc::default());
+    let (table, bytes) = (Arc::new(Mutex::new(vec![Vec::new(); size])), Arc::new(Mutex::new(vec![Vec::new(); size])));
     std::thread::scope(|scope| {
         let begin = |rank| {
-            let ranks = Arc::new(Threads { rank, size, barrier: barrier.clone(), table: table.clone() });
-            let (part, work) = (Part::new(Box::new(set.clone()), ranks), &work);
-            scope.spawn(move || {
-                let mut part = part;
-                // A pool of its own, as processes have, so that one that waits keeps no other from work.
-                rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| work(&mut part))
-            })
+            let (barrier, table, bytes, mail) = (barrier.clone(), table.clone(), bytes.clone(), Arc::clone(&mail));
+            let ranks = Arc::new(Threads { rank, size, barrier, table, bytes, mail });
+            let work = &work;
+            // A pool of its own, as processes have, so that one that waits keeps no other from work.
+            scope.spawn(move || rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| work(ranks)))
         };
         let all: Vec<_> = (0..size).map(begin).collect();
         all.into_iter().map(|t| t.join().unwrap()).collect()

@@ -2,7 +2,8 @@
 //!
 //! The algorithms know only the few collective operations of [`Ranks`]. A source says which processes share it (`VisibilitySource::ranks`); for
 //! every other source the process is alone, and a collective operation does nothing. All processes must call the same operations in the same
-//! order, and all get the same bits, so that what follows from a sum is the same decision everywhere.
+//! order, and all get the same bits, so that what follows from a sum is the same decision everywhere. Messages go from one process to another: work that
+//! is handed out, and rows that one process writes for all.
 
 /// The processes that share a set, as one of them sees them.
 pub trait Ranks: Send + Sync {
@@ -24,6 +25,24 @@ pub trait Ranks: Send + Sync {
 
     /// Wait until all processes are here.
     fn meet(&self) {}
+
+    /// What each process gives, in the order of their numbers.
+    fn exchange(&self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        vec![own]
+    }
+
+    /// Send a message to another process, which must take or await it. Messages between two processes keep their order.
+    fn send(&self, _to: usize, _message: &[u8]) {}
+
+    /// The next message of any process, with its sender, if one has come. It does not wait.
+    fn take(&self) -> Option<(usize, Vec<u8>)> {
+        None
+    }
+
+    /// Wait for the next message of a process.
+    fn awaited(&self, _from: usize) -> Vec<u8> {
+        Vec::new()
+    }
 }
 
 /// A process that shares its data with no other.

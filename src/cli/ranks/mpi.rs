@@ -5,12 +5,18 @@ use cittert_arrays::Ranks;
 use mpi::Threading;
 use mpi::collective::SystemOperation;
 use mpi::environment::Universe;
-use mpi::topology::SimpleCommunicator;
-use mpi::traits::{Communicator, CommunicatorCollectives, Root};
+use mpi::point_to_point::{MatchedReceiveVec, Message, Status};
+use mpi::topology::{Rank, SimpleCommunicator};
+use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
 use std::sync::{Arc, Mutex};
 
 /// Values of one message. MPI counts them in 32 bits.
 const PART: usize = 1 << 20;
+/// Bytes of one message.
+const BYTES: usize = 1 << 26;
+/// Tags of the last part of a message, and of all others.
+const LAST: i32 = 1;
+const MORE: i32 = 2;
 
 /// MPI, from the first call to the last.
 static UNIVERSE: Mutex<Option<Universe>> = Mutex::new(None);
@@ -37,6 +43,22 @@ impl World {
             root.broadcast_into(part);
         }
     }
+
+    /// A message whose first part is at hand.
+    fn rest_of((message, status): (Message, Status)) -> (usize, Vec<u8>) {
+        let from = status.source_rank();
+        let (mut all, mut last) = (message, status).matched_receive_vec::<u8>();
+        while last.tag() == MORE {
+            let (part, status) = world().process_at_rank(from).receive_vec::<u8>();
+            all.extend(part);
+            last = status;
+        }
+        (from.unsigned_abs() as usize, all)
+    }
+}
+
+fn number(process: usize) -> Rank {
+    Rank::try_from(process).unwrap_or(Rank::MAX)
 }
 
 impl Ranks for World {
@@ -58,6 +80,43 @@ impl Ranks for World {
 
     fn meet(&self) {
         world().barrier();
+    }
+
+    fn exchange(&self, own: Vec<u8>) -> Vec<Vec<u8>> {
+        let world = world();
+        let mut own = Some(own);
+        let of = |root: Rank| {
+            let mut bytes = if root == world.rank() { own.take().unwrap_or_default() } else { Vec::new() };
+            let mut n = bytes.len() as u64;
+            let process = world.process_at_rank(root);
+            process.broadcast_into(&mut n);
+            bytes.resize(n as usize, 0);
+            bytes.chunks_mut(BYTES).for_each(|part| process.broadcast_into(part));
+            bytes
+        };
+        (0..world.size()).map(of).collect()
+    }
+
+    fn send(&self, to: usize, message: &[u8]) {
+        let world = world();
+        let process = world.process_at_rank(number(to));
+        let (mut rest, mut part) = (message, &message[..message.len().min(BYTES)]);
+        loop {
+            rest = &rest[part.len()..];
+            process.send_with_tag(part, if rest.is_empty() { LAST } else { MORE });
+            if rest.is_empty() {
+                return;
+            }
+            part = &rest[..rest.len().min(BYTES)];
+        }
+    }
+
+    fn take(&self) -> Option<(usize, Vec<u8>)> {
+        world().any_process().immediate_matched_probe().map(Self::rest_of)
+    }
+
+    fn awaited(&self, from: usize) -> Vec<u8> {
+        Self::rest_of(world().process_at_rank(number(from)).matched_probe()).1
     }
 }
 
