@@ -1,10 +1,12 @@
 //! Compares a study with the law of dynamic range, and tests that the number of threads does not change it.
 
 use super::*;
+use crate::Result;
 use crate::calibrate::{RoundOptions, SolveOptions, StartFrom};
 use crate::closure::SolutionInterval;
 use crate::corrupt::{Error, PhaseError, Variation};
 use crate::deconvolve::by_name;
+use crate::fixtures::{Recorder, as_processes};
 use crate::imaging::major::CleanOptions;
 use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::progress::Silent;
@@ -16,7 +18,7 @@ use cittert_arrays::{
 };
 use rand::RngExt;
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// A point of 1 Jy, observed once by random antennas in a square of 100 wavelengths.
 pub(super) fn base(n_ant: u32, size: usize) -> Arc<Base> {
@@ -130,6 +132,53 @@ fn the_bytes_do_not_depend_on_threads_or_on_what_was_done_before() {
     }
     assert_eq!(rest.iter().map(|r| r.0).collect::<Vec<_>>(), [1, 4, 5]);
     assert_eq!(bits(&rest[1].1), bits(&one[4].1));
+}
+
+/// The results of a study in processes. Those of process 0, which has them all, and what each process returns.
+fn in_several(study: &Study, size: usize, threads: usize, observer: &Recorder) -> (Vec<Found>, Vec<Result<()>>) {
+    let (all, todo) = (Mutex::new(Vec::new()), (0..study.n_trials()).collect::<Vec<_>>());
+    let returned = as_processes(size, |ranks| {
+        let todo = if ranks.rank() == 0 { &todo[..] } else { &[] };
+        let job = |k: usize| (&study.setups[study.place(k).0], study.place(k).1);
+        let place = |k: usize| study.grid.place(study.place(k).0);
+        let batch = Batch { todo, job: &job, place: &place, ranks: &*ranks };
+        let mut keep = |found: Vec<Found>| {
+            assert_eq!(ranks.rank(), 0);
+            all.lock().unwrap().extend(found);
+            Ok(())
+        };
+        let done = run_batch(&batch, threads, &mut keep, observer);
+        if done.is_err() && ranks.rank() == 0 {
+            // The program ends all processes.
+            observer.cancel();
+        }
+        done
+    });
+    let mut all = all.into_inner().unwrap();
+    all.sort_by_key(|r| r.0);
+    (all, returned)
+}
+
+#[test]
+fn processes_run_each_trial_once_and_with_the_bytes_of_one_process() {
+    let one = results(&small_study(), &BTreeSet::new(), 1);
+    for (size, threads) in [(2, 1), (3, 2), (8, 1)] {
+        let (several, returned) = in_several(&small_study(), size, threads, &Recorder::default());
+        assert!(returned.iter().all(Result::is_ok), "{returned:?}");
+        assert_eq!(format!("{several:?}"), format!("{one:?}"), "{size} processes");
+    }
+}
+
+#[test]
+fn a_trial_that_fails_in_any_process_fails_with_the_same_words() {
+    let mut study = small_study();
+    study.setups[1].antennas = Antennas::Random(13);
+    for size in [2, 4] {
+        let (several, returned) = in_several(&study, size, 1, &Recorder::default());
+        let e = returned[0].as_ref().unwrap_err().to_string();
+        assert!(e.starts_with("the trial at phase = 0.6rad, seed") && e.contains("2 to the 12"), "{e}");
+        assert!(several.iter().all(|(k, _)| *k < 3));
+    }
 }
 
 #[test]

@@ -10,6 +10,7 @@
 //! | `base` | the error-free observation and its image, shared by trials |
 //! | `trial` | one trial |
 //! | `run` | all trials, on several threads, with the time left |
+//! | `hand_out` | trials shared by several processes |
 //! | `score` | the scores of a trial |
 //! | `summary` | means and percentiles over the seeds |
 //! | `question` | what is asked of a parameter: up to which value is a score kept? |
@@ -20,6 +21,7 @@
 mod axis;
 mod base;
 mod failures;
+mod hand_out;
 #[cfg(test)]
 mod law_tests;
 mod quantile;
@@ -37,7 +39,7 @@ pub use base::{Antennas, Base, Deconvolution, Reference};
 pub use failures::{AntennaCost, rank};
 pub use quantile::{Estimate, Place, enough_seeds, least_seeds};
 pub use question::{Bound, Question};
-pub use run::{Batch, Study, run, run_batch};
+pub use run::{Batch, Found, Study, run, run_batch};
 pub use score::{N_SCORES, Quality, Score};
 pub use search::{Answer, Search};
 pub use summary::{Statistics, summarize};

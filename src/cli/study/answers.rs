@@ -35,6 +35,7 @@ fn search(asked: &Asked, plan: &mut Plan, trials: &mut Trials<'_>, context: &Con
     let mut searches: Vec<Vec<Search<'_>>> =
         asked.places.iter().map(|_| stages.iter().map(|after| Search::new(question, n, *after)).collect()).collect();
     let mut wanted = Wanted::new();
+    trials.share()?;
     for (p, place) in asked.places.iter().enumerate() {
         for (point, value) in place.points.iter().filter(|(_, v)| (question.from..=question.to).contains(v)) {
             for seed in 0..n {
@@ -50,6 +51,7 @@ fn search(asked: &Asked, plan: &mut Plan, trials: &mut Trials<'_>, context: &Con
     // Each round is run completely before the next is planned, so that the values do not depend on the order in which trials finish.
     for round in 1.. {
         run_round(asked, plan, trials, &wanted, context)?;
+        trials.share()?;
         for ((p, text), (value, seeds)) in &wanted {
             for seed in seeds {
                 let key = Key::Asked { place: *p, value: text.clone(), seed: *seed };

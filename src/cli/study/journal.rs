@@ -142,7 +142,7 @@ impl Journal {
             let mut lines = text.split_inclusive('\n');
             let first = lines.next().unwrap_or_default();
             if serde_json::from_str::<Head>(first).is_ok_and(|h| h.study == fingerprint && h.trials == trials) {
-                let (found, damaged) = read_lines(lines, trials);
+                let (found, damaged) = trials_of(lines, trials);
                 if damaged > 0 {
                     context.console.warn(&format!("{}: {damaged} damaged lines; their trials are run again", path.display()));
                 }
@@ -162,11 +162,7 @@ impl Journal {
                 let _ = std::fs::remove_file(folder.join(name));
             }
             write_file_now(&folder.join(LIST), true, of_a_journal().text(WRITER).as_bytes())?;
-            let mut text = head + "\n";
-            for (k, r) in &done {
-                text += &serde_json::to_string(&Line::of(k, r))?;
-                text.push('\n');
-            }
+            let text = head + "\n" + &lines(done.iter())?;
             write_file_now(&path, true, text.as_bytes())?;
         }
         let file = OpenOptions::new().append(true).open(&path).context(format!("{}", path.display()))?;
@@ -191,35 +187,33 @@ impl Journal {
             let text = "holds trials of another configuration, input or version; remove this folder, or run the shard with --overwrite";
             return Err(Failure::message(format!("{}: {text}", folder.display())));
         }
-        Ok(Some(read_lines(lines, trials).0))
+        Ok(Some(trials_of(lines, trials).0))
     }
 
-    /// Add many trials. They are on the disk when this function returns.
+    /// Add trials. They are on the disk when this function returns.
     ///
     /// # Errors
     /// An error of the file system.
-    pub(super) fn append_all<'a>(&mut self, trials: impl Iterator<Item = (&'a Key, &'a TrialResult)>) -> Result<()> {
-        let mut text = String::new();
-        for (key, result) in trials {
-            text += &serde_json::to_string(&Line::of(key, result))?;
-            text.push('\n');
-        }
+    pub(super) fn append<'a>(&mut self, trials: impl Iterator<Item = (&'a Key, &'a TrialResult)>) -> Result<()> {
+        let text = lines(trials)?;
+        // One write: a killed process leaves whole lines, and at most one incomplete line at the end.
         let stored = self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data());
         self.begun.removes &= stored.is_err() || text.is_empty();
         stored.context(format!("{}: cannot store trials", self.path.display()))
     }
+}
 
-    /// Add a trial. It is on the disk when this function returns.
-    ///
-    /// # Errors
-    /// An error of the file system.
-    pub(super) fn append(&mut self, key: &Key, result: &TrialResult) -> Result<()> {
-        let line = serde_json::to_string(&Line::of(key, result))? + "\n";
-        // One write for each line: a killed process leaves whole lines, and at most one incomplete line at the end.
-        let stored = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
-        self.begun.removes &= stored.is_err();
-        stored.context(format!("{}: cannot store a trial", self.path.display()))
+/// The lines of trials.
+///
+/// # Errors
+/// A key that JSON cannot hold.
+pub(super) fn lines<'a>(trials: impl Iterator<Item = (&'a Key, &'a TrialResult)>) -> Result<String> {
+    let mut text = String::new();
+    for (key, result) in trials {
+        text += &serde_json::to_string(&Line::of(key, result))?;
+        text.push('\n');
     }
+    Ok(text)
 }
 
 /// The list of the files of a study without results.
@@ -277,7 +271,7 @@ fn folder_is_free(folder: &Path) -> Result<bool> {
 }
 
 /// The trials of all complete lines, and the number of other lines.
-fn read_lines<'a>(lines: impl Iterator<Item = &'a str>, trials: usize) -> (BTreeMap<Key, TrialResult>, usize) {
+pub(super) fn trials_of<'a>(lines: impl Iterator<Item = &'a str>, trials: usize) -> (BTreeMap<Key, TrialResult>, usize) {
     let (mut done, mut damaged) = (BTreeMap::new(), 0);
     for line in lines {
         let known = |l: &Line| !matches!(l.trial, Key::Grid(k) if k >= trials);
@@ -304,12 +298,12 @@ mod tests {
         let without = Key::Without { point: 1, antenna: 3, seed: 2 };
         for key in [Key::Grid(7), asked, without] {
             let line = serde_json::to_string(&Line::of(&key, &r)).unwrap() + "\n";
-            let (done, damaged) = read_lines([line.as_str(), &line[..line.len() / 2], line.trim_end()].into_iter(), 8);
+            let (done, damaged) = trials_of([line.as_str(), &line[..line.len() / 2], line.trim_end()].into_iter(), 8);
             assert_eq!(damaged, 2);
             let bits = |r: &TrialResult| r.before.values().map(f64::to_bits);
             assert_eq!(bits(&done[&key]), bits(&r));
             assert_eq!((&done[&key].note, done[&key].accepted), (&r.note, Some(false)));
-            assert_eq!(read_lines([line.as_str()].into_iter(), 7).1, usize::from(key == Key::Grid(7)));
+            assert_eq!(trials_of([line.as_str()].into_iter(), 7).1, usize::from(key == Key::Grid(7)));
         }
     }
 }

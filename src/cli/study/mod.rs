@@ -2,6 +2,8 @@
 //!
 //! From the start, the output folder contains a journal of the finished trials. A study that was killed therefore continues where it
 //! stopped. Tables, pictures and the page are written when all trials are finished.
+//!
+//! Under `mpirun`, processes share the trials. Process 0 alone has the journal and writes; the others give it their results.
 
 mod answers;
 mod args;
@@ -27,6 +29,7 @@ pub use args::StudyArgs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
 use super::options::keep_apart;
+use super::ranks;
 use super::sections::schema;
 use crate::study::Study;
 use journal::{Journal, Key};
@@ -60,12 +63,14 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
     let inputs: Vec<&Path> = std::iter::once(path).chain(plan.setups.inputs()).collect();
     keep_apart(&[folder], &inputs)?;
     if args.slurm.is_wanted() {
+        ranks::refuse_several("--slurm writes scripts and runs two trials only. Start it without mpirun")?;
         return slurm::write(args, (folder, started), &plan, context);
     }
     let place = args.shard.map_or_else(|| folder.to_owned(), |shard| shard.folder(folder));
-    let (journal, done) = Journal::open(&place, &plan.fingerprint, planned, args.overwrite, context)?;
-    let mut all = Trials::new(journal, done, args.shard, &context.console);
-    if args.merge {
+    // The other processes only run trials.
+    let opened = (!ranks::is_silent()).then(|| Journal::open(&place, &plan.fingerprint, planned, args.overwrite, context)).transpose()?;
+    let mut all = Trials::new(opened, args.shard, ranks::all(), &context.console);
+    if args.merge && !ranks::is_silent() {
         let jobs = [(0..planned).map(Key::Grid).collect(), failures::keys(&plan)];
         merge::merge(folder, &plan.fingerprint, planned, &jobs, &mut all)?;
     }
@@ -84,6 +89,9 @@ pub fn run(args: &StudyArgs, context: &Context) -> Result<Outcome> {
         return Ok(Outcome::new(json, text));
     }
     let answers = answers::answer(&mut plan, &mut all, context).context(path.display())?;
+    if ranks::is_silent() {
+        return Ok(Outcome::new(serde_json::Value::Null, ""));
+    }
     let seconds = started.elapsed().as_secs_f64();
     let found = output::write(folder, &plan, &all, &answers, path, context)?;
     let trials = all.done.len();
