@@ -21,6 +21,12 @@ impl Part {
         Self { rows: bound(k)..bound(k + 1), inner, ranks }
     }
 
+    /// All rows of `inner`, which are only those of this process.
+    #[must_use]
+    pub fn own(inner: Box<dyn VisibilitySource>, ranks: Arc<dyn Ranks>) -> Self {
+        Self { rows: 0..inner.n_rows(), inner, ranks }
+    }
+
     fn place(&self, range: &Range<usize>) -> Range<usize> {
         self.rows.start + range.start..self.rows.start + range.end
     }

@@ -9,10 +9,11 @@
 
 use super::apply::{ApplyOptions, Direction, GainApplier};
 use super::model::ModelVisibilities;
+use super::over_ranks::{Numbers, of_all};
 use crate::memory::MemoryBudget;
 use crate::random::stream;
 use crate::{ChainError, Result};
-use cittert_arrays::{GainTable, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
+use cittert_arrays::{GainTable, Ranks, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 use num_complex::Complex64;
 use rand::seq::SliceRandom;
 use std::collections::{BTreeMap, BTreeSet};
@@ -78,7 +79,7 @@ impl HeldOut {
         }
         let mut seen: BTreeSet<(u32, u32)> = BTreeSet::new();
         let (mut first_jd, mut last_jd) = (f64::INFINITY, f64::NEG_INFINITY);
-        for_each_block(data, MemoryBudget::default().block(), |_, block| -> Result<()> {
+        let own = for_each_block(data, MemoryBudget::default().block(), |_, block| -> Result<()> {
             for row in 0..block.n_rows() {
                 let (a, b) = (block.coverage.ant1[row], block.coverage.ant2[row]);
                 let (_, n_chan, n_pol) = block.vis.dim();
@@ -89,7 +90,17 @@ impl HeldOut {
                 }
             }
             Ok(())
-        })?;
+        });
+        let found = [first_jd, last_jd].into_iter().chain(seen.iter().flat_map(|(a, b)| [f64::from(*a), f64::from(*b)]));
+        for numbers in of_all(&*data.ranks(), own.map(|()| found.collect()))? {
+            let mut numbers = Numbers::of(&numbers);
+            if let Some([first, last]) = numbers.next() {
+                (first_jd, last_jd) = (first_jd.min(first), last_jd.max(last));
+            }
+            while let Some([a, b]) = numbers.next() {
+                seen.insert((a as u32, b as u32));
+            }
+        }
         let mut degree: BTreeMap<u32, usize> = BTreeMap::new();
         for (a, b) in &seen {
             *degree.entry(*a).or_default() += 1;
@@ -191,10 +202,24 @@ struct Sums {
     samples: f64,
 }
 
+impl Sums {
+    fn plus(self, b: &Self) -> Self {
+        Self {
+            misfit: self.misfit + b.misfit,
+            power: self.power + b.power,
+            change: self.change + b.change,
+            samples: self.samples + b.samples,
+        }
+    }
+}
+
+/// The sums of each unit: baseline and part of the time.
+type Units = BTreeMap<(u32, u32, i64), Sums>;
+
 /// How an image and gains predict the held-out baselines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    units: BTreeMap<(u32, u32, i64), Sums>,
+    units: Units,
     /// Variance of the data over that of the weights.
     noise: f64,
 }
@@ -216,8 +241,8 @@ impl Prediction {
         let header = data.header().clone();
         let corrupt = ApplyOptions { direction: Direction::Corrupt, flag_unsolved: true, ..apply };
         let mut applier = gains.map(|g| GainApplier::new(g, &header, corrupt)).transpose()?;
-        let mut units: BTreeMap<(u32, u32, i64), Sums> = BTreeMap::new();
-        for_each_block(data, MemoryBudget::default().block(), |first, block| -> Result<()> {
+        let mut units = Units::new();
+        let own = for_each_block(data, MemoryBudget::default().block(), |first, block| -> Result<()> {
             let rows: Vec<usize> = (0..block.n_rows()).filter(|r| held.holds(&block, *r)).collect();
             let clean = model.predict(&header, first, &block.coverage)?;
             let mut predicted = VisibilityBlock { vis: clean.clone(), ..block.clone() };
@@ -241,7 +266,8 @@ impl Prediction {
                 }
             }
             Ok(())
-        })?;
+        });
+        let mut units = Self::units_of_all(&*data.ranks(), own.map(|()| units))?;
         units.retain(|_, s| s.power > 0.0);
         if units.is_empty() {
             return Err(ChainError::NoData("no held-out baseline can be predicted: its antennas have no gains".into()));
@@ -249,13 +275,27 @@ impl Prediction {
         Ok(Self { units, noise })
     }
 
+    /// The units over the rows of all processes, from those over the rows of this one.
+    fn units_of_all(ranks: &dyn Ranks, own: Result<Units>) -> Result<Units> {
+        if ranks.size() == 1 {
+            return own;
+        }
+        let numbers = |((a, b, part), s): (&(u32, u32, i64), &Sums)| {
+            [f64::from(*a), f64::from(*b), *part as f64, s.misfit, s.power, s.change, s.samples]
+        };
+        let mut all = Units::new();
+        for told in of_all(ranks, own.map(|units| units.iter().flat_map(numbers).collect()))? {
+            let mut told = Numbers::of(&told);
+            while let Some([a, b, part, misfit, power, change, samples]) = told.next() {
+                let sums = all.entry((a as u32, b as u32, part as i64)).or_default();
+                *sums = sums.plus(&Sums { misfit, power, change, samples });
+            }
+        }
+        Ok(all)
+    }
+
     fn total(&self) -> Sums {
-        self.units.values().fold(Sums::default(), |a, b| Sums {
-            misfit: a.misfit + b.misfit,
-            power: a.power + b.power,
-            change: a.change + b.change,
-            samples: a.samples + b.samples,
-        })
+        self.units.values().fold(Sums::default(), |a, b| a.plus(b))
     }
 
     /// Power of the noise in the sums: a visibility of weight 1/sigma^2 has 2 sigma^2.

@@ -15,6 +15,7 @@ use super::evidence::Evidence;
 use super::held_out::{HeldOut, JudgeOptions, Prediction, Without};
 use super::joint_model::ImageMaker;
 use super::model::ModelVisibilities;
+use super::over_ranks::ends_all;
 use super::rounds::RoundPlan;
 use super::selfcal::{Judge, Selfcal, SelfcalOptions, Start, round, selfcal};
 use crate::mem::noise_from_hands;
@@ -223,7 +224,7 @@ impl<'a> Trials<'a> {
                 }
             }
             Ok(None) => {}
-            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(e) if ends_all(&e, &*data.ranks()) => return Err(e),
             Err(e) => record.failure = Some(e.to_string()),
         }
         let mut maker = (candidate.make)();
@@ -236,7 +237,7 @@ impl<'a> Trials<'a> {
                     self.best = Some(Best { index, misfit, prediction, maker, rounds });
                 }
             }
-            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(e) if ends_all(&e, &*data.ranks()) => return Err(e),
             Err(e) => {
                 record.failure = Some(e.to_string());
                 self.first_error.get_or_insert(e);
@@ -262,7 +263,7 @@ fn decide(
 ) -> Result<Option<String>> {
     let trained = calibrated.gains.clone();
     let added = match add_all_baselines(data, maker, candidate, calibrated, observer) {
-        Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+        Err(e) if ends_all(&e, &*data.ranks()) => return Err(e),
         Err(e) => Some(format!("no gains can be solved when the held-out baselines are added: {e}")),
         Ok(()) => None,
     };

@@ -5,6 +5,7 @@
 //! | `options` | options of a gain solution |
 //! | `model` | the model visibilities that gains are solved against |
 //! | `normal` | one pass over the data: sums for each baseline and interval |
+//! | `over_ranks` | sums over the rows of all processes |
 //! | `least_squares`, `delay` | the least squares problems of one interval |
 //! | `antenna_fit` | which antennas can be solved in an interval |
 //! | `leakage` | leakages between the feeds, and the phase between them |
@@ -65,9 +66,12 @@ mod lookup;
 mod model;
 mod normal;
 mod options;
+mod over_ranks;
 mod pointing;
 mod power_amplitudes;
 mod predicted;
+#[cfg(test)]
+mod rank_tests;
 mod reach;
 mod reference;
 mod rounds;

@@ -5,11 +5,12 @@
 use super::grouping::{ChannelPlan, FeedPlan};
 use super::model::ModelVisibilities;
 use super::options::{ChannelGroups, GainMode, Outliers, SolveOptions};
+use super::over_ranks::{Numbers, begin, first_row, of_all};
 use crate::closure::{TimeBins, TimeSpan, n_pairs, pair_index};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
-use cittert_arrays::{VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
+use cittert_arrays::{Ranks, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 use ndarray::Array3;
 use num_complex::{Complex, Complex64};
 use std::collections::BTreeMap;
@@ -41,6 +42,17 @@ impl Cell {
             self.half_mm += mm;
         }
         self.n += 1;
+    }
+
+    /// Add the sums over samples that follow. Every second sample is counted over both.
+    pub(super) fn follow(&mut self, next: &Self) {
+        let odd = self.n % 2 == 1;
+        self.half_vm += if odd { next.vm - next.half_vm } else { next.half_vm };
+        self.half_mm += if odd { next.mm - next.half_mm } else { next.half_mm };
+        self.vm += next.vm;
+        self.mm += next.mm;
+        self.vv += next.vv;
+        self.n += next.n;
     }
 
     /// sum w |V - G M|^2 for a gain product G.
@@ -208,7 +220,7 @@ impl NormalEquations {
         Ok(())
     }
 
-    /// One pass over a set.
+    /// One pass over a set. Where several processes share it, all get the sums over all rows.
     ///
     /// # Errors
     /// As [`NormalEquations::add`], errors of the source or the model, or [`ChainError::Cancelled`].
@@ -220,8 +232,12 @@ impl NormalEquations {
     ) -> Result<Self> {
         let header = source.header().clone();
         let mut sums = Self::new(&header, options)?;
+        let ranks = source.ranks();
+        if ranks.size() > 1 {
+            begin(&mut sums.bins, &*ranks, first_row(source, |c, row| c.ant1[row] != c.ant2[row]))?;
+        }
         observer.event(Event::Phase { name: "normal equations", total: Some(source.n_rows() as u64), unit: "rows" });
-        for_each_block(source, MemoryBudget::default().block(), |first_row, block| {
+        let own = for_each_block(source, MemoryBudget::default().block(), |first_row, block| {
             if observer.cancelled() {
                 return Err(ChainError::Cancelled);
             }
@@ -229,9 +245,77 @@ impl NormalEquations {
             sums.add(&block, &predicted)?;
             observer.event(Event::Advance(block.n_rows() as u64));
             Ok(())
-        })?;
+        });
         observer.event(Event::Done);
-        Ok(sums)
+        sums.over(&*ranks, own)
+    }
+
+    /// The sums over the rows of all processes, from those over the rows of this one.
+    fn over(mut self, ranks: &dyn Ranks, own: Result<()>) -> Result<Self> {
+        if ranks.size() == 1 {
+            return own.map(|()| self);
+        }
+        let told = of_all(ranks, own.map(|()| self.numbers()))?;
+        self.intervals.clear();
+        self.counts = SampleCounts::default();
+        self.present.fill(false);
+        for numbers in &told {
+            self.follow(numbers).ok_or_else(|| ChainError::Internal("sums of another process are cut short".into()))?;
+        }
+        Ok(self)
+    }
+
+    /// Everything that is summed, as numbers.
+    fn numbers(&self) -> Vec<f64> {
+        let c = &self.counts;
+        let mut out: Vec<f64> = [c.used, c.flagged, c.not_finite, c.bad_model].map(|n| n as f64).to_vec();
+        out.extend(self.present.iter().map(|p| f64::from(u8::from(*p))));
+        out.push(self.intervals.len() as f64);
+        for (key, sums) in &self.intervals {
+            let filled: Vec<(u32, &Cell)> = (0..).zip(&sums.cells).filter(|(_, c)| c.n > 0).collect();
+            out.push(*key as f64);
+            out.extend(sums.span.ends_jd());
+            out.extend([filled.len() as f64, sums.rows.len() as f64]);
+            for (at, c) in filled.into_iter().chain(sums.rows.iter().map(|(at, c)| (*at, c))) {
+                let n = f64::from(c.n);
+                out.extend([f64::from(at), c.vm.re, c.vm.im, c.mm, c.vv, n, c.half_vm.re, c.half_vm.im, c.half_mm]);
+            }
+        }
+        out
+    }
+
+    /// Add the sums over rows that follow, from their numbers; `None` if any are missing.
+    fn follow(&mut self, numbers: &[f64]) -> Option<()> {
+        let mut numbers = Numbers::of(numbers);
+        let [used, flagged, not_finite, bad_model] = numbers.next()?.map(|n: f64| n as u64);
+        let c = &mut self.counts;
+        c.used += used;
+        c.flagged += flagged;
+        c.not_finite += not_finite;
+        c.bad_model += bad_model;
+        for present in &mut self.present {
+            let [here] = numbers.next()?;
+            *present |= here > 0.0;
+        }
+        let n_cells = self.channels.n_groups() * self.feeds.names.len() * n_pairs(self.header.layout.n_ant());
+        let empty = || IntervalSums { span: TimeSpan::empty(), cells: vec![Cell::default(); n_cells], rows: Vec::new() };
+        let [intervals] = numbers.next()?;
+        for _ in 0..intervals as usize {
+            let [key, first_jd, last_jd, filled, rows] = numbers.next()?;
+            let sums = self.intervals.entry(key as i64).or_insert_with(empty);
+            sums.span.unite(TimeSpan::of(first_jd, last_jd));
+            for k in 0..filled as usize + rows as usize {
+                let [at, vm_re, vm_im, mm, vv, n, half_re, half_im, half_mm] = numbers.next()?;
+                let (vm, half_vm) = (Complex64::new(vm_re, vm_im), Complex64::new(half_re, half_im));
+                let cell = Cell { vm, mm, vv, n: n as u32, half_vm, half_mm };
+                if k < filled as usize {
+                    sums.cells.get_mut(at as usize)?.follow(&cell);
+                } else {
+                    sums.rows.push((at as u32, cell));
+                }
+            }
+        }
+        Some(())
     }
 
     /// Refuse sums without usable data or with a model of zero.

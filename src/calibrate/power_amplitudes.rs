@@ -8,11 +8,12 @@
 use super::grouping::{ChannelPlan, FeedPlan};
 use super::lookup::nearest_channel;
 use super::options::SolveOptions;
+use super::over_ranks::{Numbers, begin, of_all};
 use crate::closure::{TimeBins, TimeSpan};
 use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
-use cittert_arrays::{GainTable, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block, jy_per_kelvin_sr};
+use cittert_arrays::{GainTable, Ranks, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block, jy_per_kelvin_sr};
 use ndarray::Array3;
 use num_complex::Complex64;
 use std::collections::BTreeMap;
@@ -140,6 +141,9 @@ fn of_mean_gain(
         count[antenna] += 1.0;
         Ok(())
     })?;
+    let ranks = source.ranks();
+    ranks.sum(&mut power);
+    ranks.sum(&mut count);
     let receiver = |a: usize| (0..n_chan).map(|c| receivers[a * n_chan + c] / per_ksr(freq[c])).sum::<f64>() / n_chan as f64;
     let all: Option<Vec<(f64, f64)>> = (0..power.len()).map(|a| (power[a] > 0.0).then(|| (power[a] / count[a], receiver(a)))).collect();
     let Some(all) = all else { return Ok(None) };
@@ -161,8 +165,17 @@ fn solved(source: &mut dyn VisibilitySource, header: &VisibilityHeader, options:
     let shape = (header.layout.n_ant(), channels.n_groups(), feeds.names.len());
     let n_chan = header.spectrum.n_chan();
     let mut bins = TimeBins::new(options.solint);
+    let ranks = source.ranks();
+    if ranks.size() > 1 {
+        let mut first = None;
+        let read = for_each_power(source, header, |(time_jd, length_s), _, _, pol, _| {
+            first = first.or(feeds.of_pol[pol].map(|_| [time_jd, length_s]));
+            Ok(())
+        });
+        begin(&mut bins, &*ranks, read.map(|()| first))?;
+    }
     let mut intervals: BTreeMap<i64, Interval> = BTreeMap::new();
-    for_each_power(source, header, |(time_jd, length_s), antenna, chan, pol, (v, weight)| {
+    let own = for_each_power(source, header, |(time_jd, length_s), antenna, chan, pol, (v, weight)| {
         let Some(feed) = feeds.of_pol[pol] else { return Ok(()) };
         let empty = || Interval { span: TimeSpan::empty(), cross: Array3::zeros(shape), square: Array3::zeros(shape) };
         let interval = intervals.entry(bins.key(time_jd, length_s)?).or_insert_with(empty);
@@ -171,7 +184,8 @@ fn solved(source: &mut dyn VisibilitySource, header: &VisibilityHeader, options:
         interval.cross[at] += weight * v * e;
         interval.square[at] += weight * e * e;
         Ok(())
-    })?;
+    });
+    let intervals = if ranks.size() > 1 { of_all_rows(&*ranks, own.map(|()| intervals), shape)? } else { own.map(|()| intervals)? };
     let spans: Vec<&Interval> = intervals.values().collect();
     let mut table = GainTable::unity(
         header.layout.clone(),
@@ -194,6 +208,27 @@ fn solved(source: &mut dyn VisibilitySource, header: &VisibilityHeader, options:
     }
     table.mode = "amplitudes from autocorrelations".into();
     Ok(table)
+}
+
+/// The sums over the rows of all processes, from those over the rows of this one.
+fn of_all_rows(ranks: &dyn Ranks, own: Result<BTreeMap<i64, Interval>>, shape: (usize, usize, usize)) -> Result<BTreeMap<i64, Interval>> {
+    let numbers = |(key, i): (&i64, &Interval)| -> Vec<f64> {
+        let sums = i.cross.iter().chain(&i.square).copied();
+        std::iter::once(*key as f64).chain(i.span.ends_jd()).chain(sums).collect()
+    };
+    let mut all: BTreeMap<i64, Interval> = BTreeMap::new();
+    for told in of_all(ranks, own.map(|intervals| intervals.iter().flat_map(numbers).collect()))? {
+        let mut told = Numbers::of(&told);
+        while let Some([key, first_jd, last_jd]) = told.next() {
+            let empty = || Interval { span: TimeSpan::empty(), cross: Array3::zeros(shape), square: Array3::zeros(shape) };
+            let interval = all.entry(key as i64).or_insert_with(empty);
+            interval.span.unite(TimeSpan::of(first_jd, last_jd));
+            for sum in interval.cross.iter_mut().chain(&mut interval.square) {
+                *sum += told.next().map_or(0.0, |[x]: [f64; 1]| x);
+            }
+        }
+    }
+    Ok(all)
 }
 
 /// Call `work` with time and integration, antenna, channel, product, power and weight of every usable autocorrelation of a parallel hand.

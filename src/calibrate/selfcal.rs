@@ -12,6 +12,7 @@ use super::held_out::{HeldOut, Prediction, Without};
 use super::model::{ModelVisibilities, PointModel};
 use super::normal::{Cell, NormalEquations};
 use super::options::{GainMode, RoundOptions, SolveOptions};
+use super::over_ranks::ends_all;
 use super::rounds::{ModelMaker, ModelMetrics, RoundPlan, schedule};
 use super::selfcal_tuning::SelfcalTuning;
 use super::solve::{Solution, SolveReport};
@@ -192,8 +193,7 @@ pub fn selfcal(
         maker.begin_round(next + 1);
         let record = match round(data, maker, start.take(), plan, options, judge, observer) {
             Ok(record) => record,
-            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
-            Err(e) if out.rounds.is_empty() => return Err(e),
+            Err(e) if out.rounds.is_empty() || ends_all(&e, &*data.ranks()) => return Err(e),
             Err(e) => {
                 out.stop = SelfcalStop::Failed(e.to_string());
                 break;
@@ -248,7 +248,7 @@ pub fn selfcal(
         let mut source = seen(data, judge);
         match maker.update(&mut CalibratedSource::new(&mut source, &best.gains, options.rounds.apply())?, &plan, observer) {
             Ok(metrics) => out.deepened = Some(metrics),
-            Err(ChainError::Cancelled) => return Err(ChainError::Cancelled),
+            Err(e) if ends_all(&e, &*data.ranks()) => return Err(e),
             Err(e) => {
                 maker.recall();
                 let warning = format!("the image of the best round could not be made to its full depth: {e}");

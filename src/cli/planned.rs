@@ -63,7 +63,8 @@ fn size(bytes: u64) -> String {
 pub(super) fn check_room_for_set(source: &dyn VisibilitySource, output: &Path) -> Result<()> {
     let header = source.header();
     let per_row = header.spectrum.n_chan().saturating_mul(header.polarizations.len());
-    let bytes = source.n_rows().saturating_mul(per_row).saturating_mul(size_of::<Complex<f32>>());
+    let rows = source.n_rows().saturating_mul(source.ranks().size());
+    let bytes = rows.saturating_mul(per_row).saturating_mul(size_of::<Complex<f32>>());
     check_room(bytes as u64, "visibilities", output)
 }
 

@@ -91,6 +91,22 @@ impl TimeSpan {
         Self { first_jd: f64::INFINITY, last_jd: f64::NEG_INFINITY }
     }
 
+    /// From the first to the last time, Julian dates.
+    pub(crate) fn of(first_jd: f64, last_jd: f64) -> Self {
+        Self { first_jd, last_jd }
+    }
+
+    /// First and last time, Julian dates.
+    pub(crate) fn ends_jd(&self) -> [f64; 2] {
+        [self.first_jd, self.last_jd]
+    }
+
+    /// Make it span the times of another one too.
+    pub(crate) fn unite(&mut self, other: Self) {
+        self.first_jd = self.first_jd.min(other.first_jd);
+        self.last_jd = self.last_jd.max(other.last_jd);
+    }
+
     pub(crate) fn add(&mut self, time_jd: f64, integration_s: f64) {
         let half = if integration_s.is_finite() { integration_s.max(0.0) / 2.0 / DAY_S } else { 0.0 };
         self.first_jd = self.first_jd.min(time_jd - half);

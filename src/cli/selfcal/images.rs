@@ -19,7 +19,8 @@ pub(super) fn round_file(round: usize, ending: &str) -> String {
 /// Writes the image of each round of each candidate into a hidden folder.
 pub(super) struct RoundImages<'a> {
     pub(super) out: &'a OutputArgs,
-    pub(super) drafts: Drafts,
+    /// Those of process 0.
+    pub(super) drafts: Option<Drafts>,
     pub(super) history: String,
     pub(super) seconds: Cell<f64>,
     pub(super) kept: RefCell<BTreeSet<(&'static str, usize)>>,
@@ -37,8 +38,9 @@ impl RoundImages<'_> {
 
     /// Make the images of the candidate `chosen` up to its last round outputs. All others vanish with the hidden folder.
     pub(super) fn choose(&self, chosen: &str, last: usize) -> Result<()> {
+        let Some(drafts) = &self.drafts else { return Ok(()) };
         for (candidate, round) in self.kept.take().into_iter().filter(|(c, round)| *c == chosen && *round <= last) {
-            self.drafts.publish(&draft(candidate, round), &self.target(round), self.out.overwrite)?;
+            drafts.publish(&draft(candidate, round), &self.target(round), self.out.overwrite)?;
         }
         Ok(())
     }
@@ -46,6 +48,7 @@ impl RoundImages<'_> {
 
 impl Keep for RoundImages<'_> {
     fn keep(&self, candidate: &'static str, round: usize, image: &Image) -> crate::Result<()> {
+        let Some(drafts) = &self.drafts else { return Ok(()) };
         let mut image = image.clone();
         image.history.push(self.history.clone());
         let options = ImageOptions { overwrite: true, ..ImageOptions::default() };
@@ -54,7 +57,7 @@ impl Keep for RoundImages<'_> {
             FormatError::Io { action, source, .. } => FormatError::Io { path: self.target(round), action, source },
             other => other,
         };
-        let written = write_image(&self.drafts.path(&draft(candidate, round)), &image, options);
+        let written = write_image(&drafts.path(&draft(candidate, round)), &image, options);
         written.map_err(|e| crate::ChainError::Other(Box::new(named(e))))?;
         self.kept.borrow_mut().insert((candidate, round));
         Ok(())

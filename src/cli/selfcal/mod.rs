@@ -11,6 +11,7 @@ use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SetArgs, SetFiles, loaded, no_range, prior_file, prior_image};
 use super::planned::check_room_for_set;
 use super::predict::load_model;
+use super::ranks;
 use super::verdict::{self, Judged};
 use crate::calibrate::{
     Accuracy, Beginning, Calibrated, CalibratedSource, Candidate, CandidateOptions, FeedTerm, GainMode, ImageMaker, LeakageSolution,
@@ -23,9 +24,8 @@ use crate::mem::{Prior, PriorChoice};
 use crate::memory::MemoryBudget;
 use crate::simulate::SkyModel;
 use crate::verdict::{ImageFacts, not_determined, of_gains};
-use cittert_arrays::{GainTable, SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySource};
+use cittert_arrays::{GainTable, Part, PartsSink, SkyGrid, VisibilityHeader, VisibilitySet, VisibilitySink, VisibilitySource};
 use cittert_formats::atomic::{Drafts, remove_at_the_end};
-use cittert_formats::fits::{ImageOptions, write_image};
 use clap::Args;
 use images::{RoundImages, round_file};
 use maker::{Keep, KeepingMaker, Seconds};
@@ -91,7 +91,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     check_room_for_set(source.as_ref(), &args.out.suffixed(".uvh5"))?;
     let (imaging, grid) = imaging(args, source.as_mut(), context).context(&what)?;
     let accuracy = Accuracy { epsilon: imaging.epsilon, no_w: imaging.no_w };
-    let drafts = Drafts::beside(&args.out.suffixed("-rounds.jsonl"))?;
+    let drafts = (!ranks::is_silent()).then(|| Drafts::beside(&args.out.suffixed("-rounds.jsonl"))).transpose()?;
     let images = RoundImages { out: &args.out, drafts, history: context.history(), seconds: Cell::default(), kept: RefCell::default() };
     // Autocorrelations tell the amplitudes, so that only phases are left.
     let amplitudes = match args.solve.mode {
@@ -135,7 +135,9 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let rounds_from = usize::from(result.rounds.before.is_none());
     for path in before.iter().filter(|p| !(rounds_from..=result.rounds.rounds.len()).any(|k| is_of_round(args, p, k))) {
         // Files of an earlier run with more rounds do not belong to this run.
-        remove_at_the_end(path)?;
+        if !ranks::is_silent() {
+            remove_at_the_end(path)?;
+        }
     }
     let together = maker::joint(maker.as_ref());
     let Some(products) = maker::products(maker.as_ref()) else {
@@ -176,8 +178,7 @@ pub fn run(args: &SelfcalArgs, context: &Context) -> Result<Outcome> {
     let mut written: Vec<PathBuf> = OTHERS.iter().map(|s| args.out.suffixed(s)).chain(turned.map(|t| t.path)).collect();
     for (suffix, mut image) in IMAGES.iter().zip([products.psf, products.dirty, products.model, products.residual, products.restored]) {
         let path = args.out.suffixed(suffix);
-        image.history.push(context.history());
-        write_image(&path, &image, ImageOptions { overwrite: args.out.overwrite, ..ImageOptions::default() })?;
+        args.out.image(&path, &mut image, context)?;
         written.push(path);
     }
     seconds.writing = writing.elapsed().as_secs_f64();
@@ -263,7 +264,9 @@ fn in_memory(mut source: Box<dyn VisibilitySource>) -> Result<Box<dyn Visibility
         return Ok(source);
     }
     let data = source.read_rows(0..source.n_rows())?;
-    Ok(Box::new(VisibilitySet::new(header, data)?))
+    let set = Box::new(VisibilitySet::new(header, data)?);
+    let ranks = source.ranks();
+    Ok(if ranks.size() > 1 { Box::new(Part::own(set, ranks)) } else { set })
 }
 
 fn is_of_round(args: &SelfcalArgs, path: &Path, round: usize) -> bool {
@@ -285,6 +288,14 @@ fn old_rounds(args: &SelfcalArgs) -> Result<Vec<PathBuf>> {
 
 /// Check the options and outputs at once instead of after the calibration.
 fn check(args: &SelfcalArgs, input: &SetFiles) -> Result<()> {
+    if !matches!(args.clean.algorithm, Algorithm::Clean(_)) {
+        ranks::refuse_several(
+            "selfcal then cleans, and solves no image together with the gains. Give --deconvolver hogbom, clark or multiscale",
+        )?;
+    }
+    if !args.feed_terms.is_empty() || args.pointing.pointing {
+        ranks::refuse_several("selfcal then solves for gains only. Leave out --solve and --pointing, or start it without mpirun")?;
+    }
     args.rounds.check().map_err(Failure::call)?;
     if args.feed_terms.contains(&FeedTerm::CrossPhase) && args.rounds.model.is_none() {
         // Images of the data turn their U and V, or Q and U, with this phase.
@@ -333,6 +344,9 @@ fn save_data(
 ) -> Result<crate::calibrate::ApplyCounts> {
     let spectrum = source.header().spectrum.clone();
     let write = |path: &Path, gains: &GainTable| {
+        if ranks::is_silent() {
+            return Ok(());
+        }
         let (channels, from) = spread_channels(gains, &spectrum);
         cittert_formats::calh5::write_gains_on(path, gains, (&channels, &from), args.out.overwrite)
     };
@@ -346,10 +360,15 @@ fn save_data(
     let path = args.out.suffixed(".uvh5");
     let mut header = source.header().clone();
     header.history.push(context.history());
-    let created = cittert_formats::create_visibilities(&path, &header, args.out.overwrite)?;
-    created.notes.iter().for_each(|n| context.console.note(n));
-    let mut sink = created.sink;
-    let counts = apply(source, gains, args.rounds.apply(), sink.as_mut(), &context.console)?;
+    let processes = source.ranks();
+    let create = || cittert_formats::create_visibilities(&path, &header, args.out.overwrite);
+    let created = (!ranks::is_silent()).then(create).transpose()?;
+    created.iter().flat_map(|c| &c.notes).for_each(|n| context.console.note(n));
+    let mut sink = Box::new(PartsSink::new(processes.clone(), created.map(|c| c.sink as Box<dyn VisibilitySink>)));
+    let mut counts = apply(source, gains, args.rounds.apply(), sink.as_mut(), &context.console)?;
     sink.finish().context(format!("{}", path.display()))?;
+    let mut all = [counts.applied, counts.flagged].map(|n| n as f64);
+    processes.sum(&mut all);
+    [counts.applied, counts.flagged] = all.map(|n| n as u64);
     Ok(counts)
 }
