@@ -48,14 +48,28 @@ impl<'a> SkyPrediction<'a> {
         self.simulator = self.simulator.expecting(data.n_rows().saturating_mul(of_row) as u64);
         self
     }
+
+    /// Prepare for rows some of which another process predicts, so that each row gets the bits that it has where one process predicts all.
+    ///
+    /// # Errors
+    /// As [`ModelVisibilities::predict`].
+    pub fn cover(&mut self, coverage: &UvCoverage) -> Result<()> {
+        self.simulator.cover(&placed(coverage).0, self.observer)
+    }
+}
+
+/// The rows of a coverage with those moved to the origin whose uvw are not finite, and which these are.
+fn placed(coverage: &UvCoverage) -> (UvCoverage, Vec<usize>) {
+    let mut rows = coverage.clone();
+    let lost: Vec<usize> = (0..rows.n_rows()).filter(|r| rows.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
+    lost.iter().for_each(|r| rows.uvw_m.row_mut(*r).fill(0.0));
+    (rows, lost)
 }
 
 impl ModelVisibilities for SkyPrediction<'_> {
     fn predict(&mut self, _header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
-        let mut rows = coverage.clone();
         // Rows whose uvw are not finite have no model. They are predicted at the origin and then marked.
-        let lost: Vec<usize> = (0..rows.n_rows()).filter(|r| rows.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
-        lost.iter().for_each(|r| rows.uvw_m.row_mut(*r).fill(0.0));
+        let (rows, lost) = placed(coverage);
         let mut vis = self.simulator.block(rows, first_row as u64, self.observer)?.vis;
         lost.iter().for_each(|r| vis.slice_mut(s![*r, .., ..]).fill(Complex::new(f32::NAN, f32::NAN)));
         Ok(vis)

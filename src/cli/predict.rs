@@ -5,15 +5,19 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result};
 use super::options::{OutputArgs, SceneArgs, SetArgs, SetFiles, model_surface, range_file};
 use super::planned::check_room_for_set;
+use super::ranks;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
 use crate::memory::MemoryBudget;
 use crate::nearfield::RangeChoice;
 use crate::progress::{Event, Observer};
 use crate::simulate::{SceneOptions, SkyModel};
-use cittert_arrays::{ArrayError, PhaseCenter, VisibilityHeader, for_each_block};
+use cittert_arrays::{
+    ArrayError, InTurn, PhaseCenter, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block, rows_of_block,
+};
 use cittert_formats::{ColumnSink, CreateOptions, Edit, VisColumn};
 use clap::Args;
+use ndarray::Array3;
 use num_complex::Complex;
 use std::path::{Path, PathBuf};
 
@@ -59,7 +63,8 @@ pub(super) fn load_model(path: &Path, header: &VisibilityHeader, context: &Conte
 
 /// The output, and what goes into it.
 struct Output {
-    sink: Box<dyn ColumnSink>,
+    /// Other processes than 0 have none.
+    sink: Option<Box<dyn ColumnSink>>,
     /// Columns of the input that are written again. In a copy that is changed they are there already.
     beside: Beside,
     /// Each quantity that is written beside the data, and its column in the output.
@@ -76,9 +81,11 @@ impl Output {
         let wanted: Vec<VisColumn> = args.into.iter().filter_map(|name| VisColumn::named(name)).collect();
         if wanted.is_empty() {
             let options = CreateOptions { overwrite: args.out.overwrite, ..CreateOptions::default() };
-            let created = cittert_formats::create_visibilities_with(path, header, &options)?;
-            created.notes.iter().for_each(|n| context.console.note(n));
-            return Ok(Self { sink: created.sink, beside: Beside::default(), columns: Vec::new(), is_copy: false });
+            let create = || cittert_formats::create_visibilities_with(path, header, &options);
+            let created = (!ranks::is_silent()).then(create).transpose()?;
+            created.iter().flat_map(|c| &c.notes).for_each(|n| context.console.note(n));
+            let sink = created.map(|c| c.sink);
+            return Ok(Self { sink, beside: Beside::default(), columns: Vec::new(), is_copy: false });
         }
         let to = input.one().map_or_else(|| cittert_formats::format_to_write(path), |one| cittert_formats::format_of_output(one, path))?;
         let (mut columns, mut notes) = (Vec::new(), Vec::new());
@@ -97,7 +104,7 @@ impl Output {
         let edit = Edit { overwrite: args.out.overwrite, data: false, columns: places().collect(), history: lines };
         if let Some(created) = input.one().map_or(Ok(None), |one| cittert_formats::edit_visibilities(one, path, &edit))? {
             notes.iter().chain(&created.notes).for_each(|n| context.console.note(n));
-            return Ok(Self { sink: created.sink, beside: Beside::default(), columns, is_copy: true });
+            return Ok(Self { sink: Some(created.sink), beside: Beside::default(), columns, is_copy: true });
         }
         let mut beside = places().fold(Beside::open(input, path)?, Beside::without);
         beside.notes.extend(notes);
@@ -108,12 +115,81 @@ impl Output {
         let options = CreateOptions { overwrite: args.out.overwrite, columns: all, ..CreateOptions::default() };
         let created = cittert_formats::create_visibilities_with(path, header, &options)?;
         beside.notes.iter().chain(&created.notes).for_each(|n| context.console.note(n));
-        Ok(Self { sink: created.sink, beside, columns, is_copy: false })
+        Ok(Self { sink: Some(created.sink), beside, columns, is_copy: false })
     }
 
     fn only_residual(&self) -> bool {
         !self.columns.is_empty() && self.columns.iter().all(|c| c.0 == VisColumn::Residual)
     }
+}
+
+/// Predicts blocks, and adds up what is written.
+struct Tally<'a> {
+    header: &'a VisibilityHeader,
+    /// In a copy, the flags stay as they are.
+    keeps_flags: bool,
+    /// Count the residual instead of the model.
+    residual: bool,
+    /// The sum of squares and the number of unflagged visibilities, and how many have no model.
+    sums: [f64; 3],
+}
+
+impl Tally<'_> {
+    /// The model of a block, and the data less the model.
+    fn predict(&mut self, model: &mut SkyPrediction<'_>, first: usize, block: &mut VisibilityBlock) -> Result<(Cube, Cube), ChainError> {
+        let mut predicted = model.predict(self.header, first, &block.coverage)?;
+        let mut residual = block.vis.clone();
+        let [power, used, lost] = &mut self.sums;
+        for ((at, m), left) in predicted.indexed_iter_mut().zip(&mut residual) {
+            if !m.is_finite() {
+                block.flags[at] |= !self.keeps_flags;
+                *lost += 1.0;
+                (*m, *left) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
+                continue;
+            }
+            *left -= *m;
+            let told = if self.residual { *left } else { *m };
+            if !block.flags[at] && told.is_finite() {
+                *power += f64::from(told.re).powi(2) + f64::from(told.im).powi(2);
+                *used += 1.0;
+            }
+        }
+        Ok((predicted, residual))
+    }
+}
+
+/// Visibilities \[blt, chan, pol\].
+type Cube = Array3<Complex<f32>>;
+
+/// Predict all rows, by processes in turn.
+fn in_turn(
+    source: &mut dyn VisibilitySource,
+    model: &mut SkyPrediction<'_>,
+    tally: &mut Tally<'_>,
+    turns: &mut InTurn<'_>,
+    observer: &dyn Observer,
+) -> Result<(), ChainError> {
+    let (n_rows, step) = (source.n_rows(), rows_of_block(source.header(), MemoryBudget::default().block()));
+    for start in (0..n_rows).step_by(step) {
+        let end = (start + step).min(n_rows);
+        if turns.processes() > 1 {
+            model.cover(&source.read_coverage(start..end)?)?;
+        }
+        let share = (end - start).div_ceil(turns.processes());
+        for first in (start..end).step_by(share) {
+            let rows = first..(first + share).min(end);
+            let mut own = None;
+            if turns.is_own() {
+                let mut block = source.read_rows(rows.clone())?;
+                let (predicted, residual) = tally.predict(model, first, &mut block)?;
+                block.vis = if tally.residual { residual } else { predicted };
+                own = Some(block);
+            }
+            turns.write(own)?;
+            observer.event(Event::Advance(rows.len() as u64));
+        }
+    }
+    Ok(())
 }
 
 /// Predict a model on the rows of a set and write it, or the residual.
@@ -123,6 +199,9 @@ impl Output {
 pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let path = &args.out.output;
     let input = args.input.files()?;
+    if !args.into.is_empty() {
+        ranks::refuse_several("predict then writes no columns beside the data. Leave out --into, or start it without mpirun")?;
+    }
     let map = args.range.as_ref().and_then(range_file);
     if args.into.is_empty() {
         args.out.claim([path.as_path()], input.all().iter().map(PathBuf::as_path).chain([args.model.as_path()]).chain(map))?;
@@ -131,7 +210,8 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
         let others: Vec<&Path> = [args.model.as_path()].into_iter().chain(map).collect();
         input.claim_or_edit(&args.out, &others)?;
     }
-    let mut source = input.open(context)?;
+    // Several processes predict blocks of rows in turn, so each has all rows at hand.
+    let mut source = input.open_whole(context)?;
     check_room_for_set(source.as_ref(), path)?;
     let mut header = source.header().clone();
     let surface = args.range.as_ref().map(|choice| model_surface(choice, &header.near_field)).transpose()?;
@@ -140,43 +220,32 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     let mut model =
         SkyPrediction::new(&header, &sky, Accuracy { epsilon: args.epsilon, no_w: args.no_w }, &context.console).context(&what)?;
     let mut out = Output::begin(args, &input, &mut header, context)?;
-    let mut lost = 0_u64;
-    let (mut power, mut used) = (0.0, 0_u64);
     let console = &context.console;
     console.event(Event::Phase { name: "predicting", total: Some(source.n_rows() as u64), unit: "rows" });
-    for_each_block::<ChainError>(source.as_mut(), MemoryBudget::default().block(), |first, mut block| {
-        let mut predicted = model.predict(&header, first, &block.coverage)?;
-        let mut residual = block.vis.clone();
-        for ((at, m), left) in predicted.indexed_iter_mut().zip(&mut residual) {
-            if !m.is_finite() {
-                // In a copy, the flags stay as they are.
-                block.flags[at] |= !out.is_copy;
-                lost += 1;
-                (*m, *left) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
-                continue;
-            }
-            *left -= *m;
-            let told = if args.residual || out.only_residual() { *left } else { *m };
-            if !block.flags[at] && told.is_finite() {
-                power += f64::from(told.re).powi(2) + f64::from(told.im).powi(2);
-                used += 1;
-            }
-        }
-        console.event(Event::Advance(block.n_rows() as u64));
-        if out.columns.is_empty() {
-            block.vis = if args.residual { residual } else { predicted };
-            return Ok(out.sink.write_block(&block)?);
-        }
-        let kept = out.beside.read(first..first + block.n_rows())?;
-        let mut views: Vec<_> = kept.iter().map(|c| c.view()).collect();
-        views.extend(out.columns.iter().map(|(what, _)| if *what == VisColumn::Model { predicted.view() } else { residual.view() }));
-        out.sink.write_columns(&block, &views).map_err(ArrayError::from)?;
-        Ok(())
-    })
-    .context(&what)?;
+    let residual = args.residual || out.only_residual();
+    let mut tally = Tally { header: &header, keeps_flags: out.is_copy, residual, sums: [0.0; 3] };
+    if out.columns.is_empty() {
+        let mut turns = InTurn::new(ranks::all(), out.sink.as_deref_mut().map(|sink| sink as &mut dyn VisibilitySink));
+        in_turn(source.as_mut(), &mut model, &mut tally, &mut turns, console).context(&what)?;
+    } else {
+        for_each_block::<ChainError>(source.as_mut(), MemoryBudget::default().block(), |first, mut block| {
+            let (predicted, residual) = tally.predict(&mut model, first, &mut block)?;
+            console.event(Event::Advance(block.n_rows() as u64));
+            let kept = out.beside.read(first..first + block.n_rows())?;
+            let mut views: Vec<_> = kept.iter().map(|c| c.view()).collect();
+            views.extend(out.columns.iter().map(|(what, _)| if *what == VisColumn::Model { predicted.view() } else { residual.view() }));
+            out.sink.iter_mut().try_for_each(|sink| sink.write_columns(&block, &views)).map_err(ArrayError::from)?;
+            Ok(())
+        })
+        .context(&what)?;
+    }
     console.event(Event::Done);
-    let (only_residual, fate) = (out.only_residual(), if out.is_copy { "their model is 0" } else { "they are flagged" });
-    out.sink.finish().context(format!("{}", path.display()))?;
+    let mut sums = tally.sums;
+    ranks::all().sum(&mut sums);
+    let ([power, used, lost], fate) = (sums, if out.is_copy { "their model is 0" } else { "they are flagged" });
+    let only_residual = out.only_residual();
+    out.sink.map_or(Ok(()), |sink| sink.finish()).context(format!("{}", path.display()))?;
+    let (used, lost) = (used as u64, lost as u64);
     if lost > 0 {
         console.warn(&format!("{lost} visibilities lie at coordinates that are not finite: {fate}"));
     }

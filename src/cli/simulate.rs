@@ -5,7 +5,7 @@ use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
 use super::options::{OutputArgs, SceneArgs, load_array, range_file, scene_surface};
 use super::scene_errors::{TruthFiles, band_files, read_bands};
-use super::{planned, verdict};
+use super::{planned, ranks, verdict};
 use crate::calibrate::spread_channels;
 use crate::corrupt::{
     AtmosphereOptions, BandErrorOptions, CorruptOptions, ErrorOptions, GainedSink, JitterOptions, PointingOptions, SceneErrors,
@@ -13,7 +13,7 @@ use crate::corrupt::{
 };
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use crate::verdict::{Finding, of_pedestal};
-use cittert_arrays::VisUnit;
+use cittert_arrays::{InTurn, VisUnit, VisibilitySink};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -144,25 +144,30 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
     let simulator = Simulator::new(head, &scene.sky, &args.how, &context.console).context(format!("{}", args.scene.scene.display()))?;
     let mut simulator = differing.put_into(simulator).map_err(Failure::call)?;
     let path = &args.out.output;
-    let mut sink = args.out.visibilities(simulator.header(), context)?;
+    // Other processes than 0 have no output.
+    let mut sink = (!ranks::is_silent()).then(|| args.out.visibilities(simulator.header(), context)).transpose()?;
     let mut blocks = plan.blocks(BLOCK_ROWS);
     let n_rows = Some(plan.n_rows() as u64);
-    let summary = match &gains {
-        Some(table) => {
-            let header = simulator.header().clone();
-            simulator.run(&mut blocks, n_rows, &mut GainedSink::new(sink.as_mut(), table, &header), &context.console)
+    let header = simulator.header().clone();
+    let mut gained;
+    let out: Option<&mut dyn VisibilitySink> = match (sink.as_deref_mut(), &gains) {
+        (Some(sink), Some(table)) => {
+            gained = GainedSink::new(sink, table, &header);
+            Some(&mut gained)
         }
-        None => simulator.run(&mut blocks, n_rows, sink.as_mut(), &context.console),
+        (Some(sink), None) => Some(sink),
+        (None, _) => None,
     };
+    let summary = simulator.run_in_turn(&mut blocks, n_rows, &mut InTurn::new(ranks::all(), out), &context.console);
     let summary = summary.context(format!("{}", args.scene.scene.display()))?;
+    let Some(sink) = sink else { return Ok(Outcome::new(serde_json::Value::Null, "")) };
     if let (Some(path), Some(mut table)) = (&gains_path, gains) {
         table.history.push(context.history());
-        let channels = spread_channels(&table, &simulator.header().spectrum);
+        let channels = spread_channels(&table, &header.spectrum);
         cittert_formats::calh5::write_gains_on(path, &table, (&channels.0, &channels.1), args.out.overwrite)?;
     }
     sink.finish().context(format!("{}", path.display()))?;
-    let header = simulator.header();
-    let findings: Vec<Finding> = of_pedestal(header).into_iter().collect();
+    let findings: Vec<Finding> = of_pedestal(&header).into_iter().collect();
     verdict::warn(&findings, context);
     let json = serde_json::json!({
         "output": path,
@@ -187,5 +192,5 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         Some(gains) => outcome.wrote(gains),
         None => outcome,
     };
-    files.write(&differing, &simulator.header().layout, args.out.overwrite, outcome)
+    files.write(&differing, &header.layout, args.out.overwrite, outcome)
 }

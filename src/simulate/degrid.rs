@@ -13,6 +13,8 @@ pub(crate) struct DegridPlane {
     freq_hz: Vec<f64>,
     options: GridOptions,
     n_vis: Option<u64>,
+    /// The uvw range of the rows so far, with some room.
+    extent: Option<UvwExtent>,
     ready: Option<(UvwExtent, Precision)>,
 }
 
@@ -26,12 +28,12 @@ impl DegridPlane {
     /// A plane \[m, l\] of values per cell, for some frequencies, an error of at most `epsilon` of the total flux, and about `n_vis` visibilities.
     pub(crate) fn new(grid: &SkyGrid, plane: Array2<f64>, freq_hz: Vec<f64>, (epsilon, w_term): (f64, bool), n_vis: Option<u64>) -> Self {
         let options = GridOptions { epsilon, w_term, divide_by_n: false, ..GridOptions::default() };
-        Self { grid: grid.clone(), plane, freq_hz, options, n_vis, ready: None }
+        Self { grid: grid.clone(), plane, freq_hz, options, n_vis, extent: None, ready: None }
     }
 
     /// Approximate size in bytes.
     pub(crate) fn bytes(&self) -> usize {
-        let w_planes = self.ready.as_ref().map_or(0, |(extent, _)| {
+        let w_planes = self.extent.map_or(0, |extent| {
             let f_max = self.freq_hz.iter().copied().fold(0.0, f64::max);
             let half = self.grid.cell_rad * (self.grid.n_l.max(self.grid.n_m) / 2) as f64;
             let turns = if self.options.w_term { extent.w_m * f_max / SPEED_OF_LIGHT_M_S * half * half } else { 0.0 };
@@ -42,17 +44,28 @@ impl DegridPlane {
         8 * self.plane.len() + 2 * point * self.plane.len() * w_planes
     }
 
+    /// Let the range cover these rows. It becomes larger by a tenth than needed, because the next block often needs a slightly larger range.
+    pub(crate) fn cover(&mut self, uvw_m: ArrayView2<'_, f64>) {
+        let needed = UvwExtent::of(uvw_m);
+        let covers = |e: &UvwExtent| e.u_m >= needed.u_m && e.v_m >= needed.v_m && e.w_m >= needed.w_m;
+        let needed = match self.extent {
+            Some(extent) if covers(&extent) => return,
+            Some(extent) => needed.union(extent),
+            None => needed,
+        };
+        self.extent = Some(UvwExtent { u_m: 1.1 * needed.u_m, v_m: 1.1 * needed.v_m, w_m: 1.1 * needed.w_m });
+    }
+
     /// Visibilities \[row, freq\] at uvw in m \[row, 3\].
     ///
     /// # Errors
     /// A uvw is not finite, or no transform reaches epsilon.
     pub(crate) fn predict(&mut self, uvw_m: ArrayView2<'_, f64>) -> Result<Array2<Complex64>> {
-        let needed = UvwExtent::of(uvw_m);
-        let covers = |e: &UvwExtent| e.u_m >= needed.u_m && e.v_m >= needed.v_m && e.w_m >= needed.w_m;
-        let (extent, degridder) = match self.ready.take() {
-            Some(ready) if covers(&ready.0) => ready,
-            Some((made_for, _)) => self.make(needed.union(made_for))?,
-            None => self.make(needed)?,
+        self.cover(uvw_m);
+        let extent = self.extent.unwrap_or_else(|| UvwExtent::of(uvw_m));
+        let degridder = match self.ready.take() {
+            Some((made_for, degridder)) if made_for == extent => degridder,
+            _ => self.make(extent)?,
         };
         let shape = (uvw_m.nrows(), self.freq_hz.len());
         let vis = match &degridder {
@@ -71,15 +84,12 @@ impl DegridPlane {
         Ok(vis)
     }
 
-    /// A degridder for a uvw range that is larger by a tenth than needed, because the next block often needs a slightly larger range.
-    fn make(&self, needed: UvwExtent) -> Result<(UvwExtent, Precision)> {
-        let room = UvwExtent { u_m: 1.1 * needed.u_m, v_m: 1.1 * needed.v_m, w_m: 1.1 * needed.w_m };
+    fn make(&self, extent: UvwExtent) -> Result<Precision> {
         let plane = self.plane.view();
-        let degridder = if self.options.single_precision_suffices() {
-            Precision::Single(Degridder::new(&self.grid, plane, &self.freq_hz, room, &self.options, self.n_vis)?)
+        Ok(if self.options.single_precision_suffices() {
+            Precision::Single(Degridder::new(&self.grid, plane, &self.freq_hz, extent, &self.options, self.n_vis)?)
         } else {
-            Precision::Double(Degridder::new(&self.grid, plane, &self.freq_hz, room, &self.options, self.n_vis)?)
-        };
-        Ok((room, degridder))
+            Precision::Double(Degridder::new(&self.grid, plane, &self.freq_hz, extent, &self.options, self.n_vis)?)
+        })
     }
 }

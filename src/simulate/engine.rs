@@ -11,7 +11,7 @@ use super::noise::{NoiseModel, receivers};
 use super::options::check;
 use super::pedestal::{self, Chosen};
 use super::polarized::{received, sky_basis};
-use super::scene_noise::{SceneNoise, integrations};
+use super::scene_noise::SceneNoise;
 use super::sky::{SkyModel, apparent_plane, check_image, nearest_channels, stokes_coefficient, unit_factor, warn_beyond_horizon};
 use super::through::{AntennaPatterns, image_through};
 use super::total_power;
@@ -20,9 +20,7 @@ use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::feeds::Feeds;
-use cittert_arrays::{
-    BrightnessUnit, Polarization, SPEED_OF_LIGHT_M_S, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader, VisibilitySink,
-};
+use cittert_arrays::{BrightnessUnit, Polarization, SPEED_OF_LIGHT_M_S, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader};
 use ndarray::{Array2, Array3, Axis, s};
 use num_complex::{Complex, Complex64};
 
@@ -57,17 +55,6 @@ impl Transform {
             Self::Empty => 0,
         }
     }
-}
-
-/// The numbers of rows and visibilities of a simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Summary {
-    /// Rows written.
-    pub rows: u64,
-    /// Visibilities written.
-    pub visibilities: u64,
-    /// Visibilities among these that are flagged because they lie outside the grid of the mask.
-    pub flagged: u64,
 }
 
 /// Computes the visibilities of one scene for rows of coverage.
@@ -234,58 +221,6 @@ impl<'a> Simulator<'a> {
         line
     }
 
-    /// Simulate all rows of an iterator and write them to a sink. The caller opens the sink with [`Simulator::header`] and finishes it. The
-    /// observer receives `total_rows` for its estimate of the remaining time.
-    ///
-    /// # Errors
-    /// As [`Simulator::block`]; also if the iterator or the sink fails, or the observer asks to stop.
-    pub fn run(
-        &mut self,
-        rows: &mut dyn Iterator<Item = cittert_arrays::Result<UvCoverage>>,
-        total_rows: Option<u64>,
-        sink: &mut dyn VisibilitySink,
-        observer: &dyn Observer,
-    ) -> Result<Summary> {
-        let per_row = (self.header.spectrum.n_chan() * self.header.polarizations.len()) as u64;
-        observer.event(Event::Phase { name: "simulating", total: total_rows.map(|n| n * per_row), unit: "vis" });
-        let mut summary = Summary::default();
-        for coverage in rows {
-            let coverage = coverage?;
-            for rows in self.passes(&coverage) {
-                ensure!(!observer.cancelled(), ChainError::Cancelled);
-                let block = self.block(coverage.rows(rows.clone())?, summary.rows, observer)?;
-                sink.write_block(&block)?;
-                summary.rows += rows.len() as u64;
-                summary.visibilities += block.vis.len() as u64;
-                summary.flagged += block.flags.iter().filter(|f| **f).count() as u64;
-                observer.event(Event::Advance(block.vis.len() as u64));
-            }
-        }
-        observer.event(Event::Done);
-        if summary.flagged > 0 {
-            observer.event(Event::Warning(&format!(
-                "{} of {} visibilities lie outside the Fourier grid of the scene and are flagged: use smaller cells",
-                summary.flagged, summary.visibilities
-            )));
-        }
-        Ok(summary)
-    }
-
-    /// The rows that are simulated together: as many as fit, or those of an integration, whose noise is drawn together.
-    fn passes(&self, coverage: &UvCoverage) -> Vec<std::ops::Range<usize>> {
-        if self.scene_noise.is_some() {
-            return integrations(&coverage.time_jd);
-        }
-        let (n, step) = (coverage.n_rows(), self.rows_in_a_pass());
-        (0..n).step_by(step).map(|start| start..(start + step).min(n)).collect()
-    }
-
-    fn rows_in_a_pass(&self) -> usize {
-        let values: usize = self.freq_hz.iter().map(Vec::len).sum::<usize>()
-            + 2 * self.header.spectrum.n_chan() * self.basis.len().max(self.header.polarizations.len());
-        (self.memory.simulated_block() / (16 * values)).max(1)
-    }
-
     /// Simulate the rows of one block. `first_row` is the index of its first row in the set.
     ///
     /// # Errors
@@ -374,14 +309,7 @@ impl<'a> Simulator<'a> {
 
     fn add_plane(&mut self, k: usize, coverage: &UvCoverage, sum: &mut Array3<Complex64>, outside: &mut Array2<bool>) -> Result<()> {
         let uvw = coverage.uvw_m.view();
-        let mut transform = match self.planes[k].ready.take() {
-            Some(t) => t,
-            None => {
-                let t = self.transform(k)?;
-                self.kept_bytes += t.bytes();
-                t
-            }
-        };
+        let mut transform = self.take_transform(k)?;
         let before = transform.bytes();
         let plane = &self.planes[k];
         let image = &self.sky.images[plane.image];
@@ -419,6 +347,23 @@ impl<'a> Simulator<'a> {
                 first += sub;
             }
         }
+        self.keep_transform(k, transform, before);
+        Ok(())
+    }
+
+    fn take_transform(&mut self, k: usize) -> Result<Transform> {
+        Ok(match self.planes[k].ready.take() {
+            Some(t) => t,
+            None => {
+                let t = self.transform(k)?;
+                self.kept_bytes += t.bytes();
+                t
+            }
+        })
+    }
+
+    /// Keep a transform that had `before` bytes.
+    fn keep_transform(&mut self, k: usize, transform: Transform, before: usize) {
         // The degridder grows with the range of w of the rows.
         self.kept_bytes += transform.bytes() - before;
         // A transform that does not fit into the budget is made again for every block.
@@ -426,6 +371,19 @@ impl<'a> Simulator<'a> {
             self.planes[k].ready = Some(transform);
         } else {
             self.kept_bytes -= transform.bytes();
+        }
+    }
+
+    /// Prepare for rows some of which another process simulates, so that the others are simulated to the same bits as all in one process.
+    pub(crate) fn cover(&mut self, coverage: &UvCoverage, observer: &dyn Observer) -> Result<()> {
+        self.check_rows(coverage, observer)?;
+        for k in 0..if self.is_near() { 0 } else { self.planes.len() } {
+            let mut transform = self.take_transform(k)?;
+            let before = transform.bytes();
+            if let Transform::Degrid(degridder) = &mut transform {
+                degridder.cover(coverage.uvw_m.view());
+            }
+            self.keep_transform(k, transform, before);
         }
         Ok(())
     }

@@ -13,7 +13,7 @@ use cittert_arrays::{
 use ndarray::{Array2, Array4};
 use num_complex::Complex64;
 
-fn header(unit: VisUnit, spectrum: SpectralWindow, products: &[Polarization]) -> VisibilityHeader {
+pub(super) fn header(unit: VisUnit, spectrum: SpectralWindow, products: &[Polarization]) -> VisibilityHeader {
     let antennas = (0..6_u32).map(|k| Antenna {
         sensitivity: Some(Sensitivity::SefdJy(100.0)),
         ..Antenna::new(format!("A{k}"), k, [f64::from(k * k), 0.0, 0.0])
@@ -37,7 +37,7 @@ fn header(unit: VisUnit, spectrum: SpectralWindow, products: &[Polarization]) ->
 }
 
 /// Baselines of up to `longest` m in all directions, with a w of up to half of that.
-fn coverage(rows: usize, longest: f64) -> UvCoverage {
+pub(super) fn coverage(rows: usize, longest: f64) -> UvCoverage {
     let uvw = Array2::from_shape_fn((rows, 3), |(r, axis)| {
         let (angle, length) = (2.4 * r as f64, longest * ((r as f64 + 1.0) / rows as f64).sqrt());
         [length * angle.cos(), length * angle.sin(), 0.5 * longest * (0.7 * r as f64).sin()][axis]
@@ -46,7 +46,7 @@ fn coverage(rows: usize, longest: f64) -> UvCoverage {
     UvCoverage::new(uvw, ant1, vec![5; rows], vec![2_460_000.5; rows], vec![1.0; rows], vec![0; rows]).unwrap()
 }
 
-fn scene(n: usize, cell: f64, unit: BrightnessUnit, value: impl Fn(usize, usize) -> f64) -> Image {
+pub(super) fn scene(n: usize, cell: f64, unit: BrightnessUnit, value: impl Fn(usize, usize) -> f64) -> Image {
     let grid = SkyGrid::new(n, n, cell, SkyFrame::Boresight).unwrap();
     let data = Array4::from_shape_fn((1, 1, n, n), |(_, _, r, c)| value(r, c));
     Image::new(grid, SpectralWindow::band(1e9, 1e8, 1).unwrap(), vec![Polarization::I], data, unit).unwrap()

@@ -36,6 +36,9 @@ pub mod pedestal;
 mod polarized;
 #[cfg(test)]
 mod polarized_tests;
+mod run;
+#[cfg(test)]
+mod run_tests;
 mod scene_noise;
 #[cfg(test)]
 mod scene_noise_tests;
@@ -52,7 +55,7 @@ mod zero_spacing;
 pub use band::{BandShape, Receiver, Receivers};
 pub use cittert_arrays::{ElementPattern, jy_per_kelvin_sr};
 pub use element::Element;
-pub use engine::{Simulator, Summary};
+pub use engine::Simulator;
 pub use fields::Fields;
 pub use mask::UvMask;
 pub use method::Method;
@@ -60,5 +63,6 @@ pub use noise::{NoiseModel, NoiseOptions};
 pub use options::{BandOptions, DataUnit, Direction, HourAngles, PlannedTrack, SceneOptions, SimulateOptions, TrackOptions, UtcTime};
 pub use pedestal::Pedestal;
 pub use polarized::FeedBasis;
+pub use run::Summary;
 pub use sky::SkyModel;
 pub use whole_set::simulate_set;

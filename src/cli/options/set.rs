@@ -71,11 +71,23 @@ impl SetFiles {
         self.open_column(column.chosen().unwrap_or_default(), context)
     }
 
-    fn open_column(&self, column: VisColumn, context: &Context) -> Result<Box<dyn VisibilitySource>> {
-        let all = match self.one() {
+    /// Open the data, all rows in each process.
+    ///
+    /// # Errors
+    /// As [`SetFiles::open`].
+    pub fn open_whole(&self, context: &Context) -> Result<Box<dyn VisibilitySource>> {
+        self.whole(VisColumn::Data, context)
+    }
+
+    fn whole(&self, column: VisColumn, context: &Context) -> Result<Box<dyn VisibilitySource>> {
+        Ok(match self.one() {
             Some(one) => cittert_formats::open_column(one, column)?,
             None => Box::new(self.joined(column, context)?),
-        };
+        })
+    }
+
+    fn open_column(&self, column: VisColumn, context: &Context) -> Result<Box<dyn VisibilitySource>> {
+        let all = self.whole(column, context)?;
         Ok(if ranks::size() > 1 { Box::new(Part::new(all, ranks::all())) } else { all })
     }
 
