@@ -155,6 +155,14 @@ subcommands! {
     }
 }
 
+impl Command {
+    /// Whether several processes can share the work.
+    fn shares_work(&self) -> bool {
+        use Command::{Clean, Dirty, Mem, Predict, Selfcal, Simulate, Study};
+        matches!(self, Dirty(_) | Clean(_) | Mem(_) | Selfcal(_) | Simulate(_) | Predict(_) | Study(_))
+    }
+}
+
 /// The parser, for completions, manual pages and the book.
 #[must_use]
 pub fn command() -> clap::Command {
@@ -177,8 +185,10 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         .collect::<Vec<_>>()
         .join(" ");
     let cli = parse(&words)?;
-    if !matches!(cli.command, Command::Dirty(_) | Command::Clean(_) | Command::Mem(_)) {
-        ranks::refuse_several("only dirty, clean and mem can share their work. Start this one without mpirun")?;
+    if !cli.command.shares_work() {
+        ranks::refuse_several(
+            "only dirty, clean, mem, selfcal, simulate, predict and study can share their work. Start this one without mpirun",
+        )?;
     }
     let loudness = match (cli.quiet || ranks::is_silent(), cli.verbose) {
         (true, _) => Loudness::Quiet,
