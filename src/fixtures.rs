@@ -158,6 +158,13 @@ impl Observer for Recorder {
     }
 }
 
+/// A message that nobody has taken yet.
+struct Letter {
+    from: usize,
+    to: usize,
+    content: Vec<u8>,
+}
+
 /// Threads of this process that play the processes of a set.
 struct Threads {
     rank: usize,
@@ -165,8 +172,7 @@ struct Threads {
     barrier: Arc<Barrier>,
     table: Arc<Mutex<Vec<Vec<f64>>>>,
     bytes: Arc<Mutex<Vec<Vec<u8>>>>,
-    /// Messages: from, to, content.
-    mail: Arc<Mutex<Vec<(usize, usize, Vec<u8>)>>>,
+    mail: Arc<Mutex<Vec<Letter>>>,
 }
 
 impl Threads {
@@ -183,9 +189,9 @@ impl Threads {
     /// The first message for this process whose sender is `wanted`.
     fn next(&self, wanted: impl Fn(usize) -> bool) -> Option<(usize, Vec<u8>)> {
         let mut mail = self.mail.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = mail.iter().position(|(from, to, _)| *to == self.rank && wanted(*from))?;
-        let (from, _, message) = mail.remove(at);
-        Some((from, message))
+        let at = mail.iter().position(|letter| letter.to == self.rank && wanted(letter.from))?;
+        let Letter { from, content, .. } = mail.remove(at);
+        Some((from, content))
     }
 }
 
@@ -220,7 +226,7 @@ impl Ranks for Threads {
     }
 
     fn send(&self, to: usize, message: &[u8]) {
-        self.mail.lock().unwrap_or_else(PoisonError::into_inner).push((self.rank, to, message.to_vec()));
+        self.mail.lock().unwrap_or_else(PoisonError::into_inner).push(Letter { from: self.rank, to, content: message.to_vec() });
     }
 
     fn take(&self) -> Option<(usize, Vec<u8>)> {

@@ -7,7 +7,8 @@ use crate::fixtures::in_processes;
 use crate::imaging::{ImageSize, ImagingOptions, Weighting};
 use crate::progress::Silent;
 use cittert_arrays::quantity::Angle;
-use cittert_arrays::{GainTable, Sensitivity, VisUnit, VisibilitySet, VisibilitySource};
+use cittert_arrays::{GainTable, PartsSink, Sensitivity, VisUnit, VisibilityBlock, VisibilitySet, VisibilitySink, VisibilitySource};
+use std::sync::{Arc, Mutex};
 
 const CELL: f64 = 4e-5;
 const ANTENNAS: usize = 14;
@@ -140,5 +141,40 @@ fn autocorrelations_of_all_processes_tell_the_amplitudes() {
         for other in in_processes(size, &set, run) {
             assert!(apart(&one, &other) < 1e-12, "{size}");
         }
+    }
+}
+
+/// Rows that are written, in the order in which they came.
+struct Written(Arc<Mutex<VisibilitySet>>);
+
+impl VisibilitySink for Written {
+    fn write_block(&mut self, block: &VisibilityBlock) -> cittert_arrays::Result<()> {
+        self.0.lock().unwrap().write_block(block)
+    }
+
+    fn finish(self: Box<Self>) -> cittert_arrays::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn calibrated_rows_of_all_processes_are_written_in_the_order_of_the_set() {
+    let set = set();
+    let solve = SolveOptions { solint: SolutionInterval::Infinite, ..SolveOptions::default() };
+    let gains = super::solve(&mut set.clone(), &mut PointModel { flux: 1.0, l: 0.0, m: 0.0 }, &solve, &Silent).unwrap().gains;
+    let run = |source: &mut dyn VisibilitySource| {
+        let empty = VisibilitySet { data: set.data.rows(0..0).unwrap(), ..set.clone() };
+        let written = Arc::new(Mutex::new(empty));
+        let ranks = source.ranks();
+        let own = (ranks.rank() == 0).then(|| Box::new(Written(written.clone())) as Box<dyn VisibilitySink>);
+        let mut sink = Box::new(PartsSink::new(ranks, own));
+        apply(source, &gains, ApplyOptions::default(), sink.as_mut(), &Silent).unwrap();
+        sink.finish().unwrap();
+        written.lock().unwrap().clone()
+    };
+    let one = in_processes(1, &set, run).remove(0);
+    assert_eq!(one.data.n_rows(), set.data.n_rows());
+    for size in [2, 5] {
+        assert!(in_processes(size, &set, run).remove(0) == one, "{size} processes");
     }
 }
