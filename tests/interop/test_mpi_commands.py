@@ -193,3 +193,19 @@ def test_a_simulation_of_which_a_process_is_killed_leaves_the_old_file(cittert):
         err, code = kill_one_of_three(cittert, words, dice.uniform(0, 1.0), dice)
         assert code != 0 and ("rank" in err or "process" in err), (code, err)
         assert (cittert.folder / "v.uvh5").read_bytes() == old
+
+
+def test_a_self_calibration_of_which_a_process_is_killed_leaves_the_old_files(cittert):
+    (cittert.folder / "s.csv").write_text(SCENE)
+    cittert(*SIMULATE, *TRACK, "-o", "v.uvh5")
+    cittert("corrupt", "v.uvh5", "-o", "d.uvh5", "--gains", "truth.calh5", "--seed", 1, "--phase-rms", "30deg")
+    words = ["selfcal", "d.uvh5", "--deconvolver", "hogbom", "--size", 256, "--cell", "0.5mrad", "--overwrite", "-o", "c", "--rounds"]
+    cittert(*words, 2)
+    before = {p: p.read_bytes() for p in cittert.folder.iterdir() if p.name.startswith("c")}
+    assert len(before) >= 10
+    dice = random.Random(21)
+    for _ in range(8):
+        # 50 rounds take much longer than any of the waits.
+        err, code = kill_one_of_three(cittert, [*words, 50], dice.uniform(0, 2), dice)
+        assert code != 0 and ("rank" in err or "process" in err), (code, err)
+        assert {p: p.read_bytes() for p in cittert.folder.iterdir() if p.name.startswith("c")} == before
