@@ -16,7 +16,7 @@ DEMO := demo
 N ?= 1000000
 PART ?= 50000
 
-.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book pictures page deps deps-ms deps-mpi deps-interop
+.PHONY: demo test test-ms lint interop visibilities fuzz bench bench-peers bench-book bench-cost pictures page deps deps-ms deps-mpi deps-interop
 
 demo: deps
 	$(CARGO) build --release --locked
@@ -67,10 +67,17 @@ bench-peers: deps
 	$(CARGO) build --release --locked --bin cittert --example core
 	bash tests/bench/peers.sh
 
-# Measures the processor time of imaging and writes it into the book.
-bench-book: deps
+# Measures the processor time of imaging and writes it into the book, fits the cost model of `--dry-run` to this machine, and checks it.
+bench-book: deps bench-cost
 	$(CARGO) build --release --locked --example core
 	$(TARGET)/release/examples/core book
+
+# The cost model alone. The machine must be quiet.
+bench-cost: deps
+	$(CARGO) build --release --locked
+	python3 tests/bench/cost.py fit $(TARGET)/release/cittert
+	$(CARGO) build --release --locked
+	python3 tests/bench/cost.py check $(TARGET)/release/cittert --page
 
 # Makes the pictures of the README anew.
 pictures: deps

@@ -69,6 +69,8 @@ pub mod cli;
 pub mod closure;
 pub mod closure_imaging;
 pub mod corrupt;
+#[cfg(feature = "cli")]
+pub mod cost;
 pub mod deconvolve;
 pub mod design;
 pub mod display;

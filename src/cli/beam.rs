@@ -2,8 +2,10 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result, ensure};
+use super::forecast::{Plan, Planner, Told};
 use super::options::ImageOfArgs;
 use super::text::{angle, beam, note_beam, number};
+use crate::cost;
 use crate::imaging::{CorrectionOptions, DeltaT, Products, delta_t, psf_image};
 use clap::Args;
 use serde_json::json;
@@ -74,4 +76,14 @@ pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
         outcome = outcome.wrote(path);
     }
     Ok(outcome)
+}
+
+impl Plan for BeamArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        self.of.planned("beam", planner, cost::beam)
+    }
+
+    fn output(&self) -> &std::path::Path {
+        &self.of.out.output
+    }
 }

@@ -2,8 +2,9 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
+use super::forecast::{Plan, Planner, Told, facts, format_of};
 use super::held_out::{self, HoldOutArgs};
-use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, range_file, with_range};
+use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, no_range, range_file, with_range};
 use super::planned::check_room_for_images;
 use super::ranks;
 use super::slurm::{SlurmArgs, one_job};
@@ -12,12 +13,13 @@ use super::verdict;
 use super::zero_spacing;
 use crate::ChainError;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
-use crate::deconvolve::CleanOptions;
+use crate::cost::{self, CleanWork};
+use crate::deconvolve::{CleanOptions, EXTENDED, chosen_scales};
 use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, clean, clean_once, pattern_image};
 use crate::progress::{Quiet, Silent};
 use crate::verdict::{ImageFacts, Levels};
-use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilitySource};
+use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, VisUnit, VisibilitySource};
 use clap::Args;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -75,7 +77,7 @@ pub fn run(args: &CleanCommandArgs, context: &Context) -> Result<Outcome> {
     outputs.extend(args.corrected_outputs());
     let input = args.input.files()?;
     if args.slurm.is_wanted() {
-        return one_job(&args.slurm, "clean", &args.out, context);
+        return one_job(&args.slurm, ("clean", Some(args)), &args.out, context);
     }
     if args.hold_out.is_given() || args.startmod != StartPhases::Never {
         ranks::refuse_several("clean then solves no phases and holds no data out. Give --startmod never, and no --hold-out")?;
@@ -249,4 +251,43 @@ fn describe(p: &CleanReport, unit: BrightnessUnit, json: &Value) -> String {
         lines.push(format!("beam          {}", beam(b)));
     }
     lines.join("\n")
+}
+
+/// Number of scales of the minor cycle.
+fn scales_of(clean: &CleanOptions, beam_px: f64, grid: &SkyGrid) -> f64 {
+    let scales = clean.scales(beam_px);
+    let given = scales.widths_px.len();
+    (if given == 0 { chosen_scales(&scales, &clean.tuning, grid.n_l.min(grid.n_m)).len() } else { given }) as f64
+}
+
+impl Plan for CleanCommandArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        self.clean.check()?;
+        let input = self.input.files()?;
+        no_range(&self.imaging, "no forecast of exact images of scenes near the array")?;
+        let mut source = input.open_chosen(&self.column, planner.context)?;
+        let (outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
+        let g = &outlook.grid;
+        let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
+        let beam_px = 1.0 / (outlook.uv_range_wl.1 * g.cell_rad);
+        let name = self.clean.entry()?.name;
+        let alone = planner.ranks == 1;
+        let work = CleanWork {
+            components: self.clean.niter as f64,
+            gain: self.clean.gain,
+            cycles: None,
+            most_cycles: self.clean.max_major as f64,
+            hogbom: name == "hogbom",
+            scales: if name == EXTENDED { scales_of(&self.clean, beam_px, g) } else { 0.0 },
+            tested: alone && self.startmod.may_solve(outlook.uv_range_wl.0, half_field_rad),
+            judged: alone && self.imaging.pol == Polarization::I,
+            twice: alone && self.hold_out.is_made(source.as_ref(), g, &self.imaging),
+        };
+        let forecast = cost::clean(&outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
+        Ok(Told { command: "clean", forecast, facts: facts(&outlook) })
+    }
+
+    fn output(&self) -> &std::path::Path {
+        &self.out.output
+    }
 }

@@ -2,9 +2,11 @@
 
 use super::context::{Context, Outcome};
 use super::failure::Result;
+use super::forecast::{Plan, Planner, Told};
 use super::options::ImageOfArgs;
 use super::text::{angle, number};
 use super::zero_spacing;
+use crate::cost;
 use crate::fidelity::robust_rms;
 use crate::imaging::{CorrectionOptions, dirty_image};
 use clap::Args;
@@ -67,4 +69,14 @@ fn farther(a: f32, b: f32) -> f32 {
 /// The value of a line of an image that is farthest from 0, and the sum of the squares.
 fn peak_and_squares(line: ArrayView1<'_, f32>) -> (f32, f64) {
     (line.iter().copied().fold(0.0, farther), line.iter().map(|v| f64::from(*v).powi(2)).sum())
+}
+
+impl Plan for DirtyArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        self.of.planned("dirty", planner, cost::dirty)
+    }
+
+    fn output(&self) -> &std::path::Path {
+        &self.of.out.output
+    }
 }

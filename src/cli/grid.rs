@@ -2,8 +2,10 @@
 
 use super::context::{Context, Outcome};
 use super::failure::Result;
+use super::forecast::{Plan, Planner, Told};
 use super::options::ImageOfArgs;
 use super::text::number;
+use crate::cost;
 use clap::Args;
 use serde_json::json;
 
@@ -41,4 +43,14 @@ pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
         number(grid.cell_wl[1])
     );
     Ok(Outcome::new(json, text).wrote(path))
+}
+
+impl Plan for GridArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        self.of.planned("grid", planner, cost::grid)
+    }
+
+    fn output(&self) -> &std::path::Path {
+        &self.of.out.output
+    }
 }

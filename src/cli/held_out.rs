@@ -44,6 +44,11 @@ impl HoldOutArgs {
         self.hold_out.is_some()
     }
 
+    /// Whether a second image will be made.
+    pub(super) fn is_made(&self, data: &dyn VisibilitySource, grid: &SkyGrid, imaging: &ImagingOptions) -> bool {
+        imaging.pol == Polarization::I && self.fraction(data, grid.n_l.saturating_mul(grid.n_m).saturating_mul(imaging.channels_out)) > 0.0
+    }
+
     fn fraction(&self, data: &dyn VisibilitySource, pixels: usize) -> f64 {
         let spectrum = &data.header().spectrum;
         let visibilities = data.n_rows().saturating_mul(spectrum.n_chan()).saturating_mul(data.header().polarizations.len());

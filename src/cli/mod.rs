@@ -23,6 +23,7 @@ mod enhance;
 mod failure;
 mod film;
 mod focus;
+mod forecast;
 mod grid;
 mod held_out;
 mod identify;
@@ -64,6 +65,7 @@ use clap::{CommandFactory, FromArgMatches, Parser};
 use console::{Console, Loudness};
 use context::{Context, Outcome, Subcommands, shell_word, subcommands};
 use failure::Context as _;
+use forecast::{ForecastArgs, Plan};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
@@ -87,6 +89,8 @@ struct Cli {
     /// Print the results as one JSON object, in SI units.
     #[arg(long, global = true)]
     json: bool,
+    #[command(flatten)]
+    forecast: ForecastArgs,
     #[command(subcommand)]
     command: Command,
 }
@@ -161,6 +165,20 @@ impl Command {
         use Command::{Clean, Dirty, Mem, Predict, Selfcal, Simulate, Study};
         matches!(self, Dirty(_) | Clean(_) | Mem(_) | Selfcal(_) | Simulate(_) | Predict(_) | Study(_))
     }
+
+    /// The subcommand as one whose time and memory are known before.
+    fn plan(&self) -> Option<&dyn Plan> {
+        Some(match self {
+            Self::Simulate(args) => args,
+            Self::Grid(args) => args,
+            Self::Beam(args) => args,
+            Self::Dirty(args) => args,
+            Self::Clean(args) => args,
+            Self::Mem(args) => args.as_ref(),
+            Self::Predict(args) => args,
+            _ => return None,
+        })
+    }
 }
 
 /// The parser, for completions, manual pages and the book.
@@ -185,7 +203,10 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
         .collect::<Vec<_>>()
         .join(" ");
     let cli = parse(&words)?;
-    if !cli.command.shares_work() {
+    cli.forecast.check()?;
+    if cli.forecast.is_wanted() {
+        ranks::refuse_several("a forecast is made by one. Start it without mpirun; --nodes says how many machines are meant")?;
+    } else if !cli.command.shares_work() {
         ranks::refuse_several(
             "only dirty, clean, mem, selfcal, simulate, predict and study can share their work. Start this one without mpirun",
         )?;
@@ -206,7 +227,11 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
     }
     let context = Context { command_line, console: Console::new(loudness), subcommands: SUBCOMMANDS };
     let outputs = Together::begin();
-    let outcome = guarded(|| cli.command.run(&context));
+    let forecast = || match cli.command.plan() {
+        Some(plan) => forecast::forecast(plan, &cli.forecast, &context),
+        None => forecast::refuse(),
+    };
+    let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { cli.command.run(&context) });
     take_notes().iter().for_each(|note| context.console.note(note));
     let outcome = outcome?;
     // No output gets its name before every process has done its part.

@@ -2,16 +2,18 @@
 
 use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Failure, Result, ensure};
+use super::forecast::{Plan, Planner, Sampling, Told, format_of};
 use super::options::{OutputArgs, SceneArgs, SetArgs, SetFiles, model_surface, range_file};
 use super::planned::check_room_for_set;
 use super::ranks;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
+use crate::cost;
 use crate::memory::MemoryBudget;
 use crate::nearfield::RangeChoice;
 use crate::progress::{Event, Observer};
-use crate::simulate::{SceneOptions, SkyModel};
+use crate::simulate::{Method, SceneOptions, SkyModel};
 use cittert_arrays::{
     ArrayError, InTurn, PhaseCenter, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block, rows_of_block,
 };
@@ -256,4 +258,34 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
     });
     let kind = if args.residual || only_residual { "residual" } else { "model" };
     Ok(Outcome::new(json, format!("{}: {n_rows} rows, {kind} of rms {rms:.5e} {unit}", path.display())).wrote(path))
+}
+
+impl Plan for PredictArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        ensure!(self.range.is_none(), Failure::usage("--dry-run: no forecast of models near the array"));
+        let input = self.input.files()?;
+        let mut source = input.open(planner.context)?;
+        let header = source.header().clone();
+        let sky = load_model(&self.model, &header, planner.context)?;
+        let (n_rows, spectrum) = (source.n_rows(), &header.spectrum);
+        let share = planner.stretch((n_rows * spectrum.n_chan()) as f64)? / planner.ranks as f64;
+        let block_rows = rows_of_block(&header, MemoryBudget::default().block());
+        let coverage = source.read_coverage(0..block_rows.min(n_rows))?;
+        let how = Sampling {
+            rows: n_rows as f64 * share,
+            channels: spectrum.freq_hz().to_vec(),
+            subchannels: 1,
+            products: header.polarizations.len(),
+            block_rows,
+            method: Method::Degrid,
+            epsilon: self.epsilon,
+            no_w: self.no_w,
+        };
+        let (work, facts) = how.work(&sky, coverage.uvw_m)?;
+        Ok(Told { command: "predict", forecast: cost::predict(&work, format_of(&input)?), facts })
+    }
+
+    fn output(&self) -> &Path {
+        &self.out.output
+    }
 }

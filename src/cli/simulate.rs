@@ -3,6 +3,7 @@
 use super::airs::Airs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
+use super::forecast::{Plan, Planner, Sampling, Told};
 use super::options::{OutputArgs, SceneArgs, load_array, range_file, scene_surface};
 use super::scene_errors::{TruthFiles, band_files, read_bands};
 use super::{planned, ranks, verdict};
@@ -11,6 +12,8 @@ use crate::corrupt::{
     AtmosphereOptions, BandErrorOptions, CorruptOptions, ErrorOptions, GainedSink, JitterOptions, PointingOptions, SceneErrors,
     WidthOptions, WindOptions, corrupted_header, true_gains, true_scene_errors,
 };
+use crate::cost;
+use crate::memory::MemoryBudget;
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use crate::verdict::{Finding, of_pedestal};
 use cittert_arrays::{InTurn, VisUnit, VisibilitySink};
@@ -193,4 +196,36 @@ pub fn run(args: &SimulateArgs, context: &Context) -> Result<Outcome> {
         None => outcome,
     };
     files.write(&differing, &header.layout, args.out.overwrite, outcome)
+}
+
+impl Plan for SimulateArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        let layout = load_array(&self.layout)?;
+        let spectrum = self.band.spectrum()?;
+        ensure!(self.how.range.is_none(), Failure::usage("--dry-run: no forecast of scenes near the array"));
+        let PlannedTrack { center, plan } = self.track.plan(&layout).map_err(Failure::call)?;
+        let plan = plan.with_autocorrelations(self.how.autos);
+        let sky = self.scene.load(&center, &spectrum, planner.context)?.sky;
+        let share = planner.stretch(plan.n_rows() as f64 * spectrum.n_chan() as f64)? / planner.ranks as f64;
+        let rows = plan.n_rows() as f64 * share;
+        let mut blocks = plan.blocks(BLOCK_ROWS);
+        let coverage = blocks.next().transpose()?.ok_or_else(|| Failure::message("the observation has no rows"))?;
+        let values = spectrum.n_chan() * (self.how.subchannels + 2 * self.how.pols.len());
+        let how = Sampling {
+            rows,
+            channels: spectrum.freq_hz().to_vec(),
+            subchannels: self.how.subchannels,
+            products: self.how.pols.len(),
+            block_rows: (MemoryBudget::default().simulated_block() / (16 * values)).clamp(1, BLOCK_ROWS),
+            method: self.how.method,
+            epsilon: self.how.epsilon,
+            no_w: self.how.no_w,
+        };
+        let (work, facts) = how.work(&sky, coverage.uvw_m)?;
+        Ok(Told { command: "simulate", forecast: cost::simulate(&work), facts })
+    }
+
+    fn output(&self) -> &Path {
+        &self.out.output
+    }
 }

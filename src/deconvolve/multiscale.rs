@@ -64,7 +64,7 @@ fn kernel(width_px: f64) -> Array2<f64> {
 }
 
 /// The scales in pixels for an image with this shorter side: points, then multiples of the main lobe up to nearly half of the image.
-fn chosen(opts: &Scales, tuning: &CleanTuning, shorter_side: usize) -> Vec<f64> {
+pub(crate) fn chosen(opts: &Scales, tuning: &CleanTuning, shorter_side: usize) -> Vec<f64> {
     let mut scales = vec![0.0];
     let mut width = tuning.first_scale * opts.beam_px.max(1.0);
     let largest = tuning.largest_scale * shorter_side as f64;

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Number of columns that are transformed together. They are a few cache lines of each row.
-const BLOCK: usize = 16;
+pub(super) const BLOCK: usize = 16;
 
 /// Real or complex screens of one plane on a block of columns \[m, column\].
 enum Screens<T> {

@@ -34,6 +34,7 @@ mod plane_rows;
 mod pool;
 mod real;
 mod series;
+mod size;
 mod sort;
 mod sorted_rows;
 #[cfg(test)]
@@ -55,6 +56,7 @@ pub use mirrored::MirrorConvolver;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
+pub use size::TransformSize;
 pub use sorted_rows::SortedRows;
 pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;

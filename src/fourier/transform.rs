@@ -23,8 +23,12 @@ pub struct Transform<T: Real> {
 pub struct PassWork {
     /// Multiply-adds between nodes and cells.
     pub spread_multiply_adds: f64,
+    /// Number of nodes.
+    pub nodes: f64,
     /// Size of the nodes in bytes.
     pub node_bytes: f64,
+    /// Multiply-adds between the channels of the rows and their nodes.
+    pub channel_multiply_adds: f64,
     /// Multiply-adds of the transforms between planes and image: 2.5 n log2 n for a transform of n points.
     pub fourier_multiply_adds: f64,
     /// Bytes that these transforms move. Each plane is read twice and written once.
@@ -37,7 +41,12 @@ impl<T: Real> Transform<T> {
     /// # Errors
     /// No kernel reaches epsilon, or a frequency is not positive.
     pub fn new(grid: &SkyGrid, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions, n_vis: u64) -> Result<Self> {
-        Ok(Self { plan: Arc::new(Plan::new(grid, freq_hz, extent, opts, Some(n_vis))?) })
+        Self::expecting(grid, freq_hz, extent, opts, Some(n_vis))
+    }
+
+    /// [`Transform::new`] where the number of visibilities may not be known.
+    pub(crate) fn expecting(grid: &SkyGrid, freq_hz: &[f64], extent: UvwExtent, opts: &GridOptions, n_vis: Option<u64>) -> Result<Self> {
+        Ok(Self { plan: Arc::new(Plan::new(grid, freq_hz, extent, opts, n_vis)?) })
     }
 
     /// Sort rows with these uvw in m \[row, 3\] by their position on the grid.
@@ -76,7 +85,10 @@ impl<T: Real> Transform<T> {
         let mut work = PassWork::default();
         for row in rows.chunks.iter().flat_map(|c| &c.rows) {
             let freq = &plan.channels.classes[row.class].freq_hz;
+            work.nodes += freq.len() as f64;
             work.node_bytes += (freq.len() * 2 * size_of::<T>()) as f64;
+            work.channel_multiply_adds +=
+                if row.class + 1 < plan.channels.classes.len() { (freq.len() * plan.n_chan()) as f64 } else { 0.0 };
             work.spread_multiply_adds += freq.iter().map(|f| cells * terms(row.uvw[2] * f) as f64).sum::<f64>();
         }
         let (nu, nv) = (plan.nu as f64, plan.nv as f64);

@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// Size in bytes of a reduced visibility: the value, its weight and its imaging weight.
-const REDUCED_BYTES: usize = 16;
+pub(super) const REDUCED_BYTES: usize = 16;
 
 /// Where the rows of a block come from.
 enum Reduce<'a> {

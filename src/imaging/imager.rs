@@ -24,7 +24,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// The oversampling of the grid depends on the number of visibilities up to this number. Longer sets do not need more memory.
-const LONG: u64 = 100_000_000;
+pub(super) const LONG: u64 = 100_000_000;
 /// Smallest error of transforms that is of use: visibilities are held in single precision.
 const FINEST: f64 = 1e-8;
 
@@ -79,7 +79,7 @@ fn weigh(block: &mut ReducedBlock, channels: &[Range<usize>], weights: &[ImageWe
 }
 
 /// The channels of each output channel.
-fn share(n_chan: usize, parts: usize) -> Result<Vec<Range<usize>>> {
+pub(super) fn share(n_chan: usize, parts: usize) -> Result<Vec<Range<usize>>> {
     need("channels_out", parts, (1..=n_chan).contains(&parts), format!("1 to the {n_chan} channels of the set"))?;
     Ok((0..parts).map(|k| n_chan * k / parts..n_chan * (k + 1) / parts).collect())
 }

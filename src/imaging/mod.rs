@@ -23,6 +23,7 @@ mod near_passes;
 #[cfg(test)]
 mod near_tests;
 mod options;
+mod outlook;
 mod output;
 mod over_ranks;
 mod pol;
@@ -77,6 +78,7 @@ pub(crate) use major::cleaned as clean_once;
 pub use major::{CleanProducts, StopReason, clean, clean_from};
 pub use mean_from::MeanFrom;
 pub use options::{BeamShape, ImageSize, ImagingOptions};
+pub use outlook::{Field, Outlook, PassCounts, RowSample};
 pub(crate) use output::Kind;
 pub use output::{PATTERN_LIMIT, dirty_image, psf_image};
 pub(crate) use over_ranks::sum_image;

@@ -10,7 +10,7 @@ use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::{Array2, ArrayView2};
 
 /// Side in pixels of the small field in which the main lobe is made first.
-const CORE_SIDE: usize = 128;
+pub(super) const CORE_SIDE: usize = 128;
 
 impl Imager<'_> {
     /// Dirty beam of an output channel \[m, l\]: the dirty image of a point source of 1 at the centre. Its value at the centre is exactly 1.

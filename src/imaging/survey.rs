@@ -9,7 +9,7 @@ use ndarray::Axis;
 use rayon::prelude::*;
 
 /// Number of factors of two of baseline lengths that are told apart. No baseline has 2^48 wavelengths.
-const OCTAVES: usize = 48;
+pub(super) const OCTAVES: usize = 48;
 
 /// Weights of the rows that are measured together on one thread.
 const VALUES: usize = 1 << 16;
@@ -53,6 +53,14 @@ impl Survey {
     pub(super) fn new(n_chan: usize, total_power: TotalPower) -> Self {
         let Measured { uv_range_wl, shortest_by_octave_wl, channel_weight } = Measured::nothing(n_chan);
         Self { channel_weight, uv_range_wl, shortest_by_octave_wl, total_power, ..Self::default() }
+    }
+
+    /// Note the length of a projected baseline, m over the speed of light, in a band, Hz.
+    pub(super) fn see(&mut self, length: f64, (low_hz, high_hz): (f64, f64)) {
+        self.uv_range_wl = (self.uv_range_wl.0.min(length * low_hz), self.uv_range_wl.1.max(length * high_hz));
+        let octave = (length * low_hz).log2().clamp(0.0, (OCTAVES - 1) as f64) as usize;
+        let shortest = &mut self.shortest_by_octave_wl[octave];
+        *shortest = shortest.min(length * low_hz);
     }
 
     /// Add the baselines and weights of rows. The sums do not depend on the number of threads.

@@ -52,8 +52,7 @@ impl ImageWeights {
     /// An empty density for an image.
     #[must_use]
     pub fn new(grid: &SkyGrid, options: &ImagingOptions) -> Self {
-        let side = |n: usize| ((PADDING * n as f64 / options.super_uniform).round() as usize).max(1);
-        let (width, height) = (side(grid.n_l), side(grid.n_m));
+        let (width, height) = density_sides(grid, options);
         let natural = options.weighting == Weighting::Natural;
         Self {
             weighting: options.weighting,
@@ -202,6 +201,12 @@ impl ImageWeights {
             },
         );
     }
+}
+
+/// Columns and rows of the whole density grid, of which half is kept.
+pub(super) fn density_sides(grid: &SkyGrid, options: &ImagingOptions) -> (usize, usize) {
+    let side = |n: usize| ((PADDING * n as f64 / options.super_uniform).round() as usize).max(1);
+    (side(grid.n_l), side(grid.n_m))
 }
 
 /// Index of the cell of a coordinate, in `n` cells that repeat periodically.

@@ -8,6 +8,7 @@ mod designs;
 mod docs;
 mod enhance;
 mod film;
+mod forecast;
 mod layouts;
 mod mem;
 mod memory;

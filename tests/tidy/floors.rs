@@ -6,7 +6,7 @@ use crate::ties::{Ties, ties};
 /// The floors from the top down. Modules on one floor do not use each other. A module that does not exist (yet) is ignored.
 const FLOORS: &[&[&str]] = &[
     &["cli"],
-    &["study", "plot"],
+    &["study", "plot", "cost"],
     &["verdict", "design", "display"],
     &["calibrate"],
     &["closure_imaging", "mem"],

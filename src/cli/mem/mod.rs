@@ -6,19 +6,21 @@ mod closures;
 pub use args::MemCommandArgs;
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Failure, Result, ensure};
+use super::forecast::{Plan, Planner, Told, facts, format_of};
 use super::held_out;
-use super::options::{fits_mask, prior_image, with_range};
+use super::options::{fits_mask, no_range, prior_image, with_range};
 use super::planned::check_room_for_images;
 use super::ranks;
 use super::text::{beam, note_beam, number, reasons};
 use super::verdict::{self, Judged};
 use super::zero_spacing;
+use crate::cost::{self, EntropyWork};
 use crate::imaging::{Imager, ImagingOptions};
-use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, mem};
+use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, Uncertainty, mem};
 use crate::progress::Quiet;
 use crate::verdict::{CrossCheck, ImageFacts};
-use cittert_arrays::VisibilitySource;
+use cittert_arrays::{Polarization, VisibilitySource};
 use serde_json::{Value, json};
 
 const IMAGES: [&str; 3] = ["-model.fits", "-residual.fits", "-image.fits"];
@@ -159,4 +161,28 @@ fn describe(p: &MemProducts) -> String {
     }
     lines.retain(|line| !line.is_empty());
     lines.join("\n")
+}
+
+impl Plan for MemCommandArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        self.check_used()?;
+        ensure!(self.terms.terms.is_none(), Failure::usage("--dry-run: no forecast of images from closures"));
+        no_range(&self.imaging, "no forecast of exact images of scenes near the array")?;
+        let input = self.input.files()?;
+        let mut source = input.open_chosen(&self.column, planner.context)?;
+        let (outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
+        let alone = planner.ranks == 1;
+        let work = EntropyWork {
+            evaluations: self.mem.niter as f64,
+            uncertainty: self.mem.uncertainty != Uncertainty::None,
+            judged: alone && self.imaging.pol == Polarization::I,
+            twice: alone && self.hold_out.is_made(source.as_ref(), &outlook.grid, &self.imaging),
+        };
+        let forecast = cost::entropy(&outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
+        Ok(Told { command: "mem", forecast, facts: facts(&outlook) })
+    }
+
+    fn output(&self) -> &std::path::Path {
+        &self.out.output
+    }
 }

@@ -3,7 +3,9 @@
 use super::{ColumnArgs, OutputArgs, SetArgs, range_file, with_range};
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
-use crate::imaging::{Imager, ImagingOptions};
+use crate::cli::forecast::{Planner, Told, facts, format_of};
+use crate::cost::{Forecast, InputFormat};
+use crate::imaging::{Imager, ImagingOptions, Outlook};
 use cittert_arrays::{Image, VisibilitySource};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -36,6 +38,24 @@ impl ImageOfArgs {
         let what = format!("{doing} {input}");
         let mut imager = Imager::new(source.as_mut(), imaging, &context.console).context(&what)?;
         work(&mut imager).context(&what)
+    }
+
+    /// The work of a command on the set: `work` makes the forecast from the outlook, the format and the number of threads.
+    ///
+    /// # Errors
+    /// The file or an option is wrong.
+    pub fn planned(
+        &self,
+        command: &'static str,
+        planner: &Planner<'_>,
+        work: impl Fn(&Outlook, InputFormat, usize) -> Forecast,
+    ) -> Result<Told> {
+        let input = self.input.files()?;
+        self.no_range("no forecast of exact images of scenes near the array")?;
+        let mut source = input.open_chosen(&self.column, planner.context)?;
+        let (outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
+        let forecast = work(&outlook, format_of(&input)?, planner.threads);
+        Ok(Told { command, forecast, facts: facts(&outlook) })
     }
 
     /// Refuse a range, where the result is no image.

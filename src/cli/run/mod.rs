@@ -63,7 +63,7 @@ pub fn run(args: &RunArgs, context: &Context) -> Result<Outcome> {
     let out = OutputArgs { output: target.to_path_buf(), overwrite: args.overwrite };
     if args.slurm.is_wanted() {
         commands(&steps, context.subcommands.check)?;
-        return one_job(&args.slurm, "run", &out, context);
+        return one_job(&args.slurm, ("run", None), &out, context);
     }
     out.claim([target], place::inputs(path, &steps))?;
     let folder = AtomicDir::create(target, args.overwrite, Replaces::FilesOf(WRITER))?;

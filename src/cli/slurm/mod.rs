@@ -16,7 +16,9 @@ pub(super) use script::{Array, Script, quoted};
 
 use super::context::{Context, Outcome};
 use super::failure::Result;
+use super::forecast::{self, Plan};
 use super::options::{NOTHING, OutputArgs};
+use crate::memory::MemoryBudget;
 use need::stated;
 use std::path::{Path, PathBuf};
 
@@ -28,13 +30,17 @@ pub(super) fn script_of<'a>(args: &'a SlurmArgs, (name, need): (&'a str, Need), 
 /// Write the script of a command that is one job, beside its output. The command checks its other options when it runs.
 ///
 /// # Errors
-/// No time or memory is stated, the script exists, or an error of the file system.
-pub(super) fn one_job(args: &SlurmArgs, name: &str, out: &OutputArgs, context: &Context) -> Result<Outcome> {
-    let need = stated(args, name)?;
+/// No time or memory is stated or forecast, the script exists, or an error of the file system.
+pub(super) fn one_job(args: &SlurmArgs, (name, plan): (&str, Option<&dyn Plan>), out: &OutputArgs, context: &Context) -> Result<Outcome> {
+    let cpus = args.cpus()?;
+    let predicted = plan.map(|plan| forecast::need(plan, context, cpus)).transpose()?;
+    let need = stated(args, name, predicted)?;
     let (path, log) = (beside(&out.output, ".sbatch"), beside(&out.output, "-slurm-%j.log"));
     let scripts = OutputArgs { output: path.clone(), overwrite: out.overwrite };
     scripts.claim([&path], NOTHING)?;
-    let command = script::command(&context.command_line, args.cpus()?, Some(need.bytes / 2))?;
+    // A forecast counts with the budget of this machine, and memory that is stated is shared with the system.
+    let budget = if args.slurm_memory.is_some() { need.bytes / 2 } else { MemoryBudget::default().bytes() as u64 };
+    let command = script::command(&context.command_line, cpus, Some(budget))?;
     let job = Script { submit: format!("sbatch {}", script::quoted(&path)), ..script_of(args, (name, need), &log, command) };
     scripts.write(&path, job.text()?.as_bytes())?;
     let json = serde_json::json!({ "output": path, "time_s": need.seconds, "memory_bytes": need.bytes, "cpus": args.slurm_cpus });

@@ -1,13 +1,15 @@
 //! The time and memory that jobs ask for.
 //!
-//! A job that asks for too little is killed by Slurm, and one that asks for too much waits longer. A study measures a few of its own trials. All
-//! other commands are told.
+//! A job that asks for too little is killed by Slurm, and one that asks for too much waits longer. A study measures a few of its own trials. For
+//! commands with a forecast (`--dry-run`) that tells. All other commands are told.
 
 use super::args::SlurmArgs;
 use crate::cli::failure::{Failure, Result, ensure};
 
 /// Other machines are slower, and trials differ.
 const SAFETY: f64 = 2.0;
+/// The memory of a forecast is that of arrays, which is known better.
+const MEMORY_SAFETY: f64 = 1.25;
 /// Time for the start of a job, s.
 const START_S: f64 = 120.0;
 /// Memory beyond what was measured: the program and its libraries on another machine, bytes.
@@ -45,19 +47,21 @@ pub(in crate::cli) fn study(args: &SlurmArgs, pilot: &Pilot, trials: usize) -> N
     Need { seconds: args.slurm_time.map_or(seconds, |t| t.0), bytes: args.slurm_memory.map_or(bytes, |m| m.bytes() as u64) }
 }
 
-/// The need that the user states.
+/// The need that the user states, or else what the cost model predicts for this machine: seconds and bytes.
 ///
 /// # Errors
-/// No time or no memory is stated.
-pub(in crate::cli) fn stated(args: &SlurmArgs, name: &str) -> Result<Need> {
-    let (Some(time), Some(memory)) = (args.slurm_time, args.slurm_memory) else {
-        let why = "only a study measures what it needs";
+/// Neither is there.
+pub(in crate::cli) fn stated(args: &SlurmArgs, name: &str, predicted: Option<(f64, f64)>) -> Result<Need> {
+    let time = args.slurm_time.map(|t| t.0).or(predicted.map(|(s, _)| START_S + SAFETY * s));
+    let memory = args.slurm_memory.map(|m| m.bytes() as u64).or(predicted.map(|(_, b)| MARGIN_BYTES + (MEMORY_SAFETY * b) as u64));
+    let (Some(seconds), Some(bytes)) = (time, memory) else {
+        let why = "what it will take is not known before";
         return Err(Failure::usage(format!(
             "{name} --slurm needs --slurm-time and --slurm-memory, such as --slurm-time 2h --slurm-memory 16GB: {why}"
         )));
     };
-    ensure!(time.0 > 0.0, Failure::usage("--slurm-time: expected a time above 0"));
-    Ok(Need { seconds: time.0, bytes: memory.bytes() as u64 })
+    ensure!(seconds > 0.0, Failure::usage("--slurm-time: expected a time above 0"));
+    Ok(Need { seconds, bytes })
 }
 
 impl Pilot {
@@ -93,8 +97,11 @@ mod tests {
     }
 
     #[test]
-    fn other_commands_must_be_told() {
-        assert!(stated(&args(&["--slurm-time", "1h"]), "clean").unwrap_err().to_string().contains("--slurm-memory"));
-        assert_eq!(stated(&args(&["--slurm-time", "1h", "--slurm-memory", "2GB"]), "clean").unwrap().bytes, 2_000_000_000);
+    fn other_commands_are_forecast_or_told() {
+        assert!(stated(&args(&["--slurm-time", "1h"]), "run", None).unwrap_err().to_string().contains("--slurm-memory"));
+        assert_eq!(stated(&args(&["--slurm-time", "1h", "--slurm-memory", "2GB"]), "run", None).unwrap().bytes, 2_000_000_000);
+        let need = stated(&args(&[]), "clean", Some((100.0, 4e9))).unwrap();
+        assert_eq!(need, Need { seconds: 320.0, bytes: (256 << 20) + 5_000_000_000 });
+        assert_eq!(stated(&args(&["--slurm-time", "1h"]), "clean", Some((100.0, 4e9))).unwrap().seconds, 3600.0);
     }
 }

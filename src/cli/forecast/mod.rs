@@ -1,0 +1,165 @@
+//! `--dry-run`: what a command would take, without doing it.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `args` | the options |
+//! | `sampling` | the work of `simulate` and `predict` on a scene |
+//! | `report` | a forecast as text and as JSON |
+//!
+//! The file of each command says how its options become work, in a function `forecast`.
+
+mod args;
+mod report;
+mod sampling;
+
+pub(super) use args::ForecastArgs;
+pub(super) use sampling::Sampling;
+
+use super::context::{Context, Outcome};
+use super::failure::{Failure, Result};
+use super::options::SetFiles;
+use crate::cost::{Forecast, InputFormat, Scale, Speeds};
+use crate::imaging::{ImagingOptions, Outlook, RowSample};
+use crate::memory::MemoryBudget;
+use cittert_arrays::VisibilitySource;
+use cittert_formats::free_disk;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// The forecast of a command, and the facts that it follows from.
+#[derive(Debug)]
+pub(super) struct Told {
+    /// Name of the command.
+    pub(super) command: &'static str,
+    pub(super) forecast: Forecast,
+    /// What is said about the work, in order.
+    pub(super) facts: Map<String, Value>,
+}
+
+/// What the commands need to make a forecast.
+pub(super) struct Planner<'a> {
+    pub(super) args: &'a ForecastArgs,
+    pub(super) context: &'a Context,
+    /// Speeds of this machine, or those that were given.
+    pub(super) speeds: Speeds,
+    /// Threads of the process.
+    pub(super) threads: usize,
+    /// Processes that share the rows: 1 for the forecast of this machine.
+    pub(super) ranks: usize,
+}
+
+/// A command that can be forecast.
+pub(super) trait Plan {
+    /// The work of the command.
+    ///
+    /// # Errors
+    /// The file or an option is wrong.
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told>;
+
+    /// Where the outputs go.
+    fn output(&self) -> &Path;
+}
+
+impl Planner<'_> {
+    /// By how much a set of so many visibilities is to be longer.
+    ///
+    /// # Errors
+    /// A number of visibilities that cannot be.
+    pub(super) fn stretch(&self, found: f64) -> Result<f64> {
+        Ok(self.args.visibilities()?.map_or(1.0, |n| n / found.max(1.0)))
+    }
+
+    /// Look at a set and its image. With several processes the outlook is that of one of them.
+    ///
+    /// # Errors
+    /// The file or an option is wrong.
+    pub(super) fn outlook(&self, source: &mut dyn VisibilitySource, imaging: &ImagingOptions) -> Result<(Outlook, RowSample)> {
+        let n = self.args.visibilities()?;
+        let (outlook, sample) = Outlook::of(source, imaging, n, &self.context.console)?;
+        if self.ranks < 2 {
+            return Ok((outlook, sample));
+        }
+        let part = self.args.cluster(self.threads)?.map_or(0.0, |c| c.node_bytes / c.ranks_per_node as f64 / 2.0);
+        let memory =
+            MemoryBudget::new(part as u64).map_err(|_| Failure::usage("--node-memory: less than 16 MiB for the data of each process"))?;
+        Ok((outlook.shared(self.ranks, memory), sample))
+    }
+}
+
+/// The format of a set.
+///
+/// # Errors
+/// A file of no known format.
+pub(super) fn format_of(input: &SetFiles) -> Result<InputFormat> {
+    let first = input.all().first().ok_or_else(|| Failure::message("no file"))?;
+    Ok(match cittert_formats::visibility_format(first)?.name() {
+        "UVH5" => InputFormat::Uvh5,
+        "UVFITS" => InputFormat::Uvfits,
+        _ => InputFormat::Ms,
+    })
+}
+
+/// What is said about the image of a set.
+pub(super) fn facts(outlook: &Outlook) -> Map<String, Value> {
+    let (rows, channels, products) = outlook.shape;
+    let size = &outlook.image.size;
+    let mut facts = Map::new();
+    let mut say = |name: &str, value: Value| facts.insert(name.to_owned(), value);
+    say("rows", rows.into());
+    say("channels", channels.into());
+    say("products", products.into());
+    say("visibilities", outlook.visibilities().into());
+    say("in_memory", outlook.kept.into());
+    say("size", json!([outlook.grid.n_l, outlook.grid.n_m]));
+    say("cell_rad", outlook.grid.cell_rad.into());
+    say("channels_out", outlook.channels_out.into());
+    say("grid", json!([size.padded.0, size.padded.1]));
+    say("kernel_cells", size.support.into());
+    say("w_planes", size.planes.into());
+    say("groups_of_planes", size.groups.into());
+    facts
+}
+
+/// The forecast of a command here, and on a cluster if one is asked for.
+///
+/// # Errors
+/// The file or an option is wrong.
+pub(super) fn forecast(command: &dyn Plan, args: &ForecastArgs, context: &Context) -> Result<Outcome> {
+    let given = args.speeds()?;
+    let speeds = match given {
+        Some(speeds) => speeds,
+        None => Speeds::built_in()?.scaled(&Scale::measure()?),
+    };
+    let threads = rayon::current_num_threads();
+    let mut planner = Planner { args, context, speeds, threads, ranks: 1 };
+    let here = command.plan(&planner)?;
+    let disk = free_disk(command.output());
+    let Some(cluster) = args.cluster(threads)? else {
+        return Ok(report::outcome(&here, (&planner.speeds, threads), None, disk));
+    };
+    planner.ranks = cluster.ranks();
+    let part = command.plan(&planner)?;
+    let shared = cluster.share(&part.forecast, &planner.speeds);
+    Ok(report::outcome(&here, (&planner.speeds, threads), Some((&cluster, &shared)), disk))
+}
+
+/// The time and the memory of a command on this machine, for a job that runs it on so many threads.
+///
+/// # Errors
+/// The file or an option is wrong.
+pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Result<(f64, f64)> {
+    let speeds = Speeds::built_in()?.scaled(&Scale::measure()?);
+    let planner = Planner { args: &ForecastArgs::default(), context, speeds, threads, ranks: 1 };
+    let told = command.plan(&planner)?;
+    Ok((told.forecast.seconds(&planner.speeds, threads), told.forecast.peak_bytes(&planner.speeds)))
+}
+
+/// Commands without a forecast.
+///
+/// # Errors
+/// Always: what can be forecast.
+pub(super) fn refuse() -> Result<Outcome> {
+    Err(Failure::usage(
+        "--dry-run: there is a forecast for dirty, beam, grid, clean, mem, simulate and predict. Start this command without it",
+    ))
+}

@@ -1,0 +1,105 @@
+//! The stages of `clean`.
+
+use super::held::{DOUBLE, Held, SINGLE, convolution};
+use super::image::{InputFormat, fits};
+use super::speeds::Speeds;
+use super::stage::{Forecast, Stage};
+use super::term::Term;
+use crate::imaging::Outlook;
+
+/// Side of a tile of a minor cycle by Högbom, pixels.
+const TILE: f64 = 32.0;
+/// Bytes of a component in the list, in memory and in its file.
+const COMPONENT: f64 = 64.0;
+const COMPONENT_TEXT: f64 = 56.0;
+/// Of so many rows of an image one waits for a comparison with the exact residual.
+const COMPARED: f64 = 8.0;
+
+/// What CLEAN is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CleanWork {
+    /// Components, at most.
+    pub components: f64,
+    /// Part of the peak that a component takes.
+    pub gain: f64,
+    /// Major cycles, if their number is known.
+    pub cycles: Option<f64>,
+    /// Major cycles, at most.
+    pub most_cycles: f64,
+    /// True for the minor cycles by Högbom, which visit tiles for each component.
+    pub hogbom: bool,
+    /// Number of scales.
+    pub scales: f64,
+    /// True where the data are tested for phases that are not calibrated, so that the set is read twice.
+    pub tested: bool,
+    /// True where the fit is judged by residuals of single visibilities.
+    pub judged: bool,
+    /// True where a second image is made without some baselines.
+    pub twice: bool,
+}
+
+/// Major cycles that runs with so many components typically take.
+fn cycles(work: &CleanWork, speeds: &Speeds) -> f64 {
+    let typical = speeds.typical("clean.cycles") + speeds.typical("clean.cycles-per-log") * (work.components * work.gain).max(1.0).ln();
+    work.cycles.unwrap_or_else(|| typical.round().max(1.0)).min(work.most_cycles)
+}
+
+/// The forecast of CLEAN.
+#[must_use]
+pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &CleanWork, speeds: &Speeds) -> Forecast {
+    let held = Held { outlook, threads };
+    let (pixels, out) = (outlook.pixels(), outlook.channels_out as f64);
+    let cycles = cycles(work, speeds);
+    let image = &outlook.image;
+    // The beam and the data of the other output channels stay in memory: beam, dirty image, residual and model.
+    let others = (out - 1.0) * held.plane(3.0 * SINGLE + DOUBLE);
+    let (n_l, n_m) = (outlook.grid.n_l, outlook.grid.n_m);
+    let (points, spectrum, rows) = convolution((n_l, n_m), n_l.max(n_m) / 2, SINGLE);
+    let logs = points * points.log2();
+    let list = out * work.components * COMPONENT;
+    let three = held.plane(3.0 * SINGLE) + list + others;
+    let of_tiles = if work.hogbom { held.plane(DOUBLE) } else { 0.0 };
+    let of_scales = work.scales * (held.plane(SINGLE) + spectrum);
+    let between = held.pass(image) + held.planes_between(2.0);
+    let tiles = pixels / TILE / TILE;
+    let minor = Stage::new("minor cycles", between + three + spectrum + rows + of_tiles + of_scales);
+    let compared = held.plane(SINGLE / COMPARED);
+    let mut stages = vec![held.start()];
+    if work.tested {
+        let again = held.read(format);
+        let twice = again.work.iter().map(|(t, n)| (*t, 2.0 * n)).collect();
+        let read_bytes = 2.0 * again.read_bytes;
+        stages.push(Stage { name: "test of phases", work: twice, read_bytes, ..again });
+        stages.push(Stage { name: "weights of the test", ..held.weigh() });
+    }
+    stages.extend([
+        held.read(format),
+        held.weigh(),
+        held.imaged("beam", image, (true, others)),
+        held.imaged("dirty image", image, (!outlook.kept, held.plane(SINGLE) + others)),
+        Stage { whole: true, ..minor }.doing([
+            (Term::Component, out * work.components * work.scales.max(1.0)),
+            (Term::Tile, if work.hogbom { out * work.components * tiles } else { 0.0 }),
+            (Term::MinorPixel, out * cycles * pixels * (1.0 + work.scales)),
+            (Term::Convolve, out * cycles * logs * if work.hogbom { 0.5 } else { 3.0 + 3.0 * work.scales }),
+        ]),
+        held.residuals(cycles, held.plane(2.0 * SINGLE) + compared + list + others),
+        Stage { whole: true, ..Stage::new("restored image", between + held.plane(SINGLE + DOUBLE + DOUBLE + SINGLE) + list + others) }
+            .doing([(Term::Pixel, out * pixels)]),
+        held.write(5.0, between + held.plane(2.0 * SINGLE + DOUBLE) + list + others),
+    ]);
+    if work.judged {
+        let judged = Stage::new("verdict", held.judging() + list);
+        let s = &image.size;
+        let (logs, points) = (s.point_logs * out, s.points * out);
+        stages.push(judged.doing([(Term::Judge, held.judged()), (Term::FromImage, logs), (Term::FromImagePoint, points)]));
+    }
+    if work.twice {
+        stages.push(Stage::second(&stages, ["start", "test of phases", "weights of the test", "write"]));
+    }
+    let mut assumptions = vec![format!("the {} components of --niter are used up", work.components)];
+    if work.cycles.is_none() {
+        assumptions.push(format!("{cycles} major cycles, as runs with so many components typically take"));
+    }
+    Forecast { stages, output_bytes: fits(outlook, 5.0) + out * work.components * COMPONENT_TEXT, assumptions }
+}

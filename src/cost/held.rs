@@ -1,0 +1,128 @@
+//! The arrays that an image of a set holds in memory. The sizes are those of the code that makes the arrays.
+
+use crate::fourier::good_size;
+use crate::imaging::{Field, Outlook};
+
+/// A visibility that stays in memory, and its weight.
+const VALUE: f64 = 12.0;
+/// Its imaging weight, where that differs.
+const IMAGING: f64 = 4.0;
+/// The uvw of a row.
+const UVW: f64 = 24.0;
+/// The coverage of a row while it is read: uvw, antennas, time, integration and phase centre.
+const COVERAGE: f64 = 50.0;
+/// A value of a block of all products: visibility, weight, number of samples and flag.
+const RAW: f64 = 17.0;
+/// Chunks of a file that are unpacked while small parts of rows are gathered.
+const CHUNKS: f64 = 24e6;
+/// A pixel in single and in double precision.
+pub(super) const SINGLE: f64 = 4.0;
+pub(super) const DOUBLE: f64 = 8.0;
+/// A visibility by which a fit is judged, with its place in the lists that are sorted.
+const JUDGED: f64 = 104.0;
+/// Most values by which a fit is judged.
+pub(super) const MOST_JUDGED: f64 = (1 << 20) as f64;
+
+/// What an outlook holds on so many threads.
+#[derive(Clone, Copy)]
+pub(super) struct Held<'a> {
+    pub(super) outlook: &'a Outlook,
+    pub(super) threads: usize,
+}
+
+impl Held<'_> {
+    fn rows(self) -> f64 {
+        self.outlook.shape.0 as f64
+    }
+
+    fn block_rows(self) -> f64 {
+        self.rows().min(self.outlook.blocks.0 as f64)
+    }
+
+    /// Blocks of all products that are in memory together: one is read while another is worked on.
+    fn raw(self) -> f64 {
+        let (_, channels, products) = self.outlook.shape;
+        let several = self.threads > 1 && self.outlook.blocks.1 > 1;
+        let blocks = if several { 2.0 } else { 1.0 };
+        blocks * self.block_rows() * (RAW * (channels * products) as f64 + COVERAGE)
+    }
+
+    /// The reduced rows that stay in memory, with or without imaging weights.
+    pub(super) fn data(self, weighed: bool) -> f64 {
+        let o = self.outlook;
+        let value = VALUE + if weighed && o.weights.1 { IMAGING } else { 0.0 };
+        if o.kept { o.visibilities() * value + self.rows() * UVW } else { 0.0 }
+    }
+
+    /// What reading holds beside the rows that stay.
+    pub(super) fn reading(self) -> f64 {
+        let o = self.outlook;
+        let reduced = if o.kept { 0.0 } else { self.block_rows() * (o.shape.1 as f64 * (VALUE + IMAGING) + UVW) };
+        reduced + if o.in_parts { CHUNKS + self.block_rows() * COVERAGE } else { self.raw() }
+    }
+
+    /// What a later pass holds beside the rows that stay: nothing, or the blocks that are read again and the density that weighs them.
+    pub(super) fn streaming(self) -> f64 {
+        if self.outlook.kept {
+            return 0.0;
+        }
+        let reduced = self.block_rows() * (self.outlook.shape.1 as f64 * (VALUE + IMAGING) + UVW);
+        self.raw() + reduced + self.density()
+    }
+
+    /// The cells of the density that visibilities touch.
+    pub(super) fn density(self) -> f64 {
+        let o = self.outlook;
+        let (width, height, part) = o.density;
+        if !o.weights.0 {
+            return 0.0;
+        }
+        // The system gives memory in pages.
+        (part * (width * height) as f64 * DOUBLE).min(o.visibilities() * 4096.0) * o.channels_out as f64
+    }
+
+    /// The rows in the order of the grid: of all blocks where they are kept, and otherwise of one.
+    fn sorted(self, field: &Field) -> f64 {
+        let all = field.pass.sorted_bytes;
+        if self.outlook.kept { all.min(self.outlook.memory.sorted_rows() as f64) } else { all / self.outlook.blocks.1.max(1) as f64 }
+    }
+
+    /// The nodes of one block.
+    fn nodes(self, field: &Field) -> f64 {
+        field.pass.nodes / self.outlook.blocks.1.max(1) as f64 * 2.0 * field.real_bytes as f64
+    }
+
+    /// Everything but planes and images in a pass with this field.
+    pub(super) fn pass(self, field: &Field) -> f64 {
+        self.data(true) + self.streaming() + self.sorted(field) + self.nodes(field)
+    }
+
+    /// Bytes of the sets of planes that stay in memory between passes, at most two.
+    pub(super) fn planes_between(self, sets: f64) -> f64 {
+        let (size, memory) = (&self.outlook.image.size, self.outlook.memory);
+        let keep = memory.kept_planes_of(self.outlook.pixels() as usize) as f64;
+        let planes = size.plane_bytes as f64;
+        if size.groups == 1 && planes <= keep { sets * planes } else { 0.0 }
+    }
+
+    /// What the judgement of a fit holds: the model twice, its planes, and the visibilities that are looked at.
+    pub(super) fn judging(self) -> f64 {
+        let (o, n) = (self.outlook, self.judged());
+        let transform = o.image.size.plane_bytes as f64 + o.image.size.column_bytes as f64;
+        // Images stay behind their model where the set is large enough for them.
+        2.0 * DOUBLE * o.pixels() + transform + n * JUDGED
+    }
+
+    /// Visibilities by which a fit is judged. Two hands count as one.
+    pub(super) fn judged(self) -> f64 {
+        let products = self.outlook.shape.2 as f64;
+        (self.outlook.visibilities() * products).min(MOST_JUDGED) / if products > 1.0 { 2.0 } else { 1.0 }
+    }
+}
+
+/// Points of the padded transform of a convolution with a kernel that reaches so far, and the bytes of half of its spectrum and of its rows.
+pub(super) fn convolution((n_l, n_m): (usize, usize), reach: usize, real_bytes: f64) -> (f64, f64, f64) {
+    let (p_m, p_l) = (good_size(n_m + reach.min(n_m)), good_size(n_l + reach.min(n_l)));
+    let half = (p_l / 2 + 1) as f64;
+    (p_m as f64 * p_l as f64, half * p_m as f64 * 2.0 * real_bytes, half * n_m as f64 * 2.0 * real_bytes)
+}

@@ -1,0 +1,207 @@
+//! The stages that every image of a set has, and those of `dirty`, `beam` and `grid`.
+
+use super::held::{DOUBLE, Held, SINGLE};
+use super::stage::{Forecast, Stage};
+use super::term::Term;
+use crate::imaging::{Field, Outlook};
+
+/// The format of the visibilities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InputFormat {
+    /// UVH5.
+    Uvh5,
+    /// UVFITS.
+    Uvfits,
+    /// A Measurement Set.
+    Ms,
+}
+
+impl InputFormat {
+    pub(super) fn term(self) -> Term {
+        match self {
+            Self::Uvh5 => Term::ReadUvh5,
+            Self::Uvfits => Term::ReadUvfits,
+            Self::Ms => Term::ReadMs,
+        }
+    }
+}
+
+/// Bytes of a value in a file: a complex number, its number of samples and its flag, which hardly take anything.
+const STORED: f64 = 8.0;
+/// Bytes of the columns of a row in a file.
+const STORED_ROW: f64 = 80.0;
+
+impl Held<'_> {
+    fn values(self) -> f64 {
+        self.outlook.visibilities() * self.outlook.shape.2 as f64
+    }
+
+    /// Bytes of the files that a pass reads.
+    pub(super) fn file(self) -> f64 {
+        self.values() * STORED + self.outlook.shape.0 as f64 * STORED_ROW
+    }
+
+    /// The start of the program.
+    pub(super) fn start(self) -> Stage {
+        Stage::new("start", 0.0).doing([(Term::Command, 1.0)])
+    }
+
+    /// The first pass, which reads and reduces the set.
+    pub(super) fn read(self, format: InputFormat) -> Stage {
+        let stage = Stage::new("read", self.data(false) + self.reading());
+        Stage { read_bytes: self.file(), ..stage }.doing([(format.term(), self.values()), (Term::ReadRow, self.outlook.shape.0 as f64)])
+    }
+
+    /// The values that a later pass reads again.
+    fn again(self) -> (Term, f64) {
+        (Term::Again, if self.outlook.kept { 0.0 } else { self.values() })
+    }
+
+    /// The density, the factor of each of its cells, and the weights.
+    pub(super) fn weigh(self) -> Stage {
+        let (n, (_, _, part)) = (self.outlook.visibilities(), self.outlook.density);
+        let cells = part * (self.outlook.density.0 * self.outlook.density.1) as f64 * self.outlook.channels_out as f64;
+        let density = if self.outlook.weights.0 { 1.0 } else { 0.0 };
+        let passes = density + if self.outlook.weights.1 { 1.0 } else { 0.0 };
+        let bytes = (self.data(false) + 2.0 * self.density()).max(self.data(true) + self.density());
+        let stage = Stage::new("weights", bytes + if self.outlook.kept { 0.0 } else { self.streaming() - self.density() });
+        let again = self.again();
+        let read_bytes = if self.outlook.kept { 0.0 } else { passes * self.file() };
+        Stage { read_bytes, summed_bytes: self.density(), ..stage }.doing([
+            (Term::Density, density * n),
+            (Term::Cell, density * cells),
+            (Term::Weigh, if self.outlook.weights.1 { n } else { 0.0 }),
+            (again.0, passes * again.1),
+        ])
+    }
+
+    /// Sorting: once for all passes where the order is kept.
+    fn sorting(self, field: &Field, passes: f64) -> (Term, f64) {
+        let stays = self.outlook.kept && field.pass.sorted_bytes <= self.outlook.memory.sorted_rows() as f64;
+        let times = if stays { passes.min(1.0) } else { passes };
+        (Term::Sort, times * field.pass.nodes * self.outlook.channels_out as f64)
+    }
+
+    /// Blocks with which groups of planes are each made again.
+    fn remade(self, field: &Field) -> f64 {
+        if field.size.groups > 1 { self.outlook.blocks.1 as f64 } else { 1.0 }
+    }
+
+    /// `passes` passes from visibilities to an image.
+    pub(super) fn to_image(self, field: &Field, passes: f64) -> Vec<(Term, f64)> {
+        let n = passes * self.outlook.channels_out as f64;
+        let (p, s, groups) = (&field.pass, &field.size, field.size.groups as f64);
+        let wide = field.real_bytes as f64 / SINGLE;
+        vec![
+            (Term::Fill, n * p.visibilities),
+            (Term::Fold, n * p.channel_multiply_adds * wide),
+            (Term::Node, n * p.nodes * groups),
+            (Term::Spread, n * p.grid_multiply_adds * wide),
+            (Term::ToImage, n * s.point_logs * self.remade(field) * wide),
+            (Term::ToImagePoint, n * s.points * self.remade(field) * wide),
+            (self.again().0, n * self.again().1),
+        ]
+    }
+
+    /// `passes` passes from an image to visibilities.
+    pub(super) fn from_image(self, field: &Field, passes: f64) -> Vec<(Term, f64)> {
+        let n = passes * self.outlook.channels_out as f64;
+        let (p, s, groups) = (&field.pass, &field.size, field.size.groups as f64);
+        let wide = field.real_bytes as f64 / SINGLE;
+        vec![
+            (Term::Subtract, n * p.visibilities),
+            (Term::Unfold, n * p.channel_multiply_adds * wide),
+            (Term::NodeBack, n * p.nodes * groups),
+            (Term::Gather, n * p.grid_multiply_adds * wide),
+            (Term::FromImage, n * s.point_logs * self.remade(field) * wide),
+            (Term::FromImagePoint, n * s.points * self.remade(field) * wide),
+        ]
+    }
+
+    /// Bytes of one image with all output channels.
+    pub(super) fn plane(self, pixel: f64) -> f64 {
+        self.outlook.pixels() * pixel
+    }
+
+    /// An image or a beam on a field, with its sorting. `beside` are the bytes that are held beside it.
+    pub(super) fn imaged(self, name: &'static str, field: &Field, (sorts, beside): (bool, f64)) -> Stage {
+        let pixels = if field == &self.outlook.image { self.outlook.pixels() } else { 0.0 };
+        // A transform in double precision is rounded to an image in single precision.
+        let image = pixels * if field.real_bytes == 8 { SINGLE + DOUBLE } else { SINGLE };
+        let stage = Stage::new(name, self.pass(field) + field.size.plane_bytes as f64 + image + beside);
+        let read_bytes = if self.outlook.kept { 0.0 } else { self.file() };
+        let sorting = if sorts { vec![self.sorting(field, 1.0)] } else { Vec::new() };
+        Stage { read_bytes, summed_bytes: pixels * SINGLE, ..stage }.doing(sorting).doing(self.to_image(field, 1.0))
+    }
+
+    /// Residuals of models: from the image, minus the data, and back. `beside` are the images that are held beside the passes.
+    pub(super) fn residuals(self, passes: f64, beside: f64) -> Stage {
+        let field = &self.outlook.image;
+        let planes = field.size.plane_bytes as f64;
+        let model = self.plane(DOUBLE) + field.size.column_bytes as f64 + planes.max(self.planes_between(2.0));
+        let both = 2.0 * planes + self.plane(field.real_bytes as f64);
+        let stage = Stage::new("major cycles", self.pass(field) + beside + model.max(both));
+        let read_bytes = if self.outlook.kept { 0.0 } else { passes * self.file() };
+        let resort = self.sorting(field, passes);
+        let sorted_before = self.sorting(field, 1.0).1;
+        let again = if resort.1 > sorted_before { resort.1 } else { 0.0 };
+        Stage { read_bytes, summed_bytes: passes * self.plane(SINGLE), ..stage }
+            .doing([(resort.0, again)])
+            .doing(self.from_image(field, passes))
+            .doing(self.to_image(field, passes))
+    }
+
+    /// Writing so many images.
+    pub(super) fn write(self, images: f64, bytes: f64) -> Stage {
+        let pixels = images * self.outlook.pixels() * self.outlook.channels_out as f64;
+        Stage { whole: true, ..Stage::new("write", bytes) }.doing([(Term::WritePixel, pixels)])
+    }
+}
+
+/// Bytes of a FITS file of so many images.
+pub(super) fn fits(outlook: &Outlook, images: f64) -> f64 {
+    images * (outlook.pixels() * outlook.channels_out as f64 * SINGLE + 11_520.0)
+}
+
+/// The forecast of a dirty image: its restoring beam is fitted in a small field first.
+#[must_use]
+pub fn dirty(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast {
+    let held = Held { outlook, threads };
+    let beam = outlook
+        .core
+        .as_ref()
+        .map_or_else(|| held.imaged("beam", &outlook.image, (true, 0.0)), |core| held.imaged("beam", core, (true, 0.0)));
+    let sorts = outlook.core.is_some();
+    let image = held.imaged("image", &outlook.image, (sorts, (outlook.channels_out - 1) as f64 * held.plane(SINGLE)));
+    let written = held.pass(&outlook.image) + held.planes_between(1.0) + held.plane(SINGLE) * outlook.channels_out as f64;
+    Forecast {
+        stages: vec![held.start(), held.read(format), held.weigh(), beam, image, held.write(1.0, written)],
+        output_bytes: fits(outlook, 1.0),
+        assumptions: Vec::new(),
+    }
+}
+
+/// The forecast of gridded visibilities: a sum in double precision, a weight and a count for each cell.
+#[must_use]
+pub fn grid(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast {
+    const CELL: f64 = 28.0;
+    let held = Held { outlook, threads };
+    let cells = outlook.pixels() * outlook.channels_out as f64;
+    let stage = Stage::new("cells", held.data(true) + held.streaming() + CELL * cells);
+    let read_bytes = if outlook.kept { 0.0 } else { held.file() };
+    let stage = Stage { read_bytes, ..stage }.doing([(Term::Put, outlook.visibilities()), held.again(), (Term::WriteCell, cells)]);
+    Forecast { stages: vec![held.start(), held.read(format), held.weigh(), stage], output_bytes: CELL * cells, assumptions: Vec::new() }
+}
+
+/// The forecast of a beam.
+#[must_use]
+pub fn beam(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast {
+    let held = Held { outlook, threads };
+    let image = held.imaged("beam", &outlook.image, (true, (outlook.channels_out - 1) as f64 * held.plane(SINGLE)));
+    let written = held.pass(&outlook.image) + held.planes_between(1.0) + held.plane(SINGLE) * outlook.channels_out as f64;
+    Forecast {
+        stages: vec![held.start(), held.read(format), held.weigh(), image, held.write(1.0, written)],
+        output_bytes: fits(outlook, 1.0),
+        assumptions: Vec::new(),
+    }
+}

@@ -1,0 +1,39 @@
+//! What a command will take: seconds and bytes of each of its stages, from the work that it will do and the speed of a machine.
+//!
+//! The numbers of operations come from the code that does the work: the grid that the imager would choose, the plan of its transform, and some rows
+//! of the set, cut and sorted as for gridding. The arrays that the code holds at once give the bytes. Only the seconds of one operation are measured:
+//! `make bench-book` fits them to whole runs ([`Speeds`]), and a short test scales them to the machine at hand ([`Scale`]).
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `term` | the table of operations whose time is measured |
+//! | `speeds` | seconds of each operation on one machine |
+//! | `scale` | how much faster or slower this machine is |
+//! | `stage` | a stage of a command, and the forecast of a command |
+//! | `held` | the arrays of an image of a set, bytes |
+//! | `image` | stages of `dirty`, `beam` and `grid` |
+//! | `cleaned` | stages of `clean` |
+//! | `entropy` | stages of `mem` |
+//! | `sampled` | stages of `simulate` and `predict` |
+//! | `cluster` | the same work shared by several machines, and what breaks first |
+
+mod cleaned;
+mod cluster;
+mod entropy;
+mod held;
+mod image;
+mod sampled;
+mod scale;
+mod speeds;
+mod stage;
+mod term;
+
+pub use cleaned::{CleanWork, clean};
+pub use cluster::{Cluster, Limit, Shared, Span};
+pub use entropy::{EntropyWork, entropy};
+pub use image::{InputFormat, beam, dirty, grid};
+pub use sampled::{SampledWork, predict, simulate};
+pub use scale::Scale;
+pub use speeds::Speeds;
+pub use stage::{Forecast, Stage};
+pub use term::{Kind, Term};

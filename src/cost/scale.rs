@@ -1,0 +1,98 @@
+//! Three short tests that say how fast a machine is: gridding, a Fourier transform, and moving memory.
+//!
+//! Each takes some hundredths of a second and is run a few times. The fastest run counts, because other programs can only slow it down.
+
+use super::term::Kind;
+use crate::Result;
+use crate::fourier::{Convolver, GridOptions, Transform, UvwExtent};
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyFrame, SkyGrid};
+use ndarray::Array2;
+use num_complex::Complex32;
+use serde::{Deserialize, Serialize};
+use std::hint::black_box;
+use std::time::Instant;
+
+/// Seconds that the short tests take on one thread.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Scale {
+    /// Gridding.
+    pub grid_s: f64,
+    /// Convolution of an image.
+    pub fourier_s: f64,
+    /// Copies of memory that is larger than the caches.
+    pub stream_s: f64,
+}
+
+const TURNS: usize = 6;
+/// Side of the image that is convolved, pixels.
+const SIDE: usize = 512;
+const ROWS: usize = 6000;
+const CHANNELS: usize = 16;
+/// Values that are copied.
+const VALUES: usize = 1 << 22;
+
+impl Scale {
+    /// Run the tests, on one thread.
+    ///
+    /// # Errors
+    /// No thread can be made.
+    pub fn measure() -> Result<Self> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+        let pool = pool.map_err(|e| crate::ChainError::Internal(format!("no thread for the tests of speed: {e}")))?;
+        pool.install(|| Ok(Self { grid_s: gridding()?, fourier_s: convolution(), stream_s: copies() }))
+    }
+
+    /// Seconds of the test of this kind.
+    #[must_use]
+    pub fn of(&self, kind: Kind) -> f64 {
+        match kind {
+            Kind::Grid => self.grid_s,
+            Kind::Fourier => self.fourier_s,
+            Kind::Stream => self.stream_s,
+        }
+    }
+}
+
+/// The shortest time of some runs, s.
+fn shortest(mut work: impl FnMut()) -> f64 {
+    let mut time = || {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    (0..TURNS).map(|_| time()).fold(f64::INFINITY, f64::min)
+}
+
+/// Rows on a spiral, so that tiles are visited as in a long track.
+fn gridding() -> Result<f64> {
+    let uvw_m = Array2::from_shape_fn((ROWS, 3), |(r, k)| {
+        let (radius, angle) = (3000.0 * (r as f64 + 1.0) / ROWS as f64, r as f64 * 0.01);
+        [radius * angle.cos(), radius * angle.sin(), 0.1 * radius][k]
+    });
+    let freq_hz: Vec<f64> = (0..CHANNELS).map(|c| 1e9 + 2e6 * c as f64).collect();
+    let cell_rad = 0.25 * SPEED_OF_LIGHT_M_S / (freq_hz[CHANNELS - 1] * 3000.0);
+    let grid = SkyGrid::new(SIDE, SIDE, cell_rad, SkyFrame::Boresight)?;
+    let transform = Transform::<f32>::new(&grid, &freq_hz, UvwExtent::of(uvw_m.view()), &GridOptions::default(), (ROWS * CHANNELS) as u64)?;
+    let rows = transform.sort(uvw_m.view())?;
+    let mut gridder = transform.gridder();
+    let mut failed = None;
+    let s = shortest(|| failed = gridder.add_sorted(&rows, |r, out| out.fill(Complex32::new(1.0, r as f32))).err());
+    failed.map_or(Ok(s), Err)
+}
+
+fn convolution() -> f64 {
+    let image = Array2::from_shape_fn((SIDE, SIDE), |(i, j)| ((i * 7 + j * 3) % 11) as f32);
+    let convolver = Convolver::<f32>::new((SIDE, SIDE), SIDE / 2);
+    let kernel = convolver.kernel(image.view());
+    shortest(|| drop(black_box(convolver.convolve(image.view(), &kernel))))
+}
+
+fn copies() -> f64 {
+    let from = vec![1.0_f64; VALUES];
+    let mut to = vec![0.0_f64; VALUES];
+    shortest(|| {
+        to.copy_from_slice(black_box(&from));
+        black_box(&mut to);
+    })
+}

@@ -1,0 +1,81 @@
+//! A stage of a command, and the forecast of a whole command.
+
+use super::speeds::Speeds;
+use super::term::Term;
+
+/// A part of a command: what it does, and what it holds in memory meanwhile.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Stage {
+    /// Its name.
+    pub name: &'static str,
+    /// How often each operation is done.
+    pub work: Vec<(Term, f64)>,
+    /// Bytes of all arrays that are in memory together at its largest moment.
+    pub bytes: f64,
+    /// Bytes of images and sums that several processes would add up over the network.
+    pub summed_bytes: f64,
+    /// Bytes that are read from files.
+    pub read_bytes: f64,
+    /// True where several processes each do all of it, because it works on whole images.
+    pub whole: bool,
+}
+
+impl Stage {
+    /// A stage that holds so many bytes.
+    #[must_use]
+    pub fn new(name: &'static str, bytes: f64) -> Self {
+        Self { name, bytes, ..Self::default() }
+    }
+
+    /// Add operations.
+    #[must_use]
+    pub fn doing(mut self, work: impl IntoIterator<Item = (Term, f64)>) -> Self {
+        self.work.extend(work.into_iter().filter(|(_, n)| *n > 0.0));
+        self
+    }
+
+    /// A second image of most of the data: the work of all stages but these, in no more memory.
+    #[must_use]
+    pub fn second<const N: usize>(stages: &[Self], but: [&str; N]) -> Self {
+        let again: Vec<&Self> = stages.iter().filter(|s| !but.contains(&s.name)).collect();
+        let bytes = again.iter().map(|s| s.bytes).fold(0.0, f64::max);
+        Self::new("second image", bytes).doing(again.iter().flat_map(|s| s.work.iter().copied()))
+    }
+
+    /// Its time in seconds on so many threads.
+    #[must_use]
+    pub fn seconds(&self, speeds: &Speeds, threads: usize) -> f64 {
+        self.work.iter().map(|(term, n)| n * speeds.seconds(*term, threads)).sum()
+    }
+}
+
+/// What a command will do.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Forecast {
+    /// The stages, in order.
+    pub stages: Vec<Stage>,
+    /// Bytes of the files that it writes.
+    pub output_bytes: f64,
+    /// What is not known before, and what is taken in its place: one sentence each.
+    pub assumptions: Vec<String>,
+}
+
+impl Forecast {
+    /// Time of all stages, s.
+    #[must_use]
+    pub fn seconds(&self, speeds: &Speeds, threads: usize) -> f64 {
+        self.stages.iter().map(|s| s.seconds(speeds, threads)).sum()
+    }
+
+    /// Largest memory of the process, bytes.
+    #[must_use]
+    pub fn peak_bytes(&self, speeds: &Speeds) -> f64 {
+        speeds.base_bytes() + self.stages.iter().map(|s| s.bytes).fold(0.0, f64::max)
+    }
+
+    /// The stage that needs most memory.
+    #[must_use]
+    pub fn largest(&self) -> Option<&Stage> {
+        self.stages.iter().max_by(|a, b| a.bytes.total_cmp(&b.bytes))
+    }
+}

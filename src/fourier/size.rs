@@ -1,0 +1,58 @@
+//! The sizes of a transform, from which its time and its memory follow.
+
+use super::fft::BLOCK;
+use super::plane_groups::plane_groups;
+use super::plane_rows::PlaneRows;
+use super::real::Real;
+use super::transform::Transform;
+use super::wplanes::WBasis;
+use num_complex::Complex;
+
+/// The sizes of a transform between an image and its visibilities.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TransformSize {
+    /// Points of the padded grid along u and along v.
+    pub padded: (usize, usize),
+    /// Rows of the half grid that are kept.
+    pub rows: usize,
+    /// Planes of the w term.
+    pub planes: usize,
+    /// Groups that the planes are made in; 1 where all are in memory together.
+    pub groups: usize,
+    /// Cells that the kernel covers along an axis.
+    pub support: usize,
+    /// Bytes of the planes of one group.
+    pub plane_bytes: u64,
+    /// Bytes of the transformed columns that wait for the pass over rows, on the way from an image to the planes of one group.
+    pub column_bytes: u64,
+    /// Points of all planes that pass through a transform: those of the rows, and those of the columns of the image.
+    pub points: f64,
+    /// The same, each with log2 of the length of its transform.
+    pub point_logs: f64,
+}
+
+impl<T: Real> Transform<T> {
+    /// The sizes of this transform.
+    #[must_use]
+    pub fn size(&self) -> TransformSize {
+        let plan = &self.plan;
+        let (nu, nv, n_l) = (plan.nu, plan.nv, plan.grid.n_l);
+        let groups = plane_groups(plan, plan.plane_bytes);
+        let at_once = groups.iter().map(|g| g.len()).max().unwrap_or(1);
+        // Two columns share a transform where screens are real.
+        let columns = n_l as f64 * if matches!(plan.w.basis, WBasis::Powers { .. }) { 0.5 } else { 1.0 };
+        let (of_rows, of_columns) = (plan.n_rows as f64 * nu as f64, columns * nv as f64);
+        let planes = plan.planes() as f64;
+        TransformSize {
+            padded: (nu, nv),
+            rows: plan.n_rows,
+            planes: plan.planes(),
+            groups: groups.len(),
+            support: plan.table.support,
+            plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, at_once, nu) as u64,
+            column_bytes: (at_once * plan.n_rows * n_l.next_multiple_of(BLOCK) * size_of::<Complex<T>>()) as u64,
+            points: planes * (of_rows + of_columns),
+            point_logs: planes * (of_rows * (nu as f64).log2() + of_columns * (nv as f64).log2()),
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! What an image of a set will take, before a visibility is read: the grid that would be chosen, the sizes of its transform, and the work of one
+//! pass over the data.
+//!
+//! The baselines of some runs of rows, spread over the set, stand for all. They are cut and sorted by the same code that grids them, so the numbers of
+//! nodes and multiply-adds are those of the rows that were looked at, and those of the whole set to within what the sample misses.
+
+use super::data::REDUCED_BYTES;
+use super::imager::{LONG, share};
+use super::options::ImagingOptions;
+use super::psf::CORE_SIDE;
+use super::size::choose_grid;
+use super::survey::{OCTAVES, Survey};
+use super::total_power::TotalPower;
+use super::weights::density_sides;
+use crate::fourier::{GridOptions, PassWork, Real, Transform, TransformSize, UvwExtent};
+use crate::memory::MemoryBudget;
+use crate::progress::Observer;
+use crate::{ChainError, Result};
+use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid, UvCoverage, VisibilitySource, Weighting, rows_of_block};
+use ndarray::{Array2, Axis, concatenate};
+
+/// Rows that are looked at, at most.
+const SAMPLED_ROWS: usize = 1 << 16;
+/// Number of runs of rows that they are taken in.
+const RUNS: usize = 64;
+
+/// The baselines of some rows of a set.
+#[derive(Debug, Clone)]
+pub struct RowSample {
+    /// uvw, m \[row, 3\]; 0 for autocorrelations, which are not imaged.
+    pub uvw_m: Array2<f64>,
+    /// Part of the rows that are imaged.
+    pub used: f64,
+    /// Rows of the set for each of the sample.
+    pub factor: f64,
+}
+
+/// The work of one pass over all rows with one transform.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PassCounts {
+    /// Visibilities of the product.
+    pub visibilities: f64,
+    /// Nodes that stand for them.
+    pub nodes: f64,
+    /// Multiply-adds between channels and nodes.
+    pub channel_multiply_adds: f64,
+    /// Multiply-adds between nodes and cells.
+    pub grid_multiply_adds: f64,
+    /// Bytes of the order of the rows on the grid.
+    pub sorted_bytes: f64,
+}
+
+/// One transform, and one pass with it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Field {
+    /// Sizes of the transform.
+    pub size: TransformSize,
+    /// Work of a pass over the rows, once for each group of planes where these are made in groups.
+    pub pass: PassCounts,
+    /// Bytes of a real number inside the transform.
+    pub real_bytes: usize,
+}
+
+/// What an image of a set will take.
+#[derive(Debug, Clone)]
+pub struct Outlook {
+    /// The image.
+    pub grid: SkyGrid,
+    /// Number of output channels.
+    pub channels_out: usize,
+    /// Rows, channels and products of the set.
+    pub shape: (u64, usize, usize),
+    /// Part of the rows that are imaged.
+    pub used: f64,
+    /// True where the set stays in memory.
+    pub kept: bool,
+    /// True where the first pass reads the set in small parts, so that no block of all products is in memory.
+    pub in_parts: bool,
+    /// The budget of memory that decides this.
+    pub memory: MemoryBudget,
+    /// Rows of a block, and number of blocks.
+    pub blocks: (u64, u64),
+    /// True where weights need the density of the u-v plane, and true where they differ from those of the data.
+    pub weights: (bool, bool),
+    /// Columns and rows of half of the density grid, and the part of it that visibilities touch.
+    pub density: (usize, usize, f64),
+    /// The transform of an output channel.
+    pub image: Field,
+    /// The small field in which a beam is fitted; none where the image is as small.
+    pub core: Option<Field>,
+    /// Shortest and longest projected baseline, wavelengths.
+    pub uv_range_wl: (f64, f64),
+    /// Largest u, v and w of the rows that were looked at, m.
+    pub extent: UvwExtent,
+}
+
+/// Look at some rows of a set.
+///
+/// # Errors
+/// The source fails, or has no rows.
+pub fn sample(source: &mut dyn VisibilitySource) -> Result<(RowSample, Vec<UvCoverage>)> {
+    let n_rows = source.n_rows();
+    let length = if n_rows <= SAMPLED_ROWS { n_rows } else { SAMPLED_ROWS / RUNS };
+    let count = if n_rows <= SAMPLED_ROWS { 1 } else { RUNS };
+    let mut parts = Vec::new();
+    for k in 0..count {
+        // The first and the last row are looked at.
+        let start = if count > 1 { (n_rows - length) * k / (count - 1) } else { 0 };
+        parts.push(source.read_coverage(start..start + length)?);
+    }
+    let uvw: Vec<_> = parts.iter().map(|p| p.uvw_m.view()).collect();
+    let mut uvw_m = concatenate(Axis(0), &uvw).map_err(|e| ChainError::Internal(e.to_string()))?;
+    if uvw_m.nrows() == 0 {
+        return Err(ChainError::NoData("the set has no rows".into()));
+    }
+    let pairs = parts.iter().flat_map(|p| p.ant1.iter().zip(&p.ant2));
+    let mut used = 0;
+    for (mut row, (a, b)) in uvw_m.rows_mut().into_iter().zip(pairs) {
+        if a == b || !row.iter().all(|x| x.is_finite()) {
+            row.fill(0.0);
+        } else {
+            used += 1;
+        }
+    }
+    let n = uvw_m.nrows() as f64;
+    Ok((RowSample { uvw_m, used: f64::from(used) / n, factor: n_rows as f64 / n }, parts))
+}
+
+impl RowSample {
+    /// The transform for these rows, and a pass over the rows of the set with it.
+    ///
+    /// # Errors
+    /// As [`Transform::new`].
+    pub fn field<T: Real>(
+        &self,
+        grid: &SkyGrid,
+        freq_hz: &[f64],
+        extent: UvwExtent,
+        (options, n_vis): (&GridOptions, Option<u64>),
+    ) -> Result<Field> {
+        let transform = Transform::<T>::expecting(grid, freq_hz, extent, options, n_vis)?;
+        let rows = transform.sort(self.uvw_m.view())?;
+        let PassWork { nodes, channel_multiply_adds, spread_multiply_adds, .. } = transform.work(&rows);
+        let pass = PassCounts {
+            visibilities: self.factor * (self.uvw_m.nrows() * freq_hz.len()) as f64,
+            nodes: self.factor * nodes,
+            channel_multiply_adds: self.factor * channel_multiply_adds,
+            grid_multiply_adds: self.factor * spread_multiply_adds,
+            sorted_bytes: self.factor * rows.bytes() as f64,
+        };
+        Ok(Field { size: transform.size(), pass, real_bytes: size_of::<T>() })
+    }
+
+    /// [`RowSample::field`] in the precision that the imager takes for this error.
+    ///
+    /// # Errors
+    /// As [`Transform::new`].
+    pub fn field_for(
+        &self,
+        grid: &SkyGrid,
+        freq_hz: &[f64],
+        extent: UvwExtent,
+        (options, n_vis): (&GridOptions, Option<u64>),
+    ) -> Result<Field> {
+        if options.single_precision_suffices() {
+            self.field::<f32>(grid, freq_hz, extent, (options, n_vis))
+        } else {
+            self.field::<f64>(grid, freq_hz, extent, (options, n_vis))
+        }
+    }
+}
+
+impl Outlook {
+    /// Look at the header of a set and the baselines of some of its rows. With `visibilities` the set counts as one with so many of them, by more
+    /// rows with the same baselines.
+    ///
+    /// # Errors
+    /// An option is out of range, the source fails, or no size can be chosen.
+    pub fn of(
+        source: &mut dyn VisibilitySource,
+        options: &ImagingOptions,
+        visibilities: Option<f64>,
+        observer: &dyn Observer,
+    ) -> Result<(Self, RowSample)> {
+        options.check()?;
+        let header = source.header().clone();
+        let freq_hz = header.spectrum.freq_hz();
+        let channels = share(freq_hz.len(), options.channels_out)?;
+        let (mut sample, parts) = sample(source)?;
+        let found = (source.n_rows() * freq_hz.len()) as f64;
+        let stretch = visibilities.map_or(1.0, |n| n / found);
+        sample.factor *= stretch;
+        let n_rows = (source.n_rows() as f64 * stretch).round() as u64;
+        let (low, high) = header.spectrum.range_hz();
+        let mut survey = Survey {
+            uv_range_wl: (f64::INFINITY, 0.0),
+            shortest_by_octave_wl: vec![f64::INFINITY; OCTAVES],
+            total_power: TotalPower::new(&header, options.pol),
+            extent: UvwExtent::of(sample.uvw_m.view()),
+            phase_center: parts.iter().find_map(|p| p.phase_center.first()).map_or(0, |p| usize::from(*p)),
+            ..Survey::default()
+        };
+        for uvw in sample.uvw_m.rows().into_iter().filter(|uvw| uvw.iter().any(|x| *x != 0.0)) {
+            survey.see(uvw[0].hypot(uvw[1]) / SPEED_OF_LIGHT_M_S, (low, high));
+        }
+        if !survey.total_power.is_empty() {
+            survey.total_power.used = ((1.0 - sample.used) * found) as u64;
+        }
+        let grid = choose_grid(&survey, &header, options, observer)?;
+        let memory = options.memory;
+        let kept = n_rows.saturating_mul((freq_hz.len() * REDUCED_BYTES) as u64) <= memory.kept_visibilities() as u64;
+        let block_rows = rows_of_block(&header, memory.imaging_block(kept)) as u64;
+        let range = channels[channels.len() / 2].clone();
+        let of_channel = &freq_hz[range.clone()];
+        let n_vis = ((n_rows as f64 * sample.used * range.len() as f64) as u64).min(LONG);
+        let image = sample.field_for(&grid, of_channel, survey.extent, (&options.grid_options(), Some(n_vis)))?;
+        let core = if grid.n_l > CORE_SIDE && grid.n_m > CORE_SIDE {
+            let field = SkyGrid::new(CORE_SIDE, CORE_SIDE, grid.cell_rad, grid.frame.clone())?;
+            Some(sample.field_for(&field, of_channel, survey.extent, (&options.grid_options(), Some(n_vis)))?)
+        } else {
+            None
+        };
+        let natural = options.weighting == Weighting::Natural;
+        let tapered = options.taper.is_some() || options.inner_taper.is_some();
+        let (width, height) = density_sides(&grid, options);
+        let part = |reach_m: f64| (2.0 * reach_m * high / SPEED_OF_LIGHT_M_S * grid.cell_rad).min(1.0);
+        let outlook = Self {
+            channels_out: channels.len(),
+            shape: (n_rows, freq_hz.len(), header.polarizations.len()),
+            used: sample.used,
+            kept,
+            in_parts: survey.total_power.is_empty() && source.in_parts().is_some(),
+            memory,
+            blocks: (block_rows, n_rows.div_ceil(block_rows.max(1))),
+            weights: (!natural, !natural || tapered),
+            density: (width, height / 2 + 1, part(survey.extent.u_m) * part(survey.extent.v_m)),
+            image,
+            core,
+            uv_range_wl: survey.uv_range_wl,
+            extent: survey.extent,
+            grid,
+        };
+        Ok((outlook, sample))
+    }
+
+    /// Visibilities of the product that is imaged.
+    #[must_use]
+    pub fn visibilities(&self) -> f64 {
+        self.shape.0 as f64 * self.shape.1 as f64
+    }
+
+    /// Pixels of one plane of the image.
+    #[must_use]
+    pub fn pixels(&self) -> f64 {
+        self.grid.n_l as f64 * self.grid.n_m as f64
+    }
+
+    /// The same set shared by so many processes.
+    #[must_use]
+    pub fn shared(&self, ranks: usize, memory: MemoryBudget) -> Self {
+        let by = |n: u64| n.div_ceil(ranks.max(1) as u64);
+        let mut own = self.clone();
+        own.shape.0 = by(self.shape.0);
+        own.memory = memory;
+        own.blocks.1 = own.shape.0.div_ceil(own.blocks.0.max(1));
+        own.kept = own.shape.0.saturating_mul((own.shape.1 * REDUCED_BYTES) as u64) <= memory.kept_visibilities() as u64;
+        for field in std::iter::once(&mut own.image).chain(&mut own.core) {
+            let n = ranks.max(1) as f64;
+            let p = &mut field.pass;
+            for x in [&mut p.visibilities, &mut p.nodes, &mut p.channel_multiply_adds, &mut p.grid_multiply_adds, &mut p.sorted_bytes] {
+                *x /= n;
+            }
+        }
+        own
+    }
+}

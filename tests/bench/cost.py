@@ -1,0 +1,423 @@
+"""Fits the cost model of `cittert --dry-run` to whole runs, and checks it with runs that are not in the fit.
+
+    python3 tests/bench/cost.py fit PROGRAM      measure the cases of the fit, write src/cost/machine.toml
+    python3 tests/bench/cost.py check PROGRAM    measure other cases, print the table of docs/algorithms/cost.md
+    python3 tests/bench/cost.py check PROGRAM --speeds FILE
+
+Cases are drawn from a seed: arrays, tracks, channels, sizes of images, commands, threads. The seeds of the two differ. Only the standard library of
+Python is needed. Files lie in a temporary folder. Times are wall times: the machine must be quiet.
+"""
+
+import argparse, datetime, json, math, os, platform, random, re, statistics, subprocess, sys, tempfile, time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+MACHINE = HERE.parent.parent / "src/cost/machine.toml"
+TERMS = HERE.parent.parent / "src/cost/term.rs"
+PAGE = HERE.parent.parent / "docs/algorithms/cost.md"
+FIT_SEED, CHECK_SEED = 1, 20_260_726
+
+
+def run(words, cwd):
+    """Wall seconds, largest resident size in bytes, JSON and stderr of a run."""
+    err = tempfile.TemporaryFile("w+")
+    out = tempfile.TemporaryFile("w+")
+    start = time.perf_counter()
+    process = subprocess.Popen([str(w) for w in words], cwd=cwd, stdout=out, stderr=err)
+    _, status, usage = os.wait4(process.pid, 0)
+    seconds = time.perf_counter() - start
+    for f in (out, err):
+        f.seek(0)
+    told, said = out.read(), err.read()
+    # The constraints of maximum entropy may not be met within the evaluations that are allowed: code 1 with results.
+    if os.waitstatus_to_exitcode(status) != 0 and not told.startswith("{"):
+        sys.exit(f"{' '.join(map(str, words))}\n{said}")
+    return seconds, usage.ru_maxrss * 1024, json.loads(told), said
+
+
+def phases(said):
+    """Seconds of each phase, in order of their first appearance."""
+    sums = {}
+    for name, s in re.findall(r"^([a-z][a-z ]*): (\d+\.\d+) s", said, re.M):
+        sums[name] = sums.get(name, 0.0) + float(s)
+    return sums
+
+
+class Sets:
+    """Visibility sets of random arrays, made when they are first needed."""
+
+    def __init__(self, program, folder):
+        self.program, self.folder, self.made = program, folder, {}
+
+    def words(self, name, of):
+        """The command that simulates a set."""
+        layout = self.folder / f"{name}.toml"
+        if not layout.exists():
+            words = [self.program, "layout", "make", "random", "--elements", of["antennas"], "--aperture", f"{of['aperture']}m"]
+            run([*words, "--seed", of["seed"], "--json", "-o", layout], self.folder)
+        scene = self.folder / f"scene{of['sources']}.csv"
+        if not scene.exists():
+            draw = random.Random(of["sources"])
+            lines = [f"{draw.gauss(0, 1e-3):.8f},{draw.gauss(0, 1e-3):.8f},{draw.expovariate(1):.6f}" for _ in range(of["sources"])]
+            scene.write_text("l_rad,m_rad,flux_jy\n" + "\n".join(lines) + "\n")
+        words = [self.program, "simulate", "--layout", layout, "--scene", scene, "--freq", "1.4GHz", "--bandwidth", "64MHz"]
+        words += ["--channels", of["channels"], "--phase-center", "10h00m00s,+30d00m00s", "--start", "2025-03-20T20:00:00"]
+        words += ["--duration", f"{of['times'] * 30}s", "--integration", "30s", "--pols", of["pols"], "--latitude", "34deg"]
+        return words
+
+    def path(self, name, of):
+        path = self.folder / f"{name}.uvh5"
+        if name not in self.made:
+            run([*self.words(name, of), "--json", "-o", path], self.folder)
+            self.made[name] = path
+        return path
+
+
+def sets(draw, prefix, n):
+    """Random sets of a tenth of a million to thirty million visibilities."""
+    out = {}
+    for k in range(n):
+        antennas, channels = draw.choice([24, 32, 48, 64]), draw.choice([1, 4, 16, 64])
+        wanted = 10 ** draw.uniform(5.0, 7.2)
+        pairs = antennas * (antennas - 1) // 2
+        times = max(2, min(900, round(wanted / pairs / channels)))
+        pols = draw.choice(["I", "XX,YY"])
+        sources, aperture = draw.choice([20, 100]), draw.choice([1000, 4000, 12000])
+        out[f"{prefix}{k}"] = dict(antennas=antennas, channels=channels, times=times, pols=pols, sources=sources, aperture=aperture, seed=k)
+    return out
+
+
+def image_words(draw, largest):
+    side = draw.choice([n for n in (256, 400, 512, 768, 1024, 1500, 2048, 3072) if n <= largest])
+    words = ["--size", side, "--weighting", draw.choice(["natural", "uniform", "briggs"])]
+    return words
+
+
+def cases(seed, prefix, counts):
+    """(name, set, words) of random runs. `counts` says how many of each command."""
+    draw = random.Random(seed)
+    all_sets = sets(draw, prefix, 10 if prefix == "f" else 6)
+    names = list(all_sets)
+    out = []
+    for command, n in counts.items():
+        for k in range(n):
+            name = names[(k * 3 + len(out)) % len(names)] if prefix == "f" else draw.choice(names)
+            threads = 1 + (k % 2)
+            words = ["--threads", threads, command]
+            if command in ("dirty", "beam", "grid"):
+                words += image_words(draw, 3072 if command != "grid" else 2048)
+            elif command == "clean":
+                words += image_words(draw, 2048) + ["--algorithm", draw.choice(["clark", "clark", "hogbom", "multiscale"])]
+                words += ["--niter", draw.choice([300, 1000, 3000, 10000]), "--nsigma", "0", "--startmod", draw.choice(["auto", "never"])]
+            elif command == "mem":
+                words += image_words(draw, 768) + ["--niter", draw.choice([8, 12, 16]), "--noise", "10mJy"]
+            out.append((f"{prefix}-{command}-{k}", name, words))
+    return all_sets, out
+
+
+def measured(program, folder, all_sets, listed, turns=1):
+    made = Sets(program, folder)
+    rows = []
+    for label, name, words in listed:
+        command = words[2]
+        if command == "simulate":
+            call = [program, *words[:2], *made.words(name, all_sets[name])[1:]]
+        else:
+            call = [program, *words[:3], made.path(name, all_sets[name]), *words[3:]]
+        for old in folder.glob("out*"):
+            old.unlink()
+        call = [*call, "-o", folder / ("out.uvh5" if command in ("simulate", "predict") else "out.fits" if command in ("dirty", "beam") else "out.h5" if command == "grid" else "out")]
+        if command == "predict":
+            call += ["--model", folder / f"scene{all_sets[name]['sources']}.csv"]
+        forecast = run([*call, "--dry-run", "--json"], folder)[2]
+        if any(folder.glob("out*")):
+            sys.exit(f"{label}: the dry run has written something")
+        best = None
+        for _ in range(turns):
+            for old in folder.glob("out*"):
+                old.unlink()
+            once = run([*call, "-v", "--json"], folder)
+            best = once if best is None or once[0] < best[0] else best
+        seconds, peak, told, said = best
+        rows.append(dict(label=label, threads=words[1], command=command, forecast=forecast, seconds=seconds, bytes=peak, told=told,
+                         phases=phases(said), words=" ".join(str(w) for w in words[2:])))
+        f = forecast
+        print(f"{label:16} {seconds:8.3f} s ({f['seconds'] / seconds:5.2f})  {peak / 1e6:8.1f} MB ({f['peak_bytes'] / peak:5.2f})  {rows[-1]['words']}", flush=True)
+    return rows
+
+
+def nnls(rows, columns):
+    """Numbers of 0 or more that minimise the squared relative errors of sums: rows are (counts by column, measured)."""
+    a = [[counts.get(c, 0.0) / y for c in columns] for counts, y in rows]
+    scale = [math.sqrt(sum(r[j] ** 2 for r in a)) or 1.0 for j in range(len(columns))]
+    a = [[v / s for v, s in zip(r, scale)] for r in a]
+    n = len(columns)
+    gram = [[sum(r[i] * r[j] for r in a) for j in range(n)] for i in range(n)]
+    right = [sum(r[i] for r in a) for i in range(n)]
+    # A little damping keeps operations that always come together from taking turns.
+    for i in range(n):
+        gram[i][i] += 1e-6
+    x = [0.0] * n
+    for _ in range(20_000):
+        moved = 0.0
+        for i in range(n):
+            if gram[i][i] <= 1e-6:
+                continue
+            new = max(0.0, x[i] + (right[i] - sum(gram[i][j] * x[j] for j in range(n))) / gram[i][i])
+            moved = max(moved, abs(new - x[i]))
+            x[i] = new
+        if moved < 1e-12:
+            break
+    return {c: v / s for c, v, s in zip(columns, x, scale)}
+
+
+def all_terms():
+    return re.findall(r'^    \w+ = "([a-z0-9.-]+)", \w+;', TERMS.read_text(), re.M)
+
+
+def work_of(row, wanted, stages=None):
+    """Counts of the terms of these groups in a forecast."""
+    sums = {}
+    for s in row["forecast"]["stages"]:
+        if stages is None or s["stage"] in stages:
+            for term, n in s["work"].items():
+                if term.split(".")[0] in wanted:
+                    sums[term] = sums.get(term, 0.0) + n
+    return sums
+
+
+def read_old():
+    import tomllib
+
+    return tomllib.loads(MACHINE.read_text())
+
+
+def fit(rows, gauges):
+    """Fit group after group: each has its own phases; what no phase covers is fitted to the rest of the whole time."""
+    old = read_old()
+    seconds, serial = {}, dict(old["serial"])
+
+    def group(names, samples):
+        """samples: (row, counts, measured). Fits seconds on one thread, then the part that a second thread does not shorten."""
+        samples = [(r, c, y) for r, c, y in samples if y > 0 and c]
+        columns = sorted({t for _, c, _ in samples for t in c})
+        if not samples:
+            return
+        best = None
+        for step in range(0, 21):
+            s = step / 20
+            part = {1: 1.0, 2: s + (1 - s) / 2}
+            scaled = [({t: n * part[r["threads"]] for t, n in c.items()}, y) for r, c, y in samples]
+            x = nnls(scaled, columns)
+            error = sum((sum(x[t] * n for t, n in c.items()) / y - 1) ** 2 for c, y in scaled)
+            if best is None or error < best[0]:
+                best = (error, s, x)
+        error, s, x = best
+        print(f"{'/'.join(names):28} rms {math.sqrt(error / len(samples)):.3f} over {len(samples)} samples, serial {s:.2f}")
+        seconds.update(x)
+        for name in names:
+            serial[name] = s
+
+    def phase(row, *names):
+        return sum(row["phases"].get(n, 0.0) for n in names)
+
+    imaging = [r for r in rows if r["command"] in ("dirty", "beam", "clean", "mem", "grid")]
+    once = [r for r in imaging if "second image" not in [s["stage"] for s in r["forecast"]["stages"]]]
+    readers = [r for r in once if "test of phases" not in [s["stage"] for s in r["forecast"]["stages"]]]
+    group(["read"], [(r, work_of(r, ["read"], ["read"]), phase(r, "reading")) for r in readers])
+    group(["weigh"], [(r, {t: n for t, n in work_of(r, ["weigh"], ["weights"]).items() if t != "weigh.value"}, phase(r, "weights")) for r in readers])
+    passes = ["pass", "to-image"]
+    there = [(r, work_of(r, passes, ["beam", "image"]), phase(r, "beam", "gridding")) for r in once if r["command"] in ("dirty", "beam")]
+    there += [(r, work_of(r, passes, ["beam", "dirty image"]), phase(r, "beam", "gridding")) for r in once if r["command"] == "clean"]
+    group(passes, there)
+    # Major cycles are fitted by their real number.
+    back = []
+    for r in once:
+        if r["command"] == "clean":
+            assumed, real = cycles(r), r["told"]["major_cycles"]
+            counts = work_of(r, ["pass", "to-image", "predict", "from-image"], ["major cycles"])
+            counts = {t: n * real / assumed for t, n in counts.items()}
+            spent = sum(n * seconds.get(t, 0) * (serial["pass"] + (1 - serial["pass"]) / r["threads"]) for t, n in counts.items() if t in seconds)
+            left = r["told"]["seconds"].get("major", 0.0) - spent
+            back.append((r, {t: n for t, n in counts.items() if t not in seconds}, max(left, 0.2 * r["told"]["seconds"].get("major", 0.0))))
+    group(["predict", "from-image"], back)
+    minors = []
+    for r in once:
+        if r["command"] == "clean":
+            real = r["told"]["major_cycles"] / cycles(r)
+            counts = work_of(r, ["minor", "convolve"], ["minor cycles"])
+            counts = {t: n * (real if t in ("minor.pixel", "convolve.log") else 1.0) for t, n in counts.items()}
+            minors.append((r, counts, r["told"]["seconds"].get("minor", 0.0)))
+    group(["minor", "convolve"], minors)
+    group(["cells"], [(r, {t: n for t, n in work_of(r, ["cells"]).items() if t == "cells.value"}, phase(r, "gridding")) for r in once if r["command"] == "grid"])
+
+    def known(row, skip=()):
+        """Seconds that the fitted terms explain, with the real number of cycles."""
+        total = 0.0
+        for s in row["forecast"]["stages"]:
+            for t, n in s["work"].items():
+                if t in seconds and t not in skip:
+                    g = serial.get(t.split(".")[0], 1.0)
+                    total += n * seconds[t] * (g + (1 - g) / row["threads"])
+        return total
+
+    # The solver of maximum entropy, beside its passes.
+    solvers = []
+    for r in once:
+        if r["command"] == "mem":
+            solvers.append((r, work_of(r, ["entropy"]), max(r["told"]["seconds"]["solve"] - sum_of(r, seconds, serial, ["passes", "solver"]), 1e-3)))
+    group(["entropy"], solvers)
+    # What is left of the whole times.
+    rest = []
+    for r in once:
+        counts = {}
+        for s in r["forecast"]["stages"]:
+            for t, n in s["work"].items():
+                if t in ("start.command", "weigh.value", "image.pixel", "image.write", "judge.value", "cells.write"):
+                    counts[t] = counts.get(t, 0.0) + n
+        spent = real_known(r, known, seconds, serial)
+        rest.append((r, counts, r["seconds"] - spent))
+    weighed = [(r, c, y) for r, c, y in rest if y > 0]
+    left_over(weighed, seconds, serial)
+    made = []
+    for r in rows:
+        if r["command"] in ("simulate", "predict"):
+            counts = work_of(r, ["simulate", "write"])
+            made.append((r, counts, max(r["seconds"] - known(r), 0.1 * r["seconds"])))
+    group(["simulate", "write"], made)
+    typical = dict(old["typical"])
+    points = [(math.log(max(1.0, r["told"]["iterations"] * 0.1)), r["told"]["major_cycles"]) for r in once if r["command"] == "clean"]
+    if len(points) > 3:
+        n = len(points)
+        mx, my = sum(x for x, _ in points) / n, sum(y for _, y in points) / n
+        slope = sum((x - mx) * (y - my) for x, y in points) / max(1e-9, sum((x - mx) ** 2 for x, _ in points))
+        slope = max(0.0, slope)
+        typical["clean.cycles"], typical["clean.cycles-per-log"] = max(0.0, my - slope * mx), slope
+    mems = [r for r in once if r["command"] == "mem"]
+    if mems:
+        evaluations = sum(r["told"]["evaluations"] for r in mems)
+        typical["mem.convolutions-per-evaluation"] = sum(r["told"]["convolutions"] for r in mems) / evaluations
+    for t in all_terms():
+        seconds.setdefault(t, old["seconds"].get(t, 0.0))
+    base = sorted(r["bytes"] - (r["forecast"]["peak_bytes"] - old["base-bytes"]) for r in rows)
+    return dict(seconds=seconds, serial=serial, typical=typical, base=max(1e6, base[len(base) // 2]), gauges=gauges)
+
+
+def cycles(row):
+    for text in row["forecast"]["assumptions"]:
+        if m := re.match(r"(\d+) major cycles", text):
+            return int(m.group(1))
+    return 1
+
+
+def sum_of(row, seconds, serial, stages):
+    total = 0.0
+    for s in row["forecast"]["stages"]:
+        if s["stage"] in stages:
+            for t, n in s["work"].items():
+                g = serial.get(t.split(".")[0], 1.0)
+                total += n * seconds.get(t, 0.0) * (g + (1 - g) / row["threads"])
+    return total
+
+
+def real_known(row, known, seconds, serial):
+    """The explained seconds, where those of the solver and the cycles are the measured ones."""
+    total = known(row)
+    told = row["told"].get("seconds", {})
+    if row["command"] == "clean":
+        total += told.get("major", 0.0) + told.get("minor", 0.0) - sum_of(row, seconds, serial, ["major cycles", "minor cycles"])
+    if row["command"] == "mem":
+        total += told.get("solve", 0.0) - sum_of(row, seconds, serial, ["passes", "solver"])
+    return total
+
+
+def left_over(samples, seconds, serial):
+    """What no phase covers: fitted to the seconds that are left, weighted by the whole time of the run."""
+    columns = sorted({t for _, c, _ in samples for t in c})
+    rows = [({t: n / r["seconds"] for t, n in c.items()}, y / r["seconds"]) for r, c, y in samples]
+    a = [([c.get(t, 0.0) for t in columns], y) for c, y in rows]
+    scale = [math.sqrt(sum(r[j] ** 2 for r, _ in a)) or 1.0 for j in range(len(columns))]
+    x = [0.0] * len(columns)
+    for _ in range(20_000):
+        for j in range(len(columns)):
+            gram = sum((r[j] / scale[j]) ** 2 for r, _ in a) + 1e-9
+            slope = sum(r[j] / scale[j] * (y - sum(r[k] / scale[k] * x[k] for k in range(len(columns)))) for r, y in a)
+            x[j] = max(0.0, x[j] + slope / gram)
+    for t, v, s in zip(columns, x, scale):
+        seconds[t] = v / s
+    for g in ("start", "image", "judge"):
+        serial[g] = 1.0
+    print(f"{'rest':28} {len(samples)} samples")
+
+
+def processor():
+    for line in Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return f"{line.split(':', 1)[1].strip()}, {os.cpu_count()} processors"
+    return platform.processor() or "unknown"
+
+
+def write(found, path):
+    lines = ["# Seconds of the operations of src/cost/term.rs on one machine. Written by `make bench-book`; do not edit."]
+    lines += [f'machine = "{processor()}"', f'date = "{datetime.date.today()}"', f"base-bytes = {found['base']:.1f}", "", "[gauges]"]
+    lines += [f"{k} = {v:.6e}" for k, v in found["gauges"].items()]
+    for name in ("seconds", "serial", "typical"):
+        lines += ["", f"[{name}]"]
+        keys = all_terms() if name == "seconds" else sorted(found[name])
+        lines += [f'"{k}" = {found[name][k]:.4e}' for k in keys]
+    Path(path).write_text("\n".join(lines) + "\n")
+
+
+FIT = {"dirty": 12, "beam": 4, "clean": 12, "mem": 4, "grid": 3, "simulate": 5, "predict": 3}
+CHECK = {"dirty": 3, "clean": 3, "mem": 1, "beam": 1, "simulate": 1, "predict": 1}
+
+
+def main():
+    p = argparse.ArgumentParser()
+    p.add_argument("what", choices=["fit", "check"])
+    p.add_argument("program", type=Path)
+    p.add_argument("--seed", type=int)
+    p.add_argument("--keep", type=Path, help="a folder for the files of the runs")
+    p.add_argument("--rows", type=Path, help="a file for the measured rows, or to read them from")
+    p.add_argument("-o", "--output", type=Path, default=MACHINE)
+    p.add_argument("--page", action="store_true", help="put the table of check into the book")
+    a = p.parse_args()
+    program = a.program.resolve()
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = a.keep or Path(temporary)
+        folder.mkdir(exist_ok=True)
+        folder = folder.resolve()
+        if a.what == "fit":
+            if a.rows and a.rows.exists():
+                rows = json.loads(a.rows.read_text())
+            else:
+                rows = measured(program, folder, *cases(a.seed or FIT_SEED, "f", FIT))
+                if a.rows:
+                    a.rows.write_text(json.dumps(rows))
+            gauges = {k: statistics.median(r["forecast"]["gauges"][k] for r in rows) for k in rows[0]["forecast"]["gauges"]}
+            write(fit(rows, gauges), a.output)
+        else:
+            rows = measured(program, folder, *cases(a.seed or CHECK_SEED, "c", CHECK), turns=2)
+            table(rows, a.page)
+
+
+def table(rows, page):
+    lines = ["| command | threads | predicted, s | measured, s | ratio | predicted, MB | measured, MB | ratio |", "|---|---|---|---|---|---|---|---|"]
+    for r in rows:
+        f = r["forecast"]
+        lines.append(f"| `{r['words']}` | {r['threads']} | {f['seconds']:.2f} | {r['seconds']:.2f} | {f['seconds'] / r['seconds']:.2f} "
+                     f"| {f['peak_bytes'] / 1e6:.0f} | {r['bytes'] / 1e6:.0f} | {f['peak_bytes'] / r['bytes']:.2f} |")
+    within = sum(abs(r["forecast"]["seconds"] / r["seconds"] - 1) <= 0.25 for r in rows)
+    memory = sum(abs(r["forecast"]["peak_bytes"] / r["bytes"] - 1) <= 0.1 for r in rows)
+    lines += ["", f"{within} of {len(rows)} times are within 25 %, and {memory} of {len(rows)} memories within 10 %."]
+    text = "\n".join(lines)
+    print(text)
+    if page:
+        old = PAGE.read_text()
+        begin, end = "<!-- checked: written by `make bench-book` -->", "<!-- end of what was checked -->"
+        head, rest = old.split(begin)
+        PAGE.write_text(f"{head}{begin}\n\n{text}\n\n{end}{rest.split(end)[1]}")
+
+
+if __name__ == "__main__":
+    main()
