@@ -41,7 +41,7 @@ pub struct CleanWork {
 /// Major cycles that runs with so many components typically take.
 fn cycles(work: &CleanWork, speeds: &Speeds) -> f64 {
     let typical = speeds.typical("clean.cycles") + speeds.typical("clean.cycles-per-log") * (work.components * work.gain).max(1.0).ln();
-    work.cycles.unwrap_or_else(|| typical.round().max(1.0)).min(work.most_cycles)
+    work.cycles.unwrap_or_else(|| (10.0 * typical).round().max(10.0) / 10.0).min(work.most_cycles)
 }
 
 /// The forecast of CLEAN.
@@ -99,7 +99,7 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
     }
     let mut assumptions = vec![format!("the {} components of --niter are used up", work.components)];
     if work.cycles.is_none() {
-        assumptions.push(format!("{cycles} major cycles, as runs with so many components typically take"));
+        assumptions.push(format!("{cycles:.1} major cycles, as runs with so many components take on average"));
     }
     Forecast { stages, output_bytes: fits(outlook, 5.0) + out * work.components * COMPONENT_TEXT, assumptions }
 }

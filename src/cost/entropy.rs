@@ -8,8 +8,8 @@ use super::term::Term;
 use crate::imaging::Outlook;
 
 /// Images in single precision that the solver holds beside its transforms: the prior, the point (variable, slopes of data and penalty), the direction,
-/// and the vectors of the Newton system.
-const IMAGES: f64 = 10.0;
+/// the vectors of the Newton system, and three gradients in double precision.
+const IMAGES: f64 = 16.0;
 
 /// What maximum entropy is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +71,10 @@ pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
     stages.push(
         Stage { whole: true, ..Stage::new("restored image", held.plane(4.0 * DOUBLE) + results) }.doing([(Term::Pixel, out * pixels)]),
     );
+    if work.uncertainty {
+        let map = Stage::new("uncertainty", held.pass(image) + solver + rows);
+        stages.push(Stage { whole: true, ..map }.doing([(Term::EntropyMap, out * wide * wide.log2())]));
+    }
     let images = if work.uncertainty { 4.0 } else { 3.0 };
     stages.push(held.write(images, held.plane(3.0 * DOUBLE) + results));
     if work.judged {

@@ -13,13 +13,24 @@ const UVW: f64 = 24.0;
 const COVERAGE: f64 = 50.0;
 /// A value of a block of all products: visibility, weight, number of samples and flag.
 const RAW: f64 = 17.0;
-/// Chunks of a file that are unpacked while small parts of rows are gathered.
-const CHUNKS: f64 = 24e6;
+/// Chunks of a file that are unpacked while small parts of rows are gathered, and a value in them: visibility, weight and flag.
+const CHUNKS: f64 = 8e6;
+const UNPACKED: f64 = 13.0;
+/// What each thread beyond the first keeps of freed memory.
+const THREAD: f64 = 10e6;
+/// A row while it is sorted, over a row that is sorted: the keys of its runs twice, and their order.
+const SORTING: f64 = 0.9;
 /// A pixel in single and in double precision.
 pub(super) const SINGLE: f64 = 4.0;
 pub(super) const DOUBLE: f64 = 8.0;
-/// A visibility by which a fit is judged, with its place in the lists that are sorted.
-const JUDGED: f64 = 104.0;
+/// A sample by which a fit is judged, and its value and prediction; in a set that is sampled in runs of rows, with what the lists of runs leave unused.
+const SAMPLE: f64 = 80.0;
+const JUDGED_VALUE: f64 = 25.0;
+const JUDGED_RUNS: f64 = 150.0;
+/// While a fit is predicted: a row (three coverages, and its order on the grid), a value (data, sum, prediction) and a visibility of one product.
+const PREDICTED_ROW: f64 = 266.0;
+const PREDICTED_VALUE: f64 = 58.0;
+const PREDICTED: f64 = 24.0;
 /// Most values by which a fit is judged.
 pub(super) const MOST_JUDGED: f64 = (1 << 20) as f64;
 
@@ -47,6 +58,11 @@ impl Held<'_> {
         blocks * self.block_rows() * (RAW * (channels * products) as f64 + COVERAGE)
     }
 
+    /// Freed memory that the threads keep.
+    pub(super) fn kept_by_threads(self) -> f64 {
+        THREAD * (self.threads.max(1) - 1) as f64
+    }
+
     /// The reduced rows that stay in memory, with or without imaging weights.
     pub(super) fn data(self, weighed: bool) -> f64 {
         let o = self.outlook;
@@ -58,7 +74,10 @@ impl Held<'_> {
     pub(super) fn reading(self) -> f64 {
         let o = self.outlook;
         let reduced = if o.kept { 0.0 } else { self.block_rows() * (o.shape.1 as f64 * (VALUE + IMAGING) + UVW) };
-        reduced + if o.in_parts { CHUNKS + self.block_rows() * COVERAGE } else { self.raw() }
+        let values = o.visibilities() * o.shape.2 as f64;
+        reduced
+            + self.kept_by_threads()
+            + if o.in_parts { CHUNKS.min(UNPACKED * values) + self.block_rows() * COVERAGE } else { self.raw() }
     }
 
     /// What a later pass holds beside the rows that stay: nothing, or the blocks that are read again and the density that weighs them.
@@ -94,7 +113,12 @@ impl Held<'_> {
 
     /// Everything but planes and images in a pass with this field.
     pub(super) fn pass(self, field: &Field) -> f64 {
-        self.data(true) + self.streaming() + self.sorted(field) + self.nodes(field)
+        self.data(true) + self.streaming() + self.sorted(field) + self.nodes(field) + self.kept_by_threads()
+    }
+
+    /// What sorting a block holds beyond its sorted rows. Planes have no memory yet.
+    pub(super) fn sorting_bytes(self, field: &Field) -> f64 {
+        SORTING * field.pass.sorted_bytes / self.outlook.blocks.1.max(1) as f64
     }
 
     /// Bytes of the sets of planes that stay in memory between passes, at most two.
@@ -108,9 +132,14 @@ impl Held<'_> {
     /// What the judgement of a fit holds: the model twice, its planes, and the visibilities that are looked at.
     pub(super) fn judging(self) -> f64 {
         let (o, n) = (self.outlook, self.judged());
+        let (_, channels, products) = o.shape;
+        let of_row = (channels * products) as f64;
+        let all = o.visibilities() * products as f64;
+        let rows = self.rows().min(MOST_JUDGED / of_row);
         let transform = o.image.size.plane_bytes as f64 + o.image.size.column_bytes as f64;
-        // Images stay behind their model where the set is large enough for them.
-        2.0 * DOUBLE * o.pixels() + transform + n * JUDGED
+        let samples = if all > MOST_JUDGED { n * JUDGED_RUNS } else { n * SAMPLE + all * JUDGED_VALUE };
+        let predicted = rows * (PREDICTED_ROW + of_row * PREDICTED_VALUE + channels as f64 * PREDICTED);
+        2.0 * DOUBLE * o.pixels() + transform + samples.max(predicted) + self.kept_by_threads()
     }
 
     /// Visibilities by which a fit is judged. Two hands count as one.

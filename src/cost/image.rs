@@ -128,7 +128,7 @@ impl Held<'_> {
         let pixels = if field == &self.outlook.image { self.outlook.pixels() } else { 0.0 };
         // A transform in double precision is rounded to an image in single precision.
         let image = pixels * if field.real_bytes == 8 { SINGLE + DOUBLE } else { SINGLE };
-        let stage = Stage::new(name, self.pass(field) + field.size.plane_bytes as f64 + image + beside);
+        let stage = Stage::new(name, self.pass(field) + (field.size.plane_bytes as f64 + image).max(self.sorting_bytes(field)) + beside);
         let read_bytes = if self.outlook.kept { 0.0 } else { self.file() };
         let sorting = if sorts { vec![self.sorting(field, 1.0)] } else { Vec::new() };
         Stage { read_bytes, summed_bytes: pixels * SINGLE, ..stage }.doing(sorting).doing(self.to_image(field, 1.0))
@@ -139,7 +139,8 @@ impl Held<'_> {
         let field = &self.outlook.image;
         let planes = field.size.plane_bytes as f64;
         let model = self.plane(DOUBLE) + field.size.column_bytes as f64 + planes.max(self.planes_between(2.0));
-        let both = 2.0 * planes + self.plane(field.real_bytes as f64);
+        // The columns were allocated by other threads than the planes, which do not reuse their memory.
+        let both = 2.0 * planes + field.size.column_bytes as f64 + self.plane(field.real_bytes as f64);
         let stage = Stage::new("major cycles", self.pass(field) + beside + model.max(both));
         let read_bytes = if self.outlook.kept { 0.0 } else { passes * self.file() };
         let resort = self.sorting(field, passes);

@@ -7,8 +7,12 @@ use crate::imaging::Field;
 
 /// A value of a block: visibility, weight, number of samples and flag.
 const RAW: f64 = 17.0;
-/// A value while it is simulated: its sum in double precision, and its prediction.
-const SUM: f64 = 16.0;
+/// A value while it is simulated: its sum in double precision, and half as much for what is made of it.
+const SUM: f64 = 24.0;
+/// A row of the whole observation, of which the output keeps times and antennas.
+const ROW: f64 = 40.0;
+/// A row of a block: its coverage three times over.
+const COVERAGES: f64 = 150.0;
 /// Bytes of a value and of the columns of a row in a file. Weights and flags that are alike take almost nothing.
 const STORED: f64 = 8.05;
 const STORED_ROW: f64 = 100.0;
@@ -44,7 +48,7 @@ impl SampledWork {
     fn stage(&self, name: &'static str) -> Stage {
         let values = self.values();
         let block = self.block_rows.min(self.rows);
-        let per_block = block * (self.channels * (SUM * (1.0 + self.products)) + self.channels_out * self.products * RAW);
+        let per_block = block * (self.channels * SUM * self.products + self.channels_out * self.products * RAW) + self.rows * ROW;
         let scene = self.image.as_ref().map_or(0.0, |(field, planes)| {
             let s = &field.size;
             let nodes = field.pass.nodes * block / self.rows.max(1.0) * 2.0 * field.real_bytes as f64;
@@ -93,7 +97,7 @@ pub fn predict(work: &SampledWork, format: super::InputFormat) -> Forecast {
     forecast.stages.insert(1, read.doing([(format.term(), work.values()), (Term::ReadRow, work.rows)]));
     if let Some(last) = forecast.stages.last_mut() {
         last.name = "predict";
-        last.bytes += work.block_rows.min(work.rows) * work.channels_out * work.products * (RAW + 2.0 * DOUBLE);
+        last.bytes += work.block_rows.min(work.rows) * (work.channels_out * work.products * RAW + COVERAGES);
     }
     forecast
 }

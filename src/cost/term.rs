@@ -105,6 +105,8 @@ terms! {
     Put = "cells.value", Grid;
     /// Writing a cell.
     WriteCell = "cells.write", Stream;
+    /// A padded pixel times log2 of its number, in a map of uncertainties.
+    EntropyMap = "map.log", Fourier;
     /// A visibility by whose residual a fit is judged.
     Judge = "judge.value", Stream;
     /// A value that is simulated or predicted, beside the transform.
@@ -127,7 +129,7 @@ impl Term {
     /// True for the operations of the transforms and of whole images, whose number does not depend on that of the visibilities.
     #[must_use]
     pub fn is_of_images(self) -> bool {
-        ["to-image", "from-image", "minor", "convolve", "image", "entropy"].contains(&self.group()) || self == Self::Cell
+        ["to-image", "from-image", "minor", "convolve", "image", "entropy", "map"].contains(&self.group()) || self == Self::Cell
     }
 }
 

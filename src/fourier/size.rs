@@ -21,7 +21,7 @@ pub struct TransformSize {
     pub groups: usize,
     /// Cells that the kernel covers along an axis.
     pub support: usize,
-    /// Bytes of the planes of one group.
+    /// Bytes of the planes of one group, and of the group before where that has another size: it stays until the next one is made.
     pub plane_bytes: u64,
     /// Bytes of the transformed columns that wait for the pass over rows, on the way from an image to the planes of one group.
     pub column_bytes: u64,
@@ -39,6 +39,8 @@ impl<T: Real> Transform<T> {
         let (nu, nv, n_l) = (plan.nu, plan.nv, plan.grid.n_l);
         let groups = plane_groups(plan, plan.plane_bytes);
         let at_once = groups.iter().map(|g| g.len()).max().unwrap_or(1);
+        let least = groups.iter().map(|g| g.len()).min().unwrap_or(1);
+        let held = at_once + if least < at_once { least } else { 0 };
         // Two columns share a transform where screens are real.
         let columns = n_l as f64 * if matches!(plan.w.basis, WBasis::Powers { .. }) { 0.5 } else { 1.0 };
         let (of_rows, of_columns) = (plan.n_rows as f64 * nu as f64, columns * nv as f64);
@@ -49,7 +51,7 @@ impl<T: Real> Transform<T> {
             planes: plan.planes(),
             groups: groups.len(),
             support: plan.table.support,
-            plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, at_once, nu) as u64,
+            plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, held, nu) as u64,
             column_bytes: (at_once * plan.n_rows * n_l.next_multiple_of(BLOCK) * size_of::<Complex<T>>()) as u64,
             points: planes * (of_rows + of_columns),
             point_logs: planes * (of_rows * (nu as f64).log2() + of_columns * (nv as f64).log2()),

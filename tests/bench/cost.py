@@ -53,22 +53,26 @@ class Sets:
         """The command that simulates a set."""
         layout = self.folder / f"{name}.toml"
         if not layout.exists():
-            words = [self.program, "layout", "make", "random", "--elements", of["antennas"], "--aperture", f"{of['aperture']}m"]
-            run([*words, "--seed", of["seed"], "--json", "-o", layout], self.folder)
+            draw = random.Random(of["seed"])
+            lines = [f'name = "random {name}"', 'frame = "enu"', "[site]", "latitude_deg = 34.0", "longitude_deg = -107.6", "altitude_m = 2100.0"]
+            for k in range(of["antennas"]):
+                r, angle = 0.5 * of["aperture"] * math.sqrt(draw.random()), draw.uniform(0, 2 * math.pi)
+                lines += ["[[antenna]]", f'name = "A{k}"', f"position_m = [{r * math.cos(angle):.3f}, {r * math.sin(angle):.3f}, 0.0]", "diameter_m = 12.0"]
+            layout.write_text("\n".join(lines) + "\n")
         scene = self.folder / f"scene{of['sources']}.csv"
         if not scene.exists():
             draw = random.Random(of["sources"])
-            lines = [f"{draw.gauss(0, 1e-3):.8f},{draw.gauss(0, 1e-3):.8f},{draw.expovariate(1):.6f}" for _ in range(of["sources"])]
+            lines = [f"{draw.gauss(0, 3e-4):.8f},{draw.gauss(0, 3e-4):.8f},{draw.expovariate(1):.6f}" for _ in range(of["sources"])]
             scene.write_text("l_rad,m_rad,flux_jy\n" + "\n".join(lines) + "\n")
         words = [self.program, "simulate", "--layout", layout, "--scene", scene, "--freq", "1.4GHz", "--bandwidth", "64MHz"]
-        words += ["--channels", of["channels"], "--phase-center", "10h00m00s,+30d00m00s", "--start", "2025-03-20T20:00:00"]
-        words += ["--duration", f"{of['times'] * 30}s", "--integration", "30s", "--pols", of["pols"], "--latitude", "34deg"]
-        return words
+        words += ["--channels", of["channels"], "--phase-center", "10h00m00s,+30d00m00s", "--hour-angle=-3h,3h"]
+        return [*words, "--integration", f"{21600 / of['times']:.4f}s", "--pols", of["pols"], "--noise", "--sefd", "400Jy"]
 
     def path(self, name, of):
         path = self.folder / f"{name}.uvh5"
         if name not in self.made:
-            run([*self.words(name, of), "--json", "-o", path], self.folder)
+            if not path.exists():
+                run([*self.words(name, of), "--json", "-o", path], self.folder)
             self.made[name] = path
         return path
 
@@ -101,24 +105,30 @@ def cases(seed, prefix, counts):
     out = []
     for command, n in counts.items():
         for k in range(n):
-            name = names[(k * 3 + len(out)) % len(names)] if prefix == "f" else draw.choice(names)
+            name = draw.choice(names)
             threads = 1 + (k % 2)
             words = ["--threads", threads, command]
             if command in ("dirty", "beam", "grid"):
                 words += image_words(draw, 3072 if command != "grid" else 2048)
             elif command == "clean":
-                words += image_words(draw, 2048) + ["--algorithm", draw.choice(["clark", "clark", "hogbom", "multiscale"])]
+                words += image_words(draw, 2048) + ["--algorithm", draw.choice(["clark", "clark", "clark", "hogbom", "multiscale"])]
                 words += ["--niter", draw.choice([300, 1000, 3000, 10000]), "--nsigma", "0", "--startmod", draw.choice(["auto", "never"])]
             elif command == "mem":
-                words += image_words(draw, 768) + ["--niter", draw.choice([8, 12, 16]), "--noise", "10mJy"]
+                words += image_words(draw, 768) + ["--niter", draw.choice([8, 12, 16])]
             out.append((f"{prefix}-{command}-{k}", name, words))
     return all_sets, out
 
 
-def measured(program, folder, all_sets, listed, turns=1):
+def measured(program, folder, all_sets, listed, turns=1, kept=None, until=math.inf):
+    """Rows of runs. Those of the file `kept` are not measured again, and no run begins after `until` seconds."""
     made = Sets(program, folder)
-    rows = []
+    rows = json.loads(kept.read_text()) if kept and kept.exists() else []
+    have, begun = {r["label"] for r in rows}, time.perf_counter()
     for label, name, words in listed:
+        if label in have:
+            continue
+        if time.perf_counter() - begun > until:
+            break
         command = words[2]
         if command == "simulate":
             call = [program, *words[:2], *made.words(name, all_sets[name])[1:]]
@@ -142,6 +152,8 @@ def measured(program, folder, all_sets, listed, turns=1):
         rows.append(dict(label=label, threads=words[1], command=command, forecast=forecast, seconds=seconds, bytes=peak, told=told,
                          phases=phases(said), words=" ".join(str(w) for w in words[2:])))
         f = forecast
+        if kept:
+            kept.write_text(json.dumps(rows))
         print(f"{label:16} {seconds:8.3f} s ({f['seconds'] / seconds:5.2f})  {peak / 1e6:8.1f} MB ({f['peak_bytes'] / peak:5.2f})  {rows[-1]['words']}", flush=True)
     return rows
 
@@ -222,8 +234,8 @@ def fit(rows, gauges):
         return sum(row["phases"].get(n, 0.0) for n in names)
 
     imaging = [r for r in rows if r["command"] in ("dirty", "beam", "clean", "mem", "grid")]
-    once = [r for r in imaging if "second image" not in [s["stage"] for s in r["forecast"]["stages"]]]
-    readers = [r for r in once if "test of phases" not in [s["stage"] for s in r["forecast"]["stages"]]]
+    # Phases and seconds are told of the first image only.
+    once = readers = imaging
     group(["read"], [(r, work_of(r, ["read"], ["read"]), phase(r, "reading")) for r in readers])
     group(["weigh"], [(r, {t: n for t, n in work_of(r, ["weigh"], ["weights"]).items() if t != "weigh.value"}, phase(r, "weights")) for r in readers])
     passes = ["pass", "to-image"]
@@ -265,11 +277,16 @@ def fit(rows, gauges):
     solvers = []
     for r in once:
         if r["command"] == "mem":
-            solvers.append((r, work_of(r, ["entropy"]), max(r["told"]["seconds"]["solve"] - sum_of(r, seconds, serial, ["passes", "solver"]), 1e-3)))
+            real = r["told"]["evaluations"] / evaluations(r)
+            spent = sum_of(r, seconds, serial, ["passes"]) * real
+            solvers.append((r, work_of(r, ["entropy"]), max(r["told"]["seconds"]["solve"] - spent, 0.02 * r["told"]["seconds"]["solve"])))
     group(["entropy"], solvers)
+    maps = [(r, work_of(r, ["map"], ["uncertainty"]), r["told"]["seconds"]["uncertainty"]) for r in once if r["command"] == "mem"]
+    group(["map"], maps)
     # What is left of the whole times.
     rest = []
-    for r in once:
+    single = [r for r in imaging if "second image" not in [s["stage"] for s in r["forecast"]["stages"]]]
+    for r in single:
         counts = {}
         for s in r["forecast"]["stages"]:
             for t, n in s["work"].items():
@@ -295,8 +312,7 @@ def fit(rows, gauges):
         typical["clean.cycles"], typical["clean.cycles-per-log"] = max(0.0, my - slope * mx), slope
     mems = [r for r in once if r["command"] == "mem"]
     if mems:
-        evaluations = sum(r["told"]["evaluations"] for r in mems)
-        typical["mem.convolutions-per-evaluation"] = sum(r["told"]["convolutions"] for r in mems) / evaluations
+        typical["mem.convolutions-per-evaluation"] = sum(r["told"]["convolutions"] for r in mems) / sum(r["told"]["evaluations"] for r in mems)
     for t in all_terms():
         seconds.setdefault(t, old["seconds"].get(t, 0.0))
     base = sorted(r["bytes"] - (r["forecast"]["peak_bytes"] - old["base-bytes"]) for r in rows)
@@ -305,7 +321,14 @@ def fit(rows, gauges):
 
 def cycles(row):
     for text in row["forecast"]["assumptions"]:
-        if m := re.match(r"(\d+) major cycles", text):
+        if m := re.match(r"(\d+\.\d+) major cycles", text):
+            return float(m.group(1))
+    return 1
+
+
+def evaluations(row):
+    for text in row["forecast"]["assumptions"]:
+        if m := re.match(r"(\d+) evaluations", text):
             return int(m.group(1))
     return 1
 
@@ -328,6 +351,7 @@ def real_known(row, known, seconds, serial):
         total += told.get("major", 0.0) + told.get("minor", 0.0) - sum_of(row, seconds, serial, ["major cycles", "minor cycles"])
     if row["command"] == "mem":
         total += told.get("solve", 0.0) - sum_of(row, seconds, serial, ["passes", "solver"])
+        total += told.get("uncertainty", 0.0) - sum_of(row, seconds, serial, ["uncertainty"])
     return total
 
 
@@ -378,7 +402,8 @@ def main():
     p.add_argument("program", type=Path)
     p.add_argument("--seed", type=int)
     p.add_argument("--keep", type=Path, help="a folder for the files of the runs")
-    p.add_argument("--rows", type=Path, help="a file for the measured rows, or to read them from")
+    p.add_argument("--rows", type=Path, help="a file of measured rows: runs that it holds are not measured again")
+    p.add_argument("--until", type=float, default=math.inf, help="begin no run after so many seconds")
     p.add_argument("-o", "--output", type=Path, default=MACHINE)
     p.add_argument("--page", action="store_true", help="put the table of check into the book")
     a = p.parse_args()
@@ -388,16 +413,11 @@ def main():
         folder.mkdir(exist_ok=True)
         folder = folder.resolve()
         if a.what == "fit":
-            if a.rows and a.rows.exists():
-                rows = json.loads(a.rows.read_text())
-            else:
-                rows = measured(program, folder, *cases(a.seed or FIT_SEED, "f", FIT))
-                if a.rows:
-                    a.rows.write_text(json.dumps(rows))
+            rows = measured(program, folder, *cases(a.seed or FIT_SEED, "f", FIT), kept=a.rows, until=a.until)
             gauges = {k: statistics.median(r["forecast"]["gauges"][k] for r in rows) for k in rows[0]["forecast"]["gauges"]}
             write(fit(rows, gauges), a.output)
         else:
-            rows = measured(program, folder, *cases(a.seed or CHECK_SEED, "c", CHECK), turns=2)
+            rows = measured(program, folder, *cases(a.seed or CHECK_SEED, "c", CHECK), turns=2, kept=a.rows, until=a.until)
             table(rows, a.page)
 
 
