@@ -101,5 +101,10 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
     if work.cycles.is_none() {
         assumptions.push(format!("{cycles:.1} major cycles, as runs with so many components take on average"));
     }
-    Forecast { stages, output_bytes: fits(outlook, 5.0) + out * work.components * COMPONENT_TEXT, assumptions }
+    Forecast {
+        stages,
+        output_bytes: fits(outlook, 5.0) + out * work.components * COMPONENT_TEXT,
+        assumptions,
+        groups_of_planes: image.size.groups,
+    }
 }

@@ -50,6 +50,8 @@ pub enum Limit {
     Network,
     /// The file system takes most of the time.
     Storage,
+    /// The planes of the grid do not fit into the memory of a process, which makes them again for every block of rows.
+    Planes,
     /// What each process does with whole images takes most of the time: more machines do not help.
     WholeImages,
     /// The work on visibilities takes most of the time: more machines help.
@@ -81,6 +83,7 @@ impl Limit {
             Self::Memory => "memory",
             Self::Network => "network",
             Self::Storage => "storage",
+            Self::Planes => "planes",
             Self::WholeImages => "whole-images",
             Self::Visibilities => "visibilities",
         }
@@ -126,8 +129,12 @@ impl Cluster {
             .flat_map(|s| s.work.iter().filter(move |(t, _)| s.whole || t.is_of_images()))
             .map(|(t, n)| n * speeds.seconds(*t, self.threads))
             .sum();
-        let parts =
-            [(Limit::Network, network), (Limit::Storage, storage), (Limit::WholeImages, whole), (Limit::Visibilities, computing - whole)];
+        let parts = [
+            (Limit::Network, network),
+            (Limit::Storage, storage),
+            (if forecast.groups_of_planes > 1 { Limit::Planes } else { Limit::WholeImages }, whole),
+            (Limit::Visibilities, computing - whole),
+        ];
         let most = parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Limit::Visibilities, 0.0));
         let (limit, part) =
             if node_bytes > self.node_bytes { (Limit::Memory, node_bytes / self.node_bytes) } else { (most.0, most.1 / seconds) };
@@ -144,7 +151,7 @@ mod tests {
     fn forecast(values: f64) -> Forecast {
         let pass = Stage { summed_bytes: 1e9, read_bytes: 8.0 * values, ..Stage::new("pass", 3e9) };
         let stages = vec![pass.doing([(Term::Fill, values), (Term::ToImage, 1e9)])];
-        Forecast { stages, output_bytes: 1e9, assumptions: Vec::new() }
+        Forecast { stages, output_bytes: 1e9, ..Forecast::default() }
     }
 
     fn cluster(nodes: usize) -> Cluster {

@@ -89,5 +89,5 @@ pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
         stages.push(Stage::second(&stages, ["start", "write"]));
     }
     let text = format!("{evaluations} evaluations of the data and {convolutions:.0} convolutions with the beam, as runs typically take");
-    Forecast { stages, output_bytes: fits(outlook, images), assumptions: vec![text] }
+    Forecast { stages, output_bytes: fits(outlook, images), assumptions: vec![text], groups_of_planes: image.size.groups }
 }

@@ -178,6 +178,7 @@ pub fn dirty(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast
     Forecast {
         stages: vec![held.start(), held.read(format), held.weigh(), beam, image, held.write(1.0, written)],
         output_bytes: fits(outlook, 1.0),
+        groups_of_planes: outlook.image.size.groups,
         assumptions: Vec::new(),
     }
 }
@@ -191,7 +192,7 @@ pub fn grid(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast 
     let stage = Stage::new("cells", held.data(true) + held.streaming() + CELL * cells);
     let read_bytes = if outlook.kept { 0.0 } else { held.file() };
     let stage = Stage { read_bytes, ..stage }.doing([(Term::Put, outlook.visibilities()), held.again(), (Term::WriteCell, cells)]);
-    Forecast { stages: vec![held.start(), held.read(format), held.weigh(), stage], output_bytes: CELL * cells, assumptions: Vec::new() }
+    Forecast { stages: vec![held.start(), held.read(format), held.weigh(), stage], output_bytes: CELL * cells, ..Forecast::default() }
 }
 
 /// The forecast of a beam.
@@ -203,6 +204,7 @@ pub fn beam(outlook: &Outlook, format: InputFormat, threads: usize) -> Forecast 
     Forecast {
         stages: vec![held.start(), held.read(format), held.weigh(), image, held.write(1.0, written)],
         output_bytes: fits(outlook, 1.0),
+        groups_of_planes: outlook.image.size.groups,
         assumptions: Vec::new(),
     }
 }

@@ -85,7 +85,7 @@ impl SampledWork {
 pub fn simulate(work: &SampledWork) -> Forecast {
     let start = Stage::new("start", 0.0).doing([(Term::Command, 1.0)]);
     let scene = Stage::new("scene", work.pixels * (SINGLE + DOUBLE)).doing([(Term::Pixel, work.pixels)]);
-    Forecast { stages: vec![start, scene, work.stage("simulate")], output_bytes: work.output(), assumptions: Vec::new() }
+    Forecast { stages: vec![start, scene, work.stage("simulate")], output_bytes: work.output(), ..Forecast::default() }
 }
 
 /// The forecast of a prediction on the rows of a set in this format.

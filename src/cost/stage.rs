@@ -56,6 +56,8 @@ pub struct Forecast {
     pub stages: Vec<Stage>,
     /// Bytes of the files that it writes.
     pub output_bytes: f64,
+    /// Groups that the planes of the grid are made in; 1 where they fit into memory together.
+    pub groups_of_planes: usize,
     /// What is not known before, and what is taken in its place: one sentence each.
     pub assumptions: Vec<String>,
 }

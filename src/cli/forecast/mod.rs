@@ -21,6 +21,7 @@ use super::options::SetFiles;
 use crate::cost::{Forecast, InputFormat, Scale, Speeds};
 use crate::imaging::{ImagingOptions, Outlook, RowSample};
 use crate::memory::MemoryBudget;
+use crate::progress::Silent;
 use cittert_arrays::VisibilitySource;
 use cittert_formats::free_disk;
 use serde_json::{Map, Value, json};
@@ -75,13 +76,14 @@ impl Planner<'_> {
     /// The file or an option is wrong.
     pub(super) fn outlook(&self, source: &mut dyn VisibilitySource, imaging: &ImagingOptions) -> Result<(Outlook, RowSample)> {
         let n = self.args.visibilities()?;
-        let (outlook, sample) = Outlook::of(source, imaging, n, &self.context.console)?;
         if self.ranks < 2 {
-            return Ok((outlook, sample));
+            return Ok(Outlook::of(source, imaging, n, &self.context.console)?);
         }
         let part = self.args.cluster(self.threads)?.map_or(0.0, |c| c.node_bytes / c.ranks_per_node as f64 / 2.0);
         let memory =
             MemoryBudget::new(part as u64).map_err(|_| Failure::usage("--node-memory: less than 16 MiB for the data of each process"))?;
+        let imaging = ImagingOptions { memory, ..imaging.clone() };
+        let (outlook, sample) = Outlook::of(source, &imaging, n, &Silent)?;
         Ok((outlook.shared(self.ranks, memory), sample))
     }
 }

@@ -35,7 +35,7 @@ fn work(stage: &crate::cost::Stage) -> Value {
 
 /// The forecast of a command here, and on a cluster if one is asked for. `disk` is what is left where the outputs go.
 pub(super) fn outcome(told: &Told, (speeds, threads): (&Speeds, usize), shared: Option<(&Cluster, &Shared)>, disk: Option<u64>) -> Outcome {
-    let Forecast { stages, output_bytes, assumptions } = &told.forecast;
+    let Forecast { stages, output_bytes, assumptions, .. } = &told.forecast;
     let (seconds, peak) = (told.forecast.seconds(speeds, threads), told.forecast.peak_bytes(speeds));
     let list: Vec<Value> = stages
         .iter()
@@ -117,6 +117,11 @@ fn describe((cluster, s): (&Cluster, &Shared), text: &mut String, json: &mut Val
         }
         crate::cost::Limit::Network => format!("the network: sums of images take {share}"),
         crate::cost::Limit::Storage => format!("the file system: it takes {share}"),
+        crate::cost::Limit::Planes => {
+            format!(
+                "the planes of the grid: they do not fit into the memory of a process, which makes them again for every block of rows ({share}). More memory a process, or a smaller field"
+            )
+        }
         crate::cost::Limit::WholeImages => {
             format!("the images, of which every process has its own: they take {share}, and more machines do not help")
         }
