@@ -333,8 +333,11 @@ def fit(rows, gauges):
         n = len(points)
         mx, my = sum(x for x, _ in points) / n, sum(y for _, y in points) / n
         slope = sum((x - mx) * (y - my) for x, y in points) / max(1e-9, sum((x - mx) ** 2 for x, _ in points))
-        slope = max(0.0, slope)
-        typical["clean.cycles"], typical["clean.cycles-per-log"] = max(0.0, my - slope * mx), slope
+        first = my - slope * mx
+        if slope < 0 or first < 0:
+            # A line through no cycles for no components.
+            first, slope = 0.0, sum(x * y for x, y in points) / sum(x * x for x, _ in points)
+        typical["clean.cycles"], typical["clean.cycles-per-log"] = first, slope
     mems = [r for r in once if r["command"] == "mem"]
     if mems:
         typical["mem.convolutions-per-evaluation"] = sum(r["told"]["convolutions"] for r in mems) / sum(r["told"]["evaluations"] for r in mems)

@@ -69,7 +69,7 @@ fn a_forecast_chooses_the_image_of_the_run() {
 fn a_cluster_has_a_limit_and_options_alone_are_refused() {
     let s = Scratch::new();
     set(&s);
-    let line = "dirty v.uvh5 -o out.fits --dry-run --visibilities 1e10 --size 4096 --nodes";
+    let line = "dirty v.uvh5 -o out.fits --dry-run --visibilities 1e10 --size 4096 --cell 0.05mrad --nodes";
     let cluster = |more: &str| s.json(&format!("{line} {more}"))["cluster"].clone();
     let (few, many) = (cluster("4 --node-memory 64GiB"), cluster("64 --node-memory 64GiB"));
     assert!(many["seconds"].as_f64().unwrap() < few["seconds"].as_f64().unwrap(), "{few} {many}");
