@@ -45,7 +45,7 @@ pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
         "beam of the data",
         held.pass(image) + held.plane(4.0 * SINGLE) + 4.0 * image.size.plane_bytes as f64 / image.size.planes.max(1) as f64 + of_wide,
     );
-    let first = held.to_image(image, 1.0).into_iter().map(|(t, n)| {
+    let first = held.gridded(image, 1.0).into_iter().map(|(t, n)| {
         if matches!(t, Term::ToImage | Term::ToImagePoint) { (t, 4.0 * n / image.size.planes.max(1) as f64) } else { (t, n) }
     });
     let mut passes = held.residuals(evaluations, solver);

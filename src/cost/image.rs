@@ -88,7 +88,7 @@ impl Held<'_> {
     }
 
     /// `passes` passes from visibilities to an image.
-    pub(super) fn to_image(self, field: &Field, passes: f64) -> Vec<(Term, f64)> {
+    pub(super) fn gridded(self, field: &Field, passes: f64) -> Vec<(Term, f64)> {
         let n = passes * self.outlook.channels_out as f64;
         let (p, s, groups) = (&field.pass, &field.size, field.size.groups as f64);
         let wide = field.real_bytes as f64 / SINGLE;
@@ -104,7 +104,7 @@ impl Held<'_> {
     }
 
     /// `passes` passes from an image to visibilities.
-    pub(super) fn from_image(self, field: &Field, passes: f64) -> Vec<(Term, f64)> {
+    pub(super) fn predicted(self, field: &Field, passes: f64) -> Vec<(Term, f64)> {
         let n = passes * self.outlook.channels_out as f64;
         let (p, s, groups) = (&field.pass, &field.size, field.size.groups as f64);
         let wide = field.real_bytes as f64 / SINGLE;
@@ -131,7 +131,7 @@ impl Held<'_> {
         let stage = Stage::new(name, self.pass(field) + (field.size.plane_bytes as f64 + image).max(self.sorting_bytes(field)) + beside);
         let read_bytes = if self.outlook.kept { 0.0 } else { self.file() };
         let sorting = if sorts { vec![self.sorting(field, 1.0)] } else { Vec::new() };
-        Stage { read_bytes, summed_bytes: pixels * SINGLE, ..stage }.doing(sorting).doing(self.to_image(field, 1.0))
+        Stage { read_bytes, summed_bytes: pixels * SINGLE, ..stage }.doing(sorting).doing(self.gridded(field, 1.0))
     }
 
     /// Residuals of models: from the image, minus the data, and back. `beside` are the images that are held beside the passes.
@@ -148,8 +148,8 @@ impl Held<'_> {
         let again = if resort.1 > sorted_before { resort.1 } else { 0.0 };
         Stage { read_bytes, summed_bytes: passes * self.plane(SINGLE), ..stage }
             .doing([(resort.0, again)])
-            .doing(self.from_image(field, passes))
-            .doing(self.to_image(field, passes))
+            .doing(self.predicted(field, passes))
+            .doing(self.gridded(field, passes))
     }
 
     /// Writing so many images.

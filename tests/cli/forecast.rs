@@ -73,7 +73,7 @@ fn a_cluster_has_a_limit_and_options_alone_are_refused() {
     let cluster = |more: &str| s.json(&format!("{line} {more}"))["cluster"].clone();
     let (few, many) = (cluster("4 --node-memory 64GiB"), cluster("64 --node-memory 64GiB"));
     assert!(many["seconds"].as_f64().unwrap() < few["seconds"].as_f64().unwrap(), "{few} {many}");
-    assert_eq!(cluster("64 --node-memory 200MB")["limit"], "memory");
+    assert_eq!(cluster("64 --node-memory 100MB")["limit"], "memory");
     assert_eq!(cluster("64 --storage 1MB/s")["limit"], "storage");
     assert!(s.ok(&format!("{line} 64")).out.contains("what breaks first"));
     for (wrong, part) in [
