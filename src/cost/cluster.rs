@@ -150,7 +150,7 @@ mod tests {
     /// A pass of a hundred thousand million visibilities that sums an image of 1 GB.
     fn forecast(values: f64) -> Forecast {
         let pass = Stage { summed_bytes: 1e9, read_bytes: 8.0 * values, ..Stage::new("pass", 3e9) };
-        let stages = vec![pass.doing([(Term::Fill, values), (Term::ToImage, 1e9)])];
+        let stages = vec![pass.doing([(Term::ReadUvh5, values), (Term::ToImage, 1e9)])];
         Forecast { stages, output_bytes: 1e9, ..Forecast::default() }
     }
 

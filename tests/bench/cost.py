@@ -345,7 +345,8 @@ def fit(rows, gauges):
     seconds.setdefault("read.ms", seconds.get("read.uvfits", 0.0))
     for t in all_terms():
         seconds.setdefault(t, old["seconds"].get(t, 0.0))
-    base = sorted(r["bytes"] - (r["forecast"]["peak_bytes"] - old["base-bytes"]) for r in rows)
+    # The first stage holds nothing but the program.
+    base = sorted(r["bytes"] - (r["forecast"]["peak_bytes"] - r["forecast"]["stages"][0]["bytes"]) for r in rows)
     return dict(seconds=seconds, serial=serial, typical=typical, base=max(1e6, base[len(base) // 2]), gauges=gauges)
 
 
