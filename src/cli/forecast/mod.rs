@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `args` | the options |
 //! | `sampling` | the work of `simulate` and `predict` on a scene |
+//! | `told` | what a command tells of its work |
 //! | `report` | a forecast as text and as JSON |
 //!
 //! The file of each command says how its options become work, in a function `forecast`.
@@ -11,14 +12,16 @@
 mod args;
 mod report;
 mod sampling;
+mod told;
 
 pub(super) use args::ForecastArgs;
 pub(super) use sampling::Sampling;
+pub(super) use told::Told;
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result};
 use super::options::SetFiles;
-use crate::cost::{Forecast, InputFormat, Scale, Speeds};
+use crate::cost::{InputFormat, Scale, Speeds};
 use crate::imaging::{ImagingOptions, Outlook, RowSample};
 use crate::memory::MemoryBudget;
 use crate::progress::Silent;
@@ -26,16 +29,6 @@ use cittert_arrays::VisibilitySource;
 use cittert_formats::free_disk;
 use serde_json::{Map, Value, json};
 use std::path::Path;
-
-/// The forecast of a command, and the facts that it follows from.
-#[derive(Debug)]
-pub(super) struct Told {
-    /// Name of the command.
-    pub(super) command: &'static str,
-    pub(super) forecast: Forecast,
-    /// What is said about the work, in order.
-    pub(super) facts: Map<String, Value>,
-}
 
 /// What the commands need to make a forecast.
 pub(super) struct Planner<'a> {

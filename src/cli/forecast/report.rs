@@ -1,6 +1,6 @@
 //! A forecast as text and as JSON.
 
-use super::Told;
+use super::told::Told;
 use crate::cli::context::Outcome;
 use crate::cost::{Cluster, Forecast, Shared, Speeds};
 use serde_json::{Map, Value, json};
