@@ -69,6 +69,7 @@ impl SampledWork {
         }
         stage.doing([
             (Term::Simulate, values),
+            (Term::Turn, (self.sources + self.exact) * self.rows),
             (Term::Source, (self.sources + self.exact) * self.rows * self.channels),
             (Term::WriteValue, values),
             (Term::WriteRow, self.rows),

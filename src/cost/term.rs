@@ -111,6 +111,8 @@ terms! {
     Judge = "judge.value", Stream;
     /// A value that is simulated or predicted, beside the transform.
     Simulate = "simulate.value", Stream;
+    /// The first phase of a source of a list in a row, from which those of its channels follow.
+    Turn = "simulate.turn", Grid;
     /// A source of a list, for one visibility.
     Source = "simulate.source", Grid;
     /// A value that is written.
