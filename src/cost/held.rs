@@ -70,14 +70,18 @@ impl Held<'_> {
         if o.kept { o.visibilities() * value + self.rows() * UVW } else { 0.0 }
     }
 
+    /// What is in memory of a file while rows are read: chunks of which parts are gathered, or blocks.
+    fn of_file(self) -> f64 {
+        let o = self.outlook;
+        let values = o.visibilities() * o.shape.2 as f64;
+        if o.in_parts { CHUNKS.min(UNPACKED * values) + self.block_rows() * COVERAGE } else { self.raw() }
+    }
+
     /// What reading holds beside the rows that stay.
     pub(super) fn reading(self) -> f64 {
         let o = self.outlook;
         let reduced = if o.kept { 0.0 } else { self.block_rows() * (o.shape.1 as f64 * (VALUE + IMAGING) + UVW) };
-        let values = o.visibilities() * o.shape.2 as f64;
-        reduced
-            + self.kept_by_threads()
-            + if o.in_parts { CHUNKS.min(UNPACKED * values) + self.block_rows() * COVERAGE } else { self.raw() }
+        reduced + self.kept_by_threads() + self.of_file()
     }
 
     /// What a later pass holds beside the rows that stay: nothing, or the blocks that are read again and the density that weighs them.
@@ -86,7 +90,7 @@ impl Held<'_> {
             return 0.0;
         }
         let reduced = self.block_rows() * (self.outlook.shape.1 as f64 * (VALUE + IMAGING) + UVW);
-        self.raw() + reduced + self.density()
+        self.of_file() + reduced + self.density()
     }
 
     /// The cells of the density that visibilities touch.

@@ -35,6 +35,8 @@ pub struct Data<'a> {
     memory: MemoryBudget,
     cache: Option<Vec<ReducedBlock>>,
     survey: Survey,
+    /// Whether rows are combined while they are read.
+    in_parts: bool,
 }
 
 impl std::fmt::Debug for Data<'_> {
@@ -61,7 +63,8 @@ impl<'a> Data<'a> {
         let reduction = Reduction { selector, unit_weights, antennas, focus };
         let fits = n_rows.saturating_mul(spectrum.n_chan()).saturating_mul(REDUCED_BYTES) <= memory.kept_visibilities();
         let mut survey = Survey::new(spectrum.n_chan(), TotalPower::new(source.header(), reduction.selector.target));
-        let no_total_power = survey.total_power.is_empty();
+        // The total power is summed from whole blocks.
+        let in_parts = survey.total_power.is_empty() && source.in_parts().is_some();
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
         let (f_lo, f_hi) = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
@@ -92,8 +95,7 @@ impl<'a> Data<'a> {
             Ok(())
         };
         let rows_at_once = rows_of_block(source.header(), memory.imaging_block(fits));
-        // The total power is summed from whole blocks.
-        if no_total_power && source.in_parts().is_some() {
+        if in_parts {
             for start in (0..n_rows).step_by(rows_at_once) {
                 let range = start..(start + rows_at_once).min(n_rows);
                 let coverage = source.read_coverage(range.clone())?;
@@ -113,7 +115,7 @@ impl<'a> Data<'a> {
         report(&survey, reduction.selector.target.name(), observer)?;
         let center = center.ok_or_else(|| ChainError::NoData("the set has no rows".into()))?;
         survey.phase_center = usize::from(center);
-        Ok(Self { source, reduction, memory, cache: fits.then_some(cache), survey })
+        Ok(Self { source, reduction, memory, cache: fits.then_some(cache), survey, in_parts })
     }
 
     /// The results of the first pass.
@@ -149,15 +151,32 @@ impl<'a> Data<'a> {
             return Ok(());
         }
         let reduction = &self.reduction;
-        for_each_block_ahead(self.source, self.memory.imaging_block(false), |_, block| {
-            stop()?;
-            let (mut reduced, _) = reduction.reduce(&block)?;
-            drop(block);
+        let mut reduced = |mut reduced: ReducedBlock| -> Result<()> {
             prepare(&mut reduced);
             work(&mut reduced)?;
             observer.event(Event::Advance(reduced.vis.len() as u64));
             Ok(())
-        })
+        };
+        if !self.in_parts {
+            return for_each_block_ahead(self.source, self.memory.imaging_block(false), |_, block| {
+                stop()?;
+                let (of_block, _) = reduction.reduce(&block)?;
+                drop(block);
+                reduced(of_block)
+            });
+        }
+        let (n_rows, n_chan) = (self.source.n_rows(), self.source.header().spectrum.n_chan());
+        let step = rows_of_block(self.source.header(), self.memory.imaging_block(false));
+        for start in (0..n_rows).step_by(step) {
+            stop()?;
+            let range = start..(start + step).min(n_rows);
+            let coverage = self.source.read_coverage(range.clone())?;
+            let Some(parts) = self.source.in_parts() else {
+                return Err(ChainError::Internal("a set that is no longer read in parts".into()));
+            };
+            reduced(reduction.reduce_parts((&coverage, n_chan), (parts, range))?.0)?;
+        }
+        Ok(())
     }
 
     /// The processes that share the data.
