@@ -33,7 +33,8 @@ pub(super) fn script_of<'a>(args: &'a SlurmArgs, (name, need): (&'a str, Need), 
 /// No time or memory is stated or forecast, the script exists, or an error of the file system.
 pub(super) fn one_job(args: &SlurmArgs, (name, plan): (&str, Option<&dyn Plan>), out: &OutputArgs, context: &Context) -> Result<Outcome> {
     let cpus = args.cpus()?;
-    let predicted = plan.map(|plan| forecast::need(plan, context, cpus)).transpose()?;
+    let is_told = args.slurm_time.is_some() && args.slurm_memory.is_some();
+    let predicted = plan.filter(|_| !is_told).map(|plan| forecast::need(plan, context, cpus)).transpose()?;
     let need = stated(args, name, predicted)?;
     let (path, log) = (beside(&out.output, ".sbatch"), beside(&out.output, "-slurm-%j.log"));
     let scripts = OutputArgs { output: path.clone(), overwrite: out.overwrite };
