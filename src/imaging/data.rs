@@ -66,7 +66,7 @@ impl<'a> Data<'a> {
         // The total power is summed from whole blocks.
         let in_parts = survey.total_power.is_empty() && source.in_parts().is_some();
         let (mut cache, mut center, mut times) = (Vec::new(), None, (f64::INFINITY, f64::NEG_INFINITY));
-        let (f_lo, f_hi) = spectrum.range_hz();
+        let band_hz = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
         // What is done with a block, whichever way it was read.
         let mut take = |first_row: usize, coverage: &UvCoverage, read: Reduce<'_>| -> Result<()> {
@@ -87,7 +87,7 @@ impl<'a> Data<'a> {
             survey.counts = survey.counts.plus(counts);
             times = coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
             survey.extent = survey.extent.union(UvwExtent::of(reduced.uvw_m.view()));
-            survey.measure(&reduced, (f_lo, f_hi));
+            survey.measure(&reduced, band_hz);
             observer.event(Event::Advance(reduced.vis.len() as u64));
             if fits {
                 cache.push(reduced);

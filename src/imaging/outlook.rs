@@ -9,7 +9,7 @@ use super::imager::{LONG, share};
 use super::options::ImagingOptions;
 use super::psf::CORE_SIDE;
 use super::size::choose_grid;
-use super::survey::{OCTAVES, Survey};
+use super::survey::Survey;
 use super::total_power::TotalPower;
 use super::weights::density_sides;
 use crate::fourier::{GridOptions, PassWork, Real, Transform, TransformSize, UvwExtent};
@@ -192,14 +192,9 @@ impl Outlook {
         sample.factor *= stretch;
         let n_rows = (source.n_rows() as f64 * stretch).round() as u64;
         let (low, high) = header.spectrum.range_hz();
-        let mut survey = Survey {
-            uv_range_wl: (f64::INFINITY, 0.0),
-            shortest_by_octave_wl: vec![f64::INFINITY; OCTAVES],
-            total_power: TotalPower::new(&header, options.pol),
-            extent: UvwExtent::of(sample.uvw_m.view()),
-            phase_center: parts.iter().find_map(|p| p.phase_center.first()).map_or(0, |p| usize::from(*p)),
-            ..Survey::default()
-        };
+        let mut survey = Survey::new(freq_hz.len(), TotalPower::new(&header, options.pol));
+        survey.extent = UvwExtent::of(sample.uvw_m.view());
+        survey.phase_center = parts.iter().find_map(|p| p.phase_center.first()).map_or(0, |p| usize::from(*p));
         for uvw in sample.uvw_m.rows().into_iter().filter(|uvw| uvw.iter().any(|x| *x != 0.0)) {
             survey.see(uvw[0].hypot(uvw[1]) / SPEED_OF_LIGHT_M_S, (low, high));
         }

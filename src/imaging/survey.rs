@@ -9,7 +9,7 @@ use ndarray::Axis;
 use rayon::prelude::*;
 
 /// Number of factors of two of baseline lengths that are told apart. No baseline has 2^48 wavelengths.
-pub(super) const OCTAVES: usize = 48;
+const OCTAVES: usize = 48;
 
 /// Weights of the rows that are measured together on one thread.
 const VALUES: usize = 1 << 16;
@@ -35,24 +35,16 @@ pub struct Survey {
     pub phase_center: usize,
 }
 
-/// What some rows add to a survey.
-struct Measured {
-    uv_range_wl: (f64, f64),
-    shortest_by_octave_wl: Vec<f64>,
-    channel_weight: Vec<f64>,
-}
-
-impl Measured {
-    fn nothing(n_chan: usize) -> Self {
-        Self { uv_range_wl: (f64::INFINITY, 0.0), shortest_by_octave_wl: vec![f64::INFINITY; OCTAVES], channel_weight: vec![0.0; n_chan] }
-    }
-}
-
 impl Survey {
     /// The survey of no rows yet, of a set with so many channels.
     pub(super) fn new(n_chan: usize, total_power: TotalPower) -> Self {
-        let Measured { uv_range_wl, shortest_by_octave_wl, channel_weight } = Measured::nothing(n_chan);
-        Self { channel_weight, uv_range_wl, shortest_by_octave_wl, total_power, ..Self::default() }
+        Self {
+            channel_weight: vec![0.0; n_chan],
+            uv_range_wl: (f64::INFINITY, 0.0),
+            shortest_by_octave_wl: vec![f64::INFINITY; OCTAVES],
+            total_power,
+            ..Self::default()
+        }
     }
 
     /// Note the length of a projected baseline, m over the speed of light, in a band, Hz.
@@ -64,19 +56,15 @@ impl Survey {
     }
 
     /// Add the baselines and weights of rows. The sums do not depend on the number of threads.
-    pub(super) fn measure(&mut self, rows: &ReducedBlock, (f_lo, f_hi): (f64, f64)) {
+    pub(super) fn measure(&mut self, rows: &ReducedBlock, band_hz: (f64, f64)) {
         let n_chan = rows.weight.ncols();
         let step = (VALUES / n_chan.max(1)).max(1);
         let parts = rows.uvw_m.axis_chunks_iter(Axis(0), step).into_par_iter().zip(rows.weight.axis_chunks_iter(Axis(0), step));
         let parts = parts.map(|(uvw_m, weight)| {
-            let mut part = Measured::nothing(n_chan);
+            let mut part = Self::new(n_chan, TotalPower::default());
             for (uvw, weights) in uvw_m.rows().into_iter().zip(weight.rows()) {
                 if weights.iter().any(|w| *w > 0.0) {
-                    let length = uvw[0].hypot(uvw[1]) / SPEED_OF_LIGHT_M_S;
-                    part.uv_range_wl = (part.uv_range_wl.0.min(length * f_lo), part.uv_range_wl.1.max(length * f_hi));
-                    let octave = (length * f_lo).log2().clamp(0.0, (OCTAVES - 1) as f64) as usize;
-                    let shortest = &mut part.shortest_by_octave_wl[octave];
-                    *shortest = shortest.min(length * f_lo);
+                    part.see(uvw[0].hypot(uvw[1]) / SPEED_OF_LIGHT_M_S, band_hz);
                     weights.iter().zip(&mut part.channel_weight).for_each(|(w, sum)| *sum += f64::from(*w));
                 }
             }
