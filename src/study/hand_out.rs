@@ -2,7 +2,8 @@
 //!
 //! Process 0 runs trials as well. Its calling thread, which only stores results, serves the others meanwhile: it looks for their messages and sleeps in
 //! between. A process asks when it has fewer trials than threads, and gets a share of what is left, which becomes smaller towards the end: then no
-//! process has much more to do than another, and few messages are sent.
+//! process has much more to do than another, and few messages are sent. Process 0 dismisses the others when all results are there: a process that was
+//! dismissed may ask for trials of the next batch, which must not be taken for a question about this one.
 //!
 //! # Reference
 //! Polychronopoulos & Kuck 1987, IEEE Trans. Computers C-36, 1425 (guided self-scheduling).
@@ -54,16 +55,19 @@ impl Pool<'_> {
 /// The first error of a trial, wherever it ran; an error of `store`.
 pub(super) fn hand_out(todo: &[usize], ranks: &dyn Ranks, pool: Pool<'_>, store: &mut Store<'_>, observer: &dyn Observer) -> Result<()> {
     let (mut left, mut waiting_for, mut running) = (todo, todo.len(), 0_usize);
-    let mut others = ranks.size() - 1;
-    while waiting_for > 0 || others > 0 {
+    let mut idle = Vec::new();
+    while waiting_for > 0 || idle.len() + 1 < ranks.size() {
         ensure!(!observer.cancelled(), ChainError::Cancelled);
         let mut results = Vec::new();
         while let Some((from, message)) = ranks.take() {
             match Message::of(&message)? {
                 Message::Free => {
                     let share = share_of(&mut left, ranks.size());
-                    others -= usize::from(share.is_empty());
-                    ranks.send(from, &Message::Run(share.iter().map(|k| *k as u64).collect()).bytes());
+                    if share.is_empty() {
+                        idle.push(from);
+                    } else {
+                        ranks.send(from, &Message::Run(share.iter().map(|k| *k as u64).collect()).bytes());
+                    }
                 }
                 Message::Ran(k, result) => results.push((k as usize, Ok(*result))),
                 Message::Failed(text) => results.push((0, Err(ChainError::Incompatible(text)))),
@@ -80,6 +84,7 @@ pub(super) fn hand_out(todo: &[usize], ranks: &dyn Ranks, pool: Pool<'_>, store:
         waiting_for = waiting_for.saturating_sub(own.len() + results.len());
         store(&mut results.into_iter().chain(own))?;
     }
+    idle.into_iter().for_each(|process| ranks.send(process, &Message::Run(Vec::new()).bytes()));
     Ok(())
 }
 

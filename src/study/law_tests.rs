@@ -170,6 +170,31 @@ fn processes_run_each_trial_once_and_with_the_bytes_of_one_process() {
 }
 
 #[test]
+fn a_process_that_has_finished_a_batch_early_waits_for_the_next() {
+    let study = Study { seeds: vec![5], ..small_study() };
+    let counts = Mutex::new(vec![0; 20]);
+    let returned = as_processes(4, |ranks| {
+        let todo: &[usize] = if ranks.rank() == 0 { &[0, 1, 2, 3] } else { &[] };
+        let job = |k: usize| {
+            // The process that runs the first trial is late: the others want trials of the next batch long before.
+            std::thread::sleep(std::time::Duration::from_millis(if k == 0 { 30 } else { 0 }));
+            (&study.setups[k % 2], 5)
+        };
+        let place = |_| String::new();
+        let batch = Batch { todo, job: &job, place: &place, ranks: &*ranks };
+        (0..20).try_for_each(|n| {
+            let mut keep = |found: Vec<Found>| {
+                counts.lock().unwrap()[n] += found.len();
+                Ok(())
+            };
+            run_batch(&batch, 1, &mut keep, &Silent)
+        })
+    });
+    assert!(returned.iter().all(Result::is_ok), "{returned:?}");
+    assert_eq!(*counts.lock().unwrap(), [4; 20]);
+}
+
+#[test]
 fn a_trial_that_fails_in_any_process_fails_with_the_same_words() {
     let mut study = small_study();
     study.setups[1].antennas = Antennas::Random(13);
