@@ -15,6 +15,8 @@ use std::ops::Range;
 
 /// Number of columns that are transformed together. They are a few cache lines of each row.
 pub(super) const BLOCK: usize = 16;
+/// Bytes of a cache line.
+const LINE: usize = 64;
 
 /// Real or complex screens of one plane on a block of columns \[m, column\].
 enum Screens<T> {
@@ -136,14 +138,16 @@ impl<'a, T: Real> Columns<'a, T> {
 
     /// Index in the transform along v of a row of the image.
     fn index_m(&self, i: usize) -> usize {
-        (i + self.plan.nv - self.plan.grid.n_m / 2) % self.plan.nv
+        let (nv, half) = (self.plan.nv, self.plan.grid.n_m / 2);
+        if i < half { i + nv - half } else { i - half }
     }
 
     /// Indices in the transform along v of a row of the half grid and of its mirror image.
     fn index_v(&self, r: usize) -> (usize, usize) {
         let nv = self.plan.nv;
-        let j = (r + nv - self.plan.below()) % nv;
-        (j, (nv - j) % nv)
+        let within = |j: usize| if j < nv { j } else { j % nv };
+        let j = within(r + nv - self.plan.below());
+        (j, within(nv - j))
     }
 }
 
@@ -157,6 +161,22 @@ fn quarter_turns<T: Real>(z: Complex<T>, k: usize) -> Complex<T> {
     }
 }
 
+/// The place of the pixels of a row and a plane in a stripe whose rows are transformed: \[block of columns, plane, row, column\]. What a block of columns
+/// needs of a stripe is therefore contiguous.
+struct Place {
+    planes: usize,
+    row: usize,
+    plane: usize,
+}
+
+impl Place {
+    /// Those of the block of columns that begins at `first`.
+    fn of(&self, first: usize, width: usize) -> Range<usize> {
+        let at = first * self.planes * TILE + (self.plane * TILE + self.row) * width;
+        at..at + width
+    }
+}
+
 /// Transform the planes from `first_plane` on with exp(-2 pi i ...), apply their screens, and add them to `image` \[m, l\]. All planes together
 /// are corrected too; a sum of groups is corrected when it is complete. The transform overwrites the planes. Their memory is returned for the
 /// next use.
@@ -164,17 +184,20 @@ pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, f
     let (nu, n_l) = (plan.nu, plan.grid.n_l);
     let planes = rows.planes;
     rows.stripes_mut().into_par_iter().enumerate().for_each_init(
-        || (vec![Complex::default(); plan.fft.rows[0].get_inplace_scratch_len()], vec![Complex::default(); n_l / 2]),
-        |(scratch, tail), (s, stripe)| {
-            let used = plan.n_rows.saturating_sub(s * TILE).min(TILE) * planes * nu;
-            for row in stripe[..used].chunks_exact_mut(nu) {
+        || [plan.fft.rows[0].get_inplace_scratch_len(), n_l, TILE * planes * n_l].map(|n| vec![Complex::default(); n]),
+        |[scratch, pixels, columns], (s, stripe)| {
+            let used = plan.n_rows.saturating_sub(s * TILE).min(TILE) * planes;
+            for (at, row) in stripe.chunks_exact_mut(nu).take(used).enumerate() {
                 plan.fft.rows[0].process_with_scratch(row, scratch);
-                // Keep the pixels of the image, in order, at the front. On a coarse grid the source and the destination overlap.
                 let half = n_l / 2;
-                tail.copy_from_slice(&row[nu - half..]);
-                row.copy_within(0..n_l - half, half);
-                row[..half].copy_from_slice(tail);
+                pixels[..half].copy_from_slice(&row[nu - half..]);
+                pixels[half..].copy_from_slice(&row[..n_l - half]);
+                let place = Place { planes, row: at / planes, plane: at % planes };
+                for (b, block) in pixels.chunks(BLOCK).enumerate() {
+                    columns[place.of(b * BLOCK, block.len())].copy_from_slice(block);
+                }
             }
+            stripe[..columns.len()].copy_from_slice(columns);
         },
     );
     let held = rows.stripes_mut();
@@ -184,10 +207,7 @@ pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, f
         let mut sum = vec![T::default(); plan.grid.n_m * BLOCK];
         let mut work = Work::new(plan, 0);
         for p in 0..planes {
-            let row = |r: usize| {
-                let at = ((r % TILE) * planes + p) * nu + columns.first;
-                &stripes[r / TILE][at..at + columns.width]
-            };
+            let row = |r: usize| &stripes[r / TILE][Place { planes, row: r % TILE, plane: p }.of(columns.first, columns.width)];
             work.gather(&columns, row, first_plane + p);
             work.transform(plan, 0);
             work.accumulate(&columns, first_plane + p, &mut sum);
@@ -260,6 +280,8 @@ pub(crate) fn image_to_planes<T: Real, P: Real>(
 struct Work<T> {
     /// Columns along v \[column, v\]. With real screens, two columns share a transform \[pair of columns, v\].
     z: Vec<Complex<T>>,
+    /// From one column to the next. It is odd in units of a cache line, so that the columns of a row do not all compete for the same lines of the cache.
+    stride: usize,
     scratch: Vec<Complex<T>>,
     screen: Vec<T>,
     phases: Vec<Complex<T>>,
@@ -269,8 +291,11 @@ struct Work<T> {
 impl<T: Real> Work<T> {
     fn new(plan: &Plan<T>, direction: usize) -> Self {
         let paired = matches!(plan.w.basis, WBasis::Powers { .. });
+        let line = LINE / size_of::<Complex<T>>();
+        let stride = (plan.nv.div_ceil(line) | 1) * line;
         Self {
-            z: vec![Complex::default(); plan.nv * if paired { BLOCK / 2 } else { BLOCK }],
+            z: vec![Complex::default(); stride * if paired { BLOCK / 2 } else { BLOCK }],
+            stride,
             scratch: vec![Complex::default(); plan.fft.columns[direction].get_inplace_scratch_len()],
             screen: vec![T::default(); if paired { plan.grid.n_m * BLOCK } else { 0 }],
             phases: vec![Complex::default(); if paired { 0 } else { plan.grid.n_m * BLOCK }],
@@ -279,7 +304,9 @@ impl<T: Real> Work<T> {
     }
 
     fn transform(&mut self, plan: &Plan<T>, direction: usize) {
-        plan.fft.columns[direction].process_with_scratch(&mut self.z, &mut self.scratch);
+        for column in self.z.chunks_exact_mut(self.stride) {
+            plan.fft.columns[direction].process_with_scratch(&mut column[..plan.nv], &mut self.scratch);
+        }
     }
 
     /// Copy the rows of the half grid into columns. Paired columns are completed by symmetry: the transform of half of each row plus half of
@@ -288,7 +315,7 @@ impl<T: Real> Work<T> {
     where
         T: 'r,
     {
-        let nv = columns.plan.nv;
+        let (nv, stride) = (columns.plan.nv, self.stride);
         let half = T::of(0.5);
         self.z.fill(Complex::default());
         for r in 0..columns.plan.n_rows {
@@ -299,13 +326,13 @@ impl<T: Real> Work<T> {
                     let turn = |z: Complex<T>| quarter_turns(z, 3 * plane).scale(half);
                     let a = turn(pair[0]);
                     let b = pair.get(1).map_or(Complex::default(), |b| turn(*b));
-                    let z = &mut self.z[q * nv..(q + 1) * nv];
+                    let z = &mut self.z[q * stride..q * stride + nv];
                     z[at] += Complex::new(a.re - b.im, a.im + b.re);
                     z[mirror] += Complex::new(a.re + b.im, b.re - a.im);
                 }
             } else {
                 for (c, v) in values.iter().enumerate() {
-                    self.z[c * nv + at] += *v;
+                    self.z[c * stride + at] += *v;
                 }
             }
         }
@@ -313,7 +340,7 @@ impl<T: Real> Work<T> {
 
     /// Multiply the transformed columns by their screen and add them to the sum over planes.
     fn accumulate(&mut self, columns: &Columns<'_, T>, plane: usize, sum: &mut [T]) {
-        let nv = columns.plan.nv;
+        let stride = self.stride;
         columns.power_screen(plane, &mut self.screen);
         columns.phase_screen(plane, &mut self.phases);
         for (i, sum) in sum.chunks_exact_mut(BLOCK).enumerate() {
@@ -322,14 +349,14 @@ impl<T: Real> Work<T> {
                 Screens::Powers(_) => {
                     let screen = &self.screen[i * BLOCK..(i + 1) * BLOCK];
                     for (q, (s, screen)) in sum.chunks_exact_mut(2).zip(screen.chunks_exact(2)).enumerate() {
-                        let z = self.z[q * nv + at];
+                        let z = self.z[q * stride + at];
                         s[0] += z.re * screen[0];
                         s[1] += z.im * screen[1];
                     }
                 }
                 Screens::Planes(_) => {
                     for (c, (s, phase)) in sum.iter_mut().zip(&self.phases[i * BLOCK..]).enumerate() {
-                        let z = self.z[c * nv + at];
+                        let z = self.z[c * stride + at];
                         *s += z.re * phase.re + z.im * phase.im;
                     }
                 }
@@ -339,7 +366,7 @@ impl<T: Real> Work<T> {
 
     /// Multiply the pixels by their screen and write them into the columns.
     fn spread(&mut self, columns: &Columns<'_, T>, plane: usize, pixels: &[T]) {
-        let nv = columns.plan.nv;
+        let stride = self.stride;
         self.z.fill(Complex::default());
         columns.power_screen(plane, &mut self.screen);
         columns.phase_screen(plane, &mut self.phases);
@@ -349,12 +376,12 @@ impl<T: Real> Work<T> {
                 Screens::Powers(_) => {
                     let screen = &self.screen[i * BLOCK..(i + 1) * BLOCK];
                     for (q, (p, screen)) in pixels.chunks_exact(2).zip(screen.chunks_exact(2)).enumerate() {
-                        self.z[q * nv + at] = Complex::new(p[0] * screen[0], p[1] * screen[1]);
+                        self.z[q * stride + at] = Complex::new(p[0] * screen[0], p[1] * screen[1]);
                     }
                 }
                 Screens::Planes(_) => {
                     for (c, (p, phase)) in pixels.iter().zip(&self.phases[i * BLOCK..]).enumerate() {
-                        self.z[c * nv + at] = phase.scale(*p);
+                        self.z[c * stride + at] = phase.scale(*p);
                     }
                 }
             }
@@ -363,13 +390,13 @@ impl<T: Real> Work<T> {
 
     /// Copy the transformed columns into rows of the half grid \[row, column\]. The two columns of a pair are separated by their symmetry.
     fn collect(&self, columns: &Columns<'_, T>, plane: usize, out: &mut [Complex<T>]) {
-        let nv = columns.plan.nv;
+        let stride = self.stride;
         let half = T::of(0.5);
         for (r, out) in out.chunks_exact_mut(BLOCK).enumerate() {
             let (at, mirror) = columns.index_v(r);
             if self.paired {
                 for (q, pair) in out.chunks_exact_mut(2).enumerate() {
-                    let (a, b) = (self.z[q * nv + at], self.z[q * nv + mirror]);
+                    let (a, b) = (self.z[q * stride + at], self.z[q * stride + mirror]);
                     let first = Complex::new(a.re + b.re, a.im - b.im).scale(half);
                     let second = Complex::new(a.im + b.im, b.re - a.re).scale(half);
                     pair[0] = quarter_turns(first, plane);
@@ -377,7 +404,7 @@ impl<T: Real> Work<T> {
                 }
             } else {
                 for (c, o) in out.iter_mut().enumerate() {
-                    *o = self.z[c * nv + at];
+                    *o = self.z[c * stride + at];
                 }
             }
         }
