@@ -4,10 +4,10 @@ use ndarray::ArrayView2;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// A list with fewer values is sorted by one thread.
+/// A list with at most so many values is sorted by one thread.
 const FEW: usize = 1 << 16;
-/// Number of leading bits of a value that give its bin.
-const BITS: u32 = 14;
+/// Number of values that show where the median lies.
+const SAMPLE: usize = 4096;
 
 /// Noise of an image that contains sources: 1.4826 times the median distance of the pixels from their median. A minority of bright pixels
 /// hardly changes it. Pixels that are not finite are left out. The result is NaN if no pixel is finite.
@@ -36,36 +36,55 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
         let mut all: Vec<f64> = values.iter().map(f).collect();
         return middle(&mut all, n / 2, n.is_multiple_of(2), || f64::NAN);
     }
-    // The keys have the order of the numbers. Their leading bits are counted, then the next bits of those in the bin of the median, until few are
-    // left to be sorted. A copy of one bin alone may be as large as a quarter of the image.
-    let (mut start, mut shift, mut rank) = (0_u64, 64, n / 2);
-    let inside = loop {
-        let (begin, above) = (start, shift);
-        let within = move |v: f64| above == 64 || key(v) >> above == begin >> above;
-        shift -= BITS;
-        let count = |mut counts: Vec<usize>, part: &[P]| {
-            part.iter().map(f).filter(|v| within(*v)).for_each(|v| counts[(key(v) >> shift) as usize % (1 << BITS)] += 1);
-            counts
+    // The value of this rank lies in `range`, and `below` values lie below the range. A sample shows a narrow range, and a pass over all values whether
+    // the sample was right. A copy of all values would take as much memory as the image.
+    let (mut range, mut below, mut inside) = ((f64::NEG_INFINITY, f64::INFINITY), 0, n);
+    let rank = n / 2;
+    while inside > FEW && range.0 < range.1 {
+        let sample = sample(values, &f, range, inside);
+        let near = around(&sample, (rank - below) as f64 / inside as f64);
+        // Where half of the values are the same, a sample is not narrower than the range. Its middle divides the range in any case.
+        let (low, high) = if near.0 <= range.0 && near.1 >= range.1 { (sample[sample.len() / 2], sample[sample.len() / 2]) } else { near };
+        let count = |(less, not_more): (usize, usize), v: f64| (less + usize::from(v < low), not_more + usize::from(v <= high));
+        let counts = values.par_chunks(FEW).map(|part| part.iter().map(f).fold((0, 0), count));
+        let (less, not_more) = counts.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        (range, below, inside) = if rank < less {
+            ((range.0, low.next_down()), below, less - below)
+        } else if rank < not_more {
+            ((low.max(range.0), high.min(range.1)), less, not_more - less)
+        } else {
+            ((high.next_up(), range.1), not_more, below + inside - not_more)
         };
-        let none = || vec![0_usize; 1 << BITS];
-        let plus = |mut a: Vec<usize>, b: Vec<usize>| {
-            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-            a
-        };
-        let counts = values.par_chunks(FEW).fold(none, count).reduce(none, plus);
-        let mut wanted = 0;
-        while rank >= counts[wanted] {
-            rank -= counts[wanted];
-            wanted += 1;
-        }
-        start |= (wanted as u64) << shift;
-        if counts[wanted] < FEW || shift < BITS {
-            break move |v: &f64| key(*v) >> shift == start >> shift;
-        }
-    };
-    let mut all: Vec<f64> = values.par_iter().map(f).filter(&inside).collect();
-    let before = || values.par_iter().map(f).filter(|v| key(*v) < start).reduce(|| f64::NEG_INFINITY, f64::max);
-    middle(&mut all, rank, n.is_multiple_of(2), before)
+    }
+    let even = n.is_multiple_of(2);
+    let before = || values.par_iter().map(f).filter(|v| *v < range.0).reduce(|| f64::NEG_INFINITY, f64::max);
+    if range.0 == range.1 {
+        let lower = if !even || rank > below { range.0 } else { before() };
+        return 0.5 * (range.0 + lower);
+    }
+    let mut all: Vec<f64> = values.par_iter().map(f).filter(|v| (range.0..=range.1).contains(v)).collect();
+    middle(&mut all, rank - below, even, before)
+}
+
+/// Some of the `inside` values that lie in a range, sorted. They are spread over the list like random numbers, because images have rows.
+fn sample<P: Copy>(values: &[P], f: impl Fn(&P) -> f64, range: (f64, f64), inside: usize) -> Vec<f64> {
+    const STEP: u64 = 0x9e37_79b9_7f4a_7c15; // the golden ratio
+    let n = values.len() as u128;
+    let place = |k: usize| (u128::from((k as u64).wrapping_mul(STEP)) * n >> 64) as usize;
+    let draws = SAMPLE * values.len().div_ceil(inside);
+    let mut sample: Vec<f64> = (1..=draws).map(|k| f(&values[place(k)])).filter(|v| (range.0..=range.1).contains(v)).collect();
+    if sample.is_empty() {
+        sample.extend(values.iter().map(f).find(|v| (range.0..=range.1).contains(v)));
+    }
+    sample.sort_unstable_by(f64::total_cmp);
+    sample
+}
+
+/// Values of a sorted sample between which this part of all values ends: four standard deviations to either side.
+fn around(sample: &[f64], part: f64) -> (f64, f64) {
+    let (n, middle) = (sample.len() as f64, part * sample.len() as f64);
+    let at = |x: f64| if x < 0.0 { f64::NEG_INFINITY } else { sample.get(x as usize).copied().unwrap_or(f64::INFINITY) };
+    (at(middle - 2.0 * n.sqrt()), at(middle + 2.0 * n.sqrt()))
 }
 
 /// The value of rank `rank`, or its mean with the value before it. If that value is not in the list, `before` gives it.
@@ -77,12 +96,6 @@ fn middle(values: &mut [f64], rank: usize, mean: bool, before: impl Fn() -> f64)
     }
     let lower = low.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     0.5 * (upper + if rank > 0 { lower } else { before() })
-}
-
-/// The bits of a number, changed so that they have the order of the numbers.
-fn key(v: f64) -> u64 {
-    let bits = v.to_bits();
-    if bits >> 63 == 0 { bits | 1 << 63 } else { !bits }
 }
 
 #[cfg(test)]
@@ -111,6 +124,24 @@ mod tests {
             values.sort_by(f64::total_cmp);
             let expected = if n % 2 == 1 { values[n / 2] } else { 0.5 * (values[n / 2 - 1] + values[n / 2]) };
             assert_eq!(found, expected, "{n}");
+        }
+        // Few different values, one of which is most frequent, and values that grow along the list.
+        let n = 5 * FEW;
+        let cases: [&dyn Fn(usize) -> f64; 6] = [
+            &|_| 2.5,
+            &|k| (k % 3) as f64,
+            &|k| if k % 16 == 0 { k as f64 } else { 0.0 },
+            &|k| k as f64,
+            &|k| -1.0 / (1 + k) as f64,
+            &|k| (k * k % 4099) as f64,
+        ];
+        for case in cases {
+            for n in [n, n + 1] {
+                let mut values: Vec<f64> = (0..n).map(case).collect();
+                let found = median(&values, |v| v);
+                values.sort_by(f64::total_cmp);
+                assert_eq!(found, if n % 2 == 1 { values[n / 2] } else { 0.5 * (values[n / 2 - 1] + values[n / 2]) });
+            }
         }
         // Halves of two values: the middle lies between them.
         let two: Vec<f64> = (0..2 * FEW).map(|k| if k % 2 == 0 { -1.0 } else { 3.0 }).collect();
