@@ -178,13 +178,19 @@ impl<'a> Chunks<'a> {
             return Ok(None);
         }
         // Other threads read while this one gets its memory.
-        let mut raw = vec![0; stored_size(bytes, length, offset)?];
+        let stored = stored_size(bytes, length, offset)?;
+        let mut raw = Vec::<u8>::with_capacity(stored);
         let (to, mut now) = (raw.as_mut_ptr().cast(), 0);
         let read = hdf5::sync::sync(|| {
             // SAFETY: as above; the library reads as many bytes as it says.
             size(&mut now) >= 0 && now == bytes && unsafe { H5Dread_chunk1(id, H5P_DEFAULT, offset.as_ptr(), &mut skipped, to) } >= 0
         });
-        if read { Ok(Some((raw, skipped))) } else { Err(format!("a chunk that cannot be read, at {offset:?}").into()) }
+        if !read {
+            return Err(format!("a chunk that cannot be read, at {offset:?}").into());
+        }
+        // SAFETY: the library has written as many bytes as it said before and after, which the memory holds. Zeros that are overwritten take time.
+        unsafe { raw.set_len(stored) };
+        Ok(Some((raw, skipped)))
     }
 
     /// The bytes of one element of a chunk that was never written: the fill value. The library gives it, because it can tell such a chunk from
