@@ -7,7 +7,7 @@
 use super::data::REDUCED_BYTES;
 use super::imager::{LONG, share};
 use super::options::ImagingOptions;
-use super::psf::CORE_SIDE;
+use super::psf::CORE_SIDES;
 use super::size::choose_grid;
 use super::survey::Survey;
 use super::total_power::TotalPower;
@@ -209,8 +209,9 @@ impl Outlook {
         let of_channel = &freq_hz[range.clone()];
         let n_vis = ((n_rows as f64 * sample.used * range.len() as f64) as u64).min(LONG);
         let image = sample.field_for(&grid, of_channel, survey.extent, (&options.grid_options(), Some(n_vis)))?;
-        let core = if grid.n_l > CORE_SIDE && grid.n_m > CORE_SIDE {
-            let field = SkyGrid::new(CORE_SIDE, CORE_SIDE, grid.cell_rad, grid.frame.clone())?;
+        let [side, _] = CORE_SIDES;
+        let core = if grid.n_l > side && grid.n_m > side {
+            let field = SkyGrid::new(side, side, grid.cell_rad, grid.frame.clone())?;
             Some(sample.field_for(&field, of_channel, survey.extent, (&options.grid_options(), Some(n_vis)))?)
         } else {
             None

@@ -9,8 +9,8 @@ use crate::{ChainError, Result};
 use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::{Array2, ArrayView2};
 
-/// Side in pixels of the small field in which the main lobe is made first.
-pub(super) const CORE_SIDE: usize = 128;
+/// Sides in pixels of the small fields in which the main lobe is looked for first. It has some pixels where a cell suits the beam.
+pub(super) const CORE_SIDES: [usize; 2] = [32, 128];
 
 impl Imager<'_> {
     /// Dirty beam of an output channel \[m, l\]: the dirty image of a point source of 1 at the centre. Its value at the centre is exactly 1.
@@ -48,15 +48,20 @@ impl Imager<'_> {
     /// The central part of the dirty beam \[m, l\]; `None` where it does not contain the main lobe.
     pub(super) fn psf_core(&mut self, channel: usize, observer: &dyn Observer) -> Result<Option<Array2<f64>>> {
         let whole = self.grid().clone();
-        if whole.n_l <= CORE_SIDE || whole.n_m <= CORE_SIDE || !(self.sum_of_weights(channel) > 0.0) {
+        if !(self.sum_of_weights(channel) > 0.0) {
             return Ok(None);
         }
-        let field = SkyGrid::new(CORE_SIDE, CORE_SIDE, whole.cell_rad, whole.frame)?;
-        let core = self.psf_on::<f64>(Some(&field), channel, observer)?;
-        let last = CORE_SIDE - 1;
-        let edge = |k: usize| core[(0, k)].max(core[(last, k)]).max(core[(k, 0)]).max(core[(k, last)]);
-        // If the lobe extends beyond the small field, the edge is above the level of the fit.
-        Ok((0..CORE_SIDE).all(|k| edge(k) < LEVEL).then_some(core))
+        for side in CORE_SIDES.into_iter().filter(|side| whole.n_l > *side && whole.n_m > *side) {
+            let field = SkyGrid::new(side, side, whole.cell_rad, whole.frame.clone())?;
+            let core = self.psf_on::<f64>(Some(&field), channel, observer)?;
+            let last = side - 1;
+            let edge = |k: usize| core[(0, k)].max(core[(last, k)]).max(core[(k, 0)]).max(core[(k, last)]);
+            // If the lobe extends beyond the small field, the edge is above the level of the fit.
+            if (0..side).all(|k| edge(k) < LEVEL) {
+                return Ok(Some(core));
+            }
+        }
+        Ok(None)
     }
 
     /// The beam on a field, or on the grid of the image.
