@@ -41,7 +41,7 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
     let (mut range, mut below, mut inside) = ((f64::NEG_INFINITY, f64::INFINITY), 0, n);
     let rank = n / 2;
     while inside > FEW && range.0 < range.1 {
-        let sample = sample(values, &f, range, inside);
+        let sample = sample(values, f, range, inside);
         let near = around(&sample, (rank - below) as f64 / inside as f64);
         // Where half of the values are the same, a sample is not narrower than the range. Its middle divides the range in any case.
         let (low, high) = if near.0 <= range.0 && near.1 >= range.1 { (sample[sample.len() / 2], sample[sample.len() / 2]) } else { near };
@@ -70,7 +70,7 @@ fn median<P: Copy + Into<f64> + Send + Sync>(values: &[P], f: impl Fn(f64) -> f6
 fn sample<P: Copy>(values: &[P], f: impl Fn(&P) -> f64, range: (f64, f64), inside: usize) -> Vec<f64> {
     const STEP: u64 = 0x9e37_79b9_7f4a_7c15; // the golden ratio
     let n = values.len() as u128;
-    let place = |k: usize| (u128::from((k as u64).wrapping_mul(STEP)) * n >> 64) as usize;
+    let place = |k: usize| ((u128::from((k as u64).wrapping_mul(STEP)) * n) >> 64) as usize;
     let draws = SAMPLE * values.len().div_ceil(inside);
     let mut sample: Vec<f64> = (1..=draws).map(|k| f(&values[place(k)])).filter(|v| (range.0..=range.1).contains(v)).collect();
     if sample.is_empty() {

@@ -5,7 +5,7 @@
 //! never has its whole spectrum in memory: its rows are transformed, and then each block of columns is padded, transformed, multiplied,
 //! transformed back and written over the rows. The padding along m exists only in the block that a thread works on.
 
-use super::line_fft::{LineFfts, good_size};
+use super::line_fft::{LineFfts, apart, good_size};
 use super::real::Real;
 use ndarray::{Array2, ArrayView1, ArrayView2, Axis};
 use num_complex::Complex;
@@ -139,13 +139,14 @@ impl<T: Real> Convolver<T> {
                     return;
                 }
                 z.fill(zero);
-                for (c, (a, b)) in a.iter().zip(b.iter()).enumerate() {
-                    z[(c + self.p_l - origin) % self.p_l] = Complex::new(*a, *b);
+                let places = (self.p_l - origin..self.p_l).chain(0..self.p_l - origin);
+                for (place, (a, b)) in places.zip(a.iter().zip(b.iter())) {
+                    z[place] = Complex::new(*a, *b);
                 }
                 self.fft.rows[0].process_with_scratch(z, scratch);
                 let (first, second) = out.split_at_mut(half);
                 for u in 0..half {
-                    let (a, b) = (z[u], z[(self.p_l - u) % self.p_l]);
+                    let (a, b) = (z[u], z[if u == 0 { 0 } else { self.p_l - u }]);
                     let h = T::of(0.5);
                     first[u] = Complex::new(a.re + b.re, a.im - b.im).scale(h);
                     if let Some(s) = second.get_mut(u) {
@@ -166,22 +167,25 @@ impl<T: Real> Convolver<T> {
     pub(super) fn columns(&self, rows: &mut Array2<Complex<T>>, kernel: &impl Filter<T>) {
         let zero = Complex::new(T::default(), T::default());
         let scratch = self.fft.columns.iter().map(|f| f.get_inplace_scratch_len()).max().unwrap_or(0);
+        let stride = apart::<Complex<T>>(self.p_m);
         rows.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each_init(
-            || (vec![zero; BLOCK * self.p_m], vec![zero; scratch]),
+            || (vec![zero; BLOCK * stride], vec![zero; scratch]),
             |(z, scratch), (block, mut part)| {
-                let z = &mut z[..part.ncols() * self.p_m];
-                z.fill(zero);
                 for (r, row) in part.rows().into_iter().enumerate() {
                     for (c, v) in row.iter().enumerate() {
-                        z[c * self.p_m + r] = *v;
+                        z[c * stride + r] = *v;
                     }
                 }
-                self.fft.columns[0].process_with_scratch(z, scratch);
-                kernel.apply(block * BLOCK * self.p_m, z);
-                self.fft.columns[1].process_with_scratch(z, scratch);
+                for (c, column) in z.chunks_exact_mut(stride).take(part.ncols()).enumerate() {
+                    let column = &mut column[..self.p_m];
+                    column[part.nrows()..].fill(zero);
+                    self.fft.columns[0].process_with_scratch(column, scratch);
+                    kernel.apply((block * BLOCK + c) * self.p_m, column);
+                    self.fft.columns[1].process_with_scratch(column, scratch);
+                }
                 for (r, mut row) in part.rows_mut().into_iter().enumerate() {
                     for (c, v) in row.iter_mut().enumerate() {
-                        *v = z[c * self.p_m + r];
+                        *v = z[c * stride + r];
                     }
                 }
             },
@@ -199,8 +203,8 @@ impl<T: Real> Convolver<T> {
                 for (u, a) in rows.row(2 * pair).iter().enumerate() {
                     let b = if two { rows[(2 * pair + 1, u)] } else { zero };
                     z[u] = Complex::new(a.re - b.im, a.im + b.re);
-                    let mirror = (self.p_l - u) % self.p_l;
-                    if mirror != u {
+                    let mirror = self.p_l - u;
+                    if u > 0 && mirror != u {
                         z[mirror] = Complex::new(a.re + b.im, b.re - a.im);
                     }
                 }

@@ -4,6 +4,7 @@
 //! image are kept. Then blocks of columns are gathered, transformed, corrected and summed over all planes while they are in cache. Rows that
 //! no visibility reaches are not transformed. With real screens, two columns share one complex transform.
 
+use super::line_fft::apart;
 use super::plan::Plan;
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::{Real, cis_of_all};
@@ -15,8 +16,6 @@ use std::ops::Range;
 
 /// Number of columns that are transformed together. They are a few cache lines of each row.
 pub(super) const BLOCK: usize = 16;
-/// Bytes of a cache line.
-const LINE: usize = 64;
 
 /// Real or complex screens of one plane on a block of columns \[m, column\].
 enum Screens<T> {
@@ -280,7 +279,7 @@ pub(crate) fn image_to_planes<T: Real, P: Real>(
 struct Work<T> {
     /// Columns along v \[column, v\]. With real screens, two columns share a transform \[pair of columns, v\].
     z: Vec<Complex<T>>,
-    /// From one column to the next. It is odd in units of a cache line, so that the columns of a row do not all compete for the same lines of the cache.
+    /// From one column to the next.
     stride: usize,
     scratch: Vec<Complex<T>>,
     screen: Vec<T>,
@@ -291,8 +290,7 @@ struct Work<T> {
 impl<T: Real> Work<T> {
     fn new(plan: &Plan<T>, direction: usize) -> Self {
         let paired = matches!(plan.w.basis, WBasis::Powers { .. });
-        let line = LINE / size_of::<Complex<T>>();
-        let stride = (plan.nv.div_ceil(line) | 1) * line;
+        let stride = apart::<Complex<T>>(plan.nv);
         Self {
             z: vec![Complex::default(); stride * if paired { BLOCK / 2 } else { BLOCK }],
             stride,

@@ -23,6 +23,16 @@ impl<T: Real> LineFfts<T> {
     }
 }
 
+/// Bytes of a cache line.
+const LINE: usize = 64;
+
+/// A distance between lines of `n` values of a type that are worked on together. It is odd in units of a cache line, so that values of the same index do
+/// not all compete for the same place of the cache, as they would with a power of 2.
+pub(super) fn apart<V>(n: usize) -> usize {
+    let line = (LINE / size_of::<V>().max(1)).max(1);
+    (n.div_ceil(line) | 1) * line
+}
+
 /// The smallest even number from `least` on with no prime factor above 5.
 pub(crate) fn good_size(least: usize) -> usize {
     let smooth = |mut n: usize| {
