@@ -2,12 +2,13 @@
 
 use crate::cli::failure::{Failure, Result};
 use cittert_arrays::Ranks;
-use mpi::Threading;
 use mpi::collective::SystemOperation;
+use mpi::datatype::{Partition, PartitionMut};
 use mpi::environment::Universe;
 use mpi::point_to_point::{MatchedReceiveVec, Message, Status};
 use mpi::topology::{Rank, SimpleCommunicator};
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
+use mpi::{Count, Threading};
 use std::sync::{Arc, Mutex};
 
 /// Values of one message. MPI counts them in 32 bits.
@@ -61,6 +62,12 @@ fn number(process: usize) -> Rank {
     Rank::try_from(process).unwrap_or(Rank::MAX)
 }
 
+/// The lengths of parts that follow one another, and where they start, as MPI counts them.
+fn counted(lengths: impl Iterator<Item = usize>) -> (Vec<Count>, Vec<Count>) {
+    let of = |n: usize| Count::try_from(n).unwrap_or(Count::MAX);
+    lengths.scan(0, |at, n| Some((of(n), of(std::mem::replace(at, *at + n))))).unzip()
+}
+
 impl Ranks for World {
     fn rank(&self) -> usize {
         world().rank().unsigned_abs() as usize
@@ -95,6 +102,14 @@ impl Ranks for World {
             bytes
         };
         (0..world.size()).map(of).collect()
+    }
+
+    fn deal(&self, own: &[u8], lengths: &[usize], all: &mut [u8]) {
+        let world = world();
+        let mine = lengths.get(self.rank()).copied().unwrap_or(0);
+        let (counts, starts) = counted(lengths.iter().copied());
+        let (from_each, places) = counted(std::iter::repeat_n(mine, lengths.len()));
+        world.all_to_all_varcount_into(&Partition::new(own, counts, starts), &mut PartitionMut::new(all, from_each, places));
     }
 
     fn send(&self, to: usize, message: &[u8]) {
