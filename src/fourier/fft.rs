@@ -9,7 +9,7 @@ use super::plan::Plan;
 use super::plane_rows::{PlaneRows, TILE};
 use super::real::{Real, cis_of_all};
 use super::wplanes::WBasis;
-use ndarray::{Array2, ArrayView2, Axis};
+use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
 use num_complex::Complex;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -180,19 +180,13 @@ impl Place {
 /// are corrected too; a sum of groups is corrected when it is complete. The transform overwrites the planes. Their memory is returned for the
 /// next use.
 pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, first_plane: usize, image: &mut Array2<T>) -> PlaneRows<T> {
-    let (nu, n_l) = (plan.nu, plan.grid.n_l);
     let planes = rows.planes;
     rows.stripes_mut().into_par_iter().enumerate().for_each_init(
-        || [plan.fft.rows[0].get_inplace_scratch_len(), n_l, TILE * planes * n_l].map(|n| vec![Complex::default(); n]),
-        |[scratch, pixels, columns], (s, stripe)| {
-            let used = plan.n_rows.saturating_sub(s * TILE).min(TILE) * planes;
-            for (at, row) in stripe.chunks_exact_mut(nu).take(used).enumerate() {
-                plan.fft.rows[0].process_with_scratch(row, scratch);
-                let half = n_l / 2;
-                pixels[..half].copy_from_slice(&row[nu - half..]);
-                pixels[half..].copy_from_slice(&row[..n_l - half]);
+        || (LineOfPixels::new(plan), vec![Complex::default(); TILE * planes * plan.grid.n_l]),
+        |(line, columns), (s, stripe)| {
+            for (at, row) in stripe.chunks_exact_mut(plan.nu).take(used_rows(plan, s) * planes).enumerate() {
                 let place = Place { planes, row: at / planes, plane: at % planes };
-                for (b, block) in pixels.chunks(BLOCK).enumerate() {
+                for (b, block) in line.of(plan, row).chunks(BLOCK).enumerate() {
                     columns[place.of(b * BLOCK, block.len())].copy_from_slice(block);
                 }
             }
@@ -201,13 +195,71 @@ pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, f
     );
     let held = rows.stripes_mut();
     let stripes: Vec<&[Complex<T>]> = held.iter().map(|s| s.as_slice()).collect();
+    let row = |r: usize, plane: usize, columns: Range<usize>| {
+        &stripes[r / TILE][Place { planes, row: r % TILE, plane }.of(columns.start, columns.len())]
+    };
+    columns_to_image(plan, first_plane..first_plane + planes, row, (0, image.view_mut()));
+    rows
+}
+
+/// Number of rows of a stripe that the half grid has.
+pub(super) fn used_rows<T: Real>(plan: &Plan<T>, stripe: usize) -> usize {
+    plan.n_rows.saturating_sub(stripe * TILE).min(TILE)
+}
+
+/// Transforms rows along u.
+struct LineOfPixels<T> {
+    scratch: Vec<Complex<T>>,
+    pixels: Vec<Complex<T>>,
+}
+
+impl<T: Real> LineOfPixels<T> {
+    fn new(plan: &Plan<T>) -> Self {
+        let zeros = |n: usize| vec![Complex::default(); n];
+        Self { scratch: zeros(plan.fft.rows[0].get_inplace_scratch_len()), pixels: zeros(plan.grid.n_l) }
+    }
+
+    /// The pixels of the image in a row, in order. The row is overwritten.
+    fn of(&mut self, plan: &Plan<T>, row: &mut [Complex<T>]) -> &[Complex<T>] {
+        plan.fft.rows[0].process_with_scratch(row, &mut self.scratch);
+        let half = plan.grid.n_l / 2;
+        let (before, after) = self.pixels.split_at_mut(half);
+        before.copy_from_slice(&row[plan.nu - half..]);
+        after.copy_from_slice(&row[..after.len()]);
+        &self.pixels
+    }
+}
+
+/// Transform the rows of some stripes \[row, plane, u\] along u. The pixels of the image are then at the front of each row, in order.
+pub(super) fn transform_rows<'s, T: Real>(plan: &Plan<T>, stripes: impl IndexedParallelIterator<Item = (usize, &'s mut Vec<Complex<T>>)>) {
+    stripes.for_each_init(
+        || LineOfPixels::new(plan),
+        |line, (s, stripe)| {
+            let used = used_rows(plan, s) * (stripe.len() / TILE);
+            for row in stripe[..used].chunks_exact_mut(plan.nu) {
+                let pixels = line.of(plan, row);
+                row[..pixels.len()].copy_from_slice(pixels);
+            }
+        },
+    );
+}
+
+/// Transform columns of the planes along v, apply their screens, and add them to columns of the image \[m, l\], of which the first is `first`. `row` gives
+/// columns of a row of the half grid in a plane, counted from the first plane. All planes together are corrected too.
+pub(super) fn columns_to_image<'r, T: Real>(
+    plan: &Plan<T>,
+    planes: Range<usize>,
+    row: impl Fn(usize, usize, Range<usize>) -> &'r [Complex<T>] + Sync,
+    (first, mut image): (usize, ArrayViewMut2<'_, T>),
+) {
+    let (first_plane, planes) = (planes.start, planes.len());
     image.axis_chunks_iter_mut(Axis(1), BLOCK).into_par_iter().enumerate().for_each(|(b, mut block)| {
-        let columns = Columns::new(plan, b * BLOCK);
+        let columns = Columns::new(plan, first + b * BLOCK);
         let mut sum = vec![T::default(); plan.grid.n_m * BLOCK];
         let mut work = Work::new(plan, 0);
         for p in 0..planes {
-            let row = |r: usize| &stripes[r / TILE][Place { planes, row: r % TILE, plane: p }.of(columns.first, columns.width)];
-            work.gather(&columns, row, first_plane + p);
+            let own = columns.first..columns.first + columns.width;
+            work.gather(&columns, |r| row(r, p, own.clone()), first_plane + p);
             work.transform(plan, 0);
             work.accumulate(&columns, first_plane + p, &mut sum);
         }
@@ -218,7 +270,6 @@ pub(crate) fn planes_to_image<T: Real>(plan: &Plan<T>, mut rows: PlaneRows<T>, f
             out.iter_mut().zip(sum).for_each(|(o, v)| *o += *v);
         }
     });
-    rows
 }
 
 /// A group of planes of an image \[m, l\]: apply screens, and corrections if the image is still `raw`, and transform with exp(+2 pi i ...).

@@ -66,17 +66,7 @@ impl<T: Real> Gridder<T> {
     pub fn add_sorted(&mut self, rows: &SortedRows, values: impl Fn(usize, &mut [Complex<T>]) + Sync) -> Result<()> {
         rows.check(&self.plan)?;
         let plan = &self.plan;
-        let fill = |chunk: &Chunk| {
-            let mut nodes = plan.pool.take(chunk.n_nodes);
-            let (mut vis, mut halves) = (vec![Complex::default(); plan.n_chan()], Vec::new());
-            for (r, row) in chunk.range.clone().zip(&chunk.rows) {
-                let class = &plan.channels.classes[row.class];
-                values(r, &mut vis);
-                compress(class, (&vis, &mut halves), &mut nodes[row.offset..row.offset + class.n_nodes()]);
-            }
-            nodes
-        };
-        let nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(fill).collect();
+        let nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(|c| fill(plan, c, |_| true, &values)).collect();
         self.spread(rows, &nodes)?;
         self.plan.pool.give(nodes);
         Ok(())
@@ -125,7 +115,7 @@ impl<T: Real> Gridder<T> {
     fn spread(&mut self, rows: &SortedRows, nodes: &[Vec<Complex<T>>]) -> Result<()> {
         let plan = &self.plan;
         if let Some(planes) = &self.resident {
-            return grid_units(plan, (rows, nodes), (planes, 0..plan.planes()));
+            return grid_units(plan, (rows, nodes), (planes, 0..plan.planes()), 0..plan.tiles_v());
         }
         let mut kept: Option<PlaneRows<T>> = None;
         for group in &self.groups {
@@ -133,7 +123,7 @@ impl<T: Real> Gridder<T> {
                 Some(planes) if planes.fits(plan.n_rows, group.len(), plan.nu) => planes,
                 _ => PlaneRows::zeros(plan.n_rows, group.len(), plan.nu),
             };
-            grid_units(plan, (rows, nodes), (&planes, group.clone()))?;
+            grid_units(plan, (rows, nodes), (&planes, group.clone()), 0..plan.tiles_v())?;
             let image = self.image.get_or_insert_with(|| Array2::zeros((plan.grid.n_m, plan.grid.n_l)));
             planes = planes_to_image(plan, planes, group.start, image);
             planes.clear();
@@ -161,16 +151,34 @@ impl<T: Real> Gridder<T> {
     }
 }
 
-/// Grid the visibilities onto a group of planes, one colour after the other.
-fn grid_units<T: Real>(
+/// The nodes of those rows of a chunk that are `wanted`, by their place in it. `values` writes the weighted visibilities of a row into a slice \[chan\].
+pub(super) fn fill<T: Real>(
+    plan: &Plan<T>,
+    chunk: &Chunk,
+    wanted: impl Fn(usize) -> bool,
+    values: impl Fn(usize, &mut [Complex<T>]),
+) -> Vec<Complex<T>> {
+    let mut nodes = plan.pool.take(chunk.n_nodes);
+    let (mut vis, mut halves) = (vec![Complex::default(); plan.n_chan()], Vec::new());
+    for (k, row) in chunk.rows.iter().enumerate().filter(|(k, _)| wanted(*k)) {
+        let class = &plan.channels.classes[row.class];
+        values(chunk.range.start + k, &mut vis);
+        compress(class, (&vis, &mut halves), &mut nodes[row.offset..row.offset + class.n_nodes()]);
+    }
+    nodes
+}
+
+/// Grid the visibilities of some rows of tiles onto a group of planes, one colour after the other.
+pub(super) fn grid_units<T: Real>(
     plan: &Plan<T>,
     (rows, nodes): (&SortedRows, &[Vec<Complex<T>>]),
     (planes, group): (&PlaneRows<T>, Range<usize>),
+    band: Range<usize>,
 ) -> Result<()> {
     let input = (rows.chunks.as_slice(), nodes);
     let tile = || vec![T::default(); tile_len(plan)];
     for colour in &rows.colours {
-        colour.par_iter().filter(|u| reaches(plan, u.slab, &group)).try_for_each_init(tile, |tile, unit| {
+        colour.par_iter().filter(|u| band.contains(&u.v) && reaches(plan, u.slab, &group)).try_for_each_init(tile, |tile, unit| {
             let mut flush = Flush { plan, planes, group: &group };
             if let [piece] = unit.pieces.as_slice() {
                 return run_task(plan, input, piece, (tile, &mut flush));

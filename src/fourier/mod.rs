@@ -14,6 +14,10 @@
 //!
 //! Prediction takes the same steps in the opposite order. The tests compare both with the direct sum.
 
+mod band_gridder;
+#[cfg(test)]
+mod band_tests;
+mod bands;
 mod channels;
 mod convolve;
 mod degridder;
@@ -26,6 +30,7 @@ mod kernel;
 mod lanes;
 mod line_fft;
 mod mirrored;
+mod own_columns;
 mod pair;
 pub(crate) mod phasor;
 mod plan;
@@ -46,6 +51,7 @@ mod units;
 mod uv_grid;
 mod wplanes;
 
+pub use band_gridder::BandGridder;
 pub use convolve::{Convolver, Filter, RealSpectrum, Spectrum};
 pub use degridder::Degridder;
 pub use grid_options::GridOptions;

@@ -24,6 +24,11 @@ impl<T: Real> PlaneRows<T> {
         Self { stripes: stripes.into_iter().map(Mutex::new).collect(), planes }
     }
 
+    /// Rows without memory. Stripes are put into them where they are needed.
+    pub(crate) fn unfilled(n_rows: usize, planes: usize) -> Self {
+        Self { stripes: (0..n_rows.div_ceil(TILE)).map(|_| Mutex::new(Vec::new())).collect(), planes }
+    }
+
     /// True if it has this size.
     pub(crate) fn fits(&self, n_rows: usize, planes: usize, nu: usize) -> bool {
         self.planes == planes && self.stripes.len() == n_rows.div_ceil(TILE) && self.size() == Self::bytes(n_rows, planes, nu)

@@ -1,6 +1,6 @@
 //! The two floating-point types the transforms run in.
 
-use bytemuck::Zeroable;
+use bytemuck::Pod;
 use cittert_fourier_planner::num_traits::NumAssign;
 use cittert_fourier_planner::{Fft, FftDirection, FftNum};
 use ndarray::Array2;
@@ -9,7 +9,7 @@ use std::any::Any;
 use std::sync::Arc;
 
 /// A floating-point type of the transforms: `f32` for requested errors down to 1e-5, `f64` for smaller ones.
-pub trait Real: FftNum + NumAssign + PartialOrd + Default + Zeroable {
+pub trait Real: FftNum + NumAssign + PartialOrd + Default + Pod {
     /// From double precision.
     fn of(x: f64) -> Self;
     /// To double precision.

@@ -46,6 +46,17 @@ impl SortedRows {
         ))
     }
 
+    /// For each chunk, which of its rows have a run in these rows of tiles.
+    pub(crate) fn reaching(&self, band: &Range<usize>) -> Vec<Vec<bool>> {
+        let mut reach: Vec<Vec<bool>> = self.chunks.iter().map(|c| vec![false; c.rows.len()]).collect();
+        let inside = self.colours.iter().flatten().filter(|u| band.contains(&u.v));
+        for segment in inside.flat_map(|u| &u.pieces).flatten() {
+            let runs = &self.chunks[segment.chunk].runs[segment.runs.clone()];
+            runs.iter().for_each(|run| reach[segment.chunk][run.row as usize] = true);
+        }
+        reach
+    }
+
     /// Size in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

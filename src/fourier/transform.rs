@@ -1,5 +1,7 @@
 //! A transform for one image, one set of channels and one range of uvw. It serves many passes in both directions.
 
+use super::band_gridder::BandGridder;
+use super::bands::{banded_bytes, bands};
 use super::degridder::Degridder;
 use super::grid_options::GridOptions;
 use super::gridder::Gridder;
@@ -8,7 +10,7 @@ use super::real::Real;
 use super::sorted_rows::SortedRows;
 use super::wplanes::WBasis;
 use crate::Result;
-use cittert_arrays::SkyGrid;
+use cittert_arrays::{Ranks, SkyGrid};
 use ndarray::ArrayView2;
 use std::sync::Arc;
 
@@ -61,6 +63,15 @@ impl<T: Real> Transform<T> {
     #[must_use]
     pub fn gridder(&self) -> Gridder<T> {
         Gridder::on(Arc::clone(&self.plan))
+    }
+
+    /// An empty gridder of the rows of this process, which makes the image with the processes that share the set. `None` where the planes of a band would
+    /// not fit into their share of the memory budget, or where visibilities alias over the edge of the grid.
+    #[must_use]
+    pub fn band_gridder(&self, ranks: &dyn Ranks) -> Option<BandGridder<T>> {
+        let bands = bands(&self.plan, ranks.size())?;
+        let fits = banded_bytes(&self.plan, &bands, ranks.size()) <= self.plan.plane_bytes;
+        fits.then(|| BandGridder::on(Arc::clone(&self.plan), bands, (ranks.rank(), ranks.size())))
     }
 
     /// A predictor of the image `plane` \[m, l\].

@@ -23,6 +23,8 @@ pub(crate) struct Unit {
     /// The segments in the order of their tiles. More than one list: the pieces of one crowded tile.
     pub(crate) pieces: Vec<Vec<Segment>>,
     pub(crate) slab: usize,
+    /// The row of tiles.
+    pub(crate) v: usize,
 }
 
 /// The segments, in the order of their tiles, as units of each colour.
@@ -35,7 +37,7 @@ pub(crate) fn units<T: Real>(plan: &Plan<T>, segments: Vec<Segment>, chunks: &[C
         let TilePlace { v, slab, .. } = TilePlace::of(plan, row[0][0].key);
         let first = COLOURS * (depth * colour(v, v, plan.tiles_v()) + slab % depth);
         for (k, (u, pieces)) in units_of_row(plan, row, share, chunks).into_iter().enumerate() {
-            colours[first + colour(u, k, plan.tiles_u())].push(Unit { pieces, slab });
+            colours[first + colour(u, k, plan.tiles_u())].push(Unit { pieces, slab, v });
         }
     }
     colours.retain(|c| !c.is_empty());
