@@ -261,6 +261,11 @@ impl<'a> Imager<'a> {
         Ok(ImageMisfit { chi2: left.chi2, gradient: sum * (-2.0 * scale) })
     }
 
+    /// True if the data are in memory.
+    pub(super) fn is_cached(&self) -> bool {
+        self.data.is_cached()
+    }
+
     /// The processes that share the data.
     pub(crate) fn ranks(&self) -> Arc<dyn Ranks> {
         self.data.ranks()
@@ -320,20 +325,29 @@ impl<'a> Imager<'a> {
         };
         let name = if what == Gridded::Beam { "beam" } else { "gridding" };
         observer.event(Event::Phase { name, total: Some(self.data.survey().counts.total), unit: "vis" });
-        let mut gridder = session.transform.gridder();
-        let cached = self.data.is_cached();
-        let mut number = 0;
-        self.for_each_weighed(observer, |block| {
-            session.grid((number, cached), block, &mut gridder, what)?;
-            number += 1;
-            Ok(())
-        })?;
-        let image = self.mean(channel, session.scale, sum_image(&*self.data.ranks(), gridder.finish()));
+        let sum = match self.band_gridder(&session, field) {
+            Some(gridder) => self.gridded_by_bands(&mut session, gridder, what, observer)?,
+            None => self.gridded_at_once(&mut session, what, observer)?,
+        };
+        let image = self.mean(channel, session.scale, sum);
         if field.is_none() {
             self.session = Some((channel, Box::new(session)));
         }
         observer.event(Event::Done);
         Ok(image)
+    }
+
+    /// The sum over all processes of their images.
+    fn gridded_at_once<T: Real, P: Real>(&mut self, session: &mut Session<T>, what: Gridded, observer: &dyn Observer) -> Result<Array2<P>> {
+        let mut gridder = session.transform.gridder();
+        let cached = self.data.is_cached();
+        let mut number = 0;
+        self.for_each_weighed(observer, |block| {
+            session.grid((number, cached), block, what, |rows, values| gridder.add_sorted(rows, values))?;
+            number += 1;
+            Ok(())
+        })?;
+        Ok(sum_image(&*self.data.ranks(), gridder.finish()))
     }
 
     /// A sum of scaled weights times values, divided by the sum of weights. Without weights the sum is 0 and stays 0.

@@ -6,6 +6,7 @@
 mod ahead;
 mod auto_mask;
 mod background;
+mod banded;
 mod beam_fit;
 mod cells;
 mod cleaned;

@@ -47,7 +47,9 @@ fn images_do_not_depend_on_the_number_of_processes() {
             };
             let (survey, one) = in_processes(1, &set(), run).remove(0);
             for size in [2, 3, 5] {
-                for (found, other) in in_processes(size, &set(), run) {
+                let several = in_processes(size, &set(), run);
+                for (found, other) in &several {
+                    assert!(other.dirty.data == several[0].1.dirty.data && other.restored.data == several[0].1.restored.data);
                     assert_eq!((found.counts, found.extent, found.uv_range_wl), (survey.counts, survey.extent, survey.uv_range_wl));
                     assert_eq!((found.time_jd, &found.shortest_by_octave_wl), (survey.time_jd, &survey.shortest_by_octave_wl));
                     for (a, b) in [(&one.dirty, &other.dirty), (&one.restored, &other.restored), (&one.model, &other.model)] {

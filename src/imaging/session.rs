@@ -48,6 +48,9 @@ pub(super) struct Residue {
     pub(super) used: u64,
 }
 
+/// Writes the weighted visibilities of a row into a slice \[chan\].
+pub(super) type Values<'v, T> = dyn Fn(usize, &mut [Complex<T>]) + Sync + 'v;
+
 impl AddAssign for Residue {
     fn add_assign(&mut self, other: Self) {
         self.chi2 += other.chi2;
@@ -98,13 +101,13 @@ impl<T: Real> Session<T> {
         self.rows.get(number).ok_or_else(|| ChainError::Internal(format!("the rows of block {number} were not kept")))
     }
 
-    /// Grid a block with its imaging weights.
+    /// Grid a block with its imaging weights: `add` is given its sorted rows, and the weighted visibilities of each.
     pub(super) fn grid(
         &mut self,
         (number, keep): (usize, bool),
         block: &ReducedBlock,
-        gridder: &mut Gridder<T>,
         what: Gridded,
+        add: impl FnOnce(&SortedRows, &Values<'_, T>) -> Result<()>,
     ) -> Result<()> {
         let new = self.sorted((number, keep), block)?;
         let inverse = self.scale.recip();
@@ -119,7 +122,7 @@ impl<T: Real> Session<T> {
                 };
             }
         };
-        gridder.add_sorted(new.as_ref().map_or_else(|| self.kept(number), Ok)?, values)
+        add(new.as_ref().map_or_else(|| self.kept(number), Ok)?, &values)
     }
 
     /// Subtract the model from a block and grid the residual, weighted with `weights` over `scale`.
