@@ -1,8 +1,9 @@
 //! Gridding by bands of v, where several processes share a set: each holds the rows of one band, and then its own columns of these rows.
 
-use super::bands::open_stripes;
+use super::bands::{Bands, open_stripes};
 use super::fft::transform_rows;
 use super::gridder::{fill, grid_units};
+use super::nodes::Nodes;
 use super::own_columns::OwnColumns;
 use super::plan::Plan;
 use super::plane_rows::{PlaneRows, TILE};
@@ -22,7 +23,7 @@ use std::sync::Arc;
 /// They are transformed, and each process keeps the sum over all processes of the columns of the image that are its own.
 ///
 /// ```text
-/// for each band { for each block { add_sorted } close }; finish
+/// for each band { for each block { add_sorted or add_nodes } close }; finish
 /// ```
 #[derive(Debug)]
 pub struct BandGridder<T: Real> {
@@ -37,18 +38,11 @@ pub struct BandGridder<T: Real> {
 }
 
 impl<T: Real> BandGridder<T> {
-    /// A gridder of these bands for process `place.0` of `place.1`.
-    pub(super) fn on(plan: Arc<Plan<T>>, bands: Vec<Range<usize>>, place: (usize, usize)) -> Self {
+    pub(super) fn on(plan: Arc<Plan<T>>, bands: &Bands) -> Self {
         let planes = PlaneRows::unfilled(plan.n_rows, plan.planes());
-        let mut new = Self { columns: OwnColumns::new(&plan, place), plan, bands, at: 0, planes };
+        let mut new = Self { columns: OwnColumns::new(&plan, bands.place), plan, bands: bands.tiles.clone(), at: 0, planes };
         new.open(Vec::new());
         new
-    }
-
-    /// Number of bands.
-    #[must_use]
-    pub fn bands(&self) -> usize {
-        self.bands.len()
     }
 
     /// Give memory to the stripes that the band reaches: that of stripes that are `done`, or new one.
@@ -80,6 +74,16 @@ impl<T: Real> BandGridder<T> {
         grid_units(plan, (rows, &nodes), (&self.planes, 0..plan.planes()), band.clone())?;
         plan.pool.give(nodes);
         Ok(())
+    }
+
+    /// Add to the band those nodes of rows that lie in it.
+    ///
+    /// # Errors
+    /// The rows were sorted by another transform, or the nodes are those of other rows.
+    pub fn add_nodes(&mut self, rows: &SortedRows, nodes: &Nodes<T>) -> Result<()> {
+        nodes.check(&self.plan, rows)?;
+        let Some(band) = self.bands.get(self.at) else { return Ok(()) };
+        grid_units(&self.plan, (rows, &nodes.chunks), (&self.planes, 0..self.plan.planes()), band.clone())
     }
 
     /// End the band, to which the rows of all processes are added.

@@ -10,6 +10,39 @@ use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
 use std::ops::Range;
 
+/// The bands of a transform, and the processes that share it.
+#[derive(Debug, Clone)]
+pub struct Bands {
+    /// The rows of tiles of each.
+    pub(super) tiles: Vec<Range<usize>>,
+    /// The number of this process, and how many there are.
+    pub(super) place: (usize, usize),
+    /// Most bytes of planes that a process holds.
+    pub(super) bytes: usize,
+}
+
+impl Bands {
+    /// The bands of process `place.0` of `place.1`. `None` where the planes of a band would not fit into their share of the memory budget, or where
+    /// visibilities alias over the edge of the grid.
+    pub(super) fn of<T: Real>(plan: &Plan<T>, place: (usize, usize)) -> Option<Self> {
+        let tiles = bands(plan, place.1)?;
+        let bytes = banded_bytes(plan, &tiles, place.1);
+        (bytes <= plan.plane_bytes).then_some(Self { tiles, place, bytes })
+    }
+
+    /// Number of bands.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// Most bytes of planes that a process holds.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.bytes
+    }
+}
+
 /// The rows of tiles of each band, for so many processes. `None` where the tiles at the end of the grid reach over its edge into the first band.
 pub(super) fn bands<T: Real>(plan: &Plan<T>, processes: usize) -> Option<Vec<Range<usize>>> {
     let tiles = plan.tiles_v();

@@ -49,15 +49,7 @@ impl<T: Real> Degridder<T> {
     }
 
     pub(super) fn on<P: Real>(plan: Arc<Plan<T>>, plane: ArrayView2<'_, P>) -> Result<Self> {
-        let grid = &plan.grid;
-        if plane.dim() != (grid.n_m, grid.n_l) {
-            let found = plane.shape().to_vec();
-            return Err(ArrayError::ShapeMismatch { what: "image to predict", expected: vec![grid.n_m, grid.n_l], found }.into());
-        }
-        if let Some(((m, l), v)) = plane.indexed_iter().find(|(_, v)| !v.to64().is_finite()) {
-            let what = format!("pixel (column {l}, row {m}) of the image to predict");
-            return Err(ArrayError::BadValue { what, value: v.to64().to_string(), expected: "a finite number" }.into());
-        }
+        check_image(&plan, plane)?;
         let groups = plane_groups(&plan, plan.plane_bytes);
         let one = groups.len() == 1;
         let resident = one.then(|| image_to_planes(&plan, plane, (true, 0..plan.planes())));
@@ -107,13 +99,13 @@ impl<T: Real> Degridder<T> {
         let plan = &self.plan;
         let mut nodes: Vec<Vec<Complex<T>>> = rows.chunks.par_iter().map(|c| plan.pool.take(c.n_nodes)).collect();
         if let Some(planes) = &self.resident {
-            degrid_units(plan, rows, (planes, 0..plan.planes()), &mut nodes)?;
+            degrid_units(plan, (rows, 0..plan.tiles_v()), (planes, 0..plan.planes()), &mut nodes)?;
         } else {
             // A buffer may hold anything, and each group adds its part.
             nodes.iter_mut().for_each(|n| n.fill(Complex::default()));
             for group in &self.groups {
                 let planes = image_to_planes(plan, self.image.view(), (false, group.clone()));
-                degrid_units(plan, rows, (&planes, group.clone()), &mut nodes)?;
+                degrid_units(plan, (rows, 0..plan.tiles_v()), (&planes, group.clone()), &mut nodes)?;
             }
         }
         Ok(nodes)
@@ -128,15 +120,29 @@ impl<T: Real> Drop for Degridder<T> {
     }
 }
 
-/// Predict what a group of planes contributes to `nodes`. All planes replace what the nodes hold, and a part of them adds to it.
-fn degrid_units<T: Real>(
+/// Check the shape and the pixels of an image to predict.
+pub(super) fn check_image<T: Real, P: Real>(plan: &Plan<T>, plane: ArrayView2<'_, P>) -> Result<()> {
+    let grid = &plan.grid;
+    if plane.dim() != (grid.n_m, grid.n_l) {
+        let found = plane.shape().to_vec();
+        return Err(ArrayError::ShapeMismatch { what: "image to predict", expected: vec![grid.n_m, grid.n_l], found }.into());
+    }
+    if let Some(((m, l), v)) = plane.indexed_iter().find(|(_, v)| !v.to64().is_finite()) {
+        let what = format!("pixel (column {l}, row {m}) of the image to predict");
+        return Err(ArrayError::BadValue { what, value: v.to64().to_string(), expected: "a finite number" }.into());
+    }
+    Ok(())
+}
+
+/// Predict what a group of planes contributes to those `nodes` that lie in some rows of tiles. All planes replace what the nodes hold, and a part of them adds to it.
+pub(super) fn degrid_units<T: Real>(
     plan: &Plan<T>,
-    rows: &SortedRows,
+    (rows, band): (&SortedRows, Range<usize>),
     (planes, group): (&PlaneRows<T>, Range<usize>),
     nodes: &mut [Vec<Complex<T>>],
 ) -> Result<()> {
     let targets: Vec<Target<T>> = nodes.iter_mut().map(|n| Target { first: n.as_mut_ptr(), len: n.len() }).collect();
-    let inside = rows.colours.iter().flatten().filter(|u| reaches(plan, u.slab, &group));
+    let inside = rows.colours.iter().flatten().filter(|u| band.contains(&u.v) && reaches(plan, u.slab, &group));
     let pieces: Vec<&[Segment]> = inside.flat_map(|u| &u.pieces).map(Vec::as_slice).collect();
     pieces.par_iter().try_for_each_init(
         || vec![T::default(); tile_len(plan)],

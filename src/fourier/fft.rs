@@ -278,9 +278,48 @@ pub(crate) fn image_to_planes<T: Real, P: Real>(
     image: ArrayView2<'_, P>,
     (raw, group): (bool, Range<usize>),
 ) -> PlaneRows<T> {
-    let (first_plane, planes) = (group.start, group.len());
-    let (nu, n_l, n_rows) = (plan.nu, plan.grid.n_l, plan.n_rows);
-    let blocks: Vec<Vec<Complex<T>>> = (0..n_l.div_ceil(BLOCK))
+    let planes = group.len();
+    let (nu, n_rows) = (plan.nu, plan.n_rows);
+    let blocks = image_to_columns(plan, image, (raw, group), 0..plan.grid.n_l.div_ceil(BLOCK));
+    let mut rows = plan.pool.take_planes(n_rows, planes, nu);
+    rows.stripes_mut().into_par_iter().enumerate().for_each_init(
+        || vec![Complex::default(); plan.fft.rows[1].get_inplace_scratch_len()],
+        |scratch, (s, stripe)| {
+            for (at, row) in stripe.chunks_exact_mut(nu).enumerate() {
+                let (r, p) = (s * TILE + at / planes, at % planes);
+                if r >= n_rows {
+                    break;
+                }
+                row.fill(Complex::default());
+                for (b, block) in blocks.iter().enumerate() {
+                    let from = (p * n_rows + r) * BLOCK;
+                    put_pixels(plan, &block[from..from + BLOCK], b * BLOCK, row);
+                }
+                plan.fft.rows[1].process_with_scratch(row, scratch);
+            }
+        },
+    );
+    plan.pool.give(blocks);
+    rows
+}
+
+/// Put pixels of the columns from `first` on into a row along u. What lies beyond the image is left out.
+pub(super) fn put_pixels<T: Real>(plan: &Plan<T>, pixels: &[Complex<T>], first: usize, row: &mut [Complex<T>]) {
+    let (nu, n_l) = (plan.nu, plan.grid.n_l);
+    for (c, v) in (first..n_l).zip(pixels) {
+        row[(c + nu - n_l / 2) % nu] = *v;
+    }
+}
+
+/// Blocks of columns of an image \[m, l\], transformed along v for a group of planes: \[plane, row, column\] each. `raw` as in [`image_to_planes`].
+pub(super) fn image_to_columns<T: Real, P: Real>(
+    plan: &Plan<T>,
+    image: ArrayView2<'_, P>,
+    (raw, group): (bool, Range<usize>),
+    blocks: Range<usize>,
+) -> Vec<Vec<Complex<T>>> {
+    let (first_plane, planes, n_rows) = (group.start, group.len(), plan.n_rows);
+    blocks
         .into_par_iter()
         .map(|b| {
             let columns = Columns::new(plan, b * BLOCK);
@@ -301,29 +340,7 @@ pub(crate) fn image_to_planes<T: Real, P: Real>(
             }
             out
         })
-        .collect();
-    let mut rows = plan.pool.take_planes(n_rows, planes, nu);
-    rows.stripes_mut().into_par_iter().enumerate().for_each_init(
-        || vec![Complex::default(); plan.fft.rows[1].get_inplace_scratch_len()],
-        |scratch, (s, stripe)| {
-            for (at, row) in stripe.chunks_exact_mut(nu).enumerate() {
-                let (r, p) = (s * TILE + at / planes, at % planes);
-                if r >= n_rows {
-                    break;
-                }
-                row.fill(Complex::default());
-                for (b, block) in blocks.iter().enumerate() {
-                    let from = (p * n_rows + r) * BLOCK;
-                    for (c, v) in (b * BLOCK..n_l).zip(&block[from..from + BLOCK]) {
-                        row[(c + nu - n_l / 2) % nu] = *v;
-                    }
-                }
-                plan.fft.rows[1].process_with_scratch(row, scratch);
-            }
-        },
-    );
-    plan.pool.give(blocks);
-    rows
+        .collect()
 }
 
 /// Buffers of one task of the pass over columns.

@@ -90,25 +90,10 @@ impl<T: Real> Gridder<T> {
         }
         let plan = &self.plan;
         let mut nodes = model.nodes(rows)?;
-        let change = |(chunk, nodes): (&Chunk, &mut Vec<Complex<T>>)| {
-            let (mut vis, mut halves) = (vec![Complex::default(); plan.n_chan()], Vec::new());
-            let mut sum = S::default();
-            for (r, row) in chunk.range.clone().zip(&chunk.rows) {
-                let class = &plan.channels.classes[row.class];
-                let nodes = &mut nodes[row.offset..row.offset + class.n_nodes()];
-                expand(class, nodes, &mut vis);
-                sum += turn(r, &mut vis);
-                compress(class, (&vis, &mut halves), nodes);
-            }
-            sum
-        };
-        let sums: Vec<S> = rows.chunks.par_iter().zip(&mut nodes).map(change).collect();
+        let sum = turn_nodes(plan, rows, &mut nodes, turn);
         self.spread(rows, &nodes)?;
         self.plan.pool.give(nodes);
-        Ok(sums.into_iter().fold(S::default(), |mut total, s| {
-            total += s;
-            total
-        }))
+        Ok(sum)
     }
 
     /// Spread the nodes onto the planes.
@@ -166,6 +151,32 @@ pub(super) fn fill<T: Real>(
         compress(class, (&vis, &mut halves), &mut nodes[row.offset..row.offset + class.n_nodes()]);
     }
     nodes
+}
+
+/// Replace predicted nodes by those of the values that `turn` makes of the predicted visibilities of each row \[chan\]. What it returns is summed.
+pub(super) fn turn_nodes<T: Real, S: Default + AddAssign + Send>(
+    plan: &Plan<T>,
+    rows: &SortedRows,
+    nodes: &mut [Vec<Complex<T>>],
+    turn: impl Fn(usize, &mut [Complex<T>]) -> S + Sync,
+) -> S {
+    let change = |(chunk, nodes): (&Chunk, &mut Vec<Complex<T>>)| {
+        let (mut vis, mut halves) = (vec![Complex::default(); plan.n_chan()], Vec::new());
+        let mut sum = S::default();
+        for (r, row) in chunk.range.clone().zip(&chunk.rows) {
+            let class = &plan.channels.classes[row.class];
+            let nodes = &mut nodes[row.offset..row.offset + class.n_nodes()];
+            expand(class, nodes, &mut vis);
+            sum += turn(r, &mut vis);
+            compress(class, (&vis, &mut halves), nodes);
+        }
+        sum
+    };
+    let sums: Vec<S> = rows.chunks.par_iter().zip(nodes).map(change).collect();
+    sums.into_iter().fold(S::default(), |mut total, s| {
+        total += s;
+        total
+    })
 }
 
 /// Grid the visibilities of some rows of tiles onto a group of planes, one colour after the other.

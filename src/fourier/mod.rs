@@ -14,6 +14,7 @@
 //!
 //! Prediction takes the same steps in the opposite order. The tests compare both with the direct sum.
 
+mod band_degridder;
 mod band_gridder;
 #[cfg(test)]
 mod band_tests;
@@ -30,6 +31,7 @@ mod kernel;
 mod lanes;
 mod line_fft;
 mod mirrored;
+mod nodes;
 mod own_columns;
 mod pair;
 pub(crate) mod phasor;
@@ -51,7 +53,9 @@ mod units;
 mod uv_grid;
 mod wplanes;
 
+pub use band_degridder::BandDegridder;
 pub use band_gridder::BandGridder;
+pub use bands::Bands;
 pub use convolve::{Convolver, Filter, RealSpectrum, Spectrum};
 pub use degridder::Degridder;
 pub use grid_options::GridOptions;
@@ -59,6 +63,7 @@ pub use gridder::Gridder;
 pub use kernel::Kernel;
 pub(crate) use line_fft::good_size;
 pub use mirrored::MirrorConvolver;
+pub use nodes::Nodes;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;

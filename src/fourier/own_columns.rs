@@ -24,6 +24,11 @@ pub(super) fn kept_bytes<T: Real>(n_rows: usize, planes: usize, columns: usize) 
     PlaneRows::<T>::bytes(n_rows, planes, columns)
 }
 
+/// Rows of planes whose pixels processes exchange at once.
+pub(super) fn lines_at_once<T: Real>(n_l: usize) -> usize {
+    (PART / (n_l * size_of::<Complex<T>>()).max(1)).max(1)
+}
+
 /// The columns of this process in the rows that are transformed, summed over all processes.
 #[derive(Debug)]
 pub(super) struct OwnColumns<T> {
@@ -49,7 +54,7 @@ impl<T: Real> OwnColumns<T> {
         let own = self.own();
         let lines = used_rows(plan, self.stripes.len()) * plan.planes();
         let mut kept = Vec::with_capacity(lines * own.len());
-        let at_once = (PART / (plan.grid.n_l * size_of::<Complex<T>>()).max(1)).max(1);
+        let at_once = lines_at_once::<T>(plan.grid.n_l);
         let (mut given, mut got, mut sums) = (Vec::new(), Vec::new(), Vec::new());
         for part in stripe[..lines * plan.nu].chunks(at_once * plan.nu) {
             if self.columns.len() == 1 {

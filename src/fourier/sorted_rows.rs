@@ -57,6 +57,12 @@ impl SortedRows {
         reach
     }
 
+    /// Number of nodes.
+    #[must_use]
+    pub fn n_nodes(&self) -> usize {
+        self.chunks.iter().map(|c| c.n_nodes).sum()
+    }
+
     /// Size in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -1,11 +1,14 @@
 //! A transform for one image, one set of channels and one range of uvw. It serves many passes in both directions.
 
+use super::band_degridder::BandDegridder;
 use super::band_gridder::BandGridder;
-use super::bands::{banded_bytes, bands};
+use super::bands::Bands;
 use super::degridder::Degridder;
 use super::grid_options::GridOptions;
 use super::gridder::Gridder;
+use super::nodes::Nodes;
 use super::plan::{Plan, UvwExtent};
+use super::plane_rows::PlaneRows;
 use super::real::Real;
 use super::sorted_rows::SortedRows;
 use super::wplanes::WBasis;
@@ -15,7 +18,7 @@ use ndarray::ArrayView2;
 use std::sync::Arc;
 
 /// Makes gridders and predictors that share their kernels, their buffers and their sorted rows.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Transform<T: Real> {
     pub(super) plan: Arc<Plan<T>>,
 }
@@ -65,13 +68,37 @@ impl<T: Real> Transform<T> {
         Gridder::on(Arc::clone(&self.plan))
     }
 
-    /// An empty gridder of the rows of this process, which makes the image with the processes that share the set. `None` where the planes of a band would
-    /// not fit into their share of the memory budget, or where visibilities alias over the edge of the grid.
+    /// The bands of v in which this process and those that share the set make their image. `None` where the planes of a band would not fit into their
+    /// share of the memory budget, or where visibilities alias over the edge of the grid.
     #[must_use]
-    pub fn band_gridder(&self, ranks: &dyn Ranks) -> Option<BandGridder<T>> {
-        let bands = bands(&self.plan, ranks.size())?;
-        let fits = banded_bytes(&self.plan, &bands, ranks.size()) <= self.plan.plane_bytes;
-        fits.then(|| BandGridder::on(Arc::clone(&self.plan), bands, (ranks.rank(), ranks.size())))
+    pub fn bands(&self, ranks: &dyn Ranks) -> Option<Bands> {
+        Bands::of(&self.plan, (ranks.rank(), ranks.size()))
+    }
+
+    /// An empty gridder by bands.
+    #[must_use]
+    pub fn band_gridder(&self, bands: &Bands) -> BandGridder<T> {
+        BandGridder::on(Arc::clone(&self.plan), bands)
+    }
+
+    /// A predictor of the image `plane` \[m, l\] by bands.
+    ///
+    /// # Errors
+    /// The image has another shape than the grid, or a pixel is not finite.
+    pub fn band_degridder<P: Real>(&self, bands: &Bands, plane: ArrayView2<'_, P>) -> Result<BandDegridder<T>> {
+        BandDegridder::on(Arc::clone(&self.plan), bands, plane)
+    }
+
+    /// Nodes of rows that were sorted by this transform, with any content.
+    #[must_use]
+    pub fn nodes(&self, rows: &SortedRows) -> Nodes<T> {
+        Nodes::of(Arc::clone(&self.plan), rows)
+    }
+
+    /// Bytes of all planes together.
+    #[must_use]
+    pub fn plane_bytes(&self) -> usize {
+        PlaneRows::<T>::bytes(self.plan.n_rows, self.plan.planes(), self.plan.nu)
     }
 
     /// A predictor of the image `plane` \[m, l\].

@@ -3,7 +3,6 @@
 use super::ImagingOptions;
 use super::data::Data;
 use super::near::{Near, warn_invalid};
-use super::over_ranks::sum_image;
 use super::pol::PolSelector;
 use super::reduction::ReducedBlock;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
@@ -325,8 +324,8 @@ impl<'a> Imager<'a> {
         };
         let name = if what == Gridded::Beam { "beam" } else { "gridding" };
         observer.event(Event::Phase { name, total: Some(self.data.survey().counts.total), unit: "vis" });
-        let sum = match self.band_gridder(&session, field) {
-            Some(gridder) => self.gridded_by_bands(&mut session, gridder, what, observer)?,
+        let sum = match self.bands(&session, field) {
+            Some(bands) => self.gridded_by_bands(&mut session, &bands, what, observer)?,
             None => self.gridded_at_once(&mut session, what, observer)?,
         };
         let image = self.mean(channel, session.scale, sum);
@@ -335,19 +334,6 @@ impl<'a> Imager<'a> {
         }
         observer.event(Event::Done);
         Ok(image)
-    }
-
-    /// The sum over all processes of their images.
-    fn gridded_at_once<T: Real, P: Real>(&mut self, session: &mut Session<T>, what: Gridded, observer: &dyn Observer) -> Result<Array2<P>> {
-        let mut gridder = session.transform.gridder();
-        let cached = self.data.is_cached();
-        let mut number = 0;
-        self.for_each_weighed(observer, |block| {
-            session.grid((number, cached), block, what, |rows, values| gridder.add_sorted(rows, values))?;
-            number += 1;
-            Ok(())
-        })?;
-        Ok(sum_image(&*self.data.ranks(), gridder.finish()))
     }
 
     /// A sum of scaled weights times values, divided by the sum of weights. Without weights the sum is 0 and stays 0.
@@ -384,23 +370,15 @@ impl<'a> Imager<'a> {
     ) -> Result<(Residue, Array2<P>)> {
         observer.event(Event::Phase { name: "residual", total: Some(self.data.survey().counts.total), unit: "vis" });
         let mut session = self.session::<T>(channel)?;
-        let degridder = session.transform.degridder(model.view())?;
-        drop(model);
-        let mut gridder = session.transform.gridder();
-        let cached = self.data.is_cached();
-        let (mut left, mut number) = (Residue::default(), 0);
-        self.for_each_weighed(observer, |block| {
-            left += session.residual((number, cached), block, (&degridder, &mut gridder), (weights, scale))?;
-            number += 1;
-            Ok(())
-        })?;
-        drop(degridder);
-        let ranks = self.data.ranks();
-        left.share(&*ranks);
+        let (mut left, sum) = match self.residual_bands(&mut session)? {
+            Some(bands) => self.residual_by_bands((&mut session, &bands), (weights, scale), model, observer)?,
+            None => self.residual_at_once(&mut session, (weights, scale), model, observer)?,
+        };
+        left.share(&*self.data.ranks());
         ensure!(left.used > 0, ChainError::NoData(format!("output channel {channel} has no usable visibility, and therefore no residual")));
         self.session = Some((channel, Box::new(session)));
         observer.event(Event::Done);
-        Ok((left, sum_image(&*ranks, gridder.finish())))
+        Ok((left, sum))
     }
 
     /// Mean weight of an output channel. Weights are divided by it before they are rounded to single precision, so that a large unit cannot

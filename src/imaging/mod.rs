@@ -4,6 +4,7 @@
 //! and the residual of a model for each output channel. [`clean`] runs a deconvolver in major cycles; see [`major`].
 
 mod ahead;
+mod at_once;
 mod auto_mask;
 mod background;
 mod banded;

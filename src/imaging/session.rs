@@ -3,7 +3,7 @@
 //! If the data are in memory, their rows are sorted once and every pass uses the sorted rows.
 
 use super::reduction::ReducedBlock;
-use crate::fourier::{Degridder, GridOptions, Gridder, Real, SortedRows, Transform, UvwExtent};
+use crate::fourier::{GridOptions, Real, SortedRows, Transform, UvwExtent};
 use crate::memory::MemoryBudget;
 use crate::{ChainError, Result};
 use cittert_arrays::{Ranks, SkyGrid};
@@ -50,6 +50,9 @@ pub(super) struct Residue {
 
 /// Writes the weighted visibilities of a row into a slice \[chan\].
 pub(super) type Values<'v, T> = dyn Fn(usize, &mut [Complex<T>]) + Sync + 'v;
+
+/// Replaces the predicted visibilities of a row \[chan\] by weighted residuals, and says what they leave of chi squared.
+pub(super) type Subtract<'v, T> = dyn Fn(usize, &mut [Complex<T>]) -> Residue + Sync + 'v;
 
 impl AddAssign for Residue {
     fn add_assign(&mut self, other: Self) {
@@ -125,13 +128,25 @@ impl<T: Real> Session<T> {
         add(new.as_ref().map_or_else(|| self.kept(number), Ok)?, &values)
     }
 
-    /// Subtract the model from a block and grid the residual, weighted with `weights` over `scale`.
+    /// Give `work` the sorted rows of a block.
+    pub(super) fn with_sorted<R>(
+        &mut self,
+        (number, keep): (usize, bool),
+        block: &ReducedBlock,
+        work: impl FnOnce(&SortedRows) -> Result<R>,
+    ) -> Result<R> {
+        let new = self.sorted((number, keep), block)?;
+        work(new.as_ref().map_or_else(|| self.kept(number), Ok)?)
+    }
+
+    /// The residual of a block, weighted with `weights` over `scale`: `make` is given its sorted rows, and what subtracts predicted visibilities of a row
+    /// from those of the data.
     pub(super) fn residual(
         &mut self,
         (number, keep): (usize, bool),
         block: &ReducedBlock,
-        (model, gridder): (&Degridder<T>, &mut Gridder<T>),
         (weights, scale): (ResidualWeights, f64),
+        make: impl FnOnce(&SortedRows, &Subtract<'_, T>) -> Result<Residue>,
     ) -> Result<Residue> {
         let new = self.sorted((number, keep), block)?;
         let inverse = scale.recip();
@@ -150,7 +165,7 @@ impl<T: Real> Session<T> {
             }
             left
         };
-        gridder.add_residual(new.as_ref().map_or_else(|| self.kept(number), Ok)?, model, subtract)
+        make(new.as_ref().map_or_else(|| self.kept(number), Ok)?, &subtract)
     }
 }
 
