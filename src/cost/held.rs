@@ -1,6 +1,6 @@
 //! The arrays that an image of a set holds in memory. The sizes are those of the code that makes the arrays.
 
-use crate::fourier::good_size;
+use crate::fourier::{BandSize, good_size};
 use crate::imaging::{Field, Outlook};
 
 /// A visibility that stays in memory, and its weight.
@@ -110,6 +110,19 @@ impl Held<'_> {
         if self.outlook.kept { all.min(self.outlook.memory.sorted_rows() as f64) } else { all / self.outlook.blocks.1.max(1) as f64 }
     }
 
+    /// What the transform to an image of so many bytes holds: its planes and the image, or those of a band, or the columns of a process and the image.
+    pub(super) fn transform(self, field: &Field, image: f64) -> f64 {
+        let of_bands = |b: BandSize| b.bytes.max(b.own_bytes + image / b.processes as f64 + image);
+        field.bands.map_or(field.size.plane_bytes as f64 + image, of_bands)
+    }
+
+    /// The bands by which residuals are made, and the bytes of the nodes of all rows, which are predicted before the first is gridded.
+    pub(super) fn residual_bands(self) -> Option<(BandSize, f64)> {
+        let image = &self.outlook.image;
+        let nodes = image.pass.nodes * 2.0 * image.real_bytes as f64;
+        image.bands.filter(|b| b.bytes + nodes <= 2.0 * image.size.plane_bytes as f64).map(|b| (b, nodes))
+    }
+
     /// The nodes of one block.
     fn nodes(self, field: &Field) -> f64 {
         field.pass.nodes / self.outlook.blocks.1.max(1) as f64 * 2.0 * field.real_bytes as f64
@@ -130,7 +143,7 @@ impl Held<'_> {
         let (size, memory) = (&self.outlook.image.size, self.outlook.memory);
         let keep = memory.kept_planes_of(self.outlook.pixels() as usize) as f64;
         let planes = size.plane_bytes as f64;
-        if size.groups == 1 && planes <= keep { sets * planes } else { 0.0 }
+        if self.outlook.image.bands.is_none() && size.groups == 1 && planes <= keep { sets * planes } else { 0.0 }
     }
 
     /// What the judgement of a fit holds: the model twice, its planes, and the visibilities that are looked at.

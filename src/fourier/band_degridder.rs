@@ -45,7 +45,7 @@ impl<T: Real> BandDegridder<T> {
 
     /// Make the rows that the next band reaches.
     pub fn open(&mut self, ranks: &dyn Ranks) {
-        let Some(reach) = self.bands.tiles.get(self.next).map(|band| open_stripes(&self.plan, band)) else { return };
+        let Some(reach) = self.bands.tiles.get(self.next).map(|band| open_stripes(self.plan.n_rows, band)) else { return };
         self.next += 1;
         let (plan, len) = (&self.plan, TILE * self.plan.planes() * self.plan.nu);
         let mut stripes = self.planes.stripes_mut();

@@ -51,7 +51,7 @@ impl<T: Real> BandGridder<T> {
         let len = TILE * self.plan.planes() * self.plan.nu;
         let mut stripes = self.planes.stripes_mut();
         // The first stripe has what the band before has added to it.
-        let without = stripes[open_stripes(&self.plan, band)].iter_mut().filter(|s| s.is_empty());
+        let without = stripes[open_stripes(self.plan.n_rows, band)].iter_mut().filter(|s| s.is_empty());
         let new: Vec<_> = without.map(|s| (s, done.pop().unwrap_or_else(|| Vec::with_capacity(len)))).collect();
         new.into_par_iter().for_each(|(stripe, mut memory)| {
             memory.clear();

@@ -1,6 +1,6 @@
 //! Compares gridding by bands with gridding at once: one process with several numbers of bands, and several processes.
 
-use super::bands::{banded_bytes, bands, split};
+use super::bands::{Sides, split};
 use super::plane_rows::PlaneRows;
 use super::tests::{Case, case, relative, rounded, sky};
 use super::*;
@@ -159,9 +159,10 @@ fn any_number_of_threads_gives_the_same_bits_by_bands() {
 fn each_of_several_processes_holds_its_share_of_the_planes() {
     let c = case((1024, 1024), 0.000_4, sky(), (2, 1), (0.9, 0.0));
     let plan = &transform::<f32>(&c, &GridOptions::default()).plan;
+    let sides = Sides::of(plan);
     let all = PlaneRows::<f32>::bytes(plan.n_rows, plan.planes(), plan.nu) as f64;
     for processes in [2, 4, 8] {
-        let share = banded_bytes(plan, &bands(plan, processes).unwrap(), processes) as f64 / all;
+        let share = sides.bytes(&sides.bands(processes).unwrap(), processes) as f64 / all;
         // A band has whole stripes, and one stripe of the next band.
         let whole = 2.0 / plan.tiles_v() as f64;
         assert!(share <= 1.0 / processes as f64 + whole, "{share} for {processes} processes");

@@ -4,10 +4,11 @@
 //! a process keeps the columns of the image that are its own: P n_l / (n_u K) at the end. Both together are P / K for S = K n_u / (n_u - n_l), which is 2 K
 //! where the grid is twice as wide as the image.
 
-use super::own_columns::{columns_of, kept_bytes};
+use super::own_columns::columns_of;
 use super::plan::Plan;
-use super::plane_rows::{PlaneRows, TILE};
+use super::plane_rows::TILE;
 use super::real::Real;
+use num_complex::Complex;
 use std::ops::Range;
 
 /// The bands of a transform, and the processes that share it.
@@ -25,8 +26,9 @@ impl Bands {
     /// The bands of process `place.0` of `place.1`. `None` where the planes of a band would not fit into their share of the memory budget, or where
     /// visibilities alias over the edge of the grid.
     pub(super) fn of<T: Real>(plan: &Plan<T>, place: (usize, usize)) -> Option<Self> {
-        let tiles = bands(plan, place.1)?;
-        let bytes = banded_bytes(plan, &tiles, place.1);
+        let sides = Sides::of(plan);
+        let tiles = sides.bands(place.1)?;
+        let bytes = sides.bytes(&tiles, place.1);
         (bytes <= plan.plane_bytes).then_some(Self { tiles, place, bytes })
     }
 
@@ -43,14 +45,55 @@ impl Bands {
     }
 }
 
-/// The rows of tiles of each band, for so many processes. `None` where the tiles at the end of the grid reach over its edge into the first band.
-pub(super) fn bands<T: Real>(plan: &Plan<T>, processes: usize) -> Option<Vec<Range<usize>>> {
-    let tiles = plan.tiles_v();
-    if tiles * TILE + plan.table.support > plan.nv {
-        return None;
+/// The sizes of a transform from which its bands follow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sides {
+    /// Points of the padded grid along u and along v.
+    pub(super) padded: (usize, usize),
+    /// Columns of the image.
+    pub(super) n_l: usize,
+    /// Rows of the half grid that are kept, and planes.
+    pub(super) rows: usize,
+    pub(super) planes: usize,
+    /// Cells that the kernel covers.
+    pub(super) support: usize,
+    /// Bytes of a cell.
+    pub(super) cell_bytes: usize,
+}
+
+impl Sides {
+    pub(super) fn of<T: Real>(plan: &Plan<T>) -> Self {
+        Self {
+            padded: (plan.nu, plan.nv),
+            n_l: plan.grid.n_l,
+            rows: plan.n_rows,
+            planes: plan.planes(),
+            support: plan.table.support,
+            cell_bytes: size_of::<Complex<T>>(),
+        }
     }
-    let count = (processes * plan.nu).div_ceil((plan.nu - plan.grid.n_l).max(1));
-    Some(split(tiles, count))
+
+    /// The rows of tiles of each band, for so many processes. `None` where the tiles at the end of the grid reach over its edge into the first band.
+    pub(super) fn bands(self, processes: usize) -> Option<Vec<Range<usize>>> {
+        let tiles = self.rows.div_ceil(TILE);
+        if tiles * TILE + self.support > self.padded.1 {
+            return None;
+        }
+        let count = (processes * self.padded.0).div_ceil((self.padded.0 - self.n_l).max(1));
+        Some(split(tiles, count))
+    }
+
+    /// Most bytes of planes that a process holds: the largest band, and the columns that are its own.
+    pub(super) fn bytes(self, bands: &[Range<usize>], processes: usize) -> usize {
+        let rows = bands.iter().map(|b| open_stripes(self.rows, b).len() * TILE).max().unwrap_or(0);
+        rows * self.planes * self.padded.0 * self.cell_bytes + self.own_bytes(processes)
+    }
+
+    /// Bytes of the columns of a process in all rows and planes.
+    pub(super) fn own_bytes(self, processes: usize) -> usize {
+        let widest = (0..processes).map(|k| columns_of(self.n_l, k, processes).len()).max().unwrap_or(0);
+        self.rows * self.planes * widest * self.cell_bytes
+    }
 }
 
 /// `tiles` rows of tiles as at most `count` bands, none of which is empty.
@@ -59,14 +102,7 @@ pub(super) fn split(tiles: usize, count: usize) -> Vec<Range<usize>> {
     (0..count).map(|k| tiles * k / count..tiles * (k + 1) / count).collect()
 }
 
-/// Stripes that have memory while a band is gridded. The tiles of a band reach into the first stripe of the next one.
-pub(super) fn open_stripes<T: Real>(plan: &Plan<T>, band: &Range<usize>) -> Range<usize> {
-    band.start..(band.end + 1).min(plan.tiles_v())
-}
-
-/// Most bytes of planes that a process holds: the largest band, and the columns that are its own.
-pub(super) fn banded_bytes<T: Real>(plan: &Plan<T>, bands: &[Range<usize>], processes: usize) -> usize {
-    let widest = (0..processes).map(|k| columns_of(plan.grid.n_l, k, processes).len()).max().unwrap_or(0);
-    let rows = bands.iter().map(|b| open_stripes(plan, b).len() * TILE).max().unwrap_or(0);
-    PlaneRows::<T>::bytes(rows, plan.planes(), plan.nu) + kept_bytes::<T>(plan.n_rows, plan.planes(), widest)
+/// Stripes of a grid with so many rows that have memory while a band is gridded. The tiles of a band reach into the first stripe of the next one.
+pub(super) fn open_stripes(n_rows: usize, band: &Range<usize>) -> Range<usize> {
+    band.start..(band.end + 1).min(n_rows.div_ceil(TILE))
 }

@@ -67,7 +67,7 @@ pub use nodes::Nodes;
 pub use pair::Pair;
 pub use plan::UvwExtent;
 pub use real::Real;
-pub use size::TransformSize;
+pub use size::{BandSize, TransformSize};
 pub use sorted_rows::SortedRows;
 pub use transform::{PassWork, Transform};
 pub use uv_grid::image_to_uv_grid;

@@ -2,7 +2,7 @@
 
 use super::fft::{BLOCK, columns_to_image, used_rows};
 use super::plan::Plan;
-use super::plane_rows::{PlaneRows, TILE};
+use super::plane_rows::TILE;
 use super::real::Real;
 use cittert_arrays::Ranks;
 use ndarray::{Array2, s};
@@ -17,11 +17,6 @@ pub(super) fn columns_of(n_l: usize, rank: usize, size: usize) -> Range<usize> {
     let blocks = n_l.div_ceil(BLOCK);
     let at = |k: usize| (blocks * k / size * BLOCK).min(n_l);
     at(rank)..at(rank + 1)
-}
-
-/// Bytes of so many columns of all planes.
-pub(super) fn kept_bytes<T: Real>(n_rows: usize, planes: usize, columns: usize) -> usize {
-    PlaneRows::<T>::bytes(n_rows, planes, columns)
 }
 
 /// Rows of planes whose pixels processes exchange at once.

@@ -1,5 +1,6 @@
 //! The sizes of a transform, from which its time and its memory follow.
 
+use super::bands::Sides;
 use super::fft::BLOCK;
 use super::plane_groups::plane_groups;
 use super::plane_rows::PlaneRows;
@@ -25,10 +26,51 @@ pub struct TransformSize {
     pub plane_bytes: u64,
     /// Bytes of the transformed columns that wait for the pass over rows, on the way from an image to the planes of one group.
     pub column_bytes: u64,
+    /// Bytes that planes may take.
+    pub plane_limit: u64,
     /// Points of all planes that pass through a transform: those of the rows, and those of the columns of the image.
     pub points: f64,
     /// The same, each with log2 of the length of its transform.
     pub point_logs: f64,
+}
+
+/// The sizes of a transform that several processes share by bands of v.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BandSize {
+    /// Number of processes.
+    pub processes: usize,
+    /// Most bytes of planes that a process holds.
+    pub bytes: f64,
+    /// Bytes of the columns that a process keeps of all rows.
+    pub own_bytes: f64,
+    /// Bytes of the columns of all processes, which they exchange.
+    pub all_bytes: f64,
+    /// As in [`TransformSize`], for one process.
+    pub points: f64,
+    /// As in [`TransformSize`], for one process.
+    pub point_logs: f64,
+}
+
+impl TransformSize {
+    /// The sizes for so many processes and an image of `n_l` columns; `None` where they do not share the transform. Each process transforms the rows of its own
+    /// visibilities, and its share of the columns.
+    #[must_use]
+    pub fn by_bands(&self, (n_l, real_bytes): (usize, usize), processes: usize) -> Option<BandSize> {
+        let (rows, planes, support) = (self.rows, self.planes, self.support);
+        let sides = Sides { padded: self.padded, n_l, rows, planes, support, cell_bytes: 2 * real_bytes };
+        let bytes = sides.bytes(&sides.bands(processes)?, processes);
+        let of_rows = (planes * rows * self.padded.0) as f64;
+        let (points, logs) = (self.points - of_rows, self.point_logs - of_rows * (self.padded.0 as f64).log2());
+        let by = processes as f64;
+        (processes > 1 && bytes as u64 <= self.plane_limit).then_some(BandSize {
+            processes,
+            bytes: bytes as f64,
+            own_bytes: sides.own_bytes(processes) as f64,
+            all_bytes: sides.own_bytes(1) as f64,
+            points: self.points - points + points / by,
+            point_logs: self.point_logs - logs + logs / by,
+        })
+    }
 }
 
 impl<T: Real> Transform<T> {
@@ -53,6 +95,7 @@ impl<T: Real> Transform<T> {
             support: plan.table.support,
             plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, held, nu) as u64,
             column_bytes: (at_once * plan.n_rows * n_l.next_multiple_of(BLOCK) * size_of::<Complex<T>>()) as u64,
+            plane_limit: plan.plane_bytes as u64,
             points: planes * (of_rows + of_columns),
             point_logs: planes * (of_rows * (nu as f64).log2() + of_columns * (nv as f64).log2()),
         }

@@ -12,7 +12,7 @@ use super::size::choose_grid;
 use super::survey::Survey;
 use super::total_power::TotalPower;
 use super::weights::density_sides;
-use crate::fourier::{GridOptions, PassWork, Real, Transform, TransformSize, UvwExtent};
+use crate::fourier::{BandSize, GridOptions, PassWork, Real, Transform, TransformSize, UvwExtent};
 use crate::memory::MemoryBudget;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
@@ -59,6 +59,8 @@ pub struct Field {
     pub pass: PassCounts,
     /// Bytes of a real number inside the transform.
     pub real_bytes: usize,
+    /// What a process has of it where several make the image by bands of v.
+    pub bands: Option<BandSize>,
 }
 
 /// What an image of a set will take.
@@ -148,7 +150,7 @@ impl RowSample {
             grid_multiply_adds: self.factor * spread_multiply_adds,
             sorted_bytes: self.factor * rows.bytes() as f64,
         };
-        Ok(Field { size: transform.size(), pass, real_bytes: size_of::<T>() })
+        Ok(Field { size: transform.size(), pass, real_bytes: size_of::<T>(), bands: None })
     }
 
     /// [`RowSample::field`] in the precision that the imager takes for this error.
@@ -260,6 +262,11 @@ impl Outlook {
         own.memory = memory;
         own.blocks.1 = own.shape.0.div_ceil(own.blocks.0.max(1));
         own.kept = own.shape.0.saturating_mul((own.shape.1 * REDUCED_BYTES) as u64) <= memory.kept_visibilities() as u64;
+        let image = &mut own.image;
+        image.bands = image.size.by_bands((self.grid.n_l, image.real_bytes), ranks).filter(|_| own.kept);
+        if image.bands.is_some() {
+            image.size.groups = 1;
+        }
         for field in std::iter::once(&mut own.image).chain(&mut own.core) {
             let n = ranks.max(1) as f64;
             let p = &mut field.pass;
