@@ -4,7 +4,7 @@ use super::imager::Imager;
 use super::session::{Gridded, ResidualWeights, Residue, Session};
 use crate::Result;
 use crate::fourier::{Bands, Nodes, Real};
-use crate::progress::{Event, Observer};
+use crate::progress::{Event, Observer, Silent};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, CowArray, Ix2};
 use num_complex::Complex;
@@ -26,28 +26,37 @@ impl Observer for OnePass<'_> {
 }
 
 impl Imager<'_> {
-    /// The bands in which an image is made: where several processes share the set, all of them have their rows in memory, and enough memory for a band.
-    /// The small field of a beam needs none.
-    pub(super) fn bands<T: Real>(&self, session: &Session<T>, field: Option<&SkyGrid>) -> Option<Bands> {
-        let ranks = self.ranks();
-        if field.is_some() || ranks.size() == 1 {
-            return None;
-        }
-        self.all_have(session.transform.bands(&*ranks).filter(|_| self.is_cached()))
+    /// The bands in which an image is made: where several processes share the set, all of them have their rows and the order of these in memory, and enough
+    /// memory for a band. The small field of a beam needs none.
+    pub(super) fn bands<T: Real>(&mut self, session: &mut Session<T>, field: Option<&SkyGrid>) -> Result<Option<Bands>> {
+        Ok(self.bands_and_nodes(session, field)?.map(|(bands, _)| bands))
     }
 
     /// The bands in which residuals are made: those of an image, where the nodes of all rows of every process, which wait between prediction and gridding, take
     /// no more memory than is saved.
     pub(super) fn residual_bands<T: Real>(&mut self, session: &mut Session<T>) -> Result<Option<Bands>> {
-        let Some(bands) = self.bands(session, None) else { return Ok(None) };
-        let (mut number, mut nodes) = (0, 0);
-        self.for_each_weighed(&crate::progress::Silent, |block| {
-            nodes += session.with_sorted((number, true), block, |rows| Ok(rows.n_nodes()))?;
-            number += 1;
-            Ok(())
-        })?;
+        let Some((bands, nodes)) = self.bands_and_nodes(session, None)? else { return Ok(None) };
         let held = bands.bytes() + nodes * size_of::<Complex<T>>();
         Ok(self.all_have((held <= 2 * session.transform.plane_bytes()).then_some(bands)))
+    }
+
+    /// The bands of an image, and the number of nodes of the rows of this process.
+    fn bands_and_nodes<T: Real>(&mut self, session: &mut Session<T>, field: Option<&SkyGrid>) -> Result<Option<(Bands, usize)>> {
+        let ranks = self.ranks();
+        if field.is_some() || ranks.size() == 1 {
+            return Ok(None);
+        }
+        let (mut bands, mut nodes, mut blocks) = (session.transform.bands(&*ranks).filter(|_| self.is_cached()), 0, 0);
+        if bands.is_some() {
+            self.for_each_weighed(&Silent, |block| {
+                nodes += session.with_sorted((blocks, true), block, |rows| Ok(rows.n_nodes()))?;
+                blocks += 1;
+                Ok(())
+            })?;
+            // Rows whose order is not kept would be sorted again for each band.
+            bands = bands.filter(|_| session.keeps(blocks));
+        }
+        Ok(self.all_have(bands).map(|bands| (bands, nodes)))
     }
 
     /// What this process has, if all have it.
@@ -128,5 +137,33 @@ impl Imager<'_> {
         }
         drop(nodes);
         Ok((left, gridder.finish(&*ranks)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fixtures::{in_processes, positions, snapshot};
+    use crate::imaging::{ImageSize, Imager, ImagingOptions};
+    use crate::progress::Silent;
+    use cittert_arrays::quantity::Angle;
+    use cittert_arrays::{Polarization, VisUnit};
+
+    /// An image is made by bands only if every process can do so.
+    #[test]
+    fn all_processes_grid_by_bands_or_none() {
+        let set = snapshot(&positions(24, 0.5, 0.01, 3), &[94e9], &[Polarization::I], &[(0.0, 0.0, 1.0)], (0.05, VisUnit::Jy));
+        for size in [1, 2, 3] {
+            let found = in_processes(size, &set, |source| {
+                let options = ImagingOptions { cell: Some(Angle(1e-3)), size: Some(ImageSize::square(128)), ..ImagingOptions::default() };
+                let mut imager = Imager::new(source, options, &Silent).unwrap();
+                let mut session = imager.session::<f32>(0).unwrap();
+                let bands = imager.bands(&mut session, None).unwrap();
+                let own = bands.clone().filter(|_| imager.ranks().rank() != 1);
+                (bands.map(|b| b.count()), imager.all_have(own).is_some())
+            });
+            for (count, with_one_that_cannot) in found {
+                assert_eq!((count.is_some(), with_one_that_cannot), (size > 1, false), "{size} processes");
+            }
+        }
     }
 }

@@ -277,7 +277,7 @@ impl<'a> Imager<'a> {
     }
 
     /// The kept session of an output channel on the grid of the image, or a new one.
-    fn session<T: Real>(&mut self, channel: usize) -> Result<Session<T>> {
+    pub(super) fn session<T: Real>(&mut self, channel: usize) -> Result<Session<T>> {
         if let Some((of, any)) = self.session.take()
             && of == channel
             && let Ok(session) = any.downcast::<Session<T>>()
@@ -324,7 +324,7 @@ impl<'a> Imager<'a> {
         };
         let name = if what == Gridded::Beam { "beam" } else { "gridding" };
         observer.event(Event::Phase { name, total: Some(self.data.survey().counts.total), unit: "vis" });
-        let sum = match self.bands(&session, field) {
+        let sum = match self.bands(&mut session, field)? {
             Some(bands) => self.gridded_by_bands(&mut session, &bands, what, observer)?,
             None => self.gridded_at_once(&mut session, what, observer)?,
         };

@@ -99,6 +99,11 @@ impl<T: Real> Session<T> {
         Ok(None)
     }
 
+    /// True if the order of the rows of so many blocks is kept.
+    pub(super) fn keeps(&self, blocks: usize) -> bool {
+        self.rows.len() >= blocks
+    }
+
     /// The kept rows of a block.
     fn kept(&self, number: usize) -> Result<&SortedRows> {
         self.rows.get(number).ok_or_else(|| ChainError::Internal(format!("the rows of block {number} were not kept")))
