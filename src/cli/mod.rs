@@ -176,6 +176,8 @@ impl Command {
             Self::Clean(args) => args,
             Self::Mem(args) => args.as_ref(),
             Self::Predict(args) => args,
+            Self::Convert(args) => args,
+            Self::Study(args) => args,
             _ => return None,
         })
     }

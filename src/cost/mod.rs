@@ -15,10 +15,13 @@
 //! | `cleaned` | stages of `clean` |
 //! | `entropy` | stages of `mem` |
 //! | `sampled` | stages of `simulate` and `predict` |
+//! | `converted` | stages of `convert` |
+//! | `trials` | stages of `study` |
 //! | `cluster` | the same work shared by several machines, and what breaks first |
 
 mod cleaned;
 mod cluster;
+mod converted;
 mod entropy;
 mod held;
 mod image;
@@ -27,9 +30,11 @@ mod scale;
 mod speeds;
 mod stage;
 mod term;
+mod trials;
 
 pub use cleaned::{CleanWork, clean};
 pub use cluster::{Cluster, Limit, Shared, Span};
+pub use converted::{Conversion, convert};
 pub use entropy::{EntropyWork, entropy};
 pub use image::{InputFormat, beam, dirty, grid};
 pub use sampled::{SampledWork, predict, simulate};
@@ -37,3 +42,4 @@ pub use scale::Scale;
 pub use speeds::Speeds;
 pub use stage::{Forecast, Stage};
 pub use term::{Kind, Term};
+pub use trials::{Trials, study};

@@ -6,7 +6,7 @@ use super::term::Term;
 use crate::imaging::Field;
 
 /// A value of a block: visibility, weight, number of samples and flag.
-const RAW: f64 = 17.0;
+pub(super) const RAW: f64 = 17.0;
 /// A value while it is simulated: its sum in double precision, and half as much for what is made of it.
 const SUM: f64 = 24.0;
 /// A row of the whole observation, of which the output keeps times and antennas.
@@ -14,8 +14,8 @@ const ROW: f64 = 40.0;
 /// A row of a block: its coverage three times over.
 const COVERAGES: f64 = 150.0;
 /// Bytes of a value and of the columns of a row in a file. Weights and flags that are alike take almost nothing.
-const STORED: f64 = 8.05;
-const STORED_ROW: f64 = 100.0;
+pub(super) const STORED: f64 = 8.05;
+pub(super) const STORED_ROW: f64 = 100.0;
 
 /// What is simulated or predicted.
 #[derive(Debug, Clone, PartialEq, Default)]

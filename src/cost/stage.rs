@@ -10,6 +10,8 @@ pub struct Stage {
     pub name: &'static str,
     /// How often each operation is done.
     pub work: Vec<(Term, f64)>,
+    /// Seconds that were timed on this machine, on as many threads as will work.
+    pub timed_s: f64,
     /// Bytes of all arrays that are in memory together at its largest moment.
     pub bytes: f64,
     /// Bytes of images and sums that several processes would add up over the network.
@@ -45,7 +47,7 @@ impl Stage {
     /// Its time in seconds on so many threads.
     #[must_use]
     pub fn seconds(&self, speeds: &Speeds, threads: usize) -> f64 {
-        self.work.iter().map(|(term, n)| n * speeds.seconds(*term, threads)).sum()
+        self.timed_s + self.work.iter().map(|(term, n)| n * speeds.seconds(*term, threads)).sum::<f64>()
     }
 }
 

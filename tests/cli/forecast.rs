@@ -13,6 +13,9 @@ fn set(s: &Scratch) {
 fn a_forecast_writes_nothing_and_has_its_keys() {
     let s = Scratch::new();
     set(&s);
+    let study = "seeds = 3\nlayout = \"mm-y\"\nscene = { points = [{ flux = \"1Jy\" }] }\n[simulate]\nfreq = \"94GHz\"\nbandwidth = \"1GHz\"\n\
+                 [image]\nsize = 64\ncell = \"1mrad\"\n[clean]\nniter = 10\n[corrupt]\nphase-rms = \"5deg\"\n";
+    s.write("study.toml", study);
     let before = s.names();
     for command in [
         "dirty v.uvh5 -o out.fits --size 256",
@@ -23,6 +26,9 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
         "mem v.uvh5 -o out --size 256",
         "simulate --layout mm-spiral --scene s.csv --freq 94GHz --bandwidth 1GHz --channels 4 -o v.uvh5",
         "predict v.uvh5 --model s.csv -o out.uvh5",
+        "convert v.uvh5 out.uvfits",
+        "convert v.uvh5 out.uvh5",
+        "study study.toml -o out",
     ] {
         let json = s.json(&format!("{command} --dry-run"));
         assert_eq!(s.names(), before, "{command}");
@@ -35,6 +41,8 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
         assert!(json["output_bytes"].as_f64().unwrap() > 1e3, "{command}: {json}");
         assert!(s.ok(&format!("{command} --dry-run")).out.contains("nothing was written"));
     }
+    s.fails("convert v.uvh5 out.ms --dry-run --nodes 2", 2, &["one process"]);
+    s.fails("study study.toml -o out --dry-run --visibilities 1e9", 2, &["--visibilities"]);
 }
 
 /// More of anything takes no less.

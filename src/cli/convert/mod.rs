@@ -2,6 +2,7 @@
 
 mod args;
 mod cut;
+mod forecast;
 mod split;
 
 pub use args::ConvertArgs;

@@ -86,7 +86,7 @@ impl ForecastArgs {
     ///
     /// # Errors
     /// A number below 1.
-    pub(super) fn visibilities(&self) -> Result<Option<f64>> {
+    pub(in crate::cli) fn visibilities(&self) -> Result<Option<f64>> {
         let n = self.visibilities;
         ensure!(
             n.is_none_or(|n| (1.0..1e18).contains(&n)),

@@ -155,6 +155,6 @@ pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Res
 /// Always: what can be forecast.
 pub(super) fn refuse() -> Result<Outcome> {
     Err(Failure::usage(
-        "--dry-run: there is a forecast for dirty, beam, grid, clean, mem, simulate and predict. Start this command without it",
+        "--dry-run: there is a forecast for dirty, beam, grid, clean, mem, simulate, predict, convert and study. Start this command without it",
     ))
 }

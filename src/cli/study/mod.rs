@@ -11,6 +11,7 @@ mod axes;
 mod config;
 mod failing;
 mod failures;
+mod forecast;
 mod journal;
 mod merge;
 mod output;

@@ -65,7 +65,7 @@ pub(super) fn write(args: &StudyArgs, (folder, begun): (&Path, Instant), plan: &
 }
 
 /// What the first trial of the first and of the last point take, as each trial runs: on one thread.
-fn measured(plan: &Plan, begun: Instant, context: &Context) -> Result<Pilot> {
+pub(super) fn measured(plan: &Plan, begun: Instant, context: &Context) -> Result<Pilot> {
     let (setups, seed) = (&plan.study.setups, plan.study.seeds[0]);
     let mut pilot = Pilot { setup_s: begun.elapsed().as_secs_f64(), before_bytes: Pilot::memory().0, ..Pilot::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
