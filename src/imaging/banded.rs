@@ -9,6 +9,9 @@ use cittert_arrays::SkyGrid;
 use ndarray::{Array2, CowArray, Ix2};
 use num_complex::Complex;
 
+/// Bytes of planes that are made at once by every process. The heap grows in steps of this size, so that bands of smaller planes would save nothing.
+pub(super) const SMALL_PLANES: usize = 16 << 20;
+
 /// Reports several passes over the rows as one.
 struct OnePass<'a> {
     observer: &'a dyn Observer,
@@ -27,7 +30,7 @@ impl Observer for OnePass<'_> {
 
 impl Imager<'_> {
     /// The bands in which an image is made: where several processes share the set, all of them have their rows and the order of these in memory, and enough
-    /// memory for a band. The small field of a beam needs none.
+    /// memory for a band. Small planes and the small field of a beam need none.
     pub(super) fn bands<T: Real>(&mut self, session: &mut Session<T>, field: Option<&SkyGrid>) -> Result<Option<Bands>> {
         Ok(self.bands_and_nodes(session, field)?.map(|(bands, _)| bands))
     }
@@ -43,7 +46,7 @@ impl Imager<'_> {
     /// The bands of an image, and the number of nodes of the rows of this process.
     fn bands_and_nodes<T: Real>(&mut self, session: &mut Session<T>, field: Option<&SkyGrid>) -> Result<Option<(Bands, usize)>> {
         let ranks = self.ranks();
-        if field.is_some() || ranks.size() == 1 {
+        if field.is_some() || ranks.size() == 1 || session.transform.plane_bytes() <= SMALL_PLANES {
             return Ok(None);
         }
         let (mut bands, mut nodes, mut blocks) = (session.transform.bands(&*ranks).filter(|_| self.is_cached()), 0, 0);
@@ -146,24 +149,46 @@ mod tests {
     use crate::imaging::{ImageSize, Imager, ImagingOptions};
     use crate::progress::Silent;
     use cittert_arrays::quantity::Angle;
-    use cittert_arrays::{Polarization, VisUnit};
+    use cittert_arrays::{Polarization, VisUnit, VisibilitySource};
+    use ndarray::Array2;
 
-    /// An image is made by bands only if every process can do so.
+    fn options(side: usize) -> ImagingOptions {
+        let size = Some(ImageSize::square(side));
+        ImagingOptions { cell: Some(Angle(1e-3)), size, epsilon: 1e-7, ..ImagingOptions::default() }
+    }
+
+    /// An image is made by bands only if every process can do so, and small ones are not. In double precision several processes make the images of one to
+    /// rounding.
     #[test]
     fn all_processes_grid_by_bands_or_none() {
         let set = snapshot(&positions(24, 0.5, 0.01, 3), &[94e9], &[Polarization::I], &[(0.0, 0.0, 1.0)], (0.05, VisUnit::Jy));
-        for size in [1, 2, 3] {
-            let found = in_processes(size, &set, |source| {
-                let options = ImagingOptions { cell: Some(Angle(1e-3)), size: Some(ImageSize::square(128)), ..ImagingOptions::default() };
-                let mut imager = Imager::new(source, options, &Silent).unwrap();
-                let mut session = imager.session::<f32>(0).unwrap();
-                let bands = imager.bands(&mut session, None).unwrap();
-                let own = bands.clone().filter(|_| imager.ranks().rank() != 1);
-                (bands.map(|b| b.count()), imager.all_have(own).is_some())
-            });
-            for (count, with_one_that_cannot) in found {
-                assert_eq!((count.is_some(), with_one_that_cannot), (size > 1, false), "{size} processes");
+        let run = |source: &mut dyn VisibilitySource| {
+            let mut imager = Imager::new(source, options(640), &Silent).unwrap();
+            let mut session = imager.session::<f64>(0).unwrap();
+            let bands = imager.residual_bands(&mut session).unwrap();
+            let own = bands.clone().filter(|_| imager.ranks().rank() != 1);
+            let with_one_that_cannot = imager.all_have(own).is_some();
+            let dirty = imager.dirty(0, &Silent).unwrap();
+            let model = Array2::from_shape_fn(dirty.dim(), |(i, j)| if (i * 7 + j) % 971 == 0 { 0.1 } else { 0.0 });
+            let residual = imager.residual(0, model.view(), &Silent).unwrap();
+            (bands.is_some(), with_one_that_cannot, [dirty, residual.image], residual.chi2_per_datum)
+        };
+        let one = in_processes(1, &set, run).remove(0);
+        let several = in_processes(3, &set, run);
+        for (by_bands, with_one_that_cannot, images, chi2) in &several {
+            assert_eq!((one.0, *by_bands, *with_one_that_cannot), (false, true, false));
+            assert_eq!(images, &several[0].2);
+            for (image, expected) in images.iter().zip(&one.2) {
+                let top = expected.iter().fold(0.0_f64, |top, v| top.max(v.abs()));
+                assert!(image.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-11 * top));
             }
+            assert!((chi2 / one.3 - 1.0).abs() < 1e-11);
         }
+        let small = in_processes(2, &set, |source| {
+            let mut imager = Imager::new(source, options(64), &Silent).unwrap();
+            let mut session = imager.session::<f64>(0).unwrap();
+            imager.bands(&mut session, None).unwrap().is_some()
+        });
+        assert_eq!(small, [false, false]);
     }
 }

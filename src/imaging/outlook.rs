@@ -4,6 +4,7 @@
 //! The baselines of some runs of rows, spread over the set, stand for all. They are cut and sorted by the same code that grids them, so the numbers of
 //! nodes and multiply-adds are those of the rows that were looked at, and those of the whole set to within what the sample misses.
 
+use super::banded::SMALL_PLANES;
 use super::data::REDUCED_BYTES;
 use super::imager::{LONG, share};
 use super::options::ImagingOptions;
@@ -263,7 +264,10 @@ impl Outlook {
         own.blocks.1 = own.shape.0.div_ceil(own.blocks.0.max(1));
         own.kept = own.shape.0.saturating_mul((own.shape.1 * REDUCED_BYTES) as u64) <= memory.kept_visibilities() as u64;
         let image = &mut own.image;
-        image.bands = image.size.by_bands((self.grid.n_l, image.real_bytes), ranks).filter(|_| own.kept);
+        image.bands = image
+            .size
+            .by_bands((self.grid.n_l, image.real_bytes), ranks)
+            .filter(|_| own.kept && image.size.plane_bytes > SMALL_PLANES as u64);
         if image.bands.is_some() {
             image.size.groups = 1;
         }
