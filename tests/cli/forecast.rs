@@ -13,7 +13,7 @@ fn set(s: &Scratch) {
 fn a_forecast_writes_nothing_and_has_its_keys() {
     let s = Scratch::new();
     set(&s);
-    let study = "seeds = 3\nlayout = \"mm-y\"\nscene = { points = [{ flux = \"1Jy\" }] }\n[simulate]\nfreq = \"94GHz\"\nbandwidth = \"1GHz\"\n\
+    let study = "title = \"t\"\nseeds = 3\nlayout = { name = \"mm-y\" }\nscene = { points = [{ flux = \"1Jy\" }] }\n[simulate]\nfreq = \"94GHz\"\nbandwidth = \"1GHz\"\n\
                  [image]\nsize = 64\ncell = \"1mrad\"\n[clean]\nniter = 10\n[corrupt]\nphase-rms = \"5deg\"\n";
     s.write("study.toml", study);
     let before = s.names();

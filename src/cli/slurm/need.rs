@@ -65,6 +65,17 @@ pub(in crate::cli) fn stated(args: &SlurmArgs, name: &str, predicted: Option<(f6
 }
 
 impl Pilot {
+    /// Forget the memory that was held before, so that the largest memory is that of what follows. The program keeps memory that it has freed.
+    pub(in crate::cli) fn forget_memory() {
+        #[cfg(all(target_os = "linux", target_env = "gnu"))]
+        // SAFETY: the function only gives memory that is not in use back to the system.
+        unsafe {
+            libc::malloc_trim(0);
+        }
+        // Linux then counts the largest memory anew (proc(5)). Where it does not, what was held before counts as well.
+        let _ = std::fs::write("/proc/self/clear_refs", "5");
+    }
+
     /// Memory of this process in bytes: now, and at most so far. 0 where the system does not tell.
     pub(in crate::cli) fn memory() -> (u64, u64) {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -4,6 +4,7 @@ use super::args::StudyArgs;
 use super::{plan, slurm};
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
 use crate::cli::forecast::{Plan, Planner, Told};
+use crate::cli::slurm::Pilot;
 use crate::cost;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -12,6 +13,8 @@ use std::time::Instant;
 impl Plan for StudyArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         ensure!(planner.args.visibilities()?.is_none(), Failure::usage("--visibilities: the trials of a study simulate their own"));
+        // The short tests of this machine have held more than a trial may.
+        Pilot::forget_memory();
         let begun = Instant::now();
         let (path, text) = self.of.read()?;
         let plan = plan::Plan::new(&text, path, planner.context).context(format!("{}", path.display()))?;
