@@ -41,7 +41,7 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
         assert!(json["output_bytes"].as_f64().unwrap() > 1e3, "{command}: {json}");
         assert!(s.ok(&format!("{command} --dry-run")).out.contains("nothing was written"));
     }
-    s.fails("convert v.uvh5 out.ms --dry-run --nodes 2", 2, &["one process"]);
+    s.fails("convert v.uvh5 out.uvfits --dry-run --nodes 2", 2, &["one process"]);
     s.fails("study study.toml -o out --dry-run --visibilities 1e9", 2, &["--visibilities"]);
 }
 
