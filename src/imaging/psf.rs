@@ -9,7 +9,8 @@ use crate::{ChainError, Result};
 use cittert_arrays::{RestoringBeam, SkyGrid};
 use ndarray::{Array2, ArrayView2};
 
-/// Sides in pixels of the small fields in which the main lobe is looked for first. It has some pixels where a cell suits the beam.
+/// Sides in pixels of the small fields in which the main lobe is looked for first. Most images have three to ten pixels across the main lobe, and the
+/// smallest field takes the least time.
 pub(super) const CORE_SIDES: [usize; 2] = [32, 128];
 
 impl Imager<'_> {
