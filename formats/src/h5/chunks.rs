@@ -4,6 +4,7 @@
 
 use super::child::in_the_child;
 use super::convert::Form;
+use super::places::Places;
 use super::unpack::Pipeline;
 use bytemuck::{cast, pod_read_unaligned};
 use hdf5::{Dataset, Dataspace, Hyperslab, SliceOrIndex};
@@ -32,6 +33,8 @@ pub(super) struct Chunks<'a> {
     pub(super) chunk: Vec<usize>,
     /// Size of an element in the file, bytes.
     pub(super) size: usize,
+    /// The rows that are wanted, and where their chunks lie in the file, if it is known.
+    located: Option<(Range<usize>, Places)>,
 }
 
 /// Elements that are contiguous both in a row of a chunk and in a row of the array. `to` and `from` count from the start of the chunk.
@@ -45,14 +48,24 @@ pub(super) struct Run {
 /// Runs by the extent of a chunk on all axes but the first. Chunks at the end of an axis may be cut off.
 pub(super) type Runs = BTreeMap<Vec<usize>, Vec<Run>>;
 
-/// An unpacked chunk: its first row, and its place within the rows of the array.
+/// The rows of an unpacked chunk from row `first` on, and their place within the rows of the array.
 pub(super) struct Unpacked<'r> {
-    pub(super) first: usize,
+    first: usize,
     to: usize,
     runs: &'r [Run],
     bytes: Vec<u8>,
     /// True if all elements are the same. It is not looked for in chunks without filters.
     uniform: bool,
+}
+
+/// What a file holds of a chunk.
+enum Stored {
+    /// Rows as they are, from this one on.
+    Rows(Vec<u8>, usize),
+    /// The whole chunk as stored, and the mask of the filters that were not applied.
+    Packed(Vec<u8>, u32),
+    /// The chunk was never written.
+    Never,
 }
 
 impl Unpacked<'_> {
@@ -63,21 +76,31 @@ impl Unpacked<'_> {
 }
 
 impl<'a> Chunks<'a> {
-    /// For the reading of so many rows. `None` where the library must read them: no chunks, or filters that this crate does not know. Of chunks
-    /// without filters that are higher than the rows, the library reads only a part.
-    pub(super) fn of(dataset: &'a Dataset, rows: usize) -> hdf5::Result<Option<Self>> {
+    /// For the reading of these rows. `None` where the library must read them: no chunks, or filters that this crate does not know. Of chunks
+    /// without filters that are higher than the rows, the library reads only a part, as this crate does where it finds the chunks itself.
+    pub(super) fn of(dataset: &'a Dataset, rows: Range<usize>) -> hdf5::Result<Option<Self>> {
+        let high = rows.len() / 2;
+        let chunks = Self::anywhere(dataset)?.map(|chunks| chunks.located(rows));
+        Ok(chunks.filter(|c| c.located.is_some() || !c.pipeline.is_empty() || c.chunk[0] <= high))
+    }
+
+    /// Find the chunks of these rows, of which others are then not read.
+    pub(super) fn located(self, rows: Range<usize>) -> Self {
+        let places = Places::of(self.dataset, (&self.shape, &self.chunk), self.size, &rows);
+        Self { located: places.map(|places| (rows, places)), ..self }
+    }
+
+    /// Without the places of chunks. `None` where the library must read them.
+    pub(super) fn anywhere(dataset: &'a Dataset) -> hdf5::Result<Option<Self>> {
         let filters = dataset.filters();
         let pipeline = if filters.is_empty() { Some(Pipeline::none()) } else { Pipeline::of(&filters) };
         let (Some(chunk), Some(pipeline)) = (dataset.chunk(), pipeline) else { return Ok(None) };
-        if pipeline.is_empty() && chunk.first().is_none_or(|high| *high > rows / 2) {
-            return Ok(None);
-        }
         let (shape, file_type) = (dataset.get_shape()?, dataset.dtype()?);
         let size = file_type.size();
         if shape.is_empty() || chunk.len() != shape.len() || chunk.contains(&0) || size == 0 {
             return Err(format!("chunks of {chunk:?} for the shape {shape:?}").into());
         }
-        Ok(Some(Self { dataset, pipeline, shape, chunk, size }))
+        Ok(Some(Self { dataset, pipeline, shape, chunk, size, located: None }))
     }
 
     /// Read these rows into `out` in this form. `out` has exactly their size.
@@ -159,23 +182,43 @@ impl<'a> Chunks<'a> {
             to += at * stride;
             stride *= n;
         }
-        let length = self.length()?;
-        let bytes = match self.stored(&offset, length)? {
-            Some((raw, skipped)) => self.pipeline.unpack(raw, skipped, self.size, length).map_err(|e| format!("{e}, at {offset:?}"))?,
-            None => self.unwritten(&offset)?.into_iter().cycle().take(length).collect(),
-        };
         let runs = runs.get(&reach).map_or(&[][..], |r| r);
+        let length = self.length()?;
+        let (bytes, first) = match self.stored((first, column), &offset, length)? {
+            Stored::Rows(bytes, first) => (bytes, first),
+            Stored::Packed(raw, skipped) => {
+                (self.pipeline.unpack(raw, skipped, self.size, length).map_err(|e| format!("{e}, at {offset:?}"))?, first)
+            }
+            Stored::Never => (self.unwritten(&offset)?.into_iter().cycle().take(length).collect(), first),
+        };
         let uniform = !self.pipeline.is_empty() && bytes[self.size..] == bytes[..bytes.len() - self.size];
         Ok(Unpacked { first, to, runs, bytes, uniform })
     }
 
-    /// The stored bytes of a chunk, and the mask of the filters that were not applied; `None` where the chunk was never written.
-    fn stored(&self, offset: &[hsize_t], length: usize) -> hdf5::Result<Option<(Vec<u8>, u32)>> {
+    /// What the file holds of the chunk that begins at row `first` in a column of chunks.
+    fn stored(&self, (first, column): (usize, usize), offset: &[hsize_t], length: usize) -> hdf5::Result<Stored> {
+        let Some((rows, places)) = &self.located else { return self.read_by_library(offset, length) };
+        let Some(place) = places.get(first, column).filter(|p| p.bytes > 0) else { return Ok(Stored::Never) };
+        let n = stored_size(place.bytes.into(), length, offset)?;
+        let unreadable = |e| format!("a chunk that cannot be read ({e}), at {offset:?}");
+        if !self.pipeline.is_empty() {
+            return Ok(Stored::Packed(places.read(place.address, n).map_err(unreadable)?, place.skipped));
+        }
+        if n != length {
+            return Err(format!("{n} bytes stored for a chunk of {length} bytes, at {offset:?}").into());
+        }
+        let wanted = rows.start.max(first)..rows.end.min(first + self.chunk[0]);
+        let wide = length / self.chunk[0];
+        let from = place.address.saturating_add(((wanted.start - first) * wide) as u64);
+        Ok(Stored::Rows(places.read(from, wanted.len() * wide).map_err(unreadable)?, wanted.start))
+    }
+
+    fn read_by_library(&self, offset: &[hsize_t], length: usize) -> hdf5::Result<Stored> {
         let (id, mut bytes, mut skipped) = (self.dataset.id(), 0, 0);
         // SAFETY: the offset has one number for each axis and outlives the call; the lock of the library is held.
         let size = |bytes: &mut hsize_t| unsafe { H5Dget_chunk_storage_size(id, offset.as_ptr(), bytes) };
         if hdf5::sync::sync(|| size(&mut bytes)) < 0 {
-            return Ok(None);
+            return Ok(Stored::Never);
         }
         // Other threads read while this one gets its memory.
         let stored = stored_size(bytes, length, offset)?;
@@ -190,7 +233,7 @@ impl<'a> Chunks<'a> {
         }
         // SAFETY: the library has written as many bytes as it said before and after, which the memory holds. Zeros that are overwritten take time.
         unsafe { raw.set_len(stored) };
-        Ok(Some((raw, skipped)))
+        Ok(Stored::Packed(raw, skipped))
     }
 
     /// The bytes of one element of a chunk that was never written: the fill value. The library gives it, because it can tell such a chunk from
@@ -209,11 +252,11 @@ impl<'a> Chunks<'a> {
     /// Copy the part of a chunk that lies in the rows from `first` on into `out`, which has `row` bytes per row.
     pub(super) fn place(&self, from: &Unpacked<'_>, first: usize, (row, form): (usize, Form), out: &mut [u8]) {
         let end = first + out.len() / row;
-        let rows = from.first.max(first)..(from.first + self.chunk[0]).min(end);
+        let wide = self.chunk[1..].iter().product::<usize>() * self.size;
+        let rows = from.first.max(first)..(from.first + from.bytes.len() / wide).min(end);
         if rows.is_empty() {
             return;
         }
-        let wide = from.bytes.len() / self.chunk[0];
         let source = &from.bytes[(rows.start - from.first) * wide..(rows.end - from.first) * wide];
         let target = &mut out[(rows.start - first) * row..(rows.end - first) * row];
         if form == Form::Floats {
@@ -330,7 +373,7 @@ mod tests {
     type Filters = fn(hdf5::DatasetBuilder) -> hdf5::DatasetBuilder;
 
     fn whole<T: H5Type + bytemuck::Pod>(dataset: &Dataset, rows: Range<usize>) -> hdf5::Result<Vec<T>> {
-        let chunks = Chunks::of(dataset, usize::MAX)?.unwrap();
+        let chunks = Chunks::anywhere(dataset)?.unwrap().located(rows.clone());
         let row: usize = dataset.shape()[1..].iter().product();
         values(dataset, rows.len() * row, |out, form| chunks.read(rows, (out, form)))
     }
@@ -372,6 +415,17 @@ mod tests {
                 }
                 let doubles: Vec<Complex<f64>> = whole(&complex, 2..9).unwrap();
                 assert!(doubles.iter().zip(array.slice(s![2..9, .., .., ..])).all(|(f, v)| f.re == *v && f.im == -2.0 * v), "{name}");
+            }
+        }
+        // Of a file that does not change, the chunks are read without the library.
+        file.close().unwrap();
+        let file = hdf5::File::open(folder.path().join("x.h5")).unwrap();
+        for name in file.member_names().unwrap().iter().filter(|name| name.starts_with('r')) {
+            let reals = file.dataset(name).unwrap();
+            for rows in [0..61, 5..6, 9..40, 60..61, 30..30] {
+                assert!(Chunks::of(&reals, rows.clone()).unwrap().unwrap().located.is_some(), "{name}");
+                let part = array.slice(s![rows.clone(), .., .., ..]);
+                assert_eq!(whole::<f64>(&reals, rows).unwrap(), part.iter().copied().collect::<Vec<_>>(), "{name}");
             }
         }
     }

@@ -12,6 +12,7 @@ mod flaws;
 mod keyword;
 mod objects;
 mod parts;
+mod places;
 mod probe;
 mod read;
 mod strings;
@@ -20,7 +21,8 @@ mod write;
 
 pub(crate) use change::Stored;
 pub(crate) use parts::Three;
+pub(crate) use places::raw::SIGNATURE;
 pub(crate) use probe::{has, open};
-pub(crate) use read::{H5In, SIGNATURE};
+pub(crate) use read::H5In;
 pub use write::Compression;
 pub(crate) use write::{H5Out, Rows};

@@ -34,8 +34,12 @@ struct Column<'a> {
 
 impl<'a> Column<'a> {
     /// `None` where the library must read the dataset, or where a row of its chunks is too large.
-    fn of<T: H5Type>(dataset: &'a Dataset) -> hdf5::Result<Option<Self>> {
-        let (Some(form), Some(chunks)) = (form_as::<T>(dataset)?, Chunks::of(dataset, usize::MAX)?) else { return Ok(None) };
+    fn of<T: H5Type>(dataset: &'a Dataset, rows: Option<&Range<usize>>) -> hdf5::Result<Option<Self>> {
+        let (Some(form), Some(chunks)) = (form_as::<T>(dataset)?, Chunks::anywhere(dataset)?) else { return Ok(None) };
+        let chunks = match rows {
+            Some(rows) => chunks.located(rows.clone()),
+            None => chunks,
+        };
         let (abreast, length) = (chunks.columns()?, chunks.length()?);
         if abreast.saturating_mul(length) > MOST_ABREAST {
             return Ok(None);
@@ -44,8 +48,8 @@ impl<'a> Column<'a> {
         Ok(Some(Self { runs: chunks.runs(), form, abreast, stored_row, chunks }))
     }
 
-    fn three([vis, weights, flags]: Three<'a>) -> hdf5::Result<Option<[Self; 3]>> {
-        let (vis, weights, flags) = (Self::of::<Complex<f32>>(vis)?, Self::of::<f32>(weights)?, Self::of::<i8>(flags)?);
+    fn three([vis, weights, flags]: Three<'a>, rows: Option<&Range<usize>>) -> hdf5::Result<Option<[Self; 3]>> {
+        let (vis, weights, flags) = (Self::of::<Complex<f32>>(vis, rows)?, Self::of::<f32>(weights, rows)?, Self::of::<i8>(flags, rows)?);
         Ok(vis.zip(weights).zip(flags).map(|((v, w), f)| [v, w, f]))
     }
 
@@ -86,7 +90,7 @@ struct Buffers {
 
 /// True if these datasets can be read in parts.
 pub(super) fn can(datasets: Three<'_>) -> bool {
-    Column::three(datasets).is_ok_and(|c| c.is_some())
+    Column::three(datasets, None).is_ok_and(|c| c.is_some())
 }
 
 /// The chunks that begin at one row of a dataset.
@@ -271,7 +275,11 @@ pub(super) fn read(
     step: usize,
     take: &(dyn Fn(RowPart<'_>) + Sync),
 ) -> Result<(), (usize, hdf5::Error)> {
-    let columns = Column::three(datasets).map_err(|e| (0, e))?.ok_or_else(|| (0, "values that can only be read as a whole".into()))?;
+    if range.is_empty() {
+        return Ok(());
+    }
+    let columns =
+        Column::three(datasets, Some(&range)).map_err(|e| (0, e))?.ok_or_else(|| (0, "values that can only be read as a whole".into()))?;
     let reading = Reading::new(&columns, range, step.max(1));
     // The threads are not those of the pool: the work of the pool may wait for what a reader reads.
     std::thread::scope(|scope| {

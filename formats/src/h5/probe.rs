@@ -5,7 +5,8 @@
 
 use super::child::{NO_MEMORY, UNSOUND, in_the_child, look_at};
 use super::flaws::{FLAWS, LINK_ELSEWHERE, flaw};
-use super::read::{H5In, SIGNATURE};
+use super::places::raw::SIGNATURE;
+use super::read::H5In;
 use crate::files::{open_file, read_up_to};
 use crate::{FormatError, Result};
 use hdf5::types::TypeDescriptor;

@@ -15,8 +15,6 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-/// The first bytes of an HDF5 file without a user block.
-pub(crate) const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// Largest factor by which the filters can shrink data, approximately.
 const LARGEST_RATIO: u64 = 1100;
 /// A chunk below this size (bytes) is read even where it is large compared to the file.
@@ -183,7 +181,7 @@ impl H5In {
     /// All values of a dataset, converted by the library to `T`.
     pub(super) fn all<T: H5Type + Pod>(&self, dataset: &Dataset) -> hdf5::Result<Vec<T>> {
         let rows = dataset.shape().first().copied().unwrap_or(0);
-        match Chunks::of(dataset, rows)? {
+        match Chunks::of(dataset, 0..rows)? {
             Some(chunks) => convert::values(dataset, dataset.size(), |out, form| chunks.read(0..rows, (out, form))),
             None => dataset.read_raw::<T>(),
         }
@@ -314,7 +312,7 @@ impl H5In {
         let mut parts = vec![SliceOrIndex::from(rows.clone())];
         parts.extend((1..dataset.ndim()).map(|_| SliceOrIndex::from(..)));
         let place = |e: &hdf5::Error| self.fail(&some_rows(name, &rows), e);
-        let read = || match Chunks::of(dataset, rows.len())? {
+        let read = || match Chunks::of(dataset, rows.clone())? {
             Some(chunks) => {
                 let mut shape = dataset.shape();
                 shape[0] = rows.len();

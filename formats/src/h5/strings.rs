@@ -41,6 +41,7 @@ pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Ve
     };
     let dtype = dataset.dtype()?;
     let n = dataset.space()?.size();
+    let rows = 0..dataset.shape().first().copied().unwrap_or(0);
     let guard = |bytes: usize| -> hdf5::Result<()> {
         if bytes > LARGEST_TEXT || bytes as u64 > file_bytes.saturating_mul(1100) {
             return Err(format!("{n} texts of {bytes} bytes in all are more than the file can hold").into());
@@ -52,8 +53,8 @@ pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Ve
             let bytes = width.saturating_mul(n);
             guard(bytes)?;
             let mut buffer = vec![0u8; bytes];
-            if let Some(chunks) = Chunks::of(dataset, 0)? {
-                chunks.read(0..dataset.shape()[0], (&mut buffer, Form::Stored))?;
+            if let Some(chunks) = Chunks::of(dataset, rows.clone())? {
+                chunks.read(rows, (&mut buffer, Form::Stored))?;
             } else if bytes > 0 {
                 // SAFETY: the buffer holds the dataset's own element size times its number of elements; the lock is held.
                 let status = hdf5::sync::sync(|| unsafe {
@@ -81,6 +82,7 @@ pub(super) fn read(dataset: &Dataset, file_bytes: u64) -> hdf5::Result<Option<Ve
 fn references(dataset: &Dataset, guard: &dyn Fn(usize) -> hdf5::Result<()>) -> hdf5::Result<()> {
     let bytes = dataset.dtype()?.size().saturating_mul(dataset.size());
     guard(bytes)?;
-    let Some(chunks) = Chunks::of(dataset, 0)? else { return Ok(()) };
-    chunks.read(0..dataset.shape()[0], (&mut vec![0; bytes], Form::Stored))
+    let rows = 0..dataset.shape().first().copied().unwrap_or(0);
+    let Some(chunks) = Chunks::of(dataset, rows.clone())? else { return Ok(()) };
+    chunks.read(rows, (&mut vec![0; bytes], Form::Stored))
 }
