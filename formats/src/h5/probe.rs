@@ -4,13 +4,15 @@
 //! process has crashed. The child visits every object of the file and reads what a reader would read first.
 
 use super::child::{NO_MEMORY, UNSOUND, in_the_child, look_at};
+use super::convert::values;
 use super::flaws::{FLAWS, LINK_ELSEWHERE, flaw};
 use super::places::raw::SIGNATURE;
 use super::read::H5In;
 use crate::files::{open_file, read_up_to};
 use crate::{FormatError, Result};
-use hdf5::types::TypeDescriptor;
-use hdf5::{Dataset, Group, IndexType, IterationOrder, LinkInfo, LinkType};
+use bytemuck::Pod;
+use hdf5::types::{FloatSize, TypeDescriptor};
+use hdf5::{Dataset, Group, H5Type, IndexType, IterationOrder, LinkInfo, LinkType};
 use ndarray::IxDyn;
 use num_complex::Complex;
 use std::collections::VecDeque;
@@ -137,8 +139,13 @@ fn leads_elsewhere(group: &Group) -> bool {
     group.find_link(IndexType::default(), IterationOrder::default(), external).is_ok_and(|found| found.is_some())
 }
 
-/// Read the first rows and the last row of a dataset as every type that a reader of this crate asks for: the library also crashes in the
-/// conversion of damaged types.
+/// Convert one value of the type of a dataset.
+fn convert_one<T: H5Type + Pod>(dataset: &Dataset) {
+    drop(values::<T>(dataset, 1, |_, _| Ok(())));
+}
+
+/// Read the first rows and the last row of a dataset, and convert its type to every type that a reader of this crate asks for: the library also
+/// crashes in the conversion of damaged types.
 fn look(file: &H5In, dataset: &Dataset, name: &str) {
     let (Ok(shape), Ok(space)) = (file.shape(dataset, name), dataset.space()) else { return };
     if space.is_null() {
@@ -164,12 +171,19 @@ fn look(file: &H5In, dataset: &Dataset, name: &str) {
             drop(file.all::<i64>(dataset));
             drop(file.all::<i8>(dataset));
         }
-        _ if file.number_kind(dataset, name).is_ok() => ends().for_each(|r| {
-            drop(file.rows::<f64, IxDyn>(dataset, name, r.clone()));
-            drop(file.rows::<f32, IxDyn>(dataset, name, r.clone()));
-            drop(file.rows::<i64, IxDyn>(dataset, name, r.clone()));
-            drop(file.rows::<i8, IxDyn>(dataset, name, r));
-        }),
+        // The rows are read once. What a conversion does with the type shows with one value.
+        _ if file.number_kind(dataset, name).is_ok() => {
+            ends().for_each(|r| match dtype {
+                TypeDescriptor::Float(FloatSize::U4) => drop(file.rows::<f32, IxDyn>(dataset, name, r)),
+                TypeDescriptor::Float(_) => drop(file.rows::<f64, IxDyn>(dataset, name, r)),
+                TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_) => drop(file.rows::<i64, IxDyn>(dataset, name, r)),
+                _ => drop(file.rows::<i8, IxDyn>(dataset, name, r)),
+            });
+            convert_one::<f64>(dataset);
+            convert_one::<f32>(dataset);
+            convert_one::<i64>(dataset);
+            convert_one::<i8>(dataset);
+        }
         _ => drop(file.strings(dataset)),
     }
 }
