@@ -2,7 +2,7 @@
 
 use super::copy::copy_bytes;
 use super::partial::{Partial, clear, explain};
-use super::publish::{Finished, refuse_existing};
+use super::publish::{Finished, Flush, refuse_existing};
 use super::together::{finish, publish_now};
 use crate::{FormatError, Result};
 use std::fs::{self, File, OpenOptions};
@@ -73,7 +73,7 @@ impl AtomicFile {
     /// Flush the bytes to the disk and give the file its final name, together with the other outputs of the command.
     ///
     /// # Errors
-    /// An error of the file system; a full disk often shows here. The old output then stays in place.
+    /// An error of the file system; a full disk often shows here, or when the outputs get their names. The old output then stays in place.
     pub fn commit(self) -> Result<()> {
         finish(self.finished()?)
     }
@@ -83,13 +83,13 @@ impl AtomicFile {
     /// # Errors
     /// As [`AtomicFile::commit`].
     pub fn commit_now(self) -> Result<()> {
-        publish_now(&self.finished()?)
+        publish_now(self.finished()?)
     }
 
     fn finished(self) -> Result<Finished> {
-        self.open()?.sync_all().map_err(|e| FormatError::io(&self.target, "flush to disk", e))?;
+        let flush = Flush::begin(self.open()?).map_err(|e| FormatError::io(&self.target, "flush to disk", e))?;
         let Self { target, from, partial, overwrite } = self;
-        Ok(Finished { partial: Arc::new(partial), from, target, overwrite, writer: None })
+        Ok(Finished { partial: Arc::new(partial), from, target, overwrite, writer: None, flush: Some(flush) })
     }
 }
 
@@ -119,7 +119,8 @@ impl Drafts {
     /// # Errors
     /// The output exists and `overwrite` is false, or an error of the file system.
     pub fn publish(&self, name: &str, target: &Path, overwrite: bool) -> Result<()> {
-        finish(Finished { partial: self.partial.clone(), from: self.path(name), target: resolve(target), overwrite, writer: None })
+        let (partial, from, target) = (self.partial.clone(), self.path(name), resolve(target));
+        finish(Finished { partial, from, target, overwrite, writer: None, flush: None })
     }
 }
 

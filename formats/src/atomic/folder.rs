@@ -83,7 +83,7 @@ impl AtomicDir {
             fs::write(from.join(LIST), list).map_err(|e| FormatError::io(&target, "write the list of the files in", e))?;
         }
         sync_tree(&from).map_err(|e| FormatError::io(&target, "flush to disk", e))?;
-        finish(Finished { partial: Arc::new(partial), from, target, overwrite, writer })
+        finish(Finished { partial: Arc::new(partial), from, target, overwrite, writer, flush: None })
     }
 }
 

@@ -9,6 +9,7 @@ use std::io;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::thread::JoinHandle;
 
 /// A finished file or folder that waits for its name.
 #[derive(Debug)]
@@ -23,9 +24,39 @@ pub(super) struct Finished {
     pub(super) overwrite: bool,
     /// For a folder of results: who writes it. Files of others in the old folder are kept.
     pub(super) writer: Option<&'static str>,
+    /// The flushing of a file to the disk, which goes on while the next output is made.
+    pub(super) flush: Option<Flush>,
+}
+
+/// The flushing of a file to the disk, on a thread of its own.
+#[derive(Debug)]
+pub(super) struct Flush(Option<JoinHandle<io::Result<()>>>);
+
+impl Flush {
+    /// Begin. Where no thread can be started, the file is flushed now.
+    pub(super) fn begin(file: File) -> io::Result<Self> {
+        let own = file.try_clone()?;
+        match std::thread::Builder::new().name("flush".into()).spawn(move || own.sync_all()) {
+            Ok(thread) => Ok(Self(Some(thread))),
+            Err(_) => file.sync_all().map(|()| Self(None)),
+        }
+    }
+
+    /// Wait until the file is on the disk.
+    fn end(self) -> io::Result<()> {
+        self.0.map_or(Ok(()), |thread| thread.join().unwrap_or_else(|_| Err(io::Error::other("the thread that flushes has failed"))))
+    }
 }
 
 impl Finished {
+    /// Wait until the bytes are on the disk.
+    ///
+    /// # Errors
+    /// An error of the file system; a full disk often shows here.
+    pub(super) fn flushed(&mut self) -> Result<()> {
+        self.flush.take().map_or(Ok(()), Flush::end).map_err(|e| FormatError::io(&self.target, "flush to disk", e))
+    }
+
     /// Refuse what can be known to fail, before the first of several outputs gets its name.
     pub(super) fn check(&self) -> Result<()> {
         refuse_existing(&self.target, self.overwrite)?;

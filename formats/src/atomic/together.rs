@@ -45,7 +45,8 @@ impl Together {
     /// # Errors
     /// An output that has appeared in the meantime and may not be replaced, or an error of the file system.
     pub fn commit(self) -> Result<()> {
-        let open = OPEN.with_borrow_mut(Option::take).unwrap_or_default();
+        let mut open = OPEN.with_borrow_mut(Option::take).unwrap_or_default();
+        open.finished.iter_mut().try_for_each(Finished::flushed)?;
         open.finished.iter().try_for_each(Finished::check)?;
         {
             // A signal waits until every output has its name.
@@ -77,11 +78,12 @@ pub(super) fn finish(finished: Finished) -> Result<()> {
         }
         _ => Some(finished),
     });
-    left.map_or(Ok(()), |finished| publish_now(&finished))
+    left.map_or(Ok(()), publish_now)
 }
 
 /// Give an output its name without waiting for the others.
-pub(super) fn publish_now(finished: &Finished) -> Result<()> {
+pub(super) fn publish_now(mut finished: Finished) -> Result<()> {
+    finished.flushed()?;
     finished.check()?;
     let private = is_private();
     {
