@@ -10,8 +10,13 @@ use crate::{FormatError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyFrame};
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use ndarray::Axis;
+use rayon::prelude::*;
 use std::io::{BufWriter, Write};
 use std::path::Path;
+
+/// Size of the pixels that all threads convert together, bytes.
+const AT_ONCE: usize = 1 << 22;
 
 /// Options of a new image.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -29,7 +34,7 @@ pub struct ImageOptions {
 ///
 /// # Errors
 /// As [`AtomicFile::create`]; a full disk; polarisations that do not form a regular STOKES axis.
-pub fn write_image<P: Copy + Into<f64>>(path: &Path, image: &Image<P>, options: ImageOptions) -> Result<()> {
+pub fn write_image<P: Copy + Into<f64> + Sync>(path: &Path, image: &Image<P>, options: ImageOptions) -> Result<()> {
     let header = header(path, image, options)?.finish();
     let out = AtomicFile::create(path, options.overwrite)?;
     let io = |e| FormatError::io(path, "write", e);
@@ -48,29 +53,33 @@ pub fn write_image<P: Copy + Into<f64>>(path: &Path, image: &Image<P>, options: 
 }
 
 /// Header, pixels and tables.
-fn write_content<P: Copy + Into<f64>>(
+fn write_content<P: Copy + Into<f64> + Sync>(
     file: &mut impl Write,
     header: &[u8],
     image: &Image<P>,
     options: ImageOptions,
 ) -> std::io::Result<()> {
     file.write_all(header)?;
-    let mut bytes = Vec::new();
+    let size = if options.double { 8 } else { 4 };
+    let row = image.grid.n_l * size;
+    let mut bytes = vec![0; (AT_ONCE / row.max(1)).clamp(1, image.grid.n_m) * row];
     // In FITS order the channel axis runs before the STOKES axis, so the planes of one polarisation follow each other.
     for pol in 0..image.polarizations.len() {
         for chan in 0..image.spectrum.n_chan() {
-            for row in image.plane(chan, pol).rows() {
-                bytes.clear();
-                if options.double {
-                    row.iter().for_each(|v| bytes.extend_from_slice(&(*v).into().to_be_bytes()));
-                } else {
-                    row.iter().for_each(|v| bytes.extend_from_slice(&((*v).into() as f32).to_be_bytes()));
-                }
-                file.write_all(&bytes)?;
+            for rows in image.plane(chan, pol).axis_chunks_iter(Axis(0), bytes.len() / row.max(1)) {
+                let bytes = &mut bytes[..rows.nrows() * row];
+                bytes.par_chunks_exact_mut(row.max(1)).zip(rows.axis_iter(Axis(0)).into_par_iter()).for_each(|(to, from)| {
+                    if options.double {
+                        to.as_chunks_mut().0.iter_mut().zip(from).for_each(|(to, v)| *to = (*v).into().to_be_bytes());
+                    } else {
+                        to.as_chunks_mut().0.iter_mut().zip(from).for_each(|(to, v)| *to = ((*v).into() as f32).to_be_bytes());
+                    }
+                });
+                file.write_all(bytes)?;
             }
         }
     }
-    let len = image.data.len() as u64 * if options.double { 8 } else { 4 };
+    let len = (image.data.len() * size) as u64;
     file.write_all(&vec![0; padding(len) as usize])?;
     if several_beams(image) {
         file.write_all(&beams_table(&image.beams, image.polarizations.len()))?;

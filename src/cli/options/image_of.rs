@@ -86,7 +86,7 @@ impl ImageOfArgs {
     ///
     /// # Errors
     /// An error of the file system.
-    pub fn write<P: Copy + Into<f64>>(&self, image: &mut Image<P>, context: &Context) -> Result<&Path> {
+    pub fn write<P: Copy + Into<f64> + Sync>(&self, image: &mut Image<P>, context: &Context) -> Result<&Path> {
         self.out.image(&self.out.output, image, context)?;
         Ok(&self.out.output)
     }

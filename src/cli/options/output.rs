@@ -111,7 +111,7 @@ impl OutputArgs {
     ///
     /// # Errors
     /// An error of the file system, with the path.
-    pub fn image<P: Copy + Into<f64>>(&self, path: &Path, image: &mut Image<P>, context: &Context) -> Result<()> {
+    pub fn image<P: Copy + Into<f64> + Sync>(&self, path: &Path, image: &mut Image<P>, context: &Context) -> Result<()> {
         if is_silent() {
             return Ok(());
         }
