@@ -77,6 +77,7 @@ pub mod display;
 pub mod enhance;
 pub mod error;
 pub mod fidelity;
+mod finite;
 #[cfg(test)]
 pub(crate) mod fixtures;
 pub mod fourier;

@@ -10,6 +10,7 @@ use super::plane_rows::{PlaneRows, TILE};
 use super::real::Real;
 use super::sort::{Segment, TilePlace};
 use super::sorted_rows::SortedRows;
+use crate::finite::all_finite;
 use crate::{ChainError, Result};
 use cittert_arrays::{ArrayError, SkyGrid};
 use ndarray::{Array2, ArrayView2, ArrayViewMut2, Axis};
@@ -127,7 +128,9 @@ pub(super) fn check_image<T: Real, P: Real>(plan: &Plan<T>, plane: ArrayView2<'_
         let found = plane.shape().to_vec();
         return Err(ArrayError::ShapeMismatch { what: "image to predict", expected: vec![grid.n_m, grid.n_l], found }.into());
     }
-    if let Some(((m, l), v)) = plane.indexed_iter().find(|(_, v)| !v.to64().is_finite()) {
+    if !all_finite(&plane, P::to64)
+        && let Some(((m, l), v)) = plane.indexed_iter().find(|(_, v)| !v.to64().is_finite())
+    {
         let what = format!("pixel (column {l}, row {m}) of the image to predict");
         return Err(ArrayError::BadValue { what, value: v.to64().to_string(), expected: "a finite number" }.into());
     }

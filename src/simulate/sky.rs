@@ -1,6 +1,7 @@
 //! The scene: its checks and its conversion to the unit of the visibilities.
 
 use super::dft::n_minus_1;
+use crate::finite::all_finite;
 use crate::nearfield::Surface;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
@@ -8,8 +9,9 @@ use cittert_arrays::ElementPattern;
 use cittert_arrays::{
     BrightnessUnit, Image, PhaseCenter, Polarization, SkyFrame, SkyGrid, Source, SpectralWindow, VisUnit, jy_per_kelvin_sr,
 };
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 /// The observed scene: the sum of images and analytic sources.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -98,7 +100,9 @@ pub(crate) fn check_image(image: &Image, centers: &[PhaseCenter]) -> Result<()> 
     for center in centers {
         check_frame(&image.grid, center)?;
     }
-    if let Some((at, value)) = image.data.indexed_iter().find(|(_, v)| !v.is_finite()) {
+    if !all_finite(&image.data, |v| v)
+        && let Some((at, value)) = image.data.indexed_iter().find(|(_, v)| !v.is_finite())
+    {
         return Err(ChainError::Incompatible(format!(
             "scene {:?} is {value} at column {}, row {} (channel {}, polarisation {}): replace blank pixels by a number first",
             image.object, at.3, at.2, at.0, at.1
@@ -184,7 +188,7 @@ pub(crate) fn apparent_plane(
     let beam_cells = image.beams.get(chan).or(image.beams.first()).map_or(1.0, |b| b.solid_angle_sr() / grid.cell_sr());
     let pedestal = if holds_intensity(image.polarizations[pol]) { pedestal_k } else { 0.0 };
     let plane = image.plane(chan, pol);
-    Array2::from_shape_fn((grid.n_m, grid.n_l), |(row, column)| {
+    let pixel = |row: usize, column: usize| {
         let (l, m) = (grid.l_at(column as f64), grid.m_at(row as f64));
         let value = plane[[row, column]];
         let cell = match image.unit {
@@ -200,12 +204,22 @@ pub(crate) fn apparent_plane(
         };
         // An image that contains a pattern already is what the elements see.
         if cell == 0.0 || !image.pattern.is_none() { cell } else { cell * pattern.power(l, m, freq_hz) }
-    })
+    };
+    let mut seen = Array2::zeros((grid.n_m, grid.n_l));
+    let lines = seen.axis_iter_mut(Axis(0)).into_par_iter().enumerate();
+    lines.for_each(|(row, mut line)| line.iter_mut().enumerate().for_each(|(column, v)| *v = pixel(row, column)));
+    seen
 }
 
 /// Warn of pixels that no array sees.
 pub(crate) fn warn_beyond_horizon(image: &Image, observer: &dyn Observer) {
     let grid = &image.grid;
+    // What lies between directions above the horizon lies above it too.
+    let corner =
+        [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)].map(|(x, y)| (grid.l_at(x * grid.n_l as f64), grid.m_at(y * grid.n_m as f64)));
+    if corner.iter().all(|(l, m)| n_minus_1(*l, *m).is_some()) {
+        return;
+    }
     let hidden =
         image.data.indexed_iter().filter(|((_, _, r, c), v)| **v != 0.0 && n_minus_1(grid.l_at(*c as f64), grid.m_at(*r as f64)).is_none());
     let count = hidden.count();

@@ -5,6 +5,8 @@ use super::residuals::Residuals;
 use crate::imaging::{CleanProducts, StopReason};
 use crate::mem::MemProducts;
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam};
+use ndarray::{ArrayView1, Axis};
+use rayon::prelude::*;
 
 /// Multiples of the rms of the residual below zero that noise does not reach.
 const NEGATIVE: f64 = 7.0;
@@ -44,12 +46,20 @@ pub struct Levels {
 impl Levels {
     /// Those of an image.
     #[must_use]
-    pub fn of<P: Copy + Into<f64>>(image: &Image<P>) -> Self {
-        let all = || image.data.iter().map(|v| -> f64 { (*v).into() });
-        let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    pub fn of<P: Copy + Into<f64> + Sync>(image: &Image<P>) -> Self {
+        let of_line = |line: ArrayView1<'_, P>| {
+            let add = |(low, high, sum, squares): (f64, f64, f64, f64), v: &P| {
+                let v = (*v).into();
+                (v.min(low), v.max(high), sum + v, squares + v * v)
+            };
+            line.iter().fold((f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0), add)
+        };
+        // The lines are summed in their order, so that the result does not depend on the number of threads.
+        let lines: Vec<_> = image.data.lanes(Axis(3)).into_iter().collect::<Vec<_>>().into_par_iter().map(of_line).collect();
+        let add = |a: (f64, f64, f64, f64), b: &(f64, f64, f64, f64)| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2, a.3 + b.3);
+        let (low, high, sum, squares) = lines.iter().fold((f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0), add);
         let n = image.data.len() as f64;
-        let (mean, rms) = (all().sum::<f64>() / n, (all().map(|v| v * v).sum::<f64>() / n).sqrt());
-        Self { low, high, mean, rms, unit: image.unit, pedestal_k: image.pedestal_k }
+        Self { low, high, mean: sum / n, rms: (squares / n).sqrt(), unit: image.unit, pedestal_k: image.pedestal_k }
     }
 }
 

@@ -7,6 +7,7 @@ use crate::memory::MemoryBudget;
 use cittert_arrays::{Polarization, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::Array3;
 use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -230,17 +231,17 @@ fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &Visib
         let weight = f64::from(block.usable_weight(at.0, at.1, at.2));
         if weight > 0.0 && predicted[at].is_finite() { weight } else { 0.0 }
     };
-    for ((row, c, p), v) in block.vis.indexed_iter() {
+    let sample = |row: usize, c: usize, p: usize| {
         let pair = (block.coverage.ant1[row], block.coverage.ant2[row]);
         let own = weight_of((row, c, p));
         if pair.0 == pair.1 || own == 0.0 || !sees_unpolarized(header.polarizations[p]) {
-            continue;
+            return None;
         }
-        let (v, m) = (wide(*v), wide(predicted[(row, c, p)]));
+        let (v, m) = (wide(block.vis[(row, c, p)]), wide(predicted[(row, c, p)]));
         let (v, m, weight) = match others[p].map(|q| (q, weight_of((row, c, q)))) {
             Some((q, w)) if w > 0.0 => {
                 if q < p {
-                    continue;
+                    return None;
                 }
                 let mean = |a: Complex64, b: Complex32| 0.5 * (a + wide(b));
                 // The mean has a quarter of the sum of the variances.
@@ -250,7 +251,7 @@ fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &Visib
         };
         let uvw = block.coverage.uvw_m.row(row);
         let per_m = freq_hz[c] / cittert_arrays::SPEED_OF_LIGHT_M_S;
-        samples.push(Sample {
+        Some(Sample {
             pair: (pair.0.min(pair.1), pair.0.max(pair.1)),
             length2: (uvw[0] * uvw[0] + uvw[1] * uvw[1]) * per_m * per_m,
             weight,
@@ -259,8 +260,11 @@ fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &Visib
             model2: m.norm_sqr(),
             along: ((v - m) * m.conj()).re,
             off: freq_hz[c] / middle_hz - 1.0,
-        });
-    }
+        })
+    };
+    let (n_row, n_chan, n_pol) = block.vis.dim();
+    let of_row = |row: usize| (0..n_chan).flat_map(move |c| (0..n_pol).map(move |p| (row, c, p)));
+    samples.par_extend((0..n_row).into_par_iter().flat_map_iter(of_row).filter_map(|(row, c, p)| sample(row, c, p)));
 }
 
 fn median(values: &mut [f64]) -> f64 {
@@ -271,8 +275,13 @@ fn median(values: &mut [f64]) -> f64 {
 /// Amplitudes of data and model on the shortest twentieth of the samples, and how the data decay from there to the shortest fifth.
 fn short_baselines(samples: &[Sample], noise_known: bool) -> ((f64, f64), (f64, f64)) {
     let mut order: Vec<&Sample> = samples.iter().collect();
-    order.sort_by(|a, b| a.length2.total_cmp(&b.length2));
     let part = (order.len() / 20).max(1);
+    // Only what lies below these ranks is needed, in any order.
+    let mut known = order.len();
+    for rank in [4 * part, 3 * part, part].into_iter().filter(|rank| *rank < samples.len()) {
+        order[..known].select_nth_unstable_by(rank, |a, b| a.length2.total_cmp(&b.length2));
+        known = rank;
+    }
     // The noise adds 2 / weight to the squared amplitude.
     let noise = |s: &&Sample| if noise_known { 2.0 / s.weight } else { 0.0 };
     let mean = |of: &[&Sample], f: &dyn Fn(&&Sample) -> f64| of.iter().map(f).sum::<f64>() / of.len() as f64;

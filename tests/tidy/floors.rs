@@ -17,7 +17,7 @@ const FLOORS: &[&[&str]] = &[
     &["closure", "fidelity", "misfit", "nearfield"],
     &["fourier", "lbfgs", "linalg"],
     &["values", "memory"],
-    &["progress", "error", "random"],
+    &["progress", "error", "random", "finite"],
 ];
 
 /// The floor of a module, counted from the top.
