@@ -45,6 +45,9 @@ pub struct ImageWeights {
     scale: (f64, f64),
     /// Sum of weights, later the factor of each cell \[v, u\]. It is empty for natural weights.
     cells: Vec<f64>,
+    /// Cells may be occupied in so many columns to either side of the middle and in so many rows. The others are not read: the system gives
+    /// memory only to pages that are used.
+    reach: (usize, usize),
     sum_of_weights: f64,
 }
 
@@ -63,8 +66,30 @@ impl ImageWeights {
             height,
             scale: (grid.cell_rad * width as f64, grid.cell_rad * height as f64),
             cells: if natural { Vec::new() } else { vec![0.0; width * (height / 2 + 1)] },
+            reach: (0, 0),
             sum_of_weights: 0.0,
         }
+    }
+
+    /// The rows and columns of cells that may be occupied.
+    fn occupied(&self) -> (Range<usize>, Range<usize>) {
+        let (middle, n) = (self.width / 2, self.cells.len() / self.width.max(1));
+        (0..self.reach.1.min(n), middle - self.reach.0.min(middle)..(middle + self.reach.0).min(self.width))
+    }
+
+    /// Extend the reach to some rows of data, up to a frequency.
+    fn extend(&mut self, uvw_m: &Array2<f64>, highest_hz: f64) {
+        let per_m = highest_hz / SPEED_OF_LIGHT_M_S;
+        let (u, v) = uvw_m.rows().into_iter().fold((0.0_f64, 0.0_f64), |(u, v), uvw| (u.max(uvw[0].abs()), v.max(uvw[1].abs())));
+        // One cell more for the step down to a whole number, and one for the fold. What lies outside the grid may wrap to any cell.
+        let cells = |x: f64, scale: f64, side: usize| {
+            let cells = x * per_m * scale + 2.0;
+            if cells < (side / 2) as f64 { cells.ceil() as usize } else { side }
+        };
+        let (columns, rows) = (cells(u, self.scale.0, self.width), cells(v, self.scale.1, self.height));
+        let wraps = columns == self.width || rows == self.height;
+        let (columns, rows) = if wraps { (self.width, self.height) } else { (columns, rows) };
+        self.reach = (self.reach.0.max(columns), self.reach.1.max(rows));
     }
 
     /// True if the weights need a pass over the data first.
@@ -95,6 +120,7 @@ impl ImageWeights {
     /// Each task sums its own rows of cells in the order of the visibilities, so the sums do not depend on the number of threads.
     pub fn add(&mut self, block: &ReducedBlock, channels: &Range<usize>, freq_hz: &[f64]) {
         let (low, high) = freq_hz[channels.clone()].iter().fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(*f), b.max(*f)));
+        self.extend(&block.uvw_m, high);
         let mut cells = std::mem::take(&mut self.cells);
         let task = |(band, cells): (usize, &mut [f64])| {
             let (first, lines) = (band * BAND * self.width, (band * BAND) as f64..((band + 1) * BAND) as f64);
@@ -126,6 +152,9 @@ impl ImageWeights {
     /// Replace the density of the rows of this process by that of all rows.
     pub(super) fn share(&mut self, ranks: &dyn Ranks) {
         let mut sum = [self.sum_of_weights];
+        if ranks.size() > 1 {
+            self.reach = (self.width, self.height);
+        }
         ranks.sum(&mut self.cells);
         ranks.sum(&mut sum);
         self.sum_of_weights = sum[0];
@@ -133,18 +162,23 @@ impl ImageWeights {
 
     /// Convert the density into the factor of each cell.
     pub fn finish(&mut self) {
+        let ((rows, columns), width) = (self.occupied(), self.width);
+        let cells = &mut self.cells[..rows.end * width];
+        let change = |cells: &mut [f64], to: &(dyn Fn(f64) -> f64 + Sync)| {
+            let lines = cells.par_chunks_exact_mut(width).flat_map_iter(|line| &mut line[columns.clone()]);
+            lines.filter(|w| **w > 0.0).for_each(|w| *w = to(*w));
+        };
         match self.weighting {
             Weighting::Natural => {}
             Weighting::Uniform => {
-                self.cells.par_iter_mut().filter(|w| **w > 0.0).for_each(|w| *w = 1.0 / *w);
+                change(cells, &|w| 1.0 / w);
                 self.limit();
             }
             Weighting::Briggs => {
-                let bands: Vec<f64> = self.cells.par_chunks(BAND * self.width).map(|c| c.iter().map(|w| w * w).sum()).collect();
-                let squares: f64 = bands.iter().sum();
-                let f2 = (5.0 * 10f64.powf(-self.robust)).powi(2) / (squares / self.sum_of_weights);
-                // Cells without visibilities are left alone: the system gives memory only to pages that are written.
-                self.cells.par_iter_mut().filter(|w| **w > 0.0).for_each(|w| *w = 1.0 / (1.0 + *w * f2));
+                let squares = |line: &[f64]| line[columns.clone()].iter().map(|w| w * w).sum::<f64>();
+                let lines: Vec<f64> = cells.par_chunks_exact(width).map(squares).collect();
+                let f2 = (5.0 * 10f64.powf(-self.robust)).powi(2) / (lines.iter().sum::<f64>() / self.sum_of_weights);
+                change(cells, &|w| 1.0 / (1.0 + w * f2));
             }
         }
     }
@@ -156,6 +190,9 @@ impl ImageWeights {
         let mut new = vec![0.0; old.len()];
         new.par_chunks_mut(BAND * width).enumerate().for_each(|(band, out)| {
             let (y0, lines) = (band * BAND, out.len() / width);
+            if y0 >= self.reach.1 {
+                return;
+            }
             let (from, to) = (y0.saturating_sub(WINDOW), (y0 + lines + WINDOW).min(rows));
             // Sum and number of the occupied cells around each column, for each line.
             let mut along = vec![(0.0, 0.0); (to - from) * width];
