@@ -1,6 +1,7 @@
 //! Reads the next block of a source while the current block is processed.
 //!
-//! One thread reads, because the HDF5 library serves one thread at a time. All threads grid. With a single thread no block is read ahead.
+//! One thread reads, because the HDF5 library serves one thread at a time. All threads grid. With a single thread no block is read ahead, and
+//! neither on a thread of the pool: it would wait for the reader, and the reader for the pool, which applies gains to what is read.
 
 use crate::Result;
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilitySource, for_each_block};
@@ -27,11 +28,15 @@ impl From<ArrayError> for Stop {
 pub(super) fn for_each_block_ahead(
     source: &mut dyn VisibilitySource,
     target_bytes: usize,
-    mut work: impl FnMut(usize, VisibilityBlock) -> Result<()>,
+    work: impl FnMut(usize, VisibilityBlock) -> Result<()>,
 ) -> Result<()> {
-    if rayon::current_num_threads() == 1 {
+    if rayon::current_num_threads() == 1 || rayon::current_thread_index().is_some() {
         return for_each_block(source, target_bytes, work);
     }
+    ahead(source, target_bytes, work)
+}
+
+fn ahead(source: &mut dyn VisibilitySource, target_bytes: usize, mut work: impl FnMut(usize, VisibilityBlock) -> Result<()>) -> Result<()> {
     std::thread::scope(|scope| {
         // The reader waits until its block is taken.
         let (blocks, taken) = sync_channel(0);
@@ -53,6 +58,7 @@ mod tests {
     use crate::ChainError;
     use crate::fixtures::{positions, snapshot};
     use cittert_arrays::{Polarization, VisUnit, VisibilityHeader};
+    use rayon::prelude::*;
     use std::ops::Range;
 
     /// A source that breaks at a row.
@@ -76,36 +82,74 @@ mod tests {
     }
 
     /// First rows that were handed out, and how it ended.
-    fn run(threads: usize, broken_at: usize, refuse: usize) -> (Vec<usize>, Result<()>) {
+    fn run(is_ahead: bool, broken_at: usize, refuse: usize) -> (Vec<usize>, Result<()>) {
         let set = snapshot(&positions(12, 5.0, 0.0, 1), &[90e9], &[Polarization::I], &[], (1.0, VisUnit::Jy));
         let mut source = Broken(set, broken_at);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut seen = Vec::new();
-        let result = pool.install(|| {
-            for_each_block_ahead(&mut source, 800, |first, block| {
-                if first >= refuse {
-                    return Err(ChainError::Cancelled);
-                }
-                assert!(block.vis.shape()[0] > 0);
-                seen.push(first);
-                Ok(())
-            })
-        });
+        let work = |first, block: VisibilityBlock| {
+            if first >= refuse {
+                return Err(ChainError::Cancelled);
+            }
+            assert!(block.vis.shape()[0] > 0);
+            seen.push(first);
+            Ok(())
+        };
+        let result = if is_ahead { ahead(&mut source, 800, work) } else { for_each_block_ahead(&mut source, 800, work) };
         (seen, result)
     }
 
     #[test]
     fn blocks_come_in_order_and_the_first_error_ends_them() {
-        let (all, result) = run(1, usize::MAX, usize::MAX);
+        let (all, result) = run(false, usize::MAX, usize::MAX);
         assert!(result.is_ok() && all.len() > 5 && all.is_sorted(), "{all:?}");
-        for threads in [1, 2] {
-            assert_eq!(run(threads, usize::MAX, usize::MAX).0, all);
-            let (seen, result) = run(threads, 30, usize::MAX);
+        for is_ahead in [false, true] {
+            assert_eq!(run(is_ahead, usize::MAX, usize::MAX).0, all);
+            let (seen, result) = run(is_ahead, 30, usize::MAX);
             assert!(matches!(result, Err(ChainError::Array(ArrayError::OutOfRange { index: 30, .. }))), "{result:?}");
             assert_eq!(seen[..], all[..seen.len()]);
             assert!(seen.iter().all(|f| *f <= 30));
-            let (seen, result) = run(threads, usize::MAX, all[3]);
+            let (seen, result) = run(is_ahead, usize::MAX, all[3]);
             assert!(matches!(result, Err(ChainError::Cancelled)) && seen[..] == all[..3], "{seen:?} {result:?}");
         }
+    }
+
+    /// A source that works on the pool while it reads.
+    struct OnThePool<S>(S);
+
+    impl<S: VisibilitySource> VisibilitySource for OnThePool<S> {
+        fn header(&self) -> &VisibilityHeader {
+            self.0.header()
+        }
+
+        fn n_rows(&self) -> usize {
+            self.0.n_rows()
+        }
+
+        fn read_rows(&mut self, range: Range<usize>) -> cittert_arrays::Result<VisibilityBlock> {
+            let mut block = self.0.read_rows(range)?;
+            block.weights.par_mapv_inplace(|w| 2.0 * w);
+            Ok(block)
+        }
+    }
+
+    #[test]
+    fn all_threads_of_a_pool_may_read_at_once() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let rows: Vec<usize> = pool.install(|| {
+            (0..200)
+                .into_par_iter()
+                .map(|_| {
+                    let mut source = OnThePool(snapshot(&positions(12, 5.0, 0.0, 1), &[90e9], &[Polarization::I], &[], (1.0, VisUnit::Jy)));
+                    let mut rows = 0;
+                    for_each_block_ahead(&mut source, 800, |_, block| {
+                        rows += block.n_rows();
+                        Ok(())
+                    })
+                    .unwrap();
+                    rows
+                })
+                .collect()
+        });
+        assert_eq!(rows, [66; 200]);
     }
 }
