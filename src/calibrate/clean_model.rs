@@ -14,6 +14,7 @@ use crate::{ChainError, Result};
 use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, Array3, ArrayView2, Axis, s};
 use num_complex::Complex;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Images and cleans the data of each round, and predicts from the model. All rounds use the grid of the first round.
@@ -208,15 +209,22 @@ impl ModelVisibilities for CleanMaker {
         let Some(state) = &mut self.now else {
             return Err(ChainError::NoData("there is no model yet: make an image first".into()));
         };
-        let one = match self.predicted.of(first_row, coverage.uvw_m.view()) {
-            Some(known) => known.to_owned(),
-            None => state.one(header, coverage)?,
+        let made = match self.predicted.of(first_row, coverage.uvw_m.view()) {
+            Some(_) => None,
+            None => Some(state.one(header, coverage)?),
         };
-        self.predicted.keep(first_row, coverage.uvw_m.view(), &one);
-        let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
-        for (p, _) in header.polarizations.iter().enumerate().filter(|(_, pol)| sees_unpolarized(**pol)) {
-            vis.index_axis_mut(Axis(2), p).assign(&one);
+        if let Some(one) = &made {
+            self.predicted.keep(first_row, coverage.uvw_m.view(), one);
         }
+        let one = made.as_ref().map(|one| one.view()).or_else(|| self.predicted.of(first_row, coverage.uvw_m.view()));
+        let one = one.ok_or_else(|| ChainError::Internal("a prediction that is not kept".into()))?;
+        let seen: Vec<bool> = header.polarizations.iter().map(|pol| sees_unpolarized(*pol)).collect();
+        let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
+        vis.axis_iter_mut(Axis(0)).into_par_iter().zip(one.axis_iter(Axis(0))).for_each(|(mut row, one)| {
+            for (mut products, one) in row.rows_mut().into_iter().zip(one) {
+                products.iter_mut().zip(&seen).filter(|(_, seen)| **seen).for_each(|(v, _)| *v = *one);
+            }
+        });
         Ok(vis)
     }
 }

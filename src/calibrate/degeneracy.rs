@@ -12,6 +12,7 @@ use crate::linalg::{Cholesky, Matrix};
 use crate::{ChainError, Result};
 use cittert_arrays::GainTable;
 use num_complex::Complex64;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Degeneracies that are removed before the comparison, in addition to the common phase.
@@ -182,14 +183,17 @@ fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], turns: i32) -> Option<
         slopes.map(|s| (s, place_m.iter().map(|p| Complex64::from_polar(1.0, -s * p[k])).collect())).collect()
     };
     let (along_x, along_y) = (trials(0), trials(1));
+    let of_x = |(_, turn_x): &(f64, Vec<Complex64>)| -> Vec<f64> {
+        let turned: Vec<Complex64> = residual.iter().zip(turn_x).map(|(z, t)| z * t).collect();
+        along_y.iter().map(|(_, turn_y)| turned.iter().zip(turn_y).map(|(z, t)| z * t).sum::<Complex64>().norm_sqr().sqrt()).collect()
+    };
+    let sums: Vec<Vec<f64>> = along_x.par_iter().map(of_x).collect();
     let mut best = None;
     let mut largest = -1.0;
-    for (x, turn_x) in &along_x {
-        let turned: Vec<Complex64> = residual.iter().zip(turn_x).map(|(z, t)| z * t).collect();
-        for (y, turn_y) in &along_y {
-            let sum = turned.iter().zip(turn_y).map(|(z, t)| z * t).sum::<Complex64>().norm();
-            if sum > largest * (1.0 + 1e-12) {
-                (largest, best) = (sum, Some([*x, *y]));
+    for ((x, _), sums) in along_x.iter().zip(&sums) {
+        for ((y, _), sum) in along_y.iter().zip(sums) {
+            if *sum > largest * (1.0 + 1e-12) {
+                (largest, best) = (*sum, Some([*x, *y]));
             }
         }
     }

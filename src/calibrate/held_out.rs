@@ -14,6 +14,7 @@ use crate::memory::MemoryBudget;
 use crate::random::stream;
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, Ranks, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
+use ndarray::Axis;
 use num_complex::Complex64;
 use rand::seq::SliceRandom;
 use std::collections::{BTreeMap, BTreeSet};
@@ -213,6 +214,17 @@ impl Sums {
     }
 }
 
+/// Some rows of a block.
+fn of_rows(block: &VisibilityBlock, rows: &[usize]) -> Result<VisibilityBlock> {
+    Ok(VisibilityBlock {
+        coverage: block.coverage.select(rows)?,
+        vis: block.vis.select(Axis(0), rows),
+        weights: block.weights.select(Axis(0), rows),
+        flags: block.flags.select(Axis(0), rows),
+        nsamples: block.nsamples.select(Axis(0), rows),
+    })
+}
+
 /// The sums of each unit: baseline and part of the time.
 type Units = BTreeMap<(u32, u32, i64), Sums>;
 
@@ -240,18 +252,19 @@ impl Prediction {
     ) -> Result<Self> {
         let header = data.header().clone();
         let corrupt = ApplyOptions { direction: Direction::Corrupt, flag_unsolved: true, ..apply };
-        let mut applier = gains.map(|g| GainApplier::new(g, &header, corrupt)).transpose()?;
+        let applier = gains.map(|g| GainApplier::new(g, &header, corrupt)).transpose()?;
         let mut units = Units::new();
         let own = for_each_block(data, MemoryBudget::default().block(), |first, block| -> Result<()> {
             let rows: Vec<usize> = (0..block.n_rows()).filter(|r| held.holds(&block, *r)).collect();
             let clean = model.predict(&header, first, &block.coverage)?;
+            let (block, clean) = (of_rows(&block, &rows)?, clean.select(Axis(0), &rows));
             let mut predicted = VisibilityBlock { vis: clean.clone(), ..block.clone() };
-            if let Some(applier) = &mut applier {
+            if let Some(applier) = &applier {
                 applier.apply(&mut predicted)?;
             }
             let (_, n_chan, n_pol) = block.vis.dim();
             let wide = |v: num_complex::Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
-            for row in rows {
+            for row in 0..rows.len() {
                 let sums = units.entry(held.unit(&block, row)).or_default();
                 for at in (0..n_chan).flat_map(|c| (0..n_pol).map(move |p| (row, c, p))) {
                     let weight = f64::from(block.usable_weight(at.0, at.1, at.2));

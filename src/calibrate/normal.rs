@@ -13,6 +13,7 @@ use crate::{ChainError, Result};
 use cittert_arrays::{Ranks, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
 use ndarray::Array3;
 use num_complex::{Complex, Complex64};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Sums over the samples of a baseline (or of one row of it) in an interval. V is taken as antenna p to q with p < q.
@@ -151,17 +152,18 @@ impl NormalEquations {
         let (Some(vis), Some(weights), Some(flags), Some(model)) = (vis, weights, flags, model) else {
             return Err(ChainError::Incompatible("a block whose arrays are not contiguous".into()));
         };
-        let mut row_cells: Vec<(u32, Cell)> = Vec::new();
+        let mut rows_of: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
         for row in 0..block.n_rows() {
             let (a1, a2) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
             if a1.max(a2) >= n_ant {
                 return Err(ChainError::Incompatible(format!("a row names antenna {}, the array has {n_ant}", a1.max(a2))));
             }
-            if a1 == a2 {
-                continue;
+            if a1 != a2 {
+                rows_of.entry(self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?).or_default().push(row);
             }
-            let key = self.bins.key(coverage.time_jd[row], coverage.integration_s[row])?;
-            if !self.intervals.contains_key(&key)
+        }
+        for key in rows_of.keys() {
+            if !self.intervals.contains_key(key)
                 && (self.intervals.len() + 1) * n_cells * size_of::<Cell>() > MemoryBudget::default().bytes()
             {
                 return Err(ChainError::BadOption {
@@ -170,52 +172,68 @@ impl NormalEquations {
                     expected: "a longer interval, or fewer channels (average them first), so that the sums fit into 4 GiB".into(),
                 });
             }
-            let sums = self.intervals.entry(key).or_insert_with(|| IntervalSums {
-                span: TimeSpan::empty(),
-                cells: vec![Cell::default(); n_cells],
-                rows: Vec::new(),
-            });
-            let pair = pair_index(n_ant, a1.min(a2), a1.max(a2));
-            let used_before = self.counts.used;
-            row_cells.clear();
-            let here = row * samples..(row + 1) * samples;
-            let (vis, weights, flags, model) = (&vis[here.clone()], &weights[here.clone()], &flags[here.clone()], &model[here]);
-            for (i, (((v, w), flag), m)) in vis.iter().zip(weights).zip(flags).zip(model).enumerate() {
-                let Some(feed) = self.feeds.of_pol[i % n_pol] else { continue };
-                if *flag || *w <= 0.0 {
-                    self.counts.flagged += 1;
-                    continue;
-                }
-                let (v, m, w) = (wide(*v), wide(*m), f64::from(*w));
-                if !(w.is_finite() && v.re.is_finite() && v.im.is_finite()) {
-                    self.counts.not_finite += 1;
-                    continue;
-                }
-                if !(m.re.is_finite() && m.im.is_finite()) {
-                    self.counts.bad_model += 1;
-                    continue;
-                }
-                let (v, m) = if a1 < a2 { (v, m) } else { (v.conj(), m.conj()) };
-                let index = (self.channels.group_of[i / n_pol] * n_feed + feed) * n_pairs(n_ant) + pair;
-                sums.cells[index].add(w, v, m);
-                self.counts.used += 1;
-                if self.options.outliers != Outliers::None {
-                    match row_cells.iter_mut().find(|(at, _)| *at == index as u32) {
-                        Some((_, cell)) => cell.add(w, v, m),
-                        None => {
-                            let mut cell = Cell::default();
-                            cell.add(w, v, m);
-                            row_cells.push((index as u32, cell));
+            let empty = || IntervalSums { span: TimeSpan::empty(), cells: vec![Cell::default(); n_cells], rows: Vec::new() };
+            self.intervals.entry(*key).or_insert_with(empty);
+        }
+        // Each task sums the rows of one interval in their order, so the sums do not depend on the number of threads.
+        let Self { feeds, channels, options, intervals, .. } = self;
+        let task = |(sums, rows): (&mut IntervalSums, &Vec<usize>)| {
+            let (mut counts, mut present) = (SampleCounts::default(), vec![false; n_ant]);
+            let mut row_cells: Vec<(u32, Cell)> = Vec::new();
+            for &row in rows {
+                let (a1, a2) = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
+                let pair = pair_index(n_ant, a1.min(a2), a1.max(a2));
+                let used_before = counts.used;
+                row_cells.clear();
+                let here = row * samples..(row + 1) * samples;
+                let (vis, weights, flags, model) = (&vis[here.clone()], &weights[here.clone()], &flags[here.clone()], &model[here]);
+                for (i, (((v, w), flag), m)) in vis.iter().zip(weights).zip(flags).zip(model).enumerate() {
+                    let Some(feed) = feeds.of_pol[i % n_pol] else { continue };
+                    if *flag || *w <= 0.0 {
+                        counts.flagged += 1;
+                        continue;
+                    }
+                    let (v, m, w) = (wide(*v), wide(*m), f64::from(*w));
+                    if !(w.is_finite() && v.re.is_finite() && v.im.is_finite()) {
+                        counts.not_finite += 1;
+                        continue;
+                    }
+                    if !(m.re.is_finite() && m.im.is_finite()) {
+                        counts.bad_model += 1;
+                        continue;
+                    }
+                    let (v, m) = if a1 < a2 { (v, m) } else { (v.conj(), m.conj()) };
+                    let index = (channels.group_of[i / n_pol] * n_feed + feed) * n_pairs(n_ant) + pair;
+                    sums.cells[index].add(w, v, m);
+                    counts.used += 1;
+                    if options.outliers != Outliers::None {
+                        match row_cells.iter_mut().find(|(at, _)| *at == index as u32) {
+                            Some((_, cell)) => cell.add(w, v, m),
+                            None => {
+                                let mut cell = Cell::default();
+                                cell.add(w, v, m);
+                                row_cells.push((index as u32, cell));
+                            }
                         }
                     }
                 }
+                sums.rows.extend(row_cells.iter().copied());
+                if counts.used > used_before {
+                    sums.span.add(coverage.time_jd[row], coverage.integration_s[row]);
+                    present[a1] = true;
+                    present[a2] = true;
+                }
             }
-            sums.rows.extend(row_cells.iter().copied());
-            if self.counts.used > used_before {
-                sums.span.add(coverage.time_jd[row], coverage.integration_s[row]);
-                self.present[a1] = true;
-                self.present[a2] = true;
-            }
+            (counts, present)
+        };
+        let parts: Vec<_> = intervals.iter_mut().filter_map(|(key, sums)| rows_of.get(key).map(|rows| (sums, rows))).collect();
+        let done: Vec<(SampleCounts, Vec<bool>)> = parts.into_par_iter().map(task).collect();
+        for (counts, present) in done {
+            self.counts.used += counts.used;
+            self.counts.flagged += counts.flagged;
+            self.counts.not_finite += counts.not_finite;
+            self.counts.bad_model += counts.bad_model;
+            self.present.iter_mut().zip(present).for_each(|(all, part)| *all |= part);
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ use crate::memory::MemoryBudget;
 use cittert_arrays::{UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource};
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex;
+use rayon::prelude::*;
 
 /// Predictions for the first rows of a set \[row, chan\], with the uvw of these rows.
 #[derive(Default)]
@@ -92,12 +93,12 @@ impl VisibilitySource for Left<'_> {
                 made.view()
             }
         };
-        for (p, pol) in header.polarizations.iter().enumerate() {
-            if sees_unpolarized(*pol) {
-                let mut vis = block.vis.index_axis_mut(Axis(2), p);
-                vis -= &model;
+        let seen: Vec<bool> = header.polarizations.iter().map(|pol| sees_unpolarized(*pol)).collect();
+        block.vis.axis_iter_mut(Axis(0)).into_par_iter().zip(model.axis_iter(Axis(0))).for_each(|(mut row, model)| {
+            for (mut products, model) in row.rows_mut().into_iter().zip(model) {
+                products.iter_mut().zip(&seen).filter(|(_, seen)| **seen).for_each(|(v, _)| *v -= model);
             }
-        }
+        });
         Ok(block)
     }
 }
