@@ -33,6 +33,16 @@ pub(super) fn components(
     beam: &TiledBeam,
     residual: &mut Array2<f32>,
     mask: Option<&Array2<bool>>,
+    limits: (&MinorLimits, f64),
+) -> MinorReport {
+    // On a thread of the pool, because work is handed to the other threads faster from there.
+    rayon::scope(|_| components_in_turn(beam, residual, mask, limits))
+}
+
+fn components_in_turn(
+    beam: &TiledBeam,
+    residual: &mut Array2<f32>,
+    mask: Option<&Array2<bool>>,
     (limits, divergence): (&MinorLimits, f64),
 ) -> MinorReport {
     let mut state = TiledResidual::new(beam, std::mem::take(residual), mask, limits.negative);

@@ -26,6 +26,11 @@ const CONVOLUTION: usize = 500;
 /// long as its multiply-adds.
 const FEW: usize = 64;
 
+/// Tiles whose bound exceeds this part of the last peak will soon have to be updated.
+const SOON: f64 = 0.95;
+/// Number of components in tiles, about 0.1 ms of work, from which on several tiles are updated together.
+const ENOUGH: usize = 300;
+
 /// A dirty beam, prepared for subtraction.
 pub(super) struct TiledBeam {
     psf: ArcArray2<f32>,
@@ -121,6 +126,8 @@ pub(super) struct TiledResidual<'a> {
     /// The spectrum of the beam, once a convolution has been needed.
     spectrum: Option<Spectrum<f32>>,
     work: usize,
+    /// The last peak.
+    last: f64,
 }
 
 struct Tile {
@@ -154,6 +161,7 @@ impl<'a> TiledResidual<'a> {
             base: residual,
             spectrum: None,
             work: 0,
+            last: f64::INFINITY,
         };
         state.load();
         state
@@ -187,6 +195,7 @@ impl<'a> TiledResidual<'a> {
                 let (at, first) = (self.tiles[t].peak_at, corner(t, self.t_l));
                 let (row, column) = (first.0 + at / SIDE, first.1 + at % SIDE);
                 let value = self.tiles[t].values.as_ref().map_or_else(|| self.base[(row, column)].into(), |values| values[at]);
+                self.last = self.upper[t];
                 return Some(Peak { value, row, column });
             }
             if self.work > CONVOLUTION * self.base.len() {
@@ -194,8 +203,7 @@ impl<'a> TiledResidual<'a> {
                 self.load();
                 self.work = 0;
             } else {
-                self.refresh(t);
-                self.row_upper[i] = largest(&self.upper[i * self.t_l..(i + 1) * self.t_l]);
+                self.refresh_soon(t);
             }
         }
     }
@@ -228,15 +236,37 @@ impl<'a> TiledResidual<'a> {
         }
     }
 
-    fn refresh(&mut self, t: usize) {
-        let pending = self.components.len() - self.tiles[t].applied;
-        self.work += pending * AREA;
-        let (tile, first) = (&mut self.tiles[t], corner(t, self.t_l));
-        let values = tile.values.get_or_insert_with(|| Box::new(pixels(&self.base, first)));
-        apply(self.beam, values, first, &self.components[tile.applied..]);
-        tile.applied = self.components.len();
-        let allowed = self.allowed.as_deref().map(|a| &a[t * AREA..(t + 1) * AREA]);
-        (self.upper[t], tile.peak_at) = tile_peak(values, allowed, self.negative);
+    /// Update a tile, and with it, on all threads, those that come next, where there is enough to do. The choice does not depend on the number of threads.
+    fn refresh_soon(&mut self, t: usize) {
+        let (t_l, n) = (self.t_l, self.components.len());
+        let level = SOON * self.last;
+        let rows = (0..self.t_m).filter(|i| self.row_upper[*i] >= level);
+        let mut soon: Vec<usize> =
+            rows.flat_map(|i| i * t_l..(i + 1) * t_l).filter(|k| self.upper[*k] >= level && self.tiles[*k].applied < n).collect();
+        let pending = |tiles: &[Tile], list: &[usize]| list.iter().map(|k| n - tiles[*k].applied).sum::<usize>();
+        if soon.binary_search(&t).is_err() || pending(&self.tiles, &soon) < ENOUGH {
+            soon = vec![t];
+        }
+        self.work += pending(&self.tiles, &soon) * AREA;
+        let Self { beam, tiles, allowed, negative, upper, components, base, .. } = self;
+        let refresh = |(k, (tile, upper)): (usize, (&mut Tile, &mut f64))| {
+            let first = corner(k, t_l);
+            let values = tile.values.get_or_insert_with(|| Box::new(pixels(base, first)));
+            apply(beam, values, first, &components[tile.applied..]);
+            tile.applied = n;
+            (*upper, tile.peak_at) = tile_peak(values, allowed.as_deref().map(|a| &a[k * AREA..(k + 1) * AREA]), *negative);
+        };
+        if let [k] = soon[..] {
+            refresh((k, (&mut tiles[k], &mut upper[k])));
+        } else {
+            let mut next = soon.iter().copied().peekable();
+            let all = tiles.iter_mut().zip(upper.iter_mut()).enumerate();
+            let chosen: Vec<_> = all.filter(|(k, _)| next.next_if_eq(k).is_some()).collect();
+            chosen.into_par_iter().for_each(refresh);
+        }
+        for i in soon.iter().map(|k| k / t_l) {
+            self.row_upper[i] = largest(&self.upper[i * t_l..(i + 1) * t_l]);
+        }
     }
 
     /// Subtract all components from the residual before them.
