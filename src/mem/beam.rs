@@ -10,6 +10,7 @@
 use crate::fourier::{Convolver, Filter, GridOptions, RealSpectrum};
 use cittert_arrays::SkyGrid;
 use ndarray::{Array2, ArrayView2, Zip};
+use rayon::prelude::*;
 
 /// Factor on the cell, and its inverse on uvw. It leaves u l unchanged and keeps a field of twice the width in front of the horizon.
 pub(super) const SHRINK: f64 = 1e-4;
@@ -133,7 +134,9 @@ impl BeamHessian {
     #[must_use]
     pub fn mean_damping(&self, t: f64) -> f64 {
         let values = self.eigenvalues.values();
-        let sum: f64 = values.iter().map(|k| 1.0 / (1.0 + t * f64::from(*k))).sum();
+        let sum_of = |part: &[f32]| part.iter().map(|k| 1.0 / (1.0 + t * f64::from(*k))).sum();
+        let sums: Vec<f64> = values.par_chunks(1 << 14).map(sum_of).collect();
+        let sum: f64 = sums.iter().sum();
         sum / values.len().max(1) as f64
     }
 }

@@ -4,6 +4,7 @@ use super::data_term::DataTerm;
 use super::listed::Listed;
 use super::passes::Passes;
 use super::response::Response;
+use crate::finite::all_finite;
 use crate::fourier::GridOptions;
 use crate::imaging::{ImageMisfit, Imager};
 use crate::misfit::VisibilityTerm;
@@ -112,7 +113,9 @@ impl<'a> ChiSquared<'a> {
     /// # Errors
     /// An image of another size or with values that are not finite.
     pub fn evaluate(&mut self, image: CowArray<'_, f64, Ix2>) -> Result<ImageMisfit> {
-        if let Some(((row, column), v)) = image.indexed_iter().find(|(_, v)| !v.is_finite()) {
+        if !all_finite(&image, |v| v)
+            && let Some(((row, column), v)) = image.indexed_iter().find(|(_, v)| !v.is_finite())
+        {
             let what = format!("pixel (column {column}, row {row}) of the image");
             return Err(ArrayError::BadValue { what, value: v.to_string(), expected: "a finite number" }.into());
         }
@@ -126,7 +129,7 @@ impl<'a> ChiSquared<'a> {
             self.response.multiply(&mut misfit.gradient);
             misfit
         };
-        let finite = misfit.chi2.is_finite() && misfit.gradient.iter().all(|g| g.is_finite());
+        let finite = misfit.chi2.is_finite() && all_finite(&misfit.gradient, |g| g);
         ensure!(finite, ChainError::NoData("chi squared has no finite gradient: the weights are too large for the data".into()));
         self.evaluations += 1;
         self.seconds += start.elapsed().as_secs_f64();

@@ -45,11 +45,12 @@ impl Listed {
         let top = self.slope.iter().map(|v| v.re.abs().max(v.im.abs())).fold(0.0, f64::max);
         ensure!(top.is_finite(), ChainError::NoData("chi squared has no finite gradient: the weights are too large for the data".into()));
         let scale = if top > 0.0 { 1.0 / top } else { 1.0 };
-        let image = match &mut self.transforms {
+        let mut image = match &mut self.transforms {
             Transforms::Single(p) => p.adjoint(&self.slope, scale)?,
             Transforms::Double(p) => p.adjoint(&self.slope, scale)?,
         };
-        Ok(image * (1.0 / scale))
+        image.par_mapv_inplace(|v| v * (1.0 / scale));
+        Ok(image)
     }
 }
 

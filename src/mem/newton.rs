@@ -16,11 +16,15 @@ use super::smoothness::Smoothness;
 use crate::fourier::RealSpectrum;
 use crate::{ChainError, Result};
 use ndarray::Array2;
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// Fraction of the mean brightness at which the preconditioner treats a pixel as half bright and half dark. It changes the number of steps
 /// of the conjugate gradients, but not their solution.
 const HALF_BRIGHT: f32 = 0.1;
+
+/// Number of pixels that one task works on.
+const PART: usize = 1 << 14;
 
 /// The linear system of one Newton step.
 pub(super) struct NewtonSystem<'a> {
@@ -61,6 +65,20 @@ fn scattered() -> ChainError {
     ChainError::Incompatible("an image of the Newton step does not lie in memory row after row".into())
 }
 
+/// Change each pixel of an image by those of three others, on all threads.
+fn each(out: &mut Array2<f32>, [a, b, c]: [&Array2<f32>; 3], f: impl Fn(&mut f32, f32, f32, f32) + Sync) -> Result<()> {
+    let parts =
+        flat_mut(out)?.par_chunks_mut(PART).zip(flat(a)?.par_chunks(PART)).zip(flat(b)?.par_chunks(PART)).zip(flat(c)?.par_chunks(PART));
+    parts.for_each(|(((o, a), b), c)| o.iter_mut().zip(a).zip(b).zip(c).for_each(|(((o, a), b), c)| f(o, *a, *b, *c)));
+    Ok(())
+}
+
+/// The largest absolute value, at least `least`.
+fn top(a: &Array2<f32>, least: f32) -> Result<f32> {
+    let parts = flat(a)?.par_chunks(PART).map(|part| part.iter().fold(least, |top, v| top.max(v.abs())));
+    Ok(parts.reduce(|| least, f32::max))
+}
+
 fn dot(a: &Array2<f32>, b: &Array2<f32>) -> Result<f64> {
     // Short sums in single precision, their sum in double.
     let part = |(a, b): (&[f32], &[f32])| {
@@ -73,17 +91,22 @@ fn dot(a: &Array2<f32>, b: &Array2<f32>) -> Result<f64> {
         let rest = a.chunks_exact(8).remainder().iter().zip(b.chunks_exact(8).remainder());
         sums.iter().map(|s| f64::from(*s)).sum::<f64>() + rest.map(|(a, b)| f64::from(a * b)).sum::<f64>()
     };
-    Ok(flat(a)?.chunks(256).zip(flat(b)?.chunks(256)).map(part).sum())
+    let long = |(a, b): (&[f32], &[f32])| a.chunks(256).zip(b.chunks(256)).map(part).sum();
+    // The sums of the parts are added in their order, whatever number of threads made them.
+    let sums: Vec<f64> = flat(a)?.par_chunks(PART).zip(flat(b)?.par_chunks(PART)).map(long).collect();
+    Ok(sums.iter().sum())
 }
 
 /// The mean of s^2 / (4 E), weighted with itself.
 fn bright_mean(s: &Array2<f32>, e: &Array2<f32>) -> Result<f32> {
-    let (mut first, mut second) = (0.0, 0.0);
-    flat(s)?.iter().zip(flat(e)?).for_each(|(s, e)| {
-        let x = f64::from(0.25 * s * s / e);
-        first += x;
-        second += x * x;
-    });
+    let part = |(s, e): (&[f32], &[f32])| {
+        s.iter().zip(e).fold((0.0, 0.0), |(first, second), (s, e)| {
+            let x = f64::from(0.25 * s * s / e);
+            (first + x, second + x * x)
+        })
+    };
+    let sums: Vec<(f64, f64)> = flat(s)?.par_chunks(PART).zip(flat(e)?.par_chunks(PART)).map(part).collect();
+    let (first, second) = sums.iter().fold((0.0, 0.0), |(a, b), (first, second)| (a + first, b + second));
     Ok(if first > 0.0 { (second / first) as f32 } else { 0.0 })
 }
 
@@ -102,16 +125,17 @@ impl<'a> NewtonSystem<'a> {
         let mut e = residual;
         // The variable s adds curvature where the image must decrease. Where the image must increase, s would reduce the curvature. This
         // part is left out.
-        flat_mut(&mut e)?.iter_mut().zip(flat(&point.stiffness)?).for_each(|(e, c)| *e = (c + (0.5 * *e).clamp(0.0, 1e6)).max(1e-4));
+        let stiff = &point.stiffness;
+        each(&mut e, [stiff; 3], |e, c, _, _| *e = (c + (0.5 * *e).clamp(0.0, 1e6)).max(1e-4))?;
         let weight = (m.lambda * beam.diagonal()) as f32;
         let mean = bright_mean(&s, &e)?;
         // Smooth scenes are bright everywhere: the response decides only how much the data say.
         let (lit, half) = if links.is_some() { (&point.s, bright_mean(&point.s, &e)?) } else { (s.as_ref(), mean) };
         let mut bright = Array2::zeros(e.dim());
-        flat_mut(&mut bright)?.iter_mut().zip(flat(lit)?.iter().zip(flat(&e)?)).for_each(|(b, (s, e))| {
+        each(&mut bright, [lit, &e, &e], |b, s, e, _| {
             let x = 0.25 * s * s / e;
             *b = if x > 0.0 { (x / (x + HALF_BRIGHT * half)).sqrt() } else { 0.0 };
-        });
+        })?;
         let smooth = links.map(|links| {
             let damping = half * links.stencil() as f32;
             Smooth { links, s: &point.s, spectrum: beam.differences(), damping }
@@ -119,28 +143,27 @@ impl<'a> NewtonSystem<'a> {
         Ok(Self { beam, s, e, weight, rho: m.rho as f32, bright, damping: weight * mean, smooth })
     }
 
-    fn hessian(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
-        let mut seen = v.clone();
-        flat_mut(&mut seen)?.iter_mut().zip(flat(&self.s)?).for_each(|(x, s)| *x *= 0.5 * s);
-        let common = if self.rho == 0.0 { 0.0 } else { self.rho * flat(&seen)?.iter().map(|x| f64::from(*x)).sum::<f64>() as f32 };
-        self.beam.apply_to(&mut seen);
-        let parts = flat(v)?.iter().zip(flat(&self.s)?).zip(flat(&self.e)?);
+    /// The Hessian times `v`, written over `out`.
+    fn hessian(&self, v: &Array2<f32>, out: &mut Array2<f32>) -> Result<()> {
+        each(out, [v, &self.s, &self.s], |o, v, s, _| *o = v * (0.5 * s))?;
+        let common = if self.rho == 0.0 { 0.0 } else { self.rho * flat(out)?.iter().map(|x| f64::from(*x)).sum::<f64>() as f32 };
+        self.beam.apply_to(out);
         let weight = self.weight;
-        flat_mut(&mut seen)?.iter_mut().zip(parts).for_each(|(o, ((v, s), e))| *o = e * v + 0.5 * s * (weight * *o + common));
+        each(out, [v, &self.s, &self.e], |o, v, s, e| *o = e * v + 0.5 * s * (weight * *o + common))?;
         if let Some(Smooth { links, s, .. }) = &self.smooth {
             let mut bent = Array2::zeros(v.dim());
             links.bend(1.0, |at| f64::from(0.5 * s[at] * v[at]), &mut bent);
-            flat_mut(&mut seen)?.iter_mut().zip(flat(s)?.iter().zip(flat(&bent)?)).for_each(|(o, (s, b))| *o += 0.5 * s * b);
+            each(out, [s, &bent, &bent], |o, s, b, _| *o += 0.5 * s * b)?;
         }
-        Ok(seen)
+        Ok(())
     }
 
     /// The curvature of the data along two directions, x D H D y.
     pub(super) fn data_curvature(&self, x: &Array2<f32>, y: &Array2<f32>) -> Result<f64> {
-        let top = x.iter().chain(y).fold(f32::MIN_POSITIVE, |a, v| a.max(v.abs()));
+        let top = top(x, top(y, f32::MIN_POSITIVE)?)?;
         let seen = |v: &Array2<f32>| -> Result<Array2<f32>> {
-            let mut out = self.s.as_ref().clone();
-            flat_mut(&mut out)?.iter_mut().zip(v).for_each(|(o, v)| *o *= 0.5 * (v / top));
+            let mut out = Array2::zeros(v.dim());
+            each(&mut out, [v, &self.s, &self.s], |o, v, s, _| *o = s * (0.5 * (v / top)))?;
             Ok(out)
         };
         let mut h = seen(x)?;
@@ -148,53 +171,58 @@ impl<'a> NewtonSystem<'a> {
         Ok(dot(&h, &seen(y)?)? * self.beam.diagonal() * f64::from(top).powi(2))
     }
 
-    fn precondition(&self, v: &Array2<f32>) -> Result<Array2<f32>> {
-        let mut part = v.clone();
-        let (bright, e) = (flat(&self.bright)?, flat(&self.e)?);
-        let blend = || bright.iter().zip(e.iter().map(|e| e.sqrt()));
-        flat_mut(&mut part)?.iter_mut().zip(blend()).for_each(|(p, (b, root))| *p *= b / root);
+    /// The preconditioner applied to `v`, written over `out`.
+    fn precondition(&self, v: &Array2<f32>, out: &mut Array2<f32>) -> Result<()> {
+        each(out, [v, &self.bright, &self.e], |p, v, b, e| *p = v * (b / e.sqrt()))?;
         match &self.smooth {
-            None => self.beam.filter(&mut part, &self.beam.damping(self.damping)),
-            Some(smooth) => self.beam.filter(&mut part, &self.beam.damping_with(self.damping, &smooth.spectrum, smooth.damping)),
+            None => self.beam.filter(out, &self.beam.damping(self.damping)),
+            Some(smooth) => self.beam.filter(out, &self.beam.damping_with(self.damping, &smooth.spectrum, smooth.damping)),
         }
-        let given = flat(v)?.iter().zip(blend());
-        flat_mut(&mut part)?.iter_mut().zip(given).for_each(|(o, (v, (b, root)))| *o = ((1.0 - b * b) * v / root + b * *o) / root);
-        Ok(part)
+        each(out, [v, &self.bright, &self.e], |o, v, b, e| {
+            let root = e.sqrt();
+            *o = ((1.0 - b * b) * v / root + b * *o) / root;
+        })
     }
 
     /// The solution of Hessian x = `rhs` and the number of steps of conjugate gradients that it took.
-    pub(super) fn solve(&self, mut rhs: Array2<f32>, effort: Effort) -> Result<(Array2<f32>, usize)> {
+    pub(super) fn solve(&self, rhs: Array2<f32>, effort: Effort) -> Result<(Array2<f32>, usize)> {
+        // On a thread of the pool, because work is handed to the other threads faster from there.
+        rayon::scope(|_| self.solve_in_turn(rhs, effort))
+    }
+
+    fn solve_in_turn(&self, mut rhs: Array2<f32>, effort: Effort) -> Result<(Array2<f32>, usize)> {
         let mut x = Array2::<f32>::zeros(rhs.dim());
         // The scale keeps the squares within the range of single precision for every unit of flux.
-        let top = rhs.iter().fold(0.0_f32, |a, v| a.max(v.abs()));
+        let top = top(&rhs, 0.0)?;
         if !(top > 0.0) {
             return Ok((x, 0));
         }
         rhs.mapv_inplace(|v| v / top);
         let mut r = rhs;
-        let z = self.precondition(&r)?;
-        let mut rz = dot(&r, &z)?;
-        let mut p = z;
+        let mut p = Array2::zeros(r.dim());
+        self.precondition(&r, &mut p)?;
+        let mut rz = dot(&r, &p)?;
+        // The Hessian times p, and then the preconditioned residual.
+        let mut work = Array2::zeros(r.dim());
         let goal = effort.tolerance * dot(&r, &r)?.sqrt();
         let mut steps = 0;
         while steps < effort.steps && rz > 0.0 {
-            let h = self.hessian(&p)?;
-            let curvature = dot(&p, &h)?;
+            self.hessian(&p, &mut work)?;
+            let curvature = dot(&p, &work)?;
             if !(curvature > 0.0) {
                 break;
             }
             let a = (rz / curvature) as f32;
-            flat_mut(&mut x)?.iter_mut().zip(flat(&p)?).for_each(|(x, p)| *x += a * p);
-            flat_mut(&mut r)?.iter_mut().zip(flat(&h)?).for_each(|(r, h)| *r -= a * h);
+            each(&mut x, [&p; 3], |x, p, _, _| *x += a * p)?;
+            each(&mut r, [&work; 3], |r, h, _, _| *r -= a * h)?;
             steps += 1;
             if dot(&r, &r)?.sqrt() <= goal {
                 break;
             }
-            drop(h);
-            let z = self.precondition(&r)?;
-            let next = dot(&r, &z)?;
+            self.precondition(&r, &mut work)?;
+            let next = dot(&r, &work)?;
             let b = (next / rz) as f32;
-            flat_mut(&mut p)?.iter_mut().zip(flat(&z)?).for_each(|(p, z)| *p = z + b * *p);
+            each(&mut p, [&work; 3], |p, z, _, _| *p = z + b * *p)?;
             rz = next;
         }
         x.mapv_inplace(|v| v * top);

@@ -12,7 +12,8 @@ use super::chi2::ChiSquared;
 use super::regulariser::{Regulariser, WeightedSum};
 use super::smoothness::Smoothness;
 use crate::Result;
-use ndarray::{Array2, Zip};
+use ndarray::{Array2, Axis, Zip};
+use rayon::prelude::*;
 
 /// Curvature of the flux constraint in units of that of the entropy. It changes the number of steps, but not the solution.
 const FLUX_STIFFNESS: f64 = 100.0;
@@ -74,8 +75,13 @@ impl Point {
     /// The image, flux a pixel \[m, l\].
     #[must_use]
     pub fn image(&self) -> Array2<f64> {
-        self.s.mapv(brightness)
+        bright(&self.s)
     }
+}
+
+/// The image at the values of the variable.
+fn bright(s: &Array2<f32>) -> Array2<f64> {
+    Zip::from(s).par_map_collect(|s| brightness(*s))
 }
 
 /// The image at a value of the variable.
@@ -93,7 +99,7 @@ impl Objective<'_> {
     /// The variable s of an image; pixels outside the mask become 0.
     #[must_use]
     pub fn variable(&self, image: &Array2<f64>) -> Array2<f32> {
-        let mut s = image.mapv(|v| (2.0 * v.max(0.0).sqrt()) as f32);
+        let mut s = Zip::from(image).par_map_collect(|v| (2.0 * v.max(0.0).sqrt()) as f32);
         self.darken(&mut s);
         s
     }
@@ -113,7 +119,7 @@ impl Objective<'_> {
     #[must_use]
     pub fn seen(&self, mut image: Array2<f64>) -> Array2<f64> {
         if let Some(offset) = &self.offset {
-            Zip::from(&mut image).and(offset).for_each(|i, o| *i -= f64::from(*o));
+            Zip::from(&mut image).and(offset).par_for_each(|i, o| *i -= f64::from(*o));
         }
         image
     }
@@ -123,22 +129,22 @@ impl Objective<'_> {
     /// # Errors
     /// Values that are not finite.
     pub fn evaluate(&mut self, s: Array2<f32>) -> Result<Point> {
-        let model = self.seen(s.mapv(brightness));
+        let model = self.seen(bright(&s));
         let misfit = self.chi2.evaluate(model.into())?;
-        let slope = misfit.gradient.mapv(|g| (0.5 * g) as f32);
+        let slope = Zip::from(&misfit.gradient).par_map_collect(|g| (0.5 * g) as f32);
         drop(misfit.gradient);
         Ok(self.assemble(s, misfit.chi2, slope))
     }
 
     /// A point whose chi squared and gradient are known already.
     pub(super) fn assemble(&self, s: Array2<f32>, chi2: f64, slope: Array2<f32>) -> Point {
-        let image = s.mapv(brightness);
+        let image = bright(&s);
         let (mut penalty_slope, mut stiffness) = (Array2::zeros(image.dim()), Array2::zeros(image.dim()));
         let mut penalty = self.penalty.add(&image, 1.0, &mut penalty_slope, &mut stiffness);
         if let Some(smoothness) = &self.smoothness {
             penalty += smoothness.bend(1.0, |at| image[at], &mut penalty_slope);
         }
-        Zip::from(&mut stiffness).and(&image).for_each(|c, i| {
+        Zip::from(&mut stiffness).and(&image).par_for_each(|c, i| {
             if !(*i > 0.0) {
                 *c = 1.0
             }
@@ -176,7 +182,7 @@ impl Objective<'_> {
     #[must_use]
     pub fn gradient(&self, point: &Point, m: &Multipliers) -> Array2<f32> {
         let mut out = self.residual(point, m);
-        Zip::from(&mut out).and(&point.s).for_each(|o, s| *o *= 0.5 * s);
+        Zip::from(&mut out).and(&point.s).par_for_each(|o, s| *o *= 0.5 * s);
         out
     }
 
@@ -185,7 +191,6 @@ impl Objective<'_> {
     #[must_use]
     pub fn kkt(&self, point: &Point, m: &Multipliers) -> f64 {
         let beta = m.beta + m.rho * self.excess(point);
-        let (mut all, mut data, mut prior) = (0.0, 0.0, 0.0);
         let with_flux;
         let (sides, common) = match self.chi2.response().plane().filter(|_| beta != 0.0) {
             // Without a flux constraint beta is 0.
@@ -197,18 +202,23 @@ impl Objective<'_> {
                 (&with_flux, 0.0)
             }
         };
-        Zip::from(&point.s).and(&point.slope).and(sides).for_each(|s, g, p| {
+        let pixel = |sums: [f64; 3], ((s, g), p): ((&f32, &f32), &f32)| {
             let (i, a, b) = (brightness(*s), m.lambda * f64::from(*g), f64::from(*p) + common);
-            all += i * (a + b) * (a + b);
-            data += i * a * a;
-            prior += i * b * b;
-        });
+            add(sums, [i * (a + b) * (a + b), i * a * a, i * b * b])
+        };
+        let rows = point.s.axis_iter(Axis(0)).into_par_iter().zip(point.slope.axis_iter(Axis(0))).zip(sides.axis_iter(Axis(0)));
+        let sums: Vec<[f64; 3]> = rows.map(|((s, g), p)| s.iter().zip(g).zip(p).fold([0.0; 3], pixel)).collect();
+        let [all, data, prior] = sums.into_iter().fold([0.0; 3], add);
         let sides = data.sqrt() + prior.sqrt();
         if sides > 0.0 { all.sqrt() / sides } else { 0.0 }
     }
 }
 
+fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| a[k] + b[k])
+}
+
 /// In single precision.
 pub(crate) fn single(values: Array2<f64>) -> Array2<f32> {
-    values.mapv(|v| v as f32)
+    Zip::from(&values).par_map_collect(|v| *v as f32)
 }

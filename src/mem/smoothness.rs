@@ -16,7 +16,8 @@
 use super::response::Response;
 use crate::Result;
 use crate::values::need;
-use ndarray::{ArcArray2, Array2, Zip};
+use ndarray::{ArcArray2, Array2, ArrayViewMut1, Axis, Zip};
+use rayon::prelude::*;
 
 /// The sum of the squared differences of neighbours, each over the prior: unit strength / 2 sum (I_i / M_i - I_j / M_j)^2, in the unit of flux.
 #[derive(Debug, Clone)]
@@ -101,28 +102,35 @@ impl Smoothness {
 
     /// Add `weight` times the gradient at an image in flux a pixel \[m, l\]; the penalty itself. The penalty is a square, so its gradient is its Hessian times the
     /// image.
-    pub fn bend(&self, weight: f64, image: impl Fn((usize, usize)) -> f64, out: &mut Array2<f32>) -> f64 {
+    pub fn bend(&self, weight: f64, image: impl Fn((usize, usize)) -> f64 + Sync, out: &mut Array2<f32>) -> f64 {
         let (n_m, n_l) = out.dim();
-        let (factor, mut sum) = (self.strength * self.unit, 0.0);
-        for i in 0..n_m {
-            for j in 0..n_l {
+        let factor = self.strength * self.unit;
+        // The scaled difference along a link, and the factor of its square. A link belongs to the pixel from which it goes on along l or m.
+        let link = |from: (usize, usize), to: (usize, usize)| {
+            let (here, there) = (self.inverse(from)?, self.inverse(to)?);
+            Some((image(from) * f64::from(here) - image(to) * f64::from(there), factor * self.weight(from)))
+        };
+        // Each pixel sums over its links, so that all rows can be made at once.
+        let row = |(i, mut line): (usize, ArrayViewMut1<'_, f32>)| {
+            let mut sum = 0.0;
+            for (j, out) in line.iter_mut().enumerate() {
                 let Some(here) = self.inverse((i, j)) else { continue };
-                let value = image((i, j)) * f64::from(here);
-                let factor = factor * self.weight((i, j));
-                for at in [(i, j + 1), (i + 1, j)] {
-                    if at.0 == n_m || at.1 == n_l {
-                        continue;
-                    }
-                    let Some(there) = self.inverse(at) else { continue };
-                    let difference = value - image(at) * f64::from(there);
+                let mut slope = 0.0;
+                for to in [(i, j + 1), (i + 1, j)].into_iter().filter(|to| to.0 < n_m && to.1 < n_l) {
+                    let Some((difference, factor)) = link((i, j), to) else { continue };
                     sum += 0.5 * factor * difference * difference;
-                    let slope = weight * factor * difference;
-                    out[(i, j)] += (slope * f64::from(here)) as f32;
-                    out[at] -= (slope * f64::from(there)) as f32;
+                    slope += factor * difference;
                 }
+                for from in [(i, j.wrapping_sub(1)), (i.wrapping_sub(1), j)].into_iter().filter(|from| from.0 < n_m && from.1 < n_l) {
+                    let Some((difference, factor)) = link(from, (i, j)) else { continue };
+                    slope -= factor * difference;
+                }
+                *out += (weight * slope * f64::from(here)) as f32;
             }
-        }
-        sum
+            sum
+        };
+        let sums: Vec<f64> = out.axis_iter_mut(Axis(0)).into_par_iter().enumerate().map(row).collect();
+        sums.iter().sum()
     }
 }
 

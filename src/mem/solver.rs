@@ -5,7 +5,8 @@ use super::objective::{Multipliers, Objective, Point};
 use crate::progress::{Event, Observer};
 use crate::{ChainError, ensure};
 use argmin::core::{Error, Executor, IterState, KV, Problem, Solver, TerminationReason, TerminationStatus};
-use ndarray::{Array2, Zip};
+use ndarray::{Array2, Axis};
+use rayon::prelude::*;
 use std::cell::{RefCell, RefMut};
 
 /// The form of the problem for argmin, which gives only shared references.
@@ -227,7 +228,8 @@ pub(super) fn run<'o, A: Advance>(
 
 /// Scalar product of two images.
 pub(super) fn dot(a: &Array2<f32>, b: &Array2<f32>) -> f64 {
-    let mut sum = 0.0;
-    Zip::from(a).and(b).for_each(|a, b| sum += f64::from(*a) * f64::from(*b));
-    sum
+    let lines = a.axis_iter(Axis(0)).into_par_iter().zip(b.axis_iter(Axis(0)));
+    let sums: Vec<f64> = lines.map(|(a, b)| a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum()).collect();
+    // The lines are added in their order, so that the sum does not depend on the number of threads.
+    sums.iter().sum()
 }

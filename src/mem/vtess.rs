@@ -75,9 +75,11 @@ impl Model {
 
 /// An array times s / 2.
 fn in_s(point: &Point, v: &Array2<f32>) -> Array2<f32> {
-    let mut out = v.clone();
-    Zip::from(&mut out).and(&point.s).for_each(|o, s| *o *= 0.5 * s);
-    out
+    Zip::from(v).and(&point.s).par_map_collect(|v, s| v * (0.5 * s))
+}
+
+fn add_scaled(to: &mut Array2<f32>, factor: f64, of: &Array2<f32>) {
+    Zip::from(to).and(of).par_for_each(|to, of| *to += factor as f32 * of);
 }
 
 impl Vtess {
@@ -93,7 +95,7 @@ impl Vtess {
         let effort = course.steering.effort(chi2, kkt);
         let mut inner = 0;
         let mut solve = |g: &Array2<f32>| -> Result<Array2<f32>> {
-            let (x, steps) = system.solve(g.mapv(|v| -v), effort)?;
+            let (x, steps) = system.solve(Zip::from(g).par_map_collect(|v| -v), effort)?;
             inner += steps;
             Ok(x)
         };
@@ -110,8 +112,8 @@ impl Vtess {
             let ff = -dot(&gf, &df);
             if ff > 0.0 {
                 beta = [(o.excess(point) + dot(&gf, &d0)) / ff, dot(&gf, &d1) / ff];
-                d0.scaled_add(beta[0] as f32, &df);
-                d1.scaled_add(beta[1] as f32, &df);
+                add_scaled(&mut d0, beta[0], &df);
+                add_scaled(&mut d1, beta[1], &df);
             }
         }
         let c00 = system.data_curvature(&d0, &d0)?;
@@ -119,7 +121,7 @@ impl Vtess {
         course.convolutions += inner + 3;
         let model = Model { now: 0.5 * point.chi2, slope: [dot(&gc, &d0), dot(&gc, &d1)], curvature: [c00, c01, c11] };
         let change = self.change(course, &model, range, (chi2, kkt), expected);
-        d0.scaled_add(change as f32, &d1);
+        add_scaled(&mut d0, change, &d1);
         let multipliers = Multipliers { lambda: m.lambda + change, beta: m.beta + beta[0] + change * beta[1], rho: 0.0 };
         Ok(Step { direction: d0, multipliers })
     }
@@ -158,7 +160,7 @@ impl Vtess {
     fn moved(&self, o: &Objective<'_>, point: &Point, direction: &Array2<f32>) -> Array2<f64> {
         let mut image = point.image();
         let (unit, VtessControl { loss, gain, .. }) = (o.unit, self.tuning);
-        Zip::from(&mut image).and(&point.s).and(direction).for_each(|i, s, d| {
+        Zip::from(&mut image).and(&point.s).and(direction).par_for_each(|i, s, d| {
             let step = 0.5 * f64::from(*s) * f64::from(*d);
             *i += step.clamp(-loss * *i, gain * *i + 0.5 * unit);
         });
@@ -177,7 +179,7 @@ impl Advance for Vtess {
         course.multipliers = m;
         let image = self.moved(o, &old, &step.direction);
         let before = old.image();
-        let change = (&image - &before).mapv(|v| v as f32);
+        let change = Zip::from(&image).and(&before).par_map_collect(|new, old| (new - old) as f32);
         let trial = course.evaluate(o, o.variable(&image))?;
         let (from, to) = (dot(&o.residual(&old, &m), &change), dot(&o.residual(&trial, &m), &change));
         // If the gradient along the step has changed its sign, the minimum lies between the two ends.
@@ -187,10 +189,10 @@ impl Advance for Vtess {
         }
         let bend = dot(&trial.slope, &change) - dot(&old.slope, &change);
         let chi2 = old.chi2 + 2.0 * t * dot(&old.slope, &change) + t * t * bend;
-        let mut slope = &old.slope * (1.0 - t as f32);
-        slope.scaled_add(t as f32, &trial.slope);
+        let (rest, part) = (1.0 - t as f32, t as f32);
+        let slope = Zip::from(&old.slope).and(&trial.slope).par_map_collect(|old, trial| old * rest + part * trial);
         let mut image = before;
-        Zip::from(&mut image).and(&change).for_each(|i, c| *i += t * f64::from(*c));
+        Zip::from(&mut image).and(&change).par_for_each(|i, c| *i += t * f64::from(*c));
         // A step of almost zero length is no progress.
         Ok((o.assemble(o.variable(&image), chi2, slope), t >= 0.02))
     }
