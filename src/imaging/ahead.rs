@@ -1,7 +1,8 @@
 //! Reads the next block of a source while the current block is processed.
 //!
-//! One thread reads, because the HDF5 library serves one thread at a time. All threads grid. With a single thread no block is read ahead, and
-//! neither on a thread of the pool: it would wait for the reader, and the reader for the pool, which applies gains to what is read.
+//! One thread reads, because a source gives its blocks in turn. All threads grid. Where there is a single thread, no block is read ahead.
+//! A thread of the pool does not read ahead either: it would wait for the reader, and the reader for the pool, which applies gains to what
+//! is read.
 
 use crate::Result;
 use cittert_arrays::{ArrayError, VisibilityBlock, VisibilitySource, for_each_block};
