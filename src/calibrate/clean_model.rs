@@ -242,7 +242,8 @@ impl Unpolarized for State {
             (self.extent, self.predictors) = (extent, std::sync::Arc::new(made));
         }
         // Rows whose u, v, w are not finite have no model. They are predicted at the origin and then set to NaN.
-        let lost: Vec<usize> = (0..coverage.n_rows()).filter(|r| coverage.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
+        let lost: Vec<usize> =
+            (0..coverage.n_rows()).into_par_iter().filter(|r| coverage.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
         let mut uvw_m = coverage.uvw_m.clone();
         lost.iter().for_each(|r| uvw_m.row_mut(*r).fill(0.0));
         let mut one = Array2::zeros((coverage.n_rows(), n_chan));

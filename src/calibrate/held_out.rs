@@ -13,10 +13,11 @@ use super::over_ranks::{Numbers, of_all};
 use crate::memory::MemoryBudget;
 use crate::random::stream;
 use crate::{ChainError, Result};
-use cittert_arrays::{GainTable, Ranks, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
-use ndarray::Axis;
-use num_complex::Complex64;
+use cittert_arrays::{GainTable, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
+use ndarray::{Array3, Axis};
+use num_complex::{Complex32, Complex64};
 use rand::seq::SliceRandom;
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -50,6 +51,8 @@ impl Default for JudgeOptions {
 
 /// Fewer units than these allow no judgement.
 const FEWEST: usize = 7;
+/// Held-out rows that one thread compares with their prediction at a time.
+const PART: usize = 256;
 /// Units into which the held-out data are divided, if the set has several times.
 const UNITS: usize = 12;
 
@@ -142,8 +145,10 @@ impl HeldOut {
         self.pairs.len() as f64 / self.of as f64
     }
 
-    fn holds(&self, block: &VisibilityBlock, row: usize) -> bool {
-        self.pairs.contains(&pair_of(block.coverage.ant1[row], block.coverage.ant2[row]))
+    /// The rows that are held out.
+    fn rows_of(&self, coverage: &UvCoverage) -> Vec<usize> {
+        let ends = coverage.ant1.par_iter().zip(&coverage.ant2).enumerate();
+        ends.filter(|(_, (a, b))| self.pairs.contains(&pair_of(**a, **b))).map(|(row, _)| row).collect()
     }
 
     /// Baseline and part of the time of a row.
@@ -181,10 +186,8 @@ impl VisibilitySource for Without<'_> {
 
     fn read_rows(&mut self, range: Range<usize>) -> cittert_arrays::Result<VisibilityBlock> {
         let mut block = self.inner.read_rows(range)?;
-        for row in 0..block.n_rows() {
-            if self.held.is_some_and(|h| h.holds(&block, row)) {
-                block.flags.index_axis_mut(ndarray::Axis(0), row).fill(true);
-            }
+        for row in self.held.map_or_else(Vec::new, |h| h.rows_of(&block.coverage)) {
+            block.flags.index_axis_mut(Axis(0), row).fill(true);
         }
         Ok(block)
     }
@@ -254,28 +257,39 @@ impl Prediction {
         let corrupt = ApplyOptions { direction: Direction::Corrupt, flag_unsolved: true, ..apply };
         let applier = gains.map(|g| GainApplier::new(g, &header, corrupt)).transpose()?;
         let mut units = Units::new();
-        let own = for_each_block(data, MemoryBudget::default().block(), |first, block| -> Result<()> {
-            let rows: Vec<usize> = (0..block.n_rows()).filter(|r| held.holds(&block, *r)).collect();
-            let clean = model.predict(&header, first, &block.coverage)?;
-            let (block, clean) = (of_rows(&block, &rows)?, clean.select(Axis(0), &rows));
+        let seen: Vec<bool> = header.polarizations.iter().map(|pol| super::model::sees_unpolarized(*pol)).collect();
+        let of_part = |block: &VisibilityBlock, clean: &Array3<Complex32>, rows: &[usize]| -> Result<Units> {
+            let (block, clean) = (of_rows(block, rows)?, clean.select(Axis(0), rows));
             let mut predicted = VisibilityBlock { vis: clean.clone(), ..block.clone() };
             if let Some(applier) = &applier {
                 applier.apply(&mut predicted)?;
             }
             let (_, n_chan, n_pol) = block.vis.dim();
-            let wide = |v: num_complex::Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
+            let wide = |v: Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
+            let mut units = Units::new();
             for row in 0..rows.len() {
                 let sums = units.entry(held.unit(&block, row)).or_default();
                 for at in (0..n_chan).flat_map(|c| (0..n_pol).map(move |p| (row, c, p))) {
                     let weight = f64::from(block.usable_weight(at.0, at.1, at.2));
-                    let parallel = super::model::sees_unpolarized(header.polarizations[at.2]);
                     let (v, m, p) = (wide(block.vis[at]), wide(clean[at]), wide(predicted.vis[at]));
-                    if weight > 0.0 && parallel && !predicted.flags[at] && m.is_finite() && p.is_finite() {
+                    if weight > 0.0 && seen[at.2] && !predicted.flags[at] && m.is_finite() && p.is_finite() {
                         sums.misfit += weight * (v - p).norm_sqr();
                         sums.power += weight * v.norm_sqr();
                         sums.change += weight * (p - m).norm_sqr();
                         sums.samples += 1.0;
                     }
+                }
+            }
+            Ok(units)
+        };
+        let own = for_each_block(data, MemoryBudget::default().block(), |first, block| -> Result<()> {
+            let rows = held.rows_of(&block.coverage);
+            let clean = model.predict(&header, first, &block.coverage)?;
+            let parts: Vec<Result<Units>> = rows.par_chunks(PART).map(|rows| of_part(&block, &clean, rows)).collect();
+            for part in parts {
+                for (unit, more) in part? {
+                    let sums = units.entry(unit).or_default();
+                    *sums = sums.plus(&more);
                 }
             }
             Ok(())

@@ -34,7 +34,10 @@ impl Predicted {
         }
         let follows = 3 * first_row == self.uvw_m.len() && vis.ncols() == self.n_chan;
         if follows && (self.vis.len() + vis.len()) * size_of::<Complex<f32>>() <= MemoryBudget::default().kept_model() {
-            self.vis.extend(vis.iter());
+            match vis.as_slice() {
+                Some(values) => self.vis.extend_from_slice(values),
+                None => self.vis.extend(vis),
+            }
             self.uvw_m.extend(uvw_m.iter());
         }
     }

@@ -1,7 +1,7 @@
 //! Baseline-time rows: uvw, antenna pairs, times.
 
 use crate::{ArrayError, Result};
-use ndarray::{Array, Array2, Axis, RemoveAxis};
+use ndarray::{Array, Array2, Axis, RemoveAxis, s};
 use std::ops::Range;
 
 /// Baseline-time rows. `ant1` and `ant2` index the antennas of the layout; uvw = r2 - r1.
@@ -72,7 +72,14 @@ impl UvCoverage {
     /// A range past the last row.
     pub fn rows(&self, range: Range<usize>) -> Result<Self> {
         ArrayError::unless_rows(&range, self.n_rows())?;
-        self.select(&range.collect::<Vec<_>>())
+        Ok(Self {
+            uvw_m: self.uvw_m.slice(s![range.clone(), ..]).to_owned(),
+            ant1: self.ant1[range.clone()].to_vec(),
+            ant2: self.ant2[range.clone()].to_vec(),
+            time_jd: self.time_jd[range.clone()].to_vec(),
+            integration_s: self.integration_s[range.clone()].to_vec(),
+            phase_center: self.phase_center[range].to_vec(),
+        })
     }
 
     /// Some rows, copied in the order given.
