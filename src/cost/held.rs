@@ -16,16 +16,13 @@ const RAW: f64 = 17.0;
 /// Chunks of a file that are unpacked while small parts of rows are gathered, and a value in them: visibility, weight and flag.
 const CHUNKS: f64 = 8e6;
 const UNPACKED: f64 = 13.0;
-/// What each thread beyond the first keeps of freed memory.
-const THREAD: f64 = 10e6;
 /// A row while it is sorted, over a row that is sorted: the keys of its runs twice, and their order.
 const SORTING: f64 = 0.9;
 /// A pixel in single and in double precision.
 pub(super) const SINGLE: f64 = 4.0;
 pub(super) const DOUBLE: f64 = 8.0;
-/// A sample by which a fit is judged, and its value and prediction; in a set that is sampled in runs of rows, with what the lists of runs leave unused.
-const SAMPLE: f64 = 80.0;
-const JUDGED_VALUE: f64 = 25.0;
+/// A sample by which a fit is judged, with its value, its prediction and its place in the lists: of a whole set, and of one that is sampled in runs of rows.
+const SAMPLE: f64 = 190.0;
 const JUDGED_RUNS: f64 = 150.0;
 /// While a fit is predicted: a row (three coverages, and its order on the grid), a value (data, sum, prediction) and a visibility of one product.
 const PREDICTED_ROW: f64 = 266.0;
@@ -58,11 +55,6 @@ impl Held<'_> {
         blocks * self.block_rows() * (RAW * (channels * products) as f64 + COVERAGE)
     }
 
-    /// Freed memory that the threads keep.
-    pub(super) fn kept_by_threads(self) -> f64 {
-        THREAD * (self.threads.max(1) - 1) as f64
-    }
-
     /// The reduced rows that stay in memory, with or without imaging weights.
     pub(super) fn data(self, weighed: bool) -> f64 {
         let o = self.outlook;
@@ -81,7 +73,7 @@ impl Held<'_> {
     pub(super) fn reading(self) -> f64 {
         let o = self.outlook;
         let reduced = if o.kept { 0.0 } else { self.block_rows() * (o.shape.1 as f64 * (VALUE + IMAGING) + UVW) };
-        reduced + self.kept_by_threads() + self.of_file()
+        reduced + self.of_file()
     }
 
     /// What a later pass holds beside the rows that stay: nothing, or the blocks that are read again and the density that weighs them.
@@ -130,7 +122,7 @@ impl Held<'_> {
 
     /// Everything but planes and images in a pass with this field.
     pub(super) fn pass(self, field: &Field) -> f64 {
-        self.data(true) + self.streaming() + self.sorted(field) + self.nodes(field) + self.kept_by_threads()
+        self.data(true) + self.streaming() + self.sorted(field) + self.nodes(field)
     }
 
     /// What sorting a block holds beyond its sorted rows. Planes have no memory yet.
@@ -154,9 +146,9 @@ impl Held<'_> {
         let all = o.visibilities() * products as f64;
         let rows = self.rows().min(MOST_JUDGED / of_row);
         let transform = o.image.size.plane_bytes as f64 + o.image.size.column_bytes as f64;
-        let samples = if all > MOST_JUDGED { n * JUDGED_RUNS } else { n * SAMPLE + all * JUDGED_VALUE };
+        let samples = n * if all > MOST_JUDGED { JUDGED_RUNS } else { SAMPLE };
         let predicted = rows * (PREDICTED_ROW + of_row * PREDICTED_VALUE + channels as f64 * PREDICTED);
-        2.0 * DOUBLE * o.pixels() + transform + samples.max(predicted) + self.kept_by_threads()
+        2.0 * DOUBLE * o.pixels() + (transform + samples).max(predicted)
     }
 
     /// Visibilities by which a fit is judged. Two hands count as one.

@@ -142,8 +142,7 @@ impl Held<'_> {
         let field = &self.outlook.image;
         let planes = field.size.plane_bytes as f64;
         let model = self.plane(DOUBLE) + field.size.column_bytes as f64 + planes.max(self.planes_between(2.0));
-        // The columns were allocated by other threads than the planes, which do not reuse their memory.
-        let both = 2.0 * planes + field.size.column_bytes as f64 + self.plane(field.real_bytes as f64);
+        let both = 2.0 * planes + self.plane(field.real_bytes as f64).max(field.size.column_bytes as f64);
         let at_once = model.max(both);
         let held = self.residual_bands().map_or(at_once, |(b, nodes)| {
             let model = self.plane(DOUBLE) + b.own_bytes;

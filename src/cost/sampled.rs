@@ -9,8 +9,10 @@ use crate::imaging::Field;
 pub(super) const RAW: f64 = 17.0;
 /// A value while it is simulated: its sum in double precision, and half as much for what is made of it.
 const SUM: f64 = 24.0;
-/// A row of the whole observation, of which the output keeps times and antennas.
-const ROW: f64 = 40.0;
+/// A row of the whole observation: the output keeps little more than the number of its time and its antennas.
+const ROW: f64 = 3.0;
+/// Buffers of an output that is written block after block.
+const WRITER: f64 = 12e6;
 /// A row of a block: its coverage three times over.
 const COVERAGES: f64 = 150.0;
 /// Bytes of a value and of the columns of a row in a file. Weights and flags that are alike take almost nothing.
@@ -48,7 +50,9 @@ impl SampledWork {
     fn stage(&self, name: &'static str) -> Stage {
         let values = self.values();
         let block = self.block_rows.min(self.rows);
-        let per_block = block * (self.channels * SUM * self.products + self.channels_out * self.products * RAW) + self.rows * ROW;
+        let per_block = block * (self.channels * SUM * self.products + self.channels_out * self.products * RAW)
+            + self.rows * ROW
+            + if block < self.rows { WRITER } else { 0.0 };
         let scene = self.image.as_ref().map_or(0.0, |(field, planes)| {
             let s = &field.size;
             let nodes = field.pass.nodes * block / self.rows.max(1.0) * 2.0 * field.real_bytes as f64;
