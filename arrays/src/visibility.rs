@@ -7,7 +7,7 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// From so many samples on (1 MiB), a copy by two threads takes less time than handing one half over.
+/// Runs of so many samples (1 MiB) or more are copied by two threads. To hand half of a shorter run over takes longer than to copy it.
 const LARGE: usize = 1 << 16;
 
 /// Unit of a visibility.
@@ -177,7 +177,7 @@ impl VisibilityBlock {
         self.coverage.append(&other.coverage)
     }
 
-    /// A run of rows, copied. Large runs are copied by several threads.
+    /// A run of rows, copied. Two threads copy a large run.
     ///
     /// # Errors
     /// A range past the last row.

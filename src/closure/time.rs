@@ -1,6 +1,6 @@
 //! Intervals of time over which gains are constant and closure quantities are averaged.
 
-use crate::values::{by_text, need};
+use crate::values::{bad_value, by_text};
 use crate::{ChainError, Result, ensure};
 use cittert_arrays::quantity::Duration;
 use std::fmt;
@@ -71,7 +71,7 @@ impl TimeBins {
             }
             SolutionInterval::Seconds(s) => {
                 if s < span * 0.999 {
-                    need("solint", format!("{s} s"), false, format!("at least one integration, {span} s"))?;
+                    return bad_value("solint", format!("{s} s"), format!("at least one integration, {span} s"));
                 }
                 let start = *self.start_jd.get_or_insert(time_jd - span / 2.0 / DAY_S);
                 Ok(((time_jd - start) * DAY_S / s + 1e-6).floor() as i64)
