@@ -22,9 +22,16 @@ pub(crate) struct ChannelClass<T> {
     pub(crate) freq_hz: Vec<f64>,
     /// Largest half phase difference over the band, rad, for which the class is accurate.
     turn: f64,
-    /// Interpolation from the nodes \[node, chan\]; `None` if the nodes are the channels.
-    matrix: Option<Vec<T>>,
+    /// Interpolation from the nodes to the channels, and its transpose; `None` if the nodes are the channels.
+    matrices: Option<[Matrix<T>; 2]>,
     n_chan: usize,
+}
+
+/// A real matrix \[input, output\]. The outputs are in groups of eight, of which the last is filled up with zeros.
+#[derive(Debug, Clone)]
+struct Matrix<T> {
+    rows: Vec<[T; 8]>,
+    groups: usize,
 }
 
 /// All classes, in the order of their number of nodes. The last class has the channels themselves as nodes.
@@ -52,7 +59,7 @@ impl<T: Real> Channels<T> {
                 classes.push(interpolated(n, freq_hz, (mid, half), epsilon));
             }
         }
-        classes.push(ChannelClass { freq_hz: freq_hz.to_vec(), turn: f64::INFINITY, matrix: None, n_chan });
+        classes.push(ChannelClass { freq_hz: freq_hz.to_vec(), turn: f64::INFINITY, matrices: None, n_chan });
         Self { classes, half_band_hz: half, n_chan }
     }
 
@@ -76,21 +83,80 @@ fn interpolated<T: Real>(n: usize, freq_hz: &[f64], (mid, half): (f64, f64), eps
     }
     let nodes: Vec<f64> = (0..n).map(|j| (PI * (j as f64 + 0.5) / n as f64).cos()).collect();
     let bary: Vec<f64> = (0..n).map(|j| (PI * (j as f64 + 0.5) / n as f64).sin() * if j % 2 == 0 { 1.0 } else { -1.0 }).collect();
-    let mut matrix = vec![T::default(); n * freq_hz.len()];
+    let mut matrix = vec![0.0; n * freq_hz.len()];
     for (c, f) in freq_hz.iter().enumerate() {
         let x = (f - mid) / half;
         if let Some(hit) = nodes.iter().position(|t| (x - t).abs() < 1e-14) {
-            matrix[hit * freq_hz.len() + c] = T::one();
+            matrix[hit * freq_hz.len() + c] = 1.0;
             continue;
         }
         let sum: f64 = nodes.iter().zip(&bary).map(|(t, b)| b / (x - t)).sum();
         for j in 0..n {
-            matrix[j * freq_hz.len() + c] = T::of(bary[j] / (x - nodes[j]) / sum);
+            matrix[j * freq_hz.len() + c] = bary[j] / (x - nodes[j]) / sum;
         }
     }
+    let n_chan = freq_hz.len();
+    let to_channels = Matrix::new((n, n_chan), |j, c| matrix[j * n_chan + c]);
+    let to_nodes = Matrix::new((n_chan, n), |c, j| matrix[j * n_chan + c]);
     let freq = nodes.iter().map(|t| mid + half * t).collect();
-    ChannelClass { freq_hz: freq, turn: lo, matrix: Some(matrix), n_chan: freq_hz.len() }
+    ChannelClass { freq_hz: freq, turn: lo, matrices: Some([to_channels, to_nodes]), n_chan }
 }
+
+impl<T: Real> Matrix<T> {
+    fn new((inputs, outputs): (usize, usize), element: impl Fn(usize, usize) -> f64) -> Self {
+        let groups = outputs.div_ceil(8);
+        let mut rows = vec![[T::default(); 8]; inputs * groups];
+        for i in 0..inputs {
+            for o in 0..outputs {
+                rows[i * groups + o / 8][o % 8] = T::of(element(i, o));
+            }
+        }
+        Self { rows, groups }
+    }
+
+    /// The product of an input with the matrix. `parts` is working memory for its real and its imaginary part.
+    #[inline(always)]
+    fn times<const FUSED: bool>(&self, input: &[Complex<T>], parts: &mut Parts<T>, output: &mut [Complex<T>]) {
+        parts.resize(self.groups, [[T::default(); 8]; 2]);
+        let mut group = 0;
+        while group < self.groups {
+            // Four groups at once: each input is loaded for all of them, and their sums fit into the registers.
+            if self.groups - group >= 4 {
+                self.times_groups::<4, FUSED>(group, input, parts);
+                group += 4;
+            } else {
+                self.times_groups::<1, FUSED>(group, input, parts);
+                group += 1;
+            }
+        }
+        for (out, [re, im]) in output.chunks_mut(8).zip(parts) {
+            for ((o, re), im) in out.iter_mut().zip(re).zip(im) {
+                *o = Complex::new(*re, *im);
+            }
+        }
+    }
+
+    /// The outputs of `N` groups. They go through memory: the compiler keeps vectors whole up to there.
+    #[inline(always)]
+    fn times_groups<const N: usize, const FUSED: bool>(&self, group: usize, input: &[Complex<T>], parts: &mut Parts<T>) {
+        let (mut re, mut im) = ([[T::default(); 8]; N], [[T::default(); 8]; N]);
+        for (v, row) in input.iter().zip(self.rows.chunks_exact(self.groups)) {
+            let row = &row[group..group + N];
+            for g in 0..N {
+                for i in 0..8 {
+                    re[g][i] = v.re.fma::<FUSED>(row[g][i], re[g][i]);
+                    im[g][i] = v.im.fma::<FUSED>(row[g][i], im[g][i]);
+                }
+            }
+        }
+        for (part, (re, im)) in parts[group..group + N].iter_mut().zip(re.into_iter().zip(im)) {
+            *part = [re, im];
+        }
+    }
+}
+
+/// Real and imaginary parts of groups of eight numbers \[group, re | im\].
+pub(super) type Parts<T> = Vec<[[T; 8]; 2]>;
 
 impl<T: Real> ChannelClass<T> {
     /// Number of nodes.
@@ -98,73 +164,35 @@ impl<T: Real> ChannelClass<T> {
         self.freq_hz.len()
     }
 
-    /// Sum the visibilities of the channels onto the nodes: the adjoint of the interpolation. `halves` is working memory for the real and the
-    /// imaginary parts, which all nodes read.
+    /// Sum the visibilities of the channels onto the nodes: the adjoint of the interpolation. The parts are working memory.
     #[inline(always)]
-    fn compress<const FUSED: bool>(&self, (vis, halves): (&[Complex<T>], &mut Vec<T>), nodes: &mut [Complex<T>]) {
+    fn compress<const FUSED: bool>(&self, (vis, parts): (&[Complex<T>], &mut Parts<T>), nodes: &mut [Complex<T>]) {
         debug_assert_eq!((vis.len(), nodes.len()), (self.n_chan, self.n_nodes()));
-        let Some(matrix) = &self.matrix else {
-            nodes.copy_from_slice(vis);
-            return;
-        };
-        halves.resize(2 * vis.len(), T::default());
-        let (all_re, all_im) = halves.split_at_mut(vis.len());
-        for ((re, im), v) in all_re.iter_mut().zip(all_im.iter_mut()).zip(vis) {
-            (*re, *im) = (v.re, v.im);
-        }
-        let ((re8, re_rest), (im8, im_rest)) = (all_re.as_chunks::<8>(), all_im.as_chunks::<8>());
-        for (k, node) in nodes.iter_mut().enumerate() {
-            let row = &matrix[k * self.n_chan..(k + 1) * self.n_chan];
-            let (r8, r_rest) = row.as_chunks::<8>();
-            let (mut re, mut im) = ([T::default(); 8], [T::default(); 8]);
-            // All have `n_chan` values; the smaller length only removes the check of each index.
-            for k in 0..re8.len().min(im8.len()).min(r8.len()) {
-                let (v_re, v_im, r) = (&re8[k], &im8[k], &r8[k]);
-                for i in 0..8 {
-                    re[i] = v_re[i].fma::<FUSED>(r[i], re[i]);
-                    im[i] = v_im[i].fma::<FUSED>(r[i], im[i]);
-                }
-            }
-            for i in 0..re_rest.len().min(im_rest.len()).min(r_rest.len()) {
-                re[i] += re_rest[i] * r_rest[i];
-                im[i] += im_rest[i] * r_rest[i];
-            }
-            let mut total = Complex::new(T::default(), T::default());
-            for i in 0..8 {
-                total.re += re[i];
-                total.im += im[i];
-            }
-            *node = total;
+        match &self.matrices {
+            Some([_, to_nodes]) => to_nodes.times::<FUSED>(vis, parts, nodes),
+            None => nodes.copy_from_slice(vis),
         }
     }
 
-    /// Interpolate the visibilities of the nodes to the channels.
+    /// Interpolate the visibilities of the nodes to the channels. The parts are working memory.
     #[inline(always)]
-    fn expand<const FUSED: bool>(&self, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+    fn expand<const FUSED: bool>(&self, (nodes, parts): (&[Complex<T>], &mut Parts<T>), vis: &mut [Complex<T>]) {
         debug_assert_eq!((vis.len(), nodes.len()), (self.n_chan, self.n_nodes()));
-        let Some(matrix) = &self.matrix else {
-            vis.copy_from_slice(nodes);
-            return;
-        };
-        vis.fill(Complex::new(T::default(), T::default()));
-        for (k, node) in nodes.iter().enumerate() {
-            let row = &matrix[k * self.n_chan..(k + 1) * self.n_chan];
-            for i in 0..vis.len().min(row.len()) {
-                vis[i].re = node.re.fma::<FUSED>(row[i], vis[i].re);
-                vis[i].im = node.im.fma::<FUSED>(row[i], vis[i].im);
-            }
+        match &self.matrices {
+            Some([to_channels, _]) => to_channels.times::<FUSED>(nodes, parts, vis),
+            None => vis.copy_from_slice(nodes),
         }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn compress_avx2<T: Real>(class: &ChannelClass<T>, vis: (&[Complex<T>], &mut Vec<T>), nodes: &mut [Complex<T>]) {
+fn compress_avx2<T: Real>(class: &ChannelClass<T>, vis: (&[Complex<T>], &mut Parts<T>), nodes: &mut [Complex<T>]) {
     class.compress::<true>(vis, nodes);
 }
 
-/// The visibilities of the channels, and working memory, summed onto the nodes.
-pub(super) fn compress<T: Real>(class: &ChannelClass<T>, vis: (&[Complex<T>], &mut Vec<T>), nodes: &mut [Complex<T>]) {
+/// The visibilities of the channels summed onto the nodes.
+pub(super) fn compress<T: Real>(class: &ChannelClass<T>, vis: (&[Complex<T>], &mut Parts<T>), nodes: &mut [Complex<T>]) {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the machine has just been found to have AVX2 and FMA.
@@ -176,11 +204,11 @@ pub(super) fn compress<T: Real>(class: &ChannelClass<T>, vis: (&[Complex<T>], &m
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn expand_avx2<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+fn expand_avx2<T: Real>(class: &ChannelClass<T>, nodes: (&[Complex<T>], &mut Parts<T>), vis: &mut [Complex<T>]) {
     class.expand::<true>(nodes, vis);
 }
 
-pub(super) fn expand<T: Real>(class: &ChannelClass<T>, nodes: &[Complex<T>], vis: &mut [Complex<T>]) {
+pub(super) fn expand<T: Real>(class: &ChannelClass<T>, nodes: (&[Complex<T>], &mut Parts<T>), vis: &mut [Complex<T>]) {
     #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: the machine has just been found to have AVX2 and FMA.
@@ -204,7 +232,7 @@ mod tests {
                 let fringe = |f: f64| Complex::from_polar(1.0, 2.0 * PI * turns_per_hz * (f - 1.363e9));
                 let nodes: Vec<Complex<f64>> = class.freq_hz.iter().map(|f| fringe(*f)).collect();
                 let mut vis = vec![Complex::default(); 64];
-                class.expand::<false>(&nodes, &mut vis);
+                class.expand::<false>((&nodes, &mut Vec::new()), &mut vis);
                 let worst = vis.iter().zip(&freq).map(|(v, f)| (v - fringe(*f)).norm()).fold(0.0, f64::max);
                 assert!(worst <= epsilon.max(2e-13), "{} nodes: {worst:e} for {epsilon:e}", class.n_nodes());
             }

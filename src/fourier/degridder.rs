@@ -84,10 +84,11 @@ impl<T: Real> Degridder<T> {
             rest = after;
         }
         parts.into_par_iter().zip(&rows.chunks).zip(&nodes).for_each(|((mut part, chunk), nodes)| {
-            let mut buffer = vec![Complex::default(); plan.n_chan()];
+            let (mut buffer, mut parts) = (vec![Complex::default(); plan.n_chan()], Vec::new());
             for (mut to, row) in part.rows_mut().into_iter().zip(&chunk.rows) {
                 let class = &plan.channels.classes[row.class];
-                expand(class, &nodes[row.offset..row.offset + class.n_nodes()], &mut buffer);
+                let nodes = &nodes[row.offset..row.offset + class.n_nodes()];
+                expand(class, (nodes, &mut parts), &mut buffer);
                 to.iter_mut().zip(&buffer).for_each(|(t, b)| *t = convert(*b));
             }
         });
@@ -191,15 +192,14 @@ impl<T: Real> Work<T> for Load<'_, T> {
                 };
                 let at = ((r % TILE) * self.planes.planes + p) * nu;
                 let row = &rows[at..at + nu];
-                let (re, im) = plane.split_at_mut(stride);
+                let plane: &mut [Complex<T>] = bytemuck::cast_slice_mut(plane);
                 let first = place.u * TILE;
                 if let Some(cells) = row.get(first..first + stride) {
-                    re.iter_mut().zip(im).zip(cells).for_each(|((re, im), g)| (*re, *im) = (g.re, g.im));
+                    plane.copy_from_slice(cells);
                     continue;
                 }
-                for (i, (re, im)) in re.iter_mut().zip(im).enumerate() {
-                    let g = row[(first + i) % nu];
-                    (*re, *im) = (g.re, g.im);
+                for (i, cell) in plane.iter_mut().enumerate() {
+                    *cell = row[(first + i) % nu];
                 }
             }
         }

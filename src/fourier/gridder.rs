@@ -144,11 +144,11 @@ pub(super) fn fill<T: Real>(
     values: impl Fn(usize, &mut [Complex<T>]),
 ) -> Vec<Complex<T>> {
     let mut nodes = plan.pool.take(chunk.n_nodes);
-    let (mut vis, mut halves) = (vec![Complex::default(); plan.n_chan()], Vec::new());
+    let (mut vis, mut parts) = (vec![Complex::default(); plan.n_chan()], Vec::new());
     for (k, row) in chunk.rows.iter().enumerate().filter(|(k, _)| wanted(*k)) {
         let class = &plan.channels.classes[row.class];
         values(chunk.range.start + k, &mut vis);
-        compress(class, (&vis, &mut halves), &mut nodes[row.offset..row.offset + class.n_nodes()]);
+        compress(class, (&vis, &mut parts), &mut nodes[row.offset..row.offset + class.n_nodes()]);
     }
     nodes
 }
@@ -161,14 +161,14 @@ pub(super) fn turn_nodes<T: Real, S: Default + AddAssign + Send>(
     turn: impl Fn(usize, &mut [Complex<T>]) -> S + Sync,
 ) -> S {
     let change = |(chunk, nodes): (&Chunk, &mut Vec<Complex<T>>)| {
-        let (mut vis, mut halves) = (vec![Complex::default(); plan.n_chan()], Vec::new());
+        let (mut vis, mut parts) = (vec![Complex::default(); plan.n_chan()], Vec::new());
         let mut sum = S::default();
         for (r, row) in chunk.range.clone().zip(&chunk.rows) {
             let class = &plan.channels.classes[row.class];
             let nodes = &mut nodes[row.offset..row.offset + class.n_nodes()];
-            expand(class, nodes, &mut vis);
+            expand(class, (nodes, &mut parts), &mut vis);
             sum += turn(r, &mut vis);
-            compress(class, (&vis, &mut halves), nodes);
+            compress(class, (&vis, &mut parts), nodes);
         }
         sum
     };
@@ -256,19 +256,16 @@ impl<T: Real> Work<T> for Flush<'_, T> {
                 let Some(p) = in_group(place.slab, p, self.group) else { continue };
                 let at = ((r % TILE) * self.planes.planes + p) * nu;
                 let row = &mut rows[at..at + nu];
-                let (re, im) = plane.split_at(stride);
+                let plane: &[Complex<T>] = &bytemuck::cast_slice(plane)[..cells];
                 let first = place.u * TILE;
                 if first + cells <= nu {
-                    let (row, re, im) = (&mut row[first..first + cells], &re[..cells], &im[..cells]);
+                    let row = &mut row[first..first + cells];
                     for k in 0..cells {
-                        row[k].re += re[k];
-                        row[k].im += im[k];
+                        row[k] += plane[k];
                     }
                 } else {
-                    for (i, (re, im)) in re.iter().zip(im).take(cells).enumerate() {
-                        let g = &mut row[(first + i) % nu];
-                        g.re += *re;
-                        g.im += *im;
+                    for (i, cell) in plane.iter().enumerate() {
+                        row[(first + i) % nu] += *cell;
                     }
                 }
             }

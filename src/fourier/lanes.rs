@@ -1,16 +1,16 @@
 //! The innermost loops: they spread one run of visibilities onto the cells of a tile, or predict the run from the tile. The tile is in cache.
 //!
-//! A tile is stored as \[row, plane, re | im, cell\], so that a visibility adds to `L` neighbouring cells of one row at the same time. The
-//! loops use small fixed arrays. They are compiled twice: for any machine, and for AVX2 with fused multiply-add; each call checks once
-//! which one the machine supports. They use indices instead of chains of iterators, which the compiler does not always inline when it divides
-//! a crate into units.
+//! A tile is stored as \[row, plane, cell, re | im\], so that a visibility adds to `L` neighbouring cells of one row, `D` = 2 `L` numbers, at the
+//! same time. The loops use small fixed arrays. They are compiled for any machine, for AVX2 with fused multiply-add, and for AVX-512; each call
+//! checks once which one the machine supports. The last two give the same bytes. They use indices instead of chains of iterators, which the
+//! compiler does not always inline when it divides a crate into units.
 
-use super::kernel::KernelTable;
+use super::batch::{BATCH, Batch, Frame};
 use super::plan::Plan;
 use super::plane_rows::TILE;
-use super::real::{Real, cis_turns, fused};
-use super::sort::{Chunk, Row, Run, Segment, TilePlace, tile_of};
-use super::wplanes::{MOST_TERMS, SLAB, WBasis};
+use super::real::{Real, fused, wide};
+use super::sort::{Chunk, Run, Segment, TilePlace};
+use super::wplanes::WBasis;
 use crate::{ChainError, Result};
 use num_complex::Complex;
 
@@ -31,158 +31,136 @@ pub(crate) trait Work<T: Real> {
     fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]) -> Result<()>;
 }
 
-/// The position of a visibility along one axis: its first cell in the tile, and its distance above the lower end of the kernel.
+/// Add a line, times the kernel along v, to the lines of one plane.
 ///
-/// The runs were cut so that every visibility lies in its tile to within rounding (`cut` in `sort.rs` checks this). The clamp handles that
-/// rounding, and it makes the index safe.
+/// # Safety
+/// The last of these lines must lie within the tile.
 #[inline(always)]
-fn place<T: Real>(x: f64, origin: f64, side: usize) -> (usize, T) {
-    let a = x - origin;
-    // At an exact cell this takes the next cell, where z is 1 instead of 0. The kernel is equally accurate there.
-    let i = ((a + 1.0) as i32).clamp(0, side as i32 - 1);
-    (i as usize, T::of(f64::from(i) - a))
-}
-
-/// Coefficients along w of one visibility. Returns the first plane in the tile, the number of planes, and the phase at the middle of the range
-/// of n - 1.
-#[inline(always)]
-fn along_w<T: Real, const FUSED: bool>(plan: &Plan<T>, slab: usize, w: f64, c: &mut [T; MOST_TERMS + 4]) -> (usize, usize, Complex<T>) {
-    match &plan.w.basis {
-        WBasis::Powers { inverse_w, enough, .. } => {
-            if *inverse_w == 0.0 {
-                c[0] = T::one();
-                return (0, 1, Complex::new(T::one(), T::default()));
-            }
-            let t = w * inverse_w;
-            let size = t.abs();
-            let n = 1 + enough.iter().map(|e| usize::from(size > *e)).sum::<usize>();
-            let t = T::of(t);
-            let mut power = T::one();
-            for c in &mut c[..n] {
-                *c = power;
-                power *= t;
-            }
-            (0, n, cis_turns(w * plan.w.nu_mid))
-        }
-        WBasis::Planes { first, step, table, .. } => {
-            let x = (w - first) / step - (slab * SLAB) as f64;
-            let (start, z) = place::<T>(x, table.support as f64 / 2.0, SLAB);
-            c[..16].copy_from_slice(&eval::<T, 16, FUSED>(table, z));
-            (start, table.support, cis_turns(w * plan.w.nu_mid))
+unsafe fn add_lines<T: Real, const D: usize, const FUSED: bool>(cells: *mut T, row_len: usize, line: &[T; D], kernel_v: &[T]) {
+    for (y, kv) in kernel_v.iter().enumerate() {
+        // SAFETY: the caller promises it.
+        let cells = unsafe { &mut *cells.add(y * row_len).cast::<[T; D]>() };
+        for j in 0..D {
+            cells[j] = line[j].fma::<FUSED>(*kv, cells[j]);
         }
     }
 }
 
+/// The sum of the lines of one plane, each times the kernel along v.
+///
+/// # Safety
+/// As for [`add_lines`].
 #[inline(always)]
-fn eval<T: Real, const L: usize, const FUSED: bool>(table: &KernelTable<T>, z: T) -> [T; L] {
-    table.eval::<L, FUSED>(z)
+unsafe fn sum_lines<T: Real, const D: usize, const FUSED: bool>(cells: *const T, row_len: usize, kernel_v: &[T]) -> [T; D] {
+    let mut sum = [T::default(); D];
+    for (y, kv) in kernel_v.iter().enumerate() {
+        // SAFETY: the caller promises it.
+        let cells = unsafe { &*cells.add(y * row_len).cast::<[T; D]>() };
+        for j in 0..D {
+            sum[j] = cells[j].fma::<FUSED>(*kv, sum[j]);
+        }
+    }
+    sum
 }
 
-/// The origins of the tile of a run along u and v, in cells.
+/// The first number of the tile that a visibility of a batch reaches in its first plane.
 #[inline(always)]
-fn origins<T: Real>(plan: &Plan<T>, row: &Row, f: f64) -> (f64, f64) {
-    let half = plan.table.support as f64 / 2.0;
-    let (_, u) = tile_of(row.uvw[0] * f, half, 0.0, plan.nu as f64);
-    let (_, v) = tile_of(row.uvw[1] * f, half, plan.below() as f64, plan.nv as f64);
-    (u, v)
+fn first_number<T: Real, const D: usize>((plan, frame): (&Plan<T>, &Frame), (batch, k): (&Batch<T, D>, usize), tile: usize) -> usize {
+    let (first, planes) = (batch.at[k] as usize, batch.planes[k] as usize);
+    debug_assert!(first + (plan.table.support - 1) * frame.row_len + (planes - 1) * frame.stride + D <= tile);
+    first
 }
 
+/// Add the visibilities of a batch to the tile.
 #[inline(always)]
-fn grid_run<T: Real, const L: usize, const FUSED: bool>(
+fn spread<T: Real, const L: usize, const D: usize, const FUSED: bool>(
     plan: &Plan<T>,
-    (row, slab): (&Row, usize),
-    (freq, nodes): (&[f64], &[Complex<T>]),
+    frame: &Frame,
+    batch: &mut Batch<T, D>,
     tile: &mut [T],
 ) {
-    let stride = TILE + L;
-    let row_len = plan.slab_depth() * 2 * stride;
     let support = plan.table.support;
-    let (origin_u, origin_v) = origins(plan, row, freq[0]);
-    let mut c = [T::default(); MOST_TERMS + 4];
-    for (f, v) in freq.iter().zip(nodes) {
-        if v.re == T::default() && v.im == T::default() {
-            continue;
+    batch.place(plan, frame);
+    batch.turn(true);
+    for k in 0..batch.n {
+        let ku = plan.table.eval::<L, FUSED>(batch.z[0][k]);
+        let kv = plan.table.eval::<L, FUSED>(batch.z[1][k]);
+        let (re, im, t) = (batch.re[k], batch.im[k], batch.t[k]);
+        let mut line = [T::default(); D];
+        for j in 0..D {
+            line[j] = ku[j / 2] * if j % 2 == 0 { re } else { im };
         }
-        let (i, zu) = place::<T>(row.uvw[0] * f, origin_u, TILE);
-        let (j, zv) = place::<T>(row.uvw[1] * f, origin_v, TILE);
-        let ku = eval::<T, L, FUSED>(&plan.table, zu);
-        let kv = eval::<T, L, FUSED>(&plan.table, zv);
-        let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
-        let v = if row.conjugate { v.conj() } else { *v } * phase.conj();
-        debug_assert!((j + support - 1) * row_len + (p + n) * 2 * stride <= tile.len() && i + L <= stride);
-        for (q, c) in c.iter().enumerate().take(n) {
-            // The row of the kernel that all lines of this plane share. The loop over the lines then only loads, adds and stores.
-            let (a, b) = (v.re * *c, v.im * *c);
-            let (mut row_re, mut row_im) = ([T::default(); L], [T::default(); L]);
-            for k in 0..L {
-                row_re[k] = ku[k] * a;
-                row_im[k] = ku[k] * b;
+        let first = first_number((plan, frame), (batch, k), tile.len());
+        // SAFETY: `run_task` has checked the length of the tile. A batch puts the first cell below TILE along u and v and the first plane below
+        // SLAB, the kernel along v has `support` values, a visibility has no more planes than the basis, and a line has TILE + L cells, so the
+        // last cell lies within the tile.
+        let cells = tile.as_mut_ptr().wrapping_add(first);
+        match &plan.w.basis {
+            WBasis::Powers { .. } => {
+                for q in 0..batch.planes[k] as usize {
+                    // SAFETY: as above.
+                    unsafe { add_lines::<T, D, FUSED>(cells.wrapping_add(q * frame.stride), frame.row_len, &line, &kv[..support]) };
+                    // Plane q takes t^q.
+                    for j in 0..D {
+                        line[j] *= t;
+                    }
+                }
             }
-            for (y, kv) in kv.iter().enumerate().take(support) {
-                let at = (j + y) * row_len + (p + q) * 2 * stride + i;
-                // SAFETY: `run_task` has checked the length of the tile. j and i are below TILE, y is below the support, p + q is below the
-                // depth of a slab and a line has TILE + L cells, so the last cell lies within the tile.
-                let (cells_re, cells_im) = unsafe {
-                    let cells = tile.as_mut_ptr().add(at);
-                    (&mut *cells.cast::<[T; L]>(), &mut *cells.add(stride).cast::<[T; L]>())
-                };
-                for k in 0..L {
-                    cells_re[k] = row_re[k].fma::<FUSED>(*kv, cells_re[k]);
-                    cells_im[k] = row_im[k].fma::<FUSED>(*kv, cells_im[k]);
+            WBasis::Planes { table, .. } => {
+                let along_w = table.eval::<16, FUSED>(t);
+                for (q, c) in along_w.iter().enumerate().take(table.support) {
+                    let mut own = line;
+                    for j in 0..D {
+                        own[j] *= *c;
+                    }
+                    // SAFETY: as above.
+                    unsafe { add_lines::<T, D, FUSED>(cells.wrapping_add(q * frame.stride), frame.row_len, &own, &kv[..support]) };
                 }
             }
         }
     }
+    batch.n = 0;
 }
 
+/// Predict the visibilities of a batch from the tile: each is the sum of its line.
 #[inline(always)]
-fn degrid_run<T: Real, const L: usize, const FUSED: bool>(
-    plan: &Plan<T>,
-    (row, slab): (&Row, usize),
-    (freq, out): (&[f64], &mut Vec<Complex<T>>),
-    tile: &[T],
-) {
-    let stride = TILE + L;
-    let row_len = plan.slab_depth() * 2 * stride;
+fn predict<T: Real, const L: usize, const D: usize, const FUSED: bool>(plan: &Plan<T>, frame: &Frame, batch: &mut Batch<T, D>, tile: &[T]) {
     let support = plan.table.support;
-    let (origin_u, origin_v) = origins(plan, row, freq[0]);
-    let mut c = [T::default(); MOST_TERMS + 4];
-    out.clear();
-    for f in freq {
-        let (i, zu) = place::<T>(row.uvw[0] * f, origin_u, TILE);
-        let (j, zv) = place::<T>(row.uvw[1] * f, origin_v, TILE);
-        let ku = eval::<T, L, FUSED>(&plan.table, zu);
-        let kv = eval::<T, L, FUSED>(&plan.table, zv);
-        let (p, n, phase) = along_w::<T, FUSED>(plan, slab, row.uvw[2] * f, &mut c);
-        let (mut re, mut im) = ([T::default(); L], [T::default(); L]);
-        debug_assert!((j + support - 1) * row_len + (p + n) * 2 * stride <= tile.len() && i + L <= stride);
-        for (q, c) in c.iter().enumerate().take(n) {
-            // The sums of the planes are independent of each other, so the multiply-adds of several planes overlap.
-            let (mut a, mut b) = ([T::default(); L], [T::default(); L]);
-            for (y, kv) in kv.iter().enumerate().take(support) {
-                let at = (j + y) * row_len + (p + q) * 2 * stride + i;
-                // SAFETY: as in `grid_run`.
-                let (cells_re, cells_im) = unsafe {
-                    let cells = tile.as_ptr().add(at);
-                    (&*cells.cast::<[T; L]>(), &*cells.add(stride).cast::<[T; L]>())
-                };
-                for k in 0..L {
-                    a[k] = cells_re[k].fma::<FUSED>(*kv, a[k]);
-                    b[k] = cells_im[k].fma::<FUSED>(*kv, b[k]);
+    batch.place(plan, frame);
+    for k in 0..batch.n {
+        let ku = plan.table.eval::<L, FUSED>(batch.z[0][k]);
+        let kv = plan.table.eval::<L, FUSED>(batch.z[1][k]);
+        let t = batch.t[k];
+        let first = first_number((plan, frame), (batch, k), tile.len());
+        let cells = tile.as_ptr().wrapping_add(first);
+        let mut sum = [T::default(); D];
+        match &plan.w.basis {
+            WBasis::Powers { .. } => {
+                for q in (0..batch.planes[k] as usize).rev() {
+                    // SAFETY: as in `spread`.
+                    let own: [T; D] =
+                        unsafe { sum_lines::<T, D, FUSED>(cells.wrapping_add(q * frame.stride), frame.row_len, &kv[..support]) };
+                    // Plane q takes t^q.
+                    for j in 0..D {
+                        sum[j] = sum[j].fma::<FUSED>(t, own[j]);
+                    }
                 }
             }
-            for k in 0..L {
-                re[k] = a[k].fma::<FUSED>(*c, re[k]);
-                im[k] = b[k].fma::<FUSED>(*c, im[k]);
+            WBasis::Planes { table, .. } => {
+                let along_w = table.eval::<16, FUSED>(t);
+                for (q, c) in along_w.iter().enumerate().take(table.support) {
+                    // SAFETY: as in `spread`.
+                    let own: [T; D] =
+                        unsafe { sum_lines::<T, D, FUSED>(cells.wrapping_add(q * frame.stride), frame.row_len, &kv[..support]) };
+                    for j in 0..D {
+                        sum[j] = own[j].fma::<FUSED>(*c, sum[j]);
+                    }
+                }
             }
         }
-        let mut v = Complex::new(T::default(), T::default());
-        for k in 0..L {
-            v.re += re[k] * ku[k];
-            v.im += im[k] * ku[k];
+        for j in 0..D {
+            batch.line[k][j] = sum[j] * ku[j / 2];
         }
-        v *= phase;
-        out.push(if row.conjugate { v.conj() } else { v });
     }
 }
 
@@ -202,17 +180,44 @@ fn ask_for<V>(values: &[V], at: usize) {
     let _ = (values, at);
 }
 
+/// Visibilities of a batch that follow each other in the nodes of a chunk.
+struct Part {
+    chunk: usize,
+    first: usize,
+    n: usize,
+    conjugate: bool,
+}
+
+/// Hand the predicted visibilities of a batch over.
 #[inline(always)]
-fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
+fn store<T: Real, W: Work<T>, const D: usize>(batch: &mut Batch<T, D>, parts: &mut Vec<Part>, work: &mut W) -> Result<()> {
+    let mut values = [Complex::new(T::default(), T::default()); BATCH];
+    batch.sums(&mut values);
+    let mut rest = &mut values[..];
+    for part in parts.drain(..) {
+        let (own, after) = rest.split_at_mut(part.n);
+        if part.conjugate {
+            own.iter_mut().for_each(|v| *v = v.conj());
+        }
+        work.store(part.chunk, part.first, own)?;
+        rest = after;
+    }
+    batch.n = 0;
+    Ok(())
+}
+
+#[inline(always)]
+fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bool>(
     plan: &Plan<T>,
     (chunks, nodes): (&[Chunk], &[Vec<Complex<T>>]),
     task: &[Segment],
     (tile, work): (&mut [T], &mut W),
 ) -> Result<()> {
-    let mut out = Vec::new();
+    let (mut batch, mut parts) = (Batch::<T, D>::new(), Vec::with_capacity(BATCH));
     for same in task.chunk_by(|a, b| a.key == b.key) {
-        let at = TilePlace::of(plan, same[0].key);
-        work.begin(at, tile);
+        let place = TilePlace::of(plan, same[0].key);
+        let frame = Frame::of(plan, place, L);
+        work.begin(place, tile);
         for segment in same {
             let chunk = &chunks[segment.chunk];
             let runs = &chunk.runs[segment.runs.clone()];
@@ -229,16 +234,33 @@ fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
                     ask_for(&nodes[segment.chunk], chunk.rows[near.row as usize].offset + near.lo as usize);
                 }
                 let freq = &plan.channels.classes[row.class].freq_hz[lo..hi];
-                if W::GRID {
-                    let nodes = &nodes[segment.chunk][row.offset + lo..row.offset + hi];
-                    grid_run::<T, L, FUSED>(plan, (row, at.slab), (freq, nodes), tile);
-                } else {
-                    degrid_run::<T, L, FUSED>(plan, (row, at.slab), (freq, &mut out), tile);
-                    work.store(segment.chunk, row.offset + lo, &out)?;
+                let mut done = 0;
+                while done < freq.len() {
+                    if W::GRID {
+                        let nodes = &nodes[segment.chunk][row.offset + lo..row.offset + hi];
+                        done += batch.take(row, &freq[done..], &nodes[done..]);
+                        if batch.n == BATCH {
+                            spread::<T, L, D, FUSED>(plan, &frame, &mut batch, tile);
+                        }
+                        continue;
+                    }
+                    let n = batch.take_places(row, &freq[done..]);
+                    parts.push(Part { chunk: segment.chunk, first: row.offset + lo + done, n, conjugate: row.conjugate });
+                    done += n;
+                    if batch.n == BATCH {
+                        predict::<T, L, D, FUSED>(plan, &frame, &mut batch, tile);
+                        store(&mut batch, &mut parts, work)?;
+                    }
                 }
             }
         }
-        work.end(at, tile);
+        if W::GRID {
+            spread::<T, L, D, FUSED>(plan, &frame, &mut batch, tile);
+        } else {
+            predict::<T, L, D, FUSED>(plan, &frame, &mut batch, tile);
+            store(&mut batch, &mut parts, work)?;
+        }
+        work.end(place, tile);
     }
     Ok(())
 }
@@ -246,29 +268,42 @@ fn segments<T: Real, W: Work<T>, const L: usize, const FUSED: bool>(
 /// Rows and their nodes. Prediction does not read the nodes.
 pub(crate) type Input<'a, T> = (&'a [Chunk], &'a [Vec<Complex<T>>]);
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn segments_avx2<T: Real, W: Work<T>, const L: usize>(
-    plan: &Plan<T>,
-    input: Input<'_, T>,
-    task: &[Segment],
-    buffers: (&mut [T], &mut W),
-) -> Result<()> {
-    segments::<T, W, L, true>(plan, input, task, buffers)
+/// [`segments`] for one set of instructions.
+macro_rules! compiled_for {
+    ($name:ident, $features:literal) => {
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = $features)]
+        fn $name<T: Real, W: Work<T>, const L: usize, const D: usize>(
+            plan: &Plan<T>,
+            input: Input<'_, T>,
+            task: &[Segment],
+            buffers: (&mut [T], &mut W),
+        ) -> Result<()> {
+            segments::<T, W, L, D, true>(plan, input, task, buffers)
+        }
+    };
 }
+compiled_for!(segments_avx2, "avx2,fma");
+compiled_for!(segments_avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma");
 
-fn on_lanes<T: Real, W: Work<T>, const L: usize>(
+fn on_lanes<T: Real, W: Work<T>, const L: usize, const D: usize>(
     plan: &Plan<T>,
     input: Input<'_, T>,
     task: &[Segment],
     buffers: (&mut [T], &mut W),
 ) -> Result<()> {
     #[cfg(target_arch = "x86_64")]
+    if W::GRID && wide() {
+        // Prediction stores nothing and gains nothing from wider vectors.
+        // SAFETY: `wide` has found that the machine has these instructions.
+        return unsafe { segments_avx512::<T, W, L, D>(plan, input, task, buffers) };
+    }
+    #[cfg(target_arch = "x86_64")]
     if fused() {
         // SAFETY: `fused` has found that the machine has AVX2 and FMA.
-        return unsafe { segments_avx2::<T, W, L>(plan, input, task, buffers) };
+        return unsafe { segments_avx2::<T, W, L, D>(plan, input, task, buffers) };
     }
-    segments::<T, W, L, false>(plan, input, task, buffers)
+    segments::<T, W, L, D, false>(plan, input, task, buffers)
 }
 
 /// Grid or predict all runs of a task, tile by tile. The tile needs [`tile_len`] numbers.
@@ -282,8 +317,8 @@ pub(crate) fn run_task<T: Real, W: Work<T>>(
         return Err(ChainError::Internal(format!("a tile has {} numbers, expected {}", buffers.0.len(), tile_len(plan))));
     }
     match plan.table.lanes {
-        4 => on_lanes::<T, W, 4>(plan, input, task, buffers),
-        8 => on_lanes::<T, W, 8>(plan, input, task, buffers),
-        _ => on_lanes::<T, W, 16>(plan, input, task, buffers),
+        4 => on_lanes::<T, W, 4, 8>(plan, input, task, buffers),
+        8 => on_lanes::<T, W, 8, 16>(plan, input, task, buffers),
+        _ => on_lanes::<T, W, 16, 32>(plan, input, task, buffers),
     }
 }

@@ -19,6 +19,7 @@ mod band_gridder;
 #[cfg(test)]
 mod band_tests;
 mod bands;
+mod batch;
 mod channels;
 mod convolve;
 mod degridder;

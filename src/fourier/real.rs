@@ -73,6 +73,22 @@ pub(crate) fn fused() -> bool {
     }
 }
 
+/// True if the machine has AVX-512 besides AVX2 and fused multiply-add.
+pub(crate) fn wide() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        fused()
+            && is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512bw")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        false
+    }
+}
+
 /// exp(2 pi i x) of a phase in turns, to the precision of `T`.
 ///
 /// The phase is reduced to an eighth of a turn in double precision. The power series converges quickly there.

@@ -130,10 +130,7 @@ impl Reduction {
     }
 }
 
-/// Visibilities and weights of 0. The memory is cleared on all threads: new pages take longer than what is written into them.
+/// Visibilities and weights of 0. The system clears the memory where it is first written, by the thread that writes there.
 fn empty(n: usize) -> (Vec<Complex32>, Vec<f32>) {
-    let (mut vis, mut weight) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    vis.par_extend(rayon::iter::repeat_n(Complex32::default(), n));
-    weight.par_extend(rayon::iter::repeat_n(0.0, n));
-    (vis, weight)
+    (bytemuck::zeroed_vec(n), bytemuck::zeroed_vec(n))
 }

@@ -54,7 +54,7 @@ pub(super) struct Unpacked<'r> {
     to: usize,
     runs: &'r [Run],
     bytes: Vec<u8>,
-    /// True if all elements are the same. It is not looked for in chunks without filters.
+    /// True if all elements are the same.
     uniform: bool,
 }
 
@@ -191,7 +191,8 @@ impl<'a> Chunks<'a> {
             }
             Stored::Never => (self.unwritten(&offset)?.into_iter().cycle().take(length).collect(), first),
         };
-        let uniform = !self.pipeline.is_empty() && bytes[self.size..] == bytes[..bytes.len() - self.size];
+        // Weights and flags often are. The comparison ends at the first element that differs.
+        let uniform = bytes[self.size..] == bytes[..bytes.len() - self.size];
         Ok(Unpacked { first, to, runs, bytes, uniform })
     }
 
