@@ -205,7 +205,7 @@ impl<T: Real> Work<T> for Load<'_, T> {
         }
     }
 
-    fn end(&mut self, _place: TilePlace, _tile: &mut [T]) {}
+    fn end(&mut self, _place: TilePlace, _tile: &mut [T], _planes: usize) {}
 
     fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]) -> Result<()> {
         let target = &self.targets[chunk];

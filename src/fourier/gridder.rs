@@ -196,28 +196,31 @@ pub(super) fn grid_units<T: Real>(
             }
             let sum = |piece: &Vec<Segment>| {
                 let mut own = vec![T::default(); tile_len(plan)];
-                run_task(plan, input, piece, (&mut own, &mut Hold)).map(|()| own)
+                let mut hold = Hold { planes: 0 };
+                run_task(plan, input, piece, (&mut own, &mut hold)).map(|()| (own, hold.planes))
             };
             let sums = unit.pieces.par_iter().map(sum).collect::<Result<Vec<_>>>()?;
             let place = TilePlace::of(plan, unit.pieces[0][0].key);
-            sums.into_iter().for_each(|mut own| flush.end(place, &mut own));
+            sums.into_iter().for_each(|(mut own, planes)| flush.end(place, &mut own, planes));
             Ok(())
         })?;
     }
     Ok(())
 }
 
-/// Keeps the sum of one tile in its buffer.
-struct Hold;
+/// Keeps the sum of one tile in its buffer, and how many planes it reaches.
+struct Hold {
+    planes: usize,
+}
 
 impl<T: Real> Work<T> for Hold {
     const GRID: bool = true;
 
-    fn begin(&mut self, _place: TilePlace, tile: &mut [T]) {
-        tile.fill(T::default());
-    }
+    fn begin(&mut self, _place: TilePlace, _tile: &mut [T]) {}
 
-    fn end(&mut self, _place: TilePlace, _tile: &mut [T]) {}
+    fn end(&mut self, _place: TilePlace, _tile: &mut [T], planes: usize) {
+        self.planes = self.planes.max(planes);
+    }
 
     fn store(&mut self, _chunk: usize, _first: usize, _values: &[Complex<T>]) -> Result<()> {
         Ok(())
@@ -234,19 +237,21 @@ struct Flush<'a, T: Real> {
 impl<T: Real> Work<T> for Flush<'_, T> {
     const GRID: bool = true;
 
-    fn begin(&mut self, _place: TilePlace, tile: &mut [T]) {
-        tile.fill(T::default());
-    }
+    fn begin(&mut self, _place: TilePlace, _tile: &mut [T]) {}
 
-    fn end(&mut self, place: TilePlace, tile: &mut [T]) {
+    fn end(&mut self, place: TilePlace, tile: &mut [T], planes: usize) {
         let (plan, nu) = (self.plan, self.plan.nu);
         let stride = TILE + plan.table.lanes;
         let depth = plan.slab_depth();
         let cells = TILE + plan.table.support;
         let lock = |stripe: usize| (stripe, self.planes.stripes[stripe].lock().unwrap_or_else(PoisonError::into_inner));
         let mut held = None;
-        for (k, line) in tile.chunks_exact(depth * 2 * stride).enumerate() {
-            let Some(r) = grid_row(plan, place.v, k) else { continue };
+        for (k, line) in tile.chunks_exact_mut(depth * 2 * stride).enumerate() {
+            let line = &mut line[..planes * 2 * stride];
+            let Some(r) = grid_row(plan, place.v, k) else {
+                line.fill(T::default());
+                continue;
+            };
             // The lock of the stripe before is released first: two tasks that each wait for the other would stop.
             if held.as_ref().is_some_and(|(stripe, _)| *stripe != r / TILE) {
                 held = None;
@@ -269,6 +274,8 @@ impl<T: Real> Work<T> for Flush<'_, T> {
                     }
                 }
             }
+            // The next tile starts with 0.
+            line.fill(T::default());
         }
     }
 

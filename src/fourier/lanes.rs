@@ -21,10 +21,10 @@ pub(crate) fn tile_len<T: Real>(plan: &Plan<T>) -> usize {
 
 /// One direction of the transform: what happens to a tile before and after its runs, and where predictions are stored.
 pub(crate) trait Work<T: Real> {
-    /// Clear or load the buffer at the start of a tile.
+    /// Load the buffer at the start of a tile. For gridding it is 0 everywhere.
     fn begin(&mut self, place: TilePlace, tile: &mut [T]);
-    /// Finish a tile.
-    fn end(&mut self, place: TilePlace, tile: &mut [T]);
+    /// Finish a tile, of which gridding has reached the first `planes`.
+    fn end(&mut self, place: TilePlace, tile: &mut [T], planes: usize);
     /// True for gridding, false for prediction.
     const GRID: bool;
     /// Store the predicted nodes of a run.
@@ -71,14 +71,14 @@ fn first_number<T: Real, const D: usize>((plan, frame): (&Plan<T>, &Frame), (bat
     first
 }
 
-/// Add the visibilities of a batch to the tile.
+/// Add the visibilities of a batch to the tile. Returns how many of its planes they reach at most.
 #[inline(always)]
 fn spread<T: Real, const L: usize, const D: usize, const FUSED: bool>(
     plan: &Plan<T>,
     frame: &Frame,
     batch: &mut Batch<T, D>,
     tile: &mut [T],
-) {
+) -> usize {
     let support = plan.table.support;
     batch.place(plan, frame);
     batch.turn(true);
@@ -119,7 +119,12 @@ fn spread<T: Real, const L: usize, const D: usize, const FUSED: bool>(
             }
         }
     }
+    let reached = batch.planes[..batch.n].iter().copied().max().unwrap_or(0) as usize;
     batch.n = 0;
+    match &plan.w.basis {
+        WBasis::Powers { .. } => reached,
+        WBasis::Planes { .. } => plan.slab_depth(),
+    }
 }
 
 /// Predict the visibilities of a batch from the tile: each is the sum of its line.
@@ -218,6 +223,7 @@ fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bo
         let place = TilePlace::of(plan, same[0].key);
         let frame = Frame::of(plan, place, L);
         work.begin(place, tile);
+        let mut reached = 0;
         for segment in same {
             let chunk = &chunks[segment.chunk];
             let runs = &chunk.runs[segment.runs.clone()];
@@ -240,7 +246,7 @@ fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bo
                         let nodes = &nodes[segment.chunk][row.offset + lo..row.offset + hi];
                         done += batch.take(row, &freq[done..], &nodes[done..]);
                         if batch.n == BATCH {
-                            spread::<T, L, D, FUSED>(plan, &frame, &mut batch, tile);
+                            reached = reached.max(spread::<T, L, D, FUSED>(plan, &frame, &mut batch, tile));
                         }
                         continue;
                     }
@@ -255,12 +261,12 @@ fn segments<T: Real, W: Work<T>, const L: usize, const D: usize, const FUSED: bo
             }
         }
         if W::GRID {
-            spread::<T, L, D, FUSED>(plan, &frame, &mut batch, tile);
+            reached = reached.max(spread::<T, L, D, FUSED>(plan, &frame, &mut batch, tile));
         } else {
             predict::<T, L, D, FUSED>(plan, &frame, &mut batch, tile);
             store(&mut batch, &mut parts, work)?;
         }
-        work.end(place, tile);
+        work.end(place, tile, reached);
     }
     Ok(())
 }

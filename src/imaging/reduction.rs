@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// Size in bytes of the products of the rows that are combined together: they fit into the cache of a core.
-const PART_BYTES: usize = 1 << 16;
+/// Size in bytes of the products of the rows that are combined together: with their sources they fit into the first cache of a core.
+const PART_BYTES: usize = 1 << 15;
 
 /// Rows that are reduced to one polarisation product.
 #[derive(Debug, Clone)]

@@ -20,6 +20,12 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 /// Size of the chunks that are unpacked together, bytes; at least one chunk per thread.
 const BATCH: usize = 1 << 24;
 
+/// Size of a line of the cache, bytes.
+const LINE_BYTES: usize = 64;
+
+/// Less than this is read by one thread, bytes.
+const ALONE: usize = 1 << 18;
+
 unsafe extern "C" {
     /// Part of the library since 1.10.2, but missing in the bindings.
     fn H5Dget_chunk_storage_size(dataset: hid_t, offset: *const hsize_t, bytes: *mut hsize_t) -> herr_t;
@@ -111,8 +117,11 @@ impl<'a> Chunks<'a> {
         let (runs, columns) = (self.runs(), self.columns()?);
         let high = self.chunk[0];
         let mut all = (rows.start / high * high..rows.end).step_by(high).flat_map(|first| (0..columns).map(move |c| (first, c)));
-        // The threads of the pool do not exist in a forked process.
-        let threads = if in_the_child() { 1 } else { rayon::current_num_threads() };
+        // To unpack chunks takes longer than to copy a few of their rows.
+        let groups = rows.end.div_ceil(high) - rows.start / high;
+        let work = if self.pipeline.is_empty() { out.len() } else { self.length()?.saturating_mul(groups * columns) };
+        // The threads of the pool do not exist in a forked process. To start a thread takes as long as to read some 100 kB.
+        let threads = if in_the_child() || work < ALONE { 1 } else { rayon::current_num_threads() };
         let at_once = (BATCH / self.length()?.max(1)).max(threads);
         loop {
             let batch: Vec<(usize, usize)> = all.by_ref().take(at_once).collect();
@@ -248,6 +257,21 @@ impl<'a> Chunks<'a> {
         // SAFETY: the buffer holds one element of the type that is given, and one is selected; the lock of the library is held.
         let status = hdf5::sync::sync(|| unsafe { H5Dread(id, own.id(), here.id(), there.id(), H5P_DEFAULT, to) });
         if status < 0 { Err(format!("a chunk that is not found, at {offset:?}").into()) } else { Ok(element) }
+    }
+
+    /// Ask the processor to load what a chunk holds of some rows into its cache.
+    pub(super) fn ask_for(&self, from: &Unpacked<'_>, rows: &Range<usize>) {
+        let wide = self.chunk[1..].iter().product::<usize>() * self.size;
+        let at = |row: usize| (row.max(from.first) - from.first) * wide;
+        let bytes = from.bytes.get(at(rows.start)..at(rows.end).min(from.bytes.len())).unwrap_or_default();
+        #[cfg(target_arch = "x86_64")]
+        for line in bytes.chunks(LINE_BYTES) {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            // SAFETY: only a hint, for bytes that exist.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(line.as_ptr().cast()) };
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = bytes;
     }
 
     /// Copy the part of a chunk that lies in the rows from `first` on into `out`, which has `row` bytes per row.

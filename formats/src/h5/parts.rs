@@ -74,7 +74,14 @@ impl<'a> Column<'a> {
         }
         filled.clear();
         let row = out.len() / rows.len();
-        inside().for_each(|u| self.chunks.place(u, rows.start, (row, self.form), out));
+        // A part has a few rows of every chunk, too few for the processor to see where it goes on.
+        let mut ahead = inside().skip(1);
+        for unpacked in inside() {
+            if let Some(next) = ahead.next() {
+                self.chunks.ask_for(next, rows);
+            }
+            self.chunks.place(unpacked, rows.start, (row, self.form), out);
+        }
     }
 }
 
