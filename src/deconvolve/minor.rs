@@ -125,13 +125,17 @@ pub(crate) struct Peak {
 /// The pixel with the largest absolute value (without negative components: the largest value) within the mask. The first pixel wins a tie.
 /// `None` if no pixel is above 0.
 pub(crate) fn peak_of(image: ArrayView2<'_, f32>, mask: Option<&Array2<bool>>, negative: bool) -> Option<Peak> {
-    let of_row = |(row, line): (usize, ArrayView1<'_, f32>)| {
-        let mut best: Option<Peak> = None;
-        let mut largest = 0.0;
+    let size = |v: f32| if negative { v.abs() } else { v };
+    let larger = |best: Option<Peak>, (row, line): (usize, ArrayView1<'_, f32>)| {
+        let mut largest = best.map_or(0.0, |b| size(b.value as f32));
+        // Most rows have no larger pixel, and a maximum alone is found with vectors.
+        if !(top(line, negative) > largest) {
+            return best;
+        }
+        let mut best = best;
         for (column, v) in line.iter().enumerate() {
-            let size = if negative { v.abs() } else { *v };
-            if size > largest && mask.is_none_or(|m| m[(row, column)]) {
-                largest = size;
+            if size(*v) > largest && mask.is_none_or(|m| m[(row, column)]) {
+                largest = size(*v);
                 best = Some(Peak { value: f64::from(*v), row, column });
             }
         }
@@ -142,7 +146,23 @@ pub(crate) fn peak_of(image: ArrayView2<'_, f32>, mask: Option<&Array2<bool>>, n
         (None, _) => b,
         _ => a,
     };
-    image.axis_iter(Axis(0)).into_par_iter().enumerate().map(of_row).reduce(|| None, first)
+    image.axis_iter(Axis(0)).into_par_iter().enumerate().fold(|| None, larger).reduce(|| None, first)
+}
+
+/// The largest value, or absolute value, of a row; 0 if none is above 0.
+fn top(line: ArrayView1<'_, f32>, negative: bool) -> f32 {
+    let Some(values) = line.as_slice() else {
+        return line.iter().fold(0.0, |a, v| if negative { v.abs() } else { *v }.max(a));
+    };
+    let mut lanes = [0.0_f32; 32];
+    let (whole, rest) = values.as_chunks::<32>();
+    for values in whole {
+        for k in 0..32 {
+            let size = if negative { values[k].abs() } else { values[k] };
+            lanes[k] = if size > lanes[k] { size } else { lanes[k] };
+        }
+    }
+    rest.iter().map(|v| if negative { v.abs() } else { *v }).chain(lanes).fold(0.0, f32::max)
 }
 
 /// The size of the pixel of [`peak_of`]; 0 if there is none.

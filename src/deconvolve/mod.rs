@@ -11,6 +11,7 @@ mod multiscale;
 mod options;
 #[cfg(test)]
 mod tests;
+mod tile_loops;
 mod tiles;
 mod tuning;
 

@@ -10,16 +10,13 @@
 //! so that the rounding of the residual, 6e-8 of the peak, is far below what the cycle leaves. The next major cycle does not inherit it.
 
 use super::minor::{Component, Peak};
+use super::tile_loops::{AREA, Beam, Bounds, Pixels, SIDE, apply, largest, raise, tile_peak};
 use crate::fourier::{Convolver, Spectrum};
 use crate::{ChainError, Result, ensure};
 use ndarray::{ArcArray2, Array2, ArrayBase, ArrayView2, Axis, Data, Ix2, s};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Side of a tile in pixels: 8 kB, so that a tile and the part of the beam over it fit into the first cache.
-const SIDE: usize = 32;
-/// Pixels of a tile.
-const AREA: usize = SIDE * SIDE;
 /// Time of an update of the whole residual by convolution, in multiply-adds per pixel.
 const CONVOLUTION: usize = 500;
 /// Most bright pixels whose beams are subtracted one by one from a whole image. The beam comes from memory for each, which takes a few times as
@@ -64,6 +61,11 @@ impl TiledBeam {
     /// One row of the beam.
     pub(super) fn line(&self, row: usize) -> &[f32] {
         &self.psf.as_slice().unwrap_or_default()[row * self.n_l..(row + 1) * self.n_l]
+    }
+
+    /// The beam as the loops over a tile read it.
+    fn values(&self) -> Beam<'_> {
+        Beam { values: self.psf.as_slice().unwrap_or_default(), n_m: self.n_m, n_l: self.n_l }
     }
 
     /// The spectrum of the beam, for [`TiledBeam::subtract`]. It takes more memory than two images.
@@ -132,7 +134,7 @@ pub(super) struct TiledResidual<'a> {
 
 struct Tile {
     /// Its pixels; `None` until a component is subtracted from it: they are then those of the residual before the components.
-    values: Option<Box<[f64; AREA]>>,
+    values: Option<Box<Pixels>>,
     /// Number of components that were subtracted from the tile.
     applied: usize,
     /// Index of the peak at the last update.
@@ -194,7 +196,7 @@ impl<'a> TiledResidual<'a> {
                 }
                 let (at, first) = (self.tiles[t].peak_at, corner(t, self.t_l));
                 let (row, column) = (first.0 + at / SIDE, first.1 + at % SIDE);
-                let value = self.tiles[t].values.as_ref().map_or_else(|| self.base[(row, column)].into(), |values| values[at]);
+                let value = self.tiles[t].values.as_ref().map_or_else(|| self.base[(row, column)].into(), |values| values.0[at]);
                 self.last = self.upper[t];
                 return Some(Peak { value, row, column });
             }
@@ -215,25 +217,10 @@ impl<'a> TiledResidual<'a> {
         // First pixel of tile (i, j) minus the component, in blocks of the beam.
         let shift = |center: usize, at: usize| (center as i64 - at as i64).div_euclid(SIDE as i64) + 1;
         let (s_m, s_l) = (shift(self.beam.n_m / 2, component.row), shift(self.beam.n_l / 2, component.column));
-        let (b_m, b_l) = self.beam.bounds.dim();
+        let of_beam = &self.beam.bounds;
+        let bounds = Bounds { values: of_beam.as_slice().unwrap_or_default(), columns: of_beam.ncols(), shift: (s_m, s_l) };
         // A block before the first one overlaps the beam with its second half. Index 0 is block -1.
-        for i in 0..self.t_m {
-            let b = i as i64 + s_m;
-            if !(0..b_m as i64).contains(&b) {
-                continue;
-            }
-            let lo = (-s_l).clamp(0, self.t_l as i64) as usize;
-            let hi = (b_l as i64 - s_l).clamp(lo as i64, self.t_l as i64) as usize;
-            let uppers = &mut self.upper[i * self.t_l..(i + 1) * self.t_l];
-            // Without a tile in the reach of the beam, `lo` is `hi` and the columns of the bounds are empty.
-            let first = ((lo as i64 + s_l) as usize).min(b_l);
-            let bounds = self.beam.bounds.slice(s![b as usize, first..first + hi - lo]);
-            for (u, bound) in uppers[lo..hi].iter_mut().zip(&bounds) {
-                // Tiles without an allowed pixel stay at 0.
-                *u += if *u > 0.0 { size * bound } else { 0.0 };
-            }
-            self.row_upper[i] = largest(uppers);
-        }
+        raise((&mut self.upper, &mut self.row_upper), &bounds, size);
     }
 
     /// Update a tile, and with it, on all threads, those that come next, where there is enough to do. The choice does not depend on the number of threads.
@@ -252,7 +239,7 @@ impl<'a> TiledResidual<'a> {
         let refresh = |(k, (tile, upper)): (usize, (&mut Tile, &mut f64))| {
             let first = corner(k, t_l);
             let values = tile.values.get_or_insert_with(|| Box::new(pixels(base, first)));
-            apply(beam, values, first, &components[tile.applied..]);
+            apply(beam.values(), values, first, &components[tile.applied..]);
             tile.applied = n;
             (*upper, tile.peak_at) = tile_peak(values, allowed.as_deref().map(|a| &a[k * AREA..(k + 1) * AREA]), *negative);
         };
@@ -287,9 +274,9 @@ impl<'a> TiledResidual<'a> {
         bands.for_each(|(i, (mut band, tiles))| {
             for (j, tile) in tiles.iter().enumerate() {
                 let mut values = tile.values.as_ref().map_or_else(|| pixels(&band, (0, j * SIDE)), |values| **values);
-                apply(beam, &mut values, (i * SIDE, j * SIDE), &components[tile.applied..]);
+                apply(beam.values(), &mut values, (i * SIDE, j * SIDE), &components[tile.applied..]);
                 let columns = j * SIDE..((j + 1) * SIDE).min(band.ncols());
-                for (mut row, line) in band.slice_mut(s![.., columns]).rows_mut().into_iter().zip(values.chunks_exact(SIDE)) {
+                for (mut row, line) in band.slice_mut(s![.., columns]).rows_mut().into_iter().zip(values.0.chunks_exact(SIDE)) {
                     row.iter_mut().zip(line).for_each(|(v, new)| *v = *new as f32);
                 }
             }
@@ -304,88 +291,12 @@ fn corner(tile: usize, t_l: usize) -> (usize, usize) {
 }
 
 /// The pixels of the tile with this first pixel. Those beyond the edge of the image are 0.
-fn pixels<S: Data<Elem = f32>>(image: &ArrayBase<S, Ix2>, (row, column): (usize, usize)) -> [f64; AREA] {
-    std::array::from_fn(|k| image.get((row + k / SIDE, column + k % SIDE)).copied().unwrap_or(0.0).into())
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |a, b| if *b > a { *b } else { a })
+fn pixels<S: Data<Elem = f32>>(image: &ArrayBase<S, Ix2>, (row, column): (usize, usize)) -> Pixels {
+    Pixels(std::array::from_fn(|k| image.get((row + k / SIDE, column + k % SIDE)).copied().unwrap_or(0.0).into()))
 }
 
 /// Index of the first largest value, or `None` for an empty list.
 fn position(values: &[f64]) -> Option<usize> {
     let top = largest(values);
     values.iter().position(|v| *v == top)
-}
-
-#[inline(always)]
-fn peak_lanes(values: &[f64; AREA], negative: bool) -> f64 {
-    let mut lanes = [0.0_f64; 8];
-    for v in values.chunks_exact(8) {
-        for (l, v) in lanes.iter_mut().zip(v) {
-            let size = if negative { v.abs() } else { *v };
-            *l = if size > *l { size } else { *l };
-        }
-    }
-    largest(&lanes)
-}
-
-/// Largest value of a tile and its index. The value is 0 if no pixel is allowed. A tile whose allowed pixels are not above 0 may have a peak
-/// later: it gets the smallest positive number, so that its bound can grow.
-fn tile_peak(values: &[f64; AREA], allowed: Option<&[bool]>, negative: bool) -> (f64, usize) {
-    let size = |v: f64| if negative { v.abs() } else { v };
-    if let Some(allowed) = allowed {
-        let inside = values.iter().zip(allowed).enumerate().filter(|(_, (_, a))| **a);
-        let start = if allowed.contains(&true) { f64::MIN_POSITIVE } else { 0.0 };
-        return inside.fold((start, 0), |best, (k, (v, _))| if size(*v) > best.0 { (size(*v), k) } else { best });
-    }
-    let top = peak_lanes(values, negative).max(f64::MIN_POSITIVE);
-    (top, values.iter().position(|v| size(*v) == top).unwrap_or(0))
-}
-
-/// Subtract components from a tile whose first pixel is `corner`.
-#[inline(always)]
-fn apply_lanes(beam: &TiledBeam, values: &mut [f64; AREA], (row, column): (usize, usize), components: &[Component]) {
-    let psf = beam.psf.as_slice().unwrap_or_default();
-    let (n_m, n_l) = (beam.n_m as i64, beam.n_l as i64);
-    for c in components {
-        let flux = c.flux;
-        // Pixel of the beam at the first pixel of the tile.
-        let m0 = row as i64 - c.row as i64 + n_m / 2;
-        let l0 = column as i64 - c.column as i64 + n_l / 2;
-        let rows = (-m0).clamp(0, SIDE as i64) as usize..(n_m - m0).clamp(0, SIDE as i64) as usize;
-        if l0 >= 0 && l0 + SIDE as i64 <= n_l {
-            for i in rows {
-                let from = ((m0 + i as i64) * n_l + l0) as usize;
-                let line = &mut values[i * SIDE..(i + 1) * SIDE];
-                for (v, p) in line.iter_mut().zip(&psf[from..from + SIDE]) {
-                    *v -= flux * f64::from(*p);
-                }
-            }
-        } else {
-            let columns = (-l0).clamp(0, SIDE as i64) as usize..(n_l - l0).clamp(0, SIDE as i64) as usize;
-            for i in rows {
-                for j in columns.clone() {
-                    let from = ((m0 + i as i64) * n_l + l0 + j as i64) as usize;
-                    values[i * SIDE + j] -= flux * f64::from(psf[from]);
-                }
-            }
-        }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn apply_avx2(beam: &TiledBeam, values: &mut [f64; AREA], corner: (usize, usize), components: &[Component]) {
-    apply_lanes(beam, values, corner, components);
-}
-
-fn apply(beam: &TiledBeam, values: &mut [f64; AREA], corner: (usize, usize), components: &[Component]) {
-    #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
-        // SAFETY: the machine has just been found to have AVX2.
-        unsafe { apply_avx2(beam, values, corner, components) };
-        return;
-    }
-    apply_lanes(beam, values, corner, components);
 }

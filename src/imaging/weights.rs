@@ -127,12 +127,19 @@ impl ImageWeights {
             let mut sum = 0.0;
             for (uvw, weights) in block.uvw_m.rows().into_iter().zip(block.weight.rows()) {
                 let (u, v) = (uvw[0] / SPEED_OF_LIGHT_M_S, uvw[1] / SPEED_OF_LIGHT_M_S);
-                // A visibility outside the grid wraps around and may lie in any row of cells.
-                let (near, far) = (v.abs() * low * self.scale.1, v.abs() * high * self.scale.1);
-                if far < (self.height / 2) as f64 && (far < lines.start || near >= lines.end) {
+                // Only some channels lie in these rows of cells. A visibility outside the grid wraps around and may lie in any.
+                let per_hz = v.abs() * self.scale.1;
+                let (near, far) = (per_hz * low, per_hz * high);
+                let wraps = far >= (self.height / 2) as f64;
+                if !wraps && (far < lines.start || near >= lines.end) {
                     continue;
                 }
+                let inside =
+                    if wraps { f64::NEG_INFINITY..f64::INFINITY } else { (lines.start - 1.0) / per_hz..(lines.end + 1.0) / per_hz };
                 for c in channels.clone() {
+                    if !inside.contains(&freq_hz[c]) {
+                        continue;
+                    }
                     let w = f64::from(weights[c]);
                     if w > 0.0
                         && let Some(cell) = cells.get_mut(self.cell(u * freq_hz[c], v * freq_hz[c]).wrapping_sub(first))
