@@ -90,6 +90,13 @@ impl HandsSum {
         }
     }
 
+    /// Add the sums of further rows.
+    pub fn include(&mut self, other: &Self) {
+        self.sum += other.sum;
+        self.count += other.count;
+        self.counts &= other.counts;
+    }
+
     /// Replace the sums by those over all processes.
     fn share(&mut self, ranks: &dyn Ranks) {
         let mut all = [self.sum, self.count as f64, f64::from(u8::from(!self.counts))];

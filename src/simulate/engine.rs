@@ -23,6 +23,7 @@ use cittert_arrays::feeds::Feeds;
 use cittert_arrays::{BrightnessUnit, Polarization, SPEED_OF_LIGHT_M_S, UvCoverage, VisUnit, VisibilityBlock, VisibilityHeader};
 use ndarray::{Array2, Array3, Axis, s};
 use num_complex::{Complex, Complex64};
+use rayon::prelude::*;
 
 /// One image plane that is used for some channels of the set.
 pub(super) struct Plane {
@@ -328,24 +329,30 @@ impl<'a> Simulator<'a> {
         };
         if let Some(vis) = vis {
             let terms = products(image.polarizations[plane.pol], &self.basis);
+            // The factors of the frequencies within each channel, and the index of the first of them.
             let mut first = 0;
-            for chan in &plane.chans {
-                let sub = self.freq_hz[*chan].len();
-                let share = if self.band.is_some() { 1.0 } else { sub as f64 };
-                let factor: Vec<f64> = self.freq_hz[*chan].iter().map(|f| unit_factor(image.unit, self.header.unit, *f) / share).collect();
-                let mut rows = sum.slice_mut(s![.., *chan, ..]);
-                for (row, (mut out, vis)) in rows.outer_iter_mut().zip(vis.axis_iter(Axis(0))).enumerate() {
-                    let pair = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
-                    let mean: Complex64 = match &self.band {
-                        None => factor.iter().enumerate().map(|(j, f)| vis[first + j] * *f).sum(),
-                        Some(band) => factor.iter().enumerate().map(|(j, f)| vis[first + j] * *f * band.weight(pair, *chan, j)).sum(),
+            let factors = plane.chans.iter().map(|chan| {
+                let freq_hz = &self.freq_hz[*chan];
+                let share = if self.band.is_some() { 1.0 } else { freq_hz.len() as f64 };
+                let factors: Vec<f64> = freq_hz.iter().map(|f| unit_factor(image.unit, self.header.unit, *f) / share).collect();
+                first += freq_hz.len();
+                (*chan, first - freq_hz.len(), factors)
+            });
+            let factors: Vec<(usize, usize, Vec<f64>)> = factors.collect();
+            let band = self.band.as_ref();
+            sum.outer_iter_mut().into_par_iter().zip(vis.axis_iter(Axis(0))).enumerate().for_each(|(row, (mut out, vis))| {
+                let pair = (coverage.ant1[row] as usize, coverage.ant2[row] as usize);
+                for (chan, first, factors) in &factors {
+                    let parts = factors.iter().enumerate();
+                    let mean: Complex64 = match band {
+                        None => parts.map(|(j, f)| vis[first + j] * *f).sum(),
+                        Some(band) => parts.map(|(j, f)| vis[first + j] * *f * band.weight(pair, *chan, j)).sum(),
                     };
                     for (pol, coefficient) in &terms {
-                        out[*pol] += mean * coefficient;
+                        out[(*chan, *pol)] += mean * coefficient;
                     }
                 }
-                first += sub;
-            }
+            });
         }
         self.keep_transform(k, transform, before);
         Ok(())

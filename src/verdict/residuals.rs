@@ -114,16 +114,23 @@ impl Residuals {
         let (n_chan, n_pol) = (header.spectrum.n_chan(), header.polarizations.len());
         let rows_at_once = MemoryBudget::default().block() / (n_chan * n_pol * BYTES_PER_SAMPLE).max(1);
         let (mut samples, mut hands) = (Vec::new(), HandsSum::new(&header));
+        // Each block has sums of its own, which are added in the order of the blocks.
+        let sum_of = |(_, block): &(usize, VisibilityBlock)| {
+            let mut sum = HandsSum::new(&header);
+            sum.add(block);
+            sum
+        };
         let mut blocks: Vec<(usize, VisibilityBlock)> = Vec::new();
         let mut rows_held = 0;
         let all = runs(data.n_rows(), n_chan * n_pol, rows_at_once);
         for (k, rows) in all.iter().enumerate() {
             let block = data.read_rows(rows.clone())?;
-            hands.add(&block);
             blocks.push((rows.start, block));
             rows_held += rows.len();
             let next = all.get(k + 1).map_or(usize::MAX, Range::len);
             if rows_held.saturating_add(next) > rows_at_once {
+                let sums: Vec<HandsSum> = blocks.par_iter().map(sum_of).collect();
+                sums.iter().for_each(|sum| hands.include(sum));
                 add(&mut samples, &header, &blocks, model)?;
                 blocks.clear();
                 rows_held = 0;
@@ -147,31 +154,17 @@ impl Residuals {
     fn of(samples: &[Sample], noise_known: bool, n_chan: usize) -> Self {
         let n = samples.len() as f64;
         let sum = |f: fn(&Sample) -> f64| samples.iter().map(f).sum::<f64>();
-        let (misfit, power) = (sum(Sample::misfit), sum(|s| 0.5 * s.weight * s.data2));
+        let ((antennas, outliers), ((shortest, decay), typical)) = rayon::join(
+            || by_antenna(samples),
+            || {
+                let squares = || median(&mut samples.iter().map(Sample::misfit).collect::<Vec<_>>());
+                rayon::join(|| short_baselines(samples, noise_known), squares)
+            },
+        );
+        let (misfit, power) = rayon::join(|| sum(Sample::misfit), || sum(|s| 0.5 * s.weight * s.data2));
         let floor = if noise_known { n.min(0.999 * power) } else { 0.0 };
-        let mut baselines: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
-        samples.iter().for_each(|s| baselines.entry(s.pair).or_default().push(s.misfit()));
-        let mut of_antenna: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
-        let mut outliers = 0;
-        for (pair, squares) in &mut baselines {
-            let median = median(squares);
-            if squares.len() >= FEWEST {
-                outliers += squares.iter().filter(|x| **x > OUTLIER * median).count();
-            }
-            for antenna in [pair.0, pair.1] {
-                of_antenna.entry(antenna).or_default().push(median);
-            }
-        }
-        let all = median(&mut of_antenna.values().flatten().copied().collect::<Vec<_>>());
-        let mut antennas: Vec<(usize, f64)> = of_antenna
-            .iter_mut()
-            .filter(|(_, squares)| squares.len() > 3 && all > 0.0)
-            .map(|(a, squares)| (*a as usize, median(squares) / all))
-            .collect();
-        antennas.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let (shortest, decay) = short_baselines(samples, noise_known);
-        let along = sum(|s| 0.5 * s.weight * s.along * s.off);
-        let across = sum(|s| 0.5 * s.weight * s.model2 * s.off * s.off);
+        let (along, across) =
+            rayon::join(|| sum(|s| 0.5 * s.weight * s.along * s.off), || sum(|s| 0.5 * s.weight * s.model2 * s.off * s.off));
         let spectrum = Spectrum {
             index: if across > 0.0 { along / across } else { 0.0 },
             share: if across > 0.0 && misfit > floor { along * along / across / (misfit - floor) } else { 0.0 },
@@ -181,7 +174,7 @@ impl Residuals {
             samples: samples.len(),
             noise_known,
             mean: misfit / n,
-            typical: median(&mut samples.iter().map(Sample::misfit).collect::<Vec<_>>()) / MEDIAN,
+            typical: typical / MEDIAN,
             unexplained: ((misfit - floor).max(0.0) / (power - floor)).min(1e9),
             signal: if noise_known { (power / n - 1.0).max(0.0) } else { f64::INFINITY },
             outliers: outliers as f64 / n,
@@ -192,6 +185,38 @@ impl Residuals {
             spectrum,
         }
     }
+}
+
+/// The squares of antennas over those of all antennas, largest first, and the number of samples that stand out of their baseline.
+fn by_antenna(samples: &[Sample]) -> (Vec<(usize, f64)>, usize) {
+    let mut baselines: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
+    // The samples of a row follow each other, and belong to one baseline.
+    for row in samples.chunk_by(|a, b| a.pair == b.pair) {
+        baselines.entry(row[0].pair).or_default().extend(row.iter().map(Sample::misfit));
+    }
+    let mut baselines: Vec<((u32, u32), Vec<f64>)> = baselines.into_iter().collect();
+    let medians: Vec<(f64, usize)> = baselines
+        .par_iter_mut()
+        .map(|(_, squares)| {
+            let median = median(squares);
+            let apart = if squares.len() >= FEWEST { squares.iter().filter(|x| **x > OUTLIER * median).count() } else { 0 };
+            (median, apart)
+        })
+        .collect();
+    let mut of_antenna: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
+    for ((pair, _), (median, _)) in baselines.iter().zip(&medians) {
+        for antenna in [pair.0, pair.1] {
+            of_antenna.entry(antenna).or_default().push(*median);
+        }
+    }
+    let all = median(&mut of_antenna.values().flatten().copied().collect::<Vec<_>>());
+    let mut antennas: Vec<(usize, f64)> = of_antenna
+        .iter_mut()
+        .filter(|(_, squares)| squares.len() > 3 && all > 0.0)
+        .map(|(a, squares)| (*a as usize, median(squares) / all))
+        .collect();
+    antennas.sort_by(|a, b| b.1.total_cmp(&a.1));
+    (antennas, medians.iter().map(|m| m.1).sum())
 }
 
 /// Add the samples of blocks, each with the index of its first row.

@@ -10,13 +10,13 @@ use crate::{FormatError, Result};
 use cittert_arrays::{BrightnessUnit, Image, RestoringBeam, SkyFrame};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use ndarray::Axis;
+use ndarray::{Axis, s};
 use rayon::prelude::*;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// Size of the pixels that all threads convert together, bytes.
-const AT_ONCE: usize = 1 << 22;
+const AT_ONCE: usize = 1 << 21;
 
 /// Options of a new image.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -54,7 +54,7 @@ pub fn write_image<P: Copy + Into<f64> + Sync>(path: &Path, image: &Image<P>, op
 
 /// Header, pixels and tables.
 fn write_content<P: Copy + Into<f64> + Sync>(
-    file: &mut impl Write,
+    file: &mut (impl Write + Send),
     header: &[u8],
     image: &Image<P>,
     options: ImageOptions,
@@ -62,22 +62,29 @@ fn write_content<P: Copy + Into<f64> + Sync>(
     file.write_all(header)?;
     let size = if options.double { 8 } else { 4 };
     let row = image.grid.n_l * size;
-    let mut bytes = vec![0; (AT_ONCE / row.max(1)).clamp(1, image.grid.n_m) * row];
+    let lines = (AT_ONCE / row.max(1)).clamp(1, image.grid.n_m);
     // In FITS order the channel axis runs before the STOKES axis, so the planes of one polarisation follow each other.
-    for pol in 0..image.polarizations.len() {
-        for chan in 0..image.spectrum.n_chan() {
-            for rows in image.plane(chan, pol).axis_chunks_iter(Axis(0), bytes.len() / row.max(1)) {
-                let bytes = &mut bytes[..rows.nrows() * row];
-                bytes.par_chunks_exact_mut(row.max(1)).zip(rows.axis_iter(Axis(0)).into_par_iter()).for_each(|(to, from)| {
-                    if options.double {
-                        to.as_chunks_mut().0.iter_mut().zip(from).for_each(|(to, v)| *to = (*v).into().to_be_bytes());
-                    } else {
-                        to.as_chunks_mut().0.iter_mut().zip(from).for_each(|(to, v)| *to = ((*v).into() as f32).to_be_bytes());
-                    }
-                });
-                file.write_all(bytes)?;
+    let planes = (0..image.polarizations.len()).flat_map(|pol| (0..image.spectrum.n_chan()).map(move |chan| (chan, pol)));
+    let parts: Vec<_> = planes.flat_map(|(chan, pol)| (0..image.grid.n_m).step_by(lines).map(move |first| (chan, pol, first))).collect();
+    let convert = |part: Option<&(usize, usize, usize)>, bytes: &mut Vec<u8>| {
+        let Some((chan, pol, first)) = part.copied() else { return };
+        let n = lines.min(image.grid.n_m - first);
+        bytes.resize(n * row, 0);
+        let rows = image.plane(chan, pol).slice_move(s![first..first + n, ..]);
+        bytes.par_chunks_exact_mut(row.max(1)).zip(rows.axis_iter(Axis(0)).into_par_iter()).for_each(|(to, from)| {
+            if options.double {
+                to.as_chunks_mut().0.iter_mut().zip(from).for_each(|(to, v)| *to = (*v).into().to_be_bytes());
+            } else {
+                to.as_chunks_mut().0.iter_mut().zip(from).for_each(|(to, v)| *to = ((*v).into() as f32).to_be_bytes());
             }
-        }
+        });
+    };
+    let (mut now, mut next) = (Vec::new(), Vec::new());
+    convert(parts.first(), &mut now);
+    for k in 0..parts.len() {
+        // The next part is converted while this one is written.
+        rayon::join(|| file.write_all(&now), || convert(parts.get(k + 1), &mut next)).0?;
+        std::mem::swap(&mut now, &mut next);
     }
     let len = (image.data.len() * size) as u64;
     file.write_all(&vec![0; padding(len) as usize])?;
