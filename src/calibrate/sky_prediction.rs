@@ -5,7 +5,7 @@ use crate::Result;
 use crate::progress::{Observer, Silent};
 use crate::simulate::{Pedestal, SimulateOptions, Simulator, SkyModel};
 use cittert_arrays::quantity::Temperature;
-use cittert_arrays::{BrightnessUnit, UvCoverage, VisUnit, VisibilityHeader, VisibilitySource};
+use cittert_arrays::{BrightnessUnit, UvCoverage, VisUnit, VisibilityHeader};
 use ndarray::{Array3, s};
 use num_complex::Complex;
 
@@ -41,11 +41,10 @@ impl<'a> SkyPrediction<'a> {
         Ok(Self { simulator: Simulator::new(header, sky, &options, &Silent)?, observer })
     }
 
-    /// Expect the rows of a set, so that a large image takes less memory where the set is small.
+    /// Expect about so many visibilities in all, so that a large image takes less memory where they are few.
     #[must_use]
-    pub fn expecting(mut self, data: &dyn VisibilitySource) -> Self {
-        let of_row = data.header().spectrum.n_chan() * data.header().polarizations.len();
-        self.simulator = self.simulator.expecting(data.n_rows().saturating_mul(of_row) as u64);
+    pub fn expecting(mut self, visibilities: usize) -> Self {
+        self.simulator = self.simulator.expecting(visibilities as u64);
         self
     }
 
@@ -54,13 +53,20 @@ impl<'a> SkyPrediction<'a> {
     /// # Errors
     /// As [`ModelVisibilities::predict`].
     pub fn cover(&mut self, coverage: &UvCoverage) -> Result<()> {
-        self.simulator.cover(&placed(coverage).0, self.observer)
+        self.simulator.cover(&placed(coverage.clone()).0, self.observer)
+    }
+
+    /// The visibilities of some rows. Rows whose uvw are not finite have no model: they are predicted at the origin and then marked.
+    fn of_rows(&mut self, first_row: usize, coverage: UvCoverage) -> Result<Array3<Complex<f32>>> {
+        let (rows, lost) = placed(coverage);
+        let mut vis = self.simulator.block(rows, first_row as u64, self.observer)?.vis;
+        lost.iter().for_each(|r| vis.slice_mut(s![*r, .., ..]).fill(Complex::new(f32::NAN, f32::NAN)));
+        Ok(vis)
     }
 }
 
 /// The rows of a coverage with those moved to the origin whose uvw are not finite, and which these are.
-fn placed(coverage: &UvCoverage) -> (UvCoverage, Vec<usize>) {
-    let mut rows = coverage.clone();
+fn placed(mut rows: UvCoverage) -> (UvCoverage, Vec<usize>) {
     let lost: Vec<usize> = (0..rows.n_rows()).filter(|r| rows.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
     lost.iter().for_each(|r| rows.uvw_m.row_mut(*r).fill(0.0));
     (rows, lost)
@@ -68,19 +74,15 @@ fn placed(coverage: &UvCoverage) -> (UvCoverage, Vec<usize>) {
 
 impl ModelVisibilities for SkyPrediction<'_> {
     fn predict(&mut self, _header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
-        // Rows whose uvw are not finite have no model. They are predicted at the origin and then marked.
-        let (rows, lost) = placed(coverage);
-        let mut vis = self.simulator.block(rows, first_row as u64, self.observer)?.vis;
-        lost.iter().for_each(|r| vis.slice_mut(s![*r, .., ..]).fill(Complex::new(f32::NAN, f32::NAN)));
-        Ok(vis)
+        self.of_rows(first_row, coverage.clone())
     }
 
-    fn predict_runs(&mut self, header: &VisibilityHeader, runs: &[(usize, &UvCoverage)]) -> Result<Vec<Array3<Complex<f32>>>> {
+    fn predict_runs(&mut self, _header: &VisibilityHeader, runs: &[(usize, &UvCoverage)]) -> Result<Vec<Array3<Complex<f32>>>> {
         let Some(((first_row, first), others)) = runs.split_first() else { return Ok(Vec::new()) };
         // One transform with the extent of all runs, and one way through its tiles.
         let mut all = (*first).clone();
         others.iter().try_for_each(|(_, coverage)| all.append(coverage))?;
-        let all = self.predict(header, *first_row, &all)?;
+        let all = self.of_rows(*first_row, all)?;
         let mut end = 0;
         let of_run = |(_, coverage): &(usize, &UvCoverage)| {
             let from = end;

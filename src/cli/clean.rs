@@ -19,7 +19,7 @@ use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, clean, clean_once, pattern_image};
 use crate::progress::{Quiet, Silent};
 use crate::verdict::{ImageFacts, Levels};
-use cittert_arrays::{BrightnessUnit, Image, Polarization, SkyGrid, VisUnit, VisibilitySource};
+use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilitySource};
 use clap::Args;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -266,7 +266,8 @@ impl Plan for CleanCommandArgs {
         let input = self.input.files()?;
         no_range(&self.imaging, "no forecast of exact images of scenes near the array")?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
-        let (outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
+        let looked = planner.outlook(source.as_mut(), &self.imaging)?;
+        let outlook = &looked.0;
         let g = &outlook.grid;
         let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
         let beam_px = 1.0 / (outlook.uv_range_wl.1 * g.cell_rad);
@@ -280,11 +281,11 @@ impl Plan for CleanCommandArgs {
             hogbom: name == "hogbom",
             scales: if name == EXTENDED { scales_of(&self.clean, beam_px, g) } else { 0.0 },
             tested: alone && self.startmod.may_solve(outlook.uv_range_wl.0, half_field_rad),
-            judged: alone && self.imaging.pol == Polarization::I,
+            judged: if alone { verdict::transform(source.header(), &looked, &self.imaging)? } else { None },
             twice: alone && self.hold_out.is_made(source.as_ref(), g, &self.imaging),
         };
-        let forecast = cost::clean(&outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
-        Ok(Told { command: "clean", forecast, facts: facts(&outlook) })
+        let forecast = cost::clean(outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
+        Ok(Told { command: "clean", forecast, facts: facts(outlook) })
     }
 
     fn output(&self) -> &std::path::Path {

@@ -5,7 +5,8 @@ use super::failure::Result;
 use super::ranks;
 use crate::ChainError;
 use crate::calibrate::{Accuracy, ModelVisibilities, SkyPrediction};
-use crate::imaging::ImagingOptions;
+use crate::fourier::GridOptions;
+use crate::imaging::{Field, ImagingOptions, Outlook, RowSample};
 use crate::progress::Quiet;
 use crate::simulate::SkyModel;
 use crate::verdict::{Finding, ImageFacts, Residuals, left_beyond_noise, of_image, of_pedestal, of_residuals, sentence};
@@ -51,12 +52,37 @@ pub(super) fn of_model(
     let accuracy = Accuracy { epsilon: EPSILON, no_w: imaging.no_w };
     let quiet = Quiet(&context.console);
     let mut predicted = match SkyPrediction::new(&header, &sky, accuracy, &quiet) {
-        Ok(predicted) => predicted.expecting(data),
+        Ok(predicted) => predicted.expecting(looked_at(&header, data.n_rows())),
         Err(ChainError::Cancelled) => return Err(ChainError::Cancelled.into()),
         // A set that a model cannot be predicted for, such as one of correlations without total intensity, has no residuals to judge by.
         Err(_) => return Ok(Judged { findings: of_image(facts, None), residuals: None }),
     };
     of_prediction(data, &mut predicted, (flux, facts))
+}
+
+/// Visibilities of one product that a verdict looks at. They are few enough for a transform in little memory, however large the set is.
+fn looked_at(header: &VisibilityHeader, n_rows: usize) -> usize {
+    let n_chan = header.spectrum.n_chan();
+    Residuals::rows(n_rows, n_chan * header.polarizations.len()) * n_chan
+}
+
+/// The transform by which a verdict on an image of these rows predicts visibilities; `None` where there is none to predict.
+///
+/// # Errors
+/// No transform reaches the accuracy.
+pub(super) fn transform(
+    header: &VisibilityHeader,
+    (outlook, sample): &(Outlook, RowSample),
+    imaging: &ImagingOptions,
+) -> Result<Option<Field>> {
+    if imaging.pol != Polarization::I {
+        return Ok(None);
+    }
+    let options = GridOptions { epsilon: EPSILON, w_term: !imaging.no_w, divide_by_n: false, ..GridOptions::default() };
+    let n_vis = looked_at(header, outlook.shape.0 as usize) as u64;
+    let of_output = header.spectrum.n_chan().div_ceil(outlook.channels_out.max(1));
+    let freq_hz: Vec<f64> = header.spectrum.freq_hz().iter().copied().take(of_output).collect();
+    Ok(Some(sample.field_for(&outlook.grid, &freq_hz, outlook.extent.with_room(), (&options, Some(n_vis)))?))
 }
 
 /// The findings about an image whose model predicts visibilities itself. `flux` is that of the model, where it must be positive.

@@ -5,7 +5,7 @@ use super::image::{InputFormat, fits};
 use super::speeds::Speeds;
 use super::stage::{Forecast, Stage};
 use super::term::Term;
-use crate::imaging::Outlook;
+use crate::imaging::{Field, Outlook};
 
 /// Side of a tile of a minor cycle by Högbom, pixels.
 const TILE: f64 = 32.0;
@@ -32,8 +32,8 @@ pub struct CleanWork {
     pub scales: f64,
     /// True where the data are tested for phases that are not calibrated, so that the set is read twice.
     pub tested: bool,
-    /// True where the fit is judged by residuals of single visibilities.
-    pub judged: bool,
+    /// The transform that predicts visibilities by whose residuals the fit is judged; none where it is not.
+    pub judged: Option<Field>,
     /// True where a second image is made without some baselines.
     pub twice: bool,
 }
@@ -88,12 +88,7 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
             .doing([(Term::Pixel, out * pixels)]),
         held.write(5.0, between + held.plane(2.0 * SINGLE + DOUBLE) + list + others),
     ]);
-    if work.judged {
-        let judged = Stage::new("verdict", held.judging() + list);
-        let s = &image.size;
-        let (logs, points) = (s.point_logs * out, s.points * out);
-        stages.push(judged.doing([(Term::Judge, held.judged()), (Term::FromImage, logs), (Term::FromImagePoint, points)]));
-    }
+    stages.extend(work.judged.as_ref().map(|field| held.verdict(field, list)));
     if work.twice {
         stages.push(Stage::second(&stages, ["start", "test of phases", "weights of the test", "write"]));
     }

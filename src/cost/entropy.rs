@@ -5,7 +5,7 @@ use super::image::{InputFormat, fits};
 use super::speeds::Speeds;
 use super::stage::{Forecast, Stage};
 use super::term::Term;
-use crate::imaging::Outlook;
+use crate::imaging::{Field, Outlook};
 
 /// Images in single precision that the solver holds beside its transforms: the prior, the point (variable, slopes of data and penalty), the direction,
 /// the vectors of the Newton system, and three gradients in double precision.
@@ -18,8 +18,8 @@ pub struct EntropyWork {
     pub evaluations: f64,
     /// True where a map of uncertainties is made.
     pub uncertainty: bool,
-    /// True where the fit is judged by residuals of single visibilities.
-    pub judged: bool,
+    /// The transform that predicts visibilities by whose residuals the fit is judged; none where it is not.
+    pub judged: Option<Field>,
     /// True where a second image is made without some baselines.
     pub twice: bool,
 }
@@ -77,14 +77,7 @@ pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
     }
     let images = if work.uncertainty { 4.0 } else { 3.0 };
     stages.push(held.write(images, held.plane(3.0 * DOUBLE) + results));
-    if work.judged {
-        let s = &image.size;
-        stages.push(Stage::new("verdict", held.judging() + held.plane(3.0 * DOUBLE)).doing([
-            (Term::Judge, held.judged()),
-            (Term::FromImage, s.point_logs),
-            (Term::FromImagePoint, s.points),
-        ]));
-    }
+    stages.extend(work.judged.as_ref().map(|field| held.verdict(field, held.plane(3.0 * DOUBLE))));
     if work.twice {
         stages.push(Stage::second(&stages, ["start", "write"]));
     }

@@ -21,16 +21,6 @@ const SORTING: f64 = 0.9;
 /// A pixel in single and in double precision.
 pub(super) const SINGLE: f64 = 4.0;
 pub(super) const DOUBLE: f64 = 8.0;
-/// A sample by which a fit is judged, with its value, its prediction and its place in the lists: of a whole set, and of one that is sampled in runs of rows.
-const SAMPLE: f64 = 190.0;
-const JUDGED_RUNS: f64 = 150.0;
-/// While a fit is predicted: a row (three coverages, and its order on the grid), a value (data, sum, prediction) and a visibility of one product.
-const PREDICTED_ROW: f64 = 266.0;
-const PREDICTED_VALUE: f64 = 58.0;
-const PREDICTED: f64 = 24.0;
-/// Most values by which a fit is judged.
-pub(super) const MOST_JUDGED: f64 = (1 << 20) as f64;
-
 /// What an outlook holds on so many threads.
 #[derive(Clone, Copy)]
 pub(super) struct Held<'a> {
@@ -39,7 +29,7 @@ pub(super) struct Held<'a> {
 }
 
 impl Held<'_> {
-    fn rows(self) -> f64 {
+    pub(super) fn rows(self) -> f64 {
         self.outlook.shape.0 as f64
     }
 
@@ -136,25 +126,6 @@ impl Held<'_> {
         let keep = memory.kept_planes_of(self.outlook.pixels() as usize) as f64;
         let planes = size.plane_bytes as f64;
         if self.outlook.image.bands.is_none() && size.groups == 1 && planes <= keep { sets * planes } else { 0.0 }
-    }
-
-    /// What the judgement of a fit holds: the model twice, its planes, and the visibilities that are looked at.
-    pub(super) fn judging(self) -> f64 {
-        let (o, n) = (self.outlook, self.judged());
-        let (_, channels, products) = o.shape;
-        let of_row = (channels * products) as f64;
-        let all = o.visibilities() * products as f64;
-        let rows = self.rows().min(MOST_JUDGED / of_row);
-        let transform = o.image.size.plane_bytes as f64 + o.image.size.column_bytes as f64;
-        let samples = n * if all > MOST_JUDGED { JUDGED_RUNS } else { SAMPLE };
-        let predicted = rows * (PREDICTED_ROW + of_row * PREDICTED_VALUE + channels as f64 * PREDICTED);
-        2.0 * DOUBLE * o.pixels() + (transform + samples).max(predicted)
-    }
-
-    /// Visibilities by which a fit is judged. Two hands count as one.
-    pub(super) fn judged(self) -> f64 {
-        let products = self.outlook.shape.2 as f64;
-        (self.outlook.visibilities() * products).min(MOST_JUDGED) / if products > 1.0 { 2.0 } else { 1.0 }
     }
 }
 

@@ -141,12 +141,19 @@ impl Held<'_> {
     pub(super) fn residuals(self, passes: f64, beside: f64) -> Stage {
         let field = &self.outlook.image;
         let planes = field.size.plane_bytes as f64;
-        let model = self.plane(DOUBLE) + field.size.column_bytes as f64 + planes.max(self.planes_between(2.0));
-        let both = 2.0 * planes + self.plane(field.real_bytes as f64).max(field.size.column_bytes as f64);
-        let at_once = model.max(both);
+        let (image, columns) = (self.plane(field.real_bytes as f64), field.size.column_bytes as f64);
+        // The buffers of the columns are kept for the next model, as far as they may.
+        let result = image + (field.size.column_buffers as f64).min(self.outlook.memory.kept_buffers() as f64);
+        let at_once = if field.size.groups > 1 {
+            // Planes in groups serve one direction after the other, and the corrected model stays meanwhile.
+            image + (planes + result.max(columns)).max(self.plane(DOUBLE))
+        } else {
+            let model = self.plane(DOUBLE) + columns + planes.max(self.planes_between(2.0));
+            model.max(2.0 * planes + columns).max(planes.max(self.planes_between(2.0)) + result)
+        };
         let held = self.residual_bands().map_or(at_once, |(b, nodes)| {
             let model = self.plane(DOUBLE) + b.own_bytes;
-            model.max(nodes + b.own_bytes + b.bytes).max(nodes + self.transform(field, self.plane(field.real_bytes as f64)))
+            model.max(nodes + b.own_bytes + b.bytes).max(nodes + self.transform(field, image))
         });
         let stage = Stage::new("major cycles", self.pass(field) + beside + held);
         let read_bytes = if self.outlook.kept { 0.0 } else { passes * self.file() };

@@ -14,6 +14,7 @@
 //! | `image` | stages of `dirty`, `beam` and `grid` |
 //! | `cleaned` | stages of `clean` |
 //! | `entropy` | stages of `mem` |
+//! | `judged` | the verdict on an image |
 //! | `sampled` | stages of `simulate` and `predict` |
 //! | `converted` | stages of `convert` |
 //! | `trials` | stages of `study` |
@@ -25,6 +26,7 @@ mod converted;
 mod entropy;
 mod held;
 mod image;
+mod judged;
 mod sampled;
 mod scale;
 mod speeds;

@@ -46,6 +46,12 @@ impl UvwExtent {
         extent
     }
 
+    /// The extent with a tenth of room on all sides, because the next rows often need a slightly larger one.
+    #[must_use]
+    pub fn with_room(self) -> Self {
+        Self { u_m: 1.1 * self.u_m, v_m: 1.1 * self.v_m, w_m: 1.1 * self.w_m }
+    }
+
     /// The extent of two sets together.
     #[must_use]
     pub fn union(self, other: Self) -> Self {

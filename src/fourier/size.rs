@@ -26,6 +26,8 @@ pub struct TransformSize {
     pub plane_bytes: u64,
     /// Bytes of the transformed columns that wait for the pass over rows, on the way from an image to the planes of one group.
     pub column_bytes: u64,
+    /// Bytes of all buffers of such columns. Groups of another size have buffers of their own.
+    pub column_buffers: u64,
     /// Bytes that planes may take.
     pub plane_limit: u64,
     /// Points of all planes that pass through a transform: those of the rows, and those of the columns of the image.
@@ -83,6 +85,7 @@ impl<T: Real> Transform<T> {
         let at_once = groups.iter().map(|g| g.len()).max().unwrap_or(1);
         let least = groups.iter().map(|g| g.len()).min().unwrap_or(1);
         let held = at_once + if least < at_once { least } else { 0 };
+        let column_bytes = |planes: usize| (planes * plan.n_rows * n_l.next_multiple_of(BLOCK) * size_of::<Complex<T>>()) as u64;
         // Two columns share a transform where screens are real.
         let columns = n_l as f64 * if matches!(plan.w.basis, WBasis::Powers { .. }) { 0.5 } else { 1.0 };
         let (of_rows, of_columns) = (plan.n_rows as f64 * nu as f64, columns * nv as f64);
@@ -94,7 +97,8 @@ impl<T: Real> Transform<T> {
             groups: groups.len(),
             support: plan.table.support,
             plane_bytes: PlaneRows::<T>::bytes(plan.n_rows, held, nu) as u64,
-            column_bytes: (at_once * plan.n_rows * n_l.next_multiple_of(BLOCK) * size_of::<Complex<T>>()) as u64,
+            column_bytes: column_bytes(at_once),
+            column_buffers: column_bytes(held),
             plane_limit: plan.plane_bytes as u64,
             points: planes * (of_rows + of_columns),
             point_logs: planes * (of_rows * (nu as f64).log2() + of_columns * (nv as f64).log2()),

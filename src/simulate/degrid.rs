@@ -44,7 +44,7 @@ impl DegridPlane {
         8 * self.plane.len() + 2 * point * self.plane.len() * w_planes
     }
 
-    /// Let the range cover these rows. It becomes larger by a tenth than needed, because the next block often needs a slightly larger range.
+    /// Let the range cover these rows, with some room.
     pub(crate) fn cover(&mut self, uvw_m: ArrayView2<'_, f64>) {
         let needed = UvwExtent::of(uvw_m);
         let covers = |e: &UvwExtent| e.u_m >= needed.u_m && e.v_m >= needed.v_m && e.w_m >= needed.w_m;
@@ -53,7 +53,7 @@ impl DegridPlane {
             Some(extent) => needed.union(extent),
             None => needed,
         };
-        self.extent = Some(UvwExtent { u_m: 1.1 * needed.u_m, v_m: 1.1 * needed.v_m, w_m: 1.1 * needed.w_m });
+        self.extent = Some(needed.with_room());
     }
 
     /// Visibilities \[row, freq\] at uvw in m \[row, 3\].

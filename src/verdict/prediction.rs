@@ -63,7 +63,8 @@ impl CrossCheck {
             Err(_) => return Ok(None),
         };
         let quiet = Quiet(observer);
-        let mut predicted = SkyPrediction::new(&header, &sky, accuracy, &quiet)?.expecting(data);
+        let values = data.n_rows().saturating_mul(header.spectrum.n_chan() * header.polarizations.len());
+        let mut predicted = SkyPrediction::new(&header, &sky, accuracy, &quiet)?.expecting(values);
         let prediction = Prediction::of(data, &held, &mut predicted, None, ApplyOptions::default(), noise)?;
         Ok(Some(Self { baselines: held.n_baselines(), misfit: prediction.misfit(), sigma: prediction.misfit_sigma() }))
     }

@@ -104,6 +104,12 @@ fn runs(n_rows: usize, per_row: usize, block: usize) -> Vec<Range<usize>> {
 }
 
 impl Residuals {
+    /// About so many rows of a set are looked at, of `per_row` visibilities each.
+    #[must_use]
+    pub fn rows(n_rows: usize, per_row: usize) -> usize {
+        n_rows.min((MOST / per_row.max(1)).max(RUNS))
+    }
+
     /// Compare a set with a model. Where the weights are only counts of samples, the noise comes from the difference of two parallel hands,
     /// if there are two. `None` if no visibility can be compared.
     ///

@@ -56,8 +56,7 @@ impl Sampling {
                 continue;
             }
             // A transform has room for the rows of the next blocks.
-            let e = UvwExtent::of(uvw_m.view());
-            let extent = UvwExtent { u_m: 1.1 * e.u_m, v_m: 1.1 * e.v_m, w_m: 1.1 * e.w_m };
+            let extent = UvwExtent::of(uvw_m.view()).with_room();
             let used = 1.0;
             let factor = self.rows / uvw_m.nrows().max(1) as f64;
             let sample = RowSample { uvw_m: uvw_m.clone(), used, factor };

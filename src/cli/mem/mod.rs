@@ -20,7 +20,7 @@ use crate::imaging::{Imager, ImagingOptions};
 use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, Uncertainty, mem};
 use crate::progress::Quiet;
 use crate::verdict::{CrossCheck, ImageFacts};
-use cittert_arrays::{Polarization, VisibilitySource};
+use cittert_arrays::VisibilitySource;
 use serde_json::{Value, json};
 
 const IMAGES: [&str; 3] = ["-model.fits", "-residual.fits", "-image.fits"];
@@ -170,16 +170,17 @@ impl Plan for MemCommandArgs {
         no_range(&self.imaging, "no forecast of exact images of scenes near the array")?;
         let input = self.input.files()?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
-        let (outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
+        let looked = planner.outlook(source.as_mut(), &self.imaging)?;
+        let outlook = &looked.0;
         let alone = planner.ranks == 1;
         let work = EntropyWork {
             evaluations: self.mem.niter as f64,
             uncertainty: self.mem.uncertainty != Uncertainty::None,
-            judged: alone && self.imaging.pol == Polarization::I,
+            judged: if alone { verdict::transform(source.header(), &looked, &self.imaging)? } else { None },
             twice: alone && self.hold_out.is_made(source.as_ref(), &outlook.grid, &self.imaging),
         };
-        let forecast = cost::entropy(&outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
-        Ok(Told { command: "mem", forecast, facts: facts(&outlook) })
+        let forecast = cost::entropy(outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
+        Ok(Told { command: "mem", forecast, facts: facts(outlook) })
     }
 
     fn output(&self) -> &std::path::Path {

@@ -1,0 +1,53 @@
+//! The verdict: a fit is compared with at most about a million visibilities, whose prediction is in memory at once.
+
+use super::held::{DOUBLE, Held, SINGLE};
+use super::stage::Stage;
+use super::term::Term;
+use crate::imaging::Field;
+
+/// Most values by which a fit is judged.
+const MOST: f64 = (1 << 20) as f64;
+/// A row of the blocks that were read, and of their joint list.
+const ROW: f64 = 100.0;
+/// A value of the blocks, and its sum in double precision.
+const VALUE: f64 = 17.0 + 16.0;
+/// A value of the block that the sum becomes: visibility, weight, number of samples, flag, and the rounded sum that is copied into it.
+const BECOMES: f64 = 17.0 + 8.0;
+/// A visibility of one product while it is predicted, in single precision, and then also in double precision.
+const PREDICTED: f64 = 8.0;
+const WIDENED: f64 = 24.0;
+/// A sample by which a fit is judged, with its value, its prediction and its place in the lists: of a whole set, and of one that is sampled in runs of rows.
+const SAMPLE: f64 = 190.0;
+const OF_RUNS: f64 = 150.0;
+
+impl Held<'_> {
+    /// Visibilities by which a fit is judged. Two hands count as one.
+    fn judged(self) -> f64 {
+        let products = self.outlook.shape.2 as f64;
+        (self.outlook.visibilities() * products).min(MOST) / if products > 1.0 { 2.0 } else { 1.0 }
+    }
+
+    /// The verdict on an image, whose visibilities are predicted by this transform. `beside` are the bytes that are held beside it.
+    pub(super) fn verdict(self, field: &Field, beside: f64) -> Stage {
+        let (_, channels, products) = self.outlook.shape;
+        let (of_row, out) = ((channels * products) as f64, self.outlook.channels_out as f64);
+        let rows = self.rows().min(MOST / of_row);
+        let part = rows / self.rows().max(1.0);
+        let (values, visibilities) = (rows * of_row, rows * channels as f64);
+        let (planes, columns) = (field.size.plane_bytes as f64, field.size.column_bytes as f64);
+        // Planes of a single group stay until the end. Several groups are made one after the other from the corrected image, which stays.
+        let one = field.size.groups == 1;
+        let stays = out * if one { planes } else { self.plane(SINGLE) };
+        let (made, again) = if one { (columns, 0.0) } else { (0.0, planes + columns) };
+        let nodes = part * (field.pass.sorted_bytes + field.pass.nodes * 2.0 * SINGLE);
+        let predicting = ROW * rows + VALUE * values + made.max(again + nodes + PREDICTED * visibilities).max(WIDENED * visibilities);
+        let becoming = ROW * rows + (VALUE + BECOMES) * values;
+        let n = self.judged();
+        let samples = n * if self.outlook.visibilities() * products as f64 > MOST { OF_RUNS } else { SAMPLE };
+        // The model, and what an antenna sees of it.
+        let models = 2.0 * DOUBLE * self.plane(out);
+        let stage = Stage::new("verdict", models + stays + predicting.max(becoming).max(samples) + beside);
+        let (logs, points) = (field.size.point_logs * out, field.size.points * out);
+        stage.doing([(Term::Judge, n), (Term::FromImage, logs), (Term::FromImagePoint, points)])
+    }
+}
