@@ -2,13 +2,15 @@
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Result};
+use super::forecast::{Passing, Plan, Planner, Told};
 use super::options::{OutputArgs, SetArgs};
 use super::planned::check_room_for_set;
 use crate::calibrate::{ApplyOptions, Direction, Interpolation, RoundOptions, apply};
+use crate::cost::{self, Gained};
 use cittert_arrays::VisibilitySink;
-use cittert_formats::Edit;
+use cittert_formats::{Edit, format_of_output, visibility_format};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `applycal`.
 #[derive(Debug, Args)]
@@ -93,4 +95,30 @@ pub fn run(args: &ApplycalArgs, context: &Context) -> Result<Outcome> {
     let verb = if args.invert { "multiplied by gains" } else { "calibrated" };
     let text = format!("{}: {} visibilities {verb}, {} flagged because they have no gain", path.display(), counts.applied, counts.flagged);
     Ok(Outcome::new(json, text).wrote(path))
+}
+
+/// Bytes of a value in a file of numbers of 32 bits, at most. Numbers of 64 bits take more.
+const SINGLE_BYTES: f64 = 12.0;
+
+impl Plan for ApplycalArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        let input = self.input.files()?;
+        let source = input.open(planner.context)?;
+        cittert_formats::calh5::read_gains_for(&self.gains, &source.header().spectrum)?;
+        let (mut copied, mut double) = (false, false);
+        if let Some(one) = input.one() {
+            copied = format_of_output(one, &self.out.output)?.name() == visibility_format(one)?.name();
+            let header = source.header();
+            let values = source.n_rows() as f64 * (header.spectrum.n_chan() * header.polarizations.len()) as f64;
+            double = copied && one.is_file() && std::fs::metadata(one).context(one.display())?.len() as f64 > SINGLE_BYTES * values;
+        }
+        let Passing { set, facts, .. } = Passing::of(&input, source.as_ref(), copied, planner)?;
+        let mut forecast = cost::gained(Gained { set, double, readings: 1.0, gains: 0.0 });
+        forecast.assumptions.push("every format is written as fast as UVH5".into());
+        Ok(Told { command: "applycal", forecast, facts })
+    }
+
+    fn output(&self) -> &Path {
+        &self.out.output
+    }
 }

@@ -254,7 +254,7 @@ fn describe(p: &CleanReport, unit: BrightnessUnit, json: &Value) -> String {
 }
 
 /// Number of scales of the minor cycle.
-fn scales_of(clean: &CleanOptions, beam_px: f64, grid: &SkyGrid) -> f64 {
+pub(super) fn scales_of(clean: &CleanOptions, beam_px: f64, grid: &SkyGrid) -> f64 {
     let scales = clean.scales(beam_px);
     let given = scales.widths_px.len();
     (if given == 0 { chosen_scales(&scales, &clean.tuning, grid.n_l.min(grid.n_m)).len() } else { given }) as f64

@@ -2,13 +2,15 @@
 
 use super::airs::Airs;
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
+use super::failure::{Context as _, Failure, Result, ensure};
+use super::forecast::{Passing, Plan, Planner, Told};
 use super::options::{OutputArgs, SceneArgs, SetArgs};
 use super::planned::check_room_for_set;
 use super::scene_errors::{TruthFiles, band_files, read_bands};
 use super::sections::Section;
 use crate::calibrate::spread_channels;
 use crate::corrupt::{CorruptOptions, Error, ErrorOptions, Truth, corrupt_with, corrupted_header};
+use crate::cost::{self, Gained};
 use crate::simulate::{SceneOptions, SkyModel};
 use cittert_arrays::{GainTable, VisUnit, VisibilityHeader};
 use clap::Args;
@@ -153,4 +155,29 @@ fn sizes(table: &GainTable) -> (f64, f64, usize) {
     let phase = (good().map(|g| g.arg().powi(2)).sum::<f64>() / n).sqrt();
     let amplitude = (good().map(|g| (g.norm() - 1.0).powi(2)).sum::<f64>() / n).sqrt();
     (phase, amplitude, table.flags.iter().filter(|f| **f).count())
+}
+
+impl Plan for CorruptArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        let input = self.input.files()?;
+        let source = input.open(planner.context)?;
+        let options = options(self, source.header().unit)?;
+        let of_scene = options.errors.iter().find(|e| e.model().of_scene());
+        let why = of_scene.map_or(String::new(), |e| format!("--dry-run: no forecast of errors that need the scene, such as {}", e.name()));
+        ensure!(of_scene.is_none(), Failure::usage(why));
+        let Passing { set, header, facts } = Passing::of(&input, source.as_ref(), false, planner)?;
+        // Errors may change from integration to integration and from channel to channel.
+        let n_ant = header.layout.n_ant() as f64;
+        let times = set.rows / (0.5 * n_ant * (n_ant - 1.0)).max(1.0);
+        let flat = options.errors.iter().all(|e| ["phase", "amplitude"].contains(&e.name()));
+        let channels = if flat { 1.0 } else { header.spectrum.n_chan() as f64 };
+        let gains = times * n_ant * channels * if options.per_feed { 2.0 } else { 1.0 };
+        let mut forecast = cost::gained(Gained { set, double: false, readings: 2.0, gains });
+        forecast.assumptions.push("a gain for each antenna and integration, drawn in the time of two multiplications of a value".into());
+        Ok(Told { command: "corrupt", forecast, facts })
+    }
+
+    fn output(&self) -> &Path {
+        &self.out.output
+    }
 }

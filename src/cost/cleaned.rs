@@ -39,9 +39,30 @@ pub struct CleanWork {
 }
 
 /// Major cycles that runs with so many components typically take.
-fn cycles(work: &CleanWork, speeds: &Speeds) -> f64 {
+pub(super) fn cycles(work: &CleanWork, speeds: &Speeds) -> f64 {
     let typical = speeds.typical("clean.cycles") + speeds.typical("clean.cycles-per-log") * (work.components * work.gain).max(1.0).ln();
     work.cycles.unwrap_or_else(|| (10.0 * typical).round().max(10.0) / 10.0).min(work.most_cycles)
+}
+
+impl Held<'_> {
+    /// Minor cycles that find so many components in so many turns. `beside` are the bytes that are held beside beam, dirty image, residual and components.
+    pub(super) fn minor(self, work: &CleanWork, cycles: f64, beside: f64) -> Stage {
+        let (pixels, out) = (self.outlook.pixels(), self.outlook.channels_out as f64);
+        let (n_l, n_m) = (self.outlook.grid.n_l, self.outlook.grid.n_m);
+        let (points, spectrum, rows) = convolution((n_l, n_m), n_l.max(n_m) / 2, SINGLE);
+        let logs = points * points.log2();
+        let images = self.plane(3.0 * SINGLE) + out * work.components * COMPONENT;
+        let of_tiles = if work.hogbom { self.plane(DOUBLE) } else { 0.0 };
+        let of_scales = work.scales * (self.plane(SINGLE) + spectrum);
+        let tiles = pixels / TILE / TILE;
+        let stage = Stage::new("minor cycles", beside + images + spectrum + rows + of_tiles + of_scales);
+        Stage { whole: true, ..stage }.doing([
+            (Term::Component, out * work.components * work.scales.max(1.0)),
+            (Term::Tile, if work.hogbom { out * work.components * tiles } else { 0.0 }),
+            (Term::MinorPixel, out * cycles * pixels * (1.0 + work.scales)),
+            (Term::Convolve, out * cycles * logs * if work.hogbom { 0.5 } else { 3.0 + 3.0 * work.scales }),
+        ])
+    }
 }
 
 /// The forecast of CLEAN.
@@ -53,16 +74,8 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
     let image = &outlook.image;
     // The beam and the data of the other output channels stay in memory: beam, dirty image, residual and model.
     let others = (out - 1.0) * held.plane(3.0 * SINGLE + DOUBLE);
-    let (n_l, n_m) = (outlook.grid.n_l, outlook.grid.n_m);
-    let (points, spectrum, rows) = convolution((n_l, n_m), n_l.max(n_m) / 2, SINGLE);
-    let logs = points * points.log2();
     let list = out * work.components * COMPONENT;
-    let three = held.plane(3.0 * SINGLE) + list + others;
-    let of_tiles = if work.hogbom { held.plane(DOUBLE) } else { 0.0 };
-    let of_scales = work.scales * (held.plane(SINGLE) + spectrum);
     let between = held.pass(image) + held.planes_between(2.0);
-    let tiles = pixels / TILE / TILE;
-    let minor = Stage::new("minor cycles", between + three + spectrum + rows + of_tiles + of_scales);
     let compared = held.plane(SINGLE / COMPARED);
     let mut stages = vec![held.start()];
     if work.tested {
@@ -77,12 +90,7 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
         held.weigh(),
         held.imaged("beam", image, (true, others)),
         held.imaged("dirty image", image, (!outlook.kept, held.plane(SINGLE) + others)),
-        Stage { whole: true, ..minor }.doing([
-            (Term::Component, out * work.components * work.scales.max(1.0)),
-            (Term::Tile, if work.hogbom { out * work.components * tiles } else { 0.0 }),
-            (Term::MinorPixel, out * cycles * pixels * (1.0 + work.scales)),
-            (Term::Convolve, out * cycles * logs * if work.hogbom { 0.5 } else { 3.0 + 3.0 * work.scales }),
-        ]),
+        held.minor(work, cycles, between + others),
         held.residuals(cycles, held.plane(2.0 * SINGLE) + compared + list + others),
         Stage { whole: true, ..Stage::new("restored image", between + held.plane(SINGLE + DOUBLE + DOUBLE + SINGLE) + list + others) }
             .doing([(Term::Pixel, out * pixels)]),

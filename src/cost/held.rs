@@ -10,7 +10,7 @@ const IMAGING: f64 = 4.0;
 /// The uvw of a row.
 const UVW: f64 = 24.0;
 /// The coverage of a row while it is read: uvw, antennas, time, integration and phase centre.
-const COVERAGE: f64 = 50.0;
+pub(super) const COVERAGE: f64 = 50.0;
 /// A value of a block of all products: visibility, weight, number of samples and flag.
 const RAW: f64 = 17.0;
 /// Chunks of a file that are unpacked while small parts of rows are gathered, and a value in them: visibility, weight and flag.
@@ -38,7 +38,7 @@ impl Held<'_> {
     }
 
     /// Blocks of all products that are in memory together: one is read while another is worked on.
-    fn raw(self) -> f64 {
+    pub(super) fn raw(self) -> f64 {
         let (_, channels, products) = self.outlook.shape;
         let several = self.threads > 1 && self.outlook.blocks.1 > 1;
         let blocks = if several { 2.0 } else { 1.0 };

@@ -13,13 +13,15 @@
 //! | `held` | the arrays of an image of a set, bytes |
 //! | `image` | stages of `dirty`, `beam` and `grid` |
 //! | `cleaned` | stages of `clean` |
+//! | `calibrated` | stages of `selfcal` |
 //! | `entropy` | stages of `mem` |
 //! | `judged` | the verdict on an image |
 //! | `sampled` | stages of `simulate` and `predict` |
-//! | `converted` | stages of `convert` |
+//! | `converted` | stages of `convert`, `applycal` and `corrupt` |
 //! | `trials` | stages of `study` |
 //! | `cluster` | the same work shared by several machines, and what breaks first |
 
+mod calibrated;
 mod cleaned;
 mod cluster;
 mod converted;
@@ -34,9 +36,10 @@ mod stage;
 mod term;
 mod trials;
 
+pub use calibrated::{CalibrationWork, selfcal};
 pub use cleaned::{CleanWork, clean};
 pub use cluster::{Cluster, Limit, Shared, Span};
-pub use converted::{Conversion, convert};
+pub use converted::{Conversion, Gained, convert, gained};
 pub use entropy::{EntropyWork, entropy};
 pub use image::{InputFormat, beam, dirty, grid};
 pub use sampled::{SampledWork, predict, simulate};

@@ -12,7 +12,7 @@ const SUM: f64 = 24.0;
 /// A row of the whole observation: the output keeps little more than the number of its time and its antennas.
 const ROW: f64 = 3.0;
 /// Buffers of an output that is written block after block.
-const WRITER: f64 = 12e6;
+pub(super) const WRITER: f64 = 12e6;
 /// A row of a block: its coverage three times over.
 const COVERAGES: f64 = 150.0;
 /// Bytes of a value and of the columns of a row in a file. Weights and flags that are alike take almost nothing.

@@ -109,6 +109,18 @@ terms! {
     EntropyMap = "map.log", Fourier;
     /// A visibility by whose residual a fit is judged.
     Judge = "judge.value", Stream;
+    /// Dividing a value that is in memory by gains, or multiplying it.
+    Apply = "gains.apply", Stream;
+    /// Adding a value and its model to the sums of a gain solution.
+    Sum = "gains.sum", Stream;
+    /// A baseline in the gain solution of one interval.
+    Solve = "gains.solve", Grid;
+    /// Writing a value with other gains into a new set.
+    WriteGains = "gains.write", Stream;
+    /// The same into a copy of the file, which keeps what else the file holds.
+    Edit = "gains.edit", Stream;
+    /// The times and the gains of a row that is written with other gains.
+    GainRow = "gains.row", Stream;
     /// A value that is simulated or predicted, beside the transform.
     Simulate = "simulate.value", Stream;
     /// The first phase of a source of a list in a row, from which those of its channels follow.

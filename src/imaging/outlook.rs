@@ -51,6 +51,18 @@ pub struct PassCounts {
     pub sorted_bytes: f64,
 }
 
+impl PassCounts {
+    /// The work of one of so many processes that share the rows.
+    #[must_use]
+    pub fn shared(mut self, ranks: usize) -> Self {
+        let p = &mut self;
+        for x in [&mut p.visibilities, &mut p.nodes, &mut p.channel_multiply_adds, &mut p.grid_multiply_adds, &mut p.sorted_bytes] {
+            *x /= ranks.max(1) as f64;
+        }
+        self
+    }
+}
+
 /// One transform, and one pass with it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Field {
@@ -272,11 +284,7 @@ impl Outlook {
             image.size.groups = 1;
         }
         for field in std::iter::once(&mut own.image).chain(&mut own.core) {
-            let n = ranks.max(1) as f64;
-            let p = &mut field.pass;
-            for x in [&mut p.visibilities, &mut p.nodes, &mut p.channel_multiply_adds, &mut p.grid_multiply_adds, &mut p.sorted_bytes] {
-                *x /= n;
-            }
+            field.pass = field.pass.shared(ranks);
         }
         own
     }

@@ -16,6 +16,7 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
     let study = "title = \"t\"\nseeds = 3\nlayout = { name = \"mm-y\" }\nscene = { points = [{ flux = \"1Jy\" }] }\n[simulate]\nfreq = \"94GHz\"\nbandwidth = \"1GHz\"\n\
                  [image]\nsize = 64\ncell = \"1mrad\"\n[clean]\nniter = 10\n[corrupt]\nphase-rms = \"5deg\"\n";
     s.write("study.toml", study);
+    s.ok("corrupt v.uvh5 --phase-rms 5deg -o errors.uvh5 --gains g.calh5");
     let before = s.names();
     for command in [
         "dirty v.uvh5 -o out.fits --size 256",
@@ -26,6 +27,11 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
         "mem v.uvh5 -o out --size 256",
         "simulate --layout mm-spiral --scene s.csv --freq 94GHz --bandwidth 1GHz --channels 4 -o v.uvh5",
         "predict v.uvh5 --model s.csv -o out.uvh5",
+        "selfcal v.uvh5 -o out --size 256 --solint inf",
+        "selfcal v.uvh5 -o out --size 256 --solint inf --deconvolver multiscale --rounds 2 --hold-out 0",
+        "corrupt v.uvh5 --phase-rms 5deg --delay-rms 1ns -o out.uvh5",
+        "applycal v.uvh5 g.calh5 -o out.uvh5",
+        "applycal v.uvh5 g.calh5 -o out.uvfits",
         "convert v.uvh5 out.uvfits",
         "convert v.uvh5 out.uvh5",
         "study study.toml -o out",
@@ -43,6 +49,26 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
     }
     s.fails("convert v.uvh5 out.uvfits --dry-run --nodes 2", 2, &["one process"]);
     s.fails("study study.toml -o out --dry-run --visibilities 1e9", 2, &["--visibilities"]);
+    s.fails("applycal v.uvh5 g.calh5 -o out.uvh5 --dry-run --nodes 2", 2, &["one process"]);
+    s.fails("corrupt v.uvh5 -o out.uvh5 --pointing-rms 1arcmin --scene s.csv --dry-run", 2, &["the scene", "pointing"]);
+    s.fails("selfcal v.uvh5 -o out --deconvolver mem --dry-run", 2, &["joint solution", "--deconvolver multiscale"]);
+    s.fails("selfcal v.uvh5 -o out --solve leakage --dry-run", 2, &["--solve"]);
+}
+
+/// Self-calibration says what it assumes of the rounds, and takes longer with more of them and where baselines are held out.
+#[test]
+fn a_forecast_of_self_calibration_follows_its_rounds() {
+    let s = Scratch::new();
+    set(&s);
+    let of = |options: &str| s.json(&format!("selfcal v.uvh5 -o out --size 256 --solint inf --dry-run {options}"));
+    let work = |json: &Value| {
+        let all = json["stages"].as_array().unwrap().iter().map(|stage| stage["work"].clone());
+        all.filter_map(|w| w["pass.node"].as_f64()).sum::<f64>()
+    };
+    let (ten, four, unjudged) = (of("--rounds 10"), of("--rounds 4"), of("--rounds 4 --hold-out 0"));
+    assert!(work(&ten) > work(&four) && work(&four) > work(&unjudged), "{ten} {four} {unjudged}");
+    assert!(ten["assumptions"][0].as_str().unwrap().contains("10 rounds"), "{ten}");
+    assert!(ten["assumptions"].to_string().contains("not known before"), "{ten}");
 }
 
 /// More of anything takes no less.

@@ -3,6 +3,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `args` | the options |
+//! | `passing` | the work of commands that read rows and write them again |
 //! | `sampling` | the work of `simulate` and `predict` on a scene |
 //! | `told` | what a command tells of its work |
 //! | `report` | a forecast as text and as JSON |
@@ -10,11 +11,13 @@
 //! The file of each command says how its options become work, in a function `forecast`.
 
 mod args;
+mod passing;
 mod report;
 mod sampling;
 mod told;
 
 pub(super) use args::ForecastArgs;
+pub(super) use passing::Passing;
 pub(super) use sampling::Sampling;
 pub(super) use told::Told;
 
@@ -155,6 +158,6 @@ pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Res
 /// Always: what can be forecast.
 pub(super) fn refuse() -> Result<Outcome> {
     Err(Failure::usage(
-        "--dry-run: there is a forecast for dirty, beam, grid, clean, mem, simulate, predict, convert and study. Start this command without it",
+        "--dry-run: there is a forecast for dirty, beam, grid, clean, mem, selfcal, simulate, predict, corrupt, applycal, convert and study. Start this command without it. `run --check` prints the commands of a run, which can be asked one by one",
     ))
 }

@@ -1,6 +1,7 @@
 //! `selfcal`: rounds of imaging, deconvolving, predicting and solving for antenna gains.
 
 mod feeds;
+mod forecast;
 mod images;
 mod maker;
 mod pointing;
