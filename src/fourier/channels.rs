@@ -10,6 +10,7 @@
 //! # Reference
 //! Trefethen 2013, Approximation Theory and Approximation Practice, ch. 5 (barycentric interpolation) and 8 (its convergence).
 
+use super::known::Known;
 use super::real::{Real, fused};
 use super::wplanes::remainder;
 use num_complex::Complex;
@@ -70,7 +71,8 @@ impl<T: Real> Channels<T> {
     }
 }
 
-fn interpolated<T: Real>(n: usize, freq_hz: &[f64], (mid, half): (f64, f64), epsilon: f64) -> ChannelClass<T> {
+/// The largest half phase difference over the band for which so many nodes are accurate enough, rad.
+fn largest_turn(n: usize, epsilon: f64) -> f64 {
     // The error of interpolation at Chebyshev nodes is at most twice that of the truncated series (Trefethen, thm 8.2).
     let (mut lo, mut hi) = (0.0, n as f64);
     for _ in 0..40 {
@@ -81,6 +83,12 @@ fn interpolated<T: Real>(n: usize, freq_hz: &[f64], (mid, half): (f64, f64), eps
             hi = x;
         }
     }
+    lo
+}
+
+fn interpolated<T: Real>(n: usize, freq_hz: &[f64], (mid, half): (f64, f64), epsilon: f64) -> ChannelClass<T> {
+    static TURNS: Known<(usize, u64), f64> = Known::new();
+    let turn = TURNS.get((n, epsilon.to_bits()), || largest_turn(n, epsilon));
     let nodes: Vec<f64> = (0..n).map(|j| (PI * (j as f64 + 0.5) / n as f64).cos()).collect();
     let bary: Vec<f64> = (0..n).map(|j| (PI * (j as f64 + 0.5) / n as f64).sin() * if j % 2 == 0 { 1.0 } else { -1.0 }).collect();
     let mut matrix = vec![0.0; n * freq_hz.len()];
@@ -99,7 +107,7 @@ fn interpolated<T: Real>(n: usize, freq_hz: &[f64], (mid, half): (f64, f64), eps
     let to_channels = Matrix::new((n, n_chan), |j, c| matrix[j * n_chan + c]);
     let to_nodes = Matrix::new((n_chan, n), |c, j| matrix[j * n_chan + c]);
     let freq = nodes.iter().map(|t| mid + half * t).collect();
-    ChannelClass { freq_hz: freq, turn: lo, matrices: Some([to_channels, to_nodes]), n_chan }
+    ChannelClass { freq_hz: freq, turn, matrices: Some([to_channels, to_nodes]), n_chan }
 }
 
 impl<T: Real> Matrix<T> {

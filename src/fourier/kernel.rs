@@ -8,6 +8,7 @@
 //! Barnett, Magland & af Klinteberg 2019, SIAM J. Sci. Comput. 41, C479 (the kernel);
 //! Arras, Reinecke, Westermann & Ensslin 2021, A&A 646, A58 (its use for visibilities).
 
+use super::known::Known;
 use super::real::Real;
 use super::series::{fit, gauss_legendre, horner};
 use std::sync::OnceLock;
@@ -53,6 +54,11 @@ impl Kernel {
     /// The narrowest kernel whose error at this oversampling is at most `epsilon`, or `None` if there is none.
     #[must_use]
     pub fn for_error(epsilon: f64, oversampling: f64) -> Option<Self> {
+        static KNOWN: Known<(u64, u64), Option<Kernel>> = Known::new();
+        KNOWN.get((epsilon.to_bits(), oversampling.to_bits()), || Self::search(epsilon, oversampling))
+    }
+
+    fn search(epsilon: f64, oversampling: f64) -> Option<Self> {
         // The error of a kernel of s cells is about exp(-pi s sqrt(1 - 1 / oversampling)), so much narrower kernels need not be tried.
         let reach = -epsilon.ln() / (std::f64::consts::PI * (1.0 - 1.0 / oversampling).sqrt());
         let first = (reach as usize).saturating_sub(2).clamp(2, WIDEST);

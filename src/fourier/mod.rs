@@ -29,6 +29,7 @@ pub(crate) mod fixtures;
 mod grid_options;
 mod gridder;
 mod kernel;
+mod known;
 mod lanes;
 mod line_fft;
 mod mirrored;
