@@ -69,7 +69,7 @@ impl<'a> Data<'a> {
         let band_hz = spectrum.range_hz();
         observer.event(Event::Phase { name: "reading", total: Some((n_rows * spectrum.n_chan()) as u64), unit: "vis" });
         // What is done with a block, whichever way it was read.
-        let mut take = |first_row: usize, coverage: &UvCoverage, read: Reduce<'_>| -> Result<()> {
+        let mut take = |survey: &mut Survey, (first_row, coverage): (usize, &UvCoverage), read: Reduce<'_>| -> Result<ReducedBlock> {
             ensure!(!observer.cancelled(), ChainError::Cancelled);
             let first_center = coverage.phase_center.first().copied();
             if center.is_none() {
@@ -86,24 +86,34 @@ impl<'a> Data<'a> {
             };
             survey.counts = survey.counts.plus(counts);
             times = coverage.time_jd.iter().filter(|t| t.is_finite()).fold(times, |(a, b), t| (a.min(*t), b.max(*t)));
-            survey.extent = survey.extent.union(UvwExtent::of(reduced.uvw_m.view()));
-            survey.measure(&reduced, band_hz);
             observer.event(Event::Advance(reduced.vis.len() as u64));
+            Ok(reduced)
+        };
+        let mut note = |survey: &mut Survey, block: ReducedBlock| {
+            survey.extent = survey.extent.union(UvwExtent::of(block.uvw_m.view()));
+            survey.measure(&block, band_hz);
             if fits {
-                cache.push(reduced);
+                cache.push(block);
             }
-            Ok(())
         };
         let rows_at_once = rows_of_block(source.header(), memory.imaging_block(fits));
         if in_parts {
+            let mut last = None;
             for start in (0..n_rows).step_by(rows_at_once) {
                 let range = start..(start + rows_at_once).min(n_rows);
-                let coverage = source.read_coverage(range.clone())?;
+                // One thread reads the coverage of a block, while the others measure the block before.
+                let before = || last.take().into_iter().for_each(|block| note(&mut survey, block));
+                let coverage = rayon::join(|| source.read_coverage(range.clone()), before).0?;
                 let Some(parts) = source.in_parts() else { break };
-                take(start, &coverage, Reduce::Parts(parts, range))?;
+                last = Some(take(&mut survey, (start, &coverage), Reduce::Parts(parts, range))?);
             }
+            last.into_iter().for_each(|block| note(&mut survey, block));
         } else {
-            for_each_block_ahead(source, memory.imaging_block(fits), |first, block| take(first, &block.coverage, Reduce::Block(&block)))?;
+            for_each_block_ahead(source, memory.imaging_block(fits), |first, block| {
+                let block = take(&mut survey, (first, &block.coverage), Reduce::Block(&block))?;
+                note(&mut survey, block);
+                Ok(())
+            })?;
         }
         observer.event(Event::Done);
         let ranks = source.ranks();

@@ -7,6 +7,7 @@ use cittert_arrays::{FocusPoint, PartSource, RowPart, UvCoverage, VisibilityBloc
 use ndarray::{Array2, ArrayView1};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
+use std::mem::MaybeUninit;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
@@ -74,15 +75,18 @@ impl Reduction {
     ) -> Result<(ReducedBlock, DataCounts)> {
         let rows = coverage.n_rows();
         let step = (PART_BYTES / (size_of::<Complex32>() * chans.max(1) * self.selector.terms().max(1))).max(1);
-        let (mut vis, mut weight) = empty(rows * chans);
+        let (mut vis, mut weight) = (Vec::with_capacity(rows * chans), Vec::with_capacity(rows * chans));
         let own = self.selector.by_row(coverage)?;
-        let places: Vec<_> = vis.chunks_mut(step * chans.max(1)).zip(weight.chunks_mut(step * chans.max(1))).map(Mutex::new).collect();
+        let of_part = step * chans.max(1);
+        let memory = (&mut vis.spare_capacity_mut()[..rows * chans], &mut weight.spare_capacity_mut()[..rows * chans]);
+        let parts = memory.0.chunks_mut(of_part).zip(memory.1.chunks_mut(of_part));
+        let mut places: Vec<_> = parts.map(|(vis, weight)| Mutex::new(Place { vis, weight, cleared: false })).collect();
         let counts = Mutex::new(DataCounts::default());
         let take = |part: RowPart<'_>| {
             let Some(place) = places.get(part.rows.start / step) else { return };
             let mut place = place.lock().unwrap_or_else(PoisonError::into_inner);
             let first = part.rows.start % step * chans;
-            let (vis, weight) = &mut *place;
+            let (vis, weight) = place.get();
             let rows = vis[first..].chunks_exact_mut(chans.max(1)).zip(weight[first..].chunks_exact_mut(chans.max(1)));
             let n = part.vis.len() / part.rows.len().max(1);
             let mut sum = DataCounts::default();
@@ -97,7 +101,14 @@ impl Reduction {
             *counts = counts.plus(sum);
         };
         source.read_parts(range, step, &take)?;
-        drop(places);
+        for place in &mut places {
+            place.get_mut().unwrap_or_else(PoisonError::into_inner).get();
+        }
+        // SAFETY: the places are all of the memory, and each was cleared.
+        unsafe {
+            vis.set_len(rows * chans);
+            weight.set_len(rows * chans);
+        }
         let counts = counts.into_inner().unwrap_or_else(PoisonError::into_inner);
         Ok((self.shaped(coverage, chans, (vis, weight))?, counts))
     }
@@ -130,7 +141,30 @@ impl Reduction {
     }
 }
 
-/// Visibilities and weights of 0. The system clears the memory where it is first written, by the thread that writes there.
+/// Visibilities and weights of 0. The memory is cleared on all threads: new pages take longer than what is written into them.
 fn empty(n: usize) -> (Vec<Complex32>, Vec<f32>) {
-    (bytemuck::zeroed_vec(n), bytemuck::zeroed_vec(n))
+    let (mut vis, mut weight) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    vis.par_extend(rayon::iter::repeat_n(Complex32::default(), n));
+    weight.par_extend(rayon::iter::repeat_n(0.0, n));
+    (vis, weight)
+}
+
+/// Memory of the visibilities and weights of some rows. The thread that first needs it clears it, so that the system gives new pages to all
+/// threads, and what was cleared is in the cache when it is written.
+struct Place<'a> {
+    vis: &'a mut [MaybeUninit<Complex32>],
+    weight: &'a mut [MaybeUninit<f32>],
+    cleared: bool,
+}
+
+impl Place<'_> {
+    fn get(&mut self) -> (&mut [Complex32], &mut [f32]) {
+        if !self.cleared {
+            self.vis.iter_mut().for_each(|v| *v = MaybeUninit::new(Complex32::default()));
+            self.weight.iter_mut().for_each(|w| *w = MaybeUninit::new(0.0));
+            self.cleared = true;
+        }
+        // SAFETY: all elements were written above, now or before.
+        unsafe { (self.vis.assume_init_mut(), self.weight.assume_init_mut()) }
+    }
 }

@@ -64,7 +64,7 @@ impl Survey {
             let mut part = Self::new(n_chan, TotalPower::default());
             for (uvw, weights) in uvw_m.rows().into_iter().zip(weight.rows()) {
                 if weights.iter().any(|w| *w > 0.0) {
-                    part.see(uvw[0].hypot(uvw[1]) / SPEED_OF_LIGHT_M_S, band_hz);
+                    part.see((uvw[0] * uvw[0] + uvw[1] * uvw[1]).sqrt() / SPEED_OF_LIGHT_M_S, band_hz);
                     weights.iter().zip(&mut part.channel_weight).for_each(|(w, sum)| *sum += f64::from(*w));
                 }
             }
