@@ -120,7 +120,7 @@ def dirty(table, folder, turns):
                         "-o", "dirty.fits", "--overwrite"], folder)[0]
     works = [ours] + ([lambda: wsclean(folder, "-weight", "natural", "-niter", 0)] if WSCLEAN else [])
     best = alternate(turns, *works)
-    table.add("b: dirty image, whole program, cittert exact, WSClean's default", best[0], best[1] if WSCLEAN else None, 1.0, "stretch 1.67")
+    table.add("b: dirty image, whole program, cittert exact, WSClean's default", best[0], best[1] if WSCLEAN else None, 1 / 0.35)
 
 
 def plane(path):
@@ -152,7 +152,7 @@ def clean(table, folder, turns):
     best = alternate(turns, *([ours, peer] if WSCLEAN else [ours]))
     rms = lambda prefix: plane(os.path.join(folder, prefix + "-residual.fits")).std()
     note = f"residual rms {rms('ours'):.4e}" + (f" and {rms('ws'):.4e} Jy" if WSCLEAN else " Jy")
-    table.add("b: whole CLEAN, 10,000 components, Briggs 0", best[0], best[1] if WSCLEAN else None, 1.5, note)
+    table.add("b: whole CLEAN, 10,000 components, Briggs 0", best[0], best[1] if WSCLEAN else None, 1 / 0.35, note)
 
 
 def main():
