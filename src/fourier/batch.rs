@@ -134,8 +134,8 @@ impl<T: Real, const D: usize> Batch<T, D> {
             (self.re[k], self.im[k]) = (self.line[k][0], self.line[k][1]);
         }
         self.turn(false);
-        for k in 0..self.n {
-            values[k] = Complex::new(self.re[k], self.im[k]);
+        for (k, value) in values.iter_mut().enumerate().take(self.n) {
+            *value = Complex::new(self.re[k], self.im[k]);
         }
     }
 

@@ -101,8 +101,8 @@ fn spread<T: Real, const L: usize, const D: usize, const FUSED: bool>(
                     // SAFETY: as above.
                     unsafe { add_lines::<T, D, FUSED>(cells.wrapping_add(q * frame.stride), frame.row_len, &line, &kv[..support]) };
                     // Plane q takes t^q.
-                    for j in 0..D {
-                        line[j] *= t;
+                    for x in &mut line {
+                        *x *= t;
                     }
                 }
             }
@@ -110,8 +110,8 @@ fn spread<T: Real, const L: usize, const D: usize, const FUSED: bool>(
                 let along_w = table.eval::<16, FUSED>(t);
                 for (q, c) in along_w.iter().enumerate().take(table.support) {
                     let mut own = line;
-                    for j in 0..D {
-                        own[j] *= *c;
+                    for x in &mut own {
+                        *x *= *c;
                     }
                     // SAFETY: as above.
                     unsafe { add_lines::<T, D, FUSED>(cells.wrapping_add(q * frame.stride), frame.row_len, &own, &kv[..support]) };

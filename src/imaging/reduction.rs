@@ -164,7 +164,8 @@ impl Place<'_> {
             self.weight.iter_mut().for_each(|w| *w = MaybeUninit::new(0.0));
             self.cleared = true;
         }
-        // SAFETY: all elements were written above, now or before.
-        unsafe { (self.vis.assume_init_mut(), self.weight.assume_init_mut()) }
+        let (vis, weight): (*mut Complex32, *mut f32) = (self.vis.as_mut_ptr().cast(), self.weight.as_mut_ptr().cast());
+        // SAFETY: all elements were written above, now or before, and the slices are borrowed as long as this place.
+        unsafe { (std::slice::from_raw_parts_mut(vis, self.vis.len()), std::slice::from_raw_parts_mut(weight, self.weight.len())) }
     }
 }
