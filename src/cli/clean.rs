@@ -16,7 +16,7 @@ use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_pha
 use crate::cost::{self, CleanWork};
 use crate::deconvolve::{CleanOptions, EXTENDED, chosen_scales};
 use crate::imaging::major::CleanComponent;
-use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, clean, clean_once, pattern_image};
+use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, Outlook, clean, clean_once, pattern_image};
 use crate::progress::{Quiet, Silent};
 use crate::verdict::{ImageFacts, Levels};
 use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilitySource};
@@ -253,8 +253,25 @@ fn describe(p: &CleanReport, unit: BrightnessUnit, json: &Value) -> String {
     lines.join("\n")
 }
 
+/// The work of one CLEAN by a deconvolver with these options.
+pub(super) fn work_of(clean: &CleanOptions, name: &str, outlook: &Outlook) -> CleanWork {
+    let g = &outlook.grid;
+    let beam_px = 1.0 / (outlook.uv_range_wl.1 * g.cell_rad);
+    CleanWork {
+        components: clean.niter as f64,
+        gain: clean.gain,
+        cycles: None,
+        most_cycles: clean.max_major as f64,
+        hogbom: name == "hogbom",
+        scales: if name == EXTENDED { scales_of(clean, beam_px, g) } else { 0.0 },
+        tested: false,
+        judged: None,
+        twice: false,
+    }
+}
+
 /// Number of scales of the minor cycle.
-pub(super) fn scales_of(clean: &CleanOptions, beam_px: f64, grid: &SkyGrid) -> f64 {
+fn scales_of(clean: &CleanOptions, beam_px: f64, grid: &SkyGrid) -> f64 {
     let scales = clean.scales(beam_px);
     let given = scales.widths_px.len();
     (if given == 0 { chosen_scales(&scales, &clean.tuning, grid.n_l.min(grid.n_m)).len() } else { given }) as f64
@@ -270,19 +287,12 @@ impl Plan for CleanCommandArgs {
         let outlook = &looked.0;
         let g = &outlook.grid;
         let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
-        let beam_px = 1.0 / (outlook.uv_range_wl.1 * g.cell_rad);
-        let name = self.clean.entry()?.name;
         let alone = planner.ranks == 1;
         let work = CleanWork {
-            components: self.clean.niter as f64,
-            gain: self.clean.gain,
-            cycles: None,
-            most_cycles: self.clean.max_major as f64,
-            hogbom: name == "hogbom",
-            scales: if name == EXTENDED { scales_of(&self.clean, beam_px, g) } else { 0.0 },
             tested: alone && self.startmod.may_solve(outlook.uv_range_wl.0, half_field_rad),
             judged: if alone { verdict::transform(source.header(), &looked, &self.imaging)? } else { None },
             twice: alone && self.hold_out.is_made(source.as_ref(), g, &self.imaging),
+            ..work_of(&self.clean, self.clean.entry()?.name, outlook)
         };
         let forecast = cost::clean(outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
         Ok(Told { command: "clean", forecast, facts: facts(outlook) })

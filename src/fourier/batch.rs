@@ -13,11 +13,12 @@ use num_complex::Complex;
 pub(super) const BATCH: usize = 64;
 /// Visibilities whose places are computed at the same time.
 const LANES: usize = 8;
-/// Rounding of a position in cells at the lower edge of a tile. A position that lies farther below it belongs to another period of the grid.
+/// A kernel starts up to a cell below the origin of its tile, and rounding adds a little. What lies farther below belongs to another period of the grid.
 const EDGE_CELLS: f64 = 1.01;
 
 /// Visibilities \[visibility\] of one tile, with lines of `D` numbers.
 pub(super) struct Batch<T, const D: usize> {
+    /// Number of visibilities.
     pub(super) n: usize,
     /// Cells along u and v and wavelengths along w.
     uvw: [[f64; BATCH]; 3],

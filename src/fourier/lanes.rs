@@ -1,4 +1,4 @@
-//! The innermost loops: they spread one run of visibilities onto the cells of a tile, or predict the run from the tile. The tile is in cache.
+//! The innermost loops: they spread a batch of visibilities onto the cells of a tile, or predict the batch from the tile. The tile is in cache.
 //!
 //! A tile is stored as \[row, plane, cell, re | im\], so that a visibility adds to `L` neighbouring cells of one row, `D` = 2 `L` numbers, at the
 //! same time. The loops use small fixed arrays. They are compiled for any machine, for AVX2 with fused multiply-add, and for AVX-512; each call
@@ -14,7 +14,7 @@ use super::wplanes::WBasis;
 use crate::{ChainError, Result};
 use num_complex::Complex;
 
-/// Numbers in a tile: rows, planes, two parts, cells.
+/// Numbers in a tile: rows, planes, cells, two parts.
 pub(crate) fn tile_len<T: Real>(plan: &Plan<T>) -> usize {
     (TILE + plan.table.support) * plan.slab_depth() * 2 * (TILE + plan.table.lanes)
 }
@@ -27,7 +27,7 @@ pub(crate) trait Work<T: Real> {
     fn end(&mut self, place: TilePlace, tile: &mut [T], planes: usize);
     /// True for gridding, false for prediction.
     const GRID: bool;
-    /// Store the predicted nodes of a run.
+    /// Store predicted nodes that follow each other in a chunk.
     fn store(&mut self, chunk: usize, first: usize, values: &[Complex<T>]) -> Result<()>;
 }
 

@@ -1,6 +1,6 @@
 //! `selfcal --dry-run`: what the rounds would take.
 
-use super::super::clean::scales_of;
+use super::super::clean::work_of;
 use super::super::verdict;
 use super::{BYTES_PER_SAMPLE, SelfcalArgs, check_solve};
 use crate::calibrate::{SelfcalTuning, SolutionInterval, StartFrom, schedule};
@@ -29,7 +29,6 @@ impl Plan for SelfcalArgs {
         let looked = planner.outlook(source.as_mut(), &self.imaging)?;
         let (outlook, sample) = &looked;
         let (g, header) = (&outlook.grid, source.header());
-        let beam_px = 1.0 / (outlook.uv_range_wl.1 * g.cell_rad);
         let alone = planner.ranks == 1;
         let plans = schedule(self.solve.mode, self.solve.solint, self.rounds.rounds, self.rounds.shrink);
         let deep = plans.iter().filter(|p| p.last).count();
@@ -42,17 +41,8 @@ impl Plan for SelfcalArgs {
         };
         let short_epsilon = self.imaging.epsilon.max(SelfcalTuning::default().short_epsilon);
         let values = outlook.visibilities() * outlook.shape.2 as f64;
-        let clean = CleanWork {
-            components: self.clean.niter as f64,
-            gain: self.clean.gain,
-            cycles: None,
-            most_cycles: self.clean.max_major as f64,
-            hogbom: name == "hogbom",
-            scales: if name == EXTENDED { scales_of(&self.clean, beam_px, g) } else { 0.0 },
-            tested: false,
-            judged: if alone { verdict::transform(header, &looked, &self.imaging)? } else { None },
-            twice: false,
-        };
+        let judged = if alone { verdict::transform(header, &looked, &self.imaging)? } else { None };
+        let clean = CleanWork { judged, ..work_of(&self.clean, name, outlook) };
         let work = CalibrationWork {
             clean,
             rounds: ((plans.len() - deep) as f64, deep as f64),
