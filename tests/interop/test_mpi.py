@@ -81,11 +81,25 @@ def children(pid):
         return []
 
 
+def runs(pid):
+    """Whether a process exists and has not ended: mpirun may leave an ended one as a zombie."""
+    try:
+        with open(f"/proc/{pid}/stat") as f:
+            return f.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
 CLEANED = ["clean", "v.uvh5", "--size", 512, "--cell", "0.3mrad", "--startmod", "never", "-o", "c", "--overwrite"]
+# What each mpirun printed that did not end by itself after all its processes had.
+HUNG = []
 
 
 def kill_one_of_three(cittert, words, wait, dice):
-    """Kills a process `wait` seconds after all three run. Gives what mpirun printed and its exit code; None where the job had ended before."""
+    """
+    Kills a process `wait` seconds after all three run; the others must end within 10 s. Gives what mpirun printed and its exit code; None where the
+    job had ended before.
+    """
     job = subprocess.Popen(mpirun(3, *words), cwd=cittert.folder, env=ENV, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     while job.poll() is None and len(children(job.pid)) < 3:
         time.sleep(0.005)
@@ -96,8 +110,16 @@ def kill_one_of_three(cittert, words, wait, dice):
         return None
     at = time.monotonic()
     os.kill(dice.choice(ranks), signal.SIGKILL)
-    _, err = job.communicate(timeout=60)
-    assert time.monotonic() - at < 10
+    while any(map(runs, ranks)):
+        assert time.monotonic() - at < 10, "processes outlive the one that was killed"
+        time.sleep(0.005)
+    try:
+        _, err = job.communicate(timeout=10)
+    except subprocess.TimeoutExpired:
+        # mpirun of Open MPI 4.1 may hang after it has printed what happened (its issue 7790). No process of cittert is left then.
+        job.kill()
+        _, err = job.communicate(timeout=60)
+        HUNG.append(err)
     return err, job.returncode
 
 
@@ -120,3 +142,4 @@ def test_a_process_that_is_killed_ends_the_job_and_leaves_no_half_output(cittert
         kill_one_of_three(cittert, CLEANED, dice.uniform(0, 1), dice)
         for path, content in before.items():
             assert len(path.read_bytes()) == len(content), path
+    assert len(HUNG) <= 1, HUNG
