@@ -44,12 +44,18 @@ impl Place {
 /// # Errors
 /// There are several, and the program is built without MPI.
 pub(super) fn begin() -> Result<()> {
-    let n = Place::own().size;
+    let place = Place::own();
+    let n = place.size;
     if n < 2 || RANKS.get().is_some() {
         return Ok(());
     }
     #[cfg(feature = "mpi")]
-    let made = mpi::join()?;
+    let made = {
+        if place.here == n {
+            mpi::need_no_network();
+        }
+        mpi::join()?
+    };
     #[cfg(not(feature = "mpi"))]
     let made: Arc<dyn Ranks> = Arc::new(Alone);
     let text = format!(

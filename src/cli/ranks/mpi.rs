@@ -135,6 +135,15 @@ impl Ranks for World {
     }
 }
 
+/// All processes are on this machine: Open MPI need not look for a network, which takes a quarter of a second. The user's own choice stays.
+pub(super) fn need_no_network() {
+    const CHOICES: [&str; 2] = ["OMPI_MCA_pml", "OMPI_MCA_mtl"];
+    if CHOICES.iter().all(|name| std::env::var_os(name).is_none()) {
+        // SAFETY: the program calls this before it starts a thread that reads variables of the environment.
+        unsafe { std::env::set_var(CHOICES[0], "ob1") };
+    }
+}
+
 /// Begin with MPI. One thread at a time calls it.
 pub(super) fn join() -> Result<Arc<dyn Ranks>> {
     let Some((universe, threading)) = mpi::initialize_with_threading(Threading::Serialized) else {
