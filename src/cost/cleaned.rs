@@ -52,7 +52,7 @@ impl Held<'_> {
         let (points, spectrum, rows) = convolution((n_l, n_m), n_l.max(n_m) / 2, SINGLE);
         let logs = points * points.log2();
         let images = self.plane(3.0 * SINGLE) + out * work.components * COMPONENT;
-        let of_tiles = if work.hogbom { self.plane(DOUBLE) } else { 0.0 };
+        let of_tiles = if work.hogbom { self.plane(SINGLE) } else { 0.0 };
         let of_scales = work.scales * (self.plane(SINGLE) + spectrum);
         let tiles = pixels / TILE / TILE;
         let stage = Stage::new("minor cycles", beside + images + spectrum + rows + of_tiles + of_scales);

@@ -9,7 +9,7 @@
 //! Clark 1980, A&A 89, 377.
 
 use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales, check_beam, check_cycle, peak_size};
-use super::tiles::TiledBeam;
+use super::tiled_beam::TiledBeam;
 use super::tuning::CleanTuning;
 use crate::Result;
 use ndarray::{ArcArray2, Array2, ArrayView1, Axis};

@@ -5,7 +5,8 @@
 //! [`super::tiles`]).
 
 use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales, check_beam, check_cycle};
-use super::tiles::{TiledBeam, TiledResidual};
+use super::tiled_beam::TiledBeam;
+use super::tiles::TiledResidual;
 use super::tuning::CleanTuning;
 use crate::Result;
 use ndarray::{ArcArray2, Array2};

@@ -5,6 +5,7 @@
 //! the help texts and the documentation come from the table.
 
 mod clark;
+mod crew;
 mod hogbom;
 mod minor;
 mod multiscale;
@@ -12,6 +13,7 @@ mod options;
 #[cfg(test)]
 mod tests;
 mod tile_loops;
+mod tiled_beam;
 mod tiles;
 mod tuning;
 

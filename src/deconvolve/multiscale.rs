@@ -17,7 +17,7 @@
 
 use super::hogbom::components;
 use super::minor::{Component, Deconvolver, Minor, MinorLimits, MinorReport, MinorStop, Scales, check_beam, check_cycle, peak_size};
-use super::tiles::TiledBeam;
+use super::tiled_beam::TiledBeam;
 use super::tuning::CleanTuning;
 use crate::fourier::{Convolver, RealSpectrum};
 use crate::values::need;

@@ -84,6 +84,9 @@ fn lazy_tiles_give_the_components_of_the_plain_algorithm() {
     let psf = single(&beam(90, 110));
     let image = single(&dirty(&psf, &[(20, 30, 1.0), (70, 95, -0.6), (45, 50, 0.3), (0, 0, 0.5), (89, 3, 0.2)]));
     let mask = Array2::from_shape_fn(image.dim(), |(i, j)| (i + j) % 7 != 0);
+    // Each component rounds a pixel of at most 1, and its product with the beam, to single precision: 2^-25 each, with random signs. This is five
+    // times the standard deviation after all of them.
+    let rounding = 5.0 * (2.0 * LIMITS.iterations as f64 / 3.0).sqrt() * 2.0_f64.powi(-25);
     for (mask, negative) in [(None, true), (Some(&mask), true), (None, false), (Some(&mask), false)] {
         let limits = MinorLimits { negative, ..LIMITS };
         let mut residual = image.clone();
@@ -92,11 +95,10 @@ fn lazy_tiles_give_the_components_of_the_plain_algorithm() {
         assert_eq!(report.components.len(), expected.len());
         for (a, b) in report.components.iter().zip(&expected) {
             assert_eq!((a.row, a.column), (b.row, b.column));
-            assert!((a.flux - b.flux).abs() < 1e-12);
+            assert!((a.flux - b.flux).abs() < limits.gain * rounding, "{} {}", a.flux, b.flux);
         }
-        // The residual is rounded to single precision at the end, 6e-8 of each pixel.
-        assert!(left.iter().zip(&residual).all(|(a, b)| (a - b).abs() <= 6e-8 * b.abs() + 1e-11));
-        assert!((model.sum() - expected.iter().map(|c| c.flux).sum::<f64>()).abs() < 1e-11);
+        assert!(left.iter().zip(&residual).all(|(a, b)| (a - b).abs() < rounding));
+        assert!((model.sum() - expected.iter().map(|c| c.flux).sum::<f64>()).abs() < LIMITS.iterations as f64 * limits.gain * rounding);
     }
 }
 

@@ -3,8 +3,9 @@
 //! They are compiled for any machine, for AVX2 and for AVX-512. Multiplication and subtraction are rounded one by one, so all give the same bytes.
 
 use super::minor::Component;
+use ndarray::ArcArray2;
 
-/// Side of a tile in pixels: 8 kB, so that a tile and the part of the beam over it fit into the first cache.
+/// Side of a tile in pixels: 4 kB, so that a tile and the part of the beam over it fit into the first cache.
 pub(super) const SIDE: usize = 32;
 /// Pixels of a tile.
 pub(super) const AREA: usize = SIDE * SIDE;
@@ -14,7 +15,7 @@ const TOGETHER: usize = 4;
 /// The pixels of a tile. They begin at a line of the cache, so that a vector never lies in two lines.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Pixels(pub(super) [f64; AREA]);
+pub(super) struct Pixels(pub(super) [f32; AREA]);
 
 /// A dirty beam \[m, l\].
 #[derive(Clone, Copy)]
@@ -22,6 +23,14 @@ pub(super) struct Beam<'a> {
     pub(super) values: &'a [f32],
     pub(super) n_m: usize,
     pub(super) n_l: usize,
+}
+
+impl<'a> Beam<'a> {
+    /// The beam as the loops over a tile read it. It lies in memory row after row.
+    pub(super) fn of(psf: &'a ArcArray2<f32>) -> Self {
+        let (n_m, n_l) = psf.dim();
+        Self { values: psf.as_slice().unwrap_or_default(), n_m, n_l }
+    }
 }
 
 /// The largest |beam| over each tile for one component: that of tile (i, j) lies at (i, j) + `shift` \[row, column\], and is 0 outside.
@@ -77,21 +86,24 @@ for_this_processor!(
 
 #[inline(always)]
 fn peak_loops(values: &Pixels, allowed: Option<&[bool]>, negative: bool) -> (f64, usize) {
-    let size = |v: f64| if negative { v.abs() } else { v };
+    let size = |v: f32| if negative { v.abs() } else { v };
     if let Some(allowed) = allowed {
         let inside = values.0.iter().zip(allowed).enumerate().filter(|(_, (_, a))| **a);
         let start = if allowed.contains(&true) { f64::MIN_POSITIVE } else { 0.0 };
-        return inside.fold((start, 0), |best, (k, (v, _))| if size(*v) > best.0 { (size(*v), k) } else { best });
+        return inside.fold((start, 0), |best, (k, (v, _))| if f64::from(size(*v)) > best.0 { (f64::from(size(*v)), k) } else { best });
     }
     let rows = values.0.as_chunks::<SIDE>().0;
-    let mut columns = [f64::MIN_POSITIVE; SIDE];
+    let mut columns = [0.0_f32; SIDE];
     for row in rows {
         for k in 0..SIDE {
             let size = size(row[k]);
             columns[k] = if size > columns[k] { size } else { columns[k] };
         }
     }
-    let top = columns.iter().fold(f64::MIN_POSITIVE, |a, b| if *b > a { *b } else { a });
+    let top = columns.iter().fold(0.0_f32, |a, b| if *b > a { *b } else { a });
+    if !(top > 0.0) {
+        return (f64::MIN_POSITIVE, 0);
+    }
     // A whole row is compared at once, and its pixels only where one is the peak.
     for (i, row) in rows.iter().enumerate() {
         let mut here = false;
@@ -99,38 +111,52 @@ fn peak_loops(values: &Pixels, allowed: Option<&[bool]>, negative: bool) -> (f64
             here |= size(*v) == top;
         }
         if here {
-            return (top, i * SIDE + row.iter().position(|v| size(*v) == top).unwrap_or(0));
+            return (top.into(), i * SIDE + row.iter().position(|v| size(*v) == top).unwrap_or(0));
         }
     }
-    (top, 0)
+    (top.into(), 0)
 }
 
 #[inline(always)]
 fn apply_loops(beam: Beam<'_>, values: &mut Pixels, corner: (usize, usize), components: &[Component]) {
     let mut rest = components;
-    while let Some((some, after)) = rest.split_first_chunk::<TOGETHER>() {
-        apply_some(beam, values, corner, some);
-        rest = after;
-    }
-    for c in rest {
-        apply_some(beam, values, corner, &[*c]);
+    while !rest.is_empty() {
+        if let Some((some, after)) = rest.split_first_chunk::<TOGETHER>()
+            && let Some(first) = covering(beam, corner, some)
+        {
+            apply_some(beam, values, first, some);
+            rest = after;
+        } else if let Some((one, after)) = rest.split_first_chunk::<1>() {
+            match covering(beam, corner, one) {
+                Some(first) => apply_some(beam, values, first, one),
+                None => apply_part(beam, values, corner, &one[0]),
+            }
+            rest = after;
+        }
     }
 }
 
-/// Subtract `N` components.
+/// Where the first pixel of the tile lies in the beam of each component, if all these beams cover the tile.
 #[inline(always)]
-fn apply_some<const N: usize>(beam: Beam<'_>, values: &mut Pixels, corner: (usize, usize), some: &[Component; N]) {
-    let (mut first, mut flux) = ([0; N], [0.0; N]);
+fn covering<const N: usize>(beam: Beam<'_>, corner: (usize, usize), some: &[Component; N]) -> Option<[usize; N]> {
+    let covers = |first: i64, n: usize| first >= 0 && first + SIDE as i64 <= n as i64;
+    let mut first = [0; N];
     for k in 0..N {
         let (m, l) = over(beam, corner, &some[k]);
-        let covers = |first: i64, n: usize| first >= 0 && first + SIDE as i64 <= n as i64;
         if !covers(m, beam.n_m) || !covers(l, beam.n_l) {
-            for c in some {
-                apply_part(beam, values, corner, c);
-            }
-            return;
+            return None;
         }
-        (first[k], flux[k]) = (m as usize * beam.n_l + l as usize, some[k].flux);
+        first[k] = m as usize * beam.n_l + l as usize;
+    }
+    Some(first)
+}
+
+/// Subtract `N` components whose beams cover the tile.
+#[inline(always)]
+fn apply_some<const N: usize>(beam: Beam<'_>, values: &mut Pixels, first: [usize; N], some: &[Component; N]) {
+    let mut flux = [0.0_f32; N];
+    for k in 0..N {
+        flux[k] = some[k].flux as f32;
     }
     for (i, line) in values.0.as_chunks_mut::<SIDE>().0.iter_mut().enumerate() {
         let mut beams = [&[0.0; SIDE]; N];
@@ -143,7 +169,7 @@ fn apply_some<const N: usize>(beam: Beam<'_>, values: &mut Pixels, corner: (usiz
             // The compiler makes vectors of a copy only.
             let mut new = *line;
             for j in 0..SIDE {
-                new[j] -= flux[0] * f64::from(beams[0][j]);
+                new[j] -= flux[0] * beams[0][j];
             }
             *line = new;
             continue;
@@ -151,7 +177,7 @@ fn apply_some<const N: usize>(beam: Beam<'_>, values: &mut Pixels, corner: (usiz
         for j in 0..SIDE {
             let mut v = line[j];
             for k in 0..N {
-                v -= flux[k] * f64::from(beams[k][j]);
+                v -= flux[k] * beams[k][j];
             }
             line[j] = v;
         }
@@ -170,10 +196,15 @@ fn apply_part(beam: Beam<'_>, values: &mut Pixels, corner: (usize, usize), c: &C
     let ((m0, l0), (n_m, n_l)) = (over(beam, corner, c), (beam.n_m as i64, beam.n_l as i64));
     let rows = (-m0).clamp(0, SIDE as i64) as usize..(n_m - m0).clamp(0, SIDE as i64) as usize;
     let columns = (-l0).clamp(0, SIDE as i64) as usize..(n_l - l0).clamp(0, SIDE as i64) as usize;
+    if columns.is_empty() {
+        return;
+    }
+    let flux = c.flux as f32;
     for i in rows {
-        for j in columns.clone() {
-            let from = ((m0 + i as i64) * n_l + l0 + j as i64) as usize;
-            values.0[i * SIDE + j] -= c.flux * f64::from(beam.values[from]);
+        let from = ((m0 + i as i64) * n_l + l0 + columns.start as i64) as usize;
+        let line = &mut values.0[i * SIDE + columns.start..i * SIDE + columns.end];
+        for (v, b) in line.iter_mut().zip(&beam.values[from..from + columns.len()]) {
+            *v -= flux * *b;
         }
     }
 }
@@ -227,22 +258,22 @@ mod tests {
         for n in [1, 3, 4, 9] {
             let at = |k: usize| Component::point(30 + (k * 17) % 40, 50 + (k * 29) % 40, 0.3 - 0.07 * k as f64);
             let components: Vec<Component> = (0..n).map(at).collect();
-            let mut tile = Pixels(std::array::from_fn(|k| (k % 37) as f64));
-            let expected: Vec<f64> = (0..AREA)
+            let mut tile = Pixels(std::array::from_fn(|k| (k % 37) as f32));
+            let expected: Vec<f32> = (0..AREA)
                 .map(|k| {
                     let (row, column) = (corner.0 + k / SIDE, corner.1 + k % SIDE);
                     components.iter().fold(tile.0[k], |v, c| {
                         let (m, l) = (row + n_m / 2, column + n_l / 2);
                         let inside = m >= c.row && m - c.row < n_m && l >= c.column && l - c.column < n_l;
-                        if inside { v - c.flux * f64::from(values[(m - c.row) * n_l + l - c.column]) } else { v }
+                        if inside { v - c.flux as f32 * values[(m - c.row) * n_l + l - c.column] } else { v }
                     })
                 })
                 .collect();
             apply(beam, &mut tile, corner, &components);
             assert!(tile.0.iter().zip(&expected).all(|(a, b)| a == b), "{n} components");
-            let top = expected.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+            let top = expected.iter().fold(0.0_f32, |a, v| a.max(v.abs()));
             let first = expected.iter().position(|v| v.abs() == top).unwrap();
-            assert_eq!(tile_peak(&tile, None, true), (top, first));
+            assert_eq!(tile_peak(&tile, None, true), (top.into(), first));
         }
     }
 
