@@ -189,7 +189,8 @@ pub(super) fn grid_units<T: Real>(
     let input = (rows.chunks.as_slice(), nodes);
     let tile = || vec![T::default(); tile_len(plan)];
     for colour in &rows.colours {
-        colour.par_iter().filter(|u| band.contains(&u.v) && reaches(plan, u.slab, &group)).try_for_each_init(tile, |tile, unit| {
+        let inside = colour.par_iter().with_max_len(1).filter(|u| band.contains(&u.v) && reaches(plan, u.slab, &group));
+        inside.try_for_each_init(tile, |tile, unit| {
             let mut flush = Flush { plan, planes, group: &group };
             if let [piece] = unit.pieces.as_slice() {
                 return run_task(plan, input, piece, (tile, &mut flush));
