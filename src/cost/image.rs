@@ -97,7 +97,7 @@ impl Held<'_> {
             (Term::Fill, n * p.visibilities),
             (Term::Fold, n * p.channel_multiply_adds * wide),
             (Term::Node, n * p.nodes * groups),
-            (Term::Spread, n * p.grid_multiply_adds * wide),
+            (Term::Spread, n * p.grid_multiply_adds * wide * p.idle.0.at(self.threads)),
             (Term::ToImage, n * logs * self.remade(field) * wide),
             (Term::ToImagePoint, n * points * self.remade(field) * wide),
             (self.again().0, n * self.again().1),
@@ -114,7 +114,7 @@ impl Held<'_> {
             (Term::Subtract, n * p.visibilities),
             (Term::Unfold, n * p.channel_multiply_adds * wide),
             (Term::NodeBack, n * p.nodes * groups),
-            (Term::Gather, n * p.grid_multiply_adds * wide),
+            (Term::Gather, n * p.grid_multiply_adds * wide * p.idle.1.at(self.threads)),
             (Term::FromImage, n * logs * self.remade(field) * wide),
             (Term::FromImagePoint, n * points * self.remade(field) * wide),
         ]

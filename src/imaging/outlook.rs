@@ -13,7 +13,7 @@ use super::size::choose_grid;
 use super::survey::Survey;
 use super::total_power::TotalPower;
 use super::weights::density_sides;
-use crate::fourier::{BandSize, GridOptions, PassWork, Real, Transform, TransformSize, UvwExtent};
+use crate::fourier::{BandSize, GridOptions, Idle, PassWork, Real, Transform, TransformSize, UvwExtent};
 use crate::memory::MemoryBudget;
 use crate::progress::Observer;
 use crate::{ChainError, Result};
@@ -49,6 +49,8 @@ pub struct PassCounts {
     pub grid_multiply_adds: f64,
     /// Bytes of the order of the rows on the grid.
     pub sorted_bytes: f64,
+    /// How evenly threads share gridding, and prediction.
+    pub idle: (Idle, Idle),
 }
 
 impl PassCounts {
@@ -162,6 +164,7 @@ impl RowSample {
             channel_multiply_adds: self.factor * channel_multiply_adds,
             grid_multiply_adds: self.factor * spread_multiply_adds,
             sorted_bytes: self.factor * rows.bytes() as f64,
+            idle: rows.idle(),
         };
         Ok(Field { size: transform.size(), pass, real_bytes: size_of::<T>(), bands: None })
     }

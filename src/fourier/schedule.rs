@@ -1,0 +1,83 @@
+//! How evenly threads share the tiles of a pass. The schedule is simulated from the work of each task, so it is known for more threads than any
+//! machine at hand has.
+
+use super::sorted_rows::SortedRows;
+use super::units::Unit;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Numbers of threads whose schedules are simulated: powers of 2.
+const POWERS: usize = 11;
+
+/// How much longer some tasks take than their work over the number of threads, for 1, 2, 4 ... 1024 threads. It is at least 1, and larger where
+/// threads wait for the last tasks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Idle([f64; POWERS]);
+
+impl Default for Idle {
+    /// No thread ever waits.
+    fn default() -> Self {
+        Self([1.0; POWERS])
+    }
+}
+
+impl Idle {
+    /// The factor for a number of threads, between those that were simulated by the logarithm.
+    #[must_use]
+    pub fn at(&self, threads: usize) -> f64 {
+        let power = (threads.max(1) as f64).log2().min((POWERS - 1) as f64);
+        let below = power.floor() as usize;
+        let above = (below + 1).min(POWERS - 1);
+        self.0[below] + (self.0[above] - self.0[below]) * (power - below as f64)
+    }
+
+    /// Rounds of tasks with a barrier after each. A thread that is free takes the next task of the round.
+    fn of_rounds(rounds: &[Vec<usize>]) -> Self {
+        let total: usize = rounds.iter().flatten().sum();
+        if total == 0 {
+            return Self::default();
+        }
+        Self(std::array::from_fn(|power| {
+            let threads = 1 << power;
+            let longest: usize = rounds.iter().map(|tasks| makespan(tasks, threads)).sum();
+            (longest * threads) as f64 / total as f64
+        }))
+    }
+}
+
+/// Time until the last of some tasks ends, where each free thread takes the next one.
+fn makespan(tasks: &[usize], threads: usize) -> usize {
+    let mut free: BinaryHeap<Reverse<usize>> = (0..threads.min(tasks.len())).map(|_| Reverse(0)).collect();
+    for task in tasks {
+        if let Some(Reverse(at)) = free.pop() {
+            free.push(Reverse(at + task));
+        }
+    }
+    free.into_iter().map(|Reverse(at)| at).max().unwrap_or(0)
+}
+
+impl SortedRows {
+    /// How threads share gridding, and prediction. Gridding takes one colour of tiles after the other, prediction takes all tiles at once.
+    pub(crate) fn idle(&self) -> (Idle, Idle) {
+        let pieces = |unit: &Unit| unit.pieces.iter().map(|p| p.iter().map(|s| s.weight).sum()).collect::<Vec<usize>>();
+        let rounds: Vec<Vec<usize>> = self.colours.iter().map(|colour| colour.iter().flat_map(pieces).collect()).collect();
+        (Idle::of_rounds(&rounds), Idle::of_rounds(&[rounds.concat()]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_wait_for_the_last_task_of_each_round() {
+        let idle = Idle::of_rounds(&[vec![3, 3, 2, 2, 2], vec![4]]);
+        assert_eq!(idle.at(1), 1.0);
+        // Two threads: 3 + 2 + 2 beside 3 + 2, then 4 alone: 11 for 16 of work.
+        assert_eq!(idle.at(2), 22.0 / 16.0);
+        // As many threads as tasks: the longest of each round.
+        assert_eq!(idle.at(8), 8.0 * 7.0 / 16.0);
+        assert_eq!(idle.at(3), f64::midpoint(idle.at(2), idle.at(4)) + (3.0_f64.log2() - 1.5) * (idle.at(4) - idle.at(2)));
+        assert_eq!((idle.at(0), Idle::of_rounds(&[]).at(7)), (1.0, 1.0));
+    }
+}
