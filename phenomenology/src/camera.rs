@@ -139,6 +139,8 @@ pub struct View {
     grid: SkyGrid,
     projection: Projection,
     scale: f64,
+    /// Place of the first pixel of a part of a picture, relative to that of a picture of the same size around the axis.
+    shift: [f64; 2],
 }
 
 impl View {
@@ -148,7 +150,7 @@ impl View {
     /// As [`Camera::axes`].
     pub fn on_grid(camera: &Camera, grid: &SkyGrid) -> Result<Self, SceneError> {
         let position = Vec3::from(camera.position_m);
-        Ok(Self { position, axes: camera.axes()?, grid: grid.clone(), projection: Projection::Sin, scale: 1.0 })
+        Ok(Self { position, axes: camera.axes()?, grid: grid.clone(), projection: Projection::Sin, scale: 1.0, shift: [0.0; 2] })
     }
 
     /// The view of a camera with its own size, field of view and projection.
@@ -158,7 +160,28 @@ impl View {
     pub fn of_camera(camera: &Camera) -> Result<Self, SceneError> {
         let position = Vec3::from(camera.position_m);
         let scale = if camera.projection == Projection::Pinhole { camera.stretch() } else { 1.0 };
-        Ok(Self { position, axes: camera.axes()?, grid: camera.grid()?, projection: camera.projection, scale })
+        Ok(Self { position, axes: camera.axes()?, grid: camera.grid()?, projection: camera.projection, scale, shift: [0.0; 2] })
+    }
+
+    /// The same view with pixels that are wider by this factor, so that there are fewer. It must not be a part of another.
+    ///
+    /// # Errors
+    /// A factor that leaves no pixel, or one that is not finite.
+    pub fn with_wider_pixels(&self, factor: f64) -> Result<Self, SceneError> {
+        let fewer = |n: usize| (n as f64 / factor).round().max(1.0) as usize;
+        let grid = SkyGrid::new(fewer(self.grid.n_l), fewer(self.grid.n_m), self.grid.cell_rad * factor, self.grid.frame.clone())?;
+        Ok(Self { grid, ..self.clone() })
+    }
+
+    /// A part of the view: so many columns and rows from this column and row on. Its grid has the pixels of the part, and its rays are those of the whole.
+    ///
+    /// # Errors
+    /// No pixels.
+    pub fn part(&self, [column, row]: [usize; 2], [columns, rows]: [usize; 2]) -> Result<Self, SceneError> {
+        let grid = SkyGrid::new(columns, rows, self.grid.cell_rad, self.grid.frame.clone())?;
+        let moved = |first: usize, part: usize, whole: usize| first as f64 + (part / 2) as f64 - (whole / 2) as f64;
+        let shift = [moved(column, columns, self.grid.n_l) + self.shift[0], moved(row, rows, self.grid.n_m) + self.shift[1]];
+        Ok(Self { grid, shift, ..self.clone() })
     }
 
     /// The grid.
@@ -179,7 +202,8 @@ impl View {
     #[inline]
     pub(crate) fn along(&self, column: f64, row: f64) -> Option<Vec3> {
         // On the sky l increases to the east, which is to the left in the picture.
-        let (x, y) = (self.grid.l_sign() * self.grid.l_at(column) * self.scale, self.grid.m_at(row) * self.scale);
+        let [right, up] = self.shift;
+        let (x, y) = (self.grid.l_sign() * self.grid.l_at(column + right) * self.scale, self.grid.m_at(row + up) * self.scale);
         let across = self.axes.right * x + self.axes.up * y;
         match self.projection {
             Projection::Sin => {
@@ -267,5 +291,20 @@ mod tests {
         assert!(Camera { heading_deg: f64::NAN, ..camera() }.axes().is_err());
         assert!(Camera { look_at_m: Some([0.0, 0.0, 10.0]), ..camera() }.axes().is_err());
         assert!(Camera { fov_deg: 0.0, ..camera() }.grid().is_err());
+    }
+
+    #[test]
+    fn a_part_of_a_view_has_its_rays() {
+        let camera = Camera { size_px: [101, 64], ..camera() };
+        let whole = View::of_camera(&camera).unwrap();
+        let part = whole.part([33, 40], [32, 24]).unwrap();
+        assert_eq!((part.grid().n_l, part.grid().n_m), (32, 24));
+        for (column, row) in [(0.0, 0.0), (31.0, 23.0), (4.25, 7.5)] {
+            let (a, b) = (part.direction(column, row).unwrap(), whole.direction(column + 33.0, row + 40.0).unwrap());
+            assert!((a - b).norm() < 1e-15, "{a:?} {b:?}");
+        }
+        assert!(whole.part([0, 0], [0, 4]).is_err());
+        let wide = whole.with_wider_pixels(2.0).unwrap();
+        assert_eq!((wide.grid().n_l, wide.grid().n_m, wide.grid().cell_rad), (51, 32, 2.0 * whole.grid().cell_rad));
     }
 }

@@ -72,13 +72,7 @@ impl Tracer<'_> {
         let (columns, rows) = (grid.n_l, grid.n_m);
         let states = self.freqs_ghz.len() * self.antenna.len();
         let width = self.values();
-        if rows * columns > MAX_VALUES / width {
-            return Err(SceneError::bad_value(
-                "picture",
-                format_args!("{columns} x {rows} pixels of {width} planes and channels"),
-                "at most 134217728 values (1 GB); render fewer pixels or channels at a time",
-            ));
-        }
+        self.check_values(view)?;
         let done = AtomicUsize::new(0);
         let passes = if self.options.antialias > 1 { 2 } else { 1 };
         let tell = || {
@@ -159,6 +153,31 @@ impl Tracer<'_> {
             causes_k,
             rays: rows * columns + corrections.rays + extra,
         })
+    }
+
+    /// Bytes of all arrays of a picture of a view while it is made, with its maps.
+    ///
+    /// # Errors
+    /// More values than a picture may have.
+    pub fn picture_bytes(&self, view: &View) -> Result<usize> {
+        const MAPS: usize = 2 * size_of::<f64>() + size_of::<u32>();
+        self.check_values(view)?;
+        // The values, their corrections for what surfaces scatter, and the image.
+        let doubles = 2 * self.values() + self.freqs_ghz.len() * self.antenna.len();
+        let of_pixel = doubles * size_of::<f64>() + size_of::<Middle>() + size_of::<Face>() + MAPS;
+        Ok(view.grid().n_l * view.grid().n_m * of_pixel)
+    }
+
+    fn check_values(&self, view: &View) -> Result<()> {
+        let (columns, rows, width) = (view.grid().n_l, view.grid().n_m, self.values());
+        if rows * columns > MAX_VALUES / width {
+            return Err(SceneError::bad_value(
+                "picture",
+                format_args!("{columns} x {rows} pixels of {width} planes and channels"),
+                "at most 134217728 values (1 GB); render fewer pixels or channels at a time",
+            ));
+        }
+        Ok(())
     }
 
     /// Number of values of a pixel: those of all channels and planes, and the causes if they are asked for.

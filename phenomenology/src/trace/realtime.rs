@@ -7,7 +7,7 @@
 
 use super::around::Rough;
 use super::blocks::{Block, Blocks, SIDE};
-use super::face::Face;
+use super::face::{Face, Shown};
 use super::lattice::{Points, Use};
 use super::memory::Memory;
 use super::mesh_options::{MeshOptions, TILE};
@@ -203,6 +203,15 @@ impl Tracer<'_> {
         let temperature_k = Array2::from_shape_vec((rows, columns), temperature_k)
             .map_err(|e| SceneError::bad_value("shape of the frame", e, "one value for every pixel"))?;
         Ok(Frame { temperature_k, rays })
+    }
+
+    /// Bytes of all arrays of a frame of a view while it is made.
+    #[must_use]
+    pub fn frame_bytes(view: &View) -> usize {
+        const TEMPERATURES: usize = 3;
+        let pixels = view.grid().n_l * view.grid().n_m;
+        let of_pixel = size_of::<Shown>() + size_of::<Face>() + TEMPERATURES * size_of::<f64>();
+        pixels * of_pixel + pixels.div_ceil(SIDE * SIDE) * size_of::<Block>()
     }
 
     /// Computes the temperatures of a frame. Returns the number of rays.

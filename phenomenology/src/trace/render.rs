@@ -38,14 +38,22 @@ impl SolidScene {
         options: &RenderOptions,
         progress: Option<ProgressFn<'_>>,
     ) -> Result<Picture> {
-        self.check_position(view.position)?;
-        let freqs: Vec<f64> = if options.per_channel { spectrum.freq_hz().to_vec() } else { vec![spectrum.mean_hz()] };
-        let options = RenderOptions { highest_m: options.highest_m.max(view.position.z), ..options.clone() };
-        let tracer = Tracer::new(self, &freqs, &options)?;
-        let band =
-            if options.per_channel { spectrum.clone() } else { SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])? };
+        let (tracer, band) = self.tracer_for(view, spectrum, options)?;
         let mut picture = tracer.picture(view, &band, progress)?;
         picture.temperature.object.clone_from(&self.file.name);
         Ok(picture)
+    }
+
+    /// The tracer of the pictures of a view, and their channels: those of the spectrum, or one over its whole band.
+    ///
+    /// # Errors
+    /// As [`SolidScene::picture`].
+    pub fn tracer_for(&self, view: &View, spectrum: &SpectralWindow, options: &RenderOptions) -> Result<(Tracer<'_>, SpectralWindow)> {
+        self.check_position(view.position)?;
+        let freqs: Vec<f64> = if options.per_channel { spectrum.freq_hz().to_vec() } else { vec![spectrum.mean_hz()] };
+        let options = RenderOptions { highest_m: options.highest_m.max(view.position.z), ..options.clone() };
+        let band =
+            if options.per_channel { spectrum.clone() } else { SpectralWindow::new(vec![spectrum.mean_hz()], vec![spectrum.extent_hz()])? };
+        Ok((Tracer::new(self, &freqs, &options)?, band))
     }
 }
