@@ -163,12 +163,12 @@ impl View {
         Ok(Self { position, axes: camera.axes()?, grid: camera.grid()?, projection: camera.projection, scale, shift: [0.0; 2] })
     }
 
-    /// The same view with pixels that are wider by this factor, so that there are fewer. It must not be a part of another.
+    /// The same view with pixels that are wider by this factor, so that there are fewer: two on each side, or more. It must not be a part of another.
     ///
     /// # Errors
-    /// A factor that leaves no pixel, or one that is not finite.
+    /// A factor that is not finite.
     pub fn with_wider_pixels(&self, factor: f64) -> Result<Self, SceneError> {
-        let fewer = |n: usize| (n as f64 / factor).round().max(1.0) as usize;
+        let fewer = |n: usize| (n as f64 / factor).round().max(2.0) as usize;
         let grid = SkyGrid::new(fewer(self.grid.n_l), fewer(self.grid.n_m), self.grid.cell_rad * factor, self.grid.frame.clone())?;
         Ok(Self { grid, ..self.clone() })
     }
@@ -176,7 +176,7 @@ impl View {
     /// A part of the view: so many columns and rows from this column and row on. Its grid has the pixels of the part, and its rays are those of the whole.
     ///
     /// # Errors
-    /// No pixels.
+    /// Fewer than two columns or rows.
     pub fn part(&self, [column, row]: [usize; 2], [columns, rows]: [usize; 2]) -> Result<Self, SceneError> {
         let grid = SkyGrid::new(columns, rows, self.grid.cell_rad, self.grid.frame.clone())?;
         let moved = |first: usize, part: usize, whole: usize| first as f64 + (part / 2) as f64 - (whole / 2) as f64;

@@ -1,7 +1,7 @@
 //! `clean`: deconvolution by CLEAN.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Result};
+use super::failure::{Context as _, Failure, Result};
 use super::forecast::{Plan, Planner, Told, facts, format_of};
 use super::held_out::{self, HoldOutArgs};
 use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, no_range, range_file, with_range};
@@ -281,7 +281,7 @@ impl Plan for CleanCommandArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         self.clean.check()?;
         let input = self.input.files()?;
-        no_range(&self.imaging, "no forecast of exact images of scenes near the array")?;
+        no_range(&self.imaging, "no forecast of exact images of scenes near the array").map_err(|e| Failure::unforeseen(e.to_string()))?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
         let looked = planner.outlook(source.as_mut(), &self.imaging)?;
         let outlook = &looked.0;
@@ -294,7 +294,7 @@ impl Plan for CleanCommandArgs {
             twice: alone && self.hold_out.is_made(source.as_ref(), g, &self.imaging),
             ..work_of(&self.clean, self.clean.entry()?.name, outlook)
         };
-        let forecast = cost::clean(outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
+        let forecast = cost::clean(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
         Ok(Told { command: "clean", forecast, facts: facts(outlook) })
     }
 

@@ -1,5 +1,6 @@
 //! Parts that all subcommands share: the options of the whole program, and the form of a result.
 
+use super::ahead::Ahead;
 use super::console::Console;
 use super::failure::Result;
 use std::ffi::OsString;
@@ -42,6 +43,8 @@ pub struct Context {
     pub console: Console,
     /// How `run` starts the subcommands of its steps.
     pub subcommands: Subcommands,
+    /// Sets that the commands of a forecast would have written.
+    pub(super) ahead: Ahead,
 }
 
 /// Access to the other subcommands. A subcommand must not use the table of subcommands, so `run` receives it as two functions.

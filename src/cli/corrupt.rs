@@ -164,7 +164,7 @@ impl Plan for CorruptArgs {
         let options = options(self, source.header().unit)?;
         let of_scene = options.errors.iter().find(|e| e.model().of_scene());
         let why = of_scene.map_or(String::new(), |e| format!("--dry-run: no forecast of errors that need the scene, such as {}", e.name()));
-        ensure!(of_scene.is_none(), Failure::usage(why));
+        ensure!(of_scene.is_none(), Failure::unforeseen(why));
         let Passing { set, header, facts } = Passing::of(&input, source.as_ref(), false, planner)?;
         // Errors may change from integration to integration and from channel to channel.
         let n_ant = header.layout.n_ant() as f64;

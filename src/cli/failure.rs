@@ -16,6 +16,8 @@ pub struct Failure {
     cause: Option<BoxError>,
     /// The command line was wrong.
     usage: bool,
+    /// What the command will take is not known before.
+    unforeseen: bool,
 }
 
 impl Failure {
@@ -23,6 +25,18 @@ impl Failure {
     #[must_use]
     pub fn usage(message: impl Into<String>) -> Self {
         Self { usage: true, ..Self::message(message) }
+    }
+
+    /// There is no forecast of what was asked for: exit code 2.
+    #[must_use]
+    pub fn unforeseen(message: impl Into<String>) -> Self {
+        Self { unforeseen: true, ..Self::usage(message) }
+    }
+
+    /// Whether only the forecast is missing, and the command itself would work.
+    #[must_use]
+    pub fn is_unforeseen(&self) -> bool {
+        self.unforeseen
     }
 
     /// The library has found an option that is wrong: exit code 2.
@@ -37,7 +51,7 @@ impl Failure {
     /// A failure that is not an error of a library: exit code 1.
     #[must_use]
     pub fn message(message: impl Into<String>) -> Self {
-        Self { contexts: vec![message.into()], cause: None, usage: false }
+        Self { contexts: vec![message.into()], cause: None, usage: false, unforeseen: false }
     }
 
     /// The same failure with another name for a file, where it has one that the user does not know.
@@ -47,7 +61,7 @@ impl Failure {
         if self.of_clap().is_some() || !text.contains(hidden) {
             return self;
         }
-        Self { usage: self.usage, ..Self::message(text.replace(hidden, last)) }
+        Self { usage: self.usage, unforeseen: self.unforeseen, ..Self::message(text.replace(hidden, last)) }
     }
 
     /// clap refused the command line, or printed the help.
@@ -111,7 +125,7 @@ fn told(error: &(dyn std::error::Error + 'static)) -> String {
 
 impl<E: std::error::Error + Send + Sync + 'static> From<E> for Failure {
     fn from(e: E) -> Self {
-        Self { contexts: Vec::new(), cause: Some(Box::new(e)), usage: false }
+        Self { contexts: Vec::new(), cause: Some(Box::new(e)), usage: false, unforeseen: false }
     }
 }
 

@@ -3,6 +3,7 @@
 //! A subcommand is an args struct and `run(args, context)`. Only this module prints, and only it joins the chain with
 //! the formats and the scene simulator.
 
+mod ahead;
 mod airs;
 mod applycal;
 mod beam;
@@ -60,12 +61,13 @@ pub use failure::{Failure, Result};
 pub use ranks::{end, fail};
 
 use crate::ensure;
+use ahead::Ahead;
 use cittert_formats::atomic::{Together, take_notes};
 use clap::{CommandFactory, FromArgMatches, Parser};
 use console::{Console, Loudness};
 use context::{Context, Outcome, Subcommands, shell_word, subcommands};
 use failure::Context as _;
-use forecast::{ForecastArgs, Plan};
+use forecast::{ForecastArgs, Plan, Planner, Told};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
@@ -181,6 +183,9 @@ impl Command {
             Self::Corrupt(args) => args,
             Self::Convert(args) => args,
             Self::Study(args) => args,
+            Self::Run(args) => args,
+            Self::Scene(args) => return args.plan(),
+            Self::Film(args) => args.as_ref(),
             _ => return None,
         })
     }
@@ -230,11 +235,11 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> Result<()> {
     if let Some(memory) = memory {
         memory.set();
     }
-    let context = Context { command_line, console: Console::new(loudness), subcommands: SUBCOMMANDS };
+    let context = Context { command_line, console: Console::new(loudness), subcommands: SUBCOMMANDS, ahead: Ahead::default() };
     let outputs = Together::begin();
     let forecast = || match cli.command.plan() {
-        Some(plan) => forecast::forecast(plan, &cli.forecast, &context),
-        None => forecast::refuse(),
+        Some(plan) => forecast::forecast(plan, &cli.forecast, (&context, plan_words)),
+        None => Err(forecast::without()),
     };
     let outcome = guarded(|| if cli.forecast.is_wanted() { forecast() } else { cli.command.run(&context) });
     take_notes().iter().for_each(|note| context.console.note(note));
@@ -281,6 +286,12 @@ const SUBCOMMANDS: Subcommands =
 /// The configuration is wrong. The message names the line.
 pub fn run_commands(text: &str, path: &Path) -> Result<Vec<String>> {
     run::run_commands(text, path, SUBCOMMANDS.check)
+}
+
+/// The forecast of the words of a command line.
+fn plan_words(words: &[OsString], planner: &Planner<'_>) -> Result<Told> {
+    let cli = parse(words)?;
+    cli.command.plan().ok_or_else(forecast::without)?.plan(planner)
 }
 
 fn parse(words: &[OsString]) -> Result<Cli> {

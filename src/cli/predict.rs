@@ -262,7 +262,7 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
 
 impl Plan for PredictArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        ensure!(self.range.is_none(), Failure::usage("--dry-run: no forecast of models near the array"));
+        ensure!(self.range.is_none(), Failure::unforeseen("--dry-run: no forecast of models near the array"));
         let input = self.input.files()?;
         let mut source = input.open(planner.context)?;
         let header = source.header().clone();
@@ -282,7 +282,7 @@ impl Plan for PredictArgs {
             no_w: self.no_w,
         };
         let (work, facts) = how.work(&sky, coverage.uvw_m)?;
-        Ok(Told { command: "predict", forecast: cost::predict(&work, format_of(&input)?), facts })
+        Ok(Told { command: "predict", forecast: cost::predict(&work, format_of(&input, planner.context)?), facts })
     }
 
     fn output(&self) -> &Path {

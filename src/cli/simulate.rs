@@ -1,10 +1,11 @@
 //! `simulate`: the visibilities that an array measures of a scene.
 
+use super::ahead::SetAhead;
 use super::airs::Airs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
 use super::forecast::{Plan, Planner, Sampling, Told};
-use super::options::{OutputArgs, SceneArgs, load_array, range_file, scene_surface};
+use super::options::{LoadedScene, OutputArgs, SceneArgs, load_array, range_file, scene_surface};
 use super::scene_errors::{TruthFiles, band_files, read_bands};
 use super::{planned, ranks, verdict};
 use crate::calibrate::spread_channels;
@@ -14,6 +15,7 @@ use crate::corrupt::{
 };
 use crate::cost;
 use crate::memory::MemoryBudget;
+use crate::progress::Silent;
 use crate::simulate::{BandOptions, PlannedTrack, SimulateOptions, Simulator, TrackOptions};
 use crate::verdict::{Finding, of_pedestal};
 use cittert_arrays::{InTurn, VisUnit, VisibilitySink};
@@ -202,10 +204,14 @@ impl Plan for SimulateArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         let layout = load_array(&self.layout)?;
         let spectrum = self.band.spectrum()?;
-        ensure!(self.how.range.is_none(), Failure::usage("--dry-run: no forecast of scenes near the array"));
-        let PlannedTrack { center, plan } = self.track.plan(&layout).map_err(Failure::call)?;
+        ensure!(self.how.range.is_none(), Failure::unforeseen("--dry-run: no forecast of scenes near the array"));
+        let PlannedTrack { mut center, plan } = self.track.plan(&layout).map_err(Failure::call)?;
         let plan = plan.with_autocorrelations(self.how.autos);
-        let sky = self.scene.load(&center, &spectrum, planner.context)?.sky;
+        let (LoadedScene { sky, unit, name }, traced) = self.scene.foreseen(&center, &spectrum, planner.context)?;
+        center.name = name;
+        let header = self.how.header(layout, spectrum.clone(), center, unit);
+        let simulator = Simulator::new(header, &sky, &self.how, &Silent).context(format!("{}", self.scene.scene.display()))?;
+        planner.context.ahead.promise(&self.out.output, SetAhead { header: simulator.header().clone(), plan: plan.clone() });
         let share = planner.stretch(plan.n_rows() as f64 * spectrum.n_chan() as f64)? / planner.ranks as f64;
         let rows = plan.n_rows() as f64 * share;
         let mut blocks = plan.blocks(BLOCK_ROWS);
@@ -222,7 +228,11 @@ impl Plan for SimulateArgs {
             no_w: self.how.no_w,
         };
         let (work, facts) = how.work(&sky, coverage.uvw_m)?;
-        Ok(Told { command: "simulate", forecast: cost::simulate(&work), facts })
+        let mut forecast = cost::simulate(&work, &traced);
+        if self.air.atmosphere.atmosphere.is_some() || !self.antennas.errors(self.how.seed, unit)?.errors.is_empty() {
+            forecast.assumptions.push("air over the array and antennas that differ are not counted".into());
+        }
+        Ok(Told { command: "simulate", forecast, facts })
     }
 
     fn output(&self) -> &Path {

@@ -18,10 +18,13 @@
 //! | `judged` | the verdict on an image |
 //! | `sampled` | stages of `simulate` and `predict` |
 //! | `converted` | stages of `convert`, `applycal` and `corrupt` |
+//! | `traced` | stages of `scene render`, `scene fly` and `film` |
+//! | `chained` | stages of `run`: commands one after the other, and pictures |
 //! | `trials` | stages of `study` |
 //! | `cluster` | the same work shared by several machines, and what breaks first |
 
 mod calibrated;
+mod chained;
 mod cleaned;
 mod cluster;
 mod converted;
@@ -34,9 +37,11 @@ mod scale;
 mod speeds;
 mod stage;
 mod term;
+mod traced;
 mod trials;
 
 pub use calibrated::{CalibrationWork, selfcal};
+pub use chained::{Shown, chain, shown};
 pub use cleaned::{CleanWork, clean};
 pub use cluster::{Cluster, Limit, Shared, Span};
 pub use converted::{Conversion, Gained, convert, gained};
@@ -47,4 +52,5 @@ pub use scale::Scale;
 pub use speeds::Speeds;
 pub use stage::{Forecast, Stage};
 pub use term::{Kind, Term};
+pub use traced::{Filmed, Traced, film, render};
 pub use trials::{Trials, study};

@@ -3,6 +3,7 @@
 use super::held::{DOUBLE, SINGLE};
 use super::stage::{Forecast, Stage};
 use super::term::Term;
+use super::traced::Traced;
 use crate::imaging::Field;
 
 /// A value of a block: visibility, weight, number of samples and flag.
@@ -85,18 +86,19 @@ impl SampledWork {
     }
 }
 
-/// The forecast of a simulation.
+/// The forecast of a simulation of a scene whose image takes so much.
 #[must_use]
-pub fn simulate(work: &SampledWork) -> Forecast {
+pub fn simulate(work: &SampledWork, scene: &Traced) -> Forecast {
     let start = Stage::new("start", 0.0).doing([(Term::Command, 1.0)]);
-    let scene = Stage::new("scene", work.pixels * (SINGLE + DOUBLE)).doing([(Term::Pixel, work.pixels)]);
+    let bytes = scene.bytes.max(work.pixels * (SINGLE + DOUBLE));
+    let scene = Stage { timed_s: scene.setup_s + scene.trace_s, ..Stage::new("scene", bytes) };
     Forecast { stages: vec![start, scene, work.stage("simulate")], output_bytes: work.output(), ..Forecast::default() }
 }
 
 /// The forecast of a prediction on the rows of a set in this format.
 #[must_use]
 pub fn predict(work: &SampledWork, format: super::InputFormat) -> Forecast {
-    let mut forecast = simulate(work);
+    let mut forecast = simulate(work, &Traced::default());
     let read =
         Stage { read_bytes: work.output(), ..Stage::new("read", work.block_rows.min(work.rows) * work.channels_out * work.products * RAW) };
     forecast.stages.insert(1, read.doing([(format.term(), work.values()), (Term::ReadRow, work.rows)]));

@@ -131,6 +131,14 @@ terms! {
     WriteValue = "write.value", Stream;
     /// A row that is written.
     WriteRow = "write.row", Stream;
+    /// Drawing a picture, whatever it shows.
+    Picture = "picture.drawn", Stream;
+    /// Reading and drawing a pixel of an image.
+    PicturePixel = "picture.pixel", Stream;
+    /// Convolving a pixel with the beam of another image, before it is drawn or compared.
+    SmoothPixel = "picture.smooth", Stream;
+    /// Reading a visibility of a picture.
+    PictureValue = "picture.value", Stream;
 }
 
 impl Term {

@@ -2,10 +2,56 @@
 
 use crate::program::Scratch;
 use serde_json::Value;
+use std::path::Path;
 
 fn set(s: &Scratch) {
     s.write("s.csv", "l_rad,m_rad,flux_jy\n0.012,0.005,1.0\n-0.004,0.009,0.5\n");
     s.ok("simulate --layout mm-spiral --scene s.csv --freq 94GHz --bandwidth 1GHz --channels 4 --noise --tsys 500K -o v.uvh5");
+}
+
+/// A run with errors and self-calibration, whose layout is made first.
+const RUN: &str = r#"
+title = "t"
+seed = 3
+[layout.make]
+kind = "ring"
+elements = 12
+aperture = "0.3m"
+diameter = "5mm"
+[scene]
+file = "s.csv"
+[simulate]
+freq = "94GHz"
+bandwidth = "1GHz"
+channels = 4
+noise = true
+tsys = "500K"
+[image]
+size = 128
+[[clean]]
+algorithm = "hogbom"
+niter = 200
+[mem]
+niter = 5
+[corrupt]
+phase-rms = "5deg"
+[selfcal]
+solint = "inf"
+rounds = 2
+"#;
+
+/// Speeds that need no tests of the machine.
+fn speeds() -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cost/machine.toml").display().to_string()
+}
+
+/// A tank, and a flight around it.
+fn flight(s: &Scratch) {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("phenomenology/scenes/t-72.toml");
+    std::fs::copy(scene, s.path("tank.toml")).unwrap();
+    let path = "scene = \"tank.toml\"\nframes_per_second = 10\n[[key]]\ntime_s = 1\nposition_m = [12, -9, 5]\nlook_at_m = [0, 0, 1]\n\
+                [[key]]\ntime_s = 3\nposition_m = [9, -12, 5]\nlook_at_m = [0, 0, 1]\n";
+    s.write("path.toml", path);
 }
 
 /// Every command with a forecast gives the same keys, writes nothing, and takes an output that exists as it is.
@@ -16,6 +62,8 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
     let study = "title = \"t\"\nseeds = 3\nlayout = { name = \"mm-y\" }\nscene = { points = [{ flux = \"1Jy\" }] }\n[simulate]\nfreq = \"94GHz\"\nbandwidth = \"1GHz\"\n\
                  [image]\nsize = 64\ncell = \"1mrad\"\n[clean]\nniter = 10\n[corrupt]\nphase-rms = \"5deg\"\n";
     s.write("study.toml", study);
+    s.write("run.toml", RUN);
+    flight(&s);
     s.ok("corrupt v.uvh5 --phase-rms 5deg -o errors.uvh5 --gains g.calh5");
     let before = s.names();
     for command in [
@@ -35,20 +83,30 @@ fn a_forecast_writes_nothing_and_has_its_keys() {
         "convert v.uvh5 out.uvfits",
         "convert v.uvh5 out.uvh5",
         "study study.toml -o out",
+        "run run.toml -o out",
+        "scene render tank.toml -o out.fits --scene-size 300",
+        "scene render tank.toml -o out.fits --scene-size 300 --mode realtime --error-map error.fits",
+        "scene fly path.toml -o out --size 64 --no-video",
+        "film path.toml -o out.gif --size 64 --show truth",
     ] {
         let json = s.json(&format!("{command} --dry-run"));
         assert_eq!(s.names(), before, "{command}");
-        assert_eq!((json["dry_run"].as_bool(), json["command"].as_str()), (Some(true), command.split(' ').next()));
+        let name = json["command"].as_str().unwrap();
+        assert!(json["dry_run"] == true && command.starts_with(name), "{command}: {name}");
         let stages = json["stages"].as_array().unwrap();
         let sum: f64 = stages.iter().map(|stage| stage["seconds"].as_f64().unwrap()).sum();
         let most = stages.iter().map(|stage| stage["bytes"].as_f64().unwrap()).fold(0.0, f64::max);
         assert!(stages.len() > 2 && sum > 0.0 && (json["seconds"].as_f64().unwrap() / sum - 1.0).abs() < 1e-9, "{command}: {json}");
         assert!(most > 1e6 && json["peak_bytes"].as_f64().unwrap() >= most, "{command}: {json}");
         assert!(json["output_bytes"].as_f64().unwrap() > 1e3, "{command}: {json}");
-        assert!(s.ok(&format!("{command} --dry-run")).out.contains("nothing was written"));
+        assert!(s.ok(&format!("{command} --dry-run --speeds {}", speeds())).out.contains("nothing was written"));
     }
     s.fails("convert v.uvh5 out.uvfits --dry-run --nodes 2", 2, &["one process"]);
     s.fails("study study.toml -o out --dry-run --visibilities 1e9", 2, &["--visibilities"]);
+    for alone in ["run run.toml -o out", "scene render tank.toml -o out.fits", "scene fly path.toml -o out", "film path.toml -o out.gif"] {
+        s.fails(&format!("{alone} --dry-run --nodes 2"), 2, &["one process"]);
+        s.fails(&format!("{alone} --dry-run --visibilities 1e9"), 2, &["--visibilities"]);
+    }
     s.fails("applycal v.uvh5 g.calh5 -o out.uvh5 --dry-run --nodes 2", 2, &["one process"]);
     s.fails("corrupt v.uvh5 -o out.uvh5 --pointing-rms 1arcmin --scene s.csv --dry-run", 2, &["the scene", "pointing"]);
     s.fails("selfcal v.uvh5 -o out --deconvolver mem --dry-run", 2, &["joint solution", "--deconvolver multiscale"]);
@@ -133,4 +191,75 @@ fn a_script_asks_for_what_is_forecast() {
     // The two calls test the speed of the machine each.
     assert!(time >= 120.0 && time < 120.0 + 20.0 * planned["seconds"].as_f64().unwrap() + 60.0, "{script} {planned}");
     assert!((memory / (1.25 * planned["peak_bytes"].as_f64().unwrap() + f64::from(256 << 20)) - 1.0).abs() < 1e-6, "{script} {planned}");
+}
+
+/// The set and the images of a run are those that it then makes, and each of its sections is a stage.
+#[test]
+fn a_forecast_of_a_run_sees_the_set_that_does_not_exist_yet() {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0.012,0.005,1.0\n-0.004,0.009,0.5\n");
+    s.write("run.toml", RUN);
+    let planned = s.json("run run.toml -o out --dry-run");
+    let stages: Vec<&str> = planned["stages"].as_array().unwrap().iter().filter_map(|stage| stage["stage"].as_str()).collect();
+    for name in ["start", "layout", "simulate", "beam", "dirty", "clean", "mem", "corrupt", "selfcal", "pictures"] {
+        assert!(stages.contains(&name), "{name}: {stages:?}");
+    }
+    assert_eq!(stages.iter().filter(|name| **name == "start").count(), 1);
+    assert!(planned["assumptions"].to_string().contains("selfcal: all 2 rounds"), "{planned}");
+    // The single commands say the same of the set that the run makes.
+    let done = s.json("run run.toml -o out");
+    assert_eq!((&planned["facts"]["rows"], &planned["facts"]["size"]), (&66.0.into(), &done["dirty"]["size"]), "{planned}");
+    let alone = s.json("clean out/vis.uvh5 -o c --size 128 --niter 200 --algorithm hogbom --dry-run");
+    let nodes = |json: &Value, stage: &dyn Fn(&str) -> bool| {
+        let all = json["stages"].as_array().unwrap().iter().filter(|x| stage(x["stage"].as_str().unwrap()));
+        all.filter_map(|x| x["work"]["pass.node"].as_f64()).sum::<f64>()
+    };
+    // The run cleans the set once without errors and once with them.
+    let (in_run, once) = (nodes(&planned, &|name| name == "clean"), nodes(&alone, &|_| true));
+    assert!(once > 0.0 && (in_run / once - 2.0).abs() < 0.2, "{in_run} {once}");
+    let wrong = RUN.replace("tsys = \"500K\"\n", "");
+    s.write("wrong.toml", wrong);
+    s.fails("run wrong.toml -o new --dry-run", 1, &["simulate", "neither an SEFD nor a Tsys"]);
+    s.fails("run missing.toml -o new --dry-run", 1, &["missing.toml"]);
+}
+
+/// What has no forecast is told, and the other commands of the run are counted.
+#[test]
+fn a_forecast_of_a_run_says_what_it_leaves_out() {
+    let s = Scratch::new();
+    s.write("s.csv", "l_rad,m_rad,flux_jy\n0.012,0.005,1.0\n");
+    s.write("run.toml", RUN.replace("[selfcal]\n", "[selfcal]\ndeconvolver = \"mem\"\n"));
+    let planned = s.json("run run.toml -o out --dry-run");
+    let first = planned["assumptions"][0].as_str().unwrap();
+    assert!(first.contains("selfcal") && first.contains("not counted") && first.contains("joint solution"), "{planned}");
+    assert!(planned["seconds"].as_f64().unwrap() > 0.0);
+}
+
+/// Small pictures of a scene say how many rays a large one takes, and of the wrong scene what `scene render` says.
+#[test]
+fn small_pictures_say_how_many_rays_a_large_one_takes() {
+    let s = Scratch::new();
+    flight(&s);
+    for (options, tolerance) in [("", 0.15), ("--antialias 1", 0.15), ("--mode realtime", 0.35)] {
+        let line = format!("scene render tank.toml -o out.fits --scene-size 417 --overwrite {options}");
+        let (planned, done) = (s.json(&format!("{line} --dry-run")), s.json(&line));
+        let (planned_rays, rays) = (planned["facts"]["rays"].as_f64().unwrap(), done["rays"].as_f64().unwrap());
+        assert!((planned_rays / rays - 1.0).abs() < tolerance, "{options}: {planned_rays} {rays}");
+    }
+    for (wrong, part) in [
+        ("scene render tank.toml -o new.fits --scene-cell 1mrad", "--scene-cell needs --scene-size"),
+        ("scene render tank.toml -o new.fits --error-map e.fits", "--mode realtime"),
+        ("scene render tank.toml -o new.fits --scene-size 20000", "134217728"),
+        ("scene render missing.toml -o new.fits", "missing.toml"),
+        ("film path.toml -o out.xyz", "out.xyz"),
+        ("film missing.toml -o out.gif", "missing.toml"),
+        ("scene fly path.toml -o out --pol I,Q", "one plane"),
+    ] {
+        let told = |more: &str| {
+            let said = s.run(&format!("{wrong}{more}"));
+            (said.code, said.err)
+        };
+        let (real, planned) = (told(""), told(&format!(" --dry-run --speeds {}", speeds())));
+        assert!(real.0 != 0 && planned == real && real.1.contains(part), "{wrong}: {real:?} {planned:?}");
+    }
 }

@@ -4,6 +4,7 @@ use super::frame::{Answer, Send};
 use super::message::Observed;
 use super::scenes::Scenes;
 use super::state::check_keys;
+use crate::cli::ahead::Ahead;
 use crate::cli::console::{Console, Loudness};
 use crate::cli::context::{Context, Subcommands};
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
@@ -86,7 +87,7 @@ pub(super) fn begin(
 fn made(line: &[String], here: &Path, subcommands: Subcommands) -> Result<String> {
     let words: Vec<OsString> = line.iter().map(Into::into).collect();
     let shown = "cittert layout compare a.toml b.toml".to_owned();
-    let context = Context { command_line: shown, console: Console::new(Loudness::Quiet), subcommands };
+    let context = Context { command_line: shown, console: Console::new(Loudness::Quiet), subcommands, ahead: Ahead::default() };
     (subcommands.run)(&words, &context)?;
     std::fs::read_to_string(here.join("out").join("report.html")).context("reading the report")
 }

@@ -9,6 +9,7 @@ use super::scenes::Scenes;
 use super::state::State;
 use crate::ChainError;
 use crate::calibrate::{CompareOptions, compare_gains};
+use crate::cli::ahead::Ahead;
 use crate::cli::console::{Console, Loudness};
 use crate::cli::context::{Context, Outcome, Subcommands};
 use crate::cli::failure::{Failure, Result};
@@ -34,7 +35,8 @@ pub(super) struct Worker {
 impl Worker {
     pub(super) fn new(mailbox: Arc<Mailbox>, scenes: Arc<Scenes>, send: Send) -> Self {
         let subcommands = Subcommands { check: |_| Ok(()), run: |_, _| Ok(Outcome::default()) };
-        let context = Context { command_line: "cittert design".into(), console: Console::new(Loudness::Quiet), subcommands };
+        let context =
+            Context { command_line: "cittert design".into(), console: Console::new(Loudness::Quiet), subcommands, ahead: Ahead::default() };
         Self { mailbox, scenes, send, context }
     }
 

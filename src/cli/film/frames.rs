@@ -5,7 +5,7 @@ use super::cameras::{Scenery, psf};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Context as _, Failure, Result};
 use crate::display::film::{FilmKind, FilmSpec, FrameRate};
-use crate::display::{Aperture, Colors, Palette, PanelKind, Run, Sheet, Stages, Tone, exposed};
+use crate::display::{Aperture, Colors, Interferometer, Palette, PanelKind, Run, Sheet, Stages, Tone, exposed};
 use crate::enhance::{Psf, Setting, StepList, enhance};
 use crate::memory::{ImageWork, check_images};
 use crate::plot::{inferno, name_strip};
@@ -14,6 +14,7 @@ use cittert_arrays::{BrightnessUnit, Image};
 use cittert_formats::atomic::AtomicFile;
 use ndarray::Array2;
 use serde_json::json;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -105,14 +106,31 @@ impl Maker<'_> {
     }
 }
 
-/// Make the film.
+/// What a film is made of, before its first frame.
+pub(super) struct Reel<'a> {
+    maker: Maker<'a>,
+    kind: &'static FilmKind,
+    spec: FilmSpec,
+    array: Option<Interferometer>,
+    /// Noise of the filled aperture in the first frame, K.
+    nedt_k: f64,
+}
+
+/// What was made.
+pub(super) struct Made {
+    spec: FilmSpec,
+    tone: Tone,
+    /// Time of the frames from which black and white follow, and of all frames, s.
+    pub(super) seconds: (f64, f64),
+}
+
+/// Read everything, refuse what cannot be, and hand the film over to `work`.
 ///
 /// # Errors
-/// A path, a scene or an option that is wrong, a program that is missing, or an error of the file system.
-pub(super) fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
+/// A path, a scene or an option that is wrong, a program that is missing, and the errors of `work`.
+pub(super) fn with_reel<R>(args: &FilmArgs, context: &Context, work: impl FnOnce(Reel<'_>, &str) -> Result<R>) -> Result<R> {
     let output = &args.out.output;
     let (mut flight, scene) = args.flight.read("film")?;
-    args.out.claim([output], args.inputs(&scene))?;
     let kind = FilmKind::of(output).map_err(|e| Failure::usage(e.to_string().replacen("output is", "-o", 1)))?;
     if let Some(rate) = args.film.rate {
         flight.frames_per_second = rate;
@@ -146,57 +164,101 @@ pub(super) fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
     }
     let array = scenery.interferometer(args, rate_hz)?;
     let maker = Maker { args, scenery: &scenery, aperture, psf, times_s, rate_hz };
-    let frames = maker.times_s.len();
 
     let first = maker.see(0)?;
     let nedt_k = maker.aperture.nedt_k(&first.truth)?;
     if !scenery.has_noise(args) && args.film.shows(PanelKind::Filled) {
         context.console.note("the filled aperture has no noise: give --tsys, or a --sensor with noise");
     }
-    let (tone, size) = maker.tone().map_err(Failure::call)?;
-    let sheet = maker.sheet(size)?;
-    (spec.width, spec.height, spec.frames) = (sheet.width(), sheet.height(), frames);
-    kind.check(&spec).map_err(Failure::call)?;
+    work(Reel { maker, kind, spec, array, nedt_k }, flown.name())
+}
 
-    let started = Instant::now();
-    let file = AtomicFile::create(output, args.out.overwrite)?;
-    let mut film = kind.begin(file.path(), &spec).context(output.display())?;
-    let (mut run, mut held) = (maker.aperture.begin(args.camera.seed), None);
-    let stages = Stages {
-        see: |k: usize| maker.see(k),
-        measure: |k: usize, seen: Seen| {
-            if let Some(array) = array.as_ref().filter(|_| k.is_multiple_of(args.film.every)) {
-                // Visibilities are linear in the scene, so those of its mean are the mean over the time of the frame.
-                held = Some(Arc::new(array.frame(seen.blurred.as_ref().unwrap_or(&seen.truth), k as u64)?));
-            }
-            Ok(Measured { filled: maker.filled(&seen, &mut run)?, truth: seen.truth.plane(0, 0).to_owned(), array: held.clone() })
-        },
-        show: |_: usize, measured: Measured| {
-            let planes = maker.planes(measured)?;
-            let views: Vec<_> = planes.iter().map(|p| p.view()).collect();
-            sheet.levels(&views, tone)
-        },
-        write: |_: usize, levels: Vec<u8>| film.frame(&levels),
-    };
-    stages.run(frames, &context.console as &dyn Observer).map_err(Failure::call).context(output.display())?;
-    film.finish().context(output.display())?;
-    file.commit()?;
-    let seconds = started.elapsed().as_secs_f64();
+impl Reel<'_> {
+    /// Number of frames.
+    pub(super) fn frames(&self) -> usize {
+        self.maker.times_s.len()
+    }
 
-    let panels: Vec<&str> = args.film.show.iter().map(|p| p.caption()).collect();
-    let json = json!({
-        "output": output, "format": kind.name, "scene": flown.name(), "frames": frames, "rate_hz": rate.hz(),
-        "size": [spec.width, spec.height], "panels": panels, "black_k": tone.black, "white_k": tone.white,
-        "dwell_s": maker.aperture.dwell_s(), "nedt_k": nedt_k, "seconds": seconds, "seed": args.camera.seed,
-    });
-    let text = format!(
-        "{}: {frames} frames of {} x {} pixels at {} per second, black {:.1} K, white {:.1} K, noise {nedt_k:.3} K, made in {seconds:.1} s",
-        output.display(),
-        spec.width,
-        spec.height,
-        rate.hz(),
-        tone.black,
-        tone.white
-    );
-    Ok(Outcome::new(json, text).wrote(output))
+    /// Number of frames from which black and white follow, of a film of so many frames.
+    pub(super) fn frames_of_levels(&self, frames: usize) -> usize {
+        self.maker.args.film.levels.frames(frames).len()
+    }
+
+    /// Keep about `count` frames, spread over the film.
+    pub(super) fn thin(&mut self, count: usize) {
+        let all = self.frames();
+        let kept = count.clamp(1, all.max(1));
+        self.maker.times_s = (0..kept).filter_map(|k| self.maker.times_s.get(k * all / kept).copied()).collect();
+    }
+
+    /// Make all frames, and write them to `path`.
+    ///
+    /// # Errors
+    /// A ray that leaves the tables, or an error of the file system.
+    pub(super) fn make(self, path: &Path, observer: &dyn Observer) -> Result<Made> {
+        let Self { maker, kind, mut spec, array, .. } = self;
+        let frames = maker.times_s.len();
+        let begun = Instant::now();
+        let (tone, size) = maker.tone().map_err(Failure::call)?;
+        let sheet = maker.sheet(size)?;
+        (spec.width, spec.height, spec.frames) = (sheet.width(), sheet.height(), frames);
+        kind.check(&spec).map_err(Failure::call)?;
+
+        let started = Instant::now();
+        let mut film = kind.begin(path, &spec)?;
+        let (mut run, mut held) = (maker.aperture.begin(maker.args.camera.seed), None);
+        let stages = Stages {
+            see: |k: usize| maker.see(k),
+            measure: |k: usize, seen: Seen| {
+                if let Some(array) = array.as_ref().filter(|_| k.is_multiple_of(maker.args.film.every)) {
+                    // Visibilities are linear in the scene, so those of its mean are the mean over the time of the frame.
+                    held = Some(Arc::new(array.frame(seen.blurred.as_ref().unwrap_or(&seen.truth), k as u64)?));
+                }
+                Ok(Measured { filled: maker.filled(&seen, &mut run)?, truth: seen.truth.plane(0, 0).to_owned(), array: held.clone() })
+            },
+            show: |_: usize, measured: Measured| {
+                let planes = maker.planes(measured)?;
+                let views: Vec<_> = planes.iter().map(|p| p.view()).collect();
+                sheet.levels(&views, tone)
+            },
+            write: |_: usize, levels: Vec<u8>| film.frame(&levels),
+        };
+        stages.run(frames, observer).map_err(Failure::call)?;
+        film.finish()?;
+        Ok(Made { spec, tone, seconds: ((started - begun).as_secs_f64(), started.elapsed().as_secs_f64()) })
+    }
+}
+
+/// Make the film.
+///
+/// # Errors
+/// A path, a scene or an option that is wrong, a program that is missing, or an error of the file system.
+pub(super) fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
+    let output = &args.out.output;
+    let (_, scene) = args.flight.read("film")?;
+    args.out.claim([output], args.inputs(&scene))?;
+    with_reel(args, context, |reel, scene| {
+        let (frames, kind, nedt_k, dwell_s) = (reel.frames(), reel.kind, reel.nedt_k, reel.maker.aperture.dwell_s());
+        let file = AtomicFile::create(output, args.out.overwrite)?;
+        let Made { spec, tone, seconds: (_, seconds) } = reel.make(file.path(), &context.console).context(output.display())?;
+        file.commit()?;
+
+        let panels: Vec<&str> = args.film.show.iter().map(|p| p.caption()).collect();
+        let rate = spec.rate;
+        let json = json!({
+            "output": output, "format": kind.name, "scene": scene, "frames": frames, "rate_hz": rate.hz(),
+            "size": [spec.width, spec.height], "panels": panels, "black_k": tone.black, "white_k": tone.white,
+            "dwell_s": dwell_s, "nedt_k": nedt_k, "seconds": seconds, "seed": args.camera.seed,
+        });
+        let text = format!(
+            "{}: {frames} frames of {} x {} pixels at {} per second, black {:.1} K, white {:.1} K, noise {nedt_k:.3} K, made in {seconds:.1} s",
+            output.display(),
+            spec.width,
+            spec.height,
+            rate.hz(),
+            tone.black,
+            tone.white
+        );
+        Ok(Outcome::new(json, text).wrote(output))
+    })
 }

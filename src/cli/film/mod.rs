@@ -2,6 +2,7 @@
 
 mod args;
 mod cameras;
+mod forecast;
 mod frames;
 mod rates;
 
@@ -16,6 +17,15 @@ use crate::display::{FilmOptions, RateOptions};
 /// # Errors
 /// A path, a scene or an option that is wrong, a program that is missing, or an error of the file system.
 pub fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
+    refuse_mixed(args)?;
+    if args.rates.rates.is_empty() { frames::run(args, context) } else { rates::run(args, context) }
+}
+
+/// Refuse options that exclude each other.
+///
+/// # Errors
+/// Such options, or one outside of its range.
+fn refuse_mixed(args: &FilmArgs) -> Result<()> {
     args.film.check().map_err(Failure::call)?;
     let receivers = &args.camera.receivers;
     receivers.check().map_err(Failure::call)?;
@@ -27,7 +37,7 @@ pub fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
     if args.rates.rates.is_empty() {
         let seeds = args.rates.seeds != RateOptions::default().seeds;
         ensure!(!seeds, Failure::usage("--seeds needs --rates: a film has one frame of each moment"));
-        return frames::run(args, context);
+        return Ok(());
     }
     let plain = FilmOptions::default();
     let f = &args.film;
@@ -47,5 +57,5 @@ pub fn run(args: &FilmArgs, context: &Context) -> Result<Outcome> {
             "--{option} is an option of films; --rates studies the frame rate of a camera and makes no film"
         )));
     }
-    rates::run(args, context)
+    Ok(())
 }

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `args` | the options |
 //! | `passing` | the work of commands that read rows and write them again |
+//! | `pilot` | the time and the memory of a small part of the work, which is done and thrown away |
+//! | `rendered` | the work of rendering a scene of solids, from parts of its picture |
 //! | `sampling` | the work of `simulate` and `predict` on a scene |
 //! | `told` | what a command tells of its work |
 //! | `report` | a forecast as text and as JSON |
@@ -12,17 +14,21 @@
 
 mod args;
 mod passing;
+mod pilot;
+mod rendered;
 mod report;
 mod sampling;
 mod told;
 
 pub(super) use args::ForecastArgs;
 pub(super) use passing::Passing;
+pub(super) use pilot::{Scratch, measured};
+pub(super) use rendered::{Rendered, rendered};
 pub(super) use sampling::Sampling;
 pub(super) use told::Told;
 
 use super::context::{Context, Outcome};
-use super::failure::{Failure, Result};
+use super::failure::{Failure, Result, ensure};
 use super::options::SetFiles;
 use crate::cost::{InputFormat, Scale, Speeds};
 use crate::imaging::{ImagingOptions, Outlook, RowSample};
@@ -31,6 +37,7 @@ use crate::progress::Silent;
 use cittert_arrays::VisibilitySource;
 use cittert_formats::free_disk;
 use serde_json::{Map, Value, json};
+use std::ffi::OsString;
 use std::path::Path;
 
 /// What the commands need to make a forecast.
@@ -43,7 +50,12 @@ pub(super) struct Planner<'a> {
     pub(super) threads: usize,
     /// Processes that share the rows: 1 for the forecast of this machine.
     pub(super) ranks: usize,
+    /// Makes the forecast of the words of another command line, for commands that start others. Such a command must not use the table of commands.
+    pub(super) words: PlanWords,
 }
+
+/// A function that makes the forecast of the words of a command line.
+pub(super) type PlanWords = fn(&[OsString], &Planner<'_>) -> Result<Told>;
 
 /// A command that can be forecast.
 pub(super) trait Plan {
@@ -58,6 +70,24 @@ pub(super) trait Plan {
 }
 
 impl Planner<'_> {
+    /// Refuse several processes, for a command that has no rows to share.
+    ///
+    /// # Errors
+    /// Several processes are meant.
+    pub(super) fn alone(&self, why: &str) -> Result<()> {
+        ensure!(self.ranks == 1, Failure::usage(format!("--nodes: one process {why}")));
+        Ok(())
+    }
+
+    /// Refuse another number of visibilities, for a command that has none or makes its own.
+    ///
+    /// # Errors
+    /// A number of visibilities.
+    pub(super) fn no_visibilities(&self, why: &str) -> Result<()> {
+        ensure!(self.args.visibilities()?.is_none(), Failure::usage(format!("--visibilities: {why}")));
+        Ok(())
+    }
+
     /// By how much a set of so many visibilities is to be longer.
     ///
     /// # Errors
@@ -84,12 +114,15 @@ impl Planner<'_> {
     }
 }
 
-/// The format of a set.
+/// The format of a set. Sets that a command of the same forecast would write are UVH5.
 ///
 /// # Errors
 /// A file of no known format.
-pub(super) fn format_of(input: &SetFiles) -> Result<InputFormat> {
+pub(super) fn format_of(input: &SetFiles, context: &Context) -> Result<InputFormat> {
     let first = input.all().first().ok_or_else(|| Failure::message("no file"))?;
+    if context.ahead.get(first).is_some() {
+        return Ok(InputFormat::Uvh5);
+    }
     Ok(match cittert_formats::visibility_format(first)?.name() {
         "UVH5" => InputFormat::Uvh5,
         "UVFITS" => InputFormat::Uvfits,
@@ -122,14 +155,14 @@ pub(super) fn facts(outlook: &Outlook) -> Map<String, Value> {
 ///
 /// # Errors
 /// The file or an option is wrong.
-pub(super) fn forecast(command: &dyn Plan, args: &ForecastArgs, context: &Context) -> Result<Outcome> {
+pub(super) fn forecast(command: &dyn Plan, args: &ForecastArgs, (context, words): (&Context, PlanWords)) -> Result<Outcome> {
     let given = args.speeds()?;
     let speeds = match given {
         Some(speeds) => speeds,
         None => Speeds::built_in()?.scaled(&Scale::measure()?),
     };
     let threads = rayon::current_num_threads();
-    let mut planner = Planner { args, context, speeds, threads, ranks: 1 };
+    let mut planner = Planner { args, context, speeds, threads, ranks: 1, words };
     let here = command.plan(&planner)?;
     let disk = free_disk(command.output());
     let Some(cluster) = args.cluster(threads)? else {
@@ -147,17 +180,14 @@ pub(super) fn forecast(command: &dyn Plan, args: &ForecastArgs, context: &Contex
 /// The file or an option is wrong.
 pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Result<(f64, f64)> {
     let speeds = Speeds::built_in()?.scaled(&Scale::measure()?);
-    let planner = Planner { args: &ForecastArgs::default(), context, speeds, threads, ranks: 1 };
+    let planner = Planner { args: &ForecastArgs::default(), context, speeds, threads, ranks: 1, words: |_, _| Err(without()) };
     let told = command.plan(&planner)?;
     Ok((told.forecast.seconds(&planner.speeds, threads), told.forecast.peak_bytes(&planner.speeds)))
 }
 
-/// Commands without a forecast.
-///
-/// # Errors
-/// Always: what can be forecast.
-pub(super) fn refuse() -> Result<Outcome> {
-    Err(Failure::usage(
-        "--dry-run: there is a forecast for dirty, beam, grid, clean, mem, selfcal, simulate, predict, corrupt, applycal, convert and study. Start this command without it. `run --check` prints the commands of a run, which can be asked one by one",
-    ))
+/// The refusal of a command without a forecast: what can be forecast.
+pub(super) fn without() -> Failure {
+    Failure::usage(
+        "--dry-run: there is a forecast for run, dirty, beam, grid, clean, mem, selfcal, simulate, predict, corrupt, applycal, convert, study, scene render, scene fly and film. Start this command without it",
+    )
 }

@@ -1,7 +1,7 @@
 //! The work of commands whose rows go block by block from one file into another.
 
 use super::{Planner, format_of};
-use crate::cli::failure::{Failure, Result, ensure};
+use crate::cli::failure::Result;
 use crate::cli::options::SetFiles;
 use crate::cost::Conversion;
 use crate::memory::MemoryBudget;
@@ -21,8 +21,7 @@ impl Passing {
     /// # Errors
     /// The file is wrong, or several processes are meant.
     pub(in crate::cli) fn of(input: &SetFiles, source: &dyn VisibilitySource, copied: bool, planner: &Planner<'_>) -> Result<Self> {
-        let alone = "--nodes: one process works on a set. Several sets can be worked on at the same time";
-        ensure!(planner.ranks == 1, Failure::usage(alone));
+        planner.alone("works on a set. Several sets can be worked on at the same time")?;
         let header = source.header().clone();
         let (channels, products, found) = (header.spectrum.n_chan(), header.polarizations.len(), source.n_rows());
         let rows = found as f64 * planner.stretch((found * channels) as f64)?;
@@ -30,7 +29,7 @@ impl Passing {
             rows,
             of_row: (channels * products) as f64,
             block_rows: rows_of_block(&header, MemoryBudget::default().block()) as f64,
-            format: format_of(input)?,
+            format: format_of(input, planner.context)?,
             copied,
         };
         let mut facts = Map::new();

@@ -166,8 +166,8 @@ fn describe(p: &MemProducts) -> String {
 impl Plan for MemCommandArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         self.check_used()?;
-        ensure!(self.terms.terms.is_none(), Failure::usage("--dry-run: no forecast of images from closures"));
-        no_range(&self.imaging, "no forecast of exact images of scenes near the array")?;
+        ensure!(self.terms.terms.is_none(), Failure::unforeseen("--dry-run: no forecast of images from closures"));
+        no_range(&self.imaging, "no forecast of exact images of scenes near the array").map_err(|e| Failure::unforeseen(e.to_string()))?;
         let input = self.input.files()?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
         let looked = planner.outlook(source.as_mut(), &self.imaging)?;
@@ -179,7 +179,7 @@ impl Plan for MemCommandArgs {
             judged: if alone { verdict::transform(source.header(), &looked, &self.imaging)? } else { None },
             twice: alone && self.hold_out.is_made(source.as_ref(), &outlook.grid, &self.imaging),
         };
-        let forecast = cost::entropy(outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
+        let forecast = cost::entropy(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
         Ok(Told { command: "mem", forecast, facts: facts(outlook) })
     }
 

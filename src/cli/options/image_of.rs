@@ -2,7 +2,7 @@
 
 use super::{ColumnArgs, OutputArgs, SetArgs, range_file, with_range};
 use crate::cli::context::Context;
-use crate::cli::failure::{Context as _, Result};
+use crate::cli::failure::{Context as _, Failure, Result};
 use crate::cli::forecast::{Planner, Told, facts, format_of};
 use crate::cost::{Forecast, InputFormat};
 use crate::imaging::{Imager, ImagingOptions, Outlook};
@@ -51,10 +51,10 @@ impl ImageOfArgs {
         work: impl Fn(&Outlook, InputFormat, usize) -> Forecast,
     ) -> Result<Told> {
         let input = self.input.files()?;
-        self.no_range("no forecast of exact images of scenes near the array")?;
+        self.no_range("no forecast of exact images of scenes near the array").map_err(|e| Failure::unforeseen(e.to_string()))?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
         let (outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
-        let forecast = work(&outlook, format_of(&input)?, planner.threads);
+        let forecast = work(&outlook, format_of(&input, planner.context)?, planner.threads);
         Ok(Told { command, forecast, facts: facts(&outlook) })
     }
 

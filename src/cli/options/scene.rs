@@ -2,14 +2,17 @@
 
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Failure, Result, ensure};
+use crate::cli::forecast::rendered;
+use crate::cost::Traced;
 use crate::simulate::{SceneOptions, SkyModel};
 use cittert_arrays::{BrightnessUnit, Image, PhaseCenter, Polarization, SkyFrame, SkyGrid, SpectralWindow, VisUnit};
-use cittert_phenomenology::Scene;
+use cittert_phenomenology::{RenderOptions, Scene, View};
 use clap::Args;
 use ndarray::Array4;
 use std::cell::RefCell;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// The scene, and the size of its pixels if the file does not give it.
 #[derive(Debug, Clone, Args)]
@@ -80,21 +83,52 @@ impl SceneArgs {
     /// # Errors
     /// A file that is no scene, or a missing size.
     pub fn render(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {
-        let path = &self.scene;
-        let scene = read_scene(path)?;
-        let natural = scene.natural_grid(self.how.scene_size).context(path.display())?;
-        let grid = match (self.how.scene_size, self.how.scene_cell, natural) {
-            (Some(size), Some(cell), _) => SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?,
-            (_, None, Some(grid)) => grid,
-            _ => {
-                return Err(Failure::usage(format!(
-                    "{}: a scene description needs --scene-size and --scene-cell (a scene with a camera of its own neither, or the size alone)",
-                    path.display()
-                )));
-            }
-        };
+        let scene = read_scene(&self.scene)?;
+        let grid = self.grid(&scene, center)?;
         let image = if self.how.scene_channels { scene.render_channels(&grid, spectrum) } else { scene.render(&grid, spectrum) };
-        image.context(path.display())
+        image.context(self.scene.display())
+    }
+
+    /// The grid on which a scene description is rendered.
+    fn grid(&self, scene: &Scene, center: &PhaseCenter) -> Result<SkyGrid> {
+        let path = &self.scene;
+        let natural = scene.natural_grid(self.how.scene_size).context(path.display())?;
+        match (self.how.scene_size, self.how.scene_cell, natural) {
+            (Some(size), Some(cell), _) => Ok(SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?),
+            (_, None, Some(grid)) => Ok(grid),
+            _ => Err(Failure::usage(format!(
+                "{}: a scene description needs --scene-size and --scene-cell (a scene with a camera of its own neither, or the size alone)",
+                path.display()
+            ))),
+        }
+    }
+
+    /// The scene as a forecast needs it, and what reading or rendering it takes. A scene of solids is rendered with few pixels, which then stand for all of its image.
+    ///
+    /// # Errors
+    /// As [`SceneArgs::load`].
+    pub fn foreseen(&self, center: &PhaseCenter, spectrum: &SpectralWindow, context: &Context) -> Result<(LoadedScene, Traced)> {
+        let started = Instant::now();
+        let scene = if matches!(kind(&self.scene)?, Kind::Toml) { Some(read_scene(&self.scene)?) } else { None };
+        let Some(scene @ Scene::Solids(solids)) = &scene else {
+            let loaded = self.load(center, spectrum, context)?;
+            let values: usize = loaded.sky.images.iter().map(|i| i.data.len()).sum();
+            let trace_s = started.elapsed().as_secs_f64();
+            return Ok((loaded, Traced { trace_s, bytes: (2 * values * size_of::<f64>()) as f64, ..Traced::default() }));
+        };
+        let grid = self.grid(scene, center)?;
+        let options = RenderOptions { per_channel: self.how.scene_channels, ..RenderOptions::default() };
+        let seen = || -> Result<_> {
+            let view = View::on_grid(solids.camera()?, &grid)?;
+            rendered(solids, &view, spectrum, &options, None)
+        };
+        let seen = seen().context(self.scene.display())?;
+        let work = Traced { setup_s: seen.setup_s, trace_s: seen.trace_s, bytes: seen.bytes, written: 0.0 };
+        let (data, small) = (seen.spread((grid.n_l, grid.n_m)), seen.image);
+        let (Some(data), Some(small)) = (data, small) else { return Err(Failure::message("a picture without an image")) };
+        let image = Image::new(grid, small.spectrum, small.polarizations, data, BrightnessUnit::Kelvin)?;
+        let name = solids.name().to_owned();
+        Ok((LoadedScene { sky: SkyModel::of_image(image), unit: VisUnit::KelvinSr, name }, work))
     }
 
     fn png(&self, center: &PhaseCenter, spectrum: &SpectralWindow) -> Result<Image> {

@@ -80,6 +80,9 @@ impl SetFiles {
     }
 
     fn whole(&self, column: VisColumn, context: &Context) -> Result<Box<dyn VisibilitySource>> {
+        if let Some(set) = self.one().and_then(|one| context.ahead.get(one)) {
+            return Ok(Box::new(set));
+        }
         Ok(match self.one() {
             Some(one) => cittert_formats::open_column(one, column)?,
             None => Box::new(self.joined(column, context)?),

@@ -5,6 +5,7 @@
 mod calibration;
 pub(super) mod command;
 mod config;
+mod forecast;
 pub(super) mod labels;
 mod page;
 pub(super) mod perform;

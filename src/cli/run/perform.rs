@@ -2,6 +2,7 @@
 
 use super::command::{Done, Step};
 use super::place;
+use crate::cli::ahead::Ahead;
 use crate::cli::console::Console;
 use crate::cli::context::Context;
 use crate::cli::failure::{Context as _, Result};
@@ -14,7 +15,7 @@ pub(in crate::cli) fn perform(step: Step, here: &str, shown: &str, context: &Con
     let command = step.shown(shown);
     let started = std::time::Instant::now();
     let (console, subcommands) = (Console::new(context.console.loudness), context.subcommands);
-    let inner = Context { command_line: command.clone(), console, subcommands };
+    let inner = Context { command_line: command.clone(), console, subcommands, ahead: Ahead::default() };
     let outcome = (subcommands.run)(&step.argv(here), &inner).map_err(|e| e.renamed(here, shown)).context(&command)?;
     if let Some(why) = outcome.failed {
         context.console.warn(&format!("{}: {why}", step.title));

@@ -1,14 +1,18 @@
 //! `scene fly`: frames of a moving camera in the real-time mode, and a film of them.
 
-use super::flight::FlightArgs;
+use super::flight::{FlightArgs, Flown};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
+use crate::cli::forecast::{Plan, Planner, Scratch, Told, measured};
 use crate::cli::options::OutputArgs;
+use crate::cost::{self, Filmed};
 use crate::display::Stages;
-use crate::progress::Observer;
+use crate::progress::{Observer, Silent};
 use crate::{ChainError, plot};
 use cittert_arrays::quantity::Temperature;
 use cittert_formats::atomic::{AtomicDir, Replaces};
+use cittert_phenomenology::Tracer;
+use cittert_phenomenology::camera::Camera;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -54,33 +58,7 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let cameras = flown.cameras()?;
     let folder = AtomicDir::create(&args.output, args.overwrite, Replaces::FilesOf("cittert scene fly"))?;
     let (tracer, base, flight) = (flown.tracer()?, &flown.base, &flown.flight);
-
-    // A frame has parts that one thread does, so two frames are made at once rather than one by two threads. The first one decides what is black and white.
-    let started = Instant::now();
-    let frame = |k: usize| {
-        flown.frame(&tracer, &cameras[k]).map_err(|e| ChainError::Other(format!("{}: frame {k}: {e}", path_file.display()).into()))
-    };
-    let first = frame(0).map_err(Failure::call)?;
-    let grey = GreyScale::new(first.temperature_k.iter().copied().collect(), args)?;
-    let (first, mut rays) = (Mutex::new(Some(first)), 0);
-    let stages = Stages {
-        see: |k: usize| {
-            let kept = if k == 0 { first.lock().unwrap_or_else(PoisonError::into_inner).take() } else { None };
-            let frame = kept.map_or_else(|| frame(k), Ok)?;
-            Ok((plot::grey(frame.temperature_k.view(), grey.black_k, grey.white_k)?, frame.rays))
-        },
-        measure: |_: usize, (png, of_frame): (Vec<u8>, usize)| {
-            rays += of_frame;
-            Ok(png)
-        },
-        show: |_: usize, png: Vec<u8>| Ok(png),
-        write: |k: usize, png: Vec<u8>| {
-            let path = folder.path().join(format!("frame-{k:05}.png"));
-            std::fs::write(&path, png).map_err(|e| ChainError::Other(format!("{}: {e}", path.display()).into()))
-        },
-    };
-    stages.run(cameras.len(), &context.console as &dyn Observer).map_err(Failure::call)?;
-    let seconds = started.elapsed().as_secs_f64();
+    let Shot { grey, rays, seconds } = shoot(args, (&flown, &tracer), &cameras, (folder.path(), &context.console))?;
     let film = !args.no_video && film(folder.path(), flight.frames_per_second, context);
     let rate = cameras.len() as f64 / seconds;
     let json = json!({
@@ -101,6 +79,94 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
         text += &format!("\n{}", args.output.join(FILM).display());
     }
     Ok(Outcome::new(json, text).wrote(&args.output))
+}
+
+/// The frames that were made.
+struct Shot {
+    grey: GreyScale,
+    rays: usize,
+    /// Time of all of them, s.
+    seconds: f64,
+}
+
+/// Make a frame for each camera, and write it into the folder.
+///
+/// # Errors
+/// A ray that leaves the tables, or an error of the file system.
+fn shoot(
+    args: &FlyArgs,
+    (flown, tracer): (&Flown, &Tracer<'_>),
+    cameras: &[Camera],
+    (folder, observer): (&Path, &dyn Observer),
+) -> Result<Shot> {
+    // A frame has parts that one thread does, so two frames are made at once rather than one by two threads. The first one decides what is black and white.
+    let started = Instant::now();
+    let frame = |k: usize| {
+        flown.frame(tracer, &cameras[k]).map_err(|e| ChainError::Other(format!("{}: frame {k}: {e}", args.flight.path.display()).into()))
+    };
+    let first = frame(0).map_err(Failure::call)?;
+    let grey = GreyScale::new(first.temperature_k.iter().copied().collect(), args)?;
+    let (first, mut rays) = (Mutex::new(Some(first)), 0);
+    let stages = Stages {
+        see: |k: usize| {
+            let kept = if k == 0 { first.lock().unwrap_or_else(PoisonError::into_inner).take() } else { None };
+            let frame = kept.map_or_else(|| frame(k), Ok)?;
+            Ok((plot::grey(frame.temperature_k.view(), grey.black_k, grey.white_k)?, frame.rays))
+        },
+        measure: |_: usize, (png, of_frame): (Vec<u8>, usize)| {
+            rays += of_frame;
+            Ok(png)
+        },
+        show: |_: usize, png: Vec<u8>| Ok(png),
+        write: |k: usize, png: Vec<u8>| {
+            let path = folder.join(format!("frame-{k:05}.png"));
+            std::fs::write(&path, png).map_err(|e| ChainError::Other(format!("{}: {e}", path.display()).into()))
+        },
+    };
+    stages.run(cameras.len(), observer).map_err(Failure::call)?;
+    Ok(Shot { grey, rays, seconds: started.elapsed().as_secs_f64() })
+}
+
+/// Frames that the forecast makes: three for each thread, which makes one at a time, and at least some.
+const ROUNDS: usize = 3;
+const LEAST: usize = 4;
+
+impl Plan for FlyArgs {
+    fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
+        planner.alone("makes the frames of a flight")?;
+        planner.no_visibilities("frames have none")?;
+        let scratch = Scratch::new()?;
+        let mut counts = (0, 0);
+        let done = measured(|| {
+            let (flight, path) = self.flight.read("scene fly")?;
+            let flown = self.flight.open(flight, &path, false, planner.context)?;
+            let all = flown.cameras()?;
+            let some = LEAST.max(ROUNDS * planner.threads).clamp(1, all.len().max(1));
+            let cameras: Vec<Camera> = (0..some).filter_map(|k| all.get(k * all.len() / some).cloned()).collect();
+            counts = (all.len(), cameras.len());
+            let shot = shoot(self, (&flown, &flown.tracer()?), &cameras, (scratch.path(), &Silent))?;
+            let started = Instant::now();
+            let _ = !self.no_video && film(scratch.path(), flown.flight.frames_per_second, planner.context);
+            Ok((shot.seconds, started.elapsed().as_secs_f64()))
+        })?;
+        let (part, (frames_s, video_s)) = (counts.0 as f64 / counts.1.max(1) as f64, done.result);
+        let written = std::fs::read_dir(scratch.path())?.filter_map(|file| Some(file.ok()?.metadata().ok()?.len() as f64)).sum::<f64>();
+        let work = Filmed {
+            setup_s: done.seconds - frames_s - video_s,
+            levels_s: 0.0,
+            frames_s: (frames_s + video_s) * part,
+            held_bytes: done.held_bytes,
+            output_bytes: written * part,
+        };
+        let mut forecast = cost::film(&work);
+        forecast.assumptions.push(format!("all frames take the time of {} that are spread over the flight, on this machine", counts.1));
+        let facts = [("frames", counts.0), ("sampled_frames", counts.1)].into_iter().map(|(name, n)| (name.to_owned(), n.into())).collect();
+        Ok(Told { command: "scene fly", forecast, facts })
+    }
+
+    fn output(&self) -> &Path {
+        &self.output
+    }
 }
 
 /// Temperatures that are drawn black and white.

@@ -8,6 +8,7 @@ mod delay;
 mod emissivity;
 mod flight;
 mod fly;
+mod forecast;
 mod image;
 mod list;
 mod material;

@@ -43,10 +43,7 @@ pub(super) fn run(
     if args.mode == Mode::Realtime {
         return job.realtime(spectrum);
     }
-    ensure!(
-        args.error_map.is_none(),
-        Failure::usage("--error-map compares the real-time mode with the full model; give it with --mode realtime")
-    );
+    check_full(args)?;
     let picture = job.full(spectrum).context(&named)?;
     let mut image = picture.temperature.clone();
     let mut outcome = job.write(&mut image)?;
@@ -61,8 +58,32 @@ pub(super) fn run(
     }
 }
 
+/// Refuse what only the real-time mode has.
+///
+/// # Errors
+/// Such an option.
+pub(super) fn check_full(args: &RenderArgs) -> Result<()> {
+    let only = "--error-map compares the real-time mode with the full model; give it with --mode realtime";
+    ensure!(args.error_map.is_none(), Failure::usage(only));
+    Ok(())
+}
+
+/// Refuse what only the full model has.
+///
+/// # Errors
+/// Such an option.
+pub(super) fn check_realtime(args: &RenderArgs, options: &RenderOptions) -> Result<()> {
+    let one = options.polarizations.len() == 1 && !options.per_channel && !args.asks_maps() && args.model_error.is_none();
+    let only = "--mode realtime renders one plane: give one --pol and one channel, and use --mode full for maps and drawings";
+    ensure!(one, Failure::usage(only));
+    Ok(())
+}
+
 /// The view on a grid of direction cosines where a cell is given, otherwise in the projection of the camera.
-fn view(args: &RenderArgs, scene: &SolidScene, center: &PhaseCenter) -> Result<View> {
+///
+/// # Errors
+/// A cell without a size, or a scene without a camera.
+pub(super) fn view(args: &RenderArgs, scene: &SolidScene, center: &PhaseCenter) -> Result<View> {
     let camera = scene.camera()?;
     Ok(match (args.scene_size, args.scene_cell) {
         (Some(size), Some(cell)) => View::on_grid(camera, &SkyGrid::new(size, size, cell.si(), SkyGrid::frame_of(center))?)?,
@@ -156,11 +177,7 @@ impl Job<'_> {
     /// Render one frame in the real-time mode, with its error map if the options select one.
     fn realtime(&self, spectrum: &SpectralWindow) -> Result<Outcome> {
         let (args, options, named) = (self.args, &self.options, self.args.scene.display());
-        if options.polarizations.len() != 1 || options.per_channel || args.asks_maps() || args.model_error.is_some() {
-            return Err(Failure::usage(
-                "--mode realtime renders one plane: give one --pol and one channel, and use --mode full for maps and drawings",
-            ));
-        }
+        check_realtime(args, options)?;
         let tracer = Tracer::new(&self.scene, &[spectrum.mean_hz()], options).context(&named)?;
         let started = Instant::now();
         let frame = tracer.frame(&self.view, &args.mesh.options(options.antialias > 1)).context(&named)?;

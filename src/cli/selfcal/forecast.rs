@@ -21,7 +21,7 @@ impl Plan for SelfcalArgs {
         self.rounds.check().map_err(Failure::call)?;
         no_range(&self.imaging, "self-calibration images by Fourier transforms")?;
         let extra = self.feed_terms.is_empty() && !self.pointing.pointing;
-        ensure!(extra, Failure::usage("--dry-run: no forecast of --solve and --pointing. Leave them out to see what the rounds take"));
+        ensure!(extra, Failure::unforeseen("--dry-run: no forecast of --solve and --pointing. Leave them out to see what the rounds take"));
         let input = self.input.files()?;
         let mut source = input.open(planner.context)?;
         check_solve(self, source.as_ref())?;
@@ -53,7 +53,7 @@ impl Plan for SelfcalArgs {
             solved: solved(self.solve.solint, source.as_mut(), outlook)?,
             stays: values * BYTES_PER_SAMPLE as f64 <= MemoryBudget::default().kept_visibilities() as f64,
         };
-        let mut forecast = cost::selfcal(outlook, (format_of(&input)?, planner.threads), &work, &planner.speeds);
+        let mut forecast = cost::selfcal(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
         if !others.is_empty() {
             let text = format!("{name} explains the held-out baselines, so that the other ways ({}) are not tried", others.join(", "));
             forecast.assumptions.push(text);
@@ -72,7 +72,7 @@ impl SelfcalArgs {
         match self.clean.algorithm {
             Algorithm::Clean(entry) => Ok((entry.name, Vec::new())),
             Algorithm::Auto if unit != VisUnit::KelvinSr => Ok((by_name("hogbom")?.name, vec![EXTENDED, Algorithm::Mem.name()])),
-            Algorithm::Auto | Algorithm::Mem => Err(Failure::usage(
+            Algorithm::Auto | Algorithm::Mem => Err(Failure::unforeseen(
                 "--dry-run: no forecast of a joint solution of image and gains, which comes first here. --deconvolver multiscale has one",
             )),
         }
