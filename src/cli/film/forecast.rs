@@ -4,16 +4,11 @@ use super::args::FilmArgs;
 use super::frames::with_reel;
 use super::refuse_mixed;
 use crate::cli::failure::{Failure, Result, ensure};
-use crate::cli::forecast::{Plan, Planner, Scratch, Told, measured};
+use crate::cli::forecast::{Plan, Planner, Scratch, Told, frames_to_make, measured};
 use crate::cost::{self, Filmed};
 use crate::progress::Silent;
 use serde_json::Map;
 use std::path::Path;
-
-/// Rounds of frames that are made: as many frames as there are threads are made at once.
-const ROUNDS: usize = 3;
-/// Frames that are made at least.
-const LEAST: usize = 4;
 
 impl Plan for FilmArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
@@ -30,7 +25,7 @@ impl Plan for FilmArgs {
         let done = measured(|| {
             with_reel(self, planner.context, |mut reel, _| {
                 let frames = reel.frames();
-                reel.thin(LEAST.max(ROUNDS * planner.threads).max(self.film.every));
+                reel.thin(frames_to_make(planner.threads).max(self.film.every));
                 let some = reel.frames();
                 sampled = (frames, some, reel.frames_of_levels(frames), reel.frames_of_levels(some));
                 reel.make(&file, &Silent)

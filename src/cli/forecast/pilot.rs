@@ -28,6 +28,11 @@ pub(in crate::cli) fn measured<T>(work: impl FnOnce() -> Result<T>) -> Result<Me
     Ok(Measured { result, seconds: started.elapsed().as_secs_f64(), held_bytes: Pilot::memory().1.saturating_sub(before) as f64 })
 }
 
+/// How many frames of a film stand for all of them: three for each thread, which makes one at a time, and at least four.
+pub(in crate::cli) fn frames_to_make(threads: usize) -> usize {
+    4.max(3 * threads)
+}
+
 /// A folder for files of a forecast, which is removed with them in the end.
 pub(in crate::cli) struct Scratch(AtomicDir);
 

@@ -3,7 +3,7 @@
 use super::flight::{FlightArgs, Flown};
 use crate::cli::context::{Context, Outcome};
 use crate::cli::failure::{Failure, Result};
-use crate::cli::forecast::{Plan, Planner, Scratch, Told, measured};
+use crate::cli::forecast::{Plan, Planner, Scratch, Told, frames_to_make, measured};
 use crate::cli::options::OutputArgs;
 use crate::cost::{self, Filmed};
 use crate::display::Stages;
@@ -59,7 +59,18 @@ pub(super) fn run(args: &FlyArgs, context: &Context) -> Result<Outcome> {
     let folder = AtomicDir::create(&args.output, args.overwrite, Replaces::FilesOf("cittert scene fly"))?;
     let (tracer, base, flight) = (flown.tracer()?, &flown.base, &flown.flight);
     let Shot { grey, rays, seconds } = shoot(args, (&flown, &tracer), &cameras, (folder.path(), &context.console))?;
-    let film = !args.no_video && film(folder.path(), flight.frames_per_second, context);
+    let film = !args.no_video
+        && match film(folder.path(), flight.frames_per_second) {
+            Ok(()) => true,
+            Err(NoFilm::Failed(why)) => {
+                context.console.warn(&format!("no film: ffmpeg failed: {why}"));
+                false
+            }
+            Err(NoFilm::Missing) => {
+                context.console.note("no film: ffmpeg is not installed; the frames are written");
+                false
+            }
+        };
     let rate = cameras.len() as f64 / seconds;
     let json = json!({
         "output": args.output, "frames": cameras.len(), "frames_per_second": rate, "seconds": seconds, "rays": rays,
@@ -127,10 +138,6 @@ fn shoot(
     Ok(Shot { grey, rays, seconds: started.elapsed().as_secs_f64() })
 }
 
-/// Frames that the forecast makes: three for each thread, which makes one at a time, and at least some.
-const ROUNDS: usize = 3;
-const LEAST: usize = 4;
-
 impl Plan for FlyArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         planner.alone("makes the frames of a flight")?;
@@ -141,12 +148,15 @@ impl Plan for FlyArgs {
             let (flight, path) = self.flight.read("scene fly")?;
             let flown = self.flight.open(flight, &path, false, planner.context)?;
             let all = flown.cameras()?;
-            let some = LEAST.max(ROUNDS * planner.threads).clamp(1, all.len().max(1));
+            let some = frames_to_make(planner.threads).clamp(1, all.len().max(1));
             let cameras: Vec<Camera> = (0..some).filter_map(|k| all.get(k * all.len() / some).cloned()).collect();
             counts = (all.len(), cameras.len());
             let shot = shoot(self, (&flown, &flown.tracer()?), &cameras, (scratch.path(), &Silent))?;
             let started = Instant::now();
-            let _ = !self.no_video && film(scratch.path(), flown.flight.frames_per_second, planner.context);
+            if !self.no_video {
+                // Without ffmpeg there is no film, which takes no time.
+                let _ = film(scratch.path(), flown.flight.frames_per_second);
+            }
             Ok((shot.seconds, started.elapsed().as_secs_f64()))
         })?;
         let (part, (frames_s, video_s)) = (counts.0 as f64 / counts.1.max(1) as f64, done.result);
@@ -192,8 +202,16 @@ impl GreyScale {
     }
 }
 
-/// Make a film of the frames in a folder. The result is `false` where ffmpeg is missing or fails, and a message says so.
-fn film(folder: &Path, frames_per_second: f64, context: &Context) -> bool {
+/// Why there is no film.
+enum NoFilm {
+    /// ffmpeg is not installed.
+    Missing,
+    /// What ffmpeg said.
+    Failed(String),
+}
+
+/// Make a film of the frames in a folder.
+fn film(folder: &Path, frames_per_second: f64) -> std::result::Result<(), NoFilm> {
     let done = Command::new("ffmpeg")
         .current_dir(folder)
         .args(["-hide_banner", "-loglevel", "error", "-framerate", &frames_per_second.to_string(), "-i", "frame-%05d.png"])
@@ -203,14 +221,8 @@ fn film(folder: &Path, frames_per_second: f64, context: &Context) -> bool {
         .stdout(Stdio::null())
         .output();
     match done {
-        Ok(said) if said.status.success() => true,
-        Ok(said) => {
-            context.console.warn(&format!("no film: ffmpeg failed: {}", String::from_utf8_lossy(&said.stderr).trim()));
-            false
-        }
-        Err(_) => {
-            context.console.note("no film: ffmpeg is not installed; the frames are written");
-            false
-        }
+        Ok(said) if said.status.success() => Ok(()),
+        Ok(said) => Err(NoFilm::Failed(String::from_utf8_lossy(&said.stderr).trim().to_owned())),
+        Err(_) => Err(NoFilm::Missing),
     }
 }
