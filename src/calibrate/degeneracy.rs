@@ -174,30 +174,83 @@ const FAR_TURNS: i32 = 48;
 /// Antennas that the second search needs. Twelve random phases reach a mean of 0.9 at one of its slopes in about one case of a hundred.
 const FEWEST_FAR: usize = 12;
 
-/// The slope of the largest coherent sum, in steps of a quarter turn over the aperture up to `turns`; `None` without antennas.
-fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], turns: i32) -> Option<[f64; 2]> {
-    let trials = |k: usize| -> Vec<(f64, Vec<Complex64>)> {
+/// Slopes along y that are tried at the same time.
+const ABREAST: usize = 4;
+
+/// Turns of the antennas by the slopes of one sign along y: the real and the imaginary parts of each antenna for `ABREAST` slopes that follow each other.
+type Turns = Vec<[[f64; ABREAST]; 2]>;
+
+/// Antennas that are summed before a sum is given up that can no longer become large enough.
+const AT_ONCE: usize = 8;
+
+/// The slope of the largest coherent sum, in steps of a quarter turn over the aperture up to `turns`; `None` where no sum reaches `least`.
+fn steepest(residual: &[Complex64], place_m: &[[f64; 2]], (turns, least): (i32, f64)) -> Option<[f64; 2]> {
+    let step = [0, 1].map(|k| {
         let (low, high) = place_m.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
-        let step = if high > low { TAU / 4.0 / (high - low) } else { 0.0 };
-        let slopes = (-4 * turns..=4 * turns).map(|i| f64::from(i) * step);
-        slopes.map(|s| (s, place_m.iter().map(|p| Complex64::from_polar(1.0, -s * p[k])).collect())).collect()
-    };
-    let (along_x, along_y) = (trials(0), trials(1));
-    let of_x = |(_, turn_x): &(f64, Vec<Complex64>)| -> Vec<f64> {
-        let turned: Vec<Complex64> = residual.iter().zip(turn_x).map(|(z, t)| z * t).collect();
-        along_y.iter().map(|(_, turn_y)| turned.iter().zip(turn_y).map(|(z, t)| z * t).sum::<Complex64>().norm_sqr().sqrt()).collect()
-    };
-    let sums: Vec<Vec<f64>> = along_x.par_iter().map(of_x).collect();
-    let mut best = None;
-    let mut largest = -1.0;
-    for ((x, _), sums) in along_x.iter().zip(&sums) {
-        for ((y, _), sum) in along_y.iter().zip(sums) {
-            if *sum > largest * (1.0 + 1e-12) {
-                (largest, best) = (*sum, Some([*x, *y]));
+        if high > low { TAU / 4.0 / (high - low) } else { 0.0 }
+    });
+    let most = 4 * turns;
+    let along_y: Vec<Turns> = (0..=most as usize)
+        .step_by(ABREAST)
+        .map(|first| {
+            let of = |p: &[f64; 2]| {
+                let turn: [Complex64; ABREAST] =
+                    std::array::from_fn(|j| Complex64::from_polar(1.0, -((first + j) as f64) * step[1] * p[1]));
+                [turn.map(|t| t.re), turn.map(|t| t.im)]
+            };
+            place_m.iter().map(of).collect()
+        })
+        .collect();
+    // The largest sum of the slopes with this index along x, and its index along y.
+    let of_x = |i: i32| -> (f64, i32) {
+        let slope = f64::from(i) * step[0];
+        let turned: Vec<Complex64> = residual.iter().zip(place_m).map(|(z, p)| z * Complex64::from_polar(1.0, -slope * p[0])).collect();
+        let mut sums = vec![-1.0; 2 * most as usize + 1];
+        for (block, turns) in along_y.iter().enumerate() {
+            let Some(both) = coherent(&turned, turns, least) else { continue };
+            for (j, [up, down]) in (block * ABREAST..=most as usize).zip(both) {
+                (sums[most as usize + j], sums[most as usize - j]) = (up, down);
             }
         }
+        (-most..).zip(sums).fold((-1.0, 0), |best, (j, sum)| if sum > best.0 * (1.0 + 1e-12) { (sum, j) } else { best })
+    };
+    let best: Vec<(f64, i32)> = (-most..=most).into_par_iter().map(of_x).collect();
+    let mut slope = None;
+    let mut largest = -1.0;
+    for (i, (sum, j)) in (-most..).zip(best) {
+        if sum > largest * (1.0 + 1e-12) {
+            (largest, slope) = (sum, Some([f64::from(i) * step[0], f64::from(j) * step[1]]));
+        }
     }
-    best
+    slope
+}
+
+/// Moduli of the sums of turned gains over slopes along y, and over the opposite slopes; `None` where none can reach `least`. The opposite turn is the
+/// conjugate one, so that both sums have the same four products.
+fn coherent(turned: &[Complex64], turns: &Turns, least: f64) -> Option<[[f64; 2]; ABREAST]> {
+    let mut sums = [[0.0; ABREAST]; 4];
+    let mut squares = [[0.0; 2]; ABREAST];
+    let mut left = turned.len();
+    for (turned, turns) in turned.chunks(AT_ONCE).zip(turns.chunks(AT_ONCE)) {
+        for (z, [re, im]) in turned.iter().zip(turns) {
+            for j in 0..ABREAST {
+                sums[0][j] += z.re * re[j];
+                sums[1][j] += z.im * im[j];
+                sums[2][j] += z.im * re[j];
+                sums[3][j] += z.re * im[j];
+            }
+        }
+        let [rr, ii, ir, ri] = sums;
+        let square = |re: f64, im: f64| re * re + im * im;
+        squares = std::array::from_fn(|j| [square(rr[j] - ii[j], ir[j] + ri[j]), square(rr[j] + ii[j], ir[j] - ri[j])]);
+        // Each of the other antennas adds 1 at most.
+        left -= turned.len();
+        let needed = least - left as f64;
+        if needed > 0.0 && squares.as_flattened().iter().all(|s| *s < needed * needed) {
+            return None;
+        }
+    }
+    Some(squares.map(|both| both.map(f64::sqrt)))
 }
 
 /// Remove the best phase gradient from complex numbers of modulus 1, and return it in rad/m. `guess` is tried before the search.
@@ -206,10 +259,12 @@ fn remove_gradient(residual: &mut Vec<Complex64>, place_m: &[[f64; 2]], guess: [
     let coherence = |slope: [f64; 2]| tilted(residual, place_m, slope).iter().sum::<Complex64>().norm() / n;
     let mut slope = guess;
     if coherence(slope) < COHERENT {
-        slope = steepest(residual, place_m, NEAR_TURNS).filter(|s| coherence(*s) > coherence(guess) * (1.0 + 1e-12)).unwrap_or(guess);
+        slope =
+            steepest(residual, place_m, (NEAR_TURNS, 0.0)).filter(|s| coherence(*s) > coherence(guess) * (1.0 + 1e-12)).unwrap_or(guess);
         // A strong error can move the image by many beams. Among so many slopes a few antennas agree by chance with one of them.
         if coherence(slope) < COHERENT && residual.len() >= FEWEST_FAR {
-            slope = steepest(residual, place_m, FAR_TURNS).filter(|s| coherence(*s) > COHERENT).unwrap_or(slope);
+            let least = COHERENT * n * (1.0 - 1e-9);
+            slope = steepest(residual, place_m, (FAR_TURNS, least)).filter(|s| coherence(*s) > COHERENT).unwrap_or(slope);
         }
     }
     for _ in 0..20 {
