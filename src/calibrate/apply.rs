@@ -10,7 +10,7 @@ use crate::memory::MemoryBudget;
 use crate::progress::{Event, Observer};
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, SpectralWindow, VisibilityBlock, VisibilityHeader, VisibilitySink, VisibilitySource, for_each_block};
-use ndarray::{ArrayViewMut2, Axis, Slice};
+use ndarray::{Array3, Axis, Slice};
 use num_complex::{Complex, Complex32, Complex64};
 use rayon::prelude::*;
 
@@ -141,6 +141,10 @@ impl<'a> GainApplier<'a> {
                 self.feeds.len()
             )));
         }
+        // The values of a row are worked on as slices.
+        in_order(&mut block.vis);
+        in_order(&mut block.weights);
+        in_order(&mut block.flags);
         let mut counts = ApplyCounts::default();
         let mut first = 0;
         while first < block.n_rows() {
@@ -163,9 +167,13 @@ impl<'a> GainApplier<'a> {
             let mut flags = block.flags.slice_axis_mut(Axis(0), part);
             let data = vis.axis_iter_mut(Axis(0)).into_par_iter().zip(weights.axis_iter_mut(Axis(0))).zip(flags.axis_iter_mut(Axis(0)));
             let done = data.zip(&batch.rows).map_init(Vec::new, |factors, (((vis, weights), flags), row)| {
-                self.apply_to_row((row.antennas, &batch.times[row.time]), factors, (vis, weights, flags))
+                let slices = (vis.into_slice(), weights.into_slice(), flags.into_slice());
+                let (Some(vis), Some(weights), Some(flags)) = slices else {
+                    return Err(ChainError::Internal("a row whose values are not in one piece".into()));
+                };
+                Ok(self.apply_to_row((row.antennas, &batch.times[row.time]), factors, (vis, weights, flags)))
             });
-            counts = counts.plus(done.reduce(ApplyCounts::default, ApplyCounts::plus));
+            counts = counts.plus(done.try_reduce(ApplyCounts::default, |a, b| Ok(a.plus(b)))?);
             if self.options.direction == Direction::Calibrate {
                 counts.flagged += leak(block);
             }
@@ -205,7 +213,7 @@ impl<'a> GainApplier<'a> {
         &self,
         (antennas, gains): ([usize; 2], &[Option<Complex64>]),
         factors: &mut Vec<Option<(Complex64, f64)>>,
-        (mut vis, mut weights, mut flags): (ArrayViewMut2<'_, Complex32>, ArrayViewMut2<'_, f32>, ArrayViewMut2<'_, bool>),
+        (vis, weights, flags): (&mut [Complex32], &mut [f32], &mut [bool]),
     ) -> ApplyCounts {
         let (_, _, n_chan, n_feed) = self.table.gains.dim();
         let gain = |ant: usize, from: usize, feed: usize| gains[(ant * n_chan + from) * n_feed + feed];
@@ -216,24 +224,25 @@ impl<'a> GainApplier<'a> {
         };
         let mut counts = ApplyCounts::default();
         let mut of = None;
-        for (chan, from) in self.channel.iter().enumerate() {
+        let n_pol = self.feeds.len().max(1);
+        let channels = vis.chunks_exact_mut(n_pol).zip(weights.chunks_exact_mut(n_pol)).zip(flags.chunks_exact_mut(n_pol));
+        for (((vis, weights), flags), from) in channels.zip(&self.channel) {
             if of != Some(*from) {
                 factors.clear();
                 factors.extend(self.feeds.iter().map(|feeds| factor(*from, *feeds)));
                 of = Some(*from);
             }
-            for (pol, factor) in factors.iter().enumerate() {
-                let at = (chan, pol);
+            for (((v, w), flag), factor) in vis.iter_mut().zip(weights).zip(flags).zip(&*factors) {
                 let Some((factor, squared)) = factor else {
                     if self.options.flag_unsolved {
-                        flags[at] = true;
+                        *flag = true;
                         counts.flagged += 1;
                     }
                     continue;
                 };
-                let new = Complex64::new(f64::from(vis[at].re), f64::from(vis[at].im)) * factor;
-                vis[at] = Complex::new(new.re as f32, new.im as f32);
-                weights[at] = (f64::from(weights[at]) / squared) as f32;
+                let new = Complex64::new(f64::from(v.re), f64::from(v.im)) * factor;
+                *v = Complex::new(new.re as f32, new.im as f32);
+                *w = (f64::from(*w) / squared) as f32;
                 counts.applied += 1;
             }
         }
@@ -274,6 +283,13 @@ impl<'a> GainApplier<'a> {
             }
             (one, other) => one.or(other).map(|(_, g)| g),
         }
+    }
+}
+
+/// Bring the values of an array into the order \[blt, chan, pol\], if they are in another one.
+fn in_order<T: Clone>(values: &mut Array3<T>) {
+    if !values.is_standard_layout() {
+        *values = values.as_standard_layout().into_owned();
     }
 }
 

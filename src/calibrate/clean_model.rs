@@ -1,7 +1,7 @@
 //! CLEAN as the model maker of self-calibration: any deconvolver of the table, inside its major cycles.
 
-use super::model::{ModelVisibilities, sees_unpolarized};
-use super::predicted::{Left, Predicted, Unpolarized};
+use super::model::ModelVisibilities;
+use super::predicted::{Left, Predicted, Unpolarized, of_products};
 use super::rounds::{ModelMaker, ModelMetrics, RoundPlan};
 use super::selfcal_tuning::SelfcalTuning;
 use crate::deconvolve::EXTENDED;
@@ -204,28 +204,42 @@ impl ModelMaker for CleanMaker {
         }
     }
 }
-impl ModelVisibilities for CleanMaker {
-    fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
+impl CleanMaker {
+    /// Give `use_it` the unpolarised model of some rows \[row, chan\]. It is made where it is not known, and kept for the next image.
+    fn with_one<R>(
+        &mut self,
+        (header, first_row, coverage): (&VisibilityHeader, usize, &UvCoverage),
+        use_it: impl FnOnce(ArrayView2<'_, Complex<f32>>) -> R,
+    ) -> Result<R> {
         let Some(state) = &mut self.now else {
             return Err(ChainError::NoData("there is no model yet: make an image first".into()));
         };
-        let made = match self.predicted.of(first_row, coverage.uvw_m.view()) {
-            Some(_) => None,
-            None => Some(state.one(header, coverage)?),
-        };
-        if let Some(one) = &made {
-            self.predicted.keep(first_row, coverage.uvw_m.view(), one);
+        let places = coverage.uvw_m.view();
+        if let Some(known) = self.predicted.of(first_row, places) {
+            return Ok(use_it(known));
         }
-        let one = made.as_ref().map(|one| one.view()).or_else(|| self.predicted.of(first_row, coverage.uvw_m.view()));
-        let one = one.ok_or_else(|| ChainError::Internal("a prediction that is not kept".into()))?;
-        let seen: Vec<bool> = header.polarizations.iter().map(|pol| sees_unpolarized(*pol)).collect();
-        let mut vis = Array3::zeros(header.shape(coverage.n_rows()));
-        vis.axis_iter_mut(Axis(0)).into_par_iter().zip(one.axis_iter(Axis(0))).for_each(|(mut row, one)| {
-            for (mut products, one) in row.rows_mut().into_iter().zip(one) {
-                products.iter_mut().zip(&seen).filter(|(_, seen)| **seen).for_each(|(v, _)| *v = *one);
-            }
-        });
-        Ok(vis)
+        let made = state.one(header, coverage)?;
+        if let Some(not_kept) = self.predicted.keep(first_row, places, made) {
+            return Ok(use_it(not_kept.view()));
+        }
+        let kept = self.predicted.of(first_row, places);
+        kept.map(use_it).ok_or_else(|| ChainError::Internal("a prediction that is not kept".into()))
+    }
+}
+
+impl ModelVisibilities for CleanMaker {
+    fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
+        self.with_one((header, first_row, coverage), |one| of_products(one, header))
+    }
+
+    fn predict_some(
+        &mut self,
+        header: &VisibilityHeader,
+        (first_row, coverage): (usize, &UvCoverage),
+        rows: &[usize],
+    ) -> Result<Array3<Complex<f32>>> {
+        // The next image needs the model of all rows.
+        self.with_one((header, first_row, coverage), |one| of_products(one.select(Axis(0), rows).view(), header))
     }
 }
 
@@ -244,12 +258,12 @@ impl Unpolarized for State {
         // Rows whose u, v, w are not finite have no model. They are predicted at the origin and then set to NaN.
         let lost: Vec<usize> =
             (0..coverage.n_rows()).into_par_iter().filter(|r| coverage.uvw_m.row(*r).iter().any(|x| !x.is_finite())).collect();
-        let mut uvw_m = coverage.uvw_m.clone();
-        lost.iter().for_each(|r| uvw_m.row_mut(*r).fill(0.0));
-        let mut one = Array2::zeros((coverage.n_rows(), n_chan));
+        let mut uvw_m = std::borrow::Cow::Borrowed(&coverage.uvw_m);
+        lost.iter().for_each(|r| uvw_m.to_mut().row_mut(*r).fill(0.0));
+        let mut one = cleared((coverage.n_rows(), n_chan));
         match &*self.predictors {
-            Predictors::Single(p) => fill(p, &self.channels, uvw_m.view(), &mut one)?,
-            Predictors::Double(p) => fill(p, &self.channels, uvw_m.view(), &mut one)?,
+            Predictors::Single(p) => fill(p, &self.channels, uvw_m.view(), &mut one, |v| v)?,
+            Predictors::Double(p) => fill(p, &self.channels, uvw_m.view(), &mut one, |v| Complex::new(v.re as f32, v.im as f32))?,
         }
         lost.iter().for_each(|r| one.row_mut(*r).fill(Complex::new(f32::NAN, f32::NAN)));
         Ok(one)
@@ -299,17 +313,23 @@ fn flux(model: &Image, channel: usize) -> Array2<f64> {
     })
 }
 
+/// Write the prediction of each output channel into its channels, each value changed by `convert`.
 fn fill<T: Real>(
     predictors: &[Degridder<T>],
     channels: &[Range<usize>],
     uvw_m: ArrayView2<'_, f64>,
     out: &mut Array2<Complex<f32>>,
+    convert: impl Fn(Complex<T>) -> Complex<f32> + Sync,
 ) -> Result<()> {
     for (predictor, range) in predictors.iter().zip(channels) {
-        let mut part = Array2::from_elem((uvw_m.nrows(), range.len()), Complex::new(T::default(), T::default()));
-        predictor.predict(uvw_m, part.view_mut())?;
-        let mut to = out.slice_mut(s![.., range.clone()]);
-        ndarray::Zip::from(&mut to).and(&part).for_each(|o, v| *o = Complex::new(v.re.to64() as f32, v.im.to64() as f32));
+        predictor.predict_as(uvw_m, out.slice_mut(s![.., range.clone()]), &convert)?;
     }
     Ok(())
+}
+
+/// An array of zeros that all threads clear, because the first touch of new memory takes longer than what is written into it.
+fn cleared((rows, columns): (usize, usize)) -> Array2<Complex<f32>> {
+    let mut values = Vec::with_capacity(rows * columns);
+    values.par_extend(rayon::iter::repeat_n(Complex::default(), rows * columns));
+    Array2::from_shape_vec((rows, columns), values).unwrap_or_default()
 }

@@ -55,6 +55,14 @@ fn half_a_radian_of_phase_is_calibrated_away() {
     // Six parallel-hand samples a baseline: sigma/S sqrt(N - 1)/N / sqrt(6) is 0.005 rad, and a little more for the model.
     assert!(c.rms_phase_rad < 0.01, "{c:?}");
     assert!(m.products().unwrap().components.len() > 2);
+    // Some rows are predicted as they are among all, from kept predictions and from new ones.
+    let (header, coverage) = (data.header().clone(), data.read_coverage(0..40).unwrap());
+    let all = m.predict(&header, 0, &coverage).unwrap();
+    let some = [3, 4, 17, 39];
+    assert_eq!(m.predict_some(&header, (0, &coverage), &some).unwrap(), all.select(Axis(0), &some));
+    let later = data.read_coverage(7..40).unwrap();
+    assert_eq!(m.predict_some(&header, (7, &later), &[0, 32]).unwrap(), all.select(Axis(0), &[7, 39]));
+    assert_eq!(m.predict_some(&header, (0, &coverage), &[]).unwrap().dim(), (0, 3, 3));
 }
 
 #[test]

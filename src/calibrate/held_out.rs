@@ -14,7 +14,7 @@ use crate::memory::MemoryBudget;
 use crate::random::stream;
 use crate::{ChainError, Result};
 use cittert_arrays::{GainTable, Ranks, UvCoverage, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
-use ndarray::{Array3, Axis};
+use ndarray::{ArrayView3, Axis};
 use num_complex::{Complex32, Complex64};
 use rand::seq::SliceRandom;
 use rayon::prelude::*;
@@ -258,9 +258,9 @@ impl Prediction {
         let applier = gains.map(|g| GainApplier::new(g, &header, corrupt)).transpose()?;
         let mut units = Units::new();
         let seen: Vec<bool> = header.polarizations.iter().map(|pol| super::model::sees_unpolarized(*pol)).collect();
-        let of_part = |block: &VisibilityBlock, clean: &Array3<Complex32>, rows: &[usize]| -> Result<Units> {
-            let (block, clean) = (of_rows(block, rows)?, clean.select(Axis(0), rows));
-            let mut predicted = VisibilityBlock { vis: clean.clone(), ..block.clone() };
+        let of_part = |block: &VisibilityBlock, clean: ArrayView3<'_, Complex32>, rows: &[usize]| -> Result<Units> {
+            let block = of_rows(block, rows)?;
+            let mut predicted = VisibilityBlock { vis: clean.to_owned(), ..block.clone() };
             if let Some(applier) = &applier {
                 applier.apply(&mut predicted)?;
             }
@@ -284,8 +284,9 @@ impl Prediction {
         };
         let own = for_each_block(data, MemoryBudget::default().block(), |first, block| -> Result<()> {
             let rows = held.rows_of(&block.coverage);
-            let clean = model.predict(&header, first, &block.coverage)?;
-            let parts: Vec<Result<Units>> = rows.par_chunks(PART).map(|rows| of_part(&block, &clean, rows)).collect();
+            let clean = model.predict_some(&header, (first, &block.coverage), &rows)?;
+            let parts = rows.par_chunks(PART).zip(clean.axis_chunks_iter(Axis(0), PART).into_par_iter());
+            let parts: Vec<Result<Units>> = parts.map(|(rows, clean)| of_part(&block, clean, rows)).collect();
             for part in parts {
                 for (unit, more) in part? {
                     let sums = units.entry(unit).or_default();

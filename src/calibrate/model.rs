@@ -14,6 +14,19 @@ pub trait ModelVisibilities {
     /// The model cannot be evaluated there.
     fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>>;
 
+    /// Visibilities of some rows only: `rows` count within the rows that [`ModelVisibilities::predict`] would predict.
+    ///
+    /// # Errors
+    /// As [`ModelVisibilities::predict`].
+    fn predict_some(
+        &mut self,
+        header: &VisibilityHeader,
+        (first_row, coverage): (usize, &UvCoverage),
+        rows: &[usize],
+    ) -> Result<Array3<Complex<f32>>> {
+        Ok(self.predict(header, first_row, coverage)?.select(ndarray::Axis(0), rows))
+    }
+
     /// Visibilities of several runs of rows, each with the index of its first row. A model that need not know these indices may take all together.
     ///
     /// # Errors

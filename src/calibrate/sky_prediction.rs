@@ -83,6 +83,9 @@ impl ModelVisibilities for SkyPrediction<'_> {
         let mut all = (*first).clone();
         others.iter().try_for_each(|(_, coverage)| all.append(coverage))?;
         let all = self.of_rows(*first_row, all)?;
+        if others.is_empty() {
+            return Ok(vec![all]);
+        }
         let mut end = 0;
         let of_run = |(_, coverage): &(usize, &UvCoverage)| {
             let from = end;

@@ -63,8 +63,18 @@ impl<T: Real> Degridder<T> {
     /// # Errors
     /// The shapes differ, or a uvw is not finite or lies outside the extent that was given to the constructor.
     pub fn predict(&self, uvw_m: ArrayView2<'_, f64>, out: ArrayViewMut2<'_, Complex<T>>) -> Result<()> {
+        self.predict_as(uvw_m, out, |v| v)
+    }
+
+    /// The same, with each value changed by `convert`.
+    pub(crate) fn predict_as<O: Send>(
+        &self,
+        uvw_m: ArrayView2<'_, f64>,
+        out: ArrayViewMut2<'_, O>,
+        convert: impl Fn(Complex<T>) -> O + Sync,
+    ) -> Result<()> {
         self.plan.check_rows(uvw_m, out.dim())?;
-        self.predict_sorted(&SortedRows::new(&self.plan, uvw_m)?, out, |v| v)
+        self.predict_sorted(&SortedRows::new(&self.plan, uvw_m)?, out, convert)
     }
 
     /// Write the visibilities of sorted rows into `out` \[row, chan\], each changed by `convert`.

@@ -8,6 +8,8 @@ use crate::memory::MemoryBudget;
 use crate::progress::Observer;
 use crate::values::need;
 use cittert_arrays::{Polarization, Ranks, VisibilityBlock, VisibilityHeader, VisibilitySource, for_each_block};
+use ndarray::Axis;
+use rayon::prelude::*;
 
 /// Where the noise of the data is known from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -54,6 +56,9 @@ pub struct HandsNoise {
     pub weights_are_counts: bool,
 }
 
+/// Rows that one thread sums.
+const ROWS: usize = 256;
+
 /// Sums over the differences of two parallel hands, RR - LL or XX - YY, block by block.
 #[derive(Debug, Clone, Copy)]
 pub struct HandsSum {
@@ -74,16 +79,32 @@ impl HandsSum {
 
     /// Add the rows of a block.
     pub fn add(&mut self, block: &VisibilityBlock) {
-        self.counts &= block.weights.iter().zip(&block.nsamples).zip(&block.flags).all(|((w, n), f)| *f || w == n);
+        let empty = Self { sum: 0.0, count: 0, counts: true, ..*self };
+        let starts: Vec<usize> = (0..block.n_rows()).step_by(ROWS).collect();
+        let of_rows = |first: &usize| {
+            let mut sums = empty;
+            (*first..(first + ROWS).min(block.n_rows())).for_each(|row| sums.add_row(block, row));
+            sums
+        };
+        // The sums of all parts are added in their order, so that they do not depend on the number of threads.
+        let parts: Vec<Self> = starts.par_iter().map(of_rows).collect();
+        parts.iter().for_each(|part| self.include(part));
+    }
+
+    fn add_row(&mut self, block: &VisibilityBlock, row: usize) {
+        let (vis, weights) = (block.vis.index_axis(Axis(0), row), block.weights.index_axis(Axis(0), row));
+        let (flags, nsamples) = (block.flags.index_axis(Axis(0), row), block.nsamples.index_axis(Axis(0), row));
+        self.counts &= weights.iter().zip(nsamples).zip(flags).all(|((w, n), f)| *f || w == n);
         let Some((a, b)) = self.hands else { return };
-        let (ant1, ant2) = (&block.coverage.ant1, &block.coverage.ant2);
         // In an autocorrelation the two hands differ by the noise temperatures of their receivers.
-        for ((r, c, p), va) in block.vis.indexed_iter().filter(|((r, _, p), _)| *p == a && ant1[*r] != ant2[*r]) {
-            let other = (r, c, b);
-            let (wa, wb) = (f64::from(block.weights[(r, c, p)]), f64::from(block.weights[other]));
+        if block.coverage.ant1[row] == block.coverage.ant2[row] {
+            return;
+        }
+        for ((vis, weights), flags) in vis.rows().into_iter().zip(weights.rows()).zip(flags.rows()) {
+            let (wa, wb) = (f64::from(weights[a]), f64::from(weights[b]));
             let good = wa > 0.0 && wb > 0.0 && wa.is_finite() && wb.is_finite();
-            let d = f64::from((va - block.vis[other]).norm_sqr());
-            if good && d.is_finite() && !block.flags[(r, c, p)] && !block.flags[other] {
+            let d = f64::from((vis[a] - vis[b]).norm_sqr());
+            if good && d.is_finite() && !flags[a] && !flags[b] {
                 self.sum += d / (2.0 * (1.0 / wa + 1.0 / wb));
                 self.count += 1;
             }

@@ -82,6 +82,10 @@ impl ModelVisibilities for KeepingMaker<'_> {
     fn predict(&mut self, header: &VisibilityHeader, first_row: usize, coverage: &UvCoverage) -> Result<Array3<Complex<f32>>> {
         self.inner.predict(header, first_row, coverage)
     }
+
+    fn predict_some(&mut self, header: &VisibilityHeader, place: (usize, &UvCoverage), rows: &[usize]) -> Result<Array3<Complex<f32>>> {
+        self.inner.predict_some(header, place, rows)
+    }
 }
 
 impl ModelMaker for KeepingMaker<'_> {
