@@ -16,7 +16,7 @@ use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_pha
 use crate::cost::{self, CleanWork};
 use crate::deconvolve::{CleanOptions, EXTENDED, chosen_scales};
 use crate::imaging::major::CleanComponent;
-use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, Outlook, clean, clean_once, pattern_image};
+use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, Outlook, clean_once, pattern_image};
 use crate::progress::{Quiet, Silent};
 use crate::verdict::{ImageFacts, Levels};
 use cittert_arrays::{BrightnessUnit, Image, SkyGrid, VisUnit, VisibilitySource};
@@ -180,7 +180,8 @@ fn save(
     let options = loaded(&args.clean, &grid)?;
     let quiet = Quiet(&context.console);
     let again = |data: &mut dyn VisibilitySource, imaging: &ImagingOptions| {
-        Ok(clean(&mut Imager::new(data, imaging.clone(), &quiet)?, &options, &quiet)?.model)
+        let mut imager = Imager::new(data, imaging.clone(), &quiet)?;
+        clean_once(&mut imager, &options, &quiet)?.into_model(&imager)
     };
     let check = args.hold_out.judge(data, (&grid, imaging), &mut judged, &again, context)?;
     let mut json = statistics(&report, args, (args.clean.entry()?.name, restored.unit, &grid));

@@ -105,7 +105,7 @@ impl Chunk {
     }
 
     pub(crate) fn segments(&self, chunk: usize, keys: &[u64]) -> Vec<Segment> {
-        let mut out = Vec::new();
+        let mut out = Vec::with_capacity(keys.chunk_by(|a, b| a == b).count());
         let mut first = 0;
         for same in keys.chunk_by(|a, b| a == b) {
             let runs = first..first + same.len();

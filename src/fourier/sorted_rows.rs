@@ -30,7 +30,10 @@ impl SortedRows {
         let made = ranges.into_par_iter().map(|range| Chunk::new(plan, uvw_m, range)).collect::<Result<Vec<_>>>()?;
         let (chunks, keys): (Vec<Chunk>, Vec<Vec<u64>>) = made.into_iter().unzip();
         let each = chunks.par_iter().zip(&keys).enumerate();
-        let mut segments: Vec<Segment> = each.flat_map_iter(|(i, (c, k))| c.segments(i, k)).collect();
+        let lists: Vec<Vec<Segment>> = each.map(|(i, (c, k))| c.segments(i, k)).collect();
+        drop(keys);
+        let mut segments = lists.concat();
+        drop(lists);
         segments.par_sort_unstable_by_key(|s| (s.key, s.chunk));
         let colours = units(plan, segments, &chunks);
         Ok(Self { plan: plan.id, chunks, colours })

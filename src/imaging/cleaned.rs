@@ -119,6 +119,15 @@ pub(crate) struct CleanReport {
 }
 
 impl Cleaned {
+    /// Only the model: the other images are not made.
+    ///
+    /// # Errors
+    /// A model that does not fit the grid.
+    pub(crate) fn into_model(self, imager: &Imager<'_>) -> Result<Image> {
+        let beams: Vec<RestoringBeam> = self.channels.iter().map(|c| c.beam).collect();
+        imager.image(self.channels.into_iter().map(|c| c.model).collect(), Kind::Model, &beams)
+    }
+
     /// Make the images one after the other, and hand each to `take`: beam, dirty image, restored image, residual. The planes of an image are
     /// dropped with it. The model is returned.
     ///

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::fourier::{Degridder, GridOptions, UvwExtent};
 use cittert_arrays::{SPEED_OF_LIGHT_M_S, SkyGrid};
 use ndarray::{Array2, ArrayView2};
-use num_complex::{Complex, Complex64};
+use num_complex::Complex64;
 
 /// One plane with its degridder. A new degridder is made if rows lie outside the uvw range of the present one.
 pub(crate) struct DegridPlane {
@@ -68,18 +68,11 @@ impl DegridPlane {
             _ => self.make(extent)?,
         };
         let shape = (uvw_m.nrows(), self.freq_hz.len());
-        let vis = match &degridder {
-            Precision::Single(d) => {
-                let mut out = Array2::from_elem(shape, Complex::<f32>::default());
-                d.predict(uvw_m, out.view_mut())?;
-                out.mapv(|v| Complex64::new(v.re.into(), v.im.into()))
-            }
-            Precision::Double(d) => {
-                let mut out = Array2::from_elem(shape, Complex64::default());
-                d.predict(uvw_m, out.view_mut())?;
-                out
-            }
-        };
+        let mut vis = Array2::from_elem(shape, Complex64::default());
+        match &degridder {
+            Precision::Single(d) => d.predict_as(uvw_m, vis.view_mut(), |v| Complex64::new(v.re.into(), v.im.into()))?,
+            Precision::Double(d) => d.predict(uvw_m, vis.view_mut())?,
+        }
         self.ready = Some((extent, degridder));
         Ok(vis)
     }

@@ -241,7 +241,8 @@ impl<'a> Simulator<'a> {
             total_power::add_receivers(&self.header, &coverage, &mut sum);
         }
         let mut block = VisibilityBlock::zeros(coverage, n_chan, n_pol);
-        block.vis.assign(&sum.mapv(|v| Complex::new(v.re as f32, v.im as f32)));
+        block.vis.zip_mut_with(&sum, |out, v| *out = Complex::new(v.re as f32, v.im as f32));
+        drop(sum);
         if let Some(noise) = &self.noise {
             if let Some(scene_noise) = self.scene_noise.clone() {
                 let receivers = noise.receivers().to_owned();

@@ -15,6 +15,8 @@ use std::ops::Range;
 const MOST: usize = 1 << 20;
 /// Size in bytes of a visibility, its weight, its number of samples, its flag and its prediction.
 const BYTES_PER_SAMPLE: usize = 25;
+/// Values whose samples are made together.
+const TOGETHER: usize = 1 << 16;
 /// Number of runs of rows of a set that is sampled.
 const RUNS: usize = 64;
 /// A sample is an outlier if its squared residual exceeds the median of its baseline by this factor. Noise, whose squared modulus is
@@ -65,6 +67,9 @@ pub struct Spectrum {
     /// Number of channels of the set.
     pub channels: usize,
 }
+
+/// The visibilities of a set in lists of a few megabytes, which find a place in the memory that the image has left.
+type Samples = Vec<Vec<Sample>>;
 
 /// One visibility.
 #[derive(Debug, Clone, Copy)]
@@ -119,7 +124,8 @@ impl Residuals {
         let header = data.header().clone();
         let (n_chan, n_pol) = (header.spectrum.n_chan(), header.polarizations.len());
         let rows_at_once = MemoryBudget::default().block() / (n_chan * n_pol * BYTES_PER_SAMPLE).max(1);
-        let (mut samples, mut hands) = (Vec::new(), HandsSum::new(&header));
+        let all = runs(data.n_rows(), n_chan * n_pol, rows_at_once);
+        let (mut samples, mut hands) = (Samples::new(), HandsSum::new(&header));
         // Each block has sums of its own, which are added in the order of the blocks.
         let sum_of = |(_, block): &(usize, VisibilityBlock)| {
             let mut sum = HandsSum::new(&header);
@@ -128,7 +134,6 @@ impl Residuals {
         };
         let mut blocks: Vec<(usize, VisibilityBlock)> = Vec::new();
         let mut rows_held = 0;
-        let all = runs(data.n_rows(), n_chan * n_pol, rows_at_once);
         for (k, rows) in all.iter().enumerate() {
             let block = data.read_rows(rows.clone())?;
             blocks.push((rows.start, block));
@@ -145,7 +150,7 @@ impl Residuals {
         let HandsNoise { factor, weights_are_counts } = hands.noise();
         let noise = if weights_are_counts { factor.filter(|f| *f > 0.0) } else { Some(1.0) };
         if let Some(noise) = noise {
-            samples.iter_mut().for_each(|s| s.weight /= noise);
+            samples.iter_mut().flatten().for_each(|s| s.weight /= noise);
         }
         Ok((!samples.is_empty()).then(|| Self::of(&samples, noise.is_some(), n_chan)))
     }
@@ -157,14 +162,15 @@ impl Residuals {
         self.shortest.0 * (-0.5 * slope * length * length).exp()
     }
 
-    fn of(samples: &[Sample], noise_known: bool, n_chan: usize) -> Self {
-        let n = samples.len() as f64;
-        let sum = |f: fn(&Sample) -> f64| samples.iter().map(f).sum::<f64>();
+    fn of(samples: &Samples, noise_known: bool, n_chan: usize) -> Self {
+        let count: usize = samples.iter().map(Vec::len).sum();
+        let n = count as f64;
+        let sum = |f: fn(&Sample) -> f64| samples.iter().flatten().map(f).sum::<f64>();
         let ((antennas, outliers), ((shortest, decay), typical)) = rayon::join(
             || by_antenna(samples),
             || {
-                let squares = || median(&mut samples.iter().map(Sample::misfit).collect::<Vec<_>>());
-                rayon::join(|| short_baselines(samples, noise_known), squares)
+                let squares = || median(&mut listed(samples, count, Sample::misfit));
+                rayon::join(|| short_baselines((samples, count), noise_known), squares)
             },
         );
         let (misfit, power) = rayon::join(|| sum(Sample::misfit), || sum(|s| 0.5 * s.weight * s.data2));
@@ -177,7 +183,7 @@ impl Residuals {
             channels: n_chan,
         };
         Self {
-            samples: samples.len(),
+            samples: count,
             noise_known,
             mean: misfit / n,
             typical: typical / MEDIAN,
@@ -194,10 +200,10 @@ impl Residuals {
 }
 
 /// The squares of antennas over those of all antennas, largest first, and the number of samples that stand out of their baseline.
-fn by_antenna(samples: &[Sample]) -> (Vec<(usize, f64)>, usize) {
+fn by_antenna(samples: &Samples) -> (Vec<(usize, f64)>, usize) {
     let mut baselines: BTreeMap<(u32, u32), Vec<f64>> = BTreeMap::new();
     // The samples of a row follow each other, and belong to one baseline.
-    for row in samples.chunk_by(|a, b| a.pair == b.pair) {
+    for row in samples.iter().flat_map(|list| list.chunk_by(|a, b| a.pair == b.pair)) {
         baselines.entry(row[0].pair).or_default().extend(row.iter().map(Sample::misfit));
     }
     let mut baselines: Vec<((u32, u32), Vec<f64>)> = baselines.into_iter().collect();
@@ -227,7 +233,7 @@ fn by_antenna(samples: &[Sample]) -> (Vec<(usize, f64)>, usize) {
 
 /// Add the samples of blocks, each with the index of its first row.
 fn add(
-    samples: &mut Vec<Sample>,
+    samples: &mut Samples,
     header: &VisibilityHeader,
     blocks: &[(usize, VisibilityBlock)],
     model: &mut dyn ModelVisibilities,
@@ -253,7 +259,7 @@ fn other_hands(polarizations: &[Polarization]) -> Vec<Option<usize>> {
 
 /// The image is one of total intensity. So two parallel hands make one sample, their mean: what differs between them is polarisation, which such
 /// an image does not have to explain.
-fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &VisibilityBlock, predicted: &Array3<Complex32>) {
+fn add_block(samples: &mut Samples, header: &VisibilityHeader, block: &VisibilityBlock, predicted: &Array3<Complex32>) {
     let wide = |v: Complex32| Complex64::new(f64::from(v.re), f64::from(v.im));
     let freq_hz = header.spectrum.freq_hz();
     let middle_hz = freq_hz.iter().sum::<f64>() / freq_hz.len().max(1) as f64;
@@ -295,7 +301,19 @@ fn add_block(samples: &mut Vec<Sample>, header: &VisibilityHeader, block: &Visib
     };
     let (n_row, n_chan, n_pol) = block.vis.dim();
     let of_row = |row: usize| (0..n_chan).flat_map(move |c| (0..n_pol).map(move |p| (row, c, p)));
-    samples.par_extend((0..n_row).into_par_iter().flat_map_iter(of_row).filter_map(|(row, c, p)| sample(row, c, p)));
+    let step = (TOGETHER / (n_chan * n_pol).max(1)).max(1);
+    for first in (0..n_row).step_by(step) {
+        let rows = first..(first + step).min(n_row);
+        let list: Vec<Sample> = rows.into_par_iter().flat_map_iter(of_row).filter_map(|(row, c, p)| sample(row, c, p)).collect();
+        samples.extend((!list.is_empty()).then_some(list));
+    }
+}
+
+/// What `of` gives of each of `count` samples.
+fn listed<'s, T>(samples: &'s Samples, count: usize, of: impl Fn(&'s Sample) -> T) -> Vec<T> {
+    let mut all = Vec::with_capacity(count);
+    all.extend(samples.iter().flatten().map(of));
+    all
 }
 
 fn median(values: &mut [f64]) -> f64 {
@@ -304,12 +322,12 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 /// Amplitudes of data and model on the shortest twentieth of the samples, and how the data decay from there to the shortest fifth.
-fn short_baselines(samples: &[Sample], noise_known: bool) -> ((f64, f64), (f64, f64)) {
-    let mut order: Vec<&Sample> = samples.iter().collect();
+fn short_baselines((samples, count): (&Samples, usize), noise_known: bool) -> ((f64, f64), (f64, f64)) {
+    let mut order = listed(samples, count, |s| s);
     let part = (order.len() / 20).max(1);
     // Only what lies below these ranks is needed, in any order.
     let mut known = order.len();
-    for rank in [4 * part, 3 * part, part].into_iter().filter(|rank| *rank < samples.len()) {
+    for rank in [4 * part, 3 * part, part].into_iter().filter(|rank| *rank < count) {
         order[..known].select_nth_unstable_by(rank, |a, b| a.length2.total_cmp(&b.length2));
         known = rank;
     }
