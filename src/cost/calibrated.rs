@@ -96,11 +96,11 @@ impl Loop<'_> {
         self.out() * (p.size.plane_bytes as f64 + kept)
     }
 
-    /// What stays in memory all the time: the set, the predictions of the model, and images and predictors of the rounds.
+    /// What stays in memory all the time: the set, the predictions of the model, images and predictors of the rounds, and the scales.
     fn always(&self) -> f64 {
         let model = self.held.outlook.visibilities() * MODEL + self.held.rows() * MODEL_ROW;
         let model = model.min(self.held.outlook.memory.kept_model() as f64);
-        self.set() + model + (STATES - 1.0) * (self.state() + self.predictor())
+        self.set() + model + (STATES - 1.0) * (self.state() + self.predictor()) + self.held.scales(&self.work.clean)
     }
 
     /// Reading the set: once, or for each image and each solution.

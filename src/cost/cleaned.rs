@@ -45,6 +45,14 @@ pub(super) fn cycles(work: &CleanWork, speeds: &Speeds) -> f64 {
 }
 
 impl Held<'_> {
+    /// The beams and kernels of all scales, which stay in memory as long as the minor cycles are not over.
+    pub(super) fn scales(self, work: &CleanWork) -> f64 {
+        let (n_l, n_m) = (self.outlook.grid.n_l, self.outlook.grid.n_m);
+        let (_, spectrum, _) = convolution((n_l, n_m), n_l.max(n_m) / 2, SINGLE);
+        // The spectrum of a kernel has no imaginary part. Points have no kernel, and share the beam of the image.
+        (work.scales - 1.0).max(0.0) * (self.plane(SINGLE) + spectrum / 2.0)
+    }
+
     /// Minor cycles that find so many components in so many turns. `beside` are the bytes that are held beside beam, dirty image, residual and components.
     pub(super) fn minor(self, work: &CleanWork, cycles: f64, beside: f64) -> Stage {
         let (pixels, out) = (self.outlook.pixels(), self.outlook.channels_out as f64);
@@ -53,9 +61,8 @@ impl Held<'_> {
         let logs = points * points.log2();
         let images = self.plane(3.0 * SINGLE) + out * work.components * COMPONENT;
         let of_tiles = if work.hogbom { self.plane(SINGLE) } else { 0.0 };
-        let of_scales = work.scales * (self.plane(SINGLE) + spectrum);
         let tiles = pixels / TILE / TILE;
-        let stage = Stage::new("minor cycles", beside + images + spectrum + rows + of_tiles + of_scales);
+        let stage = Stage::new("minor cycles", beside + images + spectrum + rows + of_tiles);
         Stage { whole: true, ..stage }.doing([
             (Term::Component, out * work.components * work.scales.max(1.0)),
             (Term::Tile, if work.hogbom { out * work.components * tiles } else { 0.0 }),
@@ -74,6 +81,7 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
     let image = &outlook.image;
     // The beam and the data of the other output channels stay in memory: beam, dirty image, residual and model.
     let others = (out - 1.0) * held.plane(3.0 * SINGLE + DOUBLE);
+    let scales = held.scales(work);
     let list = out * work.components * COMPONENT;
     let between = held.pass(image) + held.planes_between(2.0);
     let compared = held.plane(SINGLE / COMPARED);
@@ -90,8 +98,8 @@ pub fn clean(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &
         held.weigh(),
         held.imaged("beam", image, (true, others)),
         held.imaged("dirty image", image, (!outlook.kept, held.plane(SINGLE) + others)),
-        held.minor(work, cycles, between + others),
-        held.residuals(cycles, held.plane(2.0 * SINGLE) + compared + list + others),
+        held.minor(work, cycles, between + scales + others),
+        held.residuals(cycles, held.plane(2.0 * SINGLE) + scales + compared + list + others),
         Stage { whole: true, ..Stage::new("restored image", between + held.plane(SINGLE + DOUBLE + DOUBLE + SINGLE) + list + others) }
             .doing([(Term::Pixel, out * pixels)]),
         held.write(5.0, between + held.plane(2.0 * SINGLE + DOUBLE) + list + others),

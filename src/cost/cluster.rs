@@ -113,7 +113,7 @@ impl Cluster {
                     computing,
                     network: AS_SENT * stage.summed_bytes * several / self.network * self.ranks_per_node.max(1) as f64,
                     storage: (read - computing).max(0.0),
-                    bytes: speeds.base_bytes() + stage.bytes,
+                    bytes: stage.memory(speeds),
                 }
             })
             .collect();

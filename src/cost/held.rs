@@ -16,8 +16,10 @@ const RAW: f64 = 17.0;
 /// Chunks of a file that are unpacked while small parts of rows are gathered, and a value in them: visibility, weight and flag.
 const CHUNKS: f64 = 8e6;
 const UNPACKED: f64 = 13.0;
-/// A row while it is sorted, over a row that is sorted: the keys of its runs twice, and their order.
-const SORTING: f64 = 0.9;
+/// A row that is sorted, without its runs.
+const SORTED_ROW: f64 = 48.0;
+/// The runs of a row while they are sorted, over those that are sorted: the keys of the runs, and their places on the grid once more.
+const SORTING: f64 = 0.95;
 /// A pixel in single and in double precision.
 pub(super) const SINGLE: f64 = 4.0;
 pub(super) const DOUBLE: f64 = 8.0;
@@ -117,7 +119,8 @@ impl Held<'_> {
 
     /// What sorting a block holds beyond its sorted rows. Planes have no memory yet.
     pub(super) fn sorting_bytes(self, field: &Field) -> f64 {
-        SORTING * field.pass.sorted_bytes / self.outlook.blocks.1.max(1) as f64
+        let runs = (field.pass.sorted_bytes - SORTED_ROW * self.rows()).max(0.0);
+        SORTING * runs / self.outlook.blocks.1.max(1) as f64
     }
 
     /// Bytes of the sets of planes that stay in memory between passes, at most two.

@@ -9,16 +9,15 @@ use crate::imaging::Field;
 const MOST: f64 = (1 << 20) as f64;
 /// A row of the blocks that were read, and of their joint list.
 const ROW: f64 = 100.0;
-/// A value of the blocks, and its sum in double precision.
-const VALUE: f64 = 17.0 + 16.0;
-/// A value of the block that the sum becomes: visibility, weight, number of samples, flag, and the rounded sum that is copied into it.
-const BECOMES: f64 = 17.0 + 8.0;
-/// A visibility of one product while it is predicted, in single precision, and then also in double precision.
-const PREDICTED: f64 = 8.0;
-const WIDENED: f64 = 24.0;
-/// A sample by which a fit is judged, with its value, its prediction and its place in the lists: of a whole set, and of one that is sampled in runs of rows.
-const SAMPLE: f64 = 190.0;
-const OF_RUNS: f64 = 150.0;
+/// A value of the blocks, its prediction as it is summed, and the block that the sum becomes.
+const RAW: f64 = 17.0;
+const SUM: f64 = 16.0;
+/// A prediction as the transform gives it, and as it is kept.
+const PREDICTED: f64 = 16.0;
+const KEPT: f64 = 8.0;
+/// A sample by which a fit is judged, and its places in the lists of the statistics.
+const SAMPLE: f64 = 64.0;
+const LISTED: f64 = 28.0;
 
 impl Held<'_> {
     /// Visibilities by which a fit is judged. Two hands count as one.
@@ -39,14 +38,14 @@ impl Held<'_> {
         let one = field.size.groups == 1;
         let stays = out * if one { planes } else { self.plane(SINGLE) };
         let (made, again) = if one { (columns, 0.0) } else { (0.0, planes + columns) };
-        let nodes = part * (field.pass.sorted_bytes + field.pass.nodes * 2.0 * SINGLE);
-        let predicting = ROW * rows + VALUE * values + made.max(again + nodes + PREDICTED * visibilities).max(WIDENED * visibilities);
-        let becoming = ROW * rows + (VALUE + BECOMES) * values;
+        let nodes = part * (field.pass.sorted_bytes + (field.pass.nodes * 2.0 * SINGLE).max(self.sorting_bytes(field)));
+        let blocks = ROW * rows + RAW * values;
+        let predicting = blocks + SUM * values + made.max(again + nodes + PREDICTED * visibilities).max(RAW * values);
         let n = self.judged();
-        let samples = n * if self.outlook.visibilities() * products as f64 > MOST { OF_RUNS } else { SAMPLE };
+        let listing = (blocks + KEPT * values + SAMPLE * n).max((SAMPLE + LISTED) * n);
         // The model, and what an antenna sees of it.
         let models = 2.0 * DOUBLE * self.plane(out);
-        let stage = Stage::new("verdict", models + stays + predicting.max(becoming).max(samples) + beside);
+        let stage = Stage::new("verdict", models + stays + predicting.max(listing) + beside);
         let (logs, points) = (field.size.point_logs * out, field.size.points * out);
         stage.doing([(Term::Judge, n), (Term::FromImage, logs), (Term::FromImagePoint, points)])
     }

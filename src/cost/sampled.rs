@@ -8,8 +8,8 @@ use crate::imaging::Field;
 
 /// A value of a block: visibility, weight, number of samples and flag.
 pub(super) const RAW: f64 = 17.0;
-/// A value while it is simulated: its sum in double precision, and half as much for what is made of it.
-const SUM: f64 = 24.0;
+/// A value while it is simulated: its sum in double precision.
+const SUM: f64 = 16.0;
 /// A row of the whole observation: the output keeps little more than the number of its time and its antennas.
 const ROW: f64 = 3.0;
 /// Buffers of an output that is written block after block.

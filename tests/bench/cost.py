@@ -347,7 +347,8 @@ def fit(rows, gauges):
         seconds.setdefault(t, old["seconds"].get(t, 0.0))
     # The first stage holds nothing but the program.
     base = sorted(r["bytes"] - (r["forecast"]["peak_bytes"] - r["forecast"]["stages"][0]["bytes"]) for r in rows)
-    return dict(seconds=seconds, serial=serial, typical=typical, base=max(1e6, base[len(base) // 2]), gauges=gauges)
+    start = statistics.median(r["forecast"]["start_bytes"] for r in rows)
+    return dict(seconds=seconds, serial=serial, typical=typical, base=max(1e6, base[len(base) // 2]), start=start, gauges=gauges)
 
 
 def cycles(row):
@@ -414,7 +415,8 @@ def processor():
 
 def write(found, path):
     lines = ["# Seconds of the operations of src/cost/term.rs on one machine. Written by `make bench-book`; do not edit."]
-    lines += [f'machine = "{processor()}"', f'date = "{datetime.date.today()}"', f"base-bytes = {found['base']:.1f}", "", "[gauges]"]
+    lines += [f'machine = "{processor()}"', f'date = "{datetime.date.today()}"', f"base-bytes = {found['base']:.1f}"]
+    lines += [f"start-bytes = {found['start']:.1f}", "", "[gauges]"]
     lines += [f"{k} = {v:.6e}" for k, v in found["gauges"].items()]
     for name in ("seconds", "serial", "typical"):
         lines += ["", f"[{name}]"]

@@ -30,6 +30,7 @@ pub(super) use told::Told;
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result, ensure};
 use super::options::SetFiles;
+use super::slurm::Pilot;
 use crate::cost::{InputFormat, Scale, Speeds};
 use crate::imaging::{ImagingOptions, Outlook, RowSample};
 use crate::memory::MemoryBudget;
@@ -156,11 +157,14 @@ pub(super) fn facts(outlook: &Outlook) -> Map<String, Value> {
 /// # Errors
 /// The file or an option is wrong.
 pub(super) fn forecast(command: &dyn Plan, args: &ForecastArgs, (context, words): (&Context, PlanWords)) -> Result<Outcome> {
+    // What the forecast itself takes comes after this.
+    let start_bytes = Pilot::memory().0 as f64;
     let given = args.speeds()?;
     let speeds = match given {
         Some(speeds) => speeds,
         None => Speeds::built_in()?.scaled(&Scale::measure()?),
-    };
+    }
+    .with_program(start_bytes);
     let threads = rayon::current_num_threads();
     let mut planner = Planner { args, context, speeds, threads, ranks: 1, words };
     let here = command.plan(&planner)?;
@@ -179,7 +183,8 @@ pub(super) fn forecast(command: &dyn Plan, args: &ForecastArgs, (context, words)
 /// # Errors
 /// The file or an option is wrong.
 pub(super) fn need(command: &dyn Plan, context: &Context, threads: usize) -> Result<(f64, f64)> {
-    let speeds = Speeds::built_in()?.scaled(&Scale::measure()?);
+    let start_bytes = Pilot::memory().0 as f64;
+    let speeds = Speeds::built_in()?.scaled(&Scale::measure()?).with_program(start_bytes);
     let planner = Planner { args: &ForecastArgs::default(), context, speeds, threads, ranks: 1, words: |_, _| Err(without()) };
     let told = command.plan(&planner)?;
     Ok((told.forecast.seconds(&planner.speeds, threads), told.forecast.peak_bytes(&planner.speeds)))

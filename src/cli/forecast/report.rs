@@ -41,7 +41,7 @@ pub(super) fn outcome(told: &Told, (speeds, threads): (&Speeds, usize), shared: 
         .iter()
         .map(|s| {
             json!({
-                "stage": s.name, "seconds": s.seconds(speeds, threads), "bytes": speeds.base_bytes() + s.bytes,
+                "stage": s.name, "seconds": s.seconds(speeds, threads), "bytes": s.memory(speeds),
                 "read_bytes": s.read_bytes, "work": work(s),
             })
         })
@@ -49,6 +49,7 @@ pub(super) fn outcome(told: &Told, (speeds, threads): (&Speeds, usize), shared: 
     let mut json = json!({
         "dry_run": true, "command": told.command, "threads": threads, "seconds": seconds, "peak_bytes": peak, "output_bytes": output_bytes,
         "disk_free_bytes": disk, "stages": list, "assumptions": assumptions, "speeds_of": speeds.machine, "speeds_date": speeds.date, "gauges": speeds.gauges(),
+        "start_bytes": speeds.start_bytes(),
     });
     let facts = json!(told.facts);
     json["facts"] = facts;
@@ -60,7 +61,7 @@ pub(super) fn outcome(told: &Told, (speeds, threads): (&Speeds, usize), shared: 
     }
     let _ = writeln!(text, "  {:22} {:>12} {:>12}", "stage", "time", "memory");
     for s in stages {
-        let bytes = size(speeds.base_bytes() + s.bytes);
+        let bytes = size(s.memory(speeds));
         let _ = writeln!(text, "  {:22} {:>12} {bytes:>12}", s.name, time(s.seconds(speeds, threads)));
     }
     for a in assumptions {
