@@ -5,7 +5,7 @@ use super::failure::{Failure, Result, ensure};
 use super::forecast::{Plan, Planner, Told};
 use super::options::ImageOfArgs;
 use super::text::{angle, beam, note_beam, number};
-use crate::cost;
+use crate::cost::{self, WavePasses};
 use crate::imaging::{CorrectionOptions, DeltaT, Products, delta_t, psf_image};
 use clap::Args;
 use serde_json::json;
@@ -80,7 +80,7 @@ pub fn run(args: &BeamArgs, context: &Context) -> Result<Outcome> {
 
 impl Plan for BeamArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        self.of.planned("beam", planner, cost::beam)
+        self.of.planned("beam", planner, (cost::beam, WavePasses::of_beam))
     }
 
     fn output(&self) -> &std::path::Path {

@@ -1,10 +1,10 @@
 //! `clean`: deconvolution by CLEAN.
 
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result};
-use super::forecast::{Plan, Planner, Told, facts, format_of};
+use super::failure::{Context as _, Result};
+use super::forecast::{Plan, Planner, Told, facts, format_of, say_waves, waves_of_image};
 use super::held_out::{self, HoldOutArgs};
-use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, no_range, range_file, with_range};
+use super::options::{ColumnArgs, OutputArgs, SetArgs, SetFiles, loaded, range_file, with_range};
 use super::planned::check_room_for_images;
 use super::ranks;
 use super::slurm::{SlurmArgs, one_job};
@@ -13,7 +13,7 @@ use super::verdict;
 use super::zero_spacing;
 use crate::ChainError;
 use crate::calibrate::{ApplyOptions, CalibratedSource, StartPhases, starting_phases};
-use crate::cost::{self, CleanWork};
+use crate::cost::{self, CleanWork, WavePasses};
 use crate::deconvolve::{CleanOptions, EXTENDED, chosen_scales};
 use crate::imaging::major::CleanComponent;
 use crate::imaging::{CleanReport, CorrectionOptions, Imager, ImagingOptions, Kind, Outlook, clean_once, pattern_image};
@@ -282,21 +282,27 @@ impl Plan for CleanCommandArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         self.clean.check()?;
         let input = self.input.files()?;
-        no_range(&self.imaging, "no forecast of exact images of scenes near the array").map_err(|e| Failure::unforeseen(e.to_string()))?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
-        let looked = planner.outlook(source.as_mut(), &self.imaging)?;
+        let mut looked = planner.outlook(source.as_mut(), &self.imaging)?;
+        let waves = waves_of_image(&self.imaging, source.header(), &mut looked.0, planner)?;
         let outlook = &looked.0;
         let g = &outlook.grid;
         let half_field_rad = 0.5 * g.cell_rad * (g.n_l as f64).hypot(g.n_m as f64);
         let alone = planner.ranks == 1;
         let work = CleanWork {
             tested: alone && self.startmod.may_solve(outlook.uv_range_wl.0, half_field_rad),
-            judged: if alone { verdict::transform(source.header(), &looked, &self.imaging)? } else { None },
+            judged: if alone { verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())? } else { None },
             twice: alone && self.hold_out.is_made(source.as_ref(), g, &self.imaging),
             ..work_of(&self.clean, self.clean.entry()?.name, outlook)
         };
-        let forecast = cost::clean(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
-        Ok(Told { command: "clean", forecast, facts: facts(outlook) })
+        let mut forecast = cost::clean(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
+        let mut facts = facts(outlook);
+        if let Some(waves) = waves {
+            forecast = waves.put_into(forecast, outlook, &WavePasses::of_clean(outlook, &work, (&waves, &planner.speeds)));
+            forecast.assumptions.push(WavePasses::LIT_TILES.into());
+            say_waves(&waves, outlook, &mut facts);
+        }
+        Ok(Told { command: "clean", forecast, facts })
     }
 
     fn output(&self) -> &std::path::Path {

@@ -6,7 +6,7 @@ use super::forecast::{Plan, Planner, Told};
 use super::options::ImageOfArgs;
 use super::text::{angle, number};
 use super::zero_spacing;
-use crate::cost;
+use crate::cost::{self, WavePasses};
 use crate::fidelity::robust_rms;
 use crate::imaging::{CorrectionOptions, dirty_image};
 use clap::Args;
@@ -73,7 +73,7 @@ fn peak_and_squares(line: ArrayView1<'_, f32>) -> (f32, f64) {
 
 impl Plan for DirtyArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        self.of.planned("dirty", planner, cost::dirty)
+        self.of.planned("dirty", planner, (cost::dirty, WavePasses::of_dirty))
     }
 
     fn output(&self) -> &std::path::Path {

@@ -5,7 +5,7 @@ use super::failure::Result;
 use super::forecast::{Plan, Planner, Told};
 use super::options::ImageOfArgs;
 use super::text::number;
-use crate::cost;
+use crate::cost::{self, WavePasses};
 use clap::Args;
 use serde_json::json;
 
@@ -16,12 +16,15 @@ pub struct GridArgs {
     of: ImageOfArgs,
 }
 
+/// Why a range is refused.
+const NO_WAVES: &str = "cells of the u-v plane know nothing of spherical waves; focus the set (cittert focus)";
+
 /// Sum the visibilities in cells of the u-v plane and write the cells as HDF5.
 ///
 /// # Errors
 /// The file or an option is wrong, or an error of the file system.
 pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
-    args.of.no_range("cells of the u-v plane know nothing of spherical waves; focus the set (cittert focus)")?;
+    args.of.no_range(NO_WAVES)?;
     let mut grid = args.of.imaged("gridding", context, |imager| imager.cells(&context.console))?;
     grid.history.push(context.history());
     let path = &args.of.out.output;
@@ -47,7 +50,8 @@ pub fn run(args: &GridArgs, context: &Context) -> Result<Outcome> {
 
 impl Plan for GridArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        self.of.planned("grid", planner, cost::grid)
+        self.of.no_range(NO_WAVES)?;
+        self.of.planned("grid", planner, (cost::grid, |_| WavePasses::default()))
     }
 
     fn output(&self) -> &std::path::Path {

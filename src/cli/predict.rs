@@ -2,7 +2,7 @@
 
 use super::beside::{Beside, place_of};
 use super::context::{Context, Outcome};
-use super::failure::{Context as _, Failure, Result, ensure};
+use super::failure::{Context as _, Failure, Result};
 use super::forecast::{Plan, Planner, Sampling, Told, format_of};
 use super::options::{OutputArgs, SceneArgs, SetArgs, SetFiles, model_surface, range_file};
 use super::planned::check_room_for_set;
@@ -262,7 +262,6 @@ pub fn run(args: &PredictArgs, context: &Context) -> Result<Outcome> {
 
 impl Plan for PredictArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
-        ensure!(self.range.is_none(), Failure::unforeseen("--dry-run: no forecast of models near the array"));
         let input = self.input.files()?;
         let mut source = input.open(planner.context)?;
         let header = source.header().clone();
@@ -281,7 +280,10 @@ impl Plan for PredictArgs {
             epsilon: self.epsilon,
             no_w: self.no_w,
         };
-        let (work, facts) = how.work(&sky, coverage.uvw_m)?;
+        let (work, facts) = match &self.range {
+            Some(choice) => how.near_work(&sky, &model_surface(choice, &header.near_field)?, &header)?,
+            None => how.work(&sky, coverage.uvw_m)?,
+        };
         Ok(Told { command: "predict", forecast: cost::predict(&work, format_of(&input, planner.context)?), facts })
     }
 

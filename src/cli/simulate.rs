@@ -4,8 +4,8 @@ use super::ahead::SetAhead;
 use super::airs::Airs;
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
-use super::forecast::{Plan, Planner, Sampling, Told};
-use super::options::{LoadedScene, OutputArgs, SceneArgs, load_array, range_file, scene_surface};
+use super::forecast::{Plan, Planner, Sampling, Told, few_points};
+use super::options::{LoadedScene, OutputArgs, SceneArgs, foreseen_surface, load_array, range_file, scene_surface};
 use super::scene_errors::{TruthFiles, band_files, read_bands};
 use super::{planned, ranks, verdict};
 use crate::calibrate::spread_channels;
@@ -204,13 +204,17 @@ impl Plan for SimulateArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         let layout = load_array(&self.layout)?;
         let spectrum = self.band.spectrum()?;
-        ensure!(self.how.range.is_none(), Failure::unforeseen("--dry-run: no forecast of scenes near the array"));
         let PlannedTrack { mut center, plan } = self.track.plan(&layout).map_err(Failure::call)?;
         let plan = plan.with_autocorrelations(self.how.autos);
-        let (LoadedScene { sky, unit, name }, traced) = self.scene.foreseen(&center, &spectrum, planner.context)?;
+        let (LoadedScene { mut sky, unit, name }, traced) = self.scene.foreseen(&center, &spectrum, planner.context)?;
+        let (surface, ranged) = foreseen_surface(self.how.range.as_ref(), &self.scene, &sky, &spectrum)?;
+        sky.surface.clone_from(&surface);
         center.name = name;
         let header = self.how.header(layout, spectrum.clone(), center, unit);
-        let simulator = Simulator::new(header, &sky, &self.how, &Silent).context(format!("{}", self.scene.scene.display()))?;
+        // A simulator of a scene near the array sums over all of its points at once.
+        let few = surface.as_ref().map(|_| few_points(&sky));
+        let simulator = Simulator::new(header, few.as_ref().unwrap_or(&sky), &self.how, &Silent);
+        let simulator = simulator.context(format!("{}", self.scene.scene.display()))?;
         planner.context.ahead.promise(&self.out.output, SetAhead { header: simulator.header().clone(), plan: plan.clone() });
         let share = planner.stretch(plan.n_rows() as f64 * spectrum.n_chan() as f64)? / planner.ranks as f64;
         let rows = plan.n_rows() as f64 * share;
@@ -227,8 +231,11 @@ impl Plan for SimulateArgs {
             epsilon: self.how.epsilon,
             no_w: self.how.no_w,
         };
-        let (work, facts) = how.work(&sky, coverage.uvw_m)?;
-        let mut forecast = cost::simulate(&work, &traced);
+        let (work, facts) = match &surface {
+            Some(surface) => how.near_work(&sky, surface, simulator.header())?,
+            None => how.work(&sky, coverage.uvw_m)?,
+        };
+        let mut forecast = cost::simulate(&work, &traced.and(&ranged));
         if self.air.atmosphere.atmosphere.is_some() || !self.antennas.errors(self.how.seed, unit)?.errors.is_empty() {
             forecast.assumptions.push("air over the array and antennas that differ are not counted".into());
         }

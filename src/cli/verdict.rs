@@ -66,7 +66,8 @@ fn looked_at(header: &VisibilityHeader, n_rows: usize) -> usize {
     Residuals::rows(n_rows, n_chan * header.polarizations.len()) * n_chan
 }
 
-/// The transform by which a verdict on an image of these rows predicts visibilities; `None` where there is none to predict.
+/// The transform by which a verdict on an image of these rows predicts visibilities; `None` where there is none to predict. An image near the array is
+/// predicted by spherical waves, and has none in its outlook.
 ///
 /// # Errors
 /// No transform reaches the accuracy.
@@ -74,9 +75,13 @@ pub(super) fn transform(
     header: &VisibilityHeader,
     (outlook, sample): &(Outlook, RowSample),
     imaging: &ImagingOptions,
+    near: bool,
 ) -> Result<Option<Field>> {
     if imaging.pol != Polarization::I {
         return Ok(None);
+    }
+    if near {
+        return Ok(Some(outlook.image));
     }
     let options = GridOptions { epsilon: EPSILON, w_term: !imaging.no_w, divide_by_n: false, ..GridOptions::default() };
     let n_vis = looked_at(header, outlook.shape.0 as usize) as u64;

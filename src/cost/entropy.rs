@@ -24,6 +24,11 @@ pub struct EntropyWork {
     pub twice: bool,
 }
 
+/// Evaluations of the data that runs typically take.
+pub(super) fn evaluations(work: &EntropyWork, speeds: &Speeds) -> f64 {
+    speeds.typical("mem.evaluations").min(work.evaluations).round().max(2.0)
+}
+
 /// The forecast of an image of maximum entropy.
 #[must_use]
 pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work: &EntropyWork, speeds: &Speeds) -> Forecast {
@@ -36,7 +41,7 @@ pub fn entropy(outlook: &Outlook, (format, threads): (InputFormat, usize), work:
     // Of spectra of symmetric kernels the real part is kept.
     let hessian = (of_wide + of_round) / 2.0;
     let results = (out - 1.0) * held.plane(2.0 * DOUBLE + if work.uncertainty { DOUBLE } else { 0.0 });
-    let evaluations = speeds.typical("mem.evaluations").min(work.evaluations).round().max(2.0);
+    let evaluations = evaluations(work, speeds);
     let convolutions = evaluations * speeds.typical("mem.convolutions-per-evaluation");
     let beam = outlook.core.as_ref().unwrap_or(image);
     let solver = hessian + held.plane(IMAGES * SINGLE) + results;

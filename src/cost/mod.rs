@@ -17,6 +17,7 @@
 //! | `entropy` | stages of `mem` |
 //! | `judged` | the verdict on an image |
 //! | `sampled` | stages of `simulate` and `predict` |
+//! | `waves` | spherical waves of scenes near the array |
 //! | `converted` | stages of `convert`, `applycal` and `corrupt` |
 //! | `traced` | stages of `scene render`, `scene fly` and `film` |
 //! | `chained` | stages of `run`: commands one after the other, and pictures |
@@ -39,6 +40,7 @@ mod stage;
 mod term;
 mod traced;
 mod trials;
+mod waves;
 
 pub use calibrated::{CalibrationWork, selfcal};
 pub use chained::{Shown, chain, shown};
@@ -54,3 +56,4 @@ pub use stage::{Forecast, Stage};
 pub use term::{Kind, Term};
 pub use traced::{Filmed, Traced, film, render};
 pub use trials::{Trials, study};
+pub use waves::{WavePasses, Waves, without_transforms};

@@ -4,6 +4,7 @@ use super::held::{DOUBLE, SINGLE};
 use super::stage::{Forecast, Stage};
 use super::term::Term;
 use super::traced::Traced;
+use super::waves::Waves;
 use crate::imaging::Field;
 
 /// A value of a block: visibility, weight, number of samples and flag.
@@ -41,6 +42,8 @@ pub struct SampledWork {
     pub sources: f64,
     /// Pixels of a scene that is summed exactly, each like a source.
     pub exact: f64,
+    /// Spherical waves from the images and the sources of a scene near the array, and how many points each has; none in the far field.
+    pub near: Vec<(Waves, f64)>,
 }
 
 impl SampledWork {
@@ -92,7 +95,10 @@ pub fn simulate(work: &SampledWork, scene: &Traced) -> Forecast {
     let start = Stage::new("start", 0.0).doing([(Term::Command, 1.0)]);
     let bytes = scene.bytes.max(work.pixels * (SINGLE + DOUBLE));
     let scene = Stage { timed_s: scene.setup_s + scene.trace_s, ..Stage::new("scene", bytes) };
-    Forecast { stages: vec![start, scene, work.stage("simulate")], output_bytes: work.output(), ..Forecast::default() }
+    let mut stages = vec![start, scene];
+    stages.extend(work.near.iter().map(|(waves, points)| waves.simulated(*points)));
+    stages.push(work.stage("simulate"));
+    Forecast { stages, output_bytes: work.output(), ..Forecast::default() }
 }
 
 /// The forecast of a prediction on the rows of a set in this format.

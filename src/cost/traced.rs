@@ -20,6 +20,19 @@ pub struct Traced {
     pub written: f64,
 }
 
+impl Traced {
+    /// Two pictures, one after the other.
+    #[must_use]
+    pub fn and(&self, next: &Self) -> Self {
+        Self {
+            setup_s: self.setup_s + next.setup_s,
+            trace_s: self.trace_s + next.trace_s,
+            bytes: self.bytes.max(next.bytes),
+            written: self.written + next.written,
+        }
+    }
+}
+
 /// A film, whose time follows from some of its frames.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Filmed {

@@ -47,6 +47,13 @@ impl<T: Real> Phasors<T> {
         }
     }
 
+    /// Bytes of the phasors of so many elements, and of their product with the fluxes or sums of the points.
+    pub(super) fn bytes(n_ant: usize) -> usize {
+        const PLANES: usize = 7;
+        const STACKED: usize = 4;
+        n_ant * TILE * (PLANES * size_of::<f64>() + STACKED * size_of::<T>())
+    }
+
     /// Take other points, at most [`TILE`].
     pub(super) fn load(&mut self, elements: &Elements, points: &[Point]) {
         self.len = points.len().min(TILE);

@@ -67,14 +67,32 @@ impl PathTransform {
         4.0 * (self.elements.len() as f64).powi(2) * self.points.len() as f64 * self.freq_hz.len() as f64
     }
 
+    /// Points whose phasors are made together.
+    #[must_use]
+    pub fn points_of_tile() -> usize {
+        TILE
+    }
+
+    /// Bytes that a pass holds beside the points on so many threads: the tables of pairs, and phasors of a tile in double precision.
+    #[must_use]
+    pub fn bytes_of_pass(&self, threads: usize) -> usize {
+        let (n_chan, n_ant) = (self.freq_hz.len(), self.elements.len());
+        let tables = self.groups(Pairs::bytes(n_chan, n_ant)) + 3;
+        tables * Pairs::bytes(n_chan, n_ant) + threads * Phasors::<f64>::bytes(n_ant)
+    }
+
+    /// Groups of points with a table of so many bytes each.
+    fn groups(&self, table: usize) -> usize {
+        GROUPS.min(self.memory.bytes() / 4 / table.max(1)).clamp(1, self.points.len().div_ceil(TILE).max(1))
+    }
+
     /// The visibilities of all pairs. `value` gives the flux of a point in a channel.
     ///
     /// # Errors
     /// The observer asks to stop.
     pub fn predict<T: Real>(&self, value: impl Fn(usize, usize) -> f64 + Sync, observer: &dyn Observer) -> Result<Pairs> {
         let (n_chan, n_ant) = (self.freq_hz.len(), self.elements.len());
-        let table = Pairs::bytes(n_chan, n_ant).max(1);
-        let groups = GROUPS.min(self.memory.bytes() / 4 / table).clamp(1, self.points.len().div_ceil(TILE).max(1));
+        let groups = self.groups(Pairs::bytes(n_chan, n_ant));
         let size = self.points.len().div_ceil(groups).next_multiple_of(TILE).max(TILE);
         let sum = |(group, points): (usize, &[Point])| -> Result<Pairs> {
             let mut out = Pairs::zeros(n_chan, n_ant);

@@ -8,6 +8,7 @@
 //! | `rendered` | the work of rendering a scene of solids, from parts of its picture |
 //! | `sampling` | the work of `simulate` and `predict` on a scene |
 //! | `told` | what a command tells of its work |
+//! | `waves` | the work of spherical waves to a scene near the array, from some of its points |
 //! | `report` | a forecast as text and as JSON |
 //!
 //! The file of each command says how its options become work, in a function `forecast`.
@@ -19,6 +20,7 @@ mod rendered;
 mod report;
 mod sampling;
 mod told;
+mod waves;
 
 pub(super) use args::ForecastArgs;
 pub(super) use passing::Passing;
@@ -26,6 +28,7 @@ pub(super) use pilot::{Scratch, frames_to_make, measured};
 pub(super) use rendered::{Rendered, rendered};
 pub(super) use sampling::Sampling;
 pub(super) use told::Told;
+pub(super) use waves::{few_points, of_image as waves_of_image, say as say_waves};
 
 use super::context::{Context, Outcome};
 use super::failure::{Failure, Result, ensure};

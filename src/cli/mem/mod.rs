@@ -7,15 +7,15 @@ pub use args::MemCommandArgs;
 
 use super::context::{Context, Outcome};
 use super::failure::{Context as _, Failure, Result, ensure};
-use super::forecast::{Plan, Planner, Told, facts, format_of};
+use super::forecast::{Plan, Planner, Told, facts, format_of, say_waves, waves_of_image};
 use super::held_out;
-use super::options::{fits_mask, no_range, prior_image, with_range};
+use super::options::{fits_mask, prior_image, with_range};
 use super::planned::check_room_for_images;
 use super::ranks;
 use super::text::{beam, note_beam, number, reasons};
 use super::verdict::{self, Judged};
 use super::zero_spacing;
-use crate::cost::{self, EntropyWork};
+use crate::cost::{self, EntropyWork, WavePasses};
 use crate::imaging::{Imager, ImagingOptions};
 use crate::mem::{Certificate, MemInputs, MemPlan, MemProducts, Uncertainty, mem};
 use crate::progress::Quiet;
@@ -167,20 +167,25 @@ impl Plan for MemCommandArgs {
     fn plan(&self, planner: &Planner<'_>) -> Result<Told> {
         self.check_used()?;
         ensure!(self.terms.terms.is_none(), Failure::unforeseen("--dry-run: no forecast of images from closures"));
-        no_range(&self.imaging, "no forecast of exact images of scenes near the array").map_err(|e| Failure::unforeseen(e.to_string()))?;
         let input = self.input.files()?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
-        let looked = planner.outlook(source.as_mut(), &self.imaging)?;
+        let mut looked = planner.outlook(source.as_mut(), &self.imaging)?;
+        let waves = waves_of_image(&self.imaging, source.header(), &mut looked.0, planner)?;
         let outlook = &looked.0;
         let alone = planner.ranks == 1;
         let work = EntropyWork {
             evaluations: self.mem.niter as f64,
             uncertainty: self.mem.uncertainty != Uncertainty::None,
-            judged: if alone { verdict::transform(source.header(), &looked, &self.imaging)? } else { None },
+            judged: if alone { verdict::transform(source.header(), &looked, &self.imaging, waves.is_some())? } else { None },
             twice: alone && self.hold_out.is_made(source.as_ref(), &outlook.grid, &self.imaging),
         };
-        let forecast = cost::entropy(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
-        Ok(Told { command: "mem", forecast, facts: facts(outlook) })
+        let mut forecast = cost::entropy(outlook, (format_of(&input, planner.context)?, planner.threads), &work, &planner.speeds);
+        let mut facts = facts(outlook);
+        if let Some(waves) = waves {
+            forecast = waves.put_into(forecast, outlook, &WavePasses::of_entropy(outlook, &work, &planner.speeds));
+            say_waves(&waves, outlook, &mut facts);
+        }
+        Ok(Told { command: "mem", forecast, facts })
     }
 
     fn output(&self) -> &std::path::Path {

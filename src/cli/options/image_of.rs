@@ -2,9 +2,9 @@
 
 use super::{ColumnArgs, OutputArgs, SetArgs, range_file, with_range};
 use crate::cli::context::Context;
-use crate::cli::failure::{Context as _, Failure, Result};
-use crate::cli::forecast::{Planner, Told, facts, format_of};
-use crate::cost::{Forecast, InputFormat};
+use crate::cli::failure::{Context as _, Result};
+use crate::cli::forecast::{Planner, Told, facts, format_of, say_waves, waves_of_image};
+use crate::cost::{Forecast, InputFormat, WavePasses};
 use crate::imaging::{Imager, ImagingOptions, Outlook};
 use cittert_arrays::{Image, VisibilitySource};
 use clap::Args;
@@ -40,7 +40,8 @@ impl ImageOfArgs {
         work(&mut imager).context(&what)
     }
 
-    /// The work of a command on the set: `work` makes the forecast from the outlook, the format and the number of threads.
+    /// The work of a command on the set: `work` makes the forecast from the outlook, the format and the number of threads, and `passes` says how often
+    /// spherical waves pass through an image of a scene near the array.
     ///
     /// # Errors
     /// The file or an option is wrong.
@@ -48,14 +49,19 @@ impl ImageOfArgs {
         &self,
         command: &'static str,
         planner: &Planner<'_>,
-        work: impl Fn(&Outlook, InputFormat, usize) -> Forecast,
+        (work, passes): (impl Fn(&Outlook, InputFormat, usize) -> Forecast, impl Fn(&Outlook) -> WavePasses),
     ) -> Result<Told> {
         let input = self.input.files()?;
-        self.no_range("no forecast of exact images of scenes near the array").map_err(|e| Failure::unforeseen(e.to_string()))?;
         let mut source = input.open_chosen(&self.column, planner.context)?;
-        let (outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
-        let forecast = work(&outlook, format_of(&input, planner.context)?, planner.threads);
-        Ok(Told { command, forecast, facts: facts(&outlook) })
+        let (mut outlook, _) = planner.outlook(source.as_mut(), &self.imaging)?;
+        let waves = waves_of_image(&self.imaging, source.header(), &mut outlook, planner)?;
+        let mut forecast = work(&outlook, format_of(&input, planner.context)?, planner.threads);
+        let mut facts = facts(&outlook);
+        if let Some(waves) = waves {
+            forecast = waves.put_into(forecast, &outlook, &passes(&outlook));
+            say_waves(&waves, &outlook, &mut facts);
+        }
+        Ok(Told { command, forecast, facts })
     }
 
     /// Refuse a range, where the result is no image.

@@ -21,7 +21,7 @@ pub use given::Given;
 pub use image_of::ImageOfArgs;
 pub use layouts::{load_array, load_layout};
 pub use output::{NOTHING, OutputArgs};
-pub use range::{model_surface, no_range, range_file, scene_surface, with_range};
+pub use range::{foreseen_surface, model_surface, no_range, range_file, scene_surface, with_range};
 pub use region::{fits_mask, loaded, prior_file, prior_image};
 pub use scene::{LoadedScene, SceneArgs, pictures_beside, read_scene, read_scene_and_pictures, scene_text};
 pub use set::{SetArgs, SetFiles};

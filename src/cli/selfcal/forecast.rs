@@ -41,7 +41,7 @@ impl Plan for SelfcalArgs {
         };
         let short_epsilon = self.imaging.epsilon.max(SelfcalTuning::default().short_epsilon);
         let values = outlook.visibilities() * outlook.shape.2 as f64;
-        let judged = if alone { verdict::transform(header, &looked, &self.imaging)? } else { None };
+        let judged = if alone { verdict::transform(header, &looked, &self.imaging, false)? } else { None };
         let clean = CleanWork { judged, ..work_of(&self.clean, name, outlook) };
         let work = CalibrationWork {
             clean,
